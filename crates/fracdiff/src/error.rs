@@ -1,0 +1,81 @@
+//! Parameters outside their documented range.
+
+use crate::{Order, Seconds};
+use core::fmt;
+
+/// A parameter outside its documented range, with the rejected value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum ParameterError {
+    /// Order μ.
+    Order(f64),
+    /// Sample time T.
+    SampleTime(Seconds),
+    /// Length of a memory, degree of a polynomial or number of sections.
+    Length {
+        /// What was counted.
+        what: &'static str,
+        /// The rejected number.
+        length: usize,
+        /// The largest number allowed; the smallest is 1.
+        most: usize,
+    },
+    /// Band of a band-limited operator.
+    Band {
+        /// Lower corner, Hz.
+        low_hz: f64,
+        /// Upper corner, Hz.
+        high_hz: f64,
+        /// Half the sample rate, Hz.
+        nyquist_hz: f64,
+    },
+    /// Tolerance of a design.
+    Tolerance(f64),
+    /// Horizon of a design in samples, not longer than the memory it extends, or too long.
+    Horizon(f64),
+}
+
+impl fmt::Display for ParameterError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Order(order) => write!(
+                f,
+                "order {order} is not in [{}, {}]",
+                Order::MIN,
+                Order::MAX
+            ),
+            Self::SampleTime(sample_time) => write!(
+                f,
+                "sample time {sample_time} is not in [{:e}, {:e}] s",
+                Seconds::MIN_SAMPLE_TIME,
+                Seconds::MAX_SAMPLE_TIME
+            ),
+            Self::Length { what, length, most } => {
+                write!(f, "{what} {length} is not in [1, {most}]")
+            }
+            Self::Band {
+                low_hz,
+                high_hz,
+                nyquist_hz,
+            } => write!(
+                f,
+                "band {low_hz} Hz to {high_hz} Hz is not inside 0 Hz to {nyquist_hz} Hz (half the \
+                 sample rate), lower end first"
+            ),
+            Self::Tolerance(tolerance) => write!(
+                f,
+                "tolerance {tolerance} is not in [{:e}, {:e}]",
+                crate::full_memory::TOLERANCE_MIN,
+                crate::full_memory::TOLERANCE_MAX
+            ),
+            Self::Horizon(horizon) => write!(
+                f,
+                "horizon of {horizon} samples is not in [{:e}, {:e}]",
+                crate::full_memory::HORIZON_MIN,
+                crate::full_memory::HORIZON_MAX
+            ),
+        }
+    }
+}
+
+impl core::error::Error for ParameterError {}

@@ -1,0 +1,82 @@
+//! Order μ and sample time T: the two numbers every operator is made from.
+
+use crate::ParameterError;
+
+/// Order μ of a differintegral, dimensionless, finite, −2 ≤ μ ≤ 2.
+///
+/// Positive differentiates, zero is the identity, negative integrates. Checked once, here.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+pub struct Order(f64);
+
+impl Order {
+    /// Smallest order: the double integral.
+    pub const MIN: f64 = -2.0;
+    /// Largest order: the second derivative.
+    pub const MAX: f64 = 2.0;
+
+    /// Accepts −2 ≤ μ ≤ 2.
+    ///
+    /// # Errors
+    /// [`ParameterError::Order`] outside that range, or for a NaN.
+    pub fn new(order: f64) -> Result<Self, ParameterError> {
+        if (Self::MIN..=Self::MAX).contains(&order) {
+            // A negative zero would print as "-0".
+            Ok(Self(order + 0.0))
+        } else {
+            Err(ParameterError::Order(order))
+        }
+    }
+
+    /// The number μ.
+    #[must_use]
+    pub const fn get(self) -> f64 {
+        self.0
+    }
+
+    /// μ = n + φ with the integer n towards zero and |φ| < 1: `(n, φ)`.
+    ///
+    /// Recursive and full-memory operators take the integer part n exactly, by differences or
+    /// accumulation, and approximate only the fractional part φ.
+    #[must_use]
+    pub fn split(self) -> (i32, f64) {
+        let integer = libm::trunc(self.0);
+        #[expect(clippy::cast_possible_truncation, reason = "−2 ≤ integer ≤ 2")]
+        (integer as i32, self.0 - integer)
+    }
+}
+
+impl core::fmt::Display for Order {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+/// A duration in seconds. Any number; the constructor that takes it checks the range it needs.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+pub struct Seconds(pub f64);
+
+impl Seconds {
+    /// Smallest sample time an operator accepts, in seconds.
+    pub const MIN_SAMPLE_TIME: f64 = 1e-9;
+    /// Largest sample time an operator accepts, in seconds.
+    pub const MAX_SAMPLE_TIME: f64 = 1e6;
+
+    /// T^(−μ), the factor between the dimensionless operator P and D^μ, in s^(−μ).
+    ///
+    /// # Errors
+    /// [`ParameterError::SampleTime`] unless 1e-9 s ≤ T ≤ 1e6 s, which keeps T^(±2) a normal `f32`.
+    pub fn rate_to_the(self, order: Order) -> Result<f64, ParameterError> {
+        if (Self::MIN_SAMPLE_TIME..=Self::MAX_SAMPLE_TIME).contains(&self.0) {
+            Ok(libm::pow(self.0, -order.get()))
+        } else {
+            Err(ParameterError::SampleTime(self))
+        }
+    }
+}
+
+impl core::fmt::Display for Seconds {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        self.0.fmt(f)?;
+        f.write_str(" s")
+    }
+}

@@ -1,0 +1,37 @@
+//! What the loop needs of a device.
+
+use crate::SafeForce;
+use core::fmt::Debug;
+use fracdiff::Real;
+use nalgebra::SVector;
+
+/// What a device's sensors say at the start of a tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading<F, const D: usize> {
+    /// Number of the tick, from 0.
+    pub tick: u64,
+    /// The device's own time since its start, s. Virtual in simulation.
+    pub time_s: f64,
+    /// Position of the end effector, m.
+    pub position_m: SVector<F, D>,
+}
+
+/// A haptic device with D degrees of freedom, real or simulated: read, then write, once a tick.
+///
+/// The force acts in the direction of positive position and holds until the next write.
+pub trait Device<F: Real, const D: usize> {
+    /// Why a reading or a force did not get through; `Infallible` for a simulated device.
+    type Error: Debug;
+
+    /// Reads the sensors.
+    ///
+    /// # Errors
+    /// As the device says.
+    fn read(&mut self) -> Result<Reading<F, D>, Self::Error>;
+
+    /// Applies a force until the next tick. A simulated device moves on by one sample time.
+    ///
+    /// # Errors
+    /// As the device says.
+    fn write(&mut self, force: SafeForce<F, D>) -> Result<(), Self::Error>;
+}

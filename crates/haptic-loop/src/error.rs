@@ -1,0 +1,81 @@
+//! Parameters outside their documented range.
+
+use core::fmt;
+
+/// A parameter outside its documented range: name, rejected value, allowed range, unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum ParameterError {
+    /// A quantity.
+    Range {
+        /// What it is.
+        what: &'static str,
+        /// The rejected value, in `unit`.
+        value: f64,
+        /// The allowed range in words, without the unit.
+        allowed: &'static str,
+        /// The unit.
+        unit: &'static str,
+    },
+    /// A parameter of the operator.
+    Operator(fracdiff::ParameterError),
+}
+
+impl From<fracdiff::ParameterError> for ParameterError {
+    fn from(error: fracdiff::ParameterError) -> Self {
+        Self::Operator(error)
+    }
+}
+
+impl fmt::Display for ParameterError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Range {
+                what,
+                value,
+                allowed,
+                unit,
+            } => write!(f, "{what} {value} {unit} is not {allowed} {unit}"),
+            Self::Operator(error) => error.fmt(f),
+        }
+    }
+}
+
+impl core::error::Error for ParameterError {}
+
+fn range(
+    what: &'static str,
+    value: f64,
+    accepted: bool,
+    allowed: &'static str,
+    unit: &'static str,
+) -> Result<f64, ParameterError> {
+    if accepted && value.is_finite() {
+        Ok(value)
+    } else {
+        Err(ParameterError::Range {
+            what,
+            value,
+            allowed,
+            unit,
+        })
+    }
+}
+
+/// Accepts a finite value above zero.
+pub(crate) fn positive(
+    what: &'static str,
+    value: f64,
+    unit: &'static str,
+) -> Result<f64, ParameterError> {
+    range(what, value, value > 0.0, "above 0", unit)
+}
+
+/// Accepts a finite value of at least zero.
+pub(crate) fn not_negative(
+    what: &'static str,
+    value: f64,
+    unit: &'static str,
+) -> Result<f64, ParameterError> {
+    range(what, value, value >= 0.0, "at least 0", unit)
+}
