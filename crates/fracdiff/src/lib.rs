@@ -8,11 +8,33 @@ extern crate std;
 
 mod differintegrator;
 mod error;
+mod fir;
 pub mod full_memory;
+mod integer_part;
+mod muir;
 mod order;
+mod oustaloup;
 mod real;
+mod response;
+#[cfg(feature = "std")]
+pub mod scheme;
+mod short_memory;
+mod tustin_muir;
+mod weights;
 
 pub use differintegrator::{Channel, Differintegrator};
 pub use error::ParameterError;
+pub use full_memory::{FullMemory, FullMemoryHistory};
+pub use integer_part::IntegerHistory;
+pub use muir::{MuirHistory, MuirPolynomial, muir_coefficients};
 pub use order::{Order, Seconds};
+pub use oustaloup::{Band, CascadeHistory, Oustaloup, OustaloupHistory};
 pub use real::Real;
+pub use response::{ExactDifference, FrequencyResponse};
+#[cfg(feature = "std")]
+pub use scheme::{Operator, Scheme, SchemeError};
+pub use short_memory::{ShortHistory, ShortMemory};
+#[cfg(feature = "alloc")]
+pub use short_memory::{ShortHistoryVec, ShortMemoryVec};
+pub use tustin_muir::{TustinMuir, TustinMuirHistory};
+pub use weights::{grunwald_weight, grunwald_weights};

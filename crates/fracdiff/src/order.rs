@@ -40,7 +40,6 @@ impl Order {
     #[must_use]
     pub fn split(self) -> (i32, f64) {
         let integer = libm::trunc(self.0);
-        #[expect(clippy::cast_possible_truncation, reason = "−2 ≤ integer ≤ 2")]
         (integer as i32, self.0 - integer)
     }
 }

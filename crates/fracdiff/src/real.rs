@@ -61,10 +61,6 @@ macro_rules! real {
             const COMPENSATED: bool = $compensated;
 
             #[inline]
-            #[expect(
-                clippy::cast_possible_truncation,
-                reason = "rounding once is the purpose"
-            )]
             fn from_f64(value: f64) -> Self {
                 value as Self
             }
@@ -99,4 +95,16 @@ pub(crate) fn add_compensated<F: Real>(sum: &mut F, carry: &mut F, increment: F)
     let virtual_addend = total - *sum;
     *carry = (*sum - (total - virtual_addend)) + (addend - virtual_addend);
     *sum = total;
+}
+
+/// One step of the low-pass state ← state + decay·(target − state). Slow states (a small decay) keep
+/// what `f32` would round away in `carry`.
+#[inline]
+pub(crate) fn approach<F: Real>(state: &mut F, carry: &mut F, decay: F, target: F) {
+    let increment = decay * (target - *state);
+    if F::COMPENSATED {
+        add_compensated(state, carry, increment);
+    } else {
+        *state += increment;
+    }
 }

@@ -1,0 +1,250 @@
+//! Choosing an operator at run time: the names that command lines and experiment files use.
+//!
+//! ```text
+//! grunwald:N                     ring buffer of N taps                        ShortMemory
+//! muir:N                         Muir polynomial of degree N alone            MuirPolynomial
+//! tustin-muir:N                  recursive form of degree N                   TustinMuir
+//! oustaloup:N:LOW_HZ:HIGH_HZ     N first-order sections between two corners   Oustaloup
+//! full[:TOLERANCE]               full memory, Grünwald kernel                 FullMemory
+//! piecewise-linear[:TOLERANCE]   full memory, Caputo L1 kernel                FullMemory
+//! exact                          (1 − w)^μ, for analysis only                 ExactDifference
+//! ```
+
+mod operator;
+
+use crate::full_memory::{Design, DesignError, Kernel};
+use crate::{
+    Band, FullMemory, MuirPolynomial, Order, Oustaloup, ParameterError, Real, Seconds,
+    ShortMemoryVec, TustinMuir,
+};
+use core::fmt;
+use core::str::FromStr;
+pub use operator::{Operator, OperatorHistory};
+use std::boxed::Box;
+use std::string::{String, ToString};
+
+/// Largest degree or number of sections a scheme accepts.
+pub const DEGREE_MAX: usize = 64;
+/// Recent samples that a full memory keeps as they are.
+pub const FULL_TAPS: usize = 16;
+/// Room for modes: enough for a tolerance of 1e-11 over 1e12 samples.
+pub const FULL_MODES: usize = 112;
+/// Tolerance of `full` and `piecewise-linear` where none is given.
+pub const DEFAULT_TOLERANCE: f64 = 1e-6;
+
+/// An operator by name and parameters, not yet made for an order and a sample time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Scheme {
+    /// `grunwald:N`.
+    Grunwald {
+        /// N, samples.
+        length: usize,
+    },
+    /// `muir:N`.
+    Muir {
+        /// Degree N.
+        degree: usize,
+    },
+    /// `tustin-muir:N`.
+    TustinMuir {
+        /// Degree N.
+        degree: usize,
+    },
+    /// `oustaloup:N:LOW_HZ:HIGH_HZ`.
+    Oustaloup {
+        /// Sections N.
+        sections: usize,
+        /// Corners.
+        band: Band,
+    },
+    /// `full[:TOLERANCE]` or `piecewise-linear[:TOLERANCE]`.
+    Full {
+        /// Which of the two.
+        kernel: Kernel,
+        /// Largest relative error of a weight.
+        tolerance: f64,
+    },
+    /// `exact`.
+    Exact,
+}
+
+/// Why a scheme could not be read or made.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum SchemeError {
+    /// Not one of the names, or parameters missing or too many.
+    Unknown(String),
+    /// A parameter that is not a number.
+    NotANumber(String),
+    /// A parameter outside its range.
+    Parameter(ParameterError),
+    /// No full memory for this tolerance and horizon.
+    Design(DesignError),
+    /// `exact` cannot run as a filter.
+    AnalysisOnly,
+}
+
+impl From<ParameterError> for SchemeError {
+    fn from(error: ParameterError) -> Self {
+        Self::Parameter(error)
+    }
+}
+
+impl From<DesignError> for SchemeError {
+    fn from(error: DesignError) -> Self {
+        match error {
+            DesignError::Parameter(error) => Self::Parameter(error),
+            error => Self::Design(error),
+        }
+    }
+}
+
+impl fmt::Display for SchemeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unknown(text) => write!(
+                f,
+                "scheme \"{text}\" is not one of grunwald:N, muir:N, tustin-muir:N, \
+                 oustaloup:N:LOW_HZ:HIGH_HZ, full[:TOLERANCE], piecewise-linear[:TOLERANCE], exact"
+            ),
+            Self::NotANumber(text) => {
+                write!(
+                    f,
+                    "\"{text}\" in the scheme is not a number of the kind asked for"
+                )
+            }
+            Self::Parameter(error) => error.fmt(f),
+            Self::Design(error) => error.fmt(f),
+            Self::AnalysisOnly => f.write_str(
+                "scheme exact is for analysis only, no filter of finite order is equal to it: \
+                 take full or piecewise-linear",
+            ),
+        }
+    }
+}
+
+impl core::error::Error for SchemeError {}
+
+impl FromStr for Scheme {
+    type Err = SchemeError;
+
+    fn from_str(text: &str) -> Result<Self, SchemeError> {
+        let mut parts = text.split(':');
+        let name = parts.next().unwrap_or_default();
+        let parameters: std::vec::Vec<&str> = parts.collect();
+        match (name, parameters.as_slice()) {
+            ("grunwald", [length]) => Ok(Self::Grunwald {
+                length: checked(
+                    "memory length",
+                    number(length)?,
+                    ShortMemoryVec::<f64>::MOST,
+                )?,
+            }),
+            ("muir", [degree]) => Ok(Self::Muir {
+                degree: checked("polynomial degree", number(degree)?, DEGREE_MAX)?,
+            }),
+            ("tustin-muir", [degree]) => Ok(Self::TustinMuir {
+                degree: checked("polynomial degree", number(degree)?, DEGREE_MAX)?,
+            }),
+            ("oustaloup", [sections, low_hz, high_hz]) => Ok(Self::Oustaloup {
+                sections: checked("number of sections", number(sections)?, DEGREE_MAX)?,
+                band: Band {
+                    low_hz: number(low_hz)?,
+                    high_hz: number(high_hz)?,
+                },
+            }),
+            ("full", rest @ ([] | [_])) => full(Kernel::Grunwald, rest),
+            ("piecewise-linear", rest @ ([] | [_])) => full(Kernel::PiecewiseLinear, rest),
+            ("exact", []) => Ok(Self::Exact),
+            _ => Err(SchemeError::Unknown(text.to_string())),
+        }
+    }
+}
+
+fn number<T: FromStr>(text: &str) -> Result<T, SchemeError> {
+    let parsed = text.trim().parse();
+    parsed.map_err(|_| SchemeError::NotANumber(text.to_string()))
+}
+
+fn checked(what: &'static str, length: usize, most: usize) -> Result<usize, ParameterError> {
+    if (1..=most).contains(&length) {
+        Ok(length)
+    } else {
+        Err(ParameterError::Length { what, length, most })
+    }
+}
+
+fn full(kernel: Kernel, parameters: &[&str]) -> Result<Scheme, SchemeError> {
+    use crate::full_memory::{TOLERANCE_MAX, TOLERANCE_MIN};
+    let tolerance = match parameters {
+        [tolerance] => number(tolerance)?,
+        _ => DEFAULT_TOLERANCE,
+    };
+    if (TOLERANCE_MIN..=TOLERANCE_MAX).contains(&tolerance) {
+        Ok(Scheme::Full { kernel, tolerance })
+    } else {
+        Err(ParameterError::Tolerance(tolerance).into())
+    }
+}
+
+impl fmt::Display for Scheme {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Grunwald { length } => write!(f, "grunwald:{length}"),
+            Self::Muir { degree } => write!(f, "muir:{degree}"),
+            Self::TustinMuir { degree } => write!(f, "tustin-muir:{degree}"),
+            Self::Oustaloup {
+                sections,
+                band: Band { low_hz, high_hz },
+            } => write!(f, "oustaloup:{sections}:{low_hz}:{high_hz}"),
+            Self::Full {
+                kernel: Kernel::Grunwald,
+                tolerance,
+            } => write!(f, "full:{tolerance:e}"),
+            Self::Full {
+                kernel: Kernel::PiecewiseLinear,
+                tolerance,
+            } => write!(f, "piecewise-linear:{tolerance:e}"),
+            Self::Exact => f.write_str("exact"),
+        }
+    }
+}
+
+impl Scheme {
+    /// Makes the operator. A full memory is designed for `horizon` samples (raised to 100 where less
+    /// is asked), with as few modes as the tolerance allows.
+    ///
+    /// # Errors
+    /// A parameter outside its range, a tolerance that cannot be reached, or the scheme `exact`.
+    pub fn build<F: Real>(
+        self,
+        order: Order,
+        sample_time: Seconds,
+        horizon: f64,
+    ) -> Result<Operator<F>, SchemeError> {
+        Ok(match self {
+            Self::Grunwald { length } => {
+                Operator::ShortMemory(ShortMemoryVec::new(order, length, sample_time)?)
+            }
+            Self::Muir { degree } => Operator::MuirPolynomial(Box::new(
+                MuirPolynomial::with_degree(order, degree, sample_time)?,
+            )),
+            Self::TustinMuir { degree } => Operator::TustinMuir(Box::new(TustinMuir::with_degree(
+                order,
+                degree,
+                sample_time,
+            )?)),
+            Self::Oustaloup { sections, band } => Operator::Oustaloup(Box::new(
+                Oustaloup::with_sections(order, sections, band, sample_time)?,
+            )),
+            Self::Full { kernel, tolerance } => {
+                let horizon = horizon.max(crate::full_memory::HORIZON_MIN);
+                let design =
+                    Design::<FULL_TAPS, FULL_MODES>::pruned(kernel, order, tolerance, horizon)?;
+                Operator::FullMemory(Box::new(FullMemory::new(&design, sample_time)?))
+            }
+            Self::Exact => return Err(SchemeError::AnalysisOnly),
+        })
+    }
+}

@@ -1,0 +1,115 @@
+//! The operator a [`Scheme`](super::Scheme) makes.
+
+use super::{DEGREE_MAX, FULL_MODES, FULL_TAPS};
+use crate::{
+    Differintegrator, FrequencyResponse, FullMemory, FullMemoryHistory, MuirHistory,
+    MuirPolynomial, Oustaloup, OustaloupHistory, Real, ShortHistoryVec, ShortMemoryVec, TustinMuir,
+    TustinMuirHistory,
+};
+use num_complex::Complex;
+use std::boxed::Box;
+
+/// Any operator, chosen at run time; on the heap.
+///
+/// A history belongs to the operator that made it. Given the history of another kind, `output` is
+/// NaN and `advance` does nothing: no panic in a sample path, and nothing that looks like a result.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Operator<F> {
+    /// `grunwald:N`.
+    ShortMemory(ShortMemoryVec<F>),
+    /// `muir:N`.
+    MuirPolynomial(Box<MuirPolynomial<F, DEGREE_MAX>>),
+    /// `tustin-muir:N`.
+    TustinMuir(Box<TustinMuir<F, DEGREE_MAX>>),
+    /// `oustaloup:N:LOW_HZ:HIGH_HZ`.
+    Oustaloup(Box<Oustaloup<F, DEGREE_MAX>>),
+    /// `full` and `piecewise-linear`.
+    FullMemory(Box<FullMemory<F, FULL_TAPS, FULL_MODES>>),
+}
+
+/// History of [`Operator`].
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum OperatorHistory<F> {
+    /// Of `grunwald:N`.
+    ShortMemory(ShortHistoryVec<F>),
+    /// Of `muir:N`.
+    MuirPolynomial(Box<MuirHistory<F, DEGREE_MAX>>),
+    /// Of `tustin-muir:N`.
+    TustinMuir(Box<TustinMuirHistory<F, DEGREE_MAX>>),
+    /// Of `oustaloup:N:LOW_HZ:HIGH_HZ`.
+    Oustaloup(Box<OustaloupHistory<F, DEGREE_MAX>>),
+    /// Of `full` and `piecewise-linear`.
+    FullMemory(Box<FullMemoryHistory<F, FULL_TAPS, FULL_MODES>>),
+}
+
+/// Evaluates one expression for whichever operator it is.
+macro_rules! each {
+    ($self:expr, $operator:ident => $value:expr) => {
+        match $self {
+            Operator::ShortMemory($operator) => $value,
+            Operator::MuirPolynomial($operator) => $value,
+            Operator::TustinMuir($operator) => $value,
+            Operator::Oustaloup($operator) => $value,
+            Operator::FullMemory($operator) => $value,
+        }
+    };
+}
+
+/// The same for an operator with its own history; `$otherwise` for the history of another kind.
+macro_rules! each_with_history {
+    ($self:expr, $history:expr, ($operator:ident, $own:ident) => $value:expr, $otherwise:expr) => {
+        match ($self, $history) {
+            (Operator::ShortMemory($operator), OperatorHistory::ShortMemory($own)) => $value,
+            (Operator::MuirPolynomial($operator), OperatorHistory::MuirPolynomial($own)) => $value,
+            (Operator::TustinMuir($operator), OperatorHistory::TustinMuir($own)) => $value,
+            (Operator::Oustaloup($operator), OperatorHistory::Oustaloup($own)) => $value,
+            (Operator::FullMemory($operator), OperatorHistory::FullMemory($own)) => $value,
+            _ => $otherwise,
+        }
+    };
+}
+
+impl<F: Real> Differintegrator<F> for Operator<F> {
+    type History = OperatorHistory<F>;
+
+    fn at_rest(&self) -> OperatorHistory<F> {
+        match self {
+            Self::ShortMemory(o) => OperatorHistory::ShortMemory(o.at_rest()),
+            Self::MuirPolynomial(o) => OperatorHistory::MuirPolynomial(Box::new(o.at_rest())),
+            Self::TustinMuir(o) => OperatorHistory::TustinMuir(Box::new(o.at_rest())),
+            Self::Oustaloup(o) => OperatorHistory::Oustaloup(Box::new(o.at_rest())),
+            Self::FullMemory(o) => OperatorHistory::FullMemory(Box::new(o.at_rest())),
+        }
+    }
+
+    #[inline]
+    fn direct_gain(&self) -> F {
+        each!(self, operator => operator.direct_gain())
+    }
+
+    #[inline]
+    fn past(&self, history: &OperatorHistory<F>) -> F {
+        each_with_history!(
+            self, history,
+            (operator, own) => operator.past(own),
+            F::from_f64(f64::NAN)
+        )
+    }
+
+    #[inline]
+    fn advance(&self, history: &mut OperatorHistory<F>, x: F) {
+        each_with_history!(self, history, (operator, own) => operator.advance(own, x), ());
+    }
+
+    fn memory_length(&self) -> Option<usize> {
+        each!(self, operator => operator.memory_length())
+    }
+}
+
+impl<F: Real> FrequencyResponse for Operator<F> {
+    fn response(&self, theta: f64) -> Complex<f64> {
+        each!(self, operator => operator.response(theta))
+    }
+}

@@ -1,0 +1,215 @@
+//! Grünwald–Letnikov operator with a fixed memory of N samples (*short-memory principle*).
+
+use crate::fir::{dot, push, window};
+use crate::response::polynomial;
+use crate::weights::{grunwald_closed_form, grunwald_weights};
+use crate::{Differintegrator, FrequencyResponse, Order, ParameterError, Real, Seconds};
+use num_complex::Complex;
+
+/// D^μ from the N newest samples, in a ring buffer.
+///
+/// ```text
+/// y[n] = T^(−μ) · Σ_{j=0}^{N−1} c_j·x[n−j],    c₀ = 1,    c_j = c_{j−1}·(1 − (μ + 1)/j)
+/// ```
+/// - *Units*: μ 1, T s, N samples, x any unit \[x\], y \[x\]·s^(−μ).
+/// - *Discretisation error*: O(T) for smooth x that starts from rest.
+/// - *Truncation error*: for 0 < μ < 1 and |x| ≤ M at most M·T^(−μ) times
+///   [`truncation_bound`](Self::truncation_bound). It falls only like N^(−μ): a small order and a
+///   long experiment need [`FullMemory`](crate::FullMemory). An integral (μ < 0) leaks everything
+///   older than N samples.
+/// - *Start-up*: zero for ever before the first sample.
+/// - *Not finite*: a NaN or infinity spoils N outputs, its own first, and is then forgotten.
+/// - *Cost*: `output` one multiply-add, `advance` N − 1 of them; memory 2N samples in the history
+///   (each is kept twice, see the source) and N coefficients. No division, allocation or panic.
+///
+/// ```
+/// use fracdiff::{Differintegrator, Order, Seconds, ShortMemory};
+///
+/// let half = ShortMemory::<f32, 256>::new(Order::new(0.5)?, Seconds(1e-3))?;
+/// let mut x_axis = half.at_rest(); // one operator can serve several axes
+/// let y = half.step(&mut x_axis, 1e-3); // m in, m·s^(−1/2) out
+/// assert!((y - 0.031_623).abs() < 1e-6); // the first output is T^(−μ)·x
+/// # Ok::<(), fracdiff::ParameterError>(())
+/// ```
+/// Source: I. Podlubny, *Fractional Differential Equations*, Academic Press, 1999, §7.3.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShortMemory<F, const N: usize> {
+    order: Order,
+    rate: f64,
+    taps: [F; N],
+}
+
+/// The N newest samples of one signal, and what they contribute to the next output.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShortHistory<F, const N: usize> {
+    samples: [[F; N]; 2],
+    newest: usize,
+    past: F,
+}
+
+impl<F: Real, const N: usize> ShortMemory<F, N> {
+    /// Computes the taps in `f64` and rounds each once. `N = 0` does not compile.
+    ///
+    /// # Errors
+    /// [`ParameterError::SampleTime`] unless 1e-9 s ≤ T ≤ 1e6 s.
+    pub fn new(order: Order, sample_time: Seconds) -> Result<Self, ParameterError> {
+        const { assert!(N > 0, "the memory holds at least one sample") };
+        let rate = sample_time.rate_to_the(order)?;
+        let mut weights = grunwald_weights(order);
+        let taps = core::array::from_fn(|_| {
+            // The iterator never ends.
+            F::from_f64(rate * weights.next().unwrap_or(0.0))
+        });
+        Ok(Self { order, rate, taps })
+    }
+
+    /// Σ_{j≥N} |`c_j`| = Γ(N − μ)/(Γ(1 − μ)·Γ(N)), dimensionless: the part of a unit constant that
+    /// the memory forgets. `None` outside 0 < μ < 1, where no such bound exists or none is needed.
+    ///
+    /// For 0 < μ < 1 all weights after the first are negative and all of them sum to zero, so this
+    /// is also the response of P to a unit constant once the memory is full.
+    #[must_use]
+    pub fn truncation_bound(&self) -> Option<f64> {
+        truncation_bound(self.order, N)
+    }
+}
+
+/// Γ(N − μ)/(Γ(1 − μ)·Γ(N)) for 0 < μ < 1: weight N − 1 of order μ − 1.
+pub(crate) fn truncation_bound(order: Order, length: usize) -> Option<f64> {
+    let order = order.get();
+    (order > 0.0 && order < 1.0).then(|| grunwald_closed_form(order - 1.0, (length - 1) as f64))
+}
+
+impl<F: Real, const N: usize> Differintegrator<F> for ShortMemory<F, N> {
+    type History = ShortHistory<F, N>;
+
+    fn at_rest(&self) -> Self::History {
+        ShortHistory {
+            samples: [[F::ZERO; N]; 2],
+            newest: 0,
+            past: F::ZERO,
+        }
+    }
+
+    #[inline]
+    fn direct_gain(&self) -> F {
+        self.taps[0]
+    }
+
+    #[inline]
+    fn past(&self, history: &Self::History) -> F {
+        history.past
+    }
+
+    #[inline]
+    fn advance(&self, history: &mut Self::History, x: F) {
+        let samples = history.samples.as_flattened_mut();
+        push(samples, &mut history.newest, x);
+        // S[n+1] = Σ_{j=1}^{N−1} c_j·x[n+1−j]
+        history.past = dot(&self.taps[1..], window(samples, history.newest, N - 1));
+    }
+
+    fn memory_length(&self) -> Option<usize> {
+        Some(N)
+    }
+}
+
+impl<F: Real, const N: usize> FrequencyResponse for ShortMemory<F, N> {
+    fn response(&self, theta: f64) -> Complex<f64> {
+        polynomial(self.taps.iter().map(|tap| tap.to_f64()), theta) / self.rate
+    }
+}
+
+/// [`ShortMemory`] whose length is known only at run time; the history is on the heap.
+///
+/// Same numbers, bit for bit, as `ShortMemory<F, N>` with N = the length. Also holds any other
+/// finite impulse response.
+#[cfg(feature = "alloc")]
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShortMemoryVec<F> {
+    order: Order,
+    rate: f64,
+    taps: alloc::vec::Vec<F>,
+}
+
+/// History of [`ShortMemoryVec`].
+#[cfg(feature = "alloc")]
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShortHistoryVec<F> {
+    samples: alloc::vec::Vec<F>,
+    newest: usize,
+    past: F,
+}
+
+#[cfg(feature = "alloc")]
+impl<F: Real> ShortMemoryVec<F> {
+    /// Longest memory, samples: 2²⁴, more than four hours at 1 kHz.
+    pub const MOST: usize = 1 << 24;
+
+    /// As [`ShortMemory::new`], for `length` samples.
+    ///
+    /// # Errors
+    /// [`ParameterError::SampleTime`] unless 1e-9 s ≤ T ≤ 1e6 s, [`ParameterError::Length`] unless
+    /// 1 ≤ length ≤ [`MOST`](Self::MOST).
+    pub fn new(order: Order, length: usize, sample_time: Seconds) -> Result<Self, ParameterError> {
+        if !(1..=Self::MOST).contains(&length) {
+            return Err(ParameterError::Length {
+                what: "memory length",
+                length,
+                most: Self::MOST,
+            });
+        }
+        let rate = sample_time.rate_to_the(order)?;
+        let taps = grunwald_weights(order)
+            .take(length)
+            .map(|weight| F::from_f64(rate * weight))
+            .collect();
+        Ok(Self { order, rate, taps })
+    }
+
+    /// As [`ShortMemory::truncation_bound`].
+    #[must_use]
+    pub fn truncation_bound(&self) -> Option<f64> {
+        truncation_bound(self.order, self.taps.len())
+    }
+}
+
+#[cfg(feature = "alloc")]
+impl<F: Real> Differintegrator<F> for ShortMemoryVec<F> {
+    type History = ShortHistoryVec<F>;
+
+    fn at_rest(&self) -> Self::History {
+        ShortHistoryVec {
+            samples: alloc::vec![F::ZERO; 2 * self.taps.len()],
+            newest: 0,
+            past: F::ZERO,
+        }
+    }
+
+    #[inline]
+    fn direct_gain(&self) -> F {
+        self.taps[0]
+    }
+
+    #[inline]
+    fn past(&self, history: &Self::History) -> F {
+        history.past
+    }
+
+    fn advance(&self, history: &mut Self::History, x: F) {
+        push(&mut history.samples, &mut history.newest, x);
+        let older = window(&history.samples, history.newest, self.taps.len() - 1);
+        history.past = dot(&self.taps[1..], older);
+    }
+
+    fn memory_length(&self) -> Option<usize> {
+        Some(self.taps.len())
+    }
+}
+
+#[cfg(feature = "alloc")]
+impl<F: Real> FrequencyResponse for ShortMemoryVec<F> {
+    fn response(&self, theta: f64) -> Complex<f64> {
+        polynomial(self.taps.iter().map(|tap| tap.to_f64()), theta) / self.rate
+    }
+}

@@ -1,0 +1,155 @@
+//! Recursive (infinite impulse response) operator from the Tustin rule and Muir polynomials.
+
+use crate::integer_part::{IntegerHistory, WithIntegerPart};
+use crate::muir::{check_degree, muir_split};
+use crate::response::polynomial;
+use crate::{Differintegrator, FrequencyResponse, Order, ParameterError, Real, Seconds};
+use num_complex::Complex;
+
+/// D^μ ≈ (1 − w)^n T^(−n) · (`2/T)^φ·A_m(w`, `φ)/A_m(w`, −φ), m ≤ N, where μ = n + φ and n is the
+/// integer part towards zero.
+///
+/// ```text
+/// ((1 − w)/(1 + w))^φ = lim A_m(w, φ)/A_m(w, −φ),   m → ∞
+/// y[k] = Σ_{i=0}^{m} b_i·x[k−i] − Σ_{i=1}^{m} a_i·y[k−i],   b = (2/T)^φ·A_m(φ),  a = A_m(−φ)
+/// ```
+/// - *Units*: as [`ShortMemory`](crate::ShortMemory).
+/// - *Stable*: the reflection coefficients of `A_m(w`, −φ) are −φ/i, all inside (−1, 1), so its
+///   poles are too. This is why the integer part is taken by differences (or sums): at |φ| ≥ 1
+///   the recursion would ring for ever or grow.
+/// - *Accuracy*: good in the middle of the band, from about π/m to π/2 rad/sample; at rest the gain is
+///   not zero but about m^(−φ), so it forgets a slow relaxation.
+/// - *Start-up*: zero for ever before. *Not finite*: spoils all outputs until reset.
+/// - *Cost*: `output` one multiply-add, `advance` 2m. Memory m samples.
+///
+/// Source: B. M. Vinagre, Y. Q. Chen, I. Petráš, J. Franklin Inst. 340, 2003, §4.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TustinMuir<F, const N: usize>(WithIntegerPart<Recursion<F, N>>);
+
+/// History of [`TustinMuir`].
+pub type TustinMuirHistory<F, const N: usize> = IntegerHistory<F, [F; N]>;
+
+impl<F: Real, const N: usize> TustinMuir<F, N> {
+    /// Degree m = N.
+    ///
+    /// # Errors
+    /// As [`with_degree`](Self::with_degree).
+    pub fn new(order: Order, sample_time: Seconds) -> Result<Self, ParameterError> {
+        Self::with_degree(order, N, sample_time)
+    }
+
+    /// Degree m ≤ N, chosen at run time. Coefficients in `f64`, rounded once.
+    ///
+    /// # Errors
+    /// [`ParameterError::Length`] unless 1 ≤ m ≤ N; [`ParameterError::SampleTime`].
+    pub fn with_degree(
+        order: Order,
+        degree: usize,
+        sample_time: Seconds,
+    ) -> Result<Self, ParameterError> {
+        check_degree(degree, N)?;
+        let rate = sample_time.rate_to_the(order)?;
+        let (integer, fraction) = order.split();
+        // T^(−n)·(2/T)^φ = T^(−μ)·2^φ
+        let gain = rate * libm::pow(2.0, fraction);
+        let (b0, b) = muir_split::<N>(Order::new(fraction)?, degree);
+        let (_, a) = muir_split::<N>(Order::new(-fraction)?, degree);
+        let core = Recursion {
+            rate,
+            degree,
+            direct: F::from_f64(gain * b0),
+            forward: b.map(|b| F::from_f64(gain * b)),
+            backward: a.map(F::from_f64),
+        };
+        Ok(Self(WithIntegerPart { integer, core }))
+    }
+}
+
+impl<F: Real, const N: usize> Differintegrator<F> for TustinMuir<F, N> {
+    type History = TustinMuirHistory<F, N>;
+
+    fn at_rest(&self) -> Self::History {
+        self.0.at_rest()
+    }
+
+    #[inline]
+    fn direct_gain(&self) -> F {
+        self.0.direct_gain()
+    }
+
+    #[inline]
+    fn past(&self, history: &Self::History) -> F {
+        self.0.past(history)
+    }
+
+    #[inline]
+    fn advance(&self, history: &mut Self::History, x: F) {
+        self.0.advance(history, x);
+    }
+
+    fn memory_length(&self) -> Option<usize> {
+        self.0.memory_length()
+    }
+}
+
+impl<F: Real, const N: usize> FrequencyResponse for TustinMuir<F, N> {
+    fn response(&self, theta: f64) -> Complex<f64> {
+        self.0.response(theta)
+    }
+}
+
+/// A recursive filter in transposed direct form II: `s_i` ← s_{i+1} + `b_i·x` − `a_i·y`, S = s₁.
+#[derive(Clone, Debug, PartialEq)]
+struct Recursion<F, const N: usize> {
+    rate: f64,
+    degree: usize,
+    direct: F,
+    forward: [F; N],
+    backward: [F; N],
+}
+
+impl<F: Real, const N: usize> Differintegrator<F> for Recursion<F, N> {
+    type History = [F; N];
+
+    fn at_rest(&self) -> [F; N] {
+        [F::ZERO; N]
+    }
+
+    #[inline]
+    fn direct_gain(&self) -> F {
+        self.direct
+    }
+
+    #[inline]
+    fn past(&self, state: &[F; N]) -> F {
+        state[0]
+    }
+
+    #[inline]
+    fn advance(&self, state: &mut [F; N], x: F) {
+        let y = self.output(state, x);
+        let degree = self.degree.min(N);
+        for i in 0..degree {
+            let next = if i + 1 < degree {
+                state[i + 1]
+            } else {
+                F::ZERO
+            };
+            state[i] = next + (self.forward[i] * x - self.backward[i] * y);
+        }
+    }
+
+    fn memory_length(&self) -> Option<usize> {
+        None
+    }
+}
+
+impl<F: Real, const N: usize> FrequencyResponse for Recursion<F, N> {
+    fn response(&self, theta: f64) -> Complex<f64> {
+        let ratio = |first: F, rest: &[F; N]| {
+            let all = core::iter::once(first).chain(*rest);
+            polynomial(all.map(|c| c.to_f64()), theta)
+        };
+        ratio(self.direct, &self.forward) / (ratio(F::ONE, &self.backward) * self.rate)
+    }
+}

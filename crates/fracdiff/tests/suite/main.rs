@@ -1,0 +1,8 @@
+//! Tests of the public face of `fracdiff`, in one binary.
+
+#![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
+
+mod full_memory;
+mod operators;
+mod oracle;
+mod weights;

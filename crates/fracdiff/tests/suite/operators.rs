@@ -1,0 +1,441 @@
+//! What every operator must do: definitions, special orders, linearity, responses, bad input.
+
+use crate::oracle::{SAMPLE_TIME, assert_close, convolve, full, largest, lively, order, run};
+use core::f64::consts::PI;
+use fracdiff::full_memory::Kernel;
+use fracdiff::{
+    Band, Channel, Differintegrator, ExactDifference, FrequencyResponse, MuirPolynomial, Operator,
+    Oustaloup, ParameterError, Real, Scheme, Seconds, ShortMemory, ShortMemoryVec, TustinMuir,
+    muir_coefficients,
+};
+use num_complex::Complex;
+use proptest::prelude::*;
+
+/// One of each kind, as users name them; the completeness of this list is checked below.
+const SCHEMES: [&str; 6] = [
+    "grunwald:100",
+    "muir:3",
+    "tustin-muir:9",
+    "oustaloup:9:0.01:100",
+    "full:1e-6",
+    "piecewise-linear:1e-6",
+];
+
+fn build<F: Real>(scheme: &str, mu: f64) -> Operator<F> {
+    let scheme: Scheme = scheme.parse().expect("valid scheme");
+    scheme
+        .build(order(mu), SAMPLE_TIME, 1e5)
+        .expect("valid operator")
+}
+
+#[test]
+fn every_kind_of_operator_is_in_the_list() {
+    let mut kinds: Vec<_> = SCHEMES
+        .iter()
+        .map(|scheme| match build::<f64>(scheme, 0.5) {
+            Operator::ShortMemory(_) => 0,
+            Operator::MuirPolynomial(_) => 1,
+            Operator::TustinMuir(_) => 2,
+            Operator::Oustaloup(_) => 3,
+            Operator::FullMemory(_) => 4,
+            _ => panic!("a new kind: add it to SCHEMES"),
+        })
+        .collect();
+    kinds.dedup();
+    assert_eq!(kinds, [0, 1, 2, 3, 4]);
+}
+
+#[test]
+fn short_memory_is_its_defining_sum_through_several_wraps() {
+    let x = lively(700);
+    for mu in [-2.0, -0.5, 0.2247, 1.0, 1.7] {
+        let want = crate::oracle::grunwald_sum(mu, SAMPLE_TIME, 100, &x);
+        let array = ShortMemory::<f64, 100>::new(order(mu), SAMPLE_TIME).expect("valid");
+        assert_close(&run(&array, &x), &want, 1e-13 * largest(&want));
+        let heap = ShortMemoryVec::<f64>::new(order(mu), 100, SAMPLE_TIME).expect("valid");
+        assert_eq!(run(&heap, &x), run(&array, &x));
+        let single = ShortMemory::<f32, 100>::new(order(mu), SAMPLE_TIME).expect("valid");
+        assert_close(&run(&single, &x), &want, 1e-6 * largest(&want));
+    }
+}
+
+#[test]
+fn a_memory_of_one_sample_is_a_gain() {
+    let one = ShortMemory::<f64, 1>::new(order(0.5), Seconds(0.25)).expect("valid");
+    assert_eq!(run(&one, &[1.0, 3.0, -2.0]), [2.0, 6.0, -4.0]);
+}
+
+#[test]
+fn muir_polynomial_is_its_defining_sum() {
+    let x = lively(200);
+    for mu in [-1.0, 0.5, 2.0] {
+        let mut a = [0.0; 8];
+        muir_coefficients(order(mu), &mut a);
+        let rate = SAMPLE_TIME.0.powf(-mu);
+        let want: Vec<f64> = convolve(&a, &x).iter().map(|y| rate * y).collect();
+        let operator = MuirPolynomial::<f64, 7>::new(order(mu), SAMPLE_TIME).expect("valid");
+        assert_close(&run(&operator, &x), &want, 1e-13 * largest(&want));
+    }
+}
+
+#[test]
+fn tustin_muir_solves_its_difference_equation() {
+    // Σ a_i y[k−i] = (2/T)^φ Σ b_i (Δⁿx/Tⁿ)[k−i]
+    let x = lively(300);
+    for mu in [-0.6, 0.2247, 0.9, 1.4] {
+        let (n, phi) = order(mu).split();
+        let operator = TustinMuir::<f64, 5>::new(order(mu), SAMPLE_TIME).expect("valid");
+        let y = run(&operator, &x);
+        let (mut a, mut b) = ([0.0; 6], [0.0; 6]);
+        muir_coefficients(order(-phi), &mut a);
+        muir_coefficients(order(phi), &mut b);
+        let input = crate::oracle::grunwald_sum(f64::from(n), SAMPLE_TIME, x.len(), &x);
+        let gain = (2.0 / SAMPLE_TIME.0).powf(phi);
+        let right: Vec<f64> = convolve(&b, &input).iter().map(|y| gain * y).collect();
+        assert_close(&convolve(&a, &y), &right, 1e-12 * largest(&right));
+    }
+}
+
+#[test]
+fn oustaloup_has_its_analogue_response_at_the_bent_frequency() {
+    // Tustin: P at θ is the analogue prototype at (2/T)·tan(θ/2).
+    let band = Band {
+        low_hz: 0.01,
+        high_hz: 100.0,
+    };
+    let (low, high) = (2.0 * PI * band.low_hz, 2.0 * PI * band.high_hz);
+    for phi in [-0.5, 0.2247, 0.9] {
+        let operator = Oustaloup::<f64, 9>::new(order(phi), band, SAMPLE_TIME).expect("valid");
+        for theta in [1e-5, 1e-3, 0.1, 1.0, 3.0] {
+            let s = Complex::new(0.0, 2.0 / SAMPLE_TIME.0 * (theta / 2.0_f64).tan());
+            let mut want = Complex::new(high.powf(phi), 0.0);
+            for i in 1..=9 {
+                let corner = |sign: f64| {
+                    low * (high / low).powf((2.0 * f64::from(i) - 1.0 + sign * phi) / 18.0)
+                };
+                want *= (s + corner(-1.0)) / (s + corner(1.0));
+            }
+            let have = operator.response(theta) * SAMPLE_TIME.0.powf(-phi);
+            assert!(
+                (have - want).norm() < 1e-12 * want.norm(),
+                "{theta}: {have} {want}"
+            );
+        }
+    }
+}
+
+#[test]
+fn oustaloup_is_a_fractional_power_a_decade_and_a_half_inside_its_corners() {
+    let operator = build::<f64>("oustaloup:9:0.01:100", 0.5);
+    for hz in [0.316, 0.7, 1.0, 2.0, 3.16] {
+        let theta = 2.0 * PI * hz * SAMPLE_TIME.0;
+        let want = Complex::from_polar(theta.powf(0.5), PI / 4.0);
+        let have = operator.response(theta);
+        assert!((have / want - 1.0).norm() < 0.02, "{hz} Hz: {have} {want}");
+    }
+}
+
+#[test]
+fn whole_orders_are_exact_in_every_recursive_form() {
+    let x = lively(50);
+    for scheme in [
+        "tustin-muir:7",
+        "full:1e-6",
+        "grunwald:50",
+        "piecewise-linear:1e-6",
+    ] {
+        let t = Seconds(0.25); // powers of two, so that nothing rounds
+        let at = |mu: f64| {
+            let scheme: Scheme = scheme.parse().expect("valid");
+            run(&scheme.build::<f64>(order(mu), t, 1e3).expect("valid"), &x)
+        };
+        let first: Vec<f64> = (0..50)
+            .map(|n| (x[n] - if n > 0 { x[n - 1] } else { 0.0 }) / 0.25)
+            .collect();
+        let second: Vec<f64> = (0..50)
+            .map(|n| (first[n] - if n > 0 { first[n - 1] } else { 0.0 }) / 0.25)
+            .collect();
+        assert_eq!(at(0.0), x, "{scheme}");
+        assert_close(&at(1.0), &first, 1e-14);
+        assert_close(&at(2.0), &second, 1e-12);
+        if scheme != "piecewise-linear:1e-6" {
+            let mut sum = 0.0;
+            let rectangle: Vec<f64> = x
+                .iter()
+                .map(|x| {
+                    sum += 0.25 * x;
+                    sum
+                })
+                .collect();
+            assert_close(&at(-1.0), &rectangle, 1e-14);
+        }
+    }
+}
+
+#[test]
+fn the_response_is_that_of_the_impulse_response() {
+    // Σ h_j e^(−jθ·j) over enough of it: all of a finite memory, 400 000 samples of a recursive one.
+    for scheme in SCHEMES {
+        for mu in [0.2247, 0.9] {
+            let operator = build::<f64>(scheme, mu);
+            let mut impulse = vec![0.0; 400_000];
+            impulse[0] = SAMPLE_TIME.0.powf(mu);
+            let weights = run(&operator, &impulse);
+            for theta in [0.01, 0.5, 2.0, PI] {
+                let want: Complex<f64> = weights
+                    .iter()
+                    .enumerate()
+                    .map(|(j, h)| Complex::from_polar(*h, -theta * j as f64))
+                    .sum();
+                let have = operator.response(theta);
+                // What is cut off oscillates: about |h_N|/θ, 1e-5 for the full memory at 0.01.
+                let cut = 2.0 * weights[weights.len() - 1].abs() / theta;
+                assert!(
+                    (have - want).norm() <= 1e-9 + cut,
+                    "{scheme} μ {mu} θ {theta}: {have} {want}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn full_memory_has_the_exact_response_down_to_its_horizon() {
+    for mu in [-0.5, 0.05, 0.2247, 0.9, 1.5] {
+        let operator = full::<f64>(Kernel::Grunwald, mu, 1e-6);
+        let exact = ExactDifference(order(mu));
+        for theta in [3e-5, 1e-3, 0.1, 1.0, 3.0, PI] {
+            let (have, want) = (operator.response(theta), exact.response(theta));
+            assert!(
+                (have / want - 1.0).norm() < 3e-5,
+                "μ {mu} θ {theta}: {have} {want}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_exact_response_is_the_power_of_one_minus_w() {
+    for mu in [-1.5, 0.0, 0.5, 1.0, 2.0] {
+        for theta in [1e-3, 0.7, PI] {
+            let w = Complex::from_polar(1.0, -theta);
+            let want = (Complex::new(1.0, 0.0) - w).powf(mu);
+            let have = ExactDifference(order(mu)).response(theta);
+            assert!((have - want).norm() < 1e-9 * want.norm(), "{have} {want}");
+        }
+    }
+}
+
+/// Error at t = 1 s of D^μ t² with step 1/n, against 2 t^(2−μ)/Γ(3 − μ).
+fn error_at_one_second(kernel: Kernel, mu: f64, n: u32) -> f64 {
+    let t = 1.0 / f64::from(n);
+    let design = fracdiff::full_memory::Design::<16, 64>::pruned(kernel, order(mu), 1e-10, 1e4)
+        .expect("reachable");
+    let operator = fracdiff::FullMemory::<f64, 16, 64>::new(&design, Seconds(t)).expect("valid");
+    let x: Vec<f64> = (0..=n).map(|k| (f64::from(k) * t).powi(2)).collect();
+    let want = 2.0 / libm::tgamma(3.0 - mu);
+    run(&operator, &x)[n as usize] - want
+}
+
+#[test]
+fn grunwald_converges_with_order_1_and_l1_with_order_2_minus_mu() {
+    for mu in [0.2247, 0.5, 0.8] {
+        let ratio =
+            |kernel| error_at_one_second(kernel, mu, 250) / error_at_one_second(kernel, mu, 500);
+        let grunwald = ratio(Kernel::Grunwald).log2();
+        assert!((grunwald - 1.0).abs() < 0.02, "μ {mu}: order {grunwald}");
+        let l1 = ratio(Kernel::PiecewiseLinear).log2();
+        // The next term of the L1 error, O(T²), is close for small μ.
+        assert!((l1 - (2.0 - mu)).abs() < 0.12, "μ {mu}: order {l1}");
+    }
+}
+
+#[test]
+fn an_integral_undoes_its_derivative() {
+    let x = lively(2000);
+    for mu in [0.2247, 0.5, 1.0, 1.6] {
+        let derivative = run(&full::<f64>(Kernel::Grunwald, mu, 1e-9), &x);
+        let back = run(&full::<f64>(Kernel::Grunwald, -mu, 1e-9), &derivative);
+        assert_close(&back, &x, 1e-6);
+    }
+}
+
+#[test]
+fn two_derivatives_are_the_derivative_of_the_sum() {
+    let x = lively(2000);
+    for (a, b) in [(0.3, 0.4), (0.7, 0.8), (-0.4, 0.9), (-0.5, -0.25)] {
+        let once = run(&full::<f64>(Kernel::Grunwald, a, 1e-9), &x);
+        let twice = run(&full::<f64>(Kernel::Grunwald, b, 1e-9), &once);
+        let want = run(&full::<f64>(Kernel::Grunwald, a + b, 1e-9), &x);
+        assert_close(&twice, &want, 1e-6 * largest(&want));
+    }
+}
+
+#[test]
+fn truncation_never_exceeds_its_bound() {
+    const N: usize = 64;
+    for mu in [0.05, 0.2247, 0.7, 0.99] {
+        let short = ShortMemory::<f64, N>::new(order(mu), Seconds(1.0)).expect("valid");
+        let bound = short.truncation_bound().expect("0 < μ < 1");
+        // The worst signal of magnitude 1: opposite signs before and inside the window.
+        let x = vec![1.0; 5000];
+        let want = crate::oracle::grunwald_sum(mu, Seconds(1.0), x.len(), &x);
+        let forgotten = run(&short, &x)[4999] - want[4999];
+        assert!(forgotten <= bound, "{forgotten} {bound}");
+        assert!(forgotten > 0.5 * bound || mu < 0.3, "{forgotten} {bound}");
+        // Σ of the first N weights is the bound itself.
+        assert!((run(&short, &x)[4999] - bound).abs() < 1e-14);
+    }
+    assert_eq!(
+        ShortMemory::<f64, N>::new(order(-0.5), Seconds(1.0))
+            .expect("valid")
+            .truncation_bound(),
+        None
+    );
+}
+
+#[test]
+fn a_nan_is_forgotten_after_n_samples_by_a_finite_memory() {
+    let operator = ShortMemory::<f32, 20>::new(order(0.5), SAMPLE_TIME).expect("valid");
+    let mut x = vec![1.0; 60];
+    x[10] = f64::NAN;
+    let y = run(&operator, &x);
+    for (n, y) in y.iter().enumerate() {
+        assert_eq!(y.is_nan(), (10..30).contains(&n), "sample {n}");
+    }
+}
+
+#[test]
+fn a_nan_or_infinity_is_never_hidden_and_a_reset_forgets_it() {
+    for scheme in SCHEMES {
+        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let mut channel = Channel::new(build::<f32>(scheme, 0.5));
+            channel.step(1.0);
+            assert!(!channel.step(bad as f32).is_finite(), "{scheme} {bad}");
+            assert!(!channel.step(1.0).is_finite(), "{scheme} {bad}");
+            channel.reset();
+            let fresh = Channel::new(build::<f32>(scheme, 0.5)).step(1.0);
+            assert_eq!(channel.step(1.0), fresh, "{scheme} {bad}");
+        }
+    }
+}
+
+#[test]
+fn a_recursive_form_stays_spoiled_until_reset() {
+    for scheme in ["tustin-muir:9", "oustaloup:9:0.01:100", "full:1e-6"] {
+        let mut x = vec![1.0; 3000];
+        x[0] = f64::NAN;
+        let y = run(&build::<f64>(scheme, 0.5), &x);
+        assert!(y.iter().all(|y| y.is_nan()), "{scheme}");
+    }
+}
+
+#[test]
+fn a_caputo_derivative_does_not_see_the_value_it_starts_from() {
+    for scheme in SCHEMES {
+        let mut from_zero = Channel::new(build::<f64>(scheme, 0.5));
+        let mut from_two = Channel::new(build::<f64>(scheme, 0.5));
+        from_two.reset_to(2.0);
+        for n in 0..100 {
+            let x = 0.25 * f64::from(n); // exact in binary, so both are the same numbers
+            assert_eq!(from_two.step(2.0 + x), from_zero.step(x), "{scheme}");
+        }
+    }
+}
+
+#[test]
+fn histories_of_another_kind_give_nan_not_a_number() {
+    let (short, recursive) = (
+        build::<f64>("grunwald:9", 0.5),
+        build::<f64>("tustin-muir:9", 0.5),
+    );
+    let mut history = recursive.at_rest();
+    short.advance(&mut history, 1.0);
+    assert!(short.output(&history, 1.0).is_nan());
+}
+
+#[test]
+fn bad_parameters_are_refused_with_value_and_range() {
+    let message = |mu: f64| fracdiff::Order::new(mu).expect_err("refused").to_string();
+    assert_eq!(message(2.5), "order 2.5 is not in [-2, 2]");
+    assert_eq!(message(f64::NAN), "order NaN is not in [-2, 2]");
+    for t in [0.0, -1e-3, f64::NAN, f64::INFINITY, 1e-10] {
+        let error = ShortMemory::<f64, 8>::new(order(0.5), Seconds(t)).expect_err("refused");
+        assert!(matches!(error, ParameterError::SampleTime(_)), "{error}");
+        assert!(
+            error.to_string().contains("is not in [1e-9, 1e6] s"),
+            "{error}"
+        );
+    }
+    for (low_hz, high_hz) in [(0.0, 1.0), (2.0, 1.0), (1.0, 500.0), (f64::NAN, 1.0)] {
+        let error = Oustaloup::<f64, 4>::new(order(0.5), Band { low_hz, high_hz }, SAMPLE_TIME)
+            .expect_err("refused");
+        assert!(matches!(error, ParameterError::Band { .. }), "{error}");
+    }
+    assert!(TustinMuir::<f64, 4>::with_degree(order(0.5), 5, SAMPLE_TIME).is_err());
+    assert!(MuirPolynomial::<f64, 4>::with_degree(order(0.5), 0, SAMPLE_TIME).is_err());
+}
+
+#[test]
+fn schemes_read_back_what_they_print_and_refuse_the_rest() {
+    for text in SCHEMES.iter().chain(&["exact", "full:1e-3"]) {
+        let scheme: Scheme = text.parse().expect("valid");
+        assert_eq!(scheme.to_string().parse(), Ok(scheme));
+    }
+    assert_eq!("full".parse::<Scheme>(), "full:1e-6".parse());
+    for bad in [
+        "",
+        "full:",
+        "full:0",
+        "full:1e-3:2",
+        "grunwald",
+        "grunwald:0",
+        "grunwald:x",
+        "muir:65",
+        "grunwald:99999999999",
+        "oustaloup:3:1",
+        "tustin-muir:-1",
+        "exact:1",
+        "gl:10",
+    ] {
+        let error = bad.parse::<Scheme>().expect_err(bad).to_string();
+        assert!(
+            error.contains('"') || error.contains("is not in"),
+            "{bad}: {error}"
+        );
+    }
+    let exact: Scheme = "exact".parse().expect("valid");
+    assert!(exact.build::<f64>(order(0.5), SAMPLE_TIME, 1e3).is_err());
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn every_operator_is_linear(
+        mu in -2.0..2.0_f64,
+        scheme in proptest::sample::select(&SCHEMES[..]),
+        p in -3.0..3.0_f64,
+        noise in proptest::collection::vec(-1.0..1.0_f64, 300),
+    ) {
+        let operator = build::<f64>(scheme, mu);
+        let wave = lively(300);
+        let mixed: Vec<f64> = noise.iter().zip(&wave).map(|(a, b)| p * a + b).collect();
+        let (a, b, both) = (run(&operator, &noise), run(&operator, &wave), run(&operator, &mixed));
+        let scale = largest(&a).max(largest(&b)).max(largest(&both));
+        for n in 0..300 {
+            prop_assert!((p * a[n] + b[n] - both[n]).abs() <= 1e-11 * scale, "sample {}", n);
+        }
+    }
+
+    #[test]
+    fn every_full_memory_is_its_sum_whatever_the_order(mu in -2.0..2.0_f64, seed in 0_u32..1000) {
+        let x: Vec<f64> = lively(1500).iter().map(|x| x + f64::from(seed) * 1e-3).collect();
+        let want = crate::oracle::grunwald_sum(mu, SAMPLE_TIME, x.len(), &x);
+        let have = run(&full::<f64>(Kernel::Grunwald, mu, 1e-7), &x);
+        let scale = largest(&want);
+        for n in 0..x.len() {
+            prop_assert!((have[n] - want[n]).abs() <= 1e-6 * scale, "{} {} {}", n, have[n], want[n]);
+        }
+    }
+}

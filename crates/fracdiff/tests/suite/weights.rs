@@ -1,0 +1,163 @@
+//! Weights against 50-digit values (`tests/golden/make_golden.py`) and their own definitions.
+
+use crate::oracle::order;
+use fracdiff::full_memory::{Design, Kernel};
+use fracdiff::{grunwald_weight, grunwald_weights, muir_coefficients};
+use proptest::prelude::*;
+
+const GOLDEN: &str = include_str!("../../../../tests/golden/weights.csv");
+
+/// (kernel, μ, j, weight)
+fn golden() -> impl Iterator<Item = (&'static str, f64, u64, f64)> {
+    GOLDEN.lines().skip(1).map(|line| {
+        let mut cells = line.split(',');
+        let mut next = || cells.next().expect("four columns");
+        let (kernel, mu, lag, weight) = (next(), next(), next(), next());
+        let number = |cell: &str| cell.parse().expect("a number");
+        (
+            kernel,
+            number(mu),
+            lag.parse().expect("a lag"),
+            number(weight),
+        )
+    })
+}
+
+#[test]
+fn closed_form_grunwald_weights_agree_with_50_digits_for_24_hours_of_lags() {
+    for (_, mu, lag, want) in golden().filter(|row| row.0 == "grunwald") {
+        let have = grunwald_weight(order(mu), lag);
+        let error = (have / want - 1.0).abs();
+        assert!(
+            error < 1e-13,
+            "μ {mu} lag {lag}: have {have:e} want {want:e}"
+        );
+    }
+}
+
+#[test]
+fn recurrence_agrees_with_50_digits_up_to_200_000_lags() {
+    for (_, mu, lag, want) in golden().filter(|row| row.0 == "grunwald" && row.2 <= 200_000) {
+        let have = grunwald_weights(order(mu))
+            .nth(lag as usize)
+            .expect("endless");
+        let error = (have / want - 1.0).abs();
+        assert!(
+            error < 1e-12,
+            "μ {mu} lag {lag}: have {have:e} want {want:e}"
+        );
+    }
+}
+
+#[test]
+fn exact_taps_of_a_piecewise_linear_design_agree_with_50_digits() {
+    // Lags below TAPS are exact in a design; for μ in (−2, −1) the core is the increment of the kernel.
+    for (_, mu, lag, want) in golden().filter(|row| row.0 == "piecewise-linear" && row.2 <= 1000) {
+        let design = Design::<1024, 64>::closed_form(Kernel::PiecewiseLinear, order(mu), 1e-3, 1e5)
+            .expect("reachable");
+        let have: f64 = if mu > -1.0 {
+            design.core_weight(lag)
+        } else {
+            (0..=lag).map(|j| design.core_weight(j)).sum()
+        };
+        let error = (have / want - 1.0).abs();
+        // Second differences of j^1.05 lose three digits at small lags.
+        assert!(
+            error < 1e-10,
+            "μ {mu} lag {lag}: have {have:e} want {want:e}"
+        );
+    }
+}
+
+#[test]
+fn whole_orders_have_exact_weights() {
+    let first = |mu: f64| grunwald_weights(order(mu)).take(6).collect::<Vec<_>>();
+    assert_eq!(first(0.0), [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    assert_eq!(first(1.0), [1.0, -1.0, 0.0, 0.0, 0.0, 0.0]);
+    assert_eq!(first(2.0), [1.0, -2.0, 1.0, 0.0, 0.0, 0.0]);
+    assert_eq!(first(-1.0), [1.0; 6]);
+    assert_eq!(first(-2.0), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+    assert_eq!(grunwald_weight(order(1.0), 1_000_000), 0.0);
+    assert_eq!(grunwald_weight(order(-1.0), 1_000_000), 1.0);
+}
+
+#[test]
+fn muir_polynomial_of_degree_3_is_the_dissertations() {
+    // (4.2): 1 − μw + (μ²/3)w² − (μ/3)w³
+    for mu in [-1.3, -0.5, 0.0, 0.2247, 1.0, 2.0] {
+        let mut a = [0.0; 4];
+        muir_coefficients(order(mu), &mut a);
+        let want = [1.0, -mu, mu * mu / 3.0, -mu / 3.0];
+        crate::oracle::assert_close(&a, &want, 1e-15);
+    }
+}
+
+#[test]
+fn muir_polynomial_of_even_degree_is_the_one_before() {
+    let (mut even, mut odd) = ([0.0; 9], [0.0; 8]);
+    muir_coefficients(order(0.7), &mut even);
+    muir_coefficients(order(0.7), &mut odd);
+    assert_eq!(even[..8], odd);
+    assert_eq!(even[8], 0.0);
+}
+
+#[test]
+fn muir_polynomials_solve_their_defining_recursion() {
+    // A_n(w) = A_{n−1}(w) − c_n·wⁿ·A_{n−1}(1/w), from vectors kept apart.
+    let mu = 0.6;
+    let mut want = vec![1.0];
+    for n in 1..=21_usize {
+        let c = if n % 2 == 1 { mu / n as f64 } else { 0.0 };
+        want.push(0.0);
+        let before = want.clone();
+        for i in 0..=n {
+            want[i] = before[i] - c * before[n - i];
+        }
+        let mut have = vec![0.0; n + 1];
+        muir_coefficients(order(mu), &mut have);
+        crate::oracle::assert_close(&have, &want, 1e-14);
+    }
+}
+
+#[test]
+fn ratio_of_muir_polynomials_has_the_series_of_the_tustin_operator() {
+    // ((1 − w)/(1 + w))^μ up to w^n: multiply A_n(w, −μ) with the series and compare with A_n(w, μ).
+    let mu = 0.4;
+    const N: usize = 9;
+    let (mut a, mut b) = ([0.0; N + 1], [0.0; N + 1]);
+    muir_coefficients(order(mu), &mut a);
+    muir_coefficients(order(-mu), &mut b);
+    let minus: Vec<f64> = grunwald_weights(order(mu)).take(N + 1).collect(); // (1 − w)^μ
+    let plus: Vec<f64> = grunwald_weights(order(-mu))
+        .take(N + 1)
+        .enumerate()
+        .map(|(j, c)| if j % 2 == 0 { c } else { -c }) // (1 + w)^(−μ)
+        .collect();
+    let product = |p: &[f64], q: &[f64]| -> Vec<f64> {
+        (0..=N)
+            .map(|n| (0..=n).map(|j| p[j] * q[n - j]).sum())
+            .collect()
+    };
+    let tustin = product(&minus, &plus);
+    crate::oracle::assert_close(&product(&tustin, &b), &a, 1e-14);
+}
+
+proptest! {
+    #[test]
+    fn weights_of_two_orders_multiply_to_those_of_their_sum(a in -1.0..1.0, b in -1.0..1.0_f64) {
+        // (1 − w)^a (1 − w)^b = (1 − w)^(a+b)
+        let take = |mu: f64| grunwald_weights(order(mu)).take(40).collect::<Vec<_>>();
+        let (p, q, want) = (take(a), take(b), take(a + b));
+        for n in 0..40 {
+            let have: f64 = (0..=n).map(|j| p[j] * q[n - j]).sum();
+            prop_assert!((have - want[n]).abs() < 1e-13, "lag {}: {} {}", n, have, want[n]);
+        }
+    }
+
+    #[test]
+    fn closed_form_and_recurrence_agree(mu in -2.0..2.0_f64, lag in 0_u64..5000) {
+        let want = grunwald_weights(order(mu)).nth(lag as usize).expect("endless");
+        let have = grunwald_weight(order(mu), lag);
+        prop_assert!((have - want).abs() <= 1e-12 * want.abs(), "{} {}", have, want);
+    }
+}
