@@ -14,7 +14,7 @@ pub enum ParameterError {
         value: f64,
         /// The allowed range in words, without the unit.
         allowed: &'static str,
-        /// The unit.
+        /// The unit; empty for a pure number.
         unit: &'static str,
     },
     /// A parameter of the operator.
@@ -35,7 +35,13 @@ impl fmt::Display for ParameterError {
                 value,
                 allowed,
                 unit,
-            } => write!(f, "{what} {value} {unit} is not {allowed} {unit}"),
+            } => {
+                let space = if unit.is_empty() { "" } else { " " };
+                write!(
+                    f,
+                    "{what} {value}{space}{unit} is not {allowed}{space}{unit}"
+                )
+            }
             Self::Operator(error) => error.fmt(f),
         }
     }

@@ -4,11 +4,18 @@
 #[cfg(feature = "std")]
 extern crate std;
 
+mod controller;
 mod device;
+mod environment;
 mod error;
+pub mod plant;
 mod safety;
+mod tissue;
 pub mod units;
 
+pub use controller::{Controller, Sample};
 pub use device::{Device, Reading};
+pub use environment::{Contact, Environment, SpringDamper};
 pub use error::ParameterError;
 pub use safety::{Fault, Limiters, SafeForce, SafetyChain, SafetyState};
+pub use tissue::{KelvinVoigt, Specimen, Tissue};

@@ -1,0 +1,95 @@
+//! The controller tick: the one function that every loop runs, on the host, in simulation and in
+//! firmware.
+//!
+//! ```text
+//! device.read ─▶ environment.force ─▶ safety chain ─SafeForce─▶ device.write ─▶ environment.advance
+//! ```
+//! Sensor to force first, everything else after.
+
+use crate::device::{Device, Reading};
+use crate::environment::Environment;
+use crate::safety::{Limiters, SafeForce, SafetyChain, SafetyState};
+use fracdiff::Real;
+use nalgebra::SVector;
+
+/// What one tick measured and did: what a recorder keeps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample<F, const D: usize> {
+    /// Tick, time and position.
+    pub reading: Reading<F, D>,
+    /// What the environment wanted, N.
+    pub environment_force_n: SVector<F, D>,
+    /// What was sent to the device, N.
+    pub force: SafeForce<F, D>,
+    /// What the safety chain did about it.
+    pub limiters: Limiters,
+}
+
+/// An environment behind a safety chain, with the state of both.
+///
+/// *Start-up*: history at rest, force zero. *Cost* of a tick: the device's read and write, the
+/// environment's force and advance, a few comparisons; no allocation, lock, formatting or panic.
+#[derive(Clone, Debug)]
+pub struct Controller<F: Real, const D: usize, E: Environment<F, D>> {
+    environment: E,
+    chain: SafetyChain<F>,
+    history: E::History,
+    safety: SafetyState<F, D>,
+}
+
+impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
+    /// At rest.
+    pub fn new(environment: E, chain: SafetyChain<F>) -> Self {
+        let history = environment.at_rest();
+        Self {
+            environment,
+            chain,
+            history,
+            safety: SafetyState::default(),
+        }
+    }
+
+    /// One tick.
+    ///
+    /// # Errors
+    /// The device's own. A failed read leaves everything as it was; after a failed write the
+    /// position still enters the history, and the error is returned.
+    #[inline]
+    pub fn tick<V: Device<F, D>>(&mut self, device: &mut V) -> Result<Sample<F, D>, V::Error> {
+        let reading = device.read()?;
+        let wanted = self.environment.force(&self.history, &reading.position_m);
+        let (force, limiters) = self.chain.apply(&mut self.safety, &wanted);
+        let written = device.write(force);
+        self.environment
+            .advance(&mut self.history, &reading.position_m);
+        written?;
+        Ok(Sample {
+            reading,
+            environment_force_n: wanted,
+            force,
+            limiters,
+        })
+    }
+
+    /// The safety chain's state: its fault, if any.
+    pub const fn safety(&self) -> &SafetyState<F, D> {
+        &self.safety
+    }
+
+    /// From the next tick on the force falls to zero at the rate limit.
+    pub fn stop(&mut self) {
+        self.safety.stop();
+    }
+
+    /// Forgets the past, clears a fault and a stop; the force goes on from where it is, at the rate
+    /// limit.
+    pub fn reset(&mut self) {
+        self.history = self.environment.at_rest();
+        self.safety.clear();
+    }
+
+    /// The environment.
+    pub const fn environment(&self) -> &E {
+        &self.environment
+    }
+}

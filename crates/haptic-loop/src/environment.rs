@@ -1,0 +1,176 @@
+//! Virtual environments: control laws from position to force.
+
+use crate::error::{ParameterError, not_negative};
+use crate::units::Metres;
+use core::array;
+use core::fmt::Debug;
+use fracdiff::{Differintegrator, Real};
+use nalgebra::SVector;
+
+/// A virtual environment with D degrees of freedom: position in, force on the device out.
+///
+/// - *Units*: position m, force N. *Sign*: a positive displacement into the environment is pushed
+///   back, f = −H x.
+/// - *Two phases*: [`force`](Self::force) costs the same whatever the memory and leaves the history
+///   alone; [`advance`](Self::advance) takes the position into the history after the force is sent.
+/// - *Not finite*: a position that is not finite makes a force that is not finite, which the safety
+///   chain turns into a fault. Nothing here panics.
+pub trait Environment<F: Real, const D: usize> {
+    /// What the motion so far leaves behind.
+    type History: Clone + Debug;
+
+    /// The history of a device that always rested at zero.
+    fn at_rest(&self) -> Self::History;
+
+    /// The force on the device at this position, N.
+    fn force(&self, history: &Self::History, position_m: &SVector<F, D>) -> SVector<F, D>;
+
+    /// Takes this tick's position into the history.
+    fn advance(&self, history: &mut Self::History, position_m: &SVector<F, D>);
+}
+
+/// A spring and a fractional damper, the same on each axis.
+///
+/// ```text
+/// f = −(K·x + B·D^μ x)        K N/m ≥ 0,   B N·s^μ/m ≥ 0,   μ the operator's order
+/// ```
+/// At μ = 1 a spring and a viscous damper, at μ = 0 two springs, at μ = 2 a spring and a mass.
+/// *Cost*: `force` two multiply-adds an axis, `advance` that of the operator.
+///
+/// Source: O. Tokatlı, *Fractional Order Control in Haptics*, eq. 3.8.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpringDamper<F, O> {
+    stiffness: F,
+    dissipation: F,
+    operator: O,
+}
+
+impl<F: Real, O: Differintegrator<F>> SpringDamper<F, O> {
+    /// K in N/m and B in N·s^μ/m. Plain numbers, because the unit of B depends on μ.
+    ///
+    /// # Errors
+    /// Both must be finite and at least zero.
+    pub fn new(stiffness: f64, dissipation: f64, operator: O) -> Result<Self, ParameterError> {
+        Ok(Self {
+            stiffness: F::from_f64(not_negative("stiffness", stiffness, "N/m")?),
+            dissipation: F::from_f64(not_negative("dissipation", dissipation, "N·s^μ/m")?),
+            operator,
+        })
+    }
+
+    /// D^μ.
+    pub const fn operator(&self) -> &O {
+        &self.operator
+    }
+}
+
+impl<F: Real, O: Differintegrator<F>, const D: usize> Environment<F, D> for SpringDamper<F, O> {
+    type History = [O::History; D];
+
+    fn at_rest(&self) -> Self::History {
+        array::from_fn(|_| self.operator.at_rest())
+    }
+
+    #[inline]
+    fn force(&self, history: &Self::History, position_m: &SVector<F, D>) -> SVector<F, D> {
+        SVector::from(array::from_fn(|axis| {
+            let x = position_m[axis];
+            // f = −(K·x + B·D^μ x)
+            -(self.stiffness * x + self.dissipation * self.operator.output(&history[axis], x))
+        }))
+    }
+
+    #[inline]
+    fn advance(&self, history: &mut Self::History, position_m: &SVector<F, D>) {
+        for (history, &x) in history.iter_mut().zip(position_m.iter()) {
+            self.operator.advance(history, x);
+        }
+    }
+}
+
+/// A half-space that pushes but never pulls: another environment behind a plane.
+///
+/// ```text
+/// p = max(0, n·x − s)          penetration, m; n unit normal into the half-space, s its distance from 0
+/// f = n·min(0, f_inner(p))     the inner environment's force on p, without its pull
+/// ```
+/// The inner environment sees the penetration: zero outside, so its history forgets nothing and gains
+/// nothing while the device is away. With one degree of freedom n = +1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact<F, E, const D: usize> {
+    inner: E,
+    normal: SVector<F, D>,
+    surface: F,
+}
+
+impl<F: Real, E: Environment<F, 1>> Contact<F, E, 1> {
+    /// A surface at this position, the environment above it.
+    ///
+    /// # Errors
+    /// The position must be finite.
+    pub fn at(surface: Metres, inner: E) -> Result<Self, ParameterError> {
+        Self::new([1.0], surface, inner)
+    }
+}
+
+impl<F: Real, E: Environment<F, 1>, const D: usize> Contact<F, E, D> {
+    /// A plane with the given direction into the environment, of any length above 0, at `surface`
+    /// from the origin along that direction.
+    ///
+    /// # Errors
+    /// The direction must have a finite length above 0, the position must be finite.
+    pub fn new(direction: [f64; D], surface: Metres, inner: E) -> Result<Self, ParameterError> {
+        let length = libm::sqrt(direction.iter().map(|n| n * n).sum());
+        crate::error::positive("length of the contact's normal", length, "m")?;
+        if !surface.0.is_finite() {
+            return Err(ParameterError::Range {
+                what: "contact surface",
+                value: surface.0,
+                allowed: "a finite number of",
+                unit: "m",
+            });
+        }
+        Ok(Self {
+            inner,
+            normal: SVector::from(direction.map(|n| F::from_f64(n / length))),
+            surface: F::from_f64(surface.0),
+        })
+    }
+
+    /// p, m.
+    #[inline]
+    fn penetration(&self, position_m: &SVector<F, D>) -> SVector<F, 1> {
+        let mut depth = -self.surface;
+        for (&n, &x) in self.normal.iter().zip(position_m.iter()) {
+            depth += n * x;
+        }
+        // Written so that a NaN stays a NaN.
+        SVector::from([if depth < F::ZERO { F::ZERO } else { depth }])
+    }
+}
+
+impl<F: Real, E: Environment<F, 1>, const D: usize> Environment<F, D> for Contact<F, E, D> {
+    type History = E::History;
+
+    fn at_rest(&self) -> E::History {
+        self.inner.at_rest()
+    }
+
+    #[inline]
+    fn force(&self, history: &E::History, position_m: &SVector<F, D>) -> SVector<F, D> {
+        let depth = self.penetration(position_m);
+        let inner = self.inner.force(history, &depth)[0];
+        // Outside nothing pushes, whatever the past; inside nothing pulls. A NaN stays a NaN.
+        let push = if depth[0] <= F::ZERO || inner > F::ZERO {
+            F::ZERO
+        } else {
+            inner
+        };
+        SVector::from(array::from_fn(|axis| self.normal[axis] * push))
+    }
+
+    #[inline]
+    fn advance(&self, history: &mut E::History, position_m: &SVector<F, D>) {
+        self.inner.advance(history, &self.penetration(position_m));
+    }
+}

@@ -1,0 +1,295 @@
+//! The standard simulated device: a mass with damping, and optionally a hand, friction, delay,
+//! saturation and actuator lag.
+
+use super::delay::{ForceLine, whole_and_fraction};
+use super::discretise::transition;
+use super::friction::{Friction, coulomb};
+use crate::error::{not_negative, positive};
+use crate::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, Seconds};
+use crate::{Device, ParameterError, Reading, SafeForce};
+use core::convert::Infallible;
+use fracdiff::Real;
+use nalgebra::{Matrix4, SVector, Vector4};
+
+/// Parameters of a [`MassDamper`]. Every effect after the sample time is off when zero or `None`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MassDamperConfig {
+    /// m > 0: device, plus the hand if there is one.
+    pub mass: Kilograms,
+    /// b ≥ 0, viscous: device, plus the hand.
+    pub damping: NewtonSecondsPerMetre,
+    /// T > 0, the time from one write to the next.
+    pub sample_time: Seconds,
+    /// k ≥ 0, stiffness of the hand towards position 0.
+    pub stiffness: NewtonsPerMetre,
+    /// Fc ≥ 0, Coulomb friction per axis. With it k·T²/m must not exceed 1.
+    pub friction: Newtons,
+    /// From a write to the force acting, 0 to [`MAX_DELAY_SAMPLES`](super::MAX_DELAY_SAMPLES)
+    /// sample times, not necessarily whole.
+    pub delay: Seconds,
+    /// Largest magnitude of the actuator's force, > 0, per axis.
+    pub saturation: Option<Newtons>,
+    /// τ ≥ 0, time constant of the actuator's current.
+    pub lag: Seconds,
+}
+
+impl MassDamperConfig {
+    /// A plain mass-damper: no hand, no friction, an ideal actuator.
+    #[must_use]
+    pub const fn ideal(
+        mass: Kilograms,
+        damping: NewtonSecondsPerMetre,
+        sample_time: Seconds,
+    ) -> Self {
+        Self {
+            mass,
+            damping,
+            sample_time,
+            stiffness: NewtonsPerMetre(0.0),
+            friction: Newtons(0.0),
+            delay: Seconds(0.0),
+            saturation: None,
+            lag: Seconds(0.0),
+        }
+    }
+}
+
+/// A mass-damper with a hand, D equal and independent axes.
+///
+/// ```text
+/// m·x'' + b·x' + k·x = a + w + r        τ·a' = u(t - delay) - a,  or a = u(t - delay) if τ = 0
+/// ```
+/// - *Symbols*: x position m; a actuator force N; u written force N after saturation, held for one
+///   sample time T; w external force N, constant until set again; r friction N, |r| ≤ Fc.
+///   Positive forces act towards positive positions.
+/// - *Exact* at the sample instants without friction, for any b, k, delay and lag, by the matrix
+///   exponential. A delay of (d + η)·T splits each sample at η·T, where the force changes.
+/// - *Friction* is held over a (part) sample and chosen to end at rest if it can. Instants of
+///   stopping, breaking away and reversing are right to one sample, so a sliding distance to
+///   O(T²); a mass at rest whose net force stays within Fc does not move by a single bit. Per
+///   axis, so not isotropic.
+/// - *Start-up*: at rest at 0, no force in the delay line. *Output*: the position of tick n is
+///   x(n·T), before the force written in tick n.
+/// - *Cost* per sample: one 4×4 product per axis, two with a fractional delay; no allocation, no
+///   panic.
+///
+/// ```
+/// use fracdiff::Seconds;
+/// use haptic_loop::plant::{MassDamper, MassDamperConfig};
+/// use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
+/// use haptic_loop::{Device, SafeForce};
+/// use nalgebra::Vector1;
+///
+/// let (m, b, t) = (Kilograms(0.065), NewtonSecondsPerMetre(3.5), Seconds(1e-3));
+/// let mut plant = MassDamper::<1>::new(MassDamperConfig::ideal(m, b, t))?;
+/// plant.set_external_force(Vector1::new(3.5));
+/// for _ in 0..500 {
+///     plant.write(SafeForce::<f32, 1>::zero()).unwrap();
+/// }
+/// assert!((plant.velocity()[0] - 1.0).abs() < 1e-11); // F/b, after 27 time constants m/b
+/// # Ok::<(), haptic_loop::ParameterError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct MassDamper<const D: usize> {
+    config: MassDamperConfig,
+    /// Whole samples of delay.
+    delay: usize,
+    /// η·T under the older force, if η > 0.
+    before: Option<Step>,
+    /// The rest of the sample.
+    after: Step,
+    limit: f64,
+    axes: [Axis; D],
+    line: ForceLine<D>,
+    external: SVector<f64, D>,
+    tick: u64,
+}
+
+/// State of one axis.
+#[derive(Clone, Copy, Debug, Default)]
+struct Axis {
+    position: f64,
+    velocity: f64,
+    actuator: f64,
+}
+
+impl<const D: usize> MassDamper<D> {
+    /// A plant at rest at position 0.
+    ///
+    /// # Errors
+    /// Each parameter must be finite and in the range its field states; and the fastest motion
+    /// (b·T/m, k·T²/m, T/τ) must stay below 1e6 per sample.
+    pub fn new(config: MassDamperConfig) -> Result<Self, ParameterError> {
+        let mass = positive("mass", config.mass.0, "kg")?;
+        not_negative("damping", config.damping.0, "N·s/m")?;
+        let sample_time = positive("sample time", config.sample_time.0, "s")?;
+        let stiffness = not_negative("stiffness of the hand", config.stiffness.0, "N/m")?;
+        let friction = not_negative("Coulomb friction", config.friction.0, "N")?;
+        not_negative("actuator time constant", config.lag.0, "s")?;
+        let limit = match config.saturation {
+            Some(limit) => positive("actuator saturation", limit.0, "N")?,
+            None => f64::INFINITY,
+        };
+        let (delay, fraction) = whole_and_fraction("force delay", config.delay, sample_time)?;
+        // A held friction force must push the velocity its own way: sin(ω·T) > 0.
+        if friction > 0.0 && stiffness * sample_time * sample_time > mass {
+            return Err(ParameterError::Range {
+                what: "with friction, stiffness of the hand",
+                value: stiffness,
+                allowed: "at most m/T²",
+                unit: "N/m",
+            });
+        }
+        let before = if fraction > 0.0 {
+            Some(Step::new(&config, fraction * sample_time)?)
+        } else {
+            None
+        };
+        Ok(Self {
+            config,
+            delay,
+            before,
+            after: Step::new(&config, (1.0 - fraction) * sample_time)?,
+            limit,
+            axes: [Axis::default(); D],
+            line: ForceLine::at_rest(),
+            external: SVector::from([0.0; D]),
+            tick: 0,
+        })
+    }
+
+    /// Puts the mass at `position` (m) with `velocity` (m/s). Forces and time go on.
+    pub fn set_state(&mut self, position: SVector<f64, D>, velocity: SVector<f64, D>) {
+        for (index, axis) in self.axes.iter_mut().enumerate() {
+            axis.position = position[index];
+            axis.velocity = velocity[index];
+        }
+    }
+
+    /// Sets w, N: a hand's push, gravity. Acts from now on, undelayed and unlimited.
+    pub fn set_external_force(&mut self, force: SVector<f64, D>) {
+        self.external = force;
+    }
+
+    /// Position now, m.
+    #[must_use]
+    pub fn position(&self) -> SVector<f64, D> {
+        SVector::from_fn(|axis, _| self.axes[axis].position)
+    }
+
+    /// Velocity now, m/s.
+    #[must_use]
+    pub fn velocity(&self) -> SVector<f64, D> {
+        SVector::from_fn(|axis, _| self.axes[axis].velocity)
+    }
+
+    /// a, the actuator's force at the end of the last sample, N: after delay, saturation and lag.
+    #[must_use]
+    pub fn applied_force(&self) -> SVector<f64, D> {
+        SVector::from_fn(|axis, _| self.axes[axis].actuator)
+    }
+
+    /// The parameters it was made from.
+    #[must_use]
+    pub const fn config(&self) -> &MassDamperConfig {
+        &self.config
+    }
+
+    fn advance(&mut self, force: SVector<f64, D>) {
+        let (low, high) = (-self.limit, self.limit);
+        self.line.push(force.map(|axis| axis.max(low).min(high)));
+        for (index, axis) in self.axes.iter_mut().enumerate() {
+            let external = self.external[index];
+            if let Some(before) = &self.before {
+                // η > 0, so d + 1 is at most the length of the line.
+                before.advance(axis, self.line.aged(self.delay + 1)[index], external);
+            }
+            self.after
+                .advance(axis, self.line.aged(self.delay)[index], external);
+        }
+        self.tick += 1;
+    }
+}
+
+impl<F: Real, const D: usize> Device<F, D> for MassDamper<D> {
+    type Error = Infallible;
+
+    fn read(&mut self) -> Result<Reading<F, D>, Infallible> {
+        Ok(Reading {
+            tick: self.tick,
+            time_s: self.tick as f64 * self.config.sample_time.0,
+            position_m: self.position().map(F::from_f64),
+        })
+    }
+
+    fn write(&mut self, force: SafeForce<F, D>) -> Result<(), Infallible> {
+        self.advance(force.newtons().map(F::to_f64));
+        Ok(())
+    }
+}
+
+/// The motion of one axis over a fixed time, the commanded and external force being constant.
+#[derive(Clone, Debug)]
+struct Step {
+    /// Of the state x, v, e = a - u, held force u + w + r.
+    transition: Matrix4<f64>,
+    stiffness: f64,
+    friction: f64,
+    lags: bool,
+}
+
+impl Step {
+    fn new(config: &MassDamperConfig, duration: f64) -> Result<Self, ParameterError> {
+        let (m, b, k) = (config.mass.0, config.damping.0, config.stiffness.0);
+        let lags = config.lag.0 > 0.0;
+        let decay = if lags { -1.0 / config.lag.0 } else { 0.0 };
+        #[rustfmt::skip]
+        let generator = Matrix4::new(
+            0.0,    1.0,    0.0,     0.0,
+            -k / m, -b / m, 1.0 / m, 1.0 / m,
+            0.0,    0.0,    decay,   0.0,
+            0.0,    0.0,    0.0,     0.0,
+        );
+        // Natural units: the faster of one step h and one radian of oscillation sets the time.
+        let rate = libm::sqrt(k / m).max(1.0 / duration);
+        let force = m * rate * rate;
+        let scale = Vector4::new(1.0, rate, force, force);
+        Ok(Self {
+            transition: transition(&generator, &scale, duration)?,
+            stiffness: k,
+            friction: config.friction.0,
+            lags,
+        })
+    }
+
+    fn advance(&self, axis: &mut Axis, command: f64, external: f64) {
+        let start = *axis;
+        let actuator = if self.lags { start.actuator } else { command };
+        let held = command + external;
+        let state = Vector4::new(start.position, start.velocity, actuator - command, held);
+        let free = self.transition * state;
+        axis.actuator = command + free[2];
+        if self.friction == 0.0 {
+            (axis.position, axis.velocity) = (free[0], free[1]);
+            return;
+        }
+        // The actuator's force is monotone within the step: its ends bound it.
+        let resting = external - self.stiffness * start.position;
+        let net = (actuator + resting)
+            .abs()
+            .max((axis.actuator + resting).abs());
+        if start.velocity == 0.0 && net <= self.friction {
+            return;
+        }
+        match coulomb(self.friction, free[1], self.transition[(1, 3)]) {
+            Friction::Stops(force) => {
+                axis.position = free[0] + self.transition[(0, 3)] * force;
+                axis.velocity = 0.0;
+            }
+            Friction::Slides(force) => {
+                axis.position = free[0] + self.transition[(0, 3)] * force;
+                axis.velocity = free[1] + self.transition[(1, 3)] * force;
+            }
+        }
+    }
+}

@@ -1,0 +1,180 @@
+//! Safety chain and controller tick.
+#![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
+
+use core::convert::Infallible;
+use fracdiff::{Order, Seconds, ShortMemory};
+use haptic_loop::units::{Newtons, NewtonsPerSecond};
+use haptic_loop::{
+    Controller, Device, Fault, Limiters, Reading, SafeForce, SafetyChain, SafetyState, SpringDamper,
+};
+use nalgebra::{SVector, vector};
+use proptest::prelude::*;
+
+const T: Seconds = Seconds(1e-3);
+
+/// 10 N, 1 N a tick.
+fn chain() -> SafetyChain<f64> {
+    SafetyChain::new(Newtons(10.0), NewtonsPerSecond(1000.0), T).expect("valid")
+}
+
+#[test]
+fn a_force_within_the_limits_passes_unchanged() {
+    let mut state = SafetyState::default();
+    let (force, limiters) = chain().apply(&mut state, &vector![0.7, -0.3]);
+    assert_eq!(*force.newtons(), vector![0.7, -0.3]);
+    assert_eq!(limiters, Limiters::NONE);
+}
+
+#[test]
+fn a_jump_is_slewed_and_then_limited() {
+    let mut state = SafetyState::default();
+    for tick in 1..=20 {
+        let (force, limiters) = chain().apply(&mut state, &vector![100.0]);
+        assert_eq!(force.newtons()[0], f64::from(tick.min(10)));
+        assert!(limiters.contains(Limiters::RATE));
+        assert_eq!(
+            limiters.contains(Limiters::MAGNITUDE),
+            tick > 10,
+            "tick {tick}"
+        );
+    }
+}
+
+#[test]
+fn a_force_that_is_not_finite_latches_a_fault_and_the_force_falls_to_zero() {
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        let mut state = SafetyState::default();
+        for _ in 0..3 {
+            chain().apply(&mut state, &vector![5.0, 1.0]);
+        }
+        let (force, limiters) = chain().apply(&mut state, &vector![5.0, bad]);
+        assert_eq!(*force.newtons(), vector![2.0, 0.0], "{bad}");
+        assert!(limiters.contains(Limiters::FAULT));
+        assert_eq!(state.fault(), Some(Fault::NonFiniteForce));
+        // Latched: a good force does not bring it back.
+        for _ in 0..3 {
+            chain().apply(&mut state, &vector![5.0, 1.0]);
+        }
+        assert!(state.is_at_rest());
+        state.clear();
+        let (force, _) = chain().apply(&mut state, &vector![0.5, 0.0]);
+        assert_eq!(force.newtons()[0], 0.5);
+    }
+}
+
+#[test]
+fn limits_must_be_finite_and_above_zero() {
+    for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let good = NewtonsPerSecond(1.0);
+        assert!(SafetyChain::<f32>::new(Newtons(bad), good, T).is_err());
+        assert!(SafetyChain::<f32>::new(Newtons(1.0), NewtonsPerSecond(bad), T).is_err());
+        assert!(SafetyChain::<f32>::new(Newtons(1.0), good, Seconds(bad)).is_err());
+    }
+}
+
+/// Hands out given positions and keeps the forces.
+struct Scripted {
+    positions: Vec<f64>,
+    forces: Vec<f64>,
+}
+
+impl Device<f64, 1> for Scripted {
+    type Error = Infallible;
+
+    fn read(&mut self) -> Result<Reading<f64, 1>, Infallible> {
+        let tick = self.forces.len();
+        Ok(Reading {
+            tick: tick as u64,
+            time_s: tick as f64 * T.0,
+            position_m: vector![self.positions[tick]],
+        })
+    }
+
+    fn write(&mut self, force: SafeForce<f64, 1>) -> Result<(), Infallible> {
+        self.forces.push(force.newtons()[0]);
+        Ok(())
+    }
+}
+
+fn damper() -> SpringDamper<f64, ShortMemory<f64, 32>> {
+    let operator = ShortMemory::new(Order::new(0.5).expect("valid"), T).expect("valid");
+    SpringDamper::new(100.0, 1.0, operator).expect("valid")
+}
+
+#[test]
+fn the_force_of_a_tick_is_that_of_its_own_position() {
+    let mut device = Scripted {
+        positions: vec![0.0, 1e-3, 1e-3],
+        forces: Vec::new(),
+    };
+    let mut controller = Controller::new(damper(), chain());
+    let samples: Vec<_> = (0..3)
+        .map(|_| controller.tick(&mut device).expect("infallible"))
+        .collect();
+    assert_eq!(samples[0].force.newtons()[0], 0.0);
+    // f = −(K·x + B·T^(−μ)·x): at once, not one tick late.
+    let want = -(100.0 * 1e-3 + 1e-3 * 1e-3_f64.powf(-0.5));
+    assert!(
+        (device.forces[1] - want).abs() < 1e-15,
+        "{} {want}",
+        device.forces[1]
+    );
+    assert_eq!(samples[2].reading.tick, 2);
+    assert_eq!(samples[2].environment_force_n[0], device.forces[2]);
+}
+
+#[test]
+fn a_sensor_that_reads_nan_ends_in_zero_force_and_a_fault() {
+    let mut positions = vec![5e-3; 20];
+    positions[5] = f64::NAN;
+    let mut device = Scripted {
+        positions,
+        forces: Vec::new(),
+    };
+    let mut controller = Controller::new(damper(), chain());
+    for _ in 0..20 {
+        controller.tick(&mut device).expect("infallible");
+    }
+    assert_eq!(controller.safety().fault(), Some(Fault::NonFiniteForce));
+    assert!(device.forces[4] < 0.0);
+    assert!(device.forces[5..].iter().all(|f| f.is_finite()));
+    assert_eq!(device.forces[19], 0.0);
+}
+
+#[test]
+fn a_stop_ramps_the_force_to_zero_and_keeps_it_there() {
+    let mut device = Scripted {
+        positions: vec![0.02; 40],
+        forces: Vec::new(),
+    };
+    let mut controller = Controller::new(damper(), chain());
+    for tick in 0..40 {
+        if tick == 10 {
+            controller.stop();
+        }
+        controller.tick(&mut device).expect("infallible");
+    }
+    assert!(controller.safety().is_at_rest());
+    let steps = device.forces.windows(2).map(|f| (f[1] - f[0]).abs());
+    assert!(steps.fold(0.0, f64::max) <= 1.0 + 1e-12);
+}
+
+proptest! {
+    #[test]
+    fn no_input_whatever_leaves_the_limits_or_the_slew(
+        wanted in proptest::collection::vec(proptest::array::uniform2(any::<f64>()), 1..200),
+    ) {
+        let mut state = SafetyState::default();
+        let mut last = SVector::<f64, 2>::zeros();
+        for wanted in wanted {
+            let (force, _) = chain().apply(&mut state, &SVector::from(wanted));
+            for axis in 0..2 {
+                let (now, before) = (force.newtons()[axis], last[axis]);
+                prop_assert!(now.abs() <= 10.0, "{}", now);
+                // One rounding of 1 N a tick at up to 10 N.
+                prop_assert!((now - before).abs() <= 1.0 + 2e-15, "{} {}", before, now);
+            }
+            last = *force.newtons();
+        }
+    }
+}

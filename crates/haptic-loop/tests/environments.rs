@@ -1,0 +1,209 @@
+//! Environments: the law, its sign, one-sidedness, axes kept apart.
+#![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
+
+use fracdiff::{Differintegrator, Order, Seconds, ShortMemory};
+use haptic_loop::units::{Metres, Newtons, Pascals, SquareMetres};
+use haptic_loop::{Contact, Environment, KelvinVoigt, Specimen, SpringDamper, Tissue};
+use nalgebra::{SVector, vector};
+use proptest::prelude::*;
+
+const T: Seconds = Seconds(1e-3);
+
+fn operator(mu: f64) -> ShortMemory<f64, 64> {
+    ShortMemory::new(Order::new(mu).expect("valid"), T).expect("valid")
+}
+
+fn wall(stiffness: f64, dissipation: f64, mu: f64) -> SpringDamper<f64, ShortMemory<f64, 64>> {
+    SpringDamper::new(stiffness, dissipation, operator(mu)).expect("valid")
+}
+
+/// Positions through an environment, forces out.
+fn run<E: Environment<f64, 1>>(environment: &E, positions: &[f64]) -> Vec<f64> {
+    let mut history = environment.at_rest();
+    positions
+        .iter()
+        .map(|&x| {
+            let force = environment.force(&history, &vector![x]);
+            environment.advance(&mut history, &vector![x]);
+            force[0]
+        })
+        .collect()
+}
+
+#[test]
+fn at_order_one_it_is_a_spring_and_a_viscous_damper() {
+    // x = 1 mm/s: after the first sample f = −(K·x + B·v)
+    let positions: Vec<f64> = (1..50).map(|n| 1e-6 * f64::from(n)).collect();
+    let forces = run(&wall(2000.0, 5.0, 1.0), &positions);
+    for (x, f) in positions.iter().zip(forces) {
+        let want = -(2000.0 * x + 5.0 * 1e-3);
+        assert!((f - want).abs() < 1e-12, "{f} {want}");
+    }
+}
+
+#[test]
+fn at_order_zero_stiffness_and_dissipation_add() {
+    let forces = run(&wall(2000.0, 500.0, 0.0), &[1e-3, -2e-3]);
+    assert!(
+        (forces[0] + 2.5).abs() < 1e-12 && (forces[1] - 5.0).abs() < 1e-12,
+        "{forces:?}"
+    );
+}
+
+#[test]
+fn a_push_into_the_environment_is_pushed_back() {
+    for mu in [0.2, 0.5, 1.0, 1.5] {
+        assert!(run(&wall(100.0, 1.0, mu), &[1e-3])[0] < 0.0, "μ {mu}");
+    }
+}
+
+#[test]
+fn axes_do_not_mix() {
+    let environment = wall(100.0, 2.0, 0.5);
+    let mut history = Environment::<f64, 3>::at_rest(&environment);
+    let (mut x_axis, mut z_axis) = (operator(0.5).at_rest(), operator(0.5).at_rest());
+    for n in 1..100 {
+        let x = vector![1e-3 * f64::from(n), 0.0, -2e-3 / f64::from(n)];
+        let force = environment.force(&history, &x);
+        environment.advance(&mut history, &x);
+        let alone = |x: f64, h| -(100.0 * x + 2.0 * operator(0.5).step(h, x));
+        assert_eq!(force[0], alone(x[0], &mut x_axis));
+        assert_eq!(force[1], 0.0);
+        assert_eq!(force[2], alone(x[2], &mut z_axis));
+    }
+}
+
+#[test]
+fn a_contact_pushes_only_inside_and_never_pulls() {
+    let contact = Contact::at(Metres(0.01), wall(1000.0, 3.0, 1.0)).expect("valid");
+    let inside = run(&contact, &[0.012])[0];
+    assert!(
+        (inside + 1000.0 * 0.002 + 3.0 * 2.0).abs() < 1e-9,
+        "{inside}"
+    );
+    // In, then out fast while still inside: the damper alone would pull.
+    let forces = run(&contact, &[0.0, 0.02, 0.011, 0.005, 0.011]);
+    assert_eq!(forces[0], 0.0);
+    assert!(forces[1] < 0.0);
+    assert_eq!(forces[2], 0.0);
+    assert_eq!(forces[3], 0.0);
+    assert!(forces[4] < 0.0);
+}
+
+#[test]
+fn a_slanted_plane_pushes_along_its_normal() {
+    let contact = Contact::new([3.0, 4.0], Metres(0.5), wall(10.0, 0.0, 1.0)).expect("valid");
+    let history = contact.at_rest();
+    // n = (0.6, 0.8); at (1, 1) the depth is 1.4 − 0.5.
+    let force = contact.force(&history, &vector![1.0, 1.0]);
+    assert!((force - vector![-5.4, -7.2]).norm() < 1e-12, "{force}");
+    assert_eq!(
+        contact.force(&history, &vector![0.0, 0.0]),
+        vector![0.0, 0.0]
+    );
+}
+
+#[test]
+fn a_position_that_is_not_a_number_is_not_hidden_by_a_contact() {
+    let contact = Contact::at(Metres(0.0), wall(1000.0, 3.0, 0.5)).expect("valid");
+    let force = contact.force(&contact.at_rest(), &vector![f64::NAN]);
+    assert!(force[0].is_nan());
+}
+
+#[test]
+fn a_specimen_scales_stress_to_force() {
+    // A/ℓ = 4e-4/0.02 = 0.02 m: K = 0.02·1000 = 20 N/m, B = 0.02·500 = 10.
+    let tissue = Tissue::new(Pascals(1000.0), 500.0, Order::new(0.3).expect("valid")).expect("ok");
+    let specimen = Specimen::new(SquareMetres(4e-4), Metres(0.02)).expect("valid");
+    let rendered = KelvinVoigt::new(&tissue, &specimen, operator(0.3)).expect("valid");
+    let same = wall(20.0, 10.0, 0.3);
+    let positions = [1e-4, 3e-4, 2e-4];
+    for (a, b) in run(&rendered, &positions)
+        .iter()
+        .zip(run(&same, &positions))
+    {
+        assert!((a - b).abs() < 1e-15, "{a} {b}");
+    }
+    assert_eq!(specimen.force(Pascals(100.0)), Newtons(0.04));
+    assert_eq!(specimen.displacement(0.05), Metres(1e-3));
+}
+
+#[test]
+fn relaxation_stress_agrees_with_50_digits() {
+    // tests/golden/make_golden.py: cancerous prostate, 5 % in 1 s.
+    let tissue =
+        Tissue::new(Pascals(0.0), 8650.0, Order::new(0.2247).expect("valid")).expect("valid");
+    let golden = include_str!("../../../tests/golden/relaxation_stress_pa.csv");
+    for line in golden.lines().skip(1) {
+        let (time, want) = line.split_once(',').expect("two columns");
+        let (time, want): (f64, f64) = (time.parse().expect("t"), want.parse().expect("σ"));
+        let have = tissue.relaxation_stress(0.05, 1.0, time).0;
+        assert!((have / want - 1.0).abs() < 1e-13, "t {time}: {have} {want}");
+    }
+}
+
+#[test]
+fn a_short_ramp_relaxes_like_a_step() {
+    let tissue = Tissue::new(Pascals(70.0), 30.0, Order::new(0.4).expect("valid")).expect("valid");
+    let ramp = tissue.relaxation_stress(0.1, 1e-6, 5.0).0;
+    let step = tissue.relaxation_stress(0.1, 0.0, 5.0).0;
+    assert!((ramp / step - 1.0).abs() < 1e-7, "{ramp} {step}");
+    assert_eq!(tissue.relaxation_stress(0.1, 1.0, 0.0).0, 0.0);
+    assert_eq!(tissue.relaxation_stress(0.1, 1.0, -3.0).0, 0.0);
+}
+
+#[test]
+fn bad_parameters_are_refused_with_name_value_range_and_unit() {
+    let message =
+        |result: Result<(), haptic_loop::ParameterError>| result.expect_err("refused").to_string();
+    let order = |mu| Order::new(mu).expect("valid");
+    let spring = SpringDamper::new(-1.0, 0.0, operator(0.5)).map(drop);
+    assert_eq!(message(spring), "stiffness -1 N/m is not at least 0 N/m");
+    let thin = Specimen::new(SquareMetres(1e-4), Metres(0.0)).map(drop);
+    assert_eq!(message(thin), "thickness 0 m is not above 0 m");
+    let area = Specimen::new(SquareMetres(f64::NAN), Metres(1.0)).map(drop);
+    assert_eq!(message(area), "area NaN m² is not above 0 m²");
+    let steep = Tissue::new(Pascals(1.0), 1.0, order(1.5)).map(drop);
+    assert_eq!(message(steep), "order of a tissue 1.5 is not in [0, 1]");
+    assert!(Tissue::new(Pascals(0.0), 0.0, order(0.5)).is_err());
+    assert!(Contact::new([0.0, 0.0], Metres(0.0), wall(1.0, 0.0, 0.5)).is_err());
+    assert!(Contact::at(Metres(f64::INFINITY), wall(1.0, 0.0, 0.5)).is_err());
+}
+
+proptest! {
+    #[test]
+    fn a_contact_never_pulls(positions in proptest::collection::vec(-0.01..0.01_f64, 200), mu in 0.0..2.0_f64) {
+        let contact = Contact::at(Metres(0.001), wall(500.0, 0.1, mu)).expect("valid");
+        for (n, force) in run(&contact, &positions).iter().enumerate() {
+            prop_assert!(*force <= 0.0, "sample {}: {}", n, force);
+            prop_assert!(positions[n] > 0.001 || *force == 0.0, "sample {}: {}", n, force);
+        }
+    }
+
+    #[test]
+    fn a_fractional_damper_gives_back_no_more_energy_than_it_took(
+        velocities in proptest::collection::vec(-1.0..1.0_f64, 64),
+        mu in 0.0..1.0_f64,
+    ) {
+        // Σ f·Δx over a motion that starts at rest, force and motion of the same tick: the real part
+        // of (1 − w)^μ/(1 − w) is positive for 0 ≤ μ ≤ 1, so the discrete element dissipates.
+        let mut x = 0.0;
+        let positions: Vec<f64> = velocities.iter().map(|v| { x += v * 1e-3; x }).collect();
+        let forces = run(&wall(0.0, 1.0, mu), &positions);
+        let mut before = 0.0;
+        let mut energy = 0.0;
+        for (x, f) in positions.iter().zip(forces) {
+            energy -= f * (x - before);
+            before = *x;
+            prop_assert!(energy >= -1e-12, "{}", energy);
+        }
+    }
+}
+
+#[test]
+fn three_axes_start_at_rest() {
+    let environment = wall(1.0, 1.0, 0.5);
+    let history = Environment::<f64, 3>::at_rest(&environment);
+    let zero = SVector::<f64, 3>::zeros();
+    assert_eq!(environment.force(&history, &zero), zero);
+}

@@ -1,0 +1,212 @@
+//! What the plants refuse, by name, value, range and unit.
+
+use fracdiff::Seconds;
+use haptic_loop::ParameterError;
+use haptic_loop::plant::{
+    EncoderQuantiser, IndentationRig, MAX_DELAY_SAMPLES, MassDamper, MassDamperConfig,
+    MeasurementDelay, RampHold, RigConfig, RigContact, RigDrive, RigServo, SensorNoise,
+};
+use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
+
+/// The dissertation's voice coil (section 4.4), at 1 kHz.
+const M: f64 = 0.065;
+const B: f64 = 3.5;
+const T: f64 = 1e-3;
+
+fn ideal(m: f64, b: f64, t: f64) -> MassDamperConfig {
+    MassDamperConfig::ideal(Kilograms(m), NewtonSecondsPerMetre(b), Seconds(t))
+}
+
+fn with_hand(m: f64, b: f64, k: f64, t: f64) -> MassDamperConfig {
+    MassDamperConfig {
+        stiffness: NewtonsPerMetre(k),
+        ..ideal(m, b, t)
+    }
+}
+
+fn drive() -> RigDrive {
+    RigDrive::Position(RampHold::new(Metres(1e-3), Seconds(1.0)).expect("valid"))
+}
+
+#[test]
+fn a_mass_damper_refuses_bad_parameters() {
+    let good = with_hand(M, B, 0.0, T);
+    let refused = |config| {
+        MassDamper::<1>::new(config)
+            .map(|_| ())
+            .map_err(|error| error.to_string())
+    };
+    assert_eq!(refused(good), Ok(()));
+    let longest = Seconds(MAX_DELAY_SAMPLES as f64 * T);
+    assert_eq!(
+        refused(MassDamperConfig {
+            delay: longest,
+            ..good
+        }),
+        Ok(())
+    );
+    for (config, message) in [
+        (ideal(0.0, B, T), "mass 0 kg is not above 0 kg"),
+        (
+            ideal(M, -1.0, T),
+            "damping -1 N·s/m is not at least 0 N·s/m",
+        ),
+        (ideal(M, B, f64::NAN), "sample time NaN s is not above 0 s"),
+        (
+            with_hand(M, B, f64::INFINITY, T),
+            "stiffness of the hand inf N/m is not at least 0 N/m",
+        ),
+        (
+            MassDamperConfig {
+                friction: Newtons(-0.1),
+                ..good
+            },
+            "Coulomb friction -0.1 N is not at least 0 N",
+        ),
+        (
+            MassDamperConfig {
+                delay: Seconds(0.0641),
+                ..good
+            },
+            "force delay 0.0641 s is not at most 64 sample times s",
+        ),
+        (
+            MassDamperConfig {
+                saturation: Some(Newtons(0.0)),
+                ..good
+            },
+            "actuator saturation 0 N is not above 0 N",
+        ),
+        (
+            MassDamperConfig {
+                lag: Seconds(-1.0),
+                ..good
+            },
+            "actuator time constant -1 s is not at least 0 s",
+        ),
+        (
+            MassDamperConfig {
+                friction: Newtons(0.1),
+                ..with_hand(M, B, 1e5, T)
+            },
+            "with friction, stiffness of the hand 100000 N/m is not at most m/T² N/m",
+        ),
+        (
+            ideal(1.0, 2e6, 1.0),
+            "change of the fastest motion in one step 2000000 rad is not at most 1e6 rad",
+        ),
+    ] {
+        assert_eq!(refused(config), Err(message.into()));
+    }
+}
+
+#[test]
+fn a_rig_refuses_bad_parameters() {
+    let good = RigConfig::new(drive(), RigContact::COMPLIANT, Seconds(T));
+    let refused = |config| {
+        IndentationRig::new(config)
+            .map(|_| ())
+            .map_err(|error| error.to_string())
+    };
+    let contact = |stiffness, damping| RigContact::Compliant {
+        stiffness: NewtonsPerMetre(stiffness),
+        damping: NewtonSecondsPerMetre(damping),
+    };
+    let servo = |integral_time| RigServo {
+        integral_time: Seconds(integral_time),
+        ..RigServo::DEFAULT
+    };
+    assert_eq!(refused(good), Ok(()));
+    for (config, message) in [
+        (
+            RigConfig {
+                renderer_mass: Kilograms(0.0),
+                ..good
+            },
+            "renderer mass 0 kg is not above 0 kg",
+        ),
+        (
+            RigConfig {
+                indenter_damping: NewtonSecondsPerMetre(-1.0),
+                ..good
+            },
+            "indenter damping -1 N·s/m is not at least 0 N·s/m",
+        ),
+        (
+            RigConfig {
+                contact: contact(0.0, 1.0),
+                ..good
+            },
+            "contact stiffness 0 N/m is not above 0 N/m",
+        ),
+        (
+            RigConfig {
+                contact: contact(1.0, -1.0),
+                ..good
+            },
+            "contact damping -1 N·s/m is not at least 0 N·s/m",
+        ),
+        (
+            RigConfig {
+                servo: servo(0.0),
+                ..good
+            },
+            "servo integral time 0 s is not above 0 s",
+        ),
+        (
+            RigConfig {
+                drive: RigDrive::Force(Newtons(f64::NAN)),
+                ..good
+            },
+            "push NaN N is not a finite number of N",
+        ),
+        (
+            RigConfig {
+                saturation: Some(Newtons(-2.0)),
+                ..good
+            },
+            "actuator saturation -2 N is not above 0 N",
+        ),
+        (
+            RigConfig {
+                sample_time: Seconds(0.0),
+                ..good
+            },
+            "sample time 0 s is not above 0 s",
+        ),
+    ] {
+        assert_eq!(refused(config), Err(message.into()));
+    }
+}
+
+#[test]
+fn a_profile_refuses_bad_parameters() {
+    let profile = |depth, time| RampHold::new(Metres(depth), Seconds(time));
+    let message = |depth, time| profile(depth, time).map_err(|error| error.to_string());
+    assert_eq!(
+        message(f64::INFINITY, 1.0),
+        Err("indentation depth inf m is not a finite number of m".into())
+    );
+    assert_eq!(
+        message(1.0, 0.0),
+        Err("ramp time 0 s is not above 0 s".into())
+    );
+}
+
+#[test]
+fn wrappers_refuse_bad_parameters() {
+    let still = || MassDamper::<1>::new(ideal(M, B, T)).expect("valid");
+    let message = |error: Option<ParameterError>| error.map(|error| error.to_string());
+    assert_eq!(
+        message(EncoderQuantiser::new(still(), Metres(0.0)).err()),
+        Some("encoder resolution 0 m is not above 0 m".into())
+    );
+    assert_eq!(
+        message(SensorNoise::new(still(), Metres(-1e-6), 0).err()),
+        Some("standard deviation of the noise -0.000001 m is not at least 0 m".into())
+    );
+    assert_eq!(
+        message(MeasurementDelay::<_, f64, 1>::new(still(), 65).err()),
+        Some("measurement delay 65 samples is not at most 64 samples".into())
+    );
+}

@@ -1,0 +1,393 @@
+//! The simulated mass-damper against closed forms.
+
+use fracdiff::{Real, Seconds};
+use haptic_loop::plant::{MassDamper, MassDamperConfig, SensorNoise};
+use haptic_loop::units::{
+    Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, NewtonsPerSecond,
+};
+use haptic_loop::{Device, Reading, SafeForce, SafetyChain, SafetyState};
+use nalgebra::{Matrix3, SVector, Vector1, Vector2, Vector3};
+use proptest::prelude::*;
+
+/// The dissertation's voice coil (section 4.4), at 1 kHz.
+const M: f64 = 0.065;
+const B: f64 = 3.5;
+const T: f64 = 1e-3;
+
+fn ideal(m: f64, b: f64, t: f64) -> MassDamperConfig {
+    MassDamperConfig::ideal(Kilograms(m), NewtonSecondsPerMetre(b), Seconds(t))
+}
+
+fn with_hand(m: f64, b: f64, k: f64, t: f64) -> MassDamperConfig {
+    MassDamperConfig {
+        stiffness: NewtonsPerMetre(k),
+        ..ideal(m, b, t)
+    }
+}
+
+fn plant(config: MassDamperConfig) -> MassDamper<1> {
+    MassDamper::new(config).expect("parameters within their ranges")
+}
+
+/// A force through a safety chain too wide to change it.
+fn safe<F: Real, const D: usize>(force: SVector<F, D>) -> SafeForce<F, D> {
+    let chain = SafetyChain::new(Newtons(1e9), NewtonsPerSecond(1e12), Seconds(1.0));
+    let mut state = SafetyState::default();
+    chain.expect("valid").apply(&mut state, &force).0
+}
+
+fn write(plant: &mut impl Device<f64, 1, Error: core::fmt::Debug>, force: f64) {
+    plant.write(safe(Vector1::new(force))).expect("infallible");
+}
+
+fn read<const D: usize>(plant: &mut impl Device<f64, D>) -> Reading<f64, D> {
+    plant.read().expect("infallible")
+}
+
+fn state(plant: &MassDamper<1>) -> (f64, f64) {
+    (plant.position()[0], plant.velocity()[0])
+}
+
+#[track_caller]
+fn assert_close(what: &str, have: f64, want: f64, tolerance: f64) {
+    let error = (have - want).abs();
+    assert!(
+        error <= tolerance,
+        "{what}: have {have:e}, want {want:e}, error {error:e} above {tolerance:e}"
+    );
+}
+
+/// Position and velocity t seconds after a constant force starts on a resting mass, k = 0.
+fn step_response(force: f64, m: f64, b: f64, t: f64) -> (f64, f64) {
+    let t = t.max(0.0);
+    let lost = -libm::expm1(-b * t / m);
+    (force / b * (t - m / b * lost), force / b * lost)
+}
+
+#[test]
+fn a_thrown_mass_decays_exponentially() {
+    let mut plant = plant(ideal(M, B, T));
+    plant.set_state(Vector1::new(0.5), Vector1::new(2.0));
+    for n in 1..=1000_u32 {
+        write(&mut plant, 0.0);
+        let decay = libm::expm1(-B / M * f64::from(n) * T);
+        let (x, v) = state(&plant);
+        assert_close("x", x, 0.5 - 2.0 * M / B * decay, 1e-14);
+        assert_close("v", v, 2.0 * (1.0 + decay), 1e-13);
+    }
+}
+
+#[test]
+fn a_constant_force_leads_to_the_terminal_velocity() {
+    let mut plant = plant(ideal(M, B, T));
+    for n in 1..=1000_u32 {
+        write(&mut plant, 0.7);
+        let (x, v) = step_response(0.7, M, B, f64::from(n) * T);
+        assert_close("x", plant.position()[0], x, 1e-13);
+        assert_close("v", plant.velocity()[0], v, 1e-13);
+    }
+    // 54 time constants m/b later nothing of the start is left: v = F/b.
+    assert_close("terminal velocity", plant.velocity()[0], 0.2, 1e-13);
+}
+
+#[test]
+fn an_undamped_mass_on_a_hand_is_a_harmonic_oscillator() {
+    let k = 300.0;
+    let omega = libm::sqrt(k / M);
+    let mut plant = plant(with_hand(M, 0.0, k, T));
+    plant.set_state(Vector1::new(0.01), Vector1::new(0.0));
+    for n in 1..=10_000_u32 {
+        write(&mut plant, 0.0);
+        let (x, v) = state(&plant);
+        // Each step adds a rounding error of about 1e-16 of the amplitude to the phase.
+        let phase = omega * f64::from(n) * T;
+        assert_close("x", x, 0.01 * libm::cos(phase), 1e-13);
+        assert_close("v", v, -0.01 * omega * libm::sin(phase), 1e-11);
+        let energy = 0.5 * (M * v * v + k * x * x);
+        assert_close("energy", energy / (0.5 * k * 1e-4), 1.0, 1e-11);
+    }
+}
+
+#[test]
+fn critical_damping_meets_its_double_pole() {
+    // b² = 4·k·m: x = x₀·(1 + p·t)·e^(-p·t), p = b/(2m).
+    let (m, p) = (0.1, 40.0);
+    let mut plant = plant(with_hand(m, 2.0 * m * p, m * p * p, T));
+    plant.set_state(Vector1::new(1.0), Vector1::new(0.0));
+    for n in 1..=500_u32 {
+        write(&mut plant, 0.0);
+        let pt = p * f64::from(n) * T;
+        let want = (1.0 + pt) * libm::exp(-pt);
+        assert_close("x", plant.position()[0], want, 1e-13);
+    }
+}
+
+#[test]
+fn one_sample_of_force_gives_the_coefficients_of_equation_4_1() {
+    // x[1] = (T²/m)·n₁·u and x[2] = (T²/m)·(n₁·(1 + e^-δ) + n₀)·u for u in sample 0 only; k = 0.
+    for b in [0.5, 3.5, 200.0, 5000.0] {
+        let delta = b * T / M;
+        let decay = libm::exp(-delta);
+        let n1 = (delta - 1.0 + decay) / delta / delta;
+        let n0 = (1.0 - decay - delta * decay) / delta / delta;
+        let mut plant = plant(ideal(M, b, T));
+        write(&mut plant, 1.0);
+        let x1 = plant.position()[0] * M / T / T;
+        write(&mut plant, 0.0);
+        let x2 = plant.position()[0] * M / T / T;
+        // The closed forms themselves lose eps/δ² to cancellation, δ ≥ 0.0077.
+        assert_close("n₁", x1, n1, 1e-11 * n1);
+        assert_close("n₀", x2 - (1.0 + decay) * x1, n0, 1e-11);
+    }
+}
+
+#[test]
+fn a_step_arrives_after_a_delay_that_is_not_whole() {
+    for samples in [0.0, 0.25, 1.0, 2.5, 17.125, 63.75, 64.0] {
+        let mut plant = plant(MassDamperConfig {
+            delay: Seconds(samples * T),
+            ..ideal(M, B, T)
+        });
+        for n in 1..=200_u32 {
+            write(&mut plant, 1.0);
+            let (x, v) = step_response(1.0, M, B, (f64::from(n) - samples) * T);
+            assert_close("x", plant.position()[0], x, 1e-15);
+            assert_close("v", plant.velocity()[0], v, 2e-14);
+        }
+    }
+}
+
+#[test]
+fn a_delay_that_is_a_whole_number_but_for_rounding_is_whole() {
+    let (delay, sample_time) = (0.3, 0.1);
+    assert!(delay / sample_time < 3.0, "not 3 in binary");
+    let mut plant = plant(MassDamperConfig {
+        delay: Seconds(delay),
+        ..ideal(M, B, sample_time)
+    });
+    for n in 0..3 {
+        write(&mut plant, 1.0);
+        assert_eq!(plant.position()[0].to_bits(), 0, "moved in sample {n}");
+    }
+    write(&mut plant, 1.0);
+    assert!(plant.position()[0] > 0.0);
+}
+
+#[test]
+fn the_current_lags_behind_the_command_with_its_time_constant() {
+    // b = 0, k = 0: m·v = u·(t - τ·(1 - e^(-t/τ))).
+    let lag = 2e-3;
+    let mut plant = plant(MassDamperConfig {
+        lag: Seconds(lag),
+        ..ideal(M, 0.0, T)
+    });
+    for n in 1..=50_u32 {
+        write(&mut plant, 0.5);
+        let t = f64::from(n) * T;
+        let reached = -libm::expm1(-t / lag);
+        assert_close("a", plant.applied_force()[0], 0.5 * reached, 1e-15);
+        let v = 0.5 / M * (t - lag * reached);
+        assert_close("v", plant.velocity()[0], v, 1e-14);
+    }
+}
+
+#[test]
+fn a_saturated_actuator_gives_its_limit() {
+    let mut plant = plant(MassDamperConfig {
+        saturation: Some(Newtons(2.0)),
+        ..ideal(1.0, 0.0, 1.0)
+    });
+    for (wanted, velocity) in [(3.0, 2.0), (-5.0, 0.0), (1.5, 1.5)] {
+        write(&mut plant, wanted);
+        assert_close("v", plant.velocity()[0], velocity, 1e-15);
+    }
+}
+
+#[test]
+fn a_mass_that_friction_holds_never_moves() {
+    let stuck = MassDamperConfig {
+        friction: Newtons(1.0),
+        delay: Seconds(1.4 * T),
+        ..with_hand(M, B, 300.0, T)
+    };
+    let lagging = MassDamperConfig {
+        lag: Seconds(5e-3),
+        ..stuck
+    };
+    for config in [stuck, lagging] {
+        let mut plant = plant(config);
+        // The hand's spring pulls with 0.3 N, an external force holds against it.
+        plant.set_state(Vector1::new(1e-3), Vector1::new(0.0));
+        plant.set_external_force(Vector1::new(0.3));
+        for n in 0..1_000_000 {
+            let sign = if n % 3 == 0 { 1.0 } else { -1.0 };
+            write(&mut plant, sign * 0.99);
+            assert_eq!(
+                plant.position()[0].to_bits(),
+                1e-3_f64.to_bits(),
+                "tick {n}"
+            );
+            assert_eq!(plant.velocity()[0].to_bits(), 0, "tick {n}");
+        }
+        write(&mut plant, 1.5);
+        (0..20).for_each(|_| write(&mut plant, 1.5));
+        assert!(plant.velocity()[0] > 0.0, "1.5 N breaks it loose");
+    }
+}
+
+#[test]
+fn a_sliding_mass_stops_where_friction_has_used_up_its_energy() {
+    let friction = 0.4;
+    let mut worst: f64 = 0.0;
+    for (sample_time, throw) in [4e-3, 1e-3, 3e-4]
+        .into_iter()
+        .flat_map(|t| (0..20).map(move |n| (t, n)))
+    {
+        let v0 = 0.0503 + 0.0131 * f64::from(throw);
+        let mut plant = plant(MassDamperConfig {
+            friction: Newtons(friction),
+            ..ideal(M, 0.0, sample_time)
+        });
+        plant.set_state(Vector1::new(0.0), Vector1::new(v0));
+        let samples = (M * v0 / friction / sample_time).ceil();
+        let mut n = 0.0;
+        while plant.velocity()[0] > 0.0 {
+            write(&mut plant, 0.0);
+            n += 1.0;
+        }
+        assert_close("samples until it stopped", n, samples, 0.0);
+        assert_eq!(plant.velocity()[0].to_bits(), 0, "not quite at rest");
+        let stopped = plant.position()[0];
+        (0..1000).for_each(|_| write(&mut plant, 0.0));
+        assert_eq!(stopped.to_bits(), plant.position()[0].to_bits(), "it crept");
+        // The last sample ends at rest instead of stopping early in it: at most Fc·T²/(8·m) off.
+        let distance = M * v0 * v0 / (2.0 * friction);
+        let bound = friction * sample_time * sample_time / (8.0 * M);
+        assert_close("distance", stopped, distance, bound + 1e-15);
+        worst = worst.max((stopped - distance).abs() / bound);
+    }
+    assert!(worst > 0.5, "the bound says nothing: {worst}");
+}
+
+#[test]
+fn friction_takes_its_force_off_a_push() {
+    // b·v = F - Fc once the velocity has settled, in either direction.
+    for sign in [1.0, -1.0] {
+        let mut plant = plant(MassDamperConfig {
+            friction: Newtons(0.2),
+            ..ideal(M, B, T)
+        });
+        (0..1000).for_each(|_| write(&mut plant, sign * 0.9));
+        assert_close("v", plant.velocity()[0], sign * 0.2, 1e-14);
+    }
+}
+
+#[test]
+fn axes_are_independent_and_runs_repeat_bit_for_bit() {
+    let config = MassDamperConfig {
+        friction: Newtons(0.05),
+        delay: Seconds(1.3 * T),
+        saturation: Some(Newtons(0.8)),
+        lag: Seconds(1e-3),
+        ..with_hand(M, B, 50.0, T)
+    };
+    let run = || {
+        let mut both = MassDamper::<2>::new(config).expect("valid");
+        let mut noisy = SensorNoise::new(both.clone(), Metres(1e-5), 7).expect("valid");
+        let mut alone = plant(config);
+        let mut digest = Vec::new();
+        for n in 0..500_u32 {
+            let force = libm::sin(f64::from(n) * 0.05);
+            let pair = safe(Vector2::new(force, -0.5 * force));
+            both.write(pair).expect("infallible");
+            noisy.write(pair).expect("infallible");
+            write(&mut alone, force);
+            assert_eq!(both.position()[0].to_bits(), alone.position()[0].to_bits());
+            digest.extend(both.position().iter().map(|x| x.to_bits()));
+            digest.extend(read(&mut noisy).position_m.iter().map(|x| x.to_bits()));
+        }
+        digest
+    };
+    assert_eq!(run(), run());
+}
+
+#[test]
+fn a_reading_counts_ticks_in_virtual_time_and_rounds_to_single_precision() {
+    let mut plant = plant(ideal(M, B, 0.25));
+    for n in 0..5_u32 {
+        let reading: Reading<f32, 1> = plant.read().expect("infallible");
+        assert_eq!(reading.tick, u64::from(n));
+        assert_close("time", reading.time_s, f64::from(n) * 0.25, 0.0);
+        let want = f32::from_f64(plant.position()[0]);
+        assert_eq!(reading.position_m[0].to_bits(), want.to_bits());
+        plant
+            .write(safe(Vector1::new(0.1_f32)))
+            .expect("infallible");
+    }
+}
+
+/// One sample of x'' = (u - b·x' - k·x)/m by another route: many short Taylor steps.
+fn reference_step(m: f64, b: f64, k: f64, t: f64, start: Vector3<f64>) -> Vector3<f64> {
+    let generator = Matrix3::new(0.0, 1.0, 0.0, -k / m, -b / m, 1.0 / m, 0.0, 0.0, 0.0);
+    // Short against the fastest motion, b/m or √(k/m).
+    let steps = (8.0 * t * (b / m + libm::sqrt(k / m))).ceil().max(1.0);
+    let mut state = start;
+    for _ in 0..steps as u32 {
+        let mut term = state;
+        for order in 1..=24_u32 {
+            term = generator * term * (t / steps / f64::from(order));
+            state += term;
+        }
+    }
+    state
+}
+
+proptest! {
+    #[test]
+    fn a_sample_matches_a_taylor_series_of_the_motion(
+        m in 0.01..10.0_f64,
+        b in 0.0..100.0_f64,
+        k in prop_oneof![Just(0.0), 0.0..1e4_f64],
+        t in 1e-4..1e-2_f64,
+        x in -1.0..1.0_f64,
+        v in -1.0..1.0_f64,
+        u in -10.0..10.0_f64,
+    ) {
+        let mut plant = plant(with_hand(m, b, k, t));
+        plant.set_state(Vector1::new(x), Vector1::new(v));
+        write(&mut plant, u);
+        let want = reference_step(m, b, k, t, Vector3::new(x, v, u));
+        let (have_x, have_v) = state(&plant);
+        // Errors are relative to the largest position and velocity the start could lead to.
+        let omega = libm::sqrt(k / m);
+        let speed = v.abs() + omega * x.abs() + u.abs() * t / m;
+        assert_close("x", have_x, want[0], 1e-13 * (x.abs() + speed * t));
+        assert_close("v", have_v, want[1], 1e-13 * (speed + omega * t * speed));
+    }
+
+    #[test]
+    fn two_half_samples_are_one_sample(
+        m in 0.01..10.0_f64,
+        b in 0.0..100.0_f64,
+        k in 0.0..1e4_f64,
+        lag in prop_oneof![Just(0.0), 1e-4..1e-1_f64],
+        t in 1e-4..1e-2_f64,
+        u in -10.0..10.0_f64,
+    ) {
+        let config = |t| MassDamperConfig { lag: Seconds(lag), ..with_hand(m, b, k, t) };
+        let (mut whole, mut half) = (plant(config(t)), plant(config(t / 2.0)));
+        for plant in [&mut whole, &mut half] {
+            plant.set_state(Vector1::new(0.1), Vector1::new(-0.2));
+        }
+        write(&mut whole, u);
+        write(&mut half, u);
+        write(&mut half, u);
+        let (want_x, want_v) = state(&half);
+        let (have_x, have_v) = state(&whole);
+        let omega = libm::sqrt(k / m);
+        let speed = 0.2 + omega * 0.1 + u.abs() * t / m;
+        assert_close("x", have_x, want_x, 1e-13 * (0.1 + speed * t));
+        assert_close("v", have_v, want_v, 1e-13 * (speed + omega * t * speed));
+        assert_close("a", whole.applied_force()[0], half.applied_force()[0], 1e-14 * u.abs());
+    }
+}

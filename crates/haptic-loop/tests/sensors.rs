@@ -1,0 +1,92 @@
+//! The sensor wrappers around a simulated device.
+
+use fracdiff::{Real, Seconds};
+use haptic_loop::plant::{
+    EncoderQuantiser, MAX_DELAY_SAMPLES, MassDamper, MassDamperConfig, MeasurementDelay,
+    SensorNoise,
+};
+use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
+use haptic_loop::{Device, Reading, SafeForce, SafetyChain, SafetyState};
+use nalgebra::{SVector, Vector1};
+
+/// A free mass of 1 kg at `position` m with `velocity` m/s, one tick a second.
+fn plant(position: f64, velocity: f64) -> MassDamper<1> {
+    let ideal = MassDamperConfig::ideal(Kilograms(1.0), NewtonSecondsPerMetre(0.0), Seconds(1.0));
+    let mut plant = MassDamper::new(ideal).expect("valid");
+    plant.set_state(Vector1::new(position), Vector1::new(velocity));
+    plant
+}
+
+/// A force through a safety chain too wide to change it.
+fn safe<F: Real, const D: usize>(force: SVector<F, D>) -> SafeForce<F, D> {
+    let chain = SafetyChain::new(Newtons(1e9), NewtonsPerSecond(1e12), Seconds(1.0));
+    let mut state = SafetyState::default();
+    chain.expect("valid").apply(&mut state, &force).0
+}
+
+fn write(plant: &mut impl Device<f64, 1, Error: core::fmt::Debug>, force: f64) {
+    plant.write(safe(Vector1::new(force))).expect("infallible");
+}
+
+fn read<const D: usize>(plant: &mut impl Device<f64, D>) -> Reading<f64, D> {
+    plant.read().expect("infallible")
+}
+
+#[track_caller]
+fn assert_close(what: &str, have: f64, want: f64, tolerance: f64) {
+    let error = (have - want).abs();
+    assert!(
+        error <= tolerance,
+        "{what}: have {have:e}, want {want:e}, error {error:e} above {tolerance:e}"
+    );
+}
+
+#[test]
+fn an_encoder_reads_the_nearest_count() {
+    let mut encoder = EncoderQuantiser::new(plant(0.0, 0.0), Metres(1e-3)).expect("valid");
+    for (x, want) in [(0.4e-3, 0.0), (0.6e-3, 1e-3), (-2.6e-3, -3e-3)] {
+        let device: &mut MassDamper<1> = encoder.device_mut();
+        device.set_state(Vector1::new(x), Vector1::new(0.0));
+        assert_close("count", read(&mut encoder).position_m[0], want, 0.0);
+    }
+    write(&mut encoder, 1.0);
+    assert_eq!(read::<1>(&mut encoder).tick, 1, "a write goes through");
+}
+
+#[test]
+fn sensor_noise_has_its_standard_deviation_and_its_seed() {
+    let sample = |seed, deviation| {
+        let mut noisy = SensorNoise::new(plant(0.0, 0.0), Metres(deviation), seed).expect("valid");
+        (0..10_000)
+            .map(|_| read::<1>(&mut noisy).position_m[0])
+            .collect::<Vec<f64>>()
+    };
+    let noise = sample(1, 2e-6);
+    let mean = noise.iter().sum::<f64>() / 1e4;
+    let variance = noise.iter().map(|x| x * x).sum::<f64>() / 1e4;
+    // Four standard errors: σ/√n of the mean, σ/√(2n) of the deviation.
+    assert_close("mean", mean, 0.0, 4.0 * 2e-6 / 100.0);
+    assert_close("deviation", variance.sqrt(), 2e-6, 4.0 * 2e-6 / 141.0);
+    assert_eq!(noise, sample(1, 2e-6));
+    assert_ne!(noise, sample(2, 2e-6));
+    assert!(
+        sample(1, 0.0).iter().all(|x| x.to_bits() == 0),
+        "σ = 0 is exact"
+    );
+}
+
+#[test]
+fn a_delayed_measurement_is_that_many_ticks_old() {
+    for samples in [0_usize, 1, 5, MAX_DELAY_SAMPLES] {
+        let mut delayed = MeasurementDelay::new(plant(100.0, 1.0), samples).expect("valid");
+        for n in 0..200_usize {
+            let first = read(&mut delayed);
+            assert_eq!(first, read(&mut delayed), "a second reading is the same");
+            assert_eq!(first.tick, n as u64);
+            // Position 100 + n at tick n, the first one before.
+            let want = 100.0 + n.saturating_sub(samples) as f64;
+            assert_close("position", first.position_m[0], want, 1e-11);
+            write(&mut delayed, 0.0);
+        }
+    }
+}
