@@ -1,0 +1,79 @@
+//! What can go wrong with a log.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::{MessageError, NewFileError};
+
+/// An error of the run log. The message is one line and says what to do.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RecordError {
+    /// The file could not be created or could not get its name.
+    #[error(transparent)]
+    File(#[from] NewFileError),
+    /// Writing failed while the run went on, as on a full disk. The file named stays.
+    #[error(
+        "writing the log `{}` failed: {source}; {samples_safe} samples are safe in it; make space, then save them with `host-cli log recover`",
+        .path.display()
+    )]
+    Write {
+        /// The unfinished file.
+        path: PathBuf,
+        /// Samples up to the last chunk the operating system took.
+        samples_safe: u64,
+        /// What the operating system said.
+        source: io::Error,
+    },
+    /// Reading failed, as on a damaged disk; not used for damage inside a log.
+    #[error("cannot read `{}`: {source}", .path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system said.
+        source: io::Error,
+    },
+    /// The file is something else.
+    #[error("`{}` is not an MCAP log: {found}; give a file that host-cli has written (NAME.mcap or NAME.mcap.part)", .path.display())]
+    NotMcap {
+        /// The file.
+        path: PathBuf,
+        /// What it starts with instead.
+        found: String,
+    },
+    /// A message carries a time no log can hold.
+    #[error(
+        "device time {time_s} s is not in [0, 1.8e10] s; the log keeps it as unsigned nanoseconds"
+    )]
+    Time {
+        /// The time, s.
+        time_s: f64,
+    },
+    /// A message could not be encoded.
+    #[error(transparent)]
+    Message(#[from] MessageError),
+    /// The CSV could not be written.
+    #[error("writing `{}` failed: {source}; nothing was left behind under that name", .path.display())]
+    Csv {
+        /// The file.
+        path: PathBuf,
+        /// What the CSV writer said.
+        source: csv::Error,
+    },
+}
+
+impl RecordError {
+    /// An I/O error while reading `path`.
+    pub(crate) fn read(path: &Path, source: io::Error) -> Self {
+        let path = path.to_owned();
+        Self::Read { path, source }
+    }
+}
+
+/// The I/O error inside an error of the MCAP library, so that one line says the cause.
+pub(crate) fn io_error(error: mcap::McapError) -> io::Error {
+    match error {
+        mcap::McapError::Io(error) => error,
+        other => io::Error::other(other.to_string()),
+    }
+}

@@ -1,0 +1,79 @@
+//! A log as CSV: one row per tick, columns named as the fields of [`TickMessage`](super::TickMessage) with their units.
+
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+
+use super::{Condition, Entry, Leftover, LogReader, NewFile, RecordError};
+
+/// The fields of [`TickMessage`](super::TickMessage) in order.
+const COLUMNS: [&str; 9] = [
+    "tick",
+    "time_s",
+    "reference_m",
+    "indenter_position_m",
+    "position_m",
+    "environment_force_n",
+    "force_n",
+    "contact_force_n",
+    "limiters",
+];
+
+/// What was exported.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ExportSummary {
+    /// The CSV file.
+    pub path: PathBuf,
+    /// Rows, without the header.
+    pub rows: u64,
+    /// How the log was found; rows may be missing if it is not complete.
+    pub condition: Condition,
+}
+
+/// Writes the ticks of the log `source` to the new CSV file `target`.
+///
+/// Numbers are written with as many digits as it takes to read the same `f64` again. A log without
+/// ticks gives a file with the header alone.
+///
+/// # Errors
+/// If the log cannot be read, or the target exists or cannot be written.
+pub fn export_csv(source: &Path, target: &Path) -> Result<ExportSummary, RecordError> {
+    let mut reader = LogReader::open(source)?;
+    let (new_file, file) = NewFile::create(target, Leftover::Discard, false)?;
+    let fail = |source| RecordError::Csv {
+        path: target.to_owned(),
+        source,
+    };
+    let mut csv = csv::WriterBuilder::new()
+        .has_headers(false)
+        .from_writer(BufWriter::new(file));
+    csv.write_record(COLUMNS).map_err(fail)?;
+    let mut rows = 0;
+    for entry in &mut reader {
+        if let Entry::Tick(message) = entry? {
+            csv.serialize(message).map_err(fail)?;
+            rows += 1;
+        }
+    }
+    csv.flush().map_err(|error| fail(error.into()))?;
+    drop(csv);
+    new_file.publish().map_err(RecordError::from)?;
+    Ok(ExportSummary {
+        path: target.to_owned(),
+        rows,
+        condition: reader.condition().clone(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::record::TickMessage;
+
+    #[test]
+    fn the_columns_are_the_fields_of_a_tick() {
+        let mut csv = csv::Writer::from_writer(Vec::new());
+        csv.serialize(TickMessage::default()).expect("serialises");
+        let text = String::from_utf8(csv.into_inner().expect("flushes")).expect("is UTF-8");
+        assert_eq!(text.lines().next(), Some(COLUMNS.join(",").as_str()));
+    }
+}

@@ -1,0 +1,42 @@
+//! The run log: one MCAP file per run, written as the run goes.
+//!
+//! ```text
+//! loop ──TickMessage──▶ LogWriter ──▶ run.mcap.part ──finish──▶ run.mcap
+//!                                          │ killed, disk full       │
+//!                                          ▼                         ▼
+//!                                       recover ──▶ new log     LogReader ──▶ inspect, export
+//! ```
+//!
+//! A log holds two topics and any number of metadata records:
+//!
+//! | topic | type | one message per |
+//! |---|---|---|
+//! | `/haptics/tick` | `haptics_msgs/msg/Tick` | control tick |
+//! | `/haptics/event` | `haptics_msgs/msg/Event` | thing worth a sentence |
+//!
+//! Messages are CDR with `ros2msg` schemas under the profile `ros2`, so Foxglove, PlotJuggler
+//! and the ROS 2 bag tools plot them without a plug-in. Log time and publish time are the
+//! *device's* time in ns; the sequence number is the tick. Every 100 ms of device time a chunk is
+//! closed and handed to the operating system: a process that dies loses at most that much.
+//!
+//! What a log does not promise: no fsync before the end, so a power failure may cost more than
+//! 100 ms; and no topics but these two survive [`recover()`].
+
+mod error;
+mod export;
+mod inspect;
+mod message;
+mod new_file;
+mod reader;
+mod recover;
+mod writer;
+
+pub use error::RecordError;
+pub use export::{ExportSummary, export_csv};
+pub use inspect::{Gap, LogSummary, inspect};
+pub use message::{EventMessage, MessageError, TickMessage};
+pub use new_file::NewFileError;
+pub(crate) use new_file::{Leftover, NewFile};
+pub use reader::{Condition, Damage, Entry, LogReader, MetadataRecord};
+pub use recover::{RECOVERED, RecoverySummary, recover};
+pub use writer::{FLUSH_INTERVAL_NS, FinishedLog, LogWriter};

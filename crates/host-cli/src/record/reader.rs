@@ -1,0 +1,391 @@
+//! Reads a log in file order, whole or not.
+//!
+//! Two readers work in turn: one walks the records of the file and yields each chunk as a block of
+//! bytes, one unpacks a block whose checksum is right. So a damaged chunk costs its own 100 ms
+//! and nothing else. Damage to the walk itself (a record whose length is wrong, the end of a cut
+//! file) ends the reading; what came before it is kept. Memory is one chunk, and no length in the
+//! file is believed before its bytes are there.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::fmt;
+use std::fs::File;
+use std::io::{BufReader, Chain, Cursor, Read};
+use std::path::{Path, PathBuf};
+
+use mcap::McapError;
+use mcap::records::{Record, op};
+use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+
+use super::message::LogMessage;
+use super::writer::{EVENT_CHANNEL, LIBRARY_NAME, TICK_CHANNEL};
+use super::{EventMessage, RecordError, TickMessage};
+
+/// No record of a log is longer; a longer one is damage.
+const RECORD_LIMIT: usize = 1 << 25;
+/// At most this much is asked of the file at a time, so a wrong length cannot ask for more.
+const READ_BYTES: usize = 1 << 16;
+
+/// One thing in a log.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Entry {
+    /// A control tick.
+    Tick(TickMessage),
+    /// An event.
+    Event(EventMessage),
+    /// A metadata record.
+    Metadata(MetadataRecord),
+}
+
+/// A named set of strings: parameters, versions, statistics.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct MetadataRecord {
+    /// What the strings are about.
+    pub name: String,
+    /// The strings by key.
+    pub values: BTreeMap<String, String>,
+}
+
+/// A part of a log that could not be read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Damage {
+    /// The file ends in the middle, as after a crash or with `.part` files.
+    Cut {
+        /// Bytes in the file.
+        at_byte: u64,
+    },
+    /// One chunk, up to 100 ms of samples, is damaged; reading went on behind it.
+    Chunk {
+        /// Where it ends, bytes from the start of the file; near enough to look at.
+        at_byte: u64,
+        /// What is wrong with it.
+        cause: String,
+    },
+    /// One record is damaged; reading went on behind it.
+    Record {
+        /// Where it ends, bytes from the start of the file.
+        at_byte: u64,
+        /// What is wrong with it.
+        cause: String,
+    },
+    /// The records no longer follow each other; nothing behind this place could be read.
+    Structure {
+        /// Bytes read up to here.
+        at_byte: u64,
+        /// What is wrong.
+        cause: String,
+    },
+    /// Everything could be read, but the checksum of the whole says that some byte has changed.
+    Checksum {
+        /// The two sums.
+        cause: String,
+    },
+}
+
+impl fmt::Display for Damage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Cut { at_byte } => write!(f, "the file ends unfinished after {at_byte} bytes"),
+            Self::Chunk { at_byte, cause } => {
+                write!(
+                    f,
+                    "a chunk of samples near byte {at_byte} is damaged: {cause}"
+                )
+            }
+            Self::Record { at_byte, cause } => {
+                write!(f, "a record near byte {at_byte} is damaged: {cause}")
+            }
+            Self::Structure { at_byte, cause } => {
+                write!(f, "nothing after about byte {at_byte} can be read: {cause}")
+            }
+            Self::Checksum { cause } => write!(f, "some byte has changed: {cause}"),
+        }
+    }
+}
+
+/// How a log was found, once it has been read to its end.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Condition {
+    /// The log was finished by its writer and no part of it is damaged.
+    pub complete: bool,
+    /// What could not be read.
+    pub damage: Vec<Damage>,
+    /// Messages on topics that are not ours; they are passed over.
+    pub foreign_messages: u64,
+}
+
+/// Iterates over the [entries](Entry) of a log; afterwards [`condition`](Self::condition) tells
+/// what is missing. An `Err` comes from the disk, never from damage, and is the last item.
+pub struct LogReader<R> {
+    /// The first bytes, which were looked at already, and the rest.
+    source: Chain<Cursor<Vec<u8>>, R>,
+    path: PathBuf,
+    walk: LinearReader,
+    bytes_read: u64,
+    /// Which message each channel number stands for.
+    channels: BTreeMap<u16, Kind>,
+    ready: VecDeque<Entry>,
+    condition: Condition,
+    footer_seen: bool,
+    done: bool,
+}
+
+/// The message types of our topics.
+#[derive(Clone, Copy, Debug)]
+enum Kind {
+    Tick,
+    Event,
+}
+
+/// What the walk through the file found.
+enum Step {
+    /// Bytes are needed.
+    Need(usize),
+    /// A record was taken in.
+    Taken,
+    /// The end, or the end of what can be read.
+    End,
+}
+
+impl LogReader<BufReader<File>> {
+    /// Opens a log.
+    ///
+    /// # Errors
+    /// If the file cannot be read or is not MCAP.
+    pub fn open(path: &Path) -> Result<Self, RecordError> {
+        let file = File::open(path).map_err(|source| RecordError::read(path, source))?;
+        Self::new(BufReader::with_capacity(READ_BYTES, file), path)
+    }
+}
+
+impl<R: Read> LogReader<R> {
+    /// Reads a log from any source; `path` is its name in messages.
+    ///
+    /// # Errors
+    /// If the source fails or is not MCAP. A file cut within its first 8 bytes is a log with
+    /// nothing in it; an empty file is not a log.
+    pub fn new(mut source: R, path: &Path) -> Result<Self, RecordError> {
+        let mut start = Vec::new();
+        (source.by_ref().take(mcap::MAGIC.len() as u64))
+            .read_to_end(&mut start)
+            .map_err(|source| RecordError::read(path, source))?;
+        if start.is_empty() || !mcap::MAGIC.starts_with(&start) {
+            return Err(RecordError::NotMcap {
+                path: path.to_owned(),
+                found: describe_start(&start),
+            });
+        }
+        let options = LinearReaderOptions::default()
+            .with_emit_chunks(true)
+            .with_validate_data_section_crc(true)
+            .with_validate_summary_section_crc(true)
+            .with_record_length_limit(RECORD_LIMIT);
+        Ok(Self {
+            source: Cursor::new(start).chain(source),
+            path: path.to_owned(),
+            walk: LinearReader::new_with_options(options),
+            bytes_read: 0,
+            channels: BTreeMap::new(),
+            ready: VecDeque::new(),
+            condition: Condition::default(),
+            footer_seen: false,
+            done: false,
+        })
+    }
+
+    /// How the log was found; meaningful once the iteration has ended.
+    pub fn condition(&self) -> &Condition {
+        &self.condition
+    }
+
+    /// Bytes taken from the source so far.
+    pub(crate) fn bytes_read(&self) -> u64 {
+        self.bytes_read
+    }
+
+    /// One step of the walk through the file.
+    fn step(&mut self) -> Step {
+        let at_byte = self.bytes_read;
+        let record = match self.walk.next_event() {
+            None => {
+                self.condition.complete = self.footer_seen && self.condition.damage.is_empty();
+                return Step::End;
+            }
+            Some(Ok(LinearReadEvent::ReadRequest(need))) => return Step::Need(need),
+            Some(Ok(LinearReadEvent::Record { data, opcode })) => (opcode, data.to_vec()),
+            Some(Err(error)) => {
+                let cause = error.to_string();
+                self.condition.damage.push(match error {
+                    McapError::UnexpectedEof => Damage::Cut { at_byte },
+                    McapError::BadDataCrc { .. } | McapError::BadSummaryCrc { .. } => {
+                        Damage::Checksum { cause }
+                    }
+                    _ => Damage::Structure { at_byte, cause },
+                });
+                return Step::End;
+            }
+        };
+        let (opcode, data) = record;
+        match opcode {
+            op::CHUNK => {
+                if let Err(cause) = self.chunk(&data) {
+                    self.condition.damage.push(Damage::Chunk { at_byte, cause });
+                }
+            }
+            op::FOOTER => self.footer_seen = true,
+            _ => {
+                if let Err(cause) = self.record(opcode, &data) {
+                    self.condition
+                        .damage
+                        .push(Damage::Record { at_byte, cause });
+                }
+            }
+        }
+        Step::Taken
+    }
+
+    /// Unpacks one chunk, all of it or nothing, into `ready`.
+    fn chunk(&mut self, data: &[u8]) -> Result<(), String> {
+        // A chunk record on its own is a file without magic: the same reader unpacks it, checks
+        // its sum first and keeps to the limit.
+        let mut bytes = Vec::with_capacity(9 + data.len());
+        bytes.push(op::CHUNK);
+        bytes.extend_from_slice(&(data.len() as u64).to_le_bytes());
+        bytes.extend_from_slice(data);
+        let mut rest = bytes.as_slice();
+        let mut unpack = LinearReader::new_with_options(
+            LinearReaderOptions::default()
+                .with_skip_start_magic(true)
+                .with_skip_end_magic(true)
+                .with_prevalidate_chunk_crcs(true)
+                .with_record_length_limit(RECORD_LIMIT),
+        );
+        let before = self.ready.len();
+        while let Some(event) = unpack.next_event() {
+            let taken = match event {
+                Ok(LinearReadEvent::ReadRequest(need)) => {
+                    let space = unpack.insert(need.min(rest.len()));
+                    space.copy_from_slice(&rest[..space.len()]);
+                    let read = space.len();
+                    rest = &rest[read..];
+                    unpack.notify_read(read);
+                    Ok(())
+                }
+                Ok(LinearReadEvent::Record { data, opcode }) => self.record(opcode, data),
+                Err(error) => Err(error.to_string()),
+            };
+            if let Err(cause) = taken {
+                self.ready.truncate(before);
+                return Err(cause);
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes in one record that is not a chunk.
+    fn record(&mut self, opcode: u8, data: &[u8]) -> Result<(), String> {
+        // Indexes and statistics repeat what the data say; only these matter.
+        if !matches!(
+            opcode,
+            op::HEADER | op::CHANNEL | op::MESSAGE | op::METADATA
+        ) {
+            return Ok(());
+        }
+        let record = mcap::parse_record(opcode, data).map_err(|error| error.to_string())?;
+        match record {
+            Record::Header(header) if header.library.starts_with(LIBRARY_NAME) => {
+                // Our own channels are known even if the chunk that declares them is lost.
+                self.channels.insert(TICK_CHANNEL, Kind::Tick);
+                self.channels.insert(EVENT_CHANNEL, Kind::Event);
+            }
+            Record::Channel(channel) => {
+                if channel.message_encoding == "cdr" && channel.topic == TickMessage::TOPIC {
+                    self.channels.insert(channel.id, Kind::Tick);
+                } else if channel.message_encoding == "cdr" && channel.topic == EventMessage::TOPIC
+                {
+                    self.channels.insert(channel.id, Kind::Event);
+                } else {
+                    self.channels.remove(&channel.id);
+                }
+            }
+            Record::Message { header, data } => {
+                let entry = match self.channels.get(&header.channel_id) {
+                    Some(Kind::Tick) => TickMessage::decode(&data).map(Entry::Tick),
+                    Some(Kind::Event) => EventMessage::decode(&data).map(Entry::Event),
+                    None => {
+                        self.condition.foreign_messages += 1;
+                        return Ok(());
+                    }
+                };
+                self.ready
+                    .push_back(entry.map_err(|error| error.to_string())?);
+            }
+            Record::Metadata(metadata) => self.ready.push_back(Entry::Metadata(MetadataRecord {
+                name: metadata.name,
+                values: metadata.metadata,
+            })),
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn read(&mut self, need: usize) -> Result<(), RecordError> {
+        loop {
+            let space = self.walk.insert(need.clamp(1, READ_BYTES));
+            match self.source.read(space) {
+                Ok(read) => {
+                    self.bytes_read += read as u64;
+                    self.walk.notify_read(read);
+                    return Ok(());
+                }
+                Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
+                Err(source) => return Err(RecordError::read(&self.path, source)),
+            }
+        }
+    }
+}
+
+impl<R: Read> Iterator for LogReader<R> {
+    type Item = Result<Entry, RecordError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            if let Some(entry) = self.ready.pop_front() {
+                return Some(Ok(entry));
+            }
+            if self.done {
+                return None;
+            }
+            match self.step() {
+                Step::Taken => {}
+                Step::End => self.done = true,
+                Step::Need(need) => {
+                    if let Err(error) = self.read(need) {
+                        self.done = true;
+                        return Some(Err(error));
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl<R> fmt::Debug for LogReader<R> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("LogReader")
+            .field("path", &self.path)
+            .field("bytes_read", &self.bytes_read)
+            .field("condition", &self.condition)
+            .finish_non_exhaustive()
+    }
+}
+
+/// The first bytes of a file that is not MCAP, for a person.
+fn describe_start(start: &[u8]) -> String {
+    if start.is_empty() {
+        "it is empty".to_owned()
+    } else {
+        format!("it starts with \"{}\"", start.escape_ascii())
+    }
+}

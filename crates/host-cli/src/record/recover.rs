@@ -1,0 +1,126 @@
+//! Saves what a cut or damaged log still holds.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use super::inspect::TickCount;
+use super::{Condition, Damage, Entry, Gap, Leftover, LogReader, LogWriter, RecordError};
+
+/// Name of the metadata record that marks a recovered log.
+pub const RECOVERED: &str = "recovered";
+
+/// What was saved, and what was not.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecoverySummary {
+    /// The log that was read.
+    pub source: PathBuf,
+    /// The new log.
+    pub target: PathBuf,
+    /// Ticks saved.
+    pub samples: u64,
+    /// Events saved.
+    pub events: u64,
+    /// Metadata records saved, not counting the one that marks the recovery.
+    pub metadata_records: u64,
+    /// Device time of the last tick saved, s.
+    pub last_s: Option<f64>,
+    /// Ticks missing between saved ones.
+    pub gaps: Vec<Gap>,
+    /// How the source was found.
+    pub condition: Condition,
+}
+
+impl RecoverySummary {
+    /// Whether anything is known to be missing.
+    pub fn lost_data(&self) -> bool {
+        !self.condition.complete || !self.gaps.is_empty()
+    }
+
+    /// What is missing, a sentence each; empty if the source was whole.
+    pub fn missing(&self) -> Vec<String> {
+        let mut sentences: Vec<String> =
+            (self.condition.damage.iter().map(ToString::to_string)).collect();
+        sentences.extend(self.gaps.iter().map(|gap| {
+            format!(
+                "{} ticks between {} and {} are missing",
+                gap.missing, gap.after_tick, gap.before_tick
+            )
+        }));
+        if self.condition.foreign_messages > 0 {
+            sentences.push(format!(
+                "{} messages on topics that host-cli does not write were not copied",
+                self.condition.foreign_messages
+            ));
+        }
+        if !self.condition.complete {
+            sentences.push(match self.last_s {
+                Some(last_s) => format!("whatever came after {last_s} s is lost"),
+                None => "no sample could be saved".to_owned(),
+            });
+        }
+        sentences
+    }
+}
+
+/// Copies everything readable in `source` into the new, finished log `target`, which gets one
+/// more metadata record, [`RECOVERED`]. The source is left as it is.
+///
+/// # Errors
+/// If the source cannot be read or is not MCAP, or the target exists or cannot be written.
+pub fn recover(source: &Path, target: &Path) -> Result<RecoverySummary, RecordError> {
+    let mut reader = LogReader::open(source)?;
+    let mut writer = LogWriter::create_with(target, Leftover::Discard)?;
+    let mut count = TickCount::default();
+    let (mut events, mut metadata_records) = (0, 0);
+    let mut unreadable = None;
+    for entry in &mut reader {
+        match entry {
+            // A failing disk is a reason to recover, not a reason to stop.
+            Err(error) => unreadable = Some(error.to_string()),
+            Ok(Entry::Tick(message)) => {
+                writer.tick(&message)?;
+                count.add(&message);
+            }
+            Ok(Entry::Event(event)) => {
+                writer.event(&event)?;
+                events += 1;
+            }
+            Ok(Entry::Metadata(record)) => {
+                writer.metadata(&record.name, record.values)?;
+                metadata_records += 1;
+            }
+        }
+    }
+    let mut condition = reader.condition().clone();
+    if let Some(cause) = unreadable {
+        let at_byte = reader.bytes_read();
+        condition.damage.push(Damage::Structure { at_byte, cause });
+    }
+    let summary = RecoverySummary {
+        source: source.to_owned(),
+        target: target.to_owned(),
+        samples: count.samples,
+        events,
+        metadata_records,
+        last_s: count.last.map(|(_, time_s)| time_s),
+        gaps: count.gaps,
+        condition,
+    };
+    writer.metadata(RECOVERED, mark(&summary))?;
+    writer.finish()?;
+    Ok(summary)
+}
+
+/// The metadata record that marks the new log.
+fn mark(summary: &RecoverySummary) -> BTreeMap<String, String> {
+    let gaps: Vec<String> = (summary.gaps.iter())
+        .map(|gap| format!("{}..{}", gap.after_tick, gap.before_tick))
+        .collect();
+    let entries = [
+        ("source", summary.source.display().to_string()),
+        ("samples_kept", summary.samples.to_string()),
+        ("gaps", gaps.join(" ")),
+        ("missing", summary.missing().join("; ")),
+    ];
+    entries.map(|(key, value)| (key.to_owned(), value)).into()
+}
