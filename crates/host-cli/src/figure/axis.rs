@@ -1,0 +1,318 @@
+//! Axes: what they can show, how far they reach, where their ticks are.
+//!
+//! To kuva every axis is linear; a logarithmic one gets log10 of the values. Its own logarithmic
+//! axis places nothing below 1e-10, and divides the space between ticks evenly.
+
+use std::sync::Arc;
+
+use kuva::TickFormat;
+
+use super::style::{linear_label, power_of_ten};
+
+/// Up to so many decades each has its label; beyond, every other one.
+const LABELLED_DECADES: f64 = 8.0;
+/// Up to so many decades 2 and 5 times each power of ten have a label too.
+const FINE_DECADES: f64 = 3.0;
+/// Decades whose ticks are written in plain digits, 0.001 to 10000.
+const PLAIN_DECADES: std::ops::RangeInclusive<i32> = -3..=4;
+/// About so many ticks on a linear axis.
+const LINEAR_TICKS: f64 = 5.0;
+/// Room beyond the values, as a share of a linear axis or a factor on a logarithmic one.
+const LINEAR_ROOM: f64 = 0.06;
+const LOG_ROOM: f64 = 1.15;
+
+/// Beyond any quantity of this project; sums and differences of what lies within are finite.
+const LARGEST: f64 = 1e30;
+/// An axis is not narrower than this share of its values, or its ticks would not differ in `f64`.
+const NARROWEST: f64 = 1e-9;
+
+/// Linear or logarithmic.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Scale {
+    Linear,
+    Log,
+}
+
+impl Scale {
+    /// Whether a value has a place on such an axis.
+    pub(super) fn can_show(self, value: f64) -> bool {
+        match self {
+            Self::Linear => value.abs() <= LARGEST,
+            Self::Log => (1.0 / LARGEST..=LARGEST).contains(&value),
+        }
+    }
+
+    /// The value in units of equal length on the paper.
+    pub(super) fn forward(self, value: f64) -> f64 {
+        match self {
+            Self::Linear => value,
+            Self::Log => value.log10(),
+        }
+    }
+}
+
+/// One axis of a panel.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Axis {
+    pub(super) label: &'static str,
+    pub(super) scale: Scale,
+    low: f64,
+    high: f64,
+}
+
+/// A tick of a logarithmic axis between the powers of ten; some have a label.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct MinorTick {
+    /// Where it is, 0 at the low end of the axis and 1 at the high end.
+    pub(super) fraction: f64,
+    pub(super) label: Option<String>,
+}
+
+impl Axis {
+    /// An axis of time: it ends with the values, and a linear one begins a little before them, so
+    /// that what happens at the start is not hidden by the edge.
+    pub(super) fn time(scale: Scale, low: f64, high: f64) -> Self {
+        let (low, high) = match scale {
+            Scale::Linear => match high - low {
+                span if span > NARROWEST * high.abs() => (low - 0.02 * span, high),
+                _ => (
+                    low - 0.5 * low.abs().max(1.0),
+                    high + 0.5 * high.abs().max(1.0),
+                ),
+            },
+            // Less than a decade may hold no tick at all, so it grows to the next ones.
+            Scale::Log if high / low < 10.0 => (step_below(low), step_above(high)),
+            Scale::Log => (low, high),
+        };
+        let label = "time / s";
+        Self {
+            label,
+            scale,
+            low,
+            high,
+        }
+    }
+
+    /// An axis with room around the values: from 0 if that is near, or to the next ticks on a
+    /// logarithmic axis.
+    pub(super) fn around(label: &'static str, scale: Scale, low: f64, high: f64) -> Self {
+        let (low, high) = match scale {
+            Scale::Linear => linear_range(low, high),
+            Scale::Log => {
+                let (low, high) = (low / LOG_ROOM, high * LOG_ROOM);
+                if high / low > 1e3 {
+                    let decade = |exponent: f64| 10f64.powf(exponent);
+                    (decade(low.log10().floor()), decade(high.log10().ceil()))
+                } else {
+                    (step_below(low), step_above(high))
+                }
+            }
+        };
+        Self {
+            label,
+            scale,
+            low,
+            high,
+        }
+    }
+
+    /// A value as kuva gets it; beyond the axis too, where the box cuts the curve off.
+    pub(super) fn place(&self, value: f64) -> f64 {
+        self.scale.forward(value)
+    }
+
+    /// The ends as kuva gets them.
+    pub(super) fn range(&self) -> (f64, f64) {
+        (self.scale.forward(self.low), self.scale.forward(self.high))
+    }
+
+    /// Distance of the ticks that kuva draws, in its units.
+    pub(super) fn tick_step(&self) -> f64 {
+        match self.scale {
+            Scale::Linear => nice_step((self.high - self.low) / LINEAR_TICKS),
+            Scale::Log if self.decades() > LABELLED_DECADES => 2.0,
+            Scale::Log => 1.0,
+        }
+    }
+
+    /// What stands at a tick that kuva draws, from its place in kuva's units.
+    fn tick_label(&self) -> impl Fn(f64) -> String + use<> {
+        let (scale, plain, step) = (self.scale, self.is_plain(), self.tick_step());
+        let largest = self.low.abs().max(self.high.abs());
+        move |place| match scale {
+            Scale::Linear => linear_label((place / step).round() * step, step, largest),
+            Scale::Log => log_label(place.round() as i32, 1, plain),
+        }
+    }
+
+    /// How kuva is to write its ticks.
+    pub(super) fn tick_format(&self) -> TickFormat {
+        TickFormat::Custom(Arc::new(self.tick_label()))
+    }
+
+    /// All labels along the axis.
+    pub(super) fn labels(&self) -> Vec<String> {
+        let ((low, high), step) = (self.range(), self.tick_step());
+        let (first, last) = ((low / step).ceil() as i64, (high / step).floor() as i64);
+        let label = self.tick_label();
+        let major = (first..=last).map(|tick| label(tick as f64 * step));
+        let minor = self.minor_ticks().into_iter().filter_map(|tick| tick.label);
+        major.chain(minor).collect()
+    }
+
+    /// The small ticks of a logarithmic axis.
+    pub(super) fn minor_ticks(&self) -> Vec<MinorTick> {
+        if self.scale == Scale::Linear {
+            return Vec::new();
+        }
+        let sparse = self.decades() > LABELLED_DECADES;
+        let multiples = if sparse { 1..=1 } else { 2..=9 };
+        let fine = self.decades() <= 1.0 || (self.decades() <= FINE_DECADES && self.is_plain());
+        let (low, high) = self.range();
+        let mut ticks = Vec::new();
+        for exponent in low.floor() as i32..=high.floor() as i32 {
+            for multiple in multiples.clone() {
+                let place = f64::from(exponent) + f64::from(multiple).log10();
+                let fraction = (place - low) / (high - low);
+                if (-1e-9..=1.0 + 1e-9).contains(&fraction) {
+                    let label = (fine && matches!(multiple, 2 | 5))
+                        .then(|| log_label(exponent, multiple, self.is_plain()));
+                    ticks.push(MinorTick { fraction, label });
+                }
+            }
+        }
+        ticks
+    }
+
+    fn decades(&self) -> f64 {
+        (self.high / self.low).log10()
+    }
+
+    /// Whether all powers of ten on the axis are short enough in plain digits.
+    fn is_plain(&self) -> bool {
+        let (low, high) = self.range();
+        let lowest = (low + 1e-9).floor() as i32;
+        let highest = (high + 1e-9).floor() as i32;
+        PLAIN_DECADES.contains(&lowest) && PLAIN_DECADES.contains(&highest)
+    }
+}
+
+/// A multiple of a power of ten, as `0.02` or as `2·10⁻²`.
+fn log_label(exponent: i32, multiple: i32, plain: bool) -> String {
+    if plain {
+        let value = f64::from(multiple) * 10f64.powi(exponent);
+        linear_label(value, value, value)
+    } else if multiple == 1 {
+        power_of_ten(exponent)
+    } else {
+        format!("{multiple}·{}", power_of_ten(exponent))
+    }
+}
+
+fn linear_range(low: f64, high: f64) -> (f64, f64) {
+    let zero_is_near = |near: f64, far: f64| near >= 0.0 && near < 0.5 * far;
+    let largest = low.abs().max(high.abs());
+    let span = match high - low {
+        _ if largest == 0.0 => 1.0,
+        span if span > NARROWEST * largest => span,
+        _ => largest,
+    };
+    let low_edge = if zero_is_near(low, high) {
+        0.0
+    } else {
+        low - LINEAR_ROOM * span
+    };
+    let high_edge = if zero_is_near(-high, -low) {
+        0.0
+    } else {
+        high + LINEAR_ROOM * span
+    };
+    (low_edge, high_edge)
+}
+
+/// The nearest of 1, 2, 5, 10 times a power of ten, for ticks about this far apart.
+fn nice_step(distance: f64) -> f64 {
+    let decade = 10f64.powf(distance.log10().floor());
+    let step = match distance / decade {
+        mantissa if mantissa < 1.5 => 1.0,
+        mantissa if mantissa < 3.5 => 2.0,
+        mantissa if mantissa < 7.5 => 5.0,
+        _ => 10.0,
+    };
+    step * decade
+}
+
+/// The next of 1, 2, 5 times a power of ten at or below a positive value.
+fn step_below(value: f64) -> f64 {
+    let decade = 10f64.powf(value.log10().floor());
+    let step = [5.0, 2.0, 1.0]
+        .into_iter()
+        .find(|step| step * decade <= value * (1.0 + 1e-9));
+    step.unwrap_or(1.0) * decade
+}
+
+/// The next of 1, 2, 5 times a power of ten at or above a positive value.
+fn step_above(value: f64) -> f64 {
+    let decade = 10f64.powf(value.log10().floor());
+    let step = [1.0, 2.0, 5.0]
+        .into_iter()
+        .find(|step| step * decade >= value * (1.0 - 1e-9));
+    step.unwrap_or(10.0) * decade
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_axis_of_less_than_a_decade_has_labels() {
+        let axis = Axis::around("force / N", Scale::Log, 2.9, 3.1);
+        assert_eq!((axis.low, axis.high), (2.0, 5.0));
+        assert_eq!(axis.labels(), ["2", "5"]);
+        let axis = Axis::around("relative error", Scale::Log, 2.9e-8, 3.1e-8);
+        assert_eq!(axis.labels(), ["2·10⁻⁸", "5·10⁻⁸"]);
+    }
+
+    #[test]
+    fn labels_of_one_axis_are_all_plain_or_all_powers() {
+        let time = Axis::time(Scale::Log, 1e-3, 200.0);
+        assert_eq!(time.labels(), ["0.001", "0.01", "0.1", "1", "10", "100"]);
+        let error = Axis::around("relative error", Scale::Log, 3e-9, 2e-5);
+        assert_eq!(
+            error.labels(),
+            ["10⁻⁹", "10⁻⁸", "10⁻⁷", "10⁻⁶", "10⁻⁵", "10⁻⁴"]
+        );
+        let wide = Axis::around("relative error", Scale::Log, 3e-15, 2e-5);
+        assert_eq!(
+            wide.labels(),
+            ["10⁻¹⁴", "10⁻¹²", "10⁻¹⁰", "10⁻⁸", "10⁻⁶", "10⁻⁴"]
+        );
+    }
+
+    #[test]
+    fn labels_of_a_linear_axis_have_equal_decimals_and_all_differ() {
+        let axis = Axis::around("force / N", Scale::Linear, 2.8, 3.0);
+        assert_eq!(axis.labels(), ["2.80", "2.85", "2.90", "2.95", "3.00"]);
+        let axis = Axis::around("force / N", Scale::Linear, 3.000_010, 3.000_013);
+        let mut labels = axis.labels();
+        let count = labels.len();
+        labels.dedup();
+        assert!(count >= 3 && labels.len() == count, "{labels:?}");
+    }
+
+    #[test]
+    fn values_keep_their_place_however_small() {
+        let axis = Axis::around("relative error", Scale::Log, 1e-15, 1e-12);
+        let decade = axis.place(1e-13) - axis.place(1e-14);
+        assert!((decade - 1.0).abs() < 1e-12, "{decade}");
+    }
+
+    #[test]
+    fn a_linear_axis_of_a_constant_is_not_empty() {
+        for value in [0.0, 3.0, -3.0] {
+            let axis = Axis::around("force / N", Scale::Linear, value, value);
+            assert!(axis.low < axis.high, "{value}");
+            assert!((axis.low..=axis.high).contains(&value), "{value}");
+        }
+    }
+}

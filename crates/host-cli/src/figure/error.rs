@@ -1,0 +1,33 @@
+//! What can go wrong with a picture.
+
+use crate::record::NewFileError;
+
+/// A picture that could not be drawn or saved.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum FigureError {
+    /// There is nothing to draw.
+    #[error("no {what} to draw: {samples} samples, none of them with a finite time and value")]
+    Empty {
+        /// Which curve.
+        what: &'static str,
+        /// Samples given.
+        samples: usize,
+    },
+    /// The slices of a figure belong together sample by sample and differ in length.
+    #[error("{what} has {found} samples where time has {expected}; both need the same number")]
+    Lengths {
+        /// Which slice.
+        what: &'static str,
+        /// Samples of time.
+        expected: usize,
+        /// Samples of the slice.
+        found: usize,
+    },
+    /// The drawing could not be turned into pixels.
+    #[error("the picture cannot be rendered: {0}")]
+    Render(String),
+    /// The files could not be written.
+    #[error(transparent)]
+    File(#[from] NewFileError),
+}

@@ -1,0 +1,201 @@
+//! Measurement against theory: the page that relaxation and creep share.
+//!
+//! Three panels: the quantity against time, linear (a) and log-log (b), and below them the
+//! relative error (c), log-log. The error is drawn as the largest one of each of some 600 equal
+//! steps of log t, because a curve through its sign changes would be a hedge of spikes. An error
+//! of exactly 0 has no place on a logarithmic axis and is left out; one more than ten decades
+//! below the largest lies below the panel. So does, in panel (b), a measured curve where it falls
+//! more than a decade below all theory, as short memory does.
+
+use super::FigureError;
+use super::axis::{Axis, Scale};
+use super::page::{Page, Row};
+use super::panel::{Curve, Panel};
+use super::render::Picture;
+use super::style::{DIFFERENCE, MEASURED, Stroke, THEORY};
+use super::thin::{Keep, Points, showable, thin};
+
+/// Bins across a panel of half the page and across a whole one.
+const HALF_BINS: usize = 200;
+const WHOLE_BINS: usize = 600;
+/// The error panel reaches this far below the largest error.
+const ERROR_SPAN: f64 = 1e10;
+const TOP_ROW_HEIGHT: f64 = 340.0;
+const ERROR_ROW_HEIGHT: f64 = 270.0;
+
+/// Under what conditions a curve was taken; makes the subtitle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Conditions<'a> {
+    /// Tissue, as in `prostate, cancerous`.
+    pub tissue: &'a str,
+    /// Order μ of the derivative.
+    pub order: f64,
+    /// Scheme, as in `full:1e-6`.
+    pub scheme: &'a str,
+    /// Anything else, as in `5 % strain in 1 s, held for 199 s`; may be empty.
+    pub remark: &'a str,
+}
+
+impl Conditions<'_> {
+    fn subtitle(&self) -> String {
+        let mut parts = vec![
+            self.tissue.to_owned(),
+            format!("order μ = {}", self.order),
+            format!("scheme {}", self.scheme),
+        ];
+        if !self.remark.is_empty() {
+            parts.push(self.remark.to_owned());
+        }
+        parts.join("  ·  ")
+    }
+}
+
+/// The data of a comparison.
+pub(super) struct Comparison<'a> {
+    pub(super) title: &'a str,
+    pub(super) conditions: Conditions<'a>,
+    /// Word for the quantity, and its axis label with the unit.
+    pub(super) quantity: &'static str,
+    pub(super) label: &'static str,
+    pub(super) time_s: &'a [f64],
+    pub(super) measured: &'a [f64],
+    pub(super) theory: &'a [f64],
+    pub(super) relative_error: &'a [f64],
+}
+
+impl Comparison<'_> {
+    /// Draws the page.
+    pub(super) fn draw(&self) -> Result<Picture, FigureError> {
+        let slices = [
+            (self.quantity, self.measured),
+            ("theory", self.theory),
+            ("relative error", self.relative_error),
+        ];
+        for (what, slice) in slices {
+            if slice.len() != self.time_s.len() {
+                return Err(FigureError::Lengths {
+                    what,
+                    expected: self.time_s.len(),
+                    found: slice.len(),
+                });
+            }
+        }
+        let page = Page {
+            title: self.title.to_owned(),
+            subtitle: self.conditions.subtitle(),
+            legend: vec![
+                ("measured", MEASURED),
+                ("theory", THEORY),
+                ("relative error", DIFFERENCE),
+            ],
+            rows: vec![
+                Row {
+                    height: TOP_ROW_HEIGHT,
+                    panels: vec![
+                        self.curves('a', self.quantity.to_owned(), Scale::Linear)?,
+                        self.curves('b', format!("{}, log–log", self.quantity), Scale::Log)?,
+                    ],
+                },
+                Row {
+                    height: ERROR_ROW_HEIGHT,
+                    panels: vec![self.error()],
+                },
+            ],
+        };
+        Ok(page.draw())
+    }
+
+    /// Measured over theory; a panel that has nothing to show on logarithmic axes says so.
+    fn curves(&self, name: char, caption: String, scale: Scale) -> Result<Panel, FigureError> {
+        let [theory, measured] = [self.theory, self.measured].map(|values| {
+            let points = showable(self.time_s, values, scale, scale);
+            thin(&points, scale, HALF_BINS, Keep::Shape)
+        });
+        if measured.is_empty() && scale == Scale::Linear {
+            return Err(FigureError::Empty {
+                what: self.quantity,
+                samples: self.time_s.len(),
+            });
+        }
+        // Where a curve passes through zero it would stretch a logarithmic axis without end.
+        let lowest = extremes(theory.iter().map(|point| point.1)).0;
+        let floor = (scale == Scale::Log && lowest.is_finite()).then_some(lowest / 10.0);
+        Ok(panel(
+            name,
+            caption,
+            scale,
+            self.label,
+            vec![curve(theory, THEORY), curve(measured, MEASURED)],
+            floor,
+            "no positive values",
+        ))
+    }
+
+    fn error(&self) -> Panel {
+        let magnitude: Vec<f64> = self
+            .relative_error
+            .iter()
+            .map(|error| error.abs())
+            .collect();
+        let points = showable(self.time_s, &magnitude, Scale::Log, Scale::Log);
+        let envelope = thin(&points, Scale::Log, WHOLE_BINS, Keep::Highest);
+        let largest = extremes(envelope.iter().map(|point| point.1)).1;
+        let note = if magnitude.iter().any(|error| error.is_finite()) {
+            "the error is 0 throughout"
+        } else {
+            "no finite error"
+        };
+        panel(
+            'c',
+            "relative error, largest in each step of log t".to_owned(),
+            Scale::Log,
+            "relative error",
+            vec![curve(envelope, DIFFERENCE)],
+            Some(largest / ERROR_SPAN),
+            note,
+        )
+    }
+}
+
+/// A curve of these points.
+pub(super) fn curve(points: Points, stroke: Stroke) -> Curve {
+    Curve { points, stroke }
+}
+
+/// A panel over time around its curves, with both axes of one scale; the vertical one begins no
+/// lower than `floor`.
+pub(super) fn panel(
+    name: char,
+    caption: String,
+    scale: Scale,
+    label: &'static str,
+    curves: Vec<Curve>,
+    floor: Option<f64>,
+    note: &str,
+) -> Panel {
+    let all = || curves.iter().flat_map(|curve| &curve.points);
+    let empty = all().next().is_none();
+    let (x, y) = if empty {
+        ((1.0, 10.0), (1.0, 10.0))
+    } else {
+        (
+            extremes(all().map(|point| point.0)),
+            extremes(all().map(|point| point.1)),
+        )
+    };
+    let y_low = floor.map_or(y.0, |floor| y.0.max(floor));
+    Panel {
+        name,
+        caption,
+        x: Axis::time(scale, x.0, x.1),
+        y: Axis::around(label, scale, y_low, y.1),
+        curves,
+        note: empty.then(|| note.to_owned()),
+    }
+}
+
+fn extremes(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+        (low.min(value), high.max(value))
+    })
+}
