@@ -1,0 +1,117 @@
+//! The command line: what may be typed, and what it means.
+
+use crate::command;
+use crate::failure::Failure;
+use crate::output::Output;
+use clap::{Parser, Subcommand};
+
+const LONG_ABOUT: &str = "\
+Runs fractional-order haptic experiments, keeps their logs and draws their figures.
+
+Values are SI unless a unit is given: --strain 5%, --duration 200s, --sample-time 1ms.
+
+SCHEME names the fractional operator D^mu:
+  full[:TOLERANCE]              full memory, Gruenwald kernel (default, tolerance 1e-6)
+  piecewise-linear[:TOLERANCE]  full memory, Caputo L1 kernel
+  grunwald:N                    ring buffer of the last N samples
+  tustin-muir:N                 recursive filter of degree N
+  oustaloup:N:LOW_HZ:HIGH_HZ    N first-order sections in a frequency band
+  muir:N                        the dissertation's numerator alone
+  exact                         (1 - w)^mu itself, for analysis only
+
+Exit codes: 0 done; 1 the run failed, was interrupted or a fault ended it; 2 bad usage or bad
+input; 3 device or link not usable; 4 data was lost, what could be kept was kept.";
+
+/// Fractional-order haptics: experiments, logs, figures.
+#[derive(Debug, Parser)]
+#[command(
+    name = "host-cli",
+    version,
+    about,
+    long_about = LONG_ABOUT,
+    max_term_width = 100,
+    after_help = "Example: host-cli relax --duration 200s --out relaxation"
+)]
+pub struct Cli {
+    /// Print exactly one JSON object on standard output, and nothing else there
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// No progress and no summary; errors and warnings remain
+    #[arg(long, short, global = true)]
+    pub quiet: bool,
+    /// What to do
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// A command.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Stress relaxation: indent a virtual tissue, hold, record the force
+    Relax(command::relax::Arguments),
+    /// Creep: push a virtual tissue with a constant force, record the strain
+    Creep(command::creep::Arguments),
+    /// Print the impulse response of an operator
+    Weights(command::weights::Arguments),
+    /// Differentiate or integrate a CSV column to a fractional order
+    Differintegrate(command::differintegrate::Arguments),
+    /// The tissue library
+    #[command(subcommand)]
+    Materials(command::materials::Command),
+    /// Look into a log, verify it, save what a cut file still holds, turn it into CSV or a picture
+    #[command(subcommand)]
+    Log(command::log::Command),
+    /// Print a completion script for a shell
+    Completions(command::shell::Completions),
+    /// Write the manual pages
+    Man(command::shell::Man),
+}
+
+impl Cli {
+    /// Does what was asked.
+    ///
+    /// # Errors
+    /// What went wrong, with its exit code.
+    pub fn run(self) -> Result<(), Failure> {
+        let output = Output {
+            json: self.json,
+            quiet: self.quiet,
+        };
+        match self.command {
+            Command::Relax(arguments) => arguments.run(output),
+            Command::Creep(arguments) => arguments.run(output),
+            Command::Weights(arguments) => arguments.run(output),
+            Command::Differintegrate(arguments) => arguments.run(output),
+            Command::Materials(command) => command.run(output),
+            Command::Log(command) => command.run(output),
+            Command::Completions(arguments) => arguments.run(output),
+            Command::Man(arguments) => arguments.run(output),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory as _;
+
+    #[test]
+    fn the_command_line_is_well_formed() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn every_command_shows_an_example() {
+        fn check(command: &clap::Command, path: &str) {
+            let name = format!("{path} {}", command.get_name());
+            if command.get_subcommands().next().is_none() {
+                let help = command.get_after_help().map(ToString::to_string);
+                assert!(help.is_some_and(|help| help.contains("Example")), "{name}");
+            }
+            for inner in command.get_subcommands() {
+                check(inner, &name);
+            }
+        }
+        check(&Cli::command(), "");
+    }
+}

@@ -1,0 +1,52 @@
+//! `creep`: strain under a held force.
+
+use super::experiment::RenderingArguments;
+use crate::experiment::Creep;
+use crate::failure::Failure;
+use crate::output::Output;
+use crate::quantity::{Stress, Time};
+use clap::Args;
+
+const LONG_ABOUT: &str = "\
+Creep: the indenter pushes a virtual tissue with a constant force from t = 0 on; the strain is \
+recorded, drawn, and held against its closed form (a Mittag-Leffler function; a power law for a \
+tissue without elastic modulus).
+
+Writes creep.mcap, creep.csv, creep.svg and creep.png. The masses and the damping of the simulated \
+rig slow the first second down; the summary says by how much.";
+
+/// Arguments of `creep`.
+#[derive(Debug, Args)]
+#[command(
+    long_about = LONG_ABOUT,
+    after_help = "Example: host-cli creep --tissue prostate-healthy --stress 50Pa --duration 60s"
+)]
+pub struct Arguments {
+    /// Stress that is held
+    #[arg(long, default_value = "100Pa", allow_negative_numbers = true)]
+    stress: Stress,
+    /// How long
+    #[arg(long, default_value = "200s", allow_negative_numbers = true)]
+    duration: Time,
+    #[command(flatten)]
+    rendering: RenderingArguments,
+}
+
+impl Arguments {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// What went wrong, with its exit code.
+    pub fn run(self, output: Output) -> Result<(), Failure> {
+        let experiment = Creep {
+            rendering: self.rendering.rendering()?,
+            stress_pa: self.stress.0,
+            duration_s: self.duration.0,
+        };
+        let samples = experiment.check()?;
+        self.rendering
+            .conduct("creep", samples, output, |folder, supervisor| {
+                experiment.run(folder, supervisor)
+            })
+    }
+}

@@ -1,0 +1,300 @@
+//! Arguments and manners that all experiments share.
+
+use crate::experiment::{Contact, Pace, Precision, Rendering, Report, Sensors, Supervisor};
+use crate::failure::Failure;
+use crate::folder::OutputFolder;
+use crate::material::Library;
+use crate::output::{Output, note};
+use crate::quantity::{Area, Force, ForceRate, Length, Time};
+use clap::Args;
+use fracdiff::Scheme;
+use haptic_loop::Specimen;
+use haptic_loop::units::{Metres, SquareMetres};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// What is rendered, on what, and where the files go.
+#[derive(Debug, Args)]
+pub struct RenderingArguments {
+    /// Tissue: a name from `host-cli materials list`, or the path of a TOML file
+    #[arg(
+        long,
+        value_name = "NAME|FILE.toml",
+        default_value = "prostate-cancerous"
+    )]
+    tissue: String,
+    /// Folder with more tissue files
+    #[arg(long, value_name = "DIR")]
+    library: Option<PathBuf>,
+    /// Area of the specimen
+    #[arg(long, default_value = "4cm2")]
+    area: Area,
+    /// Thickness of the specimen
+    #[arg(long, default_value = "20mm", allow_negative_numbers = true)]
+    thickness: Length,
+    /// Fractional operator, see `host-cli --help`
+    #[arg(long, value_parser = parse_scheme, default_value = "full")]
+    scheme: Scheme,
+    /// Number type of the loop
+    #[arg(long, value_enum, default_value = "f64")]
+    precision: Precision,
+    /// Sample time of the loop
+    #[arg(long, default_value = "1ms", allow_negative_numbers = true)]
+    sample_time: Time,
+    /// Device: `sim`, the simulated rig of two facing voice-coil actuators
+    #[arg(long, value_name = "DEVICE", default_value = "sim")]
+    device: String,
+    /// Contact between indenter and tissue: stiff springs between masses, or imposed exactly
+    #[arg(long, value_enum, default_value = "compliant")]
+    contact: Contact,
+    /// Resolution of the position encoder per count; 0 for an ideal one
+    #[arg(
+        long,
+        value_name = "LENGTH",
+        default_value = "0",
+        allow_negative_numbers = true
+    )]
+    encoder_resolution: Length,
+    /// Standard deviation of the sensor noise; 0 for none
+    #[arg(
+        long,
+        value_name = "LENGTH",
+        default_value = "0",
+        allow_negative_numbers = true
+    )]
+    sensor_noise: Length,
+    /// Seed of the noise: the same seed gives the same run, bit for bit
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Largest force the loop may command
+    #[arg(
+        long,
+        value_name = "FORCE",
+        default_value = "10N",
+        allow_negative_numbers = true
+    )]
+    force_limit: Force,
+    /// Largest rate at which the force may change
+    #[arg(
+        long,
+        value_name = "RATE",
+        default_value = "1000N/s",
+        allow_negative_numbers = true
+    )]
+    force_rate_limit: ForceRate,
+    /// Pace the run by the clock instead of as fast as it goes
+    #[arg(long)]
+    realtime: bool,
+    /// Folder for log, CSV and pictures [default: the next free results/NAME-0001]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Replace the files of an earlier run in the folder
+    #[arg(long)]
+    overwrite: bool,
+}
+
+/// Reads a SCHEME.
+///
+/// # Errors
+/// In the scheme's own words.
+pub fn parse_scheme(text: &str) -> Result<Scheme, String> {
+    text.parse()
+        .map_err(|error: fracdiff::SchemeError| error.to_string())
+}
+
+impl RenderingArguments {
+    /// Checks and gathers everything.
+    ///
+    /// # Errors
+    /// An unknown tissue, a bad specimen, a device that is not there.
+    pub fn rendering(&self) -> Result<Rendering, Failure> {
+        if self.device.starts_with("serial:") {
+            return Err(Failure::Device(anyhow::anyhow!(
+                "device \"{}\": this version has no serial devices yet; leave --device away for the \
+                 simulated rig",
+                self.device
+            )));
+        }
+        if self.device != "sim" {
+            return Err(Failure::bad_input(format_args!(
+                "device \"{}\" is not known: the only one of this version is sim",
+                self.device
+            )));
+        }
+        if self.scheme == Scheme::Exact {
+            return Err(Failure::input(fracdiff::SchemeError::AnalysisOnly));
+        }
+        let library = Library::load(self.library.as_deref()).map_err(Failure::input)?;
+        let material = library.find(&self.tissue).map_err(Failure::input)?;
+        let specimen = Specimen::new(SquareMetres(self.area.0), Metres(self.thickness.0))
+            .map_err(Failure::input)?;
+        Ok(Rendering {
+            material,
+            specimen,
+            scheme: self.scheme,
+            precision: self.precision,
+            sample_time_s: self.sample_time.0,
+            contact: self.contact,
+            sensors: Sensors {
+                encoder_resolution_m: self.encoder_resolution.0,
+                noise_m: self.sensor_noise.0,
+                seed: self.seed,
+            },
+            force_limit_n: self.force_limit.0,
+            force_rate_limit_n_per_s: self.force_rate_limit.0,
+            pace: if self.realtime {
+                Pace::Realtime
+            } else {
+                Pace::Virtual
+            },
+        })
+    }
+
+    /// Runs an experiment in its folder with a progress bar, stoppable by Ctrl-C, and reports.
+    ///
+    /// # Errors
+    /// Those of the experiment; an interrupted one, one with a fault, or with dropped samples.
+    pub fn conduct(
+        &self,
+        stem: &'static str,
+        samples: u64,
+        output: Output,
+        experiment: impl FnOnce(&OutputFolder, Supervisor<'_>) -> Result<Report, Failure>,
+    ) -> Result<(), Failure> {
+        let stop = stop_on_interrupt()?;
+        let folder = OutputFolder::prepare(self.out.as_deref(), stem, self.overwrite)?;
+        let bar = progress_bar(samples, output);
+        let progress = |done| bar.set_position(done);
+        let result = experiment(
+            &folder,
+            Supervisor {
+                stop,
+                progress: &progress,
+            },
+        );
+        bar.finish_and_clear();
+        if result.is_err() {
+            folder.discard_if_empty();
+        }
+        let report = result?;
+        for warning in &report.warnings {
+            note("warning", warning);
+        }
+        output.summary(&report, |out| print_summary(out, &report))?;
+        if let Some(reason) = &report.ended_early {
+            return Err(Failure::Run(anyhow::anyhow!(
+                "{reason}: the run ended at {} s with zero force; the log up to there is {}",
+                report.duration_s,
+                report.log
+            )));
+        }
+        if report.dropped_samples > 0 {
+            return Err(Failure::DataLost(anyhow::anyhow!(
+                "{} samples are missing from the log {}",
+                report.dropped_samples,
+                report.log
+            )));
+        }
+        Ok(())
+    }
+}
+
+/// The flag that Ctrl-C (or a termination signal) sets. The handler is installed once.
+fn stop_on_interrupt() -> Result<&'static AtomicBool, Failure> {
+    static STOP: AtomicBool = AtomicBool::new(false);
+    static INSTALLED: OnceLock<Result<(), String>> = OnceLock::new();
+    let installed = INSTALLED.get_or_init(|| {
+        ctrlc::set_handler(|| STOP.store(true, Ordering::Relaxed))
+            .map_err(|error| error.to_string())
+    });
+    match installed {
+        Ok(()) => Ok(&STOP),
+        Err(error) => Err(Failure::Run(anyhow::anyhow!(
+            "cannot watch for Ctrl-C, so a run could not be stopped safely: {error}"
+        ))),
+    }
+}
+
+/// A bar on a terminal; nothing elsewhere or for a quiet person.
+fn progress_bar(samples: u64, output: Output) -> ProgressBar {
+    let target = if output.quiet {
+        ProgressDrawTarget::hidden()
+    } else {
+        ProgressDrawTarget::stderr()
+    };
+    let bar = ProgressBar::with_draw_target(Some(samples), target);
+    let template = "{bar:40} {percent:>3} %  {human_pos} of {human_len} samples  {eta} left";
+    // The template is a constant; the default serves if it were wrong.
+    bar.set_style(
+        ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()),
+    );
+    bar
+}
+
+/// The result as a person reads it.
+fn print_summary(out: &mut dyn Write, report: &Report) -> io::Result<()> {
+    let number = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |v| format!("{v:.2e}"));
+    let quantity = if report.final_strain.is_some() {
+        "strain"
+    } else {
+        "force"
+    };
+    writeln!(
+        out,
+        "{} · order {} · scheme {} · {} · device {}",
+        report.tissue,
+        report.order,
+        report.scheme,
+        format!("{:?}", report.precision).to_lowercase(),
+        report.device
+    )?;
+    writeln!(
+        out,
+        "  {} samples, {} s at {} ms",
+        report.samples,
+        report.duration_s,
+        1e3 * report.sample_time_s
+    )?;
+    writeln!(
+        out,
+        "  force             peak {:.4e} N, at the end {:.4e} N",
+        report.peak_force_n, report.final_force_n
+    )?;
+    if let Some(strain) = report.final_strain {
+        writeln!(out, "  strain            at the end {strain:.4e}")?;
+    }
+    if let Some(ratio) = report.final_over_theory {
+        writeln!(
+            out,
+            "  {quantity:<17} at the end {ratio:.6} times the theory"
+        )?;
+    }
+    writeln!(
+        out,
+        "  operator          off by {} at most from the full history of what was recorded",
+        number(report.max_relative_error)
+    )?;
+    writeln!(
+        out,
+        "  closed form       off by {} at most, of which sampling {}, contact and rig {}",
+        number(report.closed_form_error),
+        number(report.discretisation_error),
+        number(report.rig_error)
+    )?;
+    writeln!(
+        out,
+        "  tick              {} ns median, {} ns 99 %, {} ns longest (loop and simulated rig); {} late",
+        report.tick_ns.p50, report.tick_ns.p99, report.tick_ns.max, report.missed_deadlines
+    )?;
+    writeln!(out, "  log               {}", report.log)?;
+    if let Some(csv) = &report.csv {
+        writeln!(out, "  csv               {csv}")?;
+    }
+    if let Some(figure) = &report.figure {
+        writeln!(out, "  figure            {figure} (and .svg)")?;
+    }
+    Ok(())
+}

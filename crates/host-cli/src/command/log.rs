@@ -1,0 +1,312 @@
+//! `log`: look into a log, verify it, save what a cut one holds, turn it into CSV or a picture.
+
+use crate::failure::Failure;
+use crate::figure::LogFigure;
+use crate::output::{Output, note};
+use crate::record::{
+    Entry, Gap, LogReader, LogSummary, RecoverySummary, export_csv, inspect, recover,
+};
+use clap::Subcommand;
+use serde::Serialize;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// What to do with a log.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Say what is in a log: samples, times, conditions, events
+    #[command(after_help = "Example: host-cli log info results/relax-0001/relax.mcap")]
+    Info {
+        /// The log
+        log: PathBuf,
+    },
+    /// Verify a log: whole, no damage, no gaps; exit code 4 if not
+    #[command(after_help = "Example: host-cli log check results/relax-0001/relax.mcap")]
+    Check {
+        /// The log
+        log: PathBuf,
+    },
+    /// Save what a cut or damaged log still holds into a new one; exit code 4 if anything is missing
+    #[command(
+        after_help = "Example: host-cli log recover relax.mcap.part saved.mcap\n\
+                      The damaged log is left as it is."
+    )]
+    Recover {
+        /// The cut or damaged log
+        log: PathBuf,
+        /// The new log [default: NAME.recovered.mcap beside it]
+        target: Option<PathBuf>,
+    },
+    /// Turn a log into CSV, one row a tick
+    #[command(after_help = "Example: host-cli log export results/relax-0001/relax.mcap ticks.csv")]
+    Export {
+        /// The log
+        log: PathBuf,
+        /// The CSV file [default: NAME.ticks.csv beside it]
+        target: Option<PathBuf>,
+    },
+    /// Draw positions and forces of a log against time
+    #[command(
+        after_help = "Example: host-cli log plot results/relax-0001/relax.mcap --out pictures"
+    )]
+    Plot {
+        /// The log
+        log: PathBuf,
+        /// Folder for NAME.log.svg and NAME.log.png [default: beside the log]
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+        /// Replace earlier pictures
+        #[arg(long)]
+        overwrite: bool,
+    },
+}
+
+/// Result of `log recover`.
+#[derive(Serialize)]
+struct Recovered {
+    samples: u64,
+    events: u64,
+    last_s: Option<f64>,
+    gaps: Vec<Gap>,
+    complete: bool,
+    missing: Vec<String>,
+    log: String,
+}
+
+/// Result of `log export` and `log plot`.
+#[derive(Serialize)]
+struct Made {
+    samples: u64,
+    complete: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    csv: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    figure: Option<String>,
+}
+
+impl Command {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// A file that cannot be read or written; for `check` and `recover` a log that is not whole.
+    pub fn run(self, output: Output) -> Result<(), Failure> {
+        match self {
+            Self::Info { log } => {
+                let summary = inspect(&log)?;
+                output.print(&summary, |out| print_info(out, &log, &summary))
+            }
+            Self::Check { log } => check(&log, output),
+            Self::Recover { log, target } => {
+                let target = target.unwrap_or_else(|| beside(&log, "recovered.mcap"));
+                save(&log, &target, output)
+            }
+            Self::Export { log, target } => {
+                let target = target.unwrap_or_else(|| beside(&log, "ticks.csv"));
+                let done = export_csv(&log, &target)?;
+                warn_incomplete(done.condition.complete, &log);
+                let made = Made {
+                    samples: done.rows,
+                    complete: done.condition.complete,
+                    csv: Some(target.display().to_string()),
+                    figure: None,
+                };
+                output.summary(&made, |out| {
+                    writeln!(out, "{} rows in {}", made.samples, target.display())
+                })
+            }
+            Self::Plot {
+                log,
+                out,
+                overwrite,
+            } => plot(&log, out.as_deref(), overwrite, output),
+        }
+    }
+}
+
+/// NAME of NAME.mcap or NAME.mcap.part, with another ending, in the same folder.
+fn beside(log: &Path, ending: &str) -> PathBuf {
+    let name = log
+        .file_name()
+        .map(|name| name.to_string_lossy().into_owned());
+    let name = name.unwrap_or_default();
+    let stem = name.strip_suffix(".part").unwrap_or(&name);
+    let stem = stem.strip_suffix(".mcap").unwrap_or(stem);
+    log.with_file_name(format!("{stem}.{ending}"))
+}
+
+fn warn_incomplete(complete: bool, log: &Path) {
+    if !complete {
+        note(
+            "warning",
+            format_args!(
+                "`{}` is not whole; this is what could be read",
+                log.display()
+            ),
+        );
+    }
+}
+
+fn check(log: &Path, output: Output) -> Result<(), Failure> {
+    let summary = inspect(log)?;
+    let missing: u64 = summary.gaps.iter().map(|gap| gap.missing).sum();
+    let whole = summary.complete && summary.gaps.is_empty() && summary.out_of_order == 0;
+    output.summary(&summary, |out| {
+        if whole {
+            writeln!(out, "whole: {} samples, no gaps", summary.samples)
+        } else {
+            for damage in &summary.damage {
+                writeln!(out, "damage: {damage}")?;
+            }
+            for gap in &summary.gaps {
+                writeln!(
+                    out,
+                    "gap: {} ticks missing between {} and {}",
+                    gap.missing, gap.after_tick, gap.before_tick
+                )?;
+            }
+            Ok(())
+        }
+    })?;
+    if whole {
+        Ok(())
+    } else {
+        Err(Failure::DataLost(anyhow::anyhow!(
+            "`{}` is not whole: {}, {missing} ticks missing in {} gaps, {} out of order; \
+             `host-cli log recover` saves what is there",
+            log.display(),
+            if summary.complete {
+                "closed properly"
+            } else {
+                "cut off or damaged"
+            },
+            summary.gaps.len(),
+            summary.out_of_order
+        )))
+    }
+}
+
+fn save(log: &Path, target: &Path, output: Output) -> Result<(), Failure> {
+    let summary: RecoverySummary = recover(log, target)?;
+    let lost = summary.lost_data();
+    let recovered = Recovered {
+        samples: summary.samples,
+        events: summary.events,
+        last_s: summary.last_s,
+        complete: !lost,
+        missing: summary.missing(),
+        log: target.display().to_string(),
+        gaps: summary.gaps,
+    };
+    output.summary(&recovered, |out| {
+        writeln!(
+            out,
+            "{} samples saved in {}",
+            recovered.samples, recovered.log
+        )?;
+        recovered
+            .missing
+            .iter()
+            .try_for_each(|sentence| writeln!(out, "missing: {sentence}"))
+    })?;
+    if lost {
+        Err(Failure::DataLost(anyhow::anyhow!(
+            "`{}` was not whole; what it held is in `{}`",
+            log.display(),
+            target.display()
+        )))
+    } else {
+        Ok(())
+    }
+}
+
+fn plot(log: &Path, out: Option<&Path>, overwrite: bool, output: Output) -> Result<(), Failure> {
+    let mut reader = LogReader::open(log)?;
+    let mut ticks = Vec::new();
+    for entry in &mut reader {
+        if let Entry::Tick(tick) = entry? {
+            ticks.push(tick);
+        }
+    }
+    let complete = reader.condition().complete;
+    warn_incomplete(complete, log);
+    let stem = beside(log, "log");
+    let stem = match (out, stem.file_name()) {
+        (Some(folder), Some(name)) => {
+            std::fs::create_dir_all(folder).map_err(|error| {
+                Failure::bad_input(format_args!(
+                    "cannot make the folder `{}`: {error}",
+                    folder.display()
+                ))
+            })?;
+            folder.join(name)
+        }
+        _ => stem,
+    };
+    let title = log
+        .file_name()
+        .map(|name| name.to_string_lossy().into_owned());
+    let picture = LogFigure {
+        title: title.as_deref().unwrap_or("log"),
+        subtitle: if complete {
+            ""
+        } else {
+            "cut off or damaged: what could be read"
+        },
+        ticks: &ticks,
+    }
+    .draw()?;
+    let saved = picture.save(&stem, overwrite)?;
+    let made = Made {
+        samples: ticks.len() as u64,
+        complete,
+        csv: None,
+        figure: Some(saved.png.display().to_string()),
+    };
+    output.summary(&made, |out| {
+        writeln!(
+            out,
+            "{} samples in {} (and .svg)",
+            made.samples,
+            saved.png.display()
+        )
+    })
+}
+
+fn print_info(out: &mut dyn Write, log: &Path, summary: &LogSummary) -> io::Result<()> {
+    writeln!(
+        out,
+        "{}: {}",
+        log.display(),
+        if summary.complete {
+            "whole"
+        } else {
+            "cut off or damaged"
+        }
+    )?;
+    let time = |time: Option<f64>| time.map_or_else(|| "–".to_owned(), |t| format!("{t} s"));
+    writeln!(
+        out,
+        "  {} samples from {} to {}, {} gaps",
+        summary.samples,
+        time(summary.first_s),
+        time(summary.last_s),
+        summary.gaps.len()
+    )?;
+    for record in &summary.metadata {
+        writeln!(out, "  [{}]", record.name)?;
+        for (key, value) in &record.values {
+            writeln!(out, "    {key:<26} {value}")?;
+        }
+    }
+    for event in &summary.events {
+        writeln!(
+            out,
+            "  event at {} s: {}: {}",
+            event.time_s, event.kind, event.text
+        )?;
+    }
+    for damage in &summary.damage {
+        writeln!(out, "  damage: {damage}")?;
+    }
+    Ok(())
+}

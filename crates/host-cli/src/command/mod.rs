@@ -1,0 +1,10 @@
+//! The commands: arguments, and what they print. The work is in the modules beside this one.
+
+pub mod creep;
+pub mod differintegrate;
+pub mod experiment;
+pub mod log;
+pub mod materials;
+pub mod relax;
+pub mod shell;
+pub mod weights;

@@ -1,0 +1,58 @@
+//! `relax`: stress relaxation, the main job.
+
+use super::experiment::RenderingArguments;
+use crate::experiment::Relaxation;
+use crate::failure::Failure;
+use crate::output::Output;
+use crate::quantity::{Strain, Time};
+use clap::Args;
+
+const LONG_ABOUT: &str = "\
+Stress relaxation: an indenter compresses a virtual tissue to a strain and holds it; the loop \
+renders the tissue, and the force it commands is recorded, drawn, and held against theory.
+
+Writes relax.mcap (open it in PlotJuggler or Foxglove), relax.csv, relax.svg and relax.png. \
+In the log a force is positive along the position, so the tissue pushes back with a negative one; \
+in the CSV, the picture and the summary reaction forces are positive.";
+
+/// Arguments of `relax`.
+#[derive(Debug, Args)]
+#[command(
+    long_about = LONG_ABOUT,
+    after_help = "Examples:\n  host-cli relax\n  host-cli relax --tissue prostate-healthy \
+                  --strain 3% --duration 60s --out healthy\n  host-cli relax --scheme grunwald:1000   \
+                  # see short memory fail"
+)]
+pub struct Arguments {
+    /// Strain that is held
+    #[arg(long, default_value = "5%", allow_negative_numbers = true)]
+    strain: Strain,
+    /// Time to reach it
+    #[arg(long, default_value = "1s", allow_negative_numbers = true)]
+    ramp_time: Time,
+    /// End of the experiment, from the start of the ramp
+    #[arg(long, default_value = "200s", allow_negative_numbers = true)]
+    duration: Time,
+    #[command(flatten)]
+    rendering: RenderingArguments,
+}
+
+impl Arguments {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// What went wrong, with its exit code.
+    pub fn run(self, output: Output) -> Result<(), Failure> {
+        let experiment = Relaxation {
+            rendering: self.rendering.rendering()?,
+            strain: self.strain.0,
+            ramp_time_s: self.ramp_time.0,
+            duration_s: self.duration.0,
+        };
+        let samples = experiment.check()?;
+        self.rendering
+            .conduct("relax", samples, output, |folder, supervisor| {
+                experiment.run(folder, supervisor)
+            })
+    }
+}

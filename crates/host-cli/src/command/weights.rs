@@ -1,0 +1,77 @@
+//! `weights`: the impulse response of an operator.
+
+use super::experiment::parse_scheme;
+use crate::failure::Failure;
+use crate::output::Output;
+use clap::Args;
+use fracdiff::{Channel, Operator, Order, Scheme, Seconds, grunwald_weights};
+use serde::Serialize;
+
+/// Arguments of `weights`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example: host-cli weights --order 0.5 --scheme grunwald:5 --count 5\n\
+                  The response is that of P in D^mu = T^(-mu) P, so without unit; for the scheme \
+                  exact it is the series of (1 - w)^mu."
+)]
+pub struct Arguments {
+    /// Order mu, -2 to 2
+    #[arg(long, allow_negative_numbers = true)]
+    order: f64,
+    /// Fractional operator, see `host-cli --help`
+    #[arg(long, value_parser = parse_scheme, default_value = "exact")]
+    scheme: Scheme,
+    /// Number of weights
+    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
+    count: u64,
+    /// Sample time; matters only for a scheme with frequencies in Hz
+    #[arg(long, default_value = "1s", allow_negative_numbers = true)]
+    sample_time: crate::quantity::Time,
+}
+
+/// The result.
+#[derive(Serialize)]
+struct Weights {
+    order: f64,
+    scheme: String,
+    weights: Vec<f64>,
+}
+
+impl Arguments {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// An order or sample time outside its range, a scheme that cannot be made.
+    pub fn run(self, output: Output) -> Result<(), Failure> {
+        let order = Order::new(self.order).map_err(Failure::input)?;
+        let count = usize::try_from(self.count).map_err(Failure::input)?;
+        let weights = if self.scheme == Scheme::Exact {
+            grunwald_weights(order).take(count).collect()
+        } else {
+            let t = Seconds(self.sample_time.0);
+            let rate = t.rate_to_the(order).map_err(Failure::input)?;
+            let operator: Operator<f64> = self
+                .scheme
+                .build(order, t, 1.05 * self.count as f64)
+                .map_err(Failure::input)?;
+            let mut channel = Channel::new(operator);
+            let impulse = std::iter::once(1.0).chain(std::iter::repeat(0.0));
+            impulse
+                .take(count)
+                .map(|x| channel.step(x) / rate)
+                .collect()
+        };
+        let result = Weights {
+            order: order.get(),
+            scheme: self.scheme.to_string(),
+            weights,
+        };
+        output.print(&result, |out| {
+            writeln!(out, "lag,weight")?;
+            for (lag, weight) in result.weights.iter().enumerate() {
+                writeln!(out, "{lag},{weight}")?;
+            }
+            Ok(())
+        })
+    }
+}

@@ -1,0 +1,157 @@
+//! Creep: push with a constant force, record the strain.
+//!
+//! The indenter pushes the renderer with σ₀·A from t = 0; the renderer opposes it with the force of
+//! the virtual tissue, and both sink in. The closed form is that of the tissue alone; the masses and
+//! the damping of the rig, 7 N·s/m together, slow the start down.
+
+use super::judge::{creep_strain, largest_error};
+use super::outcome::Outcome;
+use super::rendering::Rendering;
+use super::report::Report;
+use super::run::{Record, Supervisor};
+use crate::failure::Failure;
+use crate::figure::{Conditions, CreepFigure, FigureError, Picture};
+use crate::folder::OutputFolder;
+use fracdiff::{Channel, Differintegrator as _, Operator, Scheme, Seconds};
+use haptic_loop::plant::RigDrive;
+use haptic_loop::units::{Metres, Pascals};
+use std::collections::BTreeMap;
+
+/// The comparison with the closed form begins here, s: before, the rig itself is moving.
+const FROM_S: f64 = 1.0;
+/// Tolerance of the operator that stands for the full history where an equation must be solved.
+const REFERENCE_TOLERANCE: f64 = 1e-9;
+
+/// A creep experiment.
+#[derive(Clone, Debug)]
+pub struct Creep {
+    /// What is rendered, and how.
+    pub rendering: Rendering,
+    /// σ₀, Pa, above 0.
+    pub stress_pa: f64,
+    /// How long, s.
+    pub duration_s: f64,
+}
+
+impl Creep {
+    /// Runs the experiment; log, CSV and picture go into the folder.
+    ///
+    /// # Errors
+    /// Bad parameters, before any file is made; a log, CSV or picture that cannot be written.
+    pub fn run(
+        &self,
+        folder: &OutputFolder,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Report, Failure> {
+        let samples = self.check()?;
+        let push = self.rendering.specimen.force(Pascals(self.stress_pa));
+        let (record, log) = self.rendering.run(
+            RigDrive::Force(push),
+            samples,
+            &folder.file("mcap"),
+            self.metadata(),
+            supervisor,
+        )?;
+        let outcome = self.judge(&record)?;
+        let picture = self.draw(&record, &outcome)?;
+        outcome.publish(&self.rendering, &record, &log?, &picture, folder)
+    }
+
+    /// The number of samples, if all parameters are good.
+    ///
+    /// # Errors
+    /// A stress, duration or sample time outside its range.
+    pub fn check(&self) -> Result<u64, Failure> {
+        if !(self.stress_pa > 0.0 && self.stress_pa <= 1e9) {
+            return Err(Failure::bad_input(format_args!(
+                "stress {} Pa is not in (0, 1e9] Pa: give --stress, as in 100Pa",
+                self.stress_pa
+            )));
+        }
+        self.rendering.samples(self.duration_s)
+    }
+
+    fn judge(&self, record: &Record) -> Result<Outcome, Failure> {
+        let Rendering {
+            material, specimen, ..
+        } = &self.rendering;
+        let time = &record.time_s;
+        let strain_at = |x: &f64| specimen.strain(Metres(*x));
+        let strain: Vec<f64> = record.position_m.iter().map(strain_at).collect();
+        let closed_form = |&t: &f64| creep_strain(&material.tissue, self.stress_pa, t);
+        let theory: Vec<f64> = time.iter().map(closed_form).collect();
+        let ideal = self.without_rig(time.len())?;
+        let history = self
+            .rendering
+            .full_history_force(&record.position_m)
+            .map_err(Failure::Run)?;
+        Ok(Outcome {
+            quantity: "strain",
+            reference_m: theory.iter().map(|&e| specimen.displacement(e).0).collect(),
+            full_history_force_n: history,
+            closed_form_error: largest_error(time, &strain, &theory, FROM_S),
+            discretisation_error: largest_error(time, &ideal, &theory, FROM_S),
+            rig_error: largest_error(time, &strain, &ideal, FROM_S),
+            measured: strain,
+            theory,
+        })
+    }
+
+    /// Strain of the sampled tissue alone, without mass or damping of a rig: at each tick the strain
+    /// whose stress is σ₀. The push acts from the first sample on, so the strain is never zero.
+    ///
+    /// ```text
+    /// σ₀ = E₀·ε[n] + η·(g·ε[n] + S[n])    ⇒    ε[n] = (σ₀ − η·S[n])/(E₀ + η·g)
+    /// ```
+    fn without_rig(&self, samples: usize) -> Result<Vec<f64>, Failure> {
+        let tissue = &self.rendering.material.tissue;
+        let scheme = Scheme::Full {
+            kernel: self.rendering.reference_kernel(),
+            tolerance: REFERENCE_TOLERANCE,
+        };
+        let t = Seconds(self.rendering.sample_time_s);
+        let operator: Operator<f64> = scheme
+            .build(tissue.order(), t, 1.05 * samples as f64)
+            .map_err(Failure::input)?;
+        let (modulus, viscosity) = (tissue.elastic_modulus().0, tissue.viscosity_pa_s_alpha());
+        let stiffness = modulus + viscosity * operator.direct_gain();
+        let mut channel = Channel::new(operator);
+        let strains = (0..samples).map(|_| {
+            // The output for a strain of zero is the past alone.
+            let strain = (self.stress_pa - viscosity * channel.output(0.0)) / stiffness;
+            channel.advance(strain);
+            strain
+        });
+        Ok(strains.collect())
+    }
+
+    /// The strain over theory, and the error below.
+    fn draw(&self, record: &Record, outcome: &Outcome) -> Result<Picture, FigureError> {
+        let Rendering {
+            material, scheme, ..
+        } = &self.rendering;
+        CreepFigure {
+            title: &format!("Creep of {}", material.description),
+            conditions: Conditions {
+                tissue: &material.name,
+                order: material.order,
+                scheme: &scheme.to_string(),
+                remark: &format!("{} Pa from t = 0", self.stress_pa),
+            },
+            time_s: &record.time_s,
+            strain: &outcome.measured,
+            theory: &outcome.theory,
+            relative_error: &outcome.error(),
+        }
+        .draw()
+    }
+
+    /// Everything needed to repeat the run.
+    fn metadata(&self) -> BTreeMap<String, String> {
+        let mut metadata = self.rendering.metadata("creep");
+        let mut add = |key: &str, value: String| metadata.insert(key.to_owned(), value);
+        add("stress_pa", self.stress_pa.to_string());
+        add("duration_s", self.duration_s.to_string());
+        metadata
+    }
+}

@@ -1,0 +1,263 @@
+//! What the force should have been: the full history, and closed forms.
+
+use anyhow::Context as _;
+use fracdiff::full_memory::Kernel;
+use fracdiff::{Order, Seconds, grunwald_weights};
+use haptic_loop::Tissue;
+use realfft::RealFftPlanner;
+
+/// D^μ of a whole record by its full history, no memory cut: `T^(−μ)·Σ_{j=0}^{n} w_j·x[n−j]`
+/// for every n, by FFT in `f64`. Rounding error about 1e-15 of the largest value; costs O(N log N) time
+/// and some 100 bytes a sample.
+///
+/// # Errors
+/// If the kernel's weights cannot be made, which valid orders and sample times rule out.
+pub fn full_history(
+    kernel: Kernel,
+    order: Order,
+    sample_time: Seconds,
+    x: &[f64],
+) -> anyhow::Result<Vec<f64>> {
+    let rate = sample_time.rate_to_the(order)?;
+    let weights = weights(kernel, order, x.len());
+    let mut y = convolve(&weights, x).context("transforming the record")?;
+    for y in &mut y {
+        *y *= rate;
+    }
+    Ok(y)
+}
+
+/// The first weights of a kernel, 0 ≤ μ < 1 for the piecewise-linear one.
+fn weights(kernel: Kernel, order: Order, count: usize) -> Vec<f64> {
+    match kernel {
+        Kernel::Grunwald => grunwald_weights(order).take(count).collect(),
+        Kernel::PiecewiseLinear => {
+            // Second differences of j^(1−μ) are what the Grünwald weights of order 2 make of it:
+            // b_j = (j+1)^p − j^p, then c_j = b_j − b_{j−1}.
+            let p = 1.0 - order.get();
+            let scale = 1.0 / libm::tgamma(1.0 + p);
+            // (j+1)^p − j^p = j^p·((1 + 1/j)^p − 1), without cancellation.
+            let slope = |j: usize| match j {
+                0 => 1.0,
+                _ => {
+                    let j = j as f64;
+                    libm::pow(j, p) * libm::expm1(p * libm::log1p(1.0 / j))
+                }
+            };
+            let mut before = 0.0;
+            (0..count)
+                .map(|j| {
+                    let here = slope(j);
+                    let weight = scale * (here - before);
+                    before = here;
+                    weight
+                })
+                .collect()
+        }
+    }
+}
+
+/// The first `x.len()` values of the convolution. Plans and spectra go as soon as they are used:
+/// they are most of the memory of a whole run.
+fn convolve(weights: &[f64], x: &[f64]) -> Result<Vec<f64>, realfft::FftError> {
+    let length = smooth_length(weights.len() + x.len());
+    let mut spectrum = {
+        let forward = RealFftPlanner::<f64>::new().plan_fft_forward(length);
+        let mut padded = forward.make_input_vec();
+        let mut scratch = forward.make_scratch_vec();
+        let mut transform = |signal: &[f64]| {
+            padded.fill(0.0);
+            padded[..signal.len()].copy_from_slice(signal);
+            let mut spectrum = forward.make_output_vec();
+            forward.process_with_scratch(&mut padded, &mut spectrum, &mut scratch)?;
+            Ok::<_, realfft::FftError>(spectrum)
+        };
+        let mut product = transform(x)?;
+        for (p, w) in product.iter_mut().zip(transform(weights)?) {
+            *p *= w / length as f64;
+        }
+        product
+    };
+    let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(length);
+    let mut y = inverse.make_output_vec();
+    inverse.process(&mut spectrum, &mut y)?;
+    y.truncate(x.len());
+    y.shrink_to_fit();
+    Ok(y)
+}
+
+/// The smallest even number of at least `least` without prime factors above 5, where an FFT is fast.
+fn smooth_length(least: usize) -> usize {
+    let is_smooth = |mut n: usize| {
+        for prime in [2, 3, 5] {
+            while n.is_multiple_of(prime) {
+                n /= prime;
+            }
+        }
+        n == 1
+    };
+    let mut length = least.next_multiple_of(2).max(2);
+    while !is_smooth(length) {
+        length += 2;
+    }
+    length
+}
+
+/// |have/want − 1|; infinite where nothing was wanted but something came, so never NaN for finite
+/// input.
+#[must_use]
+pub fn relative_error(have: f64, want: f64) -> f64 {
+    let difference = (have - want).abs();
+    // 0 of 0 is no error.
+    if difference > 0.0 || difference.is_nan() {
+        difference / want.abs()
+    } else {
+        0.0
+    }
+}
+
+/// The largest relative error from a given time on; `None` if no sample lies there.
+#[must_use]
+pub fn largest_error(time_s: &[f64], have: &[f64], want: &[f64], from_s: f64) -> Option<f64> {
+    let pairs = time_s.iter().zip(have.iter().zip(want));
+    pairs
+        // Half a nanosecond: times are multiples of T, rounded.
+        .filter(|(time, _)| **time >= from_s - 0.5e-9)
+        .map(|(_, (have, want))| relative_error(*have, *want))
+        .reduce(|most, error| {
+            if error > most || error.is_nan() {
+                error
+            } else {
+                most
+            }
+        })
+}
+
+/// Strain of a tissue under a step of stress, closed form.
+///
+/// ```text
+/// ε(t) = (σ₀/E₀)·(1 − E_α(−(E₀/η)·t^α)),      E₀ = 0:  ε(t) = (σ₀/η)·t^α/Γ(1 + α)
+/// ```
+/// `E_α` is the Mittag-Leffler function (R. Gorenflo, F. Mainardi, *Fractional calculus*, 1997); zero
+/// for t ≤ 0. η = 0 is a spring, ε = σ₀/E₀.
+#[must_use]
+pub fn creep_strain(tissue: &Tissue, stress_pa: f64, time_s: f64) -> f64 {
+    use mittagleffler::MittagLeffler as _;
+    let (modulus, viscosity, alpha) = (
+        tissue.elastic_modulus().0,
+        tissue.viscosity_pa_s_alpha(),
+        tissue.order().get(),
+    );
+    if time_s <= 0.0 {
+        0.0
+    } else if viscosity == 0.0 {
+        stress_pa / modulus
+    } else if modulus == 0.0 {
+        stress_pa / viscosity * libm::pow(time_s, alpha) / libm::tgamma(1.0 + alpha)
+    } else if alpha == 0.0 {
+        // D⁰ is the identity: two springs side by side.
+        stress_pa / (modulus + viscosity)
+    } else {
+        let argument = -(modulus / viscosity) * libm::pow(time_s, alpha);
+        // None only for parameters outside 0 < α ≤ 1, which a tissue cannot have.
+        let value = argument
+            .mittag_leffler(alpha, 1.0)
+            .map_or(f64::NAN, |value| value.re);
+        stress_pa / modulus * (1.0 - value)
+    }
+}
+
+#[cfg(test)]
+#[expect(clippy::float_cmp, reason = "exact results are compared exactly")]
+mod tests {
+    use super::*;
+    use haptic_loop::units::Pascals;
+
+    fn order(mu: f64) -> Order {
+        Order::new(mu).expect("valid")
+    }
+
+    #[test]
+    fn the_full_history_is_the_defining_sum() {
+        let x: Vec<f64> = (0..700).map(|n| (f64::from(n) * 0.1).sin() + 0.3).collect();
+        let t = Seconds(0.01);
+        for kernel in [Kernel::Grunwald, Kernel::PiecewiseLinear] {
+            let have = full_history(kernel, order(0.4), t, &x).expect("valid");
+            let weights = weights(kernel, order(0.4), x.len());
+            for n in 0..x.len() {
+                let sum: f64 = (0..=n).map(|j| weights[j] * x[n - j]).sum();
+                let want = 0.01_f64.powf(-0.4) * sum;
+                assert!(
+                    (have[n] - want).abs() < 1e-12,
+                    "{kernel:?} {n}: {} {want}",
+                    have[n]
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn weights_of_both_kernels_agree_with_50_digits() {
+        let golden = include_str!("../../../../tests/golden/weights.csv");
+        for line in golden.lines().skip(1) {
+            let cells: Vec<&str> = line.split(',').collect();
+            let number = |i: usize| cells[i].parse::<f64>().expect("number");
+            let kernel = match cells[0] {
+                "grunwald" => Kernel::Grunwald,
+                _ => Kernel::PiecewiseLinear,
+            };
+            let (mu, lag, want) = (number(1), number(2), number(3));
+            if (0.0..1.0).contains(&mu) && lag <= 200_000.0 {
+                let have = weights(kernel, order(mu), lag as usize + 1)[lag as usize];
+                // Differences of differences: 1e-16·j² at worst, 1e-9 of the largest weight here.
+                let tolerance = 1e-12 * want.abs() + 1e-16;
+                assert!((have - want).abs() <= tolerance, "{line}: {have:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn creep_agrees_with_50_digits() {
+        // tests/golden/make_golden.py: E_α(−z). With E₀ = 1, η = 1/z, t = 1 the argument is −z.
+        let golden = include_str!("../../../../tests/golden/mittag_leffler.csv");
+        for line in golden.lines().skip(1) {
+            let cells: Vec<f64> = line
+                .split(',')
+                .map(|c| c.parse().expect("number"))
+                .collect();
+            let (alpha, z, value) = (cells[0], cells[1], cells[2]);
+            let tissue = Tissue::new(Pascals(1.0), 1.0 / z, order(alpha)).expect("valid");
+            let have = creep_strain(&tissue, 1.0, 1.0);
+            assert!(
+                (have - (1.0 - value)).abs() < 1e-12,
+                "α {alpha} z {z}: {have}"
+            );
+        }
+    }
+
+    #[test]
+    fn creep_of_a_soft_spring_tends_to_creep_without_one() {
+        let with = Tissue::new(Pascals(1e-4), 8650.0, order(0.2247)).expect("valid");
+        let without = Tissue::new(Pascals(0.0), 8650.0, order(0.2247)).expect("valid");
+        for t in [0.01, 1.0, 200.0] {
+            let (a, b) = (
+                creep_strain(&with, 100.0, t),
+                creep_strain(&without, 100.0, t),
+            );
+            assert!(relative_error(a, b) < 1e-6, "t {t}: {a} {b}");
+        }
+    }
+
+    #[test]
+    fn the_largest_error_is_looked_for_in_its_window_only() {
+        let time = [0.0, 1.0, 2.0, 3.0];
+        let (have, want) = ([9.0, 1.0, 2.2, 3.0], [1.0, 1.0, 2.0, 3.0]);
+        let error = largest_error(&time, &have, &want, 1.0).expect("samples");
+        assert!((error - 0.1).abs() < 1e-15, "{error}");
+        assert_eq!(largest_error(&time, &have, &want, 4.0), None);
+        assert_eq!(relative_error(0.0, 0.0), 0.0);
+        assert_eq!(relative_error(1.0, 0.0), f64::INFINITY);
+        let nan = largest_error(&time, &[f64::NAN; 4], &want, 0.0);
+        assert!(nan.expect("samples").is_nan());
+    }
+}

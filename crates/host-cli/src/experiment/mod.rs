@@ -1,0 +1,16 @@
+//! Experiments on the simulated rig: run the loop, keep the log, judge the result.
+
+pub mod creep;
+pub mod judge;
+pub mod outcome;
+pub mod recorder;
+pub mod relaxation;
+pub mod rendering;
+pub mod report;
+pub mod run;
+
+pub use creep::Creep;
+pub use relaxation::Relaxation;
+pub use rendering::{Contact, Precision, Rendering, Sensors};
+pub use report::{Report, Warnings};
+pub use run::{Pace, Supervisor};

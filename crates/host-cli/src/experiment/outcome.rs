@@ -1,0 +1,144 @@
+//! From a run and its theory to files and a report: what relaxation and creep share.
+
+use super::judge::{largest_error, relative_error};
+use super::rendering::Rendering;
+use super::report::{Report, TickTimes, Warnings};
+use super::run::{Ended, Record};
+use crate::failure::Failure;
+use crate::figure::Picture;
+use crate::folder::OutputFolder;
+use crate::record::FinishedLog;
+
+/// The comparison with the full history begins here, s after contact.
+const FROM_S: f64 = 0.01;
+
+/// A run beside what theory says of it, sample by sample.
+#[derive(Debug)]
+pub struct Outcome {
+    /// What is compared: `force` or `strain`.
+    pub quantity: &'static str,
+    /// Where the indenter should be, m.
+    pub reference_m: Vec<f64>,
+    /// Force by the full history of the position really recorded, N.
+    pub full_history_force_n: Vec<f64>,
+    /// The quantity as measured.
+    pub measured: Vec<f64>,
+    /// The quantity in closed form.
+    pub theory: Vec<f64>,
+    /// See [`Report`].
+    pub closed_form_error: Option<f64>,
+    /// See [`Report`].
+    pub discretisation_error: Option<f64>,
+    /// See [`Report`].
+    pub rig_error: Option<f64>,
+}
+
+/// A row of the CSV.
+#[derive(serde::Serialize)]
+struct Row {
+    time_s: f64,
+    reference_m: f64,
+    position_m: f64,
+    reaction_force_n: f64,
+    full_history_force_n: f64,
+    measured: f64,
+    theory: f64,
+    relative_error: f64,
+}
+
+/// Force that the tissue opposes to an indentation, N: the negative of what is commanded.
+pub fn reaction(record: &Record) -> Vec<f64> {
+    // Not a negation, which would make −0 of 0.
+    record.force_n.iter().map(|force| 0.0 - force).collect()
+}
+
+/// In per cent, without the digits that binary fractions add.
+pub fn percent(fraction: f64) -> f64 {
+    (fraction * 1e8).round() / 1e6
+}
+
+impl Outcome {
+    /// |measured/theory − 1|, sample by sample.
+    pub fn error(&self) -> Vec<f64> {
+        let pairs = self.measured.iter().zip(&self.theory);
+        pairs
+            .map(|(&have, &want)| relative_error(have, want))
+            .collect()
+    }
+
+    /// Writes CSV and picture, and reports. A run that was cut short leaves its log alone.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn publish(
+        &self,
+        rendering: &Rendering,
+        record: &Record,
+        log: &FinishedLog,
+        picture: &Picture,
+        folder: &OutputFolder,
+    ) -> Result<Report, Failure> {
+        let time = &record.time_s;
+        let force = reaction(record);
+        let last = self.measured.last().zip(self.theory.last());
+        let final_over_theory = last
+            .map(|(have, want)| have / want)
+            .filter(|r| r.is_finite());
+        let duration_s = time.last().copied().unwrap_or(0.0);
+        let memory_s = rendering.memory_s();
+
+        let mut warnings = Warnings::default();
+        warnings.operator(memory_s, duration_s, final_over_theory, self.quantity);
+        warnings.limited(record.limited);
+        warnings.late(record.missed_deadlines, force.len() as u64);
+        warnings.dropped(record.dropped);
+
+        let (mut csv, mut figure) = (None, None);
+        if record.ended.is_none() {
+            let error = self.error();
+            let rows = (0..force.len()).map(|n| Row {
+                time_s: time[n],
+                reference_m: self.reference_m[n],
+                position_m: record.position_m[n],
+                reaction_force_n: force[n],
+                full_history_force_n: self.full_history_force_n[n],
+                measured: self.measured[n],
+                theory: self.theory[n],
+                relative_error: error[n],
+            });
+            csv = Some(folder.write_table("csv", rows)?);
+            figure = Some(folder.save_picture(picture)?);
+        }
+        Ok(Report {
+            tissue: rendering.material.name.clone(),
+            order: rendering.material.order,
+            scheme: rendering.scheme.to_string(),
+            device: "sim".to_owned(),
+            samples: force.len() as u64,
+            duration_s,
+            peak_force_n: force.iter().fold(0.0, |most, f| f.abs().max(most)),
+            final_force_n: force.last().copied().unwrap_or(0.0),
+            max_relative_error: largest_error(time, &force, &self.full_history_force_n, FROM_S),
+            closed_form_error: self.closed_form_error,
+            tick_ns: TickTimes::of(record),
+            missed_deadlines: record.missed_deadlines,
+            log: log.path.display().to_string(),
+            figure,
+            csv,
+            discretisation_error: self.discretisation_error,
+            rig_error: self.rig_error,
+            memory_s,
+            final_over_theory,
+            final_strain: (self.quantity == "strain")
+                .then(|| self.measured.last().copied())
+                .flatten(),
+            sample_time_s: rendering.sample_time_s,
+            precision: rendering.precision,
+            contact: rendering.contact,
+            limited_samples: record.limited,
+            dropped_samples: record.dropped,
+            ended_early: record.ended.map(Ended::reason),
+            warnings: warnings.0,
+        })
+    }
+}

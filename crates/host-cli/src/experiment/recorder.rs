@@ -1,0 +1,119 @@
+//! Keeps the log off the tick: a thread that owns the file, behind a bounded queue.
+
+use crate::record::{EventMessage, FinishedLog, LogWriter, RecordError, TickMessage};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::thread::JoinHandle;
+
+/// Samples that wait in the queue at most: at 1 kHz, 8 s of a stalled disk.
+const QUEUE: usize = 8192;
+
+/// Writes a log from another thread, as the run goes.
+#[derive(Debug)]
+pub struct Recorder {
+    queue: SyncSender<Entry>,
+    writer: JoinHandle<Result<FinishedLog, RecordError>>,
+    /// A full queue waits (virtual time) or drops and counts (real time).
+    waits: bool,
+    dropped: u64,
+}
+
+enum Entry {
+    Tick(TickMessage),
+    Event(EventMessage),
+}
+
+/// The writer has ended early; [`Recorder::finish`] says why.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stopped;
+
+impl Recorder {
+    /// Starts the log with its metadata.
+    ///
+    /// # Errors
+    /// If the file exists or cannot be made.
+    pub fn start(
+        path: &Path,
+        metadata: BTreeMap<String, String>,
+        waits: bool,
+    ) -> Result<Self, RecordError> {
+        let mut log = LogWriter::create(path)?;
+        log.metadata("experiment", metadata)?;
+        let (queue, entries) = sync_channel(QUEUE);
+        let writer = std::thread::spawn(move || write(log, &entries));
+        Ok(Self {
+            queue,
+            writer,
+            waits,
+            dropped: 0,
+        })
+    }
+
+    /// Hands over a sample.
+    ///
+    /// # Errors
+    /// If the writer has ended, as on a full disk.
+    pub fn tick(&mut self, message: TickMessage) -> Result<(), Stopped> {
+        self.send(Entry::Tick(message))
+    }
+
+    /// Hands over an event.
+    ///
+    /// # Errors
+    /// If the writer has ended.
+    pub fn event(&mut self, time_s: f64, kind: &str, text: String) -> Result<(), Stopped> {
+        self.send(Entry::Event(EventMessage {
+            time_s,
+            kind: kind.to_owned(),
+            text,
+        }))
+    }
+
+    fn send(&mut self, entry: Entry) -> Result<(), Stopped> {
+        if self.waits {
+            return self.queue.send(entry).map_err(|_| Stopped);
+        }
+        match self.queue.try_send(entry) {
+            Ok(()) => Ok(()),
+            Err(TrySendError::Full(_)) => {
+                self.dropped += 1;
+                Ok(())
+            }
+            Err(TrySendError::Disconnected(_)) => Err(Stopped),
+        }
+    }
+
+    /// Samples and events that found the queue full and are not in the log.
+    #[must_use]
+    pub fn dropped(&self) -> u64 {
+        self.dropped
+    }
+
+    /// Waits until all is written and the log is closed.
+    ///
+    /// # Errors
+    /// What stopped the writer, as a full disk.
+    pub fn finish(self) -> Result<FinishedLog, RecordError> {
+        drop(self.queue);
+        match self.writer.join() {
+            Ok(result) => result,
+            // A panic in the writer is a defect; let it be seen as one.
+            Err(panic) => std::panic::resume_unwind(panic),
+        }
+    }
+}
+
+fn write(
+    mut log: LogWriter<std::io::BufWriter<std::fs::File>>,
+    entries: &Receiver<Entry>,
+) -> Result<FinishedLog, RecordError> {
+    // Ends when the other side has dropped its end and the queue is empty.
+    for entry in entries {
+        match entry {
+            Entry::Tick(message) => log.tick(&message)?,
+            Entry::Event(message) => log.event(&message)?,
+        }
+    }
+    log.finish()
+}

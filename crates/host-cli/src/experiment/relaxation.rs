@@ -1,0 +1,153 @@
+//! Stress relaxation: indent, hold, record (the dissertation's chapter VII).
+//!
+//! The indenter follows a ramp to the strain ε₀ in T₀ and holds it; the renderer opposes it with the
+//! force of the virtual tissue. That force is the result. Source: O. Tokatlı, *Fractional Order
+//! Control in Haptics*, figure 7.2.
+
+use super::judge::largest_error;
+use super::outcome::{Outcome, percent, reaction};
+use super::rendering::Rendering;
+use super::report::Report;
+use super::run::{Record, Supervisor};
+use crate::failure::Failure;
+use crate::figure::{Conditions, FigureError, Picture, RelaxationFigure};
+use crate::folder::OutputFolder;
+use fracdiff::Seconds;
+use haptic_loop::plant::{RampHold, RigDrive};
+use std::collections::BTreeMap;
+
+/// The comparison with the closed form begins this long after the end of the ramp, s.
+const AFTER_RAMP_S: f64 = 0.1;
+
+/// A relaxation experiment.
+#[derive(Clone, Debug)]
+pub struct Relaxation {
+    /// What is rendered, and how.
+    pub rendering: Rendering,
+    /// ε₀, the strain that is held, above 0.
+    pub strain: f64,
+    /// T₀, s.
+    pub ramp_time_s: f64,
+    /// Until when, s from the start of the ramp.
+    pub duration_s: f64,
+}
+
+impl Relaxation {
+    /// Runs the experiment; log, CSV and picture go into the folder.
+    ///
+    /// # Errors
+    /// Bad parameters, before any file is made; a log, CSV or picture that cannot be written.
+    pub fn run(
+        &self,
+        folder: &OutputFolder,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Report, Failure> {
+        let samples = self.check()?;
+        let depth = self.rendering.specimen.displacement(self.strain);
+        let profile = RampHold::new(depth, Seconds(self.ramp_time_s)).map_err(Failure::input)?;
+        let (record, log) = self.rendering.run(
+            RigDrive::Position(profile),
+            samples,
+            &folder.file("mcap"),
+            self.metadata(),
+            supervisor,
+        )?;
+        let outcome = self.judge(&record, profile)?;
+        let picture = self.draw(&record, &outcome)?;
+        outcome.publish(&self.rendering, &record, &log?, &picture, folder)
+    }
+
+    /// The number of samples, if all parameters are good.
+    ///
+    /// # Errors
+    /// A strain, ramp time, duration or sample time outside its range.
+    pub fn check(&self) -> Result<u64, Failure> {
+        if !(self.strain > 0.0 && self.strain <= 1.0) {
+            return Err(Failure::bad_input(format_args!(
+                "strain {} is not in (0, 1]: give --strain, as in 5%",
+                self.strain
+            )));
+        }
+        let samples = self.rendering.samples(self.duration_s)?;
+        if self.ramp_time_s > 0.0 && self.ramp_time_s < self.duration_s {
+            Ok(samples)
+        } else {
+            Err(Failure::bad_input(format_args!(
+                "ramp time {} s is not above 0 s and below the duration of {} s: give --ramp-time",
+                self.ramp_time_s, self.duration_s
+            )))
+        }
+    }
+
+    /// Closed form of the force, N.
+    fn theory(&self, time_s: f64) -> f64 {
+        let Rendering {
+            material, specimen, ..
+        } = &self.rendering;
+        let stress = material
+            .tissue
+            .relaxation_stress(self.strain, self.ramp_time_s, time_s);
+        specimen.force(stress).0
+    }
+
+    fn judge(&self, record: &Record, profile: RampHold) -> Result<Outcome, Failure> {
+        let rendering = &self.rendering;
+        let time = &record.time_s;
+        let force = reaction(record);
+        let theory: Vec<f64> = time.iter().map(|&t| self.theory(t)).collect();
+        let history = rendering
+            .full_history_force(&record.position_m)
+            .map_err(Failure::Run)?;
+        let imposed: Vec<f64> = time.iter().map(|&t| profile.position(t)).collect();
+        let ideal = rendering
+            .full_history_force(&imposed)
+            .map_err(Failure::Run)?;
+        let hold = self.ramp_time_s + AFTER_RAMP_S;
+        Ok(Outcome {
+            quantity: "force",
+            closed_form_error: largest_error(time, &force, &theory, hold),
+            discretisation_error: largest_error(time, &ideal, &theory, hold),
+            rig_error: largest_error(time, &history, &ideal, hold),
+            reference_m: imposed,
+            full_history_force_n: history,
+            measured: force,
+            theory,
+        })
+    }
+
+    /// The force over theory, and the error below.
+    fn draw(&self, record: &Record, outcome: &Outcome) -> Result<Picture, FigureError> {
+        let Rendering {
+            material, scheme, ..
+        } = &self.rendering;
+        RelaxationFigure {
+            title: &format!("Stress relaxation of {}", material.description),
+            conditions: Conditions {
+                tissue: &material.name,
+                order: material.order,
+                scheme: &scheme.to_string(),
+                remark: &format!(
+                    "{} % strain in {} s, held until {} s",
+                    percent(self.strain),
+                    self.ramp_time_s,
+                    self.duration_s
+                ),
+            },
+            time_s: &record.time_s,
+            force_n: &outcome.measured,
+            theory_n: &outcome.theory,
+            relative_error: &outcome.error(),
+        }
+        .draw()
+    }
+
+    /// Everything needed to repeat the run.
+    fn metadata(&self) -> BTreeMap<String, String> {
+        let mut metadata = self.rendering.metadata("relax");
+        let mut add = |key: &str, value: String| metadata.insert(key.to_owned(), value);
+        add("strain", self.strain.to_string());
+        add("ramp_time_s", self.ramp_time_s.to_string());
+        add("duration_s", self.duration_s.to_string());
+        metadata
+    }
+}

@@ -1,0 +1,308 @@
+//! A tissue rendered on the simulated rig: everything that relaxation and creep share.
+
+use super::recorder::Recorder;
+use super::run::{Pace, Record, RigAccess, Schedule, Supervisor, run};
+use crate::failure::Failure;
+use crate::material::Material;
+use crate::record::{FinishedLog, RecordError};
+use fracdiff::full_memory::Kernel;
+use fracdiff::{Operator, Real, Scheme, Seconds};
+use haptic_loop::plant::{
+    EncoderQuantiser, IndentationRig, RigConfig, RigContact, RigDrive, SensorNoise,
+};
+use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
+use haptic_loop::{Contact as OneSided, Controller, Device, KelvinVoigt, SafetyChain, Specimen};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::convert::Infallible;
+use std::path::Path;
+
+/// How the indenter touches the renderer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Contact {
+    /// A stiff, one-sided spring and damper between two masses, as on a real rig.
+    Compliant,
+    /// The indentation is imposed exactly.
+    Rigid,
+}
+
+/// The number type of the loop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Precision {
+    /// Double, 53 bits.
+    F64,
+    /// Single, 24 bits, as on a microcontroller.
+    F32,
+}
+
+/// What lies between the position and the loop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sensors {
+    /// Encoder resolution, m per count; 0 for none.
+    pub encoder_resolution_m: f64,
+    /// Standard deviation of the noise, m; 0 for none.
+    pub noise_m: f64,
+    /// Seed of the noise.
+    pub seed: u64,
+}
+
+/// A specimen of tissue, the operator that renders it, and the rig it is rendered on.
+#[derive(Clone, Debug)]
+pub struct Rendering {
+    /// The tissue.
+    pub material: Material,
+    /// The piece of it.
+    pub specimen: Specimen,
+    /// The operator.
+    pub scheme: Scheme,
+    /// Number type of the loop.
+    pub precision: Precision,
+    /// T, s.
+    pub sample_time_s: f64,
+    /// Between indenter and renderer.
+    pub contact: Contact,
+    /// Between position and loop.
+    pub sensors: Sensors,
+    /// Largest force, N.
+    pub force_limit_n: f64,
+    /// Largest rate of force, N/s.
+    pub force_rate_limit_n_per_s: f64,
+    /// How time passes.
+    pub pace: Pace,
+}
+
+/// Fewest and most samples of an experiment; the results are kept in memory, about 100 bytes each.
+const SAMPLES: std::ops::RangeInclusive<f64> = 10.0..=20e6;
+
+impl Rendering {
+    /// Number of samples from time 0 to `duration_s`, both included.
+    ///
+    /// # Errors
+    /// If that is too few or too many, or one of the two is not a number above 0.
+    pub fn samples(&self, duration_s: f64) -> Result<u64, Failure> {
+        let t = self.sample_time_s;
+        let (least, most) = (Seconds::MIN_SAMPLE_TIME, Seconds::MAX_SAMPLE_TIME);
+        if !(least..=most).contains(&t) {
+            return Err(Failure::bad_input(format_args!(
+                "sample time {t} s is not in [{least:e}, {most:e}] s: give --sample-time, as in 1ms"
+            )));
+        }
+        let samples = (duration_s / t).round() + 1.0;
+        if duration_s > 0.0 && SAMPLES.contains(&samples) {
+            Ok(samples as u64)
+        } else {
+            Err(Failure::bad_input(format_args!(
+                "duration {duration_s} s at a sample time of {t} s is {samples} samples, which is not \
+                 in [{}, {:e}]: change --duration or --sample-time",
+                SAMPLES.start(),
+                SAMPLES.end()
+            )))
+        }
+    }
+
+    /// How long the operator remembers, s; `None` if all of it. For the recursive forms the time that
+    /// their slowest part takes to fade, about one period of the lower corner or N samples.
+    #[must_use]
+    pub fn memory_s(&self) -> Option<f64> {
+        let t = self.sample_time_s;
+        match self.scheme {
+            Scheme::Grunwald { length } => Some(length as f64 * t),
+            Scheme::Muir { degree } => Some((degree + 1) as f64 * t),
+            Scheme::TustinMuir { degree } => Some(degree as f64 * t),
+            Scheme::Oustaloup { band, .. } => Some(1.0 / band.low_hz),
+            _ => None,
+        }
+    }
+
+    /// Everything needed to make this rendering again.
+    #[must_use]
+    pub fn metadata(&self, experiment: &str) -> BTreeMap<String, String> {
+        let entries = [
+            ("experiment", experiment.to_owned()),
+            (
+                "program",
+                concat!("host-cli ", env!("CARGO_PKG_VERSION")).to_owned(),
+            ),
+            (
+                "command_line",
+                std::env::args().collect::<Vec<_>>().join(" "),
+            ),
+            ("device", "sim".to_owned()),
+            ("tissue", self.material.name.clone()),
+            (
+                "elastic_modulus_pa",
+                self.material.elastic_modulus_pa.to_string(),
+            ),
+            (
+                "viscosity_pa_s_alpha",
+                self.material.viscosity_pa_s_alpha.to_string(),
+            ),
+            ("order", self.material.order.to_string()),
+            ("area_m2", self.specimen.area().0.to_string()),
+            ("thickness_m", self.specimen.thickness().0.to_string()),
+            ("scheme", self.scheme.to_string()),
+            ("precision", format!("{:?}", self.precision).to_lowercase()),
+            ("sample_time_s", self.sample_time_s.to_string()),
+            ("contact", format!("{:?}", self.contact).to_lowercase()),
+            (
+                "encoder_resolution_m",
+                self.sensors.encoder_resolution_m.to_string(),
+            ),
+            ("sensor_noise_m", self.sensors.noise_m.to_string()),
+            ("seed", self.sensors.seed.to_string()),
+            ("force_limit_n", self.force_limit_n.to_string()),
+            (
+                "force_rate_limit_n_per_s",
+                self.force_rate_limit_n_per_s.to_string(),
+            ),
+            ("pace", format!("{:?}", self.pace).to_lowercase()),
+        ];
+        entries.map(|(key, value)| (key.to_owned(), value)).into()
+    }
+
+    /// The kernel whose full history the force is compared with: the scheme's own, or Grünwald's.
+    #[must_use]
+    pub fn reference_kernel(&self) -> Kernel {
+        match self.scheme {
+            Scheme::Full { kernel, .. } => kernel,
+            _ => Kernel::Grunwald,
+        }
+    }
+
+    /// The force that the specimen opposes to an indentation, by the full history of it, N.
+    ///
+    /// ```text
+    /// F = max(0, (A/ℓ)·(E₀·x + η·D^α x))        x ≥ 0
+    /// ```
+    ///
+    /// # Errors
+    /// If the record cannot be transformed.
+    pub fn full_history_force(&self, position_m: &[f64]) -> anyhow::Result<Vec<f64>> {
+        let tissue = &self.material.tissue;
+        // The virtual tissue begins at 0 and only pushes.
+        let depth: Vec<f64> = position_m.iter().map(|x| x.max(0.0)).collect();
+        let t = Seconds(self.sample_time_s);
+        let kernel = self.reference_kernel();
+        let derivative = super::judge::full_history(kernel, tissue.order(), t, &depth)?;
+        let shape = self.specimen.area().0 / self.specimen.thickness().0;
+        let stiffness = shape * tissue.elastic_modulus().0;
+        let dissipation = shape * tissue.viscosity_pa_s_alpha();
+        let forces = depth.iter().zip(derivative).map(|(&x, d)| {
+            if x > 0.0 {
+                (stiffness * x + dissipation * d).max(0.0)
+            } else {
+                0.0
+            }
+        });
+        Ok(forces.collect())
+    }
+
+    /// Runs the loop on the rig and writes the log.
+    ///
+    /// # Errors
+    /// Bad parameters; a log that cannot be written.
+    pub fn run(
+        &self,
+        drive: RigDrive,
+        samples: u64,
+        log: &Path,
+        metadata: BTreeMap<String, String>,
+        supervisor: Supervisor<'_>,
+    ) -> Result<(Record, Result<FinishedLog, RecordError>), Failure> {
+        match self.precision {
+            Precision::F64 => self.run_as::<f64>(drive, samples, log, metadata, supervisor),
+            Precision::F32 => self.run_as::<f32>(drive, samples, log, metadata, supervisor),
+        }
+    }
+
+    fn run_as<F: Real>(
+        &self,
+        drive: RigDrive,
+        samples: u64,
+        log: &Path,
+        metadata: BTreeMap<String, String>,
+        supervisor: Supervisor<'_>,
+    ) -> Result<(Record, Result<FinishedLog, RecordError>), Failure> {
+        let t = Seconds(self.sample_time_s);
+        // A little more than needed, so that the last weights are not at the very edge.
+        let horizon = 1.05 * samples as f64;
+        let operator: Operator<F> = self
+            .scheme
+            .build(self.material.tissue.order(), t, horizon)
+            .map_err(Failure::input)?;
+        let tissue = KelvinVoigt::new(&self.material.tissue, &self.specimen, operator)
+            .map_err(Failure::input)?;
+        let environment = OneSided::at(Metres(0.0), tissue).map_err(Failure::input)?;
+        let chain = SafetyChain::new(
+            Newtons(self.force_limit_n),
+            NewtonsPerSecond(self.force_rate_limit_n_per_s),
+            t,
+        )
+        .map_err(Failure::input)?;
+        let contact = match self.contact {
+            Contact::Compliant => RigContact::COMPLIANT,
+            Contact::Rigid => RigContact::Rigid,
+        };
+        let rig = IndentationRig::new(RigConfig::new(drive, contact, t)).map_err(Failure::input)?;
+        let controller = Controller::new(environment, chain);
+        // Check everything before the first file is made.
+        let noisy = |rig| {
+            SensorNoise::new(rig, Metres(self.sensors.noise_m), self.sensors.seed)
+                .map_err(Failure::input)
+        };
+        let resolution = Metres(self.sensors.encoder_resolution_m);
+        let start = |metadata| Recorder::start(log, metadata, self.pace == Pace::Virtual);
+        let run = Run {
+            controller,
+            schedule: Schedule {
+                samples,
+                sample_time_s: self.sample_time_s,
+                pace: self.pace,
+            },
+            supervisor,
+        };
+        let Sensors {
+            encoder_resolution_m: counts,
+            noise_m: noise,
+            ..
+        } = self.sensors;
+        if noise == 0.0 && counts == 0.0 {
+            run.on(rig, start(metadata)?)
+        } else if counts == 0.0 {
+            run.on(noisy(rig)?, start(metadata)?)
+        } else if noise == 0.0 {
+            let rig = EncoderQuantiser::new(rig, resolution).map_err(Failure::input)?;
+            run.on(rig, start(metadata)?)
+        } else {
+            let rig = EncoderQuantiser::new(noisy(rig)?, resolution).map_err(Failure::input)?;
+            run.on(rig, start(metadata)?)
+        }
+    }
+}
+
+/// A run that lacks only its device.
+struct Run<'a, F: Real> {
+    controller: Controller<F, 1, OneSided<F, KelvinVoigt<F, Operator<F>>, 1>>,
+    schedule: Schedule,
+    supervisor: Supervisor<'a>,
+}
+
+impl<F: Real> Run<'_, F> {
+    fn on<V: Device<F, 1, Error = Infallible> + RigAccess>(
+        mut self,
+        mut device: V,
+        mut recorder: Recorder,
+    ) -> Result<(Record, Result<FinishedLog, RecordError>), Failure> {
+        let record = run(
+            &mut self.controller,
+            &mut device,
+            self.schedule,
+            &mut recorder,
+            self.supervisor,
+        )
+        .map_err(Failure::Run)?;
+        Ok((record, recorder.finish()))
+    }
+}

@@ -1,0 +1,163 @@
+//! What an experiment reports: one JSON object, or a summary for a person.
+
+use super::run::{Ended, Record};
+use serde::Serialize;
+
+/// Percentiles of the time that a tick took, ns, the simulated rig included.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct TickTimes {
+    /// Median.
+    pub p50: u64,
+    /// 99 of 100 ticks took no longer.
+    pub p99: u64,
+    /// The longest.
+    pub max: u64,
+}
+
+/// The result of an experiment. The keys are a contract of the command line.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// Name of the tissue.
+    pub tissue: String,
+    /// α of the tissue.
+    pub order: f64,
+    /// Operator.
+    pub scheme: String,
+    /// Device.
+    pub device: String,
+    /// Ticks run.
+    pub samples: u64,
+    /// Time of the last sample, s.
+    pub duration_s: f64,
+    /// Largest magnitude of the commanded force, N.
+    pub peak_force_n: f64,
+    /// Magnitude of the commanded force at the end, N.
+    pub final_force_n: f64,
+    /// Commanded force against the full history of the indentation really recorded: largest relative
+    /// error of a sample from 10 ms on. What the operator's memory and precision cost.
+    pub max_relative_error: Option<f64>,
+    /// Against the closed form: force in a relaxation, from 0.1 s after the ramp on; strain in a
+    /// creep test, from 1 s on.
+    pub closed_form_error: Option<f64>,
+    /// Time of a tick.
+    pub tick_ns: TickTimes,
+    /// Ticks more than one sample time late; 0 in virtual time.
+    pub missed_deadlines: u64,
+    /// The log.
+    pub log: String,
+    /// The picture (PNG; an SVG lies beside it), unless the run was cut short.
+    pub figure: Option<String>,
+    /// The samples with theory beside them, unless the run was cut short.
+    pub csv: Option<String>,
+    /// What of `closed_form_error` is left with an ideal indenter and the full history: the sampling.
+    pub discretisation_error: Option<f64>,
+    /// What of it comes from contact, servo, masses and sensors of the rig.
+    pub rig_error: Option<f64>,
+    /// How long the operator remembers, s; null for everything.
+    pub memory_s: Option<f64>,
+    /// Final value over theory: force in a relaxation, strain in a creep test.
+    pub final_over_theory: Option<f64>,
+    /// Final strain, in a creep test.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub final_strain: Option<f64>,
+    /// T, s.
+    pub sample_time_s: f64,
+    /// Number type of the loop.
+    pub precision: super::Precision,
+    /// Contact between indenter and renderer.
+    pub contact: super::Contact,
+    /// Samples in which the safety chain limited the force.
+    pub limited_samples: u64,
+    /// Samples and events that did not reach the log.
+    pub dropped_samples: u64,
+    /// Why the run ended early; null if it did not.
+    pub ended_early: Option<String>,
+    /// What a user should know about these numbers, a sentence each.
+    pub warnings: Vec<String>,
+}
+
+/// Sentences for the user.
+#[derive(Debug, Default)]
+pub struct Warnings(pub Vec<String>);
+
+impl TickTimes {
+    /// Of a record.
+    #[must_use]
+    pub fn of(record: &Record) -> Self {
+        Self {
+            p50: record.tick_ns.value_at_quantile(0.5),
+            p99: record.tick_ns.value_at_quantile(0.99),
+            max: record.tick_ns.max(),
+        }
+    }
+}
+
+impl Ended {
+    /// In words.
+    #[must_use]
+    pub fn reason(self) -> String {
+        match self {
+            Self::Interrupted => "interrupted".to_owned(),
+            Self::Fault(fault) => format!("fault: {fault}"),
+            Self::LogStopped => "the log could not be written".to_owned(),
+        }
+    }
+}
+
+impl Warnings {
+    /// The operator remembers less than the experiment lasts, or is off for another reason.
+    pub fn operator(
+        &mut self,
+        memory_s: Option<f64>,
+        duration_s: f64,
+        over_theory: Option<f64>,
+        what: &str,
+    ) {
+        /// A final value further than this from theory deserves a sentence.
+        const NOTABLE: f64 = 0.02;
+        let notable = over_theory.filter(|ratio| (ratio - 1.0).abs() > NOTABLE);
+        let off = over_theory.map_or_else(String::new, |ratio| {
+            format!("at the end the {what} is {ratio:.3} times the theory; ")
+        });
+        if let Some(memory_s) = memory_s.filter(|memory_s| *memory_s < duration_s) {
+            self.0.push(format!(
+                "the scheme remembers {} s, the experiment lasts {duration_s} s: {off}--scheme full \
+                 remembers everything",
+                (memory_s * 1e6).round() / 1e6
+            ));
+        } else if notable.is_some() {
+            self.0.push(format!(
+                "{off}the lines \"operator\" and \"closed form\" of the summary say what that is due to"
+            ));
+        }
+    }
+
+    /// The safety chain acted, so the force is not the tissue's.
+    pub fn limited(&mut self, samples: u64) {
+        if samples > 0 {
+            self.0.push(format!(
+                "the safety chain limited the force in {samples} samples: raise --force-limit or \
+                 --force-rate-limit, or render less stiffly"
+            ));
+        }
+    }
+
+    /// The loop was late.
+    pub fn late(&mut self, missed: u64, samples: u64) {
+        if missed > 0 {
+            self.0.push(format!(
+                "{missed} of {samples} ticks were more than one sample time late: this machine was busy, \
+                 or the sample time is too short for it"
+            ));
+        }
+    }
+
+    /// Samples did not reach the log.
+    pub fn dropped(&mut self, samples: u64) {
+        if samples > 0 {
+            self.0.push(format!(
+                "{samples} samples did not reach the log: the disk was slower than the loop"
+            ));
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! What a command can end with: an error and an exit code that scripts can rely on.
+
+use crate::figure::FigureError;
+use crate::record::{NewFileError, RecordError};
+use std::fmt;
+
+/// A command that did not succeed: what went wrong, in one line, by whom to be mended.
+///
+/// Exit codes: 0 done (also when the reader of our output went away) · 1 the run failed, was
+/// interrupted, or a latched fault ended it · 2 bad usage or bad input · 3 device or link not
+/// usable · 4 data was lost, what could be kept was kept.
+#[derive(Debug)]
+pub enum Failure {
+    /// Exit code 1.
+    Run(anyhow::Error),
+    /// Exit code 2.
+    Input(anyhow::Error),
+    /// Exit code 3.
+    Device(anyhow::Error),
+    /// Exit code 4.
+    DataLost(anyhow::Error),
+    /// Exit code 0: nobody reads our output any more.
+    BrokenPipe,
+}
+
+impl Failure {
+    /// Bad input, in the error's own words.
+    pub fn input(error: impl Into<anyhow::Error>) -> Self {
+        Self::Input(error.into())
+    }
+
+    /// Bad input, in these words.
+    pub fn bad_input(message: impl fmt::Display) -> Self {
+        Self::Input(anyhow::anyhow!("{message}"))
+    }
+
+    /// The exit code.
+    #[must_use]
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::BrokenPipe => 0,
+            Self::Run(_) => 1,
+            Self::Input(_) => 2,
+            Self::Device(_) => 3,
+            Self::DataLost(_) => 4,
+        }
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Run(error) | Self::Input(error) | Self::Device(error) | Self::DataLost(error) => {
+                // The whole chain in one line.
+                write!(f, "{error:#}")
+            }
+            Self::BrokenPipe => f.write_str("nobody reads the output"),
+        }
+    }
+}
+
+impl From<std::io::Error> for Failure {
+    fn from(error: std::io::Error) -> Self {
+        if error.kind() == std::io::ErrorKind::BrokenPipe {
+            Self::BrokenPipe
+        } else {
+            Self::Run(error.into())
+        }
+    }
+}
+
+impl From<RecordError> for Failure {
+    fn from(error: RecordError) -> Self {
+        match error {
+            RecordError::Write { .. } | RecordError::Csv { .. } => Self::DataLost(error.into()),
+            RecordError::Message(_) | RecordError::Time { .. } => Self::Run(error.into()),
+            _ => Self::Input(error.into()),
+        }
+    }
+}
+
+impl From<NewFileError> for Failure {
+    fn from(error: NewFileError) -> Self {
+        Self::Input(error.into())
+    }
+}
+
+impl From<FigureError> for Failure {
+    fn from(error: FigureError) -> Self {
+        match error {
+            FigureError::Render(_) => Self::Run(error.into()),
+            _ => Self::Input(error.into()),
+        }
+    }
+}

@@ -1,0 +1,14 @@
+//! What the commands of `host-cli` are made of. The binary parses, runs and maps errors to exit
+//! codes; this library exists so that tests reach the parts.
+#![forbid(unsafe_code)]
+
+pub mod cli;
+pub mod command;
+pub mod experiment;
+pub mod failure;
+pub mod figure;
+pub mod folder;
+pub mod material;
+pub mod output;
+pub mod quantity;
+pub mod record;

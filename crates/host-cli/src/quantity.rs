@@ -1,0 +1,161 @@
+//! Quantities on the command line: a number, SI unless a unit is given.
+
+use std::fmt;
+
+/// A unit and how many SI units it is.
+type Unit = (&'static str, f64);
+
+/// Declares a quantity: the type of a command-line value, its SI unit first.
+macro_rules! quantity {
+    ($(#[$doc:meta])* $name:ident, $what:literal, $units:expr) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+        pub struct $name(pub f64);
+
+        impl std::str::FromStr for $name {
+            type Err = QuantityError;
+
+            fn from_str(text: &str) -> Result<Self, QuantityError> {
+                parse(text, $what, &$units).map(Self)
+            }
+        }
+
+        impl fmt::Display for $name {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                write!(f, "{}{}", self.0, $units[0].0)
+            }
+        }
+    };
+}
+
+quantity!(
+    /// A duration, s.
+    Time, "a time",
+    [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("µs", 1e-6), ("min", 60.0), ("h", 3600.0)]
+);
+quantity!(
+    /// A length, m.
+    Length, "a length",
+    [("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("um", 1e-6), ("µm", 1e-6), ("nm", 1e-9)]
+);
+quantity!(
+    /// An area, m².
+    Area, "an area",
+    [("m2", 1.0), ("cm2", 1e-4), ("mm2", 1e-6), ("m²", 1.0), ("cm²", 1e-4), ("mm²", 1e-6)]
+);
+quantity!(
+    /// A strain, 1.
+    Strain, "a strain",
+    [("", 1.0), ("%", 1e-2)]
+);
+quantity!(
+    /// A force, N.
+    Force, "a force",
+    [("N", 1.0), ("mN", 1e-3), ("kN", 1e3)]
+);
+quantity!(
+    /// A rate of change of force, N/s.
+    ForceRate, "a rate of force",
+    [("N/s", 1.0), ("N/ms", 1e3), ("kN/s", 1e3)]
+);
+quantity!(
+    /// A stress, Pa.
+    Stress, "a stress",
+    [("Pa", 1.0), ("kPa", 1e3), ("MPa", 1e6)]
+);
+
+/// Text that is no quantity of the kind asked for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct QuantityError {
+    text: String,
+    what: &'static str,
+    units: Vec<&'static str>,
+}
+
+impl fmt::Display for QuantityError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let named = self.units.iter().filter(|unit| !unit.is_empty());
+        let units: Vec<&str> = named.copied().collect();
+        write!(
+            f,
+            "\"{}\" is not {}: give a finite number, with one of the units {} or none for SI",
+            self.text,
+            self.what,
+            units.join(", ")
+        )
+    }
+}
+
+impl std::error::Error for QuantityError {}
+
+/// Reads a number and a unit, with or without a space between. The unit is what no number contains
+/// at its end: `1e-3m` is a millimetre.
+fn parse(text: &str, what: &'static str, units: &[Unit]) -> Result<f64, QuantityError> {
+    let trimmed = text.trim();
+    let value = units
+        .iter()
+        // "5" is a number with the unit "" or none; a suffix must leave a number behind.
+        .chain(&[("", 1.0)])
+        .filter_map(|(unit, factor)| {
+            let number = trimmed.strip_suffix(unit)?.trim_end();
+            // Rust also reads "inf" and "nan".
+            let value: f64 = number.parse().ok()?;
+            Some(scale(value, *factor)).filter(|value| value.is_finite())
+        })
+        .next();
+    value.ok_or_else(|| QuantityError {
+        text: text.to_owned(),
+        what,
+        units: units.iter().map(|(unit, _)| *unit).collect(),
+    })
+}
+
+/// value·factor, by division where that is exact: 20 mm is 20/1000 m, the double nearest to 0.02.
+fn scale(value: f64, factor: f64) -> f64 {
+    if factor < 1.0 {
+        value / (1.0 / factor).round()
+    } else {
+        value * factor
+    }
+}
+
+#[cfg(test)]
+#[expect(clippy::float_cmp, reason = "decimal input has one nearest double")]
+mod tests {
+    use super::*;
+
+    fn read<Q: std::str::FromStr<Err = QuantityError>>(text: &str) -> Result<Q, QuantityError> {
+        text.parse()
+    }
+
+    #[test]
+    fn units_scale_to_si_and_none_means_si() {
+        assert_eq!(read::<Time>("200s").expect("valid").0, 200.0);
+        assert_eq!(read::<Time>("1ms").expect("valid").0, 1e-3);
+        assert_eq!(read::<Time>("0.001").expect("valid").0, 1e-3);
+        assert_eq!(read::<Time>(" 2 min ").expect("valid").0, 120.0);
+        assert_eq!(read::<Time>("100us").expect("valid").0, 1e-4);
+        assert_eq!(read::<Length>("20mm").expect("valid").0, 0.02);
+        assert_eq!(read::<Length>("1e-3m").expect("valid").0, 1e-3);
+        assert_eq!(read::<Area>("4cm2").expect("valid").0, 4e-4);
+        assert_eq!(read::<Area>("4 cm²").expect("valid").0, 4e-4);
+        assert_eq!(read::<Strain>("5%").expect("valid").0, 0.05);
+        assert_eq!(read::<Strain>("0.05").expect("valid").0, 0.05);
+        assert_eq!(read::<Force>("250 mN").expect("valid").0, 0.25);
+        assert_eq!(read::<ForceRate>("1N/ms").expect("valid").0, 1000.0);
+        assert_eq!(read::<Stress>("0.1kPa").expect("valid").0, 100.0);
+    }
+
+    #[test]
+    fn what_is_no_finite_number_or_has_another_unit_is_refused() {
+        for bad in [
+            "", "s", "NaN", "inf", "-infs", "1e999", "5 %", "5m", "1 2s", "1,5s", "--",
+        ] {
+            let error = read::<Time>(bad).expect_err(bad).to_string();
+            assert!(
+                error.contains("is not a time") && error.contains("ms"),
+                "{error}"
+            );
+        }
+    }
+}
