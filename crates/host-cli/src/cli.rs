@@ -34,10 +34,10 @@ input; 3 device or link not usable; 4 data was lost, what could be kept was kept
 )]
 pub struct Cli {
     /// Print exactly one JSON object on standard output, and nothing else there
-    #[arg(long, global = true)]
+    #[arg(long, global = true, help_heading = "Printing")]
     pub json: bool,
     /// No progress and no summary; errors and warnings remain
-    #[arg(long, short, global = true)]
+    #[arg(long, short, global = true, help_heading = "Printing")]
     pub quiet: bool,
     /// What to do
     #[command(subcommand)]

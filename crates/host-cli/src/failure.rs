@@ -34,6 +34,11 @@ impl Failure {
         Self::Input(anyhow::anyhow!("{message}"))
     }
 
+    /// Bad input, in the error's own words, and what to do about it.
+    pub fn input_with_advice(error: impl fmt::Display, advice: &str) -> Self {
+        Self::bad_input(format_args!("{error}: {advice}"))
+    }
+
     /// The exit code.
     #[must_use]
     pub fn exit_code(&self) -> u8 {

@@ -1,19 +1,37 @@
 //! `host-cli`: parse, run, map the error to an exit code.
 
 use clap::Parser as _;
+use clap::error::ErrorKind;
 use host_cli::cli::Cli;
 use host_cli::failure::Failure;
 use host_cli::output::note;
 use std::process::ExitCode;
+
+/// The parser's message in one line, as all our errors are, without its pointer to `--help`.
+fn one_line(message: &str) -> String {
+    let lines = message.lines().map(str::trim);
+    let lines: Vec<&str> = lines
+        .filter(|line| !line.is_empty() && !line.starts_with("For more information"))
+        .collect();
+    let joined = lines.join("; ").replace(":; ", ": ");
+    joined.strip_prefix("error: ").unwrap_or(&joined).to_owned()
+}
 
 fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => {
             // Help and version go to standard output and are success, all else is bad usage.
-            let bad = error.use_stderr();
-            let _ = error.print();
-            return ExitCode::from(if bad { 2 } else { 0 });
+            if !error.use_stderr() {
+                let _ = error.print();
+                return ExitCode::SUCCESS;
+            }
+            if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+                let _ = error.print();
+                return ExitCode::from(2);
+            }
+            note("error", one_line(&error.to_string()));
+            return ExitCode::from(2);
         }
     };
     match cli.run() {

@@ -1,11 +1,11 @@
 //! `differintegrate`: a column of a CSV file to a fractional order.
 
-use super::experiment::parse_scheme;
+use super::experiment::{order, parse_scheme};
 use crate::failure::Failure;
 use crate::output::Output;
 use crate::quantity::Time;
 use clap::Args;
-use fracdiff::{Channel, Operator, Order, Scheme, Seconds};
+use fracdiff::{Channel, Operator, Scheme, Seconds};
 use serde::Serialize;
 use std::fs::File;
 use std::io::{self, Read};
@@ -51,9 +51,9 @@ impl Arguments {
     /// # Errors
     /// Bad parameters; a missing column, a missing or non-numeric cell, with its line.
     pub fn run(self, output: Output) -> Result<(), Failure> {
-        let order = Order::new(self.order).map_err(Failure::input)?;
+        let mu = order(self.order)?;
         let t = Seconds(self.sample_time.0);
-        t.rate_to_the(order).map_err(Failure::input)?;
+        t.rate_to_the(mu).map_err(Failure::input)?;
         let x = match self.file.as_deref() {
             Some(path) if path.as_os_str() != "-" => {
                 let name = path.display().to_string();
@@ -66,7 +66,7 @@ impl Arguments {
         };
         let operator: Operator<f64> = self
             .scheme
-            .build(order, t, 1.05 * x.len() as f64)
+            .build(mu, t, 1.05 * x.len() as f64)
             .map_err(Failure::input)?;
         let mut channel = Channel::new(operator);
         if self.caputo {
@@ -74,7 +74,7 @@ impl Arguments {
         }
         let y = x.iter().map(|&x| channel.step(x)).collect();
         let result = Signals {
-            order: order.get(),
+            order: mu.get(),
             scheme: self.scheme.to_string(),
             sample_time_s: t.0,
             x,

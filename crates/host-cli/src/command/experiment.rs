@@ -7,7 +7,7 @@ use crate::material::Library;
 use crate::output::{Output, note};
 use crate::quantity::{Area, Force, ForceRate, Length, Time};
 use clap::Args;
-use fracdiff::Scheme;
+use fracdiff::{Order, Scheme};
 use haptic_loop::Specimen;
 use haptic_loop::units::{Metres, SquareMetres};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -23,39 +23,61 @@ pub struct RenderingArguments {
     #[arg(
         long,
         value_name = "NAME|FILE.toml",
-        default_value = "prostate-cancerous"
+        default_value = "prostate-cancerous",
+        help_heading = "Tissue"
     )]
     tissue: String,
     /// Folder with more tissue files
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", help_heading = "Tissue")]
     library: Option<PathBuf>,
     /// Area of the specimen
-    #[arg(long, default_value = "4cm2")]
+    #[arg(
+        long,
+        default_value = "4cm2",
+        allow_negative_numbers = true,
+        help_heading = "Tissue"
+    )]
     area: Area,
     /// Thickness of the specimen
-    #[arg(long, default_value = "20mm", allow_negative_numbers = true)]
+    #[arg(
+        long,
+        default_value = "20mm",
+        allow_negative_numbers = true,
+        help_heading = "Tissue"
+    )]
     thickness: Length,
     /// Fractional operator, see `host-cli --help`
-    #[arg(long, value_parser = parse_scheme, default_value = "full")]
+    #[arg(long, value_parser = parse_scheme, default_value = "full", help_heading = "Loop")]
     scheme: Scheme,
     /// Number type of the loop
-    #[arg(long, value_enum, default_value = "f64")]
+    #[arg(long, value_enum, default_value = "f64", help_heading = "Loop")]
     precision: Precision,
     /// Sample time of the loop
-    #[arg(long, default_value = "1ms", allow_negative_numbers = true)]
+    #[arg(
+        long,
+        default_value = "1ms",
+        allow_negative_numbers = true,
+        help_heading = "Loop"
+    )]
     sample_time: Time,
     /// Device: `sim`, the simulated rig of two facing voice-coil actuators
-    #[arg(long, value_name = "DEVICE", default_value = "sim")]
+    #[arg(
+        long,
+        value_name = "DEVICE",
+        default_value = "sim",
+        help_heading = "Rig"
+    )]
     device: String,
     /// Contact between indenter and tissue: stiff springs between masses, or imposed exactly
-    #[arg(long, value_enum, default_value = "compliant")]
+    #[arg(long, value_enum, default_value = "compliant", help_heading = "Rig")]
     contact: Contact,
     /// Resolution of the position encoder per count; 0 for an ideal one
     #[arg(
         long,
         value_name = "LENGTH",
         default_value = "0",
-        allow_negative_numbers = true
+        allow_negative_numbers = true,
+        help_heading = "Rig"
     )]
     encoder_resolution: Length,
     /// Standard deviation of the sensor noise; 0 for none
@@ -63,18 +85,20 @@ pub struct RenderingArguments {
         long,
         value_name = "LENGTH",
         default_value = "0",
-        allow_negative_numbers = true
+        allow_negative_numbers = true,
+        help_heading = "Rig"
     )]
     sensor_noise: Length,
     /// Seed of the noise: the same seed gives the same run, bit for bit
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, help_heading = "Rig")]
     seed: u64,
     /// Largest force the loop may command
     #[arg(
         long,
         value_name = "FORCE",
         default_value = "10N",
-        allow_negative_numbers = true
+        allow_negative_numbers = true,
+        help_heading = "Loop"
     )]
     force_limit: Force,
     /// Largest rate at which the force may change
@@ -82,18 +106,27 @@ pub struct RenderingArguments {
         long,
         value_name = "RATE",
         default_value = "1000N/s",
-        allow_negative_numbers = true
+        allow_negative_numbers = true,
+        help_heading = "Loop"
     )]
     force_rate_limit: ForceRate,
     /// Pace the run by the clock instead of as fast as it goes
-    #[arg(long)]
+    #[arg(long, help_heading = "Loop")]
     realtime: bool,
     /// Folder for log, CSV and pictures [default: the next free results/NAME-0001]
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", help_heading = "Files")]
     out: Option<PathBuf>,
     /// Replace the files of an earlier run in the folder
-    #[arg(long)]
+    #[arg(long, help_heading = "Files")]
     overwrite: bool,
+}
+
+/// Checks an order.
+///
+/// # Errors
+/// Outside −2 ≤ μ ≤ 2.
+pub fn order(mu: f64) -> Result<Order, Failure> {
+    Order::new(mu).map_err(|error| Failure::input_with_advice(error, "give --order within it"))
 }
 
 /// Reads a SCHEME.
@@ -129,8 +162,11 @@ impl RenderingArguments {
         }
         let library = Library::load(self.library.as_deref()).map_err(Failure::input)?;
         let material = library.find(&self.tissue).map_err(Failure::input)?;
-        let specimen = Specimen::new(SquareMetres(self.area.0), Metres(self.thickness.0))
-            .map_err(Failure::input)?;
+        let specimen = Specimen::new(SquareMetres(self.area.0), Metres(self.thickness.0)).map_err(
+            |error| {
+                Failure::input_with_advice(error, "give --area 4cm2 --thickness 20mm, for example")
+            },
+        )?;
         Ok(Rendering {
             material,
             specimen,

@@ -1,10 +1,10 @@
 //! `weights`: the impulse response of an operator.
 
-use super::experiment::parse_scheme;
+use super::experiment::{order, parse_scheme};
 use crate::failure::Failure;
 use crate::output::Output;
 use clap::Args;
-use fracdiff::{Channel, Operator, Order, Scheme, Seconds, grunwald_weights};
+use fracdiff::{Channel, Operator, Scheme, Seconds, grunwald_weights};
 use serde::Serialize;
 
 /// Arguments of `weights`.
@@ -43,16 +43,16 @@ impl Arguments {
     /// # Errors
     /// An order or sample time outside its range, a scheme that cannot be made.
     pub fn run(self, output: Output) -> Result<(), Failure> {
-        let order = Order::new(self.order).map_err(Failure::input)?;
+        let mu = order(self.order)?;
         let count = usize::try_from(self.count).map_err(Failure::input)?;
         let weights = if self.scheme == Scheme::Exact {
-            grunwald_weights(order).take(count).collect()
+            grunwald_weights(mu).take(count).collect()
         } else {
             let t = Seconds(self.sample_time.0);
-            let rate = t.rate_to_the(order).map_err(Failure::input)?;
+            let rate = t.rate_to_the(mu).map_err(Failure::input)?;
             let operator: Operator<f64> = self
                 .scheme
-                .build(order, t, 1.05 * self.count as f64)
+                .build(mu, t, 1.05 * self.count as f64)
                 .map_err(Failure::input)?;
             let mut channel = Channel::new(operator);
             let impulse = std::iter::once(1.0).chain(std::iter::repeat(0.0));
@@ -62,7 +62,7 @@ impl Arguments {
                 .collect()
         };
         let result = Weights {
-            order: order.get(),
+            order: mu.get(),
             scheme: self.scheme.to_string(),
             weights,
         };

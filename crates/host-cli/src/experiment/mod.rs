@@ -8,9 +8,11 @@ pub mod relaxation;
 pub mod rendering;
 pub mod report;
 pub mod run;
+pub mod sensed;
 
 pub use creep::Creep;
 pub use relaxation::Relaxation;
-pub use rendering::{Contact, Precision, Rendering, Sensors};
+pub use rendering::{Contact, Precision, Rendering};
 pub use report::{Report, Warnings};
 pub use run::{Pace, Supervisor};
+pub use sensed::{Sensed, Sensors};

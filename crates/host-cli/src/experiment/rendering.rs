@@ -1,20 +1,18 @@
 //! A tissue rendered on the simulated rig: everything that relaxation and creep share.
 
 use super::recorder::Recorder;
-use super::run::{Pace, Record, RigAccess, Schedule, Supervisor, run};
+use super::run::{Pace, Record, Schedule, Supervisor, run};
+use super::sensed::{Sensed, Sensors};
 use crate::failure::Failure;
 use crate::material::Material;
 use crate::record::{FinishedLog, RecordError};
 use fracdiff::full_memory::Kernel;
 use fracdiff::{Operator, Real, Scheme, Seconds};
-use haptic_loop::plant::{
-    EncoderQuantiser, IndentationRig, RigConfig, RigContact, RigDrive, SensorNoise,
-};
+use haptic_loop::plant::{IndentationRig, RigConfig, RigContact, RigDrive};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
-use haptic_loop::{Contact as OneSided, Controller, Device, KelvinVoigt, SafetyChain, Specimen};
+use haptic_loop::{Contact as OneSided, Controller, KelvinVoigt, SafetyChain, Specimen};
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::convert::Infallible;
 use std::path::Path;
 
 /// How the indenter touches the renderer.
@@ -35,17 +33,6 @@ pub enum Precision {
     F64,
     /// Single, 24 bits, as on a microcontroller.
     F32,
-}
-
-/// What lies between the position and the loop.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sensors {
-    /// Encoder resolution, m per count; 0 for none.
-    pub encoder_resolution_m: f64,
-    /// Standard deviation of the noise, m; 0 for none.
-    pub noise_m: f64,
-    /// Seed of the noise.
-    pub seed: u64,
 }
 
 /// A specimen of tissue, the operator that renders it, and the rig it is rendered on.
@@ -246,61 +233,21 @@ impl Rendering {
             Contact::Rigid => RigContact::Rigid,
         };
         let rig = IndentationRig::new(RigConfig::new(drive, contact, t)).map_err(Failure::input)?;
-        let controller = Controller::new(environment, chain);
-        // Check everything before the first file is made.
-        let noisy = |rig| {
-            SensorNoise::new(rig, Metres(self.sensors.noise_m), self.sensors.seed)
-                .map_err(Failure::input)
+        let mut controller = Controller::new(environment, chain);
+        let mut device = Sensed::new(rig, self.sensors)?;
+        // Everything is checked before the first file is made.
+        let mut recorder = Recorder::start(log, metadata, self.pace == Pace::Virtual)?;
+        let schedule = Schedule {
+            samples,
+            sample_time_s: self.sample_time_s,
+            pace: self.pace,
         };
-        let resolution = Metres(self.sensors.encoder_resolution_m);
-        let start = |metadata| Recorder::start(log, metadata, self.pace == Pace::Virtual);
-        let run = Run {
-            controller,
-            schedule: Schedule {
-                samples,
-                sample_time_s: self.sample_time_s,
-                pace: self.pace,
-            },
-            supervisor,
-        };
-        let Sensors {
-            encoder_resolution_m: counts,
-            noise_m: noise,
-            ..
-        } = self.sensors;
-        if noise == 0.0 && counts == 0.0 {
-            run.on(rig, start(metadata)?)
-        } else if counts == 0.0 {
-            run.on(noisy(rig)?, start(metadata)?)
-        } else if noise == 0.0 {
-            let rig = EncoderQuantiser::new(rig, resolution).map_err(Failure::input)?;
-            run.on(rig, start(metadata)?)
-        } else {
-            let rig = EncoderQuantiser::new(noisy(rig)?, resolution).map_err(Failure::input)?;
-            run.on(rig, start(metadata)?)
-        }
-    }
-}
-
-/// A run that lacks only its device.
-struct Run<'a, F: Real> {
-    controller: Controller<F, 1, OneSided<F, KelvinVoigt<F, Operator<F>>, 1>>,
-    schedule: Schedule,
-    supervisor: Supervisor<'a>,
-}
-
-impl<F: Real> Run<'_, F> {
-    fn on<V: Device<F, 1, Error = Infallible> + RigAccess>(
-        mut self,
-        mut device: V,
-        mut recorder: Recorder,
-    ) -> Result<(Record, Result<FinishedLog, RecordError>), Failure> {
         let record = run(
-            &mut self.controller,
+            &mut controller,
             &mut device,
-            self.schedule,
+            schedule,
             &mut recorder,
-            self.supervisor,
+            supervisor,
         )
         .map_err(Failure::Run)?;
         Ok((record, recorder.finish()))

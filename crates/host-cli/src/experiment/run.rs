@@ -1,12 +1,12 @@
 //! Runs the loop against the simulated rig, in virtual or real time, and hands every sample on.
 
 use super::recorder::{Recorder, Stopped};
+use super::sensed::Sensed;
 use crate::record::TickMessage;
 use fracdiff::Real;
-use haptic_loop::plant::{EncoderQuantiser, IndentationRig, SensorNoise};
-use haptic_loop::{Controller, Device, Environment, Fault};
+use haptic_loop::plant::IndentationRig;
+use haptic_loop::{Controller, Environment, Fault};
 use hdrhistogram::Histogram;
-use std::convert::Infallible;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -68,30 +68,6 @@ pub enum Ended {
     LogStopped,
 }
 
-/// A rig behind its sensors: what the log keeps beside the loop's own samples.
-pub trait RigAccess {
-    /// The rig itself.
-    fn rig(&self) -> &IndentationRig;
-}
-
-impl RigAccess for IndentationRig {
-    fn rig(&self) -> &IndentationRig {
-        self
-    }
-}
-
-impl<V: RigAccess> RigAccess for SensorNoise<V> {
-    fn rig(&self) -> &IndentationRig {
-        self.device().rig()
-    }
-}
-
-impl<V: RigAccess> RigAccess for EncoderQuantiser<V> {
-    fn rig(&self) -> &IndentationRig {
-        self.device().rig()
-    }
-}
-
 /// How many ticks, how long each, and how they pass.
 #[derive(Clone, Copy, Debug)]
 pub struct Schedule {
@@ -108,9 +84,9 @@ pub struct Schedule {
 ///
 /// # Errors
 /// More samples than the machine can address, or a tick of more than 584 years.
-pub fn run<F, E, V>(
+pub fn run<F, E>(
     controller: &mut Controller<F, 1, E>,
-    device: &mut V,
+    device: &mut Sensed<IndentationRig>,
     schedule: Schedule,
     recorder: &mut Recorder,
     supervisor: Supervisor<'_>,
@@ -118,7 +94,6 @@ pub fn run<F, E, V>(
 where
     F: Real,
     E: Environment<F, 1>,
-    V: Device<F, 1, Error = Infallible> + RigAccess,
 {
     /// How often the supervisor is asked, in ticks.
     const REPORT: u64 = 1024;
@@ -143,7 +118,7 @@ where
             record.missed_deadlines += u64::from(late.as_secs_f64() > schedule.sample_time_s);
         }
         // What the rig's own instruments show at the start of the tick.
-        let mut message = observe(device.rig());
+        let mut message = observe(device.device());
         let before = Instant::now();
         let sample = match controller.tick(device) {
             Ok(sample) => sample,
