@@ -51,6 +51,8 @@ pub enum Command {
     Relax(command::relax::Arguments),
     /// Creep: push a virtual tissue with a constant force, record the strain
     Creep(command::creep::Arguments),
+    /// Find the stiffest wall a device can render, by trying
+    Zwidth(command::zwidth::Arguments),
     /// Print the impulse response of an operator
     Weights(command::weights::Arguments),
     /// Differentiate or integrate a CSV column to a fractional order
@@ -80,6 +82,7 @@ impl Cli {
         match self.command {
             Command::Relax(arguments) => arguments.run(output),
             Command::Creep(arguments) => arguments.run(output),
+            Command::Zwidth(arguments) => arguments.run(output),
             Command::Weights(arguments) => arguments.run(output),
             Command::Differintegrate(arguments) => arguments.run(output),
             Command::Materials(command) => command.run(output),

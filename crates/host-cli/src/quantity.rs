@@ -64,6 +64,22 @@ quantity!(
     [("Pa", 1.0), ("kPa", 1e3), ("MPa", 1e6)]
 );
 
+quantity!(
+    /// A mass, kg.
+    Mass, "a mass",
+    [("kg", 1.0), ("g", 1e-3)]
+);
+quantity!(
+    /// A stiffness, N/m.
+    Stiffness, "a stiffness",
+    [("N/m", 1.0), ("N/mm", 1e3), ("kN/m", 1e3)]
+);
+quantity!(
+    /// A viscous damping, N·s/m.
+    Damping, "a damping",
+    [("N.s/m", 1.0), ("N·s/m", 1.0), ("Ns/m", 1.0), ("N.s/mm", 1e3), ("N·s/mm", 1e3), ("Ns/mm", 1e3)]
+);
+
 /// Text that is no quantity of the kind asked for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct QuantityError {

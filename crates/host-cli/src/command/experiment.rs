@@ -121,6 +121,25 @@ pub struct RenderingArguments {
     overwrite: bool,
 }
 
+/// Accepts the one device of this version, `sim`.
+///
+/// # Errors
+/// Any other; exit code 3 for a serial one.
+pub fn check_device(device: &str) -> Result<(), Failure> {
+    if device.starts_with("serial:") {
+        Err(Failure::Device(anyhow::anyhow!(
+            "device \"{device}\": this version has no serial devices yet; leave --device away for the \
+             simulated one"
+        )))
+    } else if device == "sim" {
+        Ok(())
+    } else {
+        Err(Failure::bad_input(format_args!(
+            "device \"{device}\" is not known: the only one of this version is sim"
+        )))
+    }
+}
+
 /// Checks an order.
 ///
 /// # Errors
@@ -144,19 +163,7 @@ impl RenderingArguments {
     /// # Errors
     /// An unknown tissue, a bad specimen, a device that is not there.
     pub fn rendering(&self) -> Result<Rendering, Failure> {
-        if self.device.starts_with("serial:") {
-            return Err(Failure::Device(anyhow::anyhow!(
-                "device \"{}\": this version has no serial devices yet; leave --device away for the \
-                 simulated rig",
-                self.device
-            )));
-        }
-        if self.device != "sim" {
-            return Err(Failure::bad_input(format_args!(
-                "device \"{}\" is not known: the only one of this version is sim",
-                self.device
-            )));
-        }
+        check_device(&self.device)?;
         if self.scheme == Scheme::Exact {
             return Err(Failure::input(fracdiff::SchemeError::AnalysisOnly));
         }
@@ -255,14 +262,14 @@ fn stop_on_interrupt() -> Result<&'static AtomicBool, Failure> {
 }
 
 /// A bar on a terminal; nothing elsewhere or for a quiet person.
-fn progress_bar(samples: u64, output: Output) -> ProgressBar {
+pub fn progress_bar(samples: u64, output: Output) -> ProgressBar {
     let target = if output.quiet {
         ProgressDrawTarget::hidden()
     } else {
         ProgressDrawTarget::stderr()
     };
     let bar = ProgressBar::with_draw_target(Some(samples), target);
-    let template = "{bar:40} {percent:>3} %  {human_pos} of {human_len} samples  {eta} left";
+    let template = "{bar:40} {percent:>3} %  {human_pos} of {human_len}  {eta} left";
     // The template is a constant; the default serves if it were wrong.
     bar.set_style(
         ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()),

@@ -8,3 +8,4 @@ pub mod materials;
 pub mod relax;
 pub mod shell;
 pub mod weights;
+pub mod zwidth;

@@ -9,6 +9,7 @@ pub mod rendering;
 pub mod report;
 pub mod run;
 pub mod sensed;
+pub mod zwidth;
 
 pub use creep::Creep;
 pub use relaxation::Relaxation;
@@ -16,3 +17,4 @@ pub use rendering::{Contact, Precision, Rendering};
 pub use report::{Report, Warnings};
 pub use run::{Pace, Supervisor};
 pub use sensed::{Sensed, Sensors};
+pub use zwidth::{ZWidth, ZWidthReport, dissertation_device};
