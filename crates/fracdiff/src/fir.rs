@@ -7,22 +7,35 @@ use crate::Real;
 const LANES: usize = 16;
 
 /// Σ taps\[i\]·samples\[i\], summed in lanes: lane l adds i = l, l + 16, … in order; then the lanes
-/// are added in pairs; then the rest that fills no block. Same bits on every target.
+/// are added in pairs. Same bits on every target.
 #[inline]
 pub(crate) fn dot<F: Real>(taps: &[F], samples: &[F]) -> F {
     let (tap_blocks, tap_rest) = taps.as_chunks::<LANES>();
     let (sample_blocks, sample_rest) = samples.as_chunks::<LANES>();
+    // Without this the shortest memories would pay for a call that does nothing.
+    let mut lanes = if tap_blocks.is_empty() {
+        [F::ZERO; LANES]
+    } else {
+        lane_sums(tap_blocks, sample_blocks)
+    };
+    // The rest goes on in the lanes where the blocks ended: fifteen additions side by side, not in a row.
+    for (lane, (&tap, &sample)) in lanes.iter_mut().zip(tap_rest.iter().zip(sample_rest)) {
+        *lane += tap * sample;
+    }
+    sum_of_16(lanes)
+}
+
+/// Lane l of the result is the sum of lane l of all blocks, in order. Not inlined, because LLVM
+/// otherwise shapes its vectors after the pairwise sum at the end and gathers lanes one by one.
+#[inline(never)]
+fn lane_sums<F: Real>(taps: &[[F; LANES]], samples: &[[F; LANES]]) -> [F; LANES] {
     let mut lanes = [F::ZERO; LANES];
-    for (taps, samples) in tap_blocks.iter().zip(sample_blocks) {
+    for (taps, samples) in taps.iter().zip(samples) {
         for lane in 0..LANES {
             lanes[lane] += taps[lane] * samples[lane];
         }
     }
-    let mut rest = F::ZERO;
-    for (&tap, &sample) in tap_rest.iter().zip(sample_rest) {
-        rest += tap * sample;
-    }
-    sum_of_16(lanes) + rest
+    lanes
 }
 
 /// Adds sixteen lanes: l and l + 8, then as [`sum_of_8`].
