@@ -1,0 +1,214 @@
+//! Time of a whole controller tick, of a simulated plant's step, and of a relaxation.
+//!
+//! ```text
+//! cargo bench --bench loop                    all, one minute
+//! cargo bench --bench loop -- relaxation      one group
+//! ```
+//! - *Unit*: an iteration of `tick` and `plant` is 1000 ticks (criterion's timer then counts for
+//!   nothing), so its µs are ns per tick. A `relaxation` is 20 000 samples; criterion's elem/s are
+//!   samples per second. Quote the median, `target/criterion/GROUP/NAME/new/estimates.json`.
+//! - *State when quoting*: processor, rustc, flags (`target-cpu`, profile), date. On a busy machine run it
+//!   under `chrt -f 10 taskset -c 1` (as root).
+//! - *A tick* is read, force, safety chain, write, advance. The scripted device presses 1 mm deep again
+//!   and again and only keeps the force; the rig is the compliant one of the relaxation experiment.
+//!   Tissue: cancerous prostate, 4 cm² by 20 mm, full memory at 1e-6 for 200 s, 1 kHz.
+//! - *Nothing is left out*: controller, device and sample pass through `black_box` in each tick.
+//! - *Compare with*, in the same run: the tick without an operator ("nothing") and with the naive sums of
+//!   1024 taps (`benches/baseline`); for plants an Euler step; for relaxation all 20 000 taps.
+//! - *Relaxation* is the command line's loop without clock, log, CSV and picture; it keeps the forces.
+
+mod baseline;
+mod device;
+mod input;
+
+use baseline::{ModuloRing, Nothing, ShiftingArray};
+use criterion::measurement::WallTime;
+use criterion::{BatchSize, BenchmarkGroup, Criterion, Throughput};
+use device::{Euler, Scripted};
+use fractional_haptics::fracdiff::{Differintegrator, Operator, Real, Scheme, Seconds};
+use fractional_haptics::haptic_loop::plant::{
+    IndentationRig, MassDamper, MassDamperConfig, RampHold, RigConfig, RigContact, RigDrive,
+};
+use fractional_haptics::haptic_loop::units::{
+    Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, NewtonsPerSecond, Pascals,
+    SquareMetres,
+};
+use fractional_haptics::haptic_loop::{
+    Contact, Controller, Device, Environment, KelvinVoigt, SafetyChain, SafetyState, Specimen,
+    Tissue,
+};
+use input::{BATCH, SAMPLE_TIME, order, ramp_and_hold};
+use nalgebra::SVector;
+use std::convert::Infallible;
+use std::error::Error;
+use std::hint::black_box;
+
+/// Samples of a relaxation: 20 s.
+const SAMPLES: u16 = 20_000;
+
+type Outcome = Result<(), Box<dyn Error>>;
+
+fn main() -> Outcome {
+    let mut criterion = input::short_runs();
+    ticks::<f64>(&mut criterion, "f64")?;
+    ticks::<f32>(&mut criterion, "f32")?;
+    plants(&mut criterion)?;
+    relaxations::<f64>(&mut criterion, "f64")?;
+    relaxations::<f32>(&mut criterion, "f32")?;
+    criterion.final_summary();
+    Ok(())
+}
+
+fn ticks<F: Real>(criterion: &mut Criterion, precision: &str) -> Outcome {
+    let mut group = criterion.benchmark_group(format!("tick {precision}"));
+    group.throughput(Throughput::Elements(BATCH as u64));
+    let full = operator::<F>("full:1e-6", 200e3)?;
+    let script = Scripted::<F, 1>::new();
+    tick(&mut group, "nothing", contact([1.0], Nothing)?, script)?;
+    tick(&mut group, "D=1", contact([1.0], full.clone())?, script)?;
+    let (plane, script_3) = ([1.0, 2.0, 2.0], Scripted::<F, 3>::new());
+    tick(&mut group, "D=3", contact(plane, full.clone())?, script_3)?;
+    // Without the plane each of the axes has its own history.
+    let axes = tissue(full.clone())?;
+    tick(&mut group, "D=3, three histories", axes, script_3)?;
+    let rig = rig(RigContact::COMPLIANT)?;
+    tick(&mut group, "D=1, rig", contact([1.0], full)?, rig)?;
+    let shifting = contact([1.0], ShiftingArray::<F, 1024>::new())?;
+    tick(&mut group, "naive shifting array 1024", shifting, script)?;
+    let ring = contact([1.0], ModuloRing::<F, 1024>::new())?;
+    tick(&mut group, "naive % ring 1024", ring, script)?;
+    group.finish();
+    Ok(())
+}
+
+fn tick<F: Real, const D: usize>(
+    group: &mut BenchmarkGroup<'_, WallTime>,
+    name: &str,
+    environment: impl Environment<F, D>,
+    mut device: impl Device<F, D, Error = Infallible>,
+) -> Outcome {
+    let mut controller = Controller::new(environment, chain()?);
+    group.bench_function(name, |bencher| {
+        bencher.iter(|| {
+            for _ in 0..BATCH {
+                let Ok(sample) = black_box(&mut controller).tick(black_box(&mut device));
+                black_box(&sample);
+            }
+        });
+    });
+    Ok(())
+}
+
+fn plants(criterion: &mut Criterion) -> Outcome {
+    let mut group = criterion.benchmark_group("plant f64");
+    group.throughput(Throughput::Elements(BATCH as u64));
+    let (mass, damping) = (Kilograms(0.065), NewtonSecondsPerMetre(3.5));
+    let ideal = MassDamperConfig::ideal(mass, damping, SAMPLE_TIME);
+    let real = MassDamperConfig {
+        stiffness: NewtonsPerMetre(300.0),
+        friction: Newtons(0.1),
+        delay: Seconds(1.5e-3),
+        saturation: Some(Newtons(10.0)),
+        lag: Seconds(0.5e-3),
+        ..ideal
+    };
+    plant::<1>(&mut group, "MassDamper D=1", MassDamper::new(ideal)?)?;
+    plant::<3>(&mut group, "MassDamper D=3", MassDamper::new(ideal)?)?;
+    let real = MassDamper::new(real)?;
+    plant::<1>(&mut group, "MassDamper D=1, all effects", real)?;
+    let (rigid, compliant) = (rig(RigContact::Rigid)?, rig(RigContact::COMPLIANT)?);
+    plant(&mut group, "IndentationRig, rigid", rigid)?;
+    plant(&mut group, "IndentationRig, compliant", compliant)?;
+    plant::<1>(&mut group, "naive Euler step", Euler::new())?;
+    group.finish();
+    Ok(())
+}
+
+/// A write and the read after it.
+fn plant<const D: usize>(
+    group: &mut BenchmarkGroup<'_, WallTime>,
+    name: &str,
+    mut device: impl Device<f64, D, Error = Infallible>,
+) -> Outcome {
+    let (chain, mut state) = (chain::<f64>()?, SafetyState::default());
+    // There and back, so that nothing runs off to infinity.
+    let forces = ramp_and_hold::<f64>().map(|x| {
+        let wanted = SVector::from([200.0 * x - 0.09; D]);
+        chain.apply(&mut state, &wanted).0
+    });
+    group.bench_function(name, |bencher| {
+        bencher.iter(|| {
+            for &force in &forces {
+                let device = black_box(&mut device);
+                let Ok(()) = device.write(force);
+                let Ok(reading) = device.read();
+                black_box(&reading);
+            }
+        });
+    });
+    Ok(())
+}
+
+fn relaxations<F: Real>(criterion: &mut Criterion, precision: &str) -> Outcome {
+    let mut group = criterion.benchmark_group(format!("relaxation {precision}"));
+    group.throughput(Throughput::Elements(SAMPLES.into()));
+    group.sample_size(20);
+    // The last is a baseline: the whole history as taps.
+    for scheme in ["full:1e-6", "full:1e-9", "grunwald:1024", "grunwald:20000"] {
+        let environment = contact([1.0], operator::<F>(scheme, SAMPLES.into())?)?;
+        let fresh = (
+            Controller::new(environment, chain()?),
+            rig(RigContact::COMPLIANT)?,
+        );
+        group.bench_function(scheme, |bencher| {
+            bencher.iter_batched_ref(
+                || (fresh.clone(), Vec::with_capacity(SAMPLES.into())),
+                |((controller, device), forces)| {
+                    for _ in 0..SAMPLES {
+                        let Ok(sample) = controller.tick(device);
+                        forces.push(sample.force.newtons()[0]);
+                    }
+                    black_box(forces.last().copied())
+                },
+                BatchSize::LargeInput,
+            );
+        });
+    }
+    group.finish();
+    Ok(())
+}
+
+fn operator<F: Real>(scheme: &str, horizon: f64) -> Result<Operator<F>, Box<dyn Error>> {
+    Ok(scheme
+        .parse::<Scheme>()?
+        .build(order(), SAMPLE_TIME, horizon)?)
+}
+
+fn tissue<F: Real, O: Differintegrator<F>>(
+    operator: O,
+) -> Result<KelvinVoigt<F, O>, Box<dyn Error>> {
+    let prostate = Tissue::new(Pascals(0.0), 8650.0, order())?;
+    let specimen = Specimen::new(SquareMetres(4e-4), Metres(0.02))?;
+    Ok(KelvinVoigt::new(&prostate, &specimen, operator)?)
+}
+
+fn contact<F: Real, O: Differintegrator<F>, const D: usize>(
+    direction: [f64; D],
+    operator: O,
+) -> Result<Contact<F, KelvinVoigt<F, O>, D>, Box<dyn Error>> {
+    Ok(Contact::new(direction, Metres(0.0), tissue(operator)?)?)
+}
+
+fn chain<F: Real>() -> Result<SafetyChain<F>, Box<dyn Error>> {
+    let (force, rate) = (Newtons(10.0), NewtonsPerSecond(1000.0));
+    Ok(SafetyChain::new(force, rate, SAMPLE_TIME)?)
+}
+
+fn rig(contact: RigContact) -> Result<IndentationRig, Box<dyn Error>> {
+    let press = RigDrive::Position(RampHold::new(Metres(1e-3), Seconds(1.0))?);
+    Ok(IndentationRig::new(RigConfig::new(
+        press,
+        contact,
+        SAMPLE_TIME,
+    ))?)
+}
