@@ -56,20 +56,16 @@ impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Run(error) | Self::Input(error) | Self::Device(error) | Self::DataLost(error) => {
-                // The whole chain in one line.
-                write!(f, "{error:#}")
+                // The whole chain in one line; many an error already says its cause.
+                let mut text = error.to_string();
+                for cause in error.chain().skip(1).map(ToString::to_string) {
+                    if !text.contains(&cause) {
+                        text = format!("{text}: {cause}");
+                    }
+                }
+                f.write_str(&text)
             }
             Self::BrokenPipe => f.write_str("nobody reads the output"),
-        }
-    }
-}
-
-impl From<std::io::Error> for Failure {
-    fn from(error: std::io::Error) -> Self {
-        if error.kind() == std::io::ErrorKind::BrokenPipe {
-            Self::BrokenPipe
-        } else {
-            Self::Run(error.into())
         }
     }
 }
@@ -77,7 +73,9 @@ impl From<std::io::Error> for Failure {
 impl From<RecordError> for Failure {
     fn from(error: RecordError) -> Self {
         match error {
-            RecordError::Write { .. } | RecordError::Csv { .. } => Self::DataLost(error.into()),
+            RecordError::Write { .. } | RecordError::Copy { .. } | RecordError::Csv { .. } => {
+                Self::DataLost(error.into())
+            }
             RecordError::Message(_) | RecordError::Time { .. } => Self::Run(error.into()),
             _ => Self::Input(error.into()),
         }

@@ -2,8 +2,7 @@
 
 use crate::failure::Failure;
 use crate::figure::Picture;
-use crate::record::{Leftover, NewFile};
-use anyhow::Context as _;
+use crate::record::{Leftover, NewFile, NewFileError};
 use serde::Serialize;
 use std::fs;
 use std::io::BufWriter;
@@ -15,73 +14,131 @@ const EXTENSIONS: [&str; 4] = ["mcap", "csv", "svg", "png"];
 /// Folder for results where none is given.
 const RESULTS: &str = "results";
 
-/// A folder and the name that all files of an experiment share.
+/// Where the user wants the files of an experiment; nothing is made or removed yet.
 #[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FolderRequest {
+    /// The folder, or the next free `results/STEM-0001`.
+    pub out: Option<PathBuf>,
+    /// The name that all files share.
+    pub stem: &'static str,
+    /// Whether files of an earlier run may be replaced.
+    pub overwrite: bool,
+}
+
+/// A folder and the name that all files of an experiment share.
+#[derive(Debug)]
 pub struct OutputFolder {
     path: PathBuf,
     stem: &'static str,
     overwrite: bool,
+    /// Folders that did not exist before, outermost first.
+    made: Vec<PathBuf>,
 }
 
-impl OutputFolder {
-    /// Makes the folder: the given one, or the next free `results/STEM-0001`.
+impl FolderRequest {
+    /// Makes the folder. Old files stay until new ones take their place.
     ///
     /// # Errors
     /// If it cannot be made or written to, or holds files of this name and `overwrite` is not set.
-    pub fn prepare(
-        given: Option<&Path>,
-        stem: &'static str,
-        overwrite: bool,
-    ) -> Result<Self, Failure> {
-        let path = match given {
-            Some(path) => {
-                fs::create_dir_all(path)
-                    .with_context(|| {
-                        format!(
-                            "cannot make the folder `{}`: choose a writable place with --out",
-                            path.display()
-                        )
-                    })
-                    .map_err(Failure::Input)?;
-                path.to_owned()
+    pub fn prepare(&self) -> Result<OutputFolder, Failure> {
+        let mut folder = OutputFolder {
+            path: PathBuf::new(),
+            stem: self.stem,
+            overwrite: self.overwrite,
+            made: Vec::new(),
+        };
+        let result = match &self.out {
+            Some(out) => {
+                folder.path.clone_from(out);
+                folder.make(out)
             }
-            None => next_free(stem)?,
+            None => folder.make_next_free(),
         };
-        let folder = Self {
-            path,
-            stem,
-            overwrite,
-        };
-        folder.make_room()?;
-        Ok(folder)
+        let result = result.and_then(|()| folder.check_room());
+        match result {
+            Ok(()) => Ok(folder),
+            Err(error) => {
+                folder.discard();
+                Err(error)
+            }
+        }
+    }
+}
+
+impl OutputFolder {
+    /// Makes a folder and all above it that are missing.
+    fn make(&mut self, path: &Path) -> Result<(), Failure> {
+        let missing = path.ancestors().filter(|path| !path.as_os_str().is_empty());
+        let missing: Vec<&Path> = missing.take_while(|path| !path.exists()).collect();
+        for path in missing.into_iter().rev() {
+            match fs::create_dir(path) {
+                Ok(()) => self.made.push(path.to_owned()),
+                Err(error) => return Err(cannot_make(path, error)),
+            }
+        }
+        if path.is_dir() {
+            Ok(())
+        } else {
+            Err(cannot_make(path, std::io::ErrorKind::NotADirectory.into()))
+        }
     }
 
-    /// Refuses files of this name, or removes an old log.
-    fn make_room(&self) -> Result<(), Failure> {
-        let taken = EXTENSIONS
-            .map(|e| self.file(e))
-            .into_iter()
-            .find(|f| f.exists());
-        if let (Some(taken), false) = (taken, self.overwrite) {
-            return Err(Failure::bad_input(format_args!(
+    /// Makes the first `results/STEM-NNNN` that does not exist.
+    fn make_next_free(&mut self) -> Result<(), Failure> {
+        self.make(Path::new(RESULTS))?;
+        for number in 1..=9999 {
+            self.path = Path::new(RESULTS).join(format!("{}-{number:04}", self.stem));
+            match fs::create_dir(&self.path) {
+                Ok(()) => {
+                    self.made.push(self.path.clone());
+                    return Ok(());
+                }
+                Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => {}
+                Err(error) => return Err(cannot_make(&self.path, error)),
+            }
+        }
+        Err(Failure::bad_input(format_args!(
+            "`{RESULTS}` holds {0}-0001 to {0}-9999: move some away, or give --out",
+            self.stem
+        )))
+    }
+
+    /// Refuses files of this name unless they may be replaced, and a log that was cut off always.
+    fn check_room(&self) -> Result<(), Failure> {
+        let cut = self.file("mcap.part");
+        if cut.exists() {
+            return Err(NewFileError::Leftover(cut).into());
+        }
+        let taken = EXTENSIONS.map(|extension| self.file(extension));
+        match taken.into_iter().find(|file| file.exists()) {
+            Some(taken) if !self.overwrite => Err(Failure::bad_input(format_args!(
                 "`{}` already exists: choose another folder with --out, or give --overwrite",
                 taken.display()
-            )));
+            ))),
+            _ => Ok(()),
         }
-        // A log is written under its own name from the start; the others replace the old at the end.
-        let log = self.file("mcap");
-        if log.exists() {
-            fs::remove_file(&log)
-                .with_context(|| format!("cannot replace `{}`", log.display()))
-                .map_err(Failure::Input)?;
-        }
-        Ok(())
     }
 
-    /// Removes the folder again if nothing was put into it.
-    pub fn discard_if_empty(&self) {
-        // Fails on a folder that holds anything, which is what is wanted.
-        let _ = fs::remove_dir(&self.path);
+    /// Takes back what was made, for a run that never began: folders that are still empty.
+    pub fn discard(&self) {
+        for path in self.made.iter().rev() {
+            // Fails on a folder that holds anything, which is what is wanted.
+            let _ = fs::remove_dir(path);
+        }
+    }
+
+    /// Removes CSV and pictures of an earlier run, which would pass for those of a run that made none.
+    pub fn remove_stale_results(&self) {
+        for extension in ["csv", "svg", "png"] {
+            // Nothing there is as good.
+            let _ = fs::remove_file(self.file(extension));
+        }
+    }
+
+    /// Whether files of an earlier run may be replaced.
+    #[must_use]
+    pub const fn overwrite(&self) -> bool {
+        self.overwrite
     }
 
     /// The file with this extension.
@@ -125,25 +182,9 @@ impl OutputFolder {
     }
 }
 
-/// Makes the first `results/STEM-NNNN` that does not exist.
-fn next_free(stem: &str) -> Result<PathBuf, Failure> {
-    let fail = |error: std::io::Error, path: &Path| {
-        Failure::Input(anyhow::Error::new(error).context(format!(
-            "cannot make the folder `{}`: run where you may write, or give --out",
-            path.display()
-        )))
-    };
-    let results = Path::new(RESULTS);
-    fs::create_dir_all(results).map_err(|error| fail(error, results))?;
-    for number in 1..=9999 {
-        let path = results.join(format!("{stem}-{number:04}"));
-        match fs::create_dir(&path) {
-            Ok(()) => return Ok(path),
-            Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => {}
-            Err(error) => return Err(fail(error, &path)),
-        }
-    }
-    Err(Failure::bad_input(format_args!(
-        "`{RESULTS}` holds {stem}-0001 to {stem}-9999: move some away, or give --out"
+fn cannot_make(path: &Path, error: std::io::Error) -> Failure {
+    Failure::Input(anyhow::Error::new(error).context(format!(
+        "cannot make the folder `{}`: choose a writable place with --out",
+        path.display()
     )))
 }

@@ -35,6 +35,9 @@ pub struct Material {
     pub order: f64,
     /// Where the numbers come from.
     pub source: Source,
+    /// The text of its file.
+    #[serde(skip)]
+    pub text: String,
     /// The same as a model.
     #[serde(skip)]
     pub tissue: Tissue,
@@ -87,6 +90,8 @@ pub enum MaterialError {
     },
     /// A file or folder that cannot be read.
     Unreadable(PathBuf, std::io::Error),
+    /// A folder of tissue files that cannot be read.
+    Folder(PathBuf, std::io::Error),
     /// A name that is not in the library.
     Unknown {
         /// The name.
@@ -108,6 +113,11 @@ impl fmt::Display for MaterialError {
                 f,
                 "cannot read the material file `{}`: {error}; give the name of a material or a path \
                  to its TOML file",
+                path.display()
+            ),
+            Self::Folder(path, error) => write!(
+                f,
+                "cannot read the library folder `{}`: {error}; give a folder of tissue files (*.toml)",
                 path.display()
             ),
             Self::Unknown { name, known } => write!(
@@ -190,6 +200,7 @@ impl Material {
             viscosity_pa_s_alpha: viscosity,
             order: alpha.get(),
             source: file.source,
+            text: text.to_owned(),
             tissue,
         })
     }
@@ -251,21 +262,11 @@ impl Library {
             known: self.materials.iter().map(|m| m.name.clone()).collect(),
         })
     }
-
-    /// The text of a built-in file, to start one's own from.
-    #[must_use]
-    pub fn built_in_text(name: &str) -> Option<&'static str> {
-        let file = format!("materials/{name}.toml");
-        BUILT_IN
-            .iter()
-            .find(|(known, _)| *known == file)
-            .map(|(_, text)| *text)
-    }
 }
 
 /// The TOML files of a folder, by name.
 fn toml_files(folder: &Path) -> Result<Vec<PathBuf>, MaterialError> {
-    let fail = |error| MaterialError::Unreadable(folder.to_owned(), error);
+    let fail = |error| MaterialError::Folder(folder.to_owned(), error);
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(fail)? {
         let path = entry.map_err(fail)?.path();

@@ -24,14 +24,20 @@ impl Output {
         text: impl FnOnce(&mut dyn Write) -> io::Result<()>,
     ) -> Result<(), Failure> {
         let mut out = BufWriter::new(io::stdout().lock());
-        if self.json {
-            serde_json::to_writer(&mut out, value).map_err(io::Error::from)?;
-            writeln!(out)?;
+        let printed = if self.json {
+            serde_json::to_writer(&mut out, value)
+                .map_err(io::Error::from)
+                .and_then(|()| writeln!(out))
         } else {
-            text(&mut out)?;
+            text(&mut out)
+        };
+        match printed.and_then(|()| out.flush()) {
+            Ok(()) => Ok(()),
+            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Err(Failure::BrokenPipe),
+            Err(error) => Err(Failure::Run(
+                anyhow::Error::new(error).context("cannot write standard output"),
+            )),
         }
-        out.flush()?;
-        Ok(())
     }
 
     /// Prints a summary for a person, or the same as JSON; nothing for a quiet person.

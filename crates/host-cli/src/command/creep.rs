@@ -13,7 +13,11 @@ recorded, drawn, and held against its closed form (a Mittag-Leffler function; a 
 tissue without elastic modulus).
 
 Writes creep.mcap, creep.csv, creep.svg and creep.png. The masses and the damping of the simulated \
-rig slow the first second down; the summary says by how much.";
+rig slow the first second down; the summary says by how much.
+
+Columns of the CSV: time_s; ideal_position_m, by the closed form; position_m, as the loop read it; \
+reaction_force_n, as commanded; full_history_force_n, what the full history of position_m asks for; \
+measured and theory, the strain and its closed form; relative_error between these two.";
 
 /// Arguments of `creep`.
 #[derive(Debug, Args)]
@@ -23,10 +27,10 @@ rig slow the first second down; the summary says by how much.";
 )]
 pub struct Arguments {
     /// Stress that is held
-    #[arg(long, default_value = "100Pa", allow_negative_numbers = true)]
+    #[arg(long, default_value = "100Pa", allow_hyphen_values = true)]
     stress: Stress,
     /// How long
-    #[arg(long, default_value = "200s", allow_negative_numbers = true)]
+    #[arg(long, default_value = "200s", allow_hyphen_values = true)]
     duration: Time,
     #[command(flatten)]
     rendering: RenderingArguments,
@@ -45,8 +49,8 @@ impl Arguments {
         };
         let samples = experiment.check()?;
         self.rendering
-            .conduct("creep", samples, output, |folder, supervisor| {
-                experiment.run(folder, supervisor)
+            .conduct("creep", samples, output, |request, supervisor| {
+                experiment.run(request, supervisor)
             })
     }
 }

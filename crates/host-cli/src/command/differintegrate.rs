@@ -1,6 +1,6 @@
 //! `differintegrate`: a column of a CSV file to a fractional order.
 
-use super::experiment::{order, parse_scheme};
+use super::experiment::{order, parse_scheme, rate};
 use crate::failure::Failure;
 use crate::output::Output;
 use crate::quantity::Time;
@@ -20,10 +20,10 @@ use std::path::PathBuf;
 )]
 pub struct Arguments {
     /// Order mu, -2 to 2: positive differentiates, negative integrates
-    #[arg(long, allow_negative_numbers = true)]
+    #[arg(long, allow_hyphen_values = true)]
     order: f64,
     /// Time between two rows
-    #[arg(long, allow_negative_numbers = true)]
+    #[arg(long, allow_hyphen_values = true)]
     sample_time: Time,
     /// Fractional operator, see `host-cli --help`
     #[arg(long, value_parser = parse_scheme, default_value = "full")]
@@ -53,7 +53,7 @@ impl Arguments {
     pub fn run(self, output: Output) -> Result<(), Failure> {
         let mu = order(self.order)?;
         let t = Seconds(self.sample_time.0);
-        t.rate_to_the(mu).map_err(Failure::input)?;
+        rate(t, mu)?;
         let x = match self.file.as_deref() {
             Some(path) if path.as_os_str() != "-" => {
                 let name = path.display().to_string();
@@ -99,24 +99,37 @@ fn read_column(source: impl Read, name: &str) -> Result<Vec<f64>, Failure> {
         .trim(csv::Trim::All)
         .from_reader(source);
     let header = table.headers().map_err(|error| bad(error.to_string()))?;
+    if header.is_empty() {
+        return Err(bad(
+            "the input is empty; give a header with a column x and a number in each row".to_owned(),
+        ));
+    }
     let column = header.iter().position(|cell| cell == "x").ok_or_else(|| {
         let names: Vec<&str> = header.iter().collect();
         bad(format!(
-            "line 1: no column x in the header \"{}\"; name the column to take x",
+            "line 1: no column x in the header {:?}; name the column to take x",
             names.join(",")
         ))
     })?;
+    let width = header.len();
     let mut x = Vec::new();
     let mut row = csv::StringRecord::new();
-    loop {
-        match table.read_record(&mut row) {
-            Ok(false) => break,
-            Ok(true) => {}
-            Err(error) => return Err(bad(error.to_string())),
-        }
+    while table
+        .read_record(&mut row)
+        .map_err(|error| bad(error.to_string()))?
+    {
         let line = row.position().map_or(0, csv::Position::line);
+        // The reader skips empty lines before a row; a row's own lines are one and those in its cells.
+        let breaks: usize = row.iter().map(|cell| cell.matches('\n').count()).sum();
+        let skipped = table.position().line() > line + 1 + breaks as u64;
+        if row.len() > width {
+            return Err(bad(format!(
+                "line {line}: {} cells under a header of {width}; is a comma meant as a decimal point?",
+                row.len()
+            )));
+        }
         let cell = row.get(column).unwrap_or("");
-        if cell.is_empty() {
+        if cell.is_empty() || skipped {
             return Err(bad(format!(
                 "line {line}: no value in column x; give a number in every row"
             )));
@@ -126,7 +139,7 @@ fn read_column(source: impl Read, name: &str) -> Result<Vec<f64>, Failure> {
             Some(value) => x.push(value),
             None => {
                 return Err(bad(format!(
-                    "line {line}: \"{cell}\" in column x is not a finite number"
+                    "line {line}: {cell:?} in column x is not a finite number"
                 )));
             }
         }

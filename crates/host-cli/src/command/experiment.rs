@@ -2,12 +2,12 @@
 
 use crate::experiment::{Contact, Pace, Precision, Rendering, Report, Sensors, Supervisor};
 use crate::failure::Failure;
-use crate::folder::OutputFolder;
+use crate::folder::FolderRequest;
 use crate::material::Library;
 use crate::output::{Output, note};
 use crate::quantity::{Area, Force, ForceRate, Length, Time};
 use clap::Args;
-use fracdiff::{Order, Scheme};
+use fracdiff::{Order, Scheme, Seconds};
 use haptic_loop::Specimen;
 use haptic_loop::units::{Metres, SquareMetres};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -34,7 +34,7 @@ pub struct RenderingArguments {
     #[arg(
         long,
         default_value = "4cm2",
-        allow_negative_numbers = true,
+        allow_hyphen_values = true,
         help_heading = "Tissue"
     )]
     area: Area,
@@ -42,7 +42,7 @@ pub struct RenderingArguments {
     #[arg(
         long,
         default_value = "20mm",
-        allow_negative_numbers = true,
+        allow_hyphen_values = true,
         help_heading = "Tissue"
     )]
     thickness: Length,
@@ -56,7 +56,7 @@ pub struct RenderingArguments {
     #[arg(
         long,
         default_value = "1ms",
-        allow_negative_numbers = true,
+        allow_hyphen_values = true,
         help_heading = "Loop"
     )]
     sample_time: Time,
@@ -76,7 +76,7 @@ pub struct RenderingArguments {
         long,
         value_name = "LENGTH",
         default_value = "0",
-        allow_negative_numbers = true,
+        allow_hyphen_values = true,
         help_heading = "Rig"
     )]
     encoder_resolution: Length,
@@ -85,19 +85,24 @@ pub struct RenderingArguments {
         long,
         value_name = "LENGTH",
         default_value = "0",
-        allow_negative_numbers = true,
+        allow_hyphen_values = true,
         help_heading = "Rig"
     )]
     sensor_noise: Length,
     /// Seed of the noise: the same seed gives the same run, bit for bit
-    #[arg(long, default_value_t = 1, help_heading = "Rig")]
+    #[arg(
+        long,
+        default_value_t = 1,
+        allow_hyphen_values = true,
+        help_heading = "Rig"
+    )]
     seed: u64,
     /// Largest force the loop may command
     #[arg(
         long,
         value_name = "FORCE",
         default_value = "10N",
-        allow_negative_numbers = true,
+        allow_hyphen_values = true,
         help_heading = "Loop"
     )]
     force_limit: Force,
@@ -106,7 +111,7 @@ pub struct RenderingArguments {
         long,
         value_name = "RATE",
         default_value = "1000N/s",
-        allow_negative_numbers = true,
+        allow_hyphen_values = true,
         help_heading = "Loop"
     )]
     force_rate_limit: ForceRate,
@@ -146,6 +151,16 @@ pub fn check_device(device: &str) -> Result<(), Failure> {
 /// Outside −2 ≤ μ ≤ 2.
 pub fn order(mu: f64) -> Result<Order, Failure> {
     Order::new(mu).map_err(|error| Failure::input_with_advice(error, "give --order within it"))
+}
+
+/// T^(−μ), if the sample time is in the range that operators take.
+///
+/// # Errors
+/// Outside that range.
+pub fn rate(sample_time: Seconds, mu: Order) -> Result<f64, Failure> {
+    sample_time
+        .rate_to_the(mu)
+        .map_err(|error| Failure::input_with_advice(error, "give --sample-time, as in 1ms"))
 }
 
 /// Reads a SCHEME.
@@ -205,23 +220,24 @@ impl RenderingArguments {
         stem: &'static str,
         samples: u64,
         output: Output,
-        experiment: impl FnOnce(&OutputFolder, Supervisor<'_>) -> Result<Report, Failure>,
+        experiment: impl FnOnce(&FolderRequest, Supervisor<'_>) -> Result<Report, Failure>,
     ) -> Result<(), Failure> {
         let stop = stop_on_interrupt()?;
-        let folder = OutputFolder::prepare(self.out.as_deref(), stem, self.overwrite)?;
+        let request = FolderRequest {
+            out: self.out.clone(),
+            stem,
+            overwrite: self.overwrite,
+        };
         let bar = progress_bar(samples, output);
         let progress = |done| bar.set_position(done);
         let result = experiment(
-            &folder,
+            &request,
             Supervisor {
                 stop,
                 progress: &progress,
             },
         );
         bar.finish_and_clear();
-        if result.is_err() {
-            folder.discard_if_empty();
-        }
         let report = result?;
         for warning in &report.warnings {
             note("warning", warning);
@@ -229,8 +245,9 @@ impl RenderingArguments {
         output.summary(&report, |out| print_summary(out, &report))?;
         if let Some(reason) = &report.ended_early {
             return Err(Failure::Run(anyhow::anyhow!(
-                "{reason}: the run ended at {} s with zero force; the log up to there is {}",
-                report.duration_s,
+                "{reason}: the run ended at {} s, the force ramped to zero; the log is {}",
+                // Without the digits that a binary fraction adds.
+                (report.duration_s * 1e9).round() / 1e9,
                 report.log
             )));
         }
@@ -280,6 +297,10 @@ pub fn progress_bar(samples: u64, output: Output) -> ProgressBar {
 /// The result as a person reads it.
 fn print_summary(out: &mut dyn Write, report: &Report) -> io::Result<()> {
     let number = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |v| format!("{v:.2e}"));
+    let compared = |error: Option<f64>, text: String| match error {
+        Some(_) => text,
+        None => "not compared: the run is too short".to_owned(),
+    };
     let quantity = if report.final_strain.is_some() {
         "strain"
     } else {
@@ -317,15 +338,27 @@ fn print_summary(out: &mut dyn Write, report: &Report) -> io::Result<()> {
     }
     writeln!(
         out,
-        "  operator          off by {} at most from the full history of what was recorded",
-        number(report.max_relative_error)
+        "  operator          {}",
+        compared(
+            report.max_relative_error,
+            format!(
+                "off by {} at most from the full history of what was recorded",
+                number(report.max_relative_error)
+            )
+        )
     )?;
     writeln!(
         out,
-        "  closed form       off by {} at most, of which sampling {}, contact and rig {}",
-        number(report.closed_form_error),
-        number(report.discretisation_error),
-        number(report.rig_error)
+        "  closed form       {}",
+        compared(
+            report.closed_form_error,
+            format!(
+                "off by {} at most, of which sampling {}, contact and rig {}",
+                number(report.closed_form_error),
+                number(report.discretisation_error),
+                number(report.rig_error)
+            )
+        )
     )?;
     writeln!(
         out,

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::figure::LogFigure;
-use crate::output::{Output, note};
+use crate::output::Output;
 use crate::record::{
     Entry, Gap, LogReader, LogSummary, RecoverySummary, export_csv, inspect, recover,
 };
@@ -36,6 +36,9 @@ pub enum Command {
         log: PathBuf,
         /// The new log [default: NAME.recovered.mcap beside it]
         target: Option<PathBuf>,
+        /// Folder for the new log, if it is not named
+        #[arg(long, value_name = "DIR", conflicts_with = "target")]
+        out: Option<PathBuf>,
     },
     /// Turn a log into CSV, one row a tick
     #[command(after_help = "Example: host-cli log export results/relax-0001/relax.mcap ticks.csv")]
@@ -44,6 +47,9 @@ pub enum Command {
         log: PathBuf,
         /// The CSV file [default: NAME.ticks.csv beside it]
         target: Option<PathBuf>,
+        /// Folder for the CSV file, if it is not named
+        #[arg(long, value_name = "DIR", conflicts_with = "target")]
+        out: Option<PathBuf>,
     },
     /// Draw positions and forces of a log against time
     #[command(
@@ -96,14 +102,13 @@ impl Command {
                 output.print(&summary, |out| print_info(out, &log, &summary))
             }
             Self::Check { log } => check(&log, output),
-            Self::Recover { log, target } => {
-                let target = target.unwrap_or_else(|| beside(&log, "recovered.mcap"));
+            Self::Recover { log, target, out } => {
+                let target = place(target, out.as_deref(), &log, "recovered.mcap")?;
                 save(&log, &target, output)
             }
-            Self::Export { log, target } => {
-                let target = target.unwrap_or_else(|| beside(&log, "ticks.csv"));
+            Self::Export { log, target, out } => {
+                let target = place(target, out.as_deref(), &log, "ticks.csv")?;
                 let done = export_csv(&log, &target)?;
-                warn_incomplete(done.condition.complete, &log);
                 let made = Made {
                     samples: done.rows,
                     complete: done.condition.complete,
@@ -112,7 +117,8 @@ impl Command {
                 };
                 output.summary(&made, |out| {
                     writeln!(out, "{} rows in {}", made.samples, target.display())
-                })
+                })?;
+                require_complete(done.condition.complete, &log, &target)
             }
             Self::Plot {
                 log,
@@ -134,15 +140,39 @@ fn beside(log: &Path, ending: &str) -> PathBuf {
     log.with_file_name(format!("{stem}.{ending}"))
 }
 
-fn warn_incomplete(complete: bool, log: &Path) {
-    if !complete {
-        note(
-            "warning",
-            format_args!(
-                "`{}` is not whole; this is what could be read",
-                log.display()
-            ),
-        );
+/// The named target, or its default name in the given folder or beside the log.
+fn place(
+    target: Option<PathBuf>,
+    out: Option<&Path>,
+    log: &Path,
+    ending: &str,
+) -> Result<PathBuf, Failure> {
+    let default = beside(log, ending);
+    match (target, out, default.file_name()) {
+        (Some(target), _, _) => Ok(target),
+        (None, Some(folder), Some(name)) => {
+            std::fs::create_dir_all(folder).map_err(|error| {
+                Failure::bad_input(format_args!(
+                    "cannot make the folder `{}`: {error}; choose another with --out",
+                    folder.display()
+                ))
+            })?;
+            Ok(folder.join(name))
+        }
+        _ => Ok(default),
+    }
+}
+
+/// What was made of a cut log is all there is, but not all there was: exit code 4.
+fn require_complete(complete: bool, log: &Path, made: &Path) -> Result<(), Failure> {
+    if complete {
+        Ok(())
+    } else {
+        Err(Failure::DataLost(anyhow::anyhow!(
+            "`{}` is not whole; `{}` has what could be read",
+            log.display(),
+            made.display()
+        )))
     }
 }
 
@@ -170,17 +200,18 @@ fn check(log: &Path, output: Output) -> Result<(), Failure> {
     if whole {
         Ok(())
     } else {
+        let mut reasons = summary.damage.clone();
+        if missing > 0 {
+            let gaps = summary.gaps.len();
+            reasons.push(format!("{missing} ticks missing in {gaps} gaps"));
+        }
+        if summary.out_of_order > 0 {
+            reasons.push(format!("{} ticks out of order", summary.out_of_order));
+        }
         Err(Failure::DataLost(anyhow::anyhow!(
-            "`{}` is not whole: {}, {missing} ticks missing in {} gaps, {} out of order; \
-             `host-cli log recover` saves what is there",
+            "`{}` is not whole: {}; `host-cli log recover` saves what is there",
             log.display(),
-            if summary.complete {
-                "closed properly"
-            } else {
-                "cut off or damaged"
-            },
-            summary.gaps.len(),
-            summary.out_of_order
+            reasons.join("; ")
         )))
     }
 }
@@ -228,20 +259,7 @@ fn plot(log: &Path, out: Option<&Path>, overwrite: bool, output: Output) -> Resu
         }
     }
     let complete = reader.condition().complete;
-    warn_incomplete(complete, log);
-    let stem = beside(log, "log");
-    let stem = match (out, stem.file_name()) {
-        (Some(folder), Some(name)) => {
-            std::fs::create_dir_all(folder).map_err(|error| {
-                Failure::bad_input(format_args!(
-                    "cannot make the folder `{}`: {error}",
-                    folder.display()
-                ))
-            })?;
-            folder.join(name)
-        }
-        _ => stem,
-    };
+    let stem = place(None, out, log, "log")?;
     let title = log
         .file_name()
         .map(|name| name.to_string_lossy().into_owned());
@@ -269,7 +287,8 @@ fn plot(log: &Path, out: Option<&Path>, overwrite: bool, output: Output) -> Resu
             made.samples,
             saved.png.display()
         )
-    })
+    })?;
+    require_complete(complete, log, &saved.png)
 }
 
 fn print_info(out: &mut dyn Write, log: &Path, summary: &LogSummary) -> io::Result<()> {

@@ -75,20 +75,7 @@ impl Command {
             }
             Self::Show { name, folder } => {
                 let material = folder.load()?.find(&name).map_err(Failure::input)?;
-                output.print(&material, |out| match Library::built_in_text(&name) {
-                    Some(text) => write!(out, "{text}"),
-                    None => {
-                        writeln!(out, "name         {}", material.name)?;
-                        writeln!(out, "description  {}", material.description)?;
-                        writeln!(out, "E0           {} Pa", material.elastic_modulus_pa)?;
-                        writeln!(out, "eta          {} Pa·s^α", material.viscosity_pa_s_alpha)?;
-                        writeln!(out, "order α      {}", material.order)?;
-                        writeln!(out, "citation     {}", material.source.citation)?;
-                        writeln!(out, "conditions   {}", material.source.conditions)?;
-                        writeln!(out, "checked      {}", material.source.checked)?;
-                        writeln!(out, "note         {}", material.source.note)
-                    }
-                })
+                output.print(&material, |out| write!(out, "{}", material.text))
             }
         }
     }

@@ -13,7 +13,11 @@ renders the tissue, and the force it commands is recorded, drawn, and held again
 
 Writes relax.mcap (open it in PlotJuggler or Foxglove), relax.csv, relax.svg and relax.png. \
 In the log a force is positive along the position, so the tissue pushes back with a negative one; \
-in the CSV, the picture and the summary reaction forces are positive.";
+in the CSV, the picture and the summary reaction forces are positive.
+
+Columns of the CSV: time_s; ideal_position_m, the indentation asked for; position_m, as the loop read \
+it; reaction_force_n, as commanded; full_history_force_n, what the full history of position_m asks for; \
+measured and theory, the reaction force and its closed form; relative_error between these two.";
 
 /// Arguments of `relax`.
 #[derive(Debug, Args)]
@@ -25,13 +29,13 @@ in the CSV, the picture and the summary reaction forces are positive.";
 )]
 pub struct Arguments {
     /// Strain that is held
-    #[arg(long, default_value = "5%", allow_negative_numbers = true)]
+    #[arg(long, default_value = "5%", allow_hyphen_values = true)]
     strain: Strain,
     /// Time to reach it
-    #[arg(long, default_value = "1s", allow_negative_numbers = true)]
+    #[arg(long, default_value = "1s", allow_hyphen_values = true)]
     ramp_time: Time,
     /// End of the experiment, from the start of the ramp
-    #[arg(long, default_value = "200s", allow_negative_numbers = true)]
+    #[arg(long, default_value = "200s", allow_hyphen_values = true)]
     duration: Time,
     #[command(flatten)]
     rendering: RenderingArguments,
@@ -51,8 +55,8 @@ impl Arguments {
         };
         let samples = experiment.check()?;
         self.rendering
-            .conduct("relax", samples, output, |folder, supervisor| {
-                experiment.run(folder, supervisor)
+            .conduct("relax", samples, output, |request, supervisor| {
+                experiment.run(request, supervisor)
             })
     }
 }

@@ -1,6 +1,6 @@
 //! `weights`: the impulse response of an operator.
 
-use super::experiment::{order, parse_scheme};
+use super::experiment::{order, parse_scheme, rate};
 use crate::failure::Failure;
 use crate::output::Output;
 use clap::Args;
@@ -16,16 +16,16 @@ use serde::Serialize;
 )]
 pub struct Arguments {
     /// Order mu, -2 to 2
-    #[arg(long, allow_negative_numbers = true)]
+    #[arg(long, allow_hyphen_values = true)]
     order: f64,
     /// Fractional operator, see `host-cli --help`
     #[arg(long, value_parser = parse_scheme, default_value = "exact")]
     scheme: Scheme,
     /// Number of weights
-    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
+    #[arg(long, default_value_t = 10, allow_hyphen_values = true, value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
     count: u64,
     /// Sample time; matters only for a scheme with frequencies in Hz
-    #[arg(long, default_value = "1s", allow_negative_numbers = true)]
+    #[arg(long, default_value = "1s", allow_hyphen_values = true)]
     sample_time: crate::quantity::Time,
 }
 
@@ -49,7 +49,7 @@ impl Arguments {
             grunwald_weights(mu).take(count).collect()
         } else {
             let t = Seconds(self.sample_time.0);
-            let rate = t.rate_to_the(mu).map_err(Failure::input)?;
+            let rate = rate(t, mu)?;
             let operator: Operator<f64> = self
                 .scheme
                 .build(mu, t, 1.05 * self.count as f64)

@@ -3,7 +3,7 @@
 use super::experiment::{parse_scheme, progress_bar};
 use crate::experiment::{Sensors, ZWidth, ZWidthReport, dissertation_device};
 use crate::failure::Failure;
-use crate::folder::OutputFolder;
+use crate::folder::{FolderRequest, OutputFolder};
 use crate::output::Output;
 use crate::quantity::{Damping, Force, Length, Mass, Stiffness, Time};
 use clap::Args;
@@ -30,11 +30,11 @@ pub struct Arguments {
         long,
         value_delimiter = ',',
         default_value = "0,0.5,1,1.5,2",
-        allow_negative_numbers = true
+        allow_hyphen_values = true
     )]
     orders: Vec<f64>,
     /// Dissipations for each order, from 0 to the largest stable one
-    #[arg(long, default_value_t = 21)]
+    #[arg(long, default_value_t = 21, allow_hyphen_values = true)]
     points: usize,
     /// Fractional operator, see `host-cli --help`
     #[arg(long, value_parser = parse_scheme, default_value = "full")]
@@ -48,16 +48,16 @@ pub struct Arguments {
     #[arg(long)]
     one_sided: bool,
     /// Constant push into the wall
-    #[arg(long, default_value = "1N", allow_negative_numbers = true)]
+    #[arg(long, default_value = "1N", allow_hyphen_values = true)]
     push: Force,
     /// Length of a run
-    #[arg(long, default_value = "5s", allow_negative_numbers = true)]
+    #[arg(long, default_value = "5s", allow_hyphen_values = true)]
     duration: Time,
     /// Window at the end in which the position is judged
-    #[arg(long, default_value = "0.4s", allow_negative_numbers = true)]
+    #[arg(long, default_value = "0.4s", allow_hyphen_values = true)]
     window: Time,
     /// Largest standard deviation of a stable position
-    #[arg(long, default_value = "0.1mm", allow_negative_numbers = true)]
+    #[arg(long, default_value = "0.1mm", allow_hyphen_values = true)]
     threshold: Length,
     /// Folder for zwidth.csv and pictures
     #[arg(long, value_name = "DIR")]
@@ -72,50 +72,50 @@ pub struct Arguments {
 #[command(next_help_heading = "Simulated device")]
 pub struct PlantArguments {
     /// Mass of the device
-    #[arg(long, default_value = "65g", allow_negative_numbers = true)]
+    #[arg(long, default_value = "65g", allow_hyphen_values = true)]
     mass: Mass,
     /// Viscous damping of the device
-    #[arg(long, default_value = "3.5", allow_negative_numbers = true)]
+    #[arg(long, default_value = "3.5", allow_hyphen_values = true)]
     damping: Damping,
     /// Stiffness of the hand that holds it; 0 without a hand
-    #[arg(long, default_value = "0", allow_negative_numbers = true)]
+    #[arg(long, default_value = "0", allow_hyphen_values = true)]
     hand_stiffness: Stiffness,
     /// Sample time
-    #[arg(long, default_value = "2ms", allow_negative_numbers = true)]
+    #[arg(long, default_value = "2ms", allow_hyphen_values = true)]
     sample_time: Time,
     /// What real devices have: 1 um encoder, 0.05 N friction, half a sample of delay, 1 ms current lag
     /// (each can be set by itself)
     #[arg(long)]
     realistic: bool,
     /// Coulomb friction
-    #[arg(long, value_name = "FORCE", allow_negative_numbers = true)]
+    #[arg(long, value_name = "FORCE", allow_hyphen_values = true)]
     friction: Option<Force>,
     /// Delay from computing a force to its acting
-    #[arg(long, value_name = "TIME", allow_negative_numbers = true)]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     delay: Option<Time>,
     /// Time constant of the actuator's current
-    #[arg(long, value_name = "TIME", allow_negative_numbers = true)]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     current_lag: Option<Time>,
     /// Resolution of the position encoder per count
-    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
     encoder_resolution: Option<Length>,
     /// Standard deviation of the sensor noise
     #[arg(
         long,
         value_name = "LENGTH",
         default_value = "0",
-        allow_negative_numbers = true
+        allow_hyphen_values = true
     )]
     sensor_noise: Length,
     /// Seed of the noise: the same seed gives the same result
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, allow_hyphen_values = true)]
     seed: u64,
     /// Largest force of the actuator
     #[arg(
         long,
         value_name = "FORCE",
         default_value = "100N",
-        allow_negative_numbers = true
+        allow_hyphen_values = true
     )]
     force_limit: Force,
 }
@@ -144,8 +144,12 @@ impl Arguments {
         let report = result?;
         let files = match &self.out {
             Some(out) => {
-                let folder = OutputFolder::prepare(Some(out), "zwidth", self.overwrite)?;
-                Some(save(&report, &folder)?)
+                let request = FolderRequest {
+                    out: Some(out.clone()),
+                    stem: "zwidth",
+                    overwrite: self.overwrite,
+                };
+                Some(save(&report, &request.prepare()?)?)
             }
             None => None,
         };

@@ -11,7 +11,7 @@ use super::report::Report;
 use super::run::{Record, Supervisor};
 use crate::failure::Failure;
 use crate::figure::{Conditions, CreepFigure, FigureError, Picture};
-use crate::folder::OutputFolder;
+use crate::folder::FolderRequest;
 use fracdiff::{Channel, Differintegrator as _, Operator, Scheme, Seconds};
 use haptic_loop::plant::RigDrive;
 use haptic_loop::units::{Metres, Pascals};
@@ -40,21 +40,22 @@ impl Creep {
     /// Bad parameters, before any file is made; a log, CSV or picture that cannot be written.
     pub fn run(
         &self,
-        folder: &OutputFolder,
+        request: &FolderRequest,
         supervisor: Supervisor<'_>,
     ) -> Result<Report, Failure> {
         let samples = self.check()?;
         let push = self.rendering.specimen.force(Pascals(self.stress_pa));
-        let (record, log) = self.rendering.run(
+        let ran = self.rendering.run(
             RigDrive::Force(push),
             samples,
-            &folder.file("mcap"),
+            request,
             self.metadata(),
             supervisor,
         )?;
-        let outcome = self.judge(&record)?;
-        let picture = self.draw(&record, &outcome)?;
-        outcome.publish(&self.rendering, &record, &log?, &picture, folder)
+        let outcome = self.judge(&ran.record)?;
+        outcome.publish(&self.rendering, &ran, |outcome| {
+            self.draw(&ran.record, outcome)
+        })
     }
 
     /// The number of samples, if all parameters are good.
@@ -87,7 +88,7 @@ impl Creep {
             .map_err(Failure::Run)?;
         Ok(Outcome {
             quantity: "strain",
-            reference_m: theory.iter().map(|&e| specimen.displacement(e).0).collect(),
+            ideal_position_m: theory.iter().map(|&e| specimen.displacement(e).0).collect(),
             full_history_force_n: history,
             closed_form_error: largest_error(time, &strain, &theory, FROM_S),
             discretisation_error: largest_error(time, &ideal, &theory, FROM_S),

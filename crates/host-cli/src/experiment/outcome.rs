@@ -1,13 +1,11 @@
 //! From a run and its theory to files and a report: what relaxation and creep share.
 
 use super::judge::{largest_error, relative_error};
-use super::rendering::Rendering;
+use super::rendering::{Ran, Rendering};
 use super::report::{Report, TickTimes, Warnings};
 use super::run::{Ended, Record};
 use crate::failure::Failure;
-use crate::figure::Picture;
-use crate::folder::OutputFolder;
-use crate::record::FinishedLog;
+use crate::figure::{FigureError, Picture};
 
 /// The comparison with the full history begins here, s after contact.
 const FROM_S: f64 = 0.01;
@@ -17,8 +15,8 @@ const FROM_S: f64 = 0.01;
 pub struct Outcome {
     /// What is compared: `force` or `strain`.
     pub quantity: &'static str,
-    /// Where the indenter should be, m.
-    pub reference_m: Vec<f64>,
+    /// Where the renderer would be with an ideal rig, m.
+    pub ideal_position_m: Vec<f64>,
     /// Force by the full history of the position really recorded, N.
     pub full_history_force_n: Vec<f64>,
     /// The quantity as measured.
@@ -37,7 +35,7 @@ pub struct Outcome {
 #[derive(serde::Serialize)]
 struct Row {
     time_s: f64,
-    reference_m: f64,
+    ideal_position_m: f64,
     position_m: f64,
     reaction_force_n: f64,
     full_history_force_n: f64,
@@ -73,11 +71,14 @@ impl Outcome {
     pub fn publish(
         &self,
         rendering: &Rendering,
-        record: &Record,
-        log: &FinishedLog,
-        picture: &Picture,
-        folder: &OutputFolder,
+        ran: &Ran,
+        draw: impl FnOnce(&Self) -> Result<Picture, FigureError>,
     ) -> Result<Report, Failure> {
+        let Ran {
+            record,
+            log,
+            folder,
+        } = ran;
         let time = &record.time_s;
         let force = reaction(record);
         let last = self.measured.last().zip(self.theory.last());
@@ -98,7 +99,7 @@ impl Outcome {
             let error = self.error();
             let rows = (0..force.len()).map(|n| Row {
                 time_s: time[n],
-                reference_m: self.reference_m[n],
+                ideal_position_m: self.ideal_position_m[n],
                 position_m: record.position_m[n],
                 reaction_force_n: force[n],
                 full_history_force_n: self.full_history_force_n[n],
@@ -107,14 +108,16 @@ impl Outcome {
                 relative_error: error[n],
             });
             csv = Some(folder.write_table("csv", rows)?);
-            figure = Some(folder.save_picture(picture)?);
+            figure = Some(folder.save_picture(&draw(self)?)?);
+        } else {
+            folder.remove_stale_results();
         }
         Ok(Report {
             tissue: rendering.material.name.clone(),
             order: rendering.material.order,
             scheme: rendering.scheme.to_string(),
             device: "sim".to_owned(),
-            samples: force.len() as u64,
+            samples: log.samples,
             duration_s,
             peak_force_n: force.iter().fold(0.0, |most, f| f.abs().max(most)),
             final_force_n: force.last().copied().unwrap_or(0.0),

@@ -1,6 +1,6 @@
 //! Keeps the log off the tick: a thread that owns the file, behind a bounded queue.
 
-use crate::record::{EventMessage, FinishedLog, LogWriter, RecordError, TickMessage};
+use crate::record::{EventMessage, FinishedLog, Leftover, LogWriter, RecordError, TickMessage};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
@@ -29,7 +29,8 @@ enum Entry {
 pub struct Stopped;
 
 impl Recorder {
-    /// Starts the log with its metadata.
+    /// Starts the log with its metadata. With `waits` a full queue waits, else it drops and counts;
+    /// with `overwrite` the finished log may replace another.
     ///
     /// # Errors
     /// If the file exists or cannot be made.
@@ -37,8 +38,9 @@ impl Recorder {
         path: &Path,
         metadata: BTreeMap<String, String>,
         waits: bool,
+        overwrite: bool,
     ) -> Result<Self, RecordError> {
-        let mut log = LogWriter::create(path)?;
+        let mut log = LogWriter::create_with(path, Leftover::Keep, overwrite)?;
         log.metadata("experiment", metadata)?;
         let (queue, entries) = sync_channel(QUEUE);
         let writer = std::thread::spawn(move || write(log, &entries));

@@ -11,7 +11,7 @@ use super::report::Report;
 use super::run::{Record, Supervisor};
 use crate::failure::Failure;
 use crate::figure::{Conditions, FigureError, Picture, RelaxationFigure};
-use crate::folder::OutputFolder;
+use crate::folder::FolderRequest;
 use fracdiff::Seconds;
 use haptic_loop::plant::{RampHold, RigDrive};
 use std::collections::BTreeMap;
@@ -39,22 +39,23 @@ impl Relaxation {
     /// Bad parameters, before any file is made; a log, CSV or picture that cannot be written.
     pub fn run(
         &self,
-        folder: &OutputFolder,
+        request: &FolderRequest,
         supervisor: Supervisor<'_>,
     ) -> Result<Report, Failure> {
         let samples = self.check()?;
         let depth = self.rendering.specimen.displacement(self.strain);
         let profile = RampHold::new(depth, Seconds(self.ramp_time_s)).map_err(Failure::input)?;
-        let (record, log) = self.rendering.run(
+        let ran = self.rendering.run(
             RigDrive::Position(profile),
             samples,
-            &folder.file("mcap"),
+            request,
             self.metadata(),
             supervisor,
         )?;
-        let outcome = self.judge(&record, profile)?;
-        let picture = self.draw(&record, &outcome)?;
-        outcome.publish(&self.rendering, &record, &log?, &picture, folder)
+        let outcome = self.judge(&ran.record, profile)?;
+        outcome.publish(&self.rendering, &ran, |outcome| {
+            self.draw(&ran.record, outcome)
+        })
     }
 
     /// The number of samples, if all parameters are good.
@@ -108,7 +109,7 @@ impl Relaxation {
             closed_form_error: largest_error(time, &force, &theory, hold),
             discretisation_error: largest_error(time, &ideal, &theory, hold),
             rig_error: largest_error(time, &history, &ideal, hold),
-            reference_m: imposed,
+            ideal_position_m: imposed,
             full_history_force_n: history,
             measured: force,
             theory,

@@ -4,8 +4,9 @@ use super::recorder::Recorder;
 use super::run::{Pace, Record, Schedule, Supervisor, run};
 use super::sensed::{Sensed, Sensors};
 use crate::failure::Failure;
+use crate::folder::{FolderRequest, OutputFolder};
 use crate::material::Material;
-use crate::record::{FinishedLog, RecordError};
+use crate::record::FinishedLog;
 use fracdiff::full_memory::Kernel;
 use fracdiff::{Operator, Real, Scheme, Seconds};
 use haptic_loop::plant::{IndentationRig, RigConfig, RigContact, RigDrive};
@@ -13,7 +14,6 @@ use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
 use haptic_loop::{Contact as OneSided, Controller, KelvinVoigt, SafetyChain, Specimen};
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::path::Path;
 
 /// How the indenter touches the renderer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
@@ -186,21 +186,22 @@ impl Rendering {
         Ok(forces.collect())
     }
 
-    /// Runs the loop on the rig and writes the log.
+    /// Runs the loop on the rig and writes the log. Nothing is made in the folder before every
+    /// parameter is known to be good.
     ///
     /// # Errors
-    /// Bad parameters; a log that cannot be written.
+    /// Bad parameters; a folder or log that cannot be written.
     pub fn run(
         &self,
         drive: RigDrive,
         samples: u64,
-        log: &Path,
+        request: &FolderRequest,
         metadata: BTreeMap<String, String>,
         supervisor: Supervisor<'_>,
-    ) -> Result<(Record, Result<FinishedLog, RecordError>), Failure> {
+    ) -> Result<Ran, Failure> {
         match self.precision {
-            Precision::F64 => self.run_as::<f64>(drive, samples, log, metadata, supervisor),
-            Precision::F32 => self.run_as::<f32>(drive, samples, log, metadata, supervisor),
+            Precision::F64 => self.run_as::<f64>(drive, samples, request, metadata, supervisor),
+            Precision::F32 => self.run_as::<f32>(drive, samples, request, metadata, supervisor),
         }
     }
 
@@ -208,26 +209,30 @@ impl Rendering {
         &self,
         drive: RigDrive,
         samples: u64,
-        log: &Path,
+        request: &FolderRequest,
         metadata: BTreeMap<String, String>,
         supervisor: Supervisor<'_>,
-    ) -> Result<(Record, Result<FinishedLog, RecordError>), Failure> {
+    ) -> Result<Ran, Failure> {
         let t = Seconds(self.sample_time_s);
         // A little more than needed, so that the last weights are not at the very edge.
         let horizon = 1.05 * samples as f64;
         let operator: Operator<F> = self
             .scheme
             .build(self.material.tissue.order(), t, horizon)
-            .map_err(Failure::input)?;
-        let tissue = KelvinVoigt::new(&self.material.tissue, &self.specimen, operator)
-            .map_err(Failure::input)?;
+            .map_err(|error| Failure::input_with_advice(error, "change --scheme"))?;
+        let tissue =
+            KelvinVoigt::new(&self.material.tissue, &self.specimen, operator).map_err(|error| {
+                Failure::input_with_advice(error, "change --area, --thickness or --tissue")
+            })?;
         let environment = OneSided::at(Metres(0.0), tissue).map_err(Failure::input)?;
         let chain = SafetyChain::new(
             Newtons(self.force_limit_n),
             NewtonsPerSecond(self.force_rate_limit_n_per_s),
             t,
         )
-        .map_err(Failure::input)?;
+        .map_err(|error| {
+            Failure::input_with_advice(error, "change --force-limit or --force-rate-limit")
+        })?;
         let contact = match self.contact {
             Contact::Compliant => RigContact::COMPLIANT,
             Contact::Rigid => RigContact::Rigid,
@@ -235,8 +240,11 @@ impl Rendering {
         let rig = IndentationRig::new(RigConfig::new(drive, contact, t)).map_err(Failure::input)?;
         let mut controller = Controller::new(environment, chain);
         let mut device = Sensed::new(rig, self.sensors)?;
-        // Everything is checked before the first file is made.
-        let mut recorder = Recorder::start(log, metadata, self.pace == Pace::Virtual)?;
+        let folder = request.prepare()?;
+        let waits = self.pace == Pace::Virtual;
+        let log = folder.file("mcap");
+        let started = Recorder::start(&log, metadata, waits, folder.overwrite());
+        let mut recorder = started.inspect_err(|_| folder.discard())?;
         let schedule = Schedule {
             samples,
             sample_time_s: self.sample_time_s,
@@ -250,6 +258,23 @@ impl Rendering {
             supervisor,
         )
         .map_err(Failure::Run)?;
-        Ok((record, recorder.finish()))
+        // A log that could not be written is the first thing to know.
+        let log = recorder.finish()?;
+        Ok(Ran {
+            record,
+            log,
+            folder,
+        })
     }
+}
+
+/// What a run leaves.
+#[derive(Debug)]
+pub struct Ran {
+    /// The samples.
+    pub record: Record,
+    /// The log.
+    pub log: FinishedLog,
+    /// Where it lies.
+    pub folder: OutputFolder,
 }

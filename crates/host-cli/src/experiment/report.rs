@@ -25,9 +25,9 @@ pub struct Report {
     pub scheme: String,
     /// Device.
     pub device: String,
-    /// Ticks run.
+    /// Ticks in the log.
     pub samples: u64,
-    /// Time of the last sample, s.
+    /// Time of the last sample that counts, s: of the log, or of when the run was cut short.
     pub duration_s: f64,
     /// Largest magnitude of the commanded force, N.
     pub peak_force_n: f64,

@@ -36,7 +36,7 @@ impl std::fmt::Debug for Supervisor<'_> {
     }
 }
 
-/// What a run left in memory; everything else is in the log.
+/// What a run left in memory, up to where it ended; everything else is in the log.
 #[derive(Debug)]
 pub struct Record {
     /// Time of each sample, s.
@@ -133,30 +133,34 @@ where
         message.environment_force_n = sample.environment_force_n[0].to_f64();
         message.force_n = sample.force.newtons()[0].to_f64();
         message.limiters = sample.limiters.bits();
-        record.limited += u64::from(message.limiters != 0);
-        record.time_s.push(message.time_s);
-        record.position_m.push(message.position_m);
-        record.force_n.push(message.force_n);
-
         let time_s = message.time_s;
         let logged = recorder.tick(message);
         tick += 1;
-        if record.ended.is_none() {
-            if let Err(Stopped) = logged {
-                record.ended = Some(Ended::LogStopped);
-            } else if let Some(fault) = controller.safety().fault() {
-                record.ended = Some(Ended::Fault(fault));
-                // A recorder that has ended is seen at the next tick.
-                let _ = recorder.event(time_s, "fault", fault.to_string());
-            } else if supervisor.stop.load(Ordering::Relaxed) {
+        if record.ended.is_some() {
+            // The force is on its way to zero: in the log, but no part of the result.
+            if controller.safety().is_at_rest() {
+                break;
+            }
+            continue;
+        }
+        if let Err(Stopped) = logged {
+            record.ended = Some(Ended::LogStopped);
+        } else if let Some(fault) = controller.safety().fault() {
+            record.ended = Some(Ended::Fault(fault));
+            // A recorder that has ended is seen when it is closed.
+            let _ = recorder.event(time_s, "fault", fault.to_string());
+        } else {
+            record.limited += u64::from(message.limiters != 0);
+            record.time_s.push(message.time_s);
+            record.position_m.push(message.position_m);
+            record.force_n.push(message.force_n);
+            if supervisor.stop.load(Ordering::Relaxed) {
                 record.ended = Some(Ended::Interrupted);
                 let _ = recorder.event(time_s, "interrupted", "stop was asked for".to_owned());
             }
-            if record.ended.is_some() {
-                controller.stop();
-            }
-        } else if controller.safety().is_at_rest() {
-            break;
+        }
+        if record.ended.is_some() {
+            controller.stop();
         }
         if tick % REPORT == 0 {
             (supervisor.progress)(tick);

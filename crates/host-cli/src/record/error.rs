@@ -25,6 +25,14 @@ pub enum RecordError {
         /// What the operating system said.
         source: io::Error,
     },
+    /// A copy could not be written; the log it was made from is as it was.
+    #[error("writing `{}` failed: {source}; nothing was left behind under that name, the log it was made from is untouched: make space and try again", .path.display())]
+    Copy {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system said.
+        source: io::Error,
+    },
     /// Reading failed, as on a damaged disk; not used for damage inside a log.
     #[error("cannot read `{}`: {source}", .path.display())]
     Read {

@@ -88,7 +88,8 @@ impl NewFile {
         };
         let file = options.open(&part).map_err(|source| match source.kind() {
             io::ErrorKind::AlreadyExists => NewFileError::Leftover(part.clone()),
-            _ => NewFileError::io(&part, source),
+            // The name that the user knows.
+            _ => NewFileError::io(target, source),
         })?;
         let new_file = Self {
             target: target.to_owned(),

@@ -68,8 +68,19 @@ impl RecoverySummary {
 /// # Errors
 /// If the source cannot be read or is not MCAP, or the target exists or cannot be written.
 pub fn recover(source: &Path, target: &Path) -> Result<RecoverySummary, RecordError> {
+    copy(source, target).map_err(|error| match error {
+        // There is nothing in the unfinished copy that the source does not have.
+        RecordError::Write { source, .. } => RecordError::Copy {
+            path: target.to_owned(),
+            source,
+        },
+        error => error,
+    })
+}
+
+fn copy(source: &Path, target: &Path) -> Result<RecoverySummary, RecordError> {
     let mut reader = LogReader::open(source)?;
-    let mut writer = LogWriter::create_with(target, Leftover::Discard)?;
+    let mut writer = LogWriter::create_with(target, Leftover::Discard, false)?;
     let mut count = TickCount::default();
     let (mut events, mut metadata_records) = (0, 0);
     let mut unreadable = None;

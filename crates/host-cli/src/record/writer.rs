@@ -69,12 +69,17 @@ impl LogWriter<BufWriter<File>> {
     /// # Errors
     /// If `path` or `path.part` exists, or the folder does not take the file.
     pub fn create(path: &Path) -> Result<Self, RecordError> {
-        Self::create_with(path, Leftover::Keep)
+        Self::create_with(path, Leftover::Keep, false)
     }
 
-    /// As [`create`](Self::create), with a choice of what happens to an unfinished file.
-    pub(crate) fn create_with(path: &Path, leftover: Leftover) -> Result<Self, RecordError> {
-        let (new_file, file) = NewFile::create(path, leftover, false)?;
+    /// As [`create`](Self::create), with a choice of what happens to an unfinished file, and whether
+    /// the finished one may replace another.
+    pub(crate) fn create_with(
+        path: &Path,
+        leftover: Leftover,
+        overwrite: bool,
+    ) -> Result<Self, RecordError> {
+        let (new_file, file) = NewFile::create(path, leftover, overwrite)?;
         match Self::with_sink(BufWriter::new(file), new_file.part()) {
             Ok(mut writer) => {
                 writer.new_file = Some(new_file);

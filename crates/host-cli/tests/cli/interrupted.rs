@@ -1,0 +1,225 @@
+//! Runs that do not reach their end: stopped by a signal, by a fault, by a full disk.
+
+use crate::experiments::SHORT;
+use crate::process::{Ended, PATIENCE, Place, number, skip, table, words};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// Header of `log export`.
+const TICKS: &str = "tick,time_s,reference_m,indenter_position_m,position_m,environment_force_n,\
+                     force_n,contact_force_n,limiters";
+/// A limiter bit of the log: the loop is stopping.
+const STOPPING: u8 = 8;
+
+/// Starts `host-cli LINE` and sends it a signal when the file `log` holds a few hundred samples.
+#[cfg(unix)]
+fn run_and_signal(place: &Place, line: &str, log: &str, signal: &str) -> Ended {
+    let mut child = Command::new(crate::process::binary())
+        .args(words(line))
+        .current_dir(place.path(""))
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the binary starts");
+    let start = Instant::now();
+    // 100 ms are 8 kB.
+    while std::fs::metadata(place.path(log)).map_or(0, |file| file.len()) < 20_000 {
+        let gone = child.try_wait().expect("can be waited for");
+        assert!(gone.is_none(), "ended before the signal: {gone:?}");
+        assert!(start.elapsed() < PATIENCE, "the log does not grow");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    // The shell has `kill` built in.
+    let sent = Command::new("sh")
+        .args(["-c", &format!("kill -{signal} {}", child.id())])
+        .status();
+    assert!(sent.expect("sh runs").success());
+    let output = child.wait_with_output().expect("ends");
+    Ended::new(format!("{line} & kill -{signal}"), &output)
+}
+
+/// The checks of a run that a signal has stopped.
+#[cfg(unix)]
+fn a_signal_stops_the_run_safely(signal: &str) {
+    // 2 N/s, so that the way from 0.15 N to zero takes some 70 ticks.
+    const RATE_LIMIT_N_PER_S: f64 = 2.0;
+    let place = Place::new();
+    let line = "relax --realtime --force-rate-limit 2N/s --out run --json";
+    let ended = run_and_signal(&place, line, "run/relax.mcap.part", signal);
+
+    let ended = ended.failed(1);
+    for part in ["interrupted", "ramped to zero", "run/relax.mcap"] {
+        assert!(ended.error().contains(part), "\"{part}\" in {ended}");
+    }
+    let report = ended.json();
+    assert_eq!(report["ended_early"], "interrupted");
+    assert_eq!(place.files(), ["run/", "run/relax.mcap"]);
+
+    let check = place.run("log check run/relax.mcap --json").succeeded();
+    let check = check.json();
+    assert_eq!(check["samples"], report["samples"]);
+    let events = check["events"].as_array().expect("a list");
+    assert_eq!(events.len(), 1, "{check}");
+    assert_eq!(events[0]["kind"], "interrupted");
+
+    place.run("log export run/relax.mcap ticks.csv").succeeded();
+    let rows = table(&place.text("ticks.csv"), TICKS);
+    let (force, limiters) = (6, 8);
+    let stop = rows
+        .iter()
+        .position(|row| row[limiters] as u8 & STOPPING != 0)
+        .expect("the log shows the stop");
+    // The event lies in the tick before the first that stops.
+    assert_eq!(number(&events[0], "time_s"), rows[stop - 1][1]);
+    let ramp = &rows[stop - 1..];
+    assert!(ramp.len() > 10, "a ramp, not a step: {} ticks", ramp.len());
+    for pair in ramp.windows(2) {
+        let (before, after) = (pair[0][force].abs(), pair[1][force].abs());
+        let step = before - after;
+        assert!(
+            step > 0.0 && step <= RATE_LIMIT_N_PER_S * 1e-3 + 1e-12,
+            "{before} N to {after} N"
+        );
+    }
+    let last = rows.last().expect("rows");
+    assert_eq!(last[force], 0.0, "the force at the end");
+}
+
+#[test]
+#[cfg(unix)]
+fn ctrl_c_ramps_the_force_to_zero_and_closes_the_log() {
+    a_signal_stops_the_run_safely("INT");
+}
+
+#[test]
+#[cfg(unix)]
+fn a_termination_signal_ramps_the_force_to_zero_and_closes_the_log() {
+    a_signal_stops_the_run_safely("TERM");
+}
+
+#[test]
+#[cfg(unix)]
+fn creep_stops_at_ctrl_c_too() {
+    let place = Place::new();
+    let line = "creep --realtime --out run --quiet";
+    let ended = run_and_signal(&place, line, "run/creep.mcap.part", "INT").failed(1);
+    assert_eq!(ended.stdout, "", "{ended}");
+    assert_eq!(place.files(), ["run/", "run/creep.mcap"]);
+    place.run("log check run/creep.mcap").succeeded();
+}
+
+#[test]
+#[cfg(unix)]
+fn an_interrupted_run_is_not_blamed_for_what_the_stop_did() {
+    let place = Place::new();
+    let line = "relax --realtime --out run --json";
+    let ended = run_and_signal(&place, line, "run/relax.mcap.part", "INT").failed(1);
+    let report = ended.json();
+    // The ramp to zero is no fault of the operator, the tissue or the limits.
+    assert!(number(&report, "max_relative_error") < 1e-5, "{report}");
+    assert_eq!(report["limited_samples"], 0, "{report}");
+    let warnings = report["warnings"].to_string();
+    assert!(!warnings.contains("times the theory"), "{report}");
+    assert!(!warnings.contains("--force-limit"), "{report}");
+}
+
+#[test]
+#[cfg(unix)]
+fn an_interrupted_run_leaves_no_picture_of_the_run_it_overwrites() {
+    let place = Place::new();
+    place.run(SHORT).succeeded();
+    let line = "relax --realtime --overwrite --out run";
+    run_and_signal(&place, line, "run/relax.mcap.part", "INT").failed(1);
+    assert_eq!(place.files(), ["run/", "run/relax.mcap"]);
+}
+
+#[test]
+fn a_fault_ends_the_run_with_its_name_and_a_whole_log() {
+    let place = Place::new();
+    // Noise beyond the largest single is infinite there, and so is the force.
+    let options = "--sensor-noise 1e300m --precision f32";
+    let ended = place.run(&format!("{SHORT} {options}")).failed(1);
+    for part in ["fault", "not a finite number", "run/relax.mcap"] {
+        assert!(ended.error().contains(part), "\"{part}\" in {ended}");
+    }
+    assert_eq!(place.files(), ["run/", "run/relax.mcap"]);
+    let check = place.run("log check run/relax.mcap --json").succeeded();
+    assert_eq!(check.json()["events"][0]["kind"], "fault");
+}
+
+/// What must hold when the disk took only the first of `run/`.
+#[cfg(unix)]
+fn a_full_disk_was_survived(place: &Place, ended: Ended) {
+    let ended = ended.refused(4, &["run/relax.mcap.part", "log recover"]);
+    // One line says the cause once.
+    assert_eq!(ended.error().matches("os error").count(), 1, "{ended}");
+    assert_eq!(place.files()[1..], ["run/relax.mcap.part"]);
+
+    let saved = place.run("log recover run/relax.mcap.part saved.mcap --json");
+    let saved = saved.failed(4).json();
+    // A sample is 69 bytes and more; compression may halve that at best.
+    let samples = number(&saved, "samples");
+    assert!(samples >= 500.0, "{saved}");
+    let check = place.run("log check saved.mcap --json").succeeded().json();
+    assert_eq!(number(&check, "samples"), samples);
+    // Whole chunks of 100 ms, from the start.
+    assert_eq!(number(&check, "first_s"), 0.0);
+}
+
+#[test]
+#[cfg(unix)]
+fn a_limit_on_the_file_size_ends_the_run_with_what_was_written() {
+    let place = Place::new();
+    // Blocks of 512 bytes. Ignoring SIGXFSZ makes the write fail as on a full disk.
+    let ended = place.shell("trap '' XFSZ; ulimit -f 200 && exec \"$0\" relax --out run");
+    if ended.stderr.contains("ulimit") {
+        return skip("the shell cannot limit the file size");
+    }
+    a_full_disk_was_survived(&place, ended);
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_full_disk_ends_the_run_with_what_was_written() {
+    let place = Place::new();
+    std::fs::create_dir(place.path("run")).expect("makes the folder");
+    // Seen in a mount namespace of its own: gone with the shell, so nothing stays mounted after a failure.
+    // The .part file is copied out to be looked at.
+    let script = "unshare -m true 2>/dev/null || exit 77
+        exec unshare -m sh -c '
+            mount -t tmpfs -o size=200k none run || exit 77
+            \"$0\" relax --out run
+            code=$?
+            mkdir kept && cp run/* kept && umount run && cp kept/* run && rm -r kept
+            exit $code' \"$0\"";
+    let ended = place.shell(script);
+    if ended.code == Some(77) {
+        return skip("a small file system cannot be mounted here");
+    }
+    a_full_disk_was_survived(&place, ended);
+}
+
+#[test]
+#[cfg(unix)]
+fn a_disk_without_room_for_csv_and_picture_keeps_the_log() {
+    let place = Place::new();
+    // The log of 3001 samples takes 250 kB, the CSV 400 kB.
+    let run = "exec \"$0\" relax --duration 3s --ramp-time 0.5s --out run";
+    let ended = place.shell(&format!("trap '' XFSZ; ulimit -f 640 && {run}"));
+    if ended.stderr.contains("ulimit") {
+        return skip("the shell cannot limit the file size");
+    }
+    ended.refused(4, &["run/relax.csv", "the log is whole"]);
+    assert_eq!(place.files(), ["run/", "run/relax.mcap"]);
+    place.run("log check run/relax.mcap").succeeded();
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_full_disk_under_the_summary_is_an_error_that_says_so() {
+    let ended = Place::new().shell("exec \"$0\" weights --order 0.5 > /dev/full");
+    // Not 0: the numbers did not arrive.
+    assert_ne!(ended.code, Some(0), "{ended}");
+    assert!(ended.error().contains("standard output"), "{ended}");
+}

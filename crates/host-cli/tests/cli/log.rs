@@ -1,0 +1,243 @@
+//! `log`: what is in a log, whether it is whole, and what a cut one still holds.
+
+use crate::experiments::SHORT;
+use crate::process::{Place, number, table};
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::{Rng, SeedableRng};
+use serde_json::Value;
+
+/// Header of `log export`.
+const COLUMNS: &str = "tick,time_s,reference_m,indenter_position_m,position_m,environment_force_n,\
+                       force_n,contact_force_n,limiters";
+
+/// A place with `run/relax.mcap` of 3001 samples.
+fn with_log() -> Place {
+    let place = Place::new();
+    place.run(SHORT).succeeded();
+    place
+}
+
+#[test]
+fn info_says_what_is_in_a_log() {
+    let place = with_log();
+    let info = place.run("log info run/relax.mcap --json").succeeded();
+    let info = info.json();
+    assert_eq!(number(&info, "samples"), 3001.0);
+    assert_eq!(number(&info, "first_s"), 0.0);
+    assert_eq!(number(&info, "last_s"), 3.0);
+    assert_eq!(info["gaps"], Value::Array(Vec::new()));
+    assert_eq!(info["complete"], Value::from(true));
+    let text = place.run("log info run/relax.mcap").succeeded();
+    for part in ["run/relax.mcap", "whole", "3001 samples", "0.2247"] {
+        assert!(text.stdout.contains(part), "\"{part}\" in {text}");
+    }
+}
+
+#[test]
+fn check_finds_a_whole_log_whole() {
+    let place = with_log();
+    let check = place.run("log check run/relax.mcap").succeeded();
+    assert!(check.stdout.contains("whole: 3001 samples"), "{check}");
+    let check = place.run("log check run/relax.mcap --json").succeeded();
+    assert_eq!(check.json()["complete"], Value::from(true));
+}
+
+#[test]
+fn export_writes_every_tick() {
+    let place = with_log();
+    let export = place.run("log export run/relax.mcap --json").succeeded();
+    assert_eq!(export.json()["csv"], "run/relax.ticks.csv");
+    let rows = table(&place.text("run/relax.ticks.csv"), COLUMNS);
+    assert_eq!(rows.len(), 3001);
+    let experiment = place.text("run/relax.csv");
+    for (n, (row, line)) in rows.iter().zip(experiment.lines().skip(1)).enumerate() {
+        assert_eq!(row[0], n as f64, "tick");
+        // The experiment's CSV has positive reaction forces, the log forces along the position.
+        let cells: Vec<f64> = line
+            .split(',')
+            .map(|cell| cell.parse().expect("number"))
+            .collect();
+        assert_eq!(
+            [row[1], row[4], -row[6]],
+            [cells[0], cells[2], cells[3]],
+            "tick {n}"
+        );
+    }
+}
+
+#[test]
+fn export_and_recover_overwrite_nothing() {
+    let place = with_log();
+    place.write("taken", "theirs");
+    for command in ["export", "recover"] {
+        let ended = place.run(&format!("log {command} run/relax.mcap taken"));
+        ended.refused(2, &["taken", "already exists"]);
+    }
+    let ended = place.run("log recover run/relax.mcap run/relax.mcap");
+    ended.refused(2, &["run/relax.mcap", "already exists"]);
+    assert_eq!(place.text("taken"), "theirs");
+    place.run("log check run/relax.mcap").succeeded();
+}
+
+#[test]
+fn plot_draws_a_picture_and_replaces_it_only_when_asked() {
+    let place = with_log();
+    let plot = "log plot run/relax.mcap --out pictures";
+    let made = place.run(&format!("{plot} --json")).succeeded().json();
+    assert_eq!(made["figure"], "pictures/relax.log.png");
+    assert_eq!(number(&made, "samples"), 3001.0);
+    assert_eq!(place.read("pictures/relax.log.png")[..4], *b"\x89PNG");
+    assert!(place.text("pictures/relax.log.svg").contains("</svg>"));
+    place
+        .run(plot)
+        .refused(2, &["pictures/relax.log", "exists"]);
+    place.run(&format!("{plot} --overwrite")).succeeded();
+}
+
+#[test]
+fn what_is_no_log_is_refused_by_every_command() {
+    let place = Place::new();
+    place.write("text", "lag,weight\n0,1\n");
+    place.write("empty", "");
+    std::fs::create_dir(place.path("folder")).expect("makes the folder");
+    let before = place.files();
+    let mut complaints = Vec::new();
+    for command in ["info", "check", "recover", "export", "plot"] {
+        for (name, reason) in [
+            ("text", "not an MCAP log"),
+            ("empty", "empty"),
+            ("nowhere", "No such file"),
+            ("folder", "directory"),
+        ] {
+            let ended = place.run(&format!("log {command} {name}"));
+            complaints.extend(ended.complaint(2, &[name, reason]));
+            // One line says the cause once.
+            if ended.error().matches("os error").count() > 1 {
+                complaints.push(format!("the cause is there twice: {ended}"));
+            }
+        }
+    }
+    let all = complaints.join("\n");
+    assert!(all.is_empty(), "{} complaints:\n{all}", complaints.len());
+    assert_eq!(place.files(), before);
+}
+
+#[test]
+fn a_target_that_cannot_be_written_is_refused_by_its_name() {
+    let place = with_log();
+    let before = place.files();
+    for line in [
+        "log export run/relax.mcap run/relax.csv/new",
+        "log recover run/relax.mcap run/relax.csv/new",
+        "log plot run/relax.mcap --out run/relax.csv/new",
+    ] {
+        let ended = place.run(line).refused(2, &["run/relax.csv/new"]);
+        assert!(!ended.error().contains("host-cli-tmp"), "{ended}");
+        assert_eq!(ended.error().matches("os error").count(), 1, "{ended}");
+    }
+    assert_eq!(place.files(), before);
+}
+
+#[test]
+fn a_log_cut_anywhere_is_recovered() {
+    let place = with_log();
+    let whole = place.read("run/relax.mcap");
+    place.run("log export run/relax.mcap whole.csv").succeeded();
+    let all = place.text("whole.csv");
+    let mut random = Pcg64::seed_from_u64(2);
+    let mut most = 0;
+    for _ in 0..20 {
+        // From an empty file's next byte to all but one.
+        let length = 1 + (random.next_u64() % (whole.len() as u64 - 1)) as usize;
+        let cut = Place::new();
+        cut.write("cut.mcap.part", &whole[..length]);
+
+        let check = cut.run("log check cut.mcap.part").failed(4);
+        assert!(check.error().contains("log recover"), "{check}");
+        let recovered = cut.run("log recover cut.mcap.part --json").failed(4);
+        assert!(recovered.error().contains("cut.mcap.part"), "{recovered}");
+        let summary = recovered.json();
+        assert_eq!(summary["log"], "cut.recovered.mcap");
+        assert_eq!(summary["complete"], Value::from(false));
+        assert!(
+            cut.read("cut.mcap.part") == whole[..length],
+            "the cut log is left as it is"
+        );
+
+        // What was saved is whole, and the start of what there was.
+        let check = cut.run("log check cut.recovered.mcap --json").succeeded();
+        assert_eq!(check.json()["samples"], summary["samples"]);
+        cut.run("log export cut.recovered.mcap saved.csv")
+            .succeeded();
+        assert!(all.starts_with(&cut.text("saved.csv")), "{length} bytes");
+
+        // The file shrinks by chunks of 100 samples, so little more than one is lost beyond the cut.
+        let samples = number(&summary, "samples") as usize;
+        let share = 3001 * length / whole.len();
+        assert!(
+            samples + 300 >= share,
+            "{samples} samples from {length} of {} bytes",
+            whole.len()
+        );
+        most = most.max(samples);
+    }
+    assert!(most > 1500, "no cut left much: {most} samples");
+}
+
+#[test]
+fn a_damaged_byte_is_found_and_the_rest_is_saved() {
+    let place = with_log();
+    let bytes = place.read("run/relax.mcap");
+    let mut gaps = 0;
+    // Somewhere in the chunks; the first and the last tenth hold other records too.
+    for tenth in 1..=8 {
+        let mut bad = bytes.clone();
+        bad[bytes.len() * tenth / 10] ^= 0x55;
+        place.write("bad.mcap", &bad);
+        let check = place.run("log check bad.mcap --json").failed(4).json();
+        assert_eq!(check["complete"], Value::from(false), "{tenth}");
+        let samples = number(&check, "samples");
+        let saved = format!("log recover bad.mcap saved-{tenth}.mcap --json");
+        let saved = place.run(&saved).failed(4).json();
+        assert_eq!(number(&saved, "samples"), samples, "{tenth}");
+        // A chunk is 100 samples. The byte may lie in an index and cost none.
+        let missing = 3001 - samples as u64;
+        assert!(missing == 0 || missing == 100, "{tenth}: {missing}");
+        if missing > 0 {
+            // The new log is whole but for the gap, and check says so.
+            let check = format!("log check saved-{tenth}.mcap --json");
+            let check = place.run(&check).failed(4).json();
+            assert_eq!(check["complete"], Value::from(true), "{tenth}");
+            assert_eq!(check["gaps"][0]["missing"], Value::from(missing));
+            gaps += 1;
+        }
+    }
+    assert!(gaps > 3, "most bytes are in chunks: {gaps}");
+}
+
+#[test]
+fn recovering_a_whole_log_loses_nothing() {
+    let place = with_log();
+    let saved = place.run("log recover run/relax.mcap copy.mcap --json");
+    let saved = saved.succeeded().json();
+    assert_eq!(saved["complete"], Value::from(true));
+    assert_eq!(saved["missing"], Value::Array(Vec::new()));
+    place.run("log export run/relax.mcap a.csv").succeeded();
+    place.run("log export copy.mcap b.csv").succeeded();
+    assert!(place.read("a.csv") == place.read("b.csv"));
+}
+
+#[test]
+fn a_cut_log_is_exported_and_drawn_as_far_as_it_goes() {
+    let place = with_log();
+    let bytes = place.read("run/relax.mcap");
+    place.write("cut.mcap", &bytes[..bytes.len() / 2]);
+    for command in ["export", "plot"] {
+        let ended = place.run(&format!("log {command} cut.mcap --json"));
+        let ended = ended.failed(4);
+        assert!(ended.error().contains("not whole"), "{ended}");
+        assert_eq!(ended.json()["complete"], Value::from(false));
+    }
+    let info = place.run("log info cut.mcap").succeeded();
+    assert!(info.stdout.contains("cut off or damaged"), "{info}");
+}

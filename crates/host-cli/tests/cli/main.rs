@@ -1,0 +1,10 @@
+//! The command line as a user meets it: the real binary, run as a process.
+
+#![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
+
+mod data;
+mod experiments;
+mod interrupted;
+mod log;
+mod process;
+mod refusals;

@@ -1,0 +1,241 @@
+//! Runs the binary in a folder of its own and judges how it ended.
+
+use std::ffi::OsStr;
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// No command of these tests takes a tenth of this, even on a busy machine.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
+
+/// A fresh folder that commands run in; gone when dropped.
+pub(crate) struct Place(tempfile::TempDir);
+
+/// A command that has ended.
+pub(crate) struct Ended {
+    command: String,
+    pub(crate) code: Option<i32>,
+    pub(crate) stdout: String,
+    pub(crate) stderr: String,
+}
+
+/// The binary, ready for arguments.
+pub(crate) fn binary() -> &'static Path {
+    assert_cmd::cargo::cargo_bin!("host-cli")
+}
+
+/// Splits at blanks; no argument of these tests holds one.
+pub(crate) fn words(line: &str) -> Vec<&str> {
+    line.split_whitespace().collect()
+}
+
+impl Place {
+    pub(crate) fn new() -> Self {
+        Self(tempfile::tempdir().expect("a temporary folder"))
+    }
+
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    /// Runs `host-cli LINE` here.
+    pub(crate) fn run(&self, line: &str) -> Ended {
+        self.run_with(line, &[])
+    }
+
+    /// Runs `host-cli LINE` here, with `input` on standard input.
+    pub(crate) fn run_with(&self, line: &str, input: &[u8]) -> Ended {
+        self.run_arguments(&words(line), input)
+    }
+
+    /// Runs `host-cli ARGUMENTS` here.
+    pub(crate) fn run_arguments(&self, arguments: &[impl AsRef<OsStr>], input: &[u8]) -> Ended {
+        let mut command = assert_cmd::Command::new(binary());
+        let command = command.args(arguments).current_dir(self.0.path());
+        let output = command.write_stdin(input).timeout(PATIENCE).output();
+        Ended::new(
+            format!("{command:?}"),
+            &output.expect("the binary runs and ends in time"),
+        )
+    }
+
+    /// Runs a shell script here; `$0` is the binary.
+    pub(crate) fn shell(&self, script: &str) -> Ended {
+        let mut command = assert_cmd::Command::new("sh");
+        let command = command.args(["-c", script]).arg(binary());
+        let command = command.current_dir(self.0.path()).timeout(PATIENCE);
+        let output = command.output().expect("sh runs and ends in time");
+        Ended::new(script.to_owned(), &output)
+    }
+
+    pub(crate) fn write(&self, name: &str, content: impl AsRef<[u8]>) {
+        std::fs::write(self.path(name), content).expect("writes");
+    }
+
+    pub(crate) fn read(&self, name: &str) -> Vec<u8> {
+        std::fs::read(self.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+    }
+
+    pub(crate) fn text(&self, name: &str) -> String {
+        String::from_utf8(self.read(name)).expect("UTF-8")
+    }
+
+    /// All files and folders here, by path, in order.
+    pub(crate) fn files(&self) -> Vec<String> {
+        fn walk(folder: &Path, prefix: &str, found: &mut Vec<String>) {
+            for entry in std::fs::read_dir(folder).expect("lists") {
+                let entry = entry.expect("lists");
+                let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
+                if entry.path().is_dir() {
+                    found.push(format!("{name}/"));
+                    walk(&entry.path(), &format!("{name}/"), found);
+                } else {
+                    found.push(name);
+                }
+            }
+        }
+        let mut found = Vec::new();
+        walk(self.0.path(), "", &mut found);
+        found.sort();
+        found
+    }
+}
+
+impl Ended {
+    pub(crate) fn new(command: String, output: &std::process::Output) -> Self {
+        Self {
+            command,
+            code: output.status.code(),
+            stdout: String::from_utf8(output.stdout.clone()).expect("standard output is UTF-8"),
+            stderr: String::from_utf8(output.stderr.clone()).expect("standard error is UTF-8"),
+        }
+    }
+
+    /// Exit code 0 and nothing on standard error, not even a warning.
+    pub(crate) fn succeeded(self) -> Self {
+        let warned = self.succeeded_with_warnings();
+        assert_eq!(warned.stderr, "", "{warned}");
+        warned
+    }
+
+    /// Exit code 0; on standard error nothing but warnings.
+    pub(crate) fn succeeded_with_warnings(self) -> Self {
+        assert_eq!(self.code, Some(0), "{self}");
+        assert!(self.strange_line().is_none(), "{self}");
+        self
+    }
+
+    /// This exit code, and one line that starts with `error: ` at the end of standard error.
+    pub(crate) fn failed(self, code: i32) -> Self {
+        if let Some(complaint) = self.fault_in_failure(code) {
+            panic!("{complaint}: {self}");
+        }
+        self
+    }
+
+    /// What is wrong with this failure, if anything: the exit code, or an error that is not exactly one
+    /// line `error: …` behind warnings.
+    fn fault_in_failure(&self, code: i32) -> Option<String> {
+        let is_error = |line: &&str| line.starts_with("error: ");
+        let errors = self.stderr.lines().filter(is_error).count();
+        if self.code != Some(code) {
+            Some(format!("exit code is {:?}, not {code}", self.code))
+        } else if let Some(line) = self.strange_line() {
+            Some(format!("\"{line}\" is neither error nor warning"))
+        } else if errors != 1 || !self.error().starts_with("error: ") {
+            Some(format!("{errors} errors, wanted one at the end"))
+        } else {
+            None
+        }
+    }
+
+    /// As [`failed`](Self::failed), with all of `words` in the error and nothing on standard output;
+    /// what is wrong with it otherwise.
+    pub(crate) fn complaint(&self, code: i32, words: &[&str]) -> Option<String> {
+        let missing = || words.iter().find(|word| !self.error().contains(**word));
+        if let Some(fault) = self.fault_in_failure(code) {
+            Some(format!("{fault}: {self}"))
+        } else if !self.stdout.is_empty() {
+            Some(format!("something on standard output: {self}"))
+        } else {
+            missing().map(|word| format!("the error does not say \"{word}\": {self}"))
+        }
+    }
+
+    /// As [`complaint`](Self::complaint), but panics.
+    pub(crate) fn refused(self, code: i32, words: &[&str]) -> Self {
+        if let Some(complaint) = self.complaint(code, words) {
+            panic!("{complaint}");
+        }
+        self
+    }
+
+    /// The last line of standard error.
+    pub(crate) fn error(&self) -> &str {
+        self.stderr.lines().last().unwrap_or("")
+    }
+
+    /// A line of standard error that is neither error nor warning.
+    fn strange_line(&self) -> Option<&str> {
+        let known = |line: &str| line.starts_with("error: ") || line.starts_with("warning: ");
+        self.stderr.lines().find(|line| !known(line))
+    }
+
+    /// The one JSON object on standard output.
+    pub(crate) fn json(&self) -> serde_json::Value {
+        assert_eq!(self.stdout.lines().count(), 1, "one line: {self}");
+        assert!(self.stdout.ends_with('\n'), "{self}");
+        let value: serde_json::Value = serde_json::from_str(&self.stdout)
+            .unwrap_or_else(|error| panic!("not JSON, {error}: {self}"));
+        assert!(value.is_object(), "{self}");
+        value
+    }
+
+    /// The CSV on standard output; see [`table`].
+    pub(crate) fn table(&self, header: &str) -> Vec<Vec<f64>> {
+        table(&self.stdout, header)
+    }
+}
+
+impl fmt::Display for Ended {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            command,
+            code,
+            stdout,
+            stderr,
+        } = self;
+        // Enough to see what happened; a table may have a million lines.
+        let start: String = stdout.chars().take(2000).collect();
+        write!(
+            f,
+            "\n$ {command}\nexit code {code:?}\nstdout: {start}\nstderr: {stderr}"
+        )
+    }
+}
+
+/// The rows of a CSV text that has this header and numbers only.
+pub(crate) fn table(text: &str, header: &str) -> Vec<Vec<f64>> {
+    let mut lines = text.lines();
+    assert_eq!(lines.next(), Some(header), "header");
+    let cell = |cell: &str| {
+        cell.parse()
+            .unwrap_or_else(|_| panic!("\"{cell}\" is a number"))
+    };
+    lines
+        .map(|line| line.split(',').map(cell).collect())
+        .collect()
+}
+
+/// A number in a JSON object.
+pub(crate) fn number(object: &serde_json::Value, key: &str) -> f64 {
+    object[key]
+        .as_f64()
+        .unwrap_or_else(|| panic!("{key} is a number: {object}"))
+}
+
+/// A check that cannot be done here. Where `REQUIRE_ALL_CHECKS` is set, as in CI, that is a failure.
+pub(crate) fn skip(why: &str) {
+    assert!(std::env::var_os("REQUIRE_ALL_CHECKS").is_none(), "{why}");
+    println!("skipped: {why}");
+}
