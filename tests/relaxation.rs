@@ -62,7 +62,7 @@ fn full<F: Real>() -> FullMemory<F, 16, 32> {
     FullMemory::new(&design, T).expect("valid")
 }
 
-/// Force by the definition: (A/ℓ)·η·T^(−μ)·Σ c_j·x[n−j] at sample n.
+/// Force by the definition: `(A/ℓ)·η·T^(−μ)·Σ c_j·x[n−j]` at sample n.
 fn defining_sum(positions: &[f64], n: usize, weights: &[f64]) -> f64 {
     let sum: f64 = (0..=n)
         .rev()
