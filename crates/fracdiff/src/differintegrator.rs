@@ -15,7 +15,8 @@ use core::fmt::Debug;
 /// - *Start-up*: [`at_rest`](Self::at_rest) is a signal that was zero for ever.
 /// - *Not finite*: a NaN or infinity in x is never hidden. It makes that output, and S from then
 ///   on, not finite: for the memory's length in a finite memory ([`ShortMemory`](crate::ShortMemory),
-///   [`MuirPolynomial`](crate::MuirPolynomial)), until the history is reset in all others.
+///   [`MuirPolynomial`](crate::MuirPolynomial)), until the history is reset in all others (of a whole
+///   order, at most as many samples as they have taps or coefficients).
 pub trait Differintegrator<F: Real> {
     /// What one signal leaves behind.
     type History: Clone + Debug;
@@ -47,7 +48,7 @@ pub trait Differintegrator<F: Real> {
         y
     }
 
-    /// Number of past samples that reach the output: `None` if all of them do.
+    /// Number of samples, the newest included, that reach the output: `None` if all of them do.
     fn memory_length(&self) -> Option<usize>;
 }
 

@@ -36,11 +36,19 @@ impl Order {
     /// μ = n + φ with the integer n towards zero and |φ| < 1: `(n, φ)`.
     ///
     /// Recursive and full-memory operators take the integer part n exactly, by differences or
-    /// accumulation, and approximate only the fractional part φ.
+    /// accumulation, and approximate only the fractional part φ. A |φ| below 1e-300 counts as 0.
     #[must_use]
     pub fn split(self) -> (i32, f64) {
+        /// Smallest fraction that is one: below, sin πφ is no normal number any more.
+        const LEAST: f64 = 1e-300;
         let integer = libm::trunc(self.0);
-        (integer as i32, self.0 - integer)
+        let fraction = self.0 - integer;
+        let fraction = if fraction.abs() < LEAST {
+            0.0
+        } else {
+            fraction
+        };
+        (integer as i32, fraction)
     }
 }
 

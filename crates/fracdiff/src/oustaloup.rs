@@ -18,9 +18,9 @@ use num_complex::Complex;
 /// (1 − w)^n T^(−n).
 ///
 /// - *Units*: as [`ShortMemory`](crate::ShortMemory); corners in Hz, ω = 2πf.
-/// - *Accuracy*: with two sections a decade within 2 % from a decade and a half inside either corner;
-///   one decade inside it is 5 %, the edge of the band, whatever the number of sections. Outside the
-///   band the gain is flat: no memory beyond about 1/`ω_l`. The Tustin rule bends the top decade below
+/// - *Accuracy*: with two sections a decade about 3.5 %·|φ| at a decade and a half inside either
+///   corner, and 10 %·|φ| at one decade, the edge of the band, whatever the number of sections.
+///   Outside the band the gain is flat: no memory beyond about 1/`ω_l`. The Tustin rule bends the top decade below
 ///   half the sample rate.
 /// - *Why sections*: poles lie close together on a logarithmic scale; one polynomial of degree m
 ///   would lose them to rounding, a cascade does not.

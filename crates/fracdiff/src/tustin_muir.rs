@@ -18,7 +18,8 @@ use num_complex::Complex;
 ///   poles are too. This is why the integer part is taken by differences (or sums): at |φ| ≥ 1
 ///   the recursion would ring for ever or grow.
 /// - *Accuracy*: good in the middle of the band, from about π/m to π/2 rad/sample; at rest the gain is
-///   not zero but about m^(−φ), so it forgets a slow relaxation.
+///   not zero but (4/(m + 1))^φ·Γ((1 + φ)/2)/Γ((1 − φ)/2) for odd m and large, so it forgets a slow
+///   relaxation.
 /// - *Start-up*: zero for ever before. *Not finite*: spoils all outputs until reset.
 /// - *Cost*: `output` one multiply-add, `advance` 2m. Memory m samples.
 ///

@@ -1,6 +1,6 @@
 //! Virtual environments: control laws from position to force.
 
-use crate::error::{ParameterError, not_negative};
+use crate::error::{ParameterError, not_negative, rounded};
 use crate::units::Metres;
 use core::array;
 use core::fmt::Debug;
@@ -49,11 +49,13 @@ impl<F: Real, O: Differintegrator<F>> SpringDamper<F, O> {
     /// K in N/m and B in N·s^μ/m. Plain numbers, because the unit of B depends on μ.
     ///
     /// # Errors
-    /// Both must be finite and at least zero.
+    /// Both must be finite and at least zero, in the precision of the loop too.
     pub fn new(stiffness: f64, dissipation: f64, operator: O) -> Result<Self, ParameterError> {
+        not_negative("stiffness", stiffness, "N/m")?;
+        not_negative("dissipation", dissipation, "N·s^μ/m")?;
         Ok(Self {
-            stiffness: F::from_f64(not_negative("stiffness", stiffness, "N/m")?),
-            dissipation: F::from_f64(not_negative("dissipation", dissipation, "N·s^μ/m")?),
+            stiffness: rounded("stiffness", stiffness, "N/m")?,
+            dissipation: rounded("dissipation", dissipation, "N·s^μ/m")?,
             operator,
         })
     }
@@ -144,8 +146,14 @@ impl<F: Real, E: Environment<F, 1>, const D: usize> Contact<F, E, D> {
         for (&n, &x) in self.normal.iter().zip(position_m.iter()) {
             depth += n * x;
         }
-        // Written so that a NaN stays a NaN.
-        SVector::from([if depth < F::ZERO { F::ZERO } else { depth }])
+        SVector::from([if !depth.is_finite() {
+            // Even −∞, which is outside, must reach the safety chain.
+            F::from_f64(f64::NAN)
+        } else if depth < F::ZERO {
+            F::ZERO
+        } else {
+            depth
+        }])
     }
 }
 

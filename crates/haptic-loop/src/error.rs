@@ -1,6 +1,7 @@
 //! Parameters outside their documented range.
 
 use core::fmt;
+use fracdiff::Real;
 
 /// A parameter outside its documented range: name, rejected value, allowed range, unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,6 +67,24 @@ fn range(
             unit,
         })
     }
+}
+
+/// Rounds a checked value to the loop's precision; refuses one that overflows or vanishes there.
+pub(crate) fn rounded<F: Real>(
+    what: &'static str,
+    value: f64,
+    unit: &'static str,
+) -> Result<F, ParameterError> {
+    let rounded = F::from_f64(value);
+    let kept = rounded.is_finite() && (rounded.abs() > F::ZERO || value.abs() == 0.0);
+    range(
+        what,
+        value,
+        kept,
+        "within the range of the loop's number type, in",
+        unit,
+    )?;
+    Ok(rounded)
 }
 
 /// Accepts a finite value above zero.

@@ -9,7 +9,7 @@
 //! - *Rate limit*: |f\[n\] − f\[n−1\]| ≤ rate·T per axis.
 //! - *Start-up*: zero force. *Cost*: a few comparisons per axis; no allocation, no panic.
 
-use crate::error::{ParameterError, positive};
+use crate::error::{ParameterError, positive, rounded};
 use crate::units::{Newtons, NewtonsPerSecond, Seconds};
 use fracdiff::Real;
 use nalgebra::SVector;
@@ -134,7 +134,7 @@ impl<F: Real> SafetyChain<F> {
     /// A chain for the largest force per axis, the largest rate, and the sample time.
     ///
     /// # Errors
-    /// Each must be finite and above zero.
+    /// Each must be finite and above zero, in the precision of the loop too.
     pub fn new(
         force: Newtons,
         rate: NewtonsPerSecond,
@@ -144,8 +144,8 @@ impl<F: Real> SafetyChain<F> {
         let rate = positive("force rate limit", rate.0, "N/s")?;
         let sample_time = positive("sample time", sample_time.0, "s")?;
         Ok(Self {
-            magnitude: F::from_f64(magnitude),
-            step: F::from_f64(rate * sample_time),
+            magnitude: rounded("force limit", magnitude, "N")?,
+            step: rounded("force step of a sample", rate * sample_time, "N")?,
         })
     }
 

@@ -70,6 +70,11 @@ fn limits_must_be_finite_and_above_zero() {
         assert!(SafetyChain::<f32>::new(Newtons(1.0), NewtonsPerSecond(bad), T).is_err());
         assert!(SafetyChain::<f32>::new(Newtons(1.0), good, Seconds(bad)).is_err());
     }
+    // Beyond single precision: infinite, or a rate that would never let go.
+    let rate = NewtonsPerSecond(1.0);
+    assert!(SafetyChain::<f32>::new(Newtons(1e39), rate, T).is_err());
+    assert!(SafetyChain::<f32>::new(Newtons(1.0), NewtonsPerSecond(1e45), T).is_err());
+    assert!(SafetyChain::<f32>::new(Newtons(1.0), NewtonsPerSecond(1e-45), T).is_err());
 }
 
 /// Hands out given positions and keeps the forces.

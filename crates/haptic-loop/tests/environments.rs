@@ -106,8 +106,10 @@ fn a_slanted_plane_pushes_along_its_normal() {
 #[test]
 fn a_position_that_is_not_a_number_is_not_hidden_by_a_contact() {
     let contact = Contact::at(Metres(0.0), wall(1000.0, 3.0, 0.5)).expect("valid");
-    let force = contact.force(&contact.at_rest(), &vector![f64::NAN]);
-    assert!(force[0].is_nan());
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        let force = contact.force(&contact.at_rest(), &vector![bad]);
+        assert!(!force[0].is_finite(), "{bad}: {force}");
+    }
 }
 
 #[test]
@@ -166,6 +168,10 @@ fn bad_parameters_are_refused_with_name_value_range_and_unit() {
     let steep = Tissue::new(Pascals(1.0), 1.0, order(1.5)).map(drop);
     assert_eq!(message(steep), "order of a tissue 1.5 is not in [0, 1]");
     assert!(Tissue::new(Pascals(0.0), 0.0, order(0.5)).is_err());
+    // Finite in f64, infinite in f32.
+    let single = ShortMemory::<f32, 8>::new(order(0.5), T).expect("valid");
+    assert!(SpringDamper::new(1e39, 0.0, single.clone()).is_err());
+    assert!(SpringDamper::new(0.0, 1e39, single).is_err());
     assert!(Contact::new([0.0, 0.0], Metres(0.0), wall(1.0, 0.0, 0.5)).is_err());
     assert!(Contact::at(Metres(f64::INFINITY), wall(1.0, 0.0, 0.5)).is_err());
 }

@@ -14,7 +14,7 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
     /// min_w Σ_j (Σ_q w_q·e^(−j·s_q)/|c_j| − 1)²,   w_q ≥ 0
     /// ```
     /// Most weights of such a fit come out as exactly zero; their modes are dropped. At 1e-6 over a
-    /// day at 1 kHz this leaves about three quarters of
+    /// day at 1 kHz this leaves about nine tenths of
     /// [`closed_form`](Self::closed_form), which is returned where it is no worse.
     /// Parameters and errors as there. *Cost*: some ten milliseconds.
     ///
