@@ -37,4 +37,4 @@ pub use short_memory::{ShortHistory, ShortMemory};
 #[cfg(feature = "alloc")]
 pub use short_memory::{ShortHistoryVec, ShortMemoryVec};
 pub use tustin_muir::{TustinMuir, TustinMuirHistory};
-pub use weights::{grunwald_weight, grunwald_weights};
+pub use weights::{grunwald_weight, grunwald_weights, piecewise_linear_weight};

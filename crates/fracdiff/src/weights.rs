@@ -82,15 +82,22 @@ fn stirling_correction(x: f64) -> f64 {
     (1.0 / 12.0 + r * (-1.0 / 360.0 + series)) / x
 }
 
-/// Weight j of D^μ applied exactly to the piecewise-linear interpolation of the samples, T = 1,
-/// −2 ≤ μ < 1: the Caputo L1 kernel and, for negative orders, the product trapezoidal rule.
+/// Weight j of D^μ applied exactly to the piecewise-linear interpolation of the samples, T = 1, for
+/// −2 ≤ μ < 1: the Caputo L1 kernel and, for negative orders, the product trapezoidal rule. `None` for
+/// μ ≥ 1, where a straight line has no such derivative at its corners.
 ///
 /// ```text
 /// c₀ = 1/Γ(2 − μ),   c_j = [(j + 1)^p − 2 j^p + (j − 1)^p] / Γ(2 − μ),   p = 1 − μ
 /// ```
 /// Source: K. Diethelm, *The Analysis of Fractional Differential Equations*, Springer, 2010,
 /// appendix C; K. B. Oldham and J. Spanier, *The Fractional Calculus*, 1974, eq. 8.2.4.
-pub(crate) fn piecewise_linear_weight(order: f64, lag: f64) -> f64 {
+/// Relative error below 1e-10 for lags up to 32, below 1e-13 beyond.
+#[must_use]
+pub fn piecewise_linear_weight(order: Order, lag: u64) -> Option<f64> {
+    (order.get() < 1.0).then(|| piecewise_linear_closed_form(order.get(), lag as f64))
+}
+
+pub(crate) fn piecewise_linear_closed_form(order: f64, lag: f64) -> f64 {
     central_difference(2, 1.0 - order, lag) / libm::tgamma(2.0 - order)
 }
 

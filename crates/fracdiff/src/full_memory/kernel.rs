@@ -1,7 +1,9 @@
 //! The two kernels a full memory can have: their weights, and the densities they are moments of.
 
 use crate::Order;
-use crate::weights::{grunwald_closed_form, piecewise_linear_increment, piecewise_linear_weight};
+use crate::weights::{
+    grunwald_closed_form, piecewise_linear_closed_form, piecewise_linear_increment,
+};
 use core::f64::consts::PI;
 
 /// What the samples are taken for, and so which weights the memory has.
@@ -64,7 +66,7 @@ impl Core {
         match self.kind {
             CoreKind::Grunwald => grunwald_closed_form(fraction, lag),
             CoreKind::Linear if self.is_finite() => f64::from(u8::from(lag == 0.0)),
-            CoreKind::Linear => piecewise_linear_weight(fraction, lag),
+            CoreKind::Linear => piecewise_linear_closed_form(fraction, lag),
             // r_j of the double integral, exactly: (1 + 4w + w²)/6 behind two sums.
             CoreKind::LinearIncrement if self.integer == -2 => match lag {
                 0.0 | 2.0 => 1.0 / 6.0,
