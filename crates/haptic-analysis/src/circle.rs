@@ -1,0 +1,305 @@
+//! The characteristic function on the unit circle, and the certified count of its zeros inside.
+//!
+//! ```text
+//! F(w)·D(w) = A·D + S·(αD + βN),   P = N/D,   S = w^(d+1)(n₁ + n₀w),   w = e^(−jθ)
+//! zeros in |w| < 1 = −(1/π)·Δarg F·D over 0 ≤ θ ≤ π
+//! ```
+//! *Certificate*: between two samples a and b the curve stays within the ellipse with foci G(a) and
+//! G(b) whose long axis is the length L of the path. If |G(a)| + |G(b)| > L the ellipse does not hold
+//! 0, so the argument changes by exactly that of G(b)/G(a). L is bounded by the travel of every
+//! factor, or by |G′| at the ends and a bound of |G″|, whichever is less. Where neither suffices the
+//! interval is halved; so no loop of the curve is too narrow to be seen.
+
+use crate::curve::{Bounds, Jet, Place, product};
+use crate::operator::OperatorNode;
+use crate::{LoopOperator, SampledPlant};
+use core::f64::consts::PI;
+use num_complex::Complex;
+
+/// Plant, operator and delay: the loop without α and β.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Characteristic<'a> {
+    pub(crate) plant: SampledPlant,
+    pub(crate) operator: &'a LoopOperator,
+    pub(crate) delay: usize,
+}
+
+/// Everything known at one angle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Node {
+    pub(crate) place: Place,
+    /// A.
+    pub(crate) plant: Jet,
+    /// S = w^(d+1)(n₁ + n₀w).
+    pub(crate) gain: Jet,
+    pub(crate) operator: OperatorNode,
+    /// A·D, S·D, S·N: G = terms · (1, α, β).
+    pub(crate) terms: [Jet; 3],
+    /// Rounding error of the first term is this many ε.
+    rough: f64,
+}
+
+/// Bounds of the three terms over an interval.
+#[derive(Clone, Copy, Debug)]
+struct Span {
+    travel: [f64; 3],
+    bend: [f64; 3],
+}
+
+/// What the count found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Count {
+    /// Zeros in |w| < 1; `None` if F vanishes on the circle itself, within the tolerance.
+    pub(crate) zeros: Option<usize>,
+    /// The least |F|/(n₁ + n₀) met.
+    pub(crate) closest: f64,
+    /// Where.
+    pub(crate) theta: f64,
+}
+
+impl<'a> Characteristic<'a> {
+    pub(crate) fn node(&self, theta: f64) -> Node {
+        let place = Place::new(theta);
+        let turn = place.w * Complex::new(0.0, 1.0); // dv/dθ = jw
+        let [a0, a1, a2] = self.plant.denominator_in_v();
+        let plant = Jet {
+            value: (place.v * a2 + a1) * place.v + a0,
+            rate: (place.v * (2.0 * a2) + a1) * turn,
+        };
+        let (n0, sum) = (self.plant.n0(), self.plant.numerator_sum());
+        let delays = place.w_to(self.delay + 1);
+        // n₁ + n₀w = (n₁ + n₀) − n₀v
+        let value = delays * (-place.v * n0 + sum);
+        let count = (self.delay + 1) as f64;
+        let gain = Jet {
+            value,
+            rate: value * Complex::new(0.0, -count) - delays * turn * n0,
+        };
+        let operator = self.operator.node(&place);
+        let (above, below) = (operator.numerator, operator.denominator);
+        let terms = if self.operator.has_denominator() {
+            [plant.times(below), gain.times(below), gain.times(above)]
+        } else {
+            [plant, gain, gain.times(above)]
+        };
+        let size = a0.abs() + a1.abs() * place.size_v + a2 * place.size_v * place.size_v;
+        Node {
+            place,
+            plant,
+            gain,
+            operator,
+            terms,
+            rough: size * below.value.norm(),
+        }
+    }
+
+    pub(crate) fn plant_bounds(&self, a: &Node, b: &Node) -> Bounds {
+        let width = b.place.theta - a.place.theta;
+        let [_, a1, a2] = self.plant.denominator_in_v();
+        let rate = a1.abs() + 2.0 * a2 * b.place.size_v;
+        Bounds::from_ends(&a.plant, &b.plant, width, rate, rate + 2.0 * a2)
+    }
+
+    pub(crate) fn gain_bounds(&self, a: &Node, b: &Node) -> Bounds {
+        let width = b.place.theta - a.place.theta;
+        let (n1, n0) = (self.plant.n1(), self.plant.n0().abs());
+        let (first, second) = ((self.delay + 1) as f64, (self.delay + 2) as f64);
+        let rate = first * n1 + second * n0;
+        let bend = first * first * n1 + second * second * n0;
+        Bounds::from_ends(&a.gain, &b.gain, width, rate, bend)
+    }
+
+    pub(crate) fn operator_bounds(&self, a: &Node, b: &Node) -> [Bounds; 2] {
+        self.operator
+            .bounds((&a.place, &a.operator), (&b.place, &b.operator))
+    }
+
+    /// Of the three terms over an interval.
+    pub(crate) fn bounds(&self, a: &Node, b: &Node) -> [Bounds; 3] {
+        let plant = self.plant_bounds(a, b);
+        let gain = self.gain_bounds(a, b);
+        let [above, below] = self.operator_bounds(a, b);
+        if self.operator.has_denominator() {
+            [plant.times(below), gain.times(below), gain.times(above)]
+        } else {
+            [plant, gain, gain.times(above)]
+        }
+    }
+
+    fn span(&self, a: &Node, b: &Node) -> Span {
+        let terms = self.bounds(a, b);
+        Span {
+            travel: terms.map(|term| term.travel),
+            bend: terms.map(|term| term.bend),
+        }
+    }
+
+    /// Angles to begin with: fine towards rest, where everything slow happens.
+    pub(crate) fn first_angles() -> impl Iterator<Item = f64> {
+        let slow = (0..12).map(|k| libm::ldexp(PI / 64.0, k - 12));
+        let fast = (1..=64).map(|k| PI * f64::from(k) / 64.0);
+        core::iter::once(0.0).chain(slow).chain(fast)
+    }
+
+    /// The circle, sampled once for any number of counts.
+    pub(crate) fn circle(&self) -> Circle<'a> {
+        let nodes: Vec<Node> = Self::first_angles().map(|theta| self.node(theta)).collect();
+        let spans = nodes
+            .windows(2)
+            .map(|pair| self.span(&pair[0], &pair[1]))
+            .collect();
+        Circle {
+            characteristic: *self,
+            nodes,
+            spans,
+        }
+    }
+}
+
+impl Node {
+    pub(crate) fn theta(&self) -> f64 {
+        self.place.theta
+    }
+
+    /// G = A·D + S(αD + βN).
+    pub(crate) fn value(&self, alpha: f64, beta: f64) -> Complex<f64> {
+        let [one, stiff, fractional] = &self.terms;
+        one.value + stiff.value * alpha + fractional.value * beta
+    }
+
+    fn rate(&self, alpha: f64, beta: f64) -> f64 {
+        let [one, stiff, fractional] = &self.terms;
+        if beta == 0.0 {
+            return (one.rate + stiff.rate * alpha).norm();
+        }
+        let rate = (one.rate + stiff.rate * alpha + fractional.rate * beta).norm();
+        if rate.is_nan() { f64::INFINITY } else { rate }
+    }
+
+    /// An estimate of the rounding error of the value.
+    fn noise(&self, alpha: f64, beta: f64) -> f64 {
+        let stiff = alpha * self.terms[1].value.norm();
+        // A polynomial that cancels to nothing still has errors of its terms, about 1.
+        let fractional = beta * (self.terms[2].value.norm() + self.gain.value.norm());
+        8.0 * f64::EPSILON * (self.rough + stiff + fractional)
+    }
+}
+
+impl Span {
+    /// A bound of the length of G's path.
+    fn path(&self, a: &Node, b: &Node, alpha: f64, beta: f64) -> f64 {
+        let sum = |terms: &[f64; 3]| terms[0] + product(alpha, terms[1]) + product(beta, terms[2]);
+        let width = b.theta() - a.theta();
+        let ends = a.rate(alpha, beta) + b.rate(alpha, beta);
+        let by_bend = 0.5 * width * (ends + 0.5 * width * sum(&self.bend));
+        sum(&self.travel).min(by_bend)
+    }
+}
+
+/// Samples of the circle that all counts for one plant, operator and delay share.
+#[derive(Clone, Debug)]
+pub(crate) struct Circle<'a> {
+    pub(crate) characteristic: Characteristic<'a>,
+    nodes: Vec<Node>,
+    spans: Vec<Span>,
+}
+
+impl Circle<'_> {
+    /// Zeros of F in |w| < 1. On the circle if some |F| ≤ `tolerance`·(n₁ + n₀), or
+    /// is no more than rounding error.
+    ///
+    /// Cost: about 80 evaluations of three multiply-adds, and a full node wherever F is so small that
+    /// an interval has to be halved: some ten for each decade.
+    pub(crate) fn count(&self, alpha: f64, beta: f64, tolerance: f64) -> Count {
+        let mut count = Counter {
+            circle: self,
+            alpha,
+            beta,
+            limit: tolerance * self.characteristic.plant.numerator_sum(),
+            turned: 0.0,
+            touched: false,
+            closest: f64::INFINITY,
+            theta: 0.0,
+        };
+        let mut last = count.sample(&self.nodes[0]);
+        for (pair, span) in self.nodes.windows(2).zip(&self.spans) {
+            let next = count.sample(&pair[1]);
+            count.advance((&pair[0], last), (&pair[1], next), span, 0);
+            last = next;
+            if count.touched {
+                break;
+            }
+        }
+        let zeros = -count.turned / PI;
+        // A whole number, unless some rounding error was larger than it should be.
+        let whole = zeros.round();
+        let zeros = (!count.touched && whole >= 0.0 && (zeros - whole).abs() < 0.1)
+            .then_some(whole as usize);
+        Count {
+            zeros,
+            closest: count.closest / self.characteristic.plant.numerator_sum(),
+            theta: count.theta,
+        }
+    }
+}
+
+/// One walk round the half circle.
+struct Counter<'a, 'b> {
+    circle: &'a Circle<'b>,
+    alpha: f64,
+    beta: f64,
+    limit: f64,
+    turned: f64,
+    touched: bool,
+    closest: f64,
+    theta: f64,
+}
+
+/// Halvings of a first interval, π/64, after which it is 1e-20 rad wide.
+const DEPTH: u32 = 60;
+
+impl Counter<'_, '_> {
+    fn sample(&mut self, node: &Node) -> Complex<f64> {
+        let value = node.value(self.alpha, self.beta);
+        let size = value.norm() / node.operator.denominator.value.norm();
+        if size < self.closest {
+            self.closest = size;
+            self.theta = node.theta();
+        }
+        let noise = node.noise(self.alpha, self.beta);
+        // A NaN touches too.
+        self.touched |= !(size > self.limit && value.norm() > noise);
+        value
+    }
+
+    fn advance(
+        &mut self,
+        a: (&Node, Complex<f64>),
+        b: (&Node, Complex<f64>),
+        span: &Span,
+        depth: u32,
+    ) {
+        if self.touched {
+            return;
+        }
+        let noise = a.0.noise(self.alpha, self.beta) + b.0.noise(self.alpha, self.beta);
+        let path = span.path(a.0, b.0, self.alpha, self.beta);
+        if a.1.norm() + b.1.norm() > path + noise {
+            self.turned += (b.1 * a.1.conj()).arg();
+            return;
+        }
+        if depth == DEPTH {
+            self.touched = true;
+            return;
+        }
+        let characteristic = self.circle.characteristic;
+        let middle = characteristic.node(0.5 * (a.0.theta() + b.0.theta()));
+        let value = self.sample(&middle);
+        let (low, high) = (
+            characteristic.span(a.0, &middle),
+            characteristic.span(&middle, b.0),
+        );
+        self.advance(a, (&middle, value), &low, depth + 1);
+        self.advance((&middle, value), b, &high, depth + 1);
+    }
+}

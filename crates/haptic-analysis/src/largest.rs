@@ -1,0 +1,84 @@
+//! The largest value of one parameter of a condition that is linear in it at every frequency.
+
+use crate::AnalysisError;
+use crate::environment::finite;
+use crate::extremum::Maximum;
+
+/// The largest of a parameter that keeps the loop passive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Largest {
+    /// The loop is passive just below `value` and not from there on. (With a delay it may cease to be
+    /// passive again far below: then the parameter helps at another frequency.)
+    Below {
+        /// The supremum; not passive itself, since Theorem 1 is strict.
+        value: f64,
+        /// θ that stops it, rad/sample.
+        worst_theta: f64,
+    },
+    /// Passive for any value.
+    Any,
+    /// Passive for none, not even 0.
+    Empty,
+}
+
+impl Largest {
+    /// The same in another unit.
+    pub(crate) fn times(self, factor: f64) -> Result<Self, AnalysisError> {
+        Ok(match self {
+            Self::Below { value, worst_theta } => Self::Below {
+                value: finite("largest value", value * factor, "")?,
+                worst_theta,
+            },
+            other => other,
+        })
+    }
+}
+
+/// Largest x with sup over θ of (x·p(θ) + q(θ)) = δ, that is inf of (δ − q)/p where p > 0.
+///
+/// The supremum is a convex function of x, so Newton's method from above falls monotonically to its
+/// largest root, and no pole of the quotient is ever searched. `supremum(x)` finds it, `steepest` is
+/// that of p alone, and `terms` are (p, q).
+pub(crate) fn largest(
+    delta: f64,
+    supremum: impl Fn(f64) -> Result<Maximum, AnalysisError>,
+    steepest: Maximum,
+    terms: impl Fn(f64) -> (f64, f64),
+) -> Result<Largest, AnalysisError> {
+    if steepest.value <= 0.0 {
+        // p ≤ 0 everywhere: more of x never hurts, and helps where p < 0.
+        const HUGE: f64 = 1e12;
+        let free = supremum(HUGE * (1.0 + delta))?.value < delta;
+        return Ok(if free { Largest::Any } else { Largest::Empty });
+    }
+    let mut worst_theta = steepest.theta;
+    let (mut slope, mut given) = terms(worst_theta);
+    let mut start = 1.0 + delta;
+    while given == f64::NEG_INFINITY && start < f64::MAX / 16.0 {
+        // q has no bound where p is steepest: start right of the largest root instead.
+        start *= 16.0;
+        let worst = supremum(start)?;
+        let there = terms(worst.theta);
+        if worst.value >= delta && there.0 > 0.0 {
+            (worst_theta, (slope, given)) = (worst.theta, there);
+        }
+    }
+    let mut value = f64::INFINITY;
+    for _ in 0..100 {
+        // The frequency θ alone reaches δ at x = (δ − q)/p.
+        let next = (delta - given) / slope;
+        if slope <= 0.0 || next <= 0.0 {
+            // Where the tangent from above meets δ, the supremum has passed its minimum, or x is
+            // negative: no x ≥ 0 is passive.
+            return Ok(Largest::Empty);
+        }
+        if next >= value * (1.0 - 1e-14) {
+            break;
+        }
+        value = next;
+        worst_theta = supremum(value)?.theta;
+        (slope, given) = terms(worst_theta);
+    }
+    finite("largest value", value, "")?;
+    Ok(Largest::Below { value, worst_theta })
+}

@@ -1,0 +1,39 @@
+#![doc = include_str!("../README.md")]
+#![forbid(unsafe_code)]
+
+mod arrangement;
+mod circle;
+mod coupling;
+mod curve;
+mod decomposition;
+mod environment;
+mod error;
+mod extremum;
+mod jury;
+mod largest;
+mod least_damping;
+mod margin;
+mod operator;
+mod outline;
+mod parameters;
+mod passivity;
+mod plant;
+mod region;
+mod stability;
+mod strip;
+mod transparency;
+
+pub use coupling::{Coupler, HybridMatrix, Llewellyn};
+pub use environment::{Effective, Environment};
+pub use error::AnalysisError;
+pub use jury::{Jury, companion_eigenvalues, jury};
+pub use largest::Largest;
+pub use least_damping::LeastDamping;
+pub use margin::{AtAngle, Margins};
+pub use operator::LoopOperator;
+pub use parameters::{Loop, Nondimensional};
+pub use passivity::{OnePort, RequiredDamping, RequiredDelta, corollary_delta};
+pub use plant::SampledPlant;
+pub use region::{BoundaryPoint, Polygon, StabilityRegion, StableArea};
+pub use stability::{SampledLoop, Verdict};
+pub use transparency::ClosedLoop;

@@ -1,0 +1,392 @@
+//! The operator P(w) as the analysis sees it.
+
+use crate::AnalysisError;
+use crate::curve::{Bounds, Cascade, Jet, Modes, Place, Polynomial, Power};
+use fracdiff::full_memory::{Design, HORIZON_MIN};
+use fracdiff::scheme::{FULL_MODES, FULL_TAPS};
+use fracdiff::{FrequencyResponse, Order, Scheme, Seconds, grunwald_weights, muir_coefficients};
+use num_complex::Complex;
+
+/// An operator D^μ ≈ T^(−μ)·P(w), 0 ≤ μ ≤ 2, with everything a proof about its loop needs.
+///
+/// ```text
+/// exact                     P = (1 − w)^μ                           irrational
+/// grunwald:N, muir:N        P = Σ_{j<N} c_j w^j, A_N(w, μ)          polynomial
+/// tustin-muir:N             P = 2^φ(1 − w)^n A_N(w, φ)/A_N(w, −φ)    rational, μ = n + φ
+/// full, piecewise-linear    P = (1 − w)^n [Σ k_j w^j + Σ_q W_q/(1 − r_q w)]
+/// oustaloup                 P = (1 − w)^n g·Π (v + z_i(2 − v))/(v + p_i(2 − v)),   v = 1 − w
+/// ```
+/// All are analytic in |w| < 1 and bounded on the circle, which the argument principle needs; so
+/// integrals (μ < 0, a pole at w = 1) are refused.
+///
+/// - *Coefficients*: the `f64` ones, without T^(−μ): what the running operator holds, before it
+///   rounds them to its sample type.
+/// - *Derivative*: known for each kind in closed form, with bounds over any interval, so
+///   that a curve can be proved to avoid zero between samples ([`variation`](Self::variation)).
+/// - *Cost of a response*: one power and two sines for the exact operator, N multiply-adds for a
+///   polynomial.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoopOperator {
+    order: Order,
+    /// n of the factor (1 − w)^n in front of the numerator.
+    differences: Power,
+    numerator: Curve,
+    denominator: Polynomial,
+    /// Numerator and denominator multiplied out, where there are any.
+    polynomials: Option<(Vec<f64>, Vec<f64>)>,
+}
+
+/// One of the functions an operator is made of.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Curve {
+    Polynomial(Polynomial),
+    Power(Power),
+    Modes(Modes),
+    Cascade(Cascade),
+}
+
+impl Curve {
+    pub(crate) fn jet(&self, place: &Place) -> Jet {
+        match self {
+            Self::Polynomial(curve) => curve.jet(place),
+            Self::Power(curve) => curve.jet(place),
+            Self::Modes(curve) => curve.jet(place),
+            Self::Cascade(curve) => curve.jet(place),
+        }
+    }
+
+    pub(crate) fn bounds(&self, a: (&Place, &Jet), b: (&Place, &Jet)) -> Bounds {
+        match self {
+            Self::Polynomial(curve) => curve.bounds(a.1, b.1, b.0.theta - a.0.theta),
+            Self::Power(curve) => curve.bounds(a, b),
+            Self::Modes(curve) => curve.bounds(a, b),
+            Self::Cascade(curve) => curve.bounds(a, b),
+        }
+    }
+}
+
+/// Numerator and denominator of P at one place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct OperatorNode {
+    differences: Jet,
+    core: Jet,
+    pub(crate) numerator: Jet,
+    pub(crate) denominator: Jet,
+}
+
+impl LoopOperator {
+    /// From a scheme. `sample_time` matters only to `oustaloup`, whose corners are in Hz;
+    /// `horizon`, in samples, only to the full memories.
+    ///
+    /// # Errors
+    /// Unless 0 ≤ μ ≤ 2; a parameter of the scheme outside its range.
+    pub fn new(
+        scheme: Scheme,
+        order: Order,
+        sample_time: Seconds,
+        horizon: f64,
+    ) -> Result<Self, AnalysisError> {
+        if order.get() < 0.0 {
+            return Err(AnalysisError::Range {
+                what: "order",
+                value: order.get(),
+                allowed: "from 0 to 2: in a loop an integral has a pole at rest",
+                unit: "",
+            });
+        }
+        let (integer, fraction) = order.split();
+        let differences = f64::from(integer);
+        match scheme {
+            Scheme::Exact => Ok(Self::exact(order)),
+            Scheme::Grunwald { length } => {
+                scheme.build::<f64>(order, sample_time, horizon)?;
+                Ok(Self::polynomial(
+                    order,
+                    grunwald_weights(order).take(length).collect(),
+                ))
+            }
+            Scheme::Muir { degree } => {
+                scheme.build::<f64>(order, sample_time, horizon)?;
+                let mut coefficients = vec![0.0; degree + 1];
+                muir_coefficients(order, &mut coefficients);
+                Ok(Self::polynomial(order, coefficients))
+            }
+            Scheme::TustinMuir { degree } => {
+                scheme.build::<f64>(order, sample_time, horizon)?;
+                let mut above = vec![0.0; degree + 1];
+                let mut below = above.clone();
+                muir_coefficients(Order::new(fraction)?, &mut above);
+                muir_coefficients(Order::new(-fraction)?, &mut below);
+                let gain = libm::pow(2.0, fraction);
+                above.iter_mut().for_each(|b| *b *= gain);
+                let mut operator = Self::rational(order, above.clone(), below.clone());
+                operator.differences = Power(differences);
+                for _ in 0..integer {
+                    above = multiply(&above, &[1.0, -1.0]);
+                }
+                operator.polynomials = Some((above, below));
+                Ok(operator)
+            }
+            Scheme::Full { kernel, tolerance } => {
+                let horizon = horizon.max(HORIZON_MIN);
+                let design =
+                    Design::<FULL_TAPS, FULL_MODES>::pruned(kernel, order, tolerance, horizon)
+                        .map_err(fracdiff::SchemeError::from)?;
+                let core = Curve::Modes(full_memory(&design));
+                Ok(Self::irrational(order, differences, core))
+            }
+            Scheme::Oustaloup { sections, band } => {
+                scheme.build::<f64>(order, sample_time, horizon)?;
+                // ω = 2πfT, ω'_i and ω_i = ω_l·r^((2i − 1 ∓ φ)/(2m)); halves of them for s/2.
+                let rate = 2.0 * core::f64::consts::PI * sample_time.0;
+                let (low, high) = (rate * band.low_hz, rate * band.high_hz);
+                let corner = |i: usize, sign: f64| {
+                    let exponent =
+                        (2.0 * i as f64 - 1.0 + sign * fraction) / (2.0 * sections as f64);
+                    0.5 * low * libm::pow(high / low, exponent)
+                };
+                let cascade = Cascade {
+                    gain: libm::pow(high, fraction),
+                    corners: (1..=sections)
+                        .map(|i| (corner(i, -1.0), corner(i, 1.0)))
+                        .collect(),
+                };
+                Ok(Self::irrational(
+                    order,
+                    differences,
+                    Curve::Cascade(cascade),
+                ))
+            }
+            // `Scheme` may grow.
+            _ => Err(AnalysisError::Operator(fracdiff::SchemeError::Unknown(
+                scheme.to_string(),
+            ))),
+        }
+    }
+
+    fn exact(order: Order) -> Self {
+        Self::irrational(order, 0.0, Curve::Power(Power(order.get())))
+    }
+
+    fn polynomial(order: Order, coefficients: Vec<f64>) -> Self {
+        Self::rational(order, coefficients, vec![1.0])
+    }
+
+    fn rational(order: Order, numerator: Vec<f64>, denominator: Vec<f64>) -> Self {
+        let (numerator, denominator) = (Polynomial::new(numerator), Polynomial::new(denominator));
+        let polynomials = (
+            numerator.coefficients.clone(),
+            denominator.coefficients.clone(),
+        );
+        Self {
+            order,
+            differences: Power(0.0),
+            numerator: Curve::Polynomial(numerator),
+            denominator,
+            polynomials: Some(polynomials),
+        }
+    }
+
+    fn irrational(order: Order, differences: f64, core: Curve) -> Self {
+        Self {
+            order,
+            differences: Power(differences),
+            numerator: core,
+            denominator: Polynomial::new(vec![1.0]),
+            polynomials: None,
+        }
+    }
+
+    /// The order μ.
+    #[must_use]
+    pub fn order(&self) -> Order {
+        self.order
+    }
+
+    /// Numerator and denominator of P in powers of w, of w⁰ first. `None` for an operator without,
+    /// or (full memory, Oustaloup) with poles so close that multiplied out they would be lost to
+    /// rounding.
+    #[must_use]
+    pub fn polynomials(&self) -> Option<(&[f64], &[f64])> {
+        let (numerator, denominator) = self.polynomials.as_ref()?;
+        Some((numerator, denominator))
+    }
+
+    /// P at w = 0, the direct gain: above 0 for every kind.
+    #[must_use]
+    pub fn direct_gain(&self) -> f64 {
+        let first = |polynomial: &Polynomial| polynomial.coefficients[0];
+        let core = match &self.numerator {
+            Curve::Polynomial(curve) => first(curve),
+            Curve::Power(_) => 1.0,
+            Curve::Modes(curve) => {
+                first(&curve.taps) + curve.modes.iter().map(|(weight, _)| weight).sum::<f64>()
+            }
+            Curve::Cascade(curve) => {
+                let sections = curve.corners.iter();
+                curve.gain
+                    * sections
+                        .map(|(z, p)| (1.0 + z) / (1.0 + p))
+                        .product::<f64>()
+            }
+        };
+        core / first(&self.denominator)
+    }
+
+    /// P(e^(−jθ)) and its derivative by θ; the derivative of the exact operator is infinite at
+    /// θ = 0 for 0 < μ < 1.
+    #[must_use]
+    pub fn response_and_rate(&self, theta: f64) -> (Complex<f64>, Complex<f64>) {
+        let node = self.node(&Place::new(theta));
+        let jet = if self.denominator.is_one() {
+            node.numerator
+        } else {
+            node.numerator.over(node.denominator)
+        };
+        (jet.value, jet.rate)
+    }
+
+    /// An upper bound of |P(e^(−jθ₁)) − P(e^(−jθ₂))| for any two angles in [low, high], and of the
+    /// length ∫|dP/dθ| dθ of the path between them; 0 ≤ low ≤ high ≤ π.
+    ///
+    /// ```text
+    /// exact        ∫ μ(2 sin(θ/2))^(μ−1) dθ ≤ (|P(high)| − |P(low)|)/cos(high/2)
+    /// polynomial   the least of (high − low)·Σ j|c_j| and what |P′| at the ends and Σ j²|c_j| allow
+    /// others       from the rates of their modes and sections
+    /// ```
+    /// Finite also at θ = 0 for μ < 1, where the exact operator behaves like θ^μ. Tends to the
+    /// length itself as the interval shrinks.
+    #[must_use]
+    pub fn variation(&self, low: f64, high: f64) -> f64 {
+        let (a, b) = (Place::new(low), Place::new(high));
+        let (node_a, node_b) = (self.node(&a), self.node(&b));
+        let [above, below] = self.bounds((&a, &node_a), (&b, &node_b));
+        let bound = self.quotient_travel((&node_a, &node_b), [above, below], high - low);
+        // Bounds over a long interval are crude, or there are none.
+        let size =
+            |node: &OperatorNode| node.numerator.value.norm() / node.denominator.value.norm();
+        if bound <= 4.0 * (size(&node_a) + size(&node_b)) || high - low < 1e-9 {
+            return bound;
+        }
+        let middle = 0.5 * (low + high);
+        self.variation(low, middle) + self.variation(middle, high)
+    }
+
+    /// The length of the path of N/D, infinite if D is not known to avoid zero.
+    ///
+    /// ```text
+    /// |P′| ≤ (n′ + p·d′)/d,   |P″| ≤ (n″ + p·d″ + 2p′d′)/d,   n, n′, n″, d′, d″ bounds, d ≤ |D|, p = n/d
+    /// ```
+    fn quotient_travel(
+        &self,
+        (a, b): (&OperatorNode, &OperatorNode),
+        [above, below]: [Bounds; 2],
+        width: f64,
+    ) -> f64 {
+        if !self.has_denominator() {
+            return above.travel;
+        }
+        let ends = a.denominator.value.norm() + b.denominator.value.norm();
+        let least = 0.5 * (ends - below.travel);
+        if least <= 0.0 {
+            return f64::INFINITY;
+        }
+        let size = above.size / least;
+        let rate = (above.rate + size * below.rate) / least;
+        let bend = (above.bend + size * below.bend + 2.0 * rate * below.rate) / least;
+        let quotient = |node: &OperatorNode| node.numerator.over(node.denominator);
+        Bounds::from_ends(&quotient(a), &quotient(b), width, rate, bend).travel
+    }
+
+    pub(crate) fn has_denominator(&self) -> bool {
+        !self.denominator.is_one()
+    }
+
+    /// Number of coefficients, as a measure of how fast P can wind.
+    pub(crate) fn degree(&self) -> usize {
+        let taps = match &self.numerator {
+            Curve::Polynomial(curve) => curve.coefficients.len() - 1,
+            Curve::Modes(curve) => curve.taps.coefficients.len() - 1,
+            Curve::Power(_) | Curve::Cascade(_) => 2,
+        };
+        taps.max(self.denominator.coefficients.len() - 1)
+    }
+
+    pub(crate) fn node(&self, place: &Place) -> OperatorNode {
+        let core = self.numerator.jet(place);
+        let (differences, numerator) = if self.differences.0 == 0.0 {
+            (Jet::ONE, core)
+        } else {
+            let differences = self.differences.jet(place);
+            (differences, core.times(differences))
+        };
+        let denominator = if self.denominator.is_one() {
+            Jet::ONE
+        } else {
+            self.denominator.jet(place)
+        };
+        OperatorNode {
+            differences,
+            core,
+            numerator,
+            denominator,
+        }
+    }
+
+    /// Of numerator and denominator over an interval.
+    pub(crate) fn bounds(
+        &self,
+        a: (&Place, &OperatorNode),
+        b: (&Place, &OperatorNode),
+    ) -> [Bounds; 2] {
+        let mut above = self.numerator.bounds((a.0, &a.1.core), (b.0, &b.1.core));
+        if self.differences.0 != 0.0 {
+            let factor =
+                (self.differences).bounds((a.0, &a.1.differences), (b.0, &b.1.differences));
+            above = above.times(factor);
+        }
+        let below = if self.denominator.is_one() {
+            Bounds::ONE
+        } else {
+            let width = b.0.theta - a.0.theta;
+            (self.denominator).bounds(&a.1.denominator, &b.1.denominator, width)
+        };
+        [above, below]
+    }
+}
+
+impl FrequencyResponse for LoopOperator {
+    fn response(&self, theta: f64) -> Complex<f64> {
+        self.response_and_rate(theta).0
+    }
+}
+
+/// The product of two polynomials.
+pub(crate) fn multiply(a: &[f64], b: &[f64]) -> Vec<f64> {
+    let mut product = vec![0.0; a.len() + b.len() - 1];
+    for (i, x) in a.iter().enumerate() {
+        for (j, y) in b.iter().enumerate() {
+            product[i + j] += x * y;
+        }
+    }
+    product
+}
+
+/// `c_j = k_j ∓ Σ_q w_q e^(−j·s_q)`, the modes from lag 0 on, the taps what is left of the true weight.
+fn full_memory(design: &Design<FULL_TAPS, FULL_MODES>) -> Modes {
+    let (_, fraction) = design.order().split();
+    let sign = if fraction > 0.0 { -1.0 } else { 1.0 };
+    let taps = (0..FULL_TAPS as u64).map(|lag| {
+        let modes = design.modes().iter();
+        let covered: f64 = modes
+            .map(|mode| mode.weight * libm::exp(-(lag as f64) * mode.rate))
+            .sum();
+        design.core_weight(lag) - sign * covered
+    });
+    Modes {
+        taps: Polynomial::new(taps.collect()),
+        modes: (design.modes().iter())
+            .map(|mode| (sign * mode.weight, -libm::expm1(-mode.rate)))
+            .collect(),
+    }
+}

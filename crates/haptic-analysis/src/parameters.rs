@@ -1,0 +1,102 @@
+//! The parameters of a loop, with units and without.
+//!
+//! ```text
+//! α = K·T²/m,   β = B·T^(2−μ)/m,   δ = b·T/m,   γ = k·T²/m
+//! ```
+//! Source: O. Tokatlı, *Fractional Order Control in Haptics*, eq. 3.9.
+
+use crate::AnalysisError;
+use crate::error::{not_negative, positive};
+use fracdiff::Order;
+
+/// A haptic loop with units: device (with the hand, when coupled), sampling, virtual environment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Loop {
+    /// m, kg, above 0.
+    pub mass_kg: f64,
+    /// b, N·s/m, at least 0.
+    pub damping_n_s_per_m: f64,
+    /// k of the hand, N/m, at least 0; 0 without a hand.
+    pub hand_stiffness_n_per_m: f64,
+    /// T, s, above 0.
+    pub sample_time_s: f64,
+    /// μ.
+    pub order: Order,
+    /// K, N/m, at least 0.
+    pub stiffness_n_per_m: f64,
+    /// B, at least 0. Its unit depends on μ: N·s^μ/m, so N/m at μ = 0, N·s/m at 1, kg at 2.
+    pub dissipation_n_s_mu_per_m: f64,
+}
+
+/// The same loop without units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nondimensional {
+    /// α = K·T²/m, at least 0.
+    pub alpha: f64,
+    /// β = B·T^(2−μ)/m, at least 0.
+    pub beta: f64,
+    /// δ = b·T/m, at least 0.
+    pub delta: f64,
+    /// γ = k·T²/m, at least 0.
+    pub gamma: f64,
+}
+
+impl Loop {
+    /// α, β, δ, γ.
+    ///
+    /// # Errors
+    /// A parameter outside the range given with it.
+    pub fn nondimensional(&self) -> Result<Nondimensional, AnalysisError> {
+        let m = positive("mass", self.mass_kg, "kg")?;
+        let t = positive("sample time", self.sample_time_s, "s")?;
+        let b = not_negative("damping", self.damping_n_s_per_m, "N·s/m")?;
+        let k = not_negative("hand stiffness", self.hand_stiffness_n_per_m, "N/m")?;
+        let stiffness = not_negative("stiffness", self.stiffness_n_per_m, "N/m")?;
+        let dissipation = not_negative("dissipation", self.dissipation_n_s_mu_per_m, "N·s^μ/m")?;
+        Nondimensional {
+            alpha: stiffness * t * t / m,
+            beta: dissipation * libm::pow(t, 2.0 - self.order.get()) / m,
+            delta: b * t / m,
+            gamma: k * t * t / m,
+        }
+        .checked()
+    }
+}
+
+impl Nondimensional {
+    /// Itself, if all four are finite and at least 0.
+    ///
+    /// # Errors
+    /// The first that is not.
+    pub fn checked(self) -> Result<Self, AnalysisError> {
+        not_negative("alpha", self.alpha, "")?;
+        not_negative("beta", self.beta, "")?;
+        not_negative("delta", self.delta, "")?;
+        not_negative("gamma", self.gamma, "")?;
+        Ok(self)
+    }
+
+    /// The loop that has these parameters with a given mass, sample time and order.
+    ///
+    /// # Errors
+    /// A parameter outside its range.
+    pub fn with_units(
+        self,
+        mass_kg: f64,
+        sample_time_s: f64,
+        order: Order,
+    ) -> Result<Loop, AnalysisError> {
+        self.checked()?;
+        let m = positive("mass", mass_kg, "kg")?;
+        let t = positive("sample time", sample_time_s, "s")?;
+        Ok(Loop {
+            mass_kg: m,
+            damping_n_s_per_m: self.delta * m / t,
+            hand_stiffness_n_per_m: self.gamma * m / (t * t),
+            sample_time_s: t,
+            order,
+            stiffness_n_per_m: self.alpha * m / (t * t),
+            dissipation_n_s_mu_per_m: self.beta * m / libm::pow(t, 2.0 - order.get()),
+        })
+    }
+}

@@ -1,0 +1,392 @@
+//! Passivity of the one port: how much device damping a virtual wall asks for, by Theorem 1.
+
+use crate::AnalysisError;
+use crate::environment::finite;
+use crate::error::{not_negative, positive};
+use crate::extremum::{Grid, Maximum};
+use crate::largest::{Largest, largest};
+use fracdiff::{FrequencyResponse, Order, Seconds};
+use std::f64::consts::PI;
+
+/// Corollary 1, nondimensional: δ > α/2 + β·2^(μ−1); with units b > KT/2 + B(T/2)^(1−μ).
+///
+/// Equal to Theorem 1 for the exact operator (1 − w)^μ without extra delay and 0 ≤ μ ≤ 2 (in fact for
+/// every μ ≥ 0; worst at θ = π). It says nothing about another operator: the Muir polynomial of the
+/// dissertation needs up to a third more on the β term. Nor about a delay: d samples make the α term
+/// 2d + 1 times as large, and the β term larger where μ < 1 (where μ ≥ 1 it stays sufficient).
+///
+/// # Errors
+/// α or β below 0, or μ < 0.
+///
+/// Source: O. Tokatlı, *Fractional Order Control in Haptics*, eqs. 5.1, 5.2.
+pub fn corollary_delta(order: Order, alpha: f64, beta: f64) -> Result<f64, AnalysisError> {
+    check_order(order)?;
+    let alpha = not_negative("alpha", alpha, "")?;
+    let beta = not_negative("beta", beta, "")?;
+    // α/2 + β·2^(μ−1)
+    finite(
+        "least delta",
+        0.5 * alpha + beta * libm::pow(2.0, order.get() - 1.0),
+        "",
+    )
+}
+
+/// A device under a sampled wall K + B·T^(−μ)·P(w), with the operator P that really runs, and a delay
+/// of d whole samples.
+///
+/// Theorem 1, for all 0 ≤ θ ≤ π and strictly:
+/// ```text
+/// b > (T/2)/(1 − cos θ) · Re{(1 − w) w^d H(w)},  w = e^(−jθ);   δ > α·u(θ) + β·v(θ),
+/// u = sin((2d+1)θ/2)/(2 sin(θ/2)),   v = Re{j e^(−j(2d+1)θ/2) P(e^(−jθ))}/(2 sin(θ/2))
+/// ```
+/// - δ = bT/m, α = KT²/m, β = BT^(2−μ)/m; the mass drops out of the condition with units.
+/// - *Orders*: 0 ≤ μ ≤ 2. An integral in position feedback is not passive for any damping.
+/// - *The end θ → 0* is a limit: u = (2d+1)/2; of v, the values at θ = 1e-60 and 1e-90 tell a
+///   constant from a power of θ. A supremum that is only approached there counts.
+/// - *Accuracy*: 1e-10, in practice 1e-13 of the larger term.
+/// - *Cost*: 4·(memory + d) + 400 responses for one supremum, on the heap; the largest K or B
+///   takes a few suprema.
+///
+/// ```
+/// use fracdiff::{ExactDifference, MuirPolynomial, Order, Seconds};
+/// use haptic_analysis::OnePort;
+///
+/// let order = Order::new(1.0)?;
+/// let promised = OnePort::new(&ExactDifference(order), order)?.required_delta(0.0, 1.0)?;
+/// assert!((promised.delta - 1.0).abs() < 1e-12); // Colgate: b > B
+/// let muir = MuirPolynomial::<f64, 3>::new(order, Seconds(1.0))?;
+/// let really = OnePort::new(&muir, order)?.with_memory(4).required_delta(0.0, 1.0)?;
+/// assert!((really.delta - 4.0 / 3.0).abs() < 1e-12); // A₃(−1) = 8/3, halved
+/// # Ok::<(), haptic_analysis::AnalysisError>(())
+/// ```
+///
+/// Source: O. Tokatlı, *Fractional Order Control in Haptics*, eq. 3.14, after J. E. Colgate,
+/// G. Schenkel, *Passivity of a class of sampled-data systems*, J. Robotic Systems 14(1), 1997.
+#[derive(Clone, Debug)]
+pub struct OnePort<'a, P: ?Sized> {
+    operator: &'a P,
+    order: Order,
+    delay: usize,
+    memory: usize,
+    grid: Grid,
+    /// v(θ → 0); −∞ where the operator dissipates without bound.
+    v_at_rest: f64,
+}
+
+/// What Theorem 1 asks for, without units, and Corollary 1 beside it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RequiredDelta {
+    /// The loop is passive for δ above this, and only then.
+    pub delta: f64,
+    /// θ that asks for it, rad/sample; of several π, then 0, then the largest.
+    pub worst_theta: f64,
+    /// What Corollary 1 asks for: [`corollary_delta`].
+    pub corollary_delta: f64,
+}
+
+/// The same with units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RequiredDamping {
+    /// The loop is passive for b above this, N·s/m, and only then.
+    pub damping_n_s_per_m: f64,
+    /// ω that asks for it, rad/s.
+    pub worst_rad_s: f64,
+    /// What Corollary 1 asks for, N·s/m.
+    pub corollary_n_s_per_m: f64,
+}
+
+impl RequiredDelta {
+    /// Is a loop of this δ passive? Strict, as the theorem.
+    #[must_use]
+    pub fn passive(&self, delta: f64) -> bool {
+        delta > self.delta
+    }
+
+    /// How many times more than the corollary promises; `None` where that promises 0.
+    #[must_use]
+    pub fn excess(&self) -> Option<f64> {
+        let ratio = self.delta / self.corollary_delta;
+        ratio.is_finite().then_some(ratio)
+    }
+}
+
+impl RequiredDamping {
+    /// Is a device of this damping, N·s/m, passive? Strict, as the theorem.
+    #[must_use]
+    pub fn passive(&self, damping_n_s_per_m: f64) -> bool {
+        damping_n_s_per_m > self.damping_n_s_per_m
+    }
+}
+
+impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
+    /// The longest extra delay, in samples.
+    pub const DELAY_MAX: usize = 10_000;
+
+    /// Without extra delay. `order` is the one the operator was made for.
+    ///
+    /// # Errors
+    /// μ < 0, where the theorem's condition has no bound, or an operator without a finite response.
+    pub fn new(operator: &'a P, order: Order) -> Result<Self, AnalysisError> {
+        check_order(order)?;
+        let mut port = Self {
+            operator,
+            order,
+            delay: 0,
+            memory: 1,
+            grid: Grid::new(1),
+            v_at_rest: 0.0,
+        };
+        port.prepare()?;
+        Ok(port)
+    }
+
+    /// With d whole samples between measuring and acting.
+    ///
+    /// # Errors
+    /// d above [`DELAY_MAX`](Self::DELAY_MAX).
+    pub fn with_delay(mut self, samples: usize) -> Result<Self, AnalysisError> {
+        if samples > Self::DELAY_MAX {
+            return Err(AnalysisError::Range {
+                what: "delay",
+                value: samples as f64,
+                allowed: "at most 10000",
+                unit: "samples",
+            });
+        }
+        self.delay = samples;
+        self.prepare()?;
+        Ok(self)
+    }
+
+    /// With the operator's memory length in samples, so that its fastest ripple cannot slip through the
+    /// search: `Differintegrator::memory_length`. Leave it out for an unlimited memory (recursive, full,
+    /// exact), which has no ripple.
+    #[must_use]
+    pub fn with_memory(mut self, samples: usize) -> Self {
+        self.memory = samples.max(1);
+        self.grid = Grid::new(self.memory + self.delay);
+        self
+    }
+
+    fn prepare(&mut self) -> Result<(), AnalysisError> {
+        self.grid = Grid::new(self.memory + self.delay);
+        self.v_at_rest = self.limit_of_v()?;
+        Ok(())
+    }
+
+    /// The right side of Theorem 1 at one frequency, α·u(θ) + β·v(θ), for 0 < θ ≤ π.
+    ///
+    /// # Errors
+    /// α, β or θ outside its range.
+    pub fn delta_at(&self, alpha: f64, beta: f64, theta: f64) -> Result<f64, AnalysisError> {
+        let alpha = not_negative("alpha", alpha, "")?;
+        let beta = not_negative("beta", beta, "")?;
+        if !(theta > 0.0 && theta <= PI) {
+            return Err(AnalysisError::Range {
+                what: "digital frequency",
+                value: theta,
+                allowed: "above 0 and at most π",
+                unit: "rad/sample",
+            });
+        }
+        finite("least delta", self.combine(alpha, beta, theta), "")
+    }
+
+    /// The δ that Theorem 1 asks for.
+    ///
+    /// # Errors
+    /// α or β below 0, or an operator without a finite response.
+    pub fn required_delta(&self, alpha: f64, beta: f64) -> Result<RequiredDelta, AnalysisError> {
+        let corollary_delta = corollary_delta(self.order, alpha, beta)?;
+        let worst = self.supremum(alpha, beta)?;
+        Ok(RequiredDelta {
+            delta: worst.value,
+            worst_theta: worst.theta,
+            corollary_delta,
+        })
+    }
+
+    /// The damping that Theorem 1 asks for, for K in N/m and B in N·s^μ/m.
+    ///
+    /// # Errors
+    /// T not above 0, K or B below 0, or an operator without a finite response.
+    pub fn required_damping(
+        &self,
+        sample_time: Seconds,
+        stiffness: f64,
+        dissipation: f64,
+    ) -> Result<RequiredDamping, AnalysisError> {
+        let (t, alpha, beta) = self.for_unit_mass(sample_time, stiffness, dissipation)?;
+        let required = self.required_delta(alpha, beta)?;
+        let unit = "N·s/m";
+        Ok(RequiredDamping {
+            damping_n_s_per_m: finite("least damping", required.delta / t, unit)?,
+            worst_rad_s: finite("worst frequency", required.worst_theta / t, "rad/s")?,
+            corollary_n_s_per_m: finite("least damping", required.corollary_delta / t, unit)?,
+        })
+    }
+
+    /// The largest α for given δ and β: inf over θ of (δ − β·v)/u where u > 0.
+    ///
+    /// # Errors
+    /// δ or β below 0, or an operator without a finite response.
+    pub fn largest_alpha(&self, delta: f64, beta: f64) -> Result<Largest, AnalysisError> {
+        let delta = not_negative("delta", delta, "")?;
+        let beta = not_negative("beta", beta, "")?;
+        largest(
+            delta,
+            |alpha| self.supremum(alpha, beta),
+            self.supremum(1.0, 0.0)?,
+            |theta| {
+                let (u, v) = self.terms_or_limits(theta);
+                (u, weighted(beta, v))
+            },
+        )
+    }
+
+    /// The largest β for given δ and α: inf over θ of (δ − α·u)/v where v > 0.
+    ///
+    /// # Errors
+    /// δ or α below 0, or an operator without a finite response.
+    pub fn largest_beta(&self, delta: f64, alpha: f64) -> Result<Largest, AnalysisError> {
+        let delta = not_negative("delta", delta, "")?;
+        let alpha = not_negative("alpha", alpha, "")?;
+        largest(
+            delta,
+            |beta| self.supremum(alpha, beta),
+            self.supremum(0.0, 1.0)?,
+            |theta| {
+                let (u, v) = self.terms_or_limits(theta);
+                (v, weighted(alpha, u))
+            },
+        )
+    }
+
+    /// The largest K, N/m, for b in N·s/m and B in N·s^μ/m.
+    ///
+    /// # Errors
+    /// T not above 0, b or B below 0, or an operator without a finite response.
+    pub fn largest_stiffness(
+        &self,
+        sample_time: Seconds,
+        damping: f64,
+        dissipation: f64,
+    ) -> Result<Largest, AnalysisError> {
+        let (t, _, beta) = self.for_unit_mass(sample_time, 0.0, dissipation)?;
+        let delta = not_negative("damping", damping, "N·s/m")? * t;
+        // K = α/T² at m = 1
+        self.largest_alpha(delta, beta)?.times(1.0 / (t * t))
+    }
+
+    /// The largest B, N·s^μ/m, for b in N·s/m and K in N/m.
+    ///
+    /// # Errors
+    /// T not above 0, b or K below 0, or an operator without a finite response.
+    pub fn largest_dissipation(
+        &self,
+        sample_time: Seconds,
+        damping: f64,
+        stiffness: f64,
+    ) -> Result<Largest, AnalysisError> {
+        let (t, alpha, _) = self.for_unit_mass(sample_time, stiffness, 0.0)?;
+        let delta = not_negative("damping", damping, "N·s/m")? * t;
+        // B = β·T^(μ−2) at m = 1
+        let factor = libm::pow(t, self.order.get() - 2.0);
+        self.largest_beta(delta, alpha)?.times(factor)
+    }
+
+    /// T, α and β for m = 1 kg: the condition with units does not depend on the mass.
+    fn for_unit_mass(
+        &self,
+        Seconds(t): Seconds,
+        stiffness: f64,
+        dissipation: f64,
+    ) -> Result<(f64, f64, f64), AnalysisError> {
+        let t = positive("sample time", t, "s")?;
+        let stiffness = not_negative("stiffness", stiffness, "N/m")?;
+        let dissipation = not_negative("dissipation", dissipation, "N·s^μ/m")?;
+        let beta = dissipation * libm::pow(t, 2.0 - self.order.get());
+        Ok((t, stiffness * t * t, beta))
+    }
+
+    /// (u, v) at 0 < θ ≤ π.
+    fn terms(&self, theta: f64) -> (f64, f64) {
+        let phase = (self.delay as f64 + 0.5) * theta;
+        let (sin, cos) = (libm::sin(phase), libm::cos(phase));
+        let p = self.operator.response(theta);
+        // (1 − w)/(2(1 − cos θ)) = j e^(−jθ/2)/(2 sin(θ/2)), and Re{j e^(−jφ)(a + jc)} = a sin φ − c cos φ
+        let twice = 2.0 * libm::sin(0.5 * theta);
+        (sin / twice, (p.re * sin - p.im * cos) / twice)
+    }
+
+    /// (u, v) at θ = 0 too.
+    fn terms_or_limits(&self, theta: f64) -> (f64, f64) {
+        if theta > 0.0 {
+            self.terms(theta)
+        } else {
+            (self.delay as f64 + 0.5, self.v_at_rest)
+        }
+    }
+
+    /// α·u + β·v.
+    fn combine(&self, alpha: f64, beta: f64, theta: f64) -> f64 {
+        let (u, v) = self.terms_or_limits(theta);
+        weighted(alpha, u) + weighted(beta, v)
+    }
+
+    fn supremum(&self, alpha: f64, beta: f64) -> Result<Maximum, AnalysisError> {
+        let at_zero = self.combine(alpha, beta, 0.0);
+        let found = (self.grid).maximum(at_zero, |theta| self.combine(alpha, beta, theta));
+        let worst = found.unwrap_or(Maximum {
+            theta: 0.0,
+            value: f64::NAN,
+        });
+        finite("least delta", worst.value, "")?;
+        Ok(worst)
+    }
+
+    /// v(θ → 0) = (2d+1)/2·P(0) − lim Im P/θ.
+    fn limit_of_v(&self) -> Result<f64, AnalysisError> {
+        const NEAR: f64 = 1e-60;
+        const NEARER: f64 = 1e-90;
+        // A power of θ is told from a constant by its exponent between the two.
+        let limit = |near: f64, nearer: f64| {
+            let exponent = libm::log(libm::fabs(near / nearer)) / libm::log(NEAR / NEARER);
+            if near == 0.0 || exponent > 1e-13 {
+                0.0
+            } else if exponent < -1e-13 {
+                nearer * f64::INFINITY
+            } else {
+                near
+            }
+        };
+        let (near, nearer) = (self.operator.response(NEAR), self.operator.response(NEARER));
+        let slope = limit(near.im / NEAR, nearer.im / NEARER);
+        let rest = limit(near.re, nearer.re);
+        let v = (self.delay as f64 + 0.5) * rest - slope;
+        if v == f64::INFINITY || v.is_nan() {
+            // As an integral would.
+            finite("least delta", v, "")?;
+        }
+        Ok(v)
+    }
+}
+
+/// factor·x, 0 for the factor 0 whatever x.
+fn weighted(factor: f64, x: f64) -> f64 {
+    if factor > 0.0 { factor * x } else { 0.0 }
+}
+
+/// Theorem 1 has a bound for derivatives only.
+fn check_order(order: Order) -> Result<(), AnalysisError> {
+    let value = order.get();
+    if value < 0.0 {
+        return Err(AnalysisError::Range {
+            what: "order",
+            value,
+            allowed: "in [0, 2], where the passivity theorem has a bound",
+            unit: "",
+        });
+    }
+    Ok(())
+}

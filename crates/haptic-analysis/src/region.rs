@@ -1,0 +1,343 @@
+//! The stability region in the α–β plane, by D-decomposition.
+//!
+//! F is linear in α and β, so the places where a zero can cross the unit circle are known in closed
+//! form: one curve for 0 < θ < π and two straight lines for w = 1 and w = −1. They cut the quadrant
+//! α, β ≥ 0 into cells with one number of unstable poles each. In order:
+//!
+//! 1. **A box.** A stable F has a logarithm in the disc, and |F| ≤ M there with M linear in α and β.
+//!    Every Taylor coefficient of log F is at most 2Λ, Λ = log M (Carathéodory), so the coefficient of
+//!    w^(d+1) of F itself, n₁(α + p₀β) apart from the plant's own, is at most that of
+//!    exp(2Λw/(1 − w)), a polynomial in log(α + β). A linear function exceeds it from some R on: the
+//!    region lies in α + p₀β ≤ R, for every operator. It is never unbounded.
+//! 2. **The curve** inside the box, with nothing left out (`decomposition.rs`), and all crossings of
+//!    its branches, the lines and the axes (`arrangement.rs`).
+//! 3. **Which pieces count.** Crossing the curve to the side that Im P tells takes two unstable poles
+//!    away, crossing a line one; a piece bounds the region exactly if there are none on that side.
+//!    One certified count beside each piece decides. No cell is assumed stable or not: holes and
+//!    detached parts come out as further polygons.
+//! 4. **Polygons**: the pieces joined, the region on their left; holes run clockwise.
+//!
+//! Sources: Yu. I. Neimark, *D-partition and robust stability*, Comput. Math. Model. 9, 1998;
+//! O. Tokatlı, *Fractional Order Control in Haptics*, §4.3.
+
+use crate::arrangement::{Edge, Straight, monotone, near, pieces};
+use crate::circle::Characteristic;
+use crate::decomposition::{Decomposition, Sample};
+use crate::outline::Outline;
+use crate::stability::checked_delay;
+use crate::{AnalysisError, LoopOperator, SampledPlant};
+use core::f64::consts::PI;
+
+/// One corner or point of a boundary.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BoundaryPoint {
+    /// α.
+    pub alpha: f64,
+    /// β.
+    pub beta: f64,
+    /// The angle at which a pole crosses the circle there, rad/sample; `None` on an axis.
+    pub theta: Option<f64>,
+}
+
+/// A closed boundary; the last point is followed by the first. The region lies to its left: an
+/// outer boundary runs anticlockwise, that of a hole clockwise.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Polygon {
+    /// In order.
+    pub points: Vec<BoundaryPoint>,
+    /// Enclosed area, negative for a hole; by cubics between the points, not by chords.
+    pub area: f64,
+}
+
+/// The α, β ≥ 0 for which a loop is stable.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum StabilityRegion {
+    /// No stable loop with α, β ≥ 0.
+    Empty {
+        /// R: none was possible beyond α + p₀β = R.
+        searched: f64,
+    },
+    /// A bounded region, perhaps with holes or in several parts.
+    Bounded(StableArea),
+}
+
+/// A region that is not empty.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StableArea {
+    /// Outer boundaries and holes, the largest first.
+    pub polygons: Vec<Polygon>,
+    /// Area, holes taken away.
+    pub area: f64,
+    /// The least upper bound of α.
+    pub alpha_max: f64,
+    /// β where it is reached.
+    pub beta_at_alpha_max: f64,
+    /// The least upper bound of β.
+    pub beta_max: f64,
+    /// R: the region was proved to lie within α + p₀β ≤ R, p₀ the direct gain of the operator.
+    pub searched: f64,
+    /// (p, c) of the line of w = 1: stable loops have α + pβ > c. It may coincide with an axis.
+    at_rest: (f64, f64),
+}
+
+impl StabilityRegion {
+    /// Longest delay, samples: beyond, the box of step 1 leaves the range of `f64`.
+    pub const DELAY_MAX: usize = 64;
+    /// Smallest order other than 0: below, the curve is too close to a straight line to be told apart.
+    pub const ORDER_MIN: f64 = 1e-6;
+
+    /// Computes it for a plant, an operator and d samples of delay, with about `points` points on
+    /// the boundary (at least what its shape needs, some hundred).
+    ///
+    /// - *Accuracy*: points on the curve to about 1e-12, extremes of α and β to 1e-10; parts
+    ///   smaller than about 1e-8 are not seen.
+    /// - *Cost*: some 10³ responses of the operator, one certified count a piece (a few dozen), and
+    ///   `points` responses.
+    ///
+    /// # Errors
+    /// δ or γ outside the range of a [`SampledPlant`]; an order between 0 and 1e-6; d above 64, or
+    /// [`AnalysisError::Unresolved`] if the pieces do not close to polygons, which means that parts of
+    /// the boundary come closer to each other than rounding errors can tell.
+    pub fn new(
+        plant: SampledPlant,
+        operator: &LoopOperator,
+        delay: usize,
+        points: usize,
+    ) -> Result<Self, AnalysisError> {
+        checked_delay(delay)?;
+        if delay > Self::DELAY_MAX {
+            return Err(AnalysisError::Range {
+                what: "delay of a region",
+                value: delay as f64,
+                allowed: "from 0 to 64",
+                unit: "samples",
+            });
+        }
+        let order = operator.order().get();
+        if order > 0.0 && order < Self::ORDER_MIN {
+            return Err(AnalysisError::Range {
+                what: "order of a region",
+                value: order,
+                allowed: "0, or from 1e-6 to 2",
+                unit: "",
+            });
+        }
+        let characteristic = Characteristic {
+            plant,
+            operator,
+            delay,
+        };
+        let decomposition = Decomposition {
+            characteristic,
+            direct_gain: operator.direct_gain(),
+            reach: reach(&characteristic)?,
+        };
+        let searched = decomposition.reach;
+        let loops = if order == 0.0 {
+            crate::strip::polygons(&decomposition)
+        } else {
+            let edges = edges(&decomposition)?;
+            let pieces = pieces(&decomposition, &edges);
+            let outline = Outline {
+                decomposition: &decomposition,
+                circle: characteristic.circle(),
+                edges: &edges,
+                pieces: &pieces,
+            };
+            outline.polygons(points)?
+        };
+        let at_rest = decomposition.line_at_rest().unwrap_or((0.0, 0.0));
+        Ok(summary(loops, searched, at_rest))
+    }
+
+    /// Whether it is empty.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        matches!(self, Self::Empty { .. })
+    }
+
+    /// The area, unless it is empty.
+    #[must_use]
+    pub fn bounded(&self) -> Option<&StableArea> {
+        match self {
+            Self::Empty { .. } => None,
+            Self::Bounded(area) => Some(area),
+        }
+    }
+
+    /// Whether a loop with these α and β is stable, from the polygons: right up to their chords,
+    /// which with 2000 points are within about 1e-6 of the boundary. Cost: one comparison a point,
+    /// far less than a verdict, so this is what maps are made from.
+    #[must_use]
+    pub fn contains(&self, alpha: f64, beta: f64) -> bool {
+        let Some(area) = self.bounded() else {
+            return false;
+        };
+        let (p, c) = area.at_rest;
+        if alpha + p * beta <= c {
+            return false;
+        }
+        // Even–odd: holes and parts alike.
+        let polygons = area.polygons.iter();
+        let crossings = polygons.filter(|polygon| polygon.contains(alpha, beta));
+        crossings.count() % 2 == 1
+    }
+}
+
+impl Polygon {
+    fn contains(&self, alpha: f64, beta: f64) -> bool {
+        let mut inside = false;
+        let Some(mut a) = self.points.last() else {
+            return false;
+        };
+        for b in &self.points {
+            if (a.beta > beta) != (b.beta > beta) {
+                let share = (beta - a.beta) / (b.beta - a.beta);
+                inside ^= alpha < a.alpha + share * (b.alpha - a.alpha);
+            }
+            a = b;
+        }
+        inside
+    }
+}
+
+/// R, see the module's step 1.
+fn reach(characteristic: &Characteristic) -> Result<f64, AnalysisError> {
+    let Characteristic {
+        plant,
+        operator,
+        delay,
+    } = characteristic;
+    let direct = operator.direct_gain();
+    // sup |P| over the circle, generously: it enters as a logarithm.
+    let (at_nyquist, _) = operator.response_and_rate(PI);
+    let largest = at_nyquist.norm() + operator.variation(0.0, PI);
+    let own = [1.0, plant.pole_sum().abs(), plant.pole_product()];
+    let passive: f64 = own.iter().sum();
+    let gain = (plant.n1().abs() + plant.n0().abs()) * (largest / direct).max(1.0);
+    let power = delay + 1;
+    let own_coefficient = own.get(power).copied().unwrap_or(0.0);
+    let bound = |reach: f64| {
+        let lambda = libm::log(passive + gain * reach);
+        // [w^p] exp(2Λw/(1 − w)) = Σ_{k=1}^{p} C(p − 1, k − 1)(2Λ)^k/k!
+        let mut term = 2.0 * lambda;
+        let mut sum = 0.0;
+        for k in 1..=power {
+            sum += term;
+            let k = k as f64;
+            term *= 2.0 * lambda * (power as f64 - k) / (k * (k + 1.0));
+        }
+        (own_coefficient + sum) / plant.n1()
+    };
+    // From above towards the largest R that still satisfies it: every step keeps the region inside.
+    let mut reach: f64 = 1e250;
+    for _ in 0..2000 {
+        let next = bound(reach);
+        if next >= reach || next.is_nan() {
+            break;
+        }
+        let settled = next > 0.99 * reach;
+        reach = next;
+        if settled {
+            return Ok(reach);
+        }
+    }
+    Err(AnalysisError::Unresolved {
+        what: "a box that holds the stability region",
+        why: "a force hardly moves the plant within a sample",
+    })
+}
+
+/// The curve between its extremes, the straight lines and the axes.
+fn edges(decomposition: &Decomposition) -> Result<Vec<Edge>, AnalysisError> {
+    let trace = decomposition.trace()?;
+    let mut edges: Vec<Edge> = (trace.stretches.iter())
+        .flat_map(|stretch| monotone(decomposition, stretch))
+        .collect();
+    let gain = |theta: f64| decomposition.characteristic.node(theta).gain.value.re;
+    let mut lines: Vec<(f64, f64, f64, Option<bool>)> = Vec::new();
+    let mut rest_on_axis = None;
+    if let Some((p, c)) = decomposition.line_at_rest() {
+        if p.abs() <= 1e-12 && c.abs() <= 1e-12 {
+            // α = 0: the axis itself.
+            rest_on_axis = Some(0.0);
+        } else {
+            lines.push((p, c, 0.0, Some(gain(0.0) > 0.0)));
+        }
+    }
+    if let Some((p, c)) = decomposition.line_at_nyquist() {
+        lines.push((p, c, PI, Some(gain(PI) > 0.0)));
+    }
+    lines.extend(trace.lines.iter().map(|&(p, c, theta)| (p, c, theta, None)));
+    let (alpha_end, beta_end) = (
+        decomposition.reach,
+        decomposition.reach / decomposition.direct_gain,
+    );
+    for (p, c, theta, stable_side) in lines {
+        // α = c − pβ with 0 ≤ β ≤ its end and 0 ≤ α ≤ its end.
+        let (mut low, mut high) = (0.0_f64, beta_end);
+        if p == 0.0 {
+            if !(0.0..=alpha_end).contains(&c) {
+                continue;
+            }
+        } else {
+            let (one, other) = (c / p, (c - alpha_end) / p);
+            low = low.max(one.min(other));
+            high = high.min(one.max(other));
+        }
+        let ends = [
+            [(c - p * low).max(0.0), low],
+            [(c - p * high).max(0.0), high],
+        ];
+        if low < high && !near(ends[0], ends[1]) {
+            edges.push(Edge::Straight(Straight {
+                ends,
+                normal: [1.0, p],
+                offset: c,
+                theta: Some(theta),
+                stable_side,
+            }));
+        }
+    }
+    let axis = |end: [f64; 2], normal, theta| {
+        Edge::Straight(Straight {
+            ends: [[0.0, 0.0], end],
+            normal,
+            offset: 0.0,
+            theta,
+            stable_side: Some(true),
+        })
+    };
+    edges.push(axis([alpha_end, 0.0], [0.0, 1.0], None));
+    edges.push(axis([0.0, beta_end], [1.0, 0.0], rest_on_axis));
+    Ok(edges)
+}
+
+fn summary(mut polygons: Vec<Polygon>, searched: f64, at_rest: (f64, f64)) -> StabilityRegion {
+    polygons.retain(|polygon| polygon.points.len() > 2);
+    polygons.sort_by(|a, b| b.area.total_cmp(&a.area));
+    let points = || polygons.iter().flat_map(|polygon| &polygon.points);
+    let Some(peak) = points().max_by(|a, b| a.alpha.total_cmp(&b.alpha)).copied() else {
+        return StabilityRegion::Empty { searched };
+    };
+    let beta_max = points().fold(0.0, |most: f64, point| most.max(point.beta));
+    StabilityRegion::Bounded(StableArea {
+        area: polygons.iter().map(|polygon| polygon.area).sum(),
+        polygons,
+        alpha_max: peak.alpha,
+        beta_at_alpha_max: peak.beta,
+        beta_max,
+        searched,
+        at_rest,
+    })
+}
+
+/// A point for a picture, from a sample.
+pub(crate) fn boundary_point(sample: &Sample) -> BoundaryPoint {
+    BoundaryPoint {
+        alpha: sample.point[0].max(0.0),
+        beta: sample.point[1].max(0.0),
+        theta: (!sample.theta.is_nan()).then_some(sample.theta),
+    }
+}

@@ -1,0 +1,104 @@
+//! What the hand feels: the closed loop read as a spring and a damper.
+
+use crate::environment::{Effective, Environment};
+use crate::error::{not_negative, positive};
+use crate::{AnalysisError, Loop};
+use fracdiff::FrequencyResponse;
+use num_complex::Complex;
+
+/// Device, zero-order hold and virtual environment, as the hand meets them.
+///
+/// ```text
+/// Z(jω) = jωm + b + H·e^(−jωT/2)·e^(−jωTd)/(jω)
+/// ES(ω) = −ω·Im Z,    ED(ω) = Re Z
+/// ```
+/// Force in phase with velocity is damping, force in phase with displacement is stiffness; a spring is
+/// a positive ES. (The dissertation prints 6.1 with the opposite sign of every term, against its own
+/// text, where the mass lowers and K raises the stiffness.) The hold is e^(−jωT/2), its delay: images
+/// above π/T are not in it, nor is the droop of sin(ωT/2)/(ωT/2).
+///
+/// - The hand's stiffness is not part of it: the hand is what feels.
+/// - Range of ω: 0 < ω ≤ π/T, rad/s, for the continuous form too.
+///
+/// Source: O. Tokatlı, *Fractional Order Control in Haptics*, eqs. 6.1, 6.2.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClosedLoop {
+    /// m, kg, above 0.
+    pub mass_kg: f64,
+    /// b, N·s/m, at least 0.
+    pub damping_n_s_per_m: f64,
+    /// K, B, μ, T.
+    pub environment: Environment,
+    /// d, whole samples between measuring and acting, besides the hold; 0 in the dissertation.
+    pub delay_samples: usize,
+}
+
+impl ClosedLoop {
+    /// With the derivative s^μ itself in place of a sampled operator.
+    ///
+    /// ```text
+    /// ES = −mω² + K cos(ωT/2) + B·ω^μ cos((ωT − πμ)/2)
+    /// ED = b − (K/ω) sin(ωT/2) − B·ω^(μ−1) sin((ωT − πμ)/2)
+    /// ```
+    /// with ωT/2 + ωTd in place of ωT/2 where there is a delay.
+    ///
+    /// # Errors
+    /// A parameter or ω outside its range, or a result too large for a number.
+    pub fn continuous(&self, omega_rad_s: f64) -> Result<Effective, AnalysisError> {
+        let omega = omega_rad_s;
+        let lag = self.lag(omega)?;
+        let Environment {
+            stiffness_n_per_m: k,
+            dissipation_n_s_mu_per_m: b,
+            order,
+            ..
+        } = self.environment;
+        let mu = order.get();
+        let angle = lag - 0.5 * std::f64::consts::PI * mu;
+        let spring = k * libm::cos(lag) + b * libm::pow(omega, mu) * libm::cos(angle);
+        let damper = k / omega * libm::sin(lag) + b * libm::pow(omega, mu - 1.0) * libm::sin(angle);
+        let inertia = self.mass_kg * omega * omega;
+        Effective::new(omega, spring - inertia, self.damping_n_s_per_m - damper)
+    }
+
+    /// With the operator the loop really runs, P for this order.
+    ///
+    /// # Errors
+    /// As [`continuous`](Self::continuous).
+    pub fn sampled(
+        &self,
+        operator: &(impl FrequencyResponse + ?Sized),
+        omega_rad_s: f64,
+    ) -> Result<Effective, AnalysisError> {
+        let omega = omega_rad_s;
+        let lag = self.lag(omega)?;
+        let h = self
+            .environment
+            .response(operator, self.environment.theta(omega)?);
+        // H·e^(−j·lag) = ES part + jω·ED part, since (a + jc)/(jω) = c/ω − ja/ω.
+        let acting = h * Complex::new(libm::cos(lag), -libm::sin(lag));
+        let inertia = self.mass_kg * omega * omega;
+        let damping = self.damping_n_s_per_m + acting.im / omega;
+        Effective::new(omega, acting.re - inertia, damping)
+    }
+
+    /// ωT/2 + ωTd, after the range checks.
+    fn lag(&self, omega_rad_s: f64) -> Result<f64, AnalysisError> {
+        positive("mass", self.mass_kg, "kg")?;
+        not_negative("damping", self.damping_n_s_per_m, "N·s/m")?;
+        let theta = self.environment.checked()?.theta(omega_rad_s)?;
+        Ok((self.delay_samples as f64 + 0.5) * theta)
+    }
+}
+
+impl From<&Loop> for ClosedLoop {
+    /// Without extra delay.
+    fn from(system: &Loop) -> Self {
+        Self {
+            mass_kg: system.mass_kg,
+            damping_n_s_per_m: system.damping_n_s_per_m,
+            environment: Environment::from(system),
+            delay_samples: 0,
+        }
+    }
+}

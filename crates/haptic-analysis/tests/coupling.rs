@@ -1,0 +1,307 @@
+//! The coupled port against 50 digits (`tests/golden/make_coupling_golden.py`), brute force and
+//! Corollary 2.
+
+use fracdiff::{ExactDifference, FrequencyResponse, MuirPolynomial, Order, Scheme, Seconds};
+use haptic_analysis::{Coupler, LeastDamping};
+use num_complex::Complex;
+use proptest::prelude::*;
+use std::f64::consts::PI;
+
+const GOLDEN: &str = include_str!("../../../tests/golden/coupling.csv");
+const T: f64 = 1e-3;
+
+fn order(mu: f64) -> Order {
+    Order::new(mu).expect("tests use valid orders")
+}
+
+fn coupler(mu: f64, stiffness: f64, dissipation: f64) -> Coupler<'static> {
+    Coupler::exact(order(mu), T, stiffness, dissipation).expect("valid")
+}
+
+fn enough(coupler: &Coupler<'_>) -> f64 {
+    match coupler.least_damping().expect("valid") {
+        LeastDamping::Enough {
+            damping_n_s_per_m, ..
+        } => damping_n_s_per_m,
+        none => panic!("{coupler:?}: {none:?}"),
+    }
+}
+
+fn close(have: f64, want: f64, tolerance: f64, what: &str) {
+    // Negated, so that a NaN fails.
+    assert!(
+        (have - want).abs() <= tolerance * want.abs(),
+        "{what}: have {have:.15e}, want {want:.15e}, off by {:.1e}",
+        have / want - 1.0
+    );
+}
+
+#[test]
+fn least_damping_agrees_with_50_digits() {
+    for line in GOLDEN.lines().skip(1) {
+        let cells: Vec<&str> = line.split(',').collect();
+        let number = |i: usize| cells[i].parse::<f64>().expect("a number");
+        let [mu, k, b, t, want, theta] = [1, 2, 3, 4, 5, 6].map(number);
+        let coupler = Coupler::exact(order(mu), t, k, b).expect("valid");
+        let made = if cells[0] == "exact" {
+            None
+        } else {
+            let scheme: Scheme = cells[0].parse().expect("a scheme");
+            Some(
+                scheme
+                    .build::<f64>(order(mu), Seconds(t), 1e3)
+                    .expect("valid"),
+            )
+        };
+        let coupler = match &made {
+            Some(operator) => coupler.with_operator(operator, 20),
+            None => coupler,
+        };
+        let have = coupler.least_damping().expect("valid");
+        let LeastDamping::Enough {
+            damping_n_s_per_m,
+            worst_theta,
+        } = have
+        else {
+            panic!("{line}: {have:?}");
+        };
+        let tolerance = if made.is_none() { 1e-12 } else { 1e-9 };
+        close(damping_n_s_per_m, want, tolerance, line);
+        assert!(
+            (worst_theta - theta).abs() < 1e-4,
+            "{line}: θ {worst_theta}"
+        );
+    }
+}
+
+/// The criterion as printed, with complex arithmetic, on 400 000 equal steps of (0, π).
+fn brute_force(z: impl Fn(Complex<f64>) -> Complex<f64>) -> f64 {
+    let values = (400..400_000).map(|i| {
+        let theta = PI * f64::from(i) / 400_000.0;
+        let w = Complex::from_polar(1.0, -theta);
+        let product = -(1.0 + w) * 0.5;
+        (product.norm() + product.re) / (2.0 * (1.0 / z(w)).re)
+    });
+    values.fold(f64::NEG_INFINITY, f64::max)
+}
+
+#[test]
+fn least_damping_agrees_with_a_dense_search() {
+    for (mu, k, b) in [
+        (0.0, 1.0, 2.0),
+        (0.3, 0.1, 4.0),
+        (0.5, 0.0, 10.0),
+        (0.8, 0.5, 300.0),
+        (1.0, 3.0, 1000.0),
+    ] {
+        let want = brute_force(|w| k + b * T.powf(mu) * (1.0 - w).powf(-mu));
+        close(enough(&coupler(mu, k, b)), want, 1e-9, &format!("μ {mu}"));
+        // The same through the operator's response.
+        let operator = ExactDifference(order(mu));
+        let same = coupler(mu, k, b).with_operator(&operator, 1);
+        close(enough(&same), want, 1e-9, &format!("operator, μ {mu}"));
+    }
+}
+
+#[test]
+fn corollary_2_is_not_sufficient_by_finding_4() {
+    // At μ = 1 without a damper: b_c·T/8 in the limit θ → 0, where the corollary says b_c·T/16.
+    for (mu, factor, tolerance) in [(1.0, 2.0, 1e-12), (0.75, 1.30, 0.005), (0.5, 1.13, 0.005)] {
+        let spring = coupler(mu, 0.0, 1000.0);
+        close(
+            enough(&spring) / spring.corollary_damping(),
+            factor,
+            tolerance,
+            &format!("μ {mu}"),
+        );
+        assert!(
+            !spring
+                .passive(1.0001 * spring.corollary_damping())
+                .expect("valid")
+        );
+    }
+    // Equal only without b_c, for any order.
+    for mu in [0.0, 0.5, 1.0, 1.5, 2.0] {
+        let damper = coupler(mu, 8.0, 0.0);
+        close(enough(&damper), 1.0, 1e-14, "k_c/8");
+        close(damper.corollary_damping(), 1.0, 1e-14, "k_c/8");
+    }
+    // The largest factor of all is 2: at μ = 1, k_c = 0.
+    let mut largest: f64 = 0.0;
+    for mu in (1..=100).map(|i| f64::from(i) / 100.0) {
+        for k in [0.0, 1e-3, 0.01, 0.1, 1.0, 10.0] {
+            let coupler = coupler(mu, k * T.powf(mu), 1.0);
+            let factor = enough(&coupler) / coupler.corollary_damping();
+            assert!(factor > 1.0, "μ {mu} k {k}: {factor}");
+            largest = largest.max(factor);
+        }
+    }
+    close(largest, 2.0, 1e-12, "largest factor");
+}
+
+#[test]
+fn above_order_1_no_damping_is_enough_and_the_result_says_where() {
+    for mu in [1.0 + 1e-12, 1.0001, 1.3, 2.0] {
+        for k in [0.0, 1.0, 1e6] {
+            let coupler = coupler(mu, k, 100.0);
+            let LeastDamping::NoneIsEnough { theta } = coupler.least_damping().expect("valid")
+            else {
+                panic!("μ {mu} k {k}: a bound");
+            };
+            assert!(theta > 0.0 && theta < PI, "{theta}");
+            assert!(
+                coupler.admittance(theta).expect("valid").re < 0.0,
+                "μ {mu} k {k} θ {theta}"
+            );
+            assert!(!coupler.passive(1e9).expect("valid"));
+            let conditions = coupler.llewellyn(1e9, theta).expect("valid");
+            assert!(!conditions.fulfilled(), "{conditions:?}");
+        }
+        // What Corollary 2 promises here is a finite damping.
+        assert!(coupler(mu, 1.0, 100.0).corollary_damping().is_finite());
+    }
+}
+
+#[test]
+fn a_muir_polynomial_above_order_1_is_a_negative_spring_that_a_stiff_coupler_hides() {
+    // P(1) = (1−μ)(3−μ)/3 < 0, so Z_c(1) = k_c + b_c·T^μ/P(1): negative unless k_c outweighs it.
+    let mu = 1.5;
+    let operator = MuirPolynomial::<f64, 3>::new(order(mu), Seconds(T)).expect("valid");
+    let rest = (1.0 - mu) * (3.0 - mu) / 3.0;
+    let threshold = T.powf(mu) / -rest;
+    let soft = coupler(mu, 0.9 * threshold, 1.0).with_operator(&operator, 4);
+    let none = soft.least_damping().expect("valid");
+    assert!(
+        matches!(none, LeastDamping::NoneIsEnough { .. }),
+        "{none:?}"
+    );
+    // Not the whole story: with k_c above it 1/Z_c still meets the left half plane, or it does not;
+    // either way the verdict must be that of the response itself.
+    for factor in [1.1, 3.0, 30.0] {
+        let stiff = coupler(mu, factor * threshold, 1.0).with_operator(&operator, 4);
+        let lowest = (1..=20_000)
+            .map(|i| {
+                stiff
+                    .admittance(PI * f64::from(i) / 20_000.0)
+                    .expect("valid")
+                    .re
+            })
+            .fold(f64::INFINITY, f64::min);
+        match stiff.least_damping().expect("valid") {
+            LeastDamping::Enough { .. } => assert!(lowest > 0.0, "{factor}: {lowest}"),
+            LeastDamping::NoneIsEnough { .. } => assert!(lowest <= 0.0, "{factor}: {lowest}"),
+        }
+    }
+}
+
+#[test]
+fn the_hybrid_matrix_is_that_of_its_definitions() {
+    let (mu, k, b, m, damping) = (0.6, 0.4, 30.0, 0.065, 3.5);
+    let coupler = coupler(mu, k, b);
+    for theta in [1e-3, 0.1, 1.0, 2.0, 3.1] {
+        let w = Complex::from_polar(1.0, -theta);
+        let one = Complex::new(1.0, 0.0);
+        let have = coupler.hybrid_matrix(m, damping, theta).expect("valid");
+        let want = [
+            (one - w) / (one + w) * (2.0 / T * m) + damping,
+            (one + w) * 0.5,
+            -one,
+            1.0 / ((T / (one - w)).powf(mu) * b + k),
+        ];
+        for (have, want) in [have.p11, have.p12, have.p21, have.p22].iter().zip(want) {
+            assert!(
+                (have - want).norm() < 1e-11 * want.norm(),
+                "θ {theta}: {have} {want}"
+            );
+        }
+        let (a, b) = (
+            have.llewellyn(),
+            coupler.llewellyn(damping, theta).expect("valid"),
+        );
+        assert!((a.margin - b.margin).abs() < 1e-14, "{a:?} {b:?}");
+        assert!((a.re_p22 - b.re_p22).abs() <= 1e-15, "{a:?} {b:?}");
+    }
+}
+
+#[test]
+fn bad_input_is_refused_in_words() {
+    let make = |mu: f64, t: f64, k: f64, b: f64| Coupler::exact(order(mu), t, k, b);
+    let words = |coupler: Result<Coupler<'_>, _>| match coupler {
+        Ok(coupler) => panic!("{coupler:?}"),
+        Err(error) => haptic_analysis::AnalysisError::to_string(&error),
+    };
+    assert!(words(make(-0.5, T, 1.0, 1.0)).starts_with("order -0.5 is not in [0, 2]"));
+    assert_eq!(
+        words(make(1.0, 0.0, 1.0, 1.0)),
+        "sample time 0 s is not above 0 s"
+    );
+    assert!(words(make(1.0, T, -1.0, 1.0)).starts_with("coupler stiffness -1 N·s/m"));
+    assert!(words(make(1.0, T, 1.0, f64::NAN)).starts_with("coupler dissipation NaN"));
+    assert!(words(make(1.0, T, 0.0, 0.0)).starts_with("impedance of the coupler 0 N·s/m"));
+    assert!(make(1.0, T, 0.9 * f64::MAX, 1.0).is_ok());
+    assert!(
+        make(0.0, T, f64::MAX, f64::MAX).is_err(),
+        "their sum overflows"
+    );
+    let coupler = coupler(1.0, 1.0, 1.0);
+    assert!(coupler.passive(-1.0).is_err());
+    assert!(coupler.admittance(0.0).is_err());
+    assert!(coupler.hybrid_matrix(-1.0, 1.0, 1.0).is_err());
+    assert!(coupler.hybrid_matrix(1.0, -1.0, 1.0).is_err());
+    assert!(coupler.hybrid_matrix(1.0, 1.0, PI).is_err());
+    struct Silent;
+    impl FrequencyResponse for Silent {
+        fn response(&self, _: f64) -> Complex<f64> {
+            Complex::new(f64::NAN, 0.0)
+        }
+    }
+    assert!(coupler.with_operator(&Silent, 1).least_damping().is_err());
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    #[test]
+    fn the_least_damping_meets_llewellyn_everywhere_and_a_hair_less_does_not(
+        mu in 0.0..=1.0_f64, k in 0.0..3.0_f64, b in 0.1..10.0_f64,
+        thetas in prop::collection::vec(1e-5..PI, 50),
+    ) {
+        let coupler = Coupler::exact(order(mu), 1.0, k, b).expect("valid");
+        let LeastDamping::Enough { damping_n_s_per_m: least, worst_theta } =
+            coupler.least_damping().expect("valid") else { panic!("a bound") };
+        prop_assert!(coupler.passive(least).expect("valid"));
+        prop_assert!(!coupler.passive(least * (1.0 - 1e-12)).expect("valid"));
+        for theta in thetas {
+            let conditions = coupler.llewellyn(least * (1.0 + 1e-12), theta).expect("valid");
+            prop_assert!(conditions.fulfilled(), "θ {theta}: {conditions:?}");
+        }
+        let worst = coupler.llewellyn(least * (1.0 - 1e-6), worst_theta.max(1e-5)).expect("valid");
+        prop_assert!(!worst.fulfilled(), "θ {worst_theta}: {worst:?}");
+    }
+
+    #[test]
+    fn the_criterion_never_asks_for_less_than_corollary_2(
+        mu in 0.0..=1.0_f64, k in 0.0..3.0_f64, b in 0.0..10.0_f64,
+    ) {
+        let coupler = Coupler::exact(order(mu), 1.0, k + 1e-3, b).expect("valid");
+        let least = enough(&coupler);
+        prop_assert!(least >= coupler.corollary_damping() * (1.0 - 1e-12));
+        prop_assert!(least <= 2.0 * coupler.corollary_damping() * (1.0 + 1e-12));
+    }
+
+    #[test]
+    fn every_result_is_a_number(
+        mu in 0.0..=2.0_f64, k in 0.0..1e9_f64, b in 0.0..1e9_f64, t in 1e-6..1.0_f64,
+    ) {
+        prop_assume!(k + b > 0.0);
+        let coupler = Coupler::exact(order(mu), t, k, b).expect("valid");
+        let theta = match coupler.least_damping().expect("valid") {
+            LeastDamping::Enough { damping_n_s_per_m, worst_theta } => {
+                prop_assert!(damping_n_s_per_m.is_finite());
+                worst_theta
+            }
+            LeastDamping::NoneIsEnough { theta } => theta,
+        };
+        prop_assert!((0.0..=PI).contains(&theta));
+    }
+}

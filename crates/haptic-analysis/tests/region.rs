@@ -1,0 +1,353 @@
+//! The stability region: anchors, closed forms, and agreement with point verdicts.
+
+use fracdiff::{Order, Scheme, Seconds};
+use haptic_analysis::{
+    LoopOperator, Nondimensional, SampledLoop, SampledPlant, StabilityRegion, StableArea,
+};
+use std::f64::consts::PI;
+
+fn operator(scheme: &str, order: f64) -> LoopOperator {
+    let scheme: Scheme = scheme.parse().expect("a scheme");
+    let order = Order::new(order).expect("in range");
+    LoopOperator::new(scheme, order, Seconds(1e-3), 1e5).expect("an operator")
+}
+
+fn region_of(operator: &LoopOperator, delta: f64, gamma: f64, delay: usize) -> StabilityRegion {
+    let plant = SampledPlant::new(delta, gamma).expect("in range");
+    StabilityRegion::new(plant, operator, delay, 2000).unwrap_or_else(|error| {
+        panic!(
+            "μ = {}, δ = {delta}, γ = {gamma}, d = {delay}: {error}",
+            operator.order()
+        )
+    })
+}
+
+fn area(scheme: &str, order: f64, delta: f64, gamma: f64, delay: usize) -> StableArea {
+    let region = region_of(&operator(scheme, order), delta, gamma, delay);
+    region.bounded().expect("not empty").clone()
+}
+
+#[test]
+fn a_spring_and_a_damper_on_a_free_mass_have_the_closed_form() {
+    let have = area("exact", 1.0, 0.0, 0.0, 0);
+    let root = 2_f64.sqrt();
+    assert!(
+        (have.alpha_max - (12.0 - 8.0 * root)).abs() < 1e-9,
+        "{}",
+        have.alpha_max
+    );
+    assert!((have.beta_at_alpha_max - (2.0 * root - 2.0)).abs() < 1e-9);
+    assert!((have.beta_max - 2.0).abs() < 1e-9);
+    // ∫₀² 2β(2 − β)/(2 + β) dβ = 12 − 16 ln 2
+    assert!(
+        (have.area - (12.0 - 16.0 * 2_f64.ln())).abs() < 1e-9,
+        "{}",
+        have.area
+    );
+    assert_eq!(have.polygons.len(), 1);
+    for point in &have.polygons[0].points {
+        let (alpha, beta) = (point.alpha, point.beta);
+        let want = 2.0 * beta * (2.0 - beta) / (2.0 + beta);
+        assert!(
+            alpha == 0.0 || (alpha - want).abs() < 1e-9,
+            "{point:?}, α = {want}"
+        );
+    }
+}
+
+#[test]
+fn the_anchors_with_delay_and_damping_are_met_to_the_digits_printed() {
+    for (delta, delay, alpha, beta) in [
+        (0.0, 1, 0.14447, 0.42469),
+        (0.0, 2, 0.06243, 0.29139),
+        (0.0, 3, 0.03478, 0.22238),
+        (0.1, 0, 0.82582, 0.80875),
+    ] {
+        let have = area("exact", 1.0, delta, 0.0, delay);
+        assert!(
+            (have.alpha_max - alpha).abs() < 5.1e-6,
+            "d = {delay}: α {}",
+            have.alpha_max
+        );
+        assert!(
+            (have.beta_at_alpha_max - beta).abs() < 5.1e-6,
+            "d = {delay}: β {}",
+            have.beta_at_alpha_max
+        );
+    }
+}
+
+#[test]
+fn spring_only_regions_are_triangles() {
+    // μ = 0: K and B add up. δ = 0.2: α + β < limit where the poles leave at an angle.
+    let have = area("exact", 0.0, 0.2, 0.0, 0);
+    assert_eq!(have.polygons.len(), 1);
+    assert!((have.alpha_max - have.beta_max).abs() < 1e-12);
+    assert!((have.area - 0.5 * have.alpha_max * have.alpha_max).abs() < 1e-12);
+    // Jury for z² − (1 + e)z + e + κ(n₁z + n₀): e + κn₀ < 1.
+    let plant = SampledPlant::new(0.2, 0.0).expect("in range");
+    let want = (1.0 - plant.pole_product()) / plant.n0();
+    assert!(
+        (have.alpha_max - want).abs() < 1e-9,
+        "{} {want}",
+        have.alpha_max
+    );
+    // Without any damping nothing holds: empty, and it says so.
+    let empty = region_of(&operator("exact", 0.0), 0.0, 0.0, 0);
+    assert!(empty.is_empty() && empty.bounded().is_none());
+    assert!(!empty.contains(0.1, 0.1));
+}
+
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        ((self.0 >> 11) as f64) / (1_u64 << 53) as f64
+    }
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.next()
+    }
+}
+
+#[test]
+fn membership_agrees_with_point_verdicts_everywhere() {
+    let mut random = Random(5);
+    let schemes = [
+        "exact",
+        "muir:3",
+        "grunwald:20",
+        "tustin-muir:5",
+        "full:1e-4",
+        "exact",
+        "muir:3",
+    ];
+    let (mut points, mut skipped, mut several, mut empty) = (0, 0, 0, 0);
+    for case in 0..400 {
+        let scheme = schemes[case % schemes.len()];
+        let order = match case % 5 {
+            0 => 0.5 * (random.between(0.0, 5.0)).floor(),
+            _ => random.between(0.02, 2.0),
+        };
+        let delta = if case % 3 == 0 {
+            0.0
+        } else {
+            random.between(0.0, 2.0)
+        };
+        let gamma = if case % 4 < 2 {
+            0.0
+        } else {
+            random.between(0.0, 1.5)
+        };
+        let delay = (random.next() * random.next() * 6.0) as usize;
+        let what =
+            format!("case {case}: {scheme}, μ = {order}, δ = {delta}, γ = {gamma}, d = {delay}");
+        let operator = operator(scheme, order);
+        let plant = SampledPlant::new(delta, gamma).expect("in range");
+        let region = match StabilityRegion::new(plant, &operator, delay, 2000) {
+            Ok(region) => region,
+            Err(error) => panic!("{what}: {error}"),
+        };
+        let (alpha_most, beta_most) = region
+            .bounded()
+            .map_or((2.0, 2.0), |area| (area.alpha_max, area.beta_max));
+        several += usize::from(region.bounded().is_some_and(|area| area.polygons.len() > 1));
+        empty += usize::from(region.is_empty());
+        for i in 0..60 {
+            // Mostly near the region, some far away.
+            let far = if i % 6 == 5 { 20.0 } else { 1.3 };
+            let (alpha, beta) = (
+                random.between(0.0, far * alpha_most),
+                random.between(0.0, far * beta_most),
+            );
+            let parameters = Nondimensional {
+                alpha,
+                beta,
+                delta,
+                gamma,
+            };
+            let verdict = SampledLoop::new(parameters, &operator, delay)
+                .expect("in range")
+                .verdict();
+            let inside = region.contains(alpha, beta);
+            points += 1;
+            if inside != verdict.stable {
+                // Chords cut corners.
+                if verdict.distance < 1e-5 * (1.0 + alpha + beta) {
+                    skipped += 1;
+                    continue;
+                }
+                panic!(
+                    "{what}: α = {alpha}, β = {beta}: region {inside}, {verdict:?}, {}",
+                    summary(&region)
+                );
+            }
+        }
+    }
+    println!(
+        "{points} points, {skipped} skipped, {several} regions of several polygons, {empty} empty"
+    );
+    assert!(skipped < points / 500, "{skipped} skipped");
+}
+
+fn summary(region: &StabilityRegion) -> String {
+    region.bounded().map_or("empty".into(), |area| {
+        let parts: Vec<String> = area
+            .polygons
+            .iter()
+            .map(|p| format!("{} points, area {}", p.points.len(), p.area))
+            .collect();
+        format!("α {} β {} {parts:?}", area.alpha_max, area.beta_max)
+    })
+}
+
+#[test]
+fn the_boundary_is_where_the_characteristic_function_vanishes() {
+    for (scheme, order, delta, gamma, delay) in [
+        ("exact", 0.5, 0.1, 0.0, 0),
+        ("muir:3", 1.7, 0.1, 0.2, 1),
+        ("full:1e-6", 0.8, 0.05, 0.0, 2),
+    ] {
+        let operator = operator(scheme, order);
+        let have = region_of(&operator, delta, gamma, delay);
+        for polygon in &have.bounded().expect("not empty").polygons {
+            for point in &polygon.points {
+                let Some(theta) = point.theta else { continue };
+                let parameters = Nondimensional {
+                    alpha: point.alpha,
+                    beta: point.beta,
+                    delta,
+                    gamma,
+                };
+                let f = SampledLoop::new(parameters, &operator, delay)
+                    .expect("in range")
+                    .characteristic(theta);
+                assert!(f.norm() < 1e-8, "{scheme}, {point:?}: |F| = {:e}", f.norm());
+                assert!((0.0..=PI).contains(&theta));
+            }
+        }
+    }
+}
+
+#[test]
+fn detached_parts_are_found() {
+    // The ninth Muir polynomial ripples, and its boundary curve with it.
+    let (delta, gamma) = (1.219_125_731_899_1, 1.227_911_057_393_125_6);
+    let operator = operator("muir:9", 0.580_811_450_707_542_6);
+    let region = region_of(&operator, delta, gamma, 0);
+    let area = region.bounded().expect("not empty");
+    assert_eq!(area.polygons.len(), 3);
+    for polygon in &area.polygons {
+        assert!(polygon.area > 0.0);
+        // Its boundary has a stable loop to its left, and only there; but for the corners, where
+        // both sides are.
+        let count = polygon.points.len();
+        let (mut tried, mut wrong) = (0, 0);
+        for index in 0..count {
+            let (a, b) = (polygon.points[index], polygon.points[(index + 1) % count]);
+            let (along, across) = (b.alpha - a.alpha, b.beta - a.beta);
+            let stable = |step: f64| {
+                let alpha = 0.5 * (a.alpha + b.alpha) - step * across;
+                let beta = 0.5 * (a.beta + b.beta) + step * along;
+                let parameters = Nondimensional {
+                    alpha,
+                    beta,
+                    delta,
+                    gamma,
+                };
+                // Outside the quadrant there is no loop at all.
+                SampledLoop::new(parameters, &operator, 0).is_ok_and(|subject| subject.is_stable())
+            };
+            tried += 1;
+            wrong += usize::from(!stable(0.02) || stable(-0.02));
+        }
+        assert!(
+            wrong <= 4 + tried / 100,
+            "{wrong} of {tried}, area {}",
+            polygon.area
+        );
+    }
+}
+
+#[test]
+fn a_region_that_cannot_be_asked_for_is_refused_in_words() {
+    let plant = SampledPlant::new(0.1, 0.0).expect("in range");
+    let refused = |order, delay| {
+        let operator = operator("exact", order);
+        let region = StabilityRegion::new(plant, &operator, delay, 100);
+        region.expect_err("refused").to_string()
+    };
+    assert_eq!(
+        refused(1.0, 65),
+        "delay of a region 65 samples is not from 0 to 64 samples"
+    );
+    assert_eq!(
+        refused(1e-9, 0),
+        "order of a region 0.000000001 is not 0, or from 1e-6 to 2"
+    );
+}
+
+#[test]
+fn no_region_hangs_or_holds_a_nan() {
+    for scheme in [
+        "exact",
+        "muir:3",
+        "grunwald:100",
+        "tustin-muir:9",
+        "oustaloup:5:0.5:200",
+        "full:1e-4",
+        "piecewise-linear:1e-4",
+    ] {
+        for order in [0.0, 1e-3, 0.5, 1.0, 1.5, 2.0] {
+            let operator = operator(scheme, order);
+            for (delta, gamma) in [
+                (0.0, 0.0),
+                (1e-4, 0.0),
+                (0.1, 1e-6),
+                (0.0, 10.0),
+                (10.0, 0.0),
+                (1000.0, 5.0),
+            ] {
+                for delay in [0, 3, 64] {
+                    let region = region_of(&operator, delta, gamma, delay);
+                    let Some(area) = region.bounded() else {
+                        continue;
+                    };
+                    let what =
+                        format!("{scheme}, μ = {order}, δ = {delta}, γ = {gamma}, d = {delay}");
+                    assert!(area.area > 0.0 && area.area.is_finite(), "{what}");
+                    assert!(area.alpha_max > 0.0 && area.beta_max > 0.0, "{what}");
+                    assert!(
+                        area.area <= area.alpha_max * area.beta_max * (1.0 + 1e-9),
+                        "{what}"
+                    );
+                    assert!(area.alpha_max <= area.searched, "{what}");
+                    let points = area.polygons.iter().flat_map(|polygon| &polygon.points);
+                    for point in points {
+                        assert!(point.alpha >= 0.0 && point.alpha.is_finite(), "{what}");
+                        assert!(point.beta >= 0.0 && point.beta.is_finite(), "{what}");
+                        assert!(
+                            point.theta.is_none_or(|theta| (0.0..=PI).contains(&theta)),
+                            "{what}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_loop_without_stiffness_is_stable_only_if_its_damper_holds_still() {
+    // (1 − w)^μ is 0 at rest: α = 0 leaves a pole at z = 1. The third Muir polynomial is not.
+    let exact = region_of(&operator("exact", 0.5), 0.1, 0.0, 0);
+    assert!(!exact.contains(0.0, 0.5) && exact.contains(1e-6, 0.5));
+    let muir = region_of(&operator("muir:3", 0.5), 0.1, 0.0, 0);
+    assert!(muir.contains(0.0, 0.5) && !muir.contains(0.0, 0.0));
+    // With a hand it is the hand that holds it.
+    let held = region_of(&operator("exact", 0.5), 0.1, 0.1, 0);
+    assert!(held.contains(0.0, 0.5) && held.contains(0.0, 0.0));
+}

@@ -1,0 +1,550 @@
+//! Stability verdicts: by encirclement, by the Schur–Cohn recursion, and by eigenvalues found here,
+//! independently of the crate.
+
+use fracdiff::{FrequencyResponse, Order, Scheme, Seconds};
+use haptic_analysis::{Jury, LoopOperator, Nondimensional, SampledLoop, SampledPlant};
+use nalgebra::{Complex, DMatrix};
+use proptest::prelude::*;
+
+fn operator(scheme: &str, order: f64) -> LoopOperator {
+    let scheme: Scheme = scheme.parse().expect("a scheme");
+    let order = Order::new(order).expect("in range");
+    LoopOperator::new(scheme, order, Seconds(1e-3), 1e5).expect("an operator")
+}
+
+fn wall(alpha: f64, beta: f64, delta: f64, gamma: f64) -> Nondimensional {
+    Nondimensional {
+        alpha,
+        beta,
+        delta,
+        gamma,
+    }
+}
+
+/// `SplitMix64`, to uniform numbers in [0, 1).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut x = self.0;
+        x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((x ^ (x >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.next()
+    }
+
+    /// 0 in a third of all cases.
+    fn or_nothing(&mut self, high: f64) -> f64 {
+        if self.next() < 1.0 / 3.0 {
+            0.0
+        } else {
+            self.between(0.0, high)
+        }
+    }
+}
+
+/// The characteristic polynomial and its roots, with nothing from the crate: (4.1) and (4.2) as
+/// printed, with c₃ where the dissertation repeats c₂.
+struct Independent {
+    moduli: Vec<f64>,
+}
+
+impl Independent {
+    fn new(parameters: Nondimensional, delay: usize, taps: &[f64]) -> Self {
+        let Nondimensional {
+            alpha,
+            beta,
+            delta,
+            gamma,
+        } = parameters;
+        let [n1, n0, sum, product] = Self::plant(delta, gamma);
+        let mut x = vec![0.0; delay + 2 + taps.len().max(1) + 1];
+        x[0] += 1.0;
+        x[1] -= sum;
+        x[2] += product;
+        for (j, tap) in taps.iter().enumerate() {
+            let h = beta * tap + if j == 0 { alpha } else { 0.0 };
+            x[delay + 1 + j] += n1 * h;
+            x[delay + 2 + j] += n0 * h;
+        }
+        let n = x.len() - 1;
+        // Companion with the coefficients in the last column, unlike the crate's.
+        let companion = DMatrix::from_fn(n, n, |row, column| {
+            if column == n - 1 {
+                -x[n - row]
+            } else {
+                f64::from(u8::from(row == column + 1))
+            }
+        });
+        let moduli = companion
+            .complex_eigenvalues()
+            .iter()
+            .map(|z| z.norm())
+            .collect();
+        Self { moduli }
+    }
+
+    fn plant(delta: f64, gamma: f64) -> [f64; 4] {
+        let e = (-delta).exp();
+        if gamma == 0.0 {
+            if delta == 0.0 {
+                return [0.5, 0.5, 2.0, 1.0];
+            }
+            let square = delta * delta;
+            return [
+                (delta - 1.0 + e) / square,
+                (1.0 - e - delta * e) / square,
+                1.0 + e,
+                e,
+            ];
+        }
+        let c1 = Complex::new(delta * delta - 4.0 * gamma, 0.0).sqrt();
+        let c2 = (-(c1 + delta) / 2.0).exp();
+        let c3 = (-(-c1 + delta) / 2.0).exp();
+        let n1 = ((-c2 - c3 + 2.0) * c1 + (c2 - c3) * delta) / (c1 * 2.0 * gamma);
+        let n0 = ((-c2 - c3 + 2.0 * e) * c1 + (c3 - c2) * delta) / (c1 * 2.0 * gamma);
+        [n1.re, n0.re, (c2 + c3).re, e]
+    }
+
+    fn unstable(&self) -> usize {
+        self.moduli.iter().filter(|&&r| r > 1.0).count()
+    }
+
+    fn gap(&self) -> f64 {
+        self.moduli
+            .iter()
+            .fold(f64::INFINITY, |least, r| least.min((r - 1.0).abs()))
+    }
+
+    fn radius(&self) -> f64 {
+        self.moduli.iter().copied().fold(0.0, f64::max)
+    }
+}
+
+fn muir3(order: f64) -> Vec<f64> {
+    vec![1.0, -order, order * order / 3.0, -order / 3.0]
+}
+
+fn grunwald(order: f64, length: usize) -> Vec<f64> {
+    let mut weight = 1.0;
+    let mut weights = Vec::new();
+    for j in 1..=length {
+        weights.push(weight);
+        weight *= 1.0 - (order + 1.0) / j as f64;
+    }
+    weights
+}
+
+#[test]
+fn no_verdict_is_wrong_in_ten_thousand_random_loops() {
+    const CASES: usize = 10_000;
+    let mut random = Random(20_241);
+    let (mut skipped, mut stable, mut undecided) = (0, 0, 0);
+    let mut worst_radius: f64 = 0.0;
+    for case in 0..CASES {
+        let order = match case % 7 {
+            0 => f64::from(random.between(0.0, 5.0).floor() as u8) * 0.5,
+            _ => random.between(0.0, 2.0),
+        };
+        let (name, taps) = if case % 2 == 0 {
+            ("muir:3", muir3(order))
+        } else {
+            ("grunwald:20", grunwald(order, 20))
+        };
+        let delay = (random.between(0.0, 4.0)) as usize;
+        // Stiffness about as large as the delay lets a loop bear, so that both verdicts are common.
+        let most = 2.0 / (1.0 + 3.0 * delay as f64);
+        let parameters = wall(
+            random.between(0.0, most) * random.next(),
+            random.between(0.0, most),
+            random.or_nothing(2.0),
+            random.or_nothing(2.0),
+        );
+        let want = Independent::new(parameters, delay, &taps);
+        if want.gap() < 1e-9 {
+            skipped += 1;
+            continue;
+        }
+        let operator = operator(name, order);
+        let subject = SampledLoop::new(parameters, &operator, delay).expect("in range");
+        let what = format!("case {case}: {name}, μ = {order}, {parameters:?}, d = {delay}");
+        let verdict = subject.verdict();
+        assert_eq!(
+            verdict.unstable_poles,
+            Some(want.unstable()),
+            "{what}, gap {:e}",
+            want.gap()
+        );
+        assert_eq!(verdict.stable, want.unstable() == 0, "{what}");
+        stable += usize::from(verdict.stable);
+        match subject.jury().expect("a polynomial") {
+            Jury::Stable => assert!(verdict.stable, "{what}"),
+            Jury::NotStable => assert!(!verdict.stable, "{what}"),
+            _ => undecided += 1,
+        }
+        let radius = verdict.spectral_radius.expect("a polynomial");
+        // A zero as good as double is known to the root of a rounding error only.
+        worst_radius = worst_radius.max((radius - want.radius()).abs());
+        assert_eq!(radius < 1.0, verdict.stable, "{what}, radius {radius}");
+    }
+    println!(
+        "{stable} stable, {skipped} skipped, Jury undecided {undecided}, radius {worst_radius:.1e}"
+    );
+    assert!(
+        stable > CASES / 5 && stable < 4 * CASES / 5,
+        "{stable} stable: a lopsided sample"
+    );
+    assert!(skipped < 5, "{skipped} skipped");
+    assert!(undecided < CASES / 100, "{undecided} undecided");
+    assert!(worst_radius < 1e-6, "{worst_radius:e}");
+}
+
+#[test]
+fn slow_and_nearly_marginal_loops_are_judged_right() {
+    let mut random = Random(7);
+    let mut checked = 0;
+    for case in 0..2000 {
+        let mut small = |least: f64| 10_f64.powf(random.between(least, 0.3));
+        let parameters = wall(small(-7.0), small(-3.0), small(-3.0), 0.0);
+        let order = random.between(0.0, 2.0);
+        let want = Independent::new(parameters, case % 3, &muir3(order));
+        if want.gap() < 1e-9 {
+            continue;
+        }
+        let operator = operator("muir:3", order);
+        let subject = SampledLoop::new(parameters, &operator, case % 3).expect("in range");
+        let have = subject.verdict().unstable_poles;
+        assert_eq!(
+            have,
+            Some(want.unstable()),
+            "case {case}: μ = {order}, {parameters:?}"
+        );
+        checked += 1;
+    }
+    assert!(checked > 1950, "{checked}");
+}
+
+/// The largest stable α for a given β, by bisection of verdicts; the region is one interval there.
+fn stiffest(operator: &LoopOperator, beta: f64, delta: f64, delay: usize) -> f64 {
+    let stable = |alpha| {
+        let parameters = wall(alpha, beta, delta, 0.0);
+        SampledLoop::new(parameters, operator, delay)
+            .expect("in range")
+            .is_stable()
+    };
+    let (mut low, mut high) = (1e-3, 4.0);
+    assert!(stable(low) && !stable(high));
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if stable(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    low
+}
+
+#[test]
+fn the_spring_and_damper_without_device_damping_has_its_closed_form() {
+    let operator = operator("exact", 1.0);
+    for beta in [0.1, 0.5, 8_f64.sqrt() - 2.0, 1.0, 1.5, 1.9] {
+        let want = 2.0 * beta * (2.0 - beta) / (2.0 + beta);
+        let have = stiffest(&operator, beta, 0.0, 0);
+        // The verdict calls |F| ≤ 1e-9 the boundary.
+        assert!((have - want).abs() < 3e-9, "β = {beta}: {have} {want}");
+    }
+}
+
+#[test]
+fn the_boundary_itself_is_not_stable() {
+    let operator = operator("exact", 1.0);
+    let parameters = wall(2.0 / 3.0, 1.0, 0.0, 0.0);
+    let verdict = SampledLoop::new(parameters, &operator, 0)
+        .expect("in range")
+        .verdict();
+    assert!(!verdict.stable);
+    assert_eq!(verdict.unstable_poles, None);
+    assert!(verdict.distance < 1e-9, "{verdict:?}");
+    // No stiffness and no hand: nothing brings the device back, a pole at z = 1.
+    let adrift = wall(0.0, 1.0, 0.1, 0.0);
+    let verdict = SampledLoop::new(adrift, &operator, 0)
+        .expect("in range")
+        .verdict();
+    assert_eq!(
+        (verdict.stable, verdict.unstable_poles, verdict.theta),
+        (false, None, 0.0)
+    );
+}
+
+#[test]
+fn the_exact_operator_agrees_with_a_full_memory_and_long_grunwald_sums() {
+    let mut random = Random(99);
+    let mut checked = 0;
+    for case in 0..60 {
+        let order = random.between(0.05, 1.95);
+        let exact = operator("exact", order);
+        let full = operator("full:1e-9", order);
+        let long = operator("grunwald:3000", order);
+        for _ in 0..20 {
+            let parameters = wall(
+                random.between(0.05, 1.5),
+                random.between(0.05, 1.5),
+                random.or_nothing(0.5),
+                random.or_nothing(0.5),
+            );
+            let delay = case % 3;
+            let verdict = |operator| {
+                SampledLoop::new(parameters, operator, delay)
+                    .expect("in range")
+                    .verdict()
+            };
+            let want = verdict(&exact);
+            // Truncation moves P by about N^(−μ) at most; skip loops closer to the boundary.
+            if want.distance < 0.02 {
+                continue;
+            }
+            assert_eq!(
+                verdict(&full).unstable_poles,
+                want.unstable_poles,
+                "full, μ = {order}, {parameters:?}"
+            );
+            if order > 0.6 {
+                assert_eq!(
+                    verdict(&long).unstable_poles,
+                    want.unstable_poles,
+                    "long, μ = {order}, {parameters:?}"
+                );
+            }
+            checked += 1;
+        }
+    }
+    assert!(checked > 300, "{checked}");
+}
+
+#[test]
+fn a_very_small_order_is_certified_although_its_response_jumps_at_rest() {
+    // θ^0.001 climbs from 0 to 0.98 within the first 1e-9 rad.
+    let tiny = operator("exact", 1e-3);
+    let none = operator("exact", 0.0);
+    for (alpha, beta, delta) in [
+        (0.1, 0.1, 0.5),
+        (1e-6, 0.05, 0.5),
+        (0.5, 1.5, 0.1),
+        (0.3, 0.2, 1.5),
+    ] {
+        let verdict = |operator| {
+            SampledLoop::new(wall(alpha, beta, delta, 0.0), operator, 0)
+                .expect("in range")
+                .verdict()
+        };
+        assert_eq!(
+            verdict(&tiny).unstable_poles,
+            verdict(&none).unstable_poles,
+            "α = {alpha}, β = {beta}"
+        );
+    }
+}
+
+#[test]
+fn the_running_operators_have_the_response_that_is_analysed() {
+    for scheme in [
+        "grunwald:20",
+        "muir:3",
+        "muir:8",
+        "tustin-muir:5",
+        "oustaloup:6:0.5:200",
+        "full:1e-6",
+        "piecewise-linear:1e-4",
+    ] {
+        for mu in [0.0, 0.25, 0.5, 1.0, 1.3, 1.8, 2.0] {
+            let order = Order::new(mu).expect("in range");
+            let running = scheme
+                .parse::<Scheme>()
+                .expect("a scheme")
+                .build::<f64>(order, Seconds(1e-3), 1e5)
+                .expect("builds");
+            let analysed = operator(scheme, mu);
+            for theta in [1e-4, 0.01, 0.3, 1.0, 2.5, 3.1] {
+                let (have, want) = (analysed.response(theta), running.response(theta));
+                let error = (have - want).norm();
+                assert!(
+                    error < 1e-11 * (1.0 + want.norm()),
+                    "{scheme}, μ = {mu}, θ = {theta}: {have} {want}"
+                );
+            }
+            // The direct gain is the response averaged over the circle.
+            let mean: f64 = (0..4096)
+                .map(|k| {
+                    analysed
+                        .response(std::f64::consts::PI * (f64::from(k) + 0.5) / 4096.0)
+                        .re
+                })
+                .sum::<f64>()
+                / 4096.0;
+            assert!(
+                (mean - analysed.direct_gain()).abs() < 1e-3,
+                "{scheme}, μ = {mu}: {mean}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_variation_bounds_every_difference_and_tends_to_the_length() {
+    for scheme in [
+        "exact",
+        "grunwald:20",
+        "muir:3",
+        "tustin-muir:5",
+        "oustaloup:6:0.5:200",
+        "full:1e-6",
+    ] {
+        for mu in [0.2, 0.7, 1.0, 1.4, 2.0] {
+            let operator = operator(scheme, mu);
+            for (low, high) in [
+                (0.0, 0.01),
+                (0.0, 3.0),
+                (0.1, 0.2),
+                (1.0, 1.01),
+                (3.0, std::f64::consts::PI),
+            ] {
+                let steps = 400;
+                let at = |i: i32| {
+                    operator.response(low + (high - low) * f64::from(i) / f64::from(steps))
+                };
+                let length: f64 = (0..steps).map(|i| (at(i + 1) - at(i)).norm()).sum();
+                let bound = operator.variation(low, high);
+                let what = format!("{scheme}, μ = {mu}, [{low}, {high}]: {length} {bound}");
+                assert!(length <= bound * (1.0 + 1e-9), "{what}");
+                assert!(
+                    (at(steps) - at(0)).norm() <= bound * (1.0 + 1e-12),
+                    "{what}"
+                );
+                // Summed over short pieces it is hardly more than the length.
+                let piece = |i: i32| {
+                    let edge = |i| low + (high - low) * f64::from(i) / f64::from(steps);
+                    operator.variation(edge(i), edge(i + 1))
+                };
+                let sum: f64 = (0..steps).map(piece).sum();
+                // A full memory has modes far slower than the first of 400 pieces.
+                let fine = low > 0.0 || scheme == "exact";
+                assert!(!fine || sum < 1.1 * length + 1e-6, "{what}, sum {sum}");
+            }
+        }
+    }
+}
+
+#[test]
+fn polynomials_are_those_of_the_operator() {
+    let muir = operator("muir:3", 0.6);
+    let (above, below) = muir.polynomials().expect("a polynomial");
+    for (have, want) in above.iter().zip(muir3(0.6)) {
+        assert!((have - want).abs() < 1e-15);
+    }
+    assert_eq!(below, [1.0]);
+    let rational = operator("tustin-muir:4", 1.4);
+    let (above, below) = rational.polynomials().expect("a rational function");
+    for theta in [0.2, 1.0, 3.0] {
+        let w = Complex::from_polar(1.0, -theta);
+        let at = |c: &[f64]| {
+            c.iter()
+                .rev()
+                .fold(Complex::new(0.0, 0.0), |sum, c| sum * w + c)
+        };
+        assert!((at(above) / at(below) - rational.response(theta)).norm() < 1e-13);
+    }
+    assert_eq!(operator("exact", 0.5).polynomials(), None);
+    assert_eq!(operator("full", 0.5).polynomials(), None);
+}
+
+#[test]
+fn bad_input_is_refused_in_words() {
+    let integral = LoopOperator::new(
+        Scheme::Exact,
+        Order::new(-0.5).expect("an order"),
+        Seconds(1e-3),
+        1e3,
+    );
+    let words = integral.expect_err("refused").to_string();
+    assert!(words.contains("order -0.5 is not from 0 to 2"), "{words}");
+    let exact = operator("exact", 0.5);
+    for (parameters, delay, want) in [
+        (wall(-1.0, 0.0, 0.0, 0.0), 0, "alpha -1 is not at least 0"),
+        (
+            wall(0.0, f64::NAN, 0.0, 0.0),
+            0,
+            "beta NaN is not at least 0",
+        ),
+        (wall(0.0, 0.0, -3.0, 0.0), 0, "delta -3 is not at least 0"),
+        (
+            wall(0.0, 0.0, 0.0, f64::INFINITY),
+            0,
+            "gamma inf is not at least 0",
+        ),
+        (
+            wall(1e13, 0.0, 0.0, 0.0),
+            0,
+            "alpha 10000000000000 is not from 0 to 1e12",
+        ),
+        (
+            wall(0.0, 0.0, 0.0, 0.0),
+            10_001,
+            "delay 10001 samples is not from 0 to 10000 samples",
+        ),
+    ] {
+        let have = SampledLoop::new(parameters, &exact, delay)
+            .expect_err("refused")
+            .to_string();
+        assert_eq!(have, want);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    #[test]
+    fn encirclement_jury_and_eigenvalues_agree(
+        mu in 0.0..=2.0_f64,
+        alpha in 0.0..2.0_f64,
+        beta in 0.0..2.0_f64,
+        delta in 0.0..3.0_f64,
+        gamma in 0.0..3.0_f64,
+        delay in 0..6_usize,
+        scheme in prop::sample::select(vec!["muir:3", "muir:7", "grunwald:8", "grunwald:20", "tustin-muir:3", "tustin-muir:9"]),
+    ) {
+        let operator = operator(scheme, mu);
+        let subject = SampledLoop::new(wall(alpha, beta, delta, gamma), &operator, delay).expect("in range");
+        let verdict = subject.verdict();
+        let radius = verdict.spectral_radius.expect("a polynomial");
+        prop_assume!((radius - 1.0).abs() > 1e-9);
+        prop_assert_eq!(verdict.stable, radius < 1.0);
+        let poles = subject.poles().expect("a polynomial");
+        let outside = poles.iter().filter(|z| z.norm() > 1.0).count();
+        prop_assert_eq!(verdict.unstable_poles, Some(outside));
+        match subject.jury().expect("a polynomial") {
+            Jury::Stable => prop_assert!(verdict.stable),
+            Jury::NotStable => prop_assert!(!verdict.stable),
+            _ => {}
+        }
+    }
+
+    #[test]
+    fn the_characteristic_function_is_the_sum_it_is_made_of(
+        mu in 0.0..=2.0_f64, alpha in 0.0..2.0_f64, beta in 0.0..2.0_f64,
+        delta in 0.0..3.0_f64, gamma in 0.0..3.0_f64, delay in 0..40_usize, theta in 0.0..3.1_f64,
+    ) {
+        let operator = operator("exact", mu);
+        let have = SampledLoop::new(wall(alpha, beta, delta, gamma), &operator, delay).expect("in range").characteristic(theta);
+        let plant = SampledPlant::new(delta, gamma).expect("in range");
+        let w = Complex::from_polar(1.0, -theta);
+        let p = (-w + 1.0).powf(mu);
+        let fed_back = w.powu(delay as u32 + 1) * (w * plant.n0() + plant.n1()) * (p * beta + alpha);
+        let want = w * w * plant.pole_product() - w * plant.pole_sum() + 1.0 + fed_back;
+        prop_assert!((have - want).norm() < 1e-12 * (1.0 + want.norm()), "{} {}", have, want);
+    }
+}

@@ -1,0 +1,305 @@
+//! What the environment and the closed loop feel like, against the definitions and their limits.
+
+use fracdiff::{ExactDifference, MuirPolynomial, Order, Seconds};
+use haptic_analysis::{ClosedLoop, Effective, Environment, Loop};
+use num_complex::Complex;
+use proptest::prelude::*;
+use std::f64::consts::PI;
+
+fn order(mu: f64) -> Order {
+    Order::new(mu).expect("tests use valid orders")
+}
+
+fn exact(mu: f64) -> ExactDifference {
+    ExactDifference(order(mu))
+}
+
+/// Figure 6.2: m = 0.65 kg, b = 3.5 N·s/m, K = 50 N/m, B = 1 N·s^μ/m; T is not given, 1 ms here.
+fn figure_6_2(mu: f64) -> ClosedLoop {
+    ClosedLoop {
+        mass_kg: 0.65,
+        damping_n_s_per_m: 3.5,
+        environment: Environment {
+            stiffness_n_per_m: 50.0,
+            dissipation_n_s_mu_per_m: 1.0,
+            order: order(mu),
+            sample_time_s: 1e-3,
+        },
+        delay_samples: 0,
+    }
+}
+
+fn with_sample_time(mut closed: ClosedLoop, t: f64) -> ClosedLoop {
+    closed.environment.sample_time_s = t;
+    closed
+}
+
+fn close(have: f64, want: f64, tolerance: f64, what: &str) {
+    // Negated, so that a NaN fails.
+    assert!(
+        (have - want).abs() <= tolerance,
+        "{what}: have {have:.15e}, want {want:.15e}, off by {:.1e}",
+        have - want
+    );
+}
+
+#[test]
+fn the_environment_is_the_closed_form_of_the_exact_operator() {
+    // Figure 3.4: K = 10 N/mm, B = 0.1 N·s^μ/mm, T = 1 ms, with the T^(−μ) the dissertation drops.
+    let (k, b, t) = (1e4, 100.0, 1e-3);
+    for mu in [-0.5, 0.0, 0.5, 1.0, 1.5, 2.0] {
+        let environment = Environment {
+            stiffness_n_per_m: k,
+            dissipation_n_s_mu_per_m: b,
+            order: order(mu),
+            sample_time_s: t,
+        };
+        for omega in [1.0, 100.0, 2000.0, PI / t] {
+            let theta = omega * t;
+            let size = b * (2.0 * (0.5 * theta).sin() / t).powf(mu);
+            let angle = 0.5 * mu * (PI - theta);
+            let have = environment.effective(&exact(mu), omega).expect("valid");
+            let what = format!("μ {mu} ω {omega}");
+            let scale = k + size;
+            close(
+                have.stiffness_n_per_m,
+                k + size * angle.cos(),
+                1e-12 * scale,
+                &what,
+            );
+            close(
+                have.damping_n_s_per_m,
+                size * angle.sin() / omega,
+                1e-12 * scale / omega,
+                &what,
+            );
+        }
+    }
+}
+
+#[test]
+fn a_muir_environment_shows_its_false_spring_at_rest() {
+    // P(1) = (1−μ)(3−μ)/3: B·T^(−μ) times that is felt as stiffness, negative between 1 and 3.
+    let t = 1e-3;
+    for mu in [0.5, 1.0, 1.5, 2.0] {
+        let environment = Environment {
+            stiffness_n_per_m: 0.0,
+            dissipation_n_s_mu_per_m: 1.0,
+            order: order(mu),
+            sample_time_s: t,
+        };
+        let operator = MuirPolynomial::<f64, 3>::new(order(mu), Seconds(t)).expect("valid");
+        let have = environment.effective(&operator, 1e-3).expect("valid");
+        let want = t.powf(-mu) * (1.0 - mu) * (3.0 - mu) / 3.0;
+        close(
+            have.stiffness_n_per_m,
+            want,
+            1e-9 * t.powf(-mu),
+            &format!("μ {mu}"),
+        );
+    }
+}
+
+#[test]
+fn the_closed_forms_are_the_definition_of_the_closed_loop() {
+    for mu in [-0.5, 0.0, 0.3, 1.0, 1.5, 2.0] {
+        for delay_samples in [0, 2] {
+            let closed = ClosedLoop {
+                delay_samples,
+                ..figure_6_2(mu)
+            };
+            let t = closed.environment.sample_time_s;
+            for omega in [0.1, 5.0, 60.0, 1000.0, PI / t] {
+                let j = Complex::new(0.0, 1.0);
+                let late = (-j * omega * t * (0.5 + delay_samples as f64)).exp();
+                let z = |h: Complex<f64>| j * omega * 0.65 + 3.5 + h * late / (j * omega);
+                let derivative = (j * omega).powf(mu);
+                let difference = ((1.0 - (-j * omega * t).exp()) / t).powf(mu);
+                let cases = [
+                    (closed.continuous(omega), z(derivative + 50.0)),
+                    (closed.sampled(&exact(mu), omega), z(difference + 50.0)),
+                ];
+                for (have, z) in cases {
+                    let have = have.expect("valid");
+                    let what = format!("μ {mu} ω {omega} d {delay_samples}");
+                    let scale = 1e-11 * (1.0 + z.norm());
+                    close(have.stiffness_n_per_m, -omega * z.im, scale * omega, &what);
+                    close(have.damping_n_s_per_m, z.re, scale, &what);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn the_signs_are_those_of_the_text_around_6_1_and_not_of_its_print() {
+    // "The mass has a decreasing effect on the stiffness rendering"; K "contributes positively but in a
+    // decreasing fashion"; for 0 ≤ μ ≤ 1 B "has a positive contribution". The printed 6.1 has
+    // +mω² − K cos(ωT/2) − …, every term the other way.
+    for mu in [0.0, 0.5, 1.0] {
+        let base = figure_6_2(mu);
+        let mut heavy = base;
+        heavy.mass_kg *= 2.0;
+        let mut stiff = base;
+        stiff.environment.stiffness_n_per_m *= 2.0;
+        let mut lossy = base;
+        lossy.environment.dissipation_n_s_mu_per_m *= 2.0;
+        let mut gains = Vec::new();
+        for omega in [1.0, 30.0, 500.0, 3000.0] {
+            let felt =
+                |closed: ClosedLoop| closed.continuous(omega).expect("valid").stiffness_n_per_m;
+            assert!(felt(heavy) < felt(base), "mass, ω {omega}");
+            assert!(felt(lossy) >= felt(base), "dissipation, μ {mu} ω {omega}");
+            gains.push(felt(stiff) - felt(base));
+        }
+        assert!(gains.iter().all(|gain| *gain > 0.0), "{gains:?}");
+        assert!(gains.windows(2).all(|pair| pair[1] < pair[0]), "{gains:?}");
+    }
+    // "If 1 < μ ≤ 2 … resulting in a negative contribution" at some frequencies.
+    let light = ClosedLoop {
+        mass_kg: 1e-12,
+        ..figure_6_2(1.5)
+    };
+    assert!(light.continuous(100.0).expect("valid").stiffness_n_per_m < 50.0);
+}
+
+#[test]
+fn the_sampled_loop_tends_to_the_continuous_one_with_first_order() {
+    for mu in [0.25, 0.5, 1.0, 1.5, 2.0] {
+        let error = |t: f64| {
+            let closed = with_sample_time(figure_6_2(mu), t);
+            let (a, b) = (closed.sampled(&exact(mu), 40.0), closed.continuous(40.0));
+            let (a, b) = (a.expect("valid"), b.expect("valid"));
+            let stiffness = a.stiffness_n_per_m - b.stiffness_n_per_m;
+            stiffness.hypot(40.0 * (a.damping_n_s_per_m - b.damping_n_s_per_m))
+        };
+        let ratios: Vec<f64> = [1e-4, 5e-5, 2.5e-5]
+            .map(|t| error(t) / error(0.5 * t))
+            .to_vec();
+        for ratio in &ratios {
+            assert!((ratio - 2.0).abs() < 0.01, "μ {mu}: {ratios:?}");
+        }
+    }
+}
+
+#[test]
+fn at_low_frequency_the_hand_feels_the_spring_and_at_order_1_the_sum_of_both_dampers() {
+    let omega = 1e-4;
+    for mu in [0.5, 1.0, 1.5, 2.0] {
+        let closed = figure_6_2(mu);
+        for felt in [closed.continuous(omega), closed.sampled(&exact(mu), omega)] {
+            let felt = felt.expect("valid");
+            close(felt.stiffness_n_per_m, 50.0, 0.02, &format!("μ {mu}"));
+            if mu >= 1.0 {
+                // b − KT/2, and B beside it at μ = 1.
+                let damper = if mu > 1.0 { 0.0 } else { 1.0 };
+                close(
+                    felt.damping_n_s_per_m,
+                    3.5 + damper - 0.025,
+                    0.02,
+                    &format!("μ {mu}"),
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn the_parameters_of_a_loop_carry_over() {
+    let closed = figure_6_2(0.5);
+    let system = Loop {
+        mass_kg: 0.65,
+        damping_n_s_per_m: 3.5,
+        hand_stiffness_n_per_m: 100.0,
+        sample_time_s: 1e-3,
+        order: order(0.5),
+        stiffness_n_per_m: 50.0,
+        dissipation_n_s_mu_per_m: 1.0,
+    };
+    assert_eq!(ClosedLoop::from(&system), closed);
+    assert_eq!(Environment::from(&system), closed.environment);
+}
+
+#[test]
+fn bad_input_is_refused_in_words() {
+    let closed = figure_6_2(1.0);
+    let words = |result: Result<Effective, haptic_analysis::AnalysisError>| {
+        result.expect_err("out of range").to_string()
+    };
+    let frequency = "rad/s is not above 0 and at most π/T rad/s";
+    assert_eq!(
+        words(closed.continuous(0.0)),
+        format!("angular frequency 0 {frequency}")
+    );
+    assert_eq!(
+        words(closed.continuous(3142.0)),
+        format!("angular frequency 3142 {frequency}")
+    );
+    assert!(closed.continuous(f64::NAN).is_err());
+    assert!(closed.sampled(&exact(1.0), 1e9).is_err());
+    let wrong = ClosedLoop {
+        mass_kg: -1.0,
+        ..closed
+    };
+    assert_eq!(words(wrong.continuous(1.0)), "mass -1 kg is not above 0 kg");
+    let wrong = ClosedLoop {
+        damping_n_s_per_m: -1.0,
+        ..closed
+    };
+    assert_eq!(
+        words(wrong.continuous(1.0)),
+        "damping -1 N·s/m is not at least 0 N·s/m"
+    );
+    let mut wrong = closed;
+    wrong.environment.stiffness_n_per_m = -1.0;
+    assert!(wrong.sampled(&exact(1.0), 1.0).is_err());
+    assert!(wrong.environment.effective(&exact(1.0), 1.0).is_err());
+    assert!(with_sample_time(closed, 0.0).continuous(1.0).is_err());
+    // Too small for 1/ω to be a number.
+    assert!(closed.continuous(1e-310).is_err());
+}
+
+proptest! {
+    #[test]
+    fn every_result_is_a_number(
+        mu in -2.0..=2.0_f64, k in 0.0..1e6_f64, b in 0.0..1e4_f64, t in 1e-6..1.0_f64,
+        share in 1e-6..=1.0_f64, delay_samples in 0..20_usize,
+    ) {
+        let mut closed = ClosedLoop { delay_samples, ..figure_6_2(mu) };
+        closed.environment.stiffness_n_per_m = k;
+        closed.environment.dissipation_n_s_mu_per_m = b;
+        let closed = with_sample_time(closed, t);
+        let omega = share * PI / t;
+        let operator = MuirPolynomial::<f64, 3>::new(order(mu), Seconds(t)).expect("valid");
+        let results = [
+            closed.continuous(omega),
+            closed.sampled(&exact(mu), omega),
+            closed.sampled(&operator, omega),
+            closed.environment.effective(&operator, omega),
+        ];
+        for felt in results {
+            let felt = felt.expect("valid");
+            prop_assert!(felt.stiffness_n_per_m.is_finite() && felt.damping_n_s_per_m.is_finite());
+        }
+    }
+
+    #[test]
+    fn up_to_order_1_dissipation_never_lowers_effective_stiffness(
+        mu in 0.0..=1.0_f64, share in 1e-6..=1.0_f64,
+    ) {
+        let closed = figure_6_2(mu);
+        let mut none = closed;
+        none.environment.dissipation_n_s_mu_per_m = 0.0;
+        let omega = share * PI / 1e-3;
+        let gain = |with: Effective, without: Effective| {
+            with.stiffness_n_per_m - without.stiffness_n_per_m
+        };
+        let p = exact(mu);
+        let continuous = (closed.continuous(omega), none.continuous(omega));
+        let alone = (closed.environment.effective(&p, omega), none.environment.effective(&p, omega));
+        for (with, without) in [continuous, alone] {
+            let (with, without) = (with.expect("valid"), without.expect("valid"));
+            prop_assert!(gain(with, without) >= -1e-9 * with.stiffness_n_per_m.abs());
+        }
+    }
+}
