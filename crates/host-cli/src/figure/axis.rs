@@ -17,6 +17,10 @@ const FINE_DECADES: f64 = 3.0;
 const PLAIN_DECADES: std::ops::RangeInclusive<i32> = -3..=4;
 /// About so many ticks on a linear axis.
 const LINEAR_TICKS: f64 = 5.0;
+/// A decade shorter than this, px, has no small ticks.
+const NARROWEST_DECADE: f64 = 18.0;
+/// No axis needs its ticks made fewer more often than this to have one at most.
+const MOST_THINNED: u32 = 60;
 /// Room beyond the values, as a share of a linear axis or a factor on a logarithmic one.
 const LINEAR_ROOM: f64 = 0.06;
 const LOG_ROOM: f64 = 1.15;
@@ -28,8 +32,10 @@ const NARROWEST: f64 = 1e-9;
 
 /// Linear or logarithmic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Scale {
+pub enum Scale {
+    /// Equal differences are equal lengths.
     Linear,
+    /// Equal ratios are equal lengths; what is not positive has no place.
     Log,
 }
 
@@ -54,10 +60,23 @@ impl Scale {
 /// One axis of a panel.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Axis {
-    pub(super) label: &'static str,
+    /// With the unit; empty where a neighbour or the page says it.
+    pub(super) label: String,
     pub(super) scale: Scale,
     low: f64,
     high: f64,
+    /// Length on the paper, px; infinite until [`Axis::fit`] knows it.
+    length: f64,
+    /// How many times ticks were made fewer so that their labels fit.
+    thinned: u32,
+}
+
+/// A tick with a label.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct LabelledTick {
+    /// Where it is, 0 at the low end of the axis and 1 at the high end.
+    pub(super) fraction: f64,
+    pub(super) label: String,
 }
 
 /// A tick of a logarithmic axis between the powers of ten; some have a label.
@@ -69,6 +88,49 @@ pub(super) struct MinorTick {
 }
 
 impl Axis {
+    fn new(label: &str, scale: Scale, (low, high): (f64, f64)) -> Self {
+        Self {
+            label: label.to_owned(),
+            scale,
+            low,
+            high,
+            length: f64::INFINITY,
+            thinned: 0,
+        }
+    }
+
+    /// An axis from one end to the other; `None` if it cannot show one of them, or they are too
+    /// close or in the wrong order.
+    pub(super) fn between(label: &str, scale: Scale, low: f64, high: f64) -> Option<Self> {
+        let ends = scale.can_show(low) && scale.can_show(high);
+        let span = scale.forward(high) - scale.forward(low);
+        let narrowest = NARROWEST * scale.forward(low).abs().max(scale.forward(high).abs());
+        (ends && span > narrowest).then(|| Self::new(label, scale, (low, high)))
+    }
+
+    /// An axis that begins and ends with the values, or with 0 if that is near.
+    pub(super) fn tight(label: &str, scale: Scale, low: f64, high: f64) -> Self {
+        let (wide_low, wide_high) = match scale {
+            Scale::Linear => linear_range(low, high),
+            Scale::Log => log_range(low, high),
+        };
+        // Zero is the only edge that is much nearer to zero than the values.
+        let end = |edge: f64, value: f64| {
+            if edge.abs() < 0.5 * value.abs() {
+                edge
+            } else {
+                value
+            }
+        };
+        let ends = match scale {
+            Scale::Linear => (end(wide_low, low), end(wide_high, high)),
+            Scale::Log if high / low < 10.0 => (wide_low, wide_high),
+            Scale::Log => (low, high),
+        };
+        Self::between(label, scale, ends.0, ends.1)
+            .unwrap_or_else(|| Self::new(label, scale, (wide_low, wide_high)))
+    }
+
     /// An axis of time: it ends with the values, and a linear one begins a little before them, so
     /// that what happens at the start is not hidden by the edge.
     pub(super) fn time(scale: Scale, low: f64, high: f64) -> Self {
@@ -84,41 +146,39 @@ impl Axis {
             Scale::Log if high / low < 10.0 => (step_below(low), step_above(high)),
             Scale::Log => (low, high),
         };
-        let label = "time / s";
-        Self {
-            label,
-            scale,
-            low,
-            high,
-        }
+        Self::new("time / s", scale, (low, high))
     }
 
     /// An axis with room around the values: from 0 if that is near, or to the next ticks on a
     /// logarithmic axis.
-    pub(super) fn around(label: &'static str, scale: Scale, low: f64, high: f64) -> Self {
-        let (low, high) = match scale {
+    pub(super) fn around(label: &str, scale: Scale, low: f64, high: f64) -> Self {
+        let ends = match scale {
             Scale::Linear => linear_range(low, high),
-            Scale::Log => {
-                let (low, high) = (low / LOG_ROOM, high * LOG_ROOM);
-                if high / low > 1e3 {
-                    let decade = |exponent: f64| 10f64.powf(exponent);
-                    (decade(low.log10().floor()), decade(high.log10().ceil()))
-                } else {
-                    (step_below(low), step_above(high))
-                }
-            }
+            Scale::Log => log_range(low, high),
         };
-        Self {
-            label,
-            scale,
-            low,
-            high,
+        Self::new(label, scale, ends)
+    }
+
+    /// Gives the axis its length on the paper, and no more ticks than their labels have room for;
+    /// `extent` is what a label takes along the axis with the gap to the next one.
+    pub(super) fn fit(&mut self, length: f64, extent: impl Fn(&str) -> f64) {
+        self.length = length;
+        let crowded = |axis: &Self| {
+            let ticks = axis.labelled_ticks();
+            ticks.windows(2).any(|pair| {
+                let needed = (extent(&pair[0].label) + extent(&pair[1].label)) / 2.0;
+                (pair[1].fraction - pair[0].fraction) * length < needed
+            })
+        };
+        while crowded(self) && self.thinned < MOST_THINNED {
+            self.thinned += 1;
         }
     }
 
-    /// A value as kuva gets it; beyond the axis too, where the box cuts the curve off.
-    pub(super) fn place(&self, value: f64) -> f64 {
-        self.scale.forward(value)
+    /// Where a value is, 0 at the low end of the axis and 1 at the high end.
+    pub(super) fn fraction(&self, value: f64) -> f64 {
+        let (low, high) = self.range();
+        (self.scale.forward(value) - low) / (high - low)
     }
 
     /// The ends as kuva gets them.
@@ -129,9 +189,14 @@ impl Axis {
     /// Distance of the ticks that kuva draws, in its units.
     pub(super) fn tick_step(&self) -> f64 {
         match self.scale {
-            Scale::Linear => nice_step((self.high - self.low) / LINEAR_TICKS),
-            Scale::Log if self.decades() > LABELLED_DECADES => 2.0,
-            Scale::Log => 1.0,
+            Scale::Linear => {
+                let step = nice_step((self.high - self.low) / LINEAR_TICKS);
+                (0..self.thinned).fold(step, |step, _| nice_step(2.0 * step))
+            }
+            Scale::Log => {
+                let most = (self.decades() / LABELLED_DECADES).ceil().clamp(1.0, 2.0);
+                most + f64::from(self.thinned.saturating_sub(1))
+            }
         }
     }
 
@@ -150,14 +215,22 @@ impl Axis {
         TickFormat::Custom(Arc::new(self.tick_label()))
     }
 
-    /// All labels along the axis.
-    pub(super) fn labels(&self) -> Vec<String> {
+    /// All ticks with labels, from the low end of the axis to the high one.
+    pub(super) fn labelled_ticks(&self) -> Vec<LabelledTick> {
         let ((low, high), step) = (self.range(), self.tick_step());
         let (first, last) = ((low / step).ceil() as i64, (high / step).floor() as i64);
         let label = self.tick_label();
-        let major = (first..=last).map(|tick| label(tick as f64 * step));
-        let minor = self.minor_ticks().into_iter().filter_map(|tick| tick.label);
-        major.chain(minor).collect()
+        let major = (first..=last).map(|tick| LabelledTick {
+            fraction: (tick as f64 * step - low) / (high - low),
+            label: label(tick as f64 * step),
+        });
+        let minor = self.minor_ticks().into_iter().filter_map(|tick| {
+            let fraction = tick.fraction;
+            tick.label.map(|label| LabelledTick { fraction, label })
+        });
+        let mut ticks: Vec<LabelledTick> = major.chain(minor).collect();
+        ticks.sort_by(|a, b| a.fraction.total_cmp(&b.fraction));
+        ticks
     }
 
     /// The small ticks of a logarithmic axis.
@@ -165,9 +238,11 @@ impl Axis {
         if self.scale == Scale::Linear {
             return Vec::new();
         }
-        let sparse = self.decades() > LABELLED_DECADES;
+        let narrow = self.length < NARROWEST_DECADE * self.decades();
+        let sparse = self.tick_step() > 1.0 || narrow;
         let multiples = if sparse { 1..=1 } else { 2..=9 };
-        let fine = self.decades() <= 1.0 || (self.decades() <= FINE_DECADES && self.is_plain());
+        let short = self.decades() <= 1.0 || (self.decades() <= FINE_DECADES && self.is_plain());
+        let fine = short && self.thinned == 0;
         let (low, high) = self.range();
         let mut ticks = Vec::new();
         for exponent in low.floor() as i32..=high.floor() as i32 {
@@ -197,6 +272,13 @@ impl Axis {
     }
 }
 
+/// The least and the largest value; infinite if there is none.
+pub(super) fn extremes(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+        (low.min(value), high.max(value))
+    })
+}
+
 /// A multiple of a power of ten, as `0.02` or as `2·10⁻²`.
 fn log_label(exponent: i32, multiple: i32, plain: bool) -> String {
     if plain {
@@ -209,6 +291,19 @@ fn log_label(exponent: i32, multiple: i32, plain: bool) -> String {
     }
 }
 
+/// Ends of a logarithmic axis around these values: the next powers of ten or, over few decades,
+/// the next 1, 2 or 5 times one.
+fn log_range(low: f64, high: f64) -> (f64, f64) {
+    let (low, high) = (low / LOG_ROOM, high * LOG_ROOM);
+    if high / low > 1e3 {
+        let decade = |exponent: f64| 10f64.powf(exponent);
+        (decade(low.log10().floor()), decade(high.log10().ceil()))
+    } else {
+        (step_below(low), step_above(high))
+    }
+}
+
+/// Ends of a linear axis around these values: 0 if that is near, or with some room.
 fn linear_range(low: f64, high: f64) -> (f64, f64) {
     let zero_is_near = |near: f64, far: f64| near >= 0.0 && near < 0.5 * far;
     let largest = low.abs().max(high.abs());
@@ -264,27 +359,32 @@ fn step_above(value: f64) -> f64 {
 mod tests {
     use super::*;
 
+    fn labels(axis: &Axis) -> Vec<String> {
+        let ticks = axis.labelled_ticks().into_iter();
+        ticks.map(|tick| tick.label).collect()
+    }
+
     #[test]
     fn an_axis_of_less_than_a_decade_has_labels() {
         let axis = Axis::around("force / N", Scale::Log, 2.9, 3.1);
         assert_eq!((axis.low, axis.high), (2.0, 5.0));
-        assert_eq!(axis.labels(), ["2", "5"]);
+        assert_eq!(labels(&axis), ["2", "5"]);
         let axis = Axis::around("relative error", Scale::Log, 2.9e-8, 3.1e-8);
-        assert_eq!(axis.labels(), ["2·10⁻⁸", "5·10⁻⁸"]);
+        assert_eq!(labels(&axis), ["2·10⁻⁸", "5·10⁻⁸"]);
     }
 
     #[test]
     fn labels_of_one_axis_are_all_plain_or_all_powers() {
         let time = Axis::time(Scale::Log, 1e-3, 200.0);
-        assert_eq!(time.labels(), ["0.001", "0.01", "0.1", "1", "10", "100"]);
+        assert_eq!(labels(&time), ["0.001", "0.01", "0.1", "1", "10", "100"]);
         let error = Axis::around("relative error", Scale::Log, 3e-9, 2e-5);
         assert_eq!(
-            error.labels(),
+            labels(&error),
             ["10⁻⁹", "10⁻⁸", "10⁻⁷", "10⁻⁶", "10⁻⁵", "10⁻⁴"]
         );
         let wide = Axis::around("relative error", Scale::Log, 3e-15, 2e-5);
         assert_eq!(
-            wide.labels(),
+            labels(&wide),
             ["10⁻¹⁴", "10⁻¹²", "10⁻¹⁰", "10⁻⁸", "10⁻⁶", "10⁻⁴"]
         );
     }
@@ -292,9 +392,9 @@ mod tests {
     #[test]
     fn labels_of_a_linear_axis_have_equal_decimals_and_all_differ() {
         let axis = Axis::around("force / N", Scale::Linear, 2.8, 3.0);
-        assert_eq!(axis.labels(), ["2.80", "2.85", "2.90", "2.95", "3.00"]);
+        assert_eq!(labels(&axis), ["2.80", "2.85", "2.90", "2.95", "3.00"]);
         let axis = Axis::around("force / N", Scale::Linear, 3.000_010, 3.000_013);
-        let mut labels = axis.labels();
+        let mut labels = labels(&axis);
         let count = labels.len();
         labels.dedup();
         assert!(count >= 3 && labels.len() == count, "{labels:?}");
@@ -303,8 +403,58 @@ mod tests {
     #[test]
     fn values_keep_their_place_however_small() {
         let axis = Axis::around("relative error", Scale::Log, 1e-15, 1e-12);
-        let decade = axis.place(1e-13) - axis.place(1e-14);
-        assert!((decade - 1.0).abs() < 1e-12, "{decade}");
+        let decade = axis.fraction(1e-13) - axis.fraction(1e-14);
+        assert!((decade * axis.decades() - 1.0).abs() < 1e-12, "{decade}");
+    }
+
+    #[test]
+    fn ticks_become_fewer_until_their_labels_fit() {
+        let fitted = |mut axis: Axis, length: f64| {
+            axis.fit(length, |label| 10.0 * label.chars().count() as f64);
+            labels(&axis)
+        };
+        let linear = Axis::around("force / N", Scale::Linear, 0.0, 0.99);
+        assert_eq!(fitted(linear.clone(), 400.0).len(), 6);
+        assert_eq!(fitted(linear.clone(), 100.0), ["0", "0.5", "1.0"]);
+        assert!(fitted(linear, 1.0).len() <= 1);
+        let log = Axis::around("force / N", Scale::Log, 1.5e-3, 80.0);
+        assert_eq!(
+            fitted(log.clone(), 300.0),
+            ["0.001", "0.01", "0.1", "1", "10", "100"]
+        );
+        assert_eq!(fitted(log.clone(), 100.0), ["0.01", "1", "100"]);
+        assert!(fitted(log, 1.0).len() <= 1);
+    }
+
+    #[test]
+    fn an_axis_that_cannot_be_drawn_is_refused() {
+        let between = |scale, low, high| Axis::between("", scale, low, high).is_some();
+        assert!(between(Scale::Linear, -1.0, 1.0) && between(Scale::Log, 0.1, 1.0));
+        for (low, high) in [
+            (1.0, 1.0),
+            (1.0, 0.5),
+            (f64::NAN, 1.0),
+            (0.0, f64::INFINITY),
+        ] {
+            assert!(!between(Scale::Linear, low, high), "{low} {high}");
+        }
+        assert!(!between(Scale::Log, 0.0, 1.0) && !between(Scale::Log, -1.0, 1.0));
+    }
+
+    #[test]
+    fn a_tight_axis_ends_with_its_values_but_is_never_empty() {
+        let ends = |scale, low, high| {
+            let axis = Axis::tight("", scale, low, high);
+            (axis.low, axis.high)
+        };
+        assert_eq!(ends(Scale::Linear, 0.1, 3.0), (0.0, 3.0));
+        assert_eq!(ends(Scale::Linear, 2.0, 3.0), (2.0, 3.0));
+        assert_eq!(ends(Scale::Log, 0.003, 3.0), (0.003, 3.0));
+        assert_eq!(ends(Scale::Log, 3.0, 6.0), (2.0, 10.0));
+        for value in [-2.0, 0.0, 2.0] {
+            let (low, high) = ends(Scale::Linear, value, value);
+            assert!(low < high && (low..=high).contains(&value), "{low} {high}");
+        }
     }
 
     #[test]

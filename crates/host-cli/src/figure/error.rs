@@ -7,12 +7,22 @@ use crate::record::NewFileError;
 #[non_exhaustive]
 pub enum FigureError {
     /// There is nothing to draw.
-    #[error("no {what} to draw: {samples} samples, none of them with a finite time and value")]
+    #[error(
+        "no {what} to draw: {samples} samples, none of them finite and within reach of its axes"
+    )]
     Empty {
         /// Which curve.
         what: &'static str,
         /// Samples given.
         samples: usize,
+    },
+    /// A page has no letters for so many panels.
+    #[error("{found} panels on one page; at most {most} fit")]
+    Panels {
+        /// Panels given.
+        found: usize,
+        /// Panels that fit.
+        most: usize,
     },
     /// The slices of a figure belong together sample by sample and differ in length.
     #[error("{what} has {found} samples where time has {expected}; both need the same number")]

@@ -1,8 +1,9 @@
 //! Position and force of any log against time.
 
 use super::axis::Scale;
-use super::page::{Page, Row};
-use super::style::{BLUE, GREEN, INK, Stroke, VERMILION};
+use super::curve::Form;
+use super::page::{LegendEntry, Page, Row};
+use super::style::{BLUE, GREEN, INK, LARGE, Stroke, VERMILION};
 use super::theory::{curve, panel};
 use super::thin::{Keep, showable, thin};
 use super::{FigureError, Picture};
@@ -13,26 +14,11 @@ const ROW_HEIGHT: f64 = 300.0;
 /// Positions are drawn in mm.
 const MM_PER_M: f64 = 1e3;
 
-const REFERENCE: Stroke = Stroke {
-    colour: "#999999",
-    width: 4.5,
-};
-const INDENTER: Stroke = Stroke {
-    colour: GREEN,
-    width: 1.8,
-};
-const RENDERING: Stroke = Stroke {
-    colour: BLUE,
-    width: 1.8,
-};
-const FORCE: Stroke = Stroke {
-    colour: VERMILION,
-    width: 1.8,
-};
-const CONTACT: Stroke = Stroke {
-    colour: INK,
-    width: 1.0,
-};
+const REFERENCE: Stroke = Stroke::solid("#999999", 4.5);
+const INDENTER: Stroke = Stroke::solid(GREEN, 1.8);
+const RENDERING: Stroke = Stroke::solid(BLUE, 1.8);
+const FORCE: Stroke = Stroke::solid(VERMILION, 1.8);
+const CONTACT: Stroke = Stroke::solid(INK, 1.0);
 
 /// What a log holds, for a first look: positions above, forces below.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,7 +52,7 @@ impl LogFigure<'_> {
             line(|tick| tick.contact_force_n, CONTACT),
         ];
         let curves = positions.iter().chain(&forces);
-        if curves.map(|curve| curve.points.len()).sum::<usize>() == 0 {
+        if curves.map(|curve| curve.points().count()).sum::<usize>() == 0 {
             return Err(FigureError::Empty {
                 what: "position or force",
                 samples: self.ticks.len(),
@@ -74,6 +60,7 @@ impl LogFigure<'_> {
         }
         let row = |name, caption: &str, label, curves| Row {
             height: ROW_HEIGHT,
+            columns: 1,
             panels: vec![panel(
                 name,
                 caption.to_owned(),
@@ -88,12 +75,15 @@ impl LogFigure<'_> {
             title: self.title.to_owned(),
             subtitle: self.subtitle.to_owned(),
             legend: vec![
-                ("reference", REFERENCE),
-                ("indenter", INDENTER),
-                ("position", RENDERING),
-                ("force", FORCE),
-                ("contact force", CONTACT),
+                LegendEntry::new("reference", Form::Line(REFERENCE)),
+                LegendEntry::new("indenter", Form::Line(INDENTER)),
+                LegendEntry::new("position", Form::Line(RENDERING)),
+                LegendEntry::new("force", Form::Line(FORCE)),
+                LegendEntry::new("contact force", Form::Line(CONTACT)),
             ],
+            sizes: LARGE,
+            x_label: String::new(),
+            y_label: String::new(),
             rows: vec![
                 row('a', "position", "position / mm", positions),
                 row('b', "force", "force / N", forces),

@@ -2,15 +2,19 @@
 //!
 //! ```text
 //! RelaxationFigure, CreepFigure, LogFigure ─▶ panels (axes, thinned curves) ─▶ page ─▶ Picture ─▶ .svg .png
+//! ChartPage: charts of named series ───────┘
 //! ```
 //!
-//! Every picture is drawn from slices of equal length, is thinned to what its pixels can show, and
-//! keeps the colours of Okabe and Ito, which people with any colour vision tell apart. The plot
+//! Every picture is drawn from slices, is thinned to what its pixels can show, and keeps the colours of Okabe and Ito, which people with any colour vision tell apart. The plot
 //! library `kuva` and the renderer `resvg` are known to this module only. Text is set in the
-//! bundled `DejaVu Sans`, so a picture does not depend on the fonts of the machine.
+//! bundled `DejaVu Sans`, so a picture does not depend on the fonts of the machine. In all of it
+//! `^μ` (any Greek letter) and `^{2−μ}` are superscripts, as Unicode has none for μ.
 
 mod axis;
+mod chart;
+mod clip;
 mod creep;
+mod curve;
 mod error;
 mod log_plot;
 mod page;
@@ -18,9 +22,12 @@ mod panel;
 mod relaxation;
 mod render;
 mod style;
+mod superscript;
 mod theory;
 mod thin;
 
+pub use axis::Scale;
+pub use chart::{AxisSpec, Chart, ChartPage, Look, Series};
 pub use creep::CreepFigure;
 pub use error::FigureError;
 pub use log_plot::LogFigure;

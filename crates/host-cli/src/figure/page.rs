@@ -1,29 +1,60 @@
 //! A page: title, subtitle, legend, and panels in rows.
 //!
-//! The legend stands above the panels, where it cannot cover a curve.
+//! The legend stands above the panels, where it cannot cover a curve. Labels that all panels share
+//! and that are too long for one of them stand once, beside or below them all.
 
 use kuva::backend::svg::SvgBackend;
 use kuva::render::render::{Primitive, Scene};
 
-use super::panel::{Frame, Panel, text};
+use super::curve::{BoxEdges, Form, SAMPLE_LENGTH};
+use super::panel::{Frame, Panel, middle_text, text};
 use super::render::Picture;
 use super::style::{
-    INK, LABEL_SIZE, MUTED_INK, PAGE_EDGE, PAGE_WIDTH, SUBTITLE_SIZE, Stroke, TITLE_SIZE, fit,
+    INK, LABEL_SIZE, MUTED_INK, PAGE_EDGE, PAGE_WIDTH, SUBTITLE_SIZE, Sizes, TITLE_SIZE, fit,
     text_width,
 };
+use super::superscript::raise;
 
 const TITLE_BASELINE: f64 = 34.0;
 const SUBTITLE_BASELINE: f64 = 60.0;
-const LEGEND_BASELINE: f64 = 88.0;
-const PANELS_TOP: f64 = 100.0;
-/// Length of a line in the legend.
-const SAMPLE_LENGTH: f64 = 40.0;
+/// From there to the first line of the legend, and to further ones.
+const LEGEND_BELOW: f64 = 28.0;
+const LEGEND_LINE: f64 = 25.0;
+/// Between a sample and its name, and from there to the next sample.
+const SAMPLE_GAP: f64 = 10.0;
+const ENTRY_GAP: f64 = 28.0;
+/// From the last baseline above the panels to their top.
+const PANELS_BELOW: f64 = 12.0;
+/// Between the headings of panels side by side.
+const HEADING_GAP: f64 = 10.0;
+/// Room for a label that all panels share.
+const SHARED_LABEL: f64 = 24.0;
+/// All curves of a page have about so many points, which keeps its SVG below half a megabyte.
+const POINTS_OF_A_PAGE: usize = 20_000;
 
-/// A row of panels of equal width.
+/// A row of panels, whose boxes have equal width.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Row {
     pub(super) height: f64,
+    /// Places for panels; those on the right may be free, but not in the first row.
+    pub(super) columns: usize,
     pub(super) panels: Vec<Panel>,
+}
+
+/// A name in the legend and what it stands for, one over the other.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct LegendEntry {
+    pub(super) name: String,
+    pub(super) forms: Vec<Form>,
+}
+
+impl LegendEntry {
+    pub(super) fn new(name: &str, form: Form) -> Self {
+        Self {
+            name: name.to_owned(),
+            forms: vec![form],
+        }
+    }
 }
 
 /// A page; see the [module](self).
@@ -31,69 +62,233 @@ pub(super) struct Row {
 pub(super) struct Page {
     pub(super) title: String,
     pub(super) subtitle: String,
-    pub(super) legend: Vec<(&'static str, Stroke)>,
+    pub(super) legend: Vec<LegendEntry>,
+    pub(super) sizes: Sizes,
     pub(super) rows: Vec<Row>,
+    /// Labels of all horizontal and of all vertical axes; empty if these have their own.
+    pub(super) x_label: String,
+    pub(super) y_label: String,
 }
 
 impl Page {
     /// Draws the page as SVG.
-    pub(super) fn draw(&self) -> Picture {
-        let height = PANELS_TOP + self.rows.iter().map(|row| row.height).sum::<f64>() + PAGE_EDGE;
+    pub(super) fn draw(mut self) -> Picture {
+        let legend = self.legend_lines();
+        let header = match legend.len() {
+            0 => self.title_end(),
+            lines => self.title_end() + LEGEND_BELOW + (lines - 1) as f64 * LEGEND_LINE,
+        };
+        let panels_top = header + PANELS_BELOW;
+        let rows_height = self.rows.iter().map(|row| row.height).sum::<f64>();
+        let below = if self.x_label.is_empty() {
+            0.0
+        } else {
+            SHARED_LABEL
+        };
+        let height = panels_top + rows_height + below + PAGE_EDGE;
         let mut scene = Scene::new(PAGE_WIDTH, height);
         scene.font_family = Some("DejaVu Sans, Verdana, Arial, sans-serif".to_owned());
         scene.text_color = Some(INK.to_owned());
-        self.add_header(&mut scene);
-        // One margin for all, so that the boxes stand in line.
-        let panels = self.rows.iter().flat_map(|row| &row.panels);
-        let left = panels.map(Panel::margin_left).fold(0.0, f64::max);
-        let mut y = PANELS_TOP;
-        for row in &self.rows {
-            let width = (PAGE_WIDTH - 2.0 * PAGE_EDGE) / row.panels.len() as f64;
+        self.add_header(&mut scene, &legend);
+        let frames = self.place();
+        self.add_shared_labels(&mut scene, &frames, panels_top, rows_height);
+        self.add_panels(&mut scene, &frames, panels_top);
+        Picture::new(raise(&SvgBackend::new().render_scene(&scene)))
+    }
+
+    /// Fits all axes and finds the frame of each panel with its left edge on the page.
+    fn place(&mut self) -> Vec<Vec<(f64, Frame)>> {
+        let sizes = self.sizes;
+        let mut bottoms = Vec::new();
+        for row in &mut self.rows {
+            let margins = row.panels.iter().map(|panel| panel.margin_bottom(sizes));
+            let bottom = row.height - margins.fold(0.0, f64::max);
+            for panel in &mut row.panels {
+                panel.fit_y(bottom - sizes.top, sizes);
+            }
+            bottoms.push(bottom);
+        }
+        let curves = |row: &Row| {
+            row.panels
+                .iter()
+                .map(|panel| panel.curves.len())
+                .sum::<usize>()
+        };
+        let curves = self.rows.iter().map(curves).sum::<usize>();
+        let most_points = POINTS_OF_A_PAGE / curves.max(1);
+        let page_left = PAGE_EDGE
+            + if self.y_label.is_empty() {
+                0.0
+            } else {
+                SHARED_LABEL
+            };
+        let lefts: Vec<Vec<f64>> = (self.rows.iter())
+            .map(|row| self.margins_left(row.columns))
+            .collect();
+        let mut frames = Vec::new();
+        for ((row, lefts), bottom) in self.rows.iter_mut().zip(lefts).zip(bottoms) {
+            let margins = lefts.iter().map(|left| left + sizes.right).sum::<f64>();
+            let boxes = PAGE_WIDTH - PAGE_EDGE - page_left - margins;
+            let box_width = boxes / row.columns as f64;
+            let mut x = page_left;
+            let mut placed = Vec::new();
+            for (panel, left) in row.panels.iter_mut().zip(lefts) {
+                panel.fit_x(box_width, sizes);
+                let edges = BoxEdges {
+                    left,
+                    right: left + box_width,
+                    top: sizes.top,
+                    bottom,
+                };
+                let frame = Frame {
+                    width: edges.right + sizes.right,
+                    height: row.height,
+                    edges,
+                    sizes,
+                    most_points,
+                };
+                placed.push((x, frame));
+                x += frame.width;
+            }
+            frames.push(placed);
+        }
+        frames
+    }
+
+    /// Space to the left of each box in rows of so many columns. Boxes stand in line: all columns
+    /// with axis labels have one margin, and all without.
+    fn margins_left(&self, columns: usize) -> Vec<f64> {
+        let widest = |labelled: bool| {
+            let panels = self.rows.iter().flat_map(|row| &row.panels);
+            let panels = panels.filter(|panel| panel.y.label.is_empty() != labelled);
+            let margins = panels.map(|panel| panel.margin_left(self.sizes));
+            margins.fold(0.0, f64::max)
+        };
+        let (labelled, bare) = (widest(true), widest(false));
+        let rows: Vec<&Row> = (self.rows.iter())
+            .filter(|row| row.columns == columns)
+            .collect();
+        let has_label = |column: usize| {
+            let mut panels = rows.iter().filter_map(|row| row.panels.get(column));
+            panels.any(|panel| !panel.y.label.is_empty())
+        };
+        (0..columns)
+            .map(|column| if has_label(column) { labelled } else { bare })
+            .collect()
+    }
+
+    fn add_panels(&self, scene: &mut Scene, frames: &[Vec<(f64, Frame)>], top: f64) {
+        let alone = self.rows.iter().map(|row| row.panels.len()).sum::<usize>() == 1;
+        let heading = |panel: &Panel| match panel.caption.as_str() {
+            caption if alone => caption.to_owned(),
+            "" => format!("({})", panel.name),
+            caption => format!("({}) {caption}", panel.name),
+        };
+        // A heading reaches to the next one, and all have one size.
+        let room = |row: &[(f64, Frame)], column: usize| {
+            let start = |(x, frame): &(f64, Frame)| x + frame.edges.left;
+            let end = row.get(column + 1).map(|next| start(next) - HEADING_GAP);
+            end.unwrap_or(PAGE_WIDTH) - start(&row[column])
+        };
+        let mut size = self.sizes.label;
+        for (row, frames) in self.rows.iter().zip(frames) {
             for (column, panel) in row.panels.iter().enumerate() {
-                let x = PAGE_EDGE + column as f64 * width;
+                size = fit(&heading(panel), size, room(frames, column)).1;
+            }
+        }
+        let mut y = top;
+        for (row, frames) in self.rows.iter().zip(frames) {
+            for (column, (panel, (x, frame))) in row.panels.iter().zip(frames).enumerate() {
                 scene.add(Primitive::GroupStart {
-                    transform: Some(format!("translate({x},{y})")),
+                    transform: Some(format!("translate({x:.2},{y:.2})")),
                     title: None,
                     extra_attrs: None,
                 });
-                let height = row.height;
-                panel.draw(
-                    &mut scene,
-                    Frame {
-                        width,
-                        height,
-                        left,
-                    },
-                );
+                let (heading, size) = fit(&heading(panel), size, room(frames, column));
+                panel.draw(scene, *frame, &heading, size);
                 scene.add(Primitive::GroupEnd);
             }
             y += row.height;
         }
-        Picture::new(SvgBackend::new().render_scene(&scene))
     }
 
-    fn add_header(&self, scene: &mut Scene) {
+    /// The labels that all panels share, around the middles of all boxes.
+    fn add_shared_labels(
+        &self,
+        scene: &mut Scene,
+        frames: &[Vec<(f64, Frame)>],
+        top: f64,
+        rows_height: f64,
+    ) {
+        let size = self.sizes.label;
+        let first = frames.first().and_then(|row| row.first());
+        let last = frames.first().and_then(|row| row.last());
+        let (Some((left, first)), Some((right, last))) = (first, last) else {
+            return;
+        };
+        if !self.x_label.is_empty() {
+            let (left, right) = (left + first.edges.left, right + last.edges.right);
+            let (label, size) = fit(&self.x_label, size, right - left);
+            let x = (left + right) / 2.0;
+            let y = top + rows_height + 0.9 * f64::from(size);
+            scene.add(middle_text(&label, x, y, size, false));
+        }
+        if !self.y_label.is_empty() {
+            let bottom = frames.last().and_then(|row| row.last());
+            let below = bottom.map_or(0.0, |(_, frame)| frame.height - frame.edges.bottom);
+            let (top, bottom) = (top + first.edges.top, top + rows_height - below);
+            let (label, size) = fit(&self.y_label, size, bottom - top);
+            let x = PAGE_EDGE + f64::from(size);
+            scene.add(middle_text(&label, x, (top + bottom) / 2.0, size, true));
+        }
+    }
+
+    /// Baseline of title and subtitle.
+    fn title_end(&self) -> f64 {
+        if self.subtitle.is_empty() {
+            TITLE_BASELINE
+        } else {
+            SUBTITLE_BASELINE
+        }
+    }
+
+    /// The entries of the legend in lines, each entry with its left edge.
+    fn legend_lines(&self) -> Vec<Vec<(f64, &LegendEntry)>> {
+        let left = 2.0 * PAGE_EDGE;
+        let mut lines: Vec<Vec<(f64, &LegendEntry)>> = Vec::new();
+        let mut x = left;
+        for entry in &self.legend {
+            let width = SAMPLE_LENGTH + SAMPLE_GAP + text_width(&entry.name, LABEL_SIZE);
+            if lines.is_empty() || x + width > PAGE_WIDTH - left {
+                lines.push(Vec::new());
+                x = left;
+            }
+            if let Some(line) = lines.last_mut() {
+                line.push((x, entry));
+            }
+            x += width + ENTRY_GAP;
+        }
+        lines
+    }
+
+    fn add_header(&self, scene: &mut Scene, legend: &[Vec<(f64, &LegendEntry)>]) {
         let left = 2.0 * PAGE_EDGE;
         let room = PAGE_WIDTH - 2.0 * left;
         let (title, size) = fit(&self.title, TITLE_SIZE, room);
         scene.add(text(&title, left, TITLE_BASELINE, size, INK));
         let (subtitle, size) = fit(&self.subtitle, SUBTITLE_SIZE, room);
         scene.add(text(&subtitle, left, SUBTITLE_BASELINE, size, MUTED_INK));
-        let mut x = left;
-        for (label, stroke) in &self.legend {
-            let y = LEGEND_BASELINE - 0.35 * f64::from(LABEL_SIZE);
-            scene.add(Primitive::Line {
-                x1: x,
-                y1: y,
-                x2: x + SAMPLE_LENGTH,
-                y2: y,
-                stroke: stroke.colour.into(),
-                stroke_width: stroke.width,
-                stroke_dasharray: None,
-            });
-            x += SAMPLE_LENGTH + 10.0;
-            scene.add(text(label, x, LEGEND_BASELINE, LABEL_SIZE, INK));
-            x += text_width(label, LABEL_SIZE) + 28.0;
+        for (line, entries) in legend.iter().enumerate() {
+            let baseline = self.title_end() + LEGEND_BELOW + line as f64 * LEGEND_LINE;
+            for (x, entry) in entries {
+                for form in &entry.forms {
+                    let middle = baseline - 0.35 * f64::from(LABEL_SIZE);
+                    (scene.elements).append(&mut form.sample(*x, middle));
+                }
+                let x = x + SAMPLE_LENGTH + SAMPLE_GAP;
+                let (name, size) = fit(&entry.name, LABEL_SIZE, PAGE_WIDTH - left - x);
+                scene.add(text(&name, x, baseline, size, INK));
+            }
         }
     }
 }

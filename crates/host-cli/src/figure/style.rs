@@ -16,7 +16,6 @@ pub(super) const PNG_SCALE: f32 = 2.0;
 pub(super) const TITLE_SIZE: u32 = 20;
 pub(super) const SUBTITLE_SIZE: u32 = 16;
 pub(super) const LABEL_SIZE: u32 = 17;
-pub(super) const TICK_SIZE: u32 = 15;
 /// No text is made smaller than this to fit.
 pub(super) const SMALLEST_SIZE: u32 = 11;
 
@@ -26,32 +25,117 @@ pub(super) const BLUE: &str = "#0072B2";
 pub(super) const ORANGE: &str = "#E69F00";
 pub(super) const VERMILION: &str = "#D55E00";
 pub(super) const GREEN: &str = "#009E73";
+const PURPLE: &str = "#CC79A7";
+const SKY: &str = "#56B4E9";
 pub(super) const INK: &str = "#1a1a1a";
 pub(super) const MUTED_INK: &str = "#555555";
 const GRID: &str = "#e4e4e4";
+
+/// The colours of series, in the order in which they are best told apart. Yellow is left out: a
+/// yellow line is lost on white paper.
+const SERIES_COLOURS: [&str; 7] = [BLUE, VERMILION, GREEN, ORANGE, PURPLE, INK, SKY];
+/// The dashes of series, for prints without colour. One more than colours, so that a series beyond
+/// the last colour differs from the first.
+const SERIES_DASHES: [Dash; 8] = [
+    None,
+    DASHED,
+    DOTTED,
+    Some("11 3 2.2 3"),
+    Some("18 5"),
+    Some("11 3 2.2 3 2.2 3"),
+    Some("4.5 4.5"),
+    Some("18 4 6 4"),
+];
+pub(super) const DASHED: Dash = Some("9 4");
+pub(super) const DOTTED: Dash = Some("2.2 3");
+
+/// Lengths of dashes and gaps, px; `None` is a solid line.
+pub(super) type Dash = Option<&'static str>;
+
+/// The colour of a series.
+pub(super) fn series_colour(index: usize) -> &'static str {
+    SERIES_COLOURS[index % SERIES_COLOURS.len()]
+}
+
+/// The dash of a series that has no other.
+pub(super) fn series_dash(index: usize) -> Dash {
+    SERIES_DASHES[index % SERIES_DASHES.len()]
+}
 
 /// How a curve is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Stroke {
     pub(super) colour: &'static str,
     pub(super) width: f64,
+    pub(super) dash: Dash,
 }
 
+impl Stroke {
+    pub(super) const fn solid(colour: &'static str, width: f64) -> Self {
+        Self {
+            colour,
+            width,
+            dash: None,
+        }
+    }
+}
+
+/// Sizes of a panel's text and of the space around its box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Sizes {
+    /// Font sizes of captions and axis labels, and of tick labels.
+    pub(super) label: u32,
+    pub(super) tick: u32,
+    /// Space between the edges of a panel and its box: on the left at least, if it has a label;
+    /// below with a label and without.
+    pub(super) left: f64,
+    pub(super) right: f64,
+    pub(super) top: f64,
+    pub(super) bottom: f64,
+    pub(super) bottom_bare: f64,
+    pub(super) tick_length: f64,
+    pub(super) minor_tick_length: f64,
+    /// Lines and markers of a series.
+    pub(super) series_width: f64,
+    pub(super) marker_radius: f64,
+}
+
+/// One or two panels in a row.
+pub(super) const LARGE: Sizes = Sizes {
+    label: LABEL_SIZE,
+    tick: 15,
+    left: 84.0,
+    right: 16.0,
+    top: 34.0,
+    bottom: 58.0,
+    bottom_bare: 32.0,
+    tick_length: 7.0,
+    minor_tick_length: 4.0,
+    series_width: 2.0,
+    marker_radius: 4.0,
+};
+
+/// Three panels in a row, or more.
+pub(super) const SMALL: Sizes = Sizes {
+    label: 15,
+    tick: 13,
+    left: 56.0,
+    right: 12.0,
+    top: 29.0,
+    bottom: 50.0,
+    bottom_bare: 26.0,
+    tick_length: 5.0,
+    minor_tick_length: 3.0,
+    series_width: 1.7,
+    marker_radius: 3.0,
+};
+
 /// Theory lies beneath, broad and light, so that a curve on top of it is seen to agree all along.
-pub(super) const THEORY: Stroke = Stroke {
-    colour: ORANGE,
-    width: 6.0,
-};
+pub(super) const THEORY: Stroke = Stroke::solid(ORANGE, 6.0);
 /// What was measured.
-pub(super) const MEASURED: Stroke = Stroke {
-    colour: BLUE,
-    width: 1.8,
-};
+pub(super) const MEASURED: Stroke = Stroke::solid(BLUE, 1.8);
 /// The difference of the two.
-pub(super) const DIFFERENCE: Stroke = Stroke {
-    colour: VERMILION,
-    width: 1.8,
-};
+pub(super) const DIFFERENCE: Stroke = Stroke::solid(VERMILION, 1.8);
 
 /// Black on white with a faint grid.
 pub(super) fn theme() -> Theme {

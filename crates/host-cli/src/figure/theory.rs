@@ -8,11 +8,12 @@
 //! more than a decade below all theory, as short memory does.
 
 use super::FigureError;
-use super::axis::{Axis, Scale};
-use super::page::{Page, Row};
-use super::panel::{Curve, Panel};
+use super::axis::{Axis, Scale, extremes};
+use super::curve::{Curve, Form};
+use super::page::{LegendEntry, Page, Row};
+use super::panel::Panel;
 use super::render::Picture;
-use super::style::{DIFFERENCE, MEASURED, Stroke, THEORY};
+use super::style::{DIFFERENCE, LARGE, MEASURED, Stroke, THEORY};
 use super::thin::{Keep, Points, showable, thin};
 
 /// Bins across a panel of half the page and across a whole one.
@@ -84,13 +85,17 @@ impl Comparison<'_> {
             title: self.title.to_owned(),
             subtitle: self.conditions.subtitle(),
             legend: vec![
-                ("measured", MEASURED),
-                ("theory", THEORY),
-                ("relative error", DIFFERENCE),
+                LegendEntry::new("measured", Form::Line(MEASURED)),
+                LegendEntry::new("theory", Form::Line(THEORY)),
+                LegendEntry::new("relative error", Form::Line(DIFFERENCE)),
             ],
+            sizes: LARGE,
+            x_label: String::new(),
+            y_label: String::new(),
             rows: vec![
                 Row {
                     height: TOP_ROW_HEIGHT,
+                    columns: 2,
                     panels: vec![
                         self.curves('a', self.quantity.to_owned(), Scale::Linear)?,
                         self.curves('b', format!("{}, log–log", self.quantity), Scale::Log)?,
@@ -98,6 +103,7 @@ impl Comparison<'_> {
                 },
                 Row {
                     height: ERROR_ROW_HEIGHT,
+                    columns: 1,
                     panels: vec![self.error()],
                 },
             ],
@@ -159,7 +165,10 @@ impl Comparison<'_> {
 
 /// A curve of these points.
 pub(super) fn curve(points: Points, stroke: Stroke) -> Curve {
-    Curve { points, stroke }
+    Curve {
+        pieces: vec![points],
+        form: Form::Line(stroke),
+    }
 }
 
 /// A panel over time around its curves, with both axes of one scale; the vertical one begins no
@@ -168,12 +177,12 @@ pub(super) fn panel(
     name: char,
     caption: String,
     scale: Scale,
-    label: &'static str,
+    label: &str,
     curves: Vec<Curve>,
     floor: Option<f64>,
     note: &str,
 ) -> Panel {
-    let all = || curves.iter().flat_map(|curve| &curve.points);
+    let all = || curves.iter().flat_map(Curve::points);
     let empty = all().next().is_none();
     let (x, y) = if empty {
         ((1.0, 10.0), (1.0, 10.0))
@@ -192,10 +201,4 @@ pub(super) fn panel(
         curves,
         note: empty.then(|| note.to_owned()),
     }
-}
-
-fn extremes(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-        (low.min(value), high.max(value))
-    })
 }

@@ -5,8 +5,23 @@
 //! is lost, and the picture is the same as with all points as long as bins are narrower than a
 //! line. Points that an axis cannot show (not finite, or not positive on a logarithmic axis) are
 //! left out here, for all panels.
+//!
+//! That needs curves that are functions of their axis. When the place of every point on the paper
+//! is known, [`simplify`] thins curves of any form: it leaves out points on straight stretches
+//! (D. H. Douglas and T. K. Peucker, "Algorithms for the reduction of the number of points
+//! required to represent a digitized line", 1973), which no one can see, and only then coarsens.
+
+use std::collections::HashSet;
 
 use super::axis::Scale;
+
+/// A point this far from a straight line, px, is seen on it: a tenth of a pixel of the PNG.
+const INVISIBLE: f64 = 0.05;
+/// The narrowest columns of points of which only the extremes stay, px.
+const FINEST_COLUMN: f64 = 0.125;
+/// Up to so many points straight stretches are looked for: in the worst case that takes the
+/// square of their number.
+const LONGEST_EXACT: usize = 6_000;
 
 /// Points of a curve, x and y.
 pub(super) type Points = Vec<(f64, f64)>;
@@ -48,16 +63,98 @@ pub(super) fn thin(points: &Points, x_scale: Scale, bins: usize, keep: Keep) -> 
         kept[bin.min(bins - 1)].add(index, points);
     }
     let mut thinned = Points::new();
-    for bin in kept.iter().filter_map(|bin| bin.0) {
-        let mut indices = match keep {
-            Keep::Shape => vec![bin.first, bin.lowest, bin.highest, bin.last],
-            Keep::Highest => vec![bin.highest],
-        };
-        indices.sort_unstable();
-        indices.dedup();
-        thinned.extend(indices.into_iter().map(|index| points[index]));
+    for bin in &kept {
+        match keep {
+            Keep::Shape => thinned.extend(bin.shape().map(|index| points[index])),
+            Keep::Highest => thinned.extend(bin.0.map(|bin| points[bin.highest])),
+        }
     }
     thinned
+}
+
+/// Thins a curve on the paper, in px, to at most `most` points, or 4 where that is less.
+pub(super) fn simplify(points: Points, most: usize) -> Points {
+    let most = most.max(4);
+    let mut kept = points;
+    let mut column = FINEST_COLUMN;
+    loop {
+        if kept.len() <= LONGEST_EXACT {
+            kept = without_straight(&kept);
+            if kept.len() <= most {
+                return kept;
+            }
+        }
+        kept = by_column(&kept, column);
+        column *= 2.0;
+    }
+}
+
+/// Thins dots on the paper to at most `most` of them, or 1: of those that cover each other one stays.
+pub(super) fn scatter(points: Points, most: usize) -> Points {
+    let mut kept = points;
+    let mut cell = FINEST_COLUMN;
+    loop {
+        let mut taken = HashSet::new();
+        kept.retain(|(x, y)| taken.insert(((x / cell) as i64, (y / cell) as i64)));
+        if kept.len() <= most.max(1) {
+            return kept;
+        }
+        cell *= 2.0;
+    }
+}
+
+/// Of each run of points through one column of the paper the first, lowest, highest and last.
+fn by_column(points: &Points, width: f64) -> Points {
+    let left = points
+        .iter()
+        .map(|point| point.0)
+        .fold(f64::INFINITY, f64::min);
+    let column = |point: &(f64, f64)| ((point.0 - left) / width) as u64;
+    let mut thinned = Points::new();
+    let mut start = 0;
+    for run in points.chunk_by(|a, b| column(a) == column(b)) {
+        let mut bin = Bin::default();
+        for index in start..start + run.len() {
+            bin.add(index, points);
+        }
+        start += run.len();
+        thinned.extend(bin.shape().map(|index| points[index]));
+    }
+    thinned
+}
+
+/// The curve without points that lie on it anyway.
+fn without_straight(points: &Points) -> Points {
+    if points.len() < 3 {
+        return points.clone();
+    }
+    let mut stays = vec![false; points.len()];
+    let last = points.len() - 1;
+    (stays[0], stays[last]) = (true, true);
+    let mut stretches = vec![(0, last)];
+    while let Some((from, to)) = stretches.pop() {
+        let distances = (from + 1..to).map(|i| (distance(points[i], points[from], points[to]), i));
+        let farthest = distances.max_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some((_, index)) = farthest.filter(|found| found.0 > INVISIBLE) {
+            stays[index] = true;
+            stretches.extend([(from, index), (index, to)]);
+        }
+    }
+    let kept = points.iter().zip(stays).filter(|(_, stays)| *stays);
+    kept.map(|(point, _)| *point).collect()
+}
+
+/// Distance of a point from the straight stretch between two others.
+fn distance(point: (f64, f64), from: (f64, f64), to: (f64, f64)) -> f64 {
+    let (along_x, along_y) = (to.0 - from.0, to.1 - from.1);
+    let (x, y) = (point.0 - from.0, point.1 - from.1);
+    let length_squared = along_x * along_x + along_y * along_y;
+    let share = if length_squared > 0.0 {
+        ((x * along_x + y * along_y) / length_squared).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
+    (x - share * along_x).hypot(y - share * along_y)
 }
 
 /// Indices of the points of a bin that may stay; `None` while it is empty.
@@ -87,6 +184,16 @@ impl Bin {
         if points[index].1 > points[extremes.highest].1 {
             extremes.highest = index;
         }
+    }
+
+    /// What shows the shape of the curve in this bin, in order.
+    fn shape(&self) -> impl Iterator<Item = usize> + use<> {
+        let mut indices = self.0.map_or(Vec::new(), |bin| {
+            vec![bin.first, bin.lowest, bin.highest, bin.last]
+        });
+        indices.sort_unstable();
+        indices.dedup();
+        indices.into_iter()
     }
 }
 
@@ -124,6 +231,41 @@ mod tests {
             "{}",
             thinned.len()
         );
+    }
+
+    #[test]
+    fn a_smooth_loop_needs_few_points_and_is_nowhere_off() {
+        let place = |i: u32| {
+            let angle = f64::from(i) * std::f64::consts::TAU / 20_000.0;
+            (100.0 + 80.0 * angle.cos(), 100.0 + 60.0 * angle.sin())
+        };
+        let points: Points = (0..20_000).map(place).collect();
+        let kept = simplify(points.clone(), 4_000);
+        assert!(kept.len() < 400, "{}", kept.len());
+        for point in points {
+            let stretches = kept.windows(2);
+            let off = stretches.map(|pair| distance(point, pair[0], pair[1]));
+            assert!(off.fold(f64::INFINITY, f64::min) < 0.2, "{point:?}");
+        }
+    }
+
+    #[test]
+    fn noise_becomes_as_few_points_as_wanted() {
+        let noise = |i: u32| f64::from(i.wrapping_mul(2_654_435_761) >> 12) * 1e-4;
+        for most in [0, 50, 500] {
+            let cloud: Points = (0..50_000).map(|i| (noise(i), noise(i + 7))).collect();
+            assert!(scatter(cloud.clone(), most).len() <= most.max(1));
+            let kept = simplify(cloud, most);
+            assert!((2..=most.max(4)).contains(&kept.len()), "{}", kept.len());
+        }
+        let decaying = |i: u32| {
+            let sign = if i.is_multiple_of(2) { 1.0 } else { -1.0 };
+            (
+                f64::from(i) * 1e-3,
+                sign * 300.0 * (-1e-5 * f64::from(i)).exp(),
+            )
+        };
+        assert!(simplify((0..200_000).map(decaying).collect(), 2_000).len() <= 2_000);
     }
 
     #[test]
