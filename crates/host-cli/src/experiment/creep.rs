@@ -49,7 +49,7 @@ impl Creep {
             RigDrive::Force(push),
             samples,
             request,
-            self.metadata(),
+            self.metadata(RigDrive::Force(push)),
             supervisor,
         )?;
         let outcome = self.judge(&ran.record)?;
@@ -148,8 +148,8 @@ impl Creep {
     }
 
     /// Everything needed to repeat the run.
-    fn metadata(&self) -> BTreeMap<String, String> {
-        let mut metadata = self.rendering.metadata("creep");
+    fn metadata(&self, drive: RigDrive) -> BTreeMap<String, String> {
+        let mut metadata = self.rendering.metadata("creep", drive);
         let mut add = |key: &str, value: String| metadata.insert(key.to_owned(), value);
         add("stress_pa", self.stress_pa.to_string());
         add("duration_s", self.duration_s.to_string());

@@ -1,6 +1,7 @@
-//! Experiments on the simulated rig: run the loop, keep the log, judge the result.
+//! Experiments on simulated devices: run the loop, keep the log, judge the result.
 
 pub mod creep;
+pub mod file;
 pub mod judge;
 pub mod outcome;
 pub mod recorder;
@@ -9,12 +10,15 @@ pub mod rendering;
 pub mod report;
 pub mod run;
 pub mod sensed;
+pub mod wall;
 pub mod zwidth;
 
 pub use creep::Creep;
+pub use file::ExperimentFile;
 pub use relaxation::Relaxation;
 pub use rendering::{Contact, Precision, Rendering};
-pub use report::{Report, Warnings};
+pub use report::{Ending, Report, Summary, Warnings};
 pub use run::{Pace, Supervisor};
 pub use sensed::{Sensed, Sensors};
+pub use wall::{Settling, Wall, WallReport};
 pub use zwidth::{ZWidth, ZWidthReport, dissertation_device};

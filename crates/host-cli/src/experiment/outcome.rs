@@ -1,9 +1,9 @@
 //! From a run and its theory to files and a report: what relaxation and creep share.
 
 use super::judge::{largest_error, relative_error};
-use super::rendering::{Ran, Rendering};
+use super::rendering::Rendering;
 use super::report::{Report, TickTimes, Warnings};
-use super::run::{Ended, Record};
+use super::run::{Ended, Ran, Record};
 use crate::failure::Failure;
 use crate::figure::{FigureError, Picture};
 

@@ -49,7 +49,7 @@ impl Relaxation {
             RigDrive::Position(profile),
             samples,
             request,
-            self.metadata(),
+            self.metadata(RigDrive::Position(profile)),
             supervisor,
         )?;
         let outcome = self.judge(&ran.record, profile)?;
@@ -143,8 +143,8 @@ impl Relaxation {
     }
 
     /// Everything needed to repeat the run.
-    fn metadata(&self) -> BTreeMap<String, String> {
-        let mut metadata = self.rendering.metadata("relax");
+    fn metadata(&self, drive: RigDrive) -> BTreeMap<String, String> {
+        let mut metadata = self.rendering.metadata("relax", drive);
         let mut add = |key: &str, value: String| metadata.insert(key.to_owned(), value);
         add("strain", self.strain.to_string());
         add("ramp_time_s", self.ramp_time_s.to_string());

@@ -1,12 +1,10 @@
 //! A tissue rendered on the simulated rig: everything that relaxation and creep share.
 
-use super::recorder::Recorder;
-use super::run::{Pace, Record, Schedule, Supervisor, run};
+use super::run::{Pace, Ran, SAMPLES, Schedule, Supervisor, run_logged};
 use super::sensed::{Sensed, Sensors};
 use crate::failure::Failure;
-use crate::folder::{FolderRequest, OutputFolder};
+use crate::folder::FolderRequest;
 use crate::material::Material;
-use crate::record::FinishedLog;
 use fracdiff::full_memory::Kernel;
 use fracdiff::{Operator, Real, Scheme, Seconds};
 use haptic_loop::plant::{IndentationRig, RigConfig, RigContact, RigDrive};
@@ -60,9 +58,6 @@ pub struct Rendering {
     pub pace: Pace,
 }
 
-/// Fewest and most samples of an experiment; the results are kept in memory, about 100 bytes each.
-const SAMPLES: std::ops::RangeInclusive<f64> = 10.0..=20e6;
-
 impl Rendering {
     /// Number of samples from time 0 to `duration_s`, both included.
     ///
@@ -103,9 +98,18 @@ impl Rendering {
         }
     }
 
+    /// The rig with this drive.
+    fn rig(&self, drive: RigDrive) -> RigConfig {
+        let contact = match self.contact {
+            Contact::Compliant => RigContact::COMPLIANT,
+            Contact::Rigid => RigContact::Rigid,
+        };
+        RigConfig::new(drive, contact, Seconds(self.sample_time_s))
+    }
+
     /// Everything needed to make this rendering again.
     #[must_use]
-    pub fn metadata(&self, experiment: &str) -> BTreeMap<String, String> {
+    pub fn metadata(&self, experiment: &str, drive: RigDrive) -> BTreeMap<String, String> {
         let entries = [
             ("experiment", experiment.to_owned()),
             (
@@ -146,7 +150,19 @@ impl Rendering {
             ),
             ("pace", format!("{:?}", self.pace).to_lowercase()),
         ];
-        entries.map(|(key, value)| (key.to_owned(), value)).into()
+        let mut metadata: BTreeMap<String, String> =
+            entries.map(|(key, value)| (key.to_owned(), value)).into();
+        // The rig and the servo as they are built in.
+        metadata.insert("rig".to_owned(), format!("{:?}", self.rig(drive)));
+        metadata.insert(
+            "tissue_source".to_owned(),
+            self.material.source.citation.clone(),
+        );
+        metadata.insert(
+            "tissue_checked".to_owned(),
+            self.material.source.checked.to_string(),
+        );
+        metadata
     }
 
     /// The kernel whose full history the force is compared with: the scheme's own, or Grünwald's.
@@ -233,48 +249,21 @@ impl Rendering {
         .map_err(|error| {
             Failure::input_with_advice(error, "change --force-limit or --force-rate-limit")
         })?;
-        let contact = match self.contact {
-            Contact::Compliant => RigContact::COMPLIANT,
-            Contact::Rigid => RigContact::Rigid,
-        };
-        let rig = IndentationRig::new(RigConfig::new(drive, contact, t)).map_err(Failure::input)?;
+        let rig = IndentationRig::new(self.rig(drive)).map_err(Failure::input)?;
         let mut controller = Controller::new(environment, chain);
         let mut device = Sensed::new(rig, self.sensors)?;
-        let folder = request.prepare()?;
-        let waits = self.pace == Pace::Virtual;
-        let log = folder.file("mcap");
-        let started = Recorder::start(&log, metadata, waits, folder.overwrite());
-        let mut recorder = started.inspect_err(|_| folder.discard())?;
         let schedule = Schedule {
             samples,
             sample_time_s: self.sample_time_s,
             pace: self.pace,
         };
-        let record = run(
+        run_logged(
             &mut controller,
             &mut device,
             schedule,
-            &mut recorder,
+            request,
+            metadata,
             supervisor,
         )
-        .map_err(Failure::Run)?;
-        // A log that could not be written is the first thing to know.
-        let log = recorder.finish()?;
-        Ok(Ran {
-            record,
-            log,
-            folder,
-        })
     }
-}
-
-/// What a run leaves.
-#[derive(Debug)]
-pub struct Ran {
-    /// The samples.
-    pub record: Record,
-    /// The log.
-    pub log: FinishedLog,
-    /// Where it lies.
-    pub folder: OutputFolder,
 }

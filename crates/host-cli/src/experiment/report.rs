@@ -76,6 +76,39 @@ pub struct Report {
     pub warnings: Vec<String>,
 }
 
+/// How an experiment ended, whatever was measured.
+#[derive(Clone, Copy, Debug)]
+pub struct Ending<'a> {
+    /// What a user should know, a sentence each.
+    pub warnings: &'a [String],
+    /// Why the run ended early, if it did.
+    pub ended_early: Option<&'a str>,
+    /// Time of the last sample that counts, s.
+    pub duration_s: f64,
+    /// Samples and events that did not reach the log.
+    pub dropped_samples: u64,
+    /// The log.
+    pub log: &'a str,
+}
+
+/// The report of any experiment.
+pub trait Summary: Serialize {
+    /// How it ended.
+    fn ending(&self) -> Ending<'_>;
+}
+
+impl Summary for Report {
+    fn ending(&self) -> Ending<'_> {
+        Ending {
+            warnings: &self.warnings,
+            ended_early: self.ended_early.as_deref(),
+            duration_s: self.duration_s,
+            dropped_samples: self.dropped_samples,
+            log: &self.log,
+        }
+    }
+}
+
 /// Sentences for the user.
 #[derive(Debug, Default)]
 pub struct Warnings(pub Vec<String>);

@@ -1,12 +1,16 @@
-//! Runs the loop against the simulated rig, in virtual or real time, and hands every sample on.
+//! Runs the loop against a simulated device, in virtual or real time, and hands every sample on.
 
 use super::recorder::{Recorder, Stopped};
 use super::sensed::Sensed;
-use crate::record::TickMessage;
+use crate::failure::Failure;
+use crate::folder::{FolderRequest, OutputFolder};
+use crate::record::{FinishedLog, TickMessage};
 use fracdiff::Real;
-use haptic_loop::plant::IndentationRig;
-use haptic_loop::{Controller, Environment, Fault};
+use haptic_loop::plant::{IndentationRig, MassDamper};
+use haptic_loop::{Controller, Device, Environment, Fault};
 use hdrhistogram::Histogram;
+use std::collections::BTreeMap;
+use std::convert::Infallible;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -79,14 +83,67 @@ pub struct Schedule {
     pub pace: Pace,
 }
 
+/// A simulated device with instruments of its own, beside the sensors that the loop reads.
+pub trait Instrumented {
+    /// What they show at the start of a tick: a message without what the loop itself knows.
+    fn observe(&self) -> TickMessage;
+}
+
+/// What a run leaves.
+#[derive(Debug)]
+pub struct Ran {
+    /// The samples.
+    pub record: Record,
+    /// The log.
+    pub log: FinishedLog,
+    /// Where it lies.
+    pub folder: OutputFolder,
+}
+
+/// Makes the folder and the log in it, runs a controller, and closes the log.
+///
+/// # Errors
+/// A folder or log that cannot be written; what [`run`] refuses.
+pub fn run_logged<F, E, V>(
+    controller: &mut Controller<F, 1, E>,
+    device: &mut Sensed<V>,
+    schedule: Schedule,
+    request: &FolderRequest,
+    metadata: BTreeMap<String, String>,
+    supervisor: Supervisor<'_>,
+) -> Result<Ran, Failure>
+where
+    F: Real,
+    E: Environment<F, 1>,
+    V: Device<F, 1, Error = Infallible> + Instrumented,
+{
+    let folder = request.prepare()?;
+    let waits = schedule.pace == Pace::Virtual;
+    let log = folder.file("mcap");
+    let started = Recorder::start(&log, metadata, waits, folder.overwrite());
+    let mut recorder = started.inspect_err(|_| folder.discard())?;
+    let record =
+        run(controller, device, schedule, &mut recorder, supervisor).map_err(Failure::Run)?;
+    // A log that could not be written is the first thing to know.
+    let log = recorder.finish()?;
+    Ok(Ran {
+        record,
+        log,
+        folder,
+    })
+}
+
+/// Fewest and most samples of an experiment; the results are kept in memory, about 100 bytes each.
+pub(super) const SAMPLES: std::ops::RangeInclusive<f64> = 10.0..=20e6;
+
 /// Runs a controller for a number of samples. Ends early, with the force ramped to zero, when
 /// asked, on a fault, or when the recorder has ended.
 ///
 /// # Errors
 /// More samples than the machine can address, or a tick of more than 584 years.
-pub fn run<F, E>(
+pub fn run<F, E, V>(
     controller: &mut Controller<F, 1, E>,
-    device: &mut Sensed<IndentationRig>,
+    device: &mut Sensed<V>,
     schedule: Schedule,
     recorder: &mut Recorder,
     supervisor: Supervisor<'_>,
@@ -94,9 +151,12 @@ pub fn run<F, E>(
 where
     F: Real,
     E: Environment<F, 1>,
+    V: Device<F, 1, Error = Infallible> + Instrumented,
 {
     /// How often the supervisor is asked, in ticks.
     const REPORT: u64 = 1024;
+    /// Ticks after which a force that still is not zero is given up: the rate limit is no rate.
+    const RAMP_MOST: u64 = 10_000_000;
     let capacity = usize::try_from(schedule.samples)?;
     let mut record = Record {
         time_s: Vec::with_capacity(capacity),
@@ -111,14 +171,15 @@ where
     };
     let start = Instant::now();
     let mut tick = 0;
-    while tick < schedule.samples {
+    let mut ramp = 0;
+    // A run that was ended goes on until the force is zero, past its last sample if need be.
+    while tick < schedule.samples || record.ended.is_some() {
         if schedule.pace == Pace::Realtime {
             let due = Duration::from_secs_f64(tick as f64 * schedule.sample_time_s);
             let late = wait_until(start + due);
             record.missed_deadlines += u64::from(late.as_secs_f64() > schedule.sample_time_s);
         }
-        // What the rig's own instruments show at the start of the tick.
-        let mut message = observe(device.device());
+        let mut message = device.device().observe();
         let before = Instant::now();
         let sample = match controller.tick(device) {
             Ok(sample) => sample,
@@ -138,7 +199,8 @@ where
         tick += 1;
         if record.ended.is_some() {
             // The force is on its way to zero: in the log, but no part of the result.
-            if controller.safety().is_at_rest() {
+            ramp += 1;
+            if controller.safety().is_at_rest() || ramp == RAMP_MOST {
                 break;
             }
             continue;
@@ -171,13 +233,26 @@ where
     Ok(record)
 }
 
-fn observe(rig: &IndentationRig) -> TickMessage {
-    TickMessage {
-        // A force drive has no position to follow.
-        reference_m: rig.reference().unwrap_or_else(|| rig.indenter_position()),
-        indenter_position_m: rig.indenter_position(),
-        contact_force_n: rig.contact_force(),
-        ..TickMessage::default()
+impl Instrumented for IndentationRig {
+    fn observe(&self) -> TickMessage {
+        TickMessage {
+            // A force drive has no position to follow.
+            reference_m: self.reference().unwrap_or_else(|| self.indenter_position()),
+            indenter_position_m: self.indenter_position(),
+            contact_force_n: self.contact_force(),
+            ..TickMessage::default()
+        }
+    }
+}
+
+impl Instrumented for MassDamper<1> {
+    /// The true position, and the force that the actuator really makes.
+    fn observe(&self) -> TickMessage {
+        TickMessage {
+            indenter_position_m: self.position()[0],
+            contact_force_n: self.applied_force()[0],
+            ..TickMessage::default()
+        }
     }
 }
 

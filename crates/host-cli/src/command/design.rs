@@ -1,0 +1,425 @@
+//! `design`: the stiffest wall, the most damping or the closest tissue, and which order does it.
+
+use super::experiment::{order, parse_scheme, progress_bar};
+use crate::design::{Candidate, Design, DesignReport, Device, Requirement, Wish};
+use crate::failure::Failure;
+use crate::figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
+use crate::folder::{FolderRequest, write_text};
+use crate::material::Library;
+use crate::output::Output;
+use crate::quantity::{Area, Damping, Force, Frequency, Length, Mass, Stiffness, Time};
+use clap::{Args, ValueEnum};
+use fracdiff::{Order, Scheme};
+use haptic_loop::Specimen;
+use haptic_loop::units::{Metres, SquareMetres};
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+const LONG_ABOUT: &str = "\
+From a device and a wish to a wall: for each order the largest stiffness K and dissipation B, and the \
+order that does it best. Nothing is searched by trying: stable walls come from the stability region, \
+passive ones from Theorem 1 for the operator that really runs. The best one is then tried on the \
+simulated device.
+
+Wishes:
+  stiffest-wall   the largest K, with the B that allows it
+  most-damping    the largest effective damping of the wall at --frequency
+  tissue NAME     K, B and order of a specimen: does it fit, how much larger may it be, and which \
+order of the grid is the closest that fits (equal at --frequency) if it does not
+
+With --out it writes design.toml, which `host-cli run` takes, design.csv and a picture. The default device \
+is that of the dissertation's section 4.4.";
+
+/// Arguments of `design`.
+#[derive(Debug, Args)]
+#[command(
+    long_about = LONG_ABOUT,
+    after_help = "Examples:\n  host-cli design --wish stiffest-wall --delay-samples 1 --out design\n  \
+                  host-cli design --wish most-damping --frequency 5Hz --require passive\n  \
+                  host-cli design --wish tissue prostate-cancerous"
+)]
+pub struct Arguments {
+    /// What is wanted most: stiffest-wall, most-damping or tissue NAME
+    #[arg(long, num_args = 1..=2, value_name = "WISH", default_value = "stiffest-wall")]
+    wish: Vec<String>,
+    /// Frequency of most-damping, and where orders are compared for a tissue [default there: 1 Hz]
+    #[arg(long, allow_hyphen_values = true)]
+    frequency: Option<Frequency>,
+    /// What the wall must be
+    #[arg(long, value_enum, default_value = "stable")]
+    require: Require,
+    /// Factor by which a stable wall could grow before it is unstable [default: 2]
+    #[arg(long, value_name = "FACTOR", allow_hyphen_values = true)]
+    gain_margin: Option<f64>,
+    /// Orders to try, 0 to 2
+    #[arg(
+        long,
+        value_delimiter = ',',
+        default_value = "0,0.25,0.5,0.75,1,1.25,1.5,1.75,2",
+        allow_hyphen_values = true
+    )]
+    orders: Vec<f64>,
+    /// Fractional operator, see `host-cli --help`
+    #[arg(long, value_parser = parse_scheme, default_value = "full")]
+    scheme: Scheme,
+    #[command(flatten)]
+    device: DeviceArguments,
+    #[command(flatten)]
+    tissue: TissueArguments,
+    /// Folder for design.toml, design.csv and a picture
+    #[arg(long, value_name = "DIR", help_heading = "Files")]
+    out: Option<PathBuf>,
+    /// Replace the files of an earlier design in the folder
+    #[arg(long, help_heading = "Files")]
+    overwrite: bool,
+}
+
+/// What a wall must be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Require {
+    /// Passive, for the operator that really runs.
+    Passive,
+    /// Stable, with a gain margin.
+    Stable,
+}
+
+/// The device.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Device")]
+struct DeviceArguments {
+    /// Mass of the device
+    #[arg(long, default_value = "65g", allow_hyphen_values = true)]
+    mass: Mass,
+    /// Viscous damping of the device
+    #[arg(long, default_value = "3.5", allow_hyphen_values = true)]
+    damping: Damping,
+    /// Stiffness of the hand that holds it; 0 without a hand
+    #[arg(long, default_value = "0", allow_hyphen_values = true)]
+    hand_stiffness: Stiffness,
+    /// Sample time
+    #[arg(long, default_value = "2ms", allow_hyphen_values = true)]
+    sample_time: Time,
+    /// Delay from computing a force to its acting, in whole samples
+    #[arg(
+        long,
+        value_name = "SAMPLES",
+        default_value_t = 0,
+        value_parser = clap::value_parser!(u64).range(0..=64)
+    )]
+    delay_samples: u64,
+    /// Largest force of the device
+    #[arg(
+        long,
+        value_name = "FORCE",
+        default_value = "100N",
+        allow_hyphen_values = true
+    )]
+    force_limit: Force,
+}
+
+/// The specimen of a tissue.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Tissue")]
+struct TissueArguments {
+    /// Folder with more tissue files
+    #[arg(long, value_name = "DIR")]
+    library: Option<PathBuf>,
+    /// Area of the specimen
+    #[arg(long, default_value = "4cm2", allow_hyphen_values = true)]
+    area: Area,
+    /// Thickness of the specimen
+    #[arg(long, default_value = "20mm", allow_hyphen_values = true)]
+    thickness: Length,
+}
+
+impl Arguments {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// A parameter outside its range; files that cannot be written; a best candidate that is not
+    /// stable when it is tried.
+    pub fn run(self, output: Output) -> Result<(), Failure> {
+        let design = self.design()?;
+        let bar = progress_bar(design.orders_to_try().len() as u64, output);
+        let answer = design.answer(&|orders| bar.inc(orders));
+        bar.finish_and_clear();
+        let mut report = answer?;
+        self.write(&design, &mut report)?;
+        output.summary(&report, |out| print(out, &report))?;
+        match (&report.best, &report.simulated) {
+            (Some(best), Some(simulated)) if !simulated.stable => {
+                Err(Failure::Run(anyhow::anyhow!(
+                    "the best candidate, order {}, does not settle when it is tried, so its \
+                     margin is too small: ask for more with --require stable --gain-margin",
+                    best.order
+                )))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn design(&self) -> Result<Design, Failure> {
+        let requirement = match (self.require, self.gain_margin) {
+            (Require::Passive, None) => Requirement::Passive,
+            (Require::Passive, Some(_)) => {
+                return Err(Failure::bad_input(
+                    "--gain-margin belongs to --require stable, not to --require passive: leave it away",
+                ));
+            }
+            (Require::Stable, margin) => Requirement::Stable {
+                gain_margin: margin.unwrap_or(2.0),
+            },
+        };
+        let device = &self.device;
+        Ok(Design {
+            device: Device {
+                mass_kg: device.mass.0,
+                damping_n_s_per_m: device.damping.0,
+                hand_stiffness_n_per_m: device.hand_stiffness.0,
+                sample_time_s: device.sample_time.0,
+                delay_samples: usize::try_from(device.delay_samples).map_err(Failure::input)?,
+                force_limit_n: device.force_limit.0,
+            },
+            scheme: self.scheme,
+            orders: self.orders()?,
+            requirement,
+            wish: self.wish()?,
+        })
+    }
+
+    fn orders(&self) -> Result<Vec<Order>, Failure> {
+        let orders: Result<Vec<Order>, Failure> = self.orders.iter().map(|&mu| order(mu)).collect();
+        let mut orders = orders?;
+        orders.sort_by(|a, b| a.get().total_cmp(&b.get()));
+        orders.dedup();
+        Ok(orders)
+    }
+
+    fn wish(&self) -> Result<Wish, Failure> {
+        let words: Vec<&str> = self.wish.iter().map(String::as_str).collect();
+        match words.as_slice() {
+            ["stiffest-wall"] if self.frequency.is_some() => Err(Failure::bad_input(
+                "--frequency has no meaning for the stiffest wall: leave it away",
+            )),
+            ["stiffest-wall"] => Ok(Wish::StiffestWall),
+            ["most-damping"] => match self.frequency {
+                Some(Frequency(frequency_hz)) => Ok(Wish::MostDamping { frequency_hz }),
+                None => Err(Failure::bad_input(
+                    "--wish most-damping needs a frequency: give --frequency, as in 5Hz",
+                )),
+            },
+            ["tissue", name] => {
+                let tissue = &self.tissue;
+                let library = Library::load(tissue.library.as_deref()).map_err(Failure::input)?;
+                let area = SquareMetres(tissue.area.0);
+                let specimen =
+                    Specimen::new(area, Metres(tissue.thickness.0)).map_err(|error| {
+                        Failure::input_with_advice(
+                            error,
+                            "give --area 4cm2 --thickness 20mm, for example",
+                        )
+                    })?;
+                Ok(Wish::Tissue {
+                    material: library.find(name).map_err(Failure::input)?,
+                    specimen,
+                    frequency_hz: self.frequency.map_or(1.0, |frequency| frequency.0),
+                })
+            }
+            ["tissue"] => Err(Failure::bad_input(
+                "--wish tissue needs a name: see `host-cli materials list`",
+            )),
+            _ => Err(Failure::bad_input(format_args!(
+                "wish \"{}\" is not one of stiffest-wall, most-damping, tissue NAME",
+                words.join(" ")
+            ))),
+        }
+    }
+
+    /// Writes experiment, table and picture, if a folder was given.
+    fn write(&self, design: &Design, report: &mut DesignReport) -> Result<(), Failure> {
+        let Some(out) = &self.out else {
+            return Ok(());
+        };
+        let folder = FolderRequest {
+            out: Some(out.clone()),
+            stem: "design".to_owned(),
+            overwrite: self.overwrite,
+        }
+        .prepare()?;
+        let file = folder.file("toml");
+        match &report.experiment_text {
+            Some(text) => {
+                write_text(&file, text, self.overwrite)?;
+                report.experiment = Some(file.display().to_string());
+            }
+            // An experiment of an earlier design would pass for one of this.
+            None if self.overwrite => {
+                let _ = std::fs::remove_file(&file);
+            }
+            None => {}
+        }
+        let table = folder.write_table("csv", report.candidates.iter())?;
+        report.files.push(table);
+        if report.best.is_some() {
+            let picture = draw(design, report)?;
+            report.files.push(folder.save_picture(&picture)?);
+        } else if self.overwrite {
+            for extension in ["svg", "png"] {
+                let _ = std::fs::remove_file(folder.file(extension));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What was wished for over the order, and the dissipation that allows it.
+fn draw(design: &Design, report: &DesignReport) -> Result<Picture, FigureError> {
+    let (label, value): (&str, fn(&Candidate) -> Option<f64>) = match design.wish {
+        Wish::StiffestWall => ("largest stiffness K / N·m⁻¹", |c| c.stiffness),
+        Wish::MostDamping { .. } => ("effective damping / N·s·m⁻¹", |c| {
+            c.effective_damping_n_s_per_m
+        }),
+        Wish::Tissue { .. } => ("largest scale of the specimen", |c| c.largest_scale),
+    };
+    let points = |value: fn(&Candidate) -> Option<f64>, candidates: &[Candidate]| {
+        let mut points: Vec<(f64, f64)> = candidates
+            .iter()
+            .filter_map(|c| Some((c.order, value(c)?)))
+            .collect();
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        points
+    };
+    let beta: fn(&Candidate) -> Option<f64> = |c| c.beta;
+    let best = report.best.as_slice();
+    let (wished, wished_best) = (points(value, &report.candidates), points(value, best));
+    let (betas, beta_best) = (points(beta, &report.candidates), points(beta, best));
+    let subtitle = format!(
+        "m = {} kg · b = {} N·s/m · T = {} s · delay {} samples · {} · scheme {}",
+        design.device.mass_kg,
+        design.device.damping_n_s_per_m,
+        design.device.sample_time_s,
+        design.device.delay_samples,
+        match report.gain_margin {
+            Some(margin) => format!("stable, gain margin {margin}"),
+            None => "passive".to_owned(),
+        },
+        report.scheme
+    );
+    let axis = |label| AxisSpec {
+        label,
+        scale: Scale::Linear,
+        range: None,
+    };
+    let series = |name, points, look, colour| Series {
+        name,
+        points,
+        look,
+        colour,
+    };
+    let chart = |label, all, best| Chart {
+        caption: "",
+        x: axis("order μ"),
+        y: axis(label),
+        series: vec![
+            series("each order", all, Look::Line, 0),
+            series("best", best, Look::Markers, 1),
+        ],
+    };
+    ChartPage {
+        title: &format!("Design: {}", report.wish),
+        subtitle: &subtitle,
+        columns: 2,
+        charts: vec![
+            chart(label, &wished, &wished_best),
+            chart("dissipation β", &betas, &beta_best),
+        ],
+    }
+    .draw()
+}
+
+/// The answer as a person reads it.
+fn print(out: &mut dyn Write, report: &DesignReport) -> io::Result<()> {
+    let number = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |v| format!("{v:.6}"));
+    let frequency = report.frequency_hz;
+    write!(
+        out,
+        "{:>6} {:>16} {:>16} {:>10} {:>8}",
+        "order", "K / N/m", "B / N·s^μ/m", "margin", "passive"
+    )?;
+    match (frequency, &report.tissue) {
+        (Some(_), Some(_)) => writeln!(out, " {:>16}", "largest scale")?,
+        (Some(frequency), None) => writeln!(out, " {:>16}", format!("ED({frequency} Hz)"))?,
+        _ => writeln!(out)?,
+    }
+    for candidate in &report.candidates {
+        if candidate.stiffness.is_none() {
+            let reason = candidate.reason.as_deref().unwrap_or("–");
+            writeln!(out, "{:>6} {reason}", candidate.order)?;
+            continue;
+        }
+        write!(
+            out,
+            "{:>6} {:>16} {:>16} {:>10} {:>8}",
+            candidate.order,
+            number(candidate.stiffness),
+            number(candidate.dissipation),
+            number(candidate.margin),
+            match candidate.passive {
+                Some(true) => "yes",
+                Some(false) => "no",
+                None => "–",
+            }
+        )?;
+        match (frequency, &report.tissue) {
+            (Some(_), Some(_)) => writeln!(out, " {:>16}", number(candidate.largest_scale))?,
+            (Some(_), None) => {
+                writeln!(
+                    out,
+                    " {:>16}",
+                    number(candidate.effective_damping_n_s_per_m)
+                )?;
+            }
+            _ => writeln!(out)?,
+        }
+    }
+    if let Some(tissue) = &report.tissue {
+        writeln!(
+            out,
+            "{} at its own order {}: {}",
+            tissue.name,
+            tissue.order,
+            match (tissue.fits, tissue.largest_scale) {
+                (true, Some(scale)) =>
+                    format!("fits; the specimen may be {scale:.4} times as large"),
+                (_, Some(scale)) => format!("does not fit; {scale:.4} of the specimen would"),
+                _ => "does not fit at any size".to_owned(),
+            }
+        )?;
+    }
+    match (&report.best, &report.simulated) {
+        (Some(best), Some(simulated)) => writeln!(
+            out,
+            "best: order {}, {} when tried on the simulated device",
+            best.order,
+            if simulated.stable {
+                "settles"
+            } else {
+                "does not settle"
+            }
+        )?,
+        _ => writeln!(out, "best: none")?,
+    }
+    for note in &report.notes {
+        writeln!(out, "{note}")?;
+    }
+    if let Some(experiment) = &report.experiment {
+        writeln!(
+            out,
+            "written: {experiment} (try it: host-cli run {experiment})"
+        )?;
+    }
+    report
+        .files
+        .iter()
+        .try_for_each(|file| writeln!(out, "written: {file}"))
+}

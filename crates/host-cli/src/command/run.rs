@@ -1,0 +1,141 @@
+//! `run`: any experiment, from a file.
+
+use super::experiment::{conduct, print_summary};
+use crate::experiment::{ExperimentFile, Pace, WallReport};
+use crate::failure::Failure;
+use crate::folder::FolderRequest;
+use crate::output::Output;
+use clap::Args;
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+const LONG_ABOUT: &str = "\
+Runs the experiment that a TOML file describes. The file has one table: [relax], [creep] or [wall]. \
+Keys are the options of the commands with their SI unit in the name, as in duration_s = 200; defaults are \
+theirs too. Paths in the file start from its folder.
+
+A wall: the device is pushed into it with a constant force, and is stable if the position settles. Keys \
+of [wall], all but the first six with defaults: mass_kg, damping_n_s_per_m, sample_time_s, order, \
+stiffness_n_per_m, dissipation_n_s_mu_per_m, scheme, hand_stiffness_n_per_m, delay_s, friction_n, \
+current_lag_s, encoder_resolution_m, sensor_noise_m, seed, force_limit_n, one_sided, push_n, duration_s, \
+window_s, threshold_m. `host-cli design` writes such a file.";
+
+/// Arguments of `run`.
+#[derive(Debug, Args)]
+#[command(
+    long_about = LONG_ABOUT,
+    after_help = "Example: host-cli run experiments/wall.toml --out wall"
+)]
+pub struct Arguments {
+    /// The experiment
+    #[arg(value_name = "FILE.toml")]
+    file: PathBuf,
+    /// Pace the run by the clock instead of as fast as it goes
+    #[arg(long)]
+    realtime: bool,
+    /// Folder for log, CSV and pictures [default: the next free results/KIND-0001]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Replace the files of an earlier run in the folder
+    #[arg(long)]
+    overwrite: bool,
+}
+
+impl Arguments {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// A file that is wrong; what went wrong in the run, with its exit code.
+    pub fn run(self, output: Output) -> Result<(), Failure> {
+        let file = ExperimentFile::read(&self.file).map_err(Failure::input)?;
+        let experiment = file.in_pace(if self.realtime {
+            Pace::Realtime
+        } else {
+            Pace::Virtual
+        });
+        let samples = experiment.samples()?;
+        let request = |stem: &str| FolderRequest {
+            out: self.out.clone(),
+            stem: stem.to_owned(),
+            overwrite: self.overwrite,
+        };
+        match experiment {
+            ExperimentFile::Relax(relaxation) => {
+                conduct(samples, output, print_summary, |supervisor| {
+                    relaxation.run(&request("relax"), supervisor)
+                })
+            }
+            ExperimentFile::Creep(creep) => conduct(samples, output, print_summary, |supervisor| {
+                creep.run(&request("creep"), supervisor)
+            }),
+            ExperimentFile::Wall(wall) => conduct(samples, output, print_wall, |supervisor| {
+                wall.run(&request("wall"), supervisor)
+            }),
+        }
+    }
+}
+
+/// The result as a person reads it.
+fn print_wall(out: &mut dyn Write, report: &WallReport) -> io::Result<()> {
+    let micrometres = |x: Option<f64>| match x {
+        Some(x) => format!("{:.4} µm", 1e6 * x),
+        None => "–".to_owned(),
+    };
+    let settling = &report.settling;
+    writeln!(
+        out,
+        "wall of order {} · scheme {} · K = {:.6} N/m · B = {:.6} N·s^μ/m · device {}",
+        report.order,
+        report.scheme,
+        report.stiffness_n_per_m,
+        report.dissipation_n_s_mu_per_m,
+        report.device
+    )?;
+    writeln!(
+        out,
+        "  {} samples, {} s at {} ms",
+        report.samples,
+        report.duration_s,
+        1e3 * report.sample_time_s
+    )?;
+    writeln!(
+        out,
+        "  {:<17} position varies by {} at the end (standard deviation)",
+        if settling.stable {
+            "stable"
+        } else {
+            "unstable"
+        },
+        micrometres(settling.position_std_m)
+    )?;
+    writeln!(
+        out,
+        "  deflection        {}, at rest {} by push/(K + k)",
+        micrometres(settling.deflection_m),
+        micrometres(settling.expected_deflection_m)
+    )?;
+    writeln!(
+        out,
+        "  force             peak {:.4e} N, at the end {:.4e} N",
+        report.peak_force_n, report.final_force_n
+    )?;
+    if let Some(error) = report.max_relative_error {
+        writeln!(
+            out,
+            "  operator          off by {error:.2e} of the largest force from the full history"
+        )?;
+    }
+    writeln!(
+        out,
+        "  tick              {} ns median, {} ns 99 %, {} ns longest (loop and simulated device); {} late",
+        report.tick_ns.p50, report.tick_ns.p99, report.tick_ns.max, report.missed_deadlines
+    )?;
+    writeln!(out, "  log               {}", report.log)?;
+    if let Some(csv) = &report.csv {
+        writeln!(out, "  csv               {csv}")?;
+    }
+    if let Some(figure) = &report.figure {
+        writeln!(out, "  figure            {figure} (and .svg)")?;
+    }
+    Ok(())
+}

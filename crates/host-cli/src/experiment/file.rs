@@ -1,0 +1,471 @@
+//! Experiment files: TOML with one table, `[relax]`, `[creep]` or `[wall]`, units in the names of keys.
+//!
+//! ```toml
+//! [wall]
+//! mass_kg = 0.065
+//! damping_n_s_per_m = 3.5
+//! sample_time_s = 0.002
+//! order = 0.5
+//! stiffness_n_per_m = 3000
+//! dissipation_n_s_mu_per_m = 60
+//! ```
+//! Defaults are those of the commands. Whatever is wrong is refused in one line, `FILE:LINE: reason`;
+//! so are keys that are not known. Paths in a file start from the folder of the file.
+
+mod reader;
+
+use super::rendering::{Contact, Precision, Rendering};
+use super::run::{Pace, SAMPLES};
+use super::sensed::Sensors;
+use super::{Creep, Relaxation, Wall};
+use crate::material::Library;
+use fracdiff::{Order, Scheme, Seconds};
+use haptic_loop::Specimen;
+use haptic_loop::plant::MassDamperConfig;
+use haptic_loop::units::{
+    Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, SquareMetres,
+};
+pub use reader::FileError;
+use reader::{Document, Range, Table};
+use std::path::Path;
+
+/// The experiment that a file describes, all of its parameters checked.
+#[derive(Clone, Debug)]
+pub enum ExperimentFile {
+    /// `[relax]`.
+    Relax(Relaxation),
+    /// `[creep]`.
+    Creep(Creep),
+    /// `[wall]`.
+    Wall(Wall),
+}
+
+/// Kinds of experiments.
+const KINDS: [&str; 3] = ["relax", "creep", "wall"];
+
+/// Keys of what is rendered and how.
+const RENDERING: [&str; 14] = [
+    "tissue",
+    "library",
+    "area_m2",
+    "thickness_m",
+    "scheme",
+    "precision",
+    "sample_time_s",
+    "device",
+    "contact",
+    "encoder_resolution_m",
+    "sensor_noise_m",
+    "seed",
+    "force_limit_n",
+    "force_rate_limit_n_per_s",
+];
+
+/// Keys of `[wall]`.
+const WALL: [&str; 21] = [
+    "device",
+    "mass_kg",
+    "damping_n_s_per_m",
+    "hand_stiffness_n_per_m",
+    "sample_time_s",
+    "delay_s",
+    "friction_n",
+    "current_lag_s",
+    "encoder_resolution_m",
+    "sensor_noise_m",
+    "seed",
+    "force_limit_n",
+    "order",
+    "scheme",
+    "stiffness_n_per_m",
+    "dissipation_n_s_mu_per_m",
+    "one_sided",
+    "push_n",
+    "duration_s",
+    "window_s",
+    "threshold_m",
+];
+
+const SAMPLE_TIME: Range = Range::Within(Seconds::MIN_SAMPLE_TIME, Seconds::MAX_SAMPLE_TIME);
+
+impl ExperimentFile {
+    /// Reads and checks a file.
+    ///
+    /// # Errors
+    /// If it cannot be read or is wrong: in one line, with file and line.
+    pub fn read(path: &Path) -> Result<Self, FileError> {
+        let text =
+            std::fs::read_to_string(path).map_err(|error| FileError::unreadable(path, &error))?;
+        Self::parse(path, &text)
+    }
+
+    /// Reads and checks the text of a file; `path` is for messages and for the paths in it.
+    ///
+    /// # Errors
+    /// If it is wrong: in one line, with file and line.
+    pub fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
+        let document = Document::parse(path, text)?;
+        let (kind, table) = document.only_table(&KINDS)?;
+        match kind {
+            "relax" => {
+                let own = ["strain", "ramp_time_s", "duration_s"];
+                relax(&table.with_keys(&[&own, &RENDERING])?).map(Self::Relax)
+            }
+            "creep" => {
+                let own = ["stress_pa", "duration_s"];
+                creep(&table.with_keys(&[&own, &RENDERING])?).map(Self::Creep)
+            }
+            _ => wall(&table.with_keys(&[&WALL])?).map(Self::Wall),
+        }
+    }
+
+    /// The number of samples.
+    ///
+    /// # Errors
+    /// A parameter outside its range, which reading has ruled out.
+    pub fn samples(&self) -> Result<u64, crate::failure::Failure> {
+        match self {
+            Self::Relax(experiment) => experiment.check(),
+            Self::Creep(experiment) => experiment.check(),
+            Self::Wall(experiment) => experiment.check(),
+        }
+    }
+
+    /// The same, in another pace.
+    #[must_use]
+    pub fn in_pace(mut self, pace: Pace) -> Self {
+        match &mut self {
+            Self::Relax(experiment) => experiment.rendering.pace = pace,
+            Self::Creep(experiment) => experiment.rendering.pace = pace,
+            Self::Wall(experiment) => experiment.pace = pace,
+        }
+        self
+    }
+}
+
+fn relax(table: &Table<'_>) -> Result<Relaxation, FileError> {
+    let duration_s = table.number("duration_s", Some(200.0), Range::Above(0.0))?;
+    let ramp_time_s = table.number("ramp_time_s", Some(1.0), Range::Above(0.0))?;
+    if ramp_time_s >= duration_s {
+        let reason = format!("ramp_time_s = {ramp_time_s} is not below duration_s = {duration_s}");
+        return Err(table.fail_at("ramp_time_s", reason));
+    }
+    Ok(Relaxation {
+        strain: table.number("strain", Some(0.05), Range::AboveUpTo(0.0, 1.0))?,
+        ramp_time_s,
+        duration_s,
+        rendering: rendering(table, duration_s)?,
+    })
+}
+
+fn creep(table: &Table<'_>) -> Result<Creep, FileError> {
+    let duration_s = table.number("duration_s", Some(200.0), Range::Above(0.0))?;
+    Ok(Creep {
+        stress_pa: table.number("stress_pa", Some(100.0), Range::AboveUpTo(0.0, 1e9))?,
+        duration_s,
+        rendering: rendering(table, duration_s)?,
+    })
+}
+
+fn rendering(table: &Table<'_>, duration_s: f64) -> Result<Rendering, FileError> {
+    device_is_simulated(table)?;
+    let sample_time_s = table.number("sample_time_s", Some(1e-3), SAMPLE_TIME)?;
+    samples_fit(table, sample_time_s, duration_s)?;
+    let library = table.text("library", "")?;
+    let folder = (!library.is_empty()).then(|| table.beside(library));
+    let library = Library::load(folder.as_deref())
+        .map_err(|error| table.fail_at("library", error.to_string()))?;
+    let name = table.text("tissue", "prostate-cancerous")?;
+    let beside = table.beside(name).to_string_lossy().into_owned();
+    let is_path = Path::new(name).extension().is_some_and(|e| e == "toml");
+    let material = library
+        .find(if is_path { &beside } else { name })
+        .map_err(|error| table.fail_at("tissue", error.to_string()))?;
+    let area = table.number("area_m2", Some(4e-4), Range::Above(0.0))?;
+    let thickness = table.number("thickness_m", Some(0.02), Range::Above(0.0))?;
+    let specimen = Specimen::new(SquareMetres(area), Metres(thickness))
+        .map_err(|error| table.fail(error.to_string()))?;
+    let scheme = scheme(table, material.tissue.order(), sample_time_s, duration_s)?;
+    Ok(Rendering {
+        material,
+        specimen,
+        scheme,
+        precision: table.choice("precision", Precision::F64)?,
+        sample_time_s,
+        contact: table.choice("contact", Contact::Compliant)?,
+        sensors: sensors(table)?,
+        force_limit_n: table.number("force_limit_n", Some(10.0), Range::Above(0.0))?,
+        force_rate_limit_n_per_s: table.number(
+            "force_rate_limit_n_per_s",
+            Some(1000.0),
+            Range::Above(0.0),
+        )?,
+        pace: Pace::Virtual,
+    })
+}
+
+fn wall(table: &Table<'_>) -> Result<Wall, FileError> {
+    device_is_simulated(table)?;
+    let at_least_0 = Range::AtLeast(0.0);
+    let sample_time_s = table.number("sample_time_s", None, SAMPLE_TIME)?;
+    let duration_s = table.number("duration_s", Some(5.0), Range::Above(0.0))?;
+    samples_fit(table, sample_time_s, duration_s)?;
+    let order = table.number("order", None, Range::Within(0.0, 2.0))?;
+    let order = Order::new(order).map_err(|error| table.fail_at("order", error.to_string()))?;
+    let device = MassDamperConfig {
+        mass: Kilograms(table.number("mass_kg", None, Range::Above(0.0))?),
+        damping: NewtonSecondsPerMetre(table.number("damping_n_s_per_m", None, at_least_0)?),
+        stiffness: NewtonsPerMetre(table.number(
+            "hand_stiffness_n_per_m",
+            Some(0.0),
+            at_least_0,
+        )?),
+        sample_time: Seconds(sample_time_s),
+        delay: Seconds(table.number("delay_s", Some(0.0), at_least_0)?),
+        friction: Newtons(table.number("friction_n", Some(0.0), at_least_0)?),
+        saturation: None,
+        lag: Seconds(table.number("current_lag_s", Some(0.0), at_least_0)?),
+    };
+    let force_limit_n = table.number("force_limit_n", Some(100.0), Range::Above(0.0))?;
+    let push_n = table.number("push_n", Some(1.0), Range::Above(0.0))?;
+    if push_n >= force_limit_n {
+        let reason = format!(
+            "push_n = {push_n} is not below force_limit_n = {force_limit_n}: no wall could hold it"
+        );
+        return Err(table.fail_at("push_n", reason));
+    }
+    let wall = Wall {
+        device,
+        sensors: sensors(table)?,
+        order,
+        scheme: scheme(table, order, sample_time_s, duration_s)?,
+        stiffness_n_per_m: table.number("stiffness_n_per_m", None, at_least_0)?,
+        dissipation_n_s_mu_per_m: table.number("dissipation_n_s_mu_per_m", None, at_least_0)?,
+        one_sided: table.flag("one_sided", false)?,
+        push_n,
+        duration_s,
+        window_s: table.number("window_s", Some(0.4), Range::Above(0.0))?,
+        threshold_m: table.number("threshold_m", Some(1e-4), Range::Above(0.0))?,
+        force_limit_n,
+        pace: Pace::Virtual,
+    };
+    wall.check()
+        .map_err(|error| table.fail(error.to_string()))?;
+    Ok(wall)
+}
+
+/// As many samples as a run can have.
+fn samples_fit(table: &Table<'_>, sample_time_s: f64, duration_s: f64) -> Result<(), FileError> {
+    let samples = (duration_s / sample_time_s).round() + 1.0;
+    if SAMPLES.contains(&samples) {
+        return Ok(());
+    }
+    let reason = format!(
+        "duration_s = {duration_s} with sample_time_s = {sample_time_s} is {samples} samples, which is \
+         not in [{}, {:e}]",
+        SAMPLES.start(),
+        SAMPLES.end()
+    );
+    Err(table.fail_at("duration_s", reason))
+}
+
+/// The one device of this version.
+fn device_is_simulated(table: &Table<'_>) -> Result<(), FileError> {
+    match table.text("device", "sim")? {
+        "sim" => Ok(()),
+        other => {
+            let reason =
+                format!("device \"{other}\" is not known: the only one of this version is sim");
+            Err(table.fail_at("device", reason))
+        }
+    }
+}
+
+fn sensors(table: &Table<'_>) -> Result<Sensors, FileError> {
+    Ok(Sensors {
+        encoder_resolution_m: table.number(
+            "encoder_resolution_m",
+            Some(0.0),
+            Range::AtLeast(0.0),
+        )?,
+        noise_m: table.number("sensor_noise_m", Some(0.0), Range::AtLeast(0.0))?,
+        seed: table.count("seed", 1)?,
+    })
+}
+
+/// A scheme that can be made for this order and sample time.
+fn scheme(
+    table: &Table<'_>,
+    order: Order,
+    sample_time_s: f64,
+    duration_s: f64,
+) -> Result<Scheme, FileError> {
+    let fail = |error: fracdiff::SchemeError| table.fail_at("scheme", error.to_string());
+    let scheme: Scheme = table.text("scheme", "full")?.parse().map_err(fail)?;
+    let horizon = 1.05 * (duration_s / sample_time_s);
+    match scheme.build::<f64>(order, Seconds(sample_time_s), horizon) {
+        Ok(_) => Ok(scheme),
+        Err(error) => Err(fail(error)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WALL: &str = "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 2e-3\n\
+                        order = 0.5\nstiffness_n_per_m = 3_000\ndissipation_n_s_mu_per_m = 60.0\n";
+
+    fn read(text: &str) -> Result<ExperimentFile, String> {
+        ExperimentFile::parse(Path::new("lab/wall.toml"), text).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn a_wall_has_the_defaults_of_the_dissertation() {
+        let Ok(ExperimentFile::Wall(wall)) = read(WALL) else {
+            panic!("{:?}", read(WALL));
+        };
+        let have = [
+            wall.stiffness_n_per_m,
+            wall.push_n,
+            wall.duration_s,
+            wall.window_s,
+        ];
+        assert!(
+            have.iter()
+                .zip([3000.0, 1.0, 5.0, 0.4])
+                .all(|(a, b)| a.to_bits() == f64::to_bits(b))
+        );
+        assert_eq!(wall.check().expect("valid"), 2501);
+    }
+
+    #[test]
+    fn empty_tables_are_the_commands_defaults() {
+        for text in ["[relax]", "[creep]\n"] {
+            let file = read(text).expect("valid");
+            assert_eq!(file.samples().expect("valid"), 200_001, "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_is_said_in_one_line_with_its_place() {
+        for (from, to, want) in [
+            (
+                "= 0.065",
+                "= -1",
+                "lab/wall.toml:2: mass_kg = -1 is not above 0",
+            ),
+            (
+                "= 0.065",
+                "= nan",
+                "lab/wall.toml:2: mass_kg = NaN is not above 0",
+            ),
+            (
+                "= 0.065",
+                "= \"x\"",
+                "lab/wall.toml:2: mass_kg = \"x\" is a string, not a number",
+            ),
+            (
+                "= 0.065",
+                "= 0x41",
+                "lab/wall.toml:2: mass_kg is not written as a decimal number",
+            ),
+            (
+                "order = 0.5",
+                "order = 2.5",
+                "lab/wall.toml:5: order = 2.5 is not in [0, 2]",
+            ),
+            (
+                "order = 0.5\n",
+                "",
+                "lab/wall.toml:1: missing key `order` in [wall]",
+            ),
+            (
+                "order =",
+                "ordre =",
+                "lab/wall.toml:5: unknown key `ordre` in [wall]: did you mean `order`?",
+            ),
+            (
+                "[wall]",
+                "[wal]",
+                "lab/wall.toml:1: unknown table [wal]: an experiment file has one of [relax], [creep], [wall]",
+            ),
+            (
+                "[wall]\n",
+                "[wall]\nscheme = \"exact\"\n",
+                "lab/wall.toml:2: scheme exact is for analysis only",
+            ),
+            (
+                "[wall]\n",
+                "[wall]\nseed = -1\n",
+                "lab/wall.toml:2: seed = -1 is not a whole number",
+            ),
+            (
+                "[wall]\n",
+                "[wall]\none_sided = 1\n",
+                "lab/wall.toml:2: one_sided = 1 is an integer, not true or false",
+            ),
+            (
+                "[wall]\n",
+                "[relax]\n[wall]\n",
+                "lab/wall.toml:2: a second table [wall]: an experiment file has one of",
+            ),
+            (
+                "[wall]\n",
+                "[wall]\npush_n = 200\n",
+                "lab/wall.toml:2: push_n = 200 is not below force_limit_n = 100",
+            ),
+            (
+                "[wall]\n",
+                "[wall]\nduration_s = 0.1\n",
+                "lab/wall.toml:1: window 0.4 s is not in [0.02, 0.1] s",
+            ),
+            (
+                "[wall]\n",
+                "[wall]\ndelay_s = 1\n",
+                "lab/wall.toml:1: force delay 1 s",
+            ),
+            ("[wall]", "[wall", "lab/wall.toml:1: "),
+            (
+                WALL,
+                "",
+                "lab/wall.toml:1: no experiment: an experiment file has one of [relax], [creep], [wall]",
+            ),
+            (
+                WALL,
+                "wall = 3",
+                "lab/wall.toml:1: `wall` is not a table: write [wall]",
+            ),
+            (
+                WALL,
+                "[relax]\nramp_time_s = 300",
+                "lab/wall.toml:2: ramp_time_s = 300 is not below duration_s = 200",
+            ),
+            (
+                WALL,
+                "[relax]\ncontact = \"soft\"",
+                "lab/wall.toml:2: contact = \"soft\" is not one of compliant, rigid",
+            ),
+            (
+                WALL,
+                "[creep]\n\ntissue = \"jelly\"",
+                "lab/wall.toml:3: tissue \"jelly\" is not in the library",
+            ),
+            (
+                WALL,
+                "[creep]\ntissue = \"a.toml\"",
+                "lab/wall.toml:2: cannot read the material file `lab/a.toml`",
+            ),
+            (
+                WALL,
+                "[relax]\nduration_s = 1e9",
+                "lab/wall.toml:2: duration_s = 1000000000 with sample_time_s = 0.001 is 1000000000001 samples",
+            ),
+        ] {
+            assert!(WALL.contains(from), "{from}");
+            let have = read(&WALL.replace(from, to)).expect_err(to);
+            assert!(have.starts_with(want), "have {have}\nwant {want}");
+            assert!(!have.contains('\n'), "{have}");
+        }
+    }
+}
