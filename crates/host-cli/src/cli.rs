@@ -51,8 +51,17 @@ pub enum Command {
     Relax(command::relax::Arguments),
     /// Creep: push a virtual tissue with a constant force, record the strain
     Creep(command::creep::Arguments),
+    /// What is stable, passive and transparent, before any hardware
+    #[command(subcommand)]
+    Analyze(command::analyze::Command),
+    /// The stiffest wall, the most damping or the closest tissue for a device, and its order
+    Design(command::design::Arguments),
+    /// Run the experiment that a file describes
+    Run(command::run::Arguments),
     /// Find the stiffest wall a device can render, by trying
     Zwidth(command::zwidth::Arguments),
+    /// Make every figure of the dissertation again and judge its claims
+    Reproduce(command::reproduce::Arguments),
     /// Print the impulse response of an operator
     Weights(command::weights::Arguments),
     /// Differentiate or integrate a CSV column to a fractional order
@@ -82,7 +91,11 @@ impl Cli {
         match self.command {
             Command::Relax(arguments) => arguments.run(output),
             Command::Creep(arguments) => arguments.run(output),
+            Command::Analyze(command) => command.run(output),
+            Command::Design(arguments) => arguments.run(output),
+            Command::Run(arguments) => arguments.run(output),
             Command::Zwidth(arguments) => arguments.run(output),
+            Command::Reproduce(arguments) => arguments.run(output),
             Command::Weights(arguments) => arguments.run(output),
             Command::Differintegrate(arguments) => arguments.run(output),
             Command::Materials(command) => command.run(output),

@@ -5,7 +5,7 @@ use crate::figure::Picture;
 use crate::record::{Leftover, NewFile, NewFileError};
 use serde::Serialize;
 use std::fs;
-use std::io::BufWriter;
+use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
 /// The files an experiment makes, by extension. A log that was cut off keeps `.mcap.part`.
@@ -20,7 +20,7 @@ pub struct FolderRequest {
     /// The folder, or the next free `results/STEM-0001`.
     pub out: Option<PathBuf>,
     /// The name that all files share.
-    pub stem: &'static str,
+    pub stem: String,
     /// Whether files of an earlier run may be replaced.
     pub overwrite: bool,
 }
@@ -29,7 +29,7 @@ pub struct FolderRequest {
 #[derive(Debug)]
 pub struct OutputFolder {
     path: PathBuf,
-    stem: &'static str,
+    stem: String,
     overwrite: bool,
     /// Folders that did not exist before, outermost first.
     made: Vec<PathBuf>,
@@ -43,7 +43,7 @@ impl FolderRequest {
     pub fn prepare(&self) -> Result<OutputFolder, Failure> {
         let mut folder = OutputFolder {
             path: PathBuf::new(),
-            stem: self.stem,
+            stem: self.stem.clone(),
             overwrite: self.overwrite,
             made: Vec::new(),
         };
@@ -177,7 +177,7 @@ impl OutputFolder {
     /// # Errors
     /// If it cannot be rendered or the disk does not take it.
     pub fn save_picture(&self, picture: &Picture) -> Result<String, Failure> {
-        let saved = picture.save(&self.path.join(self.stem), self.overwrite)?;
+        let saved = picture.save(&self.path.join(&self.stem), self.overwrite)?;
         Ok(saved.png.display().to_string())
     }
 }
@@ -187,4 +187,18 @@ fn cannot_make(path: &Path, error: std::io::Error) -> Failure {
         "cannot make the folder `{}`: choose a writable place with --out",
         path.display()
     )))
+}
+
+/// Writes a text file; it appears when it is whole.
+///
+/// # Errors
+/// If it exists and `overwrite` is not set, or the disk does not take it.
+pub fn write_text(path: &Path, text: &str, overwrite: bool) -> Result<(), Failure> {
+    let (new_file, mut file) = NewFile::create(path, Leftover::Discard, overwrite)?;
+    file.write_all(text.as_bytes()).map_err(|error| {
+        let message = format!("writing `{}` failed", path.display());
+        Failure::DataLost(anyhow::Error::new(error).context(message))
+    })?;
+    new_file.publish()?;
+    Ok(())
 }

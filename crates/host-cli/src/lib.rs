@@ -4,6 +4,7 @@
 
 pub mod cli;
 pub mod command;
+pub mod design;
 pub mod experiment;
 pub mod failure;
 pub mod figure;
@@ -12,3 +13,4 @@ pub mod material;
 pub mod output;
 pub mod quantity;
 pub mod record;
+pub mod reproduce;

@@ -79,6 +79,11 @@ quantity!(
     Damping, "a damping",
     [("N.s/m", 1.0), ("N·s/m", 1.0), ("Ns/m", 1.0), ("N.s/mm", 1e3), ("N·s/mm", 1e3), ("Ns/mm", 1e3)]
 );
+quantity!(
+    /// A frequency, Hz.
+    Frequency, "a frequency",
+    [("Hz", 1.0), ("kHz", 1e3)]
+);
 
 /// Text that is no quantity of the kind asked for.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 //! `differintegrate`: a column of a CSV file to a fractional order.
 
-use super::experiment::{order, parse_scheme, rate};
+use super::experiment::{order, parse_order, parse_scheme, rate};
 use crate::failure::Failure;
 use crate::output::Output;
 use crate::quantity::Time;
@@ -20,7 +20,7 @@ use std::path::PathBuf;
 )]
 pub struct Arguments {
     /// Order mu, -2 to 2: positive differentiates, negative integrates
-    #[arg(long, allow_hyphen_values = true)]
+    #[arg(long, allow_hyphen_values = true, value_parser = parse_order)]
     order: f64,
     /// Time between two rows
     #[arg(long, allow_hyphen_values = true)]
@@ -111,6 +111,11 @@ fn read_column(source: impl Read, name: &str) -> Result<Vec<f64>, Failure> {
             names.join(",")
         ))
     })?;
+    if header.iter().filter(|cell| *cell == "x").count() > 1 {
+        return Err(bad(
+            "line 1: more than one column is named x; rename all but the one to take".to_owned(),
+        ));
+    }
     let width = header.len();
     let mut x = Vec::new();
     let mut row = csv::StringRecord::new();

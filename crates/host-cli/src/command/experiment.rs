@@ -1,6 +1,8 @@
 //! Arguments and manners that all experiments share.
 
-use crate::experiment::{Contact, Pace, Precision, Rendering, Report, Sensors, Supervisor};
+use crate::experiment::{
+    Contact, Ending, Pace, Precision, Rendering, Report, Sensors, Summary, Supervisor,
+};
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
 use crate::material::Library;
@@ -163,6 +165,25 @@ pub fn rate(sample_time: Seconds, mu: Order) -> Result<f64, Failure> {
         .map_err(|error| Failure::input_with_advice(error, "give --sample-time, as in 1ms"))
 }
 
+/// Reads a plain number.
+///
+/// # Errors
+/// If it is none, or not finite.
+pub fn parse_number(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(number) if number.is_finite() => Ok(number),
+        _ => Err("not a finite number".to_owned()),
+    }
+}
+
+/// Reads an order; its range is checked by [`order`].
+///
+/// # Errors
+/// If it is no number, or not finite.
+pub fn parse_order(text: &str) -> Result<f64, String> {
+    parse_number(text).map_err(|error| format!("{error} in [{}, {}]", Order::MIN, Order::MAX))
+}
+
 /// Reads a SCHEME.
 ///
 /// # Errors
@@ -214,7 +235,7 @@ impl RenderingArguments {
     /// Runs an experiment in its folder with a progress bar, stoppable by Ctrl-C, and reports.
     ///
     /// # Errors
-    /// Those of the experiment; an interrupted one, one with a fault, or with dropped samples.
+    /// As [`conduct`].
     pub fn conduct(
         &self,
         stem: &'static str,
@@ -222,44 +243,59 @@ impl RenderingArguments {
         output: Output,
         experiment: impl FnOnce(&FolderRequest, Supervisor<'_>) -> Result<Report, Failure>,
     ) -> Result<(), Failure> {
-        let stop = stop_on_interrupt()?;
         let request = FolderRequest {
             out: self.out.clone(),
-            stem,
+            stem: stem.to_owned(),
             overwrite: self.overwrite,
         };
-        let bar = progress_bar(samples, output);
-        let progress = |done| bar.set_position(done);
-        let result = experiment(
-            &request,
-            Supervisor {
-                stop,
-                progress: &progress,
-            },
-        );
-        bar.finish_and_clear();
-        let report = result?;
-        for warning in &report.warnings {
-            note("warning", warning);
-        }
-        output.summary(&report, |out| print_summary(out, &report))?;
-        if let Some(reason) = &report.ended_early {
-            return Err(Failure::Run(anyhow::anyhow!(
-                "{reason}: the run ended at {} s, the force ramped to zero; the log is {}",
-                // Without the digits that a binary fraction adds.
-                (report.duration_s * 1e9).round() / 1e9,
-                report.log
-            )));
-        }
-        if report.dropped_samples > 0 {
-            return Err(Failure::DataLost(anyhow::anyhow!(
-                "{} samples are missing from the log {}",
-                report.dropped_samples,
-                report.log
-            )));
-        }
-        Ok(())
+        conduct(samples, output, print_summary, |supervisor| {
+            experiment(&request, supervisor)
+        })
     }
+}
+
+/// Runs an experiment with a progress bar, stoppable by Ctrl-C, and reports.
+///
+/// # Errors
+/// Those of the experiment; an interrupted one, one with a fault, or with dropped samples.
+pub fn conduct<R: Summary>(
+    samples: u64,
+    output: Output,
+    print: impl FnOnce(&mut dyn Write, &R) -> io::Result<()>,
+    experiment: impl FnOnce(Supervisor<'_>) -> Result<R, Failure>,
+) -> Result<(), Failure> {
+    let stop = stop_on_interrupt()?;
+    let bar = progress_bar(samples, output);
+    let progress = |done| bar.set_position(done);
+    let result = experiment(Supervisor {
+        stop,
+        progress: &progress,
+    });
+    bar.finish_and_clear();
+    let report = result?;
+    let Ending {
+        warnings,
+        ended_early,
+        duration_s,
+        dropped_samples,
+        log,
+    } = report.ending();
+    for warning in warnings {
+        note("warning", warning);
+    }
+    output.summary(&report, |out| print(out, &report))?;
+    if let Some(reason) = ended_early {
+        return Err(Failure::Run(anyhow::anyhow!(
+            "{reason}: the run ended at {} s, the force ramped to zero; the log is {log}",
+            plain(duration_s),
+        )));
+    }
+    if dropped_samples > 0 {
+        return Err(Failure::DataLost(anyhow::anyhow!(
+            "{dropped_samples} samples are missing from the log {log}"
+        )));
+    }
+    Ok(())
 }
 
 /// The flag that Ctrl-C (or a termination signal) sets. The handler is installed once.
@@ -295,7 +331,10 @@ pub fn progress_bar(samples: u64, output: Output) -> ProgressBar {
 }
 
 /// The result as a person reads it.
-fn print_summary(out: &mut dyn Write, report: &Report) -> io::Result<()> {
+///
+/// # Errors
+/// Those of `out`.
+pub fn print_summary(out: &mut dyn Write, report: &Report) -> io::Result<()> {
     let number = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |v| format!("{v:.2e}"));
     let compared = |error: Option<f64>, text: String| match error {
         Some(_) => text,
@@ -319,8 +358,8 @@ fn print_summary(out: &mut dyn Write, report: &Report) -> io::Result<()> {
         out,
         "  {} samples, {} s at {} ms",
         report.samples,
-        report.duration_s,
-        1e3 * report.sample_time_s
+        plain(report.duration_s),
+        plain(1e3 * report.sample_time_s)
     )?;
     writeln!(
         out,
@@ -353,7 +392,7 @@ fn print_summary(out: &mut dyn Write, report: &Report) -> io::Result<()> {
         compared(
             report.closed_form_error,
             format!(
-                "off by {} at most, of which sampling {}, contact and rig {}",
+                "off by {} at most (sampling alone {}, contact and rig alone {})",
                 number(report.closed_form_error),
                 number(report.discretisation_error),
                 number(report.rig_error)
@@ -373,4 +412,9 @@ fn print_summary(out: &mut dyn Write, report: &Report) -> io::Result<()> {
         writeln!(out, "  figure            {figure} (and .svg)")?;
     }
     Ok(())
+}
+
+/// Without the digits that a binary fraction adds.
+fn plain(value: f64) -> f64 {
+    (value * 1e9).round() / 1e9
 }

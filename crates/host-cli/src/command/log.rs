@@ -182,7 +182,8 @@ fn check(log: &Path, output: Output) -> Result<(), Failure> {
     let whole = summary.complete && summary.gaps.is_empty() && summary.out_of_order == 0;
     output.summary(&summary, |out| {
         if whole {
-            writeln!(out, "whole: {} samples, no gaps", summary.samples)
+            writeln!(out, "whole: {} samples, no gaps", summary.samples)?;
+            recovered(out, &summary)
         } else {
             for damage in &summary.damage {
                 writeln!(out, "damage: {damage}")?;
@@ -213,6 +214,14 @@ fn check(log: &Path, output: Output) -> Result<(), Failure> {
             log.display(),
             reasons.join("; ")
         )))
+    }
+}
+
+/// Says so if the log is what was saved of another.
+fn recovered(out: &mut dyn Write, summary: &LogSummary) -> io::Result<()> {
+    match &summary.missing_since_recovery {
+        Some(missing) => writeln!(out, "recovered from a log that was not whole: {missing}"),
+        None => Ok(()),
     }
 }
 
@@ -327,5 +336,5 @@ fn print_info(out: &mut dyn Write, log: &Path, summary: &LogSummary) -> io::Resu
     for damage in &summary.damage {
         writeln!(out, "  damage: {damage}")?;
     }
-    Ok(())
+    recovered(out, summary)
 }

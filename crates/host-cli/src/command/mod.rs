@@ -1,11 +1,15 @@
 //! The commands: arguments, and what they print. The work is in the modules beside this one.
 
+pub mod analyze;
 pub mod creep;
+pub mod design;
 pub mod differintegrate;
 pub mod experiment;
 pub mod log;
 pub mod materials;
 pub mod relax;
+pub mod reproduce;
+pub mod run;
 pub mod shell;
 pub mod weights;
 pub mod zwidth;

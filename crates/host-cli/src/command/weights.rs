@@ -1,6 +1,6 @@
 //! `weights`: the impulse response of an operator.
 
-use super::experiment::{order, parse_scheme, rate};
+use super::experiment::{order, parse_order, parse_scheme, rate};
 use crate::failure::Failure;
 use crate::output::Output;
 use clap::Args;
@@ -16,7 +16,7 @@ use serde::Serialize;
 )]
 pub struct Arguments {
     /// Order mu, -2 to 2
-    #[arg(long, allow_hyphen_values = true)]
+    #[arg(long, allow_hyphen_values = true, value_parser = parse_order)]
     order: f64,
     /// Fractional operator, see `host-cli --help`
     #[arg(long, value_parser = parse_scheme, default_value = "exact")]

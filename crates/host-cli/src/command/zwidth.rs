@@ -146,7 +146,7 @@ impl Arguments {
             Some(out) => {
                 let request = FolderRequest {
                     out: Some(out.clone()),
-                    stem: "zwidth",
+                    stem: "zwidth".to_owned(),
                     overwrite: self.overwrite,
                 };
                 Some(save(&report, &request.prepare()?)?)

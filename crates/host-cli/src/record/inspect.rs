@@ -4,7 +4,9 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::{Damage, Entry, EventMessage, LogReader, MetadataRecord, RecordError, TickMessage};
+use super::{
+    Damage, Entry, EventMessage, LogReader, MetadataRecord, RECOVERED, RecordError, TickMessage,
+};
 
 /// Ticks that are not in the log although later ones are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -33,6 +35,9 @@ pub struct LogSummary {
     pub complete: bool,
     /// Ticks whose number is not above that of the tick before.
     pub out_of_order: u64,
+    /// What is missing from the log that this one was recovered from; `None` if it is no recovered one
+    /// or nothing is missing.
+    pub missing_since_recovery: Option<String>,
     /// What could not be read, a sentence each.
     pub damage: Vec<String>,
     /// Messages on other topics.
@@ -90,6 +95,13 @@ pub fn inspect(path: &Path) -> Result<LogSummary, RecordError> {
     summary.complete = condition.complete;
     summary.damage = condition.damage.iter().map(Damage::to_string).collect();
     summary.foreign_messages = condition.foreign_messages;
+    summary.missing_since_recovery = summary
+        .metadata
+        .iter()
+        .filter(|record| record.name == RECOVERED)
+        .filter_map(|record| record.values.get("missing"))
+        .find(|missing| !missing.is_empty())
+        .cloned();
     summary.samples = count.samples;
     summary.first_s = count.first_s;
     summary.last_s = count.last.map(|(_, time_s)| time_s);

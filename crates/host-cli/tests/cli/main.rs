@@ -2,7 +2,9 @@
 
 #![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
 
+mod analysis;
 mod data;
+mod design;
 mod experiments;
 mod interrupted;
 mod log;

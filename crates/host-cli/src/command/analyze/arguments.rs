@@ -1,0 +1,216 @@
+//! Arguments that several analyses share: the loop, with units or without, and the files.
+
+use crate::command::experiment::{order, parse_number, parse_order, parse_scheme};
+use crate::failure::Failure;
+use crate::figure::Picture;
+use crate::folder::FolderRequest;
+use crate::quantity::{Damping, Mass, Stiffness, Time};
+use clap::Args;
+use fracdiff::{Order, Scheme, Seconds};
+use haptic_analysis::{AnalysisError, Loop, LoopOperator, Nondimensional};
+use serde::Serialize;
+use std::path::PathBuf;
+
+/// Memory for which a full-memory operator is designed, samples: 1000 s at 1 kHz.
+pub(super) const HORIZON: f64 = 1e6;
+
+/// A loop: nondimensional, or with units.
+#[derive(Debug, Args)]
+pub struct LoopArguments {
+    /// Order mu of the dissipation, 0 to 2
+    #[arg(long, value_parser = parse_order, allow_hyphen_values = true)]
+    pub order: f64,
+    /// Fractional operator, see `host-cli --help`
+    #[arg(long, value_parser = parse_scheme, default_value = "exact")]
+    pub scheme: Scheme,
+    /// Delay between measuring and acting, in whole samples beside that of the hold
+    #[arg(
+        long,
+        value_name = "SAMPLES",
+        default_value_t = 0,
+        allow_hyphen_values = true
+    )]
+    pub delay_samples: usize,
+    /// Sample time T; needed with units, and for a scheme with frequencies in Hz
+    #[arg(long, allow_hyphen_values = true)]
+    sample_time: Option<Time>,
+
+    /// Stiffness K T^2/m
+    #[arg(long, value_parser = parse_number, allow_hyphen_values = true, help_heading = "Loop without units")]
+    alpha: Option<f64>,
+    /// Dissipation B T^(2-mu)/m
+    #[arg(long, value_parser = parse_number, allow_hyphen_values = true, help_heading = "Loop without units")]
+    beta: Option<f64>,
+    /// Damping of the device b T/m [default: 0]
+    #[arg(long, value_parser = parse_number, allow_hyphen_values = true, help_heading = "Loop without units")]
+    delta: Option<f64>,
+    /// Stiffness of the hand k T^2/m [default: 0]
+    #[arg(long, value_parser = parse_number, allow_hyphen_values = true, help_heading = "Loop without units")]
+    gamma: Option<f64>,
+
+    /// Mass m of the device (and the hand)
+    #[arg(long, allow_hyphen_values = true, help_heading = "Loop with units")]
+    mass: Option<Mass>,
+    /// Viscous damping b of the device (and the hand) [default: 0]
+    #[arg(long, allow_hyphen_values = true, help_heading = "Loop with units")]
+    damping: Option<Damping>,
+    /// Stiffness k of the hand [default: 0]
+    #[arg(long, allow_hyphen_values = true, help_heading = "Loop with units")]
+    hand_stiffness: Option<Stiffness>,
+    /// Virtual stiffness K
+    #[arg(long, allow_hyphen_values = true, help_heading = "Loop with units")]
+    stiffness: Option<Stiffness>,
+    /// Fractional dissipation B, N s^mu/m
+    #[arg(long, value_parser = parse_number, allow_hyphen_values = true, help_heading = "Loop with units")]
+    dissipation: Option<f64>,
+}
+
+/// A loop that is ready to be analysed.
+#[derive(Debug)]
+pub struct ResolvedLoop {
+    /// Without units.
+    pub parameters: Nondimensional,
+    /// μ.
+    pub order: Order,
+    /// P(w).
+    pub operator: LoopOperator,
+    /// Its name.
+    pub scheme: Scheme,
+    /// d.
+    pub delay: usize,
+    /// m and T, where the loop was given with units.
+    pub units: Option<(f64, f64)>,
+    /// Whether δ (or b) was given at all.
+    pub delta_given: bool,
+}
+
+/// Whether α and β (or K and B) must be given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wall {
+    /// Both are needed.
+    Needed,
+    /// The analysis looks for them.
+    Sought,
+}
+
+impl LoopArguments {
+    /// Checks and gathers everything.
+    ///
+    /// # Errors
+    /// Units mixed with none, something missing, something outside its range.
+    pub fn resolve(&self, wall: Wall) -> Result<ResolvedLoop, Failure> {
+        let mu = order(self.order)?;
+        let without = [self.alpha, self.beta, self.delta, self.gamma];
+        let without_units = without.iter().any(Option::is_some);
+        let with_units = self.mass.is_some()
+            || self.damping.is_some()
+            || self.hand_stiffness.is_some()
+            || self.stiffness.is_some()
+            || self.dissipation.is_some();
+        if without_units && with_units {
+            return Err(Failure::bad_input(
+                "the loop is given both without units and with them: give either --alpha --beta \
+                 --delta --gamma, or --mass --damping --hand-stiffness --sample-time --stiffness \
+                 --dissipation",
+            ));
+        }
+        let missing = |option: &str| {
+            Failure::bad_input(format_args!(
+                "{option} is missing: give --alpha and --beta, or --mass, --sample-time, --stiffness \
+                 and --dissipation"
+            ))
+        };
+        let needed = |value: Option<f64>, option: &str| match (value, wall) {
+            (Some(value), _) => Ok(value),
+            (None, Wall::Sought) => Ok(0.0),
+            (None, Wall::Needed) => Err(missing(option)),
+        };
+        let (parameters, units) = if with_units {
+            let mass = self.mass.ok_or_else(|| missing("--mass"))?.0;
+            let sample_time = self.sample_time.ok_or_else(|| missing("--sample-time"))?.0;
+            let parameters = Loop {
+                mass_kg: mass,
+                damping_n_s_per_m: self.damping.map_or(0.0, |b| b.0),
+                hand_stiffness_n_per_m: self.hand_stiffness.map_or(0.0, |k| k.0),
+                sample_time_s: sample_time,
+                order: mu,
+                stiffness_n_per_m: needed(self.stiffness.map(|k| k.0), "--stiffness")?,
+                dissipation_n_s_mu_per_m: needed(self.dissipation, "--dissipation")?,
+            };
+            (parameters.nondimensional(), Some((mass, sample_time)))
+        } else {
+            let parameters = Nondimensional {
+                alpha: needed(self.alpha, "--alpha")?,
+                beta: needed(self.beta, "--beta")?,
+                delta: self.delta.unwrap_or(0.0),
+                gamma: self.gamma.unwrap_or(0.0),
+            };
+            (parameters.checked(), None)
+        };
+        let sample_time = Seconds(self.sample_time.map_or(1.0, |t| t.0));
+        Ok(ResolvedLoop {
+            parameters: parameters.map_err(refused)?,
+            order: mu,
+            operator: LoopOperator::new(self.scheme, mu, sample_time, HORIZON).map_err(refused)?,
+            scheme: self.scheme,
+            delay: self.delay_samples,
+            units,
+            delta_given: self.delta.is_some() || self.damping.is_some(),
+        })
+    }
+}
+
+/// A question without an answer is bad input.
+pub(super) fn refused(error: AnalysisError) -> Failure {
+    Failure::input(error)
+}
+
+/// Where pictures and tables go, if they are wanted.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Files")]
+pub struct Files {
+    /// Folder for a picture (PNG and SVG) and a CSV
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Replace the files of an earlier analysis in the folder
+    #[arg(long)]
+    pub overwrite: bool,
+}
+
+impl Files {
+    /// Writes a table and a picture under one name, if a folder was given; names what was written.
+    ///
+    /// # Errors
+    /// A folder or file that cannot be written.
+    pub fn write<R: Serialize>(
+        &self,
+        stem: &'static str,
+        rows: impl Iterator<Item = R>,
+        picture: impl FnOnce() -> Result<Picture, crate::figure::FigureError>,
+    ) -> Result<Vec<String>, Failure> {
+        let Some(out) = &self.out else {
+            return Ok(Vec::new());
+        };
+        let request = FolderRequest {
+            out: Some(out.clone()),
+            stem: stem.to_owned(),
+            overwrite: self.overwrite,
+        };
+        let picture = picture()?;
+        let folder = request.prepare()?;
+        let table = folder.write_table("csv", rows)?;
+        let picture = folder.save_picture(&picture)?;
+        Ok(vec![table, picture])
+    }
+}
+
+/// `count` frequencies from `low` to `high`, equal steps of their logarithm.
+pub(super) fn logarithmic(low: f64, high: f64, count: usize) -> impl Iterator<Item = f64> {
+    let ratio = (high / low).ln();
+    let steps = count.saturating_sub(1).max(1) as f64;
+    // The last is exactly `high`.
+    (0..count).map(move |i| match i + 1 == count {
+        true => high,
+        false => low * (ratio * i as f64 / steps).exp(),
+    })
+}

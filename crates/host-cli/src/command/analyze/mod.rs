@@ -1,0 +1,48 @@
+//! `analyze`: what is stable, passive and transparent, before any hardware.
+
+mod arguments;
+mod effective;
+mod passivity;
+mod stability;
+
+use crate::failure::Failure;
+use crate::output::Output;
+pub use arguments::{Files, LoopArguments};
+use clap::Subcommand;
+
+/// Which question.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Effective stiffness and damping of a virtual environment
+    Environment(effective::EnvironmentArguments),
+    /// Is this wall stable?
+    Stability(stability::VerdictArguments),
+    /// All stable walls: the region in the alpha-beta plane
+    StabilityRegion(stability::RegionArguments),
+    /// Is this wall passive, and how much damping does that take?
+    Passivity(passivity::PassivityArguments),
+    /// Is a virtual coupler passive on both sides, and how much damping does that take?
+    Coupling(passivity::CouplingArguments),
+    /// What the hand feels: effective stiffness and damping of the closed loop
+    Transparency(effective::TransparencyArguments),
+    /// How much the loop amplifies errors of its model: |1/(1 + GH)|
+    Sensitivity(stability::SensitivityArguments),
+}
+
+impl Command {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// A parameter outside its range; files that cannot be written.
+    pub fn run(self, output: Output) -> Result<(), Failure> {
+        match self {
+            Self::Environment(arguments) => arguments.run(output),
+            Self::Stability(arguments) => arguments.run(output),
+            Self::StabilityRegion(arguments) => arguments.run(output),
+            Self::Passivity(arguments) => arguments.run(output),
+            Self::Coupling(arguments) => arguments.run(output),
+            Self::Transparency(arguments) => arguments.run(output),
+            Self::Sensitivity(arguments) => arguments.run(output),
+        }
+    }
+}

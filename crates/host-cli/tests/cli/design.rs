@@ -1,0 +1,453 @@
+//! `run` and `design`: experiment files, good and bad, and walls that are what they promise.
+
+use crate::process::{Place, number};
+use serde_json::Value;
+use std::path::Path;
+
+/// A wall that is stable on the dissertation's device.
+const WALL: &str = "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 0.002\n\
+                    order = 0.5\nstiffness_n_per_m = 3000.0\ndissipation_n_s_mu_per_m = 100.0\n";
+
+/// Runs a design that must succeed without a word on standard error.
+fn design(place: &Place, options: &str) -> Value {
+    let ended = place.run(&format!("design --json --out design {options}"));
+    ended.succeeded().json()
+}
+
+/// The candidate of an order.
+fn of_order(report: &Value, order: f64) -> &Value {
+    let candidates = report["candidates"].as_array().expect("an array");
+    let mut found = candidates.iter().filter(|c| number(c, "order") == order);
+    found.next().expect("the order is on the grid")
+}
+
+#[track_caller]
+fn near(have: f64, want: f64, tolerance: f64) {
+    assert!(
+        (have / want - 1.0).abs() <= tolerance,
+        "have {have}, want {want}"
+    );
+}
+
+/// Runs the designed experiment, with its stiffness `factor` times as large.
+fn settles(place: &Place, factor: f64) -> bool {
+    let text = place.text("design/design.toml");
+    let line = |line: &str| match line.strip_prefix("stiffness_n_per_m = ") {
+        Some(stiffness) => {
+            let stiffness: f64 = stiffness.parse().expect("a number");
+            format!("stiffness_n_per_m = {:?}", factor * stiffness)
+        }
+        None => line.to_owned(),
+    };
+    let lines: Vec<String> = text.lines().map(line).collect();
+    place.write("trial.toml", lines.join("\n"));
+    let ended = place.run("run trial.toml --json --out trial --overwrite");
+    let report = ended.succeeded_with_warnings().json();
+    report["stable"].as_bool().expect("a verdict")
+}
+
+#[test]
+fn the_examples_run() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../experiments");
+    for (kind, samples) in [("relax", 20_001.0), ("creep", 20_001.0), ("wall", 2501.0)] {
+        let place = Place::new();
+        let file = folder.join(format!("{kind}.toml"));
+        let ended = place.run(&format!("run {} --json --out run", file.display()));
+        let report = ended.succeeded().json();
+        assert_eq!(number(&report, "samples"), samples, "{kind}");
+        for key in [
+            "order",
+            "duration_s",
+            "peak_force_n",
+            "final_force_n",
+            "max_relative_error",
+        ] {
+            assert!(number(&report, key) > 0.0, "{kind}: {key}: {report}");
+        }
+        for key in ["closed_form_error", "missed_deadlines"] {
+            assert!(number(&report, key) >= 0.0, "{kind}: {key}: {report}");
+        }
+        assert_eq!(report["device"], "sim");
+        assert_eq!(report["log"], format!("run/{kind}.mcap"));
+        assert_eq!(report["figure"], format!("run/{kind}.png"));
+        let files = ["csv", "mcap", "png", "svg"].map(|e| format!("run/{kind}.{e}"));
+        assert_eq!(place.files()[1..], files, "{kind}");
+        assert!(!place.text(&format!("run/{kind}.csv")).contains("NaN"));
+    }
+}
+
+#[test]
+fn a_wall_rests_where_the_push_is_in_balance() {
+    let place = Place::new();
+    // Order 1 leaves nothing to creep: 1 N on 3000 + 200 N/m.
+    let text = WALL
+        .replace("order = 0.5", "order = 1\nhand_stiffness_n_per_m = 200")
+        .replace("= 100.0", "= 10");
+    place.write("wall.toml", text);
+    let report = place.run("run wall.toml --json").succeeded().json();
+    assert_eq!(report["stable"], true);
+    near(number(&report, "deflection_m"), 1.0 / 3200.0, 1e-9);
+    near(
+        number(&report, "expected_deflection_m"),
+        1.0 / 3200.0,
+        1e-15,
+    );
+    assert!(number(&report, "position_std_m") < 1e-12);
+    assert!(number(&report, "max_relative_error") < 1e-9);
+    assert_eq!(report["log"], "results/wall-0001/wall.mcap");
+    // A log like any other.
+    let check = place.run("log check results/wall-0001/wall.mcap --json");
+    assert_eq!(number(&check.succeeded().json(), "samples"), 2501.0);
+}
+
+#[test]
+fn an_unstable_wall_is_a_result_with_a_warning() {
+    let place = Place::new();
+    place.write("wall.toml", WALL.replace("= 3000.0", "= 30000.0"));
+    let ended = place.run("run wall.toml --json --out run");
+    assert!(
+        ended
+            .stderr
+            .starts_with("warning: the wall is unstable: in the last 0.4 s"),
+        "{ended}"
+    );
+    let report = ended.succeeded_with_warnings().json();
+    assert_eq!(report["stable"], false);
+    assert_eq!(report["closed_form_error"], Value::Null);
+}
+
+#[test]
+fn a_wall_is_the_same_in_the_file_and_in_zwidths_terms() {
+    // The boundary that zwidth finds by bisection: just below it is stable, just above not.
+    let place = Place::new();
+    let line = "zwidth --orders 1 --points 2 --json";
+    let report = place.run(line).succeeded().json();
+    let first = &report["orders"][0]["boundary"][0];
+    for (factor, stable) in [(0.99, true), (1.01, false)] {
+        let stiffness = factor * number(first, "stiffness_max");
+        let text = WALL
+            .replace("order = 0.5", "order = 1")
+            .replace("= 3000.0", &format!("= {stiffness:?}"))
+            .replace("= 100.0", "= 0.0");
+        place.write("wall.toml", text);
+        let ended = place.run("run wall.toml --json --out run --overwrite");
+        let report = ended.succeeded_with_warnings().json();
+        assert_eq!(report["stable"], stable, "{factor}");
+    }
+}
+
+#[test]
+fn a_file_that_is_wrong_is_refused_in_one_line() {
+    for (from, to, want) in [
+        ("= 0.065", "= 0", "wall.toml:2: mass_kg = 0 is not above 0"),
+        (
+            "order = 0.5",
+            "order = -0.5",
+            "wall.toml:5: order = -0.5 is not in [0, 2]",
+        ),
+        (
+            "sample_time_s = 0.002\n",
+            "",
+            "wall.toml:1: missing key `sample_time_s` in [wall]",
+        ),
+        (
+            "damping_n_s_per_m",
+            "damping",
+            "wall.toml:3: unknown key `damping` in [wall]: known are device, mass_kg, damping_n_s_per_m, \
+             hand_stiffness_n_per_m, sample_time_s, delay_s, friction_n, current_lag_s, \
+             encoder_resolution_m, sensor_noise_m, seed, force_limit_n, order, scheme, \
+             stiffness_n_per_m, dissipation_n_s_mu_per_m, one_sided, push_n, duration_s, window_s, \
+             threshold_m",
+        ),
+        (
+            "mass_kg =",
+            "mas_kg =",
+            "wall.toml:2: unknown key `mas_kg` in [wall]: did you mean `mass_kg`?",
+        ),
+        (
+            "= 3000.0",
+            "= \"stiff\"",
+            "wall.toml:6: stiffness_n_per_m = \"stiff\" is a string, not a number",
+        ),
+        (
+            "= 100.0",
+            "= inf",
+            "wall.toml:7: dissipation_n_s_mu_per_m = inf is not at least 0",
+        ),
+        (
+            WALL,
+            "# nothing\n",
+            "wall.toml:1: no experiment: an experiment file has one of [relax], [creep], [wall]",
+        ),
+        (
+            "[wall]",
+            "[wall]\nscheme = \"oustaloup:5:1:9e9\"",
+            "wall.toml:2: ",
+        ),
+        (
+            WALL,
+            "[relax]\n\nstrain = 1.5\n",
+            "wall.toml:3: strain = 1.5 is not in (0, 1]",
+        ),
+    ] {
+        let place = Place::new();
+        assert!(WALL.contains(from), "{from}");
+        place.write("wall.toml", WALL.replace(from, to));
+        let ended = place.run("run wall.toml --out run").failed(2);
+        let error = ended
+            .error()
+            .strip_prefix("error: ")
+            .expect("an error")
+            .to_owned();
+        if want.ends_with(' ') {
+            assert!(error.starts_with(want), "have {error}\nwant {want}");
+        } else {
+            assert_eq!(error, want);
+        }
+        assert_eq!(place.files(), ["wall.toml"], "{to}");
+    }
+    let place = Place::new();
+    place
+        .run("run none.toml")
+        .refused(2, &["cannot read the experiment file `none.toml`"]);
+}
+
+#[test]
+fn the_stiffest_wall_is_stable_and_three_times_it_is_not() {
+    for device in [
+        "",
+        "--delay-samples 1",
+        "--hand-stiffness 400 --sample-time 1ms",
+    ] {
+        let place = Place::new();
+        let report = design(&place, device);
+        let best = &report["best"];
+        assert!(number(best, "margin") >= 2.0, "{device}: {report}");
+        assert_eq!(report["simulated"]["stable"], true, "{device}");
+        assert_eq!(report["experiment"], "design/design.toml");
+        for candidate in report["candidates"].as_array().expect("an array") {
+            if let Some(stiffness) = candidate["stiffness"].as_f64() {
+                assert!(
+                    stiffness <= number(best, "stiffness"),
+                    "{device}: {candidate}"
+                );
+            }
+        }
+        assert!(settles(&place, 1.0), "{device}");
+        assert!(!settles(&place, 3.0), "{device}");
+        let files = ["csv", "png", "svg", "toml"].map(|e| format!("design/design.{e}"));
+        assert!(files.iter().all(|file| place.files().contains(file)));
+    }
+}
+
+#[test]
+fn a_stable_design_is_the_anchor_over_the_margin() {
+    // theory.md, 5: δ = 0, μ = 1: largest α = 12 − 8√2 at β = 2√2 − 2. K = α·m/T², B = β·m/T.
+    let place = Place::new();
+    let device = "--mass 1kg --damping 0 --sample-time 1ms --orders 1 --gain-margin 4";
+    let report = design(&place, device);
+    let best = &report["best"];
+    let root = 2.0_f64.sqrt();
+    // 1e-4 inside, and the full memory is exact at whole orders.
+    near(
+        number(best, "stiffness"),
+        (12.0 - 8.0 * root) * 1e6 / 4.0,
+        2e-4,
+    );
+    near(
+        number(best, "dissipation"),
+        (2.0 * root - 2.0) * 1e3 / 4.0,
+        2e-4,
+    );
+    near(number(best, "margin"), 4.0, 2e-4);
+    assert_eq!(best["passive"], false);
+}
+
+#[test]
+fn the_stiffest_passive_wall_without_delay_is_colgates() {
+    let place = Place::new();
+    let report = design(&place, "--require passive --orders 0,0.5,1,2");
+    for order in [0.0, 0.5, 1.0, 2.0] {
+        let candidate = of_order(&report, order);
+        // b = KT/2
+        near(number(candidate, "stiffness"), 2.0 * 3.5 / 2e-3, 1.1e-4);
+        assert_eq!(number(candidate, "dissipation"), 0.0);
+        assert_eq!(candidate["passive"], true);
+        assert!(number(candidate, "required_damping_n_s_per_m") < 3.5);
+    }
+    assert!(settles(&place, 1.0));
+    assert!(!settles(&place, 3.0));
+}
+
+#[test]
+fn with_a_delay_the_right_order_makes_a_passive_wall_stiffer() {
+    let place = Place::new();
+    let report = design(&place, "--require passive --delay-samples 1");
+    // Without dissipation a delay of d samples costs a factor 2d + 1.
+    let spring = 2.0 * 3.5 / 2e-3 / 3.0;
+    near(number(of_order(&report, 0.0), "stiffness"), spring, 1.1e-4);
+    let best = &report["best"];
+    assert_eq!(number(best, "order"), 1.0);
+    // theory.md, 6, spring and damper: b > max_θ [(KT/2)·sin(3θ/2)/sin(θ/2) − B·cos 2θ].
+    let (k, b) = (number(best, "stiffness"), number(best, "dissipation"));
+    let needed = (1..=100_000).map(|i| {
+        let theta = std::f64::consts::PI * f64::from(i) / 1e5;
+        k * 1e-3 * (1.5 * theta).sin() / (0.5 * theta).sin() - b * (2.0 * theta).cos()
+    });
+    let needed = needed.fold(f64::MIN, f64::max);
+    assert!(needed < 3.5 && needed > 3.499, "{needed}");
+    // No other ratio of B to K is better: both neighbours need more for the same K.
+    for factor in [0.9, 1.1] {
+        let needed = (0..=1000).map(|i| {
+            let theta = 1e-6 + (std::f64::consts::PI - 1e-6) * f64::from(i) / 1e3;
+            k * 1e-3 * (1.5 * theta).sin() / (0.5 * theta).sin() - factor * b * (2.0 * theta).cos()
+        });
+        assert!(needed.fold(f64::MIN, f64::max) > 3.5, "{factor}");
+    }
+    assert!(settles(&place, 1.0));
+}
+
+#[test]
+fn the_most_damping_is_found_and_depends_on_the_order() {
+    for require in ["stable", "passive"] {
+        let place = Place::new();
+        let line = format!("--wish most-damping --frequency 5Hz --require {require}");
+        let report = design(&place, &line);
+        let best = &report["best"];
+        // theory.md, 3: ED = (B/ω)(2 sin(θ/2)/T)^μ sin(μ(π − θ)/2)
+        let (mu, b) = (number(best, "order"), number(best, "dissipation"));
+        let omega = 10.0 * std::f64::consts::PI;
+        let theta = omega * 2e-3;
+        let ed = b / omega
+            * (2.0 * (0.5 * theta).sin() / 2e-3).powf(mu)
+            * (0.5 * mu * (std::f64::consts::PI - theta)).sin();
+        near(number(best, "effective_damping_n_s_per_m"), ed, 1e-4);
+        assert!(ed > number(of_order(&report, 1.0), "effective_damping_n_s_per_m"));
+        if require == "passive" {
+            // Corollary 1 at its edge: b > KT/2 + B(T/2)^(1−μ)
+            let needed = number(best, "stiffness") * 1e-3 + b * 1e-3_f64.powf(1.0 - mu);
+            near(needed, 3.5, 6e-3);
+            assert!(needed < 3.5, "{needed}");
+        }
+        assert!(settles(&place, 1.0), "{require}");
+    }
+}
+
+#[test]
+fn a_tissue_fits_or_its_closest_order_is_named() {
+    let place = Place::new();
+    let report = design(&place, "--wish tissue prostate-cancerous");
+    let tissue = &report["tissue"];
+    assert_eq!(tissue["fits"], true);
+    assert_eq!(number(&report["best"], "order"), 0.2247);
+    // B = A·η/ℓ
+    near(
+        number(&report["best"], "dissipation"),
+        8650.0 * 4e-4 / 0.02,
+        1e-12,
+    );
+    assert_eq!(number(&report["best"], "stiffness"), 0.0);
+    assert!(settles(&place, 1.0));
+    let scale = number(tissue, "largest_scale");
+    // A specimen that is larger by more than that does not fit, one that is a little smaller does.
+    for (factor, fits) in [(0.99, true), (1.01, false)] {
+        let area = 4.0 * scale * factor;
+        let line = format!("design --json --wish tissue prostate-cancerous --area {area}cm2");
+        let report = place.run(&line).succeeded().json();
+        assert_eq!(report["tissue"]["fits"], fits, "{factor}");
+    }
+    // Passive by Corollary 1, E₀ = 0: b > B(T/2)^(1−μ). The stand-in spring takes a share of 1e-4.
+    let line = "design --json --wish tissue prostate-cancerous --require passive";
+    let report = place.run(line).succeeded().json();
+    let want = 3.5 / (173.0 * 1e-3_f64.powf(1.0 - 0.2247));
+    near(number(&report["tissue"], "largest_scale"), want, 1e-3);
+    // A larger one: order 0.25 needs more damping still, order 0 less.
+    let line = format!("{line} --area {}cm2", 4.0 * 1.01 * want);
+    let report = place.run(&line).succeeded().json();
+    assert_eq!(report["tissue"]["fits"], false);
+    assert_eq!(number(&report["best"], "order"), 0.0);
+}
+
+#[test]
+fn what_cannot_be_is_said_in_words() {
+    let place = Place::new();
+    let line = "design --require passive --damping 0 --out design";
+    let ended = place.run(line).succeeded();
+    let words = "no passive wall of this order on this device: it has no damping";
+    assert_eq!(ended.stdout.matches(words).count(), 10, "{ended}");
+    assert!(ended.stdout.contains("best: none"), "{ended}");
+    let report = place
+        .run(&format!("{line} --json --overwrite"))
+        .succeeded()
+        .json();
+    assert_eq!(report["best"], Value::Null);
+    assert_eq!(report["experiment"], Value::Null);
+    assert_eq!(place.files(), ["design/", "design/design.csv"]);
+    assert!(!place.text("design/design.csv").contains("NaN"));
+}
+
+#[test]
+fn a_wall_that_rings_for_long_is_tried_for_long() {
+    // δ = 0.0308, α = 0.0615: |z|² = e^(−δ) + n₀α = 0.99984, so the ringing of 0.7 mm falls to 0.1 mm
+    // in 49 s, and 5 s are doubled until 80 s.
+    let place = Place::new();
+    let report = design(&place, "--require passive --damping 1 --orders 1");
+    assert_eq!(report["simulated"]["stable"], true);
+    assert!(
+        place
+            .text("design/design.toml")
+            .contains("duration_s = 80.0")
+    );
+    assert!(settles(&place, 1.0));
+    assert!(!settles(&place, 1.1));
+}
+
+#[test]
+fn files_of_an_earlier_design_stay() {
+    let place = Place::new();
+    design(&place, "--orders 1");
+    let before = place.text("design/design.toml");
+    let again = place.run("design --orders 0.5 --out design");
+    again.refused(2, &["already exists", "--overwrite"]);
+    assert_eq!(place.text("design/design.toml"), before);
+    design(&place, "--orders 0.5 --overwrite");
+    assert_ne!(place.text("design/design.toml"), before);
+}
+
+#[test]
+fn a_bad_design_is_refused() {
+    let cases: [(&str, &[&str]); 17] = [
+        ("--mass 0", &["mass 0 kg", "above 0"]),
+        ("--mass -1kg", &["mass -1 kg"]),
+        ("--damping -1", &["damping -1", "at least 0"]),
+        ("--sample-time 0", &["sample time 0 s"]),
+        ("--hand-stiffness -1", &["hand stiffness -1"]),
+        ("--force-limit 0", &["force limit 0 N", "--force-limit"]),
+        ("--delay-samples 65", &["65", "--delay-samples"]),
+        ("--orders -0.5", &["order -0.5", "[0, 2]", "--orders"]),
+        ("--orders 2.5", &["2.5", "[-2, 2]"]),
+        ("--gain-margin 1", &["gain margin 1", "(1, 1000]"]),
+        (
+            "--gain-margin 2 --require passive",
+            &["--gain-margin", "passive"],
+        ),
+        ("--scheme exact", &["exact is for analysis only"]),
+        (
+            "--wish softest",
+            &["softest", "stiffest-wall, most-damping, tissue NAME"],
+        ),
+        ("--wish most-damping", &["--frequency"]),
+        (
+            "--wish most-damping --frequency 251Hz",
+            &["251 Hz", "(0, 250] Hz"],
+        ),
+        ("--wish tissue", &["materials list"]),
+        ("--wish tissue jelly", &["jelly", "prostate-healthy"]),
+    ];
+    for (options, words) in cases {
+        let place = Place::new();
+        let ended = place.run(&format!("design {options} --out design"));
+        ended.refused(2, words);
+        assert!(place.files().is_empty(), "{options}: {:?}", place.files());
+    }
+}
