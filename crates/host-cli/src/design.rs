@@ -20,6 +20,7 @@
 //! A wall "on the boundary" is made a ten-thousandth weaker, because Theorem 1 is strict.
 
 mod candidate;
+pub mod coupler;
 mod passive;
 mod stable;
 mod trial;

@@ -1,6 +1,7 @@
 //! `design`: the stiffest wall, the most damping or the closest tissue, and which order does it.
 
 use super::experiment::{order, parse_scheme, progress_bar};
+use crate::design::coupler::{CouplerCandidate, stiffest_coupler};
 use crate::design::{Candidate, Design, DesignReport, Device, Requirement, Wish};
 use crate::failure::Failure;
 use crate::figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
@@ -12,6 +13,7 @@ use clap::{Args, ValueEnum};
 use fracdiff::{Order, Scheme};
 use haptic_loop::Specimen;
 use haptic_loop::units::{Metres, SquareMetres};
+use serde::Serialize;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
@@ -26,6 +28,8 @@ Wishes:
   most-damping    the largest effective damping of the wall at --frequency
   tissue NAME     K, B and order of a specimen: does it fit, how much larger may it be, and which \
 order of the grid is the closest that fits (equal at --frequency) if it does not
+  coupler         the stiffest virtual coupler that is passive on both sides, as felt at --frequency; by \
+Llewellyn's criterion, exact operator, whatever is required of walls
 
 With --out it writes design.toml, which `host-cli run` takes, design.csv and a picture. The default device \
 is that of the dissertation's section 4.4.";
@@ -39,7 +43,7 @@ is that of the dissertation's section 4.4.";
                   host-cli design --wish tissue prostate-cancerous"
 )]
 pub struct Arguments {
-    /// What is wanted most: stiffest-wall, most-damping or tissue NAME
+    /// What is wanted most: stiffest-wall, most-damping, tissue NAME or coupler
     #[arg(long, num_args = 1..=2, value_name = "WISH", default_value = "stiffest-wall")]
     wish: Vec<String>,
     /// Frequency of most-damping, and where orders are compared for a tissue [default there: 1 Hz]
@@ -72,6 +76,18 @@ pub struct Arguments {
     /// Replace the files of an earlier design in the folder
     #[arg(long, help_heading = "Files")]
     overwrite: bool,
+}
+
+/// Result of `--wish coupler`.
+#[derive(Serialize)]
+struct CouplerReport {
+    wish: &'static str,
+    frequency_hz: f64,
+    candidates: Vec<CouplerCandidate>,
+    best: Option<CouplerCandidate>,
+    /// No experiment renders a coupler yet.
+    experiment: Option<String>,
+    files: Vec<String>,
 }
 
 /// What a wall must be.
@@ -139,6 +155,9 @@ impl Arguments {
     /// A parameter outside its range; files that cannot be written; a best candidate that is not
     /// stable when it is tried.
     pub fn run(self, output: Output) -> Result<(), Failure> {
+        if self.wish == ["coupler"] {
+            return self.coupler(output);
+        }
         let design = self.design()?;
         let bar = progress_bar(design.orders_to_try().len() as u64, output);
         let answer = design.answer(&|orders| bar.inc(orders));
@@ -195,6 +214,80 @@ impl Arguments {
         Ok(orders)
     }
 
+    /// The stiffest coupler of each order.
+    fn coupler(&self, output: Output) -> Result<(), Failure> {
+        let frequency_hz = self.frequency.map_or(1.0, |frequency| frequency.0);
+        if frequency_hz <= 0.0 {
+            return Err(Failure::bad_input(format_args!(
+                "frequency {frequency_hz} Hz is not above 0 Hz: give --frequency, as in 1Hz"
+            )));
+        }
+        let (b, t) = (self.device.damping.0, self.device.sample_time.0);
+        let candidates = self
+            .orders()?
+            .into_iter()
+            .map(|order| stiffest_coupler(order, b, t, frequency_hz).map_err(Failure::input))
+            .collect::<Result<Vec<_>, _>>()?;
+        let felt = |c: &CouplerCandidate| c.felt_stiffness_n_per_m.unwrap_or(0.0);
+        let best = candidates
+            .iter()
+            .filter(|c| c.dissipation.is_some())
+            .max_by(|a, b| felt(a).total_cmp(&felt(b)))
+            .cloned();
+        let mut report = CouplerReport {
+            wish: "coupler",
+            frequency_hz,
+            candidates,
+            best,
+            experiment: None,
+            files: Vec::new(),
+        };
+        if let Some(out) = &self.out {
+            let request = FolderRequest {
+                out: Some(out.clone()),
+                stem: "design".to_owned(),
+                overwrite: self.overwrite,
+            };
+            let table = request
+                .prepare()?
+                .write_table("csv", report.candidates.iter())?;
+            report.files.push(table);
+        }
+        output.summary(&report, |out| {
+            writeln!(
+                out,
+                "{:>6} {:>16} {:>20} {:>18}",
+                "order", "k_c / N·s/m", "b_c / N·s^(1−μ)/m", "felt / N/m"
+            )?;
+            for c in &report.candidates {
+                match (
+                    c.stiffness,
+                    c.dissipation,
+                    c.felt_stiffness_n_per_m,
+                    &c.reason,
+                ) {
+                    (Some(k), Some(b), Some(felt), _) => {
+                        writeln!(out, "{:>6} {k:>16.6} {b:>20.6} {felt:>18.6}", c.order)?;
+                    }
+                    (_, _, _, Some(reason)) => writeln!(out, "{:>6} {reason}", c.order)?,
+                    _ => {}
+                }
+            }
+            match &report.best {
+                Some(best) => writeln!(
+                    out,
+                    "best: order {}, as felt at {} Hz",
+                    best.order, report.frequency_hz
+                )?,
+                None => writeln!(out, "best: none")?,
+            }
+            report
+                .files
+                .iter()
+                .try_for_each(|file| writeln!(out, "written: {file}"))
+        })
+    }
+
     fn wish(&self) -> Result<Wish, Failure> {
         let words: Vec<&str> = self.wish.iter().map(String::as_str).collect();
         match words.as_slice() {
@@ -229,7 +322,7 @@ impl Arguments {
                 "--wish tissue needs a name: see `host-cli materials list`",
             )),
             _ => Err(Failure::bad_input(format_args!(
-                "wish \"{}\" is not one of stiffest-wall, most-damping, tissue NAME",
+                "wish \"{}\" is not one of stiffest-wall, most-damping, tissue NAME, coupler",
                 words.join(" ")
             ))),
         }

@@ -3,6 +3,7 @@
 use super::experiment::{parse_scheme, progress_bar};
 use crate::experiment::{Sensors, ZWidth, ZWidthReport, dissertation_device};
 use crate::failure::Failure;
+use crate::figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use crate::folder::{FolderRequest, OutputFolder};
 use crate::output::Output;
 use crate::quantity::{Damping, Force, Length, Mass, Stiffness, Time};
@@ -149,9 +150,9 @@ impl Arguments {
                     stem: "zwidth".to_owned(),
                     overwrite: self.overwrite,
                 };
-                Some(save(&report, &request.prepare()?)?)
+                save(&report, &request.prepare()?)?
             }
-            None => None,
+            None => Vec::new(),
         };
         output.summary(&report, |out| {
             for order in &report.orders {
@@ -224,8 +225,8 @@ impl Arguments {
     }
 }
 
-/// Writes the boundary as CSV.
-fn save(report: &ZWidthReport, folder: &OutputFolder) -> Result<String, Failure> {
+/// Writes the boundary as CSV and picture.
+fn save(report: &ZWidthReport, folder: &OutputFolder) -> Result<Vec<String>, Failure> {
     let rows = report.orders.iter().flat_map(|order| {
         order.boundary.iter().map(|point| Row {
             order: order.order,
@@ -235,5 +236,39 @@ fn save(report: &ZWidthReport, folder: &OutputFolder) -> Result<String, Failure>
             beta: point.beta,
         })
     });
-    folder.write_table("csv", rows)
+    let table = folder.write_table("csv", rows)?;
+    Ok(vec![table, folder.save_picture(&draw(report)?)?])
+}
+
+/// The boundaries in the α–β plane.
+fn draw(report: &ZWidthReport) -> Result<Picture, FigureError> {
+    let curves: Vec<(String, Vec<(f64, f64)>)> = report
+        .orders
+        .iter()
+        .map(|order| {
+            let points = order.boundary.iter().map(|p| (p.beta, p.alpha)).collect();
+            (format!("μ = {}", order.order), points)
+        })
+        .collect();
+    let series = |look| {
+        curves
+            .iter()
+            .enumerate()
+            .map(move |(colour, (name, points))| Series::new(name, points, look, colour))
+    };
+    ChartPage {
+        title: "Z-width: the stiffest walls that settle",
+        subtitle: &format!(
+            "scheme {} · T = {} s · δ = {:.5} · simulated device",
+            report.scheme, report.sample_time_s, report.delta
+        ),
+        columns: 1,
+        charts: vec![Chart {
+            caption: "",
+            x: AxisSpec::new("dissipation β = BT^{2−μ}/m", Scale::Linear),
+            y: AxisSpec::new("largest stiffness α = KT²/m", Scale::Linear),
+            series: series(Look::Line).chain(series(Look::Markers)).collect(),
+        }],
+    }
+    .draw()
 }

@@ -407,8 +407,8 @@ impl Wall {
         let subtitle = format!(
             "order μ = {} · K = {} N/m · B = {} N·s^μ/m · scheme {} · push {} N · {}",
             self.order,
-            self.stiffness_n_per_m,
-            self.dissipation_n_s_mu_per_m,
+            six_digits(self.stiffness_n_per_m),
+            six_digits(self.dissipation_n_s_mu_per_m),
             self.scheme,
             self.push_n,
             if settling.stable {
@@ -493,4 +493,10 @@ impl Wall {
 /// The largest magnitude.
 fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |most, x| x.abs().max(most))
+}
+
+/// To six significant digits, as a subtitle shows a number.
+fn six_digits(value: f64) -> f64 {
+    // What a format made of a number is a number.
+    format!("{value:.5e}").parse().unwrap_or(value)
 }

@@ -451,3 +451,31 @@ fn a_bad_design_is_refused() {
         assert!(place.files().is_empty(), "{options}: {:?}", place.files());
     }
 }
+
+#[test]
+fn a_coupler_is_designed_up_to_order_one_and_none_above() {
+    let place = Place::new();
+    let line = "design --wish coupler --damping 2 --sample-time 1ms --orders 0.5,1,1.5 --json";
+    let report = place.run(line).succeeded().json();
+    let candidates = report["candidates"].as_array().expect("candidates").clone();
+    assert_eq!(candidates.len(), 3);
+    for candidate in &candidates[..2] {
+        let order = number(candidate, "order");
+        let (k, b) = (number(candidate, "stiffness"), number(candidate, "dissipation"));
+        // What the analysis says of it: passive, with nearly all the damping used.
+        let verdict = place
+            .run(&format!(
+                "analyze coupling --order {order} --coupler-stiffness {k} --coupler-dissipation {b} \
+                 --sample-time 1ms --damping 2 --json"
+            ))
+            .succeeded()
+            .json();
+        assert_eq!(verdict["passive"], true, "{verdict}");
+        assert!(number(&verdict, "required_damping") > 1.99, "{verdict}");
+    }
+    assert!(candidates[2]["dissipation"].is_null() && candidates[2]["reason"].is_string());
+    assert!(report["best"].is_object());
+    place
+        .run("design --wish coupler --frequency 0Hz")
+        .refused(2, &["frequency 0", "--frequency"]);
+}
