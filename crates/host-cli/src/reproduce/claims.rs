@@ -1,14 +1,9 @@
 //! The claims of the dissertation, judged by computing.
 
-use super::relaxation::relaxation_error;
-use super::{DELTA, Kind, MASS_KG, ORDERS, SAMPLE_TIME_S};
-use fracdiff::{FrequencyResponse, Order, grunwald_weight};
-use haptic_analysis::{
-    AnalysisError, Coupler, Largest, LeastDamping, Nondimensional, OnePort, SampledLoop,
-    SampledPlant, StabilityRegion, StableArea, corollary_delta,
-};
+use super::{Kind, evidence};
+use fracdiff::Order;
+use haptic_analysis::{AnalysisError, corollary_delta};
 use serde::Serialize;
-use std::f64::consts::PI;
 
 /// The formulas of the dissertation under test. A test replaces one and sees a verdict change.
 #[derive(Clone, Copy, Debug)]
@@ -107,73 +102,73 @@ const CLAIMS: [(&str, &str, &str, Judge); 12] = [
         "C1",
         "The stability area in the α–β plane grows with μ on [0, 2]. Read as: it increases at each step of 0.1 in μ, device of 4.4.",
         "4.3",
-        area_grows,
+        evidence::area_grows,
     ),
     (
         "C2",
         "The stiffest stable wall is at μ = 2. Read as: the largest α over μ in steps of 0.1 is at 2.",
         "4.3, 4.5",
-        stiffest_at_two,
+        evidence::stiffest_at_two,
     ),
     (
         "C3",
         "The largest β falls from μ = 1.5 to μ = 2.",
         "4.5",
-        largest_beta_falls,
+        evidence::largest_beta_falls,
     ),
     (
         "C4",
         "For larger μ the region changes less with T; likewise with b. Read as: the relative change of its area in the K–B plane from half to twice T, and from half to twice b, falls with μ over 0, 0.5, 1, 1.5, 2.",
         "4.6",
-        robust_to_delta,
+        evidence::robust_to_delta,
     ),
     (
         "C5",
         "The hand's stiffness k has no significant effect on the region. Read as: from k = 0 to 1000 N/m the area changes by less than 5 % for each of the five orders.",
         "4.6",
-        robust_to_hand,
+        evidence::robust_to_hand,
     ),
     (
         "C6",
         "A smaller μ lowers the peak of the sensitivity. Read as: the peak rises with μ over the five orders, at α = β = 0.05.",
         "4.7",
-        sensitivity_rises,
+        evidence::sensitivity_rises,
     ),
     (
         "C7",
         "(5.1) is necessary and sufficient for passivity, and Colgate's condition at μ = 1. Read as: it is the least damping by Theorem 1 within 1e-9, over μ in steps of 0.1 and three walls.",
         "5.1",
-        corollary_one,
+        evidence::corollary_one,
     ),
     (
         "C8",
         "The passivity region is larger for 0 ≤ μ < 1 than at 1 and least as μ → 2. Read as: its area falls at each step of 0.25.",
         "5.1",
-        passivity_region,
+        evidence::passivity_region,
     ),
     (
         "C9",
         "(5.20) makes the coupled port passive for μ ≤ 1, and nothing does for μ > 1. Read as: at least Llewellyn's least damping for 25 couplers, and none exists for μ = 1.25, 1.5, 2.",
         "5.2",
-        corollary_two,
+        evidence::corollary_two,
     ),
     (
         "C10",
         "For μ ≤ 1 the B term never lowers the effective stiffness; for μ > 1 it can. Read as: the sign of Re P over all frequencies.",
         "3.5, 6",
-        effective_stiffness,
+        evidence::effective_stiffness,
     ),
     (
         "C11",
         "History decays exponentially, so short memory suffices. Read as: 200 s after a 1 s ramp the force from short memory is within 1 % (last 1000 samples of the exact operator; A₃ as it is).",
         "3.2",
-        short_memory,
+        evidence::short_memory,
     ),
     (
         "C12",
         "The rendered relaxation follows the tissue for 200 s. Read as: within 1 % of the closed form from 1.1 s on (full memory 1e-6 for the exact operator).",
         "7",
-        relaxation,
+        evidence::relaxation,
     ),
 ];
 
@@ -199,370 +194,6 @@ pub fn judge_all(formulas: &Formulas, done: &dyn Fn()) -> Result<Vec<Claim>, Ana
         })
     });
     judged.collect()
-}
-
-/// The stability region of the device of section 4.4 with another δ and γ; `None` if empty.
-pub(super) fn region(
-    kind: Kind,
-    mu: f64,
-    delta: f64,
-    gamma: f64,
-    points: usize,
-) -> Result<Option<StableArea>, AnalysisError> {
-    let operator = kind.operator(mu)?;
-    let plant = SampledPlant::new(delta, gamma)?;
-    let region = StabilityRegion::new(plant, &operator, 0, points)?;
-    Ok(region.bounded().cloned())
-}
-
-/// Largest α, largest β and area of a region; zeros if empty.
-fn size(kind: Kind, mu: f64, delta: f64, gamma: f64) -> Result<(f64, f64, f64), AnalysisError> {
-    Ok(region(kind, mu, delta, gamma, 200)?
-        .map_or((0.0, 0.0, 0.0), |r| (r.alpha_max, r.beta_max, r.area)))
-}
-
-/// 0, 0.1, …, 2.
-fn fine_orders() -> impl Iterator<Item = f64> {
-    (0..=20).map(|i| f64::from(i) / 10.0)
-}
-
-/// A list of numbers.
-fn list(values: impl IntoIterator<Item = f64>) -> String {
-    let texts: Vec<String> = values.into_iter().map(|v| format!("{v:.4}")).collect();
-    texts.join(", ")
-}
-
-fn area_grows(kind: Kind, _: &Formulas) -> Result<Evidence, AnalysisError> {
-    let areas = fine_orders()
-        .map(|mu| Ok((mu, size(kind, mu, DELTA, 0.0)?.2)))
-        .collect::<Result<Vec<_>, AnalysisError>>()?;
-    let fall = areas.windows(2).find(|pair| pair[1].1 <= pair[0].1);
-    Ok(Evidence {
-        holds: fall.is_none(),
-        numbers: format!(
-            "area at μ = 0, 0.5, 1, 1.5, 2: {}{}",
-            list(areas.iter().step_by(5).map(|(_, area)| *area)),
-            fall.map_or_else(String::new, |pair| format!(
-                "; it first falls from μ = {} ({:.4}) to {} ({:.4})",
-                pair[0].0, pair[0].1, pair[1].0, pair[1].1
-            ))
-        ),
-    })
-}
-
-fn stiffest_at_two(kind: Kind, _: &Formulas) -> Result<Evidence, AnalysisError> {
-    let mut best = (0.0, 0.0);
-    let mut at_two = 0.0;
-    for mu in fine_orders() {
-        let alpha = size(kind, mu, DELTA, 0.0)?.0;
-        if alpha > best.1 {
-            best = (mu, alpha);
-        }
-        at_two = alpha;
-    }
-    Ok(Evidence {
-        holds: best.0 >= 2.0,
-        numbers: format!(
-            "largest α = {:.4} at μ = {}; {at_two:.4} at μ = 2",
-            best.1, best.0
-        ),
-    })
-}
-
-fn largest_beta_falls(kind: Kind, _: &Formulas) -> Result<Evidence, AnalysisError> {
-    let before = size(kind, 1.5, DELTA, 0.0)?.1;
-    let after = size(kind, 2.0, DELTA, 0.0)?.1;
-    Ok(Evidence {
-        holds: after < before,
-        numbers: format!("largest β = {before:.4} at μ = 1.5, {after:.4} at μ = 2"),
-    })
-}
-
-/// Whether the values fall strictly.
-fn falls(values: &[f64]) -> bool {
-    values.windows(2).all(|pair| pair[1] < pair[0])
-}
-
-fn robust_to_delta(kind: Kind, _: &Formulas) -> Result<Evidence, AnalysisError> {
-    let changes = |stretched: bool| {
-        ORDERS
-            .iter()
-            .map(|&mu| {
-                // In the K–B plane areas go with T^(−2)·T^(μ−2).
-                let at = |factor: f64| {
-                    let scale = if stretched {
-                        factor.powf(mu - 4.0)
-                    } else {
-                        1.0
-                    };
-                    Ok::<_, AnalysisError>(scale * size(kind, mu, factor * DELTA, 0.0)?.2)
-                };
-                Ok((at(2.0)? - at(0.5)?).abs() / at(1.0)?)
-            })
-            .collect::<Result<Vec<f64>, AnalysisError>>()
-    };
-    let (with_time, with_damping) = (changes(true)?, changes(false)?);
-    Ok(Evidence {
-        holds: falls(&with_time) && falls(&with_damping),
-        numbers: format!(
-            "relative change of the area with T: {}; with b: {}",
-            list(with_time),
-            list(with_damping)
-        ),
-    })
-}
-
-fn robust_to_hand(kind: Kind, _: &Formulas) -> Result<Evidence, AnalysisError> {
-    let gamma = 1000.0 * SAMPLE_TIME_S * SAMPLE_TIME_S / MASS_KG;
-    let changes = ORDERS
-        .iter()
-        .map(|&mu| {
-            let free = size(kind, mu, DELTA, 0.0)?.2;
-            let held = size(kind, mu, DELTA, gamma)?.2;
-            Ok((held / free - 1.0).abs())
-        })
-        .collect::<Result<Vec<f64>, AnalysisError>>()?;
-    Ok(Evidence {
-        holds: changes.iter().all(|change| *change < 0.05),
-        numbers: format!("relative change of the area: {}", list(changes)),
-    })
-}
-
-/// α and β of the sensitivity, stable for all five orders.
-pub(super) const SENSITIVITY_WALL: (f64, f64) = (0.05, 0.05);
-
-fn sensitivity_rises(kind: Kind, _: &Formulas) -> Result<Evidence, AnalysisError> {
-    let peaks = ORDERS
-        .iter()
-        .map(|&mu| {
-            let operator = kind.operator(mu)?;
-            let wall = Nondimensional {
-                alpha: SENSITIVITY_WALL.0,
-                beta: SENSITIVITY_WALL.1,
-                delta: DELTA,
-                gamma: 0.0,
-            };
-            let sampled = SampledLoop::new(wall, &operator, 0)?;
-            Ok(20.0 * sampled.sensitivity_peak()?.value.log10())
-        })
-        .collect::<Result<Vec<f64>, AnalysisError>>()?;
-    Ok(Evidence {
-        holds: peaks.windows(2).all(|pair| pair[1] > pair[0]),
-        numbers: format!("peak in dB: {}", list(peaks)),
-    })
-}
-
-/// α, β of walls on which the corollary is tried.
-const WALLS: [(f64, f64); 3] = [(0.0, 1.0), (1.0, 0.0), (0.3, 0.7)];
-
-fn corollary_one(kind: Kind, formulas: &Formulas) -> Result<Evidence, AnalysisError> {
-    let mut worst = (0.0_f64, 0.0, (0.0, 0.0), 0.0, 0.0);
-    for mu in fine_orders() {
-        let operator = kind.operator(mu)?;
-        let order = Order::new(mu)?;
-        let port = OnePort::new(&operator, order)?;
-        for (alpha, beta) in WALLS {
-            let required = port.required_delta(alpha, beta)?.delta;
-            let promised = (formulas.passivity)(order, alpha, beta)?;
-            let miss = (required - promised).abs();
-            if miss > worst.0 {
-                worst = (miss, mu, (alpha, beta), required, promised);
-            }
-        }
-    }
-    let colgate = ((formulas.passivity)(Order::new(1.0)?, 0.3, 0.7)? - (0.15 + 0.7)).abs();
-    let (miss, mu, (alpha, beta), required, promised) = worst;
-    Ok(Evidence {
-        holds: miss <= 1e-9 && colgate <= 1e-9,
-        numbers: if miss <= 1e-9 {
-            format!(
-                "largest deviation from Theorem 1 {miss:.1e}; from Colgate at μ = 1 {colgate:.1e}"
-            )
-        } else {
-            format!(
-                "furthest at μ = {mu}, α = {alpha}, β = {beta}: δ = {required:.4} needed, {promised:.4} promised \
-                 (factor {:.3}); from Colgate at μ = 1 {colgate:.1e}",
-                required / promised
-            )
-        },
-    })
-}
-
-/// Area of the passive walls in the α–β plane at the δ of section 4.4, by 200 steps in β.
-pub(super) fn passive_boundary(
-    kind: Kind,
-    mu: f64,
-    delta: f64,
-    steps: usize,
-) -> Result<Vec<(f64, f64)>, AnalysisError> {
-    let operator = kind.operator(mu)?;
-    let port = OnePort::new(&operator, Order::new(mu)?)?;
-    let Largest::Below { value: most, .. } = port.largest_beta(delta, 0.0)? else {
-        return Ok(Vec::new());
-    };
-    let points = (0..=steps).map(|step| {
-        // A hair inside the end, where the largest α is 0.
-        let beta = most * (step as f64 / steps as f64).min(1.0 - 1e-9);
-        Ok(match port.largest_alpha(delta, beta)? {
-            Largest::Below { value, .. } => (beta, value.max(0.0)),
-            _ => (beta, 0.0),
-        })
-    });
-    points.collect()
-}
-
-fn passivity_region(kind: Kind, _: &Formulas) -> Result<Evidence, AnalysisError> {
-    let areas = (0..=8)
-        .map(|quarter| {
-            let boundary = passive_boundary(kind, f64::from(quarter) / 4.0, DELTA, 200)?;
-            let trapezoids = boundary
-                .windows(2)
-                .map(|p| 0.5 * (p[1].0 - p[0].0) * (p[0].1 + p[1].1));
-            Ok(trapezoids.sum())
-        })
-        .collect::<Result<Vec<f64>, AnalysisError>>()?;
-    Ok(Evidence {
-        holds: falls(&areas),
-        numbers: format!(
-            "area at μ = 0, 0.5, 1, 1.5, 2: {}",
-            list(areas.into_iter().step_by(2))
-        ),
-    })
-}
-
-fn corollary_two(kind: Kind, formulas: &Formulas) -> Result<Evidence, AnalysisError> {
-    /// T, s, and couplers (`k_c`, `b_c`·(T/2)^μ), both in N·s/m.
-    const T: f64 = 1e-3;
-    const COUPLERS: [(f64, f64); 5] = [(1.0, 0.0), (1.0, 0.3), (1.0, 1.0), (0.3, 1.0), (0.0, 1.0)];
-    let mut worst = (1.0_f64, 0.0, (0.0, 0.0));
-    let mut active_above_one = true;
-    for mu in [0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0] {
-        let operator = kind.operator(mu)?;
-        for (k, scaled) in COUPLERS {
-            let b = scaled / (0.5 * T).powf(mu);
-            let exact = Coupler::exact(Order::new(mu)?, T, k, b)?;
-            let coupler = match kind {
-                Kind::Exact => exact,
-                Kind::Muir => exact.with_operator(&operator, 4),
-            };
-            match coupler.least_damping()? {
-                LeastDamping::Enough {
-                    damping_n_s_per_m, ..
-                } => {
-                    if mu > 1.0 {
-                        active_above_one &= b == 0.0;
-                    } else {
-                        let factor = damping_n_s_per_m / (formulas.coupling)(mu, T, k, b);
-                        if factor > worst.0 {
-                            worst = (factor, mu, (k, scaled));
-                        }
-                    }
-                }
-                LeastDamping::NoneIsEnough { .. } => {
-                    if mu <= 1.0 {
-                        worst = (f64::INFINITY, mu, (k, scaled));
-                    }
-                }
-            }
-        }
-    }
-    let (factor, mu, (k, b)) = worst;
-    let sufficient = factor <= 1.0 + 1e-9;
-    let above = if active_above_one {
-        "none is enough"
-    } else {
-        "some is enough"
-    };
-    Ok(Evidence {
-        holds: sufficient && active_above_one,
-        numbers: if sufficient {
-            format!("(5.20) is enough for all couplers; for μ > 1 {above}")
-        } else if factor.is_infinite() {
-            format!(
-                "at μ = {mu}, k_c : b_c(T/2)^μ = {k} : {b} no damping is enough; for μ > 1 {above}"
-            )
-        } else {
-            format!(
-                "at μ = {mu}, k_c : b_c(T/2)^μ = {k} : {b} the port needs {factor:.3} times (5.20); for μ > 1 {above}"
-            )
-        },
-    })
-}
-
-fn effective_stiffness(kind: Kind, _: &Formulas) -> Result<Evidence, AnalysisError> {
-    let least = |mu: f64| -> Result<f64, AnalysisError> {
-        let operator = kind.operator(mu)?;
-        let real = (1..=4000).map(|i| operator.response(PI * f64::from(i) / 4000.0).re);
-        Ok(real.fold(f64::INFINITY, f64::min))
-    };
-    let mut low = (f64::INFINITY, 0.0);
-    for mu in fine_orders().filter(|mu| *mu <= 1.0) {
-        let value = least(mu)?;
-        if value < low.0 {
-            low = (value, mu);
-        }
-    }
-    let mut always_negative = true;
-    for mu in fine_orders().filter(|mu| *mu > 1.0) {
-        always_negative &= least(mu)? < 0.0;
-    }
-    Ok(Evidence {
-        // Rounding: Re P at μ = 1 tends to 0 at low frequency.
-        holds: low.0 >= -1e-12 && always_negative,
-        numbers: format!(
-            "least Re P for μ ≤ 1: {:.2e} at μ = {}; for each μ > 1 it is {}",
-            low.0,
-            low.1,
-            if always_negative {
-                "negative somewhere"
-            } else {
-                "not always negative somewhere"
-            }
-        ),
-    })
-}
-
-/// μ of the cancerous prostate.
-const TISSUE_ORDER: f64 = 0.2247;
-
-fn short_memory(kind: Kind, _: &Formulas) -> Result<Evidence, AnalysisError> {
-    let order = Order::new(TISSUE_ORDER)?;
-    // 200 s after the start of a 1 s ramp at 1 kHz the last 1000 samples are all on the hold, so a
-    // short memory gives the sum of its weights.
-    let (n, ramp) = (200_000_u64, 1000_u64);
-    // Full history of a ramp 0, 1, 2, …: Σ c_{n−j}·j = c^(μ−1)_n·n/(1 − μ).
-    let below = Order::new(TISSUE_ORDER - 1.0)?;
-    let of_ramp = |n: u64| grunwald_weight(below, n) * n as f64 / (1.0 - TISSUE_ORDER);
-    let full = (of_ramp(n) - of_ramp(n - ramp)) / ramp as f64;
-    let short = match kind {
-        // Σ_{j<1000} c_j
-        Kind::Exact => grunwald_weight(below, ramp - 1),
-        Kind::Muir => kind.operator(TISSUE_ORDER)?.response(0.0).re,
-    };
-    let slope = |j: u64| {
-        let ratio = grunwald_weight(order, 2 * j) / grunwald_weight(order, j);
-        -ratio.ln() / j as f64
-    };
-    let ratio = short / full;
-    Ok(Evidence {
-        holds: (ratio - 1.0).abs() < 0.01,
-        numbers: format!(
-            "force after 200 s: {ratio:.3} times the truth; decay rate of the weights per sample {:.1e} at lag 100, \
-             {:.1e} at lag 100 000 (an exponential would have one)",
-            slope(100),
-            slope(100_000)
-        ),
-    })
-}
-
-fn relaxation(kind: Kind, formulas: &Formulas) -> Result<Evidence, AnalysisError> {
-    let error = relaxation_error(kind, formulas.stress_factor)?;
-    Ok(Evidence {
-        holds: error < 0.01,
-        numbers: format!(
-            "largest relative deviation from the closed form, 1.1 s to 200 s: {error:.2e}"
-        ),
-    })
 }
 
 #[cfg(test)]

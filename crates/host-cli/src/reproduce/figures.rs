@@ -1,6 +1,6 @@
 //! The figures of the dissertation, as data and picture.
 
-use super::claims::{SENSITIVITY_WALL, passive_boundary, region};
+use super::evidence::{SENSITIVITY_WALL, passive_boundary, region};
 use super::relaxation::relax;
 use super::{DAMPING_N_S_PER_M, DELTA, Kind, MASS_KG, ORDERS, SAMPLE_TIME_S};
 use crate::experiment::{Sensors, ZWidth, dissertation_device};

@@ -5,6 +5,7 @@
 //! from the two.
 
 pub mod claims;
+mod evidence;
 pub mod figures;
 pub mod relaxation;
 pub mod report;

@@ -461,7 +461,10 @@ fn a_coupler_is_designed_up_to_order_one_and_none_above() {
     assert_eq!(candidates.len(), 3);
     for candidate in &candidates[..2] {
         let order = number(candidate, "order");
-        let (k, b) = (number(candidate, "stiffness"), number(candidate, "dissipation"));
+        let (k, b) = (
+            number(candidate, "stiffness"),
+            number(candidate, "dissipation"),
+        );
         // What the analysis says of it: passive, with nearly all the damping used.
         let verdict = place
             .run(&format!(

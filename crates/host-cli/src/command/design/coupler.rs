@@ -1,0 +1,96 @@
+//! `design --wish coupler`: the stiffest passive coupler of each order.
+
+use super::Arguments;
+use crate::design::coupler::{CouplerCandidate, stiffest_coupler};
+use crate::failure::Failure;
+use crate::folder::FolderRequest;
+use crate::output::Output;
+use serde::Serialize;
+
+/// Result of `--wish coupler`.
+#[derive(Serialize)]
+struct CouplerReport {
+    wish: &'static str,
+    frequency_hz: f64,
+    candidates: Vec<CouplerCandidate>,
+    best: Option<CouplerCandidate>,
+    /// No experiment renders a coupler yet.
+    experiment: Option<String>,
+    files: Vec<String>,
+}
+
+impl Arguments {
+    /// The stiffest coupler of each order.
+    pub(super) fn coupler(&self, output: Output) -> Result<(), Failure> {
+        let frequency_hz = self.frequency.map_or(1.0, |frequency| frequency.0);
+        if frequency_hz <= 0.0 {
+            return Err(Failure::bad_input(format_args!(
+                "frequency {frequency_hz} Hz is not above 0 Hz: give --frequency, as in 1Hz"
+            )));
+        }
+        let (b, t) = (self.device.damping.0, self.device.sample_time.0);
+        let candidates = self
+            .orders()?
+            .into_iter()
+            .map(|order| stiffest_coupler(order, b, t, frequency_hz).map_err(Failure::input))
+            .collect::<Result<Vec<_>, _>>()?;
+        let felt = |c: &CouplerCandidate| c.felt_stiffness_n_per_m.unwrap_or(0.0);
+        let best = candidates
+            .iter()
+            .filter(|c| c.dissipation.is_some())
+            .max_by(|a, b| felt(a).total_cmp(&felt(b)))
+            .cloned();
+        let mut report = CouplerReport {
+            wish: "coupler",
+            frequency_hz,
+            candidates,
+            best,
+            experiment: None,
+            files: Vec::new(),
+        };
+        if let Some(out) = &self.out {
+            let request = FolderRequest {
+                out: Some(out.clone()),
+                stem: "design".to_owned(),
+                overwrite: self.overwrite,
+            };
+            let table = request
+                .prepare()?
+                .write_table("csv", report.candidates.iter())?;
+            report.files.push(table);
+        }
+        output.summary(&report, |out| {
+            writeln!(
+                out,
+                "{:>6} {:>16} {:>20} {:>18}",
+                "order", "k_c / N·s/m", "b_c / N·s^(1−μ)/m", "felt / N/m"
+            )?;
+            for c in &report.candidates {
+                match (
+                    c.stiffness,
+                    c.dissipation,
+                    c.felt_stiffness_n_per_m,
+                    &c.reason,
+                ) {
+                    (Some(k), Some(b), Some(felt), _) => {
+                        writeln!(out, "{:>6} {k:>16.6} {b:>20.6} {felt:>18.6}", c.order)?;
+                    }
+                    (_, _, _, Some(reason)) => writeln!(out, "{:>6} {reason}", c.order)?,
+                    _ => {}
+                }
+            }
+            match &report.best {
+                Some(best) => writeln!(
+                    out,
+                    "best: order {}, as felt at {} Hz",
+                    best.order, report.frequency_hz
+                )?,
+                None => writeln!(out, "best: none")?,
+            }
+            report
+                .files
+                .iter()
+                .try_for_each(|file| writeln!(out, "written: {file}"))
+        })
+    }
+}

@@ -1,0 +1,375 @@
+//! What decides each claim: the numbers, with either operator.
+
+use super::claims::{Evidence, Formulas};
+use super::relaxation::relaxation_error;
+use super::{DELTA, Kind, MASS_KG, ORDERS, SAMPLE_TIME_S};
+use fracdiff::{FrequencyResponse, Order, grunwald_weight};
+use haptic_analysis::{
+    AnalysisError, Coupler, Largest, LeastDamping, Nondimensional, OnePort, SampledLoop,
+    SampledPlant, StabilityRegion, StableArea,
+};
+use std::f64::consts::PI;
+
+/// The stability region of the device of section 4.4 with another δ and γ; `None` if empty.
+pub(super) fn region(
+    kind: Kind,
+    mu: f64,
+    delta: f64,
+    gamma: f64,
+    points: usize,
+) -> Result<Option<StableArea>, AnalysisError> {
+    let operator = kind.operator(mu)?;
+    let plant = SampledPlant::new(delta, gamma)?;
+    let region = StabilityRegion::new(plant, &operator, 0, points)?;
+    Ok(region.bounded().cloned())
+}
+
+/// Largest α, largest β and area of a region; zeros if empty.
+fn size(kind: Kind, mu: f64, delta: f64, gamma: f64) -> Result<(f64, f64, f64), AnalysisError> {
+    Ok(region(kind, mu, delta, gamma, 200)?
+        .map_or((0.0, 0.0, 0.0), |r| (r.alpha_max, r.beta_max, r.area)))
+}
+
+/// 0, 0.1, …, 2.
+fn fine_orders() -> impl Iterator<Item = f64> {
+    (0..=20).map(|i| f64::from(i) / 10.0)
+}
+
+/// A list of numbers.
+fn list(values: impl IntoIterator<Item = f64>) -> String {
+    let texts: Vec<String> = values.into_iter().map(|v| format!("{v:.4}")).collect();
+    texts.join(", ")
+}
+
+pub(super) fn area_grows(kind: Kind, _: &Formulas) -> Result<Evidence, AnalysisError> {
+    let areas = fine_orders()
+        .map(|mu| Ok((mu, size(kind, mu, DELTA, 0.0)?.2)))
+        .collect::<Result<Vec<_>, AnalysisError>>()?;
+    let fall = areas.windows(2).find(|pair| pair[1].1 <= pair[0].1);
+    Ok(Evidence {
+        holds: fall.is_none(),
+        numbers: format!(
+            "area at μ = 0, 0.5, 1, 1.5, 2: {}{}",
+            list(areas.iter().step_by(5).map(|(_, area)| *area)),
+            fall.map_or_else(String::new, |pair| format!(
+                "; it first falls from μ = {} ({:.4}) to {} ({:.4})",
+                pair[0].0, pair[0].1, pair[1].0, pair[1].1
+            ))
+        ),
+    })
+}
+
+pub(super) fn stiffest_at_two(kind: Kind, _: &Formulas) -> Result<Evidence, AnalysisError> {
+    let mut best = (0.0, 0.0);
+    let mut at_two = 0.0;
+    for mu in fine_orders() {
+        let alpha = size(kind, mu, DELTA, 0.0)?.0;
+        if alpha > best.1 {
+            best = (mu, alpha);
+        }
+        at_two = alpha;
+    }
+    Ok(Evidence {
+        holds: best.0 >= 2.0,
+        numbers: format!(
+            "largest α = {:.4} at μ = {}; {at_two:.4} at μ = 2",
+            best.1, best.0
+        ),
+    })
+}
+
+pub(super) fn largest_beta_falls(kind: Kind, _: &Formulas) -> Result<Evidence, AnalysisError> {
+    let before = size(kind, 1.5, DELTA, 0.0)?.1;
+    let after = size(kind, 2.0, DELTA, 0.0)?.1;
+    Ok(Evidence {
+        holds: after < before,
+        numbers: format!("largest β = {before:.4} at μ = 1.5, {after:.4} at μ = 2"),
+    })
+}
+
+/// Whether the values fall strictly.
+fn falls(values: &[f64]) -> bool {
+    values.windows(2).all(|pair| pair[1] < pair[0])
+}
+
+pub(super) fn robust_to_delta(kind: Kind, _: &Formulas) -> Result<Evidence, AnalysisError> {
+    let changes = |stretched: bool| {
+        ORDERS
+            .iter()
+            .map(|&mu| {
+                // In the K–B plane areas go with T^(−2)·T^(μ−2).
+                let at = |factor: f64| {
+                    let scale = if stretched {
+                        factor.powf(mu - 4.0)
+                    } else {
+                        1.0
+                    };
+                    Ok::<_, AnalysisError>(scale * size(kind, mu, factor * DELTA, 0.0)?.2)
+                };
+                Ok((at(2.0)? - at(0.5)?).abs() / at(1.0)?)
+            })
+            .collect::<Result<Vec<f64>, AnalysisError>>()
+    };
+    let (with_time, with_damping) = (changes(true)?, changes(false)?);
+    Ok(Evidence {
+        holds: falls(&with_time) && falls(&with_damping),
+        numbers: format!(
+            "relative change of the area with T: {}; with b: {}",
+            list(with_time),
+            list(with_damping)
+        ),
+    })
+}
+
+pub(super) fn robust_to_hand(kind: Kind, _: &Formulas) -> Result<Evidence, AnalysisError> {
+    let gamma = 1000.0 * SAMPLE_TIME_S * SAMPLE_TIME_S / MASS_KG;
+    let changes = ORDERS
+        .iter()
+        .map(|&mu| {
+            let free = size(kind, mu, DELTA, 0.0)?.2;
+            let held = size(kind, mu, DELTA, gamma)?.2;
+            Ok((held / free - 1.0).abs())
+        })
+        .collect::<Result<Vec<f64>, AnalysisError>>()?;
+    Ok(Evidence {
+        holds: changes.iter().all(|change| *change < 0.05),
+        numbers: format!("relative change of the area: {}", list(changes)),
+    })
+}
+
+/// α and β of the sensitivity, stable for all five orders.
+pub(super) const SENSITIVITY_WALL: (f64, f64) = (0.05, 0.05);
+
+pub(super) fn sensitivity_rises(kind: Kind, _: &Formulas) -> Result<Evidence, AnalysisError> {
+    let peaks = ORDERS
+        .iter()
+        .map(|&mu| {
+            let operator = kind.operator(mu)?;
+            let wall = Nondimensional {
+                alpha: SENSITIVITY_WALL.0,
+                beta: SENSITIVITY_WALL.1,
+                delta: DELTA,
+                gamma: 0.0,
+            };
+            let sampled = SampledLoop::new(wall, &operator, 0)?;
+            Ok(20.0 * sampled.sensitivity_peak()?.value.log10())
+        })
+        .collect::<Result<Vec<f64>, AnalysisError>>()?;
+    Ok(Evidence {
+        holds: peaks.windows(2).all(|pair| pair[1] > pair[0]),
+        numbers: format!("peak in dB: {}", list(peaks)),
+    })
+}
+
+/// α, β of walls on which the corollary is tried.
+const WALLS: [(f64, f64); 3] = [(0.0, 1.0), (1.0, 0.0), (0.3, 0.7)];
+
+pub(super) fn corollary_one(kind: Kind, formulas: &Formulas) -> Result<Evidence, AnalysisError> {
+    let mut worst = (0.0_f64, 0.0, (0.0, 0.0), 0.0, 0.0);
+    for mu in fine_orders() {
+        let operator = kind.operator(mu)?;
+        let order = Order::new(mu)?;
+        let port = OnePort::new(&operator, order)?;
+        for (alpha, beta) in WALLS {
+            let required = port.required_delta(alpha, beta)?.delta;
+            let promised = (formulas.passivity)(order, alpha, beta)?;
+            let miss = (required - promised).abs();
+            if miss > worst.0 {
+                worst = (miss, mu, (alpha, beta), required, promised);
+            }
+        }
+    }
+    let colgate = ((formulas.passivity)(Order::new(1.0)?, 0.3, 0.7)? - (0.15 + 0.7)).abs();
+    let (miss, mu, (alpha, beta), required, promised) = worst;
+    Ok(Evidence {
+        holds: miss <= 1e-9 && colgate <= 1e-9,
+        numbers: if miss <= 1e-9 {
+            format!(
+                "largest deviation from Theorem 1 {miss:.1e}; from Colgate at μ = 1 {colgate:.1e}"
+            )
+        } else {
+            format!(
+                "furthest at μ = {mu}, α = {alpha}, β = {beta}: δ = {required:.4} needed, {promised:.4} promised \
+                 (factor {:.3}); from Colgate at μ = 1 {colgate:.1e}",
+                required / promised
+            )
+        },
+    })
+}
+
+/// Area of the passive walls in the α–β plane at the δ of section 4.4, by 200 steps in β.
+pub(super) fn passive_boundary(
+    kind: Kind,
+    mu: f64,
+    delta: f64,
+    steps: usize,
+) -> Result<Vec<(f64, f64)>, AnalysisError> {
+    let operator = kind.operator(mu)?;
+    let port = OnePort::new(&operator, Order::new(mu)?)?;
+    let Largest::Below { value: most, .. } = port.largest_beta(delta, 0.0)? else {
+        return Ok(Vec::new());
+    };
+    let points = (0..=steps).map(|step| {
+        // A hair inside the end, where the largest α is 0.
+        let beta = most * (step as f64 / steps as f64).min(1.0 - 1e-9);
+        Ok(match port.largest_alpha(delta, beta)? {
+            Largest::Below { value, .. } => (beta, value.max(0.0)),
+            _ => (beta, 0.0),
+        })
+    });
+    points.collect()
+}
+
+pub(super) fn passivity_region(kind: Kind, _: &Formulas) -> Result<Evidence, AnalysisError> {
+    let areas = (0..=8)
+        .map(|quarter| {
+            let boundary = passive_boundary(kind, f64::from(quarter) / 4.0, DELTA, 200)?;
+            let trapezoids = boundary
+                .windows(2)
+                .map(|p| 0.5 * (p[1].0 - p[0].0) * (p[0].1 + p[1].1));
+            Ok(trapezoids.sum())
+        })
+        .collect::<Result<Vec<f64>, AnalysisError>>()?;
+    Ok(Evidence {
+        holds: falls(&areas),
+        numbers: format!(
+            "area at μ = 0, 0.5, 1, 1.5, 2: {}",
+            list(areas.into_iter().step_by(2))
+        ),
+    })
+}
+
+pub(super) fn corollary_two(kind: Kind, formulas: &Formulas) -> Result<Evidence, AnalysisError> {
+    /// T, s, and couplers (`k_c`, `b_c`·(T/2)^μ), both in N·s/m.
+    const T: f64 = 1e-3;
+    const COUPLERS: [(f64, f64); 5] = [(1.0, 0.0), (1.0, 0.3), (1.0, 1.0), (0.3, 1.0), (0.0, 1.0)];
+    let mut worst = (1.0_f64, 0.0, (0.0, 0.0));
+    let mut active_above_one = true;
+    for mu in [0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0] {
+        let operator = kind.operator(mu)?;
+        for (k, scaled) in COUPLERS {
+            let b = scaled / (0.5 * T).powf(mu);
+            let exact = Coupler::exact(Order::new(mu)?, T, k, b)?;
+            let coupler = match kind {
+                Kind::Exact => exact,
+                Kind::Muir => exact.with_operator(&operator, 4),
+            };
+            match coupler.least_damping()? {
+                LeastDamping::Enough {
+                    damping_n_s_per_m, ..
+                } => {
+                    if mu > 1.0 {
+                        active_above_one &= b == 0.0;
+                    } else {
+                        let factor = damping_n_s_per_m / (formulas.coupling)(mu, T, k, b);
+                        if factor > worst.0 {
+                            worst = (factor, mu, (k, scaled));
+                        }
+                    }
+                }
+                LeastDamping::NoneIsEnough { .. } => {
+                    if mu <= 1.0 {
+                        worst = (f64::INFINITY, mu, (k, scaled));
+                    }
+                }
+            }
+        }
+    }
+    let (factor, mu, (k, b)) = worst;
+    let sufficient = factor <= 1.0 + 1e-9;
+    let above = if active_above_one {
+        "none is enough"
+    } else {
+        "some is enough"
+    };
+    Ok(Evidence {
+        holds: sufficient && active_above_one,
+        numbers: if sufficient {
+            format!("(5.20) is enough for all couplers; for μ > 1 {above}")
+        } else if factor.is_infinite() {
+            format!(
+                "at μ = {mu}, k_c : b_c(T/2)^μ = {k} : {b} no damping is enough; for μ > 1 {above}"
+            )
+        } else {
+            format!(
+                "at μ = {mu}, k_c : b_c(T/2)^μ = {k} : {b} the port needs {factor:.3} times (5.20); for μ > 1 {above}"
+            )
+        },
+    })
+}
+
+pub(super) fn effective_stiffness(kind: Kind, _: &Formulas) -> Result<Evidence, AnalysisError> {
+    let least = |mu: f64| -> Result<f64, AnalysisError> {
+        let operator = kind.operator(mu)?;
+        let real = (1..=4000).map(|i| operator.response(PI * f64::from(i) / 4000.0).re);
+        Ok(real.fold(f64::INFINITY, f64::min))
+    };
+    let mut low = (f64::INFINITY, 0.0);
+    for mu in fine_orders().filter(|mu| *mu <= 1.0) {
+        let value = least(mu)?;
+        if value < low.0 {
+            low = (value, mu);
+        }
+    }
+    let mut always_negative = true;
+    for mu in fine_orders().filter(|mu| *mu > 1.0) {
+        always_negative &= least(mu)? < 0.0;
+    }
+    Ok(Evidence {
+        // Rounding: Re P at μ = 1 tends to 0 at low frequency.
+        holds: low.0 >= -1e-12 && always_negative,
+        numbers: format!(
+            "least Re P for μ ≤ 1: {:.2e} at μ = {}; for each μ > 1 it is {}",
+            low.0,
+            low.1,
+            if always_negative {
+                "negative somewhere"
+            } else {
+                "not always negative somewhere"
+            }
+        ),
+    })
+}
+
+/// μ of the cancerous prostate.
+const TISSUE_ORDER: f64 = 0.2247;
+
+pub(super) fn short_memory(kind: Kind, _: &Formulas) -> Result<Evidence, AnalysisError> {
+    let order = Order::new(TISSUE_ORDER)?;
+    // 200 s after the start of a 1 s ramp at 1 kHz the last 1000 samples are all on the hold, so a
+    // short memory gives the sum of its weights.
+    let (n, ramp) = (200_000_u64, 1000_u64);
+    // Full history of a ramp 0, 1, 2, …: Σ c_{n−j}·j = c^(μ−1)_n·n/(1 − μ).
+    let below = Order::new(TISSUE_ORDER - 1.0)?;
+    let of_ramp = |n: u64| grunwald_weight(below, n) * n as f64 / (1.0 - TISSUE_ORDER);
+    let full = (of_ramp(n) - of_ramp(n - ramp)) / ramp as f64;
+    let short = match kind {
+        // Σ_{j<1000} c_j
+        Kind::Exact => grunwald_weight(below, ramp - 1),
+        Kind::Muir => kind.operator(TISSUE_ORDER)?.response(0.0).re,
+    };
+    let slope = |j: u64| {
+        let ratio = grunwald_weight(order, 2 * j) / grunwald_weight(order, j);
+        -ratio.ln() / j as f64
+    };
+    let ratio = short / full;
+    Ok(Evidence {
+        holds: (ratio - 1.0).abs() < 0.01,
+        numbers: format!(
+            "force after 200 s: {ratio:.3} times the truth; decay rate of the weights per sample {:.1e} at lag 100, \
+             {:.1e} at lag 100 000 (an exponential would have one)",
+            slope(100),
+            slope(100_000)
+        ),
+    })
+}
+
+pub(super) fn relaxation(kind: Kind, formulas: &Formulas) -> Result<Evidence, AnalysisError> {
+    let error = relaxation_error(kind, formulas.stress_factor)?;
+    Ok(Evidence {
+        holds: error < 0.01,
+        numbers: format!(
+            "largest relative deviation from the closed form, 1.1 s to 200 s: {error:.2e}"
+        ),
+    })
+}
