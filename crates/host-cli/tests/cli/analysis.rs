@@ -127,6 +127,8 @@ fn the_third_order_polynomial_needs_more_damping_than_the_corollary_promises() {
     );
     assert!(close(number(&muir, "corollary_delta"), 1.0, 1e-12));
     assert_eq!(muir["passive"], false);
+    // δ = 1.2 bears β = 1.2·3/4; α/2 + … at β = 1 is past it already.
+    assert!(close(number(&muir, "largest_beta"), 0.9, 1e-9), "{muir}");
     let exact = analyze("passivity --order 1 --alpha 0 --beta 1 --delta 1.2");
     assert!(
         close(number(&exact, "required_delta"), 1.0, 1e-9),

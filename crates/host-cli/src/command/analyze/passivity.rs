@@ -7,7 +7,7 @@ use crate::output::Output;
 use crate::quantity::{Damping, Time};
 use clap::Args;
 use fracdiff::{Scheme, Seconds};
-use haptic_analysis::{Coupler, LeastDamping, LoopOperator, OnePort};
+use haptic_analysis::{AnalysisError, Coupler, Largest, LeastDamping, LoopOperator, OnePort};
 use serde::Serialize;
 
 /// Arguments of `analyze passivity`.
@@ -62,6 +62,10 @@ struct Passivity {
     worst_theta: f64,
     /// Whether the given δ is enough; null without one.
     passive: Option<bool>,
+    /// Largest α that is passive with the given δ and β; null without a δ, or if none or any is.
+    largest_alpha: Option<f64>,
+    /// Largest β that is passive with the given δ and α; null likewise.
+    largest_beta: Option<f64>,
     /// The same with units, where the loop was given with units.
     required_damping_n_s_per_m: Option<f64>,
     worst_rad_s: Option<f64>,
@@ -105,6 +109,15 @@ impl PassivityArguments {
         let required = port
             .required_delta(parameters.alpha, parameters.beta)
             .map_err(refused)?;
+        let largest = |found: Result<Largest, AnalysisError>| match found.map_err(refused)? {
+            Largest::Below { value, .. } => Ok::<_, Failure>(Some(value)),
+            Largest::Any | Largest::Empty => Ok(None),
+        };
+        let (mut largest_alpha, mut largest_beta) = (None, None);
+        if resolved.delta_given {
+            largest_alpha = largest(port.largest_alpha(parameters.delta, parameters.beta))?;
+            largest_beta = largest(port.largest_beta(parameters.delta, parameters.alpha))?;
+        }
         let result = Passivity {
             order: resolved.order.get(),
             scheme: resolved.scheme.to_string(),
@@ -117,6 +130,8 @@ impl PassivityArguments {
             passive: resolved
                 .delta_given
                 .then(|| required.passive(parameters.delta)),
+            largest_alpha,
+            largest_beta,
             // δ = bT/m
             required_damping_n_s_per_m: resolved.units.map(|(m, t)| required.delta * m / t),
             worst_rad_s: resolved.units.map(|(_, t)| required.worst_theta / t),
@@ -148,7 +163,35 @@ impl PassivityArguments {
                     parameters.delta
                 ),
                 None => writeln!(out, "passive           give --delta or --damping to know"),
+            }?;
+            // K = αm/T², B = βm/T^(2−μ)
+            let units = |power: f64| resolved.units.map_or(1.0, |(m, t)| m / t.powf(power));
+            let with_units = resolved.units.is_some();
+            if let Some(alpha) = result.largest_alpha {
+                let (name, unit) = if with_units {
+                    ("K", " N/m")
+                } else {
+                    ("alpha", "")
+                };
+                writeln!(
+                    out,
+                    "largest {name:<9} {:.9}{unit}, with the rest as given",
+                    alpha * units(2.0)
+                )?;
             }
+            if let Some(beta) = result.largest_beta {
+                let (name, unit) = if with_units {
+                    ("B", " N·s^μ/m")
+                } else {
+                    ("beta", "")
+                };
+                let value = beta * units(2.0 - result.order);
+                writeln!(
+                    out,
+                    "largest {name:<9} {value:.9}{unit}, with the rest as given"
+                )?;
+            }
+            Ok(())
         })
     }
 }
