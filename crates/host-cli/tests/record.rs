@@ -154,7 +154,7 @@ fn a_log_without_samples_is_complete_and_empty() {
     );
 
     let csv = folder.path().join("empty.csv");
-    assert_eq!(export_csv(&path, &csv).expect("exports").rows, 0);
+    assert_eq!(export_csv(&path, &csv, false).expect("exports").rows, 0);
     let text = fs::read_to_string(&csv).expect("reads");
     assert!(text.starts_with("tick,time_s,reference_m,") && text.lines().count() == 1);
 }
@@ -410,7 +410,9 @@ fn nothing_that_exists_is_overwritten() {
     let errors = [
         LogWriter::create(&taken).map(drop).expect_err("refuses"),
         recover(&log, &taken).map(drop).expect_err("refuses"),
-        export_csv(&log, &taken).map(drop).expect_err("refuses"),
+        export_csv(&log, &taken, false)
+            .map(drop)
+            .expect_err("refuses"),
     ];
     for error in errors {
         assert!(
@@ -447,7 +449,7 @@ fn the_csv_has_every_digit() {
     let mut writer = LogWriter::create(&log).expect("creates");
     fill(&mut writer, 1_000).expect("fills");
     writer.finish().expect("finishes");
-    let summary = export_csv(&log, &csv).expect("exports");
+    let summary = export_csv(&log, &csv, false).expect("exports");
     assert_eq!((summary.rows, summary.condition.complete), (1_000, true));
     let rows: Vec<TickMessage> = (csv::Reader::from_path(&csv).expect("opens"))
         .deserialize()
@@ -467,7 +469,7 @@ fn foreign_readers_agree_with_the_csv_on_every_value() {
     let mut writer = LogWriter::create(&log).expect("creates");
     fill(&mut writer, 2_000).expect("fills");
     writer.finish().expect("finishes");
-    export_csv(&log, &csv).expect("exports");
+    export_csv(&log, &csv, false).expect("exports");
 
     let script: PathBuf = [
         env!("CARGO_MANIFEST_DIR"),

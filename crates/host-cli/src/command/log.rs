@@ -50,6 +50,9 @@ pub enum Command {
         /// Folder for the CSV file, if it is not named
         #[arg(long, value_name = "DIR", conflicts_with = "target")]
         out: Option<PathBuf>,
+        /// Replace an earlier CSV file
+        #[arg(long)]
+        overwrite: bool,
     },
     /// Draw positions and forces of a log against time
     #[command(
@@ -106,9 +109,14 @@ impl Command {
                 let target = place(target, out.as_deref(), &log, "recovered.mcap")?;
                 save(&log, &target, output)
             }
-            Self::Export { log, target, out } => {
+            Self::Export {
+                log,
+                target,
+                out,
+                overwrite,
+            } => {
                 let target = place(target, out.as_deref(), &log, "ticks.csv")?;
-                let done = export_csv(&log, &target)?;
+                let done = export_csv(&log, &target, overwrite)?;
                 let made = Made {
                     samples: done.rows,
                     complete: done.condition.complete,

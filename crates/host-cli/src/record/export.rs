@@ -35,10 +35,14 @@ pub struct ExportSummary {
 /// ticks gives a file with the header alone.
 ///
 /// # Errors
-/// If the log cannot be read, or the target exists or cannot be written.
-pub fn export_csv(source: &Path, target: &Path) -> Result<ExportSummary, RecordError> {
+/// If the log cannot be read, or the target exists without `overwrite` or cannot be written.
+pub fn export_csv(
+    source: &Path,
+    target: &Path,
+    overwrite: bool,
+) -> Result<ExportSummary, RecordError> {
     let mut reader = LogReader::open(source)?;
-    let (new_file, file) = NewFile::create(target, Leftover::Discard, false)?;
+    let (new_file, file) = NewFile::create(target, Leftover::Discard, overwrite)?;
     let fail = |source| RecordError::Csv {
         path: target.to_owned(),
         source,
