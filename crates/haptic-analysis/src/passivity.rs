@@ -71,7 +71,12 @@ pub struct OnePort<'a, P: ?Sized> {
     grid: Grid,
     /// v(θ → 0); −∞ where the operator dissipates without bound.
     v_at_rest: f64,
+    /// How far Re P(1) is below 0: the negative spring that the operator leaves at rest.
+    deficit: f64,
 }
+
+/// A gain at rest above minus this counts as 0: a full memory leaves about its tolerance.
+const REST_NOISE: f64 = 1e-4;
 
 /// What Theorem 1 asks for, without units, and Corollary 1 beside it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,6 +87,9 @@ pub struct RequiredDelta {
     pub worst_theta: f64,
     /// What Corollary 1 asks for: [`corollary_delta`].
     pub corollary_delta: f64,
+    /// α + βP(1) < 0: a negative spring at rest, which no damping makes passive. Theorem 1 looks at
+    /// θ > 0 only and cannot see it; A₃ with μ > 1 does this, P(1) = (1−μ)(3−μ)/3.
+    pub negative_at_rest: bool,
 }
 
 /// The same with units.
@@ -93,13 +101,15 @@ pub struct RequiredDamping {
     pub worst_rad_s: f64,
     /// What Corollary 1 asks for, N·s/m.
     pub corollary_n_s_per_m: f64,
+    /// K + B·T^(−μ)·P(1) < 0, see [`RequiredDelta::negative_at_rest`].
+    pub negative_at_rest: bool,
 }
 
 impl RequiredDelta {
-    /// Is a loop of this δ passive? Strict, as the theorem.
+    /// Is a loop of this δ passive? Strict, as the theorem; never with a negative spring at rest.
     #[must_use]
     pub fn passive(&self, delta: f64) -> bool {
-        delta > self.delta
+        delta > self.delta && !self.negative_at_rest
     }
 
     /// How many times more than the corollary promises; `None` where that promises 0.
@@ -114,7 +124,7 @@ impl RequiredDamping {
     /// Is a device of this damping, N·s/m, passive? Strict, as the theorem.
     #[must_use]
     pub fn passive(&self, damping_n_s_per_m: f64) -> bool {
-        damping_n_s_per_m > self.damping_n_s_per_m
+        damping_n_s_per_m > self.damping_n_s_per_m && !self.negative_at_rest
     }
 }
 
@@ -135,7 +145,11 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
             memory: 1,
             grid: Grid::new(1),
             v_at_rest: 0.0,
+            deficit: 0.0,
         };
+        // So close to rest that a power of θ has vanished, and a constant has not.
+        let at_rest = finite("response at rest", operator.response(1e-90).re, "")?;
+        port.deficit = if at_rest < -REST_NOISE { -at_rest } else { 0.0 };
         port.prepare()?;
         Ok(port)
     }
@@ -203,6 +217,7 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
             delta: worst.value,
             worst_theta: worst.theta,
             corollary_delta,
+            negative_at_rest: alpha < beta * self.deficit,
         })
     }
 
@@ -223,6 +238,7 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
             damping_n_s_per_m: finite("least damping", required.delta / t, unit)?,
             worst_rad_s: finite("worst frequency", required.worst_theta / t, "rad/s")?,
             corollary_n_s_per_m: finite("least damping", required.corollary_delta / t, unit)?,
+            negative_at_rest: required.negative_at_rest,
         })
     }
 
@@ -233,7 +249,7 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
     pub fn largest_alpha(&self, delta: f64, beta: f64) -> Result<Largest, AnalysisError> {
         let delta = not_negative("delta", delta, "")?;
         let beta = not_negative("beta", beta, "")?;
-        largest(
+        let found = largest(
             delta,
             |alpha| self.supremum(alpha, beta),
             self.supremum(1.0, 0.0)?,
@@ -241,7 +257,18 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
                 let (u, v) = self.terms_or_limits(theta);
                 (u, weighted(beta, v))
             },
-        )
+        )?;
+        Ok(match found {
+            // A wall this soft has a negative spring at rest.
+            Largest::Below { value, .. } if value < beta * self.deficit => Largest::Empty,
+            found => found,
+        })
+    }
+
+    /// The largest β/α that leaves no negative spring at rest: −1/P(1); `None` if any does.
+    #[must_use]
+    pub fn largest_ratio(&self) -> Option<f64> {
+        (self.deficit > 0.0).then(|| 1.0 / self.deficit)
     }
 
     /// The largest β for given δ and α: inf over θ of (δ − α·u)/v where v > 0.
@@ -251,7 +278,7 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
     pub fn largest_beta(&self, delta: f64, alpha: f64) -> Result<Largest, AnalysisError> {
         let delta = not_negative("delta", delta, "")?;
         let alpha = not_negative("alpha", alpha, "")?;
-        largest(
+        let found = largest(
             delta,
             |beta| self.supremum(alpha, beta),
             self.supremum(0.0, 1.0)?,
@@ -259,7 +286,20 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
                 let (u, v) = self.terms_or_limits(theta);
                 (v, weighted(alpha, u))
             },
-        )
+        )?;
+        // Beyond α/|P(1)| the wall has a negative spring at rest.
+        let cut = self.largest_ratio().map(|ratio| alpha * ratio);
+        Ok(match (found, cut) {
+            (Largest::Below { value, .. }, Some(cut)) if value > cut => Largest::Below {
+                value: cut,
+                worst_theta: 0.0,
+            },
+            (Largest::Any, Some(cut)) => Largest::Below {
+                value: cut,
+                worst_theta: 0.0,
+            },
+            (found, _) => found,
+        })
     }
 
     /// The largest K, N/m, for b in N·s/m and B in N·s^μ/m.

@@ -99,7 +99,9 @@ fn the_dissertations_muir_polynomial_needs_more_than_the_corollary_by_finding_3(
         close(required.delta, oracle, 1e-9, &format!("μ {mu}"));
         // Certified with (5.1), run with A₃: not passive.
         assert!(!required.passive(required.corollary_delta * 1.001));
-        assert!(required.passive(required.delta * (1.0 + 1e-12)));
+        // Above order 1 the β term alone is a negative spring at rest.
+        let just_above = required.passive(required.delta * (1.0 + 1e-12));
+        assert_eq!(just_above, mu <= 1.0, "μ {mu}");
     }
 }
 
@@ -230,11 +232,21 @@ fn with_a_delay_the_corollary_is_too_little() {
     assert!(have.excess().expect("not 0") > 1.5, "{have:?}");
 }
 
+/// δ that makes the wall passive; infinite if none does.
+fn needed(required: haptic_analysis::RequiredDelta) -> f64 {
+    if required.negative_at_rest {
+        f64::INFINITY
+    } else {
+        required.delta
+    }
+}
+
 /// Fails unless a hair below `largest` is passive and it and a hair above are not.
 fn on_the_boundary(largest: Largest, required: impl Fn(f64) -> f64, delta: f64, what: &str) {
     match largest {
         Largest::Below { value, .. } => {
-            let (below, above) = (value * (1.0 - 1e-9), value * (1.0 + 1e-9));
+            // Where no β at all is allowed, the value is 0.
+            let (below, above) = (value * (1.0 - 1e-9), value * (1.0 + 1e-9) + 1e-15);
             assert!(
                 required(below) < delta,
                 "{what}: {value} not passive just below"
@@ -268,7 +280,8 @@ fn the_largest_stiffness_and_dissipation_are_on_the_boundary() {
                 on_the_boundary(largest, |alpha| required(alpha, other), delta, &what);
                 let largest = exact.largest_beta(delta, other).expect("valid");
                 on_the_boundary(largest, |beta| required(other, beta), delta, &what);
-                let required = |alpha, beta| muir.required_delta(alpha, beta).expect("valid").delta;
+                let required =
+                    |alpha, beta| needed(muir.required_delta(alpha, beta).expect("valid"));
                 let largest = muir.largest_alpha(delta, other).expect("valid");
                 on_the_boundary(largest, |alpha| required(alpha, other), delta, &what);
                 let largest = muir.largest_beta(delta, other).expect("valid");
@@ -389,7 +402,7 @@ proptest! {
     ) {
         let p = exact(mu);
         let port = port(&p, mu, d);
-        let required = |alpha, beta| port.required_delta(alpha, beta).expect("valid").delta;
+        let required = |alpha, beta| needed(port.required_delta(alpha, beta).expect("valid"));
         let alpha = port.largest_alpha(delta, other).expect("valid");
         if let Largest::Below { value, .. } = alpha {
             prop_assert!(required(value * (1.0 - 1e-9), other) < delta);
@@ -423,4 +436,43 @@ proptest! {
             }
         }
     }
+}
+
+#[test]
+fn a_negative_spring_at_rest_is_never_passive_whatever_the_damping() {
+    // A₃ at μ = 1.5: P(1) = (1 − 1.5)(3 − 1.5)/3 = −1/4.
+    let order = Order::new(1.5).expect("valid");
+    let operator = haptic_analysis::LoopOperator::new(
+        fracdiff::Scheme::Muir { degree: 3 },
+        order,
+        Seconds(1.0),
+        1e3,
+    )
+    .expect("valid");
+    let port = OnePort::new(&operator, order).expect("valid");
+    assert!((port.largest_ratio().expect("negative") - 4.0).abs() < 1e-9);
+    for (alpha, beta, sound) in [(0.01, 0.08, false), (0.03, 0.08, true), (0.0, 0.1, false)] {
+        let required = port.required_delta(alpha, beta).expect("finite");
+        assert_eq!(required.passive(1e6), sound, "α {alpha} β {beta}");
+        // A passive wall on a damped device is stable; the negative spring is not.
+        let wall = haptic_analysis::Nondimensional {
+            alpha,
+            beta,
+            delta: required.delta.max(0.0) + 0.1,
+            gamma: 0.0,
+        };
+        let sampled = haptic_analysis::SampledLoop::new(wall, &operator, 0).expect("valid");
+        assert_eq!(sampled.is_stable(), sound, "α {alpha} β {beta}");
+    }
+    assert_eq!(
+        port.largest_beta(1e3, 0.01).expect("finite"),
+        Largest::Below {
+            value: 0.04,
+            worst_theta: 0.0
+        }
+    );
+    assert_eq!(
+        port.largest_alpha(0.01, 0.2).expect("finite"),
+        Largest::Empty
+    );
 }

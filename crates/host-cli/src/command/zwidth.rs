@@ -5,7 +5,7 @@ use crate::experiment::{Sensors, ZWidth, ZWidthReport, dissertation_device};
 use crate::failure::Failure;
 use crate::figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use crate::folder::{FolderRequest, OutputFolder};
-use crate::output::Output;
+use crate::output::{Output, note};
 use crate::quantity::{Damping, Force, Length, Mass, Stiffness, Time};
 use clap::Args;
 use fracdiff::{Order, Scheme, Seconds};
@@ -154,6 +154,19 @@ impl Arguments {
             }
             None => Vec::new(),
         };
+        let points = report.orders.iter().flat_map(|order| &order.boundary);
+        if points
+            .clone()
+            .any(|p| p.alpha >= 0.999 * report.alpha_searched)
+        {
+            note(
+                "warning",
+                format_args!(
+                    "some walls were stable up to alpha = {}, where the search ends: their limit is higher",
+                    report.alpha_searched
+                ),
+            );
+        }
         output.summary(&report, |out| {
             for order in &report.orders {
                 writeln!(

@@ -9,8 +9,7 @@
 //! the best. Compared by the stiffness that is felt at a frequency, `|jω·Z_c(jω)|`. For μ > 1 no damping
 //! makes the port passive. Source: O. Tokatlı, *Fractional Order Control in Haptics*, eqs. 5.14–5.20.
 
-use fracdiff::Order;
-use haptic_analysis::{AnalysisError, Coupler, LeastDamping};
+use haptic_analysis::{AnalysisError, Coupler, LeastDamping, LoopOperator};
 use serde::Serialize;
 use std::f64::consts::PI;
 
@@ -36,19 +35,26 @@ const INSIDE: f64 = 1.0 - 1e-6;
 /// Ratios tried.
 const RATIOS: u32 = 200;
 
-/// The stiffest passive coupler of this order on a device with damping b, N·s/m.
+/// The stiffest passive coupler with this operator on a device with damping b, N·s/m.
 ///
 /// # Errors
 /// A sample time or damping outside its range.
 pub fn stiffest_coupler(
-    order: Order,
+    operator: &LoopOperator,
     damping: f64,
     sample_time_s: f64,
     frequency_hz: f64,
 ) -> Result<CouplerCandidate, AnalysisError> {
+    let order = operator.order();
     let mu = order.get();
+    // A finite memory ripples as fast as it is long.
+    let memory = match operator.polynomials() {
+        Some((numerator, [_])) => numerator.len(),
+        _ => 1,
+    };
     let least = |ratio: f64| -> Result<Option<f64>, AnalysisError> {
-        let coupler = Coupler::exact(order, sample_time_s, ratio, 1.0)?;
+        let exact = Coupler::exact(order, sample_time_s, ratio, 1.0)?;
+        let coupler = exact.with_operator(operator, memory);
         Ok(match coupler.least_damping()? {
             LeastDamping::Enough {
                 damping_n_s_per_m, ..
@@ -121,27 +127,41 @@ pub fn stiffest_coupler(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use fracdiff::{Order, Scheme, Seconds};
+
+    fn operator(scheme: Scheme, mu: f64) -> LoopOperator {
+        let order = Order::new(mu).expect("valid");
+        LoopOperator::new(scheme, order, Seconds(1e-3), 1e4).expect("valid")
+    }
 
     #[test]
     fn the_designed_coupler_is_passive_and_a_hair_more_is_not() {
-        for mu in [0.0, 0.5, 0.75, 1.0] {
-            let order = Order::new(mu).expect("valid");
-            let found = stiffest_coupler(order, 0.7, 1e-3, 1.0).expect("valid");
-            let (k, b) = (
-                found.stiffness.expect("one"),
-                found.dissipation.expect("one"),
-            );
-            let passive = |factor: f64| {
-                let coupler = Coupler::exact(order, 1e-3, factor * k, factor * b).expect("valid");
-                coupler.passive(0.7).expect("valid")
-            };
-            assert!(passive(1.0) && !passive(1.0 + 1e-5), "μ {mu}: {found:?}");
-            // No ratio on a coarse grid of its own does better.
-            for decade in -4..=4 {
-                let ratio = 1e-3_f64.powf(mu) * 10f64.powi(decade);
-                let other =
-                    Coupler::exact(order, 1e-3, 1.001 * b * ratio, 1.001 * b).expect("valid");
-                assert!(!other.passive(0.7).expect("valid"), "μ {mu}, ratio {ratio}");
+        for (scheme, memory) in [(Scheme::Exact, 1), (Scheme::Muir { degree: 3 }, 4)] {
+            for mu in [0.0, 0.5, 0.75, 1.0] {
+                let operator = operator(scheme, mu);
+                let found = stiffest_coupler(&operator, 0.7, 1e-3, 1.0).expect("valid");
+                let (k, b) = (
+                    found.stiffness.expect("one"),
+                    found.dissipation.expect("one"),
+                );
+                let passive = |k: f64, b: f64| {
+                    let exact = Coupler::exact(operator.order(), 1e-3, k, b).expect("valid");
+                    let coupler = exact.with_operator(&operator, memory);
+                    coupler.passive(0.7).expect("valid")
+                };
+                assert!(passive(k, b), "{scheme} μ {mu}: {found:?}");
+                assert!(
+                    !passive(1.00001 * k, 1.00001 * b),
+                    "{scheme} μ {mu}: {found:?}"
+                );
+                // No ratio on a coarse grid of its own does better.
+                for decade in -4..=4 {
+                    let ratio = 1e-3_f64.powf(mu) * 10f64.powi(decade);
+                    assert!(
+                        !passive(1.001 * b * ratio, 1.001 * b),
+                        "{scheme} μ {mu}, {ratio}"
+                    );
+                }
             }
         }
     }
@@ -149,8 +169,8 @@ mod tests {
     #[test]
     fn above_order_one_and_without_damping_there_is_none() {
         for (mu, damping) in [(1.5, 1.0), (0.5, 0.0)] {
-            let order = Order::new(mu).expect("valid");
-            let found = stiffest_coupler(order, damping, 1e-3, 1.0).expect("valid");
+            let operator = operator(Scheme::Exact, mu);
+            let found = stiffest_coupler(&operator, damping, 1e-3, 1.0).expect("valid");
             assert!(
                 found.dissipation.is_none() && found.reason.is_some(),
                 "{found:?}"

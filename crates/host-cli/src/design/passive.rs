@@ -22,7 +22,13 @@ impl Bench<'_> {
             return Ok(Point::None(self.nothing()));
         }
         if let Wish::MostDamping { .. } = self.design.wish {
-            let (ratio, least) = minimum(|s| required(s, 1.0))?;
+            let (mut ratio, mut least) = minimum(|s| required(s, 1.0))?;
+            // What is passive is convex: where the best ratio leaves a negative spring, the bound is best.
+            if let Some(softest) = port.largest_ratio().map(|most| 1.0 / (INSIDE * most))
+                && ratio < softest
+            {
+                (ratio, least) = (softest, required(softest, 1.0)?);
+            }
             if least <= 0.0 {
                 return Ok(Point::None(self.nothing()));
             }
@@ -33,7 +39,12 @@ impl Bench<'_> {
                 _ => Point::None(self.nothing()),
             });
         }
-        let (ratio, least) = minimum(|t| required(1.0, t))?;
+        let (mut ratio, mut least) = minimum(|t| required(1.0, t))?;
+        if let Some(most) = port.largest_ratio().map(|most| INSIDE * most)
+            && ratio > most
+        {
+            (ratio, least) = (most, required(1.0, most)?);
+        }
         if least <= 0.0 {
             return Ok(Point::None(self.nothing()));
         }
@@ -48,9 +59,10 @@ impl Bench<'_> {
         beta: f64,
     ) -> Result<Option<f64>, AnalysisError> {
         // sup(α·u + β·v) grows in proportion to the wall.
-        let required = self.port()?.required_delta(alpha, beta)?.delta;
-        let scale = self.delta / required;
-        Ok(Some(scale).filter(|scale| *scale > 0.0 && scale.is_finite()))
+        let required = self.port()?.required_delta(alpha, beta)?;
+        let scale = self.delta / required.delta;
+        let sound = scale > 0.0 && scale.is_finite() && !required.negative_at_rest;
+        Ok(Some(scale).filter(|_| sound))
     }
 }
 

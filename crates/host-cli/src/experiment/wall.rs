@@ -20,7 +20,7 @@ use crate::failure::Failure;
 use crate::figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use crate::folder::FolderRequest;
 use fracdiff::full_memory::Kernel;
-use fracdiff::{Operator, Order, Scheme};
+use fracdiff::{FrequencyResponse as _, Operator, Order, Scheme};
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
 use haptic_loop::{Contact, Controller, Environment, SafetyChain, SpringDamper};
@@ -269,13 +269,17 @@ impl Wall {
         }
     }
 
-    /// push/(K + k), m, with B beside K where D^μ is the identity.
+    /// push/(K + k + B·T^(−μ)·P(1)), m: P(1), the gain of the operator at rest, is 1 for the identity, 0
+    /// for a good derivative, and something else for one that forgets.
     fn expected_deflection(&self) -> Option<f64> {
-        let mut spring = self.stiffness_n_per_m + self.device.stiffness.0;
-        if self.order.get() <= 0.0 {
-            spring += self.dissipation_n_s_mu_per_m;
-        }
-        Some(self.push_n / spring).filter(|x| x.is_finite())
+        let t = self.device.sample_time;
+        let horizon = 1.05 * self.duration_s / t.0;
+        let operator: Operator<f64> = self.scheme.build(self.order, t, horizon).ok()?;
+        let at_rest = operator.response(0.0).re * t.rate_to_the(self.order).ok()?;
+        let spring = self.stiffness_n_per_m
+            + self.device.stiffness.0
+            + self.dissipation_n_s_mu_per_m * at_rest;
+        Some(self.push_n / spring).filter(|x| x.is_finite() && spring > 0.0)
     }
 
     /// Commanded force against −(K·x + B·D^μ x) by the full history of x, as a share of the largest.

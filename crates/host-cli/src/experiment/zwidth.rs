@@ -65,6 +65,8 @@ pub struct ZWidthReport {
     pub sample_time_s: f64,
     /// δ = bT/m of the device.
     pub delta: f64,
+    /// Largest α that was looked at: a point this high is a bound of the search, not of the device.
+    pub alpha_searched: f64,
     /// Runs made.
     pub runs: u64,
 }
@@ -93,13 +95,8 @@ pub struct BoundaryPoint {
     pub beta: f64,
 }
 
-/// Where a search looks: no sampled wall of this kind is stable beyond α or β = 5 without delay
-/// (the longest side of any region, β at μ = 0, is 4).
-const MOST: f64 = 5.0;
-/// Steps of the coarse search from above.
-const COARSE: u32 = 50;
-/// Bisections after it: MOST/50/2¹⁰ = 1e-4 in α or β.
-const BISECTIONS: u32 = 10;
+/// Bisections after the coarse search: 2e-4 of the value found, or better.
+const BISECTIONS: u32 = 12;
 /// A device this far away has left, m: the run is cut short.
 const GONE_M: f64 = 1.0;
 
@@ -140,6 +137,7 @@ impl ZWidth {
             device: "sim".to_owned(),
             sample_time_s: config.sample_time.0,
             delta: config.damping.0 * config.sample_time.0 / config.mass.0,
+            alpha_searched: search_limit(config.damping.0 * config.sample_time.0 / config.mass.0),
             runs: walls
                 .iter()
                 .map(|wall| wall.runs.load(Ordering::Relaxed))
@@ -209,15 +207,33 @@ impl ZWidth {
     }
 }
 
-/// A step of the coarse scale.
-fn coarse(step: u32) -> f64 {
-    MOST * f64::from(step) / f64::from(COARSE)
+/// How far a search goes: beyond the largest α and β of any region that was computed, which are 4 without
+/// damping and below 4(1 + δ) with it.
+fn search_limit(delta: f64) -> f64 {
+    f64::max(5.0, 4.0 * (1.0 + delta))
 }
 
-/// The largest value that is stable; `None` if no value of the coarse scale is.
-fn largest(stable: impl Fn(f64) -> bool) -> Option<f64> {
-    let step = (0..=COARSE).rev().find(|&step| stable(coarse(step)))?;
-    let (mut low, mut high) = (coarse(step), coarse(step + 1));
+/// The coarse scale from `most` down: fifty even steps, then ten a decade down to 1e-4, then 0. A wall
+/// far softer than the softest of the even steps is still found.
+fn coarse(most: f64) -> impl Iterator<Item = f64> {
+    let even = (1..=50)
+        .rev()
+        .map(move |step| most * f64::from(step) / 50.0);
+    let fine = (1..=24).map(move |step| most / 50.0 * 10f64.powf(-f64::from(step) / 10.0));
+    even.chain(fine).chain([0.0])
+}
+
+/// The largest value up to `most` that is stable; `None` if no value of the coarse scale is.
+fn largest(most: f64, stable: impl Fn(f64) -> bool) -> Option<f64> {
+    let mut above = most;
+    let found = coarse(most).find(|&value| {
+        let found = stable(value);
+        if !found {
+            above = value;
+        }
+        found
+    })?;
+    let (mut low, mut high) = (found, above);
     for _ in 0..BISECTIONS {
         let middle = 0.5 * (low + high);
         *(if stable(middle) { &mut low } else { &mut high }) = middle;
@@ -243,6 +259,8 @@ struct Wall<'a> {
     operator: Operator<f64>,
     device: MassDamper<1>,
     chain: SafetyChain<f64>,
+    /// Largest α or β that is looked at.
+    most: f64,
     /// K of α = 1, N/m, and B of β = 1.
     stiffness_unit: f64,
     dissipation_factor: f64,
@@ -277,6 +295,7 @@ impl<'a> Wall<'a> {
             operator,
             device,
             chain,
+            most: search_limit(config.damping.0 * t.0 / config.mass.0),
             stiffness_unit,
             dissipation_factor,
             seed: experiment.sensors.seed.wrapping_add((place as u64) << 32),
@@ -295,16 +314,21 @@ impl<'a> Wall<'a> {
 
     /// The largest α that is stable with this β; `None` if none of the coarse scale is.
     fn largest_stiffness(&self, beta: f64, cell: u64) -> Option<f64> {
-        largest(|alpha| self.is_stable(alpha, beta, cell))
+        largest(self.most, |alpha| self.is_stable(alpha, beta, cell))
     }
 
     /// The largest β that is stable with any α, 0 if there is none. Not with α = 0: a pure damper of
     /// order 1 and more gives way for ever, which the criterion takes for a motion; and with A₃ at
     /// μ > 1 a wall needs stiffness to be stable at all.
     fn largest_dissipation(&self) -> f64 {
-        let any_stiffness =
-            |beta| (0..=COARSE).any(|step| self.is_stable(coarse(step).max(0.01), beta, 0));
-        largest(any_stiffness).unwrap_or(0.0)
+        // The pure damper, α = 0, is left out.
+        let any_stiffness = |beta| {
+            let walls = coarse(self.most).filter(|alpha| *alpha > 0.0);
+            walls
+                .into_iter()
+                .any(|alpha| self.is_stable(alpha, beta, 0))
+        };
+        largest(self.most, any_stiffness).unwrap_or(0.0)
     }
 
     /// One run. Whatever goes wrong on the way is not stable.

@@ -223,6 +223,18 @@ mod tests {
         // Finding 1: short memory fails; full memory follows the tissue, A₃ does not.
         assert_eq!(verdict(&truth, "C11"), Verdict::No);
         assert_eq!(verdict(&truth, "C12"), Verdict::OnlyExact);
+        // The rest, as the numbers have it: a slip in one of their formulas shows here.
+        for (id, want) in [
+            ("C1", Verdict::OnlyExact),
+            ("C2", Verdict::Holds),
+            ("C3", Verdict::Holds),
+            ("C5", Verdict::No),
+            ("C6", Verdict::No),
+            ("C8", Verdict::Holds),
+            ("C10", Verdict::Holds),
+        ] {
+            assert_eq!(verdict(&truth, id), want, "{id}");
+        }
         let c9 = truth.iter().find(|claim| claim.id == "C9").expect("judged");
         assert!(
             c9.exact.numbers.contains("2.000 times"),

@@ -87,6 +87,16 @@ pub(super) fn largest_beta_falls(kind: Kind, _: &Formulas) -> Result<Evidence, A
     })
 }
 
+/// From where on the values fall strictly, in words.
+fn falling(values: &[f64]) -> String {
+    let start = (0..values.len()).find(|&start| falls(&values[start..]));
+    match start {
+        Some(0) => "falls throughout".to_owned(),
+        Some(start) if start + 1 < values.len() => format!("falls from μ = {} on", ORDERS[start]),
+        _ => "does not fall".to_owned(),
+    }
+}
+
 /// Whether the values fall strictly.
 fn falls(values: &[f64]) -> bool {
     values.windows(2).all(|pair| pair[1] < pair[0])
@@ -114,9 +124,11 @@ pub(super) fn robust_to_delta(kind: Kind, _: &Formulas) -> Result<Evidence, Anal
     Ok(Evidence {
         holds: falls(&with_time) && falls(&with_damping),
         numbers: format!(
-            "relative change of the area with T: {}; with b: {}",
-            list(with_time),
-            list(with_damping)
+            "relative change of the area with T: {} ({}); with b: {} ({})",
+            list(with_time.iter().copied()),
+            falling(&with_time),
+            list(with_damping.iter().copied()),
+            falling(&with_damping)
         ),
     })
 }
@@ -133,7 +145,11 @@ pub(super) fn robust_to_hand(kind: Kind, _: &Formulas) -> Result<Evidence, Analy
         .collect::<Result<Vec<f64>, AnalysisError>>()?;
     Ok(Evidence {
         holds: changes.iter().all(|change| *change < 0.05),
-        numbers: format!("relative change of the area: {}", list(changes)),
+        numbers: format!(
+            "relative change of the area: {}; it would hold at a limit of {:.1} %",
+            list(changes.iter().copied()),
+            100.0 * changes.iter().copied().fold(0.0, f64::max)
+        ),
     })
 }
 
@@ -197,7 +213,7 @@ pub(super) fn corollary_one(kind: Kind, formulas: &Formulas) -> Result<Evidence,
     })
 }
 
-/// Area of the passive walls in the α–β plane at the δ of section 4.4, by 200 steps in β.
+/// Area of the passive walls in the α–β plane at the δ of section 4.4, by `steps` steps in α, from the largest down.
 pub(super) fn passive_boundary(
     kind: Kind,
     mu: f64,
@@ -206,15 +222,15 @@ pub(super) fn passive_boundary(
 ) -> Result<Vec<(f64, f64)>, AnalysisError> {
     let operator = kind.operator(mu)?;
     let port = OnePort::new(&operator, Order::new(mu)?)?;
-    let Largest::Below { value: most, .. } = port.largest_beta(delta, 0.0)? else {
+    let Largest::Below { value: most, .. } = port.largest_alpha(delta, 0.0)? else {
         return Ok(Vec::new());
     };
     let points = (0..=steps).map(|step| {
-        // A hair inside the end, where the largest α is 0.
-        let beta = most * (step as f64 / steps as f64).min(1.0 - 1e-9);
-        Ok(match port.largest_alpha(delta, beta)? {
-            Largest::Below { value, .. } => (beta, value.max(0.0)),
-            _ => (beta, 0.0),
+        // A hair below the largest α, where the largest β is 0.
+        let alpha = most * (1.0 - step as f64 / steps as f64).min(1.0 - 1e-9);
+        Ok(match port.largest_beta(delta, alpha)? {
+            Largest::Below { value, .. } => (value.max(0.0), alpha),
+            _ => (0.0, alpha),
         })
     });
     points.collect()
@@ -226,7 +242,7 @@ pub(super) fn passivity_region(kind: Kind, _: &Formulas) -> Result<Evidence, Ana
             let boundary = passive_boundary(kind, f64::from(quarter) / 4.0, DELTA, 200)?;
             let trapezoids = boundary
                 .windows(2)
-                .map(|p| 0.5 * (p[1].0 - p[0].0) * (p[0].1 + p[1].1));
+                .map(|p| 0.5 * (p[0].1 - p[1].1) * (p[0].0 + p[1].0));
             Ok(trapezoids.sum())
         })
         .collect::<Result<Vec<f64>, AnalysisError>>()?;

@@ -15,8 +15,10 @@ use std::f64::consts::PI;
 /// A curve of a figure.
 #[derive(Clone, Debug)]
 pub struct Curve {
-    /// For the legend.
+    /// For the data.
     pub name: String,
+    /// For the legend; empty for none.
+    pub legend: String,
     /// x, y.
     pub points: Vec<(f64, f64)>,
     /// How it is drawn.
@@ -75,7 +77,7 @@ impl Figure {
             series: panel
                 .curves
                 .iter()
-                .map(|curve| Series::new(&curve.name, &curve.points, curve.look, curve.colour))
+                .map(|curve| Series::new(&curve.legend, &curve.points, curve.look, curve.colour))
                 .collect(),
         });
         ChartPage {
@@ -95,7 +97,8 @@ impl Figure {
                     panel: &panel.caption,
                     curve: &curve.name,
                     x,
-                    y,
+                    // Not −0.
+                    y: y + 0.0,
                 })
             })
         })
@@ -133,6 +136,7 @@ fn per_order(
         .map(|(colour, &mu)| {
             Ok(Curve {
                 name: format!("μ = {mu}"),
+                legend: format!("μ = {mu}"),
                 points: points(mu).map_err(refused)?,
                 look,
                 colour,
@@ -315,7 +319,8 @@ fn zwidth() -> Result<Figure, Failure> {
         })?;
         for (colour, order) in report.orders.iter().enumerate() {
             curves.push(Curve {
-                name: if colour == 0 { "simulated" } else { "" }.to_owned(),
+                name: format!("simulated, μ = {}", order.order),
+                legend: if colour == 0 { "simulated" } else { "" }.to_owned(),
                 points: order.boundary.iter().map(|p| (p.beta, p.alpha)).collect(),
                 look: Look::Markers,
                 colour,
@@ -353,6 +358,7 @@ fn region_matrix() -> Result<Figure, Failure> {
                         });
                         Ok(Curve {
                             name: format!("value × {factor}"),
+                            legend: format!("value × {factor}"),
                             points: scaled.collect(),
                             look: Look::Area,
                             colour,
@@ -487,6 +493,7 @@ fn relaxation() -> Result<Figure, Failure> {
     picked.dedup();
     let curve = |name: &str, values: &[f64], look, colour| Curve {
         name: name.to_owned(),
+        legend: name.to_owned(),
         points: picked
             .iter()
             .map(|&n| (exact.time_s[n], values[n]))

@@ -62,6 +62,8 @@ struct Passivity {
     worst_theta: f64,
     /// Whether the given δ is enough; null without one.
     passive: Option<bool>,
+    /// α + βP(1) < 0: then no damping is enough.
+    negative_at_rest: bool,
     /// Largest α that is passive with the given δ and β; null without a δ, or if none or any is.
     largest_alpha: Option<f64>,
     /// Largest β that is passive with the given δ and α; null likewise.
@@ -130,6 +132,7 @@ impl PassivityArguments {
             passive: resolved
                 .delta_given
                 .then(|| required.passive(parameters.delta)),
+            negative_at_rest: required.negative_at_rest,
             largest_alpha,
             largest_beta,
             // δ = bT/m
@@ -150,6 +153,12 @@ impl PassivityArguments {
             if let (Some(b), Some(omega)) = (result.required_damping_n_s_per_m, result.worst_rad_s)
             {
                 writeln!(out, "required damping  {b:.6} N·s/m, at {omega:.3} rad/s")?;
+            }
+            if result.negative_at_rest {
+                writeln!(
+                    out,
+                    "at rest           a negative spring, alpha + beta P(1) < 0: no damping makes this wall passive"
+                )?;
             }
             match result.passive {
                 Some(true) => writeln!(

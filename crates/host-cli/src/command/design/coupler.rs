@@ -5,12 +5,16 @@ use crate::design::coupler::{CouplerCandidate, stiffest_coupler};
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
 use crate::output::Output;
+use fracdiff::Seconds;
+use haptic_analysis::{AnalysisError, LoopOperator};
 use serde::Serialize;
 
 /// Result of `--wish coupler`.
 #[derive(Serialize)]
 struct CouplerReport {
     wish: &'static str,
+    require: &'static str,
+    scheme: String,
     frequency_hz: f64,
     candidates: Vec<CouplerCandidate>,
     best: Option<CouplerCandidate>,
@@ -28,11 +32,20 @@ impl Arguments {
                 "frequency {frequency_hz} Hz is not above 0 Hz: give --frequency, as in 1Hz"
             )));
         }
+        if self.gain_margin.is_some() || self.device.delay_samples > 0 {
+            return Err(Failure::bad_input(
+                "a coupler is judged passive without delay: leave --gain-margin and --delay-samples away",
+            ));
+        }
         let (b, t) = (self.device.damping.0, self.device.sample_time.0);
         let candidates = self
             .orders()?
             .into_iter()
-            .map(|order| stiffest_coupler(order, b, t, frequency_hz).map_err(Failure::input))
+            .map(|order| {
+                let operator = LoopOperator::new(self.scheme, order, Seconds(t), 1e6)?;
+                stiffest_coupler(&operator, b, t, frequency_hz)
+            })
+            .map(|candidate: Result<_, AnalysisError>| candidate.map_err(Failure::input))
             .collect::<Result<Vec<_>, _>>()?;
         let felt = |c: &CouplerCandidate| c.felt_stiffness_n_per_m.unwrap_or(0.0);
         let best = candidates
@@ -42,6 +55,8 @@ impl Arguments {
             .cloned();
         let mut report = CouplerReport {
             wish: "coupler",
+            require: "passive",
+            scheme: self.scheme.to_string(),
             frequency_hz,
             candidates,
             best,
@@ -87,6 +102,10 @@ impl Arguments {
                 )?,
                 None => writeln!(out, "best: none")?,
             }
+            writeln!(
+                out,
+                "passive by Llewellyn's criterion; no experiment renders a coupler yet"
+            )?;
             report
                 .files
                 .iter()
