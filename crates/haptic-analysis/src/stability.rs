@@ -56,13 +56,19 @@ pub struct Verdict {
 /// |F|/(n₁ + n₀) at which a loop is on the boundary.
 pub(crate) const BOUNDARY: f64 = 1e-9;
 
+/// A stiffness or dissipation too small for its products to be normal numbers is none.
+fn flushed(value: f64) -> f64 {
+    const LEAST: f64 = 1e-200;
+    if value < LEAST { 0.0 } else { value }
+}
+
 impl<'a> SampledLoop<'a> {
     /// Longest delay, samples.
     pub const DELAY_MAX: usize = 10_000;
     /// Largest degree for which a verdict takes the trouble to find all poles.
     pub const EIGENVALUE_DEGREE: usize = 64;
 
-    /// Checks all parameters.
+    /// Checks all parameters. An α or β below 1e-200 counts as 0.
     ///
     /// # Errors
     /// α, β, δ or γ negative or not finite; δ or γ too large for a [`SampledPlant`]; α or β above
@@ -94,8 +100,8 @@ impl<'a> SampledLoop<'a> {
                 operator,
                 delay: checked_delay(delay)?,
             },
-            alpha,
-            beta,
+            alpha: flushed(alpha),
+            beta: flushed(beta),
         })
     }
 

@@ -142,3 +142,28 @@ proptest! {
         prop_assert!((subject.sensitivity(1.0) / direct - 1.0).abs() < 1e-10);
     }
 }
+
+#[test]
+fn a_wall_of_the_smallest_number_there_is_does_not_hang() {
+    let order = fracdiff::Order::new(0.9).expect("valid");
+    let operator = haptic_analysis::LoopOperator::new(
+        fracdiff::Scheme::Muir { degree: 3 },
+        order,
+        fracdiff::Seconds(1.0),
+        1e3,
+    )
+    .expect("valid");
+    let wall = haptic_analysis::Nondimensional {
+        alpha: 0.0,
+        beta: 5e-324,
+        delta: 0.1,
+        gamma: 1.0,
+    };
+    let sampled = haptic_analysis::SampledLoop::new(wall, &operator, 0).expect("valid");
+    // No wall at all: the device alone is stable, and no gain or delay takes it to the boundary.
+    let margins = sampled.margins().expect("stable");
+    assert!(
+        margins.gain_up.is_none() && margins.delay.is_none(),
+        "{margins:?}"
+    );
+}
