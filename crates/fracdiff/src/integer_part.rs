@@ -102,3 +102,47 @@ impl<C: FrequencyResponse> FrequencyResponse for WithIntegerPart<C> {
         self.core.response(theta) * integer_difference(theta, self.integer)
     }
 }
+
+/// Makes a newtype around a [`WithIntegerPart`] an operator: all calls go inside.
+macro_rules! operator_from_its_core {
+    ($operator:ident<$($size:ident),+>, $history:ident) => {
+        impl<F: $crate::Real, $(const $size: usize),+> $crate::Differintegrator<F>
+            for $operator<F, $($size),+>
+        {
+            type History = $history<F, $($size),+>;
+
+            fn at_rest(&self) -> Self::History {
+                self.0.at_rest()
+            }
+
+            #[inline]
+            fn direct_gain(&self) -> F {
+                self.0.direct_gain()
+            }
+
+            #[inline]
+            fn past(&self, history: &Self::History) -> F {
+                self.0.past(history)
+            }
+
+            #[inline]
+            fn advance(&self, history: &mut Self::History, x: F) {
+                self.0.advance(history, x);
+            }
+
+            fn memory_length(&self) -> Option<usize> {
+                self.0.memory_length()
+            }
+        }
+
+        impl<F: $crate::Real, $(const $size: usize),+> $crate::FrequencyResponse
+            for $operator<F, $($size),+>
+        {
+            fn response(&self, theta: f64) -> num_complex::Complex<f64> {
+                self.0.response(theta)
+            }
+        }
+    };
+}
+
+pub(crate) use operator_from_its_core;

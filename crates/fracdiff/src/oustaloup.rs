@@ -1,6 +1,6 @@
 //! Band-limited operator after Oustaloup, as a cascade of first-order sections.
 
-use crate::integer_part::{IntegerHistory, WithIntegerPart};
+use crate::integer_part::{IntegerHistory, WithIntegerPart, operator_from_its_core};
 use crate::real::approach;
 use crate::response::low_pass;
 use crate::{Differintegrator, FrequencyResponse, Order, ParameterError, Real, Seconds};
@@ -117,38 +117,7 @@ impl<F: Real, const N: usize> Oustaloup<F, N> {
     }
 }
 
-impl<F: Real, const N: usize> Differintegrator<F> for Oustaloup<F, N> {
-    type History = OustaloupHistory<F, N>;
-
-    fn at_rest(&self) -> Self::History {
-        self.0.at_rest()
-    }
-
-    #[inline]
-    fn direct_gain(&self) -> F {
-        self.0.direct_gain()
-    }
-
-    #[inline]
-    fn past(&self, history: &Self::History) -> F {
-        self.0.past(history)
-    }
-
-    #[inline]
-    fn advance(&self, history: &mut Self::History, x: F) {
-        self.0.advance(history, x);
-    }
-
-    fn memory_length(&self) -> Option<usize> {
-        self.0.memory_length()
-    }
-}
-
-impl<F: Real, const N: usize> FrequencyResponse for Oustaloup<F, N> {
-    fn response(&self, theta: f64) -> Complex<f64> {
-        self.0.response(theta)
-    }
-}
+operator_from_its_core!(Oustaloup<N>, OustaloupHistory);
 
 /// y = direct·x + slow·v,   v ← v + decay·(x − v): a section whose slow state keeps its increments
 /// in single precision.

@@ -1,6 +1,6 @@
 //! Recursive (infinite impulse response) operator from the Tustin rule and Muir polynomials.
 
-use crate::integer_part::{IntegerHistory, WithIntegerPart};
+use crate::integer_part::{IntegerHistory, WithIntegerPart, operator_from_its_core};
 use crate::muir::{check_degree, muir_split};
 use crate::response::polynomial;
 use crate::{Differintegrator, FrequencyResponse, Order, ParameterError, Real, Seconds};
@@ -66,38 +66,7 @@ impl<F: Real, const N: usize> TustinMuir<F, N> {
     }
 }
 
-impl<F: Real, const N: usize> Differintegrator<F> for TustinMuir<F, N> {
-    type History = TustinMuirHistory<F, N>;
-
-    fn at_rest(&self) -> Self::History {
-        self.0.at_rest()
-    }
-
-    #[inline]
-    fn direct_gain(&self) -> F {
-        self.0.direct_gain()
-    }
-
-    #[inline]
-    fn past(&self, history: &Self::History) -> F {
-        self.0.past(history)
-    }
-
-    #[inline]
-    fn advance(&self, history: &mut Self::History, x: F) {
-        self.0.advance(history, x);
-    }
-
-    fn memory_length(&self) -> Option<usize> {
-        self.0.memory_length()
-    }
-}
-
-impl<F: Real, const N: usize> FrequencyResponse for TustinMuir<F, N> {
-    fn response(&self, theta: f64) -> Complex<f64> {
-        self.0.response(theta)
-    }
-}
+operator_from_its_core!(TustinMuir<N>, TustinMuirHistory);
 
 /// A recursive filter in transposed direct form II: `s_i` ← s_{i+1} + `b_i·x` − `a_i·y`, S = s₁.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,7 +2,7 @@
 
 use super::design::Design;
 use crate::fir::sum_of_8;
-use crate::integer_part::{IntegerHistory, WithIntegerPart};
+use crate::integer_part::{IntegerHistory, WithIntegerPart, operator_from_its_core};
 use crate::real::approach;
 use crate::response::{delay, low_pass};
 use crate::{Differintegrator, FrequencyResponse, ParameterError, Real, Seconds};
@@ -101,42 +101,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize> FullMemory<F, TAPS, MODES> 
     }
 }
 
-impl<F: Real, const TAPS: usize, const MODES: usize> Differintegrator<F>
-    for FullMemory<F, TAPS, MODES>
-{
-    type History = FullMemoryHistory<F, TAPS, MODES>;
-
-    fn at_rest(&self) -> Self::History {
-        self.0.at_rest()
-    }
-
-    #[inline]
-    fn direct_gain(&self) -> F {
-        self.0.direct_gain()
-    }
-
-    #[inline]
-    fn past(&self, history: &Self::History) -> F {
-        self.0.past(history)
-    }
-
-    #[inline]
-    fn advance(&self, history: &mut Self::History, x: F) {
-        self.0.advance(history, x);
-    }
-
-    fn memory_length(&self) -> Option<usize> {
-        self.0.memory_length()
-    }
-}
-
-impl<F: Real, const TAPS: usize, const MODES: usize> FrequencyResponse
-    for FullMemory<F, TAPS, MODES>
-{
-    fn response(&self, theta: f64) -> Complex<f64> {
-        self.0.response(theta)
-    }
-}
+operator_from_its_core!(FullMemory<TAPS, MODES>, FullMemoryHistory);
 
 /// The core: D^φ, |φ| < 1.
 #[derive(Clone, Debug, PartialEq)]
