@@ -35,6 +35,19 @@ pub enum ParameterError {
     Horizon(f64),
 }
 
+/// Accepts a length, degree or number of sections of 1 to `most`.
+pub(crate) fn check_length(
+    what: &'static str,
+    length: usize,
+    most: usize,
+) -> Result<usize, ParameterError> {
+    if (1..=most).contains(&length) {
+        Ok(length)
+    } else {
+        Err(ParameterError::Length { what, length, most })
+    }
+}
+
 impl fmt::Display for ParameterError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {

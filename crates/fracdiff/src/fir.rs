@@ -9,7 +9,7 @@ const LANES: usize = 16;
 /// Σ taps\[i\]·samples\[i\], summed in lanes: lane l adds i = l, l + 16, … in order; then the lanes
 /// are added in pairs. Same bits on every target.
 #[inline]
-pub(crate) fn dot<F: Real>(taps: &[F], samples: &[F]) -> F {
+fn dot<F: Real>(taps: &[F], samples: &[F]) -> F {
     let (tap_blocks, tap_rest) = taps.as_chunks::<LANES>();
     let (sample_blocks, sample_rest) = samples.as_chunks::<LANES>();
     // Without this the shortest memories would pay for a call that does nothing.
@@ -51,19 +51,46 @@ pub(crate) fn sum_of_8<F: Real>(lanes: [F; 8]) -> F {
     (a + c) + (b + d)
 }
 
+/// The newest N samples of one signal, and what they contribute to the next output.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FirHistory<F, const N: usize> {
+    samples: [[F; N]; 2],
+    newest: usize,
+    pub(crate) past: F,
+}
+
+impl<F: Real, const N: usize> FirHistory<F, N> {
+    /// A signal that was zero for ever.
+    pub(crate) fn at_rest() -> Self {
+        Self {
+            samples: [[F::ZERO; N]; 2],
+            newest: 0,
+            past: F::ZERO,
+        }
+    }
+
+    /// Takes a sample in and sets S\[n\] from the taps of w¹, w², …; N of them at most.
+    #[inline]
+    pub(crate) fn advance(&mut self, taps: &[F], x: F) {
+        self.past = advance(self.samples.as_flattened_mut(), &mut self.newest, taps, x);
+    }
+}
+
+/// Takes a sample into a buffer that holds each twice, see [`push`], and convolves the newest with
+/// `taps`, which are at most half as long as the buffer.
+#[inline]
+pub(crate) fn advance<F: Real>(twice: &mut [F], newest: &mut usize, taps: &[F], x: F) -> F {
+    push(twice, newest, x);
+    dot(taps, &twice[*newest..*newest + taps.len()])
+}
+
 /// Where the newest of N samples goes in a buffer of 2N that holds each sample twice, N apart, so
 /// that the newest N always lie in one piece, newest first. No modulo, no wrap in the dot product,
 /// and a summation order that does not depend on the position in the ring.
 #[inline]
-pub(crate) fn push<F: Real>(twice: &mut [F], newest: &mut usize, x: F) {
+fn push<F: Real>(twice: &mut [F], newest: &mut usize, x: F) {
     let length = twice.len() / 2;
     *newest = if *newest == 0 { length } else { *newest } - 1;
     twice[*newest] = x;
     twice[*newest + length] = x;
-}
-
-/// The newest `count` samples, newest first.
-#[inline]
-pub(crate) fn window<F>(twice: &[F], newest: usize, count: usize) -> &[F] {
-    &twice[newest..newest + count]
 }

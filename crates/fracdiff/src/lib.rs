@@ -24,6 +24,7 @@ mod weights;
 
 pub use differintegrator::{Channel, Differintegrator};
 pub use error::ParameterError;
+pub use fir::FirHistory;
 pub use full_memory::{FullMemory, FullMemoryHistory};
 pub use integer_part::IntegerHistory;
 pub use muir::{MuirHistory, MuirPolynomial, muir_coefficients};

@@ -1,6 +1,7 @@
 //! The Muir polynomial `A_n(w`, μ), and the operator that uses it alone.
 
-use crate::fir::{dot, push, window};
+use crate::error::check_length;
+use crate::fir::FirHistory;
 use crate::response::polynomial;
 use crate::{Differintegrator, FrequencyResponse, Order, ParameterError, Real, Seconds};
 use num_complex::Complex;
@@ -33,19 +34,6 @@ pub fn muir_coefficients(order: Order, coefficients: &mut [f64]) {
     }
 }
 
-/// Refuses a degree outside 1 ≤ n ≤ the capacity.
-pub(crate) fn check_degree(degree: usize, most: usize) -> Result<(), ParameterError> {
-    if (1..=most).contains(&degree) {
-        Ok(())
-    } else {
-        Err(ParameterError::Length {
-            what: "polynomial degree",
-            length: degree,
-            most,
-        })
-    }
-}
-
 /// D^μ ≈ `T^(−μ)·A_n(w`, μ), n ≤ N: the numerator of the Tustin–Muir form alone, as chapter IV of the
 /// dissertation uses it.
 ///
@@ -70,13 +58,8 @@ pub struct MuirPolynomial<F, const N: usize> {
     taps: [F; N],
 }
 
-/// The newest samples of one signal, and what they contribute to the next output.
-#[derive(Clone, Debug, PartialEq)]
-pub struct MuirHistory<F, const N: usize> {
-    samples: [[F; N]; 2],
-    newest: usize,
-    past: F,
-}
+/// History of [`MuirPolynomial`].
+pub type MuirHistory<F, const N: usize> = FirHistory<F, N>;
 
 impl<F: Real, const N: usize> MuirPolynomial<F, N> {
     /// Degree n = N.
@@ -96,7 +79,7 @@ impl<F: Real, const N: usize> MuirPolynomial<F, N> {
         degree: usize,
         sample_time: Seconds,
     ) -> Result<Self, ParameterError> {
-        check_degree(degree, N)?;
+        check_length("polynomial degree", degree, N)?;
         let rate = sample_time.rate_to_the(order)?;
         let (direct, coefficients) = muir_split::<N>(order, degree);
         Ok(Self {
@@ -123,11 +106,7 @@ impl<F: Real, const N: usize> Differintegrator<F> for MuirPolynomial<F, N> {
     type History = MuirHistory<F, N>;
 
     fn at_rest(&self) -> Self::History {
-        MuirHistory {
-            samples: [[F::ZERO; N]; 2],
-            newest: 0,
-            past: F::ZERO,
-        }
+        FirHistory::at_rest()
     }
 
     #[inline]
@@ -142,10 +121,7 @@ impl<F: Real, const N: usize> Differintegrator<F> for MuirPolynomial<F, N> {
 
     #[inline]
     fn advance(&self, history: &mut Self::History, x: F) {
-        let samples = history.samples.as_flattened_mut();
-        push(samples, &mut history.newest, x);
-        let older = window(samples, history.newest, self.degree);
-        history.past = dot(&self.taps[..self.degree], older);
+        history.advance(&self.taps[..self.degree], x);
     }
 
     fn memory_length(&self) -> Option<usize> {

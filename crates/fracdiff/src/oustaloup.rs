@@ -1,5 +1,6 @@
 //! Band-limited operator after Oustaloup, as a cascade of first-order sections.
 
+use crate::error::check_length;
 use crate::integer_part::{IntegerHistory, WithIntegerPart, operator_from_its_core};
 use crate::real::approach;
 use crate::response::low_pass;
@@ -64,13 +65,7 @@ impl<F: Real, const N: usize> Oustaloup<F, N> {
         band: Band,
         sample_time: Seconds,
     ) -> Result<Self, ParameterError> {
-        if !(1..=N).contains(&sections) {
-            return Err(ParameterError::Length {
-                what: "number of sections",
-                length: sections,
-                most: N,
-            });
-        }
+        check_length("number of sections", sections, N)?;
         let rate = sample_time.rate_to_the(order)?;
         let Band { low_hz, high_hz } = band;
         let nyquist_hz = 0.5 / sample_time.0;

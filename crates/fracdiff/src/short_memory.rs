@@ -1,6 +1,6 @@
 //! Grünwald–Letnikov operator with a fixed memory of N samples (*short-memory principle*).
 
-use crate::fir::{dot, push, window};
+use crate::fir::FirHistory;
 use crate::response::polynomial;
 use crate::weights::{grunwald_closed_form, grunwald_weights};
 use crate::{Differintegrator, FrequencyResponse, Order, ParameterError, Real, Seconds};
@@ -39,13 +39,8 @@ pub struct ShortMemory<F, const N: usize> {
     taps: [F; N],
 }
 
-/// The N newest samples of one signal, and what they contribute to the next output.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ShortHistory<F, const N: usize> {
-    samples: [[F; N]; 2],
-    newest: usize,
-    past: F,
-}
+/// History of [`ShortMemory`].
+pub type ShortHistory<F, const N: usize> = FirHistory<F, N>;
 
 impl<F: Real, const N: usize> ShortMemory<F, N> {
     /// Computes the taps in `f64` and rounds each once. `N = 0` does not compile.
@@ -84,11 +79,7 @@ impl<F: Real, const N: usize> Differintegrator<F> for ShortMemory<F, N> {
     type History = ShortHistory<F, N>;
 
     fn at_rest(&self) -> Self::History {
-        ShortHistory {
-            samples: [[F::ZERO; N]; 2],
-            newest: 0,
-            past: F::ZERO,
-        }
+        FirHistory::at_rest()
     }
 
     #[inline]
@@ -103,10 +94,8 @@ impl<F: Real, const N: usize> Differintegrator<F> for ShortMemory<F, N> {
 
     #[inline]
     fn advance(&self, history: &mut Self::History, x: F) {
-        let samples = history.samples.as_flattened_mut();
-        push(samples, &mut history.newest, x);
         // S[n+1] = Σ_{j=1}^{N−1} c_j·x[n+1−j]
-        history.past = dot(&self.taps[1..], window(samples, history.newest, N - 1));
+        history.advance(&self.taps[1..], x);
     }
 
     fn memory_length(&self) -> Option<usize> {
@@ -152,13 +141,7 @@ impl<F: Real> ShortMemoryVec<F> {
     /// [`ParameterError::SampleTime`] unless 1e-9 s ≤ T ≤ 1e6 s, [`ParameterError::Length`] unless
     /// 1 ≤ length ≤ [`MOST`](Self::MOST).
     pub fn new(order: Order, length: usize, sample_time: Seconds) -> Result<Self, ParameterError> {
-        if !(1..=Self::MOST).contains(&length) {
-            return Err(ParameterError::Length {
-                what: "memory length",
-                length,
-                most: Self::MOST,
-            });
-        }
+        crate::error::check_length("memory length", length, Self::MOST)?;
         let rate = sample_time.rate_to_the(order)?;
         let taps = grunwald_weights(order)
             .take(length)
@@ -202,9 +185,8 @@ impl<F: Real> Differintegrator<F> for ShortMemoryVec<F> {
             history.past = F::from_f64(f64::NAN);
             return;
         }
-        push(&mut history.samples, &mut history.newest, x);
-        let older = window(&history.samples, history.newest, self.taps.len() - 1);
-        history.past = dot(&self.taps[1..], older);
+        let (samples, newest) = (&mut history.samples, &mut history.newest);
+        history.past = crate::fir::advance(samples, newest, &self.taps[1..], x);
     }
 
     fn memory_length(&self) -> Option<usize> {

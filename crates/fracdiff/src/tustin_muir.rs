@@ -1,7 +1,8 @@
 //! Recursive (infinite impulse response) operator from the Tustin rule and Muir polynomials.
 
+use crate::error::check_length;
 use crate::integer_part::{IntegerHistory, WithIntegerPart, operator_from_its_core};
-use crate::muir::{check_degree, muir_split};
+use crate::muir::muir_split;
 use crate::response::polynomial;
 use crate::{Differintegrator, FrequencyResponse, Order, ParameterError, Real, Seconds};
 use num_complex::Complex;
@@ -48,7 +49,7 @@ impl<F: Real, const N: usize> TustinMuir<F, N> {
         degree: usize,
         sample_time: Seconds,
     ) -> Result<Self, ParameterError> {
-        check_degree(degree, N)?;
+        check_length("polynomial degree", degree, N)?;
         let rate = sample_time.rate_to_the(order)?;
         let (integer, fraction) = order.split();
         // T^(−n)·(2/T)^φ = T^(−μ)·2^φ

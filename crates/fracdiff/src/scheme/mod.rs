@@ -12,6 +12,7 @@
 
 mod operator;
 
+use crate::error::check_length;
 use crate::full_memory::{Design, DesignError, Kernel};
 use crate::{
     Band, FullMemory, MuirPolynomial, Order, Oustaloup, ParameterError, Real, Seconds,
@@ -135,20 +136,20 @@ impl FromStr for Scheme {
         let parameters: std::vec::Vec<&str> = parts.collect();
         match (name, parameters.as_slice()) {
             ("grunwald", [length]) => Ok(Self::Grunwald {
-                length: checked(
+                length: check_length(
                     "memory length",
                     number(length)?,
                     ShortMemoryVec::<f64>::MOST,
                 )?,
             }),
             ("muir", [degree]) => Ok(Self::Muir {
-                degree: checked("polynomial degree", number(degree)?, DEGREE_MAX)?,
+                degree: check_length("polynomial degree", number(degree)?, DEGREE_MAX)?,
             }),
             ("tustin-muir", [degree]) => Ok(Self::TustinMuir {
-                degree: checked("polynomial degree", number(degree)?, DEGREE_MAX)?,
+                degree: check_length("polynomial degree", number(degree)?, DEGREE_MAX)?,
             }),
             ("oustaloup", [sections, low_hz, high_hz]) => Ok(Self::Oustaloup {
-                sections: checked("number of sections", number(sections)?, DEGREE_MAX)?,
+                sections: check_length("number of sections", number(sections)?, DEGREE_MAX)?,
                 band: Band {
                     low_hz: number(low_hz)?,
                     high_hz: number(high_hz)?,
@@ -165,14 +166,6 @@ impl FromStr for Scheme {
 fn number<T: FromStr>(text: &str) -> Result<T, SchemeError> {
     let parsed = text.trim().parse();
     parsed.map_err(|_| SchemeError::NotANumber(text.to_string()))
-}
-
-fn checked(what: &'static str, length: usize, most: usize) -> Result<usize, ParameterError> {
-    if (1..=most).contains(&length) {
-        Ok(length)
-    } else {
-        Err(ParameterError::Length { what, length, most })
-    }
 }
 
 fn full(kernel: Kernel, parameters: &[&str]) -> Result<Scheme, SchemeError> {
