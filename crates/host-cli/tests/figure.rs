@@ -4,9 +4,7 @@ mod picture;
 
 use std::fs;
 
-use host_cli::figure::{
-    Conditions, CreepFigure, FigureError, LogFigure, Picture, RelaxationFigure,
-};
+use host_cli::figure::{Conditions, FigureError, LogFigure, Picture, Quantity, TheoryFigure};
 use host_cli::record::{NewFileError, TickMessage};
 use picture::texts;
 use resvg::tiny_skia::Pixmap;
@@ -55,12 +53,13 @@ impl Relaxation {
     }
 
     fn draw_as(&self, title: &str, conditions: Conditions<'_>) -> Result<Picture, FigureError> {
-        RelaxationFigure {
+        TheoryFigure {
             title,
             conditions,
+            quantity: Quantity::Force,
             time_s: &self.time_s,
-            force_n: &self.force_n,
-            theory_n: &self.theory_n,
+            measured: &self.force_n,
+            theory: &self.theory_n,
             relative_error: &self.relative_error,
         }
         .draw()
@@ -97,11 +96,12 @@ fn the_relaxation_picture_says_what_is_on_its_axes_and_under_what_conditions() {
 #[test]
 fn the_creep_and_log_pictures_say_what_is_on_their_axes() {
     let data = Relaxation::new(5_000);
-    let creep = CreepFigure {
+    let creep = TheoryFigure {
         title: "Creep",
         conditions: CONDITIONS,
+        quantity: Quantity::Strain,
         time_s: &data.time_s,
-        strain: &data.force_n,
+        measured: &data.force_n,
         theory: &data.theory_n,
         relative_error: &data.relative_error,
     };

@@ -10,7 +10,7 @@ use super::rendering::Rendering;
 use super::report::Report;
 use super::run::{Record, Supervisor};
 use crate::failure::Failure;
-use crate::figure::{Conditions, CreepFigure, FigureError, Picture};
+use crate::figure::Quantity;
 use crate::folder::FolderRequest;
 use fracdiff::{Channel, Differintegrator as _, Operator, Scheme, Seconds};
 use haptic_loop::plant::RigDrive;
@@ -53,9 +53,9 @@ impl Creep {
             supervisor,
         )?;
         let outcome = self.judge(&ran.record)?;
-        outcome.publish(&self.rendering, &ran, |outcome| {
-            self.draw(&ran.record, outcome)
-        })
+        let title = format!("Creep of {}", self.rendering.material.description);
+        let remark = format!("{} Pa from t = 0", self.stress_pa);
+        outcome.publish(&self.rendering, &ran, &title, &remark)
     }
 
     /// The number of samples, if all parameters are good.
@@ -87,7 +87,7 @@ impl Creep {
             .full_history_force(&record.position_m)
             .map_err(Failure::Run)?;
         Ok(Outcome {
-            quantity: "strain",
+            quantity: Quantity::Strain,
             ideal_position_m: theory.iter().map(|&e| specimen.displacement(e).0).collect(),
             full_history_force_n: history,
             closed_form_error: largest_error(time, &strain, &theory, FROM_S),
@@ -124,27 +124,6 @@ impl Creep {
             strain
         });
         Ok(strains.collect())
-    }
-
-    /// The strain over theory, and the error below.
-    fn draw(&self, record: &Record, outcome: &Outcome) -> Result<Picture, FigureError> {
-        let Rendering {
-            material, scheme, ..
-        } = &self.rendering;
-        CreepFigure {
-            title: &format!("Creep of {}", material.description),
-            conditions: Conditions {
-                tissue: &material.name,
-                order: material.order,
-                scheme: &scheme.to_string(),
-                remark: &format!("{} Pa from t = 0", self.stress_pa),
-            },
-            time_s: &record.time_s,
-            strain: &outcome.measured,
-            theory: &outcome.theory,
-            relative_error: &outcome.error(),
-        }
-        .draw()
     }
 
     /// Everything needed to repeat the run.

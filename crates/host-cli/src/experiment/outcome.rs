@@ -5,7 +5,7 @@ use super::rendering::Rendering;
 use super::report::{Report, TickTimes, Warnings};
 use super::run::{Ended, Ran, Record};
 use crate::failure::Failure;
-use crate::figure::{FigureError, Picture};
+use crate::figure::{Conditions, Quantity, TheoryFigure};
 
 /// The comparison with the full history begins here, s after contact.
 const FROM_S: f64 = 0.01;
@@ -13,8 +13,8 @@ const FROM_S: f64 = 0.01;
 /// A run beside what theory says of it, sample by sample.
 #[derive(Debug)]
 pub struct Outcome {
-    /// What is compared: `force` or `strain`.
-    pub quantity: &'static str,
+    /// What is compared.
+    pub quantity: Quantity,
     /// Where the renderer would be with an ideal rig, m.
     pub ideal_position_m: Vec<f64>,
     /// Force by the full history of the position really recorded, N.
@@ -64,7 +64,8 @@ impl Outcome {
             .collect()
     }
 
-    /// Writes CSV and picture, and reports. A run that was cut short leaves its log alone.
+    /// Writes CSV and picture, and reports. A run that was cut short leaves its log alone. `title` and
+    /// `remark` are what the picture says of the experiment.
     ///
     /// # Errors
     /// A file that cannot be written.
@@ -72,7 +73,8 @@ impl Outcome {
         &self,
         rendering: &Rendering,
         ran: &Ran,
-        draw: impl FnOnce(&Self) -> Result<Picture, FigureError>,
+        title: &str,
+        remark: &str,
     ) -> Result<Report, Failure> {
         let Ran {
             record,
@@ -89,7 +91,12 @@ impl Outcome {
         let memory_s = rendering.memory_s();
 
         let mut warnings = Warnings::default();
-        warnings.operator(memory_s, duration_s, final_over_theory, self.quantity);
+        warnings.operator(
+            memory_s,
+            duration_s,
+            final_over_theory,
+            self.quantity.word(),
+        );
         warnings.limited(record.limited);
         warnings.late(record.missed_deadlines, force.len() as u64);
         warnings.dropped(record.dropped);
@@ -108,7 +115,21 @@ impl Outcome {
                 relative_error: error[n],
             });
             csv = Some(folder.write_table("csv", rows)?);
-            figure = Some(folder.save_picture(&draw(self)?)?);
+            let picture = TheoryFigure {
+                title,
+                conditions: Conditions {
+                    tissue: &rendering.material.name,
+                    order: rendering.material.order,
+                    scheme: &rendering.scheme.to_string(),
+                    remark,
+                },
+                quantity: self.quantity,
+                time_s: time,
+                measured: &self.measured,
+                theory: &self.theory,
+                relative_error: &error,
+            };
+            figure = Some(folder.save_picture(&picture.draw()?)?);
         } else {
             folder.remove_stale_results();
         }
@@ -132,7 +153,7 @@ impl Outcome {
             rig_error: self.rig_error,
             memory_s,
             final_over_theory,
-            final_strain: (self.quantity == "strain")
+            final_strain: (self.quantity == Quantity::Strain)
                 .then(|| self.measured.last().copied())
                 .flatten(),
             sample_time_s: rendering.sample_time_s,

@@ -10,7 +10,7 @@ use super::rendering::Rendering;
 use super::report::Report;
 use super::run::{Record, Supervisor};
 use crate::failure::Failure;
-use crate::figure::{Conditions, FigureError, Picture, RelaxationFigure};
+use crate::figure::Quantity;
 use crate::folder::FolderRequest;
 use fracdiff::Seconds;
 use haptic_loop::plant::{RampHold, RigDrive};
@@ -53,9 +53,17 @@ impl Relaxation {
             supervisor,
         )?;
         let outcome = self.judge(&ran.record, profile)?;
-        outcome.publish(&self.rendering, &ran, |outcome| {
-            self.draw(&ran.record, outcome)
-        })
+        let title = format!(
+            "Stress relaxation of {}",
+            self.rendering.material.description
+        );
+        let remark = format!(
+            "{} % strain in {} s, held until {} s",
+            percent(self.strain),
+            self.ramp_time_s,
+            self.duration_s
+        );
+        outcome.publish(&self.rendering, &ran, &title, &remark)
     }
 
     /// The number of samples, if all parameters are good.
@@ -105,7 +113,7 @@ impl Relaxation {
             .map_err(Failure::Run)?;
         let hold = self.ramp_time_s + AFTER_RAMP_S;
         Ok(Outcome {
-            quantity: "force",
+            quantity: Quantity::Force,
             closed_form_error: largest_error(time, &force, &theory, hold),
             discretisation_error: largest_error(time, &ideal, &theory, hold),
             rig_error: largest_error(time, &history, &ideal, hold),
@@ -114,32 +122,6 @@ impl Relaxation {
             measured: force,
             theory,
         })
-    }
-
-    /// The force over theory, and the error below.
-    fn draw(&self, record: &Record, outcome: &Outcome) -> Result<Picture, FigureError> {
-        let Rendering {
-            material, scheme, ..
-        } = &self.rendering;
-        RelaxationFigure {
-            title: &format!("Stress relaxation of {}", material.description),
-            conditions: Conditions {
-                tissue: &material.name,
-                order: material.order,
-                scheme: &scheme.to_string(),
-                remark: &format!(
-                    "{} % strain in {} s, held until {} s",
-                    percent(self.strain),
-                    self.ramp_time_s,
-                    self.duration_s
-                ),
-            },
-            time_s: &record.time_s,
-            force_n: &outcome.measured,
-            theory_n: &outcome.theory,
-            relative_error: &outcome.error(),
-        }
-        .draw()
     }
 
     /// Everything needed to repeat the run.

@@ -1,8 +1,8 @@
 //! Pictures of a run, fit to print: SVG to edit, PNG to look at.
 //!
 //! ```text
-//! RelaxationFigure, CreepFigure, LogFigure ─▶ panels (axes, thinned curves) ─▶ page ─▶ Picture ─▶ .svg .png
-//! ChartPage: charts of named series ───────┘
+//! TheoryFigure, LogFigure ─▶ panels (axes, thinned curves) ─▶ page ─▶ Picture ─▶ .svg .png
+//! ChartPage: charts of named series ─┘
 //! ```
 //!
 //! Every picture is drawn from slices, is thinned to what its pixels can show, and keeps the colours of Okabe and Ito, which people with any colour vision tell apart. The plot
@@ -13,13 +13,11 @@
 mod axis;
 mod chart;
 mod clip;
-mod creep;
 mod curve;
 mod error;
 mod log_plot;
 mod page;
 mod panel;
-mod relaxation;
 mod render;
 mod style;
 mod superscript;
@@ -28,9 +26,7 @@ mod thin;
 
 pub use axis::Scale;
 pub use chart::{AxisSpec, Chart, ChartPage, Look, Series};
-pub use creep::CreepFigure;
 pub use error::FigureError;
 pub use log_plot::LogFigure;
-pub use relaxation::RelaxationFigure;
 pub use render::{Picture, SavedPicture};
-pub use theory::Conditions;
+pub use theory::{Conditions, Quantity, TheoryFigure};

@@ -51,24 +51,63 @@ impl Conditions<'_> {
     }
 }
 
-/// The data of a comparison.
-pub(super) struct Comparison<'a> {
-    pub(super) title: &'a str,
-    pub(super) conditions: Conditions<'a>,
-    /// Word for the quantity, and its axis label with the unit.
-    pub(super) quantity: &'static str,
-    pub(super) label: &'static str,
-    pub(super) time_s: &'a [f64],
-    pub(super) measured: &'a [f64],
-    pub(super) theory: &'a [f64],
-    pub(super) relative_error: &'a [f64],
+/// What is measured and held against theory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// Force, N.
+    Force,
+    /// Strain, dimensionless.
+    Strain,
 }
 
-impl Comparison<'_> {
-    /// Draws the page.
-    pub(super) fn draw(&self) -> Result<Picture, FigureError> {
+impl Quantity {
+    /// The word for it.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Force => "force",
+            Self::Strain => "strain",
+        }
+    }
+
+    /// Its axis label, with the unit.
+    const fn label(self) -> &'static str {
+        match self {
+            Self::Force => "force / N",
+            Self::Strain => "strain",
+        }
+    }
+}
+
+/// A quantity against time over its theory, and the error below. The slices belong together sample by
+/// sample; what is not finite is left out, and so is what is not positive from the logarithmic panels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TheoryFigure<'a> {
+    /// One line above the picture.
+    pub title: &'a str,
+    /// Tissue, order, scheme.
+    pub conditions: Conditions<'a>,
+    /// What is compared.
+    pub quantity: Quantity,
+    /// Time since contact or since the force was applied, s: a logarithmic axis begins at the first
+    /// positive one.
+    pub time_s: &'a [f64],
+    /// The quantity as measured.
+    pub measured: &'a [f64],
+    /// The quantity by theory at the same times.
+    pub theory: &'a [f64],
+    /// Relative error of the quantity; the sign does not matter.
+    pub relative_error: &'a [f64],
+}
+
+impl TheoryFigure<'_> {
+    /// Draws the picture.
+    ///
+    /// # Errors
+    /// If there is no sample to draw, or the slices differ in length.
+    pub fn draw(&self) -> Result<Picture, FigureError> {
         let slices = [
-            (self.quantity, self.measured),
+            (self.quantity.word(), self.measured),
             ("theory", self.theory),
             ("relative error", self.relative_error),
         ];
@@ -97,8 +136,12 @@ impl Comparison<'_> {
                     height: TOP_ROW_HEIGHT,
                     columns: 2,
                     panels: vec![
-                        self.curves('a', self.quantity.to_owned(), Scale::Linear)?,
-                        self.curves('b', format!("{}, log–log", self.quantity), Scale::Log)?,
+                        self.curves('a', self.quantity.word().to_owned(), Scale::Linear)?,
+                        self.curves(
+                            'b',
+                            format!("{}, log–log", self.quantity.word()),
+                            Scale::Log,
+                        )?,
                     ],
                 },
                 Row {
@@ -119,7 +162,7 @@ impl Comparison<'_> {
         });
         if measured.is_empty() && scale == Scale::Linear {
             return Err(FigureError::Empty {
-                what: self.quantity,
+                what: self.quantity.word(),
                 samples: self.time_s.len(),
             });
         }
@@ -130,7 +173,7 @@ impl Comparison<'_> {
             name,
             caption,
             scale,
-            self.label,
+            self.quantity.label(),
             vec![curve(theory, THEORY), curve(measured, MEASURED)],
             floor,
             "no positive values",
