@@ -4,6 +4,7 @@ pub mod creep;
 pub mod file;
 pub mod judge;
 pub mod outcome;
+mod pushed;
 pub mod recorder;
 pub mod relaxation;
 pub mod rendering;

@@ -13,6 +13,7 @@ mod report;
 
 use super::judge::full_history;
 use super::outcome::reaction;
+use super::pushed::{GONE_M, VirtualWall, force_limit, pushed};
 use super::report::{TickTimes, Warnings};
 use super::run::{Ended, Pace, Ran, Record, SAMPLES, Schedule, Supervisor, run_logged};
 use super::sensed::{Sensed, Sensors};
@@ -21,10 +22,8 @@ use crate::figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scal
 use crate::folder::FolderRequest;
 use fracdiff::full_memory::Kernel;
 use fracdiff::{FrequencyResponse as _, Operator, Order, Scheme};
+use haptic_loop::Controller;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
-use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
-use haptic_loop::{Contact, Controller, Environment, SafetyChain, SpringDamper};
-use nalgebra::SVector;
 pub use report::WallReport;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -82,16 +81,14 @@ struct Row {
     reaction_force_n: f64,
 }
 
-/// The wall, the device behind its sensors, the safety chain: made of good parameters.
+/// The wall behind the safety chain and the device behind its sensors: made of good parameters.
 struct Parts {
-    wall: SpringDamper<f64, Operator<f64>>,
+    controller: Controller<f64, 1, VirtualWall>,
     device: Sensed<MassDamper<1>>,
-    chain: SafetyChain<f64>,
     samples: u64,
+    /// See [`Settling::expected_deflection_m`].
+    rest_m: Option<f64>,
 }
-
-/// A device this far away has left, m: it will not come to rest.
-const GONE_M: f64 = 1.0;
 
 impl Wall {
     /// Runs the experiment; log, CSV and picture go into the folder.
@@ -103,28 +100,21 @@ impl Wall {
         request: &FolderRequest,
         supervisor: Supervisor<'_>,
     ) -> Result<WallReport, Failure> {
-        let parts = self.parts()?;
-        let ran = if self.one_sided {
-            let wall = Contact::at(Metres(0.0), parts.wall).map_err(Failure::input)?;
-            let mut controller = Controller::new(wall, parts.chain);
-            self.run_with(
-                &mut controller,
-                parts.device,
-                parts.samples,
-                request,
-                supervisor,
-            )?
-        } else {
-            let mut controller = Controller::new(parts.wall, parts.chain);
-            self.run_with(
-                &mut controller,
-                parts.device,
-                parts.samples,
-                request,
-                supervisor,
-            )?
+        let mut parts = self.parts()?;
+        let schedule = Schedule {
+            samples: parts.samples,
+            sample_time_s: self.device.sample_time.0,
+            pace: self.pace,
         };
-        self.publish(&ran)
+        let ran = run_logged(
+            &mut parts.controller,
+            &mut parts.device,
+            schedule,
+            request,
+            self.metadata(),
+            supervisor,
+        )?;
+        self.publish(&ran, parts.rest_m)
     }
 
     /// The same without log or files: does it settle?
@@ -132,15 +122,23 @@ impl Wall {
     /// # Errors
     /// Bad parameters.
     pub fn try_out(&self) -> Result<Settling, Failure> {
-        let parts = self.parts()?;
-        if self.one_sided {
-            let wall = Contact::at(Metres(0.0), parts.wall).map_err(Failure::input)?;
-            let controller = Controller::new(wall, parts.chain);
-            Ok(self.positions(controller, parts.device, parts.samples))
-        } else {
-            let controller = Controller::new(parts.wall, parts.chain);
-            Ok(self.positions(controller, parts.device, parts.samples))
+        let Parts {
+            mut controller,
+            mut device,
+            samples,
+            rest_m,
+        } = self.parts()?;
+        let mut positions = Vec::new();
+        for _ in 0..samples {
+            match controller.tick(&mut device) {
+                Ok(sample) => positions.push(sample.reading.position_m[0]),
+                Err(never) => match never {},
+            }
+            if controller.safety().fault().is_some() {
+                return Ok(self.settling(None, rest_m));
+            }
         }
+        Ok(self.settling(Some(&positions), rest_m))
     }
 
     /// The number of samples, if all parameters are good.
@@ -159,9 +157,7 @@ impl Wall {
                 self.order
             )));
         }
-        let mut device = MassDamper::new(self.device).map_err(Failure::input)?;
-        device.set_external_force(SVector::from([self.push_n]));
-        let device = Sensed::new(device, self.sensors)?;
+        let device = Sensed::new(pushed(self.device, self.push_n)?, self.sensors)?;
         let samples = (self.duration_s / t.0).round() + 1.0;
         if !SAMPLES.contains(&samples) {
             return Err(Failure::bad_input(format_args!(
@@ -190,68 +186,25 @@ impl Wall {
             .scheme
             .build(self.order, t, 1.05 * samples)
             .map_err(Failure::input)?;
-        let wall = SpringDamper::new(
+        let rest_m = self.expected_deflection(&operator)?;
+        let wall = VirtualWall::new(
             self.stiffness_n_per_m,
             self.dissipation_n_s_mu_per_m,
             operator,
+            self.one_sided,
         )
         .map_err(Failure::input)?;
-        // The rate is not what is tried here: the limit may be crossed within one sample.
-        let rate = NewtonsPerSecond(2.0 * self.force_limit_n / t.0);
-        let limit = Newtons(self.force_limit_n);
-        let chain = SafetyChain::new(limit, rate, t).map_err(Failure::input)?;
+        let chain = force_limit(self.force_limit_n, t)?;
         Ok(Parts {
-            wall,
+            controller: Controller::new(wall, chain),
             device,
-            chain,
             samples: samples as u64,
+            rest_m,
         })
     }
 
-    fn run_with<E: Environment<f64, 1>>(
-        &self,
-        controller: &mut Controller<f64, 1, E>,
-        mut device: Sensed<MassDamper<1>>,
-        samples: u64,
-        request: &FolderRequest,
-        supervisor: Supervisor<'_>,
-    ) -> Result<Ran, Failure> {
-        let schedule = Schedule {
-            samples,
-            sample_time_s: self.device.sample_time.0,
-            pace: self.pace,
-        };
-        run_logged(
-            controller,
-            &mut device,
-            schedule,
-            request,
-            self.metadata(),
-            supervisor,
-        )
-    }
-
-    fn positions<E: Environment<f64, 1>>(
-        &self,
-        mut controller: Controller<f64, 1, E>,
-        mut device: Sensed<MassDamper<1>>,
-        samples: u64,
-    ) -> Settling {
-        let mut positions = Vec::new();
-        for _ in 0..samples {
-            match controller.tick(&mut device) {
-                Ok(sample) => positions.push(sample.reading.position_m[0]),
-                Err(never) => match never {},
-            }
-            if controller.safety().fault().is_some() {
-                return self.settling(None);
-            }
-        }
-        self.settling(Some(&positions))
-    }
-
     /// Judges the positions of a whole run; `None` for one that did not reach its end.
-    fn settling(&self, position_m: Option<&[f64]>) -> Settling {
+    fn settling(&self, position_m: Option<&[f64]>, rest_m: Option<f64>) -> Settling {
         let window = (self.window_s / self.device.sample_time.0).round() as usize;
         let judged = position_m.map(|x| &x[x.len().saturating_sub(window)..]);
         let here = judged.filter(|x| !x.is_empty() && x.iter().all(|x| x.abs() <= GONE_M));
@@ -265,21 +218,22 @@ impl Wall {
             stable: moments.is_some_and(|(_, deviation)| deviation <= self.threshold_m),
             position_std_m: moments.map(|(_, deviation)| deviation),
             deflection_m: moments.map(|(mean, _)| mean),
-            expected_deflection_m: self.expected_deflection(),
+            expected_deflection_m: rest_m,
         }
     }
 
     /// push/(K + k + B·T^(−μ)·P(1)), m: P(1), the gain of the operator at rest, is 1 for the identity, 0
     /// for a good derivative, and something else for one that forgets.
-    fn expected_deflection(&self) -> Option<f64> {
-        let t = self.device.sample_time;
-        let horizon = 1.05 * self.duration_s / t.0;
-        let operator: Operator<f64> = self.scheme.build(self.order, t, horizon).ok()?;
-        let at_rest = operator.response(0.0).re * t.rate_to_the(self.order).ok()?;
+    ///
+    /// # Errors
+    /// A sample time outside its range.
+    fn expected_deflection(&self, operator: &Operator<f64>) -> Result<Option<f64>, Failure> {
+        let rate = self.device.sample_time.rate_to_the(self.order);
+        let at_rest = operator.response(0.0).re * rate.map_err(Failure::input)?;
         let spring = self.stiffness_n_per_m
             + self.device.stiffness.0
             + self.dissipation_n_s_mu_per_m * at_rest;
-        Some(self.push_n / spring).filter(|x| x.is_finite() && spring > 0.0)
+        Ok(Some(self.push_n / spring).filter(|x| x.is_finite() && spring > 0.0))
     }
 
     /// Commanded force against −(K·x + B·D^μ x) by the full history of x, as a share of the largest.
@@ -306,7 +260,7 @@ impl Wall {
         Ok(Some(off / largest(&record.force_n)).filter(|error| error.is_finite()))
     }
 
-    fn publish(&self, ran: &Ran) -> Result<WallReport, Failure> {
+    fn publish(&self, ran: &Ran, rest_m: Option<f64>) -> Result<WallReport, Failure> {
         let Ran {
             record,
             log,
@@ -315,7 +269,7 @@ impl Wall {
         let time = &record.time_s;
         let force = reaction(record);
         let whole = record.ended.is_none();
-        let settling = self.settling(whole.then_some(record.position_m.as_slice()));
+        let settling = self.settling(whole.then_some(record.position_m.as_slice()), rest_m);
         let mut warnings = Warnings::default();
         if whole && settling.stable {
             warnings.limited(record.limited);

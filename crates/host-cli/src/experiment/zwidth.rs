@@ -13,13 +13,12 @@
 //!
 //! Source: O. Tokatlı, *Fractional Order Control in Haptics*, section 4.4, figure 4.3.
 
+use super::pushed::{GONE_M, VirtualWall, force_limit, pushed};
 use super::sensed::{Sensed, Sensors};
 use crate::failure::Failure;
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
-use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
-use haptic_loop::{Contact, Controller, Environment, SafetyChain, SpringDamper};
-use nalgebra::SVector;
+use haptic_loop::{Controller, SafetyChain};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -97,8 +96,6 @@ pub struct BoundaryPoint {
 
 /// Bisections after the coarse search: 2e-4 of the value found, or better.
 const BISECTIONS: u32 = 12;
-/// A device this far away has left, m: the run is cut short.
-const GONE_M: f64 = 1.0;
 
 impl ZWidth {
     /// Runs the experiment; `progress` hears of each cell that is done.
@@ -279,12 +276,8 @@ impl<'a> Wall<'a> {
             .scheme
             .build(order, t, 1.05 * samples)
             .map_err(Failure::input)?;
-        let mut device = MassDamper::new(config).map_err(Failure::input)?;
-        device.set_external_force(SVector::from([experiment.push_n]));
-        let limit = Newtons(experiment.force_limit_n);
-        // The rate is not what is tried here: the limit may be crossed within one sample.
-        let rate = NewtonsPerSecond(2.0 * experiment.force_limit_n / t.0);
-        let chain = SafetyChain::new(limit, rate, t).map_err(Failure::input)?;
+        let device = pushed(config, experiment.push_n)?;
+        let chain = force_limit(experiment.force_limit_n, t)?;
         // Sensors that cannot be made are refused before the first run.
         Sensed::new(device.clone(), experiment.sensors)?;
         let stiffness_unit = config.mass.0 / (t.0 * t.0);
@@ -342,25 +335,18 @@ impl<'a> Wall<'a> {
         } = self.point(alpha, beta);
         let seed = self.seed.wrapping_add(cell);
         let device = Sensed::new(self.device.clone(), Sensors { seed, ..sensors });
-        let wall = SpringDamper::new(stiffness, dissipation, self.operator.clone());
+        let one_sided = self.experiment.one_sided;
+        let wall = VirtualWall::new(stiffness, dissipation, self.operator.clone(), one_sided);
         let (Ok(wall), Ok(device)) = (wall, device) else {
             return false;
         };
-        let deviation = if self.experiment.one_sided {
-            Contact::at(Metres(0.0), wall).map_or(None, |wall| self.deviation(wall, device))
-        } else {
-            self.deviation(wall, device)
-        };
-        deviation.is_some_and(|deviation| deviation <= self.experiment.threshold_m)
+        self.deviation(wall, device)
+            .is_some_and(|deviation| deviation <= self.experiment.threshold_m)
     }
 
     /// Standard deviation of the position over the window, m; `None` if the device has left or the
     /// force was not finite.
-    fn deviation<E: Environment<f64, 1>>(
-        &self,
-        wall: E,
-        mut device: Sensed<MassDamper<1>>,
-    ) -> Option<f64> {
+    fn deviation(&self, wall: VirtualWall, mut device: Sensed<MassDamper<1>>) -> Option<f64> {
         let ZWidth {
             duration_s,
             window_s,
