@@ -8,7 +8,7 @@
 
 use crate::device::{Device, Reading};
 use crate::environment::Environment;
-use crate::safety::{Limiters, SafeForce, SafetyChain, SafetyState};
+use crate::safety::{Fault, Limiters, SafeForce, SafetyChain, SafetyState};
 use fracdiff::Real;
 use nalgebra::SVector;
 
@@ -74,6 +74,11 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
     /// The safety chain's state: its fault, if any.
     pub const fn safety(&self) -> &SafetyState<F, D> {
         &self.safety
+    }
+
+    /// Latches a fault that something else has found: the force falls to zero at the rate limit.
+    pub fn trip(&mut self, fault: Fault) {
+        self.safety.trip(fault);
     }
 
     /// From the next tick on the force falls to zero at the rate limit.

@@ -183,3 +183,16 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn the_first_fault_stays_and_every_code_is_its_own() {
+    for (index, fault) in Fault::ALL.into_iter().enumerate() {
+        assert_eq!(usize::from(fault.code()), index + 1);
+        assert_eq!(Fault::from_code(fault.code()), Some(fault));
+    }
+    assert_eq!(Fault::from_code(0), None);
+    let mut state = SafetyState::<f64, 1>::default();
+    state.trip(Fault::HostSilent);
+    state.trip(Fault::EmergencyStop);
+    assert_eq!(state.fault(), Some(Fault::HostSilent));
+}
