@@ -14,6 +14,7 @@ mod integer_part;
 mod muir;
 mod order;
 mod oustaloup;
+pub mod portable;
 mod real;
 mod response;
 #[cfg(feature = "std")]
@@ -30,6 +31,7 @@ pub use integer_part::IntegerHistory;
 pub use muir::{MuirHistory, MuirPolynomial, muir_coefficients};
 pub use order::{Order, Seconds};
 pub use oustaloup::{Band, CascadeHistory, Oustaloup, OustaloupHistory};
+pub use portable::PortableOperator;
 pub use real::Real;
 pub use response::{ExactDifference, FrequencyResponse};
 #[cfg(feature = "std")]

@@ -102,6 +102,17 @@ pub(crate) fn muir_split<const N: usize>(order: Order, degree: usize) -> (f64, [
     (flat[0], taps)
 }
 
+#[cfg(feature = "std")]
+impl<F: Real, const N: usize> MuirPolynomial<F, N> {
+    /// The values of [`Form::Taps`](crate::portable::Form::Taps).
+    pub(crate) fn list(&self) -> std::vec::Vec<F> {
+        let taps = &self.taps[..self.degree];
+        core::iter::once(self.direct)
+            .chain(taps.iter().copied())
+            .collect()
+    }
+}
+
 impl<F: Real, const N: usize> Differintegrator<F> for MuirPolynomial<F, N> {
     type History = MuirHistory<F, N>;
 

@@ -2,6 +2,7 @@
 
 use crate::error::check_length;
 use crate::integer_part::{IntegerHistory, WithIntegerPart, operator_from_its_core};
+use crate::portable::{ListError, check_decay};
 use crate::real::approach;
 use crate::response::low_pass;
 use crate::{Differintegrator, FrequencyResponse, Order, ParameterError, Real, Seconds};
@@ -125,13 +126,55 @@ struct Section<F> {
 
 /// Sections in series, then a gain.
 #[derive(Clone, Debug, PartialEq)]
-struct Cascade<F, const N: usize> {
+pub(crate) struct Cascade<F, const N: usize> {
     rate: f64,
     used: usize,
     gain: F,
     /// From input to output within a tick: the gain times all direct parts.
     direct: F,
     sections: [Section<F>; N],
+}
+
+impl<F: Real, const N: usize> Cascade<F, N> {
+    /// From gain and g, then direct, decay and slow of each section, all finite. The response is not to be
+    /// asked for: the rate is not in the list.
+    pub(crate) fn from_list(values: &[F]) -> Result<Self, ListError> {
+        let (count, most) = (values.len(), 2 + 3 * N);
+        let wrong = ListError::Count { count, most };
+        let (&[gain, direct], rest) = values.split_first_chunk().ok_or(wrong)?;
+        let (triples, rest) = rest.as_chunks::<3>();
+        if !rest.is_empty() || !(1..=N).contains(&triples.len()) {
+            return Err(wrong);
+        }
+        let mut sections = [Section::default(); N];
+        for (i, &[direct, decay, slow]) in triples.iter().enumerate() {
+            let decay = check_decay(decay, 3 + 3 * i)?;
+            sections[i] = Section {
+                direct,
+                decay,
+                slow,
+            };
+        }
+        Ok(Self {
+            rate: 1.0,
+            used: triples.len(),
+            gain,
+            direct,
+            sections,
+        })
+    }
+}
+
+#[cfg(feature = "std")]
+impl<F: Real, const N: usize> Oustaloup<F, N> {
+    /// Integer part, and the values of [`Form::Sections`](crate::portable::Form::Sections).
+    pub(crate) fn list(&self) -> (i32, std::vec::Vec<F>) {
+        let core = &self.0.core;
+        let sections = core.sections.iter().take(core.used);
+        let rest = sections.flat_map(|s| [s.direct, s.decay, s.slow]);
+        let values = [core.gain, core.direct].into_iter().chain(rest).collect();
+        (self.0.integer, values)
+    }
 }
 
 /// One slow state a section, with its compensation word, and S\[n\].

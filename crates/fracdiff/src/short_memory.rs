@@ -150,6 +150,12 @@ impl<F: Real> ShortMemoryVec<F> {
         Ok(Self { order, rate, taps })
     }
 
+    /// The values of [`Form::Taps`](crate::portable::Form::Taps).
+    #[cfg(feature = "std")]
+    pub(crate) fn list(&self) -> alloc::vec::Vec<F> {
+        self.taps.clone()
+    }
+
     /// As [`ShortMemory::truncation_bound`].
     #[must_use]
     pub fn truncation_bound(&self) -> Option<f64> {

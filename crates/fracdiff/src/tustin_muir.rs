@@ -3,6 +3,7 @@
 use crate::error::check_length;
 use crate::integer_part::{IntegerHistory, WithIntegerPart, operator_from_its_core};
 use crate::muir::muir_split;
+use crate::portable::ListError;
 use crate::response::polynomial;
 use crate::{Differintegrator, FrequencyResponse, Order, ParameterError, Real, Seconds};
 use num_complex::Complex;
@@ -71,12 +72,50 @@ operator_from_its_core!(TustinMuir<N>, TustinMuirHistory);
 
 /// A recursive filter in transposed direct form II: `s_i` ← s_{i+1} + `b_i·x` − `a_i·y`, S = s₁.
 #[derive(Clone, Debug, PartialEq)]
-struct Recursion<F, const N: usize> {
+pub(crate) struct Recursion<F, const N: usize> {
     rate: f64,
     degree: usize,
     direct: F,
     forward: [F; N],
     backward: [F; N],
+}
+
+impl<F: Real, const N: usize> Recursion<F, N> {
+    /// From g, then b and a of each degree, all finite. The response is not to be asked for: the rate is
+    /// not in the list.
+    pub(crate) fn from_list(values: &[F]) -> Result<Self, ListError> {
+        let (count, most) = (values.len(), 1 + 2 * N);
+        let wrong = ListError::Count { count, most };
+        let (&direct, rest) = values.split_first().ok_or(wrong)?;
+        let (pairs, rest) = rest.as_chunks::<2>();
+        if !rest.is_empty() || !(1..=N).contains(&pairs.len()) {
+            return Err(wrong);
+        }
+        let mut recursion = Self {
+            rate: 1.0,
+            degree: pairs.len(),
+            direct,
+            forward: [F::ZERO; N],
+            backward: [F::ZERO; N],
+        };
+        for (i, &[b, a]) in pairs.iter().enumerate() {
+            recursion.forward[i] = b;
+            recursion.backward[i] = a;
+        }
+        Ok(recursion)
+    }
+}
+
+#[cfg(feature = "std")]
+impl<F: Real, const N: usize> TustinMuir<F, N> {
+    /// Integer part, and the values of [`Form::Recursion`](crate::portable::Form::Recursion).
+    pub(crate) fn list(&self) -> (i32, std::vec::Vec<F>) {
+        let core = &self.0.core;
+        let pairs = core.forward.iter().zip(&core.backward).take(core.degree);
+        let rest = pairs.flat_map(|(&b, &a)| [b, a]);
+        let values = core::iter::once(core.direct).chain(rest).collect();
+        (self.0.integer, values)
+    }
 }
 
 impl<F: Real, const N: usize> Differintegrator<F> for Recursion<F, N> {

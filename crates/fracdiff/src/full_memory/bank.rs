@@ -3,6 +3,7 @@
 use super::design::Design;
 use crate::fir::sum_of_8;
 use crate::integer_part::{IntegerHistory, WithIntegerPart, operator_from_its_core};
+use crate::portable::{ListError, check_decay};
 use crate::real::approach;
 use crate::response::{delay, low_pass};
 use crate::{Differintegrator, FrequencyResponse, ParameterError, Real, Seconds};
@@ -76,19 +77,16 @@ impl<F: Real, const TAPS: usize, const MODES: usize> FullMemory<F, TAPS, MODES> 
             corrections: [F::ZERO; TAPS],
             decays: [F::ZERO; MODES],
             weights: [F::ZERO; MODES],
-            fast_blocks: blocks,
+            fast_blocks: 0,
             blocks,
         };
-        // Fast modes come first, so compensation is a property of whole blocks.
         for (q, mode) in modes.iter().enumerate() {
             let decay = -libm::expm1(-mode.rate);
             bank.decays[q] = F::from_f64(decay);
             bank.weights[q] =
                 F::from_f64(core.sign() * rate * mode.weight / libm::expm1(mode.rate));
-            if decay < FAST {
-                bank.fast_blocks = bank.fast_blocks.min(q / LANES);
-            }
         }
+        bank.fast_blocks = fast_blocks(&bank.decays[..modes.len()]);
         for (index, correction) in bank.corrections.iter_mut().enumerate().take(TAPS - 1) {
             let lag = (index + 1) as f64;
             let covered = core.sign() * design.mode_sum(lag);
@@ -105,7 +103,7 @@ operator_from_its_core!(FullMemory<TAPS, MODES>, FullMemoryHistory);
 
 /// The core: D^φ, |φ| < 1.
 #[derive(Clone, Debug, PartialEq)]
-struct Bank<F, const TAPS: usize, const MODES: usize> {
+pub(crate) struct Bank<F, const TAPS: usize, const MODES: usize> {
     rate: f64,
     direct: F,
     /// Of lags 1 to TAPS − 1; the last is zero.
@@ -115,6 +113,66 @@ struct Bank<F, const TAPS: usize, const MODES: usize> {
     /// Blocks of fast modes, which need no compensation, come before the others.
     fast_blocks: usize,
     blocks: usize,
+}
+
+/// Taps of a bank that is given as a list of values.
+pub(crate) const PORTABLE_TAPS: usize = 16;
+
+/// Whole blocks without a slow mode. Fast modes come first, so compensation is a property of blocks.
+fn fast_blocks<F: Real>(decays: &[F]) -> usize {
+    let slow = decays.iter().position(|decay| decay.to_f64() < FAST);
+    slow.map_or(decays.len().div_ceil(LANES), |first| first / LANES)
+}
+
+impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
+    /// From g, `k_1`, …, `k_{TAPS−1}`, then d and W of each mode, all finite. The response is not to be
+    /// asked for: the rate is not in the list.
+    pub(crate) fn from_list(values: &[F]) -> Result<Self, ListError> {
+        let (count, most) = (values.len(), TAPS + 2 * MODES);
+        let wrong = ListError::Count { count, most };
+        let (recent, modes) = values.split_at_checked(TAPS).ok_or(wrong)?;
+        let (pairs, rest) = modes.as_chunks::<2>();
+        if !rest.is_empty() || pairs.len() > MODES {
+            return Err(wrong);
+        }
+        let mut bank = Self {
+            rate: 1.0,
+            direct: recent[0],
+            corrections: [F::ZERO; TAPS],
+            decays: [F::ZERO; MODES],
+            weights: [F::ZERO; MODES],
+            fast_blocks: 0,
+            blocks: pairs.len().div_ceil(LANES),
+        };
+        bank.corrections[..TAPS - 1].copy_from_slice(&recent[1..]);
+        for (q, &[decay, weight]) in pairs.iter().enumerate() {
+            bank.decays[q] = check_decay(decay, TAPS + 2 * q)?;
+            bank.weights[q] = weight;
+        }
+        bank.fast_blocks = fast_blocks(&bank.decays[..pairs.len()]);
+        Ok(bank)
+    }
+
+    /// The values that [`from_list`](Self::from_list) takes, appended.
+    #[cfg(feature = "std")]
+    fn list(&self, values: &mut std::vec::Vec<F>) {
+        values.push(self.direct);
+        values.extend_from_slice(&self.corrections[..TAPS - 1]);
+        let modes = self.decays.iter().zip(&self.weights);
+        for (&decay, &weight) in modes.filter(|(decay, _)| **decay > F::ZERO) {
+            values.extend([decay, weight]);
+        }
+    }
+}
+
+#[cfg(feature = "std")]
+impl<F: Real, const MODES: usize> FullMemory<F, PORTABLE_TAPS, MODES> {
+    /// Integer part, and the values of [`Form::Modes`](crate::portable::Form::Modes).
+    pub(crate) fn list(&self) -> (i32, std::vec::Vec<F>) {
+        let mut values = std::vec::Vec::new();
+        self.0.core.list(&mut values);
+        (self.0.integer, values)
+    }
 }
 
 /// What one signal leaves behind: due contributions of recent samples, and the modes.

@@ -18,6 +18,7 @@ mod kernel;
 #[cfg(feature = "std")]
 mod prune;
 
+pub(crate) use bank::{Bank, PORTABLE_TAPS};
 pub use bank::{BankHistory, FullMemory, FullMemoryHistory};
 pub use design::{Design, DesignError};
 pub use kernel::Kernel;

@@ -20,7 +20,7 @@ use crate::{
 };
 use core::fmt;
 use core::str::FromStr;
-pub use operator::{Operator, OperatorHistory};
+pub use operator::{Operator, OperatorHistory, OperatorList};
 use std::boxed::Box;
 use std::string::{String, ToString};
 

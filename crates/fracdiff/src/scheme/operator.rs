@@ -1,6 +1,7 @@
 //! The operator a [`Scheme`](super::Scheme) makes.
 
 use super::{DEGREE_MAX, FULL_MODES, FULL_TAPS};
+use crate::portable::Form;
 use crate::{
     Differintegrator, FrequencyResponse, FullMemory, FullMemoryHistory, MuirHistory,
     MuirPolynomial, Oustaloup, OustaloupHistory, Real, ShortHistoryVec, ShortMemoryVec, TustinMuir,
@@ -8,6 +9,7 @@ use crate::{
 };
 use num_complex::Complex;
 use std::boxed::Box;
+use std::vec::Vec;
 
 /// Any operator, chosen at run time; on the heap.
 ///
@@ -69,6 +71,37 @@ macro_rules! each_with_history {
             _ => $otherwise,
         }
     };
+}
+
+/// An operator as numbers, see [`portable`](crate::portable).
+#[derive(Clone, Debug, PartialEq)]
+pub struct OperatorList<F> {
+    /// What the values are.
+    pub form: Form,
+    /// Differences (> 0) or sums (< 0) around them.
+    pub integer: i8,
+    /// The values.
+    pub values: Vec<F>,
+}
+
+impl<F: Real> Operator<F> {
+    /// The operator as numbers, for [`PortableOperator`](crate::PortableOperator).
+    #[must_use]
+    pub fn list(&self) -> OperatorList<F> {
+        let (form, (integer, values)) = match self {
+            Self::ShortMemory(o) => (Form::Taps, (0, o.list())),
+            Self::MuirPolynomial(o) => (Form::Taps, (0, o.list())),
+            Self::TustinMuir(o) => (Form::Recursion, o.list()),
+            Self::Oustaloup(o) => (Form::Sections, o.list()),
+            Self::FullMemory(o) => (Form::Modes, o.list()),
+        };
+        OperatorList {
+            form,
+            // −2 to 2, as orders are.
+            integer: integer as i8,
+            values,
+        }
+    }
 }
 
 impl<F: Real> Differintegrator<F> for Operator<F> {

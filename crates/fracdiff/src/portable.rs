@@ -1,0 +1,243 @@
+//! An operator as a list of numbers: designed where there is room, run where there is not.
+//!
+//! ```text
+//! form        values                                        made by
+//! Taps        g, k₁, …, k_{n−1}                             ShortMemory, MuirPolynomial
+//! Modes       g, k₁, …, k₁₅, d₁, W₁, d₂, W₂, …              FullMemory of 16 taps, fastest mode first
+//! Recursion   g, b₁, a₁, b₂, a₂, …                          TustinMuir
+//! Sections    gain, g, then direct, decay, slow of each     Oustaloup
+//! ```
+//! A host designs D^μ in `f64`, rounds it once ([`Operator::list`](crate::Operator::list)) and sends the
+//! list; the device runs it with [`PortableOperator`], bit for bit like the host.
+
+use crate::fir::FirHistory;
+use crate::full_memory::{Bank, BankHistory, PORTABLE_TAPS};
+use crate::integer_part::{IntegerHistory, WithIntegerPart};
+use crate::oustaloup::{Cascade, CascadeHistory};
+use crate::tustin_muir::Recursion;
+use crate::{Differintegrator, Real};
+use core::fmt;
+
+/// What a list of values is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// A finite impulse response.
+    Taps,
+    /// Recent taps and decaying modes.
+    Modes,
+    /// A recursive filter.
+    Recursion,
+    /// First-order sections in series.
+    Sections,
+}
+
+/// Why a list is no operator.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum ListError {
+    /// The integer part is not in −2 to 2, or not 0 for [`Form::Taps`].
+    IntegerPart(i8),
+    /// Not a number of values that this form can have, or more than there is room for.
+    Count {
+        /// How many there are.
+        count: usize,
+        /// How many this operator has room for, in this form.
+        most: usize,
+    },
+    /// A value that is not finite, or a decay outside (0, 1].
+    Value {
+        /// Which.
+        index: usize,
+        /// The value.
+        value: f64,
+    },
+}
+
+impl fmt::Display for ListError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::IntegerPart(integer) => write!(
+                f,
+                "integer part {integer} is not in [-2, 2], or not 0 for a list of taps"
+            ),
+            Self::Count { count, most } => write!(
+                f,
+                "{count} coefficients are not what this form of operator has, or more than the {most} \
+                 there is room for"
+            ),
+            Self::Value { index, value } => write!(
+                f,
+                "coefficient {index} is {value}: not finite, or a decay outside (0, 1]"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for ListError {}
+
+/// An operator from a list of values, of any [`Form`] within its capacity: TAPS taps, MODES modes (a
+/// multiple of 8), DEGREE degrees of a recursion or sections.
+///
+/// - *Same bits* as the operator that the list is of.
+/// - *Checked*: every value finite, every decay in (0, 1], counts within the capacity. That the response
+///   is D^μ cannot be seen from a list.
+/// - *Start-up, not finite, cost*: as the operator that the list is of. The history of another form gives
+///   NaN, and never panics.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PortableOperator<F, const TAPS: usize, const MODES: usize, const DEGREE: usize>(
+    Core<F, TAPS, MODES, DEGREE>,
+);
+
+/// History of [`PortableOperator`].
+#[derive(Clone, Debug, PartialEq)]
+pub enum PortableHistory<F, const TAPS: usize, const MODES: usize, const DEGREE: usize> {
+    /// Of [`Form::Taps`].
+    Taps(FirHistory<F, TAPS>),
+    /// Of [`Form::Modes`].
+    Modes(IntegerHistory<F, BankHistory<F, PORTABLE_TAPS, MODES>>),
+    /// Of [`Form::Recursion`].
+    Recursion(IntegerHistory<F, [F; DEGREE]>),
+    /// Of [`Form::Sections`].
+    Sections(IntegerHistory<F, CascadeHistory<F, DEGREE>>),
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Core<F, const TAPS: usize, const MODES: usize, const DEGREE: usize> {
+    Taps {
+        used: usize,
+        direct: F,
+        taps: [F; TAPS],
+    },
+    Modes(WithIntegerPart<Bank<F, PORTABLE_TAPS, MODES>>),
+    Recursion(WithIntegerPart<Recursion<F, DEGREE>>),
+    Sections(WithIntegerPart<Cascade<F, DEGREE>>),
+}
+
+impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
+    PortableOperator<F, TAPS, MODES, DEGREE>
+{
+    /// The operator whose list this is.
+    ///
+    /// # Errors
+    /// A list that is none, see [`ListError`].
+    pub fn new(form: Form, integer: i8, values: &[F]) -> Result<Self, ListError> {
+        if !(-2..=2).contains(&integer) || (form == Form::Taps && integer != 0) {
+            return Err(ListError::IntegerPart(integer));
+        }
+        if let Some(index) = values.iter().position(|value| !value.is_finite()) {
+            let value = values[index].to_f64();
+            return Err(ListError::Value { index, value });
+        }
+        let integer = i32::from(integer);
+        Ok(Self(match form {
+            Form::Taps => Self::taps(values)?,
+            Form::Modes => Core::Modes(WithIntegerPart {
+                integer,
+                core: Bank::from_list(values)?,
+            }),
+            Form::Recursion => Core::Recursion(WithIntegerPart {
+                integer,
+                core: Recursion::from_list(values)?,
+            }),
+            Form::Sections => Core::Sections(WithIntegerPart {
+                integer,
+                core: Cascade::from_list(values)?,
+            }),
+        }))
+    }
+
+    /// y = 0: what a device has before it is given an operator.
+    #[must_use]
+    pub fn zero() -> Self {
+        Self(Core::Taps {
+            used: 0,
+            direct: F::ZERO,
+            taps: [F::ZERO; TAPS],
+        })
+    }
+
+    fn taps(values: &[F]) -> Result<Core<F, TAPS, MODES, DEGREE>, ListError> {
+        let count = values.len();
+        let (&direct, rest) = values
+            .split_first()
+            .filter(|_| count <= TAPS)
+            .ok_or(ListError::Count { count, most: TAPS })?;
+        let mut taps = [F::ZERO; TAPS];
+        taps[..rest.len()].copy_from_slice(rest);
+        Ok(Core::Taps {
+            used: rest.len(),
+            direct,
+            taps,
+        })
+    }
+}
+
+/// A decay of a low-pass must lie in (0, 1], or its state would grow.
+pub(crate) fn check_decay<F: Real>(decay: F, index: usize) -> Result<F, ListError> {
+    if decay > F::ZERO && decay <= F::ONE {
+        Ok(decay)
+    } else {
+        Err(ListError::Value {
+            index,
+            value: decay.to_f64(),
+        })
+    }
+}
+
+impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize> Differintegrator<F>
+    for PortableOperator<F, TAPS, MODES, DEGREE>
+{
+    type History = PortableHistory<F, TAPS, MODES, DEGREE>;
+
+    fn at_rest(&self) -> Self::History {
+        match &self.0 {
+            Core::Taps { .. } => PortableHistory::Taps(FirHistory::at_rest()),
+            Core::Modes(core) => PortableHistory::Modes(core.at_rest()),
+            Core::Recursion(core) => PortableHistory::Recursion(core.at_rest()),
+            Core::Sections(core) => PortableHistory::Sections(core.at_rest()),
+        }
+    }
+
+    #[inline]
+    fn direct_gain(&self) -> F {
+        match &self.0 {
+            Core::Taps { direct, .. } => *direct,
+            Core::Modes(core) => core.direct_gain(),
+            Core::Recursion(core) => core.direct_gain(),
+            Core::Sections(core) => core.direct_gain(),
+        }
+    }
+
+    #[inline]
+    fn past(&self, history: &Self::History) -> F {
+        match (&self.0, history) {
+            (Core::Taps { .. }, PortableHistory::Taps(own)) => own.past,
+            (Core::Modes(core), PortableHistory::Modes(own)) => core.past(own),
+            (Core::Recursion(core), PortableHistory::Recursion(own)) => core.past(own),
+            (Core::Sections(core), PortableHistory::Sections(own)) => core.past(own),
+            _ => F::from_f64(f64::NAN),
+        }
+    }
+
+    #[inline]
+    fn advance(&self, history: &mut Self::History, x: F) {
+        match (&self.0, history) {
+            (Core::Taps { used, taps, .. }, PortableHistory::Taps(own)) => {
+                own.advance(&taps[..(*used).min(TAPS)], x);
+            }
+            (Core::Modes(core), PortableHistory::Modes(own)) => core.advance(own, x),
+            (Core::Recursion(core), PortableHistory::Recursion(own)) => core.advance(own, x),
+            (Core::Sections(core), PortableHistory::Sections(own)) => core.advance(own, x),
+            _ => {}
+        }
+    }
+
+    fn memory_length(&self) -> Option<usize> {
+        match &self.0 {
+            Core::Taps { used, .. } => Some(used + 1),
+            Core::Modes(core) => core.memory_length(),
+            Core::Recursion(core) => core.memory_length(),
+            Core::Sections(core) => core.memory_length(),
+        }
+    }
+}

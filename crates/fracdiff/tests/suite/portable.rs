@@ -1,0 +1,122 @@
+//! Operators as lists of numbers.
+
+use fracdiff::portable::{Form, ListError};
+use fracdiff::{Differintegrator, Operator, Order, PortableOperator, Real, Scheme, Seconds};
+
+type Portable<F> = PortableOperator<F, 256, 48, 16>;
+
+const SCHEMES: [&str; 9] = [
+    "grunwald:1",
+    "grunwald:17",
+    "grunwald:256",
+    "muir:3",
+    "tustin-muir:9",
+    "oustaloup:9:0.01:100",
+    "full:1e-3",
+    "full",
+    "piecewise-linear",
+];
+
+fn operator<F: Real>(scheme: &str, mu: f64) -> Operator<F> {
+    let scheme: Scheme = scheme.parse().expect("valid");
+    let order = Order::new(mu).expect("valid");
+    scheme.build(order, Seconds(1e-3), 2e5).expect("valid")
+}
+
+/// A signal with jumps, rests and all signs, the same every time.
+fn signal(n: u32) -> f64 {
+    let phase = f64::from(n) * 0.0137;
+    let jump = if n % 300 < 150 { 1.0 } else { -0.25 };
+    1e-3 * (phase.sin() + jump)
+}
+
+fn agrees<F: Real>(scheme: &str, mu: f64) {
+    let original = operator::<F>(scheme, mu);
+    let list = original.list();
+    let copy = Portable::<F>::new(list.form, list.integer, &list.values)
+        .unwrap_or_else(|error| panic!("{scheme} {mu}: {error}"));
+    assert_eq!(
+        copy.memory_length(),
+        original.memory_length(),
+        "{scheme} {mu}"
+    );
+    let (mut one, mut other) = (original.at_rest(), copy.at_rest());
+    for n in 0..3000 {
+        let x = F::from_f64(signal(n));
+        let (want, have) = (original.step(&mut one, x), copy.step(&mut other, x));
+        assert_eq!(
+            want.to_f64().to_bits(),
+            have.to_f64().to_bits(),
+            "{scheme} {mu} {n}"
+        );
+    }
+}
+
+#[test]
+fn a_list_makes_the_same_operator_bit_for_bit() {
+    for scheme in SCHEMES {
+        for mu in [-2.0, -1.3, -1.0, -0.5, 0.0, 0.2247, 0.5, 1.0, 1.5, 2.0] {
+            agrees::<f32>(scheme, mu);
+            agrees::<f64>(scheme, mu);
+        }
+    }
+}
+
+#[test]
+fn a_list_that_is_no_operator_is_refused() {
+    type P = Portable<f32>;
+    let zeros = [0.0; 400];
+    let count = |form, count: usize| P::new(form, 0, &zeros[..count]);
+    let wrong = |result| matches!(result, Err(ListError::Count { .. }));
+    for (form, counts) in [
+        (Form::Taps, [0, 257]),
+        (Form::Modes, [15, 17]),
+        (Form::Modes, [0, 16 + 98]),
+        (Form::Recursion, [1, 2]),
+        (Form::Recursion, [0, 35]),
+        (Form::Sections, [2, 4]),
+        (Form::Sections, [0, 53]),
+    ] {
+        for n in counts {
+            assert!(wrong(count(form, n)), "{form:?} {n}");
+        }
+    }
+    assert!(matches!(
+        P::new(Form::Taps, 1, &[1.0]),
+        Err(ListError::IntegerPart(1))
+    ));
+    assert!(matches!(
+        P::new(Form::Modes, 3, &[1.0; 16]),
+        Err(ListError::IntegerPart(3))
+    ));
+    for bad in [f32::NAN, f32::INFINITY] {
+        let refused = P::new(Form::Taps, 0, &[1.0, bad]);
+        assert!(matches!(refused, Err(ListError::Value { index: 1, .. })));
+    }
+    let mut modes = [0.0; 18];
+    for bad in [0.0, -0.5, 1.5] {
+        modes[16] = bad;
+        let refused = P::new(Form::Modes, 0, &modes);
+        assert!(matches!(refused, Err(ListError::Value { index: 16, .. })));
+    }
+    let refused = P::new(Form::Sections, 0, &[1.0, 1.0, 1.0, 2.0, 1.0]);
+    assert!(matches!(refused, Err(ListError::Value { index: 3, .. })));
+}
+
+#[test]
+fn the_history_of_another_form_gives_nan_and_no_panic() {
+    let taps = Portable::<f32>::new(Form::Taps, 0, &[1.0, 0.5]).expect("valid");
+    let recursion = Portable::<f32>::new(Form::Recursion, 0, &[1.0, 0.5, 0.1]).expect("valid");
+    let mut history = taps.at_rest();
+    recursion.advance(&mut history, 1.0);
+    assert!(recursion.output(&history, 1.0).is_nan());
+    assert_eq!(taps.output(&history, 1.0), 1.0);
+}
+
+#[test]
+fn zero_is_zero() {
+    let zero = Portable::<f32>::zero();
+    let mut history = zero.at_rest();
+    assert_eq!(zero.step(&mut history, 1.0), 0.0);
+    assert_eq!(zero.step(&mut history, 1.0), 0.0);
+}
