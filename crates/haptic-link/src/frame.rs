@@ -1,0 +1,228 @@
+//! Frames: where a message begins and ends on a line of bytes, and whether it is whole.
+//!
+//! ```text
+//! COBS( version u8 | sequence u16 LE | message | CRC-32 LE ) 0x00
+//! ```
+//! - *COBS* (S. Cheshire, M. Baker, IEEE/ACM Trans. Networking 7(2), 1999) takes all zeros out, so that a
+//!   zero byte ends a frame and nothing else does; costs one byte for up to 254.
+//! - *CRC-32* as in zlib, PNG and Ethernet, over version, sequence and message. It finds every burst up to
+//!   32 bits and, in frames this short, every damage of up to 4 bits (P. Koopman, *32-bit cyclic
+//!   redundancy codes for Internet applications*, 2002); of other damage one in 4.3·10⁹ passes. Damage to a
+//!   code byte of COBS shifts zeros, so it is of the other kind.
+//! - *After damage* the next zero byte begins anew: a good frame behind a bad one is found, unless the
+//!   damage took the zero between them.
+
+use crc::{CRC_32_ISO_HDLC, Crc, Table};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+/// Version of the protocol: the low seven bits of the first byte of a frame.
+pub const PROTOCOL_VERSION: u8 = 1;
+
+/// Longest frame on the line, the zero at its end included.
+pub const FRAME_MAX: usize = 256;
+
+/// Longest content of a frame, before COBS.
+const CONTENT_MAX: usize = FRAME_MAX - 2;
+const HEADER: usize = 3;
+const CRC_BYTES: usize = 4;
+
+pub(crate) static CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
+
+/// Who speaks: the highest bit of the first byte of a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Direction {
+    /// Requests, bit 7 clear.
+    FromHost,
+    /// Reports, bit 7 set.
+    FromDevice,
+}
+
+impl Direction {
+    const fn version_byte(self) -> u8 {
+        match self {
+            Self::FromHost => PROTOCOL_VERSION,
+            Self::FromDevice => PROTOCOL_VERSION | 0x80,
+        }
+    }
+}
+
+/// A message that could not be made a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum EncodeError {
+    /// It does not fit into a frame, or not into the buffer that was given.
+    TooLong,
+}
+
+impl core::fmt::Display for EncodeError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str("the message does not fit into a frame")
+    }
+}
+
+impl core::error::Error for EncodeError {}
+
+/// Writes a message as a frame into `line` and returns its length there.
+///
+/// *Cost*: one pass for the bytes, one for the CRC (a table of 1 KiB), one for COBS.
+///
+/// # Errors
+/// [`EncodeError::TooLong`]; every message of this crate fits into [`FRAME_MAX`] bytes.
+pub fn encode<M: Serialize>(
+    message: &M,
+    sequence: u16,
+    direction: Direction,
+    line: &mut [u8],
+) -> Result<usize, EncodeError> {
+    let mut content = [0; CONTENT_MAX];
+    content[0] = direction.version_byte();
+    content[1..HEADER].copy_from_slice(&sequence.to_le_bytes());
+    let body = &mut content[HEADER..CONTENT_MAX - CRC_BYTES];
+    let written = postcard::to_slice(message, body).map_err(|_| EncodeError::TooLong)?;
+    let end = HEADER + written.len();
+    let crc = CRC.checksum(&content[..end]);
+    content[end..end + CRC_BYTES].copy_from_slice(&crc.to_le_bytes());
+    let content = &content[..end + CRC_BYTES];
+    let room = line.len().checked_sub(1).ok_or(EncodeError::TooLong)?;
+    let length = cobs::try_encode(content, &mut line[..room]).map_err(|_| EncodeError::TooLong)?;
+    line[length] = 0;
+    Ok(length + 1)
+}
+
+/// Why bytes between two zeros were no frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum FrameError {
+    /// Damaged, cut, or a message that this version does not know.
+    Corrupt,
+    /// Longer than any frame.
+    Oversize,
+    /// Whole, but of another protocol version, or our own echo.
+    Foreign {
+        /// Its first byte.
+        version: u8,
+    },
+}
+
+/// What a receiver has seen, by kind.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LineCounters {
+    /// Frames received whole.
+    pub received: u32,
+    /// Frames damaged, cut, or of no known kind.
+    pub corrupt: u32,
+    /// Frames longer than [`FRAME_MAX`].
+    pub oversize: u32,
+    /// Frames of another protocol version or direction.
+    pub foreign: u32,
+    /// The first byte of the last such frame.
+    pub foreign_version: u8,
+}
+
+/// Takes messages out of a line of bytes.
+///
+/// *Start-up*: what comes before the first zero may be the rest of a frame; if it is not whole it
+/// counts as corrupt. *Cost*: a byte is one store; the last byte of a frame decodes it.
+#[derive(Clone, Debug)]
+pub struct Receiver<M> {
+    direction: Direction,
+    buffer: [u8; FRAME_MAX],
+    /// Bytes in the buffer; one more than fit if there were too many.
+    length: usize,
+    counters: LineCounters,
+    message: core::marker::PhantomData<fn() -> M>,
+}
+
+impl<M: DeserializeOwned> Receiver<M> {
+    /// A receiver of what is said in this direction.
+    #[must_use]
+    pub const fn new(direction: Direction) -> Self {
+        Self {
+            direction,
+            buffer: [0; FRAME_MAX],
+            length: 0,
+            counters: LineCounters {
+                received: 0,
+                corrupt: 0,
+                oversize: 0,
+                foreign: 0,
+                foreign_version: 0,
+            },
+            message: core::marker::PhantomData,
+        }
+    }
+
+    /// Takes a byte; returns sequence number and message if it ended a good frame.
+    pub fn push(&mut self, byte: u8) -> Option<(u16, M)> {
+        if byte != 0 {
+            if let Some(slot) = self.buffer.get_mut(self.length) {
+                *slot = byte;
+                self.length += 1;
+            } else {
+                self.length = FRAME_MAX + 1;
+            }
+            return None;
+        }
+        let length = core::mem::take(&mut self.length);
+        // Zeros in a row are what an idle sender may put between frames.
+        if length == 0 {
+            return None;
+        }
+        match self.decode(length) {
+            Ok(message) => {
+                self.counters.received = self.counters.received.wrapping_add(1);
+                Some(message)
+            }
+            Err(error) => {
+                self.count(error);
+                None
+            }
+        }
+    }
+
+    /// Forgets a frame that has begun, and keeps the counters.
+    pub fn forget(&mut self) {
+        self.length = 0;
+    }
+
+    /// What has been seen so far.
+    #[must_use]
+    pub const fn counters(&self) -> LineCounters {
+        self.counters
+    }
+
+    fn decode(&mut self, length: usize) -> Result<(u16, M), FrameError> {
+        let frame = self.buffer.get_mut(..length).ok_or(FrameError::Oversize)?;
+        let length = cobs::decode_in_place(frame).map_err(|_| FrameError::Corrupt)?;
+        let (content, crc) = frame[..length]
+            .split_last_chunk::<CRC_BYTES>()
+            .ok_or(FrameError::Corrupt)?;
+        if CRC.checksum(content) != u32::from_le_bytes(*crc) {
+            return Err(FrameError::Corrupt);
+        }
+        let ([version, low, high], body) = content
+            .split_first_chunk::<HEADER>()
+            .ok_or(FrameError::Corrupt)?;
+        if *version != self.direction.version_byte() {
+            return Err(FrameError::Foreign { version: *version });
+        }
+        match postcard::take_from_bytes(body) {
+            Ok((message, [])) => Ok((u16::from_le_bytes([*low, *high]), message)),
+            _ => Err(FrameError::Corrupt),
+        }
+    }
+
+    fn count(&mut self, error: FrameError) {
+        let counters = &mut self.counters;
+        let counter = match error {
+            FrameError::Corrupt => &mut counters.corrupt,
+            FrameError::Oversize => &mut counters.oversize,
+            FrameError::Foreign { version } => {
+                counters.foreign_version = version;
+                &mut counters.foreign
+            }
+        };
+        *counter = counter.wrapping_add(1);
+    }
+}

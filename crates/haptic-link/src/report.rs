@@ -1,0 +1,369 @@
+//! What a device says to its host.
+
+use crate::configuration::{Configuration, Field};
+use crate::request::{CoefficientBlock, Keys};
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+/// Most samples in a [`Batch`].
+pub const BATCH_MAX: usize = 16;
+
+/// From device to host. The number of a variant is its first byte on the wire, from 0.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[expect(clippy::large_enum_variant, reason = "there is no heap on a device")]
+pub enum Report {
+    /// Answers [`Request::Hello`](crate::Request::Hello).
+    Hello(Hello),
+    /// What the device is and can do.
+    Capabilities(Capabilities),
+    /// Answers every request without a report of its own, but not forces.
+    Ack(Ack),
+    /// The configuration in force.
+    Configuration {
+        /// All but the coefficients.
+        configuration: Configuration,
+        /// Over both, see [`DigestBuilder`](crate::DigestBuilder).
+        #[serde(with = "postcard::fixint::le")]
+        digest: u32,
+    },
+    /// Sixteen coefficients of the configuration in force.
+    Coefficients(CoefficientBlock),
+    /// One tick.
+    Sample(Sample),
+    /// Several ticks.
+    Batch(Batch),
+    /// Something happened.
+    Event(Event),
+    /// A fault latched.
+    Fault(FaultReport),
+    /// All counters.
+    Statistics(Statistics),
+    /// Answers [`Request::KeepAlive`](crate::Request::KeepAlive).
+    Alive(Alive),
+    /// A sample of the flight recorder.
+    Flight(Flight),
+}
+
+/// State of a device.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum State {
+    /// Zero force; parameters can be set.
+    #[default]
+    Idle,
+    /// Zero force, ready to run; needs the host to be there.
+    Armed,
+    /// The loop is closed; needs the host to be there.
+    Running,
+    /// The force falls to zero at the rate limit.
+    Stopping,
+    /// A fault is latched: the force falls to zero, or is.
+    Fault,
+}
+
+/// State and fault of a device.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct Status {
+    /// The state.
+    pub state: State,
+    /// Code of the latched fault; 0 for none.
+    pub fault: u8,
+    /// Faults since power-up, modulo 2¹⁶.
+    #[serde(with = "postcard::fixint::le")]
+    pub faults: u16,
+}
+
+/// The first answer of a session.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct Hello {
+    /// Hashes of the message definitions that the device was built with.
+    pub keys: Keys,
+    /// Firmware version: major, minor, patch.
+    pub firmware: [u8; 3],
+    /// Another number after each power-up or reset, as far as the board can tell.
+    #[serde(with = "postcard::fixint::le")]
+    pub boot: u32,
+    /// State and fault.
+    pub status: Status,
+}
+
+/// What a device is and can do.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Capabilities {
+    /// Name of the board, UTF-8, filled up with zeros.
+    pub board: [u8; 16],
+    /// Degrees of freedom; 1 in this version.
+    pub axes: u8,
+    /// The plant is simulated on the device: no actuator, no sensor.
+    pub simulated: bool,
+    /// Shortest period of a tick, µs.
+    #[serde(with = "postcard::fixint::le")]
+    pub tick_period_min_us: u32,
+    /// Longest, µs.
+    #[serde(with = "postcard::fixint::le")]
+    pub tick_period_max_us: u32,
+    /// Largest force that the actuator can make, N.
+    pub force_max_n: f32,
+    /// Largest rate of force, N/s.
+    pub force_rate_max_n_per_s: f32,
+    /// Position of one count of the sensor, m; 0 for none.
+    pub position_resolution_m: f32,
+    /// Room for coefficients.
+    #[serde(with = "postcard::fixint::le")]
+    pub coefficients_max: u16,
+    /// Room for modes of a full memory.
+    #[serde(with = "postcard::fixint::le")]
+    pub modes_max: u16,
+    /// Largest degree of a recursion and number of sections.
+    #[serde(with = "postcard::fixint::le")]
+    pub degree_max: u16,
+    /// Samples that the flight recorder keeps.
+    #[serde(with = "postcard::fixint::le")]
+    pub flight_samples: u16,
+}
+
+impl Capabilities {
+    /// The board's name.
+    #[must_use]
+    pub fn board(&self) -> &str {
+        let end = self.board.iter().position(|&byte| byte == 0);
+        let name = &self.board[..end.unwrap_or(self.board.len())];
+        core::str::from_utf8(name).unwrap_or("?")
+    }
+
+    /// A name of at most 16 bytes, cut after them, as the field wants it.
+    #[must_use]
+    pub const fn board_name(name: &str) -> [u8; 16] {
+        let (bytes, mut board, mut i) = (name.as_bytes(), [0; 16], 0);
+        while i < bytes.len() && i < board.len() {
+            board[i] = bytes[i];
+            i += 1;
+        }
+        board
+    }
+}
+
+/// The answer to a request.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Ack {
+    /// Sequence number of the request.
+    #[serde(with = "postcard::fixint::le")]
+    pub sequence: u16,
+    /// First byte of the request.
+    pub request: u8,
+    /// What became of it.
+    pub outcome: Outcome,
+}
+
+/// What became of a request.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub enum Outcome {
+    /// Done, or true already.
+    Done,
+    /// Refused; nothing has changed.
+    Refused(Refusal),
+}
+
+/// Why a request was refused.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub enum Refusal {
+    /// Not in this state.
+    State(State),
+    /// A parameter outside the range of this device.
+    Range {
+        /// Which.
+        field: Field,
+        /// As it was sent.
+        value: f32,
+        /// Least value allowed.
+        least: f32,
+        /// Largest value allowed.
+        most: f32,
+    },
+    /// The digest is not that of what is staged: something was lost on the way.
+    Digest,
+    /// Nothing is staged, or not all coefficients.
+    Incomplete,
+    /// Not on this board.
+    Unsupported(Field),
+    /// A fault has latched that the host does not know of yet.
+    UnknownFault,
+    /// The force has not fallen to zero yet.
+    ForceNotZero,
+    /// The force at this position would be larger than a start allows.
+    ForceNotSmall {
+        /// Wanted force, N.
+        wanted_n: f32,
+        /// Largest allowed at a start, N.
+        allowed_n: f32,
+    },
+    /// The condition of this fault still holds, as an open emergency stop.
+    FaultPersists(u8),
+}
+
+/// One tick. A frame of 31 bytes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Sample {
+    /// Number of the tick, from the start of the run, or from power-up before the first.
+    #[serde(with = "postcard::fixint::le")]
+    pub tick: u32,
+    /// The device's own time, µs, modulo 2³².
+    #[serde(with = "postcard::fixint::le")]
+    pub time_us: u32,
+    /// Position, m.
+    pub position_m: f32,
+    /// What the environment, or the host, wanted, N.
+    pub environment_force_n: f32,
+    /// What was applied, N.
+    pub force_n: f32,
+    /// Limiters that acted, bits: 1 magnitude, 2 rate, 4 fault, 8 stopping, 16 start-up, 32 workspace,
+    /// 64 velocity, 128 passivity guard.
+    pub limiters: u8,
+}
+
+/// Consecutive sent ticks, at least one.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Batch {
+    /// Tick of the first.
+    #[serde(with = "postcard::fixint::le")]
+    pub tick: u32,
+    /// Device time of the first, µs, modulo 2³².
+    #[serde(with = "postcard::fixint::le")]
+    pub time_us: u32,
+    /// Ticks from one to the next.
+    #[serde(with = "postcard::fixint::le")]
+    pub every: u16,
+    /// The samples.
+    pub items: heapless::Vec<BatchItem, BATCH_MAX>,
+}
+
+/// A tick in a [`Batch`]: 13 bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct BatchItem {
+    /// Position, m.
+    pub position_m: f32,
+    /// What the environment, or the host, wanted, N.
+    pub environment_force_n: f32,
+    /// What was applied, N.
+    pub force_n: f32,
+    /// As in [`Sample`].
+    pub limiters: u8,
+}
+
+/// Something happened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct Event {
+    /// What.
+    pub kind: EventKind,
+    /// At this tick.
+    #[serde(with = "postcard::fixint::le")]
+    pub tick: u32,
+    /// Device time, µs.
+    #[serde(with = "postcard::fixint::le")]
+    pub time_us: u64,
+}
+
+/// What happened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum EventKind {
+    /// A configuration took effect.
+    Configured,
+    /// Armed.
+    Armed,
+    /// A run began.
+    Started,
+    /// A run had all its ticks and its force has fallen to zero.
+    Finished,
+    /// A run was stopped and its force has fallen to zero.
+    Stopped,
+    /// Disarmed, and the force has fallen to zero.
+    Disarmed,
+}
+
+/// A fault latched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct FaultReport {
+    /// State, code of the fault, and their number.
+    pub status: Status,
+    /// At this tick.
+    #[serde(with = "postcard::fixint::le")]
+    pub tick: u32,
+    /// Device time, µs.
+    #[serde(with = "postcard::fixint::le")]
+    pub time_us: u64,
+}
+
+/// All counters since power-up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct Statistics {
+    /// Ticks.
+    #[serde(with = "postcard::fixint::le")]
+    pub ticks: u32,
+    /// Ticks that began a whole period late or took longer than one.
+    #[serde(with = "postcard::fixint::le")]
+    pub overruns: u32,
+    /// Longest tick, processor cycles; 0 where there is no counter.
+    #[serde(with = "postcard::fixint::le")]
+    pub tick_cycles_max: u32,
+    /// Last tick, processor cycles.
+    #[serde(with = "postcard::fixint::le")]
+    pub tick_cycles_last: u32,
+    /// Ticks of a host loop without a new force.
+    #[serde(with = "postcard::fixint::le")]
+    pub stale_forces: u32,
+    /// Samples that found the queue full and were not sent.
+    #[serde(with = "postcard::fixint::le")]
+    pub samples_dropped: u32,
+    /// Frames sent.
+    #[serde(with = "postcard::fixint::le")]
+    pub sent: u32,
+    /// Frames received whole.
+    #[serde(with = "postcard::fixint::le")]
+    pub received: u32,
+    /// Frames damaged, cut, or of no known kind.
+    #[serde(with = "postcard::fixint::le")]
+    pub corrupt: u32,
+    /// Frames longer than the buffer.
+    #[serde(with = "postcard::fixint::le")]
+    pub oversize: u32,
+    /// Frames of another protocol version.
+    #[serde(with = "postcard::fixint::le")]
+    pub foreign: u32,
+    /// Frames that did not come.
+    #[serde(with = "postcard::fixint::le")]
+    pub lost: u32,
+    /// Frames that came twice.
+    #[serde(with = "postcard::fixint::le")]
+    pub duplicate: u32,
+    /// Frames that came after a later one.
+    #[serde(with = "postcard::fixint::le")]
+    pub late: u32,
+    /// Bytes that the hardware received but nobody fetched in time.
+    #[serde(with = "postcard::fixint::le")]
+    pub bytes_overrun: u32,
+}
+
+/// The device is there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct Alive {
+    /// From the request.
+    #[serde(with = "postcard::fixint::le")]
+    pub token: u32,
+    /// Device time, µs.
+    #[serde(with = "postcard::fixint::le")]
+    pub time_us: u64,
+    /// State and fault.
+    pub status: Status,
+}
+
+/// A sample of the flight recorder.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Flight {
+    /// From 0, the oldest.
+    #[serde(with = "postcard::fixint::le")]
+    pub index: u16,
+    /// Samples kept; 0 if no fault has latched yet, and then the sample is all zero.
+    #[serde(with = "postcard::fixint::le")]
+    pub count: u16,
+    /// The sample.
+    pub sample: Sample,
+}

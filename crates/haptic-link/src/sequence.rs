@@ -1,0 +1,104 @@
+//! Numbers on frames: what was lost, what came twice, what came late.
+
+/// How a frame arrived.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Arrival {
+    /// To be acted on; this many frames before it are missing.
+    New {
+        /// Frames that did not come.
+        lost: u16,
+    },
+    /// The same frame once more: not to be acted on.
+    Duplicate,
+    /// After a later one: not to be acted on.
+    Late,
+}
+
+impl Arrival {
+    /// Whether the frame may be acted on.
+    #[must_use]
+    pub const fn is_new(self) -> bool {
+        matches!(self, Self::New { .. })
+    }
+}
+
+/// Follows the sequence numbers of one direction, modulo 2¹⁶.
+///
+/// A number up to 32 767 ahead of the last is new, others are late. Whoever starts to count anew says so
+/// (a hello) and calls [`restart`](Self::restart); [`RESTART_AFTER`](Self::RESTART_AFTER) late frames in a
+/// row, each the successor of the one before, are taken for a sender that has done so unheard.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SequenceTracker {
+    last: Option<u16>,
+    /// The last late number, and how many late ones in a row were successors.
+    late_run: (u16, u8),
+    lost: u32,
+    duplicate: u32,
+    late: u32,
+}
+
+impl SequenceTracker {
+    /// Late frames in a row, in order, after which their numbers are believed.
+    pub const RESTART_AFTER: u8 = 8;
+
+    /// Judges a frame by its number.
+    pub fn arrive(&mut self, sequence: u16) -> Arrival {
+        let Some(last) = self.last else {
+            self.last = Some(sequence);
+            return Arrival::New { lost: 0 };
+        };
+        let ahead = sequence.wrapping_sub(last);
+        match ahead {
+            0 => {
+                self.duplicate = self.duplicate.wrapping_add(1);
+                Arrival::Duplicate
+            }
+            1..0x8000 => {
+                self.last = Some(sequence);
+                self.late_run = (0, 0);
+                self.lost = self.lost.wrapping_add(u32::from(ahead - 1));
+                Arrival::New { lost: ahead - 1 }
+            }
+            _ => {
+                self.late = self.late.wrapping_add(1);
+                let (before, run) = self.late_run;
+                let run = if run > 0 && sequence == before.wrapping_add(1) {
+                    run + 1
+                } else {
+                    1
+                };
+                self.late_run = (sequence, run);
+                if run >= Self::RESTART_AFTER {
+                    self.last = Some(sequence);
+                    self.late_run = (0, 0);
+                    return Arrival::New { lost: 0 };
+                }
+                Arrival::Late
+            }
+        }
+    }
+
+    /// The sender counts anew: the next number is right, whatever it is.
+    pub fn restart(&mut self) {
+        self.last = None;
+        self.late_run = (0, 0);
+    }
+
+    /// Frames that did not come, so far.
+    #[must_use]
+    pub const fn lost(&self) -> u32 {
+        self.lost
+    }
+
+    /// Frames that came twice.
+    #[must_use]
+    pub const fn duplicate(&self) -> u32 {
+        self.duplicate
+    }
+
+    /// Frames that came after a later one.
+    #[must_use]
+    pub const fn late(&self) -> u32 {
+        self.late
+    }
+}
