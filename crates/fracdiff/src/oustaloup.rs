@@ -163,17 +163,23 @@ impl<F: Real, const N: usize> Cascade<F, N> {
             sections,
         })
     }
+
+    /// Value `index` of the list that [`from_list`](Self::from_list) takes.
+    pub(crate) fn value(&self, index: usize) -> Option<F> {
+        if index < 2 {
+            return Some([self.gain, self.direct][index]);
+        }
+        let section = self.sections[..self.used.min(N)].get((index - 2) / 3)?;
+        Some([section.direct, section.decay, section.slow][(index - 2) % 3])
+    }
 }
 
 #[cfg(feature = "std")]
 impl<F: Real, const N: usize> Oustaloup<F, N> {
     /// Integer part, and the values of [`Form::Sections`](crate::portable::Form::Sections).
     pub(crate) fn list(&self) -> (i32, std::vec::Vec<F>) {
-        let core = &self.0.core;
-        let sections = core.sections.iter().take(core.used);
-        let rest = sections.flat_map(|s| [s.direct, s.decay, s.slow]);
-        let values = [core.gain, core.direct].into_iter().chain(rest).collect();
-        (self.0.integer, values)
+        let values = (0..).map_while(|index| self.0.core.value(index));
+        (self.0.integer, values.collect())
     }
 }
 

@@ -146,14 +146,16 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
         }))
     }
 
-    /// y = 0: what a device has before it is given an operator.
+    /// Value `index` of the list; `None` behind its end.
     #[must_use]
-    pub fn zero() -> Self {
-        Self(Core::Taps {
-            used: 0,
-            direct: F::ZERO,
-            taps: [F::ZERO; TAPS],
-        })
+    pub fn value(&self, index: usize) -> Option<F> {
+        match &self.0 {
+            Core::Taps { direct, .. } if index == 0 => Some(*direct),
+            Core::Taps { used, taps, .. } => taps[..*used].get(index - 1).copied(),
+            Core::Modes(core) => core.core.value(index),
+            Core::Recursion(core) => core.core.value(index),
+            Core::Sections(core) => core.core.value(index),
+        }
     }
 
     fn taps(values: &[F]) -> Result<Core<F, TAPS, MODES, DEGREE>, ListError> {

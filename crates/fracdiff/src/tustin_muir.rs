@@ -104,17 +104,28 @@ impl<F: Real, const N: usize> Recursion<F, N> {
         }
         Ok(recursion)
     }
+
+    /// Value `index` of the list that [`from_list`](Self::from_list) takes.
+    pub(crate) fn value(&self, index: usize) -> Option<F> {
+        if index == 0 {
+            return Some(self.direct);
+        }
+        let (i, second) = ((index - 1) / 2, (index - 1) % 2 == 1);
+        let list = if second {
+            &self.backward
+        } else {
+            &self.forward
+        };
+        list[..self.degree.min(N)].get(i).copied()
+    }
 }
 
 #[cfg(feature = "std")]
 impl<F: Real, const N: usize> TustinMuir<F, N> {
     /// Integer part, and the values of [`Form::Recursion`](crate::portable::Form::Recursion).
     pub(crate) fn list(&self) -> (i32, std::vec::Vec<F>) {
-        let core = &self.0.core;
-        let pairs = core.forward.iter().zip(&core.backward).take(core.degree);
-        let rest = pairs.flat_map(|(&b, &a)| [b, a]);
-        let values = core::iter::once(core.direct).chain(rest).collect();
-        (self.0.integer, values)
+        let values = (0..).map_while(|index| self.0.core.value(index));
+        (self.0.integer, values.collect())
     }
 }
 

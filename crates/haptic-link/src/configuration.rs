@@ -174,6 +174,36 @@ pub enum Field {
     Other,
 }
 
+impl core::fmt::Display for Field {
+    /// The name of the parameter with its unit, as in files and on command lines.
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::TickPeriod => "tick period (µs)",
+            Self::Stiffness => "stiffness (N/m)",
+            Self::Dissipation => "dissipation (N·s^μ/m)",
+            Self::Surface => "surface (m)",
+            Self::IntegerPart => "integer part of the order",
+            Self::CoefficientCount => "number of coefficients",
+            Self::Coefficient => "coefficient",
+            Self::Offset => "offset of coefficients",
+            Self::ForceLimit => "force limit (N)",
+            Self::ForceRateLimit => "force rate limit (N/s)",
+            Self::Watchdog => "watchdog time (ms)",
+            Self::SimulationKind => "simulation",
+            Self::Mass => "mass (kg)",
+            Self::Damping => "damping (N·s/m)",
+            Self::HandStiffness => "stiffness of the hand (N/m)",
+            Self::Push => "push (N)",
+            Self::Depth => "depth of the indentation (m)",
+            Self::RampTime => "ramp time (s)",
+            Self::BatchLength => "samples in a frame",
+            Self::Every => "ticks from sample to sample",
+            Self::FlightIndex => "index of a flight-recorder sample",
+            Self::Other => "a parameter of a newer version",
+        })
+    }
+}
+
 impl Limits {
     /// 10 N, 1000 N/s, 20 ms of silence, 20 late ticks.
     pub const DEFAULT: Self = Self {

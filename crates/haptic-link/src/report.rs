@@ -60,6 +60,18 @@ pub enum State {
     Fault,
 }
 
+impl core::fmt::Display for State {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Idle => "idle",
+            Self::Armed => "armed",
+            Self::Running => "running",
+            Self::Stopping => "stopping",
+            Self::Fault => "in a fault",
+        })
+    }
+}
+
 /// State and fault of a device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Status {

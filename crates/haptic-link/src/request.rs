@@ -82,6 +82,57 @@ pub enum Request {
     },
 }
 
+impl Request {
+    /// Names of the requests, by number.
+    pub const NAMES: [&'static str; 16] = [
+        "hello",
+        "get-capabilities",
+        "configure",
+        "coefficients",
+        "commit",
+        "get-configuration",
+        "get-coefficients",
+        "arm",
+        "disarm",
+        "start",
+        "stop",
+        "force",
+        "keep-alive",
+        "get-statistics",
+        "read-flight",
+        "stream",
+    ];
+
+    /// The first byte of this request on the wire.
+    #[must_use]
+    pub const fn number(&self) -> u8 {
+        match self {
+            Self::Hello(_) => 0,
+            Self::GetCapabilities => 1,
+            Self::Configure(_) => 2,
+            Self::Coefficients(_) => 3,
+            Self::Commit { .. } => 4,
+            Self::GetConfiguration => 5,
+            Self::GetCoefficients { .. } => 6,
+            Self::Arm { .. } => 7,
+            Self::Disarm => 8,
+            Self::Start(_) => 9,
+            Self::Stop => 10,
+            Self::Force { .. } => 11,
+            Self::KeepAlive { .. } => 12,
+            Self::GetStatistics => 13,
+            Self::ReadFlight { .. } => 14,
+            Self::Stream { .. } => 15,
+        }
+    }
+
+    /// Its name.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        Self::NAMES[self.number() as usize]
+    }
+}
+
 /// Hashes of the message definitions: FNV-1a over the names and types of all fields.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Keys {

@@ -41,6 +41,15 @@ impl SequenceTracker {
     /// Late frames in a row, in order, after which their numbers are believed.
     pub const RESTART_AFTER: u8 = 8;
 
+    /// Nothing has arrived yet.
+    pub const NEW: Self = Self {
+        last: None,
+        late_run: (0, 0),
+        lost: 0,
+        duplicate: 0,
+        late: 0,
+    };
+
     /// Judges a frame by its number.
     pub fn arrive(&mut self, sequence: u16) -> Arrival {
         let Some(last) = self.last else {

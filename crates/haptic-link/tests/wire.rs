@@ -218,6 +218,7 @@ fn the_first_byte_of_a_message_is_its_place_in_the_list() {
     for (index, request) in requests().iter().enumerate() {
         let bytes = content(&line(request, 0, Direction::FromHost));
         assert_eq!(usize::from(bytes[3]), index, "{request:?}");
+        assert_eq!(usize::from(request.number()), index, "{request:?}");
         assert_eq!(bytes[0], 1);
     }
     for (index, report) in reports().iter().enumerate() {

@@ -71,6 +71,27 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
         })
     }
 
+    /// One tick with a force that somebody else has computed, N, in place of the environment's.
+    ///
+    /// # Errors
+    /// The device's own.
+    #[inline]
+    pub fn tick_commanded<V: Device<F, D>>(
+        &mut self,
+        device: &mut V,
+        wanted: &SVector<F, D>,
+    ) -> Result<Sample<F, D>, V::Error> {
+        let reading = device.read()?;
+        let (force, limiters) = self.chain.apply(&mut self.safety, wanted);
+        device.write(force)?;
+        Ok(Sample {
+            reading,
+            environment_force_n: *wanted,
+            force,
+            limiters,
+        })
+    }
+
     /// The safety chain's state: its fault, if any.
     pub const fn safety(&self) -> &SafetyState<F, D> {
         &self.safety

@@ -139,6 +139,11 @@ impl<F: Real, E: Environment<F, 1>, const D: usize> Contact<F, E, D> {
         })
     }
 
+    /// The environment behind the surface.
+    pub const fn inner(&self) -> &E {
+        &self.inner
+    }
+
     /// p, m.
     #[inline]
     fn penetration(&self, position_m: &SVector<F, D>) -> SVector<F, 1> {

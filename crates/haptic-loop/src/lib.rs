@@ -9,9 +9,12 @@ mod device;
 mod environment;
 mod error;
 pub mod plant;
+#[cfg(feature = "link")]
+pub mod remote;
 mod safety;
 mod tissue;
 pub mod units;
+mod wall;
 
 pub use controller::{Controller, Sample};
 pub use device::{Device, Reading};
@@ -19,3 +22,4 @@ pub use environment::{Contact, Environment, SpringDamper};
 pub use error::ParameterError;
 pub use safety::{Fault, Limiters, SafeForce, SafetyChain, SafetyState};
 pub use tissue::{KelvinVoigt, Specimen, Tissue};
+pub use wall::Wall;

@@ -153,15 +153,19 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
         Ok(bank)
     }
 
-    /// The values that [`from_list`](Self::from_list) takes, appended.
-    #[cfg(feature = "std")]
-    fn list(&self, values: &mut std::vec::Vec<F>) {
-        values.push(self.direct);
-        values.extend_from_slice(&self.corrections[..TAPS - 1]);
-        let modes = self.decays.iter().zip(&self.weights);
-        for (&decay, &weight) in modes.filter(|(decay, _)| **decay > F::ZERO) {
-            values.extend([decay, weight]);
+    /// Value `index` of the list that [`from_list`](Self::from_list) takes.
+    pub(crate) fn value(&self, index: usize) -> Option<F> {
+        if index < TAPS {
+            return Some(if index == 0 {
+                self.direct
+            } else {
+                self.corrections[index - 1]
+            });
         }
+        let (mode, second) = ((index - TAPS) / 2, (index - TAPS) % 2 == 1);
+        // A decay of zero is no mode.
+        let decay = *self.decays.get(mode).filter(|decay| **decay > F::ZERO)?;
+        Some(if second { self.weights[mode] } else { decay })
     }
 }
 
@@ -169,9 +173,8 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
 impl<F: Real, const MODES: usize> FullMemory<F, PORTABLE_TAPS, MODES> {
     /// Integer part, and the values of [`Form::Modes`](crate::portable::Form::Modes).
     pub(crate) fn list(&self) -> (i32, std::vec::Vec<F>) {
-        let mut values = std::vec::Vec::new();
-        self.0.core.list(&mut values);
-        (self.0.integer, values)
+        let values = (0..).map_while(|index| self.0.core.value(index));
+        (self.0.integer, values.collect())
     }
 }
 

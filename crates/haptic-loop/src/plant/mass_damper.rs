@@ -158,6 +158,13 @@ impl<const D: usize> MassDamper<D> {
         })
     }
 
+    /// Back to rest at position 0 and tick 0, no force in the delay line. The external force stays.
+    pub fn restart(&mut self) {
+        self.axes = [Axis::default(); D];
+        self.line = ForceLine::at_rest();
+        self.tick = 0;
+    }
+
     /// Puts the mass at `position` (m) with `velocity` (m/s). Forces and time go on.
     pub fn set_state(&mut self, position: SVector<f64, D>, velocity: SVector<f64, D>) {
         for (index, axis) in self.axes.iter_mut().enumerate() {

@@ -207,6 +207,17 @@ impl IndentationRig {
         })
     }
 
+    /// Back to rest, just touching, and to time 0.
+    pub fn restart(&mut self) {
+        let push = match self.config.drive {
+            RigDrive::Force(push) => push.0,
+            RigDrive::Position(_) => 0.0,
+        };
+        self.state = SVector::from([0.0; STATES]);
+        self.state[DRIVE] = push;
+        self.tick = 0;
+    }
+
     /// x₁ now, m: the indentation of the tissue.
     #[must_use]
     pub fn indentation(&self) -> f64 {

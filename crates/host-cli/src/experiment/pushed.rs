@@ -1,67 +1,34 @@
 //! A device that is pushed into a wall: what a single try and the search for a Z-width share.
 
 use crate::failure::Failure;
-use fracdiff::scheme::OperatorHistory;
 use fracdiff::{Operator, Seconds};
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
-use haptic_loop::{Contact, Environment, ParameterError, SafetyChain, SpringDamper};
+use haptic_loop::{ParameterError, SafetyChain, Wall};
 use nalgebra::SVector;
 
 /// A device this far away has left, m: it will not come to rest.
 pub(super) const GONE_M: f64 = 1.0;
 
-/// A spring and a fractional damper at the device's start position.
-pub(super) enum VirtualWall {
-    /// Pushes and pulls, as theory assumes.
-    Linear(SpringDamper<f64, Operator<f64>>),
-    /// Pushes but never pulls.
-    OneSided(Contact<f64, SpringDamper<f64, Operator<f64>>, 1>),
-}
+/// A wall at the device's start position.
+pub(super) type VirtualWall = Wall<f64, Operator<f64>>;
 
-impl VirtualWall {
-    /// K in N/m and B in N·s^μ/m.
-    ///
-    /// # Errors
-    /// As [`SpringDamper::new`].
-    pub(super) fn new(
-        stiffness: f64,
-        dissipation: f64,
-        operator: Operator<f64>,
-        one_sided: bool,
-    ) -> Result<Self, ParameterError> {
-        let wall = SpringDamper::new(stiffness, dissipation, operator)?;
-        Ok(if one_sided {
-            Self::OneSided(Contact::at(Metres(0.0), wall)?)
-        } else {
-            Self::Linear(wall)
-        })
-    }
-}
-
-impl Environment<f64, 1> for VirtualWall {
-    type History = [OperatorHistory<f64>; 1];
-
-    fn at_rest(&self) -> Self::History {
-        match self {
-            Self::Linear(wall) => Environment::<f64, 1>::at_rest(wall),
-            Self::OneSided(wall) => wall.at_rest(),
-        }
-    }
-
-    fn force(&self, history: &Self::History, position_m: &SVector<f64, 1>) -> SVector<f64, 1> {
-        match self {
-            Self::Linear(wall) => wall.force(history, position_m),
-            Self::OneSided(wall) => wall.force(history, position_m),
-        }
-    }
-
-    fn advance(&self, history: &mut Self::History, position_m: &SVector<f64, 1>) {
-        match self {
-            Self::Linear(wall) => wall.advance(history, position_m),
-            Self::OneSided(wall) => wall.advance(history, position_m),
-        }
-    }
+/// K in N/m and B in N·s^μ/m; one-sided it pushes but never pulls.
+///
+/// # Errors
+/// As [`Wall::new`].
+pub(super) fn wall_at_start(
+    stiffness: f64,
+    dissipation: f64,
+    operator: Operator<f64>,
+    one_sided: bool,
+) -> Result<VirtualWall, ParameterError> {
+    Wall::new(
+        stiffness,
+        dissipation,
+        operator,
+        one_sided.then_some(Metres(0.0)),
+    )
 }
 
 /// The device with a constant push on it, N.

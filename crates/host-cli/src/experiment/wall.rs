@@ -13,7 +13,7 @@ mod report;
 
 use super::judge::full_history;
 use super::outcome::reaction;
-use super::pushed::{GONE_M, VirtualWall, force_limit, pushed};
+use super::pushed::{GONE_M, VirtualWall, force_limit, pushed, wall_at_start};
 use super::report::{TickTimes, Warnings};
 use super::run::{Ended, Pace, Ran, Record, SAMPLES, Schedule, Supervisor, run_logged};
 use super::sensed::{Sensed, Sensors};
@@ -187,7 +187,7 @@ impl Wall {
             .build(self.order, t, 1.05 * samples)
             .map_err(Failure::input)?;
         let rest_m = self.expected_deflection(&operator)?;
-        let wall = VirtualWall::new(
+        let wall = wall_at_start(
             self.stiffness_n_per_m,
             self.dissipation_n_s_mu_per_m,
             operator,

@@ -13,7 +13,7 @@
 //!
 //! Source: O. Tokatlı, *Fractional Order Control in Haptics*, section 4.4, figure 4.3.
 
-use super::pushed::{GONE_M, VirtualWall, force_limit, pushed};
+use super::pushed::{GONE_M, VirtualWall, force_limit, pushed, wall_at_start};
 use super::sensed::{Sensed, Sensors};
 use crate::failure::Failure;
 use fracdiff::{Operator, Order, Scheme, Seconds};
@@ -336,7 +336,7 @@ impl<'a> Wall<'a> {
         let seed = self.seed.wrapping_add(cell);
         let device = Sensed::new(self.device.clone(), Sensors { seed, ..sensors });
         let one_sided = self.experiment.one_sided;
-        let wall = VirtualWall::new(stiffness, dissipation, self.operator.clone(), one_sided);
+        let wall = wall_at_start(stiffness, dissipation, self.operator.clone(), one_sided);
         let (Ok(wall), Ok(device)) = (wall, device) else {
             return false;
         };

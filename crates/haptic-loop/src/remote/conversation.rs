@@ -1,0 +1,408 @@
+//! The host's half of the conversation: numbers, answers, retries, keep-alives, counters.
+
+use core::fmt;
+use haptic_link::{
+    Alive, Direction, Hello, Keys, LineCounters, Outcome, Receiver, Refusal, Report, Request,
+    SequenceTracker, Status, encode,
+};
+
+/// Tries of a request before the device counts as gone.
+const TRIES: u8 = 5;
+
+/// What the host hears.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Incoming {
+    /// The answer to the outstanding request.
+    Answer(Report),
+    /// The outstanding request was refused.
+    Refused(Refusal),
+    /// Something that was not asked for: samples, events, faults.
+    Told(Report),
+    /// An answer to a keep-alive.
+    Alive {
+        /// From sending to hearing, µs.
+        round_trip_us: u64,
+        /// State and fault.
+        status: Status,
+    },
+    /// The device's time has gone back: it was reset, and knows nothing of this session.
+    Rebooted,
+}
+
+/// Why the conversation cannot go on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum LinkError {
+    /// No answer, after several tries.
+    NoAnswer {
+        /// Name of the request.
+        request: &'static str,
+        /// What came instead.
+        line: LineCounters,
+    },
+    /// The device refused.
+    Refused {
+        /// Name of the request.
+        request: &'static str,
+        /// Why.
+        refusal: Refusal,
+    },
+    /// The device was built with other message definitions.
+    OtherMessages {
+        /// Its firmware version.
+        firmware: [u8; 3],
+    },
+    /// The device was reset.
+    Rebooted,
+    /// The line is gone.
+    Gone,
+}
+
+impl fmt::Display for LinkError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoAnswer { request, line } => {
+                write!(f, "no answer to \"{request}\" after {TRIES} tries: ")?;
+                explain(f, line)
+            }
+            Self::Refused { request, refusal } => {
+                write!(f, "the device refused \"{request}\": ")?;
+                refused(f, refusal)
+            }
+            Self::OtherMessages {
+                firmware: [major, minor, patch],
+            } => write!(
+                f,
+                "the device has firmware {major}.{minor}.{patch}, which speaks other messages than this \
+                 program: flash the firmware of this version, or take the program of that one"
+            ),
+            Self::Rebooted => f.write_str(
+                "the device was reset in the middle of the session: its parameters and state are gone",
+            ),
+            Self::Gone => f.write_str("the line is gone: the device was unplugged or switched off"),
+        }
+    }
+}
+
+impl core::error::Error for LinkError {}
+
+/// What silence looks like.
+fn explain(f: &mut fmt::Formatter<'_>, line: &LineCounters) -> fmt::Result {
+    match line {
+        LineCounters {
+            foreign: 1..,
+            foreign_version,
+            ..
+        } if foreign_version & 0x80 == 0 => {
+            f.write_str("the port sends back what it is sent, so it is no device but an echo")
+        }
+        LineCounters {
+            foreign: 1..,
+            foreign_version,
+            ..
+        } => write!(
+            f,
+            "the device speaks protocol version {}, this program {}: flash the firmware of this version",
+            foreign_version & 0x7f,
+            haptic_link::PROTOCOL_VERSION
+        ),
+        LineCounters {
+            received: 0,
+            corrupt,
+            oversize,
+            ..
+        } if corrupt + oversize > 0 => write!(
+            f,
+            "{} pieces of garbage came instead; is this the right port, and the right baud rate?",
+            corrupt + oversize
+        ),
+        LineCounters { received: 0, .. } => f.write_str(
+            "nothing came; is this the right port, and is the device switched on and flashed?",
+        ),
+        _ => f.write_str("other frames came, so the line works, but the device does not answer"),
+    }
+}
+
+fn refused(f: &mut fmt::Formatter<'_>, refusal: &Refusal) -> fmt::Result {
+    match refusal {
+        Refusal::State(state) => write!(f, "not while it is {state}"),
+        Refusal::Range {
+            field,
+            value,
+            least,
+            most,
+        } => write!(
+            f,
+            "{field} {value} is not in [{least}, {most}] on this device"
+        ),
+        Refusal::Digest => f.write_str("the parameters were damaged on the way; try again"),
+        Refusal::Incomplete => f.write_str("some of the parameters did not arrive; try again"),
+        Refusal::Unsupported(field) => {
+            write!(f, "{field} as asked for is not possible on this board")
+        }
+        Refusal::UnknownFault => {
+            f.write_str("a fault has latched in the meantime; look at its cause, then arm again")
+        }
+        Refusal::ForceNotZero => f.write_str("the force has not fallen to zero yet; try again"),
+        Refusal::ForceNotSmall {
+            wanted_n,
+            allowed_n,
+        } => write!(
+            f,
+            "at this position the force would start at {wanted_n} N, above the {allowed_n} N allowed: \
+             move the device out of the wall"
+        ),
+        Refusal::FaultPersists(code) => match crate::Fault::from_code(*code) {
+            Some(fault) => write!(f, "{fault}; mend that first"),
+            None => write!(f, "the cause of fault {code} is still there"),
+        },
+    }
+}
+
+/// A request that waits for its answer.
+#[derive(Clone, Debug, PartialEq)]
+struct Outstanding {
+    request: Request,
+    /// Numbers under which it was sent; the newest last.
+    sequences: heapless::Vec<u16, { TRIES as usize }>,
+    sent_us: u64,
+}
+
+/// What the host has counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct HostCounters {
+    /// Frames sent.
+    pub sent: u32,
+    /// Frames received whole.
+    pub received: u32,
+    /// Frames damaged or of no known kind.
+    pub corrupt: u32,
+    /// Frames longer than the buffer.
+    pub oversize: u32,
+    /// Frames of another version, or echoes.
+    pub foreign: u32,
+    /// Frames that did not come.
+    pub lost: u32,
+    /// Frames that came twice.
+    pub duplicate: u32,
+    /// Frames that came after a later one.
+    pub late: u32,
+    /// Requests that were sent again.
+    pub retries: u32,
+}
+
+/// The host's half: one outstanding request at a time, keep-alives when it is quiet.
+///
+/// Times are µs of any clock that does not go back.
+#[derive(Debug)]
+pub struct Conversation {
+    receiver: Receiver<Report>,
+    tracker: SequenceTracker,
+    sequence: u16,
+    sent: u32,
+    retries: u32,
+    outstanding: Option<Outstanding>,
+    retry_us: u64,
+    /// Quiet time after which a keep-alive is sent; `None` for none.
+    keep_alive_us: Option<u64>,
+    last_sent_us: u64,
+    token: u32,
+    token_us: u64,
+    device_time_us: Option<u64>,
+}
+
+impl Conversation {
+    /// A conversation that has not begun; a request is sent again after `retry_us`.
+    #[must_use]
+    pub const fn new(retry_us: u64) -> Self {
+        Self {
+            receiver: Receiver::new(Direction::FromDevice),
+            tracker: SequenceTracker::NEW,
+            sequence: 0,
+            sent: 0,
+            retries: 0,
+            outstanding: None,
+            retry_us,
+            keep_alive_us: None,
+            last_sent_us: 0,
+            token: 0,
+            token_us: 0,
+            device_time_us: None,
+        }
+    }
+
+    /// Sends keep-alives after this time of quiet from now on, µs; `None` for none.
+    pub const fn set_keep_alive(&mut self, quiet_us: Option<u64>) {
+        self.keep_alive_us = quiet_us;
+    }
+
+    /// Frames a request that is not answered, or whose answer nobody waits for. Returns its length.
+    pub fn tell(&mut self, request: &Request, now_us: u64, line: &mut [u8]) -> usize {
+        // Every request fits into a frame.
+        let length = encode(request, self.sequence, Direction::FromHost, line).unwrap_or(0);
+        self.sequence = self.sequence.wrapping_add(1);
+        self.sent = self.sent.wrapping_add(1);
+        self.last_sent_us = now_us;
+        length
+    }
+
+    /// Frames a request and waits for its answer; one that is outstanding is given up.
+    pub fn ask(&mut self, request: Request, now_us: u64, line: &mut [u8]) -> usize {
+        let mut sequences = heapless::Vec::new();
+        // There is room for the first.
+        let _ = sequences.push(self.sequence);
+        let length = self.tell(&request, now_us, line);
+        if matches!(request, Request::Hello(_)) {
+            // The device may have been switched on long ago.
+            self.tracker.restart();
+            self.device_time_us = None;
+        }
+        self.outstanding = Some(Outstanding {
+            request,
+            sequences,
+            sent_us: now_us,
+        });
+        length
+    }
+
+    /// Whether an answer is still awaited.
+    #[must_use]
+    pub const fn is_waiting(&self) -> bool {
+        self.outstanding.is_some()
+    }
+
+    /// Frames what is due by the time: a request whose answer did not come, a keep-alive. 0 if nothing is.
+    ///
+    /// # Errors
+    /// [`LinkError::NoAnswer`] after the last try.
+    pub fn due(&mut self, now_us: u64, line: &mut [u8]) -> Result<usize, LinkError> {
+        if let Some(mut outstanding) = self.outstanding.take() {
+            if now_us.saturating_sub(outstanding.sent_us) < self.retry_us {
+                self.outstanding = Some(outstanding);
+            } else if outstanding.sequences.push(self.sequence).is_err() {
+                return Err(LinkError::NoAnswer {
+                    request: outstanding.request.name(),
+                    line: self.receiver.counters(),
+                });
+            } else {
+                self.retries = self.retries.wrapping_add(1);
+                let length = self.tell(&outstanding.request, now_us, line);
+                outstanding.sent_us = now_us;
+                self.outstanding = Some(outstanding);
+                return Ok(length);
+            }
+        }
+        match self.keep_alive_us {
+            Some(quiet) if now_us.saturating_sub(self.last_sent_us) >= quiet => {
+                self.token = self.token.wrapping_add(1);
+                self.token_us = now_us;
+                let token = self.token;
+                Ok(self.tell(&Request::KeepAlive { token }, now_us, line))
+            }
+            _ => Ok(0),
+        }
+    }
+
+    /// When [`due`](Self::due) has something to do next, µs.
+    #[must_use]
+    pub fn next_due_us(&self) -> Option<u64> {
+        let retry = self.outstanding.as_ref().map(|o| o.sent_us + self.retry_us);
+        let keep = self.keep_alive_us.map(|quiet| self.last_sent_us + quiet);
+        match (retry, keep) {
+            (Some(a), Some(b)) => Some(a.min(b)),
+            (a, b) => a.or(b),
+        }
+    }
+
+    /// Takes a byte. Damaged, repeated and late frames are counted and not passed on.
+    pub fn receive(&mut self, byte: u8, now_us: u64) -> Option<Incoming> {
+        let (sequence, report) = self.receiver.push(byte)?;
+        let is_hello = matches!(report, Report::Hello(_));
+        if is_hello && self.is_answer(&report) {
+            self.tracker.restart();
+        }
+        if !self.tracker.arrive(sequence).is_new() {
+            return None;
+        }
+        if self.is_answer(&report) {
+            self.outstanding = None;
+            return Some(match report {
+                Report::Ack(ack) => match ack.outcome {
+                    Outcome::Done => Incoming::Answer(report),
+                    Outcome::Refused(refusal) => Incoming::Refused(refusal),
+                },
+                _ => Incoming::Answer(report),
+            });
+        }
+        match report {
+            Report::Alive(alive) => self.alive(&alive, now_us),
+            // Answers to tries that were given up.
+            Report::Ack(_) | Report::Hello(_) => None,
+            report => Some(Incoming::Told(report)),
+        }
+    }
+
+    fn alive(&mut self, alive: &Alive, now_us: u64) -> Option<Incoming> {
+        let before = self.device_time_us.replace(alive.time_us);
+        if before.is_some_and(|before| alive.time_us < before) {
+            return Some(Incoming::Rebooted);
+        }
+        // An old token says that the device lives, but not how far it is.
+        (alive.token == self.token).then(|| Incoming::Alive {
+            round_trip_us: now_us.saturating_sub(self.token_us),
+            status: alive.status,
+        })
+    }
+
+    /// Whether a report answers the outstanding request.
+    fn is_answer(&self, report: &Report) -> bool {
+        let Some(outstanding) = &self.outstanding else {
+            return false;
+        };
+        match (&outstanding.request, report) {
+            (Request::Hello(_), Report::Hello(_))
+            | (Request::GetCapabilities, Report::Capabilities(_))
+            | (Request::GetConfiguration, Report::Configuration { .. })
+            | (Request::GetStatistics, Report::Statistics(_)) => true,
+            (Request::GetCoefficients { offset }, Report::Coefficients(block)) => {
+                block.offset == *offset
+            }
+            (Request::ReadFlight { index }, Report::Flight(flight)) => flight.index == *index,
+            (request, Report::Ack(ack)) => {
+                ack.request == request.number() && outstanding.sequences.contains(&ack.sequence)
+            }
+            _ => false,
+        }
+    }
+
+    /// All counters.
+    #[must_use]
+    pub fn counters(&self) -> HostCounters {
+        let line = self.receiver.counters();
+        HostCounters {
+            sent: self.sent,
+            received: line.received,
+            corrupt: line.corrupt,
+            oversize: line.oversize,
+            foreign: line.foreign,
+            lost: self.tracker.lost(),
+            duplicate: self.tracker.duplicate(),
+            late: self.tracker.late(),
+            retries: self.retries,
+        }
+    }
+}
+
+/// Checks that the device speaks our language.
+///
+/// # Errors
+/// [`LinkError::OtherMessages`].
+pub fn check_keys(hello: &Hello) -> Result<(), LinkError> {
+    if hello.keys == Keys::CURRENT {
+        Ok(())
+    } else {
+        Err(LinkError::OtherMessages {
+            firmware: hello.firmware,
+        })
+    }
+}

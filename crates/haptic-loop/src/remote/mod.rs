@@ -1,0 +1,31 @@
+//! The two ends of the link between a device and its host, without the line between them.
+//!
+//! ```text
+//! device, tick interrupt:  TickSide     read ─▶ force ─▶ write, states, watchdog, flight recorder
+//! device, main loop:       Session      bytes ─▶ requests ─▶ TickSide;   TickSide ─▶ reports ─▶ bytes
+//! host:                    Conversation bytes ─▶ reports, counters;  requests with answers and retries ─▶ bytes
+//! ```
+//! All three are plain state machines: bytes and the time come in as arguments, bytes go out. The same
+//! device side runs in the firmware's interrupt, in `host-cli device emulate`, and in tests that lose,
+//! damage and delay what is said.
+//!
+//! - *Zero force* until armed and started, and again after a stop, a fault, a reset.
+//! - *All or nothing*: parameters are staged, checked, and take effect together between two ticks.
+//! - *Silence*: armed or running, a device that hears nothing for the watchdog time latches a fault and
+//!   lets the force fall to zero at its rate limit.
+
+mod conversation;
+mod hardware;
+mod prepared;
+mod session;
+mod simulated;
+mod tick_side;
+
+pub use conversation::{Conversation, HostCounters, Incoming, LinkError, check_keys};
+pub use hardware::{Exclusive, Hardware};
+pub use prepared::{
+    COEFFICIENTS_MAX, DEGREE_MAX, DeviceOperator, DeviceWall, MODES_MAX, Prepared, prepare,
+};
+pub use session::Session;
+pub use simulated::SimulatedPlant;
+pub use tick_side::{FLIGHT_SAMPLES, QUEUE_SAMPLES, TickSide};

@@ -1,0 +1,160 @@
+//! From a configuration on the wire to a controller: everything that can be refused is refused here.
+
+use super::hardware::Hardware;
+use crate::units::{Metres, Newtons, NewtonsPerSecond, Seconds};
+use crate::{Controller, SafetyChain, Wall};
+use fracdiff::PortableOperator;
+use fracdiff::portable::{Form, ListError};
+use haptic_link::{
+    Capabilities, Configuration, DigestBuilder, Field, Limits, OperatorForm, Refusal,
+};
+
+/// Most coefficients of an operator on a device: taps of a finite memory.
+pub const COEFFICIENTS_MAX: usize = 256;
+/// Most modes of a full memory.
+pub const MODES_MAX: usize = 48;
+/// Largest degree of a recursion, most sections.
+pub const DEGREE_MAX: usize = 16;
+
+/// The operator of a device.
+pub type DeviceOperator = PortableOperator<f32, COEFFICIENTS_MAX, MODES_MAX, DEGREE_MAX>;
+/// The environment of a device.
+pub type DeviceWall = Wall<f32, DeviceOperator>;
+
+/// A configuration that is good, ready to take effect.
+#[derive(Clone, Debug)]
+pub struct Prepared<S> {
+    pub(super) configuration: Configuration,
+    pub(super) digest: u32,
+    pub(super) controller: Controller<f32, 1, DeviceWall>,
+    pub(super) setup: S,
+}
+
+/// Checks a configuration and makes a controller of it. Nothing of it takes effect yet.
+///
+/// *Cost*: a copy of the coefficients, their checks, and what the plant needs; no allocation.
+///
+/// # Errors
+/// The first parameter that is not as this board needs it.
+pub fn prepare<H: Hardware>(
+    configuration: Configuration,
+    coefficients: &[f32],
+    capabilities: &Capabilities,
+) -> Result<Prepared<H::Setup>, Refusal> {
+    let limits = &configuration.limits;
+    let period = configuration.tick_period_us;
+    within(
+        Field::TickPeriod,
+        period as f32,
+        capabilities.tick_period_min_us as f32,
+        capabilities.tick_period_max_us as f32,
+    )?;
+    within(
+        Field::Watchdog,
+        f32::from(limits.watchdog_ms),
+        f32::from(Limits::WATCHDOG_MIN_MS),
+        f32::from(Limits::WATCHDOG_MAX_MS),
+    )?;
+    let least = f32::MIN_POSITIVE;
+    within(
+        Field::ForceLimit,
+        limits.force_n,
+        least,
+        capabilities.force_max_n,
+    )?;
+    within(
+        Field::ForceRateLimit,
+        limits.force_rate_n_per_s,
+        least,
+        capabilities.force_rate_max_n_per_s,
+    )?;
+    let stiffness = within(
+        Field::Stiffness,
+        configuration.stiffness_n_per_m,
+        0.0,
+        f32::MAX,
+    )?;
+    let dissipation = within(
+        Field::Dissipation,
+        configuration.dissipation_n_s_mu_per_m,
+        0.0,
+        f32::MAX,
+    )?;
+    let surface = within(Field::Surface, configuration.surface_m, -f32::MAX, f32::MAX)?;
+    let operator = operator(&configuration, coefficients)?;
+    let surface = configuration
+        .one_sided
+        .then_some(Metres(f64::from(surface)));
+    let sample_time = Seconds(f64::from(period) * 1e-6);
+    // Everything was checked above; whatever a constructor finds beyond that has no field of its own.
+    let unexpected = |_| Refusal::Unsupported(Field::Other);
+    let wall = Wall::new(
+        f64::from(stiffness),
+        f64::from(dissipation),
+        operator,
+        surface,
+    )
+    .map_err(unexpected)?;
+    let chain = SafetyChain::new(
+        Newtons(f64::from(limits.force_n)),
+        NewtonsPerSecond(f64::from(limits.force_rate_n_per_s)),
+        sample_time,
+    )
+    .map_err(unexpected)?;
+    Ok(Prepared {
+        configuration,
+        digest: DigestBuilder::new(&configuration)
+            .coefficients(coefficients)
+            .finish(),
+        controller: Controller::new(wall, chain),
+        setup: H::prepare(&configuration.simulation, period)?,
+    })
+}
+
+fn operator(
+    configuration: &Configuration,
+    coefficients: &[f32],
+) -> Result<DeviceOperator, Refusal> {
+    let shape = configuration.operator;
+    let form = match shape.form {
+        OperatorForm::Taps => Form::Taps,
+        OperatorForm::Modes => Form::Modes,
+        OperatorForm::Recursion => Form::Recursion,
+        OperatorForm::Sections => Form::Sections,
+    };
+    DeviceOperator::new(form, shape.integer, coefficients).map_err(|error| match error {
+        ListError::IntegerPart(integer) => Refusal::Range {
+            field: Field::IntegerPart,
+            value: f32::from(integer),
+            least: -2.0,
+            most: 2.0,
+        },
+        ListError::Count { count, most } => Refusal::Range {
+            field: Field::CoefficientCount,
+            value: count as f32,
+            least: 1.0,
+            most: most as f32,
+        },
+        ListError::Value { value, .. } => Refusal::Range {
+            field: Field::Coefficient,
+            value: value as f32,
+            least: -f32::MAX,
+            most: f32::MAX,
+        },
+        _ => Refusal::Unsupported(Field::Coefficient),
+    })
+}
+
+/// Accepts a value in [least, most].
+pub(super) fn within(field: Field, value: f32, least: f32, most: f32) -> Result<f32, Refusal> {
+    if value >= least && value <= most {
+        Ok(value)
+    } else {
+        Err(Refusal::Range {
+            field,
+            value,
+            least,
+            most,
+        })
+    }
+}

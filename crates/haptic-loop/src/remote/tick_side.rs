@@ -1,0 +1,603 @@
+//! The device's loop: what runs in the tick interrupt.
+//!
+//! ```text
+//!            arm               start                 all ticks done, stop        force zero
+//!   Idle ─────────▶ Armed ─────────────▶ Running ────────────────────▶ Stopping ──────────▶ Armed
+//!    ▲                │ disarm               │ disarm ─▶ Stopping ─▶ Idle
+//!    └────────────────┘                      │ any fault, from any state
+//!                                            ▼
+//!   Armed ◀── arm, force zero ─────────── Fault
+//! ```
+
+use super::hardware::Hardware;
+use super::prepared::{DeviceWall, Prepared, prepare};
+use crate::{Controller, Fault};
+use haptic_link::{
+    BATCH_MAX, Batch, BatchItem, Configuration, Event, EventKind, FaultReport, Flight, LoopMode,
+    Refusal, Report, Sample, Simulation, Start, State, Statistics, Status,
+};
+use heapless::{Deque, HistoryBuf};
+use nalgebra::SVector;
+
+/// Samples that wait to be sent at most.
+pub const QUEUE_SAMPLES: usize = 64;
+/// Samples that the flight recorder keeps.
+pub const FLIGHT_SAMPLES: usize = 96;
+/// Of these, samples after the fault.
+const FLIGHT_AFTER: u16 = 24;
+/// Notices that wait to be sent at most.
+const QUEUE_NOTICES: usize = 8;
+
+/// Which samples are sent, and how.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Stream {
+    every: u16,
+    batch: u8,
+}
+
+impl Stream {
+    const OFF: Self = Self { every: 0, batch: 1 };
+}
+
+/// Where a stop leads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum After {
+    Armed(EventKind),
+    Idle,
+}
+
+/// A notice: an event or a fault.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Notice {
+    Event(Event),
+    Fault(FaultReport),
+}
+
+/// The loop of a device with one axis: controller, states, watchdog, flight recorder, samples to be sent.
+///
+/// - *Start-up*: idle, zero force, [`Configuration::PASSIVE`].
+/// - *Watchdog*: armed or running, silence longer than [`Limits::watchdog_ms`](haptic_link::Limits) latches
+///   [`Fault::HostSilent`].
+/// - *Cost* of a tick: controller and hardware, and some 50 operations; no allocation, no panic. Memory:
+///   about 7 KiB, of which the operator and its history 3 KiB.
+#[derive(Debug)]
+pub struct TickSide<H: Hardware> {
+    hardware: H,
+    controller: Controller<f32, 1, DeviceWall>,
+    configuration: Configuration,
+    digest: u32,
+    state: State,
+    after: After,
+    fault: Option<Fault>,
+    faults: u16,
+    run: Option<u32>,
+    ticks_left: Option<u32>,
+    tick: u32,
+    now_us: u64,
+    heard_us: u64,
+    late_in_row: u16,
+    commanded_n: f32,
+    commanded_new: bool,
+    idle_stream: Stream,
+    run_stream: Stream,
+    samples: Deque<Sample, QUEUE_SAMPLES>,
+    notices: Deque<Notice, QUEUE_NOTICES>,
+    flight: HistoryBuf<Sample, FLIGHT_SAMPLES>,
+    /// Samples that the flight recorder still takes: all until a fault latches.
+    flight_left: Option<u16>,
+    statistics: Statistics,
+}
+
+impl<H: Hardware> TickSide<H> {
+    /// A device at power-up.
+    ///
+    /// # Errors
+    /// If the board cannot be without a configuration, which is a defect of the board.
+    pub fn new(mut hardware: H) -> Result<Self, Refusal> {
+        let capabilities = hardware.capabilities();
+        let mut passive = Configuration::PASSIVE;
+        let limits = &mut passive.limits;
+        limits.force_n = limits.force_n.min(capabilities.force_max_n);
+        limits.force_rate_n_per_s = limits
+            .force_rate_n_per_s
+            .min(capabilities.force_rate_max_n_per_s);
+        if capabilities.simulated {
+            passive.simulation = Simulation::TESTBED;
+        }
+        let Prepared {
+            configuration,
+            digest,
+            controller,
+            setup,
+        } = prepare::<H>(passive, &[0.0], &capabilities)?;
+        hardware.install(setup, configuration.tick_period_us);
+        Ok(Self {
+            hardware,
+            controller,
+            configuration,
+            digest,
+            state: State::Idle,
+            after: After::Idle,
+            fault: None,
+            faults: 0,
+            run: None,
+            ticks_left: None,
+            tick: 0,
+            now_us: 0,
+            heard_us: 0,
+            late_in_row: 0,
+            commanded_n: 0.0,
+            commanded_new: false,
+            idle_stream: Stream::OFF,
+            run_stream: Stream::OFF,
+            samples: Deque::new(),
+            notices: Deque::new(),
+            flight: HistoryBuf::new(),
+            flight_left: None,
+            statistics: Statistics::default(),
+        })
+    }
+
+    /// One tick, at this time since power-up.
+    pub fn tick(&mut self, now_us: u64) {
+        let began = self.hardware.cycles();
+        self.judge_time(now_us);
+        if matches!(self.state, State::Armed | State::Running) {
+            let watchdog_us = 1000 * u64::from(self.configuration.limits.watchdog_ms);
+            if now_us.saturating_sub(self.heard_us) > watchdog_us {
+                self.trip(Fault::HostSilent);
+            }
+        }
+        match self.act() {
+            Ok(sample) => self.keep(sample),
+            Err(fault) => self.trip(fault),
+        }
+        if let Some(fault) = self.controller.safety().fault() {
+            self.trip(fault);
+        }
+        self.settle();
+        self.tick = self.tick.wrapping_add(1);
+        let cycles = self.hardware.cycles().wrapping_sub(began);
+        let statistics = &mut self.statistics;
+        statistics.ticks = statistics.ticks.wrapping_add(1);
+        statistics.tick_cycles_last = cycles;
+        statistics.tick_cycles_max = statistics.tick_cycles_max.max(cycles);
+    }
+
+    /// The timer fired again before the tick was done.
+    pub fn overrun(&mut self) {
+        self.late();
+    }
+
+    /// A fault that something else has found.
+    pub fn trip(&mut self, fault: Fault) {
+        if self.fault.is_some() {
+            return;
+        }
+        self.controller.trip(fault);
+        self.fault = Some(fault);
+        self.faults = self.faults.wrapping_add(1);
+        self.state = State::Fault;
+        self.flight_left = Some(FLIGHT_AFTER);
+        self.notify(Notice::Fault(FaultReport {
+            status: self.status(),
+            tick: self.tick,
+            time_us: self.now_us,
+        }));
+    }
+
+    fn judge_time(&mut self, now_us: u64) {
+        let period = u64::from(self.configuration.tick_period_us);
+        let passed = now_us.saturating_sub(self.now_us);
+        self.now_us = now_us;
+        if self.statistics.ticks > 0 && passed >= 2 * period {
+            self.late();
+        } else {
+            self.late_in_row = 0;
+        }
+    }
+
+    fn late(&mut self) {
+        self.statistics.overruns = self.statistics.overruns.wrapping_add(1);
+        self.late_in_row = self.late_in_row.saturating_add(1);
+        let most = self.configuration.limits.late_ticks;
+        let closed = matches!(self.state, State::Armed | State::Running);
+        if closed && most > 0 && self.late_in_row >= most {
+            self.trip(Fault::TickOverrun);
+        }
+    }
+
+    /// Reads, and applies a force if there may be one.
+    fn act(&mut self) -> Result<Sample, Fault> {
+        let forced = match self.state {
+            State::Running | State::Stopping => true,
+            State::Fault => !self.controller.safety().is_at_rest(),
+            State::Idle | State::Armed => false,
+        };
+        let mut sample = Sample {
+            tick: self.tick,
+            time_us: self.now_us as u32,
+            ..Sample::default()
+        };
+        if !forced {
+            sample.position_m = self.hardware.idle()?.position_m[0];
+            return Ok(sample);
+        }
+        let done = match self.configuration.loop_mode {
+            LoopMode::Device => self.controller.tick(&mut self.hardware)?,
+            LoopMode::Host => {
+                if self.state == State::Running && !self.commanded_new {
+                    self.statistics.stale_forces = self.statistics.stale_forces.wrapping_add(1);
+                }
+                self.commanded_new = false;
+                let wanted = SVector::from([self.commanded_n]);
+                self.controller
+                    .tick_commanded(&mut self.hardware, &wanted)?
+            }
+        };
+        sample.position_m = done.reading.position_m[0];
+        sample.environment_force_n = done.environment_force_n[0];
+        sample.force_n = done.force.newtons()[0];
+        sample.limiters = done.limiters.bits();
+        Ok(sample)
+    }
+
+    /// Flight recorder and stream.
+    fn keep(&mut self, sample: Sample) {
+        match &mut self.flight_left {
+            None => self.flight.write(sample),
+            Some(0) => {}
+            Some(left) => {
+                *left -= 1;
+                self.flight.write(sample);
+            }
+        }
+        let Stream { every, .. } = self.stream();
+        if every > 0
+            && sample.tick.is_multiple_of(u32::from(every))
+            && self.samples.push_back(sample).is_err()
+        {
+            self.statistics.samples_dropped = self.statistics.samples_dropped.wrapping_add(1);
+        }
+    }
+
+    fn stream(&self) -> Stream {
+        match self.state {
+            State::Running | State::Stopping => self.run_stream,
+            // What follows a fault belongs to the run that it ended.
+            State::Fault if !self.controller.safety().is_at_rest() => self.run_stream,
+            _ => self.idle_stream,
+        }
+    }
+
+    /// Ends runs and stops.
+    fn settle(&mut self) {
+        if self.state == State::Running
+            && let Some(left) = &mut self.ticks_left
+        {
+            *left = left.saturating_sub(1);
+            if *left == 0 {
+                self.end(After::Armed(EventKind::Finished));
+            }
+        }
+        if self.state == State::Stopping && self.controller.safety().is_at_rest() {
+            let (state, kind) = match self.after {
+                After::Armed(kind) => (State::Armed, kind),
+                After::Idle => (State::Idle, EventKind::Disarmed),
+            };
+            self.state = state;
+            self.run = None;
+            self.event(kind);
+        }
+    }
+
+    fn end(&mut self, after: After) {
+        self.controller.stop();
+        self.after = after;
+        self.state = State::Stopping;
+    }
+
+    fn event(&mut self, kind: EventKind) {
+        self.notify(Notice::Event(Event {
+            kind,
+            tick: self.tick,
+            time_us: self.now_us,
+        }));
+    }
+
+    fn notify(&mut self, notice: Notice) {
+        // The oldest go first: the newest say what the state is now.
+        if self.notices.is_full() {
+            self.notices.pop_front();
+        }
+        // There is room now.
+        let _ = self.notices.push_back(notice);
+    }
+
+    /// The host was heard at this time. While a host loop runs only its forces count.
+    pub fn heard(&mut self, now_us: u64, is_force: bool) {
+        let host_loop = self.configuration.loop_mode == LoopMode::Host;
+        if is_force || !(host_loop && self.state == State::Running) {
+            self.heard_us = self.heard_us.max(now_us);
+        }
+    }
+
+    /// See [`Request::Arm`](haptic_link::Request::Arm).
+    ///
+    /// # Errors
+    /// As there.
+    pub fn arm(&mut self, faults: u16) -> Result<(), Refusal> {
+        match self.state {
+            State::Armed => return Ok(()),
+            State::Idle | State::Fault => {}
+            state => return Err(Refusal::State(state)),
+        }
+        if faults != self.faults {
+            return Err(Refusal::UnknownFault);
+        }
+        if !self.controller.safety().is_at_rest() {
+            return Err(Refusal::ForceNotZero);
+        }
+        if let Some(fault) = self.hardware.persisting_fault() {
+            return Err(Refusal::FaultPersists(fault.code()));
+        }
+        self.controller.reset();
+        self.fault = None;
+        self.flight_left = None;
+        self.late_in_row = 0;
+        self.state = State::Armed;
+        self.event(EventKind::Armed);
+        Ok(())
+    }
+
+    /// See [`Request::Disarm`](haptic_link::Request::Disarm). A latched fault stays.
+    pub fn disarm(&mut self) {
+        match self.state {
+            State::Armed => {
+                self.state = State::Idle;
+                self.event(EventKind::Disarmed);
+            }
+            State::Running => self.end(After::Idle),
+            State::Stopping => self.after = After::Idle,
+            State::Idle | State::Fault => {}
+        }
+    }
+
+    /// See [`Request::Start`](haptic_link::Request::Start).
+    ///
+    /// # Errors
+    /// As there, and a stream that is none.
+    pub fn start(&mut self, start: Start) -> Result<(), Refusal> {
+        match self.state {
+            State::Armed => {}
+            State::Running if self.run == Some(start.run) => return Ok(()),
+            state => return Err(Refusal::State(state)),
+        }
+        let stream = checked(start.every, start.batch)?;
+        if stream.every == 0 {
+            return Err(Refusal::Unsupported(haptic_link::Field::Every));
+        }
+        self.controller.reset();
+        self.hardware.restart();
+        self.samples.clear();
+        self.flight.clear();
+        self.run = Some(start.run);
+        self.ticks_left = (start.ticks > 0).then_some(start.ticks);
+        self.run_stream = stream;
+        self.tick = 0;
+        (self.commanded_n, self.commanded_new) = (0.0, false);
+        self.state = State::Running;
+        self.event(EventKind::Started);
+        Ok(())
+    }
+
+    /// See [`Request::Stop`](haptic_link::Request::Stop).
+    ///
+    /// # Errors
+    /// When idle or in a fault: nothing runs.
+    pub fn stop(&mut self) -> Result<(), Refusal> {
+        match self.state {
+            State::Running => {
+                self.end(After::Armed(EventKind::Stopped));
+                Ok(())
+            }
+            State::Stopping | State::Armed => Ok(()),
+            State::Idle | State::Fault => Err(Refusal::State(self.state)),
+        }
+    }
+
+    /// See [`Request::Force`](haptic_link::Request::Force). Ignored unless a host loop runs.
+    pub fn command(&mut self, force_n: f32) {
+        if self.state == State::Running && self.configuration.loop_mode == LoopMode::Host {
+            self.commanded_n = force_n;
+            self.commanded_new = true;
+        }
+    }
+
+    /// See [`Request::Stream`](haptic_link::Request::Stream).
+    ///
+    /// # Errors
+    /// A batch that is none.
+    pub fn stream_idle(&mut self, every: u16, batch: u8) -> Result<(), Refusal> {
+        self.idle_stream = checked(every, batch)?;
+        if every == 0 && matches!(self.state, State::Idle | State::Armed | State::Fault) {
+            self.samples.clear();
+        }
+        Ok(())
+    }
+
+    /// Whether a configuration can take effect now.
+    ///
+    /// # Errors
+    /// While armed, running or stopping, and in a fault before the force is zero.
+    pub fn may_install(&self) -> Result<(), Refusal> {
+        match self.state {
+            State::Idle => Ok(()),
+            State::Fault if self.controller.safety().is_at_rest() => Ok(()),
+            State::Fault => Err(Refusal::ForceNotZero),
+            state => Err(Refusal::State(state)),
+        }
+    }
+
+    /// Makes a configuration take effect. A latched fault stays.
+    ///
+    /// # Errors
+    /// As [`may_install`](Self::may_install).
+    pub fn install(&mut self, prepared: Prepared<H::Setup>) -> Result<(), Refusal> {
+        self.may_install()?;
+        let Prepared {
+            configuration,
+            digest,
+            controller,
+            setup,
+        } = prepared;
+        self.controller = controller;
+        if let Some(fault) = self.fault {
+            self.controller.trip(fault);
+        }
+        self.configuration = configuration;
+        self.digest = digest;
+        self.hardware.install(setup, configuration.tick_period_us);
+        self.event(EventKind::Configured);
+        Ok(())
+    }
+
+    /// State and fault.
+    #[must_use]
+    pub fn status(&self) -> Status {
+        Status {
+            state: self.state,
+            fault: self.fault.map_or(0, Fault::code),
+            faults: self.faults,
+        }
+    }
+
+    /// The configuration in force and its digest.
+    #[must_use]
+    pub const fn configuration(&self) -> (&Configuration, u32) {
+        (&self.configuration, self.digest)
+    }
+
+    /// A coefficient of the operator in force.
+    #[must_use]
+    pub fn coefficient(&self, index: usize) -> Option<f32> {
+        self.controller.environment().operator().value(index)
+    }
+
+    /// The board.
+    pub const fn hardware(&self) -> &H {
+        &self.hardware
+    }
+
+    /// The board, to let it take what its own interrupts have found.
+    pub const fn hardware_mut(&mut self) -> &mut H {
+        &mut self.hardware
+    }
+
+    /// What this side has counted.
+    #[must_use]
+    pub const fn statistics(&self) -> &Statistics {
+        &self.statistics
+    }
+
+    /// A sample of the flight recorder, 0 the oldest.
+    ///
+    /// # Errors
+    /// An index behind its end.
+    pub fn flight(&self, index: u16) -> Result<Flight, Refusal> {
+        let count = self.flight.len() as u16;
+        let sample = match self.flight.oldest_ordered().nth(usize::from(index)) {
+            Some(sample) => *sample,
+            None if index == 0 => Sample::default(),
+            None => {
+                return Err(Refusal::Range {
+                    field: haptic_link::Field::FlightIndex,
+                    value: f32::from(index),
+                    least: 0.0,
+                    most: f32::from(count.saturating_sub(1)),
+                });
+            }
+        };
+        Ok(Flight {
+            index,
+            count,
+            sample,
+        })
+    }
+
+    /// The next thing to say, oldest first: events and faults, then samples.
+    pub fn next_report(&mut self) -> Option<Report> {
+        match self.notices.front() {
+            // What a run sampled goes out before its end is told.
+            Some(Notice::Event(event)) if self.samples.is_empty() || is_first(event.kind) => {
+                let report = Report::Event(*event);
+                self.notices.pop_front();
+                Some(report)
+            }
+            Some(Notice::Fault(fault)) => {
+                let report = Report::Fault(*fault);
+                self.notices.pop_front();
+                Some(report)
+            }
+            _ => self.next_samples(),
+        }
+    }
+
+    fn next_samples(&mut self) -> Option<Report> {
+        let Stream { every, batch } = self.stream();
+        let whole = self.state != State::Running && self.state != State::Stopping;
+        let batch = usize::from(batch).min(BATCH_MAX);
+        if batch <= 1 {
+            return self.samples.pop_front().map(Report::Sample);
+        }
+        // A batch waits until it is full, unless nothing more will come.
+        if self.samples.len() < batch && !whole {
+            return None;
+        }
+        let first = self.samples.pop_front()?;
+        let mut items = heapless::Vec::new();
+        let mut next = Some(first);
+        let mut tick = first.tick;
+        while let Some(sample) = next {
+            // There is room: at most BATCH_MAX are taken.
+            let _ = items.push(BatchItem {
+                position_m: sample.position_m,
+                environment_force_n: sample.environment_force_n,
+                force_n: sample.force_n,
+                limiters: sample.limiters,
+            });
+            tick = tick.wrapping_add(u32::from(every.max(1)));
+            next = match self.samples.front() {
+                // A gap, where samples were dropped, ends a batch.
+                Some(sample) if items.len() < batch && sample.tick == tick => {
+                    self.samples.pop_front()
+                }
+                _ => None,
+            };
+        }
+        Some(Report::Batch(Batch {
+            tick: first.tick,
+            time_us: first.time_us,
+            every: every.max(1),
+            items,
+        }))
+    }
+}
+
+/// Events that come before the samples in the queue.
+const fn is_first(kind: EventKind) -> bool {
+    matches!(kind, EventKind::Started)
+}
+
+fn checked(every: u16, batch: u8) -> Result<Stream, Refusal> {
+    if (1..=BATCH_MAX).contains(&usize::from(batch)) {
+        Ok(Stream { every, batch })
+    } else {
+        Err(Refusal::Range {
+            field: haptic_link::Field::BatchLength,
+            value: f32::from(batch),
+            least: 1.0,
+            most: BATCH_MAX as f32,
+        })
+    }
+}

@@ -1,0 +1,69 @@
+//! A spring and a fractional damper on one axis, with or without a surface.
+
+use crate::units::Metres;
+use crate::{Contact, Environment, ParameterError, SpringDamper};
+use fracdiff::{Differintegrator, Real};
+use nalgebra::SVector;
+
+/// A wall whose kind is chosen at run time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Wall<F, O> {
+    /// Pushes and pulls, as theory assumes.
+    Linear(SpringDamper<F, O>),
+    /// Pushes but never pulls.
+    OneSided(Contact<F, SpringDamper<F, O>, 1>),
+}
+
+impl<F: Real, O: Differintegrator<F>> Wall<F, O> {
+    /// K in N/m and B in N·s^μ/m; with a surface the wall begins there and is one-sided.
+    ///
+    /// # Errors
+    /// As [`SpringDamper::new`] and [`Contact::at`].
+    pub fn new(
+        stiffness: f64,
+        dissipation: f64,
+        operator: O,
+        surface: Option<Metres>,
+    ) -> Result<Self, ParameterError> {
+        let wall = SpringDamper::new(stiffness, dissipation, operator)?;
+        Ok(match surface {
+            Some(surface) => Self::OneSided(Contact::at(surface, wall)?),
+            None => Self::Linear(wall),
+        })
+    }
+
+    /// D^μ.
+    pub const fn operator(&self) -> &O {
+        match self {
+            Self::Linear(wall) => wall.operator(),
+            Self::OneSided(contact) => contact.inner().operator(),
+        }
+    }
+}
+
+impl<F: Real, O: Differintegrator<F>> Environment<F, 1> for Wall<F, O> {
+    type History = [O::History; 1];
+
+    fn at_rest(&self) -> Self::History {
+        match self {
+            Self::Linear(wall) => Environment::<F, 1>::at_rest(wall),
+            Self::OneSided(contact) => contact.at_rest(),
+        }
+    }
+
+    #[inline]
+    fn force(&self, history: &Self::History, position_m: &SVector<F, 1>) -> SVector<F, 1> {
+        match self {
+            Self::Linear(wall) => wall.force(history, position_m),
+            Self::OneSided(contact) => contact.force(history, position_m),
+        }
+    }
+
+    #[inline]
+    fn advance(&self, history: &mut Self::History, position_m: &SVector<F, 1>) {
+        match self {
+            Self::Linear(wall) => wall.advance(history, position_m),
+            Self::OneSided(contact) => contact.advance(history, position_m),
+        }
+    }
+}
