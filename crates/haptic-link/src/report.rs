@@ -248,6 +248,26 @@ pub struct Batch {
     pub items: heapless::Vec<BatchItem, BATCH_MAX>,
 }
 
+impl Batch {
+    /// The samples, for ticks of this period.
+    pub fn samples(&self, tick_period_us: u32) -> impl Iterator<Item = Sample> + '_ {
+        let every = u32::from(self.every);
+        self.items.iter().zip(0_u32..).map(move |(item, n)| {
+            let ticks = n.wrapping_mul(every);
+            Sample {
+                tick: self.tick.wrapping_add(ticks),
+                time_us: self
+                    .time_us
+                    .wrapping_add(ticks.wrapping_mul(tick_period_us)),
+                position_m: item.position_m,
+                environment_force_n: item.environment_force_n,
+                force_n: item.force_n,
+                limiters: item.limiters,
+            }
+        })
+    }
+}
+
 /// A tick in a [`Batch`]: 13 bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct BatchItem {

@@ -2,8 +2,8 @@
 
 use core::fmt;
 use haptic_link::{
-    Alive, Direction, Hello, Keys, LineCounters, Outcome, Receiver, Refusal, Report, Request,
-    SequenceTracker, Status, encode,
+    Alive, Direction, FaultReport, Hello, Keys, LineCounters, Outcome, Receiver, Refusal, Report,
+    Request, SequenceTracker, Status, encode,
 };
 
 /// Tries of a request before the device counts as gone.
@@ -15,7 +15,12 @@ pub enum Incoming {
     /// The answer to the outstanding request.
     Answer(Report),
     /// The outstanding request was refused.
-    Refused(Refusal),
+    Refused {
+        /// Its name.
+        request: &'static str,
+        /// Why.
+        refusal: Refusal,
+    },
     /// Something that was not asked for: samples, events, faults.
     Told(Report),
     /// An answer to a keep-alive.
@@ -52,6 +57,8 @@ pub enum LinkError {
         /// Its firmware version.
         firmware: [u8; 3],
     },
+    /// A fault latched on the device.
+    Faulted(FaultReport),
     /// The device was reset.
     Rebooted,
     /// The line is gone.
@@ -76,6 +83,14 @@ impl fmt::Display for LinkError {
                 "the device has firmware {major}.{minor}.{patch}, which speaks other messages than this \
                  program: flash the firmware of this version, or take the program of that one"
             ),
+            Self::Faulted(report) => match crate::Fault::from_code(report.status.fault) {
+                Some(fault) => write!(f, "the device latched a fault at tick {}: {fault}", report.tick),
+                None => write!(
+                    f,
+                    "the device latched fault {}, which this program does not know, at tick {}",
+                    report.status.fault, report.tick
+                ),
+            },
             Self::Rebooted => f.write_str(
                 "the device was reset in the middle of the session: its parameters and state are gone",
             ),
@@ -191,7 +206,7 @@ pub struct HostCounters {
     pub retries: u32,
 }
 
-/// The host's half: one outstanding request at a time, keep-alives when it is quiet.
+/// The host's half: one outstanding request at a time, keep-alives in between.
 ///
 /// Times are µs of any clock that does not go back.
 #[derive(Debug)]
@@ -203,9 +218,8 @@ pub struct Conversation {
     retries: u32,
     outstanding: Option<Outstanding>,
     retry_us: u64,
-    /// Quiet time after which a keep-alive is sent; `None` for none.
+    /// Time from one keep-alive to the next; `None` for none.
     keep_alive_us: Option<u64>,
-    last_sent_us: u64,
     token: u32,
     token_us: u64,
     device_time_us: Option<u64>,
@@ -224,25 +238,23 @@ impl Conversation {
             outstanding: None,
             retry_us,
             keep_alive_us: None,
-            last_sent_us: 0,
             token: 0,
             token_us: 0,
             device_time_us: None,
         }
     }
 
-    /// Sends keep-alives after this time of quiet from now on, µs; `None` for none.
-    pub const fn set_keep_alive(&mut self, quiet_us: Option<u64>) {
-        self.keep_alive_us = quiet_us;
+    /// Sends a keep-alive at these intervals from now on, µs; `None` for none.
+    pub const fn set_keep_alive(&mut self, interval_us: Option<u64>) {
+        self.keep_alive_us = interval_us;
     }
 
     /// Frames a request that is not answered, or whose answer nobody waits for. Returns its length.
-    pub fn tell(&mut self, request: &Request, now_us: u64, line: &mut [u8]) -> usize {
+    pub fn tell(&mut self, request: &Request, line: &mut [u8]) -> usize {
         // Every request fits into a frame.
         let length = encode(request, self.sequence, Direction::FromHost, line).unwrap_or(0);
         self.sequence = self.sequence.wrapping_add(1);
         self.sent = self.sent.wrapping_add(1);
-        self.last_sent_us = now_us;
         length
     }
 
@@ -251,7 +263,7 @@ impl Conversation {
         let mut sequences = heapless::Vec::new();
         // There is room for the first.
         let _ = sequences.push(self.sequence);
-        let length = self.tell(&request, now_us, line);
+        let length = self.tell(&request, line);
         if matches!(request, Request::Hello(_)) {
             // The device may have been switched on long ago.
             self.tracker.restart();
@@ -286,18 +298,18 @@ impl Conversation {
                 });
             } else {
                 self.retries = self.retries.wrapping_add(1);
-                let length = self.tell(&outstanding.request, now_us, line);
+                let length = self.tell(&outstanding.request, line);
                 outstanding.sent_us = now_us;
                 self.outstanding = Some(outstanding);
                 return Ok(length);
             }
         }
         match self.keep_alive_us {
-            Some(quiet) if now_us.saturating_sub(self.last_sent_us) >= quiet => {
+            Some(interval) if now_us.saturating_sub(self.token_us) >= interval => {
                 self.token = self.token.wrapping_add(1);
                 self.token_us = now_us;
                 let token = self.token;
-                Ok(self.tell(&Request::KeepAlive { token }, now_us, line))
+                Ok(self.tell(&Request::KeepAlive { token }, line))
             }
             _ => Ok(0),
         }
@@ -307,7 +319,7 @@ impl Conversation {
     #[must_use]
     pub fn next_due_us(&self) -> Option<u64> {
         let retry = self.outstanding.as_ref().map(|o| o.sent_us + self.retry_us);
-        let keep = self.keep_alive_us.map(|quiet| self.last_sent_us + quiet);
+        let keep = self.keep_alive_us.map(|interval| self.token_us + interval);
         match (retry, keep) {
             (Some(a), Some(b)) => Some(a.min(b)),
             (a, b) => a.or(b),
@@ -324,12 +336,16 @@ impl Conversation {
         if !self.tracker.arrive(sequence).is_new() {
             return None;
         }
-        if self.is_answer(&report) {
-            self.outstanding = None;
+        if self.is_answer(&report)
+            && let Some(outstanding) = self.outstanding.take()
+        {
             return Some(match report {
                 Report::Ack(ack) => match ack.outcome {
                     Outcome::Done => Incoming::Answer(report),
-                    Outcome::Refused(refusal) => Incoming::Refused(refusal),
+                    Outcome::Refused(refusal) => Incoming::Refused {
+                        request: outstanding.request.name(),
+                        refusal,
+                    },
                 },
                 _ => Incoming::Answer(report),
             });

@@ -15,13 +15,19 @@
 //!   lets the force fall to zero at its rate limit.
 
 mod conversation;
+#[cfg(feature = "std")]
+mod faulty_line;
 mod hardware;
 mod prepared;
+#[cfg(feature = "std")]
+pub mod serial;
 mod session;
 mod simulated;
 mod tick_side;
 
 pub use conversation::{Conversation, HostCounters, Incoming, LinkError, check_keys};
+#[cfg(feature = "std")]
+pub use faulty_line::{FaultyLine, LineDamage, LineFaults};
 pub use hardware::{Exclusive, Hardware};
 pub use prepared::{
     COEFFICIENTS_MAX, DEGREE_MAX, DeviceOperator, DeviceWall, MODES_MAX, Prepared, prepare,

@@ -1,0 +1,89 @@
+//! What can be wrong with a serial device.
+
+use crate::remote::LinkError;
+use core::fmt;
+use std::string::String;
+
+/// Why a serial device cannot be used, or not any more.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum SerialError {
+    /// No such port.
+    NotFound {
+        /// Its path.
+        path: String,
+        /// Ports that are there.
+        others: String,
+    },
+    /// Somebody else has it open.
+    InUse {
+        /// Its path.
+        path: String,
+    },
+    /// The operating system does not let us.
+    Forbidden {
+        /// Its path.
+        path: String,
+    },
+    /// It cannot be opened for another reason, or not at this speed.
+    Open {
+        /// Its path.
+        path: String,
+        /// Bits per second.
+        baud: u32,
+        /// In the words of the system.
+        reason: String,
+    },
+    /// What the conversation ran into.
+    Link(LinkError),
+    /// No sample for so long.
+    NoSamples {
+        /// Waited, ms.
+        waited_ms: u64,
+    },
+    /// A thread could not be started.
+    Thread {
+        /// In the words of the system.
+        reason: String,
+    },
+}
+
+impl From<LinkError> for SerialError {
+    fn from(error: LinkError) -> Self {
+        Self::Link(error)
+    }
+}
+
+impl fmt::Display for SerialError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotFound { path, others } => {
+                write!(f, "there is no port {path}: ")?;
+                if others.is_empty() {
+                    f.write_str("no serial port is there at all; is the device plugged in?")
+                } else {
+                    write!(f, "there are {others}")
+                }
+            }
+            Self::InUse { path } => write!(
+                f,
+                "port {path} is in use by another program: close that one first"
+            ),
+            Self::Forbidden { path } => write!(
+                f,
+                "this user may not open port {path}: join the group that owns it, often dialout"
+            ),
+            Self::Open { path, baud, reason } => {
+                write!(f, "port {path} cannot be opened at {baud} baud: {reason}")
+            }
+            Self::Link(error) => error.fmt(f),
+            Self::NoSamples { waited_ms } => write!(
+                f,
+                "no sample for {waited_ms} ms in the middle of a run: the line or the device is stuck"
+            ),
+            Self::Thread { reason } => write!(f, "a thread could not be started: {reason}"),
+        }
+    }
+}
+
+impl core::error::Error for SerialError {}

@@ -1,0 +1,496 @@
+//! A device on a serial port: two threads that speak, and a [`Device`] whose force comes from here.
+//!
+//! ```text
+//! reader thread:  port ─▶ Conversation ─▶ answers, samples and notices (bounded; what finds no room counts)
+//! writer thread:  requests, forces ─▶ Conversation ─▶ port; retries; keep-alives
+//! ```
+//! The thread that ticks never waits for the port: it takes samples from a queue and puts forces into one.
+//! Dropping a [`SerialLink`] disarms the device, then closes the port.
+
+mod error;
+mod port;
+mod threads;
+
+pub use error::SerialError;
+pub use port::{DEFAULT_BAUD, PortInfo, ports};
+
+use super::{Conversation, HostCounters, LinkError, check_keys};
+use crate::{Device, Reading, SafeForce};
+use fracdiff::Real;
+use haptic_link::{
+    Capabilities, CoefficientBlock, Configuration, DigestBuilder, Event, FaultReport, Hello, Keys,
+    Report, Request, Sample, Start, State, Statistics, Status, block_count,
+};
+use hdrhistogram::Histogram;
+use nalgebra::SVector;
+use std::boxed::Box;
+use std::string::{String, ToString};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+use std::sync::mpsc::{
+    Receiver, RecvTimeoutError, SyncSender, TryRecvError, TrySendError, sync_channel,
+};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+use std::vec::Vec;
+use threads::{Reader, Writer};
+
+/// Samples and notices that wait for whoever runs the experiment at most: a minute at 1 kHz.
+const HEARD_MOST: usize = 1 << 16;
+/// Requests and forces that wait for the port at most.
+const COMMANDS_MOST: usize = 256;
+/// An unanswered request is sent again after this time.
+const RETRY: Duration = Duration::from_millis(150);
+/// A run that gives no sample for so long is stuck.
+const SAMPLE_TIMEOUT: Duration = Duration::from_millis(2000);
+
+/// What a device says unasked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Heard {
+    /// A tick.
+    Sample(Sample),
+    /// Something happened.
+    Event(Event),
+    /// A fault latched.
+    Fault(FaultReport),
+    /// The session is over.
+    Over(LinkError),
+}
+
+/// What a link has counted.
+#[derive(Clone, Debug)]
+pub struct LinkReport {
+    /// Of the host's end.
+    pub host: HostCounters,
+    /// Samples that found the queue full.
+    pub samples_dropped: u64,
+    /// Forces that found the queue full.
+    pub forces_dropped: u64,
+    /// From sending a keep-alive to hearing the answer, µs.
+    pub round_trip_us: Histogram<u64>,
+}
+
+/// How to connect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ConnectOptions {
+    /// Bits per second.
+    pub baud: u32,
+    /// How long to go on trying a port that is not there or does not answer.
+    pub patience: Duration,
+}
+
+impl Default for ConnectOptions {
+    /// [`DEFAULT_BAUD`], one attempt.
+    fn default() -> Self {
+        Self {
+            baud: DEFAULT_BAUD,
+            patience: Duration::ZERO,
+        }
+    }
+}
+
+/// A device that has answered, on an open port.
+#[derive(Debug)]
+pub struct SerialLink {
+    shared: Arc<Shared>,
+    commands: Option<SyncSender<Command>>,
+    answers: Receiver<Result<Report, LinkError>>,
+    heard: Receiver<Heard>,
+    threads: Vec<JoinHandle<()>>,
+    hello: Hello,
+    capabilities: Capabilities,
+    latency_ms: Option<u32>,
+    path: String,
+    newest_tick: u32,
+}
+
+#[derive(Debug)]
+enum Command {
+    Ask(Request),
+    Tell(Request),
+}
+
+#[derive(Debug)]
+struct Shared {
+    conversation: Mutex<Conversation>,
+    began: Instant,
+    over: AtomicBool,
+    samples_dropped: AtomicU64,
+    forces_dropped: AtomicU64,
+    round_trip_us: Mutex<Histogram<u64>>,
+    status: Mutex<Status>,
+    period_us: AtomicU32,
+}
+
+impl Shared {
+    fn now_us(&self) -> u64 {
+        self.began.elapsed().as_micros() as u64
+    }
+
+    fn conversation(&self) -> MutexGuard<'_, Conversation> {
+        lock(&self.conversation)
+    }
+}
+
+/// Whoever panicked with it has been seen; what is inside are counters.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl SerialLink {
+    /// Opens the port, greets the device, brings it to rest and asks what it can do. Tries again with
+    /// growing pauses, 50 ms to 1 s, until the patience is over.
+    ///
+    /// # Errors
+    /// A port that is not there, is in use or may not be opened; no answer, garbage, an echo, another
+    /// protocol version.
+    pub fn connect(path: &str, options: ConnectOptions) -> Result<Self, SerialError> {
+        let began = Instant::now();
+        let mut pause = Duration::from_millis(50);
+        loop {
+            let error = match Self::connect_once(path, options.baud) {
+                Ok(link) => return Ok(link),
+                Err(error) => error,
+            };
+            // Another version does not go away by waiting.
+            let hopeless = matches!(error, SerialError::Link(LinkError::OtherMessages { .. }));
+            if hopeless || began.elapsed() + pause > options.patience {
+                return Err(error);
+            }
+            std::thread::sleep(pause);
+            pause = (2 * pause).min(Duration::from_secs(1));
+        }
+    }
+
+    fn connect_once(path: &str, baud: u32) -> Result<Self, SerialError> {
+        let latency_ms = port::shorten_latency(path);
+        let port = port::open(path, baud)?;
+        let reading = port.try_clone().map_err(|error| SerialError::Open {
+            path: path.to_string(),
+            baud,
+            reason: error.to_string(),
+        })?;
+        // 1 µs to 10 s, two digits: these bounds are good, so there is always a histogram.
+        let histogram = Histogram::new_with_bounds(1, 10_000_000, 2);
+        let shared = Arc::new(Shared {
+            conversation: Mutex::new(Conversation::new(RETRY.as_micros() as u64)),
+            began: Instant::now(),
+            over: AtomicBool::new(false),
+            samples_dropped: AtomicU64::new(0),
+            forces_dropped: AtomicU64::new(0),
+            round_trip_us: Mutex::new(histogram.map_err(|error| SerialError::Thread {
+                reason: error.to_string(),
+            })?),
+            status: Mutex::new(Status::default()),
+            period_us: AtomicU32::new(1000),
+        });
+        let (commands, to_send) = sync_channel(COMMANDS_MOST);
+        let (answered, answers) = sync_channel(8);
+        let (hear, heard) = sync_channel(HEARD_MOST);
+        let spawn = |name: &str, run: Box<dyn FnOnce() + Send>| {
+            let builder = std::thread::Builder::new().name(name.to_string());
+            builder.spawn(run).map_err(|error| SerialError::Thread {
+                reason: error.to_string(),
+            })
+        };
+        let reader = Reader {
+            shared: Arc::clone(&shared),
+            answers: answered.clone(),
+            heard: hear.clone(),
+        };
+        let writer = Writer {
+            shared: Arc::clone(&shared),
+            answers: answered,
+            heard: hear,
+        };
+        let threads = [
+            spawn("link-reader", Box::new(move || reader.run(reading)))?,
+            spawn("link-writer", Box::new(move || writer.run(port, &to_send)))?,
+        ];
+        let mut link = Self {
+            shared,
+            commands: Some(commands),
+            answers,
+            heard,
+            threads: threads.into(),
+            hello: Hello {
+                keys: Keys::CURRENT,
+                firmware: [0; 3],
+                boot: 0,
+                status: Status::default(),
+            },
+            // Until the device has said so itself: nothing.
+            capabilities: Capabilities {
+                board: [0; 16],
+                axes: 0,
+                simulated: false,
+                tick_period_min_us: 0,
+                tick_period_max_us: 0,
+                force_max_n: 0.0,
+                force_rate_max_n_per_s: 0.0,
+                position_resolution_m: 0.0,
+                coefficients_max: 0,
+                modes_max: 0,
+                degree_max: 0,
+                flight_samples: 0,
+            },
+            latency_ms,
+            path: path.to_string(),
+            newest_tick: 0,
+        };
+        link.greet()?;
+        Ok(link)
+    }
+
+    /// Hello, rest, capabilities.
+    fn greet(&mut self) -> Result<(), SerialError> {
+        if let Report::Hello(hello) = self.ask(Request::Hello(Keys::CURRENT))? {
+            check_keys(&hello)?;
+            self.hello = hello;
+            *lock(&self.shared.status) = hello.status;
+        }
+        // Somebody may have left it running.
+        if !matches!(self.hello.status.state, State::Idle | State::Fault) {
+            self.ask(Request::Disarm)?;
+        }
+        if let Report::Capabilities(capabilities) = self.ask(Request::GetCapabilities)? {
+            self.capabilities = capabilities;
+        }
+        let (configuration, _) = self.configuration()?;
+        self.ticks_every(configuration.tick_period_us);
+        // Old samples and notices are none of this session.
+        while self.heard.try_recv().is_ok() {}
+        Ok(())
+    }
+
+    /// T, s.
+    fn period_s(&self) -> f64 {
+        f64::from(self.shared.period_us.load(Ordering::Relaxed)) * 1e-6
+    }
+
+    fn ticks_every(&self, period_us: u32) {
+        self.shared.period_us.store(period_us, Ordering::Relaxed);
+    }
+
+    /// Asks, and waits for the answer.
+    ///
+    /// # Errors
+    /// No answer, a refusal, a line that is gone.
+    pub fn ask(&self, request: Request) -> Result<Report, SerialError> {
+        let commands = self.commands.as_ref().ok_or(LinkError::Gone)?;
+        // An answer that nobody waited for is none of this request.
+        while self.answers.try_recv().is_ok() {}
+        commands
+            .send(Command::Ask(request))
+            .map_err(|_| LinkError::Gone)?;
+        let answer = self.answers.recv().map_err(|_| LinkError::Gone)?;
+        answer.map_err(SerialError::Link)
+    }
+
+    /// Sets the whole configuration in one transaction.
+    ///
+    /// # Errors
+    /// The refusal of the first parameter that is not as the device needs it; nothing has changed then.
+    pub fn set(&mut self, configuration: Configuration, values: &[f32]) -> Result<(), SerialError> {
+        self.ask(Request::Configure(configuration))?;
+        for block in 0..block_count(values.len() as u16) {
+            let offset = block * haptic_link::COEFFICIENTS_PER_BLOCK as u16;
+            self.ask(Request::Coefficients(CoefficientBlock::of(values, offset)))?;
+        }
+        let digest = DigestBuilder::new(&configuration).coefficients(values);
+        let digest = digest.finish();
+        self.ask(Request::Commit { digest })?;
+        self.ticks_every(configuration.tick_period_us);
+        Ok(())
+    }
+
+    /// The configuration in force, with its coefficients.
+    ///
+    /// # Errors
+    /// As [`ask`](Self::ask).
+    pub fn configuration(&self) -> Result<(Configuration, Vec<f32>), SerialError> {
+        let Report::Configuration { configuration, .. } = self.ask(Request::GetConfiguration)?
+        else {
+            return Err(LinkError::Gone.into());
+        };
+        let mut values = Vec::new();
+        for block in 0..block_count(configuration.operator.count) {
+            let offset = block * haptic_link::COEFFICIENTS_PER_BLOCK as u16;
+            if let Report::Coefficients(block) = self.ask(Request::GetCoefficients { offset })? {
+                values.extend(block.values);
+            }
+        }
+        values.truncate(usize::from(configuration.operator.count));
+        Ok((configuration, values))
+    }
+
+    /// The device's counters.
+    ///
+    /// # Errors
+    /// As [`ask`](Self::ask).
+    pub fn statistics(&self) -> Result<Statistics, SerialError> {
+        match self.ask(Request::GetStatistics)? {
+            Report::Statistics(statistics) => Ok(statistics),
+            _ => Err(LinkError::Gone.into()),
+        }
+    }
+
+    /// Arms, keeping the device company from now on: a keep-alive after each quarter of its watchdog time.
+    /// Clears a fault that [`status`](Self::status) knows of.
+    ///
+    /// # Errors
+    /// As [`ask`](Self::ask).
+    pub fn arm(&self, watchdog: Duration) -> Result<(), SerialError> {
+        let quiet = (watchdog / 4).as_micros() as u64;
+        self.shared.conversation().set_keep_alive(Some(quiet));
+        let faults = self.status().faults;
+        self.ask(Request::Arm { faults }).map(|_| ())
+    }
+
+    /// Starts a run.
+    ///
+    /// # Errors
+    /// As [`ask`](Self::ask).
+    pub fn start(&mut self, start: Start) -> Result<(), SerialError> {
+        self.ask(Request::Start(start)).map(|_| ())
+    }
+
+    /// Disarms, and lets the device be quiet.
+    ///
+    /// # Errors
+    /// As [`ask`](Self::ask).
+    pub fn disarm(&self) -> Result<(), SerialError> {
+        let disarmed = self.ask(Request::Disarm);
+        self.shared.conversation().set_keep_alive(None);
+        disarmed.map(|_| ())
+    }
+
+    /// Asks for a stream of samples outside of runs, and keeps company so that the end of it is noticed.
+    ///
+    /// # Errors
+    /// As [`ask`](Self::ask).
+    pub fn stream(&self, every: u16, batch: u8) -> Result<(), SerialError> {
+        let quiet = (every > 0).then_some(100_000);
+        self.shared.conversation().set_keep_alive(quiet);
+        self.ask(Request::Stream { every, batch }).map(|_| ())
+    }
+
+    /// The next thing the device says unasked; `None` after the time.
+    pub fn hear(&self, patience: Duration) -> Option<Heard> {
+        match self.heard.recv_timeout(patience) {
+            Ok(heard) => Some(heard),
+            Err(RecvTimeoutError::Timeout) => None,
+            Err(RecvTimeoutError::Disconnected) => Some(Heard::Over(LinkError::Gone)),
+        }
+    }
+
+    /// Whether something waits to be heard.
+    pub fn try_hear(&self) -> Option<Heard> {
+        match self.heard.try_recv() {
+            Ok(heard) => Some(heard),
+            Err(TryRecvError::Empty) => None,
+            Err(TryRecvError::Disconnected) => Some(Heard::Over(LinkError::Gone)),
+        }
+    }
+
+    /// Sends a force of a host loop, N. Never waits; without room it is dropped and counted.
+    pub fn send_force(&self, tick: u32, force_n: f32) {
+        let force = Command::Tell(Request::Force { tick, force_n });
+        let sent = self.commands.as_ref().map(|queue| queue.try_send(force));
+        if let Some(Err(TrySendError::Full(_))) = sent {
+            self.shared.forces_dropped.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    /// What the device said at the first greeting.
+    #[must_use]
+    pub const fn hello(&self) -> &Hello {
+        &self.hello
+    }
+
+    /// What the device is and can do.
+    #[must_use]
+    pub const fn capabilities(&self) -> &Capabilities {
+        &self.capabilities
+    }
+
+    /// State and fault, as of the last keep-alive, event or fault.
+    #[must_use]
+    pub fn status(&self) -> Status {
+        *lock(&self.shared.status)
+    }
+
+    /// The port.
+    #[must_use]
+    pub fn path(&self) -> &str {
+        &self.path
+    }
+
+    /// How long the USB adapter holds bytes back, ms, where it says so.
+    #[must_use]
+    pub const fn latency_ms(&self) -> Option<u32> {
+        self.latency_ms
+    }
+
+    /// All counters of this end.
+    #[must_use]
+    pub fn report(&self) -> LinkReport {
+        LinkReport {
+            host: self.shared.conversation().counters(),
+            samples_dropped: self.shared.samples_dropped.load(Ordering::Relaxed),
+            forces_dropped: self.shared.forces_dropped.load(Ordering::Relaxed),
+            round_trip_us: lock(&self.shared.round_trip_us).clone(),
+        }
+    }
+}
+
+impl Drop for SerialLink {
+    fn drop(&mut self) {
+        // Best effort: a device that does not hear it trips its own watchdog.
+        if !self.shared.over.load(Ordering::Relaxed) {
+            let _ = self.disarm();
+        }
+        self.shared.over.store(true, Ordering::Relaxed);
+        self.commands = None;
+        for thread in self.threads.drain(..) {
+            // A panic in there has been printed; there is nothing left to save.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// A host loop: the position comes from the newest sample, the force goes out at once.
+///
+/// A reading's time is the tick's, n·T. [`read`](Device::read) waits for the next sample, up to 2 s; each
+/// sample is read, in order, even when they come faster than they are read.
+impl<F: Real> Device<F, 1> for SerialLink {
+    type Error = SerialError;
+
+    fn read(&mut self) -> Result<Reading<F, 1>, SerialError> {
+        loop {
+            match self.hear(SAMPLE_TIMEOUT) {
+                Some(Heard::Sample(sample)) => {
+                    self.newest_tick = sample.tick;
+                    return Ok(Reading {
+                        tick: u64::from(sample.tick),
+                        time_s: f64::from(sample.tick) * self.period_s(),
+                        position_m: SVector::from([F::from_f64(f64::from(sample.position_m))]),
+                    });
+                }
+                Some(Heard::Over(error)) => return Err(error.into()),
+                Some(Heard::Fault(report)) => return Err(LinkError::Faulted(report).into()),
+                Some(Heard::Event(_)) => {}
+                None => {
+                    return Err(SerialError::NoSamples {
+                        waited_ms: SAMPLE_TIMEOUT.as_millis() as u64,
+                    });
+                }
+            }
+        }
+    }
+
+    fn write(&mut self, force: SafeForce<F, 1>) -> Result<(), SerialError> {
+        self.send_force(self.newest_tick, force.newtons()[0].to_f64() as f32);
+        Ok(())
+    }
+}

@@ -1,0 +1,112 @@
+//! Serial ports: which there are, opening one, its latency.
+
+use super::SerialError;
+use serialport::{ClearBuffer, ErrorKind, SerialPort, SerialPortType};
+use std::boxed::Box;
+use std::format;
+use std::path::Path;
+use std::string::{String, ToString};
+use std::time::Duration;
+use std::vec::Vec;
+
+/// Speed where none is given, bits per second: 1 kHz of samples with 30 % to spare.
+pub const DEFAULT_BAUD: u32 = 460_800;
+
+/// A read returns after this time at the latest, so that a closing link is noticed.
+const READ_TIMEOUT: Duration = Duration::from_millis(20);
+
+/// A serial port of this machine.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PortInfo {
+    /// Path or name to open it by.
+    pub path: String,
+    /// What is known of the adapter, for a person.
+    pub description: String,
+    /// USB vendor and product number.
+    pub usb: Option<(u16, u16)>,
+    /// How long the adapter holds bytes back, ms, if it says so.
+    pub latency_ms: Option<u32>,
+}
+
+/// All serial ports of this machine. Pseudo-terminals, as of an emulated device, are not among them.
+#[must_use]
+pub fn ports() -> Vec<PortInfo> {
+    let found = serialport::available_ports().unwrap_or_default();
+    let infos = found.into_iter().map(|port| {
+        let (description, usb) = match &port.port_type {
+            SerialPortType::UsbPort(usb) => {
+                let names = [usb.manufacturer.as_deref(), usb.product.as_deref()];
+                let names: Vec<&str> = names.into_iter().flatten().collect();
+                let names = if names.is_empty() {
+                    "USB".to_string()
+                } else {
+                    names.join(" ")
+                };
+                (names, Some((usb.vid, usb.pid)))
+            }
+            SerialPortType::PciPort => ("PCI".to_string(), None),
+            SerialPortType::BluetoothPort => ("Bluetooth".to_string(), None),
+            SerialPortType::Unknown => ("built in".to_string(), None),
+        };
+        PortInfo {
+            latency_ms: latency_ms(&port.port_name),
+            path: port.port_name,
+            description,
+            usb,
+        }
+    });
+    infos.collect()
+}
+
+/// Opens a port for us alone, 8N1, and throws away what it still holds.
+pub(super) fn open(path: &str, baud: u32) -> Result<Box<dyn SerialPort>, SerialError> {
+    let opened = serialport::new(path, baud).timeout(READ_TIMEOUT).open();
+    let port = opened.map_err(|error| {
+        let text = error.to_string();
+        let busy = text.contains("exclusive lock") || text.contains("busy");
+        let path = path.to_string();
+        match error.kind() {
+            _ if busy => SerialError::InUse { path },
+            ErrorKind::Io(std::io::ErrorKind::PermissionDenied) => SerialError::Forbidden { path },
+            ErrorKind::NoDevice | ErrorKind::Io(std::io::ErrorKind::NotFound)
+                if !Path::new(&path).exists() =>
+            {
+                let others: Vec<String> = ports().into_iter().map(|port| port.path).collect();
+                SerialError::NotFound {
+                    path,
+                    others: others.join(", "),
+                }
+            }
+            _ => SerialError::Open {
+                path,
+                baud,
+                reason: text,
+            },
+        }
+    })?;
+    // Best effort: a line that cannot be cleared is cleaned by the first hello.
+    let _ = port.clear(ClearBuffer::All);
+    Ok(port)
+}
+
+/// How long a USB serial adapter holds bytes back before it sends them on, ms. Asks for 1 ms where that is
+/// allowed; the loop waits for it at every tick.
+pub(super) fn shorten_latency(path: &str) -> Option<u32> {
+    let before = latency_ms(path)?;
+    if before > 1 {
+        // Needs a privilege on most systems; the caller warns when it did not help.
+        let _ = std::fs::write(latency_file(path), "1");
+    }
+    latency_ms(path)
+}
+
+fn latency_ms(path: &str) -> Option<u32> {
+    let text = std::fs::read_to_string(latency_file(path)).ok()?;
+    text.trim().parse().ok()
+}
+
+/// Where Linux keeps the latency timer of FTDI adapters.
+fn latency_file(path: &str) -> String {
+    let name = path.rsplit('/').next().unwrap_or(path);
+    format!("/sys/bus/usb-serial/devices/{name}/latency_timer")
+}

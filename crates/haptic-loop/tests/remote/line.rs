@@ -1,0 +1,247 @@
+//! A device and its host with a line between them.
+
+use haptic_link::{
+    CoefficientBlock, Configuration, DigestBuilder, FRAME_MAX, Keys, OperatorForm, OperatorShape,
+    Refusal, Report, Request, Start, State,
+};
+use haptic_loop::remote::{
+    Conversation, FaultyLine, Incoming, LineFaults, LinkError, Session, SimulatedPlant, TickSide,
+};
+use std::cell::RefCell;
+
+/// Steps of the clock, µs: ten a tick of 1 kHz.
+const STEP_US: u64 = 100;
+
+/// Both ends, both directions, one clock.
+pub(crate) struct Bench {
+    pub(crate) device: RefCell<TickSide<SimulatedPlant>>,
+    pub(crate) session: Session,
+    pub(crate) host: Conversation,
+    pub(crate) to_device: FaultyLine,
+    pub(crate) to_host: FaultyLine,
+    pub(crate) now_us: u64,
+    /// When the device was switched on, by the host's clock.
+    pub(crate) boot_us: u64,
+    /// Device ticks come only while this is set.
+    pub(crate) ticking: bool,
+    /// The host does not send anything while this is set.
+    pub(crate) host_dead: bool,
+    pub(crate) told: Vec<Report>,
+    pub(crate) rebooted: bool,
+    /// Called for each sample in a host loop; its force is sent back.
+    pub(crate) law: Option<fn(f32) -> f32>,
+}
+
+pub(crate) fn device() -> TickSide<SimulatedPlant> {
+    TickSide::new(SimulatedPlant::new("bench", || 0)).expect("a simulated board works")
+}
+
+impl Bench {
+    pub(crate) fn new(faults: LineFaults, seed: u64) -> Self {
+        Self {
+            device: RefCell::new(device()),
+            session: Session::new([0, 1, 0], 1),
+            host: Conversation::new(50_000),
+            to_device: FaultyLine::new(faults, seed).expect("valid"),
+            to_host: FaultyLine::new(faults, seed.wrapping_add(1)).expect("valid"),
+            now_us: 0,
+            boot_us: 0,
+            ticking: true,
+            host_dead: false,
+            told: Vec::new(),
+            rebooted: false,
+            law: None,
+        }
+    }
+
+    /// The device loses everything and starts anew.
+    pub(crate) fn reboot(&mut self) {
+        self.device = RefCell::new(device());
+        self.session = Session::new([0, 1, 0], 2);
+        self.boot_us = self.now_us;
+    }
+
+    pub(crate) fn ideal() -> Self {
+        Self::new(LineFaults::default(), 1)
+    }
+
+    pub(crate) fn force_n(&self) -> f32 {
+        // The flight recorder's newest sample is what was applied last.
+        let device = self.device.borrow();
+        let count = device.flight(0).map_or(0, |flight| flight.count);
+        let newest = device.flight(count.saturating_sub(1));
+        newest.map_or(0.0, |flight| flight.sample.force_n)
+    }
+
+    pub(crate) fn state(&self) -> State {
+        self.device.borrow().status().state
+    }
+
+    /// One step of the clock; what the host hears as the answer to what it asked.
+    pub(crate) fn step(&mut self) -> Result<Option<Result<Report, Refusal>>, LinkError> {
+        self.now_us += STEP_US;
+        let period = u64::from(self.device.borrow().configuration().0.tick_period_us);
+        if self.ticking && self.now_us.is_multiple_of(period) {
+            self.device.borrow_mut().tick(self.now_us - self.boot_us);
+        }
+        let mut line = [0; FRAME_MAX];
+        while let Some(frame) = self.to_device.receive(self.now_us) {
+            for byte in frame {
+                let device_us = self.now_us - self.boot_us;
+                let length = self
+                    .session
+                    .receive(byte, device_us, &self.device, &mut line);
+                if length > 0 {
+                    self.to_host.send(&line[..length], self.now_us);
+                }
+            }
+        }
+        loop {
+            let length = self.session.poll(&self.device, &mut line);
+            if length == 0 {
+                break;
+            }
+            self.to_host.send(&line[..length], self.now_us);
+        }
+        let mut answer = None;
+        while let Some(frame) = self.to_host.receive(self.now_us) {
+            for byte in frame {
+                match self.host.receive(byte, self.now_us) {
+                    Some(Incoming::Answer(report)) => answer = Some(Ok(report)),
+                    Some(Incoming::Refused { refusal, .. }) => answer = Some(Err(refusal)),
+                    Some(Incoming::Told(report)) => self.hear(report),
+                    Some(Incoming::Rebooted) => self.rebooted = true,
+                    Some(Incoming::Alive { .. }) | None => {}
+                }
+            }
+        }
+        if !self.host_dead {
+            let length = self.host.due(self.now_us, &mut line)?;
+            if length > 0 {
+                self.to_device.send(&line[..length], self.now_us);
+            }
+        }
+        Ok(answer)
+    }
+
+    fn hear(&mut self, report: Report) {
+        if let (Some(law), Report::Sample(sample)) = (self.law, &report)
+            && !self.host_dead
+        {
+            let force = Request::Force {
+                tick: sample.tick,
+                force_n: law(sample.position_m),
+            };
+            let mut line = [0; FRAME_MAX];
+            let length = self.host.tell(&force, &mut line);
+            self.to_device.send(&line[..length], self.now_us);
+        }
+        self.told.push(report);
+    }
+
+    /// Lets time pass.
+    pub(crate) fn run_ms(&mut self, milliseconds: u64) {
+        for _ in 0..milliseconds * 1000 / STEP_US {
+            self.step().expect("nothing is asked");
+        }
+    }
+
+    /// Asks, and waits for the answer.
+    pub(crate) fn ask(&mut self, request: Request) -> Result<Result<Report, Refusal>, LinkError> {
+        let mut line = [0; FRAME_MAX];
+        let length = self.host.ask(request, self.now_us, &mut line);
+        self.to_device.send(&line[..length], self.now_us);
+        loop {
+            if let Some(answer) = self.step()? {
+                return Ok(answer);
+            }
+        }
+    }
+
+    /// Asks and expects the device to agree.
+    pub(crate) fn done(&mut self, request: Request) -> Report {
+        let name = request.name();
+        self.ask(request)
+            .expect("the line works")
+            .unwrap_or_else(|refusal| panic!("{name}: {refusal:?}"))
+    }
+
+    /// Asks and expects to be refused.
+    pub(crate) fn refused(&mut self, request: Request) -> Refusal {
+        let name = request.name();
+        match self.ask(request).expect("the line works") {
+            Ok(report) => panic!("{name} was not refused: {report:?}"),
+            Err(refusal) => refusal,
+        }
+    }
+
+    pub(crate) fn hello(&mut self) -> Report {
+        self.done(Request::Hello(Keys::CURRENT))
+    }
+
+    /// Sends the whole configuration.
+    pub(crate) fn configure(
+        &mut self,
+        configuration: Configuration,
+        values: &[f32],
+    ) -> Result<Result<Report, Refusal>, LinkError> {
+        for request in transaction(configuration, values) {
+            if let Err(refusal) = self.ask(request)? {
+                return Ok(Err(refusal));
+            }
+        }
+        let digest = DigestBuilder::new(&configuration).coefficients(values);
+        let digest = digest.finish();
+        self.ask(Request::Commit { digest })
+    }
+
+    /// Ticks of the samples heard so far.
+    pub(crate) fn ticks(&self) -> Vec<u32> {
+        let samples = self.told.iter().flat_map(|report| match report {
+            Report::Sample(sample) => vec![sample.tick],
+            Report::Batch(batch) => (0..batch.items.len() as u32)
+                .map(|n| batch.tick + n * u32::from(batch.every))
+                .collect(),
+            _ => Vec::new(),
+        });
+        samples.collect()
+    }
+}
+
+/// All but the commit.
+pub(crate) fn transaction(configuration: Configuration, values: &[f32]) -> Vec<Request> {
+    let blocks = (0..values.len() as u16).step_by(16);
+    let blocks = blocks.map(|offset| Request::Coefficients(CoefficientBlock::of(values, offset)));
+    [Request::Configure(configuration)]
+        .into_iter()
+        .chain(blocks)
+        .collect()
+}
+
+/// A spring of 1000 N/m with some damping against the pushed testbed.
+pub(crate) fn spring() -> (Configuration, [f32; 2]) {
+    let mut configuration = Configuration {
+        stiffness_n_per_m: 1000.0,
+        dissipation_n_s_mu_per_m: 2.0,
+        order: 1.0,
+        operator: OperatorShape {
+            form: OperatorForm::Taps,
+            integer: 0,
+            count: 2,
+        },
+        simulation: haptic_link::Simulation {
+            push_n: 1.0,
+            ..haptic_link::Simulation::TESTBED
+        },
+        ..Configuration::PASSIVE
+    };
+    configuration.limits.force_rate_n_per_s = 10_000.0;
+    (configuration, [1000.0, -1000.0])
+}
+
+pub(crate) const START: Start = Start {
+    run: 1,
+    ticks: 0,
+    every: 1,
+    batch: 1,
+};

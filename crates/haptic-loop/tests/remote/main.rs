@@ -1,0 +1,6 @@
+//! Device and host talk over a line in virtual time.
+
+#![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
+
+mod line;
+mod session;
