@@ -19,6 +19,11 @@ SCHEME names the fractional operator D^mu:
   muir:N                        the dissertation's numerator alone
   exact                         (1 - w)^mu itself, for analysis only
 
+DEVICE is what an experiment runs on:
+  sim                           simulated in this program (default)
+  serial:PATH[@BAUD]            a device at a serial port, or an emulated one
+  serial:auto                   the only one that answers
+
 Exit codes: 0 done; 1 the run failed, was interrupted or a fault ended it; 2 bad usage or bad
 input; 3 device or link not usable; 4 data was lost, what could be kept was kept.";
 
@@ -66,6 +71,9 @@ pub enum Command {
     Weights(command::weights::Arguments),
     /// Differentiate or integrate a CSV column to a fractional order
     Differintegrate(command::differintegrate::Arguments),
+    /// Find, inspect, configure, imitate, program and watch a device
+    #[command(subcommand)]
+    Device(command::device::Command),
     /// The tissue library
     #[command(subcommand)]
     Materials(command::materials::Command),
@@ -98,6 +106,7 @@ impl Cli {
             Command::Reproduce(arguments) => arguments.run(output),
             Command::Weights(arguments) => arguments.run(output),
             Command::Differintegrate(arguments) => arguments.run(output),
+            Command::Device(command) => command.run(output),
             Command::Materials(command) => command.run(output),
             Command::Log(command) => command.run(output),
             Command::Completions(arguments) => arguments.run(output),

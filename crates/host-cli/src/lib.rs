@@ -5,6 +5,9 @@
 pub mod cli;
 pub mod command;
 pub mod design;
+pub mod device;
+#[cfg(unix)]
+pub mod emulator;
 pub mod experiment;
 pub mod failure;
 pub mod figure;

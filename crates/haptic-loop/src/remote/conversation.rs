@@ -70,11 +70,11 @@ impl fmt::Display for LinkError {
         match self {
             Self::NoAnswer { request, line } => {
                 write!(f, "no answer to \"{request}\" after {TRIES} tries: ")?;
-                explain(f, line)
+                explain_silence(f, line)
             }
             Self::Refused { request, refusal } => {
                 write!(f, "the device refused \"{request}\": ")?;
-                refused(f, refusal)
+                explain_refusal(f, refusal)
             }
             Self::OtherMessages {
                 firmware: [major, minor, patch],
@@ -102,7 +102,7 @@ impl fmt::Display for LinkError {
 impl core::error::Error for LinkError {}
 
 /// What silence looks like.
-fn explain(f: &mut fmt::Formatter<'_>, line: &LineCounters) -> fmt::Result {
+fn explain_silence(f: &mut fmt::Formatter<'_>, line: &LineCounters) -> fmt::Result {
     match line {
         LineCounters {
             foreign: 1..,
@@ -138,7 +138,7 @@ fn explain(f: &mut fmt::Formatter<'_>, line: &LineCounters) -> fmt::Result {
     }
 }
 
-fn refused(f: &mut fmt::Formatter<'_>, refusal: &Refusal) -> fmt::Result {
+fn explain_refusal(f: &mut fmt::Formatter<'_>, refusal: &Refusal) -> fmt::Result {
     match refusal {
         Refusal::State(state) => write!(f, "not while it is {state}"),
         Refusal::Range {
@@ -146,9 +146,17 @@ fn refused(f: &mut fmt::Formatter<'_>, refusal: &Refusal) -> fmt::Result {
             value,
             least,
             most,
+        } if *least == f32::MIN_POSITIVE => {
+            write!(f, "{field} {value} is not in (0, {most:e}] on this device")
+        }
+        Refusal::Range {
+            field,
+            value,
+            least,
+            most,
         } => write!(
             f,
-            "{field} {value} is not in [{least}, {most}] on this device"
+            "{field} {value} is not in [{least:e}, {most:e}] on this device"
         ),
         Refusal::Digest => f.write_str("the parameters were damaged on the way; try again"),
         Refusal::Incomplete => f.write_str("some of the parameters did not arrive; try again"),

@@ -29,6 +29,8 @@ pub use conversation::{Conversation, HostCounters, Incoming, LinkError, check_ke
 #[cfg(feature = "std")]
 pub use faulty_line::{FaultyLine, LineDamage, LineFaults};
 pub use hardware::{Exclusive, Hardware};
+#[cfg(feature = "std")]
+pub use prepared::operator_shape;
 pub use prepared::{
     COEFFICIENTS_MAX, DEGREE_MAX, DeviceOperator, DeviceWall, MODES_MAX, Prepared, prepare,
 };

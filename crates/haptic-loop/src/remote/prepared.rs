@@ -111,6 +111,34 @@ pub fn prepare<H: Hardware>(
     })
 }
 
+/// The coefficients of an operator as they go over the wire.
+///
+/// # Errors
+/// More of them than the wire can count: a memory that no device holds.
+#[cfg(feature = "std")]
+pub fn operator_shape(
+    operator: &fracdiff::Operator<f32>,
+) -> Result<(haptic_link::OperatorShape, std::vec::Vec<f32>), crate::ParameterError> {
+    let list = operator.list();
+    let count = list.values.len();
+    let shape = haptic_link::OperatorShape {
+        form: match list.form {
+            Form::Taps => OperatorForm::Taps,
+            Form::Modes => OperatorForm::Modes,
+            Form::Recursion => OperatorForm::Recursion,
+            Form::Sections => OperatorForm::Sections,
+        },
+        integer: list.integer,
+        count: u16::try_from(count).map_err(|_| crate::ParameterError::Range {
+            what: "number of coefficients for a device",
+            value: count as f64,
+            allowed: "at most 65535: take a full memory",
+            unit: "",
+        })?,
+    };
+    Ok((shape, list.values))
+}
+
 fn operator(
     configuration: &Configuration,
     coefficients: &[f32],

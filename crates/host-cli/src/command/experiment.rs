@@ -299,7 +299,7 @@ pub fn conduct<R: Summary>(
 }
 
 /// The flag that Ctrl-C (or a termination signal) sets. The handler is installed once.
-fn stop_on_interrupt() -> Result<&'static AtomicBool, Failure> {
+pub fn stop_on_interrupt() -> Result<&'static AtomicBool, Failure> {
     static STOP: AtomicBool = AtomicBool::new(false);
     static INSTALLED: OnceLock<Result<(), String>> = OnceLock::new();
     let installed = INSTALLED.get_or_init(|| {

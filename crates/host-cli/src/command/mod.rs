@@ -3,6 +3,7 @@
 pub mod analyze;
 pub mod creep;
 pub mod design;
+pub mod device;
 pub mod differintegrate;
 pub mod experiment;
 pub mod log;

@@ -48,6 +48,14 @@ pub enum SerialError {
     },
 }
 
+impl SerialError {
+    /// Whether the device is there and well, but does not do what it was asked.
+    #[must_use]
+    pub const fn is_refusal(&self) -> bool {
+        matches!(self, Self::Link(LinkError::Refused { .. }))
+    }
+}
+
 impl From<LinkError> for SerialError {
     fn from(error: LinkError) -> Self {
         Self::Link(error)

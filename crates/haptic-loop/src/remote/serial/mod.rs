@@ -335,6 +335,15 @@ impl SerialLink {
         }
     }
 
+    /// Sends keep-alives for this time, and returns how long their answers took, µs.
+    #[must_use]
+    pub fn measure_round_trip(&self, duration: Duration) -> Histogram<u64> {
+        self.shared.conversation().set_keep_alive(Some(5_000));
+        std::thread::sleep(duration);
+        self.shared.conversation().set_keep_alive(None);
+        lock(&self.shared.round_trip_us).clone()
+    }
+
     /// Arms, keeping the device company from now on: a keep-alive after each quarter of its watchdog time.
     /// Clears a fault that [`status`](Self::status) knows of.
     ///

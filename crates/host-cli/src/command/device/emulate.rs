@@ -1,0 +1,171 @@
+//! `device emulate`.
+
+use crate::emulator::{Emulated, Emulation, Terminal, emulate};
+use crate::failure::Failure;
+use crate::output::{Output, note};
+use crate::quantity::Time;
+use clap::Args;
+use haptic_loop::remote::LineFaults;
+use serde::Serialize;
+use std::path::PathBuf;
+use std::time::Duration;
+
+const LONG_ABOUT: &str = "\
+Imitates a device: the same state machine as in the firmware, with a simulated plant, behind a \
+pseudo-terminal whose path is printed. Any command that takes --device serial:PATH can talk to it.
+
+The line can be made as bad as real ones: frames lost, damaged, repeated, out of order, late, held \
+up. The same --seed gives the same damage for the same frames.";
+
+/// Arguments of `device emulate`.
+#[derive(Debug, Args)]
+#[command(
+    long_about = LONG_ABOUT,
+    after_help = "Examples:\n  host-cli device emulate --link device &\n  host-cli relax --device \
+                  serial:device --duration 20s\n  host-cli device emulate --drop 1% --corrupt 1%"
+)]
+pub struct Arguments {
+    /// Make a symbolic link to the pseudo-terminal, so that its path is known beforehand
+    #[arg(long, value_name = "PATH")]
+    link: Option<PathBuf>,
+    /// Seconds of the device in a second
+    #[arg(long, default_value_t = 1.0, allow_hyphen_values = true)]
+    speed: f64,
+    /// End after this time [default: when stopped by Ctrl-C]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    duration: Option<Time>,
+    #[command(flatten)]
+    faults: LineArguments,
+}
+
+/// What the line does to frames.
+#[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Bad line")]
+pub struct LineArguments {
+    /// Chance that a frame is lost, as 1% or 0.01
+    #[arg(long, default_value = "0", allow_hyphen_values = true, value_parser = chance)]
+    drop: f64,
+    /// Chance that bits of a frame are flipped
+    #[arg(long, default_value = "0", allow_hyphen_values = true, value_parser = chance)]
+    corrupt: f64,
+    /// Chance that a frame comes twice
+    #[arg(long, default_value = "0", allow_hyphen_values = true, value_parser = chance)]
+    duplicate: f64,
+    /// Chance that a frame comes after the next one
+    #[arg(long, default_value = "0", allow_hyphen_values = true, value_parser = chance)]
+    reorder: f64,
+    /// Longest delay of a frame
+    #[arg(long, default_value = "0s", allow_hyphen_values = true)]
+    delay: Time,
+    /// Chance that the line stands still from a frame on
+    #[arg(long, default_value = "0", allow_hyphen_values = true, value_parser = chance)]
+    stall: f64,
+    /// For how long it stands still then
+    #[arg(long, default_value = "50ms", allow_hyphen_values = true)]
+    stall_time: Time,
+    /// Seed of the damage
+    #[arg(long = "line-seed", default_value_t = 1)]
+    seed: u64,
+}
+
+impl LineArguments {
+    /// What the line does, and the seed.
+    ///
+    /// # Errors
+    /// A chance or time outside its range.
+    pub fn faults(&self) -> Result<(LineFaults, u64), Failure> {
+        let faults = LineFaults {
+            drop: self.drop,
+            corrupt: self.corrupt,
+            duplicate: self.duplicate,
+            reorder: self.reorder,
+            delay_s: self.delay.0,
+            stall: self.stall,
+            stall_s: self.stall_time.0,
+        };
+        faults.check().map_err(Failure::input)?;
+        Ok((faults, self.seed))
+    }
+}
+
+/// A chance: a number in [0, 1], or per cent.
+fn chance(text: &str) -> Result<f64, String> {
+    let value = match text.trim().strip_suffix('%') {
+        Some(percent) => percent.trim().parse().map(|percent: f64| percent / 100.0),
+        None => text.trim().parse(),
+    };
+    let chance = value.ok().filter(|value| (0.0..=1.0).contains(value));
+    chance.ok_or_else(|| format!("\"{text}\" is no chance: give 0 to 1, or 0% to 100%"))
+}
+
+#[derive(Serialize)]
+struct Started {
+    path: String,
+    device: String,
+}
+
+impl Arguments {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// A pseudo-terminal that cannot be had; values outside their ranges.
+    pub fn run(self, output: Output) -> Result<(), Failure> {
+        if !(self.speed > 0.0 && self.speed <= 1000.0) {
+            return Err(Failure::bad_input(format_args!(
+                "speed {} is not in (0, 1000]: give --speed, as in 10",
+                self.speed
+            )));
+        }
+        let duration = match self.duration {
+            Some(time) => Some(Duration::try_from_secs_f64(time.0).map_err(|_| {
+                Failure::bad_input(format_args!(
+                    "duration {time} is not in [0, 1e9] s: give --duration, as in 1min"
+                ))
+            })?),
+            None => None,
+        };
+        let (faults, seed) = self.faults.faults()?;
+        let stop = crate::command::experiment::stop_on_interrupt()?;
+        let terminal = Terminal::open(self.link.as_deref())?;
+        let started = Started {
+            path: terminal.path().display().to_string(),
+            device: format!("serial:{}", terminal.path().display()),
+        };
+        output.print(&started, |out| {
+            writeln!(out, "{}", started.path)?;
+            writeln!(
+                out,
+                "an emulated device: use it with --device {}, stop it with Ctrl-C",
+                started.device
+            )
+        })?;
+        let emulation = Emulation {
+            speed: self.speed,
+            faults,
+            seed,
+            link: self.link,
+            duration,
+        };
+        let done = emulate(&terminal, &emulation, stop)?;
+        if !output.quiet {
+            note("emulated", in_words(&done));
+        }
+        Ok(())
+    }
+}
+
+fn in_words(done: &Emulated) -> String {
+    format!(
+        "{} ticks, {} frames from the host, {} to it; the line lost {}, damaged {}, repeated {}, put {} out \
+         of order, stood still {} times; {} were not fetched",
+        done.ticks,
+        done.frames_from_host,
+        done.frames_to_host,
+        done.dropped,
+        done.corrupted,
+        done.duplicated,
+        done.reordered,
+        done.stalls,
+        done.unread
+    )
+}

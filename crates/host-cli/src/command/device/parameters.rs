@@ -1,0 +1,115 @@
+//! The parameters of a device as a person and a script see them.
+
+use haptic_link::{Configuration, LoopMode, OperatorForm, SimulationKind};
+use serde::Serialize;
+
+/// A configuration with units in its keys.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Parameters {
+    /// `device` or `host`.
+    #[serde(rename = "loop")]
+    pub loop_mode: &'static str,
+    /// T.
+    pub sample_time_s: f64,
+    /// K.
+    pub stiffness_n_per_m: f32,
+    /// B.
+    pub dissipation_n_s_mu_per_m: f32,
+    /// μ.
+    pub order: f32,
+    /// Pushes but never pulls.
+    pub one_sided: bool,
+    /// Where it begins.
+    pub surface_m: f32,
+    /// The operator.
+    pub operator: OperatorParameters,
+    /// Largest force.
+    pub force_limit_n: f32,
+    /// Largest rate of force.
+    pub force_rate_limit_n_per_s: f32,
+    /// Silence that latches a fault.
+    pub watchdog_s: f64,
+    /// Late ticks in a row that latch a fault; 0 never.
+    pub late_ticks: u16,
+    /// The simulated plant; null for a real device.
+    pub simulation: Option<SimulationParameters>,
+}
+
+/// The operator of a device.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct OperatorParameters {
+    /// `taps`, `modes`, `recursion` or `sections`.
+    pub form: &'static str,
+    /// Differences or sums around it.
+    pub integer: i8,
+    /// Its coefficients.
+    pub coefficients: Vec<f32>,
+}
+
+/// The plant of a simulated device.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SimulationParameters {
+    /// `mass-damper`, `rigid-indentation` or `compliant-indentation`.
+    pub kind: &'static str,
+    /// Mass.
+    pub mass_kg: f32,
+    /// Damping.
+    pub damping_n_s_per_m: f32,
+    /// Stiffness of the hand.
+    pub hand_stiffness_n_per_m: f32,
+    /// Push of the hand.
+    pub push_n: f32,
+    /// Depth of the indentation.
+    pub depth_m: f32,
+    /// Time to reach it.
+    pub ramp_time_s: f32,
+}
+
+impl Parameters {
+    /// Of a configuration and its coefficients.
+    #[must_use]
+    pub fn new(configuration: &Configuration, coefficients: &[f32]) -> Self {
+        let simulation = &configuration.simulation;
+        let kind = match simulation.kind {
+            SimulationKind::Real => None,
+            SimulationKind::MassDamper => Some("mass-damper"),
+            SimulationKind::RigidIndentation => Some("rigid-indentation"),
+            SimulationKind::CompliantIndentation => Some("compliant-indentation"),
+        };
+        Self {
+            loop_mode: match configuration.loop_mode {
+                LoopMode::Device => "device",
+                LoopMode::Host => "host",
+            },
+            sample_time_s: f64::from(configuration.tick_period_us) * 1e-6,
+            stiffness_n_per_m: configuration.stiffness_n_per_m,
+            dissipation_n_s_mu_per_m: configuration.dissipation_n_s_mu_per_m,
+            order: configuration.order,
+            one_sided: configuration.one_sided,
+            surface_m: configuration.surface_m,
+            operator: OperatorParameters {
+                form: match configuration.operator.form {
+                    OperatorForm::Taps => "taps",
+                    OperatorForm::Modes => "modes",
+                    OperatorForm::Recursion => "recursion",
+                    OperatorForm::Sections => "sections",
+                },
+                integer: configuration.operator.integer,
+                coefficients: coefficients.to_vec(),
+            },
+            force_limit_n: configuration.limits.force_n,
+            force_rate_limit_n_per_s: configuration.limits.force_rate_n_per_s,
+            watchdog_s: f64::from(configuration.limits.watchdog_ms) * 1e-3,
+            late_ticks: configuration.limits.late_ticks,
+            simulation: kind.map(|kind| SimulationParameters {
+                kind,
+                mass_kg: simulation.mass_kg,
+                damping_n_s_per_m: simulation.damping_n_s_per_m,
+                hand_stiffness_n_per_m: simulation.hand_stiffness_n_per_m,
+                push_n: simulation.push_n,
+                depth_m: simulation.depth_m,
+                ramp_time_s: simulation.ramp_time_s,
+            }),
+        }
+    }
+}

@@ -1,0 +1,317 @@
+//! `device get` and `device set`.
+
+use super::PortArguments;
+use super::parameters::Parameters;
+use crate::command::experiment::{order, parse_order, parse_scheme};
+use crate::device::at_port;
+use crate::failure::Failure;
+use crate::output::Output;
+use crate::quantity::{Damping, Force, ForceRate, Length, Mass, Stiffness, Time};
+use clap::Args;
+use fracdiff::{Operator, Scheme, Seconds};
+use haptic_link::{Configuration, LoopMode, SimulationKind};
+use haptic_loop::remote::operator_shape;
+use std::io::{self, Write};
+
+/// Arguments of `device get`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example: host-cli device get --device serial:/dev/ttyACM0 --json")]
+pub struct GetArguments {
+    #[command(flatten)]
+    port: PortArguments,
+}
+
+/// Arguments of `device set`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example: host-cli device set --device serial:/dev/ttyACM0 --stiffness 1N/mm \
+                  --order 0.5 --dissipation 20"
+)]
+pub struct SetArguments {
+    #[command(flatten)]
+    port: PortArguments,
+    /// Where the loop is closed
+    #[arg(long = "loop", value_enum)]
+    loop_mode: Option<Loop>,
+    /// Sample time of the loop; the operator must be given again with it
+    #[arg(long, allow_hyphen_values = true)]
+    sample_time: Option<Time>,
+    /// Stiffness K
+    #[arg(long, allow_hyphen_values = true)]
+    stiffness: Option<Stiffness>,
+    /// Dissipation B, in N.s^mu/m
+    #[arg(long, allow_hyphen_values = true)]
+    dissipation: Option<f64>,
+    /// Order of the dissipation: makes a new operator
+    #[arg(long, allow_hyphen_values = true, value_parser = parse_order)]
+    order: Option<f64>,
+    /// Fractional operator, see `host-cli --help`
+    #[arg(long, value_parser = parse_scheme, default_value = "full", requires = "order")]
+    scheme: Scheme,
+    /// What a full memory remembers
+    #[arg(long, default_value = "200s", requires = "order")]
+    horizon: Time,
+    /// Surface of a wall that pushes but never pulls; `none` for one that does both
+    #[arg(long, allow_hyphen_values = true, value_parser = parse_surface)]
+    surface: Option<Surface>,
+    /// Largest force
+    #[arg(long, allow_hyphen_values = true)]
+    force_limit: Option<Force>,
+    /// Largest rate of force
+    #[arg(long, allow_hyphen_values = true)]
+    force_rate_limit: Option<ForceRate>,
+    /// Silence from the host after which the device lets go
+    #[arg(long, allow_hyphen_values = true)]
+    watchdog: Option<Time>,
+    /// Late ticks in a row that latch a fault; 0 for never
+    #[arg(long)]
+    late_ticks: Option<u16>,
+    /// Mass of a simulated device
+    #[arg(long, allow_hyphen_values = true, help_heading = "Simulated device")]
+    mass: Option<Mass>,
+    /// Damping of a simulated device
+    #[arg(long, allow_hyphen_values = true, help_heading = "Simulated device")]
+    damping: Option<Damping>,
+    /// Stiffness of the hand on a simulated device
+    #[arg(long, allow_hyphen_values = true, help_heading = "Simulated device")]
+    hand_stiffness: Option<Stiffness>,
+    /// Push of the hand on a simulated device
+    #[arg(long, allow_hyphen_values = true, help_heading = "Simulated device")]
+    push: Option<Force>,
+}
+
+/// Where the loop is closed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Loop {
+    /// On the device; this program sets parameters and records.
+    #[default]
+    Device,
+    /// Here; the device reports its position and applies the force it is sent.
+    Host,
+}
+
+impl From<Loop> for LoopMode {
+    fn from(chosen: Loop) -> Self {
+        match chosen {
+            Loop::Device => Self::Device,
+            Loop::Host => Self::Host,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Surface {
+    None,
+    At(f64),
+}
+
+fn parse_surface(text: &str) -> Result<Surface, String> {
+    if text == "none" {
+        return Ok(Surface::None);
+    }
+    let length: Length = text
+        .parse()
+        .map_err(|error: crate::quantity::QuantityError| error.to_string())?;
+    Ok(Surface::At(length.0))
+}
+
+impl GetArguments {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// Exit code 3: no port, no device, no answer.
+    pub fn run(self, output: Output) -> Result<(), Failure> {
+        let link = self.port.connect()?;
+        let configuration = link.configuration();
+        let (configuration, values) =
+            configuration.map_err(|error| at_port(link.path(), &error))?;
+        let parameters = Parameters::new(&configuration, &values);
+        output.print(&parameters, |out| print(out, &parameters))
+    }
+}
+
+impl SetArguments {
+    /// Runs the command: reads what is set, changes what was given, sets it, and reads it back.
+    ///
+    /// # Errors
+    /// A parameter beyond the device's limits; exit code 3: no port, no device, no answer.
+    pub fn run(self, output: Output) -> Result<(), Failure> {
+        let mut link = self.port.connect()?;
+        let path = link.path().to_owned();
+        let problem = |error| at_port(&path, &error);
+        let (mut configuration, mut values) = link.configuration().map_err(problem)?;
+        self.change(&mut configuration, &mut values)?;
+        link.set(configuration, &values).map_err(|error| {
+            if error.is_refusal() {
+                Failure::bad_input(error)
+            } else {
+                problem(error)
+            }
+        })?;
+        let (configuration, values) = link.configuration().map_err(problem)?;
+        let parameters = Parameters::new(&configuration, &values);
+        output.summary(&parameters, |out| print(out, &parameters))
+    }
+
+    fn change(
+        &self,
+        configuration: &mut Configuration,
+        values: &mut Vec<f32>,
+    ) -> Result<(), Failure> {
+        if let Some(loop_mode) = self.loop_mode {
+            configuration.loop_mode = loop_mode.into();
+        }
+        if let Some(time) = self.sample_time {
+            if self.order.is_none() {
+                return Err(Failure::bad_input(
+                    "another sample time needs another operator: give --order (and --scheme) with \
+                     --sample-time",
+                ));
+            }
+            configuration.tick_period_us = microseconds("sample time", time, 1e-6, 4000.0)?;
+        }
+        let set = |target: &mut f32, value: Option<f64>| {
+            if let Some(value) = value {
+                *target = value as f32;
+            }
+        };
+        set(
+            &mut configuration.stiffness_n_per_m,
+            self.stiffness.map(|k| k.0),
+        );
+        set(
+            &mut configuration.dissipation_n_s_mu_per_m,
+            self.dissipation,
+        );
+        set(
+            &mut configuration.limits.force_n,
+            self.force_limit.map(|f| f.0),
+        );
+        let rate = self.force_rate_limit.map(|rate| rate.0);
+        set(&mut configuration.limits.force_rate_n_per_s, rate);
+        if let Some(watchdog) = self.watchdog {
+            configuration.limits.watchdog_ms = watchdog_ms(watchdog)?;
+        }
+        if let Some(late) = self.late_ticks {
+            configuration.limits.late_ticks = late;
+        }
+        match self.surface {
+            Some(Surface::None) => configuration.one_sided = false,
+            Some(Surface::At(surface)) => {
+                configuration.one_sided = true;
+                configuration.surface_m = surface as f32;
+            }
+            None => {}
+        }
+        let simulation = &mut configuration.simulation;
+        let plant = [
+            (&mut simulation.mass_kg, self.mass.map(|m| m.0)),
+            (&mut simulation.damping_n_s_per_m, self.damping.map(|b| b.0)),
+            (
+                &mut simulation.hand_stiffness_n_per_m,
+                self.hand_stiffness.map(|k| k.0),
+            ),
+            (&mut simulation.push_n, self.push.map(|f| f.0)),
+        ];
+        for (target, value) in plant {
+            if let Some(value) = value {
+                *target = value as f32;
+                simulation.kind = SimulationKind::MassDamper;
+            }
+        }
+        if let Some(mu) = self.order {
+            let t = Seconds(f64::from(configuration.tick_period_us) * 1e-6);
+            let built = self.scheme.build(order(mu)?, t, self.horizon.0 / t.0);
+            let operator: Operator<f32> = built
+                .map_err(|error| Failure::input_with_advice(error, "change --order or --scheme"))?;
+            let (shape, list) = operator_shape(&operator).map_err(Failure::input)?;
+            configuration.order = mu as f32;
+            configuration.operator = shape;
+            *values = list;
+        }
+        Ok(())
+    }
+}
+
+/// A time in whole microseconds.
+///
+/// # Errors
+/// Outside its range, or not a whole number of them.
+pub fn microseconds(what: &str, time: Time, least_s: f64, most_s: f64) -> Result<u32, Failure> {
+    let us = (time.0 * 1e6).round();
+    if time.0 >= least_s && time.0 <= most_s && (us - time.0 * 1e6).abs() < 1e-6 {
+        Ok(us as u32)
+    } else {
+        Err(Failure::bad_input(format_args!(
+            "{what} {time} is not a whole number of microseconds in [{least_s}, {most_s}] s, which a device \
+             needs"
+        )))
+    }
+}
+
+/// A watchdog time in whole milliseconds.
+///
+/// # Errors
+/// Outside 5 ms to 1 s.
+pub fn watchdog_ms(time: Time) -> Result<u16, Failure> {
+    use haptic_link::Limits;
+    let ms = (1e3 * time.0).round();
+    let (least, most) = (Limits::WATCHDOG_MIN_MS, Limits::WATCHDOG_MAX_MS);
+    if ms >= f64::from(least) && ms <= f64::from(most) {
+        Ok(ms as u16)
+    } else {
+        Err(Failure::bad_input(format_args!(
+            "watchdog time {time} is not in [{least} ms, {most} ms]: give --watchdog, as in 20ms"
+        )))
+    }
+}
+
+fn print(out: &mut dyn Write, p: &Parameters) -> io::Result<()> {
+    writeln!(
+        out,
+        "loop on the {}, every {} ms",
+        p.loop_mode,
+        1e3 * p.sample_time_s
+    )?;
+    writeln!(
+        out,
+        "  environment       K = {} N/m, B = {} N·s^μ/m, μ = {}{}",
+        p.stiffness_n_per_m,
+        p.dissipation_n_s_mu_per_m,
+        p.order,
+        if p.one_sided {
+            format!(", pushes from {} m on", p.surface_m)
+        } else {
+            String::new()
+        }
+    )?;
+    writeln!(
+        out,
+        "  operator          {} {}, integer part {}",
+        p.operator.coefficients.len(),
+        p.operator.form,
+        p.operator.integer
+    )?;
+    writeln!(
+        out,
+        "  limits            {} N, {} N/s, {} ms of silence, {} late ticks in a row",
+        p.force_limit_n,
+        p.force_rate_limit_n_per_s,
+        1e3 * p.watchdog_s,
+        p.late_ticks
+    )?;
+    match &p.simulation {
+        Some(s) => writeln!(
+            out,
+            "  simulation        {}: {} kg, {} N·s/m, hand {} N/m, push {} N, depth {} m in {} s",
+            s.kind,
+            s.mass_kg,
+            s.damping_n_s_per_m,
+            s.hand_stiffness_n_per_m,
+            s.push_n,
+            s.depth_m,
+            s.ramp_time_s
+        ),
+        None => Ok(()),
+    }
+}
