@@ -57,6 +57,19 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
     #[inline]
     pub fn tick<V: Device<F, D>>(&mut self, device: &mut V) -> Result<Sample<F, D>, V::Error> {
         let reading = device.read()?;
+        self.tick_reading(device, reading)
+    }
+
+    /// The rest of a tick, for a reading that is there already.
+    ///
+    /// # Errors
+    /// As [`tick`](Self::tick), of the write.
+    #[inline]
+    pub fn tick_reading<V: Device<F, D>>(
+        &mut self,
+        device: &mut V,
+        reading: Reading<F, D>,
+    ) -> Result<Sample<F, D>, V::Error> {
         let wanted = self.environment.force(&self.history, &reading.position_m);
         let (force, limiters) = self.chain.apply(&mut self.safety, &wanted);
         let written = device.write(force);

@@ -2,6 +2,7 @@
 
 use crate::failure::Failure;
 use crate::output::note;
+use haptic_link::LoopMode;
 use haptic_loop::remote::serial::{ConnectOptions, DEFAULT_BAUD, SerialError, SerialLink, ports};
 use std::fmt;
 use std::str::FromStr;
@@ -148,6 +149,25 @@ pub fn at_port(path: &str, error: &SerialError) -> Failure {
     } else {
         anyhow::anyhow!("{path}: {text}")
     })
+}
+
+/// Where the loop is closed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Loop {
+    /// On the device; this program sets parameters and records.
+    #[default]
+    Device,
+    /// Here; the device reports its position and applies the force it is sent.
+    Host,
+}
+
+impl From<Loop> for LoopMode {
+    fn from(chosen: Loop) -> Self {
+        match chosen {
+            Loop::Device => Self::Device,
+            Loop::Host => Self::Host,
+        }
+    }
 }
 
 #[cfg(test)]

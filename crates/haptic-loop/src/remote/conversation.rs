@@ -146,7 +146,7 @@ fn explain_refusal(f: &mut fmt::Formatter<'_>, refusal: &Refusal) -> fmt::Result
             value,
             least,
             most,
-        } if *least == f32::MIN_POSITIVE => {
+        } if *least > 0.0 && *least <= f32::MIN_POSITIVE => {
             write!(f, "{field} {value} is not in (0, {most:e}] on this device")
         }
         Refusal::Range {

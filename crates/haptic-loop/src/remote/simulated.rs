@@ -130,8 +130,8 @@ impl Hardware for SimulatedPlant {
             simulated: true,
             tick_period_min_us: 100,
             tick_period_max_us: 10_000,
-            // What a strong desktop device can do; nothing here would break.
-            force_max_n: 40.0,
+            // More than desktop devices can do; nothing here would break.
+            force_max_n: 100.0,
             force_rate_max_n_per_s: 1e6,
             position_resolution_m: 0.0,
             coefficients_max: COEFFICIENTS_MAX as u16,

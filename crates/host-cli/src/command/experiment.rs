@@ -1,5 +1,8 @@
 //! Arguments and manners that all experiments share.
 
+use super::remote::RemoteArguments;
+use crate::experiment::remote::LinkSummary;
+use crate::experiment::report::TickTimes;
 use crate::experiment::{
     Contact, Ending, Pace, Precision, Rendering, Report, Sensors, Summary, Supervisor,
 };
@@ -62,14 +65,6 @@ pub struct RenderingArguments {
         help_heading = "Loop"
     )]
     sample_time: Time,
-    /// Device: `sim`, the simulated rig of two facing voice-coil actuators
-    #[arg(
-        long,
-        value_name = "DEVICE",
-        default_value = "sim",
-        help_heading = "Rig"
-    )]
-    device: String,
     /// Contact between indenter and tissue: stiff springs between masses, or imposed exactly
     #[arg(long, value_enum, default_value = "compliant", help_heading = "Rig")]
     contact: Contact,
@@ -120,31 +115,14 @@ pub struct RenderingArguments {
     /// Pace the run by the clock instead of as fast as it goes
     #[arg(long, help_heading = "Loop")]
     realtime: bool,
+    #[command(flatten)]
+    remote: RemoteArguments,
     /// Folder for log, CSV and pictures [default: the next free results/NAME-0001]
     #[arg(long, value_name = "DIR", help_heading = "Files")]
     out: Option<PathBuf>,
     /// Replace the files of an earlier run in the folder
     #[arg(long, help_heading = "Files")]
     overwrite: bool,
-}
-
-/// Accepts the one device of this version, `sim`.
-///
-/// # Errors
-/// Any other; exit code 3 for a serial one.
-pub fn check_device(device: &str) -> Result<(), Failure> {
-    if device.starts_with("serial:") {
-        Err(Failure::Device(anyhow::anyhow!(
-            "device \"{device}\": this version has no serial devices yet; leave --device away for the \
-             simulated one"
-        )))
-    } else if device == "sim" {
-        Ok(())
-    } else {
-        Err(Failure::bad_input(format_args!(
-            "device \"{device}\" is not known: the only one of this version is sim"
-        )))
-    }
 }
 
 /// Checks an order.
@@ -199,7 +177,13 @@ impl RenderingArguments {
     /// # Errors
     /// An unknown tissue, a bad specimen, a device that is not there.
     pub fn rendering(&self) -> Result<Rendering, Failure> {
-        check_device(&self.device)?;
+        let remote = self.remote.remote(None)?;
+        if remote.is_some() && (self.encoder_resolution.0 > 0.0 || self.sensor_noise.0 > 0.0) {
+            return Err(Failure::bad_input(
+                "--encoder-resolution and --sensor-noise are of the simulated rig: leave them away with a \
+                 serial device, which has its own",
+            ));
+        }
         if self.scheme == Scheme::Exact {
             return Err(Failure::input(fracdiff::SchemeError::AnalysisOnly));
         }
@@ -224,11 +208,12 @@ impl RenderingArguments {
             },
             force_limit_n: self.force_limit.0,
             force_rate_limit_n_per_s: self.force_rate_limit.0,
-            pace: if self.realtime {
+            pace: if self.realtime || remote.is_some() {
                 Pace::Realtime
             } else {
                 Pace::Virtual
             },
+            remote,
         })
     }
 
@@ -278,12 +263,20 @@ pub fn conduct<R: Summary>(
         ended_early,
         duration_s,
         dropped_samples,
+        link_lost,
         log,
     } = report.ending();
     for warning in warnings {
         note("warning", warning);
     }
     output.summary(&report, |out| print(out, &report))?;
+    if link_lost {
+        return Err(Failure::Device(anyhow::anyhow!(
+            "the link to the device was lost at {} s; the device lets go by itself, the log {log} has what \
+             came before",
+            plain(duration_s)
+        )));
+    }
     if let Some(reason) = ended_early {
         return Err(Failure::Run(anyhow::anyhow!(
             "{reason}: the run ended at {} s, the force ramped to zero; the log is {log}",
@@ -299,6 +292,9 @@ pub fn conduct<R: Summary>(
 }
 
 /// The flag that Ctrl-C (or a termination signal) sets. The handler is installed once.
+///
+/// # Errors
+/// If the system does not let a program watch for it.
 pub fn stop_on_interrupt() -> Result<&'static AtomicBool, Failure> {
     static STOP: AtomicBool = AtomicBool::new(false);
     static INSTALLED: OnceLock<Result<(), String>> = OnceLock::new();
@@ -399,19 +395,83 @@ pub fn print_summary(out: &mut dyn Write, report: &Report) -> io::Result<()> {
             )
         )
     )?;
-    writeln!(
-        out,
-        "  tick              {} ns median, {} ns 99 %, {} ns longest (loop and simulated rig); {} late",
-        report.tick_ns.p50, report.tick_ns.p99, report.tick_ns.max, report.missed_deadlines
-    )?;
-    writeln!(out, "  log               {}", report.log)?;
-    if let Some(csv) = &report.csv {
+    print_end(out, &report.end())
+}
+
+/// What the summaries of all experiments end with.
+#[derive(Clone, Copy, Debug)]
+pub struct End<'a> {
+    /// Time of a tick.
+    pub tick_ns: Option<TickTimes>,
+    /// Late ones.
+    pub missed_deadlines: u64,
+    /// The link, if there is one.
+    pub link: Option<&'a LinkSummary>,
+    /// The log.
+    pub log: &'a str,
+    /// The table.
+    pub csv: Option<&'a str>,
+    /// The picture.
+    pub figure: Option<&'a str>,
+}
+
+/// Prints it.
+///
+/// # Errors
+/// Those of `out`.
+pub fn print_end(out: &mut dyn Write, end: &End<'_>) -> io::Result<()> {
+    let plant = if end.link.is_some() {
+        ""
+    } else {
+        " and simulated device"
+    };
+    match end.tick_ns {
+        Some(tick) => writeln!(
+            out,
+            "  tick              {} ns median, {} ns 99 %, {} ns longest (loop{plant}); {} late",
+            tick.p50, tick.p99, tick.max, end.missed_deadlines
+        )?,
+        None => writeln!(
+            out,
+            "  tick              on the device, {} late",
+            end.missed_deadlines
+        )?,
+    }
+    if let Some(link) = end.link {
+        let [p50, p99, max] = link.round_trip_us;
+        writeln!(
+            out,
+            "  link              board {}, loop on the {}; {} samples lost; frames {} from it, {} to it, {} \
+             damaged; round trip {p50} µs median, {p99} µs 99 %, {max} µs longest",
+            link.board,
+            link.loop_mode,
+            link.samples_lost + link.samples_dropped,
+            link.from_device.received,
+            link.to_device.received,
+            link.from_device.corrupt + link.to_device.corrupt
+        )?;
+    }
+    writeln!(out, "  log               {}", end.log)?;
+    if let Some(csv) = end.csv {
         writeln!(out, "  csv               {csv}")?;
     }
-    if let Some(figure) = &report.figure {
+    if let Some(figure) = end.figure {
         writeln!(out, "  figure            {figure} (and .svg)")?;
     }
     Ok(())
+}
+
+impl Report {
+    fn end(&self) -> End<'_> {
+        End {
+            tick_ns: self.tick_ns,
+            missed_deadlines: self.missed_deadlines,
+            link: self.link.as_ref(),
+            log: &self.log,
+            csv: self.csv.as_deref(),
+            figure: self.figure.as_deref(),
+        }
+    }
 }
 
 /// Without the digits that a binary fraction adds.

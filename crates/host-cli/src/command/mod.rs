@@ -9,6 +9,7 @@ pub mod experiment;
 pub mod log;
 pub mod materials;
 pub mod relax;
+pub mod remote;
 pub mod reproduce;
 pub mod run;
 pub mod shell;

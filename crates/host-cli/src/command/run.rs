@@ -1,6 +1,7 @@
 //! `run`: any experiment, from a file.
 
-use super::experiment::{conduct, print_summary};
+use super::experiment::{End, conduct, print_end, print_summary};
+use super::remote::RemoteArguments;
 use crate::experiment::{ExperimentFile, Pace, WallReport};
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
@@ -18,7 +19,7 @@ A wall: the device is pushed into it with a constant force, and is stable if the
 of [wall], all but the first six with defaults: mass_kg, damping_n_s_per_m, sample_time_s, order, \
 stiffness_n_per_m, dissipation_n_s_mu_per_m, scheme, hand_stiffness_n_per_m, delay_s, friction_n, \
 current_lag_s, encoder_resolution_m, sensor_noise_m, seed, force_limit_n, one_sided, push_n, duration_s, \
-window_s, threshold_m. `host-cli design` writes such a file.";
+window_s, threshold_m. On a serial device: device, loop, watchdog_s, late_ticks. `host-cli design` writes such a file.";
 
 /// Arguments of `run`.
 #[derive(Debug, Args)]
@@ -33,6 +34,8 @@ pub struct Arguments {
     /// Pace the run by the clock instead of as fast as it goes
     #[arg(long)]
     realtime: bool,
+    #[command(flatten)]
+    remote: RemoteArguments,
     /// Folder for log, CSV and pictures [default: the next free results/KIND-0001]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -48,11 +51,13 @@ impl Arguments {
     /// A file that is wrong; what went wrong in the run, with its exit code.
     pub fn run(self, output: Output) -> Result<(), Failure> {
         let file = ExperimentFile::read(&self.file).map_err(Failure::input)?;
-        let experiment = file.in_pace(if self.realtime {
+        let remote = self.remote.remote(file.remote())?;
+        let pace = if self.realtime || remote.is_some() {
             Pace::Realtime
         } else {
             Pace::Virtual
-        });
+        };
+        let experiment = file.in_pace(pace).on(remote)?;
         let samples = experiment.samples()?;
         let request = |stem: &str| FolderRequest {
             out: self.out.clone(),
@@ -125,17 +130,13 @@ fn print_wall(out: &mut dyn Write, report: &WallReport) -> io::Result<()> {
             "  operator          off by {error:.2e} of the largest force from the full history"
         )?;
     }
-    writeln!(
-        out,
-        "  tick              {} ns median, {} ns 99 %, {} ns longest (loop and simulated device); {} late",
-        report.tick_ns.p50, report.tick_ns.p99, report.tick_ns.max, report.missed_deadlines
-    )?;
-    writeln!(out, "  log               {}", report.log)?;
-    if let Some(csv) = &report.csv {
-        writeln!(out, "  csv               {csv}")?;
-    }
-    if let Some(figure) = &report.figure {
-        writeln!(out, "  figure            {figure} (and .svg)")?;
-    }
-    Ok(())
+    let end = End {
+        tick_ns: report.tick_ns,
+        missed_deadlines: report.missed_deadlines,
+        link: report.link.as_ref(),
+        log: &report.log,
+        csv: report.csv.as_deref(),
+        figure: report.figure.as_deref(),
+    };
+    print_end(out, &end)
 }

@@ -1,6 +1,7 @@
 //! `zwidth`: how stiff a wall can be rendered, by trying.
 
 use super::experiment::{parse_scheme, progress_bar};
+use super::remote::RemoteArguments;
 use crate::experiment::{Sensors, ZWidth, ZWidthReport, dissertation_device};
 use crate::failure::Failure;
 use crate::figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
@@ -40,9 +41,8 @@ pub struct Arguments {
     /// Fractional operator, see `host-cli --help`
     #[arg(long, value_parser = parse_scheme, default_value = "full")]
     scheme: Scheme,
-    /// Device: `sim`, a simulated mass with damping
-    #[arg(long, value_name = "DEVICE", default_value = "sim")]
-    device: String,
+    #[command(flatten)]
+    remote: RemoteArguments,
     #[command(flatten)]
     plant: PlantArguments,
     /// A wall that pushes but never pulls; without this it is linear, as the theory assumes
@@ -121,6 +121,18 @@ pub struct PlantArguments {
     force_limit: Force,
 }
 
+impl PlantArguments {
+    /// Whether anything of a real device is asked of the simulated one.
+    fn is_less_than_ideal(&self) -> bool {
+        self.realistic
+            || self.friction.is_some()
+            || self.delay.is_some()
+            || self.current_lag.is_some()
+            || self.encoder_resolution.is_some()
+            || self.sensor_noise.0 > 0.0
+    }
+}
+
 /// A row of the CSV.
 #[derive(Serialize)]
 struct Row {
@@ -137,7 +149,6 @@ impl Arguments {
     /// # Errors
     /// A parameter outside its range; files that cannot be written.
     pub fn run(self, output: Output) -> Result<(), Failure> {
-        super::experiment::check_device(&self.device)?;
         let experiment = self.experiment()?;
         let bar = progress_bar(experiment.cells(), output);
         let result = experiment.run(&|cells| bar.inc(cells));
@@ -206,6 +217,13 @@ impl Arguments {
             })
             .collect::<Result<_, _>>()?;
         let plant = &self.plant;
+        let remote = self.remote.remote(None)?;
+        if remote.is_some() && plant.is_less_than_ideal() {
+            return Err(Failure::bad_input(
+                "--realistic, --friction, --delay, --current-lag, --encoder-resolution and --sensor-noise are \
+                 of the simulated device: leave them away with a serial one, which has its own",
+            ));
+        }
         let t = plant.sample_time.0;
         // What --realistic sets, unless it is given by itself.
         let real = |given: Option<f64>, realistic: f64| {
@@ -234,6 +252,7 @@ impl Arguments {
             window_s: self.window.0,
             threshold_m: self.threshold.0,
             force_limit_n: plant.force_limit.0,
+            remote,
         })
     }
 }

@@ -81,10 +81,9 @@ impl Creep {
         let strain: Vec<f64> = record.position_m.iter().map(strain_at).collect();
         let closed_form = |&t: &f64| creep_strain(&material.tissue, self.stress_pa, t);
         let theory: Vec<f64> = time.iter().map(closed_form).collect();
-        let ideal = self.without_rig(time.len())?;
-        let history = self
-            .rendering
-            .full_history_force(&record.position_m)
+        let ideal = record.of_every_tick(|x| self.without_rig(x.len()))?;
+        let history = record
+            .of_every_tick(|x| self.rendering.full_history_force(x))
             .map_err(Failure::Run)?;
         Ok(Outcome {
             quantity: Quantity::Strain,

@@ -14,12 +14,15 @@
 
 mod reader;
 
+use super::remote::RemoteDevice;
 use super::rendering::{Contact, Precision, Rendering};
 use super::run::{Pace, SAMPLES};
 use super::sensed::Sensors;
 use super::{Creep, Relaxation, Wall};
+use crate::device::{DeviceName, Loop};
 use crate::material::Library;
 use fracdiff::{Order, Scheme, Seconds};
+use haptic_link::Limits;
 use haptic_loop::Specimen;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{
@@ -44,7 +47,7 @@ pub enum ExperimentFile {
 const KINDS: [&str; 3] = ["relax", "creep", "wall"];
 
 /// Keys of what is rendered and how.
-const RENDERING: [&str; 14] = [
+const RENDERING: [&str; 17] = [
     "tissue",
     "library",
     "area_m2",
@@ -53,6 +56,9 @@ const RENDERING: [&str; 14] = [
     "precision",
     "sample_time_s",
     "device",
+    "loop",
+    "watchdog_s",
+    "late_ticks",
     "contact",
     "encoder_resolution_m",
     "sensor_noise_m",
@@ -62,8 +68,11 @@ const RENDERING: [&str; 14] = [
 ];
 
 /// Keys of `[wall]`.
-const WALL: [&str; 21] = [
+const WALL: [&str; 24] = [
     "device",
+    "loop",
+    "watchdog_s",
+    "late_ticks",
     "mass_kg",
     "damping_n_s_per_m",
     "hand_stiffness_n_per_m",
@@ -131,6 +140,44 @@ impl ExperimentFile {
         }
     }
 
+    /// The serial device of the file; `None` for the simulated one.
+    #[must_use]
+    pub fn remote(&self) -> Option<&RemoteDevice> {
+        match self {
+            Self::Relax(experiment) => experiment.rendering.remote.as_ref(),
+            Self::Creep(experiment) => experiment.rendering.remote.as_ref(),
+            Self::Wall(experiment) => experiment.remote.as_ref(),
+        }
+    }
+
+    /// The same, on another device.
+    ///
+    /// # Errors
+    /// What the experiment asks of the simulated device and no other has.
+    pub fn on(mut self, remote: Option<RemoteDevice>) -> Result<Self, crate::failure::Failure> {
+        let sensors = match &mut self {
+            Self::Relax(experiment) => {
+                experiment.rendering.remote = remote;
+                experiment.rendering.sensors
+            }
+            Self::Creep(experiment) => {
+                experiment.rendering.remote = remote;
+                experiment.rendering.sensors
+            }
+            Self::Wall(experiment) => {
+                experiment.remote = remote;
+                experiment.sensors
+            }
+        };
+        if self.remote().is_some() && !sensors.are_ideal() {
+            return Err(crate::failure::Failure::bad_input(
+                "encoder_resolution_m and sensor_noise_m are of the simulated device: leave them away with \
+                 a serial one, which has its own",
+            ));
+        }
+        Ok(self)
+    }
+
     /// The same, in another pace.
     #[must_use]
     pub fn in_pace(mut self, pace: Pace) -> Self {
@@ -168,7 +215,7 @@ fn creep(table: &Table<'_>) -> Result<Creep, FileError> {
 }
 
 fn rendering(table: &Table<'_>, duration_s: f64) -> Result<Rendering, FileError> {
-    device_is_simulated(table)?;
+    let remote = remote(table)?;
     let sample_time_s = table.number("sample_time_s", Some(1e-3), SAMPLE_TIME)?;
     samples_fit(table, sample_time_s, duration_s)?;
     let library = table.text("library", "")?;
@@ -201,11 +248,12 @@ fn rendering(table: &Table<'_>, duration_s: f64) -> Result<Rendering, FileError>
             Range::Above(0.0),
         )?,
         pace: Pace::Virtual,
+        remote,
     })
 }
 
 fn wall(table: &Table<'_>) -> Result<Wall, FileError> {
-    device_is_simulated(table)?;
+    let remote = remote(table)?;
     let at_least_0 = Range::AtLeast(0.0);
     let sample_time_s = table.number("sample_time_s", None, SAMPLE_TIME)?;
     let duration_s = table.number("duration_s", Some(5.0), Range::Above(0.0))?;
@@ -248,6 +296,7 @@ fn wall(table: &Table<'_>) -> Result<Wall, FileError> {
         threshold_m: table.number("threshold_m", Some(1e-4), Range::Above(0.0))?,
         force_limit_n,
         pace: Pace::Virtual,
+        remote,
     };
     wall.check()
         .map_err(|error| table.fail(error.to_string()))?;
@@ -269,16 +318,30 @@ fn samples_fit(table: &Table<'_>, sample_time_s: f64, duration_s: f64) -> Result
     Err(table.fail_at("duration_s", reason))
 }
 
-/// The one device of this version.
-fn device_is_simulated(table: &Table<'_>) -> Result<(), FileError> {
-    match table.text("device", "sim")? {
-        "sim" => Ok(()),
-        other => {
-            let reason =
-                format!("device \"{other}\" is not known: the only one of this version is sim");
-            Err(table.fail_at("device", reason))
-        }
-    }
+/// The serial device; `None` for the simulated one.
+fn remote(table: &Table<'_>) -> Result<Option<RemoteDevice>, FileError> {
+    let device = table.text("device", "sim")?.parse::<DeviceName>();
+    let device = device.map_err(|reason| table.fail_at("device", reason))?;
+    let loop_mode: Loop = table.choice("loop", Loop::Device)?;
+    let (least, most) = (Limits::WATCHDOG_MIN_MS, Limits::WATCHDOG_MAX_MS);
+    let range = Range::Within(1e-3 * f64::from(least), 1e-3 * f64::from(most));
+    let watchdog_s = table.number("watchdog_s", Some(0.02), range)?;
+    let late_ticks = table.count("late_ticks", u64::from(Limits::DEFAULT.late_ticks))?;
+    let late_ticks = u16::try_from(late_ticks).map_err(|_| {
+        table.fail_at(
+            "late_ticks",
+            format!("late_ticks = {late_ticks} is above 65535"),
+        )
+    })?;
+    Ok(match device {
+        DeviceName::Simulated => None,
+        DeviceName::Serial(name) => Some(RemoteDevice {
+            loop_mode: loop_mode.into(),
+            watchdog_ms: (1e3 * watchdog_s).round() as u16,
+            late_ticks,
+            ..RemoteDevice::new(name)
+        }),
+    })
 }
 
 fn sensors(table: &Table<'_>) -> Result<Sensors, FileError> {

@@ -7,10 +7,12 @@ pub mod outcome;
 mod pushed;
 pub mod recorder;
 pub mod relaxation;
+pub mod remote;
 pub mod rendering;
 pub mod report;
 pub mod run;
 pub mod sensed;
+pub mod trials;
 pub mod wall;
 pub mod zwidth;
 

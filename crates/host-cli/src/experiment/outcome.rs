@@ -100,6 +100,7 @@ impl Outcome {
         warnings.limited(record.limited);
         warnings.late(record.missed_deadlines, force.len() as u64);
         warnings.dropped(record.dropped);
+        warnings.link(record.link.as_ref());
 
         let (mut csv, mut figure) = (None, None);
         if record.ended.is_none() {
@@ -137,7 +138,7 @@ impl Outcome {
             tissue: rendering.material.name.clone(),
             order: rendering.material.order,
             scheme: rendering.scheme.to_string(),
-            device: "sim".to_owned(),
+            device: rendering.device_name(),
             samples: log.samples,
             duration_s,
             peak_force_n: force.iter().fold(0.0, |most, f| f.abs().max(most)),
@@ -157,11 +158,13 @@ impl Outcome {
                 .then(|| self.measured.last().copied())
                 .flatten(),
             sample_time_s: rendering.sample_time_s,
-            precision: rendering.precision,
+            precision: rendering.precision_run(),
             contact: rendering.contact,
             limited_samples: record.limited,
             dropped_samples: record.dropped,
             ended_early: record.ended.map(Ended::reason),
+            link: record.link.clone(),
+            link_lost: record.ended == Some(Ended::LinkLost),
             warnings: warnings.0,
         })
     }

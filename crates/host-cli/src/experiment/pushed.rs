@@ -47,6 +47,10 @@ pub(super) fn pushed(config: MassDamperConfig, push_n: f64) -> Result<MassDamper
 /// # Errors
 /// A limit or sample time outside its range.
 pub(super) fn force_limit(limit_n: f64, t: Seconds) -> Result<SafetyChain<f64>, Failure> {
-    let rate = NewtonsPerSecond(2.0 * limit_n / t.0);
-    SafetyChain::new(Newtons(limit_n), rate, t).map_err(Failure::input)
+    SafetyChain::new(Newtons(limit_n), force_rate(limit_n, t), t).map_err(Failure::input)
+}
+
+/// A rate that limits nothing.
+pub(super) fn force_rate(limit_n: f64, t: Seconds) -> NewtonsPerSecond {
+    NewtonsPerSecond(2.0 * limit_n / t.0)
 }

@@ -22,6 +22,7 @@ pub struct Recorder {
 enum Entry {
     Tick(TickMessage),
     Event(EventMessage),
+    Metadata(String, BTreeMap<String, String>),
 }
 
 /// The writer has ended early; [`Recorder::finish`] says why.
@@ -72,6 +73,12 @@ impl Recorder {
         }))
     }
 
+    /// Hands over metadata; a log that cannot take them is seen when it is closed.
+    pub fn metadata(&mut self, name: &str, values: BTreeMap<String, String>) {
+        // Waits: it is not sent from a loop.
+        let _ = self.queue.send(Entry::Metadata(name.to_owned(), values));
+    }
+
     fn send(&mut self, entry: Entry) -> Result<(), Stopped> {
         if self.waits {
             return self.queue.send(entry).map_err(|_| Stopped);
@@ -115,6 +122,7 @@ fn write(
         match entry {
             Entry::Tick(message) => log.tick(&message)?,
             Entry::Event(message) => log.event(&message)?,
+            Entry::Metadata(name, values) => log.metadata(&name, values)?,
         }
     }
     log.finish()

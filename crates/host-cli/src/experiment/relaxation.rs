@@ -104,12 +104,16 @@ impl Relaxation {
         let time = &record.time_s;
         let force = reaction(record);
         let theory: Vec<f64> = time.iter().map(|&t| self.theory(t)).collect();
-        let history = rendering
-            .full_history_force(&record.position_m)
+        let history = record
+            .of_every_tick(|x| rendering.full_history_force(x))
             .map_err(Failure::Run)?;
         let imposed: Vec<f64> = time.iter().map(|&t| profile.position(t)).collect();
-        let ideal = rendering
-            .full_history_force(&imposed)
+        let ideal = record
+            .of_every_tick(|x| {
+                let time = (0..x.len()).map(|n| n as f64 * rendering.sample_time_s);
+                let imposed: Vec<f64> = time.map(|t| profile.position(t)).collect();
+                rendering.full_history_force(&imposed)
+            })
             .map_err(Failure::Run)?;
         let hold = self.ramp_time_s + AFTER_RAMP_S;
         Ok(Outcome {

@@ -1,5 +1,8 @@
 //! A tissue rendered on the simulated rig: everything that relaxation and creep share.
 
+use super::remote::{
+    RemoteDevice, RemoteLaw, indentation, no_operator, portable, push, run_on_device, run_on_host,
+};
 use super::run::{Pace, Ran, SAMPLES, Schedule, Supervisor, run_logged};
 use super::sensed::{Sensed, Sensors};
 use crate::failure::Failure;
@@ -7,6 +10,7 @@ use crate::folder::FolderRequest;
 use crate::material::Material;
 use fracdiff::full_memory::Kernel;
 use fracdiff::{Operator, Real, Scheme, Seconds};
+use haptic_link::LoopMode;
 use haptic_loop::plant::{IndentationRig, RigConfig, RigContact, RigDrive};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
 use haptic_loop::{Contact as OneSided, Controller, KelvinVoigt, SafetyChain, Specimen};
@@ -56,6 +60,8 @@ pub struct Rendering {
     pub force_rate_limit_n_per_s: f64,
     /// How time passes.
     pub pace: Pace,
+    /// The serial device; `None` for the simulated rig.
+    pub remote: Option<RemoteDevice>,
 }
 
 impl Rendering {
@@ -120,7 +126,7 @@ impl Rendering {
                 "command_line",
                 std::env::args().collect::<Vec<_>>().join(" "),
             ),
-            ("device", "sim".to_owned()),
+            ("device", self.device_name()),
             ("tissue", self.material.name.clone()),
             (
                 "elastic_modulus_pa",
@@ -134,7 +140,10 @@ impl Rendering {
             ("area_m2", self.specimen.area().0.to_string()),
             ("thickness_m", self.specimen.thickness().0.to_string()),
             ("scheme", self.scheme.to_string()),
-            ("precision", format!("{:?}", self.precision).to_lowercase()),
+            (
+                "precision",
+                format!("{:?}", self.precision_run()).to_lowercase(),
+            ),
             ("sample_time_s", self.sample_time_s.to_string()),
             ("contact", format!("{:?}", self.contact).to_lowercase()),
             (
@@ -189,9 +198,7 @@ impl Rendering {
         let t = Seconds(self.sample_time_s);
         let kernel = self.reference_kernel();
         let derivative = super::judge::full_history(kernel, tissue.order(), t, &depth)?;
-        let shape = self.specimen.area().0 / self.specimen.thickness().0;
-        let stiffness = shape * tissue.elastic_modulus().0;
-        let dissipation = shape * tissue.viscosity_pa_s_alpha();
+        let (stiffness, dissipation) = self.spring_and_damper();
         let forces = depth.iter().zip(derivative).map(|(&x, d)| {
             if x > 0.0 {
                 (stiffness * x + dissipation * d).max(0.0)
@@ -230,12 +237,7 @@ impl Rendering {
         supervisor: Supervisor<'_>,
     ) -> Result<Ran, Failure> {
         let t = Seconds(self.sample_time_s);
-        // A little more than needed, so that the last weights are not at the very edge.
-        let horizon = 1.05 * samples as f64;
-        let operator: Operator<F> = self
-            .scheme
-            .build(self.material.tissue.order(), t, horizon)
-            .map_err(|error| Failure::input_with_advice(error, "change --scheme"))?;
+        let operator: Operator<F> = self.operator(samples)?;
         let tissue =
             KelvinVoigt::new(&self.material.tissue, &self.specimen, operator).map_err(|error| {
                 Failure::input_with_advice(error, "change --area, --thickness or --tissue")
@@ -249,14 +251,36 @@ impl Rendering {
         .map_err(|error| {
             Failure::input_with_advice(error, "change --force-limit or --force-rate-limit")
         })?;
-        let rig = IndentationRig::new(self.rig(drive)).map_err(Failure::input)?;
         let mut controller = Controller::new(environment, chain);
-        let mut device = Sensed::new(rig, self.sensors)?;
         let schedule = Schedule {
             samples,
             sample_time_s: self.sample_time_s,
             pace: self.pace,
         };
+        if let Some(device) = &self.remote {
+            let law = self.law(drive, device, samples)?;
+            let reference = move |time_s: f64| match drive {
+                RigDrive::Position(profile) => profile.position(time_s),
+                RigDrive::Force(_) => f64::NAN,
+            };
+            return match device.loop_mode {
+                LoopMode::Device => run_on_device(
+                    device, &law, schedule, &reference, request, metadata, supervisor,
+                ),
+                LoopMode::Host => run_on_host(
+                    &mut controller,
+                    device,
+                    &law,
+                    schedule,
+                    &reference,
+                    request,
+                    metadata,
+                    supervisor,
+                ),
+            };
+        }
+        let rig = IndentationRig::new(self.rig(drive)).map_err(Failure::input)?;
+        let mut device = Sensed::new(rig, self.sensors)?;
         run_logged(
             &mut controller,
             &mut device,
@@ -265,5 +289,73 @@ impl Rendering {
             metadata,
             supervisor,
         )
+    }
+
+    /// The operator, for so many samples.
+    fn operator<F: Real>(&self, samples: u64) -> Result<Operator<F>, Failure> {
+        // A little more than needed, so that the last weights are not at the very edge.
+        let horizon = 1.05 * samples as f64;
+        self.scheme
+            .build(
+                self.material.tissue.order(),
+                Seconds(self.sample_time_s),
+                horizon,
+            )
+            .map_err(|error| Failure::input_with_advice(error, "change --scheme"))
+    }
+
+    /// The same tissue and drive for a device.
+    fn law(
+        &self,
+        drive: RigDrive,
+        device: &RemoteDevice,
+        samples: u64,
+    ) -> Result<RemoteLaw, Failure> {
+        let (stiffness, dissipation) = self.spring_and_damper();
+        Ok(RemoteLaw {
+            stiffness_n_per_m: stiffness,
+            dissipation_n_s_mu_per_m: dissipation,
+            order: self.material.order,
+            one_sided: true,
+            operator: match device.loop_mode {
+                LoopMode::Device => portable(&self.operator(samples)?)?,
+                LoopMode::Host => no_operator(),
+            },
+            force_limit_n: self.force_limit_n,
+            force_rate_limit_n_per_s: self.force_rate_limit_n_per_s,
+            simulation: match drive {
+                RigDrive::Position(profile) => indentation(
+                    self.contact == Contact::Compliant,
+                    profile.depth().0,
+                    profile.ramp_time().0,
+                ),
+                RigDrive::Force(force) => push(force.0),
+            },
+        })
+    }
+
+    /// K in N/m and B in N·s^α/m of the specimen.
+    fn spring_and_damper(&self) -> (f64, f64) {
+        let tissue = &self.material.tissue;
+        let shape = self.specimen.area().0 / self.specimen.thickness().0;
+        (
+            shape * tissue.elastic_modulus().0,
+            shape * tissue.viscosity_pa_s_alpha(),
+        )
+    }
+
+    /// The number type that the force was computed in: that of the device, if the loop was closed there.
+    #[must_use]
+    pub fn precision_run(&self) -> Precision {
+        match &self.remote {
+            Some(remote) if remote.loop_mode == LoopMode::Device => Precision::F32,
+            _ => self.precision,
+        }
+    }
+
+    /// The device, as on the command line.
+    #[must_use]
+    pub fn device_name(&self) -> String {
+        super::remote::device_name(self.remote.as_ref())
     }
 }

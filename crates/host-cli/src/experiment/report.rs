@@ -1,6 +1,9 @@
 //! What an experiment reports: one JSON object, or a summary for a person.
 
+use super::remote::{FrameCounts, LinkSummary};
 use super::run::{Ended, Record};
+use haptic_loop::Fault;
+use haptic_loop::remote::LinkError;
 use serde::Serialize;
 
 /// Percentiles of the time that a tick took, ns, the simulated rig included.
@@ -39,8 +42,8 @@ pub struct Report {
     /// Against the closed form: force in a relaxation, from 0.1 s after the ramp on; strain in a
     /// creep test, from 1 s on.
     pub closed_form_error: Option<f64>,
-    /// Time of a tick.
-    pub tick_ns: TickTimes,
+    /// Time of a tick; null in a loop on a device, which does not tell.
+    pub tick_ns: Option<TickTimes>,
     /// Ticks more than one sample time late; 0 in virtual time.
     pub missed_deadlines: u64,
     /// The log.
@@ -72,6 +75,11 @@ pub struct Report {
     pub dropped_samples: u64,
     /// Why the run ended early; null if it did not.
     pub ended_early: Option<String>,
+    /// What the link to the device counted; null without one.
+    pub link: Option<LinkSummary>,
+    /// The link was lost in the middle of the run.
+    #[serde(skip)]
+    pub link_lost: bool,
     /// What a user should know about these numbers, a sentence each.
     pub warnings: Vec<String>,
 }
@@ -87,6 +95,8 @@ pub struct Ending<'a> {
     pub duration_s: f64,
     /// Samples and events that did not reach the log.
     pub dropped_samples: u64,
+    /// The link to the device was lost.
+    pub link_lost: bool,
     /// The log.
     pub log: &'a str,
 }
@@ -104,6 +114,7 @@ impl Summary for Report {
             ended_early: self.ended_early.as_deref(),
             duration_s: self.duration_s,
             dropped_samples: self.dropped_samples,
+            link_lost: self.link_lost,
             log: &self.log,
         }
     }
@@ -116,22 +127,38 @@ pub struct Warnings(pub Vec<String>);
 impl TickTimes {
     /// Of a record.
     #[must_use]
-    pub fn of(record: &Record) -> Self {
-        Self {
+    pub fn of(record: &Record) -> Option<Self> {
+        (!record.tick_ns.is_empty()).then(|| Self {
             p50: record.tick_ns.value_at_quantile(0.5),
             p99: record.tick_ns.value_at_quantile(0.99),
             max: record.tick_ns.max(),
-        }
+        })
     }
 }
 
 impl Ended {
+    /// Whether a fault did it.
+    #[must_use]
+    pub const fn is_fault(self) -> bool {
+        matches!(self, Self::Fault(_) | Self::DeviceFault(_))
+    }
+
     /// In words.
     #[must_use]
     pub fn reason(self) -> String {
         match self {
             Self::Interrupted => "interrupted".to_owned(),
             Self::Fault(fault) => format!("fault: {fault}"),
+            Self::DeviceFault(report) => {
+                let silent = report.status.fault == Fault::HostSilent.code();
+                let advice = if silent {
+                    "; if this machine was only busy, give it longer with --watchdog 100ms"
+                } else {
+                    ""
+                };
+                format!("{}{advice}", LinkError::Faulted(report))
+            }
+            Self::LinkLost => "the link to the device was lost".to_owned(),
             Self::LogStopped => "the log could not be written".to_owned(),
         }
     }
@@ -181,6 +208,23 @@ impl Warnings {
             self.0.push(format!(
                 "{missed} of {samples} ticks were more than one sample time late: this machine was busy, \
                  or the sample time is too short for it"
+            ));
+        }
+    }
+
+    /// What a link had to cope with, when it did.
+    pub fn link(&mut self, link: Option<&LinkSummary>) {
+        let Some(link) = link else {
+            return;
+        };
+        let (from, to) = (link.from_device, link.to_device);
+        let bad =
+            |frames: FrameCounts| frames.corrupt + frames.lost + frames.duplicate + frames.late;
+        if bad(from) + bad(to) > 0 {
+            self.0.push(format!(
+                "the line is not clean: of {} frames from the device {} did not come and {} were damaged, of \
+                 {} to it {} and {}; {} requests were sent again",
+                from.sent, from.lost, from.corrupt, to.sent, to.lost, to.corrupt, link.retries
             ));
         }
     }

@@ -1,11 +1,13 @@
 //! Runs the loop against a simulated device, in virtual or real time, and hands every sample on.
 
 use super::recorder::{Recorder, Stopped};
+use super::remote::LinkSummary;
 use super::sensed::Sensed;
 use crate::failure::Failure;
 use crate::folder::{FolderRequest, OutputFolder};
 use crate::record::{FinishedLog, TickMessage};
 use fracdiff::Real;
+use haptic_link::FaultReport;
 use haptic_loop::plant::{IndentationRig, MassDamper};
 use haptic_loop::{Controller, Device, Environment, Fault};
 use hdrhistogram::Histogram;
@@ -43,6 +45,8 @@ impl std::fmt::Debug for Supervisor<'_> {
 /// What a run left in memory, up to where it ended; everything else is in the log.
 #[derive(Debug)]
 pub struct Record {
+    /// Number of each sample.
+    pub tick: Vec<u64>,
     /// Time of each sample, s.
     pub time_s: Vec<f64>,
     /// Position of the renderer as the loop read it, m.
@@ -59,6 +63,69 @@ pub struct Record {
     pub limited: u64,
     /// Why the run ended before its time, if it did.
     pub ended: Option<Ended>,
+    /// What the link counted, if there was one.
+    pub link: Option<LinkSummary>,
+}
+
+impl Record {
+    /// Empty, with room for so many samples.
+    ///
+    /// # Errors
+    /// More samples than the machine can address.
+    pub fn with_room_for(samples: u64) -> anyhow::Result<Self> {
+        let capacity = usize::try_from(samples)?;
+        Ok(Self {
+            tick: Vec::with_capacity(capacity),
+            time_s: Vec::with_capacity(capacity),
+            position_m: Vec::with_capacity(capacity),
+            force_n: Vec::with_capacity(capacity),
+            // 1 ns to 10 s, three digits.
+            tick_ns: Histogram::new_with_bounds(1, 10_000_000_000, 3)?,
+            missed_deadlines: 0,
+            dropped: 0,
+            limited: 0,
+            ended: None,
+            link: None,
+        })
+    }
+
+    /// Adds a sample.
+    pub(super) fn push(&mut self, message: &TickMessage) {
+        self.limited += u64::from(message.limiters != 0);
+        self.tick.push(message.tick);
+        self.time_s.push(message.time_s);
+        self.position_m.push(message.position_m);
+        self.force_n.push(message.force_n);
+    }
+
+    /// A function of the whole motion, where it was recorded. Positions of ticks that a link lost are
+    /// taken from a straight line between their neighbours.
+    ///
+    /// # Errors
+    /// Those of the function.
+    pub fn of_every_tick<E>(
+        &self,
+        function: impl FnOnce(&[f64]) -> Result<Vec<f64>, E>,
+    ) -> Result<Vec<f64>, E> {
+        let whole = (0_u64..).zip(&self.tick).all(|(n, tick)| *tick == n);
+        if whole {
+            return function(&self.position_m);
+        }
+        let mut position_m: Vec<f64> = Vec::with_capacity(self.position_m.len());
+        for (&tick, &x) in self.tick.iter().zip(&self.position_m) {
+            let from = position_m.last().copied().unwrap_or(x);
+            let missing = (tick as usize).saturating_sub(position_m.len());
+            let step = (x - from) / (missing + 1) as f64;
+            position_m.extend((1..=missing).map(|n| from + n as f64 * step));
+            position_m.push(x);
+        }
+        let values = function(&position_m)?;
+        let kept = self
+            .tick
+            .iter()
+            .filter_map(|&tick| values.get(tick as usize));
+        Ok(kept.copied().collect())
+    }
 }
 
 /// Why a run ended before its time.
@@ -68,6 +135,10 @@ pub enum Ended {
     Interrupted,
     /// The safety chain latched a fault.
     Fault(Fault),
+    /// The device latched a fault.
+    DeviceFault(FaultReport),
+    /// The link to the device is gone.
+    LinkLost,
     /// The log could not be written.
     LogStopped,
 }
@@ -157,18 +228,7 @@ where
     const REPORT: u64 = 1024;
     /// Ticks after which a force that still is not zero is given up: the rate limit is no rate.
     const RAMP_MOST: u64 = 10_000_000;
-    let capacity = usize::try_from(schedule.samples)?;
-    let mut record = Record {
-        time_s: Vec::with_capacity(capacity),
-        position_m: Vec::with_capacity(capacity),
-        force_n: Vec::with_capacity(capacity),
-        // 1 ns to 10 s, three digits.
-        tick_ns: Histogram::new_with_bounds(1, 10_000_000_000, 3)?,
-        missed_deadlines: 0,
-        dropped: 0,
-        limited: 0,
-        ended: None,
-    };
+    let mut record = Record::with_room_for(schedule.samples)?;
     let start = Instant::now();
     let mut tick = 0;
     let mut ramp = 0;
@@ -212,10 +272,7 @@ where
             // A recorder that has ended is seen when it is closed.
             let _ = recorder.event(time_s, "fault", fault.to_string());
         } else {
-            record.limited += u64::from(message.limiters != 0);
-            record.time_s.push(message.time_s);
-            record.position_m.push(message.position_m);
-            record.force_n.push(message.force_n);
+            record.push(&message);
             if supervisor.stop.load(Ordering::Relaxed) {
                 record.ended = Some(Ended::Interrupted);
                 let _ = recorder.event(time_s, "interrupted", "stop was asked for".to_owned());

@@ -17,6 +17,14 @@ pub struct Sensors {
     pub seed: u64,
 }
 
+impl Sensors {
+    /// Whether the loop reads the true position.
+    #[must_use]
+    pub fn are_ideal(&self) -> bool {
+        !(self.encoder_resolution_m > 0.0 || self.noise_m > 0.0)
+    }
+}
+
 /// A device behind its sensors: noise first, then the encoder, as in a real one.
 #[derive(Clone, Debug)]
 pub enum Sensed<V> {

@@ -13,7 +13,10 @@ mod report;
 
 use super::judge::full_history;
 use super::outcome::reaction;
-use super::pushed::{GONE_M, VirtualWall, force_limit, pushed, wall_at_start};
+use super::pushed::{GONE_M, VirtualWall, force_limit, force_rate, pushed, wall_at_start};
+use super::remote::{
+    RemoteDevice, RemoteLaw, device_name, no_operator, portable, push, run_on_device, run_on_host,
+};
 use super::report::{TickTimes, Warnings};
 use super::run::{Ended, Pace, Ran, Record, SAMPLES, Schedule, Supervisor, run_logged};
 use super::sensed::{Sensed, Sensors};
@@ -22,6 +25,7 @@ use crate::figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scal
 use crate::folder::FolderRequest;
 use fracdiff::full_memory::Kernel;
 use fracdiff::{FrequencyResponse as _, Operator, Order, Scheme};
+use haptic_link::{LoopMode, Simulation, SimulationKind};
 use haptic_loop::Controller;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 pub use report::WallReport;
@@ -57,6 +61,8 @@ pub struct Wall {
     pub force_limit_n: f64,
     /// How time passes.
     pub pace: Pace,
+    /// The serial device; `None` for the simulated one.
+    pub remote: Option<RemoteDevice>,
 }
 
 /// Where the device is at the end, and whether it is at rest there.
@@ -106,14 +112,36 @@ impl Wall {
             sample_time_s: self.device.sample_time.0,
             pace: self.pace,
         };
-        let ran = run_logged(
-            &mut parts.controller,
-            &mut parts.device,
-            schedule,
-            request,
-            self.metadata(),
-            supervisor,
-        )?;
+        let metadata = self.metadata();
+        let ran = match &self.remote {
+            None => run_logged(
+                &mut parts.controller,
+                &mut parts.device,
+                schedule,
+                request,
+                metadata,
+                supervisor,
+            )?,
+            Some(remote) => {
+                let law = self.law(remote, parts.samples)?;
+                let reference = |_| 0.0;
+                match remote.loop_mode {
+                    LoopMode::Device => run_on_device(
+                        remote, &law, schedule, &reference, request, metadata, supervisor,
+                    )?,
+                    LoopMode::Host => run_on_host(
+                        &mut parts.controller,
+                        remote,
+                        &law,
+                        schedule,
+                        &reference,
+                        request,
+                        metadata,
+                        supervisor,
+                    )?,
+                }
+            }
+        };
         self.publish(&ran, parts.rest_m)
     }
 
@@ -203,6 +231,50 @@ impl Wall {
         })
     }
 
+    /// The same wall and push for a serial device.
+    fn law(&self, remote: &RemoteDevice, samples: u64) -> Result<RemoteLaw, Failure> {
+        let MassDamperConfig {
+            mass,
+            damping,
+            stiffness,
+            delay,
+            friction,
+            lag,
+            sample_time: t,
+            saturation: _,
+        } = self.device;
+        if delay.0 > 0.0 || friction.0 > 0.0 || lag.0 > 0.0 {
+            return Err(Failure::bad_input(
+                "delay_s, friction_n and current_lag_s are of the simulated device: leave them away with a \
+                 serial one, which has its own",
+            ));
+        }
+        let operator = match remote.loop_mode {
+            LoopMode::Device => {
+                let horizon = 1.05 * samples as f64;
+                let built = self.scheme.build(self.order, t, horizon);
+                portable(&built.map_err(Failure::input)?)?
+            }
+            LoopMode::Host => no_operator(),
+        };
+        Ok(RemoteLaw {
+            stiffness_n_per_m: self.stiffness_n_per_m,
+            dissipation_n_s_mu_per_m: self.dissipation_n_s_mu_per_m,
+            order: self.order.get(),
+            one_sided: self.one_sided,
+            operator,
+            force_limit_n: self.force_limit_n,
+            force_rate_limit_n_per_s: force_rate(self.force_limit_n, t).0,
+            simulation: Simulation {
+                kind: SimulationKind::MassDamper,
+                mass_kg: mass.0 as f32,
+                damping_n_s_per_m: damping.0 as f32,
+                hand_stiffness_n_per_m: stiffness.0 as f32,
+                ..push(self.push_n)
+            },
+        })
+    }
+
     /// Judges the positions of a whole run; `None` for one that did not reach its end.
     fn settling(&self, position_m: Option<&[f64]>, rest_m: Option<f64>) -> Settling {
         let window = (self.window_s / self.device.sample_time.0).round() as usize;
@@ -248,8 +320,9 @@ impl Wall {
             return Ok(None);
         }
         let t = self.device.sample_time;
-        let derivative =
-            full_history(kernel, self.order, t, &record.position_m).map_err(Failure::Run)?;
+        let derivative = record
+            .of_every_tick(|x| full_history(kernel, self.order, t, x))
+            .map_err(Failure::Run)?;
         let wanted = record
             .position_m
             .iter()
@@ -288,6 +361,7 @@ impl Wall {
         }
         warnings.late(record.missed_deadlines, force.len() as u64);
         warnings.dropped(record.dropped);
+        warnings.link(record.link.as_ref());
         let (mut csv, mut figure) = (None, None);
         if whole {
             let rows = (0..force.len()).map(|n| Row {
@@ -305,7 +379,7 @@ impl Wall {
             tissue: None,
             order: self.order.get(),
             scheme: self.scheme.to_string(),
-            device: "sim".to_owned(),
+            device: device_name(self.remote.as_ref()),
             samples: log.samples,
             duration_s: time.last().copied().unwrap_or(0.0),
             peak_force_n: largest(&force),
@@ -330,6 +404,8 @@ impl Wall {
             limited_samples: record.limited,
             dropped_samples: record.dropped,
             ended_early: record.ended.map(Ended::reason),
+            link: record.link.clone(),
+            link_lost: record.ended == Some(Ended::LinkLost),
             warnings: warnings.0,
         })
     }
@@ -415,7 +491,7 @@ impl Wall {
                 "command_line",
                 std::env::args().collect::<Vec<_>>().join(" "),
             ),
-            ("device", "sim".to_owned()),
+            ("device", device_name(self.remote.as_ref())),
             ("mass_kg", device.mass.0.to_string()),
             ("damping_n_s_per_m", device.damping.0.to_string()),
             ("hand_stiffness_n_per_m", device.stiffness.0.to_string()),

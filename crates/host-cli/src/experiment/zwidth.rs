@@ -13,10 +13,13 @@
 //!
 //! Source: O. Tokatlı, *Fractional Order Control in Haptics*, section 4.4, figure 4.3.
 
-use super::pushed::{GONE_M, VirtualWall, force_limit, pushed, wall_at_start};
+use super::pushed::{GONE_M, VirtualWall, force_limit, force_rate, pushed, wall_at_start};
+use super::remote::{RemoteDevice, RemoteLaw, device_name, portable, push};
 use super::sensed::{Sensed, Sensors};
+use super::trials::Trials;
 use crate::failure::Failure;
 use fracdiff::{Operator, Order, Scheme, Seconds};
+use haptic_link::{OperatorShape, Simulation};
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::{Controller, SafetyChain};
 use rayon::prelude::*;
@@ -47,8 +50,10 @@ pub struct ZWidth {
     pub window_s: f64,
     /// Largest standard deviation of a stable position, m.
     pub threshold_m: f64,
-    /// Force limit of the safety chain, N.
+    /// Force limit of the safety chain, N; on a serial device at most what that can do.
     pub force_limit_n: f64,
+    /// The serial device; `None` for the simulated one.
+    pub remote: Option<RemoteDevice>,
 }
 
 /// The result. The keys are a contract of the command line.
@@ -104,11 +109,12 @@ impl ZWidth {
     /// A parameter outside its range.
     pub fn run(&self, progress: &(dyn Fn(u64) + Sync)) -> Result<ZWidthReport, Failure> {
         self.check()?;
+        let trials = self.remote.as_ref().map(Trials::new).transpose()?;
         let walls: Vec<Wall> = self
             .orders
             .iter()
             .enumerate()
-            .map(|(place, &order)| Wall::new(self, order, place))
+            .map(|(place, &order)| Wall::new(self, order, place, trials.as_ref()))
             .collect::<Result<_, _>>()?;
         let orders: Vec<OrderBoundary> = walls
             .par_iter()
@@ -127,18 +133,21 @@ impl ZWidth {
                 }
             })
             .collect();
+        let runs = walls.iter().map(|wall| wall.runs.load(Ordering::Relaxed));
+        let runs = runs.sum();
+        drop(walls);
+        if let Some(failure) = trials.and_then(Trials::failure) {
+            return Err(failure);
+        }
         let config = &self.device;
         Ok(ZWidthReport {
             orders,
             scheme: self.scheme.to_string(),
-            device: "sim".to_owned(),
+            device: device_name(self.remote.as_ref()),
             sample_time_s: config.sample_time.0,
             delta: config.damping.0 * config.sample_time.0 / config.mass.0,
             alpha_searched: search_limit(config.damping.0 * config.sample_time.0 / config.mass.0),
-            runs: walls
-                .iter()
-                .map(|wall| wall.runs.load(Ordering::Relaxed))
-                .sum(),
+            runs,
         })
     }
 
@@ -263,12 +272,19 @@ struct Wall<'a> {
     dissipation_factor: f64,
     /// Seed of this order's cells.
     seed: u64,
+    /// The operator for the serial device, and the device.
+    remote: Option<((OperatorShape, Vec<f32>), &'a Trials)>,
     /// Runs made.
     runs: AtomicU64,
 }
 
 impl<'a> Wall<'a> {
-    fn new(experiment: &'a ZWidth, order: Order, place: usize) -> Result<Self, Failure> {
+    fn new(
+        experiment: &'a ZWidth,
+        order: Order,
+        place: usize,
+        trials: Option<&'a Trials>,
+    ) -> Result<Self, Failure> {
         let config = experiment.device;
         let t = config.sample_time;
         let samples = experiment.duration_s / t.0;
@@ -276,6 +292,13 @@ impl<'a> Wall<'a> {
             .scheme
             .build(order, t, 1.05 * samples)
             .map_err(Failure::input)?;
+        let remote = match trials {
+            Some(trials) => {
+                let built = experiment.scheme.build(order, t, 1.05 * samples);
+                Some((portable(&built.map_err(Failure::input)?)?, trials))
+            }
+            None => None,
+        };
         let device = pushed(config, experiment.push_n)?;
         let chain = force_limit(experiment.force_limit_n, t)?;
         // Sensors that cannot be made are refused before the first run.
@@ -292,6 +315,7 @@ impl<'a> Wall<'a> {
             stiffness_unit,
             dissipation_factor,
             seed: experiment.sensors.seed.wrapping_add((place as u64) << 32),
+            remote,
             runs: AtomicU64::new(0),
         })
     }
@@ -333,6 +357,11 @@ impl<'a> Wall<'a> {
             stiffness_max: stiffness,
             ..
         } = self.point(alpha, beta);
+        if let Some((operator, trials)) = &self.remote {
+            return self
+                .deviation_on(trials, stiffness, dissipation, operator)
+                .is_some_and(|deviation| deviation <= self.experiment.threshold_m);
+        }
         let seed = self.seed.wrapping_add(cell);
         let device = Sensed::new(self.device.clone(), Sensors { seed, ..sensors });
         let one_sided = self.experiment.one_sided;
@@ -342,6 +371,51 @@ impl<'a> Wall<'a> {
         };
         self.deviation(wall, device)
             .is_some_and(|deviation| deviation <= self.experiment.threshold_m)
+    }
+
+    /// The same on the serial device, of the position that it measured.
+    fn deviation_on(
+        &self,
+        trials: &Trials,
+        stiffness: f64,
+        dissipation: f64,
+        operator: &(OperatorShape, Vec<f32>),
+    ) -> Option<f64> {
+        let ZWidth {
+            device,
+            duration_s,
+            window_s,
+            push_n,
+            force_limit_n,
+            ..
+        } = *self.experiment;
+        let t = device.sample_time.0;
+        let law = RemoteLaw {
+            stiffness_n_per_m: stiffness,
+            dissipation_n_s_mu_per_m: dissipation,
+            order: self.order.get(),
+            one_sided: self.experiment.one_sided,
+            operator: operator.clone(),
+            force_limit_n,
+            force_rate_limit_n_per_s: force_rate(force_limit_n, device.sample_time).0,
+            simulation: Simulation {
+                mass_kg: device.mass.0 as f32,
+                damping_n_s_per_m: device.damping.0 as f32,
+                hand_stiffness_n_per_m: device.stiffness.0 as f32,
+                ..push(push_n)
+            },
+        };
+        let samples = (duration_s / t).round() as u64;
+        let positions = trials.positions(&law, samples, t)?;
+        let window = (window_s / t).round() as usize;
+        let judged = &positions[positions.len().saturating_sub(window)..];
+        if positions.iter().any(|x| x.abs() > GONE_M) {
+            return None;
+        }
+        let count = judged.len() as f64;
+        let mean = judged.iter().sum::<f64>() / count;
+        let squares: f64 = judged.iter().map(|x| (x - mean) * (x - mean)).sum();
+        Some((squares / count).sqrt())
     }
 
     /// Standard deviation of the position over the window, m; `None` if the device has left or the

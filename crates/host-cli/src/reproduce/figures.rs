@@ -311,6 +311,7 @@ fn zwidth() -> Result<Figure, Failure> {
             duration_s: 5.0,
             window_s: 0.4,
             threshold_m: 1e-4,
+            remote: None,
             force_limit_n: 100.0,
         };
         let report = experiment.run(&|_| {})?;

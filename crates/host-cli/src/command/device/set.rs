@@ -3,13 +3,13 @@
 use super::PortArguments;
 use super::parameters::Parameters;
 use crate::command::experiment::{order, parse_order, parse_scheme};
-use crate::device::at_port;
+use crate::device::{Loop, at_port};
 use crate::failure::Failure;
 use crate::output::Output;
 use crate::quantity::{Damping, Force, ForceRate, Length, Mass, Stiffness, Time};
 use clap::Args;
 use fracdiff::{Operator, Scheme, Seconds};
-use haptic_link::{Configuration, LoopMode, SimulationKind};
+use haptic_link::{Configuration, SimulationKind};
 use haptic_loop::remote::operator_shape;
 use std::io::{self, Write};
 
@@ -78,25 +78,6 @@ pub struct SetArguments {
     /// Push of the hand on a simulated device
     #[arg(long, allow_hyphen_values = true, help_heading = "Simulated device")]
     push: Option<Force>,
-}
-
-/// Where the loop is closed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-pub enum Loop {
-    /// On the device; this program sets parameters and records.
-    #[default]
-    Device,
-    /// Here; the device reports its position and applies the force it is sent.
-    Host,
-}
-
-impl From<Loop> for LoopMode {
-    fn from(chosen: Loop) -> Self {
-        match chosen {
-            Loop::Device => Self::Device,
-            Loop::Host => Self::Host,
-        }
-    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,6 +1,7 @@
 //! What a wall experiment reports.
 
 use super::Settling;
+use crate::experiment::remote::LinkSummary;
 use crate::experiment::report::{Ending, Summary, TickTimes};
 use serde::Serialize;
 
@@ -28,8 +29,8 @@ pub struct WallReport {
     pub max_relative_error: Option<f64>,
     /// The deflection against its closed form, push/(K + k). Null for an unstable wall.
     pub closed_form_error: Option<f64>,
-    /// Time of a tick.
-    pub tick_ns: TickTimes,
+    /// Time of a tick; null in a loop on a device, which does not tell.
+    pub tick_ns: Option<TickTimes>,
     /// Ticks more than one sample time late; 0 in virtual time.
     pub missed_deadlines: u64,
     /// The log.
@@ -53,6 +54,11 @@ pub struct WallReport {
     pub dropped_samples: u64,
     /// Why the run ended early; null if it did not.
     pub ended_early: Option<String>,
+    /// What the link to the device counted; null without one.
+    pub link: Option<LinkSummary>,
+    /// The link was lost in the middle of the run.
+    #[serde(skip)]
+    pub link_lost: bool,
     /// What a user should know about these numbers, a sentence each.
     pub warnings: Vec<String>,
 }
@@ -64,6 +70,7 @@ impl Summary for WallReport {
             ended_early: self.ended_early.as_deref(),
             duration_s: self.duration_s,
             dropped_samples: self.dropped_samples,
+            link_lost: self.link_lost,
             log: &self.log,
         }
     }

@@ -1,0 +1,78 @@
+//! Which device an experiment runs on, and how the loop with it is closed.
+
+use super::device::set::watchdog_ms;
+use crate::device::{DeviceName, Loop};
+use crate::experiment::remote::RemoteDevice;
+use crate::failure::Failure;
+use crate::quantity::Time;
+use clap::Args;
+use std::time::Duration;
+
+/// Arguments of every experiment that can run on a device.
+#[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Device")]
+pub struct RemoteArguments {
+    /// Device: `sim`, or `serial:PATH[@BAUD]`, or `serial:auto` [default: sim]
+    #[arg(long, value_name = "DEVICE")]
+    pub device: Option<DeviceName>,
+    /// Where the loop with a serial device is closed [default: device]
+    #[arg(long = "loop", value_enum)]
+    pub loop_mode: Option<Loop>,
+    /// Silence from this program after which a serial device lets go [default: 20ms]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    pub watchdog: Option<Time>,
+    /// Late ticks in a row after which a serial device lets go; 0 for never [default: 20]
+    #[arg(long, value_name = "COUNT")]
+    pub late_ticks: Option<u16>,
+    /// Go on trying for so long while a serial device is not there [default: 0s]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    pub wait: Option<Time>,
+}
+
+impl RemoteArguments {
+    /// The serial device; `None` for the simulated one. What is not given is as in `file`.
+    ///
+    /// # Errors
+    /// A time outside its range; options of a serial device without one.
+    pub fn remote(&self, file: Option<&RemoteDevice>) -> Result<Option<RemoteDevice>, Failure> {
+        let name = match &self.device {
+            Some(DeviceName::Serial(name)) => Some(name.clone()),
+            Some(DeviceName::Simulated) => None,
+            None => file.map(|file| file.name.clone()),
+        };
+        let Some(name) = name else {
+            let given = self.loop_mode.is_some()
+                || self.watchdog.is_some()
+                || self.late_ticks.is_some()
+                || self.wait.is_some();
+            if given {
+                return Err(Failure::bad_input(
+                    "--loop, --watchdog, --late-ticks and --wait are for serial devices: add --device \
+                     serial:PATH",
+                ));
+            }
+            return Ok(None);
+        };
+        let mut remote = file
+            .cloned()
+            .unwrap_or_else(|| RemoteDevice::new(name.clone()));
+        remote.name = name;
+        if let Some(chosen) = self.loop_mode {
+            remote.loop_mode = chosen.into();
+        }
+        if let Some(watchdog) = self.watchdog {
+            remote.watchdog_ms = watchdog_ms(watchdog)?;
+        }
+        if let Some(late_ticks) = self.late_ticks {
+            remote.late_ticks = late_ticks;
+        }
+        if let Some(wait) = self.wait {
+            remote.patience = Duration::try_from_secs_f64(wait.0).map_err(|_| {
+                Failure::bad_input(format_args!(
+                    "waiting time {wait} is not in [0, 1e9] s: give --wait, as in 10s"
+                ))
+            })?;
+        }
+        Ok(Some(remote))
+    }
+}

@@ -1,0 +1,609 @@
+//! An experiment on a device at the other end of a link.
+//!
+//! ```text
+//! device loop:  set parameters ─▶ arm ─▶ start ─▶ samples ─▶ log        the device ticks
+//! host loop:    ... sample ─▶ controller of this program ─▶ force ...   the device only measures and applies
+//! ```
+//! Time is the device's, n·T. What the line loses is counted, never made up.
+
+use super::recorder::Recorder;
+use super::run::{Ended, Ran, Record, Schedule, Supervisor};
+use crate::device::{SerialName, at_port};
+use crate::failure::Failure;
+use crate::folder::FolderRequest;
+use crate::output::note;
+use crate::record::TickMessage;
+use fracdiff::{Operator, Real};
+use haptic_link::{
+    Capabilities, Configuration, EventKind, Limits, LoopMode, OperatorShape, Request, Sample,
+    Simulation, SimulationKind, Start, Statistics,
+};
+use haptic_loop::remote::LinkError;
+use haptic_loop::remote::serial::{Heard, LinkReport, SerialError, SerialLink};
+use haptic_loop::{Controller, Environment};
+use std::collections::BTreeMap;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+/// A device and how the loop with it is closed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RemoteDevice {
+    /// The port.
+    pub name: SerialName,
+    /// Where the loop is closed.
+    pub loop_mode: LoopMode,
+    /// Silence after which the device lets go, ms.
+    pub watchdog_ms: u16,
+    /// Late ticks in a row that latch a fault; 0 for never.
+    pub late_ticks: u16,
+    /// How long to wait for the device to be there.
+    pub patience: Duration,
+}
+
+impl RemoteDevice {
+    /// With the defaults: the device's loop, 20 ms of silence, 20 late ticks, no patience.
+    #[must_use]
+    pub fn new(name: SerialName) -> Self {
+        Self {
+            name,
+            loop_mode: LoopMode::Device,
+            watchdog_ms: Limits::DEFAULT.watchdog_ms,
+            late_ticks: Limits::DEFAULT.late_ticks,
+            patience: Duration::ZERO,
+        }
+    }
+}
+
+/// What the device renders, and what it simulates if it is simulated.
+#[derive(Clone, Debug)]
+pub struct RemoteLaw {
+    /// K, N/m.
+    pub stiffness_n_per_m: f64,
+    /// B, N·s^μ/m.
+    pub dissipation_n_s_mu_per_m: f64,
+    /// μ.
+    pub order: f64,
+    /// Pushes but never pulls, from 0 on.
+    pub one_sided: bool,
+    /// Coefficients of the operator.
+    pub operator: (OperatorShape, Vec<f32>),
+    /// Largest force, N.
+    pub force_limit_n: f64,
+    /// Largest rate of force, N/s.
+    pub force_rate_limit_n_per_s: f64,
+    /// The plant of a simulated device.
+    pub simulation: Simulation,
+}
+
+/// What the link of a run counted.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct LinkSummary {
+    /// Board.
+    pub board: String,
+    /// Firmware version.
+    pub firmware: String,
+    /// `device` or `host`.
+    #[serde(rename = "loop")]
+    pub loop_mode: &'static str,
+    /// Samples of the run that did not come.
+    pub samples_lost: u64,
+    /// Samples that came but found no room here.
+    pub samples_dropped: u64,
+    /// Samples that found no room on the device.
+    pub samples_dropped_on_device: u32,
+    /// Ticks of a host loop without a new force.
+    pub stale_forces: u32,
+    /// Forces that found no room here.
+    pub forces_dropped: u64,
+    /// Ticks of the device that were late.
+    pub overruns: u32,
+    /// Longest tick of the device, processor cycles; 0 if it cannot count them.
+    pub tick_cycles_max: u32,
+    /// Frames, seen from here.
+    pub from_device: FrameCounts,
+    /// Frames, seen from the device.
+    pub to_device: FrameCounts,
+    /// Requests that were sent again.
+    pub retries: u32,
+    /// From a keep-alive to its answer, µs: median, 99 of 100, longest.
+    pub round_trip_us: [u64; 3],
+}
+
+/// Frames of one direction.
+#[derive(Clone, Copy, Debug, serde::Serialize)]
+pub struct FrameCounts {
+    /// Sent.
+    pub sent: u32,
+    /// Received whole.
+    pub received: u32,
+    /// Damaged.
+    pub corrupt: u32,
+    /// Did not come.
+    pub lost: u32,
+    /// Came twice.
+    pub duplicate: u32,
+    /// Came after a later one.
+    pub late: u32,
+}
+
+/// A device that is configured, armed by nobody yet, and the log of what is to come.
+struct Session<'a> {
+    link: SerialLink,
+    before: Statistics,
+    watchdog: Duration,
+    loop_mode: LoopMode,
+    schedule: Schedule,
+    reference: &'a dyn Fn(f64) -> f64,
+    recorder: Recorder,
+    record: Record,
+    samples_lost: u64,
+    next_tick: u64,
+}
+
+/// Runs an experiment in the device's own loop.
+///
+/// # Errors
+/// A device that cannot be used, parameters that it refuses; a folder or log that cannot be written.
+pub fn run_on_device(
+    device: &RemoteDevice,
+    law: &RemoteLaw,
+    schedule: Schedule,
+    reference: &dyn Fn(f64) -> f64,
+    request: &FolderRequest,
+    metadata: BTreeMap<String, String>,
+    supervisor: Supervisor<'_>,
+) -> Result<Ran, Failure> {
+    prepare_and_run(device, law, schedule, reference, request, metadata, |s| {
+        s.listen(supervisor)
+    })
+}
+
+/// Runs an experiment with the loop closed here.
+///
+/// # Errors
+/// As [`run_on_device`].
+#[expect(clippy::too_many_arguments, reason = "one more than its sibling")]
+pub fn run_on_host<F: Real, E: Environment<F, 1>>(
+    controller: &mut Controller<F, 1, E>,
+    device: &RemoteDevice,
+    law: &RemoteLaw,
+    schedule: Schedule,
+    reference: &dyn Fn(f64) -> f64,
+    request: &FolderRequest,
+    metadata: BTreeMap<String, String>,
+    supervisor: Supervisor<'_>,
+) -> Result<Ran, Failure> {
+    prepare_and_run(device, law, schedule, reference, request, metadata, |s| {
+        s.control(controller, supervisor)
+    })
+}
+
+/// Connects, configures, and only then makes folder and log; closes both whatever happens.
+fn prepare_and_run<'a>(
+    device: &RemoteDevice,
+    law: &RemoteLaw,
+    schedule: Schedule,
+    reference: &'a dyn Fn(f64) -> f64,
+    request: &FolderRequest,
+    mut metadata: BTreeMap<String, String>,
+    run: impl FnOnce(&mut Session<'a>) -> Result<(), SerialError>,
+) -> Result<Ran, Failure> {
+    let mut link = device.name.connect(device.patience)?;
+    let path = link.path().to_owned();
+    let configuration = configuration(device, law, schedule, link.capabilities())?;
+    let problem = |error: SerialError| match error.is_refusal() {
+        true => Failure::bad_input(error),
+        false => at_port(&path, &error),
+    };
+    link.set(configuration, &law.operator.1).map_err(problem)?;
+    let before = link.statistics().map_err(problem)?;
+    describe(&link, device, &mut metadata);
+
+    let folder = request.prepare()?;
+    let log = folder.file("mcap");
+    let started = Recorder::start(&log, metadata, false, folder.overwrite());
+    let recorder = started.inspect_err(|_| folder.discard())?;
+    let mut session = Session {
+        link,
+        before,
+        watchdog: Duration::from_millis(u64::from(device.watchdog_ms)),
+        loop_mode: device.loop_mode,
+        schedule,
+        reference,
+        recorder,
+        record: Record::with_room_for(schedule.samples).map_err(Failure::Run)?,
+        samples_lost: 0,
+        next_tick: 0,
+    };
+    if let Err(error) = run(&mut session) {
+        session.give_up(&error);
+    }
+    let Session {
+        link,
+        before,
+        mut recorder,
+        mut record,
+        samples_lost,
+        ..
+    } = session;
+    // A device that is gone cannot be asked what it counted.
+    let after = link.statistics().unwrap_or(before);
+    let summary = summarise(
+        &link,
+        device.loop_mode,
+        &link.report(),
+        before,
+        after,
+        samples_lost,
+    );
+    drop(link);
+    record.dropped = recorder.dropped() + summary.samples_dropped + samples_lost;
+    record.missed_deadlines = u64::from(summary.overruns) + u64::from(summary.stale_forces);
+    recorder.metadata("link", flat(&summary));
+    record.link = Some(summary);
+    let log = recorder.finish()?;
+    Ok(Ran {
+        record,
+        log,
+        folder,
+    })
+}
+
+/// The configuration of the device.
+pub(super) fn configuration(
+    device: &RemoteDevice,
+    law: &RemoteLaw,
+    schedule: Schedule,
+    capabilities: &Capabilities,
+) -> Result<Configuration, Failure> {
+    let us = schedule.sample_time_s * 1e6;
+    if (us - us.round()).abs() > 1e-6 || !(1.0..=4e9).contains(&us) {
+        return Err(Failure::bad_input(format_args!(
+            "sample time {} s is not a whole number of microseconds, which a device needs: change \
+             --sample-time",
+            schedule.sample_time_s
+        )));
+    }
+    Ok(Configuration {
+        loop_mode: device.loop_mode,
+        tick_period_us: us.round() as u32,
+        stiffness_n_per_m: law.stiffness_n_per_m as f32,
+        dissipation_n_s_mu_per_m: law.dissipation_n_s_mu_per_m as f32,
+        order: law.order as f32,
+        one_sided: law.one_sided,
+        surface_m: 0.0,
+        operator: law.operator.0,
+        limits: Limits {
+            force_n: law.force_limit_n as f32,
+            force_rate_n_per_s: law.force_rate_limit_n_per_s as f32,
+            watchdog_ms: device.watchdog_ms,
+            late_ticks: device.late_ticks,
+        },
+        simulation: if capabilities.simulated {
+            law.simulation
+        } else {
+            Simulation::REAL
+        },
+    })
+}
+
+/// Coefficients for a device that does not compute the force itself: one zero.
+#[must_use]
+pub fn no_operator() -> (OperatorShape, Vec<f32>) {
+    (Configuration::PASSIVE.operator, vec![0.0])
+}
+
+/// The operator of a device, from the scheme.
+///
+/// # Errors
+/// More coefficients than the wire can count.
+pub fn portable(operator: &Operator<f32>) -> Result<(OperatorShape, Vec<f32>), Failure> {
+    haptic_loop::remote::operator_shape(operator)
+        .map_err(|error| Failure::input_with_advice(error, "change --scheme, or take --loop host"))
+}
+
+impl Session<'_> {
+    /// Arms and starts.
+    fn start(&mut self, ticks: u32) -> Result<(), SerialError> {
+        self.link.arm(self.watchdog)?;
+        self.link.start(Start {
+            run: 1,
+            ticks,
+            every: 1,
+            // Above 1 kHz samples go in batches, or the line would be too slow.
+            batch: if self.schedule.sample_time_s < 0.9e-3 && self.loop_mode == LoopMode::Device {
+                8
+            } else {
+                1
+            },
+        })
+    }
+
+    /// A run in the device's loop: everything is decided there.
+    fn listen(&mut self, supervisor: Supervisor<'_>) -> Result<(), SerialError> {
+        /// Nothing for so long in the middle of a run is the end of it.
+        const SILENCE: Duration = Duration::from_secs(2);
+        /// What is still to be heard after a fault: the ramp to zero force.
+        const AFTER_FAULT: Duration = Duration::from_millis(200);
+        // A run longer than 2³² ticks is stopped from here.
+        self.start(u32::try_from(self.schedule.samples).unwrap_or(0))?;
+        let mut patience = SILENCE;
+        loop {
+            match self.link.hear(patience) {
+                Some(Heard::Sample(sample)) => {
+                    self.take_sample(&sample);
+                    (supervisor.progress)(self.next_tick);
+                }
+                Some(Heard::Event(event)) => match event.kind {
+                    EventKind::Finished | EventKind::Stopped | EventKind::Disarmed => break,
+                    EventKind::Configured | EventKind::Armed | EventKind::Started => {}
+                },
+                Some(Heard::Fault(report)) => {
+                    self.ends(Ended::DeviceFault(report), "fault");
+                    patience = AFTER_FAULT;
+                }
+                Some(Heard::Over(error)) => return Err(error.into()),
+                None if self.record.ended.is_some_and(Ended::is_fault) => break,
+                None => {
+                    return Err(SerialError::NoSamples {
+                        waited_ms: SILENCE.as_millis() as u64,
+                    });
+                }
+            }
+            let asked = supervisor.stop.load(Ordering::Relaxed);
+            if self.record.ended.is_none() && asked {
+                self.ends(Ended::Interrupted, "interrupted");
+                self.link.ask(Request::Stop)?;
+            }
+            if self.record.ended == Some(Ended::LogStopped) {
+                self.link.ask(Request::Stop)?;
+                break;
+            }
+        }
+        self.count_missing_end();
+        self.link.disarm()
+    }
+
+    /// A run with the loop closed here, until the samples are done and the force is zero.
+    fn control<F: Real, E: Environment<F, 1>>(
+        &mut self,
+        controller: &mut Controller<F, 1, E>,
+        supervisor: Supervisor<'_>,
+    ) -> Result<(), SerialError> {
+        self.start(0)?;
+        loop {
+            // Waiting for the sample is no part of the tick.
+            let reading = haptic_loop::Device::<F, 1>::read(&mut self.link)?;
+            let began = Instant::now();
+            let done = controller.tick_reading(&mut self.link, reading)?;
+            let took = began.elapsed().as_nanos() as u64;
+            self.record.tick_ns.saturating_record(took.max(1));
+            let tick = reading.tick;
+            let counted = tick < self.schedule.samples && self.record.ended.is_none();
+            self.gap(tick);
+            let message = TickMessage {
+                tick,
+                time_s: reading.time_s,
+                position_m: reading.position_m[0].to_f64(),
+                environment_force_n: done.environment_force_n[0].to_f64(),
+                force_n: done.force.newtons()[0].to_f64(),
+                limiters: done.limiters.bits(),
+                ..self.blank(reading.time_s)
+            };
+            self.keep(message, counted);
+            (supervisor.progress)(self.next_tick);
+            if self.record.ended.is_none() {
+                if let Some(fault) = controller.safety().fault() {
+                    self.ends(Ended::Fault(fault), "fault");
+                } else if supervisor.stop.load(Ordering::Relaxed) {
+                    self.ends(Ended::Interrupted, "interrupted");
+                }
+            }
+            if self.record.ended.is_some() || tick + 1 >= self.schedule.samples {
+                controller.stop();
+                if controller.safety().is_at_rest() {
+                    break;
+                }
+            }
+        }
+        self.link.disarm()
+    }
+
+    fn take_sample(&mut self, sample: &Sample) {
+        let tick = u64::from(sample.tick);
+        let time_s = tick as f64 * self.schedule.sample_time_s;
+        let counted = tick < self.schedule.samples && self.record.ended.is_none();
+        self.gap(tick);
+        let message = TickMessage {
+            tick,
+            time_s,
+            position_m: f64::from(sample.position_m),
+            environment_force_n: f64::from(sample.environment_force_n),
+            force_n: f64::from(sample.force_n),
+            limiters: sample.limiters,
+            ..self.blank(time_s)
+        };
+        self.keep(message, counted);
+    }
+
+    /// What is known without the device; the rest is not a number.
+    fn blank(&self, time_s: f64) -> TickMessage {
+        TickMessage {
+            reference_m: (self.reference)(time_s),
+            indenter_position_m: f64::NAN,
+            contact_force_n: f64::NAN,
+            ..TickMessage::default()
+        }
+    }
+
+    /// Counts what is missing before this tick.
+    fn gap(&mut self, tick: u64) {
+        if tick > self.next_tick && self.next_tick < self.schedule.samples {
+            let missing = tick.min(self.schedule.samples) - self.next_tick;
+            self.samples_lost += missing;
+            let time_s = tick as f64 * self.schedule.sample_time_s;
+            let text = format!("{missing} samples before tick {tick} did not come");
+            // A recorder that has ended is seen when it is closed.
+            let _ = self.recorder.event(time_s, "lost", text);
+        }
+        self.next_tick = tick + 1;
+    }
+
+    /// A run that finished, but whose last samples did not come.
+    fn count_missing_end(&mut self) {
+        if self.record.ended.is_none() {
+            self.gap(self.schedule.samples.max(self.next_tick));
+        }
+    }
+
+    fn keep(&mut self, message: TickMessage, counted: bool) {
+        let logged = self.recorder.tick(message);
+        if counted {
+            self.record.push(&message);
+        }
+        if logged.is_err() && self.record.ended.is_none() {
+            self.record.ended = Some(Ended::LogStopped);
+        }
+    }
+
+    fn ends(&mut self, ended: Ended, kind: &str) {
+        if self.record.ended.is_none() {
+            self.record.ended = Some(ended);
+            let time_s = self.next_tick as f64 * self.schedule.sample_time_s;
+            let _ = self.recorder.event(time_s, kind, ended.reason());
+        }
+    }
+
+    /// The line or the device is gone: the log keeps what there is.
+    fn give_up(&mut self, error: &SerialError) {
+        if let SerialError::Link(LinkError::Faulted(report)) = error {
+            self.ends(Ended::DeviceFault(*report), "fault");
+            return;
+        }
+        note("link", format_args!("{}: {error}", self.link.path()));
+        self.ends(Ended::LinkLost, "link");
+    }
+}
+
+/// What only the connected device can tell.
+fn describe(link: &SerialLink, device: &RemoteDevice, metadata: &mut BTreeMap<String, String>) {
+    let [major, minor, patch] = link.hello().firmware;
+    let mut add = |key: &str, value: String| metadata.insert(key.to_owned(), value);
+    add("board", link.capabilities().board().to_owned());
+    add("firmware", format!("{major}.{minor}.{patch}"));
+    add("loop", loop_name(device.loop_mode).to_owned());
+    add(
+        "watchdog_s",
+        (f64::from(device.watchdog_ms) * 1e-3).to_string(),
+    );
+}
+
+const fn loop_name(loop_mode: LoopMode) -> &'static str {
+    match loop_mode {
+        LoopMode::Device => "device",
+        LoopMode::Host => "host",
+    }
+}
+
+fn summarise(
+    link: &SerialLink,
+    loop_mode: LoopMode,
+    report: &LinkReport,
+    before: Statistics,
+    after: Statistics,
+    samples_lost: u64,
+) -> LinkSummary {
+    let [major, minor, patch] = link.hello().firmware;
+    let host = report.host;
+    let round_trip = &report.round_trip_us;
+    LinkSummary {
+        board: link.capabilities().board().to_owned(),
+        firmware: format!("{major}.{minor}.{patch}"),
+        loop_mode: loop_name(loop_mode),
+        samples_lost,
+        samples_dropped: report.samples_dropped,
+        samples_dropped_on_device: after.samples_dropped - before.samples_dropped,
+        stale_forces: after.stale_forces - before.stale_forces,
+        forces_dropped: report.forces_dropped,
+        overruns: after.overruns - before.overruns,
+        tick_cycles_max: after.tick_cycles_max,
+        from_device: FrameCounts {
+            sent: after.sent - before.sent,
+            received: host.received,
+            corrupt: host.corrupt + host.oversize + host.foreign,
+            lost: host.lost,
+            duplicate: host.duplicate,
+            late: host.late,
+        },
+        to_device: FrameCounts {
+            sent: host.sent,
+            received: after.received - before.received,
+            corrupt: after.corrupt + after.oversize + after.foreign
+                - before.corrupt
+                - before.oversize
+                - before.foreign,
+            lost: after.lost - before.lost,
+            duplicate: after.duplicate - before.duplicate,
+            late: after.late - before.late,
+        },
+        retries: host.retries,
+        round_trip_us: [
+            round_trip.value_at_quantile(0.5),
+            round_trip.value_at_quantile(0.99),
+            round_trip.max(),
+        ],
+    }
+}
+
+/// The summary as the metadata of a log.
+fn flat(summary: &LinkSummary) -> BTreeMap<String, String> {
+    // A structure of numbers and words always becomes JSON.
+    let json = serde_json::to_value(summary).unwrap_or_default();
+    let mut flat = BTreeMap::new();
+    for (key, value) in json.as_object().into_iter().flatten() {
+        match value.as_object() {
+            Some(inner) => {
+                for (name, value) in inner {
+                    flat.insert(format!("{key}.{name}"), value.to_string());
+                }
+            }
+            None => {
+                let text = value
+                    .as_str()
+                    .map_or_else(|| value.to_string(), str::to_owned);
+                flat.insert(key.clone(), text);
+            }
+        }
+    }
+    flat
+}
+
+/// The device, as on the command line.
+#[must_use]
+pub fn device_name(device: Option<&RemoteDevice>) -> String {
+    device.map_or_else(|| "sim".to_owned(), |device| device.name.to_string())
+}
+
+/// A simulated device without a wall to be felt: what a drive of the rig becomes on a device.
+#[must_use]
+pub fn indentation(compliant: bool, depth_m: f64, ramp_time_s: f64) -> Simulation {
+    Simulation {
+        kind: if compliant {
+            SimulationKind::CompliantIndentation
+        } else {
+            SimulationKind::RigidIndentation
+        },
+        depth_m: depth_m as f32,
+        ramp_time_s: ramp_time_s as f32,
+        ..Simulation::TESTBED
+    }
+}
+
+/// A constant push on the testbed's mass.
+#[must_use]
+pub fn push(push_n: f64) -> Simulation {
+    Simulation {
+        push_n: push_n as f32,
+        ..Simulation::TESTBED
+    }
+}
