@@ -61,6 +61,11 @@ pub enum LinkError {
     Faulted(FaultReport),
     /// The device was reset.
     Rebooted,
+    /// No sample in the middle of a run for so long.
+    NoSamples {
+        /// Waited, ms.
+        waited_ms: u64,
+    },
     /// The line is gone.
     Gone,
 }
@@ -93,6 +98,10 @@ impl fmt::Display for LinkError {
             },
             Self::Rebooted => f.write_str(
                 "the device was reset in the middle of the session: its parameters and state are gone",
+            ),
+            Self::NoSamples { waited_ms } => write!(
+                f,
+                "no sample came for {waited_ms} ms in the middle of a run: the line or the device is stuck"
             ),
             Self::Gone => f.write_str("the line is gone: the device was unplugged or switched off"),
         }

@@ -270,10 +270,9 @@ pub fn conduct<R: Summary>(
         note("warning", warning);
     }
     output.summary(&report, |out| print(out, &report))?;
-    if link_lost {
+    if let (true, Some(reason)) = (link_lost, ended_early) {
         return Err(Failure::Device(anyhow::anyhow!(
-            "the link to the device was lost at {} s; the device lets go by itself, the log {log} has what \
-             came before",
+            "{reason}: the run ended at {} s, the device lets go by itself; the log is {log}",
             plain(duration_s)
         )));
     }

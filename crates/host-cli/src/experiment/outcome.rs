@@ -164,7 +164,7 @@ impl Outcome {
             dropped_samples: record.dropped,
             ended_early: record.ended.map(Ended::reason),
             link: record.link.clone(),
-            link_lost: record.ended == Some(Ended::LinkLost),
+            link_lost: record.ended.is_some_and(Ended::is_link),
             warnings: warnings.0,
         })
     }

@@ -11,7 +11,6 @@ use super::run::{Ended, Ran, Record, Schedule, Supervisor};
 use crate::device::{SerialName, at_port};
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
-use crate::output::note;
 use crate::record::TickMessage;
 use fracdiff::{Operator, Real};
 use haptic_link::{
@@ -325,7 +324,7 @@ impl Session<'_> {
         const SILENCE: Duration = Duration::from_secs(2);
         /// What is still to be heard after a fault: the ramp to zero force.
         const AFTER_FAULT: Duration = Duration::from_millis(200);
-        // A run longer than 2³² ticks is stopped from here.
+        // A run of 2³² ticks and more is stopped from here.
         self.start(u32::try_from(self.schedule.samples).unwrap_or(0))?;
         let mut patience = SILENCE;
         loop {
@@ -345,9 +344,8 @@ impl Session<'_> {
                 Some(Heard::Over(error)) => return Err(error.into()),
                 None if self.record.ended.is_some_and(Ended::is_fault) => break,
                 None => {
-                    return Err(SerialError::NoSamples {
-                        waited_ms: SILENCE.as_millis() as u64,
-                    });
+                    let waited_ms = SILENCE.as_millis() as u64;
+                    return Err(LinkError::NoSamples { waited_ms }.into());
                 }
             }
             let asked = supervisor.stop.load(Ordering::Relaxed);
@@ -476,12 +474,14 @@ impl Session<'_> {
 
     /// The line or the device is gone: the log keeps what there is.
     fn give_up(&mut self, error: &SerialError) {
-        if let SerialError::Link(LinkError::Faulted(report)) = error {
-            self.ends(Ended::DeviceFault(*report), "fault");
-            return;
+        match error {
+            SerialError::Link(LinkError::Faulted(report)) => {
+                self.ends(Ended::DeviceFault(*report), "fault");
+            }
+            SerialError::Link(error) => self.ends(Ended::LinkLost(*error), "link"),
+            // What opening can meet; this port was open.
+            _ => self.ends(Ended::LinkLost(LinkError::Gone), "link"),
         }
-        note("link", format_args!("{}: {error}", self.link.path()));
-        self.ends(Ended::LinkLost, "link");
     }
 }
 

@@ -137,6 +137,12 @@ impl TickTimes {
 }
 
 impl Ended {
+    /// Whether the link did it.
+    #[must_use]
+    pub const fn is_link(self) -> bool {
+        matches!(self, Self::LinkLost(_))
+    }
+
     /// Whether a fault did it.
     #[must_use]
     pub const fn is_fault(self) -> bool {
@@ -158,7 +164,7 @@ impl Ended {
                 };
                 format!("{}{advice}", LinkError::Faulted(report))
             }
-            Self::LinkLost => "the link to the device was lost".to_owned(),
+            Self::LinkLost(error) => error.to_string(),
             Self::LogStopped => "the log could not be written".to_owned(),
         }
     }

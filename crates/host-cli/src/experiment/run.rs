@@ -9,6 +9,7 @@ use crate::record::{FinishedLog, TickMessage};
 use fracdiff::Real;
 use haptic_link::FaultReport;
 use haptic_loop::plant::{IndentationRig, MassDamper};
+use haptic_loop::remote::LinkError;
 use haptic_loop::{Controller, Device, Environment, Fault};
 use hdrhistogram::Histogram;
 use std::collections::BTreeMap;
@@ -129,7 +130,7 @@ impl Record {
 }
 
 /// Why a run ended before its time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Ended {
     /// Somebody asked for it.
     Interrupted,
@@ -137,8 +138,8 @@ pub enum Ended {
     Fault(Fault),
     /// The device latched a fault.
     DeviceFault(FaultReport),
-    /// The link to the device is gone.
-    LinkLost,
+    /// The link to the device cannot be used any more.
+    LinkLost(LinkError),
     /// The log could not be written.
     LogStopped,
 }

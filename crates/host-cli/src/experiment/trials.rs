@@ -5,6 +5,7 @@ use super::run::{Pace, Schedule};
 use crate::device::at_port;
 use crate::failure::Failure;
 use haptic_link::{EventKind, LoopMode, Start};
+use haptic_loop::remote::LinkError;
 use haptic_loop::remote::serial::{Heard, SerialError, SerialLink};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
@@ -118,7 +119,7 @@ impl Trials {
                 // A wall that trips the device is no stable one.
                 Some(Heard::Fault(_)) => break false,
                 Some(Heard::Over(error)) => return Err(problem(error.into())),
-                None => return Err(problem(SerialError::NoSamples { waited_ms: 2000 })),
+                None => return Err(problem(LinkError::NoSamples { waited_ms: 2000 }.into())),
             }
         };
         link.disarm().map_err(problem)?;

@@ -334,7 +334,7 @@ fn a_z_width_that_makes_no_sense_is_refused() {
         ("--push 0", "push 0"),
         ("--window 9s", "window 9"),
         ("--threshold 0", "threshold 0"),
-        ("--device serial:/dev/null", "no serial devices"),
+        ("--device serial:/dev/null", "is no serial port"),
     ] {
         let code = if line.contains("serial") { 3 } else { 2 };
         place.run(&format!("zwidth {line}")).refused(code, &[words]);

@@ -5,6 +5,8 @@
 mod analysis;
 mod data;
 mod design;
+#[cfg(unix)]
+mod devices;
 mod experiments;
 mod interrupted;
 mod log;

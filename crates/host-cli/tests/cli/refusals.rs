@@ -218,21 +218,6 @@ fn a_command_without_its_command_shows_help_as_bad_usage() {
     }
 }
 
-#[test]
-fn a_serial_device_is_not_usable_yet() {
-    all_refused(
-        3,
-        &[
-            (
-                "relax --device serial:/dev/null",
-                &["serial:/dev/null", "sim"],
-            ),
-            ("creep --device serial:COM3@115200", &["serial:COM3@115200"]),
-        ],
-    );
-    all_refused(2, &[("relax --device haptic", &["haptic", "sim"])]);
-}
-
 /// Permissions do not stop the superuser; a folder below a regular file cannot be made by anyone.
 #[test]
 fn a_folder_that_cannot_be_made_is_refused() {

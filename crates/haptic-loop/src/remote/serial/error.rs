@@ -25,6 +25,11 @@ pub enum SerialError {
         /// Its path.
         path: String,
     },
+    /// Something else than a serial port.
+    NoPort {
+        /// Its path.
+        path: String,
+    },
     /// It cannot be opened for another reason, or not at this speed.
     Open {
         /// Its path.
@@ -36,11 +41,6 @@ pub enum SerialError {
     },
     /// What the conversation ran into.
     Link(LinkError),
-    /// No sample for so long.
-    NoSamples {
-        /// Waited, ms.
-        waited_ms: u64,
-    },
     /// A thread could not be started.
     Thread {
         /// In the words of the system.
@@ -81,14 +81,11 @@ impl fmt::Display for SerialError {
                 f,
                 "this user may not open port {path}: join the group that owns it, often dialout"
             ),
+            Self::NoPort { path } => write!(f, "{path} is no serial port"),
             Self::Open { path, baud, reason } => {
                 write!(f, "port {path} cannot be opened at {baud} baud: {reason}")
             }
             Self::Link(error) => error.fmt(f),
-            Self::NoSamples { waited_ms } => write!(
-                f,
-                "no sample for {waited_ms} ms in the middle of a run: the line or the device is stuck"
-            ),
             Self::Thread { reason } => write!(f, "a thread could not be started: {reason}"),
         }
     }

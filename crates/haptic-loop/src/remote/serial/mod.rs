@@ -490,9 +490,8 @@ impl<F: Real> Device<F, 1> for SerialLink {
                 Some(Heard::Fault(report)) => return Err(LinkError::Faulted(report).into()),
                 Some(Heard::Event(_)) => {}
                 None => {
-                    return Err(SerialError::NoSamples {
-                        waited_ms: SAMPLE_TIMEOUT.as_millis() as u64,
-                    });
+                    let waited_ms = SAMPLE_TIMEOUT.as_millis() as u64;
+                    return Err(LinkError::NoSamples { waited_ms }.into());
                 }
             }
         }

@@ -67,6 +67,10 @@ pub(super) fn open(path: &str, baud: u32) -> Result<Box<dyn SerialPort>, SerialE
         let path = path.to_string();
         match error.kind() {
             _ if busy => SerialError::InUse { path },
+            // What the system says of a file that takes no speed.
+            _ if text.contains("Not a typewriter") || text.contains("Inappropriate ioctl") => {
+                SerialError::NoPort { path }
+            }
             ErrorKind::Io(std::io::ErrorKind::PermissionDenied) => SerialError::Forbidden { path },
             ErrorKind::NoDevice | ErrorKind::Io(std::io::ErrorKind::NotFound)
                 if !Path::new(&path).exists() =>

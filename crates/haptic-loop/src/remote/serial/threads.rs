@@ -130,6 +130,8 @@ impl Writer {
             }
         }
         end(&self.shared, &self.answers, &self.heard, LinkError::Gone);
+        // The last request may have been taken but not sent.
+        let _ = self.answers.try_send(Err(LinkError::Gone));
         // Whoever asks from now on must hear that nobody listens.
         while let Ok(command) = commands.recv() {
             if let Command::Ask(_) = command {

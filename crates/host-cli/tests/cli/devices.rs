@@ -1,0 +1,436 @@
+//! Commands on serial devices: an emulated one behind a pseudo-terminal, and ports that are none.
+
+use crate::process::{Place, binary};
+use haptic_link::{Direction, FRAME_MAX, Request, encode};
+use serde_json::Value;
+use serialport::{SerialPort as _, TTYPort};
+use std::io::{Read as _, Write as _};
+use std::path::PathBuf;
+use std::process::{Child, Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// An emulated device in a place, as `device`; gone when dropped.
+struct Emulated {
+    place: Place,
+    child: Child,
+}
+
+impl Emulated {
+    fn new(options: &str) -> Self {
+        let place = Place::new();
+        let mut device = Self {
+            child: spawn(&place, options),
+            place,
+        };
+        device.wait_for_link();
+        device
+    }
+
+    fn wait_for_link(&mut self) {
+        let began = Instant::now();
+        while !self.place.path("device").exists() {
+            assert!(
+                began.elapsed() < Duration::from_secs(20),
+                "no emulated device"
+            );
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
+
+    /// Pulls the plug.
+    fn kill(&mut self) {
+        self.child.kill().expect("can be killed");
+        self.child.wait().expect("ends");
+    }
+
+    fn json(&self, line: &str) -> Value {
+        let ended = self.place.run(&format!("{line} --json"));
+        let ended = ended.succeeded_with_warnings();
+        serde_json::from_str(&ended.stdout).unwrap_or_else(|error| panic!("{error}: {ended}"))
+    }
+}
+
+fn spawn(place: &Place, options: &str) -> Child {
+    Command::new(binary())
+        .args(["device", "emulate", "--link"])
+        .arg(place.path("device"))
+        .args(options.split_whitespace())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("runs")
+}
+
+impl Drop for Emulated {
+    fn drop(&mut self) {
+        // It may have ended by itself.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+const RELAX: &str = "relax --device serial:device --watchdog 1s --contact rigid --duration 4s --ramp-time \
+                     0.5s --out run --quiet";
+
+fn number(value: &Value, path: &str) -> f64 {
+    let found = value.pointer(path).and_then(Value::as_f64);
+    found.unwrap_or_else(|| panic!("no number {path} in {value}"))
+}
+
+#[test]
+fn a_relaxation_in_the_devices_loop_loses_nothing_and_follows_theory() {
+    let device = Emulated::new("--speed 4");
+    let report = device.json(RELAX);
+    assert_eq!(number(&report, "/link/samples_lost"), 0.0);
+    assert_eq!(number(&report, "/dropped_samples"), 0.0);
+    assert!(number(&report, "/samples") >= 4001.0);
+    assert!(number(&report, "/max_relative_error") < 1e-4, "{report}");
+    assert!(number(&report, "/closed_form_error") < 2e-4, "{report}");
+    assert_eq!(report["precision"], "f32");
+    assert_eq!(report["tick_ns"], Value::Null);
+    assert_eq!(report["link"]["board"], "emulated");
+    // The log says the same.
+    let info = device.json("log info run/relax.mcap");
+    assert_eq!(info["complete"], true);
+    assert_eq!(number(&info, "/samples"), number(&report, "/samples"));
+}
+
+#[test]
+fn a_relaxation_in_the_hosts_loop_loses_nothing_and_follows_theory() {
+    let device = Emulated::new("");
+    let report = device.json(&format!("{RELAX} --loop host"));
+    assert_eq!(number(&report, "/link/samples_lost"), 0.0);
+    assert!(number(&report, "/max_relative_error") < 1e-6, "{report}");
+    assert!(number(&report, "/closed_form_error") < 2e-4, "{report}");
+    assert_eq!(report["precision"], "f64");
+    assert_eq!(report["link"]["loop"], "host");
+}
+
+#[test]
+fn a_wall_and_a_creep_test_run_on_a_device() {
+    let device = Emulated::new("--speed 10");
+    device.place.write(
+        "wall.toml",
+        "[wall]\ndevice = \"serial:device\"\nwatchdog_s = 1\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\n\
+         sample_time_s = 2e-3\norder = 0.5\nstiffness_n_per_m = 3000\ndissipation_n_s_mu_per_m = 100\n",
+    );
+    let wall = device.json("run wall.toml --out wall --quiet");
+    assert_eq!(wall["stable"], true);
+    assert!(number(&wall, "/max_relative_error") < 1e-5, "{wall}");
+    // The same wall on the simulated device comes to rest at the same place.
+    let simulated = device.json("run wall.toml --device sim --out simulated --quiet");
+    let (here, there) = (
+        number(&simulated, "/deflection_m"),
+        number(&wall, "/deflection_m"),
+    );
+    assert!((here / there - 1.0).abs() < 1e-5, "{here} {there}");
+    let creep = device.json(
+        "creep --device serial:device --watchdog 1s --contact rigid --duration 3s --out creep --quiet",
+    );
+    assert!(number(&creep, "/closed_form_error") < 0.1, "{creep}");
+}
+
+#[test]
+fn a_z_width_can_be_found_on_a_device() {
+    let device = Emulated::new("--speed 200");
+    let line = "zwidth --orders 1 --points 2 --duration 1s --quiet";
+    let here = device.json(line);
+    let there = device.json(&format!("{line} --device serial:device --watchdog 1s"));
+    for point in [0, 1] {
+        let path = format!("/orders/0/boundary/{point}/stiffness_max");
+        let (here, there) = (number(&here, &path), number(&there, &path));
+        assert!(
+            (here / there - 1.0).abs() < 0.02,
+            "point {point}: {here} {there}"
+        );
+    }
+}
+
+#[test]
+fn parameters_are_set_as_a_whole_and_read_back() {
+    let device = Emulated::new("");
+    let on = "--device serial:device";
+    let set =
+        format!("device set {on} --stiffness 2N/mm --order 0.5 --dissipation 20 --watchdog 50ms");
+    let after = device.json(&set);
+    assert_eq!(number(&after, "/stiffness_n_per_m"), 2000.0);
+    assert_eq!(number(&after, "/watchdog_s"), 0.05);
+    assert_eq!(after["operator"]["form"], "modes");
+    assert_eq!(device.json(&format!("device get {on}")), after);
+    for (change, words) in [
+        ("--force-limit 5kN", ["force limit", "5000", "100"]),
+        ("--watchdog 1ms", ["watchdog", "5 ms", "1000 ms"]),
+        ("--sample-time 2ms", ["--order", "sample time", "operator"]),
+        ("--stiffness -1", ["stiffness", "-1", "[0"]),
+        (
+            "--order 0.5 --scheme grunwald:5000",
+            ["coefficients", "5000", "256"],
+        ),
+        (
+            "--order 0.5 --sample-time 1s",
+            ["tick period", "1e6", "1e4"],
+        ),
+    ] {
+        let refused = device.place.run(&format!("device set {on} {change}"));
+        let complaint = refused.complaint(2, &words);
+        assert_eq!(complaint, None, "{change}");
+    }
+    assert_eq!(device.json(&format!("device get {on}")), after);
+}
+
+#[test]
+fn a_bad_line_is_counted_and_survived() {
+    let device = Emulated::new("--drop 1% --corrupt 1% --duplicate 1% --reorder 1% --line-seed 3");
+    let ended = device.place.run(&format!("{RELAX} --json"));
+    // Samples are missing: exit code 4, everything else is there.
+    assert_eq!(ended.code, Some(4), "{ended}");
+    let report: Value = serde_json::from_str(&ended.stdout).expect("JSON");
+    let lost = number(&report, "/link/samples_lost");
+    assert!(lost > 20.0 && lost < 400.0, "{report}");
+    assert!(
+        number(&report, "/link/from_device/corrupt") > 5.0,
+        "{report}"
+    );
+    assert!(
+        number(&report, "/link/from_device/duplicate") > 5.0,
+        "{report}"
+    );
+    assert!(number(&report, "/link/from_device/late") > 5.0, "{report}");
+    assert_eq!(number(&report, "/dropped_samples"), lost);
+    // What came is right: the force was computed on the device from the true position.
+    assert!(number(&report, "/max_relative_error") < 1e-3, "{report}");
+    let check = device.place.run("log check run/relax.mcap --json");
+    let check: Value = serde_json::from_str(&check.stdout).expect("JSON");
+    let gaps = check["gaps"].as_array().expect("gaps");
+    let missing: f64 = gaps.iter().map(|gap| number(gap, "/missing")).sum();
+    assert!((missing - lost).abs() <= 1.0, "{missing} {lost}");
+}
+
+#[test]
+fn a_device_that_is_pulled_out_ends_the_run_with_a_whole_log() {
+    let mut device = Emulated::new("");
+    let mut run = Command::new(binary());
+    let line = RELAX.replace("--duration 4s", "--duration 60s");
+    run.args(line.split_whitespace())
+        .current_dir(device.place.path(""));
+    let run = run
+        .stderr(Stdio::piped())
+        .stdout(Stdio::null())
+        .spawn()
+        .expect("runs");
+    let began = Instant::now();
+    while !device.place.path("run/relax.mcap.part").exists() {
+        assert!(began.elapsed() < Duration::from_secs(20), "no log");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    std::thread::sleep(Duration::from_millis(500));
+    device.kill();
+    let ended = run.wait_with_output().expect("ends");
+    let error = String::from_utf8_lossy(&ended.stderr).into_owned();
+    assert_eq!(ended.status.code(), Some(3), "{error}");
+    assert!(error.contains("the line is gone"), "{error}");
+    let info = device.json("log info run/relax.mcap");
+    assert_eq!(info["complete"], true);
+    assert!(number(&info, "/samples") > 50.0, "{info}");
+}
+
+#[test]
+fn a_host_that_is_killed_leaves_a_device_without_force() {
+    let device = Emulated::new("");
+    let mut run = Command::new(binary());
+    let line = RELAX.replace("--watchdog 1s", "--watchdog 300ms");
+    run.args(line.split_whitespace())
+        .current_dir(device.place.path(""));
+    let mut run = run
+        .stderr(Stdio::null())
+        .stdout(Stdio::null())
+        .spawn()
+        .expect("runs");
+    let began = Instant::now();
+    while !device.place.path("run/relax.mcap.part").exists() {
+        assert!(began.elapsed() < Duration::from_secs(20), "no log");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    std::thread::sleep(Duration::from_millis(500));
+    run.kill().expect("can be killed");
+    run.wait().expect("ends");
+    std::thread::sleep(Duration::from_millis(600));
+    let info = device.json("device info --device serial:device");
+    assert_eq!(info["state"], "in a fault", "{info}");
+    let fault = info["fault"].as_str().expect("a fault");
+    assert!(fault.contains("heard nothing from the host"), "{fault}");
+    // What it left of its log can be saved.
+    let saved = device
+        .place
+        .run("log recover run/relax.mcap.part saved.mcap --json");
+    assert!(matches!(saved.code, Some(0 | 4)), "{saved}");
+}
+
+#[test]
+fn a_port_that_is_in_use_is_refused() {
+    let device = Emulated::new("");
+    let path = device.place.path("device");
+    let port = serialport::new(path.to_string_lossy(), 460_800).open_native();
+    let _held = port.expect("opens");
+    device
+        .place
+        .run("device info --device serial:device")
+        .refused(3, &["device", "in use by another program"]);
+}
+
+#[test]
+fn ports_that_are_none_are_refused() {
+    let place = Place::new();
+    for (line, words) in [
+        (
+            "relax --device serial:/dev/null",
+            ["/dev/null", "no serial port"],
+        ),
+        (
+            "creep --device serial:nowhere",
+            ["there is no port nowhere", "serial port"],
+        ),
+        (
+            "device info --device serial:nowhere",
+            ["there is no port nowhere", "serial port"],
+        ),
+    ] {
+        assert_eq!(place.run(line).complaint(3, &words), None);
+    }
+    for (line, words) in [
+        ("relax --device haptic", ["haptic", "sim"]),
+        ("relax --device serial:x@fast", ["fast", "baud"]),
+        ("relax --loop host", ["--loop", "--device"]),
+        (
+            "relax --device serial:x --sensor-noise 1um",
+            ["--sensor-noise", "serial"],
+        ),
+        (
+            "relax --device serial:x --watchdog 2s",
+            ["watchdog", "1000 ms"],
+        ),
+        ("device info --device sim", ["sim", "serial:PATH"]),
+        ("device emulate --drop 2", ["2", "100%"]),
+        ("device emulate --speed 0", ["speed 0", "1000"]),
+    ] {
+        assert_eq!(place.run(line).complaint(2, &words), None);
+    }
+    assert!(place.files().is_empty(), "{:?}", place.files());
+}
+
+/// A port with something else behind it than a device, until dropped.
+struct Impostor {
+    path: PathBuf,
+    over: Arc<AtomicBool>,
+    thread: Option<std::thread::JoinHandle<()>>,
+    _slave: TTYPort,
+}
+
+impl Impostor {
+    /// `answer` is given each piece of bytes that comes, and what it returns is sent.
+    fn new(mut answer: impl FnMut(&[u8]) -> Vec<u8> + Send + 'static) -> Self {
+        let (mut master, slave) = TTYPort::pair().expect("a pseudo-terminal");
+        master
+            .set_timeout(Duration::from_millis(20))
+            .expect("takes it");
+        let path = PathBuf::from(slave.name().expect("has a name"));
+        let over = Arc::new(AtomicBool::new(false));
+        let flag = Arc::clone(&over);
+        let thread = std::thread::spawn(move || {
+            let mut bytes = [0; 1024];
+            while !flag.load(Ordering::Relaxed) {
+                if let Ok(count) = master.read(&mut bytes) {
+                    // Nobody may listen any more.
+                    let _ = master.write_all(&answer(&bytes[..count]));
+                }
+            }
+        });
+        Self {
+            path,
+            over,
+            thread: Some(thread),
+            _slave: slave,
+        }
+    }
+
+    fn refused(&self, words: &[&str]) {
+        let place = Place::new();
+        let line = format!("device info --device serial:{}", self.path.display());
+        place.run(&line).refused(3, words);
+    }
+}
+
+impl Drop for Impostor {
+    fn drop(&mut self) {
+        self.over.store(true, Ordering::Relaxed);
+        let thread = self.thread.take().expect("runs");
+        thread.join().expect("ends");
+    }
+}
+
+#[test]
+fn a_port_with_something_else_behind_it_is_told_apart() {
+    Impostor::new(|_| Vec::new()).refused(&["no answer", "nothing came", "switched on"]);
+    Impostor::new(<[u8]>::to_vec).refused(&["sends back what it is sent", "echo"]);
+    Impostor::new(|_| b"AT+OK\r\n\0garbage\0".to_vec()).refused(&["garbage", "baud rate"]);
+    // Version 2 of the protocol, otherwise whole.
+    Impostor::new(|_| {
+        let mut content = vec![0x82, 0, 0, 0];
+        let crc = crc32(&content);
+        content.extend_from_slice(&crc.to_le_bytes());
+        let mut line = vec![0; FRAME_MAX];
+        let length = cobs::encode(&content, &mut line);
+        line.truncate(length);
+        line.push(0);
+        line
+    })
+    .refused(&["protocol version 2", "this program 1", "flash"]);
+}
+
+fn crc32(bytes: &[u8]) -> u32 {
+    crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(bytes)
+}
+
+#[test]
+fn a_flood_and_a_frame_without_end_do_not_stop_a_device() {
+    let device = Emulated::new("");
+    let path = device.place.path("device");
+    {
+        let port = serialport::new(path.to_string_lossy(), 460_800);
+        let mut port = port
+            .timeout(Duration::from_secs(10))
+            .open_native()
+            .expect("opens");
+        // No zero for 20 kB, then noise with zeros, then a good frame cut in two.
+        port.write_all(&[7; 20_000]).expect("writes");
+        let noise: Vec<u8> = (0..100_000_u32).map(|n| (n * n >> 7) as u8).collect();
+        port.write_all(&noise).expect("writes");
+        let mut line = [0; FRAME_MAX];
+        let length = encode(&Request::Stop, 0, Direction::FromHost, &mut line).expect("fits");
+        port.write_all(&line[..length / 2]).expect("writes");
+    }
+    let info = device.json("device info --device serial:device");
+    assert_eq!(info["state"], "idle");
+    assert!(
+        number(&info, "/statistics/frames_oversize") >= 1.0,
+        "{info}"
+    );
+    assert!(number(&info, "/statistics/frames_corrupt") > 10.0, "{info}");
+}
+
+#[test]
+fn flashing_without_probe_rs_says_how_to_get_it() {
+    let place = Place::new();
+    let mut command = Command::new(binary());
+    // A path without anything in it.
+    command
+        .args(["device", "flash"])
+        .env("PATH", place.path(""))
+        .current_dir(place.path(""));
+    let output = command.output().expect("runs");
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(3), "{error}");
+    assert!(error.contains("cargo install probe-rs-tools"), "{error}");
+}
