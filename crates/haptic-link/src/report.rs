@@ -393,7 +393,8 @@ pub struct Flight {
     /// From 0, the oldest.
     #[serde(with = "postcard::fixint::le")]
     pub index: u16,
-    /// Samples kept; 0 if no fault has latched yet, and then the sample is all zero.
+    /// Samples kept, of ticks up to the present one, or up to a while after the last fault; 0 before the
+    /// first, and then the sample is all zero.
     #[serde(with = "postcard::fixint::le")]
     pub count: u16,
     /// The sample.

@@ -42,7 +42,7 @@ pub enum Request {
         #[serde(with = "postcard::fixint::le")]
         faults: u16,
     },
-    /// To idle, whatever the state; the force falls to zero at the rate limit.
+    /// To idle; the force falls to zero at the rate limit. A fault stays.
     Disarm,
     /// From armed to running.
     Start(Start),

@@ -156,8 +156,7 @@ pub fn emulate(
         scope.spawn(move || {
             let mut port = writing;
             while let Ok(frame) = leaving.recv() {
-                // A host that is not there, or does not read, loses what it does not fetch.
-                let _ = port.write_all(&frame);
+                write(&mut port, &frame, over);
             }
         });
         let mut clock = Clock::new(emulation.speed);
@@ -254,6 +253,20 @@ fn read(mut port: TTYPort, arrived: &SyncSender<Vec<u8>>, over: &AtomicBool) {
             Err(error) if error.kind() == ErrorKind::TimedOut => {}
             // Nobody has it open.
             Err(_) => std::thread::sleep(Duration::from_millis(5)),
+        }
+    }
+}
+
+/// Writes a frame, however long the host takes: one that does not read at all fills the queue before this,
+/// and what finds no room there is counted.
+fn write(port: &mut TTYPort, frame: &[u8], over: &AtomicBool) {
+    let mut rest = frame;
+    while !rest.is_empty() && !over.load(Ordering::Relaxed) {
+        match port.write(rest) {
+            Ok(count) => rest = &rest[count..],
+            Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => {}
+            // Nobody has it open.
+            Err(_) => return,
         }
     }
 }
