@@ -1,5 +1,6 @@
 //! Arguments and manners that all experiments share.
 
+use super::live::LiveArguments;
 use crate::experiment::{
     Contact, Ending, Pace, Precision, Rendering, Report, Sensors, Summary, Supervisor,
 };
@@ -120,6 +121,8 @@ pub struct RenderingArguments {
     /// Pace the run by the clock instead of as fast as it goes
     #[arg(long, help_heading = "Loop")]
     realtime: bool,
+    #[command(flatten)]
+    live: LiveArguments,
     /// Folder for log, CSV and pictures [default: the next free results/NAME-0001]
     #[arg(long, value_name = "DIR", help_heading = "Files")]
     out: Option<PathBuf>,
@@ -248,8 +251,9 @@ impl RenderingArguments {
             stem: stem.to_owned(),
             overwrite: self.overwrite,
         };
+        let live = self.live.open(self.realtime, output)?;
         conduct(samples, output, print_summary, |supervisor| {
-            experiment(&request, supervisor)
+            experiment(&request, supervisor.watched(&live))
         })
     }
 }
@@ -270,6 +274,7 @@ pub fn conduct<R: Summary>(
     let result = experiment(Supervisor {
         stop,
         progress: &progress,
+        live: None,
     });
     bar.finish_and_clear();
     let report = result?;

@@ -5,6 +5,7 @@ pub mod creep;
 pub mod design;
 pub mod differintegrate;
 pub mod experiment;
+pub mod live;
 pub mod log;
 pub mod materials;
 pub mod relax;

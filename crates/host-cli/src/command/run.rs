@@ -1,6 +1,7 @@
 //! `run`: any experiment, from a file.
 
 use super::experiment::{conduct, print_summary};
+use super::live::LiveArguments;
 use crate::experiment::{ExperimentFile, Pace, WallReport};
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
@@ -33,6 +34,8 @@ pub struct Arguments {
     /// Pace the run by the clock instead of as fast as it goes
     #[arg(long)]
     realtime: bool,
+    #[command(flatten)]
+    live: LiveArguments,
     /// Folder for log, CSV and pictures [default: the next free results/KIND-0001]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -59,17 +62,18 @@ impl Arguments {
             stem: stem.to_owned(),
             overwrite: self.overwrite,
         };
+        let live = self.live.open(self.realtime, output)?;
         match experiment {
             ExperimentFile::Relax(relaxation) => {
                 conduct(samples, output, print_summary, |supervisor| {
-                    relaxation.run(&request("relax"), supervisor)
+                    relaxation.run(&request("relax"), supervisor.watched(&live))
                 })
             }
             ExperimentFile::Creep(creep) => conduct(samples, output, print_summary, |supervisor| {
-                creep.run(&request("creep"), supervisor)
+                creep.run(&request("creep"), supervisor.watched(&live))
             }),
             ExperimentFile::Wall(wall) => conduct(samples, output, print_wall, |supervisor| {
-                wall.run(&request("wall"), supervisor)
+                wall.run(&request("wall"), supervisor.watched(&live))
             }),
         }
     }

@@ -80,6 +80,7 @@ impl Outcome {
             record,
             log,
             folder,
+            live_warnings,
         } = ran;
         let time = &record.time_s;
         let force = reaction(record);
@@ -100,6 +101,7 @@ impl Outcome {
         warnings.limited(record.limited);
         warnings.late(record.missed_deadlines, force.len() as u64);
         warnings.dropped(record.dropped);
+        warnings.0.extend_from_slice(live_warnings);
 
         let (mut csv, mut figure) = (None, None);
         if record.ended.is_none() {

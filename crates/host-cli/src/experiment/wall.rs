@@ -265,6 +265,7 @@ impl Wall {
             record,
             log,
             folder,
+            live_warnings,
         } = ran;
         let time = &record.time_s;
         let force = reaction(record);
@@ -288,6 +289,7 @@ impl Wall {
         }
         warnings.late(record.missed_deadlines, force.len() as u64);
         warnings.dropped(record.dropped);
+        warnings.0.extend_from_slice(live_warnings);
         let (mut csv, mut figure) = (None, None);
         if whole {
             let rows = (0..force.len()).map(|n| Row {
