@@ -127,7 +127,7 @@ fn a_burst_and_a_missing_viewer_are_warnings_and_no_failure() {
     assert!(stderr(&ended).contains("--realtime"), "{}", stderr(&ended));
     #[cfg(target_os = "linux")]
     {
-        let lost = format!("2001 of 2001 samples found no Teleplot at {gone}");
+        let lost = format!("2001 of 2001 samples did not reach a Teleplot at {gone}");
         assert!(stderr(&ended).contains(&lost), "{}", stderr(&ended));
     }
 }

@@ -9,8 +9,9 @@ use std::net::SocketAddr;
 /// Who may watch a run.
 #[derive(Clone, Copy, Debug, Args)]
 pub struct LiveArguments {
-    /// Stream the samples over a WebSocket that Foxglove and PlotJuggler (Foxglove bridge) open; port
-    /// 0 takes a free one. Whoever reaches the address may watch [default: 127.0.0.1:8765]
+    /// Stream the samples over a WebSocket for Foxglove or PlotJuggler (Foxglove bridge), at
+    /// 127.0.0.1:8765 if no address is given; port 0 takes a free one. Whoever reaches the address
+    /// may watch, and only watch
     #[arg(
         long,
         value_name = "IP:PORT",
@@ -21,7 +22,7 @@ pub struct LiveArguments {
         help_heading = "Live"
     )]
     foxglove: Option<SocketAddr>,
-    /// Stream the samples to a Teleplot server, over UDP [default: 127.0.0.1:47269]
+    /// Stream the samples to a Teleplot server, over UDP, at 127.0.0.1:47269 if no address is given
     #[arg(
         long,
         value_name = "IP:PORT",
