@@ -255,7 +255,7 @@ mod tests {
         assert!(points > 6 * 40, "{points}");
 
         // One sample, then another that closes the interval.
-        for time_s in [2.0, 2.0 + INTERVAL_S] {
+        for time_s in [2.0, 2.001 + INTERVAL_S] {
             teleplot.tick(&TickMessage {
                 time_s,
                 ..TickMessage::default()
