@@ -147,7 +147,9 @@ impl Live for Teleplot {
         let time_ms = self.stamp.milliseconds(message.time_s);
         let text = format!("{}: {}", message.kind, message.text).replace('\n', " ");
         let mut line = format!(">{time_ms}:{text}");
-        line.truncate(line.floor_char_boundary(DATAGRAM_BYTES));
+        while line.len() > DATAGRAM_BYTES {
+            line.pop();
+        }
         self.send(&line, 0);
     }
 
