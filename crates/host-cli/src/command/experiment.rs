@@ -1,5 +1,6 @@
 //! Arguments and manners that all experiments share.
 
+use super::live::LiveArguments;
 use super::remote::RemoteArguments;
 use crate::experiment::remote::LinkSummary;
 use crate::experiment::report::TickTimes;
@@ -117,6 +118,8 @@ pub struct RenderingArguments {
     realtime: bool,
     #[command(flatten)]
     remote: RemoteArguments,
+    #[command(flatten)]
+    live: LiveArguments,
     /// Folder for log, CSV and pictures [default: the next free results/NAME-0001]
     #[arg(long, value_name = "DIR", help_heading = "Files")]
     out: Option<PathBuf>,
@@ -233,8 +236,11 @@ impl RenderingArguments {
             stem: stem.to_owned(),
             overwrite: self.overwrite,
         };
+        let live = self
+            .live
+            .open(self.realtime || self.remote.is_serial(), output)?;
         conduct(samples, output, print_summary, |supervisor| {
-            experiment(&request, supervisor)
+            experiment(&request, supervisor.watched(&live))
         })
     }
 }
@@ -255,6 +261,7 @@ pub fn conduct<R: Summary>(
     let result = experiment(Supervisor {
         stop,
         progress: &progress,
+        live: None,
     });
     bar.finish_and_clear();
     let report = result?;

@@ -6,6 +6,7 @@ pub mod design;
 pub mod device;
 pub mod differintegrate;
 pub mod experiment;
+pub mod live;
 pub mod log;
 pub mod materials;
 pub mod relax;

@@ -30,6 +30,12 @@ pub struct RemoteArguments {
 }
 
 impl RemoteArguments {
+    /// Whether a serial device was named.
+    #[must_use]
+    pub fn is_serial(&self) -> bool {
+        matches!(self.device, Some(DeviceName::Serial(_)))
+    }
+
     /// The serial device; `None` for the simulated one. What is not given is as in `file`.
     ///
     /// # Errors

@@ -1,6 +1,7 @@
 //! `run`: any experiment, from a file.
 
 use super::experiment::{End, conduct, print_end, print_summary};
+use super::live::LiveArguments;
 use super::remote::RemoteArguments;
 use crate::experiment::{ExperimentFile, Pace, WallReport};
 use crate::failure::Failure;
@@ -36,6 +37,8 @@ pub struct Arguments {
     realtime: bool,
     #[command(flatten)]
     remote: RemoteArguments,
+    #[command(flatten)]
+    live: LiveArguments,
     /// Folder for log, CSV and pictures [default: the next free results/KIND-0001]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -64,17 +67,18 @@ impl Arguments {
             stem: stem.to_owned(),
             overwrite: self.overwrite,
         };
+        let live = self.live.open(pace == Pace::Realtime, output)?;
         match experiment {
             ExperimentFile::Relax(relaxation) => {
                 conduct(samples, output, print_summary, |supervisor| {
-                    relaxation.run(&request("relax"), supervisor)
+                    relaxation.run(&request("relax"), supervisor.watched(&live))
                 })
             }
             ExperimentFile::Creep(creep) => conduct(samples, output, print_summary, |supervisor| {
-                creep.run(&request("creep"), supervisor)
+                creep.run(&request("creep"), supervisor.watched(&live))
             }),
             ExperimentFile::Wall(wall) => conduct(samples, output, print_wall, |supervisor| {
-                wall.run(&request("wall"), supervisor)
+                wall.run(&request("wall"), supervisor.watched(&live))
             }),
         }
     }

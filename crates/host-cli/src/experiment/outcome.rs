@@ -80,6 +80,7 @@ impl Outcome {
             record,
             log,
             folder,
+            live_warnings,
         } = ran;
         let time = &record.time_s;
         let force = reaction(record);
@@ -101,6 +102,7 @@ impl Outcome {
         warnings.late(record.missed_deadlines, force.len() as u64);
         warnings.dropped(record.dropped);
         warnings.link(record.link.as_ref());
+        warnings.0.extend_from_slice(live_warnings);
 
         let (mut csv, mut figure) = (None, None);
         if record.ended.is_none() {

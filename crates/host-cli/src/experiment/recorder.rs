@@ -1,5 +1,6 @@
-//! Keeps the log off the tick: a thread that owns the file, behind a bounded queue.
+//! Keeps the log and those who watch off the tick: a thread that owns them, behind a bounded queue.
 
+use crate::live::Live;
 use crate::record::{EventMessage, FinishedLog, Leftover, LogWriter, RecordError, TickMessage};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -13,7 +14,7 @@ const QUEUE: usize = 8192;
 #[derive(Debug)]
 pub struct Recorder {
     queue: SyncSender<Entry>,
-    writer: JoinHandle<Result<FinishedLog, RecordError>>,
+    writer: JoinHandle<Result<Recorded, RecordError>>,
     /// A full queue waits (virtual time) or drops and counts (real time).
     waits: bool,
     dropped: u64,
@@ -25,13 +26,22 @@ enum Entry {
     Metadata(String, BTreeMap<String, String>),
 }
 
+/// What [`Recorder::finish`] leaves.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Recorded {
+    /// The log.
+    pub log: FinishedLog,
+    /// What live streams lost, a sentence each.
+    pub warnings: Vec<String>,
+}
+
 /// The writer has ended early; [`Recorder::finish`] says why.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stopped;
 
 impl Recorder {
     /// Starts the log with its metadata. With `waits` a full queue waits, else it drops and counts;
-    /// with `overwrite` the finished log may replace another.
+    /// with `overwrite` the finished log may replace another. What is logged goes to `live` too.
     ///
     /// # Errors
     /// If the file exists or cannot be made.
@@ -40,11 +50,12 @@ impl Recorder {
         metadata: BTreeMap<String, String>,
         waits: bool,
         overwrite: bool,
+        live: Vec<Box<dyn Live>>,
     ) -> Result<Self, RecordError> {
         let mut log = LogWriter::create_with(path, Leftover::Keep, overwrite)?;
         log.metadata("experiment", metadata)?;
         let (queue, entries) = sync_channel(QUEUE);
-        let writer = std::thread::spawn(move || write(log, &entries));
+        let writer = std::thread::spawn(move || write(log, live, &entries));
         Ok(Self {
             queue,
             writer,
@@ -99,11 +110,11 @@ impl Recorder {
         self.dropped
     }
 
-    /// Waits until all is written and the log is closed.
+    /// Waits until all is written, the log is closed and the live streams have ended.
     ///
     /// # Errors
     /// What stopped the writer, as a full disk.
-    pub fn finish(self) -> Result<FinishedLog, RecordError> {
+    pub fn finish(self) -> Result<Recorded, RecordError> {
         drop(self.queue);
         match self.writer.join() {
             Ok(result) => result,
@@ -115,15 +126,24 @@ impl Recorder {
 
 fn write(
     mut log: LogWriter<std::io::BufWriter<std::fs::File>>,
+    mut live: Vec<Box<dyn Live>>,
     entries: &Receiver<Entry>,
-) -> Result<FinishedLog, RecordError> {
+) -> Result<Recorded, RecordError> {
     // Ends when the other side has dropped its end and the queue is empty.
     for entry in entries {
         match entry {
-            Entry::Tick(message) => log.tick(&message)?,
-            Entry::Event(message) => log.event(&message)?,
             Entry::Metadata(name, values) => log.metadata(&name, values)?,
+            Entry::Tick(message) => {
+                log.tick(&message)?;
+                live.iter_mut().for_each(|live| live.tick(&message));
+            }
+            Entry::Event(message) => {
+                log.event(&message)?;
+                live.iter_mut().for_each(|live| live.event(&message));
+            }
         }
     }
-    log.finish()
+    let log = log.finish()?;
+    let warnings = live.into_iter().filter_map(|live| live.finish()).collect();
+    Ok(Recorded { log, warnings })
 }

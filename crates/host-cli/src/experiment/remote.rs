@@ -6,11 +6,11 @@
 //! ```
 //! Time is the device's, n·T. What the line loses is counted, never made up.
 
-use super::recorder::Recorder;
+use super::recorder::{Recorded, Recorder};
 use super::run::{Ended, Ran, Record, Schedule, Supervisor};
 use crate::device::{SerialName, at_port};
 use crate::failure::Failure;
-use crate::folder::FolderRequest;
+use crate::folder::{FolderRequest, OutputFolder};
 use crate::record::TickMessage;
 use fracdiff::{Operator, Real};
 use haptic_link::{
@@ -18,7 +18,7 @@ use haptic_link::{
     Simulation, SimulationKind, Start, Statistics,
 };
 use haptic_loop::remote::LinkError;
-use haptic_loop::remote::serial::{Heard, LinkReport, SerialError, SerialLink};
+use haptic_loop::remote::serial::{Heard, SerialError, SerialLink};
 use haptic_loop::{Controller, Environment};
 use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
@@ -133,119 +133,95 @@ struct Session<'a> {
     loop_mode: LoopMode,
     schedule: Schedule,
     reference: &'a dyn Fn(f64) -> f64,
+    folder: OutputFolder,
     recorder: Recorder,
     record: Record,
     samples_lost: u64,
     next_tick: u64,
 }
 
-/// Runs an experiment in the device's own loop.
-///
-/// # Errors
-/// A device that cannot be used, parameters that it refuses; a folder or log that cannot be written.
-pub fn run_on_device(
-    device: &RemoteDevice,
-    law: &RemoteLaw,
-    schedule: Schedule,
-    reference: &dyn Fn(f64) -> f64,
-    request: &FolderRequest,
-    metadata: BTreeMap<String, String>,
-    supervisor: Supervisor<'_>,
-) -> Result<Ran, Failure> {
-    prepare_and_run(device, law, schedule, reference, request, metadata, |s| {
-        s.listen(supervisor)
-    })
+/// A run to be made on a device.
+pub struct RemoteRun<'a> {
+    /// The device.
+    pub device: &'a RemoteDevice,
+    /// What it renders.
+    pub law: RemoteLaw,
+    /// How many ticks, how long each.
+    pub schedule: Schedule,
+    /// Where the indenter is told to be, m, at a time in s; not a number if nobody knows.
+    pub reference: &'a dyn Fn(f64) -> f64,
+    /// Where the files go.
+    pub request: &'a FolderRequest,
+    /// Everything needed to repeat the run.
+    pub metadata: BTreeMap<String, String>,
 }
 
-/// Runs an experiment with the loop closed here.
-///
-/// # Errors
-/// As [`run_on_device`].
-#[expect(clippy::too_many_arguments, reason = "one more than its sibling")]
-pub fn run_on_host<F: Real, E: Environment<F, 1>>(
-    controller: &mut Controller<F, 1, E>,
-    device: &RemoteDevice,
-    law: &RemoteLaw,
-    schedule: Schedule,
-    reference: &dyn Fn(f64) -> f64,
-    request: &FolderRequest,
-    metadata: BTreeMap<String, String>,
-    supervisor: Supervisor<'_>,
-) -> Result<Ran, Failure> {
-    prepare_and_run(device, law, schedule, reference, request, metadata, |s| {
-        s.control(controller, supervisor)
-    })
-}
-
-/// Connects, configures, and only then makes folder and log; closes both whatever happens.
-fn prepare_and_run<'a>(
-    device: &RemoteDevice,
-    law: &RemoteLaw,
-    schedule: Schedule,
-    reference: &'a dyn Fn(f64) -> f64,
-    request: &FolderRequest,
-    mut metadata: BTreeMap<String, String>,
-    run: impl FnOnce(&mut Session<'a>) -> Result<(), SerialError>,
-) -> Result<Ran, Failure> {
-    let mut link = device.name.connect(device.patience)?;
-    let path = link.path().to_owned();
-    let configuration = configuration(device, law, schedule, link.capabilities())?;
-    let problem = |error: SerialError| match error.is_refusal() {
-        true => Failure::bad_input(error),
-        false => at_port(&path, &error),
-    };
-    link.set(configuration, &law.operator.1).map_err(problem)?;
-    let before = link.statistics().map_err(problem)?;
-    describe(&link, device, &mut metadata);
-
-    let folder = request.prepare()?;
-    let log = folder.file("mcap");
-    let started = Recorder::start(&log, metadata, false, folder.overwrite());
-    let recorder = started.inspect_err(|_| folder.discard())?;
-    let mut session = Session {
-        link,
-        before,
-        watchdog: Duration::from_millis(u64::from(device.watchdog_ms)),
-        loop_mode: device.loop_mode,
-        schedule,
-        reference,
-        recorder,
-        record: Record::with_room_for(schedule.samples).map_err(Failure::Run)?,
-        samples_lost: 0,
-        next_tick: 0,
-    };
-    if let Err(error) = run(&mut session) {
-        session.give_up(&error);
+impl std::fmt::Debug for RemoteRun<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("RemoteRun")
+            .field("device", self.device)
+            .field("law", &self.law)
+            .field("schedule", &self.schedule)
+            .finish_non_exhaustive()
     }
-    let Session {
-        link,
-        before,
-        mut recorder,
-        mut record,
-        samples_lost,
-        ..
-    } = session;
-    // A device that is gone cannot be asked what it counted.
-    let after = link.statistics().unwrap_or(before);
-    let summary = summarise(
-        &link,
-        device.loop_mode,
-        &link.report(),
-        before,
-        after,
-        samples_lost,
-    );
-    drop(link);
-    record.dropped = recorder.dropped() + summary.samples_dropped + samples_lost;
-    record.missed_deadlines = u64::from(summary.overruns) + u64::from(summary.stale_forces);
-    recorder.metadata("link", flat(&summary));
-    record.link = Some(summary);
-    let log = recorder.finish()?;
-    Ok(Ran {
-        record,
-        log,
-        folder,
-    })
+}
+
+impl<'a> RemoteRun<'a> {
+    /// Runs where the device's loop mode says; `controller` closes a loop on the host.
+    ///
+    /// # Errors
+    /// A device that cannot be used, parameters that it refuses; a folder or log that cannot be written.
+    pub fn run<F: Real, E: Environment<F, 1>>(
+        self,
+        controller: &mut Controller<F, 1, E>,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Ran, Failure> {
+        let mode = self.device.loop_mode;
+        let mut session = self.prepare(supervisor)?;
+        let ended = match mode {
+            LoopMode::Device => session.listen(supervisor),
+            LoopMode::Host => session.control(controller, supervisor),
+        };
+        if let Err(error) = ended {
+            session.give_up(&error);
+        }
+        session.finish()
+    }
+
+    /// Connects, configures, and only then makes folder and log.
+    fn prepare(mut self, supervisor: Supervisor<'_>) -> Result<Session<'a>, Failure> {
+        let device = self.device;
+        let mut link = device.name.connect(device.patience)?;
+        let path = link.path().to_owned();
+        let configuration = configuration(device, &self.law, self.schedule, link.capabilities())?;
+        let problem = |error: SerialError| match error.is_refusal() {
+            true => Failure::bad_input(error),
+            false => at_port(&path, &error),
+        };
+        link.set(configuration, &self.law.operator.1)
+            .map_err(problem)?;
+        let before = link.statistics().map_err(problem)?;
+        describe(&link, device, &mut self.metadata);
+
+        let folder = self.request.prepare()?;
+        let log = folder.file("mcap");
+        let live = supervisor.live_streams();
+        let started = Recorder::start(&log, self.metadata, false, folder.overwrite(), live);
+        let recorder = started.inspect_err(|_| folder.discard())?;
+        Ok(Session {
+            link,
+            before,
+            watchdog: Duration::from_millis(u64::from(device.watchdog_ms)),
+            loop_mode: device.loop_mode,
+            schedule: self.schedule,
+            reference: self.reference,
+            folder,
+            recorder,
+            record: Record::with_room_for(self.schedule.samples).map_err(Failure::Run)?,
+            samples_lost: 0,
+            next_tick: 0,
+        })
+    }
 }
 
 /// The configuration of the device.
@@ -302,6 +278,35 @@ pub fn portable(operator: &Operator<f32>) -> Result<(OperatorShape, Vec<f32>), F
 }
 
 impl Session<'_> {
+    /// Asks the device what it counted, lets it go, and closes the log.
+    fn finish(self) -> Result<Ran, Failure> {
+        let Session {
+            link,
+            before,
+            loop_mode,
+            folder,
+            mut recorder,
+            mut record,
+            samples_lost,
+            ..
+        } = self;
+        // A device that is gone cannot be asked.
+        let after = link.statistics().unwrap_or(before);
+        let summary = summarise(&link, loop_mode, before, after, samples_lost);
+        drop(link);
+        record.dropped = recorder.dropped() + summary.samples_dropped + samples_lost;
+        record.missed_deadlines = u64::from(summary.overruns) + u64::from(summary.stale_forces);
+        recorder.metadata("link", flat(&summary));
+        record.link = Some(summary);
+        let Recorded { log, warnings } = recorder.finish()?;
+        Ok(Ran {
+            record,
+            log,
+            live_warnings: warnings,
+            folder,
+        })
+    }
+
     /// Arms and starts.
     fn start(&mut self, ticks: u32) -> Result<(), SerialError> {
         self.link.arm(self.watchdog)?;
@@ -508,12 +513,12 @@ const fn loop_name(loop_mode: LoopMode) -> &'static str {
 fn summarise(
     link: &SerialLink,
     loop_mode: LoopMode,
-    report: &LinkReport,
     before: Statistics,
     after: Statistics,
     samples_lost: u64,
 ) -> LinkSummary {
     let [major, minor, patch] = link.hello().firmware;
+    let report = link.report();
     let host = report.host;
     let round_trip = &report.round_trip_us;
     LinkSummary {

@@ -1,8 +1,6 @@
 //! A tissue rendered on the simulated rig: everything that relaxation and creep share.
 
-use super::remote::{
-    RemoteDevice, RemoteLaw, indentation, no_operator, portable, push, run_on_device, run_on_host,
-};
+use super::remote::{RemoteDevice, RemoteLaw, RemoteRun, indentation, no_operator, portable, push};
 use super::run::{Pace, Ran, SAMPLES, Schedule, Supervisor, run_logged};
 use super::sensed::{Sensed, Sensors};
 use crate::failure::Failure;
@@ -258,26 +256,19 @@ impl Rendering {
             pace: self.pace,
         };
         if let Some(device) = &self.remote {
-            let law = self.law(drive, device, samples)?;
             let reference = move |time_s: f64| match drive {
                 RigDrive::Position(profile) => profile.position(time_s),
                 RigDrive::Force(_) => f64::NAN,
             };
-            return match device.loop_mode {
-                LoopMode::Device => run_on_device(
-                    device, &law, schedule, &reference, request, metadata, supervisor,
-                ),
-                LoopMode::Host => run_on_host(
-                    &mut controller,
-                    device,
-                    &law,
-                    schedule,
-                    &reference,
-                    request,
-                    metadata,
-                    supervisor,
-                ),
+            let run = RemoteRun {
+                device,
+                law: self.law(drive, device, samples)?,
+                schedule,
+                reference: &reference,
+                request,
+                metadata,
             };
+            return run.run(&mut controller, supervisor);
         }
         let rig = IndentationRig::new(self.rig(drive)).map_err(Failure::input)?;
         let mut device = Sensed::new(rig, self.sensors)?;

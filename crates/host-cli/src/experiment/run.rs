@@ -1,10 +1,11 @@
 //! Runs the loop against a simulated device, in virtual or real time, and hands every sample on.
 
-use super::recorder::{Recorder, Stopped};
+use super::recorder::{Recorded, Recorder, Stopped};
 use super::remote::LinkSummary;
 use super::sensed::Sensed;
 use crate::failure::Failure;
 use crate::folder::{FolderRequest, OutputFolder};
+use crate::live::{Live, LiveStreams};
 use crate::record::{FinishedLog, TickMessage};
 use fracdiff::Real;
 use haptic_link::FaultReport;
@@ -26,13 +27,29 @@ pub enum Pace {
     Realtime,
 }
 
-/// Who watches a run: may stop it, and hears how far it is.
+/// Who watches a run: may stop it, hears how far it is, and sees the samples.
 #[derive(Clone, Copy)]
 pub struct Supervisor<'a> {
     /// Set to stop the run: the force ramps to zero, the log is closed.
     pub stop: &'a AtomicBool,
     /// Called now and then with the samples done.
     pub progress: &'a dyn Fn(u64),
+    /// Streams that show the run while it goes; the first run takes them.
+    pub live: Option<&'a LiveStreams>,
+}
+
+impl<'a> Supervisor<'a> {
+    /// With streams that show the run.
+    #[must_use]
+    pub const fn watched(mut self, live: &'a LiveStreams) -> Self {
+        self.live = Some(live);
+        self
+    }
+
+    /// The streams; none for a second run.
+    pub(super) fn live_streams(&self) -> Vec<Box<dyn Live>> {
+        self.live.map(LiveStreams::take).unwrap_or_default()
+    }
 }
 
 impl std::fmt::Debug for Supervisor<'_> {
@@ -170,6 +187,8 @@ pub struct Ran {
     pub log: FinishedLog,
     /// Where it lies.
     pub folder: OutputFolder,
+    /// What live streams lost, a sentence each.
+    pub live_warnings: Vec<String>,
 }
 
 /// Makes the folder and the log in it, runs a controller, and closes the log.
@@ -192,16 +211,18 @@ where
     let folder = request.prepare()?;
     let waits = schedule.pace == Pace::Virtual;
     let log = folder.file("mcap");
-    let started = Recorder::start(&log, metadata, waits, folder.overwrite());
+    let live = supervisor.live_streams();
+    let started = Recorder::start(&log, metadata, waits, folder.overwrite(), live);
     let mut recorder = started.inspect_err(|_| folder.discard())?;
     let record =
         run(controller, device, schedule, &mut recorder, supervisor).map_err(Failure::Run)?;
     // A log that could not be written is the first thing to know.
-    let log = recorder.finish()?;
+    let Recorded { log, warnings } = recorder.finish()?;
     Ok(Ran {
         record,
         log,
         folder,
+        live_warnings: warnings,
     })
 }
 

@@ -14,9 +14,7 @@ mod report;
 use super::judge::full_history;
 use super::outcome::reaction;
 use super::pushed::{GONE_M, VirtualWall, force_limit, force_rate, pushed, wall_at_start};
-use super::remote::{
-    RemoteDevice, RemoteLaw, device_name, no_operator, portable, push, run_on_device, run_on_host,
-};
+use super::remote::{RemoteDevice, RemoteLaw, RemoteRun, device_name, no_operator, portable, push};
 use super::report::{TickTimes, Warnings};
 use super::run::{Ended, Pace, Ran, Record, SAMPLES, Schedule, Supervisor, run_logged};
 use super::sensed::{Sensed, Sensors};
@@ -123,23 +121,15 @@ impl Wall {
                 supervisor,
             )?,
             Some(remote) => {
-                let law = self.law(remote, parts.samples)?;
-                let reference = |_| 0.0;
-                match remote.loop_mode {
-                    LoopMode::Device => run_on_device(
-                        remote, &law, schedule, &reference, request, metadata, supervisor,
-                    )?,
-                    LoopMode::Host => run_on_host(
-                        &mut parts.controller,
-                        remote,
-                        &law,
-                        schedule,
-                        &reference,
-                        request,
-                        metadata,
-                        supervisor,
-                    )?,
-                }
+                let run = RemoteRun {
+                    device: remote,
+                    law: self.law(remote, parts.samples)?,
+                    schedule,
+                    reference: &|_| 0.0,
+                    request,
+                    metadata,
+                };
+                run.run(&mut parts.controller, supervisor)?
             }
         };
         self.publish(&ran, parts.rest_m)
@@ -338,6 +328,7 @@ impl Wall {
             record,
             log,
             folder,
+            live_warnings,
         } = ran;
         let time = &record.time_s;
         let force = reaction(record);
@@ -362,6 +353,7 @@ impl Wall {
         warnings.late(record.missed_deadlines, force.len() as u64);
         warnings.dropped(record.dropped);
         warnings.link(record.link.as_ref());
+        warnings.0.extend_from_slice(live_warnings);
         let (mut csv, mut figure) = (None, None);
         if whole {
             let rows = (0..force.len()).map(|n| Row {

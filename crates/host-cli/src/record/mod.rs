@@ -34,6 +34,8 @@ mod writer;
 pub use error::RecordError;
 pub use export::{ExportSummary, export_csv};
 pub use inspect::{Gap, LogSummary, inspect};
+#[cfg(feature = "foxglove")]
+pub(crate) use message::LogMessage;
 pub use message::{EventMessage, MessageError, TickMessage};
 pub use new_file::NewFileError;
 pub(crate) use new_file::{Leftover, NewFile};

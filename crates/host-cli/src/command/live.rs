@@ -1,0 +1,107 @@
+//! Arguments of the live streams.
+
+use crate::failure::Failure;
+use crate::live::{Live, LiveStreams, Teleplot};
+use crate::output::{Output, note};
+use clap::Args;
+use std::net::SocketAddr;
+
+/// Who may watch a run.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct LiveArguments {
+    /// Stream the samples over a WebSocket for Foxglove or PlotJuggler (Foxglove bridge), at
+    /// 127.0.0.1:8765 if no address is given; port 0 takes a free one. Whoever reaches the address
+    /// may watch, and only watch
+    #[arg(
+        long,
+        value_name = "IP:PORT",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "127.0.0.1:8765",
+        value_parser = parse_address,
+        help_heading = "Live"
+    )]
+    foxglove: Option<SocketAddr>,
+    /// Stream the samples to a Teleplot server, over UDP, at 127.0.0.1:47269 if no address is given
+    #[arg(
+        long,
+        value_name = "IP:PORT",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "127.0.0.1:47269",
+        value_parser = parse_address,
+        help_heading = "Live"
+    )]
+    teleplot: Option<SocketAddr>,
+}
+
+/// Reads an address.
+fn parse_address(text: &str) -> Result<SocketAddr, String> {
+    text.parse()
+        .map_err(|_| "not an address: give IP:PORT, as in 127.0.0.1:8765 or [::1]:8765".to_owned())
+}
+
+impl LiveArguments {
+    /// Opens the streams that were asked for, and says where.
+    ///
+    /// # Errors
+    /// An address that is taken or not reachable; a build without Foxglove.
+    pub fn open(self, realtime: bool, output: Output) -> Result<LiveStreams, Failure> {
+        let mut streams: Vec<Box<dyn Live>> = Vec::new();
+        if let Some(address) = self.foxglove {
+            streams.push(open_foxglove(address, output)?);
+        }
+        if let Some(address) = self.teleplot {
+            if address.port() == 0 {
+                return Err(Failure::bad_input(format_args!(
+                    "--teleplot={address}: nobody listens at port 0; Teleplot's is 47269"
+                )));
+            }
+            let teleplot = Teleplot::open(address).map_err(|error| {
+                Failure::input_with_advice(error, "give --teleplot=IP:PORT that can be reached")
+            })?;
+            say(output, format_args!("Teleplot datagrams to {address}"));
+            streams.push(Box::new(teleplot));
+        }
+        if !streams.is_empty() && !realtime {
+            note(
+                "warning",
+                "the live stream passes in a burst, as fast as the run is computed, and viewers may miss \
+                 most of it: give --realtime to watch",
+            );
+        }
+        Ok(LiveStreams::new(streams))
+    }
+}
+
+#[cfg(feature = "foxglove")]
+fn open_foxglove(address: SocketAddr, output: Output) -> Result<Box<dyn Live>, Failure> {
+    let foxglove = crate::live::Foxglove::open(address).map_err(|error| {
+        Failure::input_with_advice(
+            error,
+            "close the program that has the port, or give another, as in --foxglove=127.0.0.1:0 for \
+             a free one",
+        )
+    })?;
+    say(
+        output,
+        format_args!(
+            "ws://{}, open it in Foxglove (Open connection) or PlotJuggler (Foxglove bridge)",
+            foxglove.address()
+        ),
+    );
+    Ok(Box::new(foxglove))
+}
+
+#[cfg(not(feature = "foxglove"))]
+fn open_foxglove(_: SocketAddr, _: Output) -> Result<Box<dyn Live>, Failure> {
+    Err(Failure::bad_input(
+        "--foxglove: this build has no Foxglove WebSocket; build it with --features foxglove",
+    ))
+}
+
+fn say(output: Output, text: std::fmt::Arguments<'_>) {
+    if !output.quiet {
+        note("live stream", text);
+    }
+}

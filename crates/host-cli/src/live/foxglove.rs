@@ -1,0 +1,187 @@
+//! Foxglove WebSocket (`foxglove.sdk.v1`): the topics, schemas and bytes of the log, as they come.
+//!
+//! The channels are CDR with `ros2msg` schemas, the one encoding that both Foxglove and
+//! PlotJuggler's Foxglove bridge read. Viewers only listen: the server offers them nothing to call
+//! or to set. It asks nobody who he is, so whoever reaches the port may watch.
+
+use super::{Live, LiveError, TimeOfDay};
+use crate::record::{EventMessage, LogMessage, TickMessage};
+use foxglove::{
+    Context, FoxgloveError, PartialMetadata, RawChannel, Schema, WebSocketServer,
+    WebSocketServerHandle,
+};
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc;
+use std::time::Duration;
+use tracing::{Dispatch, Metadata, span};
+
+/// Messages that wait for a slow viewer before the oldest are dropped: at 1 kHz, 8 s.
+const BACKLOG: usize = 8192;
+
+/// Time for viewers to take the last messages; the library does not tell when they have.
+const DRAIN: Duration = Duration::from_millis(250);
+
+/// Time for viewers to say goodbye.
+const GOODBYE: Duration = Duration::from_millis(250);
+
+/// Serves samples and events to any number of viewers.
+#[derive(Debug)]
+pub struct Foxglove {
+    /// `None` only after `finish`.
+    server: Option<WebSocketServerHandle>,
+    address: SocketAddr,
+    /// The channels live as long as this.
+    _context: Arc<Context>,
+    ticks: Arc<RawChannel>,
+    events: Arc<RawChannel>,
+    stamp: TimeOfDay,
+    buffer: Vec<u8>,
+    /// Whether a viewer was too slow.
+    overflowed: Arc<AtomicBool>,
+    /// Sets it.
+    watch: Dispatch,
+}
+
+impl Foxglove {
+    /// Starts the server; port 0 takes a free one.
+    ///
+    /// # Errors
+    /// If the address is taken or not ours.
+    pub fn open(address: SocketAddr) -> Result<Self, LiveError> {
+        let failed = |error| match error {
+            FoxgloveError::Bind(source) => LiveError::Open { address, source },
+            error => LiveError::Server {
+                address,
+                reason: error.to_string(),
+            },
+        };
+        let context = Context::new();
+        let ticks = channel::<TickMessage>(&context).map_err(failed)?;
+        let events = channel::<EventMessage>(&context).map_err(failed)?;
+        let host = match address {
+            SocketAddr::V4(address) => address.ip().to_string(),
+            SocketAddr::V6(address) => format!("[{}]", address.ip()),
+        };
+        let server = WebSocketServer::new()
+            .name("host-cli")
+            .context(&context)
+            .message_backlog_size(BACKLOG)
+            .bind(host, address.port())
+            .start_blocking()
+            .map_err(failed)?;
+        let overflowed = Arc::new(AtomicBool::new(false));
+        Ok(Self {
+            address: SocketAddr::new(address.ip(), server.port()),
+            server: Some(server),
+            _context: context,
+            ticks,
+            events,
+            stamp: TimeOfDay::default(),
+            buffer: Vec::new(),
+            watch: Dispatch::new(Overflow(Arc::clone(&overflowed))),
+            overflowed,
+        })
+    }
+
+    /// Where viewers connect.
+    #[must_use]
+    pub const fn address(&self) -> SocketAddr {
+        self.address
+    }
+}
+
+fn channel<M: LogMessage>(context: &Arc<Context>) -> Result<Arc<RawChannel>, FoxgloveError> {
+    context
+        .channel_builder(M::TOPIC)
+        .message_encoding("cdr")
+        .schema(Schema::new(M::SCHEMA_NAME, "ros2msg", M::SCHEMA.as_bytes()))
+        .build_raw()
+}
+
+/// Puts a message into the queues of the viewers.
+fn log<M: LogMessage>(
+    channel: &RawChannel,
+    message: &M,
+    log_time: u64,
+    buffer: &mut Vec<u8>,
+    watch: &Dispatch,
+) {
+    // A message that cannot be encoded ends the run by way of the log.
+    if channel.has_sinks() && message.encode_into(buffer).is_ok() {
+        let meta = PartialMetadata::with_log_time(log_time);
+        tracing::dispatcher::with_default(watch, || channel.log_with_meta(buffer, meta));
+    }
+}
+
+impl Live for Foxglove {
+    fn tick(&mut self, message: &TickMessage) {
+        let time = self.stamp.nanoseconds(message.time_s);
+        log(&self.ticks, message, time, &mut self.buffer, &self.watch);
+    }
+
+    fn event(&mut self, message: &EventMessage) {
+        let time = self.stamp.nanoseconds(message.time_s);
+        log(&self.events, message, time, &mut self.buffer, &self.watch);
+    }
+
+    fn finish(mut self: Box<Self>) -> Option<String> {
+        if let Some(server) = self.server.take() {
+            if self.ticks.has_sinks() || self.events.has_sinks() {
+                std::thread::sleep(DRAIN);
+            }
+            let viewers = server.stop();
+            let (gone, all_gone) = mpsc::channel();
+            // A viewer that has stopped reading never goes: its thread ends with the process.
+            std::thread::spawn(move || {
+                viewers.wait_blocking();
+                let _ = gone.send(());
+            });
+            let _ = all_gone.recv_timeout(GOODBYE);
+        }
+        self.overflowed.load(Ordering::Relaxed).then(|| {
+            format!(
+                "a viewer of ws://{} was too slow and missed samples; the log has them",
+                self.address
+            )
+        })
+    }
+}
+
+impl Drop for Foxglove {
+    /// A server whose handle is dropped would go on.
+    fn drop(&mut self) {
+        if let Some(server) = self.server.take() {
+            drop(server.stop());
+        }
+    }
+}
+
+/// Listens for the one sign that the library gives of a full queue: a log entry, at most one in
+/// 30 s, hence no count.
+#[derive(Debug)]
+struct Overflow(Arc<AtomicBool>);
+
+impl tracing::Subscriber for Overflow {
+    fn enabled(&self, metadata: &Metadata<'_>) -> bool {
+        // The module logs nothing else.
+        metadata.target().ends_with("::send_lossy")
+    }
+
+    fn event(&self, _: &tracing::Event<'_>) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
+    fn new_span(&self, _: &span::Attributes<'_>) -> span::Id {
+        span::Id::from_u64(1)
+    }
+
+    fn record(&self, _: &span::Id, _: &span::Record<'_>) {}
+
+    fn record_follows_from(&self, _: &span::Id, _: &span::Id) {}
+
+    fn enter(&self, _: &span::Id) {}
+
+    fn exit(&self, _: &span::Id) {}
+}
