@@ -134,7 +134,7 @@ fn plant<const D: usize>(
     // There and back, so that nothing runs off to infinity.
     let forces = ramp_and_hold::<f64>().map(|x| {
         let wanted = SVector::from([200.0 * x - 0.09; D]);
-        chain.apply(&mut state, &wanted).0
+        chain.apply(&mut state, &SVector::zeros(), &wanted).0
     });
     group.bench_function(name, |bencher| {
         bencher.iter(|| {
