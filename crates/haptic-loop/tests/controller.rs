@@ -3,9 +3,10 @@
 
 use core::convert::Infallible;
 use fracdiff::{Order, Seconds, ShortMemory};
-use haptic_loop::units::{Newtons, NewtonsPerSecond};
+use haptic_loop::units::{NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
 use haptic_loop::{
-    Controller, Device, Fault, Limiters, Reading, SafeForce, SafetyChain, SafetyState, SpringDamper,
+    Controller, Device, EnergyBounding, Fault, Guard, Limiters, Limits, Reading, SafeForce,
+    SafetyChain, SafetyState, SpringDamper,
 };
 use nalgebra::{SVector, vector};
 use proptest::prelude::*;
@@ -182,6 +183,37 @@ proptest! {
             last = *force.newtons();
         }
     }
+}
+
+#[test]
+fn arming_asks_first_and_a_sample_carries_the_energy() {
+    let limits = Limits {
+        start_force: Some(Newtons(1.0)),
+        guard: Some(Guard::EnergyBounding(EnergyBounding::of(
+            NewtonSecondsPerMetre(3.5),
+        ))),
+        ..Limits::bare(Newtons(10.0), NewtonsPerSecond(1000.0))
+    };
+    let chain = SafetyChain::from_limits(&limits, T).expect("valid");
+    let mut controller = Controller::new(damper(), chain);
+    let mut device = Scripted {
+        positions: vec![0.02, 0.0, 1e-3, 1e-3],
+        forces: Vec::new(),
+    };
+    let deep = device.read().expect("infallible");
+    let refused = controller.may_start(&deep).expect_err("2 N of the spring");
+    assert!(refused.wanted_n > 2.0 && refused.allowed_n == 1.0);
+    device.forces.push(0.0);
+    let outside = device.read().expect("infallible");
+    assert_eq!(controller.may_start(&outside), Ok(()));
+    for _ in 0..3 {
+        let sample = controller.tick(&mut device).expect("infallible");
+        assert_eq!(
+            sample.observed_energy_j,
+            controller.safety().observed_energy_j()
+        );
+    }
+    assert!(controller.safety().observed_energy_j() > 0.0);
 }
 
 #[test]

@@ -334,6 +334,50 @@ fn single_precision_holds_a_force_for_minutes() {
     }
 }
 
+#[test]
+fn the_observer_predicts_that_a_motion_goes_on_and_damps_no_more_than_needed() {
+    let limits = Limits {
+        guard: observer(),
+        ..Limits::bare(Newtons(10.0), NewtonsPerSecond(1e6))
+    };
+    let chain = SafetyChain::<f64>::from_limits(&limits, T).expect("valid");
+    let mut state = SafetyState::<f64, 1>::default();
+    // 1 mm against 1 N and back, from where it would go on and draw 1 mJ more: no damping, none, all.
+    for (x, energy, force) in [(0.0, 0.0, -1.0), (1e-3, 1e-3, -1.0), (0.0, 0.0, 0.0)] {
+        let (sent, limiters) = chain.apply(&mut state, &vector![x], &vector![-1.0]);
+        // Of the energy 1/250 is forgotten in a sample.
+        assert!((state.observed_energy_j() - energy).abs() < 5e-6, "{x}");
+        assert!((sent.newtons()[0] - force).abs() < 5e-3, "{x}");
+        assert_eq!(limiters.contains(Limiters::GUARD), force > -1.0);
+    }
+}
+
+#[test]
+fn the_books_go_on_while_a_force_falls_to_zero() {
+    for (guard, damping) in [(observer(), 0.0), (bounding(0), 0.8 * DAMPING / T.0)] {
+        let limits = Limits {
+            guard,
+            ..Limits::bare(Newtons(10.0), NewtonsPerSecond(0.1 / T.0))
+        };
+        let chain = SafetyChain::<f64>::from_limits(&limits, T).expect("valid");
+        let mut state = SafetyState::<f64, 1>::default();
+        let mut x = 0.0;
+        for _ in 0..20 {
+            x += 1e-3;
+            chain.apply(&mut state, &vector![x], &vector![-1.0]);
+        }
+        let before = state.observed_energy_j();
+        state.stop();
+        chain.apply(&mut state, &vector![x], &vector![-1.0]);
+        // Back by 1 mm under the 0.9 N that are left.
+        chain.apply(&mut state, &vector![x - 1e-3], &vector![-1.0]);
+        let lost = before - state.observed_energy_j();
+        let want = 0.9e-3 - damping * 1e-6;
+        // But for what is forgotten, 1/250 of at most 50 mJ a sample.
+        assert!((lost - want).abs() < 4e-4, "{lost} {want}");
+    }
+}
+
 /// Motions in µm and wanted forces in N.
 fn motions() -> impl Strategy<Value = Vec<([f64; 2], [f64; 2])>> {
     let steps = proptest::array::uniform2(-300.0..300.0);

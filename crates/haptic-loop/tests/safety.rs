@@ -196,6 +196,30 @@ fn no_braking_without_a_sensor_or_an_actuator() {
 }
 
 #[test]
+fn what_is_not_finite_is_a_fault_while_stopping_and_in_the_braking_too() {
+    let mut state = SafetyState::<f64, 1>::default();
+    state.stop();
+    chain(BARE).apply(&mut state, &vector![0.0], &vector![f64::NAN]);
+    assert_eq!(state.fault(), Some(Fault::NonFiniteForce));
+    // 1e308 m/s is a number, 5 N·s/m times that is none.
+    let vast = chain(Limits {
+        workspace: Some(Workspace {
+            low: Metres(-1e305),
+            high: Metres(1e305),
+            soft: Metres(1e305),
+        }),
+        ..workspace()
+    });
+    let mut state = SafetyState::<f64, 1>::default();
+    vast.apply(&mut state, &vector![0.0], &vector![1.0]);
+    assert_eq!(state.fault(), None);
+    let (force, limiters) = vast.apply(&mut state, &vector![1e305], &vector![1.0]);
+    assert_eq!(force.newtons()[0], 0.0);
+    assert!(limiters.contains(Limiters::FAULT));
+    assert_eq!(state.fault(), Some(Fault::NonFiniteForce));
+}
+
+#[test]
 fn the_velocity_is_a_low_pass_of_the_differences() {
     let chain = chain(Limits {
         braking: Some(NewtonSecondsPerMetre(5.0)),
