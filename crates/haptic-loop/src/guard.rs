@@ -166,6 +166,13 @@ impl<F: Real, const D: usize> GuardState<F, D> {
         self.energy
     }
 
+    /// E ← min(0, E).
+    pub(crate) fn forget_credit(&mut self) {
+        if self.energy > F::ZERO {
+            self.energy = F::ZERO;
+        }
+    }
+
     /// Keeps the force that goes to the device.
     #[inline]
     pub(crate) fn sent(&mut self, law: &GuardLaw<F>, force: &SVector<F, D>) {

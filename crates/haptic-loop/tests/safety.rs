@@ -271,6 +271,28 @@ fn too_fast_is_braked_and_then_a_fault() {
 }
 
 #[test]
+fn a_device_moved_while_nothing_ran_is_not_too_fast_after_clear() {
+    let chain = chain(Limits {
+        guard: Some(Guard::EnergyBounding(EnergyBounding::of(
+            NewtonSecondsPerMetre(3.5),
+        ))),
+        ..Limits::default()
+    });
+    let mut state = SafetyState::<f64, 1>::default();
+    chain.apply(&mut state, &vector![0.0], &vector![0.0]);
+    chain.apply(&mut state, &vector![1e-4], &vector![0.0]);
+    assert!(state.observed_energy_j() > 0.0);
+    state.stop();
+    state.clear();
+    chain.apply(&mut state, &vector![0.3], &vector![0.0]);
+    assert_eq!(state.fault(), None);
+    assert_eq!(state.observed_energy_j(), 0.0);
+    // Without a clear it is.
+    chain.apply(&mut state, &vector![0.0], &vector![0.0]);
+    assert_eq!(state.fault(), Some(Fault::Velocity));
+}
+
+#[test]
 fn bad_limits_are_refused() {
     let refused = |change: &dyn Fn(&mut Limits)| {
         let mut limits = Limits::default();

@@ -101,12 +101,17 @@ impl<F: Real, const D: usize> SafetyState<F, D> {
     }
 
     /// Clears the fault and the wish to stop. The force goes on from where it is, and rises as after a
-    /// start.
+    /// start. At rest, where the device was is forgotten too, so that it may have been moved meanwhile; of the
+    /// guard's energy a debt stays.
     pub fn clear(&mut self) {
         self.fault = None;
         self.stopping = false;
         self.risen = F::ZERO;
         self.motion.rearm();
+        if self.is_at_rest() {
+            self.motion = Motion::at_rest();
+            self.guard.forget_credit();
+        }
     }
 
     /// The energy that the guard has observed, J: positive if the device gave it to the loop; 0 without a
