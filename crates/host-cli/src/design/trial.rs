@@ -1,7 +1,7 @@
 //! The experiment that tries a designed wall, and its file.
 
 use super::{Candidate, Design};
-use crate::experiment::{Pace, Sensors, Settling, Wall};
+use crate::experiment::{GuardChoice, Pace, Sensors, Settling, Wall};
 use crate::failure::Failure;
 use fracdiff::{Order, Seconds};
 use haptic_loop::plant::MassDamperConfig;
@@ -93,6 +93,7 @@ impl Design {
             window_s,
             threshold_m: two_digits(settled),
             force_limit_n: device.force_limit_n,
+            guard: GuardChoice::Off,
             pace: Pace::Virtual,
         })
     }
