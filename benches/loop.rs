@@ -120,8 +120,7 @@ fn limited_tick<F: Real, const D: usize>(
     Ok(())
 }
 
-/// None, and both: the bounding acts in most ticks, because the scripted device has less than half of the damping
-/// that it takes.
+/// None, and both: the bounding has work, for the tissue is some three times stiffer than 2ρb/T = 80 N/m.
 fn guards() -> [(&'static str, Option<Guard>); 3] {
     let (mass, damping) = (Kilograms(0.065), NewtonSecondsPerMetre(0.05));
     let observer = PassivityObserver::bearable(mass, SAMPLE_TIME);
