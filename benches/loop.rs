@@ -34,8 +34,8 @@ use fractional_haptics::haptic_loop::units::{
     SquareMetres,
 };
 use fractional_haptics::haptic_loop::{
-    Contact, Controller, Device, Environment, KelvinVoigt, SafetyChain, SafetyState, Specimen,
-    Tissue,
+    Contact, Controller, Device, EnergyBounding, Environment, Guard, KelvinVoigt, Limits,
+    PassivityObserver, SafetyChain, SafetyState, Specimen, Tissue, Workspace,
 };
 use input::{BATCH, SAMPLE_TIME, order, ramp_and_hold};
 use nalgebra::SVector;
@@ -71,6 +71,15 @@ fn ticks<F: Real>(criterion: &mut Criterion, precision: &str) -> Outcome {
     // Without the plane each of the axes has its own history.
     let axes = tissue(full.clone())?;
     tick(&mut group, "D=3, three histories", axes, script_3)?;
+    for (name, guard) in guards() {
+        let limits = whole(guard);
+        let wall = contact([1.0], full.clone())?;
+        let name_1 = format!("D=1, whole chain, {name}");
+        limited_tick(&mut group, &name_1, wall, &limits, script)?;
+        let axes = tissue(full.clone())?;
+        let name_3 = format!("D=3, three histories, whole chain, {name}");
+        limited_tick(&mut group, &name_3, axes, &limits, script_3)?;
+    }
     let rig = rig(RigContact::COMPLIANT)?;
     tick(&mut group, "D=1, rig", contact([1.0], full)?, rig)?;
     let shifting = contact([1.0], ShiftingArray::<F, 1024>::new())?;
@@ -85,9 +94,21 @@ fn tick<F: Real, const D: usize>(
     group: &mut BenchmarkGroup<'_, WallTime>,
     name: &str,
     environment: impl Environment<F, D>,
+    device: impl Device<F, D, Error = Infallible>,
+) -> Outcome {
+    let force_and_rate = Limits::bare(Newtons(10.0), NewtonsPerSecond(1000.0));
+    limited_tick(group, name, environment, &force_and_rate, device)
+}
+
+fn limited_tick<F: Real, const D: usize>(
+    group: &mut BenchmarkGroup<'_, WallTime>,
+    name: &str,
+    environment: impl Environment<F, D>,
+    limits: &Limits,
     mut device: impl Device<F, D, Error = Infallible>,
 ) -> Outcome {
-    let mut controller = Controller::new(environment, chain()?);
+    let chain = SafetyChain::from_limits(limits, SAMPLE_TIME)?;
+    let mut controller = Controller::new(environment, chain);
     group.bench_function(name, |bencher| {
         bencher.iter(|| {
             for _ in 0..BATCH {
@@ -97,6 +118,31 @@ fn tick<F: Real, const D: usize>(
         });
     });
     Ok(())
+}
+
+/// None, and both: the bounding has work, for the tissue is some three times stiffer than 2ρb/T = 80 N/m.
+fn guards() -> [(&'static str, Option<Guard>); 3] {
+    let (mass, damping) = (Kilograms(0.065), NewtonSecondsPerMetre(0.05));
+    let observer = PassivityObserver::bearable(mass, SAMPLE_TIME);
+    let bounding = EnergyBounding::of(damping);
+    [
+        ("no guard", None),
+        ("observer", Some(Guard::Observer(observer))),
+        ("energy bounding", Some(Guard::EnergyBounding(bounding))),
+    ]
+}
+
+/// Every limit that there is.
+fn whole(guard: Option<Guard>) -> Limits {
+    Limits {
+        workspace: Some(Workspace {
+            low: Metres(-0.05),
+            high: Metres(0.05),
+            soft: Metres(0.01),
+        }),
+        guard,
+        ..Limits::default()
+    }
 }
 
 fn plants(criterion: &mut Criterion) -> Outcome {
@@ -134,7 +180,7 @@ fn plant<const D: usize>(
     // There and back, so that nothing runs off to infinity.
     let forces = ramp_and_hold::<f64>().map(|x| {
         let wanted = SVector::from([200.0 * x - 0.09; D]);
-        chain.apply(&mut state, &wanted).0
+        chain.apply(&mut state, &SVector::zeros(), &wanted).0
     });
     group.bench_function(name, |bencher| {
         bencher.iter(|| {

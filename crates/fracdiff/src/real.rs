@@ -51,10 +51,13 @@ pub trait Real:
 
     /// Magnitude.
     fn abs(self) -> Self;
+
+    /// Square root, rounded to nearest; NaN below zero.
+    fn sqrt(self) -> Self;
 }
 
 macro_rules! real {
-    ($float:ty, compensated: $compensated:expr) => {
+    ($float:ty, compensated: $compensated:expr, sqrt: $sqrt:path) => {
         impl Real for $float {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -79,12 +82,17 @@ macro_rules! real {
             fn abs(self) -> Self {
                 <$float>::abs(self)
             }
+
+            #[inline]
+            fn sqrt(self) -> Self {
+                $sqrt(self)
+            }
         }
     };
 }
 
-real!(f32, compensated: true);
-real!(f64, compensated: false);
+real!(f32, compensated: true, sqrt: libm::sqrtf);
+real!(f64, compensated: false, sqrt: libm::sqrt);
 
 /// Adds `increment` and the rounding error kept in `carry` to `sum`, and keeps the new rounding
 /// error: Knuth's two-sum, exact for any magnitudes (*The Art of Computer Programming* 2, §4.2.2).

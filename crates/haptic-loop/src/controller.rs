@@ -8,7 +8,7 @@
 
 use crate::device::{Device, Reading};
 use crate::environment::Environment;
-use crate::safety::{Fault, Limiters, SafeForce, SafetyChain, SafetyState};
+use crate::safety::{Fault, Limiters, SafeForce, SafetyChain, SafetyState, StartRefused};
 use fracdiff::Real;
 use nalgebra::SVector;
 
@@ -23,6 +23,8 @@ pub struct Sample<F, const D: usize> {
     pub force: SafeForce<F, D>,
     /// What the safety chain did about it.
     pub limiters: Limiters,
+    /// What its passivity guard observed, J: see [`SafetyState::observed_energy_j`].
+    pub observed_energy_j: F,
 }
 
 /// An environment behind a safety chain, with the state of both.
@@ -71,7 +73,9 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
         reading: Reading<F, D>,
     ) -> Result<Sample<F, D>, V::Error> {
         let wanted = self.environment.force(&self.history, &reading.position_m);
-        let (force, limiters) = self.chain.apply(&mut self.safety, &wanted);
+        let (force, limiters) = self
+            .chain
+            .apply(&mut self.safety, &reading.position_m, &wanted);
         let written = device.write(force);
         self.environment
             .advance(&mut self.history, &reading.position_m);
@@ -81,6 +85,7 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
             environment_force_n: wanted,
             force,
             limiters,
+            observed_energy_j: self.safety.observed_energy_j(),
         })
     }
 
@@ -95,14 +100,27 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
         wanted: &SVector<F, D>,
     ) -> Result<Sample<F, D>, V::Error> {
         let reading = device.read()?;
-        let (force, limiters) = self.chain.apply(&mut self.safety, wanted);
+        let (force, limiters) = self
+            .chain
+            .apply(&mut self.safety, &reading.position_m, wanted);
         device.write(force)?;
         Ok(Sample {
             reading,
             environment_force_n: *wanted,
             force,
             limiters,
+            observed_energy_j: self.safety.observed_energy_j(),
         })
+    }
+
+    /// Whether the device may be armed where it is: what the arming code asks before the first tick, and
+    /// again before it clears a fault. Changes nothing.
+    ///
+    /// # Errors
+    /// The force wanted at this reading is not finite, or above [`Limits::start_force`](crate::Limits::start_force).
+    pub fn may_start(&self, reading: &Reading<F, D>) -> Result<(), StartRefused> {
+        let wanted = self.environment.force(&self.history, &reading.position_m);
+        self.chain.may_start(&wanted)
     }
 
     /// The safety chain's state: its fault, if any.

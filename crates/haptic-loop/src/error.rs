@@ -50,7 +50,7 @@ impl fmt::Display for ParameterError {
 
 impl core::error::Error for ParameterError {}
 
-fn range(
+pub(crate) fn range(
     what: &'static str,
     value: f64,
     accepted: bool,

@@ -8,6 +8,7 @@ mod controller;
 mod device;
 mod environment;
 mod error;
+mod guard;
 pub mod plant;
 #[cfg(feature = "link")]
 pub mod remote;
@@ -20,6 +21,10 @@ pub use controller::{Controller, Sample};
 pub use device::{Device, Reading};
 pub use environment::{Contact, Environment, SpringDamper};
 pub use error::ParameterError;
-pub use safety::{Fault, Limiters, SafeForce, SafetyChain, SafetyState};
+pub use guard::{EnergyBounding, Guard, MAX_GUARD_DELAY_SAMPLES, PassivityObserver};
+pub use safety::{
+    Fault, Limiters, Limits, SafeForce, SafetyChain, SafetyState, SpeedLimit, StartRefused,
+    Workspace,
+};
 pub use tissue::{KelvinVoigt, Specimen, Tissue};
 pub use wall::Wall;

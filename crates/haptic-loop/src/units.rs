@@ -35,6 +35,14 @@ unit!(
     NewtonsPerSecond, "N/s"
 );
 unit!(
+    /// A velocity or speed, m/s.
+    MetresPerSecond, "m/s"
+);
+unit!(
+    /// A frequency, Hz.
+    Hertz, "Hz"
+);
+unit!(
     /// A stiffness, N/m.
     NewtonsPerMetre, "N/m"
 );

@@ -3,9 +3,10 @@
 
 use core::convert::Infallible;
 use fracdiff::{Order, Seconds, ShortMemory};
-use haptic_loop::units::{Newtons, NewtonsPerSecond};
+use haptic_loop::units::{NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
 use haptic_loop::{
-    Controller, Device, Fault, Limiters, Reading, SafeForce, SafetyChain, SafetyState, SpringDamper,
+    Controller, Device, EnergyBounding, Fault, Guard, Limiters, Limits, Reading, SafeForce,
+    SafetyChain, SafetyState, SpringDamper,
 };
 use nalgebra::{SVector, vector};
 use proptest::prelude::*;
@@ -20,7 +21,7 @@ fn chain() -> SafetyChain<f64> {
 #[test]
 fn a_force_within_the_limits_passes_unchanged() {
     let mut state = SafetyState::default();
-    let (force, limiters) = chain().apply(&mut state, &vector![0.7, -0.3]);
+    let (force, limiters) = chain().apply(&mut state, &vector![0.0, 0.0], &vector![0.7, -0.3]);
     assert_eq!(*force.newtons(), vector![0.7, -0.3]);
     assert_eq!(limiters, Limiters::NONE);
 }
@@ -29,7 +30,7 @@ fn a_force_within_the_limits_passes_unchanged() {
 fn a_jump_is_slewed_and_then_limited() {
     let mut state = SafetyState::default();
     for tick in 1..=20 {
-        let (force, limiters) = chain().apply(&mut state, &vector![100.0]);
+        let (force, limiters) = chain().apply(&mut state, &vector![0.0], &vector![100.0]);
         assert_eq!(force.newtons()[0], f64::from(tick.min(10)));
         assert!(limiters.contains(Limiters::RATE));
         assert_eq!(
@@ -45,19 +46,19 @@ fn a_force_that_is_not_finite_latches_a_fault_and_the_force_falls_to_zero() {
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         let mut state = SafetyState::default();
         for _ in 0..3 {
-            chain().apply(&mut state, &vector![5.0, 1.0]);
+            chain().apply(&mut state, &vector![0.0, 0.0], &vector![5.0, 1.0]);
         }
-        let (force, limiters) = chain().apply(&mut state, &vector![5.0, bad]);
+        let (force, limiters) = chain().apply(&mut state, &vector![0.0, 0.0], &vector![5.0, bad]);
         assert_eq!(*force.newtons(), vector![2.0, 0.0], "{bad}");
         assert!(limiters.contains(Limiters::FAULT));
         assert_eq!(state.fault(), Some(Fault::NonFiniteForce));
         // Latched: a good force does not bring it back.
         for _ in 0..3 {
-            chain().apply(&mut state, &vector![5.0, 1.0]);
+            chain().apply(&mut state, &vector![0.0, 0.0], &vector![5.0, 1.0]);
         }
         assert!(state.is_at_rest());
         state.clear();
-        let (force, _) = chain().apply(&mut state, &vector![0.5, 0.0]);
+        let (force, _) = chain().apply(&mut state, &vector![0.0, 0.0], &vector![0.5, 0.0]);
         assert_eq!(force.newtons()[0], 0.5);
     }
 }
@@ -172,7 +173,7 @@ proptest! {
         let mut state = SafetyState::default();
         let mut last = SVector::<f64, 2>::zeros();
         for wanted in wanted {
-            let (force, _) = chain().apply(&mut state, &SVector::from(wanted));
+            let (force, _) = chain().apply(&mut state, &vector![0.0, 0.0], &SVector::from(wanted));
             for axis in 0..2 {
                 let (now, before) = (force.newtons()[axis], last[axis]);
                 prop_assert!(now.abs() <= 10.0, "{}", now);
@@ -182,6 +183,37 @@ proptest! {
             last = *force.newtons();
         }
     }
+}
+
+#[test]
+fn arming_asks_first_and_a_sample_carries_the_energy() {
+    let limits = Limits {
+        start_force: Some(Newtons(1.0)),
+        guard: Some(Guard::EnergyBounding(EnergyBounding::of(
+            NewtonSecondsPerMetre(3.5),
+        ))),
+        ..Limits::bare(Newtons(10.0), NewtonsPerSecond(1000.0))
+    };
+    let chain = SafetyChain::from_limits(&limits, T).expect("valid");
+    let mut controller = Controller::new(damper(), chain);
+    let mut device = Scripted {
+        positions: vec![0.02, 0.0, 1e-3, 1e-3],
+        forces: Vec::new(),
+    };
+    let deep = device.read().expect("infallible");
+    let refused = controller.may_start(&deep).expect_err("2 N of the spring");
+    assert!(refused.wanted_n > 2.0 && refused.allowed_n == 1.0);
+    device.forces.push(0.0);
+    let outside = device.read().expect("infallible");
+    assert_eq!(controller.may_start(&outside), Ok(()));
+    for _ in 0..3 {
+        let sample = controller.tick(&mut device).expect("infallible");
+        assert_eq!(
+            sample.observed_energy_j,
+            controller.safety().observed_energy_j()
+        );
+    }
+    assert!(controller.safety().observed_energy_j() > 0.0);
 }
 
 #[test]

@@ -33,7 +33,7 @@ fn plant(config: MassDamperConfig) -> MassDamper<1> {
 fn safe<F: Real, const D: usize>(force: SVector<F, D>) -> SafeForce<F, D> {
     let chain = SafetyChain::new(Newtons(1e9), NewtonsPerSecond(1e12), Seconds(1.0));
     let mut state = SafetyState::default();
-    chain.expect("valid").apply(&mut state, &force).0
+    chain.expect("valid").apply(&mut state, &force, &force).0
 }
 
 fn write(plant: &mut impl Device<f64, 1, Error: core::fmt::Debug>, force: f64) {

@@ -27,7 +27,7 @@ fn safe<F: Real>(force: F) -> SafeForce<F, 1> {
     let chain = SafetyChain::new(Newtons(1e9), NewtonsPerSecond(1e12), Seconds(1.0));
     let mut state = SafetyState::default();
     let wanted = Vector1::new(force);
-    chain.expect("valid").apply(&mut state, &wanted).0
+    chain.expect("valid").apply(&mut state, &wanted, &wanted).0
 }
 
 /// Runs `ticks` samples with the tissue's `force(x)`; `look` sees the rig after each.

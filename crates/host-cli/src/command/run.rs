@@ -19,8 +19,13 @@ theirs too. Paths in the file start from its folder.
 A wall: the device is pushed into it with a constant force, and is stable if the position settles. Keys \
 of [wall], all but the first six with defaults: mass_kg, damping_n_s_per_m, sample_time_s, order, \
 stiffness_n_per_m, dissipation_n_s_mu_per_m, scheme, hand_stiffness_n_per_m, delay_s, friction_n, \
-current_lag_s, encoder_resolution_m, sensor_noise_m, seed, force_limit_n, one_sided, push_n, duration_s, \
-window_s, threshold_m. On a serial device: device, loop, watchdog_s, late_ticks. `host-cli design` writes such a file.";
+current_lag_s, encoder_resolution_m, sensor_noise_m, seed, force_limit_n, guard, one_sided, push_n, \
+duration_s, window_s, threshold_m. `host-cli design` writes such a file.
+
+guard = \"observer\" or \"energy-bounding\" keeps a wall from shaking: the one adds damping, the other takes \
+force, and so stiffness, that the damping of the device cannot pay for.
+
+On a serial device any of them has device = \"serial:PATH\", loop = \"device\" or \"host\", watchdog_s and late_ticks.";
 
 /// Arguments of `run`.
 #[derive(Debug, Args)]

@@ -14,6 +14,7 @@
 
 mod reader;
 
+use super::pushed::GuardChoice;
 use super::remote::RemoteDevice;
 use super::rendering::{Contact, Precision, Rendering};
 use super::run::{Pace, SAMPLES};
@@ -68,7 +69,7 @@ const RENDERING: [&str; 17] = [
 ];
 
 /// Keys of `[wall]`.
-const WALL: [&str; 24] = [
+const WALL: [&str; 25] = [
     "device",
     "loop",
     "watchdog_s",
@@ -84,6 +85,7 @@ const WALL: [&str; 24] = [
     "sensor_noise_m",
     "seed",
     "force_limit_n",
+    "guard",
     "order",
     "scheme",
     "stiffness_n_per_m",
@@ -295,6 +297,7 @@ fn wall(table: &Table<'_>) -> Result<Wall, FileError> {
         window_s: table.number("window_s", Some(0.4), Range::Above(0.0))?,
         threshold_m: table.number("threshold_m", Some(1e-4), Range::Above(0.0))?,
         force_limit_n,
+        guard: table.choice("guard", GuardChoice::Off)?,
         pace: Pace::Virtual,
         remote,
     };
@@ -477,6 +480,16 @@ mod tests {
                 "[wall]\n",
                 "[wall]\npush_n = 200\n",
                 "lab/wall.toml:2: push_n = 200 is not below force_limit_n = 100",
+            ),
+            (
+                "[wall]\n",
+                "[wall]\nguard = \"on\"\n",
+                "lab/wall.toml:2: guard = \"on\" is not one of off, observer, energy-bounding",
+            ),
+            (
+                "damping_n_s_per_m = 3.5\n",
+                "damping_n_s_per_m = 0\nguard = \"energy-bounding\"\n",
+                "lab/wall.toml:1: damping of the device 0 N·s/m is not above 0",
             ),
             (
                 "[wall]\n",

@@ -18,6 +18,7 @@ pub mod zwidth;
 
 pub use creep::Creep;
 pub use file::ExperimentFile;
+pub use pushed::GuardChoice;
 pub use relaxation::Relaxation;
 pub use rendering::{Contact, Precision, Rendering};
 pub use report::{Ending, Report, Summary, Warnings};

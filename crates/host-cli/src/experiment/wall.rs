@@ -13,7 +13,9 @@ mod report;
 
 use super::judge::full_history;
 use super::outcome::reaction;
-use super::pushed::{GONE_M, VirtualWall, force_limit, force_rate, pushed, wall_at_start};
+use super::pushed::{
+    GONE_M, GuardChoice, VirtualWall, force_rate, guarded_force_limit, pushed, wall_at_start,
+};
 use super::remote::{RemoteDevice, RemoteLaw, RemoteRun, device_name, no_operator, portable, push};
 use super::report::{TickTimes, Warnings};
 use super::run::{Ended, Pace, Ran, Record, SAMPLES, Schedule, Supervisor, run_logged};
@@ -21,6 +23,7 @@ use super::sensed::{Sensed, Sensors};
 use crate::failure::Failure;
 use crate::figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use crate::folder::FolderRequest;
+use clap::ValueEnum as _;
 use fracdiff::full_memory::Kernel;
 use fracdiff::{FrequencyResponse as _, Operator, Order, Scheme};
 use haptic_link::{LoopMode, Simulation, SimulationKind};
@@ -57,6 +60,8 @@ pub struct Wall {
     pub threshold_m: f64,
     /// Largest force of the safety chain, N.
     pub force_limit_n: f64,
+    /// Passivity guard of the safety chain.
+    pub guard: GuardChoice,
     /// How time passes.
     pub pace: Pace,
     /// The serial device; `None` for the simulated one.
@@ -212,7 +217,7 @@ impl Wall {
             self.one_sided,
         )
         .map_err(Failure::input)?;
-        let chain = force_limit(self.force_limit_n, t)?;
+        let chain = guarded_force_limit(self.force_limit_n, &self.device, self.guard)?;
         Ok(Parts {
             controller: Controller::new(wall, chain),
             device,
@@ -442,7 +447,10 @@ impl Wall {
             } else {
                 "unstable"
             }
-        );
+        ) + &match self.guard {
+            GuardChoice::Off => String::new(),
+            _ => format!(" · guard {}", self.guard_name()),
+        };
         let axis = |label| AxisSpec {
             label,
             scale: Scale::Linear,
@@ -512,7 +520,18 @@ impl Wall {
             ("force_limit_n", self.force_limit_n.to_string()),
             ("pace", format!("{:?}", self.pace).to_lowercase()),
         ];
-        entries.map(|(key, value)| (key.to_owned(), value)).into()
+        let mut metadata: BTreeMap<String, String> =
+            entries.map(|(key, value)| (key.to_owned(), value)).into();
+        if self.guard != GuardChoice::Off {
+            metadata.insert("guard".to_owned(), self.guard_name());
+        }
+        metadata
+    }
+
+    /// As a file says it.
+    fn guard_name(&self) -> String {
+        let value = self.guard.to_possible_value();
+        value.map_or_else(String::new, |value| value.get_name().to_owned())
     }
 }
 

@@ -117,6 +117,26 @@ fn an_unstable_wall_is_a_result_with_a_warning() {
 }
 
 #[test]
+fn a_guard_stills_an_unstable_wall() {
+    let place = Place::new();
+    // 8000 N/m: the observer leaves them, the bounding 2·0.8·b/T = 2800 N/m.
+    for (guard, stiffness) in [("observer", 8000.0), ("energy-bounding", 2800.0)] {
+        let text = WALL
+            .replace("order = 0.5", &format!("guard = \"{guard}\"\norder = 0"))
+            .replace("= 3000.0", "= 8000.0")
+            .replace("= 100.0", "= 0.0");
+        place.write("wall.toml", &text);
+        let ended = place.run(&format!("run wall.toml --json --out {guard}"));
+        let report = ended.succeeded_with_warnings().json();
+        assert_eq!(report["stable"], true, "{guard}");
+        near(number(&report, "deflection_m"), 1.0 / stiffness, 1e-3);
+        assert!(number(&report, "limited_samples") > 0.0);
+        let check = place.run(&format!("log check {guard}/wall.mcap --json"));
+        assert_eq!(number(&check.succeeded().json(), "samples"), 2501.0);
+    }
+}
+
+#[test]
 fn a_wall_is_the_same_in_the_file_and_in_zwidths_terms() {
     // The boundary that zwidth finds by bisection: just below it is stable, just above not.
     let place = Place::new();
@@ -155,7 +175,7 @@ fn a_file_that_is_wrong_is_refused_in_one_line() {
             "damping",
             "wall.toml:3: unknown key `damping` in [wall]: known are device, loop, watchdog_s, late_ticks, mass_kg, damping_n_s_per_m, \
              hand_stiffness_n_per_m, sample_time_s, delay_s, friction_n, current_lag_s, \
-             encoder_resolution_m, sensor_noise_m, seed, force_limit_n, order, scheme, \
+             encoder_resolution_m, sensor_noise_m, seed, force_limit_n, guard, order, scheme, \
              stiffness_n_per_m, dissipation_n_s_mu_per_m, one_sided, push_n, duration_s, window_s, \
              threshold_m",
         ),

@@ -1,0 +1,174 @@
+//! Magnitude, norm and rate, all at once.
+
+use super::force::Limiters;
+use super::limits::Limits;
+use crate::error::{ParameterError, positive, range, rounded};
+use fracdiff::Real;
+use nalgebra::SVector;
+
+/// The last stage: whatever is wanted, the next force lies within the limits and one step of the last.
+///
+/// ```text
+/// C = {f: |f_i| ≤ magnitude, |f| ≤ norm},   p ∈ C the last force,   q ∈ C: the wanted one, limited and scaled
+/// f = p + λ(q − p),   λ ≤ 1 the largest with λ·|q_i − p_i| ≤ step on every axis
+/// ```
+/// C is convex, so f ∈ C; no axis moves by more than a step, by the choice of λ; and λ > 0, so no force is stuck. Slewing each
+/// axis for itself instead would leave the ball. Without a norm C is a box, and each axis is on its own.
+/// *Start-up*: p = 0. *Rounding*: magnitude and norm hold exactly, a step to one rounding of the force.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Clamps<F> {
+    magnitude: F,
+    /// Largest change in a sample, N.
+    step: F,
+    norm: Option<Norm<F>>,
+}
+
+/// A limit of the norm, with room for rounding: 1 − 2⁻²⁰ of it is aimed at, 1 − 2⁻²¹ is never passed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Norm<F> {
+    aim: F,
+    aim_square: F,
+    never_square: F,
+}
+
+impl<F: Real> Clamps<F> {
+    /// # Errors
+    /// A limit outside the range that its field states.
+    pub(super) fn new(limits: &Limits, sample_time: f64) -> Result<Self, ParameterError> {
+        let magnitude = positive("force limit", limits.force.0, "N")?;
+        let rate = positive("force rate limit", limits.rate.0, "N/s")?;
+        let norm = match limits.norm {
+            Some(norm) => {
+                at_most_1e9("force limit", magnitude)?;
+                Some(Norm::new(at_most_1e9(
+                    "limit of the force's norm",
+                    norm.0,
+                )?)?)
+            }
+            None => None,
+        };
+        Ok(Self {
+            magnitude: rounded("force limit", magnitude, "N")?,
+            step: rounded("force step of a sample", rate * sample_time, "N")?,
+            norm,
+        })
+    }
+
+    /// The next force for a finite wanted one.
+    #[inline]
+    pub(super) fn apply<const D: usize>(
+        &self,
+        force: &mut SVector<F, D>,
+        wanted: &SVector<F, D>,
+        limiters: &mut Limiters,
+    ) {
+        match &self.norm {
+            Some(norm) => self.limit_all(norm, force, wanted, limiters),
+            None => self.limit_each(force, wanted, limiters),
+        }
+    }
+
+    /// Each axis for itself: towards the wanted force by one step, then within the magnitude.
+    #[inline]
+    fn limit_each<const D: usize>(
+        &self,
+        force: &mut SVector<F, D>,
+        wanted: &SVector<F, D>,
+        limiters: &mut Limiters,
+    ) {
+        for (last, &wanted) in force.iter_mut().zip(wanted) {
+            let slewed = clamp(wanted, *last - self.step, *last + self.step);
+            if slewed != wanted {
+                limiters.insert(Limiters::RATE);
+            }
+            let limited = clamp(slewed, -self.magnitude, self.magnitude);
+            if limited != slewed {
+                limiters.insert(Limiters::MAGNITUDE);
+            }
+            *last = limited;
+        }
+    }
+
+    /// All axes at once: p + λ(q − p).
+    #[inline]
+    fn limit_all<const D: usize>(
+        &self,
+        norm: &Norm<F>,
+        force: &mut SVector<F, D>,
+        wanted: &SVector<F, D>,
+        limiters: &mut Limiters,
+    ) {
+        let mut aim = wanted.map(|axis| clamp(axis, -self.magnitude, self.magnitude));
+        let square = square(&aim);
+        if square > norm.aim_square {
+            let scale = norm.aim / square.sqrt();
+            aim = aim.map(|axis| axis * scale);
+        }
+        if aim != *wanted {
+            limiters.insert(Limiters::MAGNITUDE);
+        }
+        let mut furthest = F::ZERO;
+        for (&aim, &last) in aim.iter().zip(force.iter()) {
+            let distance = (aim - last).abs();
+            if distance > furthest {
+                furthest = distance;
+            }
+        }
+        if furthest > self.step {
+            limiters.insert(Limiters::RATE);
+            // λ
+            let share = self.step / furthest;
+            for (aim, &last) in aim.iter_mut().zip(force.iter()) {
+                // The clamp takes a rounding of the product, no more.
+                *aim = clamp(
+                    last + share * (*aim - last),
+                    last - self.step,
+                    last + self.step,
+                );
+            }
+        }
+        // By rounding alone: then p stays, which is in C.
+        if self::square(&aim) <= norm.never_square {
+            *force = aim.map(|axis| clamp(axis, -self.magnitude, self.magnitude));
+        }
+    }
+}
+
+impl<F: Real> Norm<F> {
+    fn new(limit: f64) -> Result<Self, ParameterError> {
+        let what = "limit of the force's norm";
+        let aim = limit * (1.0 - 1.0 / 1_048_576.0);
+        let never = limit * (1.0 - 1.0 / 2_097_152.0);
+        Ok(Self {
+            aim: rounded(what, aim, "N")?,
+            aim_square: rounded(what, aim * aim, "N")?,
+            never_square: rounded(what, never * never, "N")?,
+        })
+    }
+}
+
+/// Above 0, and so small that its square is a number in single precision.
+fn at_most_1e9(what: &'static str, force: f64) -> Result<f64, ParameterError> {
+    let accepted = force > 0.0 && force <= 1e9;
+    range(what, force, accepted, "above 0 and at most 1e9", "N")
+}
+
+#[inline]
+fn square<F: Real, const D: usize>(vector: &SVector<F, D>) -> F {
+    let mut sum = F::ZERO;
+    for &axis in vector {
+        sum += axis * axis;
+    }
+    sum
+}
+
+/// The nearest value in [low, high], for finite numbers.
+pub(super) fn clamp<F: Real>(value: F, low: F, high: F) -> F {
+    if value < low {
+        low
+    } else if value > high {
+        high
+    } else {
+        value
+    }
+}

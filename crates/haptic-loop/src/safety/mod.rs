@@ -1,0 +1,302 @@
+//! The safety chain: the only way for a force to become a [`SafeForce`].
+//!
+//! ```text
+//! wanted ─▶ finite? ─▶ passivity guard ─▶ start-up ramp ─▶ braking near limits of motion
+//!        ─▶ magnitude per axis and by norm (N) ∩ rate (N/s) ─▶ SafeForce
+//! ```
+//! - *Finite check first*: a NaN passed through `max` and `min` would come out as the full force. A
+//!   wanted force that is not finite latches a [`Fault`]; from then on the chain wants zero, so the
+//!   force falls to zero at the rate limit, until [`SafetyState::clear`].
+//! - *Clamps last*: magnitude and rate hold for everything before them, the fall after a fault,
+//!   start-up and braking too.
+//! - *Magnitude, norm and rate at once*: with a norm limit the force moves straight towards the wanted one,
+//!   limited and scaled into the set of allowed forces; that set is convex, so no step leaves it. Without one
+//!   each axis is slewed and limited on its own.
+//! - *Velocity*: v ← v + (1 − e^(−ωT))·(Δ/T − v), first order with the bandwidth of [`Limits`].
+//! - *After a fault or stop* the force is braking −b·v that fades out, then zero. None after a position that
+//!   is not finite, nor after [`Fault::CurrentMismatch`]: a damper needs its sensor and its actuator.
+//! - *Start-up*: zero force. *Cost*: some twenty operations per axis with everything on, a few comparisons
+//!   without; at most two square roots and three divisions; no allocation, no panic.
+
+mod clamps;
+mod fault;
+mod force;
+mod limits;
+mod motion;
+
+pub use fault::Fault;
+pub use force::{Limiters, SafeForce};
+pub use limits::{Limits, SpeedLimit, StartRefused, Workspace};
+
+use crate::error::{ParameterError, positive, rounded};
+use crate::guard::{GuardLaw, GuardState};
+use crate::units::{Newtons, NewtonsPerSecond, Seconds};
+use clamps::Clamps;
+use fracdiff::Real;
+use motion::{Motion, MotionLimits};
+use nalgebra::SVector;
+
+/// The chain's immutable part.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SafetyChain<F> {
+    clamps: Clamps<F>,
+    /// N; infinite if any finite force may start.
+    start_force: f64,
+    /// Share of the force that is added in a sample after the start.
+    rise: Option<F>,
+    /// If anything here depends on the position.
+    motion: Option<MotionLimits<F>>,
+    guard: Option<GuardLaw<F>>,
+}
+
+/// The chain's state: the last force, the latched fault, a wish to stop, the motion and its energy.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SafetyState<F, const D: usize> {
+    force: SVector<F, D>,
+    fault: Option<Fault>,
+    stopping: bool,
+    /// Share of the wanted force that is used, 0 to 1.
+    risen: F,
+    motion: Motion<F, D>,
+    guard: GuardState<F, D>,
+}
+
+impl<F: Real, const D: usize> Default for SafetyState<F, D> {
+    fn default() -> Self {
+        Self {
+            force: SVector::from([F::ZERO; D]),
+            fault: None,
+            stopping: false,
+            risen: F::ZERO,
+            motion: Motion::at_rest(),
+            guard: GuardState::at_rest(),
+        }
+    }
+}
+
+impl<F: Real, const D: usize> SafetyState<F, D> {
+    /// The latched fault.
+    #[must_use]
+    pub fn fault(&self) -> Option<Fault> {
+        self.fault
+    }
+
+    /// Latches a fault that something else has found. The first fault stays.
+    pub fn trip(&mut self, fault: Fault) {
+        if self.fault.is_none() && fault == Fault::CurrentMismatch {
+            self.motion.forgo_braking();
+        }
+        self.fault.get_or_insert(fault);
+    }
+
+    /// From the next tick the wanted force is zero, until [`clear`](Self::clear).
+    pub fn stop(&mut self) {
+        self.stopping = true;
+    }
+
+    /// Whether the force has reached zero on every axis.
+    #[must_use]
+    pub fn is_at_rest(&self) -> bool {
+        self.force.iter().all(|&axis| axis == F::ZERO)
+    }
+
+    /// Clears the fault and the wish to stop. The force goes on from where it is, and rises as after a
+    /// start. At rest, where the device was is forgotten too, so that it may have been moved meanwhile; of the
+    /// guard's energy a debt stays.
+    pub fn clear(&mut self) {
+        self.fault = None;
+        self.stopping = false;
+        self.risen = F::ZERO;
+        self.motion.rearm();
+        if self.is_at_rest() {
+            self.motion = Motion::at_rest();
+            self.guard.forget_credit();
+        }
+    }
+
+    /// The energy that the guard has observed, J: positive if the device gave it to the loop; 0 without a
+    /// guard.
+    #[must_use]
+    pub fn observed_energy_j(&self) -> F {
+        self.guard.energy()
+    }
+
+    /// The estimated velocity, m/s; 0 if no limit needs it.
+    #[must_use]
+    pub fn velocity_m_per_s(&self) -> &SVector<F, D> {
+        &self.motion.velocity
+    }
+}
+
+impl<F: Real> SafetyChain<F> {
+    /// A chain for the largest force per axis, the largest rate, and the sample time, everything else off:
+    /// [`Limits::bare`].
+    ///
+    /// # Errors
+    /// Each must be finite and above zero, in the precision of the loop too.
+    pub fn new(
+        force: Newtons,
+        rate: NewtonsPerSecond,
+        sample_time: Seconds,
+    ) -> Result<Self, ParameterError> {
+        Self::from_limits(&Limits::bare(force, rate), sample_time)
+    }
+
+    /// A chain with these limits.
+    ///
+    /// # Errors
+    /// A limit outside the range that its field states, or that of the loop's number type; a sample time
+    /// that is not above zero.
+    pub fn from_limits(limits: &Limits, sample_time: Seconds) -> Result<Self, ParameterError> {
+        let sample_time = positive("sample time", sample_time.0, "s")?;
+        let clamps = Clamps::new(limits, sample_time)?;
+        let start_force = match limits.start_force {
+            Some(force) => positive("force allowed at the start", force.0, "N")?,
+            None => f64::INFINITY,
+        };
+        let rise = match limits.rise_time {
+            Some(time) => {
+                let share = sample_time / positive("rise time", time.0, "s")?;
+                Some(rounded("rise of a sample", f64::min(share, 1.0), "")?)
+            }
+            None => None,
+        };
+        let guard = limits.guard.as_ref();
+        let moves = limits.workspace.is_some() || limits.speed.is_some();
+        let follows = moves || limits.braking.is_some() || guard.is_some();
+        let motion = if follows {
+            Some(MotionLimits::new(limits, sample_time)?)
+        } else {
+            None
+        };
+        Ok(Self {
+            clamps,
+            start_force,
+            rise,
+            motion,
+            guard: guard
+                .map(|guard| GuardLaw::new(guard, sample_time))
+                .transpose()?,
+        })
+    }
+
+    /// Whether a device may be armed with this wanted force, N.
+    ///
+    /// # Errors
+    /// It is not finite, or its magnitude is above [`Limits::start_force`].
+    pub fn may_start<const D: usize>(&self, wanted: &SVector<F, D>) -> Result<(), StartRefused> {
+        let squares = wanted.iter().map(|axis| axis.to_f64() * axis.to_f64());
+        let wanted_n = libm::sqrt(squares.sum());
+        if wanted_n.is_finite() && wanted_n <= self.start_force {
+            Ok(())
+        } else {
+            Err(StartRefused {
+                wanted_n,
+                allowed_n: self.start_force,
+            })
+        }
+    }
+
+    /// Makes the force wanted at a position (m) safe, and says which limiters acted.
+    #[inline]
+    pub fn apply<const D: usize>(
+        &self,
+        state: &mut SafetyState<F, D>,
+        position_m: &SVector<F, D>,
+        wanted: &SVector<F, D>,
+    ) -> (SafeForce<F, D>, Limiters) {
+        if !is_finite(wanted) {
+            state.trip(Fault::NonFiniteForce);
+        }
+        if let Some(limits) = &self.motion {
+            if is_finite(position_m) {
+                let followed = limits.follow(&mut state.motion, position_m);
+                let within = followed.and_then(|()| limits.breach(&state.motion, position_m));
+                if let Err(fault) = within {
+                    state.trip(fault);
+                }
+            } else {
+                state.motion.lose();
+                state.trip(Fault::NonFiniteForce);
+            }
+        }
+        let mut limiters = Limiters::NONE;
+        let mut aim = if state.fault.is_some() || state.stopping {
+            self.released(state, &mut limiters)
+        } else {
+            self.restrained(state, position_m, wanted, &mut limiters)
+        };
+        if !is_finite(&aim) {
+            // A sum of finite forces beyond the number type.
+            state.trip(Fault::NonFiniteForce);
+            limiters.insert(Limiters::FAULT);
+            aim = SVector::from([F::ZERO; D]);
+        }
+        self.clamps.apply(&mut state.force, &aim, &mut limiters);
+        if let Some(guard) = &self.guard {
+            state.guard.sent(guard, &state.force);
+        }
+        (SafeForce(state.force), limiters)
+    }
+
+    /// What is wanted after a fault or stop.
+    #[inline]
+    fn released<const D: usize>(
+        &self,
+        state: &mut SafetyState<F, D>,
+        limiters: &mut Limiters,
+    ) -> SVector<F, D> {
+        if state.fault.is_some() {
+            limiters.insert(Limiters::FAULT);
+        }
+        if state.stopping {
+            limiters.insert(Limiters::STOPPING);
+        }
+        let none = SVector::from([F::ZERO; D]);
+        if let Some(guard) = &self.guard {
+            // The books go on.
+            guard.restrain(&mut state.guard, &state.motion.moved, &none);
+        }
+        match &self.motion {
+            Some(limits) => limits.fading(&mut state.motion),
+            None => none,
+        }
+    }
+
+    /// What is left of the wanted force, with the braking near limits.
+    #[inline]
+    fn restrained<const D: usize>(
+        &self,
+        state: &mut SafetyState<F, D>,
+        position_m: &SVector<F, D>,
+        wanted: &SVector<F, D>,
+        limiters: &mut Limiters,
+    ) -> SVector<F, D> {
+        let mut aim = *wanted;
+        if let Some(guard) = &self.guard {
+            let (restrained, acted) = guard.restrain(&mut state.guard, &state.motion.moved, &aim);
+            aim = restrained;
+            if acted {
+                limiters.insert(Limiters::GUARD);
+            }
+        }
+        if let Some(rise) = self.rise
+            && state.risen < F::ONE
+        {
+            limiters.insert(Limiters::STARTUP);
+            for axis in &mut aim {
+                *axis = *axis * state.risen;
+            }
+            state.risen += rise;
+        }
+        if let Some(limits) = &self.motion {
+            limiters.insert(limits.brake(&state.motion, position_m, &mut aim));
+        }
+        aim
+    }
+}
+
+#[inline]
+fn is_finite<F: Real, const D: usize>(vector: &SVector<F, D>) -> bool {
+    vector.iter().all(|axis| axis.is_finite())
+}
