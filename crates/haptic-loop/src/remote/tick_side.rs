@@ -76,6 +76,8 @@ pub struct TickSide<H: Hardware> {
     now_us: u64,
     heard_us: u64,
     late_in_row: u16,
+    /// The interval up to the next tick is not to be judged: it has been, or its period has changed.
+    judged: bool,
     commanded_n: f32,
     commanded_new: bool,
     idle_stream: Stream,
@@ -126,6 +128,7 @@ impl<H: Hardware> TickSide<H> {
             now_us: 0,
             heard_us: 0,
             late_in_row: 0,
+            judged: true,
             commanded_n: 0.0,
             commanded_new: false,
             idle_stream: Stream::OFF,
@@ -164,8 +167,10 @@ impl<H: Hardware> TickSide<H> {
         statistics.tick_cycles_max = statistics.tick_cycles_max.max(cycles);
     }
 
-    /// The timer fired again before the tick was done.
+    /// The timer fired again before the tick was done. To be told after [`tick`](Self::tick); the next one,
+    /// which then begins late, is not counted once more.
     pub fn overrun(&mut self) {
+        self.judged = true;
         self.late();
     }
 
@@ -190,7 +195,10 @@ impl<H: Hardware> TickSide<H> {
         let period = u64::from(self.configuration.tick_period_us);
         let passed = now_us.saturating_sub(self.now_us);
         self.now_us = now_us;
-        if self.statistics.ticks > 0 && passed >= 2 * period {
+        if core::mem::take(&mut self.judged) {
+            return;
+        }
+        if passed >= 2 * period {
             self.late();
         } else {
             self.late_in_row = 0;
@@ -457,6 +465,7 @@ impl<H: Hardware> TickSide<H> {
         }
         self.configuration = configuration;
         self.digest = digest;
+        self.judged = true;
         self.hardware.install(setup, configuration.tick_period_us);
         self.event(EventKind::Configured);
         Ok(())
