@@ -70,6 +70,7 @@ impl<H: Hardware, T: TickTimer> Ticker<H, T> {
 /// - *Watchdog*: fed here, so this loop runs, and only after a further tick, so that one runs too.
 /// - *Nothing waits*: a request is read only when there is room for its answer; until then bytes wait in
 ///   the line's queue, and if that is full they are counted as lost.
+#[inline(never)]
 pub fn serve<H: Hardware>(
     device: &Shared<H>,
     session: &mut Session,

@@ -9,7 +9,7 @@ use cortex_m_rt::entry;
 use critical_section::Mutex;
 use firmware::{Parts, Retained, Shared, Ticker, chip};
 use haptic_loop::Fault;
-use haptic_loop::remote::{Session, TickSide};
+use haptic_loop::remote::{Exclusive, Session, TickSide};
 
 /// Major, minor, patch.
 const VERSION: [u8; 3] = [0, 1, 0];
@@ -20,7 +20,7 @@ static TICKER: Mutex<RefCell<Option<Ticker<chip::Board, chip::Timer>>>> =
 #[entry]
 fn main() -> ! {
     static mut DEVICE: MaybeUninit<Shared<chip::Board>> = MaybeUninit::uninit();
-    static mut SESSION: MaybeUninit<Session> = MaybeUninit::uninit();
+    static mut SESSION: Session = Session::new(VERSION, 0);
 
     let Parts {
         hardware,
@@ -29,19 +29,34 @@ fn main() -> ! {
         mut watchdog,
     } = chip::start();
     let retained = Retained::take();
-    let Ok(mut device) = TickSide::new(hardware) else {
-        chip::give_up();
-    };
-    if retained.was_armed {
-        device.trip(Fault::Reset);
-    }
-    let device = &*DEVICE.write(Shared::new(device));
-    let session = SESSION.write(Session::new(VERSION, retained.boot));
+    let device = power_up(DEVICE, hardware, retained);
     critical_section::with(|token| {
-        TICKER.borrow_ref_mut(token).replace(Ticker::new(device, timer));
+        TICKER
+            .borrow_ref_mut(token)
+            .replace(Ticker::new(device, timer));
     });
     chip::enable_interrupts();
-    firmware::serve(device, session, &mut line, &mut watchdog, chip::now_us)
+    *SESSION = Session::new(VERSION, retained.boot);
+    firmware::serve(device, SESSION, &mut line, &mut watchdog, chip::now_us)
+}
+
+/// Makes the device in its place. On its own, so that what it needs of the stack is free again.
+#[inline(never)]
+fn power_up(
+    place: &'static mut MaybeUninit<Shared<chip::Board>>,
+    hardware: chip::Board,
+    retained: Retained,
+) -> &'static Shared<chip::Board> {
+    match TickSide::new(hardware) {
+        Ok(device) => {
+            let device = place.write(Shared::new(device));
+            if retained.was_armed {
+                device.with(|device| device.trip(Fault::Reset));
+            }
+            device
+        }
+        Err(_) => chip::give_up(),
+    }
 }
 
 fn tick() {
