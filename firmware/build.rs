@@ -21,8 +21,14 @@ fn main() {
         _ => return,
     }
     println!("cargo::rustc-link-search={}", out.display());
-    println!("cargo::rustc-link-arg-bins=-L{}", out.join("device").display());
-    println!("cargo::rustc-link-arg-tests=-L{}", out.join("tests").display());
+    println!(
+        "cargo::rustc-link-arg-bins=-L{}",
+        out.join("device").display()
+    );
+    println!(
+        "cargo::rustc-link-arg-tests=-L{}",
+        out.join("tests").display()
+    );
     println!("cargo::rustc-link-arg=-Tlink.x");
 }
 

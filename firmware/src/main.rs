@@ -88,6 +88,26 @@ mod wiring {
     }
 }
 
+#[cfg(feature = "board-nucleo-f446re")]
+mod wiring {
+    use super::chip::{self, interrupt};
+
+    #[interrupt]
+    fn TIM7() {
+        super::tick();
+    }
+
+    #[interrupt]
+    fn USART2() {
+        chip::on_uart();
+    }
+
+    #[interrupt]
+    fn DMA1_STREAM5() {
+        chip::on_round();
+    }
+}
+
 #[panic_handler]
 fn panic(_: &PanicInfo<'_>) -> ! {
     cortex_m::interrupt::disable();

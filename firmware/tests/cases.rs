@@ -59,8 +59,14 @@ pub(crate) fn digests(mut tell: impl FnMut(fmt::Arguments<'_>, u32)) {
         tell(format_args!("full f64 {mu}"), digest(&double));
     }
     for list in &LISTS {
-        tell(format_args!("list {} f32", list.name), digest(&portable::<f32>(list)));
-        tell(format_args!("list {} f64", list.name), digest(&portable::<f64>(list)));
+        tell(
+            format_args!("list {} f32", list.name),
+            digest(&portable::<f32>(list)),
+        );
+        tell(
+            format_args!("list {} f64", list.name),
+            digest(&portable::<f64>(list)),
+        );
     }
 }
 
@@ -72,13 +78,34 @@ fn constructed<F: Real>(precision: &str, tell: &mut impl FnMut(fmt::Arguments<'_
     for mu in ORDERS {
         let order = Order::new(mu).expect("valid");
         let mut case = |name: &str, digest| tell(format_args!("{name} {precision} {mu}"), digest);
-        case("grunwald:1", digest(&ShortMemory::<F, 1>::new(order, T).expect("valid")));
-        case("grunwald:17", digest(&ShortMemory::<F, 17>::new(order, T).expect("valid")));
-        case("grunwald:256", digest(&ShortMemory::<F, 256>::new(order, T).expect("valid")));
-        case("muir:3", digest(&MuirPolynomial::<F, 3>::new(order, T).expect("valid")));
-        case("muir:9", digest(&MuirPolynomial::<F, 9>::new(order, T).expect("valid")));
-        case("tustin-muir:9", digest(&TustinMuir::<F, 9>::new(order, T).expect("valid")));
-        case("oustaloup:9", digest(&Oustaloup::<F, 9>::new(order, band, T).expect("valid")));
+        case(
+            "grunwald:1",
+            digest(&ShortMemory::<F, 1>::new(order, T).expect("valid")),
+        );
+        case(
+            "grunwald:17",
+            digest(&ShortMemory::<F, 17>::new(order, T).expect("valid")),
+        );
+        case(
+            "grunwald:256",
+            digest(&ShortMemory::<F, 256>::new(order, T).expect("valid")),
+        );
+        case(
+            "muir:3",
+            digest(&MuirPolynomial::<F, 3>::new(order, T).expect("valid")),
+        );
+        case(
+            "muir:9",
+            digest(&MuirPolynomial::<F, 9>::new(order, T).expect("valid")),
+        );
+        case(
+            "tustin-muir:9",
+            digest(&TustinMuir::<F, 9>::new(order, T).expect("valid")),
+        );
+        case(
+            "oustaloup:9",
+            digest(&Oustaloup::<F, 9>::new(order, band, T).expect("valid")),
+        );
     }
 }
 

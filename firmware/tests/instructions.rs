@@ -169,7 +169,11 @@ fn measure(list: &lists::List) {
         let spent = device.hardware().path.get();
         path = path.max(instructions(spent.saturating_sub(overhead())));
     }
-    assert_eq!(device.statistics().samples_dropped, 0, "every tick had to keep a sample");
+    assert_eq!(
+        device.statistics().samples_dropped,
+        0,
+        "every tick had to keep a sample"
+    );
     hprintln!("{} = {} {}", list.name, tick, path);
 }
 

@@ -1,8 +1,8 @@
 //! Arm MPS2 with AN386, as QEMU emulates it: a simulated plant, and nothing that could move.
 
-mod vectors;
 mod register;
 mod uart;
+mod vectors;
 
 use crate::board::mps2::{CLOCKS_PER_US, FPGAIO, NAME};
 use crate::clock::Clock;
@@ -11,9 +11,9 @@ use cortex_m::peripheral::scb::SystemHandler;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{NVIC, SCB, SYST};
 use haptic_loop::remote::SimulatedPlant;
-pub use vectors::interrupt;
 use register::Register;
 pub use uart::{Uart, on_receive, on_sent};
+pub use vectors::interrupt;
 
 /// Sensor and actuator.
 pub type Board = SimulatedPlant;

@@ -32,7 +32,10 @@ unsafe extern "C" {
 }
 
 /// Vectors of interrupts 0 and 1. The others are never enabled.
-#[expect(unsafe_code, reason = "the linker puts vectors where the hardware reads them")]
+#[expect(
+    unsafe_code,
+    reason = "the linker puts vectors where the hardware reads them"
+)]
 // SAFETY: the runtime's linker script expects the table under this name in this section.
 #[unsafe(link_section = ".vector_table.interrupts")]
 #[unsafe(no_mangle)]

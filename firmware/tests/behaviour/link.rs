@@ -64,7 +64,9 @@ impl World {
         let sent = self.host.ask(request, self.now_us, &mut out);
         let mut answer = None;
         for &byte in &out[..sent] {
-            let length = self.session.receive(byte, self.now_us, &self.device, &mut back);
+            let length = self
+                .session
+                .receive(byte, self.now_us, &self.device, &mut back);
             answer = self.hear(&back[..length]).or(answer);
         }
         answer.expect("an answer at once")
@@ -132,10 +134,15 @@ fn configure(world: &mut World) {
     let configuration = configuration();
     world.done(Request::Configure(configuration));
     world.done(Request::Coefficients(CoefficientBlock::of(&VALUES, 0)));
-    let digest = DigestBuilder::new(&configuration).coefficients(&VALUES).finish();
+    let digest = DigestBuilder::new(&configuration)
+        .coefficients(&VALUES)
+        .finish();
     world.done(Request::Commit { digest });
     match world.ask(Request::GetConfiguration) {
-        Incoming::Answer(Report::Configuration { configuration: have, digest: is }) => {
+        Incoming::Answer(Report::Configuration {
+            configuration: have,
+            digest: is,
+        }) => {
             assert_eq!((have, is), (configuration, digest));
         }
         other => panic!("{other:?}"),
@@ -146,12 +153,20 @@ fn run() {
     let mut world = World::new();
     match world.ask(Request::Hello(Keys::CURRENT)) {
         Incoming::Answer(Report::Hello(hello)) => {
-            assert_eq!((hello.keys, hello.firmware, hello.boot), (Keys::CURRENT, [1, 2, 3], 7));
+            assert_eq!(
+                (hello.keys, hello.firmware, hello.boot),
+                (Keys::CURRENT, [1, 2, 3], 7)
+            );
         }
         other => panic!("{other:?}"),
     }
     configure(&mut world);
-    let start = Start { run: 1, ticks: 0, every: 1, batch: 1 };
+    let start = Start {
+        run: 1,
+        ticks: 0,
+        every: 1,
+        batch: 1,
+    };
     let too_early = world.ask(Request::Start(start));
     assert!(matches!(too_early, Incoming::Refused(_)), "{too_early:?}");
     world.done(Request::Arm { faults: 0 });
@@ -162,15 +177,25 @@ fn run() {
     assert!(world.largest_force > 0.9, "{}", world.largest_force);
     world.done(Request::Stop);
     world.ticks(50, false);
-    assert_eq!((world.state(), world.ended), (State::Armed, Some(EventKind::Stopped)));
+    assert_eq!(
+        (world.state(), world.ended),
+        (State::Armed, Some(EventKind::Stopped))
+    );
 
     // Again, and the host falls silent: after 20 ms the fault latches, and the force falls in some 10 ticks.
     world.done(Request::Start(Start { run: 2, ..start }));
     world.ticks(200, false);
     world.ticks(20, true);
-    assert_eq!(world.state(), State::Running, "20 ms are not more than 20 ms");
+    assert_eq!(
+        world.state(),
+        State::Running,
+        "20 ms are not more than 20 ms"
+    );
     world.ticks(1, true);
-    assert_eq!((world.state(), world.fault), (State::Fault, Some(Fault::HostSilent.code())));
+    assert_eq!(
+        (world.state(), world.fault),
+        (State::Fault, Some(Fault::HostSilent.code()))
+    );
     let too_early = world.ask(Request::Arm { faults: 1 });
     assert!(matches!(too_early, Incoming::Refused(_)), "{too_early:?}");
     world.ticks(50, true);

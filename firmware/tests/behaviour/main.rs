@@ -16,7 +16,11 @@ type Test = (&'static str, fn());
 
 #[entry]
 fn main() -> ! {
-    for (name, test) in safety::TESTS.iter().chain(&link::TESTS).chain(&overrun::TESTS) {
+    for (name, test) in safety::TESTS
+        .iter()
+        .chain(&link::TESTS)
+        .chain(&overrun::TESTS)
+    {
         hprintln!("{}", name);
         test();
     }

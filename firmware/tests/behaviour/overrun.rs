@@ -89,7 +89,9 @@ fn too_long() {
     let memory = memory.expect("once");
     let device = &*memory.write(Shared::new(TickSide::new(slow).expect("a board")));
     critical_section::with(|token| {
-        TICKER.borrow_ref_mut(token).replace(Ticker::new(device, board.timer));
+        TICKER
+            .borrow_ref_mut(token)
+            .replace(Ticker::new(device, board.timer));
     });
     let overruns = || device.with(|device| device.statistics().overruns);
     wait(device, 50);
@@ -108,6 +110,9 @@ fn too_long() {
     device.with(|device| device.hardware_mut().slow = 20);
     wait(device, 30);
     let status = device.with(|device| device.status());
-    assert_eq!((status.state, status.fault), (State::Fault, Fault::TickOverrun.code()));
+    assert_eq!(
+        (status.state, status.fault),
+        (State::Fault, Fault::TickOverrun.code())
+    );
     assert_eq!(overruns(), 19 + 20);
 }

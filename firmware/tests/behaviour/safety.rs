@@ -6,8 +6,14 @@ use haptic_loop::{Fault, Limiters, SafetyChain, SafetyState};
 use nalgebra::SVector;
 
 pub(crate) const TESTS: [Test; 3] = [
-    ("a_force_rises_at_the_rate_limit_up_to_the_magnitude_limit", rises),
-    ("a_force_that_is_not_finite_latches_a_fault_and_falls_at_the_rate_limit", not_finite),
+    (
+        "a_force_rises_at_the_rate_limit_up_to_the_magnitude_limit",
+        rises,
+    ),
+    (
+        "a_force_that_is_not_finite_latches_a_fault_and_falls_at_the_rate_limit",
+        not_finite,
+    ),
     ("the_first_fault_stays_until_it_is_cleared", first_fault),
 ];
 
