@@ -19,8 +19,8 @@ use haptic_link::{
 use heapless::{Deque, HistoryBuf};
 use nalgebra::SVector;
 
-/// Samples that wait to be sent at most.
-pub const QUEUE_SAMPLES: usize = 64;
+/// Samples that wait to be sent at most: 32 ms at 1 kHz, and two batches.
+pub const QUEUE_SAMPLES: usize = 32;
 /// Samples that the flight recorder keeps.
 pub const FLIGHT_SAMPLES: usize = 96;
 /// Of these, samples after the fault.
@@ -95,7 +95,16 @@ impl<H: Hardware> TickSide<H> {
     ///
     /// # Errors
     /// If the board cannot be without a configuration, which is a defect of the board.
-    pub fn new(mut hardware: H) -> Result<Self, Refusal> {
+    pub fn new(hardware: H) -> Result<Self, Refusal> {
+        let passive = Self::passive(&hardware)?;
+        Ok(Self::with(hardware, passive))
+    }
+
+    /// What a board does without a configuration: no force, its plant at rest.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn passive(hardware: &H) -> Result<Prepared<H::Setup>, Refusal> {
         let capabilities = hardware.capabilities();
         let mut passive = Configuration::PASSIVE;
         let limits = &mut passive.limits;
@@ -106,16 +115,22 @@ impl<H: Hardware> TickSide<H> {
         if capabilities.simulated {
             passive.simulation = Simulation::TESTBED;
         }
+        prepare::<H>(passive, &[0.0], &capabilities)
+    }
+
+    /// A device at power-up, with this configuration: where there is no room to build it twice.
+    pub fn with(mut hardware: H, prepared: Prepared<H::Setup>) -> Self {
         let Prepared {
             configuration,
             digest,
-            controller,
+            wall,
+            chain,
             setup,
-        } = prepare::<H>(passive, &[0.0], &capabilities)?;
+        } = prepared;
         hardware.install(setup, configuration.tick_period_us);
-        Ok(Self {
+        Self {
             hardware,
-            controller,
+            controller: Controller::new(wall, chain),
             configuration,
             digest,
             state: State::Idle,
@@ -138,7 +153,7 @@ impl<H: Hardware> TickSide<H> {
             flight: HistoryBuf::new(),
             flight_left: None,
             statistics: Statistics::default(),
-        })
+        }
     }
 
     /// One tick, at this time since power-up.
@@ -456,10 +471,11 @@ impl<H: Hardware> TickSide<H> {
         let Prepared {
             configuration,
             digest,
-            controller,
+            wall,
+            chain,
             setup,
         } = prepared;
-        self.controller = controller;
+        self.controller.replace(wall, chain);
         if let Some(fault) = self.fault {
             self.controller.trip(fault);
         }
