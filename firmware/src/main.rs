@@ -20,7 +20,7 @@ static TICKER: Mutex<RefCell<Option<Ticker<chip::Board, chip::Timer>>>> =
 #[entry]
 fn main() -> ! {
     static mut DEVICE: MaybeUninit<Shared<chip::Board>> = MaybeUninit::uninit();
-    static mut SESSION: Session = Session::new(VERSION, 0);
+    static mut SESSION: MaybeUninit<Session> = MaybeUninit::uninit();
 
     let Parts {
         hardware,
@@ -36,8 +36,8 @@ fn main() -> ! {
             .replace(Ticker::new(device, timer));
     });
     chip::enable_interrupts();
-    *SESSION = Session::new(VERSION, retained.boot);
-    firmware::serve(device, SESSION, &mut line, &mut watchdog, chip::now_us)
+    let session = SESSION.write(Session::new(VERSION, retained.boot));
+    firmware::serve(device, session, &mut line, &mut watchdog, chip::now_us)
 }
 
 /// Makes the device in its place. On its own, so that what it needs of the stack is free again.
@@ -47,16 +47,14 @@ fn power_up(
     hardware: chip::Board,
     retained: Retained,
 ) -> &'static Shared<chip::Board> {
-    match TickSide::new(hardware) {
-        Ok(device) => {
-            let device = place.write(Shared::new(device));
-            if retained.was_armed {
-                device.with(|device| device.trip(Fault::Reset));
-            }
-            device
-        }
-        Err(_) => chip::give_up(),
+    let Ok(passive) = TickSide::passive(&hardware) else {
+        chip::give_up();
+    };
+    let device = place.write(Shared::new(TickSide::with(hardware, passive)));
+    if retained.was_armed {
+        device.with(|device| device.trip(Fault::Reset));
     }
+    device
 }
 
 fn tick() {

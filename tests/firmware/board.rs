@@ -141,7 +141,9 @@ impl Board {
     pub(crate) fn status(&mut self) -> Status {
         let mut frame = [0; FRAME_MAX];
         let keep_alive = Request::KeepAlive { token: 0 };
-        let length = self.conversation.tell(&keep_alive, self.now_us(), &mut frame);
+        let length = self
+            .conversation
+            .tell(&keep_alive, self.now_us(), &mut frame);
         self.say(&frame[..length]);
         let deadline = Instant::now() + PATIENCE;
         while Instant::now() < deadline {
@@ -168,7 +170,11 @@ impl Board {
     pub(crate) fn stack_used(&mut self) -> u32 {
         let folder = tempfile::tempdir().expect("a folder");
         let dump = folder.path().join("stack");
-        let order = format!("pmemsave {STACK_END} {} \"{}\"\n", self.stack, dump.display());
+        let order = format!(
+            "pmemsave {STACK_END} {} \"{}\"\n",
+            self.stack,
+            dump.display()
+        );
         let monitor = self.qemu.0.stdin.as_mut().expect("piped");
         monitor.write_all(order.as_bytes()).expect("QEMU listens");
         let deadline = Instant::now() + PATIENCE;

@@ -56,7 +56,9 @@ pub(crate) fn built() -> Option<&'static Images> {
 fn build() -> Result<Images, String> {
     let qemu = Command::new("qemu-system-arm").arg("--version").output();
     if qemu.is_err() {
-        return Err("qemu-system-arm is missing; on Debian `apt install qemu-system-arm`".to_owned());
+        return Err(
+            "qemu-system-arm is missing; on Debian `apt install qemu-system-arm`".to_owned(),
+        );
     }
     let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
     let library = Command::new(rustc)
@@ -66,7 +68,9 @@ fn build() -> Result<Images, String> {
         .filter(|output| output.status.success())
         .map(|output| PathBuf::from(String::from_utf8_lossy(&output.stdout).trim()));
     if !library.is_some_and(|library| library.is_dir()) {
-        return Err(format!("the target is missing; `rustup target add {TARGET}`"));
+        return Err(format!(
+            "the target is missing; `rustup target add {TARGET}`"
+        ));
     }
     let output = Command::new(env!("CARGO"))
         .args(["build", "--release", "--locked", "--bins", "--tests"])

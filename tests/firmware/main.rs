@@ -24,8 +24,10 @@ use std::path::PathBuf;
 
 /// Flash that the device may take.
 const FLASH_MAX: u32 = 64 * 1024;
-/// RAM that it may take, the stack included.
-const RAM_MAX: u32 = 16 * 1024;
+/// RAM that its variables may take.
+const STATIC_MAX: u32 = 12 * 1024;
+/// And its stack: most of it for the matrices of a simulated plant, in a commit.
+const STACK_MAX: u32 = 32 * 1024;
 /// Instructions of a whole tick with full memory.
 const TICK_MAX: u32 = 1600;
 /// Instructions from sensor to force.
@@ -70,7 +72,7 @@ fn operators_have_the_same_bits_on_the_target() {
     cases::digests(|name, digest| {
         want.insert(name.to_string(), format!("{digest:#010x}"));
     });
-    assert!(want.len() > 90, "the cases are there: {}", want.len());
+    assert!(want.len() > 100, "the cases are there: {}", want.len());
     for (name, want) in &want {
         assert_eq!(have.get(name), Some(want), "{name}");
     }
@@ -90,8 +92,15 @@ fn a_tick_takes_the_instructions_of_the_table() {
     let have = told(&images.run(Image::Instructions));
     let counts = tables::check_instructions(&have);
     for (name, count) in counts {
-        println!("{name}: a tick {}, from sensor to force {}", count.tick, count.path);
-        assert!(count.path <= PATH_MAX, "{name}: {} from sensor to force", count.path);
+        println!(
+            "{name}: a tick {}, from sensor to force {}",
+            count.tick, count.path
+        );
+        assert!(
+            count.path <= PATH_MAX,
+            "{name}: {} from sensor to force",
+            count.path
+        );
         assert!(
             count.tick <= TICK_MAX || !name.starts_with("full"),
             "{name}: {} in a tick",
@@ -105,14 +114,12 @@ fn the_device_fits_its_budget() {
     let Some(images) = built() else { return };
     let size = images.size();
     println!(
-        "flash {} B of {FLASH_MAX}, RAM {} B of {RAM_MAX}: {} B static, {} B stack",
-        size.flash,
-        size.data + size.stack,
-        size.data,
-        size.stack
+        "flash {} B of {FLASH_MAX}, variables {} B of {STATIC_MAX}, stack {} B of {STACK_MAX}",
+        size.flash, size.data, size.stack
     );
     assert!(size.flash <= FLASH_MAX);
-    assert!(size.data + size.stack <= RAM_MAX);
+    assert!(size.data <= STATIC_MAX);
+    assert!(size.stack <= STACK_MAX);
 }
 
 /// Everything that can be set, so that every path of a commit is taken.
@@ -164,7 +171,12 @@ fn the_device_converses_runs_and_keeps_within_its_stack() {
     assert!(capabilities.simulated);
 
     let order = Order::new(0.2247).expect("valid");
-    let schemes = ["grunwald:256", "tustin-muir:9", "oustaloup:9:0.01:100", "full"];
+    let schemes = [
+        "grunwald:256",
+        "tustin-muir:9",
+        "oustaloup:9:0.01:100",
+        "full",
+    ];
     let kinds = [
         SimulationKind::MassDamper,
         SimulationKind::RigidIndentation,
@@ -181,7 +193,9 @@ fn the_device_converses_runs_and_keeps_within_its_stack() {
             board.configure(&configuration, &list.values);
         }
         let status = board.status();
-        board.done(Request::Arm { faults: status.faults });
+        board.done(Request::Arm {
+            faults: status.faults,
+        });
         board.done(Request::Start(Start {
             run: u32::try_from(run).expect("few"),
             ticks: 500,
@@ -197,12 +211,18 @@ fn the_device_converses_runs_and_keeps_within_its_stack() {
         panic!("statistics");
     };
     println!("{counters:?}");
-    assert_eq!((counters.corrupt, counters.lost, counters.bytes_overrun), (0, 0, 0));
+    assert_eq!(
+        (counters.corrupt, counters.lost, counters.bytes_overrun),
+        (0, 0, 0)
+    );
     assert_eq!(counters.samples_dropped, 0);
     let used = board.stack_used();
     println!("stack: {used} B of {} used", images.size().stack);
     // An interrupt at the deepest point takes one frame with the floating-point registers more, 104 B.
-    assert!(used + 256 <= images.size().stack, "less than 256 B of the stack are left");
+    assert!(
+        used + 256 <= images.size().stack,
+        "less than 256 B of the stack are left"
+    );
 }
 
 #[test]
@@ -224,7 +244,9 @@ fn a_host_that_falls_silent_stops_the_device() {
     let status = board.status();
     assert_eq!(status.state, State::Fault);
     assert_eq!(status.fault, haptic_loop::Fault::HostSilent.code());
-    board.done(Request::Arm { faults: status.faults });
+    board.done(Request::Arm {
+        faults: status.faults,
+    });
 }
 
 /// Sends a configuration and its coefficients, and makes them take effect.
@@ -235,7 +257,9 @@ impl Board {
             let offset = u16::try_from(offset).expect("short");
             self.done(Request::Coefficients(CoefficientBlock::of(values, offset)));
         }
-        let digest = DigestBuilder::new(configuration).coefficients(values).finish();
+        let digest = DigestBuilder::new(configuration)
+            .coefficients(values)
+            .finish();
         self.done(Request::Commit { digest });
     }
 }

@@ -43,7 +43,12 @@ fn lists() -> String {
          pub(crate) form: &'static str,\n    pub(crate) integer: i8,\n    \
          pub(crate) bits: &'static [u32],\n}\n\n",
     );
-    writeln!(text, "pub(crate) static LISTS: [List; {}] = [", LISTED.len()).expect("a string");
+    writeln!(
+        text,
+        "pub(crate) static LISTS: [List; {}] = [",
+        LISTED.len()
+    )
+    .expect("a string");
     for (name, scheme, mu, horizon) in LISTED {
         let scheme: Scheme = scheme.parse().expect("valid");
         let order = Order::new(mu).expect("valid");
@@ -134,8 +139,11 @@ pub(crate) fn check_instructions(told: &BTreeMap<String, String>) -> BTreeMap<St
         let mut text = HEADER.to_owned();
         for (name, ..) in LISTED {
             let Count { tick, path } = counts[name];
-            writeln!(text, "\"{name}\" = {{ tick = {tick}, sensor_to_force = {path} }}")
-                .expect("a string");
+            writeln!(
+                text,
+                "\"{name}\" = {{ tick = {tick}, sensor_to_force = {path} }}"
+            )
+            .expect("a string");
         }
         std::fs::write(&path, text).expect("writable");
     }
@@ -161,6 +169,10 @@ pub(crate) fn check_instructions(told: &BTreeMap<String, String>) -> BTreeMap<St
         wrong.is_empty(),
         "{wrong}if that is meant: UPDATE_FIRMWARE_TABLES=1 cargo test --test firmware"
     );
-    assert_eq!(table.len(), counts.len(), "an operator of the table is gone");
+    assert_eq!(
+        table.len(),
+        counts.len(),
+        "an operator of the table is gone"
+    );
     counts
 }

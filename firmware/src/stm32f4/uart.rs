@@ -10,7 +10,7 @@ use heapless::Deque;
 use stm32f4xx_hal::nb;
 use stm32f4xx_hal::pac::{DMA1, USART2};
 use stm32f4xx_hal::prelude::*;
-use stm32f4xx_hal::serial::{Rx, RxISR as _, RxListen as _, Tx, TxListen as _};
+use stm32f4xx_hal::serial::{Rx, Tx};
 
 /// Received bytes that wait to be fetched at most: 1024 at 91 837 B/s are 11 ms, longer than any tick.
 const RECEIVED: usize = 1024;
