@@ -120,7 +120,7 @@ impl Board {
         while Instant::now() < deadline {
             match self.hear() {
                 Some(Incoming::Answer(report)) => return report,
-                Some(Incoming::Refused(refusal)) => panic!("{name}: {refusal:?}"),
+                Some(Incoming::Refused { refusal, .. }) => panic!("{name}: {refusal:?}"),
                 Some(other) => panic!("{name}: {other:?}"),
                 None => {}
             }
@@ -141,9 +141,7 @@ impl Board {
     pub(crate) fn status(&mut self) -> Status {
         let mut frame = [0; FRAME_MAX];
         let keep_alive = Request::KeepAlive { token: 0 };
-        let length = self
-            .conversation
-            .tell(&keep_alive, self.now_us(), &mut frame);
+        let length = self.conversation.tell(&keep_alive, &mut frame);
         self.say(&frame[..length]);
         let deadline = Instant::now() + PATIENCE;
         while Instant::now() < deadline {

@@ -60,6 +60,12 @@ fn build() -> Result<Images, String> {
             "qemu-system-arm is missing; on Debian `apt install qemu-system-arm`".to_owned(),
         );
     }
+    target()?;
+    Ok(compiled(&["--bins", "--tests"]))
+}
+
+/// Whether there is a Rust for the target.
+fn target() -> Result<(), String> {
     let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
     let library = Command::new(rustc)
         .args(["--print", "target-libdir", "--target", TARGET])
@@ -72,8 +78,30 @@ fn build() -> Result<Images, String> {
             "the target is missing; `rustup target add {TARGET}`"
         ));
     }
+    Ok(())
+}
+
+/// The device for the real board, so that it is known to build and its size is known.
+pub(crate) fn real_board() -> Option<Images> {
+    if let Err(missing) = target() {
+        skip(&missing);
+        return None;
+    }
+    Some(compiled(&[
+        "--bins",
+        "--no-default-features",
+        "--features",
+        "board-nucleo-f446re",
+        // So that this image is not taken for that of the emulated board.
+        "--target-dir",
+        "../target/firmware/nucleo-f446re",
+    ]))
+}
+
+fn compiled(what: &[&str]) -> Images {
     let output = Command::new(env!("CARGO"))
-        .args(["build", "--release", "--locked", "--bins", "--tests"])
+        .args(["build", "--release", "--locked"])
+        .args(what)
         .args(["--message-format", "json-render-diagnostics"])
         .current_dir(firmware())
         .env(
@@ -98,7 +126,7 @@ fn build() -> Result<Images, String> {
             Some((name.to_owned(), PathBuf::from(path)))
         })
         .collect();
-    Ok(Images(images))
+    Images(images)
 }
 
 /// Kills QEMU at the end, whatever happens: it may hang, so not gently.

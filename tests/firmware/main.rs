@@ -18,6 +18,7 @@ use haptic_link::{
     CoefficientBlock, Configuration, DigestBuilder, Keys, Limits, OperatorForm, OperatorShape,
     Report, Request, Simulation, SimulationKind, Start, State,
 };
+use haptic_loop::remote::operator_shape;
 use image::{Image, built};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -122,6 +123,20 @@ fn the_device_fits_its_budget() {
     assert!(size.stack <= STACK_MAX);
 }
 
+#[test]
+fn the_device_for_the_real_board_builds_and_fits() {
+    let Some(images) = image::real_board() else {
+        return;
+    };
+    let size = images.size();
+    println!(
+        "NUCLEO-F446RE: flash {} B, variables {} B, stack {} B",
+        size.flash, size.data, size.stack
+    );
+    assert!(size.flash <= FLASH_MAX);
+    assert!(size.data <= STATIC_MAX);
+}
+
 /// Everything that can be set, so that every path of a commit is taken.
 fn configuration(operator: OperatorShape, kind: SimulationKind) -> Configuration {
     Configuration {
@@ -186,11 +201,8 @@ fn the_device_converses_runs_and_keeps_within_its_stack() {
         for scheme in schemes {
             let parsed: Scheme = scheme.parse().expect("valid");
             let operator: Operator<f32> = parsed.build(order, Seconds(1e-3), 8.64e7).expect("fits");
-            let list = operator.list();
-            let form = tables::wire_form(list.form);
-            let shape = shape(form, list.integer, list.values.len());
-            let configuration = configuration(shape, kind);
-            board.configure(&configuration, &list.values);
+            let (shape, values) = operator_shape(&operator).expect("short");
+            board.configure(&configuration(shape, kind), &values);
         }
         let status = board.status();
         board.done(Request::Arm {

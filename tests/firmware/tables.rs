@@ -4,7 +4,6 @@ use super::lists::List;
 use super::{firmware, updating};
 use fracdiff::portable::Form;
 use fracdiff::{Operator, Order, Scheme, Seconds};
-use haptic_link::OperatorForm;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
@@ -23,15 +22,6 @@ const LISTED: [(&str, &str, f64, f64); 9] = [
     ("full 24 h", "full", 0.2247, 8.64e7),
     ("full 24 h, order 1.5", "full", 1.5, 8.64e7),
 ];
-
-pub(crate) fn wire_form(form: Form) -> OperatorForm {
-    match form {
-        Form::Taps => OperatorForm::Taps,
-        Form::Modes => OperatorForm::Modes,
-        Form::Recursion => OperatorForm::Recursion,
-        Form::Sections => OperatorForm::Sections,
-    }
-}
 
 /// `firmware/tests/lists.rs`, made anew.
 fn lists() -> String {

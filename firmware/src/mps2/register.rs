@@ -2,14 +2,18 @@
 
 /// A 32-bit register at a fixed address.
 #[derive(Debug)]
-pub(crate) struct Register(*mut u32);
+pub(crate) struct Register(usize);
 
 impl Register {
     /// # Safety
     /// There is a 32-bit register at this address, and reading or writing it breaks no rule of memory.
     #[expect(unsafe_code, reason = "whoever names an address answers for it")]
     pub(crate) const unsafe fn at(address: usize) -> Self {
-        Self(core::ptr::with_exposed_provenance_mut(address))
+        Self(address)
+    }
+
+    const fn pointer(&self) -> *mut u32 {
+        self.0 as *mut u32
     }
 
     /// Reads it.
@@ -17,7 +21,7 @@ impl Register {
         #[expect(unsafe_code, reason = "a register is read")]
         // SAFETY: as promised to `at`.
         unsafe {
-            self.0.read_volatile()
+            self.pointer().read_volatile()
         }
     }
 
@@ -26,7 +30,7 @@ impl Register {
         #[expect(unsafe_code, reason = "a register is written")]
         // SAFETY: as promised to `at`.
         unsafe {
-            self.0.write_volatile(value);
+            self.pointer().write_volatile(value);
         }
     }
 }

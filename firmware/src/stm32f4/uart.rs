@@ -16,7 +16,7 @@ use stm32f4xx_hal::serial::{Rx, Tx};
 const RECEIVED: usize = 1024;
 /// Bytes that wait to be sent at most.
 const TO_SEND: usize = 512;
-/// DMA1 stream 5, channel 4: USART2_RX (RM0390, table 28).
+/// DMA1 stream 5, channel 4: `USART2_RX` (RM0390, table 28).
 const STREAM: usize = 5;
 const CHANNEL: u8 = 4;
 

@@ -168,7 +168,10 @@ fn run() {
         batch: 1,
     };
     let too_early = world.ask(Request::Start(start));
-    assert!(matches!(too_early, Incoming::Refused(_)), "{too_early:?}");
+    assert!(
+        matches!(too_early, Incoming::Refused { .. }),
+        "{too_early:?}"
+    );
     world.done(Request::Arm { faults: 0 });
     world.done(Request::Start(start));
     world.ticks(200, false);
@@ -197,10 +200,13 @@ fn run() {
         (State::Fault, Some(Fault::HostSilent.code()))
     );
     let too_early = world.ask(Request::Arm { faults: 1 });
-    assert!(matches!(too_early, Incoming::Refused(_)), "{too_early:?}");
+    assert!(
+        matches!(too_early, Incoming::Refused { .. }),
+        "{too_early:?}"
+    );
     world.ticks(50, true);
     let unknown = world.ask(Request::Arm { faults: 0 });
-    assert!(matches!(unknown, Incoming::Refused(_)), "{unknown:?}");
+    assert!(matches!(unknown, Incoming::Refused { .. }), "{unknown:?}");
     world.done(Request::Arm { faults: 1 });
     world.done(Request::Start(Start { run: 3, ..start }));
     world.ticks(10, false);
@@ -210,7 +216,7 @@ fn run() {
 fn damage() {
     let mut world = World::new();
     let (mut out, mut back) = ([0; FRAME_MAX], [0; FRAME_MAX]);
-    let sent = world.host.tell(&Request::Hello(Keys::CURRENT), 0, &mut out);
+    let sent = world.host.tell(&Request::Hello(Keys::CURRENT), &mut out);
     out[5] ^= 1;
     let answered: usize = out[..sent]
         .iter()
