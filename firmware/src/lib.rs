@@ -38,5 +38,5 @@ pub use retained::Retained;
 
 #[cfg(feature = "board-mps2")]
 pub use mps2 as chip;
-#[cfg(feature = "board-nucleo-f446re")]
+#[cfg(all(feature = "board-nucleo-f446re", not(feature = "board-mps2")))]
 pub use stm32f4 as chip;

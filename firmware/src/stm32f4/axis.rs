@@ -2,7 +2,7 @@
 
 use crate::board::nucleo_f446re::{
     AMPERES_PER_COUNT, COUNT_ZERO, CURRENT_MAX_A, DUTY_SPAN, DUTY_ZERO, METRES_PER_COUNT,
-    MISMATCH_A, MISMATCH_TICKS, NAME, NEWTONS_PER_AMPERE,
+    MISMATCH_A, MISMATCH_US, NAME, NEWTONS_PER_AMPERE,
 };
 use cortex_m::peripheral::DWT;
 use haptic_link::{Capabilities, Field, Refusal, Simulation, SimulationKind};
@@ -30,7 +30,9 @@ pub struct Axis {
     pub(super) monitor: Adc<ADC1>,
     pub(super) tick: u64,
     pub(super) commanded_a: f32,
-    pub(super) mismatched: u16,
+    pub(super) mismatched: u32,
+    /// Ticks that the current may be off its command.
+    pub(super) patience: u32,
     pub(super) cut: bool,
     pub(super) stopped: bool,
 }
@@ -79,7 +81,7 @@ impl Axis {
         } else {
             self.mismatched.saturating_add(1)
         };
-        if self.mismatched == MISMATCH_TICKS {
+        if self.mismatched == self.patience {
             return Err(self.cut(Fault::CurrentMismatch));
         }
         Ok(())
@@ -146,7 +148,9 @@ impl Hardware for Axis {
         }
     }
 
-    fn install(&mut self, (): (), _: u32) {}
+    fn install(&mut self, (): (), tick_period_us: u32) {
+        self.patience = MISMATCH_US / tick_period_us;
+    }
 
     fn restart(&mut self) {
         self.tick = 0;

@@ -6,13 +6,15 @@
 mod axis;
 mod uart;
 
-use crate::board::nucleo_f446re::{BAUD, CLOCK_HZ, DUTY_ZERO, HSE_HZ, PWM_HZ, WATCHDOG_MS};
+use crate::board::nucleo_f446re::{
+    BAUD, CLOCK_HZ, DUTY_ZERO, HSE_HZ, PCLK1_HZ, PCLK2_HZ, PWM_HZ, WATCHDOG_MS,
+};
 use crate::clock::Clock;
 use crate::parts::{self, TickTimer};
 pub use axis::Axis;
 use cortex_m::peripheral::NVIC;
-use stm32f4xx_hal::adc::Adc;
 use stm32f4xx_hal::adc::config::{AdcConfig, SampleTime, Sequence};
+use stm32f4xx_hal::adc::{self, Adc};
 use stm32f4xx_hal::dma::StreamsTuple;
 use stm32f4xx_hal::gpio::PinState;
 pub use stm32f4xx_hal::pac::interrupt;
@@ -93,7 +95,12 @@ pub fn start() -> Parts {
         panic!("the board is started once");
     };
     let clock = Config::hse(HSE_HZ.Hz()).bypass_hse_oscillator();
-    let mut rcc = board.RCC.freeze(clock.sysclk(CLOCK_HZ.Hz()));
+    let mut rcc = board.RCC.freeze(
+        clock
+            .sysclk(CLOCK_HZ.Hz())
+            .pclk1(PCLK1_HZ.Hz())
+            .pclk2(PCLK2_HZ.Hz()),
+    );
 
     let gpioc = board.GPIOC.split(&mut rcc);
     let enable = gpioc.pc8.into_push_pull_output_in_state(PinState::Low);
@@ -107,7 +114,9 @@ pub fn start() -> Parts {
     command.enable();
 
     let encoder = Qei::new(board.TIM2, (gpioa.pa0, gpioa.pa1), &mut rcc);
-    let mut monitor = Adc::new(board.ADC1, true, AdcConfig::default(), &mut rcc);
+    // 90 MHz / 4 = 22.5 MHz; 36 MHz is the most (DS10693, 6.3.20).
+    let conversion = AdcConfig::default().clock(adc::config::Clock::Pclk2_div_4);
+    let mut monitor = Adc::new(board.ADC1, true, conversion, &mut rcc);
     monitor.configure_channel(
         &gpiob.pb0.into_analog(),
         Sequence::One,
@@ -116,7 +125,7 @@ pub fn start() -> Parts {
     monitor.start_conversion();
 
     let mut time = FTimer::<TIM5, 1_000_000>::new(board.TIM5, &mut rcc).counter();
-    // From 0 to the end of 32 bits and again.
+    // Around once in 71 minutes, one count early: 1 µs.
     let _ = time.start(u32::MAX.micros());
 
     let config = serial::Config::default()
@@ -140,7 +149,8 @@ pub fn start() -> Parts {
             .set_priority(Interrupt::DMA1_STREAM5, UART_PRIORITY);
     }
     let mut watchdog = IndependentWatchdog::new(board.IWDG);
-    watchdog.stop_on_debug(&board.DBGMCU, true);
+    // It runs on while a debugger holds the processor: the amplifier must not hold its force meanwhile.
+    watchdog.stop_on_debug(&board.DBGMCU, false);
     watchdog.start(WATCHDOG_MS.millis());
     let timer = board.TIM7.counter_us(&mut rcc);
     Parts {
@@ -153,6 +163,7 @@ pub fn start() -> Parts {
             tick: 0,
             commanded_a: 0.0,
             mismatched: 0,
+            patience: 1,
             cut: true,
             stopped: false,
         },
