@@ -51,6 +51,14 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
         }
     }
 
+    /// Takes another environment and chain, and is at rest as if it were new.
+    pub fn replace(&mut self, environment: E, chain: SafetyChain<F>) {
+        self.history = environment.at_rest();
+        self.environment = environment;
+        self.chain = chain;
+        self.safety = SafetyState::default();
+    }
+
     /// One tick.
     ///
     /// # Errors

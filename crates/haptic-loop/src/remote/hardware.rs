@@ -6,7 +6,8 @@ use haptic_link::{Capabilities, Refusal, Simulation};
 /// A board: sensors and actuators of one axis, or a simulation of them.
 ///
 /// [`read`](Device::read) and [`write`](Device::write) are called once a tick, in this order. An error of
-/// theirs is a fault that latches.
+/// theirs is a fault that latches; the force then falls to zero through further reads and writes. So a
+/// board that goes on failing has to make itself forceless, and to say so once.
 pub trait Hardware: Device<f32, 1, Error = Fault> {
     /// What [`prepare`](Self::prepare) makes.
     type Setup;

@@ -2,7 +2,7 @@
 
 use super::hardware::Hardware;
 use crate::units::{Metres, Newtons, NewtonsPerSecond, Seconds};
-use crate::{Controller, SafetyChain, Wall};
+use crate::{SafetyChain, Wall};
 use fracdiff::PortableOperator;
 use fracdiff::portable::{Form, ListError};
 use haptic_link::{
@@ -21,12 +21,13 @@ pub type DeviceOperator = PortableOperator<f32, COEFFICIENTS_MAX, MODES_MAX, DEG
 /// The environment of a device.
 pub type DeviceWall = Wall<f32, DeviceOperator>;
 
-/// A configuration that is good, ready to take effect.
+/// A configuration that is good, ready to take effect. Without a history: that is made in its place.
 #[derive(Clone, Debug)]
 pub struct Prepared<S> {
     pub(super) configuration: Configuration,
     pub(super) digest: u32,
-    pub(super) controller: Controller<f32, 1, DeviceWall>,
+    pub(super) wall: DeviceWall,
+    pub(super) chain: SafetyChain<f32>,
     pub(super) setup: S,
 }
 
@@ -36,6 +37,7 @@ pub struct Prepared<S> {
 ///
 /// # Errors
 /// The first parameter that is not as this board needs it.
+#[inline(never)]
 pub fn prepare<H: Hardware>(
     configuration: Configuration,
     coefficients: &[f32],
@@ -81,6 +83,8 @@ pub fn prepare<H: Hardware>(
         f32::MAX,
     )?;
     let surface = within(Field::Surface, configuration.surface_m, -f32::MAX, f32::MAX)?;
+    // What needs the most memory first, while nothing else is there.
+    let setup = H::prepare(&configuration.simulation, period)?;
     let operator = operator(&configuration, coefficients)?;
     let surface = configuration
         .one_sided
@@ -106,8 +110,9 @@ pub fn prepare<H: Hardware>(
         digest: DigestBuilder::new(&configuration)
             .coefficients(coefficients)
             .finish(),
-        controller: Controller::new(wall, chain),
-        setup: H::prepare(&configuration.simulation, period)?,
+        wall,
+        chain,
+        setup,
     })
 }
 
@@ -139,6 +144,7 @@ pub fn operator_shape(
     Ok((shape, list.values))
 }
 
+#[inline(never)]
 fn operator(
     configuration: &Configuration,
     coefficients: &[f32],

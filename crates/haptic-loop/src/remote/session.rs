@@ -213,6 +213,8 @@ impl Session {
         Ok(())
     }
 
+    /// On its own, so that only a commit needs room for what it prepares.
+    #[inline(never)]
     fn commit<H: Hardware>(
         &mut self,
         digest: u32,

@@ -19,8 +19,8 @@ use haptic_link::{
 use heapless::{Deque, HistoryBuf};
 use nalgebra::SVector;
 
-/// Samples that wait to be sent at most.
-pub const QUEUE_SAMPLES: usize = 64;
+/// Samples that wait to be sent at most: 32 ms at 1 kHz, and two batches.
+pub const QUEUE_SAMPLES: usize = 32;
 /// Samples that the flight recorder keeps.
 pub const FLIGHT_SAMPLES: usize = 96;
 /// Of these, samples after the fault.
@@ -76,6 +76,8 @@ pub struct TickSide<H: Hardware> {
     now_us: u64,
     heard_us: u64,
     late_in_row: u16,
+    /// The interval up to the next tick is not to be judged: it has been, or its period has changed.
+    judged: bool,
     commanded_n: f32,
     commanded_new: bool,
     idle_stream: Stream,
@@ -93,7 +95,16 @@ impl<H: Hardware> TickSide<H> {
     ///
     /// # Errors
     /// If the board cannot be without a configuration, which is a defect of the board.
-    pub fn new(mut hardware: H) -> Result<Self, Refusal> {
+    pub fn new(hardware: H) -> Result<Self, Refusal> {
+        let passive = Self::passive(&hardware)?;
+        Ok(Self::with(hardware, passive))
+    }
+
+    /// What a board does without a configuration: no force, its plant at rest.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn passive(hardware: &H) -> Result<Prepared<H::Setup>, Refusal> {
         let capabilities = hardware.capabilities();
         let mut passive = Configuration::PASSIVE;
         let limits = &mut passive.limits;
@@ -104,16 +115,22 @@ impl<H: Hardware> TickSide<H> {
         if capabilities.simulated {
             passive.simulation = Simulation::TESTBED;
         }
+        prepare::<H>(passive, &[0.0], &capabilities)
+    }
+
+    /// A device at power-up, with this configuration: where there is no room to build it twice.
+    pub fn with(mut hardware: H, prepared: Prepared<H::Setup>) -> Self {
         let Prepared {
             configuration,
             digest,
-            controller,
+            wall,
+            chain,
             setup,
-        } = prepare::<H>(passive, &[0.0], &capabilities)?;
+        } = prepared;
         hardware.install(setup, configuration.tick_period_us);
-        Ok(Self {
+        Self {
             hardware,
-            controller,
+            controller: Controller::new(wall, chain),
             configuration,
             digest,
             state: State::Idle,
@@ -126,6 +143,7 @@ impl<H: Hardware> TickSide<H> {
             now_us: 0,
             heard_us: 0,
             late_in_row: 0,
+            judged: true,
             commanded_n: 0.0,
             commanded_new: false,
             idle_stream: Stream::OFF,
@@ -135,7 +153,7 @@ impl<H: Hardware> TickSide<H> {
             flight: HistoryBuf::new(),
             flight_left: None,
             statistics: Statistics::default(),
-        })
+        }
     }
 
     /// One tick, at this time since power-up.
@@ -164,8 +182,10 @@ impl<H: Hardware> TickSide<H> {
         statistics.tick_cycles_max = statistics.tick_cycles_max.max(cycles);
     }
 
-    /// The timer fired again before the tick was done.
+    /// The timer fired again before the tick was done. To be told after [`tick`](Self::tick); the next one,
+    /// which then begins late, is not counted once more.
     pub fn overrun(&mut self) {
+        self.judged = true;
         self.late();
     }
 
@@ -190,7 +210,10 @@ impl<H: Hardware> TickSide<H> {
         let period = u64::from(self.configuration.tick_period_us);
         let passed = now_us.saturating_sub(self.now_us);
         self.now_us = now_us;
-        if self.statistics.ticks > 0 && passed >= 2 * period {
+        if core::mem::take(&mut self.judged) {
+            return;
+        }
+        if passed >= 2 * period {
             self.late();
         } else {
             self.late_in_row = 0;
@@ -448,15 +471,17 @@ impl<H: Hardware> TickSide<H> {
         let Prepared {
             configuration,
             digest,
-            controller,
+            wall,
+            chain,
             setup,
         } = prepared;
-        self.controller = controller;
+        self.controller.replace(wall, chain);
         if let Some(fault) = self.fault {
             self.controller.trip(fault);
         }
         self.configuration = configuration;
         self.digest = digest;
+        self.judged = true;
         self.hardware.install(setup, configuration.tick_period_us);
         self.event(EventKind::Configured);
         Ok(())

@@ -1,0 +1,32 @@
+//! Time since power-up, from a counter that wraps.
+
+use core::cell::Cell;
+use critical_section::Mutex;
+
+/// Extends a 32-bit counter of microseconds to 64 bits. Has to be read once in 71 minutes.
+#[derive(Debug)]
+pub struct Clock(Mutex<Cell<u64>>);
+
+impl Clock {
+    /// Starts at 0.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self(Mutex::new(Cell::new(0)))
+    }
+
+    /// The time, µs, by what the counter reads.
+    pub fn now_us(&self, counter: impl FnOnce() -> u32) -> u64 {
+        critical_section::with(|token| {
+            let last = self.0.borrow(token);
+            let passed = counter().wrapping_sub(last.get() as u32);
+            last.set(last.get() + u64::from(passed));
+            last.get()
+        })
+    }
+}
+
+impl Default for Clock {
+    fn default() -> Self {
+        Self::new()
+    }
+}

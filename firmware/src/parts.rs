@@ -1,0 +1,47 @@
+//! What the device needs of a chip.
+
+/// The timer whose interrupt is the tick.
+pub trait TickTimer {
+    /// The tick has begun: a further one that comes due from here on is [`pending`](Self::is_pending).
+    fn acknowledge(&mut self);
+
+    /// Whether the next tick is due already.
+    fn is_pending(&self) -> bool;
+
+    /// Ticks come at this period from now on, 100 µs to 10 ms.
+    fn set_period_us(&mut self, period_us: u32);
+}
+
+/// The line to the host. Nothing here waits.
+pub trait Line {
+    /// The next byte that came.
+    fn receive(&mut self) -> Option<u8>;
+
+    /// Bytes that were lost since the last call, as nobody had fetched them in time.
+    fn take_lost(&mut self) -> u32;
+
+    /// Bytes that can be sent now.
+    fn room(&self) -> usize;
+
+    /// Sends as many of these bytes as there is [`room`](Self::room) for.
+    fn send(&mut self, bytes: &[u8]);
+}
+
+/// What resets the chip unless it is fed.
+pub trait Watchdog {
+    /// Everything is well.
+    fn feed(&mut self);
+}
+
+/// A board at power-up, with everything on it that the device uses.
+#[derive(Debug)]
+pub struct Parts<H, T, L, W> {
+    /// Sensor and actuator, or a simulation of them.
+    pub hardware: H,
+    /// Makes the ticks; stands still until its period is set.
+    pub timer: T,
+    /// To the host.
+    pub line: L,
+    /// Watches tick and main loop.
+    pub watchdog: W,
+}

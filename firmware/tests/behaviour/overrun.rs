@@ -1,0 +1,118 @@
+//! Ticks by the real timer interrupt that take longer than their period.
+
+use super::Test;
+use core::cell::RefCell;
+use core::mem::MaybeUninit;
+use cortex_m_rt::exception;
+use critical_section::Mutex;
+use firmware::{Shared, Ticker, chip};
+use haptic_link::{Capabilities, Refusal, Simulation, State};
+use haptic_loop::remote::{Exclusive, Hardware, SimulatedPlant, TickSide};
+use haptic_loop::{Device, Fault, Reading, SafeForce};
+
+pub(crate) const TESTS: [Test; 1] = [("a_tick_that_takes_too_long_latches_a_fault", too_long)];
+
+/// A simulated plant whose reading takes its time.
+#[derive(Debug)]
+struct Slow {
+    plant: SimulatedPlant,
+    /// Readings that still take longer than a tick.
+    slow: u32,
+}
+
+impl Device<f32, 1> for Slow {
+    type Error = Fault;
+
+    fn read(&mut self) -> Result<Reading<f32, 1>, Fault> {
+        if self.slow > 0 {
+            self.slow -= 1;
+            // A tick of 1 ms is 15 625 instructions of 64 ns, and this loop takes two for one asked for at most.
+            cortex_m::asm::delay(20_000);
+        }
+        self.plant.read()
+    }
+
+    fn write(&mut self, force: SafeForce<f32, 1>) -> Result<(), Fault> {
+        self.plant.write(force)
+    }
+}
+
+impl Hardware for Slow {
+    type Setup = <SimulatedPlant as Hardware>::Setup;
+
+    fn capabilities(&self) -> Capabilities {
+        self.plant.capabilities()
+    }
+
+    fn prepare(simulation: &Simulation, tick_period_us: u32) -> Result<Self::Setup, Refusal> {
+        SimulatedPlant::prepare(simulation, tick_period_us)
+    }
+
+    fn install(&mut self, setup: Self::Setup, tick_period_us: u32) {
+        self.plant.install(setup, tick_period_us);
+    }
+
+    fn restart(&mut self) {
+        self.plant.restart();
+    }
+
+    fn idle(&mut self) -> Result<Reading<f32, 1>, Fault> {
+        self.read()
+    }
+}
+
+static TICKER: Mutex<RefCell<Option<Ticker<Slow, chip::Timer>>>> = Mutex::new(RefCell::new(None));
+
+#[exception]
+fn SysTick() {
+    critical_section::with(|token| {
+        if let Some(ticker) = TICKER.borrow_ref_mut(token).as_mut() {
+            ticker.tick(chip::now_us());
+        }
+    });
+}
+
+fn wait(device: &Shared<Slow>, ticks: u32) {
+    let count = || device.with(|device| device.statistics().ticks);
+    let end = count() + ticks;
+    // Not asleep: with `-icount` and `sleep=off`, QEMU 7.2 sleeps over every other tick.
+    while count() < end {}
+}
+
+fn too_long() {
+    let board = chip::start();
+    let slow = Slow {
+        plant: board.hardware,
+        slow: 0,
+    };
+    let memory = cortex_m::singleton!(: MaybeUninit<Shared<Slow>> = MaybeUninit::uninit());
+    let memory = memory.expect("once");
+    let device = &*memory.write(Shared::new(TickSide::new(slow).expect("a board")));
+    critical_section::with(|token| {
+        TICKER
+            .borrow_ref_mut(token)
+            .replace(Ticker::new(device, board.timer));
+    });
+    let overruns = || device.with(|device| device.statistics().overruns);
+    wait(device, 50);
+    assert_eq!(overruns(), 0);
+
+    device.with(|device| {
+        device.arm(0).expect("no fault");
+        device.heard(u64::MAX, false);
+        device.hardware_mut().slow = 19;
+    });
+    wait(device, 30);
+    assert_eq!(overruns(), 19, "each is counted once");
+    let state = device.with(|device| device.status().state);
+    assert_eq!(state, State::Armed, "19 are not 20 in a row");
+
+    device.with(|device| device.hardware_mut().slow = 20);
+    wait(device, 30);
+    let status = device.with(|device| device.status());
+    assert_eq!(
+        (status.state, status.fault),
+        (State::Fault, Fault::TickOverrun.code())
+    );
+    assert_eq!(overruns(), 19 + 20);
+}

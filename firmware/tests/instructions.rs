@@ -1,0 +1,193 @@
+//! Instructions of a tick, counted by `SysTick` while QEMU takes 64 ns for each: `-icount shift=6`.
+//!
+//! `SysTick` counts at 25 MHz, every 40 ns, so n instructions are 1.6 n counts, and n is known exactly.
+#![no_std]
+#![no_main]
+
+mod lists;
+mod support;
+
+use core::cell::Cell;
+use cortex_m::peripheral::SYST;
+use cortex_m::peripheral::syst::SystClkSource;
+use cortex_m_rt::entry;
+use cortex_m_semihosting::hprintln;
+use haptic_link::{
+    Capabilities, Configuration, Limits, OperatorForm, OperatorShape, Refusal, Simulation, Start,
+};
+use haptic_loop::remote::{Hardware, TickSide, prepare};
+use haptic_loop::{Device, Fault, Reading, SafeForce};
+use nalgebra::SVector;
+
+/// Ticks of each run: the push into the wall, the saturated force, the way back out.
+const TICKS: u32 = 400;
+
+/// Counts of `SysTick` for these instructions: 64 ns / 40 ns = 8/5.
+fn instructions(counts: u32) -> u32 {
+    (5 * counts + 4) / 8
+}
+
+/// Counts from a reading of `SysTick` to a later one: it counts down, 24 bits.
+fn passed(from: u32, to: u32) -> u32 {
+    from.wrapping_sub(to) & 0x00ff_ffff
+}
+
+/// A device without hardware: it moves into the wall and back, and looks at the clock.
+#[derive(Debug, Default)]
+struct Probe {
+    tick: u32,
+    read_at: Cell<u32>,
+    /// From the end of `read` to the start of `write`, counts.
+    path: Cell<u32>,
+}
+
+impl Probe {
+    fn position(&self) -> f32 {
+        // In by 20 µm a tick to 4 mm, then out again.
+        self.tick.min(TICKS - self.tick.min(TICKS)) as f32 * 2e-5
+    }
+}
+
+impl Device<f32, 1> for Probe {
+    type Error = Fault;
+
+    fn read(&mut self) -> Result<Reading<f32, 1>, Fault> {
+        let reading = Reading {
+            tick: u64::from(self.tick),
+            time_s: 0.0,
+            position_m: SVector::from([self.position()]),
+        };
+        self.tick += 1;
+        self.read_at.set(SYST::get_current());
+        Ok(reading)
+    }
+
+    fn write(&mut self, force: SafeForce<f32, 1>) -> Result<(), Fault> {
+        let now = SYST::get_current();
+        self.path.set(passed(self.read_at.get(), now));
+        core::hint::black_box(force);
+        Ok(())
+    }
+}
+
+impl Hardware for Probe {
+    type Setup = ();
+
+    fn capabilities(&self) -> Capabilities {
+        Capabilities {
+            board: Capabilities::board_name("probe"),
+            axes: 1,
+            simulated: false,
+            tick_period_min_us: 100,
+            tick_period_max_us: 10_000,
+            force_max_n: 40.0,
+            force_rate_max_n_per_s: 1e6,
+            position_resolution_m: 0.0,
+            coefficients_max: 256,
+            modes_max: 48,
+            degree_max: 16,
+            flight_samples: 96,
+        }
+    }
+
+    fn prepare(_: &Simulation, _: u32) -> Result<(), Refusal> {
+        Ok(())
+    }
+
+    fn install(&mut self, (): (), _: u32) {}
+
+    fn restart(&mut self) {
+        self.tick = 0;
+    }
+
+    fn idle(&mut self) -> Result<Reading<f32, 1>, Fault> {
+        self.read()
+    }
+}
+
+/// A one-sided wall of 1 N/mm with this operator, 2 N at most, so that every branch of the chain is taken.
+fn configuration(list: &lists::List) -> Configuration {
+    Configuration {
+        stiffness_n_per_m: 1000.0,
+        dissipation_n_s_mu_per_m: 5.0,
+        one_sided: true,
+        surface_m: 1e-3,
+        operator: OperatorShape {
+            form: match list.form {
+                "taps" => OperatorForm::Taps,
+                "modes" => OperatorForm::Modes,
+                "recursion" => OperatorForm::Recursion,
+                _ => OperatorForm::Sections,
+            },
+            integer: list.integer,
+            count: list.bits.len() as u16,
+        },
+        limits: Limits {
+            force_n: 2.0,
+            watchdog_ms: 1000,
+            ..Limits::DEFAULT
+        },
+        ..Configuration::PASSIVE
+    }
+}
+
+/// Counts of an empty measurement.
+fn overhead() -> u32 {
+    let before = SYST::get_current();
+    passed(before, SYST::get_current())
+}
+
+fn measure(list: &lists::List) {
+    let mut values = [0.0; 256];
+    for (value, bits) in values.iter_mut().zip(list.bits) {
+        *value = f32::from_bits(*bits);
+    }
+    let values = &values[..list.bits.len()];
+    let mut device = TickSide::new(Probe::default()).expect("a board");
+    let capabilities = device.hardware().capabilities();
+    let prepared = prepare::<Probe>(configuration(list), values, &capabilities).expect("good");
+    device.install(prepared).expect("idle");
+    device.arm(0).expect("no fault");
+    let start = Start {
+        run: 1,
+        ticks: 0,
+        every: 1,
+        batch: 1,
+    };
+    device.start(start).expect("armed");
+    let (mut tick, mut path) = (0, 0);
+    for n in 1..=TICKS {
+        let now_us = 1000 * u64::from(n);
+        device.heard(now_us, false);
+        while device.next_report().is_some() {}
+        let before = SYST::get_current();
+        device.tick(now_us);
+        let after = SYST::get_current();
+        // The probe looks at the clock twice itself.
+        let spent = passed(before, after);
+        tick = tick.max(instructions(spent.saturating_sub(3 * overhead())));
+        let spent = device.hardware().path.get();
+        path = path.max(instructions(spent.saturating_sub(overhead())));
+    }
+    assert_eq!(
+        device.statistics().samples_dropped,
+        0,
+        "every tick had to keep a sample"
+    );
+    hprintln!("{} = {} {}", list.name, tick, path);
+}
+
+#[entry]
+fn main() -> ! {
+    let Some(mut core) = cortex_m::Peripherals::take() else {
+        panic!("once");
+    };
+    core.SYST.set_clock_source(SystClkSource::Core);
+    core.SYST.set_reload(0x00ff_ffff);
+    core.SYST.clear_current();
+    core.SYST.enable_counter();
+    for list in &lists::LISTS {
+        measure(list);
+    }
+    support::pass()
+}

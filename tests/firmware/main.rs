@@ -1,0 +1,277 @@
+//! The firmware in an emulator: the same bits as here, within its budgets, and it speaks.
+//!
+//! Needs the Rust target thumbv7em-none-eabihf and qemu-system-arm; without them these tests are skipped, or
+//! fail where `REQUIRE_ALL_CHECKS` is set. `UPDATE_FIRMWARE_TABLES=1` writes `firmware/instructions.toml`
+//! and `firmware/tests/lists.rs` anew.
+
+mod board;
+#[path = "../../firmware/tests/cases.rs"]
+mod cases;
+mod image;
+#[path = "../../firmware/tests/lists.rs"]
+mod lists;
+mod tables;
+
+use board::Board;
+use fracdiff::{Operator, Order, Scheme, Seconds};
+use haptic_link::{
+    CoefficientBlock, Configuration, DigestBuilder, Keys, Limits, OperatorForm, OperatorShape,
+    Report, Request, Simulation, SimulationKind, Start, State,
+};
+use haptic_loop::remote::operator_shape;
+use image::{Image, built};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+/// Flash that the device may take.
+const FLASH_MAX: u32 = 64 * 1024;
+/// RAM that its variables may take.
+const STATIC_MAX: u32 = 12 * 1024;
+/// And its stack: most of it for the matrices of a simulated plant, in a commit.
+const STACK_MAX: u32 = 32 * 1024;
+/// Instructions of a whole tick with full memory.
+const TICK_MAX: u32 = 1600;
+/// Instructions from sensor to force.
+const PATH_MAX: u32 = 200;
+
+/// The folder of the firmware.
+fn firmware() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("firmware")
+}
+
+/// A check that cannot be done here. Where `REQUIRE_ALL_CHECKS` is set, as in CI, that is a failure.
+fn skip(why: &str) {
+    assert!(std::env::var_os("REQUIRE_ALL_CHECKS").is_none(), "{why}");
+    // Not through the test harness, which hides what a passing test prints.
+    let line = format!("skipped: {why}\n");
+    let _ = std::io::Write::write_all(&mut std::io::stderr(), line.as_bytes());
+}
+
+fn updating() -> bool {
+    std::env::var_os("UPDATE_FIRMWARE_TABLES").is_some()
+}
+
+/// The lines `name = value` that an image prints.
+fn told(output: &str) -> BTreeMap<String, String> {
+    output
+        .lines()
+        .filter_map(|line| line.split_once(" = "))
+        .map(|(name, value)| (name.to_owned(), value.to_owned()))
+        .collect()
+}
+
+#[test]
+fn lists_in_the_firmware_are_what_the_schemes_make_today() {
+    tables::check_lists(&lists::LISTS);
+}
+
+#[test]
+fn operators_have_the_same_bits_on_the_target() {
+    let Some(images) = built() else { return };
+    let have = told(&images.run(Image::Operators));
+    let mut want = BTreeMap::new();
+    cases::digests(|name, digest| {
+        want.insert(name.to_string(), format!("{digest:#010x}"));
+    });
+    assert!(want.len() > 100, "the cases are there: {}", want.len());
+    for (name, want) in &want {
+        assert_eq!(have.get(name), Some(want), "{name}");
+    }
+    assert_eq!(have.len(), want.len());
+    println!("{} cases, the same bits on host and target", want.len());
+}
+
+#[test]
+fn the_device_behaves_on_the_target() {
+    let Some(images) = built() else { return };
+    print!("{}", images.run(Image::Behaviour));
+}
+
+#[test]
+fn a_tick_takes_the_instructions_of_the_table() {
+    let Some(images) = built() else { return };
+    let have = told(&images.run(Image::Instructions));
+    let counts = tables::check_instructions(&have);
+    for (name, count) in counts {
+        println!(
+            "{name}: a tick {}, from sensor to force {}",
+            count.tick, count.path
+        );
+        assert!(
+            count.path <= PATH_MAX,
+            "{name}: {} from sensor to force",
+            count.path
+        );
+        assert!(
+            count.tick <= TICK_MAX || !name.starts_with("full"),
+            "{name}: {} in a tick",
+            count.tick
+        );
+    }
+}
+
+#[test]
+fn the_device_fits_its_budget() {
+    let Some(images) = built() else { return };
+    let size = images.size();
+    println!(
+        "flash {} B of {FLASH_MAX}, variables {} B of {STATIC_MAX}, stack {} B of {STACK_MAX}",
+        size.flash, size.data, size.stack
+    );
+    assert!(size.flash <= FLASH_MAX);
+    assert!(size.data <= STATIC_MAX);
+    assert!(size.stack <= STACK_MAX);
+}
+
+#[test]
+fn the_device_for_the_real_board_builds_and_fits() {
+    let Some(images) = image::real_board() else {
+        return;
+    };
+    let size = images.size();
+    println!(
+        "NUCLEO-F446RE: flash {} B, variables {} B, stack {} B",
+        size.flash, size.data, size.stack
+    );
+    assert!(size.flash <= FLASH_MAX);
+    assert!(size.data <= STATIC_MAX);
+}
+
+/// Everything that can be set, so that every path of a commit is taken.
+fn configuration(operator: OperatorShape, kind: SimulationKind) -> Configuration {
+    Configuration {
+        stiffness_n_per_m: 100.0,
+        dissipation_n_s_mu_per_m: 2.0,
+        one_sided: true,
+        operator,
+        limits: Limits {
+            // An emulator that shares its processor with others may stand still for a while.
+            watchdog_ms: 1000,
+            late_ticks: 0,
+            ..Limits::DEFAULT
+        },
+        simulation: Simulation {
+            kind,
+            push_n: 1.0,
+            hand_stiffness_n_per_m: 100.0,
+            depth_m: 1e-3,
+            ramp_time_s: 0.5,
+            ..Simulation::TESTBED
+        },
+        ..Configuration::PASSIVE
+    }
+}
+
+fn shape(form: OperatorForm, integer: i8, count: usize) -> OperatorShape {
+    OperatorShape {
+        form,
+        integer,
+        count: u16::try_from(count).expect("short"),
+    }
+}
+
+#[test]
+fn the_device_converses_runs_and_keeps_within_its_stack() {
+    let Some(images) = built() else { return };
+    let mut board = Board::start(&images.path(Image::Device), images.size().stack);
+    let Report::Hello(hello) = board.ask(Request::Hello(Keys::CURRENT)) else {
+        panic!("a hello is answered by one");
+    };
+    assert_eq!(hello.keys, Keys::CURRENT);
+    assert_eq!((hello.status.state, hello.status.fault), (State::Idle, 0));
+    let Report::Capabilities(capabilities) = board.ask(Request::GetCapabilities) else {
+        panic!("capabilities");
+    };
+    assert_eq!(capabilities.board(), "mps2-an386");
+    assert!(capabilities.simulated);
+
+    let order = Order::new(0.2247).expect("valid");
+    let schemes = [
+        "grunwald:256",
+        "tustin-muir:9",
+        "oustaloup:9:0.01:100",
+        "full",
+    ];
+    let kinds = [
+        SimulationKind::MassDamper,
+        SimulationKind::RigidIndentation,
+        SimulationKind::CompliantIndentation,
+    ];
+    for (run, kind) in kinds.into_iter().enumerate() {
+        for scheme in schemes {
+            let parsed: Scheme = scheme.parse().expect("valid");
+            let operator: Operator<f32> = parsed.build(order, Seconds(1e-3), 8.64e7).expect("fits");
+            let (shape, values) = operator_shape(&operator).expect("short");
+            board.configure(&configuration(shape, kind), &values);
+        }
+        let status = board.status();
+        board.done(Request::Arm {
+            faults: status.faults,
+        });
+        board.done(Request::Start(Start {
+            run: u32::try_from(run).expect("few"),
+            ticks: 500,
+            every: 1,
+            batch: 16,
+        }));
+        let samples = board.samples_until_the_end();
+        // A run sends each of its ticks once; the force then falls in a few more.
+        assert!(samples >= 500, "{kind:?}: {samples} samples");
+        board.done(Request::Disarm);
+    }
+    let Report::Statistics(counters) = board.ask(Request::GetStatistics) else {
+        panic!("statistics");
+    };
+    println!("{counters:?}");
+    assert_eq!(
+        (counters.corrupt, counters.lost, counters.bytes_overrun),
+        (0, 0, 0)
+    );
+    assert_eq!(counters.samples_dropped, 0);
+    let used = board.stack_used();
+    println!("stack: {used} B of {} used", images.size().stack);
+    // An interrupt at the deepest point takes one frame with the floating-point registers more, 104 B.
+    assert!(
+        used + 256 <= images.size().stack,
+        "less than 256 B of the stack are left"
+    );
+}
+
+#[test]
+fn a_host_that_falls_silent_stops_the_device() {
+    let Some(images) = built() else { return };
+    let mut board = Board::start(&images.path(Image::Device), images.size().stack);
+    board.ask(Request::Hello(Keys::CURRENT));
+    let configuration = Configuration {
+        limits: Limits {
+            watchdog_ms: 200,
+            late_ticks: 0,
+            ..Limits::DEFAULT
+        },
+        ..configuration(shape(OperatorForm::Taps, 0, 1), SimulationKind::MassDamper)
+    };
+    board.configure(&configuration, &[0.0]);
+    board.done(Request::Arm { faults: 0 });
+    std::thread::sleep(std::time::Duration::from_millis(600));
+    let status = board.status();
+    assert_eq!(status.state, State::Fault);
+    assert_eq!(status.fault, haptic_loop::Fault::HostSilent.code());
+    board.done(Request::Arm {
+        faults: status.faults,
+    });
+}
+
+/// Sends a configuration and its coefficients, and makes them take effect.
+impl Board {
+    fn configure(&mut self, configuration: &Configuration, values: &[f32]) {
+        self.done(Request::Configure(*configuration));
+        for offset in (0..values.len()).step_by(haptic_link::COEFFICIENTS_PER_BLOCK) {
+            let offset = u16::try_from(offset).expect("short");
+            self.done(Request::Coefficients(CoefficientBlock::of(values, offset)));
+        }
+        let digest = DigestBuilder::new(configuration)
+            .coefficients(values)
+            .finish();
+        self.done(Request::Commit { digest });
+    }
+}

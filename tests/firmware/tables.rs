@@ -1,0 +1,168 @@
+//! Tables that are kept in files: operators as lists for the target, instructions of a tick.
+
+use super::lists::List;
+use super::{firmware, updating};
+use fracdiff::portable::Form;
+use fracdiff::{Operator, Order, Scheme, Seconds};
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+/// Change of a count that needs no new table.
+const TOLERANCE: f64 = 0.05;
+
+/// Name, scheme, order, horizon in samples at 1 kHz.
+const LISTED: [(&str, &str, f64, f64); 9] = [
+    ("spring", "grunwald:1", 0.0, 2e5),
+    ("grunwald:17", "grunwald:17", 0.5, 2e5),
+    ("grunwald:256", "grunwald:256", 0.5, 2e5),
+    ("muir:3", "muir:3", 0.5, 2e5),
+    ("tustin-muir:9", "tustin-muir:9", 0.5, 2e5),
+    ("oustaloup:9", "oustaloup:9:0.01:100", 0.5, 2e5),
+    ("full 200 s", "full", 0.2247, 2e5),
+    ("full 24 h", "full", 0.2247, 8.64e7),
+    ("full 24 h, order 1.5", "full", 1.5, 8.64e7),
+];
+
+/// `firmware/tests/lists.rs`, made anew.
+fn lists() -> String {
+    let mut text = String::from(
+        "//! Operators as lists of single-precision numbers at 1 kHz, written by the host:\n\
+         //! `UPDATE_FIRMWARE_TABLES=1 cargo test --test firmware`.\n\n\
+         /// An operator, see `fracdiff::portable`.\n\
+         pub(crate) struct List {\n    pub(crate) name: &'static str,\n    \
+         pub(crate) form: &'static str,\n    pub(crate) integer: i8,\n    \
+         pub(crate) bits: &'static [u32],\n}\n\n",
+    );
+    writeln!(
+        text,
+        "pub(crate) static LISTS: [List; {}] = [",
+        LISTED.len()
+    )
+    .expect("a string");
+    for (name, scheme, mu, horizon) in LISTED {
+        let scheme: Scheme = scheme.parse().expect("valid");
+        let order = Order::new(mu).expect("valid");
+        let operator: Operator<f32> = scheme.build(order, Seconds(1e-3), horizon).expect("fits");
+        let list = operator.list();
+        let form = match list.form {
+            Form::Taps => "taps",
+            Form::Modes => "modes",
+            Form::Recursion => "recursion",
+            Form::Sections => "sections",
+        };
+        write!(
+            text,
+            "    List {{\n        name: \"{name}\",\n        form: \"{form}\",\n        integer: {},\n        bits: &[",
+            list.integer
+        )
+        .expect("a string");
+        let bits: Vec<String> = list
+            .values
+            .iter()
+            .map(|value| format!("{:#010x}", value.to_bits()))
+            .collect();
+        // As rustfmt has it.
+        if bits.len() <= 4 {
+            text.push_str(&bits.join(", "));
+        } else {
+            for line in bits.chunks(7) {
+                write!(text, "\n            {},", line.join(", ")).expect("a string");
+            }
+            text.push_str("\n        ");
+        }
+        text.push_str("],\n    },\n");
+    }
+    text.push_str("];\n");
+    text
+}
+
+pub(crate) fn check_lists(compiled: &[List]) {
+    let path = firmware().join("tests/lists.rs");
+    let want = lists();
+    if updating() {
+        std::fs::write(&path, &want).expect("writable");
+    }
+    let have = std::fs::read_to_string(&path).expect("readable");
+    assert!(
+        have == want,
+        "{} is not what the schemes make: UPDATE_FIRMWARE_TABLES=1 cargo test --test firmware",
+        path.display()
+    );
+    assert!(compiled.len() == LISTED.len() || updating());
+}
+
+/// Instructions of one operator.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Count {
+    /// The whole tick.
+    pub(crate) tick: u32,
+    /// From sensor to force.
+    pub(crate) path: u32,
+}
+
+const HEADER: &str = "\
+# Instructions of a tick on a Cortex-M4F, counted in QEMU, where each takes the same time: the longest of
+# 400 ticks of a whole device (TickSide::tick: one-sided wall, safety chain, states, flight recorder, a
+# sample for the host), and in it the path from the end of `read` to the start of `write`.
+# A change of more than 5 % has to be declared here: UPDATE_FIRMWARE_TABLES=1 cargo test --test firmware.
+
+";
+
+/// Compares with the table and returns what was counted.
+pub(crate) fn check_instructions(told: &BTreeMap<String, String>) -> BTreeMap<String, Count> {
+    let counts: BTreeMap<String, Count> = told
+        .iter()
+        .map(|(name, value)| {
+            let numbers: Vec<u32> = value
+                .split(' ')
+                .map(|number| number.parse().expect("a number"))
+                .collect();
+            let [tick, path] = numbers[..] else {
+                panic!("{name}: {value}");
+            };
+            (name.clone(), Count { tick, path })
+        })
+        .collect();
+    assert_eq!(counts.len(), LISTED.len(), "{told:?}");
+    let path = firmware().join("instructions.toml");
+    if updating() {
+        let mut text = HEADER.to_owned();
+        for (name, ..) in LISTED {
+            let Count { tick, path } = counts[name];
+            writeln!(
+                text,
+                "\"{name}\" = {{ tick = {tick}, sensor_to_force = {path} }}"
+            )
+            .expect("a string");
+        }
+        std::fs::write(&path, text).expect("writable");
+    }
+    let table = std::fs::read_to_string(&path).expect("readable");
+    let table: toml::Table = table.parse().expect("TOML");
+    let mut wrong = String::new();
+    for (name, count) in &counts {
+        for (key, have) in [("tick", count.tick), ("sensor_to_force", count.path)] {
+            let want = table
+                .get(name)
+                .and_then(|entry| entry.get(key))
+                .and_then(toml::Value::as_integer);
+            let agrees = want.is_some_and(|want| {
+                let want = want as f64;
+                (f64::from(have) - want).abs() <= TOLERANCE * want
+            });
+            if !agrees {
+                let _ = writeln!(wrong, "{name}, {key}: {have}, in the table {want:?}");
+            }
+        }
+    }
+    assert!(
+        wrong.is_empty(),
+        "{wrong}if that is meant: UPDATE_FIRMWARE_TABLES=1 cargo test --test firmware"
+    );
+    assert_eq!(
+        table.len(),
+        counts.len(),
+        "an operator of the table is gone"
+    );
+    counts
+}
