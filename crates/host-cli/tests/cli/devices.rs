@@ -160,7 +160,7 @@ fn parameters_are_set_as_a_whole_and_read_back() {
     assert_eq!(after["operator"]["form"], "modes");
     assert_eq!(device.json(&format!("device get {on}")), after);
     for (change, words) in [
-        ("--force-limit 5kN", ["force limit", "5000", "100"]),
+        ("--force-limit 5kN", ["force limit", "5000", "1e2"]),
         ("--watchdog 1ms", ["watchdog", "5 ms", "1000 ms"]),
         ("--sample-time 2ms", ["--order", "sample time", "operator"]),
         ("--stiffness -1", ["stiffness", "-1", "[0"]),
