@@ -14,6 +14,8 @@ mod integer_part;
 mod muir;
 mod order;
 mod oustaloup;
+#[cfg(feature = "alloc")]
+mod partitioned;
 mod real;
 mod response;
 #[cfg(feature = "std")]
@@ -30,6 +32,8 @@ pub use integer_part::IntegerHistory;
 pub use muir::{MuirHistory, MuirPolynomial, muir_coefficients};
 pub use order::{Order, Seconds};
 pub use oustaloup::{Band, CascadeHistory, Oustaloup, OustaloupHistory};
+#[cfg(feature = "alloc")]
+pub use partitioned::{PartitionedHistory, PartitionedMemory};
 pub use real::Real;
 pub use response::{ExactDifference, FrequencyResponse};
 #[cfg(feature = "std")]

@@ -3,8 +3,8 @@
 use super::{DEGREE_MAX, FULL_MODES, FULL_TAPS};
 use crate::{
     Differintegrator, FrequencyResponse, FullMemory, FullMemoryHistory, MuirHistory,
-    MuirPolynomial, Oustaloup, OustaloupHistory, Real, ShortHistoryVec, ShortMemoryVec, TustinMuir,
-    TustinMuirHistory,
+    MuirPolynomial, Oustaloup, OustaloupHistory, PartitionedHistory, PartitionedMemory, Real,
+    ShortHistoryVec, ShortMemoryVec, TustinMuir, TustinMuirHistory,
 };
 use num_complex::Complex;
 use std::boxed::Box;
@@ -16,8 +16,10 @@ use std::boxed::Box;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Operator<F> {
-    /// `grunwald:N`.
+    /// `grunwald:N`, N up to [`SHORT_MOST`](super::SHORT_MOST).
     ShortMemory(ShortMemoryVec<F>),
+    /// `grunwald:N`, N beyond.
+    PartitionedMemory(PartitionedMemory<F>),
     /// `muir:N`.
     MuirPolynomial(Box<MuirPolynomial<F, DEGREE_MAX>>),
     /// `tustin-muir:N`.
@@ -32,8 +34,10 @@ pub enum Operator<F> {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum OperatorHistory<F> {
-    /// Of `grunwald:N`.
+    /// Of `grunwald:N`, short.
     ShortMemory(ShortHistoryVec<F>),
+    /// Of `grunwald:N`, long.
+    PartitionedMemory(PartitionedHistory<F>),
     /// Of `muir:N`.
     MuirPolynomial(Box<MuirHistory<F, DEGREE_MAX>>),
     /// Of `tustin-muir:N`.
@@ -49,6 +53,7 @@ macro_rules! each {
     ($self:expr, $operator:ident => $value:expr) => {
         match $self {
             Operator::ShortMemory($operator) => $value,
+            Operator::PartitionedMemory($operator) => $value,
             Operator::MuirPolynomial($operator) => $value,
             Operator::TustinMuir($operator) => $value,
             Operator::Oustaloup($operator) => $value,
@@ -62,6 +67,9 @@ macro_rules! each_with_history {
     ($self:expr, $history:expr, ($operator:ident, $own:ident) => $value:expr, $otherwise:expr) => {
         match ($self, $history) {
             (Operator::ShortMemory($operator), OperatorHistory::ShortMemory($own)) => $value,
+            (Operator::PartitionedMemory($operator), OperatorHistory::PartitionedMemory($own)) => {
+                $value
+            }
             (Operator::MuirPolynomial($operator), OperatorHistory::MuirPolynomial($own)) => $value,
             (Operator::TustinMuir($operator), OperatorHistory::TustinMuir($own)) => $value,
             (Operator::Oustaloup($operator), OperatorHistory::Oustaloup($own)) => $value,
@@ -77,6 +85,7 @@ impl<F: Real> Differintegrator<F> for Operator<F> {
     fn at_rest(&self) -> OperatorHistory<F> {
         match self {
             Self::ShortMemory(o) => OperatorHistory::ShortMemory(o.at_rest()),
+            Self::PartitionedMemory(o) => OperatorHistory::PartitionedMemory(o.at_rest()),
             Self::MuirPolynomial(o) => OperatorHistory::MuirPolynomial(Box::new(o.at_rest())),
             Self::TustinMuir(o) => OperatorHistory::TustinMuir(Box::new(o.at_rest())),
             Self::Oustaloup(o) => OperatorHistory::Oustaloup(Box::new(o.at_rest())),

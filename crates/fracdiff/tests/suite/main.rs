@@ -5,4 +5,5 @@
 mod full_memory;
 mod operators;
 mod oracle;
+mod partitioned;
 mod weights;

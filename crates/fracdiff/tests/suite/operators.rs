@@ -12,8 +12,9 @@ use num_complex::Complex;
 use proptest::prelude::*;
 
 /// One of each kind, as users name them; the completeness of this list is checked below.
-const SCHEMES: [&str; 6] = [
+const SCHEMES: [&str; 7] = [
     "grunwald:100",
+    "grunwald:3000",
     "muir:3",
     "tustin-muir:9",
     "oustaloup:9:0.01:100",
@@ -38,11 +39,12 @@ fn every_kind_of_operator_is_in_the_list() {
             Operator::TustinMuir(_) => 2,
             Operator::Oustaloup(_) => 3,
             Operator::FullMemory(_) => 4,
+            Operator::PartitionedMemory(_) => 5,
             _ => panic!("a new kind: add it to SCHEMES"),
         })
         .collect();
     kinds.dedup();
-    assert_eq!(kinds, [0, 1, 2, 3, 4]);
+    assert_eq!(kinds, [0, 5, 1, 2, 3, 4]);
 }
 
 #[test]
