@@ -81,7 +81,9 @@ impl<F: Real, const N: usize> FirHistory<F, N> {
 #[inline]
 pub(crate) fn advance<F: Real>(twice: &mut [F], newest: &mut usize, taps: &[F], x: F) -> F {
     push(twice, newest, x);
-    dot(taps, &twice[*newest..*newest + taps.len()])
+    // The newest half of the buffer is at least as long as the taps.
+    let samples = twice.get(*newest..).unwrap_or_default();
+    dot(taps, samples.get(..taps.len()).unwrap_or_default())
 }
 
 /// Where the newest of N samples goes in a buffer of 2N that holds each sample twice, N apart, so
@@ -90,7 +92,12 @@ pub(crate) fn advance<F: Real>(twice: &mut [F], newest: &mut usize, taps: &[F], 
 #[inline]
 fn push<F: Real>(twice: &mut [F], newest: &mut usize, x: F) {
     let length = twice.len() / 2;
-    *newest = if *newest == 0 { length } else { *newest } - 1;
-    twice[*newest] = x;
-    twice[*newest + length] = x;
+    // newest ← newest − 1, after 0 the last; `min`, so that no index can be out of bounds.
+    *newest = newest.wrapping_sub(1).min(length - 1);
+    let (first, second) = twice.split_at_mut(length);
+    for half in [first, second] {
+        if let Some(slot) = half.get_mut(*newest) {
+            *slot = x;
+        }
+    }
 }

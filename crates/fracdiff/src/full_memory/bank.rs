@@ -3,7 +3,7 @@
 use super::design::Design;
 use crate::fir::sum_of_8;
 use crate::integer_part::{IntegerHistory, WithIntegerPart, operator_from_its_core};
-use crate::real::approach;
+use crate::real::add_compensated;
 use crate::response::{delay, low_pass};
 use crate::{Differintegrator, FrequencyResponse, ParameterError, Real, Seconds};
 use num_complex::Complex;
@@ -85,7 +85,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize> FullMemory<F, TAPS, MODES> 
             bank.decays[q] = F::from_f64(decay);
             bank.weights[q] =
                 F::from_f64(core.sign() * rate * mode.weight / libm::expm1(mode.rate));
-            if decay < FAST {
+            if F::COMPENSATED && decay < FAST {
                 bank.fast_blocks = bank.fast_blocks.min(q / LANES);
             }
         }
@@ -112,7 +112,7 @@ struct Bank<F, const TAPS: usize, const MODES: usize> {
     corrections: [F; TAPS],
     decays: [F; MODES],
     weights: [F; MODES],
-    /// Blocks of fast modes, which need no compensation, come before the others.
+    /// Blocks of modes without compensation: the fast ones, which come first; in `f64` all.
     fast_blocks: usize,
     blocks: usize,
 }
@@ -157,26 +157,20 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Differintegrator<F> for Ban
         }
         // u_q ← u_q + d_q·(x − u_q);  Σ W_q·u_q in lanes, then the lanes in pairs
         let mut lanes = [F::ZERO; LANES];
-        let states = history.states.as_chunks_mut::<LANES>().0.iter_mut();
-        let carries = history.carries.as_chunks_mut::<LANES>().0.iter_mut();
-        let decays = self.decays.as_chunks::<LANES>().0.iter();
-        let weights = self.weights.as_chunks::<LANES>().0.iter();
-        let blocks = states.zip(carries).zip(decays.zip(weights));
-        for (block, ((states, carries), (decays, weights))) in blocks.enumerate().take(self.blocks)
-        {
-            if block < self.fast_blocks {
-                for lane in 0..LANES {
-                    let state = states[lane];
-                    states[lane] = state + decays[lane] * (x - state);
-                }
-            } else {
-                for lane in 0..LANES {
-                    approach(&mut states[lane], &mut carries[lane], decays[lane], x);
-                }
-            }
-            for lane in 0..LANES {
-                lanes[lane] += weights[lane] * states[lane];
-            }
+        let (fast_decays, slow_decays) = self.split(&self.decays);
+        let (fast_weights, slow_weights) = self.split(&self.weights);
+        let states = history.states.as_chunks_mut().0;
+        let states = states.split_at_mut_checked(self.fast_blocks);
+        let (fast, slow) = states.unwrap_or_default();
+        if !F::COMPENSATED {
+            approach_all(fast, fast_decays, fast_weights, x, &mut lanes);
+        } else if self.fast_blocks > 0 {
+            advance_fast(fast, fast_decays, fast_weights, x, &mut lanes);
+        }
+        if self.fast_blocks < self.blocks {
+            let carries = history.carries.as_chunks_mut().0;
+            let carries = carries.get_mut(self.fast_blocks..).unwrap_or_default();
+            advance_slow(slow, carries, slow_decays, slow_weights, x, &mut lanes);
         }
         history.past = history.due[0] + sum_of_8(lanes);
     }
@@ -184,6 +178,79 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Differintegrator<F> for Ban
     fn memory_length(&self) -> Option<usize> {
         (self.blocks == 0).then_some(TAPS)
     }
+}
+
+impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
+    /// The blocks in use: those without compensation, those with it.
+    #[inline]
+    fn split<'a>(&self, values: &'a [F]) -> (&'a [[F; LANES]], &'a [[F; LANES]]) {
+        let used = values.as_chunks().0.get(..self.blocks);
+        let split = used.unwrap_or_default().split_at_checked(self.fast_blocks);
+        split.unwrap_or_default()
+    }
+}
+
+/// [`approach_all`], not inlined: LLVM otherwise shapes its vectors after the pairwise sum of the lanes at the
+/// end, two wide, which is right for `f64` and half of what `f32` could have.
+#[inline(never)]
+fn advance_fast<F: Real>(
+    states: &mut [[F; LANES]],
+    decays: &[[F; LANES]],
+    weights: &[[F; LANES]],
+    x: F,
+    lanes: &mut [F; LANES],
+) {
+    approach_all(states, decays, weights, x, lanes);
+}
+
+/// One step of modes without compensation; adds Σ W·u of each lane to `lanes`, block by block.
+#[inline(always)]
+fn approach_all<F: Real>(
+    states: &mut [[F; LANES]],
+    decays: &[[F; LANES]],
+    weights: &[[F; LANES]],
+    x: F,
+    lanes: &mut [F; LANES],
+) {
+    let mut sums = *lanes;
+    for (states, (decays, weights)) in states.iter_mut().zip(decays.iter().zip(weights)) {
+        // A block is loaded, changed and stored as a whole, or it would not become vectors.
+        let mut next = *states;
+        for lane in 0..LANES {
+            next[lane] += decays[lane] * (x - next[lane]);
+        }
+        *states = next;
+        for lane in 0..LANES {
+            sums[lane] += weights[lane] * next[lane];
+        }
+    }
+    *lanes = sums;
+}
+
+/// The same for modes with a compensation word each. The sum does not wait for the new words.
+#[inline(never)]
+fn advance_slow<F: Real>(
+    states: &mut [[F; LANES]],
+    carries: &mut [[F; LANES]],
+    decays: &[[F; LANES]],
+    weights: &[[F; LANES]],
+    x: F,
+    lanes: &mut [F; LANES],
+) {
+    let mut sums = *lanes;
+    let modes = states.iter_mut().zip(carries);
+    for ((states, carries), (decays, weights)) in modes.zip(decays.iter().zip(weights)) {
+        let (mut next, mut rest) = (*states, *carries);
+        for lane in 0..LANES {
+            let increment = decays[lane] * (x - next[lane]);
+            add_compensated(&mut next[lane], &mut rest[lane], increment);
+        }
+        (*states, *carries) = (next, rest);
+        for lane in 0..LANES {
+            sums[lane] += weights[lane] * next[lane];
+        }
+    }
+    *lanes = sums;
 }
 
 impl<F: Real, const TAPS: usize, const MODES: usize> FrequencyResponse for Bank<F, TAPS, MODES> {
