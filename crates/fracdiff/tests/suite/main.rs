@@ -2,6 +2,7 @@
 
 #![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
 
+mod batch;
 mod full_memory;
 mod operators;
 mod oracle;
