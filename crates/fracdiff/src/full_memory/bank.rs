@@ -151,28 +151,19 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Differintegrator<F> for Ban
 
     #[inline]
     fn advance(&self, history: &mut Self::History, x: F) {
-        // due[i] ← due[i+1] + k_{i+1}·x
-        for i in 0..TAPS - 1 {
-            history.due[i] = history.due[i + 1] + self.corrections[i] * x;
+        self.advance_together([history], [x]);
+    }
+
+    #[inline]
+    fn advance_many<const D: usize>(&self, histories: [&mut Self::History; D], x: [F; D]) {
+        // Without compensation words there is too little work for each coefficient to gain from it.
+        if F::COMPENSATED {
+            self.advance_together(histories, x);
+        } else {
+            for (history, x) in histories.into_iter().zip(x) {
+                self.advance_together([history], [x]);
+            }
         }
-        // u_q ← u_q + d_q·(x − u_q);  Σ W_q·u_q in lanes, then the lanes in pairs
-        let mut lanes = [F::ZERO; LANES];
-        let (fast_decays, slow_decays) = self.split(&self.decays);
-        let (fast_weights, slow_weights) = self.split(&self.weights);
-        let states = history.states.as_chunks_mut().0;
-        let states = states.split_at_mut_checked(self.fast_blocks);
-        let (fast, slow) = states.unwrap_or_default();
-        if !F::COMPENSATED {
-            approach_all(fast, fast_decays, fast_weights, x, &mut lanes);
-        } else if self.fast_blocks > 0 {
-            advance_fast(fast, fast_decays, fast_weights, x, &mut lanes);
-        }
-        if self.fast_blocks < self.blocks {
-            let carries = history.carries.as_chunks_mut().0;
-            let carries = carries.get_mut(self.fast_blocks..).unwrap_or_default();
-            advance_slow(slow, carries, slow_decays, slow_weights, x, &mut lanes);
-        }
-        history.past = history.due[0] + sum_of_8(lanes);
     }
 
     fn memory_length(&self) -> Option<usize> {
@@ -181,6 +172,48 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Differintegrator<F> for Ban
 }
 
 impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
+    /// Takes one sample of each of D axes in, all axes block by block.
+    #[inline]
+    fn advance_together<const D: usize>(
+        &self,
+        mut histories: [&mut BankHistory<F, TAPS, MODES>; D],
+        x: [F; D],
+    ) {
+        // due[i] ← due[i+1] + k_{i+1}·x
+        for (history, &x) in histories.iter_mut().zip(&x) {
+            for i in 0..TAPS - 1 {
+                history.due[i] = history.due[i + 1] + self.corrections[i] * x;
+            }
+        }
+        // u_q ← u_q + d_q·(x − u_q);  Σ W_q·u_q in lanes, then the lanes in pairs
+        let mut lanes = [[F::ZERO; LANES]; D];
+        let (fast_decays, slow_decays) = self.split(&self.decays);
+        let (fast_weights, slow_weights) = self.split(&self.weights);
+        let fast = self.fast_blocks;
+        let mut axes = histories.each_mut().map(|history| {
+            let carries = history.carries.as_chunks_mut().0;
+            (history.states.as_chunks_mut().0, carries)
+        });
+        if fast > 0 {
+            let states = axes.each_mut().map(|(states, _)| &mut **states);
+            if F::COMPENSATED {
+                advance_fast(states, fast_decays, fast_weights, x, &mut lanes);
+            } else {
+                approach_all(states, fast_decays, fast_weights, x, &mut lanes);
+            }
+        }
+        if fast < self.blocks {
+            let slow = axes.map(|(states, carries)| {
+                let states = states.get_mut(fast..).unwrap_or_default();
+                (states, carries.get_mut(fast..).unwrap_or_default())
+            });
+            advance_slow(slow, slow_decays, slow_weights, x, &mut lanes);
+        }
+        for (history, lanes) in histories.into_iter().zip(lanes) {
+            history.past = history.due[0] + sum_of_8(lanes);
+        }
+    }
+
     /// The blocks in use: those without compensation, those with it.
     #[inline]
     fn split<'a>(&self, values: &'a [F]) -> (&'a [[F; LANES]], &'a [[F; LANES]]) {
@@ -193,61 +226,72 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
 /// [`approach_all`], not inlined: LLVM otherwise shapes its vectors after the pairwise sum of the lanes at the
 /// end, two wide, which is right for `f64` and half of what `f32` could have.
 #[inline(never)]
-fn advance_fast<F: Real>(
-    states: &mut [[F; LANES]],
+fn advance_fast<F: Real, const D: usize>(
+    states: [&mut [[F; LANES]]; D],
     decays: &[[F; LANES]],
     weights: &[[F; LANES]],
-    x: F,
-    lanes: &mut [F; LANES],
+    x: [F; D],
+    lanes: &mut [[F; LANES]; D],
 ) {
     approach_all(states, decays, weights, x, lanes);
 }
 
-/// One step of modes without compensation; adds Σ W·u of each lane to `lanes`, block by block.
+/// One step of the modes of D axes without compensation; adds Σ W·u of each lane to `lanes`, block by block.
 #[inline(always)]
-fn approach_all<F: Real>(
-    states: &mut [[F; LANES]],
+fn approach_all<F: Real, const D: usize>(
+    states: [&mut [[F; LANES]]; D],
     decays: &[[F; LANES]],
     weights: &[[F; LANES]],
-    x: F,
-    lanes: &mut [F; LANES],
+    x: [F; D],
+    lanes: &mut [[F; LANES]; D],
 ) {
     let mut sums = *lanes;
-    for (states, (decays, weights)) in states.iter_mut().zip(decays.iter().zip(weights)) {
-        // A block is loaded, changed and stored as a whole, or it would not become vectors.
-        let mut next = *states;
-        for lane in 0..LANES {
-            next[lane] += decays[lane] * (x - next[lane]);
-        }
-        *states = next;
-        for lane in 0..LANES {
-            sums[lane] += weights[lane] * next[lane];
+    let mut axes = states.map(<[_]>::iter_mut);
+    for (decays, weights) in decays.iter().zip(weights) {
+        for ((axis, sums), x) in axes.iter_mut().zip(&mut sums).zip(x) {
+            if let Some(states) = axis.next() {
+                // A block is loaded, changed and stored as a whole, or it would not become vectors.
+                let mut next = *states;
+                for lane in 0..LANES {
+                    next[lane] += decays[lane] * (x - next[lane]);
+                }
+                *states = next;
+                for lane in 0..LANES {
+                    sums[lane] += weights[lane] * next[lane];
+                }
+            }
         }
     }
     *lanes = sums;
 }
 
-/// The same for modes with a compensation word each. The sum does not wait for the new words.
+/// Blocks of states, and of their compensation words.
+type Compensated<'a, F> = (&'a mut [[F; LANES]], &'a mut [[F; LANES]]);
+
+/// The same with compensation. The sums do not wait for the new words.
 #[inline(never)]
-fn advance_slow<F: Real>(
-    states: &mut [[F; LANES]],
-    carries: &mut [[F; LANES]],
+fn advance_slow<F: Real, const D: usize>(
+    axes: [Compensated<'_, F>; D],
     decays: &[[F; LANES]],
     weights: &[[F; LANES]],
-    x: F,
-    lanes: &mut [F; LANES],
+    x: [F; D],
+    lanes: &mut [[F; LANES]; D],
 ) {
     let mut sums = *lanes;
-    let modes = states.iter_mut().zip(carries);
-    for ((states, carries), (decays, weights)) in modes.zip(decays.iter().zip(weights)) {
-        let (mut next, mut rest) = (*states, *carries);
-        for lane in 0..LANES {
-            let increment = decays[lane] * (x - next[lane]);
-            add_compensated(&mut next[lane], &mut rest[lane], increment);
-        }
-        (*states, *carries) = (next, rest);
-        for lane in 0..LANES {
-            sums[lane] += weights[lane] * next[lane];
+    let mut axes = axes.map(|(states, carries)| states.iter_mut().zip(carries));
+    for (decays, weights) in decays.iter().zip(weights) {
+        for ((axis, sums), x) in axes.iter_mut().zip(&mut sums).zip(x) {
+            if let Some((states, carries)) = axis.next() {
+                let (mut next, mut rest) = (*states, *carries);
+                for lane in 0..LANES {
+                    let increment = decays[lane] * (x - next[lane]);
+                    add_compensated(&mut next[lane], &mut rest[lane], increment);
+                }
+                (*states, *carries) = (next, rest);
+                for lane in 0..LANES {
+                    sums[lane] += weights[lane] * next[lane];
+                }
+            }
         }
     }
     *lanes = sums;
