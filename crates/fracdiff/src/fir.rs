@@ -31,16 +31,10 @@ fn finish<F: Real>(mut lanes: [F; LANES], taps: &[F], samples: &[F]) -> F {
     sum_of_16(lanes)
 }
 
-/// Memories of fewer blocks than this are not worth bringing together.
-const FEW_BLOCKS: usize = 12;
-
 /// [`dot`] of the same taps with the samples of D axes, to the bit.
 #[inline]
 fn dot_many<F: Real, const D: usize>(taps: &[F], samples: [&[F]; D]) -> [F; D] {
     let (tap_blocks, tap_rest) = taps.as_chunks::<LANES>();
-    if tap_blocks.len() < FEW_BLOCKS {
-        return samples.map(|samples| dot(taps, samples));
-    }
     let samples = samples.map(<[F]>::as_chunks::<LANES>);
     let lanes = lane_sums_many(tap_blocks, samples.map(|(blocks, _)| blocks));
     core::array::from_fn(|axis| finish(lanes[axis], tap_rest, samples[axis].1))
@@ -173,6 +167,14 @@ pub(crate) fn advance_many<F: Real, const D: usize>(
     taps: &[F],
     x: [F; D],
 ) {
+    /// Memories of fewer taps than this are not worth bringing together.
+    const FEW: usize = 12 * LANES;
+    if taps.len() < FEW {
+        for ((twice, newest, past), x) in axes.into_iter().zip(x) {
+            *past = advance(twice, newest, taps, x);
+        }
+        return;
+    }
     let mut x = x.into_iter();
     let axes = axes.map(|(twice, newest, past)| {
         push(twice, newest, x.next().unwrap_or_default());

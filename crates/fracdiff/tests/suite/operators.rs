@@ -483,7 +483,7 @@ fn axes_together_have_the_bits_of_axes_alone() {
             operator.advance(axis, F::ONE);
         }
         for n in 0..400 {
-            let x: [F; D] = core::array::from_fn(|axis| F::from_f64(signals[axis][n]));
+            let x = signals.each_ref().map(|signal| F::from_f64(signal[n]));
             operator.advance_many(together.each_mut(), x);
             for (axis, history) in alone.iter_mut().enumerate() {
                 operator.advance(history, x[axis]);
