@@ -149,6 +149,14 @@ impl<F: Real, const N: usize> FirHistory<F, N> {
     /// [`advance`](Self::advance) of D axes.
     #[inline]
     pub(crate) fn advance_many<const D: usize>(histories: [&mut Self; D], taps: &[F], x: [F; D]) {
+        /// Memories of fewer taps than this are not worth bringing together.
+        const FEW: usize = 300;
+        if N < FEW {
+            for (history, x) in histories.into_iter().zip(x) {
+                history.advance(taps, x);
+            }
+            return;
+        }
         let axes = histories.map(|history| {
             (
                 history.samples.as_flattened_mut(),
@@ -167,14 +175,6 @@ pub(crate) fn advance_many<F: Real, const D: usize>(
     taps: &[F],
     x: [F; D],
 ) {
-    /// Memories of fewer taps than this are not worth bringing together.
-    const FEW: usize = 12 * LANES;
-    if taps.len() < FEW {
-        for ((twice, newest, past), x) in axes.into_iter().zip(x) {
-            *past = advance(twice, newest, taps, x);
-        }
-        return;
-    }
     let mut x = x.into_iter();
     let axes = axes.map(|(twice, newest, past)| {
         push(twice, newest, x.next().unwrap_or_default());
