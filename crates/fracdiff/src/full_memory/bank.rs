@@ -3,7 +3,6 @@
 use super::design::Design;
 use crate::fir::sum_of_8;
 use crate::integer_part::{IntegerHistory, WithIntegerPart, operator_from_its_core};
-use crate::real::add_compensated;
 use crate::response::{delay, low_pass};
 use crate::{Differintegrator, FrequencyResponse, ParameterError, Real, Seconds};
 use num_complex::Complex;
@@ -30,7 +29,7 @@ const FAST: f64 = 1.0 / 64.0;
 /// - *Single precision*: slow modes keep a compensation word; 200 s at 1 kHz then agree with `f64` to
 ///   about 1e-6 of the largest output, 5e-6 of the present one when that has relaxed.
 /// - *Not finite*: spoils all outputs until reset; for a whole order, which has no modes, TAPS of them.
-/// - *Cost*: `output` one multiply-add; `advance` TAPS multiply-adds and 5 operations a mode, 11 with
+/// - *Cost*: `output` one multiply-add; `advance` TAPS multiply-adds and 5 operations a mode, 8 with
 ///   compensation. TAPS ≥ 4 and MODES a multiple of 8, else it does not compile.
 ///
 /// ```
@@ -155,14 +154,20 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Differintegrator<F> for Ban
     }
 
     #[inline]
-    fn advance_many<const D: usize>(&self, histories: [&mut Self::History; D], x: [F; D]) {
+    fn advance_many<const D: usize>(&self, mut histories: [&mut Self::History; D], x: [F; D]) {
         // Without compensation words there is too little work for each coefficient to gain from it.
-        if F::COMPENSATED {
-            self.advance_together(histories, x);
-        } else {
-            for (history, x) in histories.into_iter().zip(x) {
-                self.advance_together([history], [x]);
-            }
+        let together = if F::COMPENSATED { D } else { 0 };
+        let (histories, alone) = histories.split_at_mut(together);
+        let (inputs, inputs_alone) = x.split_at(together);
+        // Two axes fill the registers.
+        let (pairs, last) = histories.as_chunks_mut::<2>();
+        let (pair_inputs, last_input) = inputs.as_chunks::<2>();
+        for ([first, second], x) in pairs.iter_mut().zip(pair_inputs) {
+            self.advance_together([first, second], *x);
+        }
+        let singles = last.iter_mut().chain(alone);
+        for (history, x) in singles.zip(last_input.iter().chain(inputs_alone)) {
+            self.advance_together([history], [*x]);
         }
     }
 
@@ -196,11 +201,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
         });
         if fast > 0 {
             let states = axes.each_mut().map(|(states, _)| &mut **states);
-            if F::COMPENSATED {
-                advance_fast(states, fast_decays, fast_weights, x, &mut lanes);
-            } else {
-                approach_all(states, fast_decays, fast_weights, x, &mut lanes);
-            }
+            advance_fast(states, fast_decays, fast_weights, x, &mut lanes);
         }
         if fast < self.blocks {
             let slow = axes.map(|(states, carries)| {
@@ -208,6 +209,11 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
                 (states, carries.get_mut(fast..).unwrap_or_default())
             });
             advance_slow(slow, slow_decays, slow_weights, x, &mut lanes);
+        }
+        // LLVM otherwise shapes all its vectors after the pairwise sum of the lanes, two wide: right for `f64`, and
+        // half of what `f32` could have.
+        if F::COMPENSATED {
+            lanes = core::hint::black_box(lanes);
         }
         for (history, lanes) in histories.into_iter().zip(lanes) {
             history.past = history.due[0] + sum_of_8(lanes);
@@ -223,22 +229,9 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
     }
 }
 
-/// [`approach_all`], not inlined: LLVM otherwise shapes its vectors after the pairwise sum of the lanes at the
-/// end, two wide, which is right for `f64` and half of what `f32` could have.
-#[inline(never)]
-fn advance_fast<F: Real, const D: usize>(
-    states: [&mut [[F; LANES]]; D],
-    decays: &[[F; LANES]],
-    weights: &[[F; LANES]],
-    x: [F; D],
-    lanes: &mut [[F; LANES]; D],
-) {
-    approach_all(states, decays, weights, x, lanes);
-}
-
 /// One step of the modes of D axes without compensation; adds Σ W·u of each lane to `lanes`, block by block.
 #[inline(always)]
-fn approach_all<F: Real, const D: usize>(
+fn advance_fast<F: Real, const D: usize>(
     states: [&mut [[F; LANES]]; D],
     decays: &[[F; LANES]],
     weights: &[[F; LANES]],
@@ -269,7 +262,7 @@ fn approach_all<F: Real, const D: usize>(
 type Compensated<'a, F> = (&'a mut [[F; LANES]], &'a mut [[F; LANES]]);
 
 /// The same with compensation. The sums do not wait for the new words.
-#[inline(never)]
+#[inline(always)]
 fn advance_slow<F: Real, const D: usize>(
     axes: [Compensated<'_, F>; D],
     decays: &[[F; LANES]],
@@ -284,8 +277,12 @@ fn advance_slow<F: Real, const D: usize>(
             if let Some((states, carries)) = axis.next() {
                 let (mut next, mut rest) = (*states, *carries);
                 for lane in 0..LANES {
-                    let increment = decays[lane] * (x - next[lane]);
-                    add_compensated(&mut next[lane], &mut rest[lane], increment);
+                    let state = next[lane];
+                    let addend = decays[lane] * (x - state) + rest[lane];
+                    next[lane] = state + addend;
+                    // Dekker's sum, three operations instead of Knuth's six: exact while |addend| ≤ |state|,
+                    // and a slow mode is smaller than its addend only where that is next to nothing.
+                    rest[lane] = addend - (next[lane] - state);
                 }
                 (*states, *carries) = (next, rest);
                 for lane in 0..LANES {
