@@ -99,8 +99,8 @@ impl Outcome {
             self.quantity.word(),
         );
         warnings.limited(record.limited);
-        warnings.late(record.missed_deadlines, force.len() as u64);
-        warnings.dropped(record.dropped);
+        warnings.late(record, force.len() as u64);
+        warnings.dropped(record.dropped_by_disk());
         warnings.link(record.link.as_ref());
         warnings.0.extend_from_slice(live_warnings);
 

@@ -108,6 +108,14 @@ pub struct LinkSummary {
     pub round_trip_us: [u64; 3],
 }
 
+impl LinkSummary {
+    /// Samples that were measured and did not get to the log because of the line.
+    #[must_use]
+    pub fn samples_missing(&self) -> u64 {
+        self.samples_lost + self.samples_dropped
+    }
+}
+
 /// Frames of one direction.
 #[derive(Clone, Copy, Debug, serde::Serialize)]
 pub struct FrameCounts {

@@ -209,8 +209,15 @@ impl Warnings {
     }
 
     /// The loop was late.
-    pub fn late(&mut self, missed: u64, samples: u64) {
-        if missed > 0 {
+    pub fn late(&mut self, record: &Record, samples: u64) {
+        let missed = record.missed_deadlines;
+        if let Some(link) = record.link.as_ref().filter(|_| missed > 0) {
+            self.0.push(format!(
+                "of {samples} ticks of the device {} were a whole period late, and {} had no new force from \
+                 here: the device, the line or this machine was too slow for the sample time",
+                link.overruns, link.stale_forces
+            ));
+        } else if missed > 0 {
             self.0.push(format!(
                 "{missed} of {samples} ticks were more than one sample time late: this machine was busy, \
                  or the sample time is too short for it"

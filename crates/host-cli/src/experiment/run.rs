@@ -107,6 +107,13 @@ impl Record {
         })
     }
 
+    /// Samples and events that the disk was too slow for.
+    #[must_use]
+    pub fn dropped_by_disk(&self) -> u64 {
+        let line = self.link.as_ref().map_or(0, LinkSummary::samples_missing);
+        self.dropped.saturating_sub(line)
+    }
+
     /// Adds a sample.
     pub(super) fn push(&mut self, message: &TickMessage) {
         self.limited += u64::from(message.limiters != 0);
