@@ -119,6 +119,8 @@ struct Shared {
     forces_dropped: AtomicU64,
     round_trip_us: Mutex<Histogram<u64>>,
     status: Mutex<Status>,
+    /// What the guard observed, bits of an `f32`.
+    energy_bits: AtomicU32,
     period_us: AtomicU32,
 }
 
@@ -182,6 +184,7 @@ impl SerialLink {
                 reason: error.to_string(),
             })?),
             status: Mutex::new(Status::default()),
+            energy_bits: AtomicU32::new(0),
             period_us: AtomicU32::new(1000),
         });
         let (commands, to_send) = sync_channel(COMMANDS_MOST);
@@ -427,6 +430,12 @@ impl SerialLink {
     #[must_use]
     pub fn status(&self) -> Status {
         *lock(&self.shared.status)
+    }
+
+    /// What the device's passivity guard has observed as of the last keep-alive, J; 0 without one.
+    #[must_use]
+    pub fn observed_energy_j(&self) -> f32 {
+        f32::from_bits(self.shared.energy_bits.load(Ordering::Relaxed))
     }
 
     /// The port.
