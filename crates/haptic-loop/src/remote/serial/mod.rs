@@ -102,6 +102,7 @@ pub struct SerialLink {
     latency_ms: Option<u32>,
     path: String,
     newest_tick: u32,
+    newest_limiters: u8,
 }
 
 #[derive(Debug)]
@@ -240,6 +241,7 @@ impl SerialLink {
             latency_ms,
             path: path.to_string(),
             newest_tick: 0,
+            newest_limiters: 0,
         };
         link.greet()?;
         Ok(link)
@@ -438,6 +440,12 @@ impl SerialLink {
         f32::from_bits(self.shared.energy_bits.load(Ordering::Relaxed))
     }
 
+    /// The device's own limiters in the tick that was read last, bits as in a [`Sample`].
+    #[must_use]
+    pub const fn newest_limiters(&self) -> u8 {
+        self.newest_limiters
+    }
+
     /// The port.
     #[must_use]
     pub fn path(&self) -> &str {
@@ -489,6 +497,7 @@ impl<F: Real> Device<F, 1> for SerialLink {
             match self.hear(SAMPLE_TIMEOUT) {
                 Some(Heard::Sample(sample)) => {
                     self.newest_tick = sample.tick;
+                    self.newest_limiters = sample.limiters;
                     return Ok(Reading {
                         tick: u64::from(sample.tick),
                         time_s: f64::from(sample.tick) * self.period_s(),
