@@ -486,6 +486,7 @@ impl Session<'_> {
             reference_m: (self.reference)(time_s),
             indenter_position_m: f64::NAN,
             contact_force_n: f64::NAN,
+            observed_energy_j: f64::NAN,
             ..TickMessage::default()
         }
     }

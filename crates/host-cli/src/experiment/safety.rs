@@ -169,3 +169,50 @@ pub fn speed(hard: f64, brakes: bool) -> SpeedLimit {
         hard: MetresPerSecond(hard),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_guard_says_what_it_has_to_know() {
+        let t = Seconds(1e-3);
+        let unknown = GuardedDevice::default();
+        assert_eq!(GuardChoice::Off.of(&unknown, t).expect("off"), None);
+        for (guard, option) in [
+            (GuardChoice::Observer, "--device-mass"),
+            (GuardChoice::EnergyBounding, "--device-damping"),
+        ] {
+            let error = guard.of(&unknown, t).expect_err("unknown").to_string();
+            assert!(
+                error.contains(option) && error.contains(&guard.name()),
+                "{error}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_somebody_says_of_a_device_goes_before_what_it_simulates() {
+        use super::super::remote::guard_of;
+        use haptic_link::Simulation;
+        let t = Seconds(1e-3);
+        let said = GuardedDevice {
+            damping_n_s_per_m: Some(2.0),
+            ..GuardedDevice::default()
+        };
+        let bounding =
+            |known, simulation| match guard_of(GuardChoice::EnergyBounding, known, simulation, t)
+                .expect("known")
+            {
+                Some(Guard::EnergyBounding(bounding)) => {
+                    (bounding.device_damping.0, bounding.delay_samples)
+                }
+                other => panic!("{other:?}"),
+            };
+        let nothing = GuardedDevice::default();
+        assert_eq!(bounding(nothing, &Simulation::TESTBED), (3.5, 0));
+        assert_eq!(bounding(said, &Simulation::TESTBED), (2.0, 0));
+        assert_eq!(bounding(said, &Simulation::REAL), (2.0, 1));
+        assert!(guard_of(GuardChoice::EnergyBounding, nothing, &Simulation::REAL, t).is_err());
+    }
+}
