@@ -159,7 +159,7 @@ mod device {
         fn new() -> Self {
             let place = Place::new();
             let child = Command::new(binary())
-                .args(["device", "emulate", "--speed", "5", "--link"])
+                .args(["device", "emulate", "--speed", "2", "--link"])
                 .arg(place.path("device"))
                 .stdout(Stdio::null())
                 .stderr(Stdio::null())
@@ -260,12 +260,12 @@ mod device {
         // In either loop the guard is on the device.
         for side in ["device", "host"] {
             let report = device.json(&format!(
-                "run wall.toml --guard energy-bounding --watchdog 1s --loop {side} --out {side} --quiet"
+                "run wall.toml --guard energy-bounding --watchdog 1s --loop {side} --out on-{side} --quiet"
             ));
             assert_eq!(report["stable"], true, "{side}: {report}");
             assert!(number(&report, "limited_samples") > 0.0, "{side}: {report}");
         }
-        let device_loop = ticks(&device.place, "device/wall.mcap");
+        let device_loop = ticks(&device.place, "on-device/wall.mcap");
         assert!(device_loop.iter().all(|row| row[ENERGY].is_nan()));
         let line =
             format!("{RELAX} --device serial:device --watchdog 1s --workspace -1mm:0.5mm --quiet");
