@@ -32,6 +32,7 @@ fn tick(number: u64) -> TickMessage {
         force_n: 1.1 * (1.0 + x).powf(-0.2247),
         contact_force_n: 1.2 * (1.0 + x).powf(-0.2247),
         limiters: (number % 16) as u8,
+        observed_energy_j: 1e-6 * (x * 0.013).sin(),
     }
 }
 

@@ -29,6 +29,8 @@ pub enum Incoming {
         round_trip_us: u64,
         /// State and fault.
         status: Status,
+        /// What the passivity guard has observed, J; 0 without one.
+        observed_energy_j: f32,
     },
     /// The device's time has gone back: it was reset, and knows nothing of this session.
     Rebooted,
@@ -384,6 +386,7 @@ impl Conversation {
         (alive.token == self.token).then(|| Incoming::Alive {
             round_trip_us: now_us.saturating_sub(self.token_us),
             status: alive.status,
+            observed_energy_j: alive.observed_energy_j,
         })
     }
 

@@ -18,6 +18,7 @@ mod conversation;
 #[cfg(feature = "std")]
 mod faulty_line;
 mod hardware;
+mod limits;
 mod prepared;
 #[cfg(feature = "std")]
 pub mod serial;
@@ -29,6 +30,7 @@ pub use conversation::{Conversation, HostCounters, Incoming, LinkError, check_ke
 #[cfg(feature = "std")]
 pub use faulty_line::{FaultyLine, LineDamage, LineFaults};
 pub use hardware::{Exclusive, Hardware};
+pub use limits::{wire_guard, wire_limits};
 #[cfg(feature = "std")]
 pub use prepared::operator_shape;
 pub use prepared::{

@@ -70,6 +70,7 @@ pub struct TickSide<H: Hardware> {
     after: After,
     fault: Option<Fault>,
     faults: u16,
+    /// The last one started since it was armed, whether it has ended or not.
     run: Option<u32>,
     ticks_left: Option<u32>,
     tick: u32,
@@ -82,6 +83,7 @@ pub struct TickSide<H: Hardware> {
     commanded_new: bool,
     idle_stream: Stream,
     run_stream: Stream,
+    newest: Sample,
     samples: Deque<Sample, QUEUE_SAMPLES>,
     notices: Deque<Notice, QUEUE_NOTICES>,
     flight: HistoryBuf<Sample, FLIGHT_SAMPLES>,
@@ -148,6 +150,7 @@ impl<H: Hardware> TickSide<H> {
             commanded_new: false,
             idle_stream: Stream::OFF,
             run_stream: Stream::OFF,
+            newest: Sample::default(),
             samples: Deque::new(),
             notices: Deque::new(),
             flight: HistoryBuf::new(),
@@ -267,6 +270,7 @@ impl<H: Hardware> TickSide<H> {
 
     /// Flight recorder and stream.
     fn keep(&mut self, sample: Sample) {
+        self.newest = sample;
         match &mut self.flight_left {
             None => self.flight.write(sample),
             Some(0) => {}
@@ -309,7 +313,6 @@ impl<H: Hardware> TickSide<H> {
                 After::Idle => (State::Idle, EventKind::Disarmed),
             };
             self.state = state;
-            self.run = None;
             self.event(kind);
         }
     }
@@ -366,7 +369,11 @@ impl<H: Hardware> TickSide<H> {
         }
         self.controller.reset();
         self.fault = None;
-        self.flight_left = None;
+        self.run = None;
+        // What led to the fault is no part of what comes.
+        if self.flight_left.take().is_some() {
+            self.flight.clear();
+        }
         self.late_in_row = 0;
         self.state = State::Armed;
         self.event(EventKind::Armed);
@@ -392,8 +399,11 @@ impl<H: Hardware> TickSide<H> {
     /// As there, and a stream that is none.
     pub fn start(&mut self, start: Start) -> Result<(), Refusal> {
         match self.state {
+            // Sent again because the answer was lost: true already, even if it has ended.
+            State::Armed | State::Running | State::Stopping if self.run == Some(start.run) => {
+                return Ok(());
+            }
             State::Armed => {}
-            State::Running if self.run == Some(start.run) => return Ok(()),
             state => return Err(Refusal::State(state)),
         }
         let stream = checked(start.every, start.batch)?;
@@ -402,6 +412,7 @@ impl<H: Hardware> TickSide<H> {
         }
         self.controller.reset();
         self.hardware.restart();
+        self.may_start()?;
         self.samples.clear();
         self.flight.clear();
         self.run = Some(start.run);
@@ -412,6 +423,28 @@ impl<H: Hardware> TickSide<H> {
         self.state = State::Running;
         self.event(EventKind::Started);
         Ok(())
+    }
+
+    /// Whether the force of a device loop would be small where the device is now. A force of the host's is
+    /// zero at first.
+    #[inline(never)]
+    fn may_start(&mut self) -> Result<(), Refusal> {
+        if self.configuration.loop_mode == LoopMode::Host {
+            return Ok(());
+        }
+        let reading = match self.hardware.idle() {
+            Ok(reading) => reading,
+            Err(fault) => {
+                self.trip(fault);
+                return Err(Refusal::State(State::Fault));
+            }
+        };
+        self.controller
+            .may_start(&reading)
+            .map_err(|refused| Refusal::ForceNotSmall {
+                wanted_n: refused.wanted_n as f32,
+                allowed_n: refused.allowed_n as f32,
+            })
     }
 
     /// See [`Request::Stop`](haptic_link::Request::Stop).
@@ -525,13 +558,29 @@ impl<H: Hardware> TickSide<H> {
         &self.statistics
     }
 
-    /// A sample of the flight recorder, 0 the oldest.
+    /// The energy that the passivity guard has observed, J; 0 without one.
+    #[must_use]
+    pub fn observed_energy_j(&self) -> f32 {
+        self.controller.safety().observed_energy_j()
+    }
+
+    /// The last tick; zeros before the first.
+    #[must_use]
+    pub const fn newest(&self) -> &Sample {
+        &self.newest
+    }
+
+    /// A sample of the flight recorder, 0 the oldest. It has none before a fault has latched.
     ///
     /// # Errors
     /// An index behind its end.
     pub fn flight(&self, index: u16) -> Result<Flight, Refusal> {
-        let count = self.flight.len() as u16;
-        let sample = match self.flight.oldest_ordered().nth(usize::from(index)) {
+        let count = match self.flight_left {
+            Some(_) => self.flight.len() as u16,
+            None => 0,
+        };
+        let mut kept = self.flight.oldest_ordered().take(usize::from(count));
+        let sample = match kept.nth(usize::from(index)) {
             Some(sample) => *sample,
             None if index == 0 => Sample::default(),
             None => {

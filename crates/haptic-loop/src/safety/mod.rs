@@ -180,6 +180,12 @@ impl<F: Real> SafetyChain<F> {
         })
     }
 
+    /// Whether a passivity guard is part of it.
+    #[must_use]
+    pub const fn has_guard(&self) -> bool {
+        self.guard.is_some()
+    }
+
     /// Whether a device may be armed with this wanted force, N.
     ///
     /// # Errors

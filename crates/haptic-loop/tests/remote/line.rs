@@ -28,6 +28,8 @@ pub(crate) struct Bench {
     pub(crate) host_dead: bool,
     pub(crate) told: Vec<Report>,
     pub(crate) rebooted: bool,
+    /// What the guard has observed, as of the last answer to a keep-alive, J.
+    pub(crate) energy_j: Option<f32>,
     /// Called for each sample in a host loop; its force is sent back.
     pub(crate) law: Option<fn(f32) -> f32>,
 }
@@ -50,6 +52,7 @@ impl Bench {
             host_dead: false,
             told: Vec::new(),
             rebooted: false,
+            energy_j: None,
             law: None,
         }
     }
@@ -66,11 +69,7 @@ impl Bench {
     }
 
     pub(crate) fn force_n(&self) -> f32 {
-        // The flight recorder's newest sample is what was applied last.
-        let device = self.device.borrow();
-        let count = device.flight(0).map_or(0, |flight| flight.count);
-        let newest = device.flight(count.saturating_sub(1));
-        newest.map_or(0.0, |flight| flight.sample.force_n)
+        self.device.borrow().newest().force_n
     }
 
     pub(crate) fn state(&self) -> State {
@@ -111,7 +110,10 @@ impl Bench {
                     Some(Incoming::Refused { refusal, .. }) => answer = Some(Err(refusal)),
                     Some(Incoming::Told(report)) => self.hear(report),
                     Some(Incoming::Rebooted) => self.rebooted = true,
-                    Some(Incoming::Alive { .. }) | None => {}
+                    Some(Incoming::Alive {
+                        observed_energy_j, ..
+                    }) => self.energy_j = Some(observed_energy_j),
+                    None => {}
                 }
             }
         }
@@ -236,6 +238,8 @@ pub(crate) fn spring() -> (Configuration, [f32; 2]) {
         ..Configuration::PASSIVE
     };
     configuration.limits.force_rate_n_per_s = 10_000.0;
+    // What is applied is what is wanted.
+    configuration.limits.rise_time_s = 0.0;
     (configuration, [1000.0, -1000.0])
 }
 

@@ -2,5 +2,6 @@
 
 #![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
 
+mod limits;
 mod line;
 mod session;

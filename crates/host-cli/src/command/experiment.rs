@@ -2,10 +2,11 @@
 
 use super::live::LiveArguments;
 use super::remote::RemoteArguments;
+use super::safety::SafetyArguments;
 use crate::experiment::remote::LinkSummary;
 use crate::experiment::report::TickTimes;
 use crate::experiment::{
-    Contact, Ending, Pace, Precision, Rendering, Report, Sensors, Summary, Supervisor,
+    Contact, Ending, Pace, Precision, Rendering, Report, Safety, Sensors, Summary, Supervisor,
 };
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
@@ -117,6 +118,8 @@ pub struct RenderingArguments {
     #[arg(long, help_heading = "Loop")]
     realtime: bool,
     #[command(flatten)]
+    safety: SafetyArguments,
+    #[command(flatten)]
     remote: RemoteArguments,
     #[command(flatten)]
     live: LiveArguments,
@@ -211,6 +214,7 @@ impl RenderingArguments {
             },
             force_limit_n: self.force_limit.0,
             force_rate_limit_n_per_s: self.force_rate_limit.0,
+            safety: self.safety.over(Safety::default()),
             pace: if self.realtime || remote.is_some() {
                 Pace::Realtime
             } else {

@@ -13,6 +13,7 @@ pub mod relax;
 pub mod remote;
 pub mod reproduce;
 pub mod run;
+pub mod safety;
 pub mod shell;
 pub mod weights;
 pub mod zwidth;

@@ -3,6 +3,7 @@
 use super::experiment::{End, conduct, print_end, print_summary};
 use super::live::LiveArguments;
 use super::remote::RemoteArguments;
+use super::safety::SafetyArguments;
 use crate::experiment::{ExperimentFile, Pace, WallReport};
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
@@ -19,11 +20,14 @@ theirs too. Paths in the file start from its folder.
 A wall: the device is pushed into it with a constant force, and is stable if the position settles. Keys \
 of [wall], all but the first six with defaults: mass_kg, damping_n_s_per_m, sample_time_s, order, \
 stiffness_n_per_m, dissipation_n_s_mu_per_m, scheme, hand_stiffness_n_per_m, delay_s, friction_n, \
-current_lag_s, encoder_resolution_m, sensor_noise_m, seed, force_limit_n, guard, one_sided, push_n, \
+current_lag_s, encoder_resolution_m, sensor_noise_m, seed, force_limit_n, one_sided, push_n, \
 duration_s, window_s, threshold_m. `host-cli design` writes such a file.
 
-guard = \"observer\" or \"energy-bounding\" keeps a wall from shaking: the one adds damping, the other takes \
-force, and so stiffness, that the damping of the device cannot pay for.
+Keys of the safety chain, for every experiment, all off if not given: guard, workspace_low_m and \
+workspace_high_m, speed_limit_m_per_s, rise_time_s, braking_n_s_per_m, and device_mass_kg and \
+device_damping_n_s_per_m of a real device for its guard. guard = \"observer\" or \"energy-bounding\" keeps a \
+wall from shaking: the one adds damping, the other takes force, and so stiffness, that the damping of the \
+device cannot pay for.
 
 On a serial device any of them has device = \"serial:PATH\", loop = \"device\" or \"host\", watchdog_s and late_ticks.";
 
@@ -40,6 +44,8 @@ pub struct Arguments {
     /// Pace the run by the clock instead of as fast as it goes
     #[arg(long)]
     realtime: bool,
+    #[command(flatten)]
+    safety: SafetyArguments,
     #[command(flatten)]
     remote: RemoteArguments,
     #[command(flatten)]
@@ -65,7 +71,9 @@ impl Arguments {
         } else {
             Pace::Virtual
         };
-        let experiment = file.in_pace(pace).on(remote)?;
+        let mut experiment = file.in_pace(pace).on(remote)?;
+        let safety = experiment.safety_mut();
+        *safety = self.safety.over(*safety);
         let samples = experiment.samples()?;
         let request = |stem: &str| FolderRequest {
             out: self.out.clone(),

@@ -8,18 +8,20 @@
 
 use super::recorder::{Recorded, Recorder};
 use super::run::{Ended, Ran, Record, Schedule, Supervisor};
+use super::safety::{GuardChoice, GuardedDevice};
 use crate::device::{SerialName, at_port};
 use crate::failure::Failure;
 use crate::folder::{FolderRequest, OutputFolder};
 use crate::record::TickMessage;
 use fracdiff::{Operator, Real};
 use haptic_link::{
-    Capabilities, Configuration, EventKind, Limits, LoopMode, OperatorShape, Request, Sample,
-    Simulation, SimulationKind, Start, Statistics,
+    Capabilities, Configuration, EventKind, Limits, LoopMode, OperatorShape, Refusal, Request,
+    Sample, Simulation, SimulationKind, Start, Statistics,
 };
-use haptic_loop::remote::LinkError;
 use haptic_loop::remote::serial::{Heard, SerialError, SerialLink};
-use haptic_loop::{Controller, Environment};
+use haptic_loop::remote::{LinkError, wire_limits};
+use haptic_loop::units::Seconds;
+use haptic_loop::{Controller, Environment, Guard, StartRefused};
 use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -66,10 +68,10 @@ pub struct RemoteLaw {
     pub one_sided: bool,
     /// Coefficients of the operator.
     pub operator: (OperatorShape, Vec<f32>),
-    /// Largest force, N.
-    pub force_limit_n: f64,
-    /// Largest rate of force, N/s.
-    pub force_rate_limit_n_per_s: f64,
+    /// Limits of the safety chain, without a guard.
+    pub limits: haptic_loop::Limits,
+    /// The guard, and what is known of a real device.
+    pub guard: (GuardChoice, GuardedDevice),
     /// The plant of a simulated device.
     pub simulation: Simulation,
 }
@@ -247,6 +249,17 @@ pub(super) fn configuration(
             schedule.sample_time_s
         )));
     }
+    let simulation = if capabilities.simulated {
+        law.simulation
+    } else {
+        Simulation::REAL
+    };
+    let t = Seconds(schedule.sample_time_s);
+    let guard = guard_of(law.guard.0, law.guard.1, &simulation, t)?;
+    let limits = wire_limits(&haptic_loop::Limits {
+        guard,
+        ..law.limits
+    });
     Ok(Configuration {
         loop_mode: device.loop_mode,
         tick_period_us: us.round() as u32,
@@ -257,17 +270,51 @@ pub(super) fn configuration(
         surface_m: 0.0,
         operator: law.operator.0,
         limits: Limits {
-            force_n: law.force_limit_n as f32,
-            force_rate_n_per_s: law.force_rate_limit_n_per_s as f32,
             watchdog_ms: device.watchdog_ms,
             late_ticks: device.late_ticks,
+            ..limits
         },
-        simulation: if capabilities.simulated {
-            law.simulation
-        } else {
-            Simulation::REAL
-        },
+        simulation,
     })
+}
+
+/// Limits of the chain that closes a loop here: force, rate and start. The rest is up to the device, which
+/// knows where it is without delay.
+#[must_use]
+pub const fn host_limits(limits: &haptic_loop::Limits) -> haptic_loop::Limits {
+    haptic_loop::Limits {
+        start_force: limits.start_force,
+        ..haptic_loop::Limits::bare(limits.force, limits.rate)
+    }
+}
+
+/// A guard for a device: what nobody has said of a simulated one is known from what it simulates. In a real
+/// one a force takes a tick more than none, for what board and actuator need.
+///
+/// # Errors
+/// As [`GuardChoice::of`].
+pub fn guard_of(
+    guard: GuardChoice,
+    known: GuardedDevice,
+    simulation: &Simulation,
+    t: Seconds,
+) -> Result<Option<Guard>, Failure> {
+    let known = if simulation.kind == SimulationKind::Real {
+        GuardedDevice {
+            delay_samples: known.delay_samples.max(1),
+            ..known
+        }
+    } else {
+        let simulated = |value: f32| Some(f64::from(value));
+        GuardedDevice {
+            mass_kg: known.mass_kg.or(simulated(simulation.mass_kg)),
+            damping_n_s_per_m: known
+                .damping_n_s_per_m
+                .or(simulated(simulation.damping_n_s_per_m)),
+            ..known
+        }
+    };
+    guard.of(&known, t)
 }
 
 /// Coefficients for a device that does not compute the force itself: one zero.
@@ -385,6 +432,9 @@ impl Session<'_> {
         loop {
             // Waiting for the sample is no part of the tick.
             let reading = haptic_loop::Device::<F, 1>::read(&mut self.link)?;
+            if self.next_tick == 0 {
+                controller.may_start(&reading).map_err(blow)?;
+            }
             let began = Instant::now();
             let done = controller.tick_reading(&mut self.link, reading)?;
             let took = began.elapsed().as_nanos() as u64;
@@ -398,7 +448,8 @@ impl Session<'_> {
                 position_m: reading.position_m[0].to_f64(),
                 environment_force_n: done.environment_force_n[0].to_f64(),
                 force_n: done.force.newtons()[0].to_f64(),
-                limiters: done.limiters.bits(),
+                // The device limits what it is sent once more.
+                limiters: done.limiters.bits() | self.link.newest_limiters(),
                 ..self.blank(reading.time_s)
             };
             self.keep(message, counted);
@@ -443,6 +494,7 @@ impl Session<'_> {
             reference_m: (self.reference)(time_s),
             indenter_position_m: f64::NAN,
             contact_force_n: f64::NAN,
+            observed_energy_j: f64::NAN,
             ..TickMessage::default()
         }
     }
@@ -496,6 +548,17 @@ impl Session<'_> {
             _ => self.ends(Ended::LinkLost(LinkError::Gone), "link"),
         }
     }
+}
+
+/// A start that this side of the link refuses, as the device would.
+fn blow(refused: StartRefused) -> SerialError {
+    SerialError::Link(LinkError::Refused {
+        request: "start",
+        refusal: Refusal::ForceNotSmall {
+            wanted_n: refused.wanted_n as f32,
+            allowed_n: refused.allowed_n as f32,
+        },
+    })
 }
 
 /// What only the connected device can tell.

@@ -283,6 +283,8 @@ where
         message.environment_force_n = sample.environment_force_n[0].to_f64();
         message.force_n = sample.force.newtons()[0].to_f64();
         message.limiters = sample.limiters.bits();
+        let energy = controller.guarded_energy_j();
+        message.observed_energy_j = energy.map_or(f64::NAN, Real::to_f64);
         let time_s = message.time_s;
         let logged = recorder.tick(message);
         tick += 1;

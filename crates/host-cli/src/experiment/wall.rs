@@ -13,22 +13,22 @@ mod report;
 
 use super::judge::full_history;
 use super::outcome::reaction;
-use super::pushed::{
-    GONE_M, GuardChoice, VirtualWall, force_rate, guarded_force_limit, pushed, wall_at_start,
+use super::pushed::{GONE_M, VirtualWall, force_alone, pushed, safe_force_limit, wall_at_start};
+use super::remote::{
+    RemoteDevice, RemoteLaw, RemoteRun, device_name, host_limits, no_operator, portable, push,
 };
-use super::remote::{RemoteDevice, RemoteLaw, RemoteRun, device_name, no_operator, portable, push};
 use super::report::{TickTimes, Warnings};
 use super::run::{Ended, Pace, Ran, Record, SAMPLES, Schedule, Supervisor, run_logged};
+use super::safety::{GuardChoice, GuardedDevice, Safety};
 use super::sensed::{Sensed, Sensors};
 use crate::failure::Failure;
 use crate::figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use crate::folder::FolderRequest;
-use clap::ValueEnum as _;
 use fracdiff::full_memory::Kernel;
 use fracdiff::{FrequencyResponse as _, Operator, Order, Scheme};
 use haptic_link::{LoopMode, Simulation, SimulationKind};
-use haptic_loop::Controller;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
+use haptic_loop::{Controller, Limits, SafetyChain};
 pub use report::WallReport;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -60,8 +60,8 @@ pub struct Wall {
     pub threshold_m: f64,
     /// Largest force of the safety chain, N.
     pub force_limit_n: f64,
-    /// Passivity guard of the safety chain.
-    pub guard: GuardChoice,
+    /// What else the safety chain does.
+    pub safety: Safety,
     /// How time passes.
     pub pace: Pace,
     /// The serial device; `None` for the simulated one.
@@ -217,13 +217,31 @@ impl Wall {
             self.one_sided,
         )
         .map_err(Failure::input)?;
-        let chain = guarded_force_limit(self.force_limit_n, &self.device, self.guard)?;
+        let chain = match &self.remote {
+            None => safe_force_limit(self.force_limit_n, &self.device, &self.safety)?,
+            Some(_) => SafetyChain::from_limits(&self.limits_here(), t).map_err(Failure::input)?,
+        };
         Ok(Parts {
             controller: Controller::new(wall, chain),
             device,
             samples: samples as u64,
             rest_m,
         })
+    }
+
+    /// Limits of the chain of a serial device, without its guard.
+    fn limits_there(&self) -> Limits {
+        let limits = force_alone(self.force_limit_n, self.device.sample_time);
+        self.safety.on(limits, true)
+    }
+
+    /// Limits of the chain that runs here with a serial device: in a host loop the device does all but force
+    /// and rate, and with its own loop this chain runs only to be checked.
+    fn limits_here(&self) -> Limits {
+        match &self.remote {
+            Some(remote) if remote.loop_mode == LoopMode::Host => host_limits(&self.limits_there()),
+            _ => self.limits_there(),
+        }
     }
 
     /// The same wall and push for a serial device.
@@ -258,8 +276,15 @@ impl Wall {
             order: self.order.get(),
             one_sided: self.one_sided,
             operator,
-            force_limit_n: self.force_limit_n,
-            force_rate_limit_n_per_s: force_rate(self.force_limit_n, t).0,
+            limits: self.limits_there(),
+            guard: (
+                self.safety.guard,
+                self.safety.guarded(GuardedDevice {
+                    mass_kg: Some(mass.0),
+                    damping_n_s_per_m: Some(damping.0),
+                    delay_samples: 0,
+                }),
+            ),
             simulation: Simulation {
                 kind: SimulationKind::MassDamper,
                 mass_kg: mass.0 as f32,
@@ -447,9 +472,9 @@ impl Wall {
             } else {
                 "unstable"
             }
-        ) + &match self.guard {
+        ) + &match self.safety.guard {
             GuardChoice::Off => String::new(),
-            _ => format!(" · guard {}", self.guard_name()),
+            guard => format!(" · guard {}", guard.name()),
         };
         let axis = |label| AxisSpec {
             label,
@@ -522,16 +547,8 @@ impl Wall {
         ];
         let mut metadata: BTreeMap<String, String> =
             entries.map(|(key, value)| (key.to_owned(), value)).into();
-        if self.guard != GuardChoice::Off {
-            metadata.insert("guard".to_owned(), self.guard_name());
-        }
+        self.safety.describe(&mut metadata);
         metadata
-    }
-
-    /// As a file says it.
-    fn guard_name(&self) -> String {
-        let value = self.guard.to_possible_value();
-        value.map_or_else(String::new, |value| value.get_name().to_owned())
     }
 }
 

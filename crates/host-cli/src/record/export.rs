@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::{Condition, Entry, Leftover, LogReader, NewFile, RecordError};
 
 /// The fields of [`TickMessage`](super::TickMessage) in order.
-const COLUMNS: [&str; 9] = [
+const COLUMNS: [&str; 10] = [
     "tick",
     "time_s",
     "reference_m",
@@ -16,6 +16,7 @@ const COLUMNS: [&str; 9] = [
     "force_n",
     "contact_force_n",
     "limiters",
+    "observed_energy_j",
 ];
 
 /// What was exported.

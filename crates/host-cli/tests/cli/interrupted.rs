@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 /// Header of `log export`.
 const TICKS: &str = "tick,time_s,reference_m,indenter_position_m,position_m,environment_force_n,\
-                     force_n,contact_force_n,limiters";
+                     force_n,contact_force_n,limiters,observed_energy_j";
 /// A limiter bit of the log: the loop is stopping.
 const STOPPING: u8 = 8;
 

@@ -12,3 +12,4 @@ mod interrupted;
 mod log;
 mod process;
 mod refusals;
+mod safety;

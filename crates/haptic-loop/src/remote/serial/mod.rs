@@ -102,6 +102,7 @@ pub struct SerialLink {
     latency_ms: Option<u32>,
     path: String,
     newest_tick: u32,
+    newest_limiters: u8,
 }
 
 #[derive(Debug)]
@@ -119,6 +120,8 @@ struct Shared {
     forces_dropped: AtomicU64,
     round_trip_us: Mutex<Histogram<u64>>,
     status: Mutex<Status>,
+    /// What the guard observed, bits of an `f32`.
+    energy_bits: AtomicU32,
     period_us: AtomicU32,
 }
 
@@ -182,6 +185,7 @@ impl SerialLink {
                 reason: error.to_string(),
             })?),
             status: Mutex::new(Status::default()),
+            energy_bits: AtomicU32::new(0),
             period_us: AtomicU32::new(1000),
         });
         let (commands, to_send) = sync_channel(COMMANDS_MOST);
@@ -237,6 +241,7 @@ impl SerialLink {
             latency_ms,
             path: path.to_string(),
             newest_tick: 0,
+            newest_limiters: 0,
         };
         link.greet()?;
         Ok(link)
@@ -441,6 +446,18 @@ impl SerialLink {
         *lock(&self.shared.status)
     }
 
+    /// What the device's passivity guard has observed as of the last keep-alive, J; 0 without one.
+    #[must_use]
+    pub fn observed_energy_j(&self) -> f32 {
+        f32::from_bits(self.shared.energy_bits.load(Ordering::Relaxed))
+    }
+
+    /// The device's own limiters in the tick that was read last, bits as in a [`Sample`].
+    #[must_use]
+    pub const fn newest_limiters(&self) -> u8 {
+        self.newest_limiters
+    }
+
     /// The port.
     #[must_use]
     pub fn path(&self) -> &str {
@@ -492,6 +509,7 @@ impl<F: Real> Device<F, 1> for SerialLink {
             match self.hear(SAMPLE_TIMEOUT) {
                 Some(Heard::Sample(sample)) => {
                     self.newest_tick = sample.tick;
+                    self.newest_limiters = sample.limiters;
                     return Ok(Reading {
                         tick: u64::from(sample.tick),
                         time_s: f64::from(sample.tick) * self.period_s(),

@@ -55,7 +55,10 @@ impl Reader {
             Incoming::Alive {
                 round_trip_us,
                 status,
+                observed_energy_j,
             } => {
+                let bits = observed_energy_j.to_bits();
+                self.shared.energy_bits.store(bits, Ordering::Relaxed);
                 lock(&self.shared.round_trip_us).saturating_record(round_trip_us.max(1));
                 *lock(&self.shared.status) = status;
             }
