@@ -103,6 +103,8 @@ impl Hardware for Probe {
     fn idle(&mut self) -> Result<Reading<f32, 1>, Fault> {
         self.read()
     }
+
+    fn let_go(&mut self) {}
 }
 
 /// A one-sided wall of 1 N/mm with this operator, 2 N at most, so that every branch of the chain is taken.

@@ -148,6 +148,11 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
         self.safety.trip(fault);
     }
 
+    /// The device has let go by itself, so the force is zero now, whatever the rate limit.
+    pub fn let_go(&mut self) {
+        self.safety.let_go();
+    }
+
     /// From the next tick on the force falls to zero at the rate limit.
     pub fn stop(&mut self) {
         self.safety.stop();

@@ -62,6 +62,10 @@ impl Hardware for Slow {
     fn idle(&mut self) -> Result<Reading<f32, 1>, Fault> {
         self.read()
     }
+
+    fn let_go(&mut self) {
+        self.plant.let_go();
+    }
 }
 
 static TICKER: Mutex<RefCell<Option<Ticker<Slow, chip::Timer>>>> = Mutex::new(RefCell::new(None));

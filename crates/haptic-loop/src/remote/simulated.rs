@@ -1,8 +1,8 @@
 //! A device without hardware: a plant that is stepped by its own ticks.
 
+use super::flight::FLIGHT_SAMPLES;
 use super::hardware::Hardware;
 use super::prepared::{COEFFICIENTS_MAX, DEGREE_MAX, MODES_MAX, within};
-use super::tick_side::FLIGHT_SAMPLES;
 use crate::plant::{
     IndentationRig, MassDamper, MassDamperConfig, RampHold, RigConfig, RigContact, RigDrive,
 };
@@ -160,6 +160,10 @@ impl Hardware for SimulatedPlant {
 
     fn idle(&mut self) -> Result<Reading<f32, 1>, Fault> {
         self.read()
+    }
+
+    fn let_go(&mut self) {
+        // Nothing here fails, and nothing holds a force.
     }
 
     fn cycles(&self) -> u32 {

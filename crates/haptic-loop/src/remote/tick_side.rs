@@ -9,48 +9,22 @@
 //!   Armed ◀── arm, force zero ─────────── Fault
 //! ```
 
+use super::flight::FlightRecorder;
 use super::hardware::Hardware;
+use super::outbox::{Notice, Outbox, Stream};
 use super::prepared::{DeviceWall, Prepared, prepare};
 use crate::{Controller, Fault};
 use haptic_link::{
-    BATCH_MAX, Batch, BatchItem, Configuration, Event, EventKind, FaultReport, Flight, LoopMode,
-    Refusal, Report, Sample, Simulation, Start, State, Statistics, Status,
+    Configuration, Event, EventKind, FaultReport, Field, Flight, LoopMode, Refusal, Report, Sample,
+    Simulation, Start, State, Statistics, Status,
 };
-use heapless::{Deque, HistoryBuf};
 use nalgebra::SVector;
-
-/// Samples that wait to be sent at most: 32 ms at 1 kHz, and two batches.
-pub const QUEUE_SAMPLES: usize = 32;
-/// Samples that the flight recorder keeps.
-pub const FLIGHT_SAMPLES: usize = 96;
-/// Of these, samples after the fault.
-const FLIGHT_AFTER: u16 = 24;
-/// Notices that wait to be sent at most.
-const QUEUE_NOTICES: usize = 8;
-
-/// Which samples are sent, and how.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Stream {
-    every: u16,
-    batch: u8,
-}
-
-impl Stream {
-    const OFF: Self = Self { every: 0, batch: 1 };
-}
 
 /// Where a stop leads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum After {
     Armed(EventKind),
     Idle,
-}
-
-/// A notice: an event or a fault.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Notice {
-    Event(Event),
-    Fault(FaultReport),
 }
 
 /// The loop of a device with one axis: controller, states, watchdog, flight recorder, samples to be sent.
@@ -84,11 +58,8 @@ pub struct TickSide<H: Hardware> {
     idle_stream: Stream,
     run_stream: Stream,
     newest: Sample,
-    samples: Deque<Sample, QUEUE_SAMPLES>,
-    notices: Deque<Notice, QUEUE_NOTICES>,
-    flight: HistoryBuf<Sample, FLIGHT_SAMPLES>,
-    /// Samples that the flight recorder still takes: all until a fault latches.
-    flight_left: Option<u16>,
+    outbox: Outbox,
+    flight: FlightRecorder,
     statistics: Statistics,
 }
 
@@ -151,10 +122,8 @@ impl<H: Hardware> TickSide<H> {
             idle_stream: Stream::OFF,
             run_stream: Stream::OFF,
             newest: Sample::default(),
-            samples: Deque::new(),
-            notices: Deque::new(),
-            flight: HistoryBuf::new(),
-            flight_left: None,
+            outbox: Outbox::default(),
+            flight: FlightRecorder::default(),
             statistics: Statistics::default(),
         }
     }
@@ -171,7 +140,7 @@ impl<H: Hardware> TickSide<H> {
         }
         match self.act() {
             Ok(sample) => self.keep(sample),
-            Err(fault) => self.trip(fault),
+            Err(fault) => self.give_way(fault),
         }
         if let Some(fault) = self.controller.safety().fault() {
             self.trip(fault);
@@ -201,12 +170,19 @@ impl<H: Hardware> TickSide<H> {
         self.fault = Some(fault);
         self.faults = self.faults.wrapping_add(1);
         self.state = State::Fault;
-        self.flight_left = Some(FLIGHT_AFTER);
-        self.notify(Notice::Fault(FaultReport {
+        self.flight.fault();
+        self.outbox.notify(Notice::Fault(FaultReport {
             status: self.status(),
             tick: self.tick,
             time_us: self.now_us,
         }));
+    }
+
+    /// The board cannot measure or apply: no force at all, at once, because none can be computed.
+    fn give_way(&mut self, fault: Fault) {
+        self.trip(fault);
+        self.hardware.let_go();
+        self.controller.let_go();
     }
 
     fn judge_time(&mut self, now_us: u64) {
@@ -271,19 +247,8 @@ impl<H: Hardware> TickSide<H> {
     /// Flight recorder and stream.
     fn keep(&mut self, sample: Sample) {
         self.newest = sample;
-        match &mut self.flight_left {
-            None => self.flight.write(sample),
-            Some(0) => {}
-            Some(left) => {
-                *left -= 1;
-                self.flight.write(sample);
-            }
-        }
-        let Stream { every, .. } = self.stream();
-        if every > 0
-            && sample.tick.is_multiple_of(u32::from(every))
-            && self.samples.push_back(sample).is_err()
-        {
+        self.flight.take(sample);
+        if self.stream().takes(sample.tick) && !self.outbox.take(sample) {
             self.statistics.samples_dropped = self.statistics.samples_dropped.wrapping_add(1);
         }
     }
@@ -324,20 +289,11 @@ impl<H: Hardware> TickSide<H> {
     }
 
     fn event(&mut self, kind: EventKind) {
-        self.notify(Notice::Event(Event {
+        self.outbox.notify(Notice::Event(Event {
             kind,
             tick: self.tick,
             time_us: self.now_us,
         }));
-    }
-
-    fn notify(&mut self, notice: Notice) {
-        // The oldest go first: the newest say what the state is now.
-        if self.notices.is_full() {
-            self.notices.pop_front();
-        }
-        // There is room now.
-        let _ = self.notices.push_back(notice);
     }
 
     /// The host was heard at this time. While a host loop runs only its forces count.
@@ -370,10 +326,7 @@ impl<H: Hardware> TickSide<H> {
         self.controller.reset();
         self.fault = None;
         self.run = None;
-        // What led to the fault is no part of what comes.
-        if self.flight_left.take().is_some() {
-            self.flight.clear();
-        }
+        self.flight.clear();
         self.late_in_row = 0;
         self.state = State::Armed;
         self.event(EventKind::Armed);
@@ -406,14 +359,14 @@ impl<H: Hardware> TickSide<H> {
             State::Armed => {}
             state => return Err(Refusal::State(state)),
         }
-        let stream = checked(start.every, start.batch)?;
+        let stream = Stream::new(start.every, start.batch)?;
         if stream.every == 0 {
-            return Err(Refusal::Unsupported(haptic_link::Field::Every));
+            return Err(Refusal::Unsupported(Field::Every));
         }
         self.controller.reset();
         self.hardware.restart();
         self.may_start()?;
-        self.samples.clear();
+        self.outbox.forget_samples();
         self.flight.clear();
         self.run = Some(start.run);
         self.ticks_left = (start.ticks > 0).then_some(start.ticks);
@@ -435,7 +388,7 @@ impl<H: Hardware> TickSide<H> {
         let reading = match self.hardware.idle() {
             Ok(reading) => reading,
             Err(fault) => {
-                self.trip(fault);
+                self.give_way(fault);
                 return Err(Refusal::State(State::Fault));
             }
         };
@@ -475,9 +428,9 @@ impl<H: Hardware> TickSide<H> {
     /// # Errors
     /// A batch that is none.
     pub fn stream_idle(&mut self, every: u16, batch: u8) -> Result<(), Refusal> {
-        self.idle_stream = checked(every, batch)?;
+        self.idle_stream = Stream::new(every, batch)?;
         if every == 0 && matches!(self.state, State::Idle | State::Armed | State::Fault) {
-            self.samples.clear();
+            self.outbox.forget_samples();
         }
         Ok(())
     }
@@ -575,103 +528,12 @@ impl<H: Hardware> TickSide<H> {
     /// # Errors
     /// An index behind its end.
     pub fn flight(&self, index: u16) -> Result<Flight, Refusal> {
-        let count = match self.flight_left {
-            Some(_) => self.flight.len() as u16,
-            None => 0,
-        };
-        let mut kept = self.flight.oldest_ordered().take(usize::from(count));
-        let sample = match kept.nth(usize::from(index)) {
-            Some(sample) => *sample,
-            None if index == 0 => Sample::default(),
-            None => {
-                return Err(Refusal::Range {
-                    field: haptic_link::Field::FlightIndex,
-                    value: f32::from(index),
-                    least: 0.0,
-                    most: f32::from(count.saturating_sub(1)),
-                });
-            }
-        };
-        Ok(Flight {
-            index,
-            count,
-            sample,
-        })
+        self.flight.read(index)
     }
 
     /// The next thing to say, oldest first: events and faults, then samples.
     pub fn next_report(&mut self) -> Option<Report> {
-        match self.notices.front() {
-            // What a run sampled goes out before its end is told.
-            Some(Notice::Event(event)) if self.samples.is_empty() || is_first(event.kind) => {
-                let report = Report::Event(*event);
-                self.notices.pop_front();
-                Some(report)
-            }
-            Some(Notice::Fault(fault)) => {
-                let report = Report::Fault(*fault);
-                self.notices.pop_front();
-                Some(report)
-            }
-            _ => self.next_samples(),
-        }
-    }
-
-    fn next_samples(&mut self) -> Option<Report> {
-        let Stream { every, batch } = self.stream();
-        let whole = self.state != State::Running && self.state != State::Stopping;
-        let batch = usize::from(batch).min(BATCH_MAX);
-        if batch <= 1 {
-            return self.samples.pop_front().map(Report::Sample);
-        }
-        // A batch waits until it is full, unless nothing more will come.
-        if self.samples.len() < batch && !whole {
-            return None;
-        }
-        let first = self.samples.pop_front()?;
-        let mut items = heapless::Vec::new();
-        let mut next = Some(first);
-        let mut tick = first.tick;
-        while let Some(sample) = next {
-            // There is room: at most BATCH_MAX are taken.
-            let _ = items.push(BatchItem {
-                position_m: sample.position_m,
-                environment_force_n: sample.environment_force_n,
-                force_n: sample.force_n,
-                limiters: sample.limiters,
-            });
-            tick = tick.wrapping_add(u32::from(every.max(1)));
-            next = match self.samples.front() {
-                // A gap, where samples were dropped, ends a batch.
-                Some(sample) if items.len() < batch && sample.tick == tick => {
-                    self.samples.pop_front()
-                }
-                _ => None,
-            };
-        }
-        Some(Report::Batch(Batch {
-            tick: first.tick,
-            time_us: first.time_us,
-            every: every.max(1),
-            items,
-        }))
-    }
-}
-
-/// Events that come before the samples in the queue.
-const fn is_first(kind: EventKind) -> bool {
-    matches!(kind, EventKind::Started)
-}
-
-fn checked(every: u16, batch: u8) -> Result<Stream, Refusal> {
-    if (1..=BATCH_MAX).contains(&usize::from(batch)) {
-        Ok(Stream { every, batch })
-    } else {
-        Err(Refusal::Range {
-            field: haptic_link::Field::BatchLength,
-            value: f32::from(batch),
-            least: 1.0,
-            most: BATCH_MAX as f32,
-        })
+        let more = matches!(self.state, State::Running | State::Stopping);
+        self.outbox.next(self.stream(), more)
     }
 }

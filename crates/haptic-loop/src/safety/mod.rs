@@ -89,6 +89,11 @@ impl<F: Real, const D: usize> SafetyState<F, D> {
         self.fault.get_or_insert(fault);
     }
 
+    /// The device has let go by itself: the force is zero now.
+    pub fn let_go(&mut self) {
+        self.force = SVector::from([F::ZERO; D]);
+    }
+
     /// From the next tick the wanted force is zero, until [`clear`](Self::clear).
     pub fn stop(&mut self) {
         self.stopping = true;

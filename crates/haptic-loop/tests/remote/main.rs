@@ -2,6 +2,7 @@
 
 #![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
 
+mod broken;
 mod limits;
 mod line;
 mod session;
