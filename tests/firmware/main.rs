@@ -10,6 +10,7 @@ mod cases;
 mod image;
 #[path = "../../firmware/tests/lists.rs"]
 mod lists;
+mod relaxation;
 mod tables;
 
 use board::Board;
@@ -192,11 +193,7 @@ fn the_device_converses_runs_and_keeps_within_its_stack() {
         "oustaloup:9:0.01:100",
         "full",
     ];
-    let kinds = [
-        SimulationKind::MassDamper,
-        SimulationKind::RigidIndentation,
-        SimulationKind::CompliantIndentation,
-    ];
+    let kinds = [SimulationKind::MassDamper, SimulationKind::RigidIndentation];
     for (run, kind) in kinds.into_iter().enumerate() {
         for scheme in schemes {
             let parsed: Scheme = scheme.parse().expect("valid");

@@ -15,8 +15,8 @@ use crate::folder::{FolderRequest, OutputFolder};
 use crate::record::TickMessage;
 use fracdiff::{Operator, Real};
 use haptic_link::{
-    Capabilities, Configuration, EventKind, Limits, LoopMode, OperatorShape, Refusal, Request,
-    Sample, Simulation, SimulationKind, Start, Statistics,
+    Capabilities, Configuration, EventKind, Field, Limits, LoopMode, OperatorShape, Refusal,
+    Request, Sample, Simulation, SimulationKind, Start, Statistics,
 };
 use haptic_loop::remote::serial::{Heard, SerialError, SerialLink};
 use haptic_loop::remote::{LinkError, wire_limits};
@@ -205,6 +205,10 @@ impl<'a> RemoteRun<'a> {
         let path = link.path().to_owned();
         let configuration = configuration(device, &self.law, self.schedule, link.capabilities())?;
         let problem = |error: SerialError| match error.is_refusal() {
+            true if error.is_about(Field::SimulationKind) => Failure::input_with_advice(
+                error,
+                "this board simulates no compliant contact, take --contact rigid",
+            ),
             true => Failure::bad_input(error),
             false => at_port(&path, &error),
         };
