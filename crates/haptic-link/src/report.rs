@@ -10,7 +10,6 @@ pub const BATCH_MAX: usize = 16;
 
 /// From device to host. The number of a variant is its first byte on the wire, from 0.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
-#[expect(clippy::large_enum_variant, reason = "there is no heap on a device")]
 pub enum Report {
     /// Answers [`Request::Hello`](crate::Request::Hello).
     Hello(Hello),

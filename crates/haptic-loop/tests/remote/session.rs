@@ -495,7 +495,7 @@ fn the_flight_recorder_keeps_what_led_to_a_fault() {
     // It stands still until the fault is cleared.
     bench.run_ms(200);
     let again = bench.done(Request::ReadFlight { index: 0 });
-    assert_eq!(again, Report::Flight(first.clone()));
+    assert_eq!(again, Report::Flight(first));
     let index = first.count;
     let refusal = bench.refused(Request::ReadFlight { index });
     assert!(matches!(

@@ -422,8 +422,9 @@ impl SerialLink {
     /// Sends a force of a host loop, N. Never waits; without room it is dropped and counted.
     pub fn send_force(&self, tick: u32, force_n: f32) {
         let force = Command::Tell(Request::Force { tick, force_n });
-        let sent = self.commands.as_ref().map(|queue| queue.try_send(force));
-        if let Some(Err(TrySendError::Full(_))) = sent {
+        if let Some(queue) = &self.commands
+            && let Err(TrySendError::Full(_)) = queue.try_send(force)
+        {
             self.shared.forces_dropped.fetch_add(1, Ordering::Relaxed);
         }
     }

@@ -25,7 +25,7 @@ pub enum Command {
     /// Print the parameters of a device
     Get(set::GetArguments),
     /// Set parameters of a device, all of them or none
-    Set(set::SetArguments),
+    Set(Box<set::SetArguments>),
     /// Imitate a device behind a pseudo-terminal
     Emulate(emulate::Arguments),
     /// Program a device over a debug probe
