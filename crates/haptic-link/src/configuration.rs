@@ -392,7 +392,7 @@ impl Configuration {
 /// Digest of a configuration and its coefficients: CRC-32 (as zlib's) over the bytes of the
 /// [`Configuration`] as they are on the wire, then each coefficient as four little-endian bytes.
 #[derive(Clone)]
-pub struct DigestBuilder(crc::Digest<'static, u32, crc::Table<1>>);
+pub struct DigestBuilder(crc::Digest<'static, u32, crc::NoTable>);
 
 impl core::fmt::Debug for DigestBuilder {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {

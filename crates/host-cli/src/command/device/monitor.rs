@@ -259,6 +259,7 @@ impl Watch<'_> {
             environment_force_n: f64::from(sample.environment_force_n),
             force_n: f64::from(sample.force_n),
             limiters: sample.limiters,
+            observed_energy_j: f64::NAN,
         };
         let _ = recorder.tick(message);
         if self.watched.samples.is_multiple_of(50) {
