@@ -2,6 +2,7 @@
 
 use super::experiment::{End, conduct, print_end, print_summary};
 use super::live::LiveArguments;
+use super::preflight::PreflightArguments;
 use super::remote::RemoteArguments;
 use crate::experiment::{ExperimentFile, Pace, WallReport};
 use crate::failure::Failure;
@@ -43,6 +44,8 @@ pub struct Arguments {
     #[command(flatten)]
     remote: RemoteArguments,
     #[command(flatten)]
+    preflight: PreflightArguments,
+    #[command(flatten)]
     live: LiveArguments,
     /// Folder for log, CSV and pictures [default: the next free results/KIND-0001]
     #[arg(long, value_name = "DIR")]
@@ -65,7 +68,8 @@ impl Arguments {
         } else {
             Pace::Virtual
         };
-        let experiment = file.in_pace(pace).on(remote)?;
+        let wanted = self.preflight.wanted(remote.is_some())?;
+        let experiment = file.in_pace(pace).with_preflight(wanted).on(remote)?;
         let samples = experiment.samples()?;
         let request = |stem: &str| FolderRequest {
             out: self.out.clone(),
@@ -146,6 +150,8 @@ fn print_wall(out: &mut dyn Write, report: &WallReport) -> io::Result<()> {
         log: &report.log,
         csv: report.csv.as_deref(),
         figure: report.figure.as_deref(),
+        preflight: report.preflight,
+        fault_log: report.fault_log.as_deref(),
     };
     print_end(out, &end)
 }

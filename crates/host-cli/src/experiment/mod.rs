@@ -2,8 +2,10 @@
 
 pub mod creep;
 pub mod file;
+pub mod flight;
 pub mod judge;
 pub mod outcome;
+pub mod preflight;
 mod pushed;
 pub mod recorder;
 pub mod relaxation;
@@ -18,6 +20,7 @@ pub mod zwidth;
 
 pub use creep::Creep;
 pub use file::ExperimentFile;
+pub use preflight::{Dynamics, PreflightRequest};
 pub use pushed::GuardChoice;
 pub use relaxation::Relaxation;
 pub use rendering::{Contact, Precision, Rendering};

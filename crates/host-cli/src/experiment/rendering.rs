@@ -1,5 +1,6 @@
 //! A tissue rendered on the simulated rig: everything that relaxation and creep share.
 
+use super::preflight::{Preflight, PreflightRequest};
 use super::remote::{RemoteDevice, RemoteLaw, RemoteRun, indentation, no_operator, portable, push};
 use super::run::{Pace, Ran, SAMPLES, Schedule, Supervisor, run_logged};
 use super::sensed::{Sensed, Sensors};
@@ -60,6 +61,8 @@ pub struct Rendering {
     pub pace: Pace,
     /// The serial device; `None` for the simulated rig.
     pub remote: Option<RemoteDevice>,
+    /// What the pre-flight is to do.
+    pub preflight: PreflightRequest,
 }
 
 impl Rendering {
@@ -265,6 +268,8 @@ impl Rendering {
                 law: self.law(drive, device, samples)?,
                 schedule,
                 reference: &reference,
+                preflight: self.preflight(drive, samples),
+                wanted: self.preflight,
                 request,
                 metadata,
             };
@@ -280,6 +285,21 @@ impl Rendering {
             metadata,
             supervisor,
         )
+    }
+
+    /// The loop for the analysis: the tissue as a wall that is felt all the time. An indentation that is imposed
+    /// closes no loop.
+    fn preflight(&self, drive: RigDrive, samples: u64) -> Option<Preflight> {
+        let imposed = matches!(drive, RigDrive::Position(_)) && self.contact == Contact::Rigid;
+        let (stiffness, dissipation) = self.spring_and_damper();
+        (!imposed).then(|| Preflight {
+            stiffness_n_per_m: stiffness,
+            dissipation_n_s_mu_per_m: dissipation,
+            order: self.material.tissue.order(),
+            scheme: self.scheme,
+            sample_time_s: self.sample_time_s,
+            samples,
+        })
     }
 
     /// The operator, for so many samples.
