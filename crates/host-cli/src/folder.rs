@@ -159,6 +159,13 @@ impl OutputFolder {
         self.path.join(format!("{}.{extension}", self.stem))
     }
 
+    /// A further file of the experiment: STEM-SUFFIX.EXTENSION.
+    #[must_use]
+    pub fn further_file(&self, suffix: &str, extension: &str) -> PathBuf {
+        self.path
+            .join(format!("{}-{suffix}.{extension}", self.stem))
+    }
+
     /// Writes rows under a header made of their fields' names; the file appears when it is whole.
     ///
     /// # Errors

@@ -155,18 +155,18 @@ fn explain_refusal(f: &mut fmt::Formatter<'_>, refusal: &Refusal) -> fmt::Result
             value,
             least,
             most,
-        } if *least > 0.0 && *least <= f32::MIN_POSITIVE => {
-            write!(f, "{field} {value} is not in (0, {most:e}] on this device")
+        } => {
+            let open = *least > 0.0 && *least <= f32::MIN_POSITIVE;
+            write!(f, "{field} {value} is not ")?;
+            match (open, *most < f32::MAX) {
+                (true, true) => write!(f, "in (0, {most}]"),
+                (false, true) => write!(f, "in [{least}, {most}]"),
+                (true, false) => f.write_str("above 0"),
+                (false, false) if *least > -f32::MAX => write!(f, "a number of at least {least}"),
+                (false, false) => f.write_str("a finite number"),
+            }?;
+            f.write_str(" on this device")
         }
-        Refusal::Range {
-            field,
-            value,
-            least,
-            most,
-        } => write!(
-            f,
-            "{field} {value} is not in [{least:e}, {most:e}] on this device"
-        ),
         Refusal::Digest => f.write_str("the parameters were damaged on the way; try again"),
         Refusal::Incomplete => f.write_str("some of the parameters did not arrive; try again"),
         Refusal::Unsupported(field) => {

@@ -18,8 +18,8 @@ use super::{Conversation, HostCounters, LinkError, check_keys};
 use crate::{Device, Reading, SafeForce};
 use fracdiff::Real;
 use haptic_link::{
-    Capabilities, CoefficientBlock, Configuration, DigestBuilder, Event, FaultReport, Hello, Keys,
-    Report, Request, Sample, Start, State, Statistics, Status, block_count,
+    Capabilities, CoefficientBlock, Configuration, DigestBuilder, Event, FaultReport, Field, Hello,
+    Keys, Refusal, Report, Request, Sample, Start, State, Statistics, Status, block_count,
 };
 use hdrhistogram::Histogram;
 use nalgebra::SVector;
@@ -264,7 +264,8 @@ impl SerialLink {
     }
 
     /// T, s.
-    fn period_s(&self) -> f64 {
+    #[must_use]
+    pub fn period_s(&self) -> f64 {
         f64::from(self.shared.period_us.load(Ordering::Relaxed)) * 1e-6
     }
 
@@ -292,6 +293,17 @@ impl SerialLink {
     /// # Errors
     /// The refusal of the first parameter that is not as the device needs it; nothing has changed then.
     pub fn set(&mut self, configuration: Configuration, values: &[f32]) -> Result<(), SerialError> {
+        let most = self.capabilities.coefficients_max;
+        if values.len() > usize::from(most) {
+            let refusal = Refusal::Range {
+                field: Field::CoefficientCount,
+                value: values.len() as f32,
+                least: 1.0,
+                most: f32::from(most),
+            };
+            let request = "configure";
+            return Err(LinkError::Refused { request, refusal }.into());
+        }
         self.ask(Request::Configure(configuration))?;
         for block in 0..block_count(values.len() as u16) {
             let offset = block * haptic_link::COEFFICIENTS_PER_BLOCK as u16;
