@@ -1,8 +1,10 @@
 //! Arguments and manners that all experiments share.
 
 use super::live::LiveArguments;
+use super::preflight::PreflightArguments;
 use super::remote::RemoteArguments;
 use super::safety::SafetyArguments;
+use crate::experiment::preflight::Verdict;
 use crate::experiment::remote::LinkSummary;
 use crate::experiment::report::TickTimes;
 use crate::experiment::{
@@ -122,6 +124,8 @@ pub struct RenderingArguments {
     #[command(flatten)]
     remote: RemoteArguments,
     #[command(flatten)]
+    preflight: PreflightArguments,
+    #[command(flatten)]
     live: LiveArguments,
     /// Folder for log, CSV and pictures [default: the next free results/NAME-0001]
     #[arg(long, value_name = "DIR", help_heading = "Files")]
@@ -200,7 +204,10 @@ impl RenderingArguments {
                 Failure::input_with_advice(error, "give --area 4cm2 --thickness 20mm, for example")
             },
         )?;
+        let safety = self.safety.over(Safety::default());
+        let preflight = self.preflight.wanted(remote.is_some(), &safety)?;
         Ok(Rendering {
+            preflight,
             material,
             specimen,
             scheme: self.scheme,
@@ -214,7 +221,7 @@ impl RenderingArguments {
             },
             force_limit_n: self.force_limit.0,
             force_rate_limit_n_per_s: self.force_rate_limit.0,
-            safety: self.safety.over(Safety::default()),
+            safety,
             pace: if self.realtime || remote.is_some() {
                 Pace::Realtime
             } else {
@@ -423,6 +430,10 @@ pub struct End<'a> {
     pub csv: Option<&'a str>,
     /// The picture.
     pub figure: Option<&'a str>,
+    /// What the analysis said before the run.
+    pub preflight: Option<Verdict>,
+    /// The log of a fault.
+    pub fault_log: Option<&'a str>,
 }
 
 /// Prints it.
@@ -461,7 +472,13 @@ pub fn print_end(out: &mut dyn Write, end: &End<'_>) -> io::Result<()> {
             link.from_device.corrupt + link.to_device.corrupt
         )?;
     }
+    if let Some(verdict) = &end.preflight {
+        writeln!(out, "  pre-flight        {}", verdict.line())?;
+    }
     writeln!(out, "  log               {}", end.log)?;
+    if let Some(log) = end.fault_log {
+        writeln!(out, "  fault log         {log}")?;
+    }
     if let Some(csv) = end.csv {
         writeln!(out, "  csv               {csv}")?;
     }
@@ -480,6 +497,8 @@ impl Report {
             log: &self.log,
             csv: self.csv.as_deref(),
             figure: self.figure.as_deref(),
+            preflight: self.preflight,
+            fault_log: self.fault_log.as_deref(),
         }
     }
 }

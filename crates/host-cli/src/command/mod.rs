@@ -9,6 +9,7 @@ pub mod experiment;
 pub mod live;
 pub mod log;
 pub mod materials;
+pub mod preflight;
 pub mod relax;
 pub mod remote;
 pub mod reproduce;

@@ -2,6 +2,7 @@
 
 use super::experiment::{End, conduct, print_end, print_summary};
 use super::live::LiveArguments;
+use super::preflight::PreflightArguments;
 use super::remote::RemoteArguments;
 use super::safety::SafetyArguments;
 use crate::experiment::{ExperimentFile, Pace, WallReport};
@@ -49,6 +50,8 @@ pub struct Arguments {
     #[command(flatten)]
     remote: RemoteArguments,
     #[command(flatten)]
+    preflight: PreflightArguments,
+    #[command(flatten)]
     live: LiveArguments,
     /// Folder for log, CSV and pictures [default: the next free results/KIND-0001]
     #[arg(long, value_name = "DIR")]
@@ -71,9 +74,12 @@ impl Arguments {
         } else {
             Pace::Virtual
         };
+        let serial = remote.is_some();
         let mut experiment = file.in_pace(pace).on(remote)?;
         let safety = experiment.safety_mut();
         *safety = self.safety.over(*safety);
+        let wanted = self.preflight.wanted(serial, safety)?;
+        let experiment = experiment.with_preflight(wanted);
         let samples = experiment.samples()?;
         let request = |stem: &str| FolderRequest {
             out: self.out.clone(),
@@ -154,6 +160,8 @@ fn print_wall(out: &mut dyn Write, report: &WallReport) -> io::Result<()> {
         log: &report.log,
         csv: report.csv.as_deref(),
         figure: report.figure.as_deref(),
+        preflight: report.preflight,
+        fault_log: report.fault_log.as_deref(),
     };
     print_end(out, &end)
 }

@@ -23,10 +23,10 @@ pub struct SafetyArguments {
     /// Brake with this damping near workspace and speed limit, and after a fault or stop
     #[arg(long, value_name = "DAMPING", allow_hyphen_values = true)]
     braking: Option<Damping>,
-    /// Mass of a real device, for --guard observer
+    /// Mass of a real device, for --guard observer and the pre-flight
     #[arg(long, value_name = "MASS", allow_hyphen_values = true)]
     device_mass: Option<Mass>,
-    /// Damping of a real device, for --guard energy-bounding
+    /// Damping of a real device, for --guard energy-bounding and the pre-flight
     #[arg(long, value_name = "DAMPING", allow_hyphen_values = true)]
     device_damping: Option<Damping>,
 }

@@ -93,6 +93,7 @@ impl Design {
             window_s,
             threshold_m: two_digits(settled),
             force_limit_n: device.force_limit_n,
+            force_unstable: false,
             remote: None,
             safety: Safety::default(),
             pace: Pace::Virtual,

@@ -14,6 +14,7 @@
 
 mod reader;
 
+use super::preflight::PreflightRequest;
 use super::remote::RemoteDevice;
 use super::rendering::{Contact, Precision, Rendering};
 use super::run::{Pace, SAMPLES};
@@ -200,6 +201,17 @@ impl ExperimentFile {
         }
     }
 
+    /// The same, with this wish for the pre-flight. A wall knows its device; for the others it is told here.
+    #[must_use]
+    pub fn with_preflight(mut self, wanted: PreflightRequest) -> Self {
+        match &mut self {
+            Self::Relax(experiment) => experiment.rendering.preflight = wanted,
+            Self::Creep(experiment) => experiment.rendering.preflight = wanted,
+            Self::Wall(experiment) => experiment.force_unstable = wanted.force_unstable,
+        }
+        self
+    }
+
     /// The same, in another pace.
     #[must_use]
     pub fn in_pace(mut self, pace: Pace) -> Self {
@@ -256,6 +268,7 @@ fn rendering(table: &Table<'_>, duration_s: f64) -> Result<Rendering, FileError>
         .map_err(|error| table.fail(error.to_string()))?;
     let scheme = scheme(table, material.tissue.order(), sample_time_s, duration_s)?;
     Ok(Rendering {
+        preflight: PreflightRequest::default(),
         material,
         specimen,
         scheme,
@@ -321,6 +334,7 @@ fn wall(table: &Table<'_>) -> Result<Wall, FileError> {
         safety: safety(table)?,
         pace: Pace::Virtual,
         remote,
+        force_unstable: false,
     };
     wall.check()
         .map_err(|error| table.fail(error.to_string()))?;

@@ -2,8 +2,10 @@
 
 pub mod creep;
 pub mod file;
+pub mod flight;
 pub mod judge;
 pub mod outcome;
+pub mod preflight;
 mod pushed;
 pub mod recorder;
 pub mod relaxation;
@@ -19,6 +21,7 @@ pub mod zwidth;
 
 pub use creep::Creep;
 pub use file::ExperimentFile;
+pub use preflight::{Dynamics, PreflightRequest};
 pub use relaxation::Relaxation;
 pub use rendering::{Contact, Precision, Rendering};
 pub use report::{Ending, Report, Summary, Warnings};

@@ -80,6 +80,8 @@ impl Outcome {
             record,
             log,
             folder,
+            fault_log,
+            preflight,
             live_warnings,
         } = ran;
         let time = &record.time_s;
@@ -166,6 +168,8 @@ impl Outcome {
             dropped_samples: record.dropped,
             ended_early: record.ended.map(Ended::reason),
             link: record.link.clone(),
+            preflight: *preflight,
+            fault_log: fault_log.as_ref().map(|path| path.display().to_string()),
             link_lost: record.ended.is_some_and(Ended::is_link),
             warnings: warnings.0,
         })

@@ -1,9 +1,12 @@
 //! Keeps the log and those who watch off the tick: a thread that owns them, behind a bounded queue.
 
+use super::flight::{FaultSeen, FlightRecorder};
 use crate::live::Live;
-use crate::record::{EventMessage, FinishedLog, Leftover, LogWriter, RecordError, TickMessage};
+use crate::record::{
+    EventMessage, FinishedLog, Leftover, LogWriter, RecordError, SYNC_INTERVAL, TickMessage,
+};
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
 
@@ -18,6 +21,11 @@ pub struct Recorder {
     /// A full queue waits (virtual time) or drops and counts (real time).
     waits: bool,
     dropped: u64,
+    flight: FlightRecorder,
+    path: PathBuf,
+    overwrite: bool,
+    /// Of the run, for the log of a fault.
+    experiment: BTreeMap<String, String>,
 }
 
 enum Entry {
@@ -31,7 +39,9 @@ enum Entry {
 pub struct Recorded {
     /// The log.
     pub log: FinishedLog,
-    /// What live streams lost, a sentence each.
+    /// The log of a fault, if one latched.
+    pub fault_log: Option<PathBuf>,
+    /// What live streams lost, and why there is no log of a fault, a sentence each.
     pub warnings: Vec<String>,
 }
 
@@ -52,8 +62,9 @@ impl Recorder {
         overwrite: bool,
         live: Vec<Box<dyn Live>>,
     ) -> Result<Self, RecordError> {
-        let mut log = LogWriter::create_with(path, Leftover::Keep, overwrite)?;
-        log.metadata("experiment", metadata)?;
+        let interval = Some(SYNC_INTERVAL);
+        let mut log = LogWriter::create_synced(path, Leftover::Keep, overwrite, interval)?;
+        log.metadata("experiment", metadata.clone())?;
         let (queue, entries) = sync_channel(QUEUE);
         let writer = std::thread::spawn(move || write(log, live, &entries));
         Ok(Self {
@@ -61,6 +72,10 @@ impl Recorder {
             writer,
             waits,
             dropped: 0,
+            flight: FlightRecorder::default(),
+            path: path.to_owned(),
+            overwrite,
+            experiment: metadata,
         })
     }
 
@@ -69,6 +84,7 @@ impl Recorder {
     /// # Errors
     /// If the writer has ended, as on a full disk.
     pub fn tick(&mut self, message: TickMessage) -> Result<(), Stopped> {
+        self.flight.tick(&message);
         self.send(Entry::Tick(message))
     }
 
@@ -82,6 +98,22 @@ impl Recorder {
             kind: kind.to_owned(),
             text,
         }))
+    }
+
+    /// A fault has latched: from here on the flight recorder takes what follows it.
+    pub fn fault(&mut self, fault: FaultSeen) {
+        self.flight.latch(fault);
+    }
+
+    /// What is kept of the ticks around a fault.
+    #[must_use]
+    pub const fn flight(&self) -> &FlightRecorder {
+        &self.flight
+    }
+
+    /// Adds to it what a device's own recorder kept.
+    pub fn fill_flight(&mut self, kept: impl IntoIterator<Item = TickMessage>) {
+        self.flight.fill(kept);
     }
 
     /// Hands over metadata; a log that cannot take them is seen when it is closed.
@@ -110,18 +142,46 @@ impl Recorder {
         self.dropped
     }
 
-    /// Waits until all is written, the log is closed and the live streams have ended.
+    /// Waits until all is written, the log is closed and the live streams have ended. After a fault it
+    /// writes the flight recorder too, whatever became of the log.
     ///
     /// # Errors
     /// What stopped the writer, as a full disk.
     pub fn finish(self) -> Result<Recorded, RecordError> {
         drop(self.queue);
-        match self.writer.join() {
+        let result = match self.writer.join() {
             Ok(result) => result,
             // A panic in the writer is a defect; let it be seen as one.
             Err(panic) => std::panic::resume_unwind(panic),
+        };
+        let path = fault_log_of(&self.path);
+        let (mut fault_log, mut unwritten) = (None, None);
+        if self.flight.fault().is_some() {
+            let written = self
+                .flight
+                .write(&path, self.overwrite, &self.path, self.experiment);
+            match written {
+                Ok(()) => fault_log = Some(path),
+                Err(error) => {
+                    unwritten = Some(format!("the log of the fault was not written: {error}"));
+                }
+            }
+        } else if self.overwrite {
+            // That of an earlier run would pass for one of this.
+            let _ = std::fs::remove_file(path);
         }
+        let mut recorded = result?;
+        recorded.fault_log = fault_log;
+        recorded.warnings.extend(unwritten);
+        Ok(recorded)
     }
+}
+
+/// NAME-fault.mcap for NAME.mcap.
+#[must_use]
+pub fn fault_log_of(log: &Path) -> PathBuf {
+    let stem = log.file_stem().unwrap_or_default().to_string_lossy();
+    log.with_file_name(format!("{stem}-fault.mcap"))
 }
 
 fn write(
@@ -145,5 +205,9 @@ fn write(
     }
     let log = log.finish()?;
     let warnings = live.into_iter().filter_map(|live| live.finish()).collect();
-    Ok(Recorded { log, warnings })
+    Ok(Recorded {
+        log,
+        fault_log: None,
+        warnings,
+    })
 }

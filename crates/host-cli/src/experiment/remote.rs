@@ -6,25 +6,31 @@
 //! ```
 //! Time is the device's, n·T. What the line loses is counted, never made up.
 
+use super::flight::FaultSeen;
+use super::preflight::{Dynamics, MEASURED, Preflight, PreflightRequest, Verdict, delay_samples};
 use super::recorder::{Recorded, Recorder};
-use super::run::{Ended, Ran, Record, Schedule, Supervisor};
+use super::run::{Ended, Ran, Record, Schedule, Supervisor, log_stopped};
 use super::safety::{GuardChoice, GuardedDevice};
 use crate::device::{SerialName, at_port};
 use crate::failure::Failure;
 use crate::folder::{FolderRequest, OutputFolder};
+use crate::output::note;
 use crate::record::TickMessage;
 use fracdiff::{Operator, Real};
 use haptic_link::{
     Capabilities, Configuration, EventKind, Field, Limits, LoopMode, OperatorShape, Refusal,
-    Request, Sample, Simulation, SimulationKind, Start, Statistics,
+    Report, Request, Sample, Simulation, SimulationKind, Start, State, Statistics,
 };
 use haptic_loop::remote::serial::{Heard, SerialError, SerialLink};
 use haptic_loop::remote::{LinkError, wire_limits};
 use haptic_loop::units::Seconds;
-use haptic_loop::{Controller, Environment, Guard, StartRefused};
+use haptic_loop::{Controller, Environment, Fault, Guard, StartRefused};
 use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
+
+/// What is still to be heard after a fault, when nothing comes for so long.
+const AFTER_FAULT: Duration = Duration::from_millis(200);
 
 /// A device and how the loop with it is closed.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -148,6 +154,7 @@ struct Session<'a> {
     record: Record,
     samples_lost: u64,
     next_tick: u64,
+    preflight: Option<Verdict>,
 }
 
 /// A run to be made on a device.
@@ -160,6 +167,10 @@ pub struct RemoteRun<'a> {
     pub schedule: Schedule,
     /// Where the indenter is told to be, m, at a time in s; not a number if nobody knows.
     pub reference: &'a dyn Fn(f64) -> f64,
+    /// The same loop for the analysis; `None` if it is not closed through the device's motion.
+    pub preflight: Option<Preflight>,
+    /// What the user wants of that.
+    pub wanted: PreflightRequest,
     /// Where the files go.
     pub request: &'a FolderRequest,
     /// Everything needed to repeat the run.
@@ -195,6 +206,7 @@ impl<'a> RemoteRun<'a> {
         if let Err(error) = ended {
             session.give_up(&error);
         }
+        session.after_fault();
         session.finish()
     }
 
@@ -216,6 +228,13 @@ impl<'a> RemoteRun<'a> {
             .map_err(problem)?;
         let before = link.statistics().map_err(problem)?;
         describe(&link, device, &mut self.metadata);
+        let preflight = self.preflight(&link)?;
+        match &preflight {
+            Some(verdict) => verdict.describe(&mut self.metadata),
+            None => {
+                (self.metadata).insert("preflight".to_owned(), "skipped".to_owned());
+            }
+        }
 
         let folder = self.request.prepare()?;
         let log = folder.file("mcap");
@@ -234,7 +253,48 @@ impl<'a> RemoteRun<'a> {
             record: Record::with_room_for(self.schedule.samples).map_err(Failure::Run)?,
             samples_lost: 0,
             next_tick: 0,
+            preflight,
         })
+    }
+}
+
+impl RemoteRun<'_> {
+    /// Looks at the loop before it is closed; `None` if it cannot be judged.
+    fn preflight(&self, link: &SerialLink) -> Result<Option<Verdict>, Failure> {
+        let Some(subject) = self.preflight else {
+            return Ok(None);
+        };
+        let simulation = &self.law.simulation;
+        let dynamics = if link.capabilities().simulated {
+            Some(Dynamics {
+                mass_kg: f64::from(simulation.mass_kg),
+                damping_n_s_per_m: f64::from(simulation.damping_n_s_per_m),
+                hand_stiffness_n_per_m: f64::from(simulation.hand_stiffness_n_per_m),
+            })
+        } else {
+            self.wanted.dynamics
+        };
+        let Some(dynamics) = dynamics else {
+            note(
+                "warning",
+                "pre-flight: skipped, the mass and damping of the device are not known: give --device-mass \
+                 and --device-damping",
+            );
+            return Ok(None);
+        };
+        let delay = match self.device.loop_mode {
+            LoopMode::Device => 0,
+            LoopMode::Host => {
+                let round_trip_us = link.measure_round_trip(MEASURED).value_at_quantile(0.9);
+                delay_samples(round_trip_us, self.schedule.sample_time_s)
+            }
+        };
+        let verdict = subject.verdict(dynamics, delay)?;
+        verdict.require_stable(self.wanted.force_unstable)?;
+        if let Some(warning) = verdict.warning() {
+            note("warning", warning);
+        }
+        Ok(Some(verdict))
     }
 }
 
@@ -347,8 +407,11 @@ impl Session<'_> {
             mut recorder,
             mut record,
             samples_lost,
+            preflight,
             ..
         } = self;
+        // Only a device that has let go answers so; its force falls at its own rate limit.
+        let let_go = record.ended == Some(Ended::LogStopped) && waits_for_rest(&link);
         // A device that is gone cannot be asked.
         let after = link.statistics().unwrap_or(before);
         let summary = summarise(&link, loop_mode, before, after, samples_lost);
@@ -357,10 +420,22 @@ impl Session<'_> {
         record.missed_deadlines = u64::from(summary.overruns) + u64::from(summary.stale_forces);
         recorder.metadata("link", flat(&summary));
         record.link = Some(summary);
-        let Recorded { log, warnings } = recorder.finish()?;
+        let recorded = recorder.finish();
+        let Recorded {
+            log,
+            fault_log,
+            warnings,
+        } = match recorded {
+            Err(error) if record.ended == Some(Ended::LogStopped) => {
+                return Err(log_stopped(error, let_go));
+            }
+            recorded => recorded?,
+        };
         Ok(Ran {
             record,
             log,
+            fault_log,
+            preflight,
             live_warnings: warnings,
             folder,
         })
@@ -373,12 +448,7 @@ impl Session<'_> {
             run: 1,
             ticks,
             every: 1,
-            // Above 1 kHz samples go in batches, or the line would be too slow.
-            batch: if self.schedule.sample_time_s < 0.9e-3 && self.loop_mode == LoopMode::Device {
-                8
-            } else {
-                1
-            },
+            batch: self.batch(),
         })
     }
 
@@ -386,8 +456,6 @@ impl Session<'_> {
     fn listen(&mut self, supervisor: Supervisor<'_>) -> Result<(), SerialError> {
         /// Nothing for so long in the middle of a run is the end of it.
         const SILENCE: Duration = Duration::from_secs(2);
-        /// What is still to be heard after a fault: the ramp to zero force.
-        const AFTER_FAULT: Duration = Duration::from_millis(200);
         // A run of 2³² ticks and more is stopped from here.
         self.start(u32::try_from(self.schedule.samples).unwrap_or(0))?;
         let mut patience = SILENCE;
@@ -403,6 +471,8 @@ impl Session<'_> {
                 },
                 Some(Heard::Fault(report)) => {
                     self.ends(Ended::DeviceFault(report), "fault");
+                    // Until the ramp is over its samples come by themselves; for those behind it, ask.
+                    self.stream_after_fault(1);
                     patience = AFTER_FAULT;
                 }
                 Some(Heard::Over(error)) => return Err(error.into()),
@@ -411,6 +481,9 @@ impl Session<'_> {
                     let waited_ms = SILENCE.as_millis() as u64;
                     return Err(LinkError::NoSamples { waited_ms }.into());
                 }
+            }
+            if self.recorder.flight().is_full() {
+                break;
             }
             let asked = supervisor.stop.load(Ordering::Relaxed);
             if self.record.ended.is_none() && asked {
@@ -467,7 +540,10 @@ impl Session<'_> {
             }
             if self.record.ended.is_some() || tick + 1 >= self.schedule.samples {
                 controller.stop();
-                if controller.safety().is_at_rest() {
+                // Of a fault, what follows it is kept too.
+                let flight = self.recorder.flight();
+                let recorded = flight.fault().is_none() || flight.is_full();
+                if controller.safety().is_at_rest() && recorded {
                     break;
                 }
             }
@@ -476,11 +552,17 @@ impl Session<'_> {
     }
 
     fn take_sample(&mut self, sample: &Sample) {
+        let message = self.message(sample);
+        let counted = message.tick < self.schedule.samples && self.record.ended.is_none();
+        self.gap(message.tick);
+        self.keep(message, counted);
+    }
+
+    /// A sample of the device as the log has it.
+    fn message(&self, sample: &Sample) -> TickMessage {
         let tick = u64::from(sample.tick);
         let time_s = tick as f64 * self.schedule.sample_time_s;
-        let counted = tick < self.schedule.samples && self.record.ended.is_none();
-        self.gap(tick);
-        let message = TickMessage {
+        TickMessage {
             tick,
             time_s,
             position_m: f64::from(sample.position_m),
@@ -488,8 +570,7 @@ impl Session<'_> {
             force_n: f64::from(sample.force_n),
             limiters: sample.limiters,
             ..self.blank(time_s)
-        };
-        self.keep(message, counted);
+        }
     }
 
     /// What is known without the device; the rest is not a number.
@@ -505,7 +586,9 @@ impl Session<'_> {
 
     /// Counts what is missing before this tick.
     fn gap(&mut self, tick: u64) {
-        if tick > self.next_tick && self.next_tick < self.schedule.samples {
+        // What follows a fault is no part of the result.
+        let faulted = self.record.ended.is_some_and(Ended::is_fault);
+        if !faulted && tick > self.next_tick && self.next_tick < self.schedule.samples {
             let missing = tick.min(self.schedule.samples) - self.next_tick;
             self.samples_lost += missing;
             let time_s = tick as f64 * self.schedule.sample_time_s;
@@ -536,8 +619,74 @@ impl Session<'_> {
     fn ends(&mut self, ended: Ended, kind: &str) {
         if self.record.ended.is_none() {
             self.record.ended = Some(ended);
+            let seen = match ended {
+                Ended::Fault(fault) => Some((fault.code(), self.next_tick.saturating_sub(1))),
+                Ended::DeviceFault(report) => Some((report.status.fault, u64::from(report.tick))),
+                Ended::Interrupted | Ended::LinkLost(_) | Ended::LogStopped => None,
+            };
+            if let Some((code, tick)) = seen {
+                let known = Fault::from_code(code).map(|fault| fault.to_string());
+                self.recorder.fault(FaultSeen {
+                    code,
+                    text: known.unwrap_or_else(|| format!("fault {code}")),
+                    tick,
+                    time_s: tick as f64 * self.schedule.sample_time_s,
+                });
+            }
             let time_s = self.next_tick as f64 * self.schedule.sample_time_s;
             let _ = self.recorder.event(time_s, kind, ended.reason());
+        }
+    }
+
+    /// Which ticks come while nothing runs: each how manyth, 0 none.
+    fn stream_after_fault(&self, every: u16) {
+        let batch = self.batch();
+        // A device that does not answer has nothing more to tell.
+        let _ = self.link.ask(Request::Stream { every, batch });
+    }
+
+    /// After a fault on the device: hears what follows it, and reads the device's own flight recorder, whose
+    /// samples fill in for those that did not come.
+    fn after_fault(&mut self) {
+        if !matches!(self.record.ended, Some(Ended::DeviceFault(_))) {
+            return;
+        }
+        if !self.recorder.flight().is_full() {
+            self.stream_after_fault(1);
+            while let (false, Some(heard)) = (
+                self.recorder.flight().is_full(),
+                self.link.hear(AFTER_FAULT),
+            ) {
+                match heard {
+                    Heard::Sample(sample) => self.take_sample(&sample),
+                    Heard::Over(_) => return,
+                    Heard::Event(_) | Heard::Fault(_) => {}
+                }
+            }
+        }
+        self.stream_after_fault(0);
+        let mut kept = Vec::new();
+        let mut count = 1;
+        while kept.len() < usize::from(count) {
+            let index = kept.len() as u16;
+            let Ok(Report::Flight(flight)) = self.link.ask(Request::ReadFlight { index }) else {
+                break;
+            };
+            count = flight.count;
+            if count > 0 {
+                kept.push(self.message(&flight.sample));
+            }
+        }
+        self.recorder.fill_flight(kept);
+    }
+
+    /// Samples in a frame.
+    fn batch(&self) -> u8 {
+        // Above 1 kHz samples go in batches, or the line would be too slow.
+        if self.schedule.sample_time_s < 0.9e-3 && self.loop_mode == LoopMode::Device {
+            8
+        } else {
+            1
         }
     }
 
@@ -563,6 +712,17 @@ fn blow(refused: StartRefused) -> SerialError {
             allowed_n: refused.allowed_n as f32,
         },
     })
+}
+
+/// Waits until the device tells, by its keep-alives, that it is idle: its force has fallen to zero.
+fn waits_for_rest(link: &SerialLink) -> bool {
+    /// Longer than any ramp at a rate limit that is one.
+    const PATIENCE: Duration = Duration::from_secs(2);
+    let began = Instant::now();
+    while link.status().state != State::Idle && began.elapsed() < PATIENCE {
+        let _ = link.measure_round_trip(Duration::from_millis(20));
+    }
+    link.status().state == State::Idle
 }
 
 /// What only the connected device can tell.

@@ -1,5 +1,6 @@
 //! A tissue rendered on the simulated rig: everything that relaxation and creep share.
 
+use super::preflight::{Preflight, PreflightRequest};
 use super::remote::{
     RemoteDevice, RemoteLaw, RemoteRun, host_limits, indentation, no_operator, portable, push,
 };
@@ -65,6 +66,8 @@ pub struct Rendering {
     pub pace: Pace,
     /// The serial device; `None` for the simulated rig.
     pub remote: Option<RemoteDevice>,
+    /// What the pre-flight is to do.
+    pub preflight: PreflightRequest,
 }
 
 impl Rendering {
@@ -277,6 +280,8 @@ impl Rendering {
                 law: self.law(drive, device, samples)?,
                 schedule,
                 reference: &reference,
+                preflight: self.preflight(drive, samples),
+                wanted: self.preflight,
                 request,
                 metadata,
             };
@@ -312,6 +317,21 @@ impl Rendering {
         Ok(Limits {
             guard: self.safety.guard.of(&known, rig.sample_time)?,
             ..self.limits(false)
+        })
+    }
+
+    /// The loop for the analysis: the tissue as a wall that is felt all the time. An indentation that is imposed
+    /// closes no loop.
+    fn preflight(&self, drive: RigDrive, samples: u64) -> Option<Preflight> {
+        let imposed = matches!(drive, RigDrive::Position(_)) && self.contact == Contact::Rigid;
+        let (stiffness, dissipation) = self.spring_and_damper();
+        (!imposed).then(|| Preflight {
+            stiffness_n_per_m: stiffness,
+            dissipation_n_s_mu_per_m: dissipation,
+            order: self.material.tissue.order(),
+            scheme: self.scheme,
+            sample_time_s: self.sample_time_s,
+            samples,
         })
     }
 

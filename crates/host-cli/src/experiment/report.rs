@@ -1,5 +1,6 @@
 //! What an experiment reports: one JSON object, or a summary for a person.
 
+use super::preflight::Verdict;
 use super::remote::{FrameCounts, LinkSummary};
 use super::run::{Ended, Record};
 use haptic_loop::Fault;
@@ -77,6 +78,10 @@ pub struct Report {
     pub ended_early: Option<String>,
     /// What the link to the device counted; null without one.
     pub link: Option<LinkSummary>,
+    /// What the analysis said before the run; null if it was not asked.
+    pub preflight: Option<Verdict>,
+    /// The log of the fault, 1000 samples before it and 100 after; null without a fault.
+    pub fault_log: Option<String>,
     /// The link was lost in the middle of the run.
     #[serde(skip)]
     pub link_lost: bool,

@@ -1,12 +1,14 @@
 //! Runs the loop against a simulated device, in virtual or real time, and hands every sample on.
 
+use super::flight::FaultSeen;
+use super::preflight::Verdict;
 use super::recorder::{Recorded, Recorder, Stopped};
 use super::remote::LinkSummary;
 use super::sensed::Sensed;
 use crate::failure::Failure;
 use crate::folder::{FolderRequest, OutputFolder};
 use crate::live::{Live, LiveStreams};
-use crate::record::{FinishedLog, TickMessage};
+use crate::record::{FinishedLog, RecordError, TickMessage};
 use fracdiff::Real;
 use haptic_link::FaultReport;
 use haptic_loop::plant::{IndentationRig, MassDamper};
@@ -15,6 +17,7 @@ use haptic_loop::{Controller, Device, Environment, Fault};
 use hdrhistogram::Histogram;
 use std::collections::BTreeMap;
 use std::convert::Infallible;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -194,6 +197,10 @@ pub struct Ran {
     pub log: FinishedLog,
     /// Where it lies.
     pub folder: OutputFolder,
+    /// The log of a fault, if one latched.
+    pub fault_log: Option<PathBuf>,
+    /// What the pre-flight found; `None` if it was skipped.
+    pub preflight: Option<Verdict>,
     /// What live streams lost, a sentence each.
     pub live_warnings: Vec<String>,
 }
@@ -224,13 +231,36 @@ where
     let record =
         run(controller, device, schedule, &mut recorder, supervisor).map_err(Failure::Run)?;
     // A log that could not be written is the first thing to know.
-    let Recorded { log, warnings } = recorder.finish()?;
+    let recorded = recorder.finish();
+    let Recorded {
+        log,
+        fault_log,
+        warnings,
+    } = match recorded {
+        Err(error) if record.ended == Some(Ended::LogStopped) => {
+            let at_rest = controller.safety().is_at_rest();
+            return Err(log_stopped(error, at_rest));
+        }
+        recorded => recorded?,
+    };
     Ok(Ran {
         record,
         log,
         folder,
+        fault_log,
+        preflight: None,
         live_warnings: warnings,
     })
+}
+
+/// The log could not be written, and this is what became of the force.
+pub(super) fn log_stopped(error: RecordError, at_rest: bool) -> Failure {
+    let force = if at_rest {
+        "the run was ended, the force ramped to zero"
+    } else {
+        "the run was ended"
+    };
+    Failure::DataLost(anyhow::anyhow!("{error}; {force}"))
 }
 
 /// Fewest and most samples of an experiment; the results are kept in memory, about 100 bytes each.
@@ -291,7 +321,10 @@ where
         if record.ended.is_some() {
             // The force is on its way to zero: in the log, but no part of the result.
             ramp += 1;
-            if controller.safety().is_at_rest() || ramp == RAMP_MOST {
+            // Of a fault, what follows it is kept too.
+            let flight = recorder.flight();
+            let recorded = flight.fault().is_none() || flight.is_full();
+            if (controller.safety().is_at_rest() && recorded) || ramp == RAMP_MOST {
                 break;
             }
             continue;
@@ -300,6 +333,12 @@ where
             record.ended = Some(Ended::LogStopped);
         } else if let Some(fault) = controller.safety().fault() {
             record.ended = Some(Ended::Fault(fault));
+            recorder.fault(FaultSeen {
+                code: fault.code(),
+                text: fault.to_string(),
+                tick: message.tick,
+                time_s,
+            });
             // A recorder that has ended is seen when it is closed.
             let _ = recorder.event(time_s, "fault", fault.to_string());
         } else {

@@ -13,6 +13,7 @@ mod report;
 
 use super::judge::full_history;
 use super::outcome::reaction;
+use super::preflight::{Dynamics, Preflight, PreflightRequest, whole_samples};
 use super::pushed::{GONE_M, VirtualWall, force_alone, pushed, safe_force_limit, wall_at_start};
 use super::remote::{
     RemoteDevice, RemoteLaw, RemoteRun, device_name, host_limits, no_operator, portable, push,
@@ -66,6 +67,8 @@ pub struct Wall {
     pub pace: Pace,
     /// The serial device; `None` for the simulated one.
     pub remote: Option<RemoteDevice>,
+    /// Run on a serial device what the analysis calls unstable.
+    pub force_unstable: bool,
 }
 
 /// Where the device is at the end, and whether it is at rest there.
@@ -115,22 +118,39 @@ impl Wall {
             sample_time_s: self.device.sample_time.0,
             pace: self.pace,
         };
-        let metadata = self.metadata();
+        let mut metadata = self.metadata();
+        let preflight = self.preflight(parts.samples);
         let ran = match &self.remote {
-            None => run_logged(
-                &mut parts.controller,
-                &mut parts.device,
-                schedule,
-                request,
-                metadata,
-                supervisor,
-            )?,
+            None => {
+                // Nothing can break, so it is only noted.
+                let t = self.device.sample_time.0;
+                let delay = whole_samples(self.device.delay.0, t);
+                let verdict = preflight.verdict(self.dynamics(), delay)?;
+                verdict.describe(&mut metadata);
+                let ran = run_logged(
+                    &mut parts.controller,
+                    &mut parts.device,
+                    schedule,
+                    request,
+                    metadata,
+                    supervisor,
+                )?;
+                Ran {
+                    preflight: Some(verdict),
+                    ..ran
+                }
+            }
             Some(remote) => {
                 let run = RemoteRun {
                     device: remote,
                     law: self.law(remote, parts.samples)?,
                     schedule,
                     reference: &|_| 0.0,
+                    preflight: Some(preflight),
+                    wanted: PreflightRequest {
+                        force_unstable: self.force_unstable,
+                        dynamics: Some(self.dynamics()),
+                    },
                     request,
                     metadata,
                 };
@@ -138,6 +158,27 @@ impl Wall {
             }
         };
         self.publish(&ran, parts.rest_m)
+    }
+
+    /// The loop for the analysis.
+    fn preflight(&self, samples: u64) -> Preflight {
+        Preflight {
+            stiffness_n_per_m: self.stiffness_n_per_m,
+            dissipation_n_s_mu_per_m: self.dissipation_n_s_mu_per_m,
+            order: self.order,
+            scheme: self.scheme,
+            sample_time_s: self.device.sample_time.0,
+            samples,
+        }
+    }
+
+    /// Device and hand.
+    fn dynamics(&self) -> Dynamics {
+        Dynamics {
+            mass_kg: self.device.mass.0,
+            damping_n_s_per_m: self.device.damping.0,
+            hand_stiffness_n_per_m: self.device.stiffness.0,
+        }
     }
 
     /// The same without log or files: does it settle?
@@ -358,6 +399,8 @@ impl Wall {
             record,
             log,
             folder,
+            fault_log,
+            preflight,
             live_warnings,
         } = ran;
         let time = &record.time_s;
@@ -427,6 +470,8 @@ impl Wall {
             dropped_samples: record.dropped,
             ended_early: record.ended.map(Ended::reason),
             link: record.link.clone(),
+            preflight: *preflight,
+            fault_log: fault_log.as_ref().map(|path| path.display().to_string()),
             link_lost: record.ended.is_some_and(Ended::is_link),
             warnings: warnings.0,
         })

@@ -3,6 +3,7 @@
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
+use super::new_file::refuse_own_source;
 use super::{Condition, Entry, Leftover, LogReader, NewFile, RecordError};
 
 /// The fields of [`TickMessage`](super::TickMessage) in order.
@@ -36,12 +37,13 @@ pub struct ExportSummary {
 /// ticks gives a file with the header alone.
 ///
 /// # Errors
-/// If the log cannot be read, or the target exists without `overwrite` or cannot be written.
+/// If the log cannot be read, or the target exists without `overwrite`, cannot be written, or is the log.
 pub fn export_csv(
     source: &Path,
     target: &Path,
     overwrite: bool,
 ) -> Result<ExportSummary, RecordError> {
+    refuse_own_source(source, target)?;
     let mut reader = LogReader::open(source)?;
     let (new_file, file) = NewFile::create(target, Leftover::Discard, overwrite)?;
     let fail = |source| RecordError::Csv {

@@ -12,13 +12,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// An emulated device in a place, as `device`; gone when dropped.
-struct Emulated {
+pub(crate) struct Emulated {
     place: Place,
     child: Child,
 }
 
 impl Emulated {
-    fn new(options: &str) -> Self {
+    pub(crate) fn new(options: &str) -> Self {
         let place = Place::new();
         let mut device = Self {
             child: spawn(&place, options),
@@ -26,6 +26,10 @@ impl Emulated {
         };
         device.wait_for_link();
         device
+    }
+
+    pub(crate) fn place(&self) -> &Place {
+        &self.place
     }
 
     fn wait_for_link(&mut self) {
@@ -45,7 +49,7 @@ impl Emulated {
         self.child.wait().expect("ends");
     }
 
-    fn json(&self, line: &str) -> Value {
+    pub(crate) fn json(&self, line: &str) -> Value {
         let ended = self.place.run(&format!("{line} --json"));
         let ended = ended.succeeded_with_warnings();
         serde_json::from_str(&ended.stdout).unwrap_or_else(|error| panic!("{error}: {ended}"))

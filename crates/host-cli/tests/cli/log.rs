@@ -73,10 +73,22 @@ fn export_and_recover_overwrite_nothing() {
         let ended = place.run(&format!("log {command} run/relax.mcap taken"));
         ended.refused(2, &["taken", "already exists"]);
     }
-    let ended = place.run("log recover run/relax.mcap run/relax.mcap");
-    ended.refused(2, &["run/relax.mcap", "already exists"]);
     assert_eq!(place.text("taken"), "theirs");
+    // Not over what is read, asked for or not.
+    for command in ["export", "recover"] {
+        for option in ["", "--overwrite"] {
+            let ended = place.run(&format!(
+                "log {command} run/relax.mcap run/relax.mcap {option}"
+            ));
+            ended.refused(2, &["run/relax.mcap", "the log it is made from"]);
+        }
+    }
     place.run("log check run/relax.mcap").succeeded();
+    // Another one is replaced when that is asked for.
+    place
+        .run("log recover run/relax.mcap taken --overwrite")
+        .succeeded();
+    place.run("log check taken").succeeded();
 }
 
 #[test]

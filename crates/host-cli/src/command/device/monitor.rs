@@ -115,7 +115,7 @@ impl Arguments {
                 Recorder::start(&name, metadata, false, folder.overwrite(), live.take())?;
             let over = watch.session(&link, &mut recorder);
             watch.watched.dropped_samples += recorder.dropped() + link.report().samples_dropped;
-            let Recorded { log, warnings } = recorder.finish()?;
+            let Recorded { log, warnings, .. } = recorder.finish()?;
             for warning in warnings {
                 note("warning", warning);
             }

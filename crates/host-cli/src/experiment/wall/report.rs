@@ -1,6 +1,7 @@
 //! What a wall experiment reports.
 
 use super::Settling;
+use crate::experiment::preflight::Verdict;
 use crate::experiment::remote::LinkSummary;
 use crate::experiment::report::{Ending, Summary, TickTimes};
 use serde::Serialize;
@@ -56,6 +57,10 @@ pub struct WallReport {
     pub ended_early: Option<String>,
     /// What the link to the device counted; null without one.
     pub link: Option<LinkSummary>,
+    /// What the analysis said before the run; null if it was not asked.
+    pub preflight: Option<Verdict>,
+    /// The log of the fault, 1000 samples before it and 100 after; null without a fault.
+    pub fault_log: Option<String>,
     /// The link was lost in the middle of the run.
     #[serde(skip)]
     pub link_lost: bool,
