@@ -1,20 +1,21 @@
 //! A device and its host with a line between them.
 
+use crate::witness::Witness;
 use haptic_link::{
-    CoefficientBlock, Configuration, DigestBuilder, FRAME_MAX, Keys, OperatorForm, OperatorShape,
-    Refusal, Report, Request, Start, State,
+    CoefficientBlock, Configuration, DigestBuilder, Direction, FRAME_MAX, Keys, LoopMode,
+    OperatorForm, OperatorShape, Receiver, Refusal, Report, Request, SequenceTracker, Start, State,
 };
 use haptic_loop::remote::{
-    Conversation, FaultyLine, Incoming, LineFaults, LinkError, Session, SimulatedPlant, TickSide,
+    Conversation, FaultyLine, Incoming, LineFaults, LinkError, Session, TickSide,
 };
 use std::cell::RefCell;
 
 /// Steps of the clock, µs: ten a tick of 1 kHz.
-const STEP_US: u64 = 100;
+pub(crate) const STEP_US: u64 = 100;
 
 /// Both ends, both directions, one clock.
 pub(crate) struct Bench {
-    pub(crate) device: RefCell<TickSide<SimulatedPlant>>,
+    pub(crate) device: RefCell<TickSide<Witness>>,
     pub(crate) session: Session,
     pub(crate) host: Conversation,
     pub(crate) to_device: FaultyLine,
@@ -30,10 +31,18 @@ pub(crate) struct Bench {
     pub(crate) rebooted: bool,
     /// Called for each sample in a host loop; its force is sent back.
     pub(crate) law: Option<fn(f32) -> f32>,
+    /// When the device last got a frame that its watchdog may take for a host, by the host's clock.
+    pub(crate) heard_us: u64,
+    /// What the device hears, judged by the side of it.
+    mirror: (Receiver<Request>, SequenceTracker),
 }
 
-pub(crate) fn device() -> TickSide<SimulatedPlant> {
-    TickSide::new(SimulatedPlant::new("bench", || 0)).expect("a simulated board works")
+fn mirror() -> (Receiver<Request>, SequenceTracker) {
+    (Receiver::new(Direction::FromHost), SequenceTracker::NEW)
+}
+
+pub(crate) fn device() -> TickSide<Witness> {
+    TickSide::new(Witness::new("bench")).expect("a simulated board works")
 }
 
 impl Bench {
@@ -51,6 +60,8 @@ impl Bench {
             told: Vec::new(),
             rebooted: false,
             law: None,
+            heard_us: 0,
+            mirror: mirror(),
         }
     }
 
@@ -59,6 +70,8 @@ impl Bench {
         self.device = RefCell::new(device());
         self.session = Session::new([0, 1, 0], 2);
         self.boot_us = self.now_us;
+        self.heard_us = self.now_us;
+        self.mirror = mirror();
     }
 
     pub(crate) fn ideal() -> Self {
@@ -66,11 +79,7 @@ impl Bench {
     }
 
     pub(crate) fn force_n(&self) -> f32 {
-        // The flight recorder's newest sample is what was applied last.
-        let device = self.device.borrow();
-        let count = device.flight(0).map_or(0, |flight| flight.count);
-        let newest = device.flight(count.saturating_sub(1));
-        newest.map_or(0.0, |flight| flight.sample.force_n)
+        self.device.borrow().hardware().force_n()
     }
 
     pub(crate) fn state(&self) -> State {
@@ -87,6 +96,7 @@ impl Bench {
         let mut line = [0; FRAME_MAX];
         while let Some(frame) = self.to_device.receive(self.now_us) {
             for byte in frame {
+                self.overhear(byte);
                 let device_us = self.now_us - self.boot_us;
                 let length = self
                     .session
@@ -122,6 +132,25 @@ impl Bench {
             }
         }
         Ok(answer)
+    }
+
+    fn overhear(&mut self, byte: u8) {
+        let (receiver, tracker) = &mut self.mirror;
+        let Some((sequence, request)) = receiver.push(byte) else {
+            return;
+        };
+        if matches!(request, Request::Hello(_)) {
+            tracker.restart();
+        }
+        if !tracker.arrive(sequence).is_new() {
+            return;
+        }
+        let device = self.device.borrow();
+        let host_loop = device.configuration().0.loop_mode == LoopMode::Host;
+        let is_force = matches!(request, Request::Force { .. });
+        if is_force || !(host_loop && device.status().state == State::Running) {
+            self.heard_us = self.now_us;
+        }
     }
 
     fn hear(&mut self, report: Report) {

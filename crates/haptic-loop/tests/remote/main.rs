@@ -3,4 +3,6 @@
 #![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
 
 mod line;
+mod schedules;
 mod session;
+mod witness;
