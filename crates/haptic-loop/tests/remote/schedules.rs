@@ -2,7 +2,8 @@
 //! and come back, devices that reboot, requests in any state. What must hold is checked after every step of the
 //! clock.
 //!
-//! `SCHEDULES` sets how many are run, `SCHEDULE` the one of a number: a failure tells it.
+//! `SCHEDULES` sets how many are run, `SCHEDULE` the one of a number: a failure tells it. 100 000 are 22 h of
+//! virtual time and take a minute of two processors.
 
 use crate::line::{Bench, START, STEP_US, spring};
 use haptic_link::{
@@ -14,6 +15,9 @@ use haptic_loop::remote::{LineFaults, LinkError};
 use rand_distr::{Distribution as _, StandardUniform};
 use rand_pcg::Pcg32;
 use std::sync::atomic::{AtomicU64, Ordering};
+
+/// From position, m, to force, N.
+type Law = fn(f32) -> f32;
 
 struct Random(Pcg32);
 
@@ -265,7 +269,7 @@ impl Watched {
                 self.bench.host.set_keep_alive(interval);
             }
             9 => {
-                let laws: [Option<fn(f32) -> f32>; 4] = [
+                let laws: [Option<Law>; 4] = [
                     None,
                     Some(|x| -500.0 * x),
                     Some(|x| 1e6 * x + 1.0),
