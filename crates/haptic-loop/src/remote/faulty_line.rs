@@ -108,6 +108,16 @@ impl FaultyLine {
         })
     }
 
+    /// What the line does to frames from now on; those on the way are not touched.
+    ///
+    /// # Errors
+    /// As [`LineFaults::check`].
+    pub fn set_faults(&mut self, faults: LineFaults) -> Result<(), ParameterError> {
+        faults.check()?;
+        self.faults = faults;
+        Ok(())
+    }
+
     /// Sends a frame.
     pub fn send(&mut self, frame: &[u8], now_us: u64) {
         self.damage.sent += 1;

@@ -1,20 +1,21 @@
 //! A device and its host with a line between them.
 
+use crate::witness::Witness;
 use haptic_link::{
-    CoefficientBlock, Configuration, DigestBuilder, FRAME_MAX, Keys, OperatorForm, OperatorShape,
-    Refusal, Report, Request, Start, State,
+    CoefficientBlock, Configuration, DigestBuilder, Direction, FRAME_MAX, Keys, LoopMode,
+    OperatorForm, OperatorShape, Receiver, Refusal, Report, Request, SequenceTracker, Start, State,
 };
 use haptic_loop::remote::{
-    Conversation, FaultyLine, Incoming, LineFaults, LinkError, Session, SimulatedPlant, TickSide,
+    Conversation, FaultyLine, Incoming, LineFaults, LinkError, Session, TickSide,
 };
 use std::cell::RefCell;
 
 /// Steps of the clock, µs: ten a tick of 1 kHz.
-const STEP_US: u64 = 100;
+pub(crate) const STEP_US: u64 = 100;
 
 /// Both ends, both directions, one clock.
 pub(crate) struct Bench {
-    pub(crate) device: RefCell<TickSide<SimulatedPlant>>,
+    pub(crate) device: RefCell<TickSide<Witness>>,
     pub(crate) session: Session,
     pub(crate) host: Conversation,
     pub(crate) to_device: FaultyLine,
@@ -32,10 +33,18 @@ pub(crate) struct Bench {
     pub(crate) energy_j: Option<f32>,
     /// Called for each sample in a host loop; its force is sent back.
     pub(crate) law: Option<fn(f32) -> f32>,
+    /// When the device last got a frame that its watchdog may take for a host, by the host's clock.
+    pub(crate) heard_us: u64,
+    /// What the device hears, judged by the side of it.
+    mirror: (Receiver<Request>, SequenceTracker),
 }
 
-pub(crate) fn device() -> TickSide<SimulatedPlant> {
-    TickSide::new(SimulatedPlant::new("bench", || 0)).expect("a simulated board works")
+fn mirror() -> (Receiver<Request>, SequenceTracker) {
+    (Receiver::new(Direction::FromHost), SequenceTracker::NEW)
+}
+
+pub(crate) fn device() -> TickSide<Witness> {
+    TickSide::new(Witness::new("bench")).expect("a simulated board works")
 }
 
 impl Bench {
@@ -54,6 +63,8 @@ impl Bench {
             rebooted: false,
             energy_j: None,
             law: None,
+            heard_us: 0,
+            mirror: mirror(),
         }
     }
 
@@ -62,6 +73,8 @@ impl Bench {
         self.device = RefCell::new(device());
         self.session = Session::new([0, 1, 0], 2);
         self.boot_us = self.now_us;
+        self.heard_us = self.now_us;
+        self.mirror = mirror();
     }
 
     pub(crate) fn ideal() -> Self {
@@ -69,7 +82,7 @@ impl Bench {
     }
 
     pub(crate) fn force_n(&self) -> f32 {
-        self.device.borrow().newest().force_n
+        self.device.borrow().hardware().force_n()
     }
 
     pub(crate) fn state(&self) -> State {
@@ -86,6 +99,7 @@ impl Bench {
         let mut line = [0; FRAME_MAX];
         while let Some(frame) = self.to_device.receive(self.now_us) {
             for byte in frame {
+                self.overhear(byte);
                 let device_us = self.now_us - self.boot_us;
                 let length = self
                     .session
@@ -124,6 +138,25 @@ impl Bench {
             }
         }
         Ok(answer)
+    }
+
+    fn overhear(&mut self, byte: u8) {
+        let (receiver, tracker) = &mut self.mirror;
+        let Some((sequence, request)) = receiver.push(byte) else {
+            return;
+        };
+        if matches!(request, Request::Hello(_)) {
+            tracker.restart();
+        }
+        if !tracker.arrive(sequence).is_new() {
+            return;
+        }
+        let device = self.device.borrow();
+        let host_loop = device.configuration().0.loop_mode == LoopMode::Host;
+        let is_force = matches!(request, Request::Force { .. });
+        if is_force || !(host_loop && device.status().state == State::Running) {
+            self.heard_us = self.now_us;
+        }
     }
 
     fn hear(&mut self, report: Report) {

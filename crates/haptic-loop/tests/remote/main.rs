@@ -5,4 +5,6 @@
 mod broken;
 mod limits;
 mod line;
+mod schedules;
 mod session;
+mod witness;

@@ -118,8 +118,11 @@ fn differintegrate(
     }
 }
 
-/// The numbers of column `x`, at least one.
-fn read_column(source: impl Read, name: &str) -> Result<Vec<f64>, Failure> {
+/// The numbers of column `x`, at least one; `name` is that of the source, for messages.
+///
+/// # Errors
+/// A missing column, a missing or non-numeric cell, with its line.
+pub fn read_column(source: impl Read, name: &str) -> Result<Vec<f64>, Failure> {
     let bad = |text: String| Failure::bad_input(format_args!("{name}: {text}"));
     let mut table = csv::ReaderBuilder::new()
         .flexible(true)

@@ -1,0 +1,64 @@
+//! A simulated board that remembers what force acts on its plant.
+
+use haptic_link::{Capabilities, Refusal, Simulation};
+use haptic_loop::remote::{Hardware, SimulatedPlant};
+use haptic_loop::{Device, Fault, Reading, SafeForce};
+
+/// The simulated board, watched from outside the device's own code.
+#[derive(Debug)]
+pub(crate) struct Witness {
+    plant: SimulatedPlant,
+    force_n: f32,
+}
+
+impl Witness {
+    pub(crate) fn new(board: &str) -> Self {
+        Self {
+            plant: SimulatedPlant::new(board, || 0),
+            force_n: 0.0,
+        }
+    }
+
+    /// The force on the plant since the last tick, N.
+    pub(crate) fn force_n(&self) -> f32 {
+        self.force_n
+    }
+}
+
+impl Device<f32, 1> for Witness {
+    type Error = Fault;
+
+    fn read(&mut self) -> Result<Reading<f32, 1>, Fault> {
+        self.plant.read()
+    }
+
+    fn write(&mut self, force: SafeForce<f32, 1>) -> Result<(), Fault> {
+        self.force_n = force.newtons()[0];
+        self.plant.write(force)
+    }
+}
+
+impl Hardware for Witness {
+    type Setup = <SimulatedPlant as Hardware>::Setup;
+
+    fn capabilities(&self) -> Capabilities {
+        self.plant.capabilities()
+    }
+
+    fn prepare(simulation: &Simulation, tick_period_us: u32) -> Result<Self::Setup, Refusal> {
+        SimulatedPlant::prepare(simulation, tick_period_us)
+    }
+
+    fn install(&mut self, setup: Self::Setup, tick_period_us: u32) {
+        self.plant.install(setup, tick_period_us);
+    }
+
+    fn restart(&mut self) {
+        self.plant.restart();
+    }
+
+    fn idle(&mut self) -> Result<Reading<f32, 1>, Fault> {
+        self.force_n = 0.0;
+        self.plant.idle()
+    }
+}

@@ -1,0 +1,92 @@
+//! Writes `corpus/`: one small input for each thing a target should know of. Run it after a change of the
+//! messages or of the log: `cargo run --example seeds`.
+#![forbid(unsafe_code)]
+
+use haptic_link::{Direction, FRAME_MAX, Keys, Report, Request, Sample, encode};
+use host_cli::record::{EventMessage, LogWriter, TickMessage};
+use std::error::Error;
+use std::fs;
+use std::io::Cursor;
+use std::path::Path;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus");
+    let write = |target: &str, name: &str, bytes: &[u8]| {
+        let folder = root.join(target);
+        fs::create_dir_all(&folder)?;
+        fs::write(folder.join(name), bytes)
+    };
+
+    let mut line = [0; FRAME_MAX];
+    let hello = Request::Hello(Keys::CURRENT);
+    let length = encode(&hello, 0, Direction::FromHost, &mut line).map_err(|e| e.to_string())?;
+    write("frame", "request", &line[..length])?;
+    let sample = Report::Sample(Sample::default());
+    let length = encode(&sample, 1, Direction::FromDevice, &mut line).map_err(|e| e.to_string())?;
+    let twice = [&line[..length], &line[..length / 2], &[0], &line[..length]].concat();
+    write("frame", "reports", &twice)?;
+
+    // Numbers of steps as in script.rs: 0 ticks, 2 frame, 4 configure, 5 coefficients, 6 commit, 7 arm, 8 start,
+    // 9 force, 10 keep-alive, 11 skip.
+    let spring = [5, 0, 2, 125, 131, 6];
+    let device_loop = [&[4, 0, 0][..], &spring, &[7, 8, 60, 1, 0, 15, 10, 0, 200]].concat();
+    write("session", "device-loop", &device_loop)?;
+    let host_loop = [
+        &[4, 1, 0][..],
+        &spring,
+        &[7, 8, 0, 4],
+        &[9, 16, 0, 5].repeat(4),
+        &[0, 40, 7, 8, 0, 1, 2, 1, 10],
+    ]
+    .concat();
+    write("session", "host-loop", &host_loop)?;
+    // Disarmed while running, late ticks, a skipped and a repeated number.
+    let disarm = [
+        &device_loop[..15],
+        &[2, 1, 8, 1, 9, 3, 11, 5, 10, 11, 255, 10, 0, 9],
+    ]
+    .concat();
+    write("session", "disarm", &disarm)?;
+
+    let mut log = LogWriter::with_sink(Cursor::new(Vec::new()), Path::new("seed"))?;
+    log.metadata("run", [("seed".to_owned(), "1".to_owned())].into())?;
+    for tick in 0..250 {
+        let time_s = 1e-3 * tick as f64;
+        let message = TickMessage {
+            tick,
+            time_s,
+            position_m: 1e-3,
+            ..TickMessage::default()
+        };
+        log.tick(&message)?;
+    }
+    log.event(&EventMessage {
+        time_s: 0.25,
+        kind: "end".to_owned(),
+        text: "done".to_owned(),
+    })?;
+    let log = log.close()?.into_inner();
+    write("log", "whole", &log)?;
+    write("log", "cut", &log[..log.len() / 2])?;
+
+    let folder = |name: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(name);
+    for name in ["wall", "relax", "creep"] {
+        let text = fs::read(folder("experiments").join(format!("{name}.toml")))?;
+        write("experiment", name, &text)?;
+    }
+    let all_keys = "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 2e-3\norder = 0.5\n\
+                    stiffness_n_per_m = 3_000\ndissipation_n_s_mu_per_m = 60.0\ndevice = \"sim\"\n\
+                    loop = \"host\"\nguard = \"observer\"\nscheme = \"sm=20\"\none_sided = true\nseed = 7\n";
+    write("experiment", "keys", all_keys.as_bytes())?;
+    for name in ["prostate-cancerous", "prostate-healthy"] {
+        let text = fs::read(folder("materials").join(format!("{name}.toml")))?;
+        write("material", name, &text)?;
+    }
+    write("csv", "plain", b"t,x\n0,1.5\n1,-2e-3\n")?;
+    write(
+        "csv",
+        "quoted",
+        b"\"x\", \"a\"\"b\"\r\n 1 ,\"two\nlines\"\r\n\r\n3,4\r\n",
+    )?;
+    Ok(())
+}
