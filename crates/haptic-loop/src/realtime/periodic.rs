@@ -47,6 +47,23 @@ impl PeriodicConfig {
             spin_margin: SpinMargin::Auto,
         }
     }
+
+    /// Itself, if a loop can run by it.
+    ///
+    /// # Errors
+    /// A period outside 10 µs to 1000 s.
+    pub fn checked(self) -> Result<Self, ParameterError> {
+        let period_s = self.period.as_secs_f64();
+        if PERIODS_S.contains(&period_s) {
+            return Ok(self);
+        }
+        Err(ParameterError::Range {
+            what: "period",
+            value: period_s,
+            allowed: "in [1e-5, 1000]",
+            unit: "s",
+        })
+    }
 }
 
 /// A cycle that has begun.
@@ -113,15 +130,7 @@ impl<W: Waiter> Periodic<W> {
     /// # Errors
     /// A period outside 10 µs to 1000 s.
     pub fn with_waiter(config: PeriodicConfig, mut waiter: W) -> Result<Self, ParameterError> {
-        let period_s = config.period.as_secs_f64();
-        if !PERIODS_S.contains(&period_s) {
-            return Err(ParameterError::Range {
-                what: "period",
-                value: period_s,
-                allowed: "in [1e-5, 1000]",
-                unit: "s",
-            });
-        }
+        let config = config.checked()?;
         // Before the memory is locked, which touches all of it.
         let timing = Timing::new()?;
         let thread = RaisedThread::new(config.thread);

@@ -99,7 +99,8 @@ impl Outcome {
             self.quantity.word(),
         );
         warnings.limited(record.limited);
-        warnings.late(record.missed_deadlines, force.len() as u64);
+        warnings.0.extend(record.not_realtime.clone());
+        warnings.late(record, force.len() as u64);
         warnings.dropped(record.dropped);
         warnings.link(record.link.as_ref());
         warnings.0.extend_from_slice(live_warnings);
@@ -149,6 +150,7 @@ impl Outcome {
             closed_form_error: self.closed_form_error,
             tick_ns: TickTimes::of(record),
             missed_deadlines: record.missed_deadlines,
+            realtime: record.realtime,
             log: log.path.display().to_string(),
             figure,
             csv,

@@ -6,8 +6,9 @@
 //! ```
 //! Time is the device's, n·T. What the line loses is counted, never made up.
 
+use super::realtime::RealtimeOptions;
 use super::recorder::{Recorded, Recorder};
-use super::run::{Ended, Ran, Record, Schedule, Supervisor};
+use super::run::{Ended, Pace, Ran, Record, Schedule, Supervisor};
 use crate::device::{SerialName, at_port};
 use crate::failure::Failure;
 use crate::folder::{FolderRequest, OutputFolder};
@@ -17,6 +18,7 @@ use haptic_link::{
     Capabilities, Configuration, EventKind, Limits, LoopMode, OperatorShape, Request, Sample,
     Simulation, SimulationKind, Start, Statistics,
 };
+use haptic_loop::realtime::{Fallback, RaisedThread};
 use haptic_loop::remote::LinkError;
 use haptic_loop::remote::serial::{Heard, SerialError, SerialLink};
 use haptic_loop::{Controller, Environment};
@@ -208,6 +210,16 @@ impl<'a> RemoteRun<'a> {
         let live = supervisor.live_streams();
         let started = Recorder::start(&log, self.metadata, false, folder.overwrite(), live);
         let recorder = started.inspect_err(|_| folder.discard())?;
+        let mut record = Record::with_room_for(self.schedule.samples).map_err(Failure::Run)?;
+        if let Some(priority) = options(self.schedule).priority {
+            record.not_realtime = link.raise(priority).err().map(|refusal| {
+                let fallback = Fallback {
+                    priority: Some((priority, refusal)),
+                    ..Fallback::default()
+                };
+                fallback.to_string()
+            });
+        }
         Ok(Session {
             link,
             before,
@@ -217,10 +229,18 @@ impl<'a> RemoteRun<'a> {
             reference: self.reference,
             folder,
             recorder,
-            record: Record::with_room_for(self.schedule.samples).map_err(Failure::Run)?,
+            record,
             samples_lost: 0,
             next_tick: 0,
         })
+    }
+}
+
+/// What is asked for the threads of a run.
+const fn options(schedule: Schedule) -> RealtimeOptions {
+    match schedule.pace {
+        Pace::Realtime(options) => options,
+        Pace::Virtual => RealtimeOptions::NORMAL,
     }
 }
 
@@ -373,6 +393,8 @@ impl Session<'_> {
         controller: &mut Controller<F, 1, E>,
         supervisor: Supervisor<'_>,
     ) -> Result<(), SerialError> {
+        let thread = RaisedThread::new(options(self.schedule).thread());
+        self.record.raised(&thread);
         self.start(0)?;
         loop {
             // Waiting for the sample is no part of the tick.

@@ -1,5 +1,6 @@
 //! What an experiment reports: one JSON object, or a summary for a person.
 
+use super::realtime::RealtimeSummary;
 use super::remote::{FrameCounts, LinkSummary};
 use super::run::{Ended, Record};
 use haptic_loop::Fault;
@@ -46,6 +47,8 @@ pub struct Report {
     pub tick_ns: Option<TickTimes>,
     /// Ticks more than one sample time late; 0 in virtual time.
     pub missed_deadlines: u64,
+    /// Where the time went in a run by the clock of this machine; null in another.
+    pub realtime: Option<RealtimeSummary>,
     /// The log.
     pub log: String,
     /// The picture (PNG; an SVG lies beside it), unless the run was cut short.
@@ -209,13 +212,38 @@ impl Warnings {
     }
 
     /// The loop was late.
-    pub fn late(&mut self, missed: u64, samples: u64) {
-        if missed > 0 {
-            self.0.push(format!(
-                "{missed} of {samples} ticks were more than one sample time late: this machine was busy, \
-                 or the sample time is too short for it"
-            ));
+    pub fn late(&mut self, record: &Record, samples: u64) {
+        let missed = record.missed_deadlines;
+        if missed == 0 {
+            return;
         }
+        let cause = match record.realtime {
+            None => "this machine was busy, or the sample time is too short for it".to_owned(),
+            Some(realtime) => {
+                let causes = [
+                    (
+                        realtime.late_by_wake_up,
+                        "woken late (`host-cli rt-check` says what helps)",
+                    ),
+                    (
+                        realtime.late_by_compute,
+                        "the tick before took too long (give a longer --sample-time)",
+                    ),
+                ];
+                let named = causes.into_iter().filter(|(count, _)| *count > 0);
+                let named: Vec<String> = named
+                    .map(|(count, cause)| format!("{count} {cause}"))
+                    .collect();
+                format!(
+                    "{}; {} periods were skipped",
+                    named.join(", "),
+                    realtime.skipped_periods
+                )
+            }
+        };
+        self.0.push(format!(
+            "{missed} of {samples} ticks were more than one sample time late: {cause}"
+        ));
     }
 
     /// What a link had to cope with, when it did.

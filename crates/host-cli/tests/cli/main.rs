@@ -11,4 +11,5 @@ mod experiments;
 mod interrupted;
 mod log;
 mod process;
+mod realtime;
 mod refusals;
