@@ -19,7 +19,7 @@ pub struct RealtimeArguments {
 /// What is asked for a thread.
 #[derive(Clone, Copy, Debug, Args)]
 pub struct ThreadArguments {
-    /// Real-time priority of the loop (SCHED_FIFO, 1 to 99), its memory locked; `off` for a normal thread
+    /// Real-time priority of the loop (`SCHED_FIFO`, 1 to 99), its memory locked; `off` for a normal thread
     /// [default: 80 where permitted]
     #[arg(
         long,

@@ -35,7 +35,7 @@ pub struct Arguments {
     /// Threads of normal priority that keep processors busy meanwhile
     #[arg(long, value_name = "COUNT", default_value_t = 0, allow_hyphen_values = true, value_parser = clap::value_parser!(u16).range(0..=1024))]
     busy: u16,
-    /// Measure a plain loop (std::thread::sleep, normal priority) in turns with the runner, to compare with
+    /// Measure a plain loop (`std::thread::sleep`, normal priority) in turns with the runner, to compare with
     #[arg(long)]
     compare: bool,
     #[command(flatten)]

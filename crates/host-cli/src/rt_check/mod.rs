@@ -246,7 +246,7 @@ fn go_round<W: Waiter>(
         if stop.load(Ordering::Relaxed) {
             return Err(Failure::Run(anyhow::anyhow!("interrupted")));
         }
-        if cycle.number % 256 == 0 {
+        if cycle.number.is_multiple_of(256) {
             progress(periods as f64 / cycles as f64);
         }
     }
