@@ -9,6 +9,14 @@ use std::vec::Vec;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SystemWaiter(StdWaiter);
 
+impl SystemWaiter {
+    /// Its origin is now.
+    #[must_use]
+    pub fn new() -> Self {
+        Self(StdWaiter::default())
+    }
+}
+
 impl Waiter for SystemWaiter {
     fn now(&mut self) -> Duration {
         self.0.now()

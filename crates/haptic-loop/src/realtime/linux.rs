@@ -23,7 +23,15 @@ use thread_priority::{
 
 /// The monotonic clock and sleep of this system.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct SystemWaiter;
+pub struct SystemWaiter(());
+
+impl SystemWaiter {
+    /// The only one.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self(())
+    }
+}
 
 impl Waiter for SystemWaiter {
     fn now(&mut self) -> Duration {

@@ -120,7 +120,7 @@ impl Periodic {
     /// # Errors
     /// A period outside 10 µs to 1000 s.
     pub fn new(config: PeriodicConfig) -> Result<Self, ParameterError> {
-        Self::with_waiter(config, SystemWaiter)
+        Self::with_waiter(config, SystemWaiter::new())
     }
 }
 
