@@ -3,6 +3,7 @@
 use super::experiment::{End, conduct, print_end, print_summary};
 use super::live::LiveArguments;
 use super::preflight::PreflightArguments;
+use super::realtime::RealtimeArguments;
 use super::remote::RemoteArguments;
 use super::safety::SafetyArguments;
 use crate::experiment::{ExperimentFile, Pace, WallReport};
@@ -42,9 +43,8 @@ pub struct Arguments {
     /// The experiment
     #[arg(value_name = "FILE.toml")]
     file: PathBuf,
-    /// Pace the run by the clock instead of as fast as it goes
-    #[arg(long)]
-    realtime: bool,
+    #[command(flatten)]
+    realtime: RealtimeArguments,
     #[command(flatten)]
     safety: SafetyArguments,
     #[command(flatten)]
@@ -69,11 +69,7 @@ impl Arguments {
     pub fn run(self, output: Output) -> Result<(), Failure> {
         let file = ExperimentFile::read(&self.file).map_err(Failure::input)?;
         let remote = self.remote.remote(file.remote())?;
-        let pace = if self.realtime || remote.is_some() {
-            Pace::Realtime
-        } else {
-            Pace::Virtual
-        };
+        let pace = self.realtime.pace(remote.is_some())?;
         let serial = remote.is_some();
         let mut experiment = file.in_pace(pace).on(remote)?;
         let safety = experiment.safety_mut();
@@ -86,7 +82,7 @@ impl Arguments {
             stem: stem.to_owned(),
             overwrite: self.overwrite,
         };
-        let live = self.live.open(pace == Pace::Realtime, output)?;
+        let live = self.live.open(pace != Pace::Virtual, output)?;
         match experiment {
             ExperimentFile::Relax(relaxation) => {
                 conduct(samples, output, print_summary, |supervisor| {
@@ -156,6 +152,7 @@ fn print_wall(out: &mut dyn Write, report: &WallReport) -> io::Result<()> {
     let end = End {
         tick_ns: report.tick_ns,
         missed_deadlines: report.missed_deadlines,
+        realtime: report.realtime.as_ref(),
         link: report.link.as_ref(),
         log: &report.log,
         csv: report.csv.as_deref(),

@@ -232,7 +232,10 @@ mod tests {
         recorder.fill(device);
         assert_eq!(ticks(&recorder), (0..15).collect::<Vec<_>>());
         assert_eq!(recorder.filled, [3, 4, 9, 12, 13, 14]);
-        let from_device = recorder.ticks.iter().filter(|tick| tick.force_n == 1.0);
+        let from_device = recorder
+            .ticks
+            .iter()
+            .filter(|tick| (tick.force_n - 1.0).abs() < 1e-12);
         assert_eq!(from_device.count(), 6);
     }
 

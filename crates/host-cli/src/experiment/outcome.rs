@@ -101,6 +101,7 @@ impl Outcome {
             self.quantity.word(),
         );
         warnings.limited(record.limited);
+        warnings.0.extend(record.not_realtime.clone());
         warnings.late(record, force.len() as u64);
         warnings.dropped(record.dropped_by_disk());
         warnings.link(record.link.as_ref());
@@ -151,6 +152,7 @@ impl Outcome {
             closed_form_error: self.closed_form_error,
             tick_ns: TickTimes::of(record),
             missed_deadlines: record.missed_deadlines,
+            realtime: record.realtime,
             log: log.path.display().to_string(),
             figure,
             csv,

@@ -8,8 +8,9 @@
 
 use super::flight::FaultSeen;
 use super::preflight::{Dynamics, MEASURED, Preflight, PreflightRequest, Verdict, delay_samples};
+use super::realtime::RealtimeOptions;
 use super::recorder::{Recorded, Recorder};
-use super::run::{Ended, Ran, Record, Schedule, Supervisor, log_stopped};
+use super::run::{Ended, Pace, Ran, Record, Schedule, Supervisor, log_stopped};
 use super::safety::{GuardChoice, GuardedDevice};
 use crate::device::{SerialName, at_port};
 use crate::failure::Failure;
@@ -21,6 +22,7 @@ use haptic_link::{
     Capabilities, Configuration, EventKind, Field, Limits, LoopMode, OperatorShape, Refusal,
     Report, Request, Sample, Simulation, SimulationKind, Start, State, Statistics,
 };
+use haptic_loop::realtime::{Fallback, RaisedThread};
 use haptic_loop::remote::serial::{Heard, SerialError, SerialLink};
 use haptic_loop::remote::{LinkError, wire_limits};
 use haptic_loop::units::Seconds;
@@ -241,6 +243,16 @@ impl<'a> RemoteRun<'a> {
         let live = supervisor.live_streams();
         let started = Recorder::start(&log, self.metadata, false, folder.overwrite(), live);
         let recorder = started.inspect_err(|_| folder.discard())?;
+        let mut record = Record::with_room_for(self.schedule.samples).map_err(Failure::Run)?;
+        if let Some(priority) = options(self.schedule).priority {
+            record.not_realtime = link.raise(priority).err().map(|refusal| {
+                let fallback = Fallback {
+                    priority: Some((priority, refusal)),
+                    ..Fallback::default()
+                };
+                fallback.to_string()
+            });
+        }
         Ok(Session {
             link,
             before,
@@ -250,7 +262,7 @@ impl<'a> RemoteRun<'a> {
             reference: self.reference,
             folder,
             recorder,
-            record: Record::with_room_for(self.schedule.samples).map_err(Failure::Run)?,
+            record,
             samples_lost: 0,
             next_tick: 0,
             preflight,
@@ -295,6 +307,14 @@ impl RemoteRun<'_> {
             note("warning", warning);
         }
         Ok(Some(verdict))
+    }
+}
+
+/// What is asked for the threads of a run.
+const fn options(schedule: Schedule) -> RealtimeOptions {
+    match schedule.pace {
+        Pace::Realtime(options) => options,
+        Pace::Virtual => RealtimeOptions::NORMAL,
     }
 }
 
@@ -505,6 +525,8 @@ impl Session<'_> {
         controller: &mut Controller<F, 1, E>,
         supervisor: Supervisor<'_>,
     ) -> Result<(), SerialError> {
+        let thread = RaisedThread::new(options(self.schedule).thread());
+        self.record.raised(&thread);
         self.start(0)?;
         loop {
             // Waiting for the sample is no part of the tick.

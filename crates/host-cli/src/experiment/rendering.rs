@@ -163,7 +163,7 @@ impl Rendering {
                 "force_rate_limit_n_per_s",
                 self.force_rate_limit_n_per_s.to_string(),
             ),
-            ("pace", format!("{:?}", self.pace).to_lowercase()),
+            ("pace", self.pace.to_string()),
         ];
         let mut metadata: BTreeMap<String, String> =
             entries.map(|(key, value)| (key.to_owned(), value)).into();

@@ -2,6 +2,7 @@
 
 use super::flight::FaultSeen;
 use super::preflight::Verdict;
+use super::realtime::{RealtimeOptions, RealtimeSummary};
 use super::recorder::{Recorded, Recorder, Stopped};
 use super::remote::LinkSummary;
 use super::sensed::Sensed;
@@ -12,8 +13,9 @@ use crate::record::{FinishedLog, RecordError, TickMessage};
 use fracdiff::Real;
 use haptic_link::FaultReport;
 use haptic_loop::plant::{IndentationRig, MassDamper};
+use haptic_loop::realtime::{Periodic, PeriodicConfig, RaisedThread};
 use haptic_loop::remote::LinkError;
-use haptic_loop::{Controller, Device, Environment, Fault};
+use haptic_loop::{Controller, Device, Environment, Fault, ParameterError};
 use hdrhistogram::Histogram;
 use std::collections::BTreeMap;
 use std::convert::Infallible;
@@ -27,7 +29,16 @@ pub enum Pace {
     /// As fast as the machine goes.
     Virtual,
     /// One tick each sample time, by the clock.
-    Realtime,
+    Realtime(RealtimeOptions),
+}
+
+impl std::fmt::Display for Pace {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Virtual => "virtual",
+            Self::Realtime(_) => "realtime",
+        })
+    }
 }
 
 /// Who watches a run: may stop it, hears how far it is, and sees the samples.
@@ -76,8 +87,12 @@ pub struct Record {
     pub force_n: Vec<f64>,
     /// Time that each tick took, ns, the simulated rig included.
     pub tick_ns: Histogram<u64>,
-    /// Ticks that began more than one sample time late; 0 in virtual time.
+    /// Ticks that began one sample time late or more; 0 in virtual time.
     pub missed_deadlines: u64,
+    /// Where the time went in a run by the clock of this machine.
+    pub realtime: Option<RealtimeSummary>,
+    /// What was refused of a real-time thread, and how to get it: a sentence for the user.
+    pub not_realtime: Option<String>,
     /// Samples and events that the recorder had to drop.
     pub dropped: u64,
     /// Samples in which a limiter of the safety chain acted.
@@ -103,6 +118,8 @@ impl Record {
             // 1 ns to 10 s, three digits.
             tick_ns: Histogram::new_with_bounds(1, 10_000_000_000, 3)?,
             missed_deadlines: 0,
+            realtime: None,
+            not_realtime: None,
             dropped: 0,
             limited: 0,
             ended: None,
@@ -115,6 +132,11 @@ impl Record {
     pub fn dropped_by_disk(&self) -> u64 {
         let line = self.link.as_ref().map_or(0, LinkSummary::samples_missing);
         self.dropped.saturating_sub(line)
+    }
+
+    /// Keeps what a raised thread was refused.
+    pub(super) fn raised(&mut self, thread: &RaisedThread) {
+        self.not_realtime = thread.fallback().map(|fallback| fallback.to_string());
     }
 
     /// Adds a sample.
@@ -182,6 +204,22 @@ pub struct Schedule {
     pub pace: Pace,
 }
 
+impl Schedule {
+    /// The clock of this machine, if the run follows it.
+    fn clock(&self) -> Result<Option<PeriodicConfig>, ParameterError> {
+        let Pace::Realtime(options) = self.pace else {
+            return Ok(None);
+        };
+        // What is no duration is refused as what it becomes.
+        let period = Duration::try_from_secs_f64(self.sample_time_s).unwrap_or_default();
+        let config = PeriodicConfig {
+            thread: options.thread(),
+            ..PeriodicConfig::new(period)
+        };
+        config.checked().map(Some)
+    }
+}
+
 /// A simulated device with instruments of its own, beside the sensors that the loop reads.
 pub trait Instrumented {
     /// What they show at the start of a tick: a message without what the loop itself knows.
@@ -222,6 +260,12 @@ where
     E: Environment<F, 1>,
     V: Device<F, 1, Error = Infallible> + Instrumented,
 {
+    schedule.clock().map_err(|error| {
+        Failure::input_with_advice(
+            error,
+            "give a --sample-time within it, or leave --realtime away",
+        )
+    })?;
     let folder = request.prepare()?;
     let waits = schedule.pace == Pace::Virtual;
     let log = folder.file("mcap");
@@ -270,7 +314,7 @@ pub(super) const SAMPLES: std::ops::RangeInclusive<f64> = 10.0..=20e6;
 /// asked, on a fault, or when the recorder has ended.
 ///
 /// # Errors
-/// More samples than the machine can address, or a tick of more than 584 years.
+/// More samples than the machine can address, a tick of more than 584 years, a sample time that no clock keeps.
 pub fn run<F, E, V>(
     controller: &mut Controller<F, 1, E>,
     device: &mut Sensed<V>,
@@ -288,15 +332,14 @@ where
     /// Ticks after which a force that still is not zero is given up: the rate limit is no rate.
     const RAMP_MOST: u64 = 10_000_000;
     let mut record = Record::with_room_for(schedule.samples)?;
-    let start = Instant::now();
+    // Its thread is raised until the end of this function: what others run has been started.
+    let mut periodic = schedule.clock()?.map(Periodic::new).transpose()?;
     let mut tick = 0;
     let mut ramp = 0;
     // A run that was ended goes on until the force is zero, past its last sample if need be.
     while tick < schedule.samples || record.ended.is_some() {
-        if schedule.pace == Pace::Realtime {
-            let due = Duration::from_secs_f64(tick as f64 * schedule.sample_time_s);
-            let late = wait_until(start + due);
-            record.missed_deadlines += u64::from(late.as_secs_f64() > schedule.sample_time_s);
+        if let Some(periodic) = &mut periodic {
+            periodic.wait();
         }
         let mut message = device.device().observe();
         let before = Instant::now();
@@ -355,6 +398,16 @@ where
             (supervisor.progress)(tick);
         }
     }
+    if let Some(periodic) = periodic {
+        let margin = periodic.spin_margin();
+        record.raised(periodic.thread());
+        let (timing, thread) = periodic.finish();
+        let summary = RealtimeSummary::of(&timing, &thread, margin);
+        drop(thread);
+        record.missed_deadlines = timing.overruns().cycles();
+        recorder.metadata("realtime", summary.metadata(&timing));
+        record.realtime = Some(summary);
+    }
     (supervisor.progress)(tick);
     record.dropped = recorder.dropped();
     Ok(record)
@@ -381,13 +434,4 @@ impl Instrumented for MassDamper<1> {
             ..TickMessage::default()
         }
     }
-}
-
-/// Sleeps until the deadline and says how late it is then.
-fn wait_until(deadline: Instant) -> Duration {
-    let now = Instant::now();
-    if deadline > now {
-        std::thread::sleep(deadline - now);
-    }
-    Instant::now().saturating_duration_since(deadline)
 }

@@ -423,6 +423,7 @@ impl Wall {
                 ),
             ));
         }
+        warnings.0.extend(record.not_realtime.clone());
         warnings.late(record, force.len() as u64);
         warnings.dropped(record.dropped_by_disk());
         warnings.link(record.link.as_ref());
@@ -459,6 +460,7 @@ impl Wall {
                 .map(|(have, want)| (have / want - 1.0).abs()),
             tick_ns: TickTimes::of(record),
             missed_deadlines: record.missed_deadlines,
+            realtime: record.realtime,
             log: log.path.display().to_string(),
             figure,
             csv,
@@ -588,7 +590,7 @@ impl Wall {
             ("window_s", self.window_s.to_string()),
             ("threshold_m", self.threshold_m.to_string()),
             ("force_limit_n", self.force_limit_n.to_string()),
-            ("pace", format!("{:?}", self.pace).to_lowercase()),
+            ("pace", self.pace.to_string()),
         ];
         let mut metadata: BTreeMap<String, String> =
             entries.map(|(key, value)| (key.to_owned(), value)).into();

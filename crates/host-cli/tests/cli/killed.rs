@@ -49,7 +49,7 @@ fn stamps(datagram: &str) -> Option<(f64, f64)> {
         stamp.parse().ok()
     });
     let first = stamps.next()?;
-    Some((first, stamps.last().unwrap_or(first)))
+    Some((first, stamps.next_back().unwrap_or(first)))
 }
 
 /// Receives a live stream until told to end: the first and last stamp.

@@ -15,5 +15,6 @@ mod interrupted;
 mod killed;
 mod log;
 mod process;
+mod realtime;
 mod refusals;
 mod safety;

@@ -15,6 +15,7 @@ pub use error::SerialError;
 pub use port::{DEFAULT_BAUD, PortInfo, ports};
 
 use super::{Conversation, HostCounters, LinkError, check_keys};
+use crate::realtime::{self, raise_thread};
 use crate::{Device, Reading, SafeForce};
 use fracdiff::Real;
 use haptic_link::{
@@ -276,6 +277,16 @@ impl SerialLink {
 
     fn ticks_every(&self, period_us: u32) {
         self.shared.period_us.store(period_us, Ordering::Relaxed);
+    }
+
+    /// Raises the threads that read and write to a real-time priority, so that keep-alives are sent on a busy machine.
+    ///
+    /// # Errors
+    /// What the system does not allow; they go on as they were.
+    pub fn raise(&self, priority: u8) -> Result<(), realtime::Refusal> {
+        self.threads
+            .iter()
+            .try_for_each(|thread| raise_thread(thread, priority))
     }
 
     /// Asks, and waits for the answer.

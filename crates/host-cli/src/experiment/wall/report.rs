@@ -2,6 +2,7 @@
 
 use super::Settling;
 use crate::experiment::preflight::Verdict;
+use crate::experiment::realtime::RealtimeSummary;
 use crate::experiment::remote::LinkSummary;
 use crate::experiment::report::{Ending, Summary, TickTimes};
 use serde::Serialize;
@@ -34,6 +35,8 @@ pub struct WallReport {
     pub tick_ns: Option<TickTimes>,
     /// Ticks more than one sample time late; 0 in virtual time.
     pub missed_deadlines: u64,
+    /// Where the time went in a run by the clock of this machine; null in another.
+    pub realtime: Option<RealtimeSummary>,
     /// The log.
     pub log: String,
     /// The picture (PNG; an SVG lies beside it), unless the run was cut short.
