@@ -220,14 +220,23 @@ impl Verdict {
         )))
     }
 
-    /// A sentence about a loop that is unstable or not passive; `None` if there is nothing to say.
+    /// A sentence about a loop that is unstable or not passive; `None` if there is nothing to say, or a guard
+    /// that promises passivity looks after it.
     #[must_use]
-    pub fn warning(&self) -> Option<String> {
+    pub fn warning(&self, guarded: bool) -> Option<String> {
         if !self.stable {
             return Some(format!(
-                "pre-flight: the loop is unstable by the analysis, {}; run all the same",
-                self.numbers()
+                "pre-flight: the loop is unstable by the analysis, {}; {}",
+                self.numbers(),
+                if guarded {
+                    "the guard alone holds it"
+                } else {
+                    "run all the same"
+                }
             ));
+        }
+        if guarded {
+            return None;
         }
         let needed = match self.required_delta {
             Some(needed) => format!("Theorem 1 asks for a delta above {needed:.4}"),
@@ -359,7 +368,13 @@ mod tests {
             assert!(text.contains(part), "\"{part}\" in {text}");
         }
         verdict.require_stable(true).expect("forced");
-        assert!(verdict.warning().expect("a warning").contains("unstable"));
+        for (guarded, words) in [(false, "run all the same"), (true, "the guard alone")] {
+            let warning = verdict.warning(guarded).expect("a warning");
+            assert!(
+                warning.contains("unstable") && warning.contains(words),
+                "{warning}"
+            );
+        }
     }
 
     #[test]
@@ -373,7 +388,7 @@ mod tests {
     fn a_soft_and_plain_wall_is_passive_and_nothing_is_said() {
         let verdict = wall(1.0, 100.0, 0.5).verdict(TESTBED, 0).expect("judges");
         assert!(verdict.stable && verdict.passive, "{verdict:?}");
-        assert_eq!(verdict.warning(), None);
+        assert_eq!(verdict.warning(false), None);
         let mut metadata = BTreeMap::new();
         verdict.describe(&mut metadata);
         assert_eq!(metadata["preflight.stable"], "true");
