@@ -20,6 +20,7 @@
 mod baseline;
 mod device;
 mod input;
+mod runs;
 
 use baseline::{ModuloRing, Nothing, ShiftingArray};
 use criterion::measurement::WallTime;
@@ -49,7 +50,7 @@ const SAMPLES: u16 = 20_000;
 type Outcome = Result<(), Box<dyn Error>>;
 
 fn main() -> Outcome {
-    let mut criterion = input::short_runs();
+    let mut criterion = runs::short_runs();
     ticks::<f64>(&mut criterion, "f64")?;
     ticks::<f32>(&mut criterion, "f32")?;
     plants(&mut criterion)?;

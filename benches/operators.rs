@@ -20,6 +20,7 @@
 
 mod baseline;
 mod input;
+mod runs;
 
 use baseline::{ModuloRing, Nothing, ShiftingArray};
 use criterion::measurement::WallTime;
@@ -42,7 +43,7 @@ enum Phase {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let mut criterion = input::short_runs();
+    let mut criterion = runs::short_runs();
     operators::<f64>(&mut criterion, "f64")?;
     operators::<f32>(&mut criterion, "f32")?;
     criterion.final_summary();

@@ -1,10 +1,8 @@
-//! What all benches share: the input, the sizes, and how long to measure.
+//! What all benches share: the input and the sizes.
 
-use criterion::Criterion;
 use fractional_haptics::fracdiff::{Order, Real, Seconds};
 use fractional_haptics::haptic_loop::plant::RampHold;
 use fractional_haptics::haptic_loop::units::Metres;
-use std::time::Duration;
 
 /// Calls in one iteration of criterion: its timer is read twice for a thousand of them, and its µs an
 /// iteration are ns a call.
@@ -24,12 +22,4 @@ pub(crate) fn order() -> Order {
 pub(crate) fn ramp_and_hold<F: Real>() -> [F; BATCH] {
     let press = RampHold::new(Metres(1e-3), Seconds(0.2)).expect("a depth and a time");
     std::array::from_fn(|n| F::from_f64(press.position(n as f64 * SAMPLE_TIME.0)))
-}
-
-/// Long enough for a figure on a quiet machine; the command line has the last word.
-pub(crate) fn short_runs() -> Criterion {
-    Criterion::default()
-        .warm_up_time(Duration::from_millis(500))
-        .measurement_time(Duration::from_secs(1))
-        .configure_from_args()
 }

@@ -30,8 +30,17 @@ pub(crate) struct Board {
     stack: u32,
 }
 
-impl Board {
-    pub(crate) fn start(image: &Path, stack: u32) -> Self {
+/// QEMU with the device in it, and its line, open and left alone.
+#[derive(Debug)]
+pub(crate) struct Emulator {
+    qemu: Qemu,
+    /// Held, because QEMU looks for a new opener only once a second.
+    line: File,
+    path: String,
+}
+
+impl Emulator {
+    pub(crate) fn start(image: &Path) -> Self {
         let mut child = Command::new("qemu-system-arm")
             .args(["-M", "mps2-an386", "-display", "none", "-monitor", "stdio"])
             .args(["-chardev", "pty,id=line", "-serial", "chardev:line"])
@@ -59,6 +68,18 @@ impl Board {
             .write(true)
             .open(&path)
             .expect("the pseudo-terminal opens");
+        Self { qemu, line, path }
+    }
+
+    /// What a host opens.
+    pub(crate) fn path(&self) -> &str {
+        &self.path
+    }
+}
+
+impl Board {
+    pub(crate) fn start(image: &Path, stack: u32) -> Self {
+        let Emulator { qemu, line, .. } = Emulator::start(image);
         let mut reader = line.try_clone().expect("the same file");
         let (sender, received) = channel();
         std::thread::spawn(move || {

@@ -10,6 +10,7 @@ mod cases;
 mod image;
 #[path = "../../firmware/tests/lists.rs"]
 mod lists;
+mod relaxation;
 mod tables;
 
 use board::Board;
@@ -31,8 +32,10 @@ const STATIC_MAX: u32 = 12 * 1024;
 const STACK_MAX: u32 = 32 * 1024;
 /// Instructions of a whole tick with full memory.
 const TICK_MAX: u32 = 1600;
-/// Instructions from sensor to force.
+/// Instructions from sensor to force, with limits of force and rate.
 const PATH_MAX: u32 = 200;
+/// The same with start-up ramp, speed limit and braking too.
+const WHOLE_PATH_MAX: u32 = 300;
 
 /// The folder of the firmware.
 fn firmware() -> PathBuf {
@@ -97,8 +100,13 @@ fn a_tick_takes_the_instructions_of_the_table() {
             "{name}: a tick {}, from sensor to force {}",
             count.tick, count.path
         );
+        let most = if name.ends_with("whole chain") {
+            WHOLE_PATH_MAX
+        } else {
+            PATH_MAX
+        };
         assert!(
-            count.path <= PATH_MAX,
+            count.path <= most,
             "{name}: {} from sensor to force",
             count.path
         );
@@ -192,11 +200,7 @@ fn the_device_converses_runs_and_keeps_within_its_stack() {
         "oustaloup:9:0.01:100",
         "full",
     ];
-    let kinds = [
-        SimulationKind::MassDamper,
-        SimulationKind::RigidIndentation,
-        SimulationKind::CompliantIndentation,
-    ];
+    let kinds = [SimulationKind::MassDamper, SimulationKind::RigidIndentation];
     for (run, kind) in kinds.into_iter().enumerate() {
         for scheme in schemes {
             let parsed: Scheme = scheme.parse().expect("valid");

@@ -21,7 +21,7 @@ import time
 import zlib
 
 FROM_HOST, FROM_DEVICE = 0x01, 0x81
-KEYS = (0xCDD117940064137B, 0xC41ED99B106F5CEF)
+KEYS = (0xCA2BF6198136D856, 0x04F206E42A95FD99)
 RETRY_S, TRIES = 0.15, 5
 FRAME_MAX = 256
 
@@ -33,16 +33,18 @@ ACK, SAMPLE, BATCH, EVENT, FAULT, ALIVE = 2, 5, 6, 7, 8, 10
 # The report that answers a request; an ack answers all others.
 ANSWERS = {HELLO: 0, GET_CAPABILITIES: 1, GET_CONFIGURATION: 3, GET_COEFFICIENTS: 4, GET_STATISTICS: 9,
            READ_FLIGHT: 11}
-LENGTHS = {0: 28, 1: 47, 3: 68, 4: 67, 5: 22, 7: 14, 8: 17, 9: 61, 10: 17, 11: 26}
+LENGTHS = {0: 28, 1: 47, 3: 122, 4: 67, 5: 22, 7: 14, 8: 17, 9: 61, 10: 21, 11: 26}
 REFUSALS = (("State", "<B"), ("Range", "<Bfff"), ("Digest", "<"), ("Incomplete", "<"), ("Unsupported", "<B"),
             ("UnknownFault", "<"), ("ForceNotZero", "<"), ("ForceNotSmall", "<ff"), ("FaultPersists", "<B"))
 IDLE, ARMED, RUNNING, STOPPING, IN_FAULT = range(5)
 
-CONFIGURATION = struct.Struct("<BIfff?fBbHffHHBffffff")
+CONFIGURATION = struct.Struct("<BIfff?fBbHffHHffffffffffBfffBBffffff")
 CONFIGURATION_FIELDS = (
     "loop_mode tick_period_us stiffness_n_per_m dissipation_n_s_mu_per_m order one_sided surface_m form integer "
-    "count force_n force_rate_n_per_s watchdog_ms late_ticks simulation mass_kg damping_n_s_per_m "
-    "hand_stiffness_n_per_m push_n depth_m ramp_time_s").split()
+    "count force_n force_rate_n_per_s watchdog_ms late_ticks start_force_n rise_time_s workspace_low_m "
+    "workspace_high_m workspace_soft_m speed_soft_m_per_s speed_hard_m_per_s velocity_bandwidth_hz braking_n_s_per_m "
+    "braking_time_s guard guard_damping_n_s_per_m guard_share guard_forget_s guard_delay_samples simulation mass_kg "
+    "damping_n_s_per_m hand_stiffness_n_per_m push_n depth_m ramp_time_s").split()
 CAPABILITIES = struct.Struct("<16sB?IIfffHHHH")
 STATISTICS = ("ticks overruns tick_cycles_max tick_cycles_last stale_forces samples_dropped sent received corrupt "
               "oversize foreign lost duplicate late bytes_overrun").split()
@@ -181,7 +183,7 @@ class Device:
         elif report == FAULT:
             self.status = Status._make(struct.unpack_from("<BBH", message, 1))
         elif report == ALIVE:
-            _, time_us, *status = struct.unpack_from("<IQBBH", message, 1)
+            _, time_us, *status = struct.unpack_from("<IQBBH", message, 1)  # then the energy that the guard observed
             if time_us < self.device_time_us:
                 raise LinkError("the device was reset")
             self.device_time_us, self.status = time_us, Status._make(status)
@@ -239,12 +241,12 @@ class Device:
     def configuration(self):
         """What is in force: the fields, the coefficients, the digest."""
         answer = self.ask(GET_CONFIGURATION)
-        fields = dict(zip(CONFIGURATION_FIELDS, CONFIGURATION.unpack(answer[1:64])))
+        fields = dict(zip(CONFIGURATION_FIELDS, CONFIGURATION.unpack(answer[1:118])))
         coefficients = []
         for offset in range(0, fields["count"], 16):
             block = self.ask(GET_COEFFICIENTS, struct.pack("<H", offset))
             coefficients += struct.unpack_from("<16f", block, 3)
-        return fields, coefficients[:fields["count"]], struct.unpack_from("<I", answer, 64)[0]
+        return fields, coefficients[:fields["count"]], struct.unpack_from("<I", answer, 118)[0]
 
     def configure(self, fields, coefficients):
         """Sets everything in one transaction and returns its digest."""
@@ -334,7 +336,8 @@ def main():
     weights = grunwald(given.order, fields["tick_period_us"] * 1e-6, given.taps) if given.dissipation else [0.0]
     fields.update(loop_mode=0, one_sided=False, stiffness_n_per_m=float32(given.stiffness), form=0, integer=0,
                   dissipation_n_s_mu_per_m=float32(given.dissipation), order=float32(given.order), count=len(weights),
-                  watchdog_ms=given.watchdog_ms, push_n=float32(given.push))
+                  watchdog_ms=given.watchdog_ms, push_n=float32(given.push),
+                  rise_time_s=0.0)  # a force that rises first would not be that of the law
     weights = [float32(weight) for weight in weights]
     digest = device.configure(fields, weights)
     if device.configuration() != (fields, weights, digest):

@@ -33,6 +33,15 @@ pub trait Differintegrator<F: Real> {
     /// Takes x\[n\] into the history and computes S\[n+1\].
     fn advance(&self, history: &mut Self::History, x: F);
 
+    /// [`advance`](Self::advance) of D axes at once, to the bit as one after the other. Operators with many
+    /// coefficients read each once for all axes, so that an axis costs less than alone.
+    #[inline]
+    fn advance_many<const D: usize>(&self, histories: [&mut Self::History; D], x: [F; D]) {
+        for (history, x) in histories.into_iter().zip(x) {
+            self.advance(history, x);
+        }
+    }
+
     /// y\[n\] for the newest sample x\[n\]; leaves the history alone. One multiply-add.
     #[inline]
     fn output(&self, history: &Self::History, x: F) -> F {

@@ -13,17 +13,86 @@ fn dot<F: Real>(taps: &[F], samples: &[F]) -> F {
     let (tap_blocks, tap_rest) = taps.as_chunks::<LANES>();
     let (sample_blocks, sample_rest) = samples.as_chunks::<LANES>();
     // Without this the shortest memories would pay for a call that does nothing.
-    let mut lanes = if tap_blocks.is_empty() {
+    let lanes = if tap_blocks.is_empty() {
         [F::ZERO; LANES]
     } else {
         lane_sums(tap_blocks, sample_blocks)
     };
+    finish(lanes, tap_rest, sample_rest)
+}
+
+/// Adds the rest, fifteen products at most, and all lanes.
+#[inline]
+fn finish<F: Real>(mut lanes: [F; LANES], taps: &[F], samples: &[F]) -> F {
     // The rest goes on in the lanes where the blocks ended: fifteen additions side by side, not in a row.
-    for (lane, (&tap, &sample)) in lanes.iter_mut().zip(tap_rest.iter().zip(sample_rest)) {
+    for (lane, (&tap, &sample)) in lanes.iter_mut().zip(taps.iter().zip(samples)) {
         *lane += tap * sample;
     }
     sum_of_16(lanes)
 }
+
+/// [`dot`] of the same taps with the samples of D axes, to the bit.
+#[inline]
+fn dot_many<F: Real, const D: usize>(taps: &[F], samples: [&[F]; D]) -> [F; D] {
+    let (tap_blocks, tap_rest) = taps.as_chunks::<LANES>();
+    let samples = samples.map(<[F]>::as_chunks::<LANES>);
+    let lanes = lane_sums_many(tap_blocks, samples.map(|(blocks, _)| blocks));
+    core::array::from_fn(|axis| finish(lanes[axis], tap_rest, samples[axis].1))
+}
+
+/// [`lane_sums`] for D axes, three at a time; each tap is read once for all three.
+#[inline]
+fn lane_sums_many<F: Real, const D: usize>(
+    taps: &[[F; LANES]],
+    samples: [&[[F; LANES]]; D],
+) -> [[F; LANES]; D] {
+    let mut lanes = [[F::ZERO; LANES]; D];
+    let (threes, rest) = samples.as_chunks::<3>();
+    let (lane_threes, lane_rest) = lanes.as_chunks_mut::<3>();
+    for (lanes, &samples) in lane_threes.iter_mut().zip(threes) {
+        *lanes = lane_sums_of_3(taps, samples);
+    }
+    match (lane_rest, rest) {
+        ([a, b], &[first, second]) => [*a, *b] = lane_sums_of_2(taps, [first, second]),
+        ([a], &[only]) => *a = lane_sums(taps, only),
+        _ => (),
+    }
+    lanes
+}
+
+/// Half of the lanes at a time, so that the sums of three axes stay in sixteen registers; and zipped slices only,
+/// so that nothing is checked inside.
+macro_rules! lane_sums_together {
+    ($name:ident, $axes:literal, $samples:ident => $zipped:expr, $($axis:ident $at:tt),+ in $pattern:pat) => {
+        #[inline(never)]
+        fn $name<F: Real>(
+            taps: &[[F; LANES]],
+            $samples: [&[[F; LANES]]; $axes],
+        ) -> [[F; LANES]; $axes] {
+            const HALF: usize = LANES / 2;
+            let mut lanes = [[F::ZERO; LANES]; $axes];
+            for half in 0..2 {
+                let mut sums = [[F::ZERO; HALF]; $axes];
+                for (taps, $pattern) in taps.iter().zip($zipped) {
+                    let taps = taps.as_chunks::<HALF>().0[half];
+                    $(let $axis = $axis.as_chunks::<HALF>().0[half];)+
+                    for lane in 0..HALF {
+                        $(sums[$at][lane] += taps[lane] * $axis[lane];)+
+                    }
+                }
+                for (lanes, sums) in lanes.iter_mut().zip(sums) {
+                    lanes.as_chunks_mut::<HALF>().0[half] = sums;
+                }
+            }
+            lanes
+        }
+    };
+}
+
+lane_sums_together!(lane_sums_of_2, 2, s => s[0].iter().zip(s[1]), a 0, b 1 in (a, b));
+lane_sums_together!(
+    lane_sums_of_3, 3, s => s[0].iter().zip(s[1].iter().zip(s[2])), a 0, b 1, c 2 in (a, (b, c))
+);
 
 /// Lane l of the result is the sum of lane l of all blocks, in order. Not inlined, because LLVM
 /// otherwise shapes its vectors after the pairwise sum at the end and gathers lanes one by one.
@@ -76,12 +145,60 @@ impl<F: Real, const N: usize> FirHistory<F, N> {
     }
 }
 
+impl<F: Real, const N: usize> FirHistory<F, N> {
+    /// [`advance`](Self::advance) of D axes.
+    #[inline]
+    pub(crate) fn advance_many<const D: usize>(histories: [&mut Self; D], taps: &[F], x: [F; D]) {
+        /// Memories of fewer taps than this are not worth bringing together.
+        const FEW: usize = 300;
+        if N < FEW {
+            for (history, x) in histories.into_iter().zip(x) {
+                history.advance(taps, x);
+            }
+            return;
+        }
+        let axes = histories.map(|history| {
+            (
+                history.samples.as_flattened_mut(),
+                &mut history.newest,
+                &mut history.past,
+            )
+        });
+        advance_many(axes, taps, x);
+    }
+}
+
+/// [`advance`] of D axes, each its buffer, its newest sample and what becomes of it.
+#[inline]
+pub(crate) fn advance_many<F: Real, const D: usize>(
+    axes: [(&mut [F], &mut usize, &mut F); D],
+    taps: &[F],
+    x: [F; D],
+) {
+    let mut x = x.into_iter();
+    let axes = axes.map(|(twice, newest, past)| {
+        push(twice, newest, x.next().unwrap_or_default());
+        (newest_samples(twice, *newest, taps.len()), past)
+    });
+    let samples: [&[F]; D] = core::array::from_fn(|axis| axes[axis].0);
+    for ((_, past), sum) in axes.into_iter().zip(dot_many(taps, samples)) {
+        *past = sum;
+    }
+}
+
 /// Takes a sample into a buffer that holds each twice, see [`push`], and convolves the newest with
 /// `taps`, which are at most half as long as the buffer.
 #[inline]
 pub(crate) fn advance<F: Real>(twice: &mut [F], newest: &mut usize, taps: &[F], x: F) -> F {
     push(twice, newest, x);
-    dot(taps, &twice[*newest..*newest + taps.len()])
+    dot(taps, newest_samples(twice, *newest, taps.len()))
+}
+
+/// The newest `count` samples, at most half of the buffer.
+#[inline]
+fn newest_samples<F>(twice: &[F], newest: usize, count: usize) -> &[F] {
+    let samples = twice.get(newest..).unwrap_or_default();
+    samples.get(..count).unwrap_or_default()
 }
 
 /// Where the newest of N samples goes in a buffer of 2N that holds each sample twice, N apart, so
@@ -90,7 +207,12 @@ pub(crate) fn advance<F: Real>(twice: &mut [F], newest: &mut usize, taps: &[F], 
 #[inline]
 fn push<F: Real>(twice: &mut [F], newest: &mut usize, x: F) {
     let length = twice.len() / 2;
-    *newest = if *newest == 0 { length } else { *newest } - 1;
-    twice[*newest] = x;
-    twice[*newest + length] = x;
+    // newest ← newest − 1, after 0 the last; `min`, so that no index can be out of bounds.
+    *newest = newest.wrapping_sub(1).min(length - 1);
+    let (first, second) = twice.split_at_mut(length);
+    for half in [first, second] {
+        if let Some(slot) = half.get_mut(*newest) {
+            *slot = x;
+        }
+    }
 }

@@ -53,39 +53,18 @@ impl<F: Real, C: Differintegrator<F>> Differintegrator<F> for WithIntegerPart<C>
 
     #[inline]
     fn advance(&self, history: &mut Self::History, x: F) {
-        let IntegerHistory {
-            core,
-            words: [first, second],
-            carries: [first_carry, second_carry],
-            past,
-        } = history;
-        let gain = self.core.direct_gain();
-        match self.integer {
-            0 => {
-                self.core.advance(core, x);
-                *past = self.core.past(core);
-            }
-            1 => {
-                self.core.advance(core, x - *first);
-                *first = x;
-                // g·(x − x[n−1]) + S = g·x + (S − g·x[n−1])
-                *past = self.core.past(core) - gain * *first;
-            }
-            2 => {
-                self.core.advance(core, (x - *first) - (*first - *second));
-                *second = *first;
-                *first = x;
-                *past = self.core.past(core) - gain * (*first + (*first - *second));
-            }
-            integrations => {
-                add_compensated(first, first_carry, self.core.output(core, x));
-                self.core.advance(core, x);
-                *past = self.core.past(core) + *first;
-                if integrations == -2 {
-                    add_compensated(second, second_carry, *first);
-                    *past += *second;
-                }
-            }
+        let input = self.before(history, x);
+        self.core.advance(&mut history.core, input);
+        self.after(history, x);
+    }
+
+    #[inline]
+    fn advance_many<const D: usize>(&self, mut histories: [&mut Self::History; D], x: [F; D]) {
+        let inputs = core::array::from_fn(|axis| self.before(histories[axis], x[axis]));
+        let cores = histories.each_mut().map(|history| &mut history.core);
+        self.core.advance_many(cores, inputs);
+        for (history, x) in histories.into_iter().zip(x) {
+            self.after(history, x);
         }
     }
 
@@ -94,6 +73,57 @@ impl<F: Real, C: Differintegrator<F>> Differintegrator<F> for WithIntegerPart<C>
             n @ 0.. => Some(self.core.memory_length()? + n.unsigned_abs() as usize),
             _ => None,
         }
+    }
+}
+
+impl<C> WithIntegerPart<C> {
+    /// What the core takes in for x\[n\]: its n-th difference, or itself; running sums take in the core's output.
+    #[inline]
+    fn before<F: Real>(&self, history: &mut IntegerHistory<F, C::History>, x: F) -> F
+    where
+        C: Differintegrator<F>,
+    {
+        let [first, second] = &mut history.words;
+        match self.integer {
+            0 => x,
+            1 => x - *first,
+            2 => (x - *first) - (*first - *second),
+            _ => {
+                let y = self.core.output(&history.core, x);
+                add_compensated(first, &mut history.carries[0], y);
+                x
+            }
+        }
+    }
+
+    /// S\[n+1\], once the core has advanced.
+    #[inline]
+    fn after<F: Real>(&self, history: &mut IntegerHistory<F, C::History>, x: F)
+    where
+        C: Differintegrator<F>,
+    {
+        let gain = self.core.direct_gain();
+        let past = self.core.past(&history.core);
+        let [first, second] = &mut history.words;
+        history.past = match self.integer {
+            0 => past,
+            1 => {
+                *first = x;
+                // g·(x − x[n−1]) + S = g·x + (S − g·x[n−1])
+                past - gain * *first
+            }
+            2 => {
+                *second = *first;
+                *first = x;
+                past - gain * (*first + (*first - *second))
+            }
+            -2 => {
+                let inner = past + *first;
+                add_compensated(second, &mut history.carries[1], *first);
+                inner + *second
+            }
+            _ => past + *first,
+        };
     }
 }
 
@@ -128,6 +158,11 @@ macro_rules! operator_from_its_core {
             #[inline]
             fn advance(&self, history: &mut Self::History, x: F) {
                 self.0.advance(history, x);
+            }
+
+            #[inline]
+            fn advance_many<const D: usize>(&self, histories: [&mut Self::History; D], x: [F; D]) {
+                self.0.advance_many(histories, x);
             }
 
             fn memory_length(&self) -> Option<usize> {

@@ -6,6 +6,8 @@ extern crate alloc;
 #[cfg(feature = "std")]
 extern crate std;
 
+#[cfg(feature = "std")]
+pub mod batch;
 mod differintegrator;
 mod error;
 mod fir;
@@ -14,6 +16,8 @@ mod integer_part;
 mod muir;
 mod order;
 mod oustaloup;
+#[cfg(feature = "alloc")]
+mod partitioned;
 pub mod portable;
 mod real;
 mod response;
@@ -31,6 +35,8 @@ pub use integer_part::IntegerHistory;
 pub use muir::{MuirHistory, MuirPolynomial, muir_coefficients};
 pub use order::{Order, Seconds};
 pub use oustaloup::{Band, CascadeHistory, Oustaloup, OustaloupHistory};
+#[cfg(feature = "alloc")]
+pub use partitioned::{PartitionedHistory, PartitionedMemory};
 pub use portable::PortableOperator;
 pub use real::Real;
 pub use response::{ExactDifference, FrequencyResponse};

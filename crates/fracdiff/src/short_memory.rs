@@ -98,6 +98,11 @@ impl<F: Real, const N: usize> Differintegrator<F> for ShortMemory<F, N> {
         history.advance(&self.taps[1..], x);
     }
 
+    #[inline]
+    fn advance_many<const D: usize>(&self, histories: [&mut Self::History; D], x: [F; D]) {
+        FirHistory::advance_many(histories, &self.taps[1..], x);
+    }
+
     fn memory_length(&self) -> Option<usize> {
         Some(N)
     }
@@ -193,6 +198,19 @@ impl<F: Real> Differintegrator<F> for ShortMemoryVec<F> {
         }
         let (samples, newest) = (&mut history.samples, &mut history.newest);
         history.past = crate::fir::advance(samples, newest, &self.taps[1..], x);
+    }
+
+    fn advance_many<const D: usize>(&self, histories: [&mut Self::History; D], x: [F; D]) {
+        let length = 2 * self.taps.len();
+        if histories.iter().all(|own| own.samples.len() == length) {
+            let axes =
+                histories.map(|own| (own.samples.as_mut_slice(), &mut own.newest, &mut own.past));
+            crate::fir::advance_many(axes, &self.taps[1..], x);
+        } else {
+            for (history, x) in histories.into_iter().zip(x) {
+                self.advance(history, x);
+            }
+        }
     }
 
     fn memory_length(&self) -> Option<usize> {

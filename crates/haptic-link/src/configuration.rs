@@ -77,12 +77,12 @@ pub struct OperatorShape {
     pub count: u16,
 }
 
-/// What the device may do.
+/// What the device may do. All numbers are finite; with one axis `force_n` limits the norm of the force too.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Limits {
-    /// Largest force, N.
+    /// Largest force, N, above 0.
     pub force_n: f32,
-    /// Largest rate of force, N/s.
+    /// Largest rate of force, N/s, above 0.
     pub force_rate_n_per_s: f32,
     /// Silence from the host that latches a fault while armed or running, ms, 5 to 1000.
     #[serde(with = "postcard::fixint::le")]
@@ -90,6 +90,58 @@ pub struct Limits {
     /// Late ticks in a row that latch a fault; 0 for never.
     #[serde(with = "postcard::fixint::le")]
     pub late_ticks: u16,
+    /// Largest wanted force with which a device loop may start, N, at least 0; 0 for any finite one.
+    pub start_force_n: f32,
+    /// From the start on the share of the wanted force that is used rises from 0 to 1 in this time, s,
+    /// 0 to 60; 0 for at once.
+    pub rise_time_s: f32,
+    /// Lowest position, m, −100 to 100. With `workspace_high_m` both 0: no workspace.
+    pub workspace_low_m: f32,
+    /// Highest position, m, above the lowest, at most 100. Beyond either a fault latches.
+    pub workspace_high_m: f32,
+    /// Width of the zones at both ends in which an outward motion is braked, m, 0 or 1e-6 to half the
+    /// workspace; 0 for none.
+    pub workspace_soft_m: f32,
+    /// Speed from which on the motion is braked, m/s, from 0 to 1e-6 below `speed_hard_m_per_s`.
+    pub speed_soft_m_per_s: f32,
+    /// Speed above which a fault latches, m/s, at most 1000; 0 for none.
+    pub speed_hard_m_per_s: f32,
+    /// Bandwidth of the velocity that is estimated from positions, Hz, 0.1 to 10 000.
+    pub velocity_bandwidth_hz: f32,
+    /// Viscous damping that brakes near limits and after a fault or stop, N·s/m, 0 to 10 000; 0 for none.
+    pub braking_n_s_per_m: f32,
+    /// After a fault or stop the braking fades out in this time, s, 0.001 to 10.
+    pub braking_time_s: f32,
+    /// Passivity guard.
+    pub guard: Guard,
+}
+
+/// The passivity guard: keeps the loop from feeding the device energy.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Guard {
+    /// Which. The other fields are not looked at when it is off.
+    pub kind: GuardKind,
+    /// N·s/m, 1e-6 to 1e6. Observer: the most damping that it adds. Energy bounding: viscous damping that the
+    /// device surely has.
+    pub damping_n_s_per_m: f32,
+    /// Energy bounding: share of that damping that the loop may use up, 0.001 to 1.
+    pub share: f32,
+    /// How long a credit of energy lasts, s, from a tick to 3600. Energy bounding: 0 gives it up at once.
+    pub forget_s: f32,
+    /// Energy bounding: whole ticks from a force to its effect, 0 to 4.
+    pub delay_samples: u8,
+}
+
+/// Which passivity guard.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum GuardKind {
+    /// None.
+    #[default]
+    Off,
+    /// Adds damping while more energy has come out than went in.
+    Observer,
+    /// Bounds the force by the energy at hand.
+    EnergyBounding,
 }
 
 /// The plant of a simulated device.
@@ -170,6 +222,34 @@ pub enum Field {
     Every,
     /// Index of a flight-recorder sample.
     FlightIndex,
+    /// [`Limits::start_force_n`].
+    StartForce,
+    /// [`Limits::rise_time_s`].
+    RiseTime,
+    /// [`Limits::workspace_low_m`].
+    WorkspaceLow,
+    /// [`Limits::workspace_high_m`].
+    WorkspaceHigh,
+    /// [`Limits::workspace_soft_m`].
+    WorkspaceSoft,
+    /// [`Limits::speed_soft_m_per_s`].
+    SpeedSoft,
+    /// [`Limits::speed_hard_m_per_s`].
+    SpeedHard,
+    /// [`Limits::velocity_bandwidth_hz`].
+    VelocityBandwidth,
+    /// [`Limits::braking_n_s_per_m`].
+    Braking,
+    /// [`Limits::braking_time_s`].
+    BrakingTime,
+    /// [`Guard::damping_n_s_per_m`].
+    GuardDamping,
+    /// [`Guard::share`].
+    GuardShare,
+    /// [`Guard::forget_s`].
+    GuardForget,
+    /// [`Guard::delay_samples`].
+    GuardDelay,
     /// Another one, of a newer version.
     Other,
 }
@@ -199,23 +279,73 @@ impl core::fmt::Display for Field {
             Self::BatchLength => "samples in a frame",
             Self::Every => "ticks from sample to sample",
             Self::FlightIndex => "index of a flight-recorder sample",
+            Self::StartForce => "start force (N)",
+            Self::RiseTime => "rise time (s)",
+            Self::WorkspaceLow => "low end of the workspace (m)",
+            Self::WorkspaceHigh => "high end of the workspace (m)",
+            Self::WorkspaceSoft => "soft zone of the workspace (m)",
+            Self::SpeedSoft => "soft speed limit (m/s)",
+            Self::SpeedHard => "speed limit (m/s)",
+            Self::VelocityBandwidth => "bandwidth of the velocity (Hz)",
+            Self::Braking => "braking (N·s/m)",
+            Self::BrakingTime => "braking time (s)",
+            Self::GuardDamping => "damping of the guard (N·s/m)",
+            Self::GuardShare => "share of the damping that the guard uses",
+            Self::GuardForget => "time in which the guard forgets (s)",
+            Self::GuardDelay => "delay of the guard (ticks)",
             Self::Other => "a parameter of a newer version",
         })
     }
 }
 
 impl Limits {
-    /// 10 N, 1000 N/s, 20 ms of silence, 20 late ticks.
+    /// 10 N, 1000 N/s, 20 ms of silence, 20 late ticks, a start with at most 1 N that rises in 0.5 s, 1.5 m/s.
+    /// Workspace, braking and guard are off: they need to know the device.
     pub const DEFAULT: Self = Self {
-        force_n: 10.0,
-        force_rate_n_per_s: 1000.0,
-        watchdog_ms: 20,
-        late_ticks: 20,
+        start_force_n: 1.0,
+        rise_time_s: 0.5,
+        speed_soft_m_per_s: 1.0,
+        speed_hard_m_per_s: 1.5,
+        ..Self::bare(10.0, 1000.0)
     };
+
+    /// Force and its rate, 20 ms of silence, 20 late ticks; everything else off.
+    #[must_use]
+    pub const fn bare(force_n: f32, force_rate_n_per_s: f32) -> Self {
+        Self {
+            force_n,
+            force_rate_n_per_s,
+            watchdog_ms: 20,
+            late_ticks: 20,
+            start_force_n: 0.0,
+            rise_time_s: 0.0,
+            workspace_low_m: 0.0,
+            workspace_high_m: 0.0,
+            workspace_soft_m: 0.0,
+            speed_soft_m_per_s: 0.0,
+            speed_hard_m_per_s: 0.0,
+            velocity_bandwidth_hz: 50.0,
+            braking_n_s_per_m: 0.0,
+            braking_time_s: 0.2,
+            guard: Guard::OFF,
+        }
+    }
+
     /// Shortest watchdog time, ms.
     pub const WATCHDOG_MIN_MS: u16 = 5;
     /// Longest, ms.
     pub const WATCHDOG_MAX_MS: u16 = 1000;
+}
+
+impl Guard {
+    /// None; the parameters are those with which energy bounding would begin, but for the damping.
+    pub const OFF: Self = Self {
+        kind: GuardKind::Off,
+        damping_n_s_per_m: 0.0,
+        share: 0.8,
+        forget_s: 0.5,
+        delay_samples: 0,
+    };
 }
 
 impl Simulation {
@@ -262,7 +392,7 @@ impl Configuration {
 /// Digest of a configuration and its coefficients: CRC-32 (as zlib's) over the bytes of the
 /// [`Configuration`] as they are on the wire, then each coefficient as four little-endian bytes.
 #[derive(Clone)]
-pub struct DigestBuilder(crc::Digest<'static, u32, crc::Table<1>>);
+pub struct DigestBuilder(crc::Digest<'static, u32, crc::NoTable>);
 
 impl core::fmt::Debug for DigestBuilder {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {

@@ -12,7 +12,7 @@
 //! - *After damage* the next zero byte begins anew: a good frame behind a bad one is found, unless the
 //!   damage took the zero between them.
 
-use crc::{CRC_32_ISO_HDLC, Crc, Table};
+use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -27,7 +27,8 @@ const CONTENT_MAX: usize = FRAME_MAX - 2;
 const HEADER: usize = 3;
 const CRC_BYTES: usize = 4;
 
-pub(crate) static CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
+/// Without a table, which would take 1 KiB of a device's flash.
+pub(crate) static CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
 /// Who speaks: the highest bit of the first byte of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,7 +66,7 @@ impl core::error::Error for EncodeError {}
 
 /// Writes a message as a frame into `line` and returns its length there.
 ///
-/// *Cost*: one pass for the bytes, one for the CRC (a table of 1 KiB), one for COBS.
+/// *Cost*: one pass for the bytes, one for the CRC (eight shifts a byte), one for COBS.
 ///
 /// # Errors
 /// [`EncodeError::TooLong`]; every message of this crate fits into [`FRAME_MAX`] bytes.

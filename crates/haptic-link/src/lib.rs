@@ -9,8 +9,8 @@ mod request;
 mod sequence;
 
 pub use configuration::{
-    COEFFICIENTS_PER_BLOCK, Configuration, DigestBuilder, Field, Limits, LoopMode, OperatorForm,
-    OperatorShape, Simulation, SimulationKind, block_count,
+    COEFFICIENTS_PER_BLOCK, Configuration, DigestBuilder, Field, Guard, GuardKind, Limits,
+    LoopMode, OperatorForm, OperatorShape, Simulation, SimulationKind, block_count,
 };
 pub use frame::{
     Direction, EncodeError, FRAME_MAX, FrameError, LineCounters, PROTOCOL_VERSION, Receiver, encode,

@@ -10,7 +10,6 @@ pub const BATCH_MAX: usize = 16;
 
 /// From device to host. The number of a variant is its first byte on the wire, from 0.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
-#[expect(clippy::large_enum_variant, reason = "there is no heap on a device")]
 pub enum Report {
     /// Answers [`Request::Hello`](crate::Request::Hello).
     Hello(Hello),
@@ -375,7 +374,7 @@ pub struct Statistics {
 }
 
 /// The device is there.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Alive {
     /// From the request.
     #[serde(with = "postcard::fixint::le")]
@@ -385,6 +384,9 @@ pub struct Alive {
     pub time_us: u64,
     /// State and fault.
     pub status: Status,
+    /// Energy that the passivity guard has observed, J: positive if the device gave it to the loop; 0 without
+    /// a guard.
+    pub observed_energy_j: f32,
 }
 
 /// A sample of the flight recorder.
@@ -393,8 +395,8 @@ pub struct Flight {
     /// From 0, the oldest.
     #[serde(with = "postcard::fixint::le")]
     pub index: u16,
-    /// Samples kept, of ticks up to the present one, or up to a while after the last fault; 0 before the
-    /// first, and then the sample is all zero.
+    /// Samples kept, of ticks up to a while after the latched fault; 0 while there is none, and then the
+    /// sample is all zero.
     #[serde(with = "postcard::fixint::le")]
     pub count: u16,
     /// The sample.

@@ -108,6 +108,7 @@ fn report(random: &mut Random) -> Report {
             token: tick,
             time_us,
             status,
+            observed_energy_j: random.force(),
         }),
         4 => {
             let items = 0..=random.below(BATCH_MAX);

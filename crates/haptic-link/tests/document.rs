@@ -5,10 +5,10 @@
 
 use haptic_link::{
     Ack, Alive, BATCH_MAX, Batch, BatchItem, Capabilities, CoefficientBlock, Configuration,
-    DigestBuilder, Direction, Event, EventKind, FRAME_MAX, FaultReport, Field, Flight, Hello, Keys,
-    Limits, LoopMode, OperatorForm, OperatorShape, Outcome, PROTOCOL_VERSION, Refusal, Report,
-    Request, Sample, SequenceTracker, Simulation, SimulationKind, Start, State, Statistics, Status,
-    encode,
+    DigestBuilder, Direction, Event, EventKind, FRAME_MAX, FaultReport, Field, Flight, Guard,
+    GuardKind, Hello, Keys, Limits, LoopMode, OperatorForm, OperatorShape, Outcome,
+    PROTOCOL_VERSION, Refusal, Report, Request, Sample, SequenceTracker, Simulation,
+    SimulationKind, Start, State, Statistics, Status, encode,
 };
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -317,6 +317,23 @@ fn configuration() -> Configuration {
             force_rate_n_per_s: 6.25,
             watchdog_ms: 0x0807,
             late_ticks: 0x0a09,
+            start_force_n: 13.25,
+            rise_time_s: 14.25,
+            workspace_low_m: -15.25,
+            workspace_high_m: 16.25,
+            workspace_soft_m: 17.25,
+            speed_soft_m_per_s: 18.25,
+            speed_hard_m_per_s: 19.25,
+            velocity_bandwidth_hz: 20.25,
+            braking_n_s_per_m: 21.25,
+            braking_time_s: 22.25,
+            guard: Guard {
+                kind: GuardKind::EnergyBounding,
+                damping_n_s_per_m: 23.25,
+                share: 24.25,
+                forget_s: 25.25,
+                delay_samples: 3,
+            },
         },
         simulation: Simulation {
             kind: SimulationKind::RigidIndentation,
@@ -453,6 +470,7 @@ fn reports() -> Vec<Report> {
             token: 0x0403_0201,
             time_us,
             status: status(),
+            observed_energy_j: -4.5,
         }),
         Report::Flight(Flight {
             index: 0x0201,
@@ -583,6 +601,7 @@ fn every_enumeration_is_as_its_table_says() {
     check_enumeration::<State>(&document, "State");
     check_enumeration::<LoopMode>(&document, "LoopMode");
     check_enumeration::<OperatorForm>(&document, "OperatorForm");
+    check_enumeration::<GuardKind>(&document, "GuardKind");
     check_enumeration::<SimulationKind>(&document, "SimulationKind");
     check_enumeration::<Field>(&document, "Field");
     check_enumeration::<EventKind>(&document, "EventKind");
@@ -591,7 +610,7 @@ fn every_enumeration_is_as_its_table_says() {
     assert_eq!(outcome[&0], "Done");
     assert_eq!(outcome[&1], "Refused");
     // Codes of faults are compared where they are defined.
-    assert_eq!(document.enumerations.len(), 8);
+    assert_eq!(document.enumerations.len(), 9);
 }
 
 fn hex(bytes: &[u8]) -> String {
@@ -684,7 +703,7 @@ fn examples() -> Vec<String> {
             host,
         ),
         example(
-            "digest of these two: 63 bytes of the configuration, one coefficient",
+            "digest of these two: 117 bytes of the configuration, one coefficient",
             &[("bytes", &digested), ("CRC-32", &number)],
         ),
         framed(

@@ -181,6 +181,7 @@ fn reports() -> Vec<Report> {
             token: 5,
             time_us: 6,
             status: status(),
+            observed_energy_j: -0.5,
         }),
         Report::Flight(Flight {
             index: 1,

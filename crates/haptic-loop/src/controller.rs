@@ -136,9 +136,21 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
         &self.safety
     }
 
+    /// The energy that the passivity guard has observed, J; `None` without a guard.
+    pub fn guarded_energy_j(&self) -> Option<F> {
+        self.chain
+            .has_guard()
+            .then(|| self.safety.observed_energy_j())
+    }
+
     /// Latches a fault that something else has found: the force falls to zero at the rate limit.
     pub fn trip(&mut self, fault: Fault) {
         self.safety.trip(fault);
+    }
+
+    /// The device has let go by itself, so the force is zero now, whatever the rate limit.
+    pub fn let_go(&mut self) {
+        self.safety.let_go();
     }
 
     /// From the next tick on the force falls to zero at the rate limit.

@@ -10,6 +10,8 @@ mod environment;
 mod error;
 mod guard;
 pub mod plant;
+#[cfg(feature = "std")]
+pub mod realtime;
 #[cfg(feature = "link")]
 pub mod remote;
 mod safety;

@@ -366,3 +366,24 @@ fn a_saturated_renderer_gives_its_limit() {
     // The spring wants 0.17 N.
     assert_close("F", rig.contact_force(), 0.05, 1e-6);
 }
+
+#[test]
+fn an_imposed_motion_has_the_positions_of_a_rigid_rig() {
+    let profile = RampHold::new(Metres(1e-3), Seconds(0.3)).expect("valid");
+    let config = RigConfig::new(
+        RigDrive::Position(profile),
+        RigContact::Rigid,
+        Seconds(1e-3),
+    );
+    let mut rig = IndentationRig::new(config).expect("valid");
+    let mut motion = haptic_loop::plant::ImposedMotion::new(profile, Seconds(1e-3)).expect("valid");
+    for _ in 0..500 {
+        let there = Device::<f64, 1>::read(&mut rig).expect("never fails");
+        let here = Device::<f64, 1>::read(&mut motion).expect("never fails");
+        assert_eq!(here, there);
+        rig.write(SafeForce::<f64, 1>::zero()).expect("never fails");
+        motion
+            .write(SafeForce::<f64, 1>::zero())
+            .expect("never fails");
+    }
+}

@@ -65,6 +65,8 @@ pub enum Command {
     Run(command::run::Arguments),
     /// Find the stiffest wall a device can render, by trying
     Zwidth(command::zwidth::Arguments),
+    /// Measure whether this machine is fit for a loop at 1, 4 and 10 kHz, and what to change
+    RtCheck(command::rt_check::Arguments),
     /// Make every figure of the dissertation again and judge its claims
     Reproduce(command::reproduce::Arguments),
     /// Print the impulse response of an operator
@@ -103,6 +105,7 @@ impl Cli {
             Command::Design(arguments) => arguments.run(output),
             Command::Run(arguments) => arguments.run(output),
             Command::Zwidth(arguments) => arguments.run(output),
+            Command::RtCheck(arguments) => arguments.run(output),
             Command::Reproduce(arguments) => arguments.run(output),
             Command::Weights(arguments) => arguments.run(output),
             Command::Differintegrate(arguments) => arguments.run(output),

@@ -160,6 +160,7 @@ pub fn emulate(
             }
         });
         let mut clock = Clock::new(emulation.speed);
+        let mut heard = Instant::now();
         let mut frame = Vec::new();
         let mut line = [0; FRAME_MAX];
         let mut send = |frame: Vec<u8>| {
@@ -188,6 +189,7 @@ pub fn emulate(
                 }
             }
             while let Some(frame) = from_host.receive(now_us) {
+                heard = Instant::now();
                 for byte in frame {
                     // The device's time is that of its ticks, or its watchdog would see the future.
                     let length = session.receive(byte, clock.ticked_us, &device, &mut line);
@@ -198,7 +200,14 @@ pub fn emulate(
             }
             if now_us >= next_us {
                 clock.ticked_us = next_us;
-                device.borrow_mut().tick(next_us);
+                let mut device = device.borrow_mut();
+                // A host lives in real time, so that is what its silence is measured in.
+                let watchdog_ms = device.configuration().0.limits.watchdog_ms;
+                let silent = heard.elapsed() > Duration::from_millis(u64::from(watchdog_ms));
+                if emulation.speed > 1.0 && !silent {
+                    device.heard(next_us, true);
+                }
+                device.tick(next_us);
                 ticks += 1;
                 clock.catch_up(now_us);
             }

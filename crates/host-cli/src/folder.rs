@@ -1,5 +1,6 @@
 //! Where an experiment puts its files: one folder, one stem, nothing overwritten unasked.
 
+use crate::experiment::recorder::fault_log_of;
 use crate::failure::Failure;
 use crate::figure::Picture;
 use crate::record::{Leftover, NewFile, NewFileError};
@@ -8,7 +9,7 @@ use std::fs;
 use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
-/// The files an experiment makes, by extension. A log that was cut off keeps `.mcap.part`.
+/// The files an experiment makes, by extension, and beside them the log of a fault. A log that was cut off keeps `.mcap.part`.
 const EXTENSIONS: [&str; 4] = ["mcap", "csv", "svg", "png"];
 
 /// Folder for results where none is given.
@@ -109,8 +110,19 @@ impl OutputFolder {
         if cut.exists() {
             return Err(NewFileError::Leftover(cut).into());
         }
+        let fault_log = fault_log_of(&self.file("mcap"));
+        let mut cut = fault_log.clone().into_os_string();
+        cut.push(".part");
+        let cut = PathBuf::from(cut);
+        if cut.exists() {
+            return Err(NewFileError::Leftover(cut).into());
+        }
         let taken = EXTENSIONS.map(|extension| self.file(extension));
-        match taken.into_iter().find(|file| file.exists()) {
+        match taken
+            .into_iter()
+            .chain([fault_log])
+            .find(|file| file.exists())
+        {
             Some(taken) if !self.overwrite => Err(Failure::bad_input(format_args!(
                 "`{}` already exists: choose another folder with --out, or give --overwrite",
                 taken.display()
@@ -145,6 +157,13 @@ impl OutputFolder {
     #[must_use]
     pub fn file(&self, extension: &str) -> PathBuf {
         self.path.join(format!("{}.{extension}", self.stem))
+    }
+
+    /// A further file of the experiment: STEM-SUFFIX.EXTENSION.
+    #[must_use]
+    pub fn further_file(&self, suffix: &str, extension: &str) -> PathBuf {
+        self.path
+            .join(format!("{}-{suffix}.{extension}", self.stem))
     }
 
     /// Writes rows under a header made of their fields' names; the file appears when it is whole.

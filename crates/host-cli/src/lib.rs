@@ -18,3 +18,4 @@ pub mod output;
 pub mod quantity;
 pub mod record;
 pub mod reproduce;
+pub mod rt_check;

@@ -84,6 +84,39 @@ quantity!(
     Frequency, "a frequency",
     [("Hz", 1.0), ("kHz", 1e3)]
 );
+quantity!(
+    /// A speed, m/s.
+    Speed, "a speed",
+    [("m/s", 1.0), ("cm/s", 1e-2), ("mm/s", 1e-3)]
+);
+
+/// Two ends of a workspace, `LOW:HIGH`, low below high.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Workspace {
+    /// Lowest position, m.
+    pub low_m: f64,
+    /// Highest position, m.
+    pub high_m: f64,
+}
+
+impl std::str::FromStr for Workspace {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let ends = text.split_once(':');
+        let (low, high) =
+            ends.ok_or_else(|| format!("\"{text}\" is not LOW:HIGH, as in -10mm:20mm"))?;
+        let end = |text: &str| text.parse::<Length>().map_err(|error| error.to_string());
+        let (low_m, high_m) = (end(low)?.0, end(high)?.0);
+        if low_m < high_m {
+            Ok(Self { low_m, high_m })
+        } else {
+            Err(format!(
+                "the low end {low} is not below the high end {high}"
+            ))
+        }
+    }
+}
 
 /// Text that is no quantity of the kind asked for.
 #[derive(Clone, Debug, PartialEq, Eq)]

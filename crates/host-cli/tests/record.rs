@@ -32,6 +32,7 @@ fn tick(number: u64) -> TickMessage {
         force_n: 1.1 * (1.0 + x).powf(-0.2247),
         contact_force_n: 1.2 * (1.0 + x).powf(-0.2247),
         limiters: (number % 16) as u8,
+        observed_energy_j: 1e-6 * (x * 0.013).sin(),
     }
 }
 
@@ -186,7 +187,7 @@ fn what_was_written_100_ms_before_any_cut_survives_it() {
 
         let before = inspect(&source).expect("inspects");
         assert!(!before.complete, "cut at {cut} of {}", whole.len());
-        let summary = recover(&source, &target).expect("recovers");
+        let summary = recover(&source, &target, false).expect("recovers");
         assert!(summary.lost_data() && !summary.missing().is_empty());
 
         let produced = growth.partition_point(|&bytes| bytes <= cut) as u64;
@@ -237,7 +238,7 @@ fn a_killed_writer_leaves_all_but_the_last_100_ms() {
         RecordError::File(NewFileError::Leftover(_))
     ));
     assert!(error.to_string().contains("log recover"), "{error}");
-    let saved = recover(&part, &folder.path().join("saved.mcap")).expect("recovers");
+    let saved = recover(&part, &folder.path().join("saved.mcap"), false).expect("recovers");
     assert_eq!(
         (saved.samples, saved.events, saved.metadata_records),
         (5_000, 1, 1)
@@ -278,7 +279,7 @@ fn a_damaged_chunk_costs_its_own_100_ms_and_nothing_else() {
     let summary = inspect(&damaged).expect("inspects");
     assert_eq!(summary.gaps.len(), 1);
     assert_eq!(summary.gaps[0].missing, CHUNK_TICKS);
-    let saved = recover(&damaged, &folder.path().join("saved.mcap")).expect("recovers");
+    let saved = recover(&damaged, &folder.path().join("saved.mcap"), false).expect("recovers");
     assert_eq!(saved.samples, 10_000 - CHUNK_TICKS);
     let sentences = saved.missing().join("\n");
     assert!(sentences.contains("100 ticks between"), "{sentences}");
@@ -392,7 +393,7 @@ fn what_is_not_mcap_is_refused_by_name() {
         let error = inspect(&path).expect_err("refuses");
         assert!(matches!(error, RecordError::NotMcap { .. }), "{error:?}");
         assert!(error.to_string().contains(name), "{error}");
-        assert!(recover(&path, &folder.path().join("new.mcap")).is_err());
+        assert!(recover(&path, &folder.path().join("new.mcap"), false).is_err());
     }
     let missing = folder.path().join("missing.mcap");
     assert!(matches!(inspect(&missing), Err(RecordError::Read { .. })));
@@ -409,7 +410,7 @@ fn nothing_that_exists_is_overwritten() {
     fs::write(&taken, "precious").expect("writes");
     let errors = [
         LogWriter::create(&taken).map(drop).expect_err("refuses"),
-        recover(&log, &taken).map(drop).expect_err("refuses"),
+        recover(&log, &taken, false).map(drop).expect_err("refuses"),
         export_csv(&log, &taken, false)
             .map(drop)
             .expect_err("refuses"),
@@ -422,6 +423,54 @@ fn nothing_that_exists_is_overwritten() {
     }
     assert_eq!(fs::read_to_string(&taken).expect("reads"), "precious");
     assert_eq!(fs::read_dir(folder.path()).expect("lists").count(), 2);
+}
+
+#[test]
+fn a_recovered_log_replaces_another_only_when_asked_and_never_its_source() {
+    let folder = tempfile::tempdir().expect("folder");
+    let log = folder.path().join("run.mcap");
+    let mut writer = LogWriter::create(&log).expect("creates");
+    fill(&mut writer, 10).expect("fills");
+    writer.finish().expect("finishes");
+    let whole = fs::read(&log).expect("reads");
+    let old = folder.path().join("old.mcap");
+    fs::write(&old, "old").expect("writes");
+    recover(&log, &old, false).expect_err("not asked");
+    assert_eq!(fs::read(&old).expect("reads"), b"old");
+    assert_eq!(recover(&log, &old, true).expect("asked").samples, 10);
+
+    // By its own name, by another one, and by that of the unfinished copy.
+    let link = folder.path().join("link.mcap");
+    fs::hard_link(&log, &link).expect("links");
+    let copy = folder.path().join("copy.mcap");
+    let unfinished = folder.path().join("copy.mcap.host-cli-tmp");
+    fs::copy(&log, &unfinished).expect("copies");
+    for (source, target) in [(&log, &log), (&log, &link), (&unfinished, &copy)] {
+        let errors = [
+            recover(source, target, true)
+                .map(drop)
+                .expect_err("refuses"),
+            export_csv(source, target, true)
+                .map(drop)
+                .expect_err("refuses"),
+        ];
+        for error in errors {
+            let own = matches!(error, RecordError::File(NewFileError::OwnSource(_)));
+            assert!(own, "{error:?}");
+        }
+        assert_eq!(fs::read(source).expect("reads"), whole);
+    }
+}
+
+#[test]
+fn a_log_whose_writer_died_before_the_first_byte_is_an_empty_one() {
+    let folder = tempfile::tempdir().expect("folder");
+    let part = folder.path().join("run.mcap.part");
+    fs::write(&part, "").expect("writes");
+    let saved = folder.path().join("saved.mcap");
+    let summary = recover(&part, &saved, false).expect("recovers");
+    assert!(summary.lost_data() && summary.samples == 0, "{summary:?}");
+    assert!(inspect(&saved).expect("inspects").complete);
 }
 
 #[test]

@@ -166,6 +166,10 @@ impl Hardware for Axis {
         self.read()
     }
 
+    fn let_go(&mut self) {
+        self.neutral();
+    }
+
     fn persisting_fault(&self) -> Option<Fault> {
         self.stop.is_high().then_some(Fault::EmergencyStop)
     }

@@ -1,4 +1,4 @@
-//! Ticks by the real timer interrupt that take longer than their period.
+//! Ticks by the real timer interrupt: their period, and what happens when they take longer.
 
 use super::Test;
 use core::cell::RefCell;
@@ -7,10 +7,13 @@ use cortex_m_rt::exception;
 use critical_section::Mutex;
 use firmware::{Shared, Ticker, chip};
 use haptic_link::{Capabilities, Refusal, Simulation, State};
-use haptic_loop::remote::{Exclusive, Hardware, SimulatedPlant, TickSide};
+use haptic_loop::remote::{Exclusive, Hardware, SimulatedPlant, TickSide, prepare};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 
-pub(crate) const TESTS: [Test; 1] = [("a_tick_that_takes_too_long_latches_a_fault", too_long)];
+pub(crate) const TESTS: [Test; 1] = [(
+    "ticks_follow_their_period_and_one_that_takes_too_long_latches_a_fault",
+    ticks,
+)];
 
 /// A simulated plant whose reading takes its time.
 #[derive(Debug)]
@@ -59,6 +62,10 @@ impl Hardware for Slow {
     fn idle(&mut self) -> Result<Reading<f32, 1>, Fault> {
         self.read()
     }
+
+    fn let_go(&mut self) {
+        self.plant.let_go();
+    }
 }
 
 static TICKER: Mutex<RefCell<Option<Ticker<Slow, chip::Timer>>>> = Mutex::new(RefCell::new(None));
@@ -79,7 +86,17 @@ fn wait(device: &Shared<Slow>, ticks: u32) {
     while count() < end {}
 }
 
-fn too_long() {
+fn set_period(device: &Shared<Slow>, period_us: u32) {
+    let (mut configuration, capabilities) =
+        device.with(|device| (*device.configuration().0, device.hardware().capabilities()));
+    configuration.tick_period_us = period_us;
+    let prepared = prepare::<Slow>(configuration, &[0.0], &capabilities).expect("good");
+    device
+        .with(|device| device.install(prepared))
+        .expect("idle");
+}
+
+fn ticks() {
     let board = chip::start();
     let slow = Slow {
         plant: board.hardware,
@@ -95,6 +112,20 @@ fn too_long() {
     });
     let overruns = || device.with(|device| device.statistics().overruns);
     wait(device, 50);
+    for period_us in [100, 10_000, 1000] {
+        set_period(device, period_us);
+        // The first is still of the old period.
+        wait(device, 2);
+        let before = chip::now_us();
+        wait(device, 20);
+        let passed = chip::now_us() - before;
+        let want = 20 * u64::from(period_us);
+        // Looked at from a loop of some µs, between two ticks.
+        assert!(
+            passed.abs_diff(want) <= 30,
+            "20 ticks of {period_us} us: {passed} us"
+        );
+    }
     assert_eq!(overruns(), 0);
 
     device.with(|device| {

@@ -23,7 +23,7 @@ fn chain() -> SafetyChain<f32> {
 }
 
 fn apply(state: &mut SafetyState<f32, 1>, wanted: f32) -> (f32, Limiters) {
-    let (force, limiters) = chain().apply(state, &SVector::from([wanted]));
+    let (force, limiters) = chain().apply(state, &SVector::from([0.0]), &SVector::from([wanted]));
     (force.newtons()[0], limiters)
 }
 

@@ -4,7 +4,6 @@ use super::design::Design;
 use crate::fir::sum_of_8;
 use crate::integer_part::{IntegerHistory, WithIntegerPart, operator_from_its_core};
 use crate::portable::{ListError, check_decay};
-use crate::real::approach;
 use crate::response::{delay, low_pass};
 use crate::{Differintegrator, FrequencyResponse, ParameterError, Real, Seconds};
 use num_complex::Complex;
@@ -31,7 +30,7 @@ const FAST: f64 = 1.0 / 64.0;
 /// - *Single precision*: slow modes keep a compensation word; 200 s at 1 kHz then agree with `f64` to
 ///   about 1e-6 of the largest output, 5e-6 of the present one when that has relaxed.
 /// - *Not finite*: spoils all outputs until reset; for a whole order, which has no modes, TAPS of them.
-/// - *Cost*: `output` one multiply-add; `advance` TAPS multiply-adds and 5 operations a mode, 11 with
+/// - *Cost*: `output` one multiply-add; `advance` TAPS multiply-adds and 5 operations a mode, 8 with
 ///   compensation. TAPS ≥ 4 and MODES a multiple of 8, else it does not compile.
 ///
 /// ```
@@ -110,7 +109,7 @@ pub(crate) struct Bank<F, const TAPS: usize, const MODES: usize> {
     corrections: [F; TAPS],
     decays: [F; MODES],
     weights: [F; MODES],
-    /// Blocks of fast modes, which need no compensation, come before the others.
+    /// Blocks of modes without compensation: the fast ones, which come first; in `f64` all.
     fast_blocks: usize,
     blocks: usize,
 }
@@ -120,7 +119,10 @@ pub(crate) const PORTABLE_TAPS: usize = 16;
 
 /// Whole blocks without a slow mode. Fast modes come first, so compensation is a property of blocks.
 fn fast_blocks<F: Real>(decays: &[F]) -> usize {
-    let slow = decays.iter().position(|decay| decay.to_f64() < FAST);
+    // Double precision needs no compensation anywhere.
+    let slow = decays
+        .iter()
+        .position(|decay| F::COMPENSATED && decay.to_f64() < FAST);
     slow.map_or(decays.len().div_ceil(LANES), |first| first / LANES)
 }
 
@@ -212,39 +214,148 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Differintegrator<F> for Ban
 
     #[inline]
     fn advance(&self, history: &mut Self::History, x: F) {
-        // due[i] ← due[i+1] + k_{i+1}·x
-        for i in 0..TAPS - 1 {
-            history.due[i] = history.due[i + 1] + self.corrections[i] * x;
+        self.advance_together([history], [x]);
+    }
+
+    #[inline]
+    fn advance_many<const D: usize>(&self, mut histories: [&mut Self::History; D], x: [F; D]) {
+        // Without compensation words there is too little work for each coefficient to gain from it.
+        let together = if F::COMPENSATED { D } else { 0 };
+        let (histories, alone) = histories.split_at_mut(together);
+        let (inputs, inputs_alone) = x.split_at(together);
+        // Two axes fill the registers.
+        let (pairs, last) = histories.as_chunks_mut::<2>();
+        let (pair_inputs, last_input) = inputs.as_chunks::<2>();
+        for ([first, second], x) in pairs.iter_mut().zip(pair_inputs) {
+            self.advance_together([first, second], *x);
         }
-        // u_q ← u_q + d_q·(x − u_q);  Σ W_q·u_q in lanes, then the lanes in pairs
-        let mut lanes = [F::ZERO; LANES];
-        let states = history.states.as_chunks_mut::<LANES>().0.iter_mut();
-        let carries = history.carries.as_chunks_mut::<LANES>().0.iter_mut();
-        let decays = self.decays.as_chunks::<LANES>().0.iter();
-        let weights = self.weights.as_chunks::<LANES>().0.iter();
-        let blocks = states.zip(carries).zip(decays.zip(weights));
-        for (block, ((states, carries), (decays, weights))) in blocks.enumerate().take(self.blocks)
-        {
-            if block < self.fast_blocks {
-                for lane in 0..LANES {
-                    let state = states[lane];
-                    states[lane] = state + decays[lane] * (x - state);
-                }
-            } else {
-                for lane in 0..LANES {
-                    approach(&mut states[lane], &mut carries[lane], decays[lane], x);
-                }
-            }
-            for lane in 0..LANES {
-                lanes[lane] += weights[lane] * states[lane];
-            }
+        let singles = last.iter_mut().chain(alone);
+        for (history, x) in singles.zip(last_input.iter().chain(inputs_alone)) {
+            self.advance_together([history], [*x]);
         }
-        history.past = history.due[0] + sum_of_8(lanes);
     }
 
     fn memory_length(&self) -> Option<usize> {
         (self.blocks == 0).then_some(TAPS)
     }
+}
+
+impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
+    /// Takes one sample of each of D axes in, all axes block by block.
+    #[inline]
+    fn advance_together<const D: usize>(
+        &self,
+        mut histories: [&mut BankHistory<F, TAPS, MODES>; D],
+        x: [F; D],
+    ) {
+        // due[i] ← due[i+1] + k_{i+1}·x
+        for (history, &x) in histories.iter_mut().zip(&x) {
+            for i in 0..TAPS - 1 {
+                history.due[i] = history.due[i + 1] + self.corrections[i] * x;
+            }
+        }
+        // u_q ← u_q + d_q·(x − u_q);  Σ W_q·u_q in lanes, then the lanes in pairs
+        let mut lanes = [[F::ZERO; LANES]; D];
+        let (fast_decays, slow_decays) = self.split(&self.decays);
+        let (fast_weights, slow_weights) = self.split(&self.weights);
+        let fast = self.fast_blocks;
+        let mut axes = histories.each_mut().map(|history| {
+            let carries = history.carries.as_chunks_mut().0;
+            (history.states.as_chunks_mut().0, carries)
+        });
+        if fast > 0 {
+            let states = axes.each_mut().map(|(states, _)| &mut **states);
+            advance_fast(states, fast_decays, fast_weights, x, &mut lanes);
+        }
+        if fast < self.blocks {
+            let slow = axes.map(|(states, carries)| {
+                let states = states.get_mut(fast..).unwrap_or_default();
+                (states, carries.get_mut(fast..).unwrap_or_default())
+            });
+            advance_slow(slow, slow_decays, slow_weights, x, &mut lanes);
+        }
+        // LLVM otherwise shapes all its vectors after the pairwise sum of the lanes, two wide: right for `f64`, and
+        // half of what `f32` could have.
+        if F::COMPENSATED {
+            lanes = core::hint::black_box(lanes);
+        }
+        for (history, lanes) in histories.into_iter().zip(lanes) {
+            history.past = history.due[0] + sum_of_8(lanes);
+        }
+    }
+
+    /// The blocks in use: those without compensation, those with it.
+    #[inline]
+    fn split<'a>(&self, values: &'a [F]) -> (&'a [[F; LANES]], &'a [[F; LANES]]) {
+        let used = values.as_chunks().0.get(..self.blocks);
+        let split = used.unwrap_or_default().split_at_checked(self.fast_blocks);
+        split.unwrap_or_default()
+    }
+}
+
+/// One step of the modes of D axes without compensation; adds Σ W·u of each lane to `lanes`, block by block.
+#[inline(always)]
+fn advance_fast<F: Real, const D: usize>(
+    states: [&mut [[F; LANES]]; D],
+    decays: &[[F; LANES]],
+    weights: &[[F; LANES]],
+    x: [F; D],
+    lanes: &mut [[F; LANES]; D],
+) {
+    let mut sums = *lanes;
+    let mut axes = states.map(<[_]>::iter_mut);
+    for (decays, weights) in decays.iter().zip(weights) {
+        for ((axis, sums), x) in axes.iter_mut().zip(&mut sums).zip(x) {
+            if let Some(states) = axis.next() {
+                // A block is loaded, changed and stored as a whole, or it would not become vectors.
+                let mut next = *states;
+                for lane in 0..LANES {
+                    next[lane] += decays[lane] * (x - next[lane]);
+                }
+                *states = next;
+                for lane in 0..LANES {
+                    sums[lane] += weights[lane] * next[lane];
+                }
+            }
+        }
+    }
+    *lanes = sums;
+}
+
+/// Blocks of states, and of their compensation words.
+type Compensated<'a, F> = (&'a mut [[F; LANES]], &'a mut [[F; LANES]]);
+
+/// The same with compensation. The sums do not wait for the new words.
+#[inline(always)]
+fn advance_slow<F: Real, const D: usize>(
+    axes: [Compensated<'_, F>; D],
+    decays: &[[F; LANES]],
+    weights: &[[F; LANES]],
+    x: [F; D],
+    lanes: &mut [[F; LANES]; D],
+) {
+    let mut sums = *lanes;
+    let mut axes = axes.map(|(states, carries)| states.iter_mut().zip(carries));
+    for (decays, weights) in decays.iter().zip(weights) {
+        for ((axis, sums), x) in axes.iter_mut().zip(&mut sums).zip(x) {
+            if let Some((states, carries)) = axis.next() {
+                let (mut next, mut rest) = (*states, *carries);
+                for lane in 0..LANES {
+                    let state = next[lane];
+                    let addend = decays[lane] * (x - state) + rest[lane];
+                    next[lane] = state + addend;
+                    // Dekker's sum, three operations instead of Knuth's six: exact while |addend| ≤ |state|,
+                    // and a slow mode is smaller than its addend only where that is next to nothing.
+                    rest[lane] = addend - (next[lane] - state);
+                }
+                (*states, *carries) = (next, rest);
+                for lane in 0..LANES {
+                    sums[lane] += weights[lane] * next[lane];
+                }
+            }
+        }
+    }
+    *lanes = sums;
 }
 
 impl<F: Real, const TAPS: usize, const MODES: usize> FrequencyResponse for Bank<F, TAPS, MODES> {

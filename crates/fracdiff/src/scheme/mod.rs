@@ -1,7 +1,7 @@
 //! Choosing an operator at run time: the names that command lines and experiment files use.
 //!
 //! ```text
-//! grunwald:N                     ring buffer of N taps                        ShortMemory
+//! grunwald:N                     the N newest samples; beyond 2048 by blocks  ShortMemory, PartitionedMemory
 //! muir:N                         Muir polynomial of degree N alone            MuirPolynomial
 //! tustin-muir:N                  recursive form of degree N                   TustinMuir
 //! oustaloup:N:LOW_HZ:HIGH_HZ     N first-order sections between two corners   Oustaloup
@@ -15,8 +15,8 @@ mod operator;
 use crate::error::check_length;
 use crate::full_memory::{Design, DesignError, Kernel};
 use crate::{
-    Band, FullMemory, MuirPolynomial, Order, Oustaloup, ParameterError, Real, Seconds,
-    ShortMemoryVec, TustinMuir,
+    Band, FullMemory, MuirPolynomial, Order, Oustaloup, ParameterError, PartitionedMemory, Real,
+    Seconds, ShortMemoryVec, TustinMuir,
 };
 use core::fmt;
 use core::str::FromStr;
@@ -24,6 +24,9 @@ pub use operator::{Operator, OperatorHistory, OperatorList};
 use std::boxed::Box;
 use std::string::{String, ToString};
 
+/// Longest `grunwald:N` that is summed directly, to the bit like [`ShortMemory`](crate::ShortMemory); from the
+/// next on it is a [`PartitionedMemory`], which agrees to rounding and takes a fraction of the time.
+pub const SHORT_MOST: usize = 2048;
 /// Largest degree or number of sections a scheme accepts.
 pub const DEGREE_MAX: usize = 64;
 /// Recent samples that a full memory keeps as they are.
@@ -217,6 +220,9 @@ impl Scheme {
         horizon: f64,
     ) -> Result<Operator<F>, SchemeError> {
         Ok(match self {
+            Self::Grunwald { length } if length > SHORT_MOST => {
+                Operator::PartitionedMemory(PartitionedMemory::new(order, length, sample_time)?)
+            }
             Self::Grunwald { length } => {
                 Operator::ShortMemory(ShortMemoryVec::new(order, length, sample_time)?)
             }

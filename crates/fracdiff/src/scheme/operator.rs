@@ -4,8 +4,8 @@ use super::{DEGREE_MAX, FULL_MODES, FULL_TAPS};
 use crate::portable::Form;
 use crate::{
     Differintegrator, FrequencyResponse, FullMemory, FullMemoryHistory, MuirHistory,
-    MuirPolynomial, Oustaloup, OustaloupHistory, Real, ShortHistoryVec, ShortMemoryVec, TustinMuir,
-    TustinMuirHistory,
+    MuirPolynomial, Oustaloup, OustaloupHistory, PartitionedHistory, PartitionedMemory, Real,
+    ShortHistoryVec, ShortMemoryVec, TustinMuir, TustinMuirHistory,
 };
 use num_complex::Complex;
 use std::boxed::Box;
@@ -18,8 +18,10 @@ use std::vec::Vec;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Operator<F> {
-    /// `grunwald:N`.
+    /// `grunwald:N`, N up to [`SHORT_MOST`](super::SHORT_MOST).
     ShortMemory(ShortMemoryVec<F>),
+    /// `grunwald:N`, N beyond.
+    PartitionedMemory(PartitionedMemory<F>),
     /// `muir:N`.
     MuirPolynomial(Box<MuirPolynomial<F, DEGREE_MAX>>),
     /// `tustin-muir:N`.
@@ -34,8 +36,10 @@ pub enum Operator<F> {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum OperatorHistory<F> {
-    /// Of `grunwald:N`.
+    /// Of `grunwald:N`, short.
     ShortMemory(ShortHistoryVec<F>),
+    /// Of `grunwald:N`, long.
+    PartitionedMemory(PartitionedHistory<F>),
     /// Of `muir:N`.
     MuirPolynomial(Box<MuirHistory<F, DEGREE_MAX>>),
     /// Of `tustin-muir:N`.
@@ -51,6 +55,7 @@ macro_rules! each {
     ($self:expr, $operator:ident => $value:expr) => {
         match $self {
             Operator::ShortMemory($operator) => $value,
+            Operator::PartitionedMemory($operator) => $value,
             Operator::MuirPolynomial($operator) => $value,
             Operator::TustinMuir($operator) => $value,
             Operator::Oustaloup($operator) => $value,
@@ -64,6 +69,9 @@ macro_rules! each_with_history {
     ($self:expr, $history:expr, ($operator:ident, $own:ident) => $value:expr, $otherwise:expr) => {
         match ($self, $history) {
             (Operator::ShortMemory($operator), OperatorHistory::ShortMemory($own)) => $value,
+            (Operator::PartitionedMemory($operator), OperatorHistory::PartitionedMemory($own)) => {
+                $value
+            }
             (Operator::MuirPolynomial($operator), OperatorHistory::MuirPolynomial($own)) => $value,
             (Operator::TustinMuir($operator), OperatorHistory::TustinMuir($own)) => $value,
             (Operator::Oustaloup($operator), OperatorHistory::Oustaloup($own)) => $value,
@@ -90,6 +98,7 @@ impl<F: Real> Operator<F> {
     pub fn list(&self) -> OperatorList<F> {
         let (form, (integer, values)) = match self {
             Self::ShortMemory(o) => (Form::Taps, (0, o.list())),
+            Self::PartitionedMemory(o) => (Form::Taps, (0, o.list())),
             Self::MuirPolynomial(o) => (Form::Taps, (0, o.list())),
             Self::TustinMuir(o) => (Form::Recursion, o.list()),
             Self::Oustaloup(o) => (Form::Sections, o.list()),
@@ -110,6 +119,7 @@ impl<F: Real> Differintegrator<F> for Operator<F> {
     fn at_rest(&self) -> OperatorHistory<F> {
         match self {
             Self::ShortMemory(o) => OperatorHistory::ShortMemory(o.at_rest()),
+            Self::PartitionedMemory(o) => OperatorHistory::PartitionedMemory(o.at_rest()),
             Self::MuirPolynomial(o) => OperatorHistory::MuirPolynomial(Box::new(o.at_rest())),
             Self::TustinMuir(o) => OperatorHistory::TustinMuir(Box::new(o.at_rest())),
             Self::Oustaloup(o) => OperatorHistory::Oustaloup(Box::new(o.at_rest())),

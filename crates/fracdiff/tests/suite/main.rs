@@ -2,8 +2,10 @@
 
 #![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
 
+mod batch;
 mod full_memory;
 mod operators;
 mod oracle;
+mod partitioned;
 mod portable;
 mod weights;

@@ -12,8 +12,9 @@ use num_complex::Complex;
 use proptest::prelude::*;
 
 /// One of each kind, as users name them; the completeness of this list is checked below.
-const SCHEMES: [&str; 6] = [
+const SCHEMES: [&str; 7] = [
     "grunwald:100",
+    "grunwald:3000",
     "muir:3",
     "tustin-muir:9",
     "oustaloup:9:0.01:100",
@@ -38,11 +39,12 @@ fn every_kind_of_operator_is_in_the_list() {
             Operator::TustinMuir(_) => 2,
             Operator::Oustaloup(_) => 3,
             Operator::FullMemory(_) => 4,
+            Operator::PartitionedMemory(_) => 5,
             _ => panic!("a new kind: add it to SCHEMES"),
         })
         .collect();
     kinds.dedup();
-    assert_eq!(kinds, [0, 1, 2, 3, 4]);
+    assert_eq!(kinds, [0, 5, 1, 2, 3, 4]);
 }
 
 #[test]
@@ -466,5 +468,46 @@ proptest! {
         for n in 0..x.len() {
             prop_assert!((have[n] - want[n]).abs() <= 1e-6 * scale, "{} {} {}", n, have[n], want[n]);
         }
+    }
+}
+
+#[test]
+fn axes_together_have_the_bits_of_axes_alone() {
+    fn check<F: Real, O: Differintegrator<F>, const D: usize>(operator: &O, name: &str) {
+        let signals: [Vec<f64>; D] =
+            core::array::from_fn(|axis| lively(400 + 50 * axis).split_off(50 * axis));
+        let mut together: [O::History; D] = core::array::from_fn(|_| operator.at_rest());
+        let mut alone = together.clone();
+        // One axis is ahead of the others in its ring.
+        for axis in [&mut together[0], &mut alone[0]] {
+            operator.advance(axis, F::ONE);
+        }
+        for n in 0..400 {
+            let x = signals.each_ref().map(|signal| F::from_f64(signal[n]));
+            operator.advance_many(together.each_mut(), x);
+            for (axis, history) in alone.iter_mut().enumerate() {
+                operator.advance(history, x[axis]);
+                let (have, want) = (operator.past(&together[axis]), operator.past(history));
+                assert_eq!(have, want, "{name}, {D} axes, axis {axis}, sample {n}");
+            }
+        }
+    }
+    fn check_all<F: Real, O: Differintegrator<F>>(operator: &O, name: &str) {
+        check::<F, O, 1>(operator, name);
+        check::<F, O, 2>(operator, name);
+        check::<F, O, 3>(operator, name);
+        check::<F, O, 7>(operator, name);
+    }
+    for mu in [-1.6, 0.2247, 1.0, 1.4] {
+        for scheme in SCHEMES {
+            check_all(&build::<f32>(scheme, mu), scheme);
+            check_all(&build::<f64>(scheme, mu), scheme);
+        }
+        let full = full::<f32>(Kernel::Grunwald, mu, 1e-6);
+        check_all(&full, "full memory");
+        let short = ShortMemory::<f32, 300>::new(order(mu), SAMPLE_TIME).expect("valid");
+        check_all(&short, "short memory");
+        let short = ShortMemoryVec::<f64>::new(order(mu), 300, SAMPLE_TIME).expect("valid");
+        check_all(&short, "short memory");
     }
 }

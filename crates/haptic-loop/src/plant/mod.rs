@@ -19,6 +19,7 @@ mod delay;
 mod discretise;
 mod encoder;
 mod friction;
+mod imposed;
 mod mass_damper;
 mod noise;
 mod profile;
@@ -26,6 +27,7 @@ mod rig;
 
 pub use delay::{MAX_DELAY_SAMPLES, MeasurementDelay};
 pub use encoder::EncoderQuantiser;
+pub use imposed::ImposedMotion;
 pub use mass_damper::{MassDamper, MassDamperConfig};
 pub use noise::SensorNoise;
 pub use profile::RampHold;

@@ -29,6 +29,8 @@ pub enum Incoming {
         round_trip_us: u64,
         /// State and fault.
         status: Status,
+        /// What the passivity guard has observed, J; 0 without one.
+        observed_energy_j: f32,
     },
     /// The device's time has gone back: it was reset, and knows nothing of this session.
     Rebooted,
@@ -155,18 +157,18 @@ fn explain_refusal(f: &mut fmt::Formatter<'_>, refusal: &Refusal) -> fmt::Result
             value,
             least,
             most,
-        } if *least > 0.0 && *least <= f32::MIN_POSITIVE => {
-            write!(f, "{field} {value} is not in (0, {most:e}] on this device")
+        } => {
+            let open = *least > 0.0 && *least <= f32::MIN_POSITIVE;
+            write!(f, "{field} {value} is not ")?;
+            match (open, *most < f32::MAX) {
+                (true, true) => write!(f, "in (0, {most}]"),
+                (false, true) => write!(f, "in [{least}, {most}]"),
+                (true, false) => f.write_str("above 0"),
+                (false, false) if *least > -f32::MAX => write!(f, "a number of at least {least}"),
+                (false, false) => f.write_str("a finite number"),
+            }?;
+            f.write_str(" on this device")
         }
-        Refusal::Range {
-            field,
-            value,
-            least,
-            most,
-        } => write!(
-            f,
-            "{field} {value} is not in [{least:e}, {most:e}] on this device"
-        ),
         Refusal::Digest => f.write_str("the parameters were damaged on the way; try again"),
         Refusal::Incomplete => f.write_str("some of the parameters did not arrive; try again"),
         Refusal::Unsupported(field) => {
@@ -384,6 +386,7 @@ impl Conversation {
         (alive.token == self.token).then(|| Incoming::Alive {
             round_trip_us: now_us.saturating_sub(self.token_us),
             status: alive.status,
+            observed_energy_j: alive.observed_energy_j,
         })
     }
 

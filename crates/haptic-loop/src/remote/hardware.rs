@@ -33,6 +33,10 @@ pub trait Hardware: Device<f32, 1, Error = Fault> {
     /// What is wrong with the board.
     fn idle(&mut self) -> Result<Reading<f32, 1>, Fault>;
 
+    /// No force from now on, whatever was written last: the loop cannot go on. Called at each tick whose
+    /// [`read`](Device::read), [`write`](Device::write) or [`idle`](Self::idle) has failed.
+    fn let_go(&mut self);
+
     /// Whether the condition of a fault still holds, as an open emergency stop.
     fn persisting_fault(&self) -> Option<Fault> {
         None

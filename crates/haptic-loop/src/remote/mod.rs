@@ -17,7 +17,10 @@
 mod conversation;
 #[cfg(feature = "std")]
 mod faulty_line;
+mod flight;
 mod hardware;
+mod limits;
+mod outbox;
 mod prepared;
 #[cfg(feature = "std")]
 pub mod serial;
@@ -28,7 +31,10 @@ mod tick_side;
 pub use conversation::{Conversation, HostCounters, Incoming, LinkError, check_keys};
 #[cfg(feature = "std")]
 pub use faulty_line::{FaultyLine, LineDamage, LineFaults};
+pub use flight::FLIGHT_SAMPLES;
 pub use hardware::{Exclusive, Hardware};
+pub use limits::{wire_guard, wire_limits};
+pub use outbox::QUEUE_SAMPLES;
 #[cfg(feature = "std")]
 pub use prepared::operator_shape;
 pub use prepared::{
@@ -36,4 +42,4 @@ pub use prepared::{
 };
 pub use session::Session;
 pub use simulated::SimulatedPlant;
-pub use tick_side::{FLIGHT_SAMPLES, QUEUE_SAMPLES, TickSide};
+pub use tick_side::TickSide;

@@ -1,7 +1,8 @@
 //! From a configuration on the wire to a controller: everything that can be refused is refused here.
 
 use super::hardware::Hardware;
-use crate::units::{Metres, Newtons, NewtonsPerSecond, Seconds};
+use super::limits::chain_limits;
+use crate::units::{Metres, Seconds};
 use crate::{SafetyChain, Wall};
 use fracdiff::PortableOperator;
 use fracdiff::portable::{Form, ListError};
@@ -57,19 +58,7 @@ pub fn prepare<H: Hardware>(
         f32::from(Limits::WATCHDOG_MIN_MS),
         f32::from(Limits::WATCHDOG_MAX_MS),
     )?;
-    let least = f32::MIN_POSITIVE;
-    within(
-        Field::ForceLimit,
-        limits.force_n,
-        least,
-        capabilities.force_max_n,
-    )?;
-    within(
-        Field::ForceRateLimit,
-        limits.force_rate_n_per_s,
-        least,
-        capabilities.force_rate_max_n_per_s,
-    )?;
+    let chain = chain_limits(limits, period, capabilities)?;
     let stiffness = within(
         Field::Stiffness,
         configuration.stiffness_n_per_m,
@@ -99,12 +88,7 @@ pub fn prepare<H: Hardware>(
         surface,
     )
     .map_err(unexpected)?;
-    let chain = SafetyChain::new(
-        Newtons(f64::from(limits.force_n)),
-        NewtonsPerSecond(f64::from(limits.force_rate_n_per_s)),
-        sample_time,
-    )
-    .map_err(unexpected)?;
+    let chain = SafetyChain::from_limits(&chain, sample_time).map_err(unexpected)?;
     Ok(Prepared {
         configuration,
         digest: DigestBuilder::new(&configuration)

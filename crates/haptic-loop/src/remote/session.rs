@@ -147,10 +147,13 @@ impl Session {
                 }));
             }
             Request::KeepAlive { token } => {
-                return Some(Report::Alive(Alive {
-                    token,
-                    time_us: now_us,
-                    status: device.with(|device| device.status()),
+                return Some(device.with(|device| {
+                    Report::Alive(Alive {
+                        token,
+                        time_us: now_us,
+                        status: device.status(),
+                        observed_energy_j: device.observed_energy_j(),
+                    })
                 }));
             }
             Request::GetStatistics => {

@@ -1,17 +1,18 @@
 //! A device without hardware: a plant that is stepped by its own ticks.
 
+use super::flight::FLIGHT_SAMPLES;
 use super::hardware::Hardware;
 use super::prepared::{COEFFICIENTS_MAX, DEGREE_MAX, MODES_MAX, within};
-use super::tick_side::FLIGHT_SAMPLES;
-use crate::plant::{
-    IndentationRig, MassDamper, MassDamperConfig, RampHold, RigConfig, RigContact, RigDrive,
-};
+use crate::plant::{ImposedMotion, MassDamper, MassDamperConfig, RampHold};
+#[cfg(feature = "std")]
+use crate::plant::{IndentationRig, RigConfig, RigContact, RigDrive};
 use crate::units::{Kilograms, Metres, NewtonSecondsPerMetre, NewtonsPerMetre, Seconds};
 use crate::{Device, Fault, ParameterError, Reading, SafeForce};
 use haptic_link::{Capabilities, Field, Refusal, Simulation, SimulationKind};
 use nalgebra::SVector;
 
-/// A simulated board: a mass-damper with a hand, or the indentation rig.
+/// A simulated board: a mass-damper with a hand, or an indentation; by a compliant indenter with the feature
+/// `std` only.
 ///
 /// The plants are those of [`plant`](crate::plant), in `f64`, so that the firmware simulates what the host
 /// does, bit for bit. *Start-up*: the testbed's mass-damper without a hand, at rest. *Cost* of a tick: that
@@ -35,7 +36,10 @@ pub enum Plant {
     Still,
     /// A mass-damper.
     MassDamper(MassDamper<1>),
-    /// The rig.
+    /// An indentation that is imposed exactly.
+    Imposed(ImposedMotion),
+    /// The rig; its matrices are too large for a microcontroller.
+    #[cfg(feature = "std")]
     Rig(IndentationRig),
 }
 
@@ -67,14 +71,10 @@ fn plant(simulation: &Simulation, sample_time: Seconds) -> Result<Plant, Refusal
     let finite = |field, value| within(field, value, -f32::MAX, f32::MAX);
     // The one thing a plant finds that its fields do not show: a motion too fast for the tick.
     let too_fast = |_: ParameterError| Refusal::Unsupported(Field::TickPeriod);
-    let indentation = |contact| {
+    let profile = || {
         let depth = Metres(f64::from(finite(Field::Depth, simulation.depth_m)?));
         let ramp = f64::from(positive(Field::RampTime, simulation.ramp_time_s)?);
-        let profile = RampHold::new(depth, Seconds(ramp)).map_err(too_fast)?;
-        let config = RigConfig::new(RigDrive::Position(profile), contact, sample_time);
-        IndentationRig::new(config)
-            .map(Plant::Rig)
-            .map_err(too_fast)
+        RampHold::new(depth, Seconds(ramp)).map_err(too_fast)
     };
     match simulation.kind {
         SimulationKind::Real => Ok(Plant::Still),
@@ -93,8 +93,18 @@ fn plant(simulation: &Simulation, sample_time: Seconds) -> Result<Plant, Refusal
             plant.set_external_force(SVector::from([f64::from(push)]));
             Ok(Plant::MassDamper(plant))
         }
-        SimulationKind::RigidIndentation => indentation(RigContact::Rigid),
-        SimulationKind::CompliantIndentation => indentation(RigContact::COMPLIANT),
+        SimulationKind::RigidIndentation => ImposedMotion::new(profile()?, sample_time)
+            .map(Plant::Imposed)
+            .map_err(too_fast),
+        #[cfg(feature = "std")]
+        SimulationKind::CompliantIndentation => {
+            let drive = RigDrive::Position(profile()?);
+            IndentationRig::new(RigConfig::new(drive, RigContact::COMPLIANT, sample_time))
+                .map(Plant::Rig)
+                .map_err(too_fast)
+        }
+        #[cfg(not(feature = "std"))]
+        SimulationKind::CompliantIndentation => Err(Refusal::Unsupported(Field::SimulationKind)),
     }
 }
 
@@ -105,6 +115,8 @@ impl Device<f32, 1> for SimulatedPlant {
         let reading = match &mut self.plant {
             Plant::Still => return Ok(self.resting()),
             Plant::MassDamper(plant) => plant.read(),
+            Plant::Imposed(motion) => motion.read(),
+            #[cfg(feature = "std")]
             Plant::Rig(rig) => rig.read(),
         };
         reading.map_err(|never| match never {})
@@ -114,6 +126,8 @@ impl Device<f32, 1> for SimulatedPlant {
         let written = match &mut self.plant {
             Plant::Still => return Ok(()),
             Plant::MassDamper(plant) => plant.write(force),
+            Plant::Imposed(motion) => motion.write(force),
+            #[cfg(feature = "std")]
             Plant::Rig(rig) => rig.write(force),
         };
         written.map_err(|never| match never {})
@@ -154,12 +168,18 @@ impl Hardware for SimulatedPlant {
         match &mut self.plant {
             Plant::Still => {}
             Plant::MassDamper(plant) => plant.restart(),
+            Plant::Imposed(motion) => motion.restart(),
+            #[cfg(feature = "std")]
             Plant::Rig(rig) => rig.restart(),
         }
     }
 
     fn idle(&mut self) -> Result<Reading<f32, 1>, Fault> {
         self.read()
+    }
+
+    fn let_go(&mut self) {
+        // Nothing here fails, and nothing holds a force.
     }
 
     fn cycles(&self) -> u32 {

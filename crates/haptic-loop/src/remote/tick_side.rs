@@ -9,48 +9,22 @@
 //!   Armed ◀── arm, force zero ─────────── Fault
 //! ```
 
+use super::flight::FlightRecorder;
 use super::hardware::Hardware;
+use super::outbox::{Notice, Outbox, Stream};
 use super::prepared::{DeviceWall, Prepared, prepare};
 use crate::{Controller, Fault};
 use haptic_link::{
-    BATCH_MAX, Batch, BatchItem, Configuration, Event, EventKind, FaultReport, Flight, LoopMode,
-    Refusal, Report, Sample, Simulation, Start, State, Statistics, Status,
+    Configuration, Event, EventKind, FaultReport, Field, Flight, LoopMode, Refusal, Report, Sample,
+    Simulation, Start, State, Statistics, Status,
 };
-use heapless::{Deque, HistoryBuf};
 use nalgebra::SVector;
-
-/// Samples that wait to be sent at most: 32 ms at 1 kHz, and two batches.
-pub const QUEUE_SAMPLES: usize = 32;
-/// Samples that the flight recorder keeps.
-pub const FLIGHT_SAMPLES: usize = 96;
-/// Of these, samples after the fault.
-const FLIGHT_AFTER: u16 = 24;
-/// Notices that wait to be sent at most.
-const QUEUE_NOTICES: usize = 8;
-
-/// Which samples are sent, and how.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Stream {
-    every: u16,
-    batch: u8,
-}
-
-impl Stream {
-    const OFF: Self = Self { every: 0, batch: 1 };
-}
 
 /// Where a stop leads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum After {
     Armed(EventKind),
     Idle,
-}
-
-/// A notice: an event or a fault.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Notice {
-    Event(Event),
-    Fault(FaultReport),
 }
 
 /// The loop of a device with one axis: controller, states, watchdog, flight recorder, samples to be sent.
@@ -70,6 +44,7 @@ pub struct TickSide<H: Hardware> {
     after: After,
     fault: Option<Fault>,
     faults: u16,
+    /// The last one started since it was armed, whether it has ended or not.
     run: Option<u32>,
     ticks_left: Option<u32>,
     tick: u32,
@@ -82,11 +57,9 @@ pub struct TickSide<H: Hardware> {
     commanded_new: bool,
     idle_stream: Stream,
     run_stream: Stream,
-    samples: Deque<Sample, QUEUE_SAMPLES>,
-    notices: Deque<Notice, QUEUE_NOTICES>,
-    flight: HistoryBuf<Sample, FLIGHT_SAMPLES>,
-    /// Samples that the flight recorder still takes: all until a fault latches.
-    flight_left: Option<u16>,
+    newest: Sample,
+    outbox: Outbox,
+    flight: FlightRecorder,
     statistics: Statistics,
 }
 
@@ -148,10 +121,9 @@ impl<H: Hardware> TickSide<H> {
             commanded_new: false,
             idle_stream: Stream::OFF,
             run_stream: Stream::OFF,
-            samples: Deque::new(),
-            notices: Deque::new(),
-            flight: HistoryBuf::new(),
-            flight_left: None,
+            newest: Sample::default(),
+            outbox: Outbox::default(),
+            flight: FlightRecorder::default(),
             statistics: Statistics::default(),
         }
     }
@@ -168,7 +140,7 @@ impl<H: Hardware> TickSide<H> {
         }
         match self.act() {
             Ok(sample) => self.keep(sample),
-            Err(fault) => self.trip(fault),
+            Err(fault) => self.give_way(fault),
         }
         if let Some(fault) = self.controller.safety().fault() {
             self.trip(fault);
@@ -198,12 +170,19 @@ impl<H: Hardware> TickSide<H> {
         self.fault = Some(fault);
         self.faults = self.faults.wrapping_add(1);
         self.state = State::Fault;
-        self.flight_left = Some(FLIGHT_AFTER);
-        self.notify(Notice::Fault(FaultReport {
+        self.flight.fault();
+        self.outbox.notify(Notice::Fault(FaultReport {
             status: self.status(),
             tick: self.tick,
             time_us: self.now_us,
         }));
+    }
+
+    /// The board cannot measure or apply: no force at all, at once, because none can be computed.
+    fn give_way(&mut self, fault: Fault) {
+        self.trip(fault);
+        self.hardware.let_go();
+        self.controller.let_go();
     }
 
     fn judge_time(&mut self, now_us: u64) {
@@ -267,19 +246,9 @@ impl<H: Hardware> TickSide<H> {
 
     /// Flight recorder and stream.
     fn keep(&mut self, sample: Sample) {
-        match &mut self.flight_left {
-            None => self.flight.write(sample),
-            Some(0) => {}
-            Some(left) => {
-                *left -= 1;
-                self.flight.write(sample);
-            }
-        }
-        let Stream { every, .. } = self.stream();
-        if every > 0
-            && sample.tick.is_multiple_of(u32::from(every))
-            && self.samples.push_back(sample).is_err()
-        {
+        self.newest = sample;
+        self.flight.take(sample);
+        if self.stream().takes(sample.tick) && !self.outbox.take(sample) {
             self.statistics.samples_dropped = self.statistics.samples_dropped.wrapping_add(1);
         }
     }
@@ -309,7 +278,6 @@ impl<H: Hardware> TickSide<H> {
                 After::Idle => (State::Idle, EventKind::Disarmed),
             };
             self.state = state;
-            self.run = None;
             self.event(kind);
         }
     }
@@ -321,20 +289,11 @@ impl<H: Hardware> TickSide<H> {
     }
 
     fn event(&mut self, kind: EventKind) {
-        self.notify(Notice::Event(Event {
+        self.outbox.notify(Notice::Event(Event {
             kind,
             tick: self.tick,
             time_us: self.now_us,
         }));
-    }
-
-    fn notify(&mut self, notice: Notice) {
-        // The oldest go first: the newest say what the state is now.
-        if self.notices.is_full() {
-            self.notices.pop_front();
-        }
-        // There is room now.
-        let _ = self.notices.push_back(notice);
     }
 
     /// The host was heard at this time. While a host loop runs only its forces count.
@@ -366,7 +325,8 @@ impl<H: Hardware> TickSide<H> {
         }
         self.controller.reset();
         self.fault = None;
-        self.flight_left = None;
+        self.run = None;
+        self.flight.clear();
         self.late_in_row = 0;
         self.state = State::Armed;
         self.event(EventKind::Armed);
@@ -392,17 +352,21 @@ impl<H: Hardware> TickSide<H> {
     /// As there, and a stream that is none.
     pub fn start(&mut self, start: Start) -> Result<(), Refusal> {
         match self.state {
+            // Sent again because the answer was lost: true already, even if it has ended.
+            State::Armed | State::Running | State::Stopping if self.run == Some(start.run) => {
+                return Ok(());
+            }
             State::Armed => {}
-            State::Running if self.run == Some(start.run) => return Ok(()),
             state => return Err(Refusal::State(state)),
         }
-        let stream = checked(start.every, start.batch)?;
+        let stream = Stream::new(start.every, start.batch)?;
         if stream.every == 0 {
-            return Err(Refusal::Unsupported(haptic_link::Field::Every));
+            return Err(Refusal::Unsupported(Field::Every));
         }
         self.controller.reset();
         self.hardware.restart();
-        self.samples.clear();
+        self.may_start()?;
+        self.outbox.forget_samples();
         self.flight.clear();
         self.run = Some(start.run);
         self.ticks_left = (start.ticks > 0).then_some(start.ticks);
@@ -412,6 +376,28 @@ impl<H: Hardware> TickSide<H> {
         self.state = State::Running;
         self.event(EventKind::Started);
         Ok(())
+    }
+
+    /// Whether the force of a device loop would be small where the device is now. A force of the host's is
+    /// zero at first.
+    #[inline(never)]
+    fn may_start(&mut self) -> Result<(), Refusal> {
+        if self.configuration.loop_mode == LoopMode::Host {
+            return Ok(());
+        }
+        let reading = match self.hardware.idle() {
+            Ok(reading) => reading,
+            Err(fault) => {
+                self.give_way(fault);
+                return Err(Refusal::State(State::Fault));
+            }
+        };
+        self.controller
+            .may_start(&reading)
+            .map_err(|refused| Refusal::ForceNotSmall {
+                wanted_n: refused.wanted_n as f32,
+                allowed_n: refused.allowed_n as f32,
+            })
     }
 
     /// See [`Request::Stop`](haptic_link::Request::Stop).
@@ -442,9 +428,9 @@ impl<H: Hardware> TickSide<H> {
     /// # Errors
     /// A batch that is none.
     pub fn stream_idle(&mut self, every: u16, batch: u8) -> Result<(), Refusal> {
-        self.idle_stream = checked(every, batch)?;
+        self.idle_stream = Stream::new(every, batch)?;
         if every == 0 && matches!(self.state, State::Idle | State::Armed | State::Fault) {
-            self.samples.clear();
+            self.outbox.forget_samples();
         }
         Ok(())
     }
@@ -525,104 +511,29 @@ impl<H: Hardware> TickSide<H> {
         &self.statistics
     }
 
-    /// A sample of the flight recorder, 0 the oldest.
+    /// The energy that the passivity guard has observed, J; 0 without one.
+    #[must_use]
+    pub fn observed_energy_j(&self) -> f32 {
+        self.controller.safety().observed_energy_j()
+    }
+
+    /// The last tick; zeros before the first.
+    #[must_use]
+    pub const fn newest(&self) -> &Sample {
+        &self.newest
+    }
+
+    /// A sample of the flight recorder, 0 the oldest. It has none before a fault has latched.
     ///
     /// # Errors
     /// An index behind its end.
     pub fn flight(&self, index: u16) -> Result<Flight, Refusal> {
-        let count = self.flight.len() as u16;
-        let sample = match self.flight.oldest_ordered().nth(usize::from(index)) {
-            Some(sample) => *sample,
-            None if index == 0 => Sample::default(),
-            None => {
-                return Err(Refusal::Range {
-                    field: haptic_link::Field::FlightIndex,
-                    value: f32::from(index),
-                    least: 0.0,
-                    most: f32::from(count.saturating_sub(1)),
-                });
-            }
-        };
-        Ok(Flight {
-            index,
-            count,
-            sample,
-        })
+        self.flight.read(index)
     }
 
     /// The next thing to say, oldest first: events and faults, then samples.
     pub fn next_report(&mut self) -> Option<Report> {
-        match self.notices.front() {
-            // What a run sampled goes out before its end is told.
-            Some(Notice::Event(event)) if self.samples.is_empty() || is_first(event.kind) => {
-                let report = Report::Event(*event);
-                self.notices.pop_front();
-                Some(report)
-            }
-            Some(Notice::Fault(fault)) => {
-                let report = Report::Fault(*fault);
-                self.notices.pop_front();
-                Some(report)
-            }
-            _ => self.next_samples(),
-        }
-    }
-
-    fn next_samples(&mut self) -> Option<Report> {
-        let Stream { every, batch } = self.stream();
-        let whole = self.state != State::Running && self.state != State::Stopping;
-        let batch = usize::from(batch).min(BATCH_MAX);
-        if batch <= 1 {
-            return self.samples.pop_front().map(Report::Sample);
-        }
-        // A batch waits until it is full, unless nothing more will come.
-        if self.samples.len() < batch && !whole {
-            return None;
-        }
-        let first = self.samples.pop_front()?;
-        let mut items = heapless::Vec::new();
-        let mut next = Some(first);
-        let mut tick = first.tick;
-        while let Some(sample) = next {
-            // There is room: at most BATCH_MAX are taken.
-            let _ = items.push(BatchItem {
-                position_m: sample.position_m,
-                environment_force_n: sample.environment_force_n,
-                force_n: sample.force_n,
-                limiters: sample.limiters,
-            });
-            tick = tick.wrapping_add(u32::from(every.max(1)));
-            next = match self.samples.front() {
-                // A gap, where samples were dropped, ends a batch.
-                Some(sample) if items.len() < batch && sample.tick == tick => {
-                    self.samples.pop_front()
-                }
-                _ => None,
-            };
-        }
-        Some(Report::Batch(Batch {
-            tick: first.tick,
-            time_us: first.time_us,
-            every: every.max(1),
-            items,
-        }))
-    }
-}
-
-/// Events that come before the samples in the queue.
-const fn is_first(kind: EventKind) -> bool {
-    matches!(kind, EventKind::Started)
-}
-
-fn checked(every: u16, batch: u8) -> Result<Stream, Refusal> {
-    if (1..=BATCH_MAX).contains(&usize::from(batch)) {
-        Ok(Stream { every, batch })
-    } else {
-        Err(Refusal::Range {
-            field: haptic_link::Field::BatchLength,
-            value: f32::from(batch),
-            least: 1.0,
-            most: BATCH_MAX as f32,
-        })
+        let more = matches!(self.state, State::Running | State::Stopping);
+        self.outbox.next(self.stream(), more)
     }
 }

@@ -89,6 +89,11 @@ impl<F: Real, const D: usize> SafetyState<F, D> {
         self.fault.get_or_insert(fault);
     }
 
+    /// The device has let go by itself: the force is zero now.
+    pub fn let_go(&mut self) {
+        self.force = SVector::from([F::ZERO; D]);
+    }
+
     /// From the next tick the wanted force is zero, until [`clear`](Self::clear).
     pub fn stop(&mut self) {
         self.stopping = true;
@@ -178,6 +183,12 @@ impl<F: Real> SafetyChain<F> {
                 .map(|guard| GuardLaw::new(guard, sample_time))
                 .transpose()?,
         })
+    }
+
+    /// Whether a passivity guard is part of it.
+    #[must_use]
+    pub const fn has_guard(&self) -> bool {
+        self.guard.is_some()
     }
 
     /// Whether a device may be armed with this wanted force, N.

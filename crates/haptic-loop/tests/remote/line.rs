@@ -29,6 +29,8 @@ pub(crate) struct Bench {
     pub(crate) host_dead: bool,
     pub(crate) told: Vec<Report>,
     pub(crate) rebooted: bool,
+    /// What the guard has observed, as of the last answer to a keep-alive, J.
+    pub(crate) energy_j: Option<f32>,
     /// Called for each sample in a host loop; its force is sent back.
     pub(crate) law: Option<fn(f32) -> f32>,
     /// When the device last got a frame that its watchdog may take for a host, by the host's clock.
@@ -59,6 +61,7 @@ impl Bench {
             host_dead: false,
             told: Vec::new(),
             rebooted: false,
+            energy_j: None,
             law: None,
             heard_us: 0,
             mirror: mirror(),
@@ -121,7 +124,10 @@ impl Bench {
                     Some(Incoming::Refused { refusal, .. }) => answer = Some(Err(refusal)),
                     Some(Incoming::Told(report)) => self.hear(report),
                     Some(Incoming::Rebooted) => self.rebooted = true,
-                    Some(Incoming::Alive { .. }) | None => {}
+                    Some(Incoming::Alive {
+                        observed_energy_j, ..
+                    }) => self.energy_j = Some(observed_energy_j),
+                    None => {}
                 }
             }
         }
@@ -265,6 +271,8 @@ pub(crate) fn spring() -> (Configuration, [f32; 2]) {
         ..Configuration::PASSIVE
     };
     configuration.limits.force_rate_n_per_s = 10_000.0;
+    // What is applied is what is wanted.
+    configuration.limits.rise_time_s = 0.0;
     (configuration, [1000.0, -1000.0])
 }
 

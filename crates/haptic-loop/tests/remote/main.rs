@@ -2,6 +2,8 @@
 
 #![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
 
+mod broken;
+mod limits;
 mod line;
 mod schedules;
 mod session;

@@ -3,7 +3,7 @@
 use crate::line::{Bench, START, spring, transaction};
 use haptic_link::{
     Configuration, EventKind, Field, LoopMode, OperatorForm, OperatorShape, Refusal, Report,
-    Request, SimulationKind, Start, State,
+    Request, Sample, SimulationKind, Start, State,
 };
 use haptic_loop::Fault;
 use haptic_loop::remote::{DeviceOperator, LinkError};
@@ -370,6 +370,32 @@ fn a_start_that_is_sent_again_does_not_begin_anew() {
 }
 
 #[test]
+fn a_start_that_is_sent_again_after_its_run_has_ended_starts_nothing() {
+    let mut bench = armed();
+    let start = Start { ticks: 20, ..START };
+    bench.done(Request::Start(start));
+    bench.run_ms(100);
+    assert_eq!(bench.state(), State::Armed);
+    bench.done(Request::Start(start));
+    bench.run_ms(10);
+    assert_eq!(bench.state(), State::Armed);
+    assert_eq!(events(&bench).last(), Some(&EventKind::Finished));
+    // Another run, which is still stopping when its start comes again.
+    let second = Start { run: 2, ..START };
+    bench.done(Request::Start(second));
+    bench.run_ms(200);
+    bench.done(Request::Stop);
+    bench.done(Request::Start(second));
+    bench.run_ms(50);
+    assert_eq!(bench.state(), State::Armed);
+    // Armed anew, numbers may begin anew.
+    bench.done(Request::Disarm);
+    bench.done(Request::Arm { faults: 0 });
+    bench.done(Request::Start(start));
+    assert_eq!(bench.state(), State::Running);
+}
+
+#[test]
 fn a_host_loop_applies_the_force_it_is_sent() {
     let mut bench = Bench::ideal();
     bench.hello();
@@ -433,6 +459,13 @@ fn the_flight_recorder_keeps_what_led_to_a_fault() {
     let mut bench = armed();
     bench.done(Request::Start(START));
     bench.run_ms(200);
+    let nothing = |bench: &mut Bench| match bench.done(Request::ReadFlight { index: 0 }) {
+        Report::Flight(flight) => flight.count == 0 && flight.sample == Sample::default(),
+        other => panic!("{other:?}"),
+    };
+    assert!(nothing(&mut bench), "no fault has latched");
+    let second = bench.refused(Request::ReadFlight { index: 1 });
+    assert!(matches!(second, Refusal::Range { .. }), "{second:?}");
     bench.device.borrow_mut().trip(Fault::EmergencyStop);
     bench.run_ms(100);
     let Report::Flight(first) = bench.done(Request::ReadFlight { index: 0 }) else {
@@ -459,6 +492,10 @@ fn the_flight_recorder_keeps_what_led_to_a_fault() {
         "{faulty} of {}",
         ticks.len()
     );
+    // It stands still until the fault is cleared.
+    bench.run_ms(200);
+    let again = bench.done(Request::ReadFlight { index: 0 });
+    assert_eq!(again, Report::Flight(first));
     let index = first.count;
     let refusal = bench.refused(Request::ReadFlight { index });
     assert!(matches!(
@@ -468,6 +505,8 @@ fn the_flight_recorder_keeps_what_led_to_a_fault() {
             ..
         }
     ));
+    bench.done(Request::Arm { faults: 1 });
+    assert!(nothing(&mut bench), "the fault is cleared");
 }
 
 #[test]

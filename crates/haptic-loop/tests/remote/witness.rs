@@ -9,6 +9,8 @@ use haptic_loop::{Device, Fault, Reading, SafeForce};
 pub(crate) struct Witness {
     plant: SimulatedPlant,
     force_n: f32,
+    /// The sensor gives nothing while this is set.
+    pub(crate) broken: bool,
 }
 
 impl Witness {
@@ -16,6 +18,7 @@ impl Witness {
         Self {
             plant: SimulatedPlant::new(board, || 0),
             force_n: 0.0,
+            broken: false,
         }
     }
 
@@ -29,6 +32,9 @@ impl Device<f32, 1> for Witness {
     type Error = Fault;
 
     fn read(&mut self) -> Result<Reading<f32, 1>, Fault> {
+        if self.broken {
+            return Err(Fault::EmergencyStop);
+        }
         self.plant.read()
     }
 
@@ -59,6 +65,14 @@ impl Hardware for Witness {
 
     fn idle(&mut self) -> Result<Reading<f32, 1>, Fault> {
         self.force_n = 0.0;
-        self.plant.idle()
+        self.read()
+    }
+
+    fn let_go(&mut self) {
+        self.force_n = 0.0;
+    }
+
+    fn persisting_fault(&self) -> Option<Fault> {
+        self.broken.then_some(Fault::EmergencyStop)
     }
 }

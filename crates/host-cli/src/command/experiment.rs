@@ -1,11 +1,16 @@
 //! Arguments and manners that all experiments share.
 
 use super::live::LiveArguments;
+use super::preflight::PreflightArguments;
+use super::realtime::RealtimeArguments;
 use super::remote::RemoteArguments;
+use super::safety::SafetyArguments;
+use crate::experiment::preflight::Verdict;
+use crate::experiment::realtime::RealtimeSummary;
 use crate::experiment::remote::LinkSummary;
 use crate::experiment::report::TickTimes;
 use crate::experiment::{
-    Contact, Ending, Pace, Precision, Rendering, Report, Sensors, Summary, Supervisor,
+    Contact, Ending, Precision, Rendering, Report, Safety, Sensors, Summary, Supervisor,
 };
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
@@ -113,11 +118,14 @@ pub struct RenderingArguments {
         help_heading = "Loop"
     )]
     force_rate_limit: ForceRate,
-    /// Pace the run by the clock instead of as fast as it goes
-    #[arg(long, help_heading = "Loop")]
-    realtime: bool,
+    #[command(flatten)]
+    realtime: RealtimeArguments,
+    #[command(flatten)]
+    safety: SafetyArguments,
     #[command(flatten)]
     remote: RemoteArguments,
+    #[command(flatten)]
+    preflight: PreflightArguments,
     #[command(flatten)]
     live: LiveArguments,
     /// Folder for log, CSV and pictures [default: the next free results/NAME-0001]
@@ -197,7 +205,10 @@ impl RenderingArguments {
                 Failure::input_with_advice(error, "give --area 4cm2 --thickness 20mm, for example")
             },
         )?;
+        let safety = self.safety.over(Safety::default());
+        let preflight = self.preflight.wanted(remote.is_some(), &safety)?;
         Ok(Rendering {
+            preflight,
             material,
             specimen,
             scheme: self.scheme,
@@ -211,11 +222,8 @@ impl RenderingArguments {
             },
             force_limit_n: self.force_limit.0,
             force_rate_limit_n_per_s: self.force_rate_limit.0,
-            pace: if self.realtime || remote.is_some() {
-                Pace::Realtime
-            } else {
-                Pace::Virtual
-            },
+            safety,
+            pace: self.realtime.pace(remote.is_some())?,
             remote,
         })
     }
@@ -236,9 +244,10 @@ impl RenderingArguments {
             stem: stem.to_owned(),
             overwrite: self.overwrite,
         };
-        let live = self
-            .live
-            .open(self.realtime || self.remote.is_serial(), output)?;
+        let live = self.live.open(
+            self.realtime.is_realtime() || self.remote.is_serial(),
+            output,
+        )?;
         conduct(samples, output, print_summary, |supervisor| {
             experiment(&request, supervisor.watched(&live))
         })
@@ -329,6 +338,8 @@ pub fn progress_bar(samples: u64, output: Output) -> ProgressBar {
     bar.set_style(
         ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()),
     );
+    // Draws from a thread of its own, not from the loop.
+    bar.enable_steady_tick(std::time::Duration::from_millis(100));
     bar
 }
 
@@ -411,6 +422,8 @@ pub struct End<'a> {
     pub tick_ns: Option<TickTimes>,
     /// Late ones.
     pub missed_deadlines: u64,
+    /// The clock, if the run followed it.
+    pub realtime: Option<&'a RealtimeSummary>,
     /// The link, if there is one.
     pub link: Option<&'a LinkSummary>,
     /// The log.
@@ -419,6 +432,10 @@ pub struct End<'a> {
     pub csv: Option<&'a str>,
     /// The picture.
     pub figure: Option<&'a str>,
+    /// What the analysis said before the run.
+    pub preflight: Option<Verdict>,
+    /// The log of a fault.
+    pub fault_log: Option<&'a str>,
 }
 
 /// Prints it.
@@ -443,6 +460,9 @@ pub fn print_end(out: &mut dyn Write, end: &End<'_>) -> io::Result<()> {
             end.missed_deadlines
         )?,
     }
+    if let Some(realtime) = end.realtime {
+        super::realtime::print(out, realtime)?;
+    }
     if let Some(link) = end.link {
         let [p50, p99, max] = link.round_trip_us;
         writeln!(
@@ -457,7 +477,13 @@ pub fn print_end(out: &mut dyn Write, end: &End<'_>) -> io::Result<()> {
             link.from_device.corrupt + link.to_device.corrupt
         )?;
     }
+    if let Some(verdict) = &end.preflight {
+        writeln!(out, "  pre-flight        {}", verdict.line())?;
+    }
     writeln!(out, "  log               {}", end.log)?;
+    if let Some(log) = end.fault_log {
+        writeln!(out, "  fault log         {log}")?;
+    }
     if let Some(csv) = end.csv {
         writeln!(out, "  csv               {csv}")?;
     }
@@ -472,10 +498,13 @@ impl Report {
         End {
             tick_ns: self.tick_ns,
             missed_deadlines: self.missed_deadlines,
+            realtime: self.realtime.as_ref(),
             link: self.link.as_ref(),
             log: &self.log,
             csv: self.csv.as_deref(),
             figure: self.figure.as_deref(),
+            preflight: self.preflight,
+            fault_log: self.fault_log.as_deref(),
         }
     }
 }

@@ -39,6 +39,9 @@ pub enum Command {
         /// Folder for the new log, if it is not named
         #[arg(long, value_name = "DIR", conflicts_with = "target")]
         out: Option<PathBuf>,
+        /// Replace an earlier recovered log
+        #[arg(long)]
+        overwrite: bool,
     },
     /// Turn a log into CSV, one row a tick
     #[command(after_help = "Example: host-cli log export results/relax-0001/relax.mcap ticks.csv")]
@@ -76,6 +79,7 @@ struct Recovered {
     samples: u64,
     events: u64,
     last_s: Option<f64>,
+    last_tick: Option<u64>,
     gaps: Vec<Gap>,
     complete: bool,
     missing: Vec<String>,
@@ -105,9 +109,14 @@ impl Command {
                 output.print(&summary, |out| print_info(out, &log, &summary))
             }
             Self::Check { log } => check(&log, output),
-            Self::Recover { log, target, out } => {
+            Self::Recover {
+                log,
+                target,
+                out,
+                overwrite,
+            } => {
                 let target = place(target, out.as_deref(), &log, "recovered.mcap")?;
-                save(&log, &target, output)
+                save(&log, &target, overwrite, output)
             }
             Self::Export {
                 log,
@@ -233,13 +242,14 @@ fn recovered(out: &mut dyn Write, summary: &LogSummary) -> io::Result<()> {
     }
 }
 
-fn save(log: &Path, target: &Path, output: Output) -> Result<(), Failure> {
-    let summary: RecoverySummary = recover(log, target)?;
+fn save(log: &Path, target: &Path, overwrite: bool, output: Output) -> Result<(), Failure> {
+    let summary: RecoverySummary = recover(log, target, overwrite)?;
     let lost = summary.lost_data();
     let recovered = Recovered {
         samples: summary.samples,
         events: summary.events,
         last_s: summary.last_s,
+        last_tick: summary.last_tick,
         complete: !lost,
         missing: summary.missing(),
         log: target.display().to_string(),

@@ -2,7 +2,10 @@
 
 use super::experiment::{End, conduct, print_end, print_summary};
 use super::live::LiveArguments;
+use super::preflight::PreflightArguments;
+use super::realtime::RealtimeArguments;
 use super::remote::RemoteArguments;
+use super::safety::SafetyArguments;
 use crate::experiment::{ExperimentFile, Pace, WallReport};
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
@@ -19,11 +22,14 @@ theirs too. Paths in the file start from its folder.
 A wall: the device is pushed into it with a constant force, and is stable if the position settles. Keys \
 of [wall], all but the first six with defaults: mass_kg, damping_n_s_per_m, sample_time_s, order, \
 stiffness_n_per_m, dissipation_n_s_mu_per_m, scheme, hand_stiffness_n_per_m, delay_s, friction_n, \
-current_lag_s, encoder_resolution_m, sensor_noise_m, seed, force_limit_n, guard, one_sided, push_n, \
+current_lag_s, encoder_resolution_m, sensor_noise_m, seed, force_limit_n, one_sided, push_n, \
 duration_s, window_s, threshold_m. `host-cli design` writes such a file.
 
-guard = \"observer\" or \"energy-bounding\" keeps a wall from shaking: the one adds damping, the other takes \
-force, and so stiffness, that the damping of the device cannot pay for.
+Keys of the safety chain, for every experiment, all off if not given: guard, workspace_low_m and \
+workspace_high_m, speed_limit_m_per_s, rise_time_s, braking_n_s_per_m, and device_mass_kg and \
+device_damping_n_s_per_m of a real device for its guard. guard = \"observer\" or \"energy-bounding\" keeps a \
+wall from shaking: the one adds damping, the other takes force, and so stiffness, that the damping of the \
+device cannot pay for.
 
 On a serial device any of them has device = \"serial:PATH\", loop = \"device\" or \"host\", watchdog_s and late_ticks.";
 
@@ -37,11 +43,14 @@ pub struct Arguments {
     /// The experiment
     #[arg(value_name = "FILE.toml")]
     file: PathBuf,
-    /// Pace the run by the clock instead of as fast as it goes
-    #[arg(long)]
-    realtime: bool,
+    #[command(flatten)]
+    realtime: RealtimeArguments,
+    #[command(flatten)]
+    safety: SafetyArguments,
     #[command(flatten)]
     remote: RemoteArguments,
+    #[command(flatten)]
+    preflight: PreflightArguments,
     #[command(flatten)]
     live: LiveArguments,
     /// Folder for log, CSV and pictures [default: the next free results/KIND-0001]
@@ -60,19 +69,20 @@ impl Arguments {
     pub fn run(self, output: Output) -> Result<(), Failure> {
         let file = ExperimentFile::read(&self.file).map_err(Failure::input)?;
         let remote = self.remote.remote(file.remote())?;
-        let pace = if self.realtime || remote.is_some() {
-            Pace::Realtime
-        } else {
-            Pace::Virtual
-        };
-        let experiment = file.in_pace(pace).on(remote)?;
+        let pace = self.realtime.pace(remote.is_some())?;
+        let serial = remote.is_some();
+        let mut experiment = file.in_pace(pace).on(remote)?;
+        let safety = experiment.safety_mut();
+        *safety = self.safety.over(*safety);
+        let wanted = self.preflight.wanted(serial, safety)?;
+        let experiment = experiment.with_preflight(wanted);
         let samples = experiment.samples()?;
         let request = |stem: &str| FolderRequest {
             out: self.out.clone(),
             stem: stem.to_owned(),
             overwrite: self.overwrite,
         };
-        let live = self.live.open(pace == Pace::Realtime, output)?;
+        let live = self.live.open(pace != Pace::Virtual, output)?;
         match experiment {
             ExperimentFile::Relax(relaxation) => {
                 conduct(samples, output, print_summary, |supervisor| {
@@ -142,10 +152,13 @@ fn print_wall(out: &mut dyn Write, report: &WallReport) -> io::Result<()> {
     let end = End {
         tick_ns: report.tick_ns,
         missed_deadlines: report.missed_deadlines,
+        realtime: report.realtime.as_ref(),
         link: report.link.as_ref(),
         log: &report.log,
         csv: report.csv.as_deref(),
         figure: report.figure.as_deref(),
+        preflight: report.preflight,
+        fault_log: report.fault_log.as_deref(),
     };
     print_end(out, &end)
 }

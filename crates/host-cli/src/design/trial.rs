@@ -1,7 +1,7 @@
 //! The experiment that tries a designed wall, and its file.
 
 use super::{Candidate, Design};
-use crate::experiment::{GuardChoice, Pace, Sensors, Settling, Wall};
+use crate::experiment::{Pace, Safety, Sensors, Settling, Wall};
 use crate::failure::Failure;
 use fracdiff::{Order, Seconds};
 use haptic_loop::plant::MassDamperConfig;
@@ -93,8 +93,9 @@ impl Design {
             window_s,
             threshold_m: two_digits(settled),
             force_limit_n: device.force_limit_n,
+            force_unstable: false,
             remote: None,
-            guard: GuardChoice::Off,
+            safety: Safety::default(),
             pace: Pace::Virtual,
         })
     }

@@ -14,10 +14,11 @@
 
 mod reader;
 
-use super::pushed::GuardChoice;
+use super::preflight::PreflightRequest;
 use super::remote::RemoteDevice;
 use super::rendering::{Contact, Precision, Rendering};
 use super::run::{Pace, SAMPLES};
+use super::safety::{GuardChoice, Safety};
 use super::sensed::Sensors;
 use super::{Creep, Relaxation, Wall};
 use crate::device::{DeviceName, Loop};
@@ -69,7 +70,7 @@ const RENDERING: [&str; 17] = [
 ];
 
 /// Keys of `[wall]`.
-const WALL: [&str; 25] = [
+const WALL: [&str; 24] = [
     "device",
     "loop",
     "watchdog_s",
@@ -85,7 +86,6 @@ const WALL: [&str; 25] = [
     "sensor_noise_m",
     "seed",
     "force_limit_n",
-    "guard",
     "order",
     "scheme",
     "stiffness_n_per_m",
@@ -95,6 +95,18 @@ const WALL: [&str; 25] = [
     "duration_s",
     "window_s",
     "threshold_m",
+];
+
+/// Keys of the safety chain, for every experiment.
+const SAFETY: [&str; 8] = [
+    "guard",
+    "workspace_low_m",
+    "workspace_high_m",
+    "speed_limit_m_per_s",
+    "rise_time_s",
+    "braking_n_s_per_m",
+    "device_mass_kg",
+    "device_damping_n_s_per_m",
 ];
 
 const SAMPLE_TIME: Range = Range::Within(Seconds::MIN_SAMPLE_TIME, Seconds::MAX_SAMPLE_TIME);
@@ -120,13 +132,13 @@ impl ExperimentFile {
         match kind {
             "relax" => {
                 let own = ["strain", "ramp_time_s", "duration_s"];
-                relax(&table.with_keys(&[&own, &RENDERING])?).map(Self::Relax)
+                relax(&table.with_keys(&[&own, &RENDERING, &SAFETY])?).map(Self::Relax)
             }
             "creep" => {
                 let own = ["stress_pa", "duration_s"];
-                creep(&table.with_keys(&[&own, &RENDERING])?).map(Self::Creep)
+                creep(&table.with_keys(&[&own, &RENDERING, &SAFETY])?).map(Self::Creep)
             }
-            _ => wall(&table.with_keys(&[&WALL])?).map(Self::Wall),
+            _ => wall(&table.with_keys(&[&WALL, &SAFETY])?).map(Self::Wall),
         }
     }
 
@@ -178,6 +190,26 @@ impl ExperimentFile {
             ));
         }
         Ok(self)
+    }
+
+    /// What it asks of the safety chain.
+    pub fn safety_mut(&mut self) -> &mut Safety {
+        match self {
+            Self::Relax(experiment) => &mut experiment.rendering.safety,
+            Self::Creep(experiment) => &mut experiment.rendering.safety,
+            Self::Wall(experiment) => &mut experiment.safety,
+        }
+    }
+
+    /// The same, with this wish for the pre-flight. A wall knows its device; for the others it is told here.
+    #[must_use]
+    pub fn with_preflight(mut self, wanted: PreflightRequest) -> Self {
+        match &mut self {
+            Self::Relax(experiment) => experiment.rendering.preflight = wanted,
+            Self::Creep(experiment) => experiment.rendering.preflight = wanted,
+            Self::Wall(experiment) => experiment.force_unstable = wanted.force_unstable,
+        }
+        self
     }
 
     /// The same, in another pace.
@@ -236,6 +268,7 @@ fn rendering(table: &Table<'_>, duration_s: f64) -> Result<Rendering, FileError>
         .map_err(|error| table.fail(error.to_string()))?;
     let scheme = scheme(table, material.tissue.order(), sample_time_s, duration_s)?;
     Ok(Rendering {
+        preflight: PreflightRequest::default(),
         material,
         specimen,
         scheme,
@@ -249,6 +282,7 @@ fn rendering(table: &Table<'_>, duration_s: f64) -> Result<Rendering, FileError>
             Some(1000.0),
             Range::Above(0.0),
         )?,
+        safety: safety(table)?,
         pace: Pace::Virtual,
         remote,
     })
@@ -297,9 +331,10 @@ fn wall(table: &Table<'_>) -> Result<Wall, FileError> {
         window_s: table.number("window_s", Some(0.4), Range::Above(0.0))?,
         threshold_m: table.number("threshold_m", Some(1e-4), Range::Above(0.0))?,
         force_limit_n,
-        guard: table.choice("guard", GuardChoice::Off)?,
+        safety: safety(table)?,
         pace: Pace::Virtual,
         remote,
+        force_unstable: false,
     };
     wall.check()
         .map_err(|error| table.fail(error.to_string()))?;
@@ -344,6 +379,39 @@ fn remote(table: &Table<'_>) -> Result<Option<RemoteDevice>, FileError> {
             late_ticks,
             ..RemoteDevice::new(name)
         }),
+    })
+}
+
+/// What else the safety chain does; a wall knows mass and damping of its device by other keys too.
+fn safety(table: &Table<'_>) -> Result<Safety, FileError> {
+    let finite = Range::Within(-1e3, 1e3);
+    let above_0 = Range::Above(0.0);
+    let low = table.number_if("workspace_low_m", finite)?;
+    let high = table.number_if("workspace_high_m", finite)?;
+    let workspace_m = match (low, high) {
+        (None, None) => None,
+        (Some(low), Some(high)) if low < high => Some((low, high)),
+        (Some(low), Some(high)) => {
+            let reason = format!("workspace_high_m = {high} is not above workspace_low_m = {low}");
+            return Err(table.fail_at("workspace_high_m", reason));
+        }
+        (Some(_), None) => {
+            let reason = "a workspace has two ends: give workspace_high_m too".to_owned();
+            return Err(table.fail_at("workspace_low_m", reason));
+        }
+        (None, Some(_)) => {
+            let reason = "a workspace has two ends: give workspace_low_m too".to_owned();
+            return Err(table.fail_at("workspace_high_m", reason));
+        }
+    };
+    Ok(Safety {
+        guard: table.choice("guard", GuardChoice::Off)?,
+        workspace_m,
+        speed_limit_m_per_s: table.number_if("speed_limit_m_per_s", above_0)?,
+        rise_time_s: table.number_if("rise_time_s", above_0)?,
+        braking_n_s_per_m: table.number_if("braking_n_s_per_m", above_0)?,
+        device_mass_kg: table.number_if("device_mass_kg", above_0)?,
+        device_damping_n_s_per_m: table.number_if("device_damping_n_s_per_m", above_0)?,
     })
 }
 

@@ -1,14 +1,10 @@
 //! What the force should have been: the full history, and closed forms.
 
-use anyhow::Context as _;
 use fracdiff::full_memory::Kernel;
-use fracdiff::{Order, Seconds, grunwald_weights, piecewise_linear_weight};
+use fracdiff::{Order, Seconds, batch};
 use haptic_loop::Tissue;
-use realfft::RealFftPlanner;
 
-/// D^μ of a whole record by its full history, no memory cut: `T^(−μ)·Σ_{j=0}^{n} w_j·x[n−j]`
-/// for every n, by FFT in `f64`. Rounding error about 1e-15 of the largest value; costs O(N log N) time
-/// and some 100 bytes a sample.
+/// D^μ of a whole record by its full history, no memory cut: [`batch::full_history`].
 ///
 /// # Errors
 /// If the kernel's weights cannot be made, which valid orders and sample times rule out.
@@ -18,69 +14,7 @@ pub fn full_history(
     sample_time: Seconds,
     x: &[f64],
 ) -> anyhow::Result<Vec<f64>> {
-    let rate = sample_time.rate_to_the(order)?;
-    let weights = weights(kernel, order, x.len());
-    let mut y = convolve(&weights, x).context("transforming the record")?;
-    for y in &mut y {
-        *y *= rate;
-    }
-    Ok(y)
-}
-
-/// The first weights of a kernel. From order 1 on both are backward differences.
-fn weights(kernel: Kernel, order: Order, count: usize) -> Vec<f64> {
-    match kernel {
-        Kernel::PiecewiseLinear if order.get() < 1.0 => (0..count as u64)
-            .filter_map(|lag| piecewise_linear_weight(order, lag))
-            .collect(),
-        _ => grunwald_weights(order).take(count).collect(),
-    }
-}
-
-/// The first `x.len()` values of the convolution. Plans and spectra go as soon as they are used:
-/// they are most of the memory of a whole run.
-fn convolve(weights: &[f64], x: &[f64]) -> Result<Vec<f64>, realfft::FftError> {
-    let length = smooth_length(weights.len() + x.len());
-    let mut spectrum = {
-        let forward = RealFftPlanner::<f64>::new().plan_fft_forward(length);
-        let mut padded = forward.make_input_vec();
-        let mut scratch = forward.make_scratch_vec();
-        let mut transform = |signal: &[f64]| {
-            padded.fill(0.0);
-            padded[..signal.len()].copy_from_slice(signal);
-            let mut spectrum = forward.make_output_vec();
-            forward.process_with_scratch(&mut padded, &mut spectrum, &mut scratch)?;
-            Ok::<_, realfft::FftError>(spectrum)
-        };
-        let mut product = transform(x)?;
-        for (p, w) in product.iter_mut().zip(transform(weights)?) {
-            *p *= w / length as f64;
-        }
-        product
-    };
-    let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(length);
-    let mut y = inverse.make_output_vec();
-    inverse.process(&mut spectrum, &mut y)?;
-    y.truncate(x.len());
-    y.shrink_to_fit();
-    Ok(y)
-}
-
-/// The smallest even number of at least `least` without prime factors above 5, where an FFT is fast.
-fn smooth_length(least: usize) -> usize {
-    let is_smooth = |mut n: usize| {
-        for prime in [2, 3, 5] {
-            while n.is_multiple_of(prime) {
-                n /= prime;
-            }
-        }
-        n == 1
-    };
-    let mut length = least.next_multiple_of(2).max(2);
-    while !is_smooth(length) {
-        length += 2;
-    }
-    length
+    Ok(batch::full_history(kernel, order, sample_time, x)?)
 }
 
 /// |have/want − 1|; infinite where nothing was wanted but something came, so never NaN for finite
@@ -155,45 +89,6 @@ mod tests {
 
     fn order(mu: f64) -> Order {
         Order::new(mu).expect("valid")
-    }
-
-    #[test]
-    fn the_full_history_is_the_defining_sum() {
-        let x: Vec<f64> = (0..700).map(|n| (f64::from(n) * 0.1).sin() + 0.3).collect();
-        let t = Seconds(0.01);
-        for kernel in [Kernel::Grunwald, Kernel::PiecewiseLinear] {
-            let have = full_history(kernel, order(0.4), t, &x).expect("valid");
-            let weights = weights(kernel, order(0.4), x.len());
-            for n in 0..x.len() {
-                let sum: f64 = (0..=n).map(|j| weights[j] * x[n - j]).sum();
-                let want = 0.01_f64.powf(-0.4) * sum;
-                assert!(
-                    (have[n] - want).abs() < 1e-12,
-                    "{kernel:?} {n}: {} {want}",
-                    have[n]
-                );
-            }
-        }
-    }
-
-    #[test]
-    fn weights_of_both_kernels_agree_with_50_digits() {
-        let golden = include_str!("../../../../tests/golden/weights.csv");
-        for line in golden.lines().skip(1) {
-            let cells: Vec<&str> = line.split(',').collect();
-            let number = |i: usize| cells[i].parse::<f64>().expect("number");
-            let kernel = match cells[0] {
-                "grunwald" => Kernel::Grunwald,
-                _ => Kernel::PiecewiseLinear,
-            };
-            let (mu, lag, want) = (number(1), number(2), number(3));
-            if (0.0..1.0).contains(&mu) && lag <= 200_000.0 {
-                let have = weights(kernel, order(mu), lag as usize + 1)[lag as usize];
-                // Second differences of nearly straight powers lose digits at small lags.
-                let tolerance = 1e-10 * want.abs();
-                assert!((have - want).abs() <= tolerance, "{line}: {have:e}");
-            }
-        }
     }
 
     #[test]

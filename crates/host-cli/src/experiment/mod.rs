@@ -2,15 +2,19 @@
 
 pub mod creep;
 pub mod file;
+pub mod flight;
 pub mod judge;
 pub mod outcome;
+pub mod preflight;
 mod pushed;
+pub mod realtime;
 pub mod recorder;
 pub mod relaxation;
 pub mod remote;
 pub mod rendering;
 pub mod report;
 pub mod run;
+pub mod safety;
 pub mod sensed;
 pub mod trials;
 pub mod wall;
@@ -18,11 +22,13 @@ pub mod zwidth;
 
 pub use creep::Creep;
 pub use file::ExperimentFile;
-pub use pushed::GuardChoice;
+pub use preflight::{Dynamics, PreflightRequest};
+pub use realtime::{RealtimeOptions, RealtimeSummary};
 pub use relaxation::Relaxation;
 pub use rendering::{Contact, Precision, Rendering};
 pub use report::{Ending, Report, Summary, Warnings};
 pub use run::{Pace, Supervisor};
+pub use safety::{GuardChoice, Safety};
 pub use sensed::{Sensed, Sensors};
 pub use wall::{Settling, Wall, WallReport};
 pub use zwidth::{ZWidth, ZWidthReport, dissertation_device};

@@ -80,6 +80,8 @@ impl Outcome {
             record,
             log,
             folder,
+            fault_log,
+            preflight,
             live_warnings,
         } = ran;
         let time = &record.time_s;
@@ -99,8 +101,9 @@ impl Outcome {
             self.quantity.word(),
         );
         warnings.limited(record.limited);
-        warnings.late(record.missed_deadlines, force.len() as u64);
-        warnings.dropped(record.dropped);
+        warnings.0.extend(record.not_realtime.clone());
+        warnings.late(record, force.len() as u64);
+        warnings.dropped(record.dropped_by_disk());
         warnings.link(record.link.as_ref());
         warnings.0.extend_from_slice(live_warnings);
 
@@ -149,6 +152,7 @@ impl Outcome {
             closed_form_error: self.closed_form_error,
             tick_ns: TickTimes::of(record),
             missed_deadlines: record.missed_deadlines,
+            realtime: record.realtime,
             log: log.path.display().to_string(),
             figure,
             csv,
@@ -166,6 +170,8 @@ impl Outcome {
             dropped_samples: record.dropped,
             ended_early: record.ended.map(Ended::reason),
             link: record.link.clone(),
+            preflight: *preflight,
+            fault_log: fault_log.as_ref().map(|path| path.display().to_string()),
             link_lost: record.ended.is_some_and(Ended::is_link),
             warnings: warnings.0,
         })

@@ -1,25 +1,43 @@
-//! Keeps the log and those who watch off the tick: a thread that owns them, behind a bounded queue.
+//! Keeps the log and those who watch off the tick: a thread that owns them, behind a ring.
+//!
+//! The ring is lock-free, so whoever ticks never waits for the writer, nor wakes it: the writer looks for itself,
+//! each millisecond when the ring is empty.
 
+use super::flight::{FaultSeen, FlightRecorder};
 use crate::live::Live;
-use crate::record::{EventMessage, FinishedLog, Leftover, LogWriter, RecordError, TickMessage};
+use crate::record::{
+    EventMessage, FinishedLog, Leftover, LogWriter, RecordError, SYNC_INTERVAL, TickMessage,
+};
+use rtrb::{Consumer, Producer, PushError, RingBuffer};
 use std::collections::BTreeMap;
-use std::path::Path;
-use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::path::{Path, PathBuf};
 use std::thread::JoinHandle;
+use std::time::Duration;
 
 /// Samples that wait in the queue at most: at 1 kHz, 8 s of a stalled disk.
 const QUEUE: usize = 8192;
 
+/// How long the writer sleeps when the ring is empty.
+const IDLE: Duration = Duration::from_millis(1);
+/// How long a loop in virtual time sleeps when the ring is full.
+const FULL: Duration = Duration::from_micros(200);
+
 /// Writes a log from another thread, as the run goes.
 #[derive(Debug)]
 pub struct Recorder {
-    queue: SyncSender<Entry>,
+    queue: Producer<Entry>,
     writer: JoinHandle<Result<Recorded, RecordError>>,
     /// A full queue waits (virtual time) or drops and counts (real time).
     waits: bool,
     dropped: u64,
+    flight: FlightRecorder,
+    path: PathBuf,
+    overwrite: bool,
+    /// Of the run, for the log of a fault.
+    experiment: BTreeMap<String, String>,
 }
 
+#[derive(Debug)]
 enum Entry {
     Tick(TickMessage),
     Event(EventMessage),
@@ -31,7 +49,9 @@ enum Entry {
 pub struct Recorded {
     /// The log.
     pub log: FinishedLog,
-    /// What live streams lost, a sentence each.
+    /// The log of a fault, if one latched.
+    pub fault_log: Option<PathBuf>,
+    /// What live streams lost, and why there is no log of a fault, a sentence each.
     pub warnings: Vec<String>,
 }
 
@@ -52,15 +72,20 @@ impl Recorder {
         overwrite: bool,
         live: Vec<Box<dyn Live>>,
     ) -> Result<Self, RecordError> {
-        let mut log = LogWriter::create_with(path, Leftover::Keep, overwrite)?;
-        log.metadata("experiment", metadata)?;
-        let (queue, entries) = sync_channel(QUEUE);
-        let writer = std::thread::spawn(move || write(log, live, &entries));
+        let interval = Some(SYNC_INTERVAL);
+        let mut log = LogWriter::create_synced(path, Leftover::Keep, overwrite, interval)?;
+        log.metadata("experiment", metadata.clone())?;
+        let (queue, entries) = RingBuffer::new(QUEUE);
+        let writer = std::thread::spawn(move || write(log, live, entries));
         Ok(Self {
             queue,
             writer,
             waits,
             dropped: 0,
+            flight: FlightRecorder::default(),
+            path: path.to_owned(),
+            overwrite,
+            experiment: metadata,
         })
     }
 
@@ -69,6 +94,7 @@ impl Recorder {
     /// # Errors
     /// If the writer has ended, as on a full disk.
     pub fn tick(&mut self, message: TickMessage) -> Result<(), Stopped> {
+        self.flight.tick(&message);
         self.send(Entry::Tick(message))
     }
 
@@ -84,23 +110,50 @@ impl Recorder {
         }))
     }
 
+    /// A fault has latched: from here on the flight recorder takes what follows it.
+    pub fn fault(&mut self, fault: FaultSeen) {
+        self.flight.latch(fault);
+    }
+
+    /// What is kept of the ticks around a fault.
+    #[must_use]
+    pub const fn flight(&self) -> &FlightRecorder {
+        &self.flight
+    }
+
+    /// Adds to it what a device's own recorder kept.
+    pub fn fill_flight(&mut self, kept: impl IntoIterator<Item = TickMessage>) {
+        self.flight.fill(kept);
+    }
+
     /// Hands over metadata; a log that cannot take them is seen when it is closed.
     pub fn metadata(&mut self, name: &str, values: BTreeMap<String, String>) {
-        // Waits: it is not sent from a loop.
-        let _ = self.queue.send(Entry::Metadata(name.to_owned(), values));
+        let _ = self.push_waiting(Entry::Metadata(name.to_owned(), values));
     }
 
     fn send(&mut self, entry: Entry) -> Result<(), Stopped> {
         if self.waits {
-            return self.queue.send(entry).map_err(|_| Stopped);
+            return self.push_waiting(entry);
         }
-        match self.queue.try_send(entry) {
-            Ok(()) => Ok(()),
-            Err(TrySendError::Full(_)) => {
-                self.dropped += 1;
-                Ok(())
+        if self.queue.is_abandoned() {
+            return Err(Stopped);
+        }
+        if self.queue.push(entry).is_err() {
+            self.dropped += 1;
+        }
+        Ok(())
+    }
+
+    fn push_waiting(&mut self, mut entry: Entry) -> Result<(), Stopped> {
+        loop {
+            if self.queue.is_abandoned() {
+                return Err(Stopped);
             }
-            Err(TrySendError::Disconnected(_)) => Err(Stopped),
+            match self.queue.push(entry) {
+                Ok(()) => return Ok(()),
+                Err(PushError::Full(back)) => entry = back,
+            }
+            std::thread::sleep(FULL);
         }
     }
 
@@ -110,27 +163,63 @@ impl Recorder {
         self.dropped
     }
 
-    /// Waits until all is written, the log is closed and the live streams have ended.
+    /// Waits until all is written, the log is closed and the live streams have ended. After a fault it
+    /// writes the flight recorder too, whatever became of the log.
     ///
     /// # Errors
     /// What stopped the writer, as a full disk.
     pub fn finish(self) -> Result<Recorded, RecordError> {
         drop(self.queue);
-        match self.writer.join() {
+        let result = match self.writer.join() {
             Ok(result) => result,
             // A panic in the writer is a defect; let it be seen as one.
             Err(panic) => std::panic::resume_unwind(panic),
+        };
+        let path = fault_log_of(&self.path);
+        let (mut fault_log, mut unwritten) = (None, None);
+        if self.flight.fault().is_some() {
+            let written = self
+                .flight
+                .write(&path, self.overwrite, &self.path, self.experiment);
+            match written {
+                Ok(()) => fault_log = Some(path),
+                Err(error) => {
+                    unwritten = Some(format!("the log of the fault was not written: {error}"));
+                }
+            }
+        } else if self.overwrite {
+            // That of an earlier run would pass for one of this.
+            let _ = std::fs::remove_file(path);
         }
+        let mut recorded = result?;
+        recorded.fault_log = fault_log;
+        recorded.warnings.extend(unwritten);
+        Ok(recorded)
     }
+}
+
+/// NAME-fault.mcap for NAME.mcap.
+#[must_use]
+pub fn fault_log_of(log: &Path) -> PathBuf {
+    let stem = log.file_stem().unwrap_or_default().to_string_lossy();
+    log.with_file_name(format!("{stem}-fault.mcap"))
 }
 
 fn write(
     mut log: LogWriter<std::io::BufWriter<std::fs::File>>,
     mut live: Vec<Box<dyn Live>>,
-    entries: &Receiver<Entry>,
+    mut entries: Consumer<Entry>,
 ) -> Result<Recorded, RecordError> {
-    // Ends when the other side has dropped its end and the queue is empty.
-    for entry in entries {
+    loop {
+        // Asked before the ring is: what is pushed until it is abandoned is popped.
+        let abandoned = entries.is_abandoned();
+        let Ok(entry) = entries.pop() else {
+            if abandoned {
+                break;
+            }
+            std::thread::sleep(IDLE);
+            continue;
+        };
         match entry {
             Entry::Metadata(name, values) => log.metadata(&name, values)?,
             Entry::Tick(message) => {
@@ -145,5 +234,96 @@ fn write(
     }
     let log = log.finish()?;
     let warnings = live.into_iter().filter_map(|live| live.finish()).collect();
-    Ok(Recorded { log, warnings })
+    Ok(Recorded {
+        log,
+        fault_log: None,
+        warnings,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::mpsc::{Receiver, Sender, channel};
+
+    /// A viewer that holds the writer up: it says when it has the first sample, and goes on when it is told to.
+    #[derive(Debug)]
+    struct Gate {
+        arrived: Sender<()>,
+        open: Receiver<()>,
+    }
+
+    impl Live for Gate {
+        fn tick(&mut self, message: &TickMessage) {
+            if message.tick == 0 {
+                self.arrived.send(()).expect("somebody waits");
+                // Goes on, too, when nobody holds the gate any more.
+                let _ = self.open.recv();
+            }
+        }
+
+        fn event(&mut self, _: &EventMessage) {}
+
+        fn finish(self: Box<Self>) -> Option<String> {
+            None
+        }
+    }
+
+    fn sample(tick: u64) -> TickMessage {
+        TickMessage {
+            tick,
+            time_s: 1e-3 * tick as f64,
+            ..TickMessage::default()
+        }
+    }
+
+    #[test]
+    fn a_full_ring_drops_and_counts_in_real_time_and_never_waits() {
+        let place = tempfile::tempdir().expect("a folder");
+        let log = place.path().join("log.mcap");
+        let ((arrived, arrival), (open, gate)) = (channel(), channel());
+        let live: Vec<Box<dyn Live>> = vec![Box::new(Gate {
+            arrived,
+            open: gate,
+        })];
+        let mut recorder =
+            Recorder::start(&log, BTreeMap::new(), false, false, live).expect("starts");
+        recorder.tick(sample(0)).expect("records");
+        arrival.recv().expect("arrives");
+        // The writer takes nothing now: the ring holds its size, the rest is dropped.
+        for tick in 1..=QUEUE as u64 + 5 {
+            recorder.tick(sample(tick)).expect("records");
+        }
+        assert_eq!(recorder.dropped(), 5);
+        drop(open);
+        let recorded = recorder.finish().expect("finishes");
+        assert_eq!(recorded.log.samples, 1 + QUEUE as u64);
+    }
+
+    #[test]
+    fn a_full_ring_waits_in_virtual_time_and_keeps_everything() {
+        let place = tempfile::tempdir().expect("a folder");
+        let log = place.path().join("log.mcap");
+        let ((arrived, arrival), (open, gate)) = (channel(), channel());
+        let live: Vec<Box<dyn Live>> = vec![Box::new(Gate {
+            arrived,
+            open: gate,
+        })];
+        let mut recorder =
+            Recorder::start(&log, BTreeMap::new(), true, false, live).expect("starts");
+        let opener = std::thread::spawn(move || {
+            arrival.recv().expect("arrives");
+            // Long enough for the ring to fill.
+            std::thread::sleep(Duration::from_millis(50));
+            drop(open);
+        });
+        let samples = 3 * QUEUE as u64;
+        for tick in 0..samples {
+            recorder.tick(sample(tick)).expect("records");
+        }
+        assert_eq!(recorder.dropped(), 0);
+        let recorded = recorder.finish().expect("finishes");
+        assert_eq!(recorded.log.samples, samples);
+        opener.join().expect("no panic");
+    }
 }

@@ -6,23 +6,33 @@
 //! ```
 //! Time is the device's, n·T. What the line loses is counted, never made up.
 
+use super::flight::FaultSeen;
+use super::preflight::{Dynamics, MEASURED, Preflight, PreflightRequest, Verdict, delay_samples};
+use super::realtime::RealtimeOptions;
 use super::recorder::{Recorded, Recorder};
-use super::run::{Ended, Ran, Record, Schedule, Supervisor};
+use super::run::{Ended, Pace, Ran, Record, Schedule, Supervisor, log_stopped};
+use super::safety::{GuardChoice, GuardedDevice};
 use crate::device::{SerialName, at_port};
 use crate::failure::Failure;
 use crate::folder::{FolderRequest, OutputFolder};
+use crate::output::note;
 use crate::record::TickMessage;
 use fracdiff::{Operator, Real};
 use haptic_link::{
-    Capabilities, Configuration, EventKind, Limits, LoopMode, OperatorShape, Request, Sample,
-    Simulation, SimulationKind, Start, Statistics,
+    Capabilities, Configuration, EventKind, Field, Limits, LoopMode, OperatorShape, Refusal,
+    Report, Request, Sample, Simulation, SimulationKind, Start, State, Statistics,
 };
-use haptic_loop::remote::LinkError;
+use haptic_loop::realtime::{Fallback, RaisedThread};
 use haptic_loop::remote::serial::{Heard, SerialError, SerialLink};
-use haptic_loop::{Controller, Environment};
+use haptic_loop::remote::{LinkError, wire_limits};
+use haptic_loop::units::Seconds;
+use haptic_loop::{Controller, Environment, Fault, Guard, StartRefused};
 use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
+
+/// What is still to be heard after a fault, when nothing comes for so long.
+const AFTER_FAULT: Duration = Duration::from_millis(200);
 
 /// A device and how the loop with it is closed.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -66,10 +76,10 @@ pub struct RemoteLaw {
     pub one_sided: bool,
     /// Coefficients of the operator.
     pub operator: (OperatorShape, Vec<f32>),
-    /// Largest force, N.
-    pub force_limit_n: f64,
-    /// Largest rate of force, N/s.
-    pub force_rate_limit_n_per_s: f64,
+    /// Limits of the safety chain, without a guard.
+    pub limits: haptic_loop::Limits,
+    /// The guard, and what is known of a real device.
+    pub guard: (GuardChoice, GuardedDevice),
     /// The plant of a simulated device.
     pub simulation: Simulation,
 }
@@ -108,6 +118,14 @@ pub struct LinkSummary {
     pub round_trip_us: [u64; 3],
 }
 
+impl LinkSummary {
+    /// Samples that were measured and did not get to the log because of the line.
+    #[must_use]
+    pub fn samples_missing(&self) -> u64 {
+        self.samples_lost + self.samples_dropped
+    }
+}
+
 /// Frames of one direction.
 #[derive(Clone, Copy, Debug, serde::Serialize)]
 pub struct FrameCounts {
@@ -138,6 +156,7 @@ struct Session<'a> {
     record: Record,
     samples_lost: u64,
     next_tick: u64,
+    preflight: Option<Verdict>,
 }
 
 /// A run to be made on a device.
@@ -150,6 +169,10 @@ pub struct RemoteRun<'a> {
     pub schedule: Schedule,
     /// Where the indenter is told to be, m, at a time in s; not a number if nobody knows.
     pub reference: &'a dyn Fn(f64) -> f64,
+    /// The same loop for the analysis; `None` if it is not closed through the device's motion.
+    pub preflight: Option<Preflight>,
+    /// What the user wants of that.
+    pub wanted: PreflightRequest,
     /// Where the files go.
     pub request: &'a FolderRequest,
     /// Everything needed to repeat the run.
@@ -185,6 +208,7 @@ impl<'a> RemoteRun<'a> {
         if let Err(error) = ended {
             session.give_up(&error);
         }
+        session.after_fault();
         session.finish()
     }
 
@@ -195,6 +219,10 @@ impl<'a> RemoteRun<'a> {
         let path = link.path().to_owned();
         let configuration = configuration(device, &self.law, self.schedule, link.capabilities())?;
         let problem = |error: SerialError| match error.is_refusal() {
+            true if error.is_about(Field::SimulationKind) => Failure::input_with_advice(
+                error,
+                "this board simulates no compliant contact, take --contact rigid",
+            ),
             true => Failure::bad_input(error),
             false => at_port(&path, &error),
         };
@@ -202,12 +230,29 @@ impl<'a> RemoteRun<'a> {
             .map_err(problem)?;
         let before = link.statistics().map_err(problem)?;
         describe(&link, device, &mut self.metadata);
+        let preflight = self.preflight(&link)?;
+        match &preflight {
+            Some(verdict) => verdict.describe(&mut self.metadata),
+            None => {
+                (self.metadata).insert("preflight".to_owned(), "skipped".to_owned());
+            }
+        }
 
         let folder = self.request.prepare()?;
         let log = folder.file("mcap");
         let live = supervisor.live_streams();
         let started = Recorder::start(&log, self.metadata, false, folder.overwrite(), live);
         let recorder = started.inspect_err(|_| folder.discard())?;
+        let mut record = Record::with_room_for(self.schedule.samples).map_err(Failure::Run)?;
+        if let Some(priority) = options(self.schedule).priority {
+            record.not_realtime = link.raise(priority).err().map(|refusal| {
+                let fallback = Fallback {
+                    priority: Some((priority, refusal)),
+                    ..Fallback::default()
+                };
+                fallback.to_string()
+            });
+        }
         Ok(Session {
             link,
             before,
@@ -217,10 +262,59 @@ impl<'a> RemoteRun<'a> {
             reference: self.reference,
             folder,
             recorder,
-            record: Record::with_room_for(self.schedule.samples).map_err(Failure::Run)?,
+            record,
             samples_lost: 0,
             next_tick: 0,
+            preflight,
         })
+    }
+}
+
+impl RemoteRun<'_> {
+    /// Looks at the loop before it is closed; `None` if it cannot be judged.
+    fn preflight(&self, link: &SerialLink) -> Result<Option<Verdict>, Failure> {
+        let Some(subject) = self.preflight else {
+            return Ok(None);
+        };
+        let simulation = &self.law.simulation;
+        let dynamics = if link.capabilities().simulated {
+            Some(Dynamics {
+                mass_kg: f64::from(simulation.mass_kg),
+                damping_n_s_per_m: f64::from(simulation.damping_n_s_per_m),
+                hand_stiffness_n_per_m: f64::from(simulation.hand_stiffness_n_per_m),
+            })
+        } else {
+            self.wanted.dynamics
+        };
+        let Some(dynamics) = dynamics else {
+            note(
+                "warning",
+                "pre-flight: skipped, the mass and damping of the device are not known: give --device-mass \
+                 and --device-damping",
+            );
+            return Ok(None);
+        };
+        let delay = match self.device.loop_mode {
+            LoopMode::Device => 0,
+            LoopMode::Host => {
+                let round_trip_us = link.measure_round_trip(MEASURED).value_at_quantile(0.9);
+                delay_samples(round_trip_us, self.schedule.sample_time_s)
+            }
+        };
+        let verdict = subject.verdict(dynamics, delay)?;
+        verdict.require_stable(self.wanted.force_unstable)?;
+        if let Some(warning) = verdict.warning() {
+            note("warning", warning);
+        }
+        Ok(Some(verdict))
+    }
+}
+
+/// What is asked for the threads of a run.
+const fn options(schedule: Schedule) -> RealtimeOptions {
+    match schedule.pace {
+        Pace::Realtime(options) => options,
+        Pace::Virtual => RealtimeOptions::NORMAL,
     }
 }
 
@@ -239,6 +333,17 @@ pub(super) fn configuration(
             schedule.sample_time_s
         )));
     }
+    let simulation = if capabilities.simulated {
+        law.simulation
+    } else {
+        Simulation::REAL
+    };
+    let t = Seconds(schedule.sample_time_s);
+    let guard = guard_of(law.guard.0, law.guard.1, &simulation, t)?;
+    let limits = wire_limits(&haptic_loop::Limits {
+        guard,
+        ..law.limits
+    });
     Ok(Configuration {
         loop_mode: device.loop_mode,
         tick_period_us: us.round() as u32,
@@ -249,17 +354,51 @@ pub(super) fn configuration(
         surface_m: 0.0,
         operator: law.operator.0,
         limits: Limits {
-            force_n: law.force_limit_n as f32,
-            force_rate_n_per_s: law.force_rate_limit_n_per_s as f32,
             watchdog_ms: device.watchdog_ms,
             late_ticks: device.late_ticks,
+            ..limits
         },
-        simulation: if capabilities.simulated {
-            law.simulation
-        } else {
-            Simulation::REAL
-        },
+        simulation,
     })
+}
+
+/// Limits of the chain that closes a loop here: force, rate and start. The rest is up to the device, which
+/// knows where it is without delay.
+#[must_use]
+pub const fn host_limits(limits: &haptic_loop::Limits) -> haptic_loop::Limits {
+    haptic_loop::Limits {
+        start_force: limits.start_force,
+        ..haptic_loop::Limits::bare(limits.force, limits.rate)
+    }
+}
+
+/// A guard for a device: what nobody has said of a simulated one is known from what it simulates. In a real
+/// one a force takes a tick more than none, for what board and actuator need.
+///
+/// # Errors
+/// As [`GuardChoice::of`].
+pub fn guard_of(
+    guard: GuardChoice,
+    known: GuardedDevice,
+    simulation: &Simulation,
+    t: Seconds,
+) -> Result<Option<Guard>, Failure> {
+    let known = if simulation.kind == SimulationKind::Real {
+        GuardedDevice {
+            delay_samples: known.delay_samples.max(1),
+            ..known
+        }
+    } else {
+        let simulated = |value: f32| Some(f64::from(value));
+        GuardedDevice {
+            mass_kg: known.mass_kg.or(simulated(simulation.mass_kg)),
+            damping_n_s_per_m: known
+                .damping_n_s_per_m
+                .or(simulated(simulation.damping_n_s_per_m)),
+            ..known
+        }
+    };
+    guard.of(&known, t)
 }
 
 /// Coefficients for a device that does not compute the force itself: one zero.
@@ -288,8 +427,11 @@ impl Session<'_> {
             mut recorder,
             mut record,
             samples_lost,
+            preflight,
             ..
         } = self;
+        // Only a device that has let go answers so; its force falls at its own rate limit.
+        let let_go = record.ended == Some(Ended::LogStopped) && waits_for_rest(&link);
         // A device that is gone cannot be asked.
         let after = link.statistics().unwrap_or(before);
         let summary = summarise(&link, loop_mode, before, after, samples_lost);
@@ -298,10 +440,22 @@ impl Session<'_> {
         record.missed_deadlines = u64::from(summary.overruns) + u64::from(summary.stale_forces);
         recorder.metadata("link", flat(&summary));
         record.link = Some(summary);
-        let Recorded { log, warnings } = recorder.finish()?;
+        let recorded = recorder.finish();
+        let Recorded {
+            log,
+            fault_log,
+            warnings,
+        } = match recorded {
+            Err(error) if record.ended == Some(Ended::LogStopped) => {
+                return Err(log_stopped(error, let_go));
+            }
+            recorded => recorded?,
+        };
         Ok(Ran {
             record,
             log,
+            fault_log,
+            preflight,
             live_warnings: warnings,
             folder,
         })
@@ -314,12 +468,7 @@ impl Session<'_> {
             run: 1,
             ticks,
             every: 1,
-            // Above 1 kHz samples go in batches, or the line would be too slow.
-            batch: if self.schedule.sample_time_s < 0.9e-3 && self.loop_mode == LoopMode::Device {
-                8
-            } else {
-                1
-            },
+            batch: self.batch(),
         })
     }
 
@@ -327,8 +476,6 @@ impl Session<'_> {
     fn listen(&mut self, supervisor: Supervisor<'_>) -> Result<(), SerialError> {
         /// Nothing for so long in the middle of a run is the end of it.
         const SILENCE: Duration = Duration::from_secs(2);
-        /// What is still to be heard after a fault: the ramp to zero force.
-        const AFTER_FAULT: Duration = Duration::from_millis(200);
         // A run of 2³² ticks and more is stopped from here.
         self.start(u32::try_from(self.schedule.samples).unwrap_or(0))?;
         let mut patience = SILENCE;
@@ -344,6 +491,8 @@ impl Session<'_> {
                 },
                 Some(Heard::Fault(report)) => {
                     self.ends(Ended::DeviceFault(report), "fault");
+                    // Until the ramp is over its samples come by themselves; for those behind it, ask.
+                    self.stream_after_fault(1);
                     patience = AFTER_FAULT;
                 }
                 Some(Heard::Over(error)) => return Err(error.into()),
@@ -352,6 +501,9 @@ impl Session<'_> {
                     let waited_ms = SILENCE.as_millis() as u64;
                     return Err(LinkError::NoSamples { waited_ms }.into());
                 }
+            }
+            if self.recorder.flight().is_full() {
+                break;
             }
             let asked = supervisor.stop.load(Ordering::Relaxed);
             if self.record.ended.is_none() && asked {
@@ -373,10 +525,15 @@ impl Session<'_> {
         controller: &mut Controller<F, 1, E>,
         supervisor: Supervisor<'_>,
     ) -> Result<(), SerialError> {
+        let thread = RaisedThread::new(options(self.schedule).thread());
+        self.record.raised(&thread);
         self.start(0)?;
         loop {
             // Waiting for the sample is no part of the tick.
             let reading = haptic_loop::Device::<F, 1>::read(&mut self.link)?;
+            if self.next_tick == 0 {
+                controller.may_start(&reading).map_err(blow)?;
+            }
             let began = Instant::now();
             let done = controller.tick_reading(&mut self.link, reading)?;
             let took = began.elapsed().as_nanos() as u64;
@@ -390,7 +547,8 @@ impl Session<'_> {
                 position_m: reading.position_m[0].to_f64(),
                 environment_force_n: done.environment_force_n[0].to_f64(),
                 force_n: done.force.newtons()[0].to_f64(),
-                limiters: done.limiters.bits(),
+                // The device limits what it is sent once more.
+                limiters: done.limiters.bits() | self.link.newest_limiters(),
                 ..self.blank(reading.time_s)
             };
             self.keep(message, counted);
@@ -404,7 +562,10 @@ impl Session<'_> {
             }
             if self.record.ended.is_some() || tick + 1 >= self.schedule.samples {
                 controller.stop();
-                if controller.safety().is_at_rest() {
+                // Of a fault, what follows it is kept too.
+                let flight = self.recorder.flight();
+                let recorded = flight.fault().is_none() || flight.is_full();
+                if controller.safety().is_at_rest() && recorded {
                     break;
                 }
             }
@@ -413,11 +574,17 @@ impl Session<'_> {
     }
 
     fn take_sample(&mut self, sample: &Sample) {
+        let message = self.message(sample);
+        let counted = message.tick < self.schedule.samples && self.record.ended.is_none();
+        self.gap(message.tick);
+        self.keep(message, counted);
+    }
+
+    /// A sample of the device as the log has it.
+    fn message(&self, sample: &Sample) -> TickMessage {
         let tick = u64::from(sample.tick);
         let time_s = tick as f64 * self.schedule.sample_time_s;
-        let counted = tick < self.schedule.samples && self.record.ended.is_none();
-        self.gap(tick);
-        let message = TickMessage {
+        TickMessage {
             tick,
             time_s,
             position_m: f64::from(sample.position_m),
@@ -425,8 +592,7 @@ impl Session<'_> {
             force_n: f64::from(sample.force_n),
             limiters: sample.limiters,
             ..self.blank(time_s)
-        };
-        self.keep(message, counted);
+        }
     }
 
     /// What is known without the device; the rest is not a number.
@@ -435,13 +601,16 @@ impl Session<'_> {
             reference_m: (self.reference)(time_s),
             indenter_position_m: f64::NAN,
             contact_force_n: f64::NAN,
+            observed_energy_j: f64::NAN,
             ..TickMessage::default()
         }
     }
 
     /// Counts what is missing before this tick.
     fn gap(&mut self, tick: u64) {
-        if tick > self.next_tick && self.next_tick < self.schedule.samples {
+        // What follows a fault is no part of the result.
+        let faulted = self.record.ended.is_some_and(Ended::is_fault);
+        if !faulted && tick > self.next_tick && self.next_tick < self.schedule.samples {
             let missing = tick.min(self.schedule.samples) - self.next_tick;
             self.samples_lost += missing;
             let time_s = tick as f64 * self.schedule.sample_time_s;
@@ -472,8 +641,74 @@ impl Session<'_> {
     fn ends(&mut self, ended: Ended, kind: &str) {
         if self.record.ended.is_none() {
             self.record.ended = Some(ended);
+            let seen = match ended {
+                Ended::Fault(fault) => Some((fault.code(), self.next_tick.saturating_sub(1))),
+                Ended::DeviceFault(report) => Some((report.status.fault, u64::from(report.tick))),
+                Ended::Interrupted | Ended::LinkLost(_) | Ended::LogStopped => None,
+            };
+            if let Some((code, tick)) = seen {
+                let known = Fault::from_code(code).map(|fault| fault.to_string());
+                self.recorder.fault(FaultSeen {
+                    code,
+                    text: known.unwrap_or_else(|| format!("fault {code}")),
+                    tick,
+                    time_s: tick as f64 * self.schedule.sample_time_s,
+                });
+            }
             let time_s = self.next_tick as f64 * self.schedule.sample_time_s;
             let _ = self.recorder.event(time_s, kind, ended.reason());
+        }
+    }
+
+    /// Which ticks come while nothing runs: each how manyth, 0 none.
+    fn stream_after_fault(&self, every: u16) {
+        let batch = self.batch();
+        // A device that does not answer has nothing more to tell.
+        let _ = self.link.ask(Request::Stream { every, batch });
+    }
+
+    /// After a fault on the device: hears what follows it, and reads the device's own flight recorder, whose
+    /// samples fill in for those that did not come.
+    fn after_fault(&mut self) {
+        if !matches!(self.record.ended, Some(Ended::DeviceFault(_))) {
+            return;
+        }
+        if !self.recorder.flight().is_full() {
+            self.stream_after_fault(1);
+            while let (false, Some(heard)) = (
+                self.recorder.flight().is_full(),
+                self.link.hear(AFTER_FAULT),
+            ) {
+                match heard {
+                    Heard::Sample(sample) => self.take_sample(&sample),
+                    Heard::Over(_) => return,
+                    Heard::Event(_) | Heard::Fault(_) => {}
+                }
+            }
+        }
+        self.stream_after_fault(0);
+        let mut kept = Vec::new();
+        let mut count = 1;
+        while kept.len() < usize::from(count) {
+            let index = kept.len() as u16;
+            let Ok(Report::Flight(flight)) = self.link.ask(Request::ReadFlight { index }) else {
+                break;
+            };
+            count = flight.count;
+            if count > 0 {
+                kept.push(self.message(&flight.sample));
+            }
+        }
+        self.recorder.fill_flight(kept);
+    }
+
+    /// Samples in a frame.
+    fn batch(&self) -> u8 {
+        // Above 1 kHz samples go in batches, or the line would be too slow.
+        if self.schedule.sample_time_s < 0.9e-3 && self.loop_mode == LoopMode::Device {
+            8
+        } else {
+            1
         }
     }
 
@@ -488,6 +723,28 @@ impl Session<'_> {
             _ => self.ends(Ended::LinkLost(LinkError::Gone), "link"),
         }
     }
+}
+
+/// A start that this side of the link refuses, as the device would.
+fn blow(refused: StartRefused) -> SerialError {
+    SerialError::Link(LinkError::Refused {
+        request: "start",
+        refusal: Refusal::ForceNotSmall {
+            wanted_n: refused.wanted_n as f32,
+            allowed_n: refused.allowed_n as f32,
+        },
+    })
+}
+
+/// Waits until the device tells, by its keep-alives, that it is idle: its force has fallen to zero.
+fn waits_for_rest(link: &SerialLink) -> bool {
+    /// Longer than any ramp at a rate limit that is one.
+    const PATIENCE: Duration = Duration::from_secs(2);
+    let began = Instant::now();
+    while link.status().state != State::Idle && began.elapsed() < PATIENCE {
+        let _ = link.measure_round_trip(Duration::from_millis(20));
+    }
+    link.status().state == State::Idle
 }
 
 /// What only the connected device can tell.

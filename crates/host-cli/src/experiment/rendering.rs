@@ -1,7 +1,11 @@
 //! A tissue rendered on the simulated rig: everything that relaxation and creep share.
 
-use super::remote::{RemoteDevice, RemoteLaw, RemoteRun, indentation, no_operator, portable, push};
+use super::preflight::{Preflight, PreflightRequest};
+use super::remote::{
+    RemoteDevice, RemoteLaw, RemoteRun, host_limits, indentation, no_operator, portable, push,
+};
 use super::run::{Pace, Ran, SAMPLES, Schedule, Supervisor, run_logged};
+use super::safety::{GuardedDevice, Safety};
 use super::sensed::{Sensed, Sensors};
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
@@ -11,7 +15,7 @@ use fracdiff::{Operator, Real, Scheme, Seconds};
 use haptic_link::LoopMode;
 use haptic_loop::plant::{IndentationRig, RigConfig, RigContact, RigDrive};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
-use haptic_loop::{Contact as OneSided, Controller, KelvinVoigt, SafetyChain, Specimen};
+use haptic_loop::{Contact as OneSided, Controller, KelvinVoigt, Limits, SafetyChain, Specimen};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -56,10 +60,14 @@ pub struct Rendering {
     pub force_limit_n: f64,
     /// Largest rate of force, N/s.
     pub force_rate_limit_n_per_s: f64,
+    /// What else the safety chain does.
+    pub safety: Safety,
     /// How time passes.
     pub pace: Pace,
     /// The serial device; `None` for the simulated rig.
     pub remote: Option<RemoteDevice>,
+    /// What the pre-flight is to do.
+    pub preflight: PreflightRequest,
 }
 
 impl Rendering {
@@ -155,7 +163,7 @@ impl Rendering {
                 "force_rate_limit_n_per_s",
                 self.force_rate_limit_n_per_s.to_string(),
             ),
-            ("pace", format!("{:?}", self.pace).to_lowercase()),
+            ("pace", self.pace.to_string()),
         ];
         let mut metadata: BTreeMap<String, String> =
             entries.map(|(key, value)| (key.to_owned(), value)).into();
@@ -169,6 +177,7 @@ impl Rendering {
             "tissue_checked".to_owned(),
             self.material.source.checked.to_string(),
         );
+        self.safety.describe(&mut metadata);
         metadata
     }
 
@@ -241,13 +250,19 @@ impl Rendering {
                 Failure::input_with_advice(error, "change --area, --thickness or --tissue")
             })?;
         let environment = OneSided::at(Metres(0.0), tissue).map_err(Failure::input)?;
-        let chain = SafetyChain::new(
-            Newtons(self.force_limit_n),
-            NewtonsPerSecond(self.force_rate_limit_n_per_s),
-            t,
-        )
-        .map_err(|error| {
-            Failure::input_with_advice(error, "change --force-limit or --force-rate-limit")
+        let limits = match &self.remote {
+            None => self.limits_on_rig(drive)?,
+            Some(remote) if remote.loop_mode == LoopMode::Host => host_limits(&self.limits(true)),
+            // The chain is the device's; this one runs only to be checked.
+            Some(_) => self.limits(true),
+        };
+        let chain = SafetyChain::from_limits(&limits, t).map_err(|error| {
+            let advice = if self.safety == Safety::default() {
+                "change --force-limit or --force-rate-limit"
+            } else {
+                "change the options of the safety chain, from --force-limit to --device-damping"
+            };
+            Failure::input_with_advice(error, advice)
         })?;
         let mut controller = Controller::new(environment, chain);
         let schedule = Schedule {
@@ -265,6 +280,8 @@ impl Rendering {
                 law: self.law(drive, device, samples)?,
                 schedule,
                 reference: &reference,
+                preflight: self.preflight(drive, samples),
+                wanted: self.preflight,
                 request,
                 metadata,
             };
@@ -280,6 +297,42 @@ impl Rendering {
             metadata,
             supervisor,
         )
+    }
+
+    /// Limits of the safety chain, without a guard.
+    fn limits(&self, starts_small: bool) -> Limits {
+        let (force, rate) = (self.force_limit_n, self.force_rate_limit_n_per_s);
+        let limits = Limits::bare(Newtons(force), NewtonsPerSecond(rate));
+        self.safety.on(limits, starts_small)
+    }
+
+    /// The same on the simulated rig, with a guard made for its renderer.
+    fn limits_on_rig(&self, drive: RigDrive) -> Result<Limits, Failure> {
+        let rig = self.rig(drive);
+        let known = self.safety.guarded(GuardedDevice {
+            mass_kg: Some(rig.renderer_mass.0),
+            damping_n_s_per_m: Some(rig.renderer_damping.0),
+            delay_samples: 0,
+        });
+        Ok(Limits {
+            guard: self.safety.guard.of(&known, rig.sample_time)?,
+            ..self.limits(false)
+        })
+    }
+
+    /// The loop for the analysis: the tissue as a wall that is felt all the time. An indentation that is imposed
+    /// closes no loop.
+    fn preflight(&self, drive: RigDrive, samples: u64) -> Option<Preflight> {
+        let imposed = matches!(drive, RigDrive::Position(_)) && self.contact == Contact::Rigid;
+        let (stiffness, dissipation) = self.spring_and_damper();
+        (!imposed).then(|| Preflight {
+            stiffness_n_per_m: stiffness,
+            dissipation_n_s_mu_per_m: dissipation,
+            order: self.material.tissue.order(),
+            scheme: self.scheme,
+            sample_time_s: self.sample_time_s,
+            samples,
+        })
     }
 
     /// The operator, for so many samples.
@@ -312,8 +365,11 @@ impl Rendering {
                 LoopMode::Device => portable(&self.operator(samples)?)?,
                 LoopMode::Host => no_operator(),
             },
-            force_limit_n: self.force_limit_n,
-            force_rate_limit_n_per_s: self.force_rate_limit_n_per_s,
+            limits: self.limits(true),
+            guard: (
+                self.safety.guard,
+                self.safety.guarded(GuardedDevice::default()),
+            ),
             simulation: match drive {
                 RigDrive::Position(profile) => indentation(
                     self.contact == Contact::Compliant,

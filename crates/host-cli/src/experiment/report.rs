@@ -1,5 +1,7 @@
 //! What an experiment reports: one JSON object, or a summary for a person.
 
+use super::preflight::Verdict;
+use super::realtime::RealtimeSummary;
 use super::remote::{FrameCounts, LinkSummary};
 use super::run::{Ended, Record};
 use haptic_loop::Fault;
@@ -46,6 +48,8 @@ pub struct Report {
     pub tick_ns: Option<TickTimes>,
     /// Ticks more than one sample time late; 0 in virtual time.
     pub missed_deadlines: u64,
+    /// Where the time went in a run by the clock of this machine; null in another.
+    pub realtime: Option<RealtimeSummary>,
     /// The log.
     pub log: String,
     /// The picture (PNG; an SVG lies beside it), unless the run was cut short.
@@ -77,6 +81,10 @@ pub struct Report {
     pub ended_early: Option<String>,
     /// What the link to the device counted; null without one.
     pub link: Option<LinkSummary>,
+    /// What the analysis said before the run; null if it was not asked.
+    pub preflight: Option<Verdict>,
+    /// The log of the fault, 1000 samples before it and 100 after; null without a fault.
+    pub fault_log: Option<String>,
     /// The link was lost in the middle of the run.
     #[serde(skip)]
     pub link_lost: bool,
@@ -209,13 +217,46 @@ impl Warnings {
     }
 
     /// The loop was late.
-    pub fn late(&mut self, missed: u64, samples: u64) {
-        if missed > 0 {
-            self.0.push(format!(
-                "{missed} of {samples} ticks were more than one sample time late: this machine was busy, \
-                 or the sample time is too short for it"
-            ));
+    pub fn late(&mut self, record: &Record, samples: u64) {
+        let missed = record.missed_deadlines;
+        if missed == 0 {
+            return;
         }
+        if let Some(link) = &record.link {
+            self.0.push(format!(
+                "of {samples} ticks of the device {} were a whole period late, and {} had no new force from \
+                 here: the device, the line or this machine was too slow for the sample time",
+                link.overruns, link.stale_forces
+            ));
+            return;
+        }
+        let cause = match record.realtime {
+            None => "this machine was busy, or the sample time is too short for it".to_owned(),
+            Some(realtime) => {
+                let causes = [
+                    (
+                        realtime.late_by_wake_up,
+                        "woken late (`host-cli rt-check` says what helps)",
+                    ),
+                    (
+                        realtime.late_by_compute,
+                        "the tick before took too long (give a longer --sample-time)",
+                    ),
+                ];
+                let named = causes.into_iter().filter(|(count, _)| *count > 0);
+                let named: Vec<String> = named
+                    .map(|(count, cause)| format!("{count} {cause}"))
+                    .collect();
+                format!(
+                    "{}; {} periods were skipped",
+                    named.join(", "),
+                    realtime.skipped_periods
+                )
+            }
+        };
+        self.0.push(format!(
+            "{missed} of {samples} ticks were more than one sample time late: {cause}"
+        ));
     }
 
     /// What a link had to cope with, when it did.

@@ -1,20 +1,25 @@
 //! Runs the loop against a simulated device, in virtual or real time, and hands every sample on.
 
+use super::flight::FaultSeen;
+use super::preflight::Verdict;
+use super::realtime::{RealtimeOptions, RealtimeSummary};
 use super::recorder::{Recorded, Recorder, Stopped};
 use super::remote::LinkSummary;
 use super::sensed::Sensed;
 use crate::failure::Failure;
 use crate::folder::{FolderRequest, OutputFolder};
 use crate::live::{Live, LiveStreams};
-use crate::record::{FinishedLog, TickMessage};
+use crate::record::{FinishedLog, RecordError, TickMessage};
 use fracdiff::Real;
 use haptic_link::FaultReport;
 use haptic_loop::plant::{IndentationRig, MassDamper};
+use haptic_loop::realtime::{Periodic, PeriodicConfig, RaisedThread};
 use haptic_loop::remote::LinkError;
-use haptic_loop::{Controller, Device, Environment, Fault};
+use haptic_loop::{Controller, Device, Environment, Fault, ParameterError};
 use hdrhistogram::Histogram;
 use std::collections::BTreeMap;
 use std::convert::Infallible;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -24,7 +29,16 @@ pub enum Pace {
     /// As fast as the machine goes.
     Virtual,
     /// One tick each sample time, by the clock.
-    Realtime,
+    Realtime(RealtimeOptions),
+}
+
+impl std::fmt::Display for Pace {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Virtual => "virtual",
+            Self::Realtime(_) => "realtime",
+        })
+    }
 }
 
 /// Who watches a run: may stop it, hears how far it is, and sees the samples.
@@ -73,8 +87,12 @@ pub struct Record {
     pub force_n: Vec<f64>,
     /// Time that each tick took, ns, the simulated rig included.
     pub tick_ns: Histogram<u64>,
-    /// Ticks that began more than one sample time late; 0 in virtual time.
+    /// Ticks that began one sample time late or more; 0 in virtual time.
     pub missed_deadlines: u64,
+    /// Where the time went in a run by the clock of this machine.
+    pub realtime: Option<RealtimeSummary>,
+    /// What was refused of a real-time thread, and how to get it: a sentence for the user.
+    pub not_realtime: Option<String>,
     /// Samples and events that the recorder had to drop.
     pub dropped: u64,
     /// Samples in which a limiter of the safety chain acted.
@@ -100,11 +118,25 @@ impl Record {
             // 1 ns to 10 s, three digits.
             tick_ns: Histogram::new_with_bounds(1, 10_000_000_000, 3)?,
             missed_deadlines: 0,
+            realtime: None,
+            not_realtime: None,
             dropped: 0,
             limited: 0,
             ended: None,
             link: None,
         })
+    }
+
+    /// Samples and events that the disk was too slow for.
+    #[must_use]
+    pub fn dropped_by_disk(&self) -> u64 {
+        let line = self.link.as_ref().map_or(0, LinkSummary::samples_missing);
+        self.dropped.saturating_sub(line)
+    }
+
+    /// Keeps what a raised thread was refused.
+    pub(super) fn raised(&mut self, thread: &RaisedThread) {
+        self.not_realtime = thread.fallback().map(|fallback| fallback.to_string());
     }
 
     /// Adds a sample.
@@ -172,6 +204,22 @@ pub struct Schedule {
     pub pace: Pace,
 }
 
+impl Schedule {
+    /// The clock of this machine, if the run follows it.
+    fn clock(&self) -> Result<Option<PeriodicConfig>, ParameterError> {
+        let Pace::Realtime(options) = self.pace else {
+            return Ok(None);
+        };
+        // What is no duration is refused as what it becomes.
+        let period = Duration::try_from_secs_f64(self.sample_time_s).unwrap_or_default();
+        let config = PeriodicConfig {
+            thread: options.thread(),
+            ..PeriodicConfig::new(period)
+        };
+        config.checked().map(Some)
+    }
+}
+
 /// A simulated device with instruments of its own, beside the sensors that the loop reads.
 pub trait Instrumented {
     /// What they show at the start of a tick: a message without what the loop itself knows.
@@ -187,6 +235,10 @@ pub struct Ran {
     pub log: FinishedLog,
     /// Where it lies.
     pub folder: OutputFolder,
+    /// The log of a fault, if one latched.
+    pub fault_log: Option<PathBuf>,
+    /// What the pre-flight found; `None` if it was skipped.
+    pub preflight: Option<Verdict>,
     /// What live streams lost, a sentence each.
     pub live_warnings: Vec<String>,
 }
@@ -208,6 +260,12 @@ where
     E: Environment<F, 1>,
     V: Device<F, 1, Error = Infallible> + Instrumented,
 {
+    schedule.clock().map_err(|error| {
+        Failure::input_with_advice(
+            error,
+            "give a --sample-time within it, or leave --realtime away",
+        )
+    })?;
     let folder = request.prepare()?;
     let waits = schedule.pace == Pace::Virtual;
     let log = folder.file("mcap");
@@ -217,13 +275,36 @@ where
     let record =
         run(controller, device, schedule, &mut recorder, supervisor).map_err(Failure::Run)?;
     // A log that could not be written is the first thing to know.
-    let Recorded { log, warnings } = recorder.finish()?;
+    let recorded = recorder.finish();
+    let Recorded {
+        log,
+        fault_log,
+        warnings,
+    } = match recorded {
+        Err(error) if record.ended == Some(Ended::LogStopped) => {
+            let at_rest = controller.safety().is_at_rest();
+            return Err(log_stopped(error, at_rest));
+        }
+        recorded => recorded?,
+    };
     Ok(Ran {
         record,
         log,
         folder,
+        fault_log,
+        preflight: None,
         live_warnings: warnings,
     })
+}
+
+/// The log could not be written, and this is what became of the force.
+pub(super) fn log_stopped(error: RecordError, at_rest: bool) -> Failure {
+    let force = if at_rest {
+        "the run was ended, the force ramped to zero"
+    } else {
+        "the run was ended"
+    };
+    Failure::DataLost(anyhow::anyhow!("{error}; {force}"))
 }
 
 /// Fewest and most samples of an experiment; the results are kept in memory, about 100 bytes each.
@@ -233,7 +314,7 @@ pub(super) const SAMPLES: std::ops::RangeInclusive<f64> = 10.0..=20e6;
 /// asked, on a fault, or when the recorder has ended.
 ///
 /// # Errors
-/// More samples than the machine can address, or a tick of more than 584 years.
+/// More samples than the machine can address, a tick of more than 584 years, a sample time that no clock keeps.
 pub fn run<F, E, V>(
     controller: &mut Controller<F, 1, E>,
     device: &mut Sensed<V>,
@@ -251,15 +332,14 @@ where
     /// Ticks after which a force that still is not zero is given up: the rate limit is no rate.
     const RAMP_MOST: u64 = 10_000_000;
     let mut record = Record::with_room_for(schedule.samples)?;
-    let start = Instant::now();
+    // Its thread is raised until the end of this function: what others run has been started.
+    let mut periodic = schedule.clock()?.map(Periodic::new).transpose()?;
     let mut tick = 0;
     let mut ramp = 0;
     // A run that was ended goes on until the force is zero, past its last sample if need be.
     while tick < schedule.samples || record.ended.is_some() {
-        if schedule.pace == Pace::Realtime {
-            let due = Duration::from_secs_f64(tick as f64 * schedule.sample_time_s);
-            let late = wait_until(start + due);
-            record.missed_deadlines += u64::from(late.as_secs_f64() > schedule.sample_time_s);
+        if let Some(periodic) = &mut periodic {
+            periodic.wait();
         }
         let mut message = device.device().observe();
         let before = Instant::now();
@@ -276,13 +356,18 @@ where
         message.environment_force_n = sample.environment_force_n[0].to_f64();
         message.force_n = sample.force.newtons()[0].to_f64();
         message.limiters = sample.limiters.bits();
+        let energy = controller.guarded_energy_j();
+        message.observed_energy_j = energy.map_or(f64::NAN, Real::to_f64);
         let time_s = message.time_s;
         let logged = recorder.tick(message);
         tick += 1;
         if record.ended.is_some() {
             // The force is on its way to zero: in the log, but no part of the result.
             ramp += 1;
-            if controller.safety().is_at_rest() || ramp == RAMP_MOST {
+            // Of a fault, what follows it is kept too.
+            let flight = recorder.flight();
+            let recorded = flight.fault().is_none() || flight.is_full();
+            if (controller.safety().is_at_rest() && recorded) || ramp == RAMP_MOST {
                 break;
             }
             continue;
@@ -291,6 +376,12 @@ where
             record.ended = Some(Ended::LogStopped);
         } else if let Some(fault) = controller.safety().fault() {
             record.ended = Some(Ended::Fault(fault));
+            recorder.fault(FaultSeen {
+                code: fault.code(),
+                text: fault.to_string(),
+                tick: message.tick,
+                time_s,
+            });
             // A recorder that has ended is seen when it is closed.
             let _ = recorder.event(time_s, "fault", fault.to_string());
         } else {
@@ -306,6 +397,16 @@ where
         if tick % REPORT == 0 {
             (supervisor.progress)(tick);
         }
+    }
+    if let Some(periodic) = periodic {
+        let margin = periodic.spin_margin();
+        record.raised(periodic.thread());
+        let (timing, thread) = periodic.finish();
+        let summary = RealtimeSummary::of(&timing, &thread, margin);
+        drop(thread);
+        record.missed_deadlines = timing.overruns().cycles();
+        recorder.metadata("realtime", summary.metadata(&timing));
+        record.realtime = Some(summary);
     }
     (supervisor.progress)(tick);
     record.dropped = recorder.dropped();
@@ -333,13 +434,4 @@ impl Instrumented for MassDamper<1> {
             ..TickMessage::default()
         }
     }
-}
-
-/// Sleeps until the deadline and says how late it is then.
-fn wait_until(deadline: Instant) -> Duration {
-    let now = Instant::now();
-    if deadline > now {
-        std::thread::sleep(deadline - now);
-    }
-    Instant::now().saturating_duration_since(deadline)
 }

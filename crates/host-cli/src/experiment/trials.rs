@@ -1,5 +1,6 @@
 //! Many short runs on one serial device, without log or files: what a search is made of.
 
+use super::realtime::RealtimeOptions;
 use super::remote::{RemoteDevice, RemoteLaw, configuration};
 use super::run::{Pace, Schedule};
 use crate::device::at_port;
@@ -76,7 +77,7 @@ impl Trials {
         let schedule = Schedule {
             samples,
             sample_time_s,
-            pace: Pace::Realtime,
+            pace: Pace::Realtime(RealtimeOptions::NORMAL),
         };
         let mut configuration = configuration(&self.remote, law, schedule, link.capabilities())?;
         // A search does not end where the device's limits do.

@@ -13,22 +13,23 @@ mod report;
 
 use super::judge::full_history;
 use super::outcome::reaction;
-use super::pushed::{
-    GONE_M, GuardChoice, VirtualWall, force_rate, guarded_force_limit, pushed, wall_at_start,
+use super::preflight::{Dynamics, Preflight, PreflightRequest, whole_samples};
+use super::pushed::{GONE_M, VirtualWall, force_alone, pushed, safe_force_limit, wall_at_start};
+use super::remote::{
+    RemoteDevice, RemoteLaw, RemoteRun, device_name, host_limits, no_operator, portable, push,
 };
-use super::remote::{RemoteDevice, RemoteLaw, RemoteRun, device_name, no_operator, portable, push};
 use super::report::{TickTimes, Warnings};
 use super::run::{Ended, Pace, Ran, Record, SAMPLES, Schedule, Supervisor, run_logged};
+use super::safety::{GuardChoice, GuardedDevice, Safety};
 use super::sensed::{Sensed, Sensors};
 use crate::failure::Failure;
 use crate::figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use crate::folder::FolderRequest;
-use clap::ValueEnum as _;
 use fracdiff::full_memory::Kernel;
 use fracdiff::{FrequencyResponse as _, Operator, Order, Scheme};
 use haptic_link::{LoopMode, Simulation, SimulationKind};
-use haptic_loop::Controller;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
+use haptic_loop::{Controller, Limits, SafetyChain};
 pub use report::WallReport;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -60,12 +61,14 @@ pub struct Wall {
     pub threshold_m: f64,
     /// Largest force of the safety chain, N.
     pub force_limit_n: f64,
-    /// Passivity guard of the safety chain.
-    pub guard: GuardChoice,
+    /// What else the safety chain does.
+    pub safety: Safety,
     /// How time passes.
     pub pace: Pace,
     /// The serial device; `None` for the simulated one.
     pub remote: Option<RemoteDevice>,
+    /// Run on a serial device what the analysis calls unstable.
+    pub force_unstable: bool,
 }
 
 /// Where the device is at the end, and whether it is at rest there.
@@ -115,22 +118,39 @@ impl Wall {
             sample_time_s: self.device.sample_time.0,
             pace: self.pace,
         };
-        let metadata = self.metadata();
+        let mut metadata = self.metadata();
+        let preflight = self.preflight(parts.samples);
         let ran = match &self.remote {
-            None => run_logged(
-                &mut parts.controller,
-                &mut parts.device,
-                schedule,
-                request,
-                metadata,
-                supervisor,
-            )?,
+            None => {
+                // Nothing can break, so it is only noted.
+                let t = self.device.sample_time.0;
+                let delay = whole_samples(self.device.delay.0, t);
+                let verdict = preflight.verdict(self.dynamics(), delay)?;
+                verdict.describe(&mut metadata);
+                let ran = run_logged(
+                    &mut parts.controller,
+                    &mut parts.device,
+                    schedule,
+                    request,
+                    metadata,
+                    supervisor,
+                )?;
+                Ran {
+                    preflight: Some(verdict),
+                    ..ran
+                }
+            }
             Some(remote) => {
                 let run = RemoteRun {
                     device: remote,
                     law: self.law(remote, parts.samples)?,
                     schedule,
                     reference: &|_| 0.0,
+                    preflight: Some(preflight),
+                    wanted: PreflightRequest {
+                        force_unstable: self.force_unstable,
+                        dynamics: Some(self.dynamics()),
+                    },
                     request,
                     metadata,
                 };
@@ -138,6 +158,27 @@ impl Wall {
             }
         };
         self.publish(&ran, parts.rest_m)
+    }
+
+    /// The loop for the analysis.
+    fn preflight(&self, samples: u64) -> Preflight {
+        Preflight {
+            stiffness_n_per_m: self.stiffness_n_per_m,
+            dissipation_n_s_mu_per_m: self.dissipation_n_s_mu_per_m,
+            order: self.order,
+            scheme: self.scheme,
+            sample_time_s: self.device.sample_time.0,
+            samples,
+        }
+    }
+
+    /// Device and hand.
+    fn dynamics(&self) -> Dynamics {
+        Dynamics {
+            mass_kg: self.device.mass.0,
+            damping_n_s_per_m: self.device.damping.0,
+            hand_stiffness_n_per_m: self.device.stiffness.0,
+        }
     }
 
     /// The same without log or files: does it settle?
@@ -217,13 +258,31 @@ impl Wall {
             self.one_sided,
         )
         .map_err(Failure::input)?;
-        let chain = guarded_force_limit(self.force_limit_n, &self.device, self.guard)?;
+        let chain = match &self.remote {
+            None => safe_force_limit(self.force_limit_n, &self.device, &self.safety)?,
+            Some(_) => SafetyChain::from_limits(&self.limits_here(), t).map_err(Failure::input)?,
+        };
         Ok(Parts {
             controller: Controller::new(wall, chain),
             device,
             samples: samples as u64,
             rest_m,
         })
+    }
+
+    /// Limits of the chain of a serial device, without its guard.
+    fn limits_there(&self) -> Limits {
+        let limits = force_alone(self.force_limit_n, self.device.sample_time);
+        self.safety.on(limits, true)
+    }
+
+    /// Limits of the chain that runs here with a serial device: in a host loop the device does all but force
+    /// and rate, and with its own loop this chain runs only to be checked.
+    fn limits_here(&self) -> Limits {
+        match &self.remote {
+            Some(remote) if remote.loop_mode == LoopMode::Host => host_limits(&self.limits_there()),
+            _ => self.limits_there(),
+        }
     }
 
     /// The same wall and push for a serial device.
@@ -258,8 +317,15 @@ impl Wall {
             order: self.order.get(),
             one_sided: self.one_sided,
             operator,
-            force_limit_n: self.force_limit_n,
-            force_rate_limit_n_per_s: force_rate(self.force_limit_n, t).0,
+            limits: self.limits_there(),
+            guard: (
+                self.safety.guard,
+                self.safety.guarded(GuardedDevice {
+                    mass_kg: Some(mass.0),
+                    damping_n_s_per_m: Some(damping.0),
+                    delay_samples: 0,
+                }),
+            ),
             simulation: Simulation {
                 kind: SimulationKind::MassDamper,
                 mass_kg: mass.0 as f32,
@@ -333,6 +399,8 @@ impl Wall {
             record,
             log,
             folder,
+            fault_log,
+            preflight,
             live_warnings,
         } = ran;
         let time = &record.time_s;
@@ -355,8 +423,9 @@ impl Wall {
                 ),
             ));
         }
-        warnings.late(record.missed_deadlines, force.len() as u64);
-        warnings.dropped(record.dropped);
+        warnings.0.extend(record.not_realtime.clone());
+        warnings.late(record, force.len() as u64);
+        warnings.dropped(record.dropped_by_disk());
         warnings.link(record.link.as_ref());
         warnings.0.extend_from_slice(live_warnings);
         let (mut csv, mut figure) = (None, None);
@@ -391,6 +460,7 @@ impl Wall {
                 .map(|(have, want)| (have / want - 1.0).abs()),
             tick_ns: TickTimes::of(record),
             missed_deadlines: record.missed_deadlines,
+            realtime: record.realtime,
             log: log.path.display().to_string(),
             figure,
             csv,
@@ -402,6 +472,8 @@ impl Wall {
             dropped_samples: record.dropped,
             ended_early: record.ended.map(Ended::reason),
             link: record.link.clone(),
+            preflight: *preflight,
+            fault_log: fault_log.as_ref().map(|path| path.display().to_string()),
             link_lost: record.ended.is_some_and(Ended::is_link),
             warnings: warnings.0,
         })
@@ -447,9 +519,9 @@ impl Wall {
             } else {
                 "unstable"
             }
-        ) + &match self.guard {
+        ) + &match self.safety.guard {
             GuardChoice::Off => String::new(),
-            _ => format!(" · guard {}", self.guard_name()),
+            guard => format!(" · guard {}", guard.name()),
         };
         let axis = |label| AxisSpec {
             label,
@@ -518,20 +590,12 @@ impl Wall {
             ("window_s", self.window_s.to_string()),
             ("threshold_m", self.threshold_m.to_string()),
             ("force_limit_n", self.force_limit_n.to_string()),
-            ("pace", format!("{:?}", self.pace).to_lowercase()),
+            ("pace", self.pace.to_string()),
         ];
         let mut metadata: BTreeMap<String, String> =
             entries.map(|(key, value)| (key.to_owned(), value)).into();
-        if self.guard != GuardChoice::Off {
-            metadata.insert("guard".to_owned(), self.guard_name());
-        }
+        self.safety.describe(&mut metadata);
         metadata
-    }
-
-    /// As a file says it.
-    fn guard_name(&self) -> String {
-        let value = self.guard.to_possible_value();
-        value.map_or_else(String::new, |value| value.get_name().to_owned())
     }
 }
 

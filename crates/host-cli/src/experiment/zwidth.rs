@@ -13,7 +13,7 @@
 //!
 //! Source: O. Tokatlı, *Fractional Order Control in Haptics*, section 4.4, figure 4.3.
 
-use super::pushed::{GONE_M, VirtualWall, force_limit, force_rate, pushed, wall_at_start};
+use super::pushed::{GONE_M, VirtualWall, force_alone, force_limit, pushed, wall_at_start};
 use super::remote::{RemoteDevice, RemoteLaw, device_name, portable, push};
 use super::sensed::{Sensed, Sensors};
 use super::trials::Trials;
@@ -396,8 +396,8 @@ impl<'a> Wall<'a> {
             order: self.order.get(),
             one_sided: self.experiment.one_sided,
             operator: operator.clone(),
-            force_limit_n,
-            force_rate_limit_n_per_s: force_rate(force_limit_n, device.sample_time).0,
+            limits: force_alone(force_limit_n, device.sample_time),
+            guard: Default::default(),
             simulation: Simulation {
                 mass_kg: device.mass.0 as f32,
                 damping_n_s_per_m: device.damping.0 as f32,

@@ -12,15 +12,15 @@ pub const DATAGRAM_BYTES: usize = 1400;
 /// A datagram is sent when its first sample is this old, s of device time.
 const INTERVAL_S: f64 = 0.05;
 
-/// A sample adds fewer bytes than this to a datagram: of 7 values each at most 18 for the time, 14
+/// A sample adds fewer bytes than this to a datagram: of 8 values each at most 18 for the time, 14
 /// for the value and 2 separators.
-const SAMPLE_BYTES: usize = 240;
+const SAMPLE_BYTES: usize = 275;
 
 /// Name, unit and value of what is sent.
 type Field = (&'static str, &'static str, fn(&TickMessage) -> f64);
 
 /// What is sent of a sample.
-const FIELDS: [Field; 7] = [
+const FIELDS: [Field; 8] = [
     ("reference_m", "m", |tick| tick.reference_m),
     ("indenter_position_m", "m", |tick| tick.indenter_position_m),
     ("position_m", "m", |tick| tick.position_m),
@@ -28,6 +28,7 @@ const FIELDS: [Field; 7] = [
     ("force_n", "N", |tick| tick.force_n),
     ("contact_force_n", "N", |tick| tick.contact_force_n),
     ("limiters", "", |tick| f64::from(tick.limiters)),
+    ("observed_energy_j", "J", |tick| tick.observed_energy_j),
 ];
 
 /// Sends samples to a Teleplot server, several in a datagram, values to seven digits. A value that
@@ -209,6 +210,7 @@ mod tests {
             force_n: -0.25,
             environment_force_n: f64::NAN,
             limiters: 9,
+            observed_energy_j: f64::NAN,
             ..TickMessage::default()
         });
         assert_eq!(Box::new(teleplot).finish(), None);
@@ -238,6 +240,7 @@ mod tests {
                 force_n: long,
                 contact_force_n: long,
                 limiters: 15,
+                observed_energy_j: long,
             });
         }
         teleplot.event(&EventMessage {
@@ -253,8 +256,8 @@ mod tests {
             }
             points += datagram.matches(['§']).count() + datagram.matches(';').count();
         }
-        // Seven values of each of the 40 samples; the limiters have no unit.
-        assert!(points > 6 * 40, "{points}");
+        // Eight values of each of the 40 samples; the limiters have no unit.
+        assert!(points > 7 * 40, "{points}");
 
         // One sample, then another that closes the interval.
         for time_s in [2.0, 2.001 + INTERVAL_S] {

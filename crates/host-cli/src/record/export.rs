@@ -3,10 +3,11 @@
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
+use super::new_file::refuse_own_source;
 use super::{Condition, Entry, Leftover, LogReader, NewFile, RecordError};
 
 /// The fields of [`TickMessage`](super::TickMessage) in order.
-const COLUMNS: [&str; 9] = [
+const COLUMNS: [&str; 10] = [
     "tick",
     "time_s",
     "reference_m",
@@ -16,6 +17,7 @@ const COLUMNS: [&str; 9] = [
     "force_n",
     "contact_force_n",
     "limiters",
+    "observed_energy_j",
 ];
 
 /// What was exported.
@@ -35,12 +37,13 @@ pub struct ExportSummary {
 /// ticks gives a file with the header alone.
 ///
 /// # Errors
-/// If the log cannot be read, or the target exists without `overwrite` or cannot be written.
+/// If the log cannot be read, or the target exists without `overwrite`, cannot be written, or is the log.
 pub fn export_csv(
     source: &Path,
     target: &Path,
     overwrite: bool,
 ) -> Result<ExportSummary, RecordError> {
+    refuse_own_source(source, target)?;
     let mut reader = LogReader::open(source)?;
     let (new_file, file) = NewFile::create(target, Leftover::Discard, overwrite)?;
     let fail = |source| RecordError::Csv {

@@ -19,8 +19,8 @@
 //! *device's* time in ns; the sequence number is the tick. Every 100 ms of device time a chunk is
 //! closed and handed to the operating system: a process that dies loses at most that much.
 //!
-//! What a log does not promise: no fsync before the end, so a power failure may cost more than
-//! 100 ms; and no topics but these two survive [`recover()`].
+//! Every [`SYNC_INTERVAL`] a thread of its own brings what was handed over to the disk: a power failure
+//! costs that much, one chunk, and as long as the disk takes. No topics but these two survive [`recover()`].
 
 mod error;
 mod export;
@@ -29,6 +29,7 @@ mod message;
 mod new_file;
 mod reader;
 mod recover;
+mod sync;
 mod writer;
 
 pub use error::RecordError;
@@ -41,4 +42,5 @@ pub use new_file::NewFileError;
 pub(crate) use new_file::{Leftover, NewFile};
 pub use reader::{Condition, Damage, Entry, LogReader, MetadataRecord};
 pub use recover::{RECOVERED, RecoverySummary, recover};
+pub use sync::{SYNC_INTERVAL, SyncTimes};
 pub use writer::{FLUSH_INTERVAL_NS, FinishedLog, LogWriter};

@@ -20,6 +20,9 @@ pub enum NewFileError {
         .0.display()
     )]
     Leftover(PathBuf),
+    /// What is to be written is what is read.
+    #[error("`{}` would be written over the log it is made from; choose another name", .0.display())]
+    OwnSource(PathBuf),
     /// The folder does not take the file.
     #[error("cannot write `{}`: {source}; check that the folder exists, is writable and has space", .path.display())]
     Io {
@@ -111,6 +114,18 @@ impl NewFile {
         &self.target
     }
 
+    /// Brings the names in the folder to the disk, where the system knows how; a folder that cannot be
+    /// synced is as it was before.
+    pub(crate) fn sync_folder(&self) {
+        #[cfg(unix)]
+        {
+            let folder = self.target.parent();
+            let folder = folder.filter(|folder| !folder.as_os_str().is_empty());
+            let opened = File::open(folder.unwrap_or(Path::new(".")));
+            let _ = opened.and_then(|folder| folder.sync_all());
+        }
+    }
+
     /// Gives up: nothing worth keeping was written.
     pub(crate) fn discard(mut self) {
         // The name stays as it is; only the policy changes.
@@ -130,6 +145,9 @@ impl NewFile {
             _ => NewFileError::io(&self.target, source),
         })?;
         self.published = true;
+        if self.leftover == Leftover::Keep {
+            self.sync_folder();
+        }
         Ok(())
     }
 }
@@ -141,6 +159,36 @@ impl Drop for NewFile {
             let _ = fs::remove_file(&self.part);
         }
     }
+}
+
+/// Refuses to write to `target`, under either of its names, what is read from `source`.
+///
+/// # Errors
+/// [`NewFileError::OwnSource`].
+pub(crate) fn refuse_own_source(source: &Path, target: &Path) -> Result<(), NewFileError> {
+    let Ok(source) = fs::canonicalize(source) else {
+        // It cannot be read either, which is found out soon enough.
+        return Ok(());
+    };
+    for name in [target, &part_of(target, Leftover::Discard)] {
+        if fs::canonicalize(name).is_ok_and(|name| is_same(&source, &name)) {
+            return Err(NewFileError::OwnSource(target.to_owned()));
+        }
+    }
+    Ok(())
+}
+
+/// Whether two canonical paths are one file, be it by another hard link.
+fn is_same(a: &Path, b: &Path) -> bool {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::MetadataExt as _;
+        let number = |path| fs::metadata(path).map(|file| (file.dev(), file.ino())).ok();
+        if let (Some(a), Some(b)) = (number(a), number(b)) {
+            return a == b;
+        }
+    }
+    a == b
 }
 
 fn part_of(target: &Path, leftover: Leftover) -> PathBuf {

@@ -164,13 +164,15 @@ impl<R: Read> LogReader<R> {
     ///
     /// # Errors
     /// If the source fails or is not MCAP. A file cut within its first 8 bytes is a log with
-    /// nothing in it; an empty file is not a log.
+    /// nothing in it, and so is an empty `.part` file; another empty file is not a log.
     pub fn new(mut source: R, path: &Path) -> Result<Self, RecordError> {
         let mut start = Vec::new();
         (source.by_ref().take(mcap::MAGIC.len() as u64))
             .read_to_end(&mut start)
             .map_err(|source| RecordError::read(path, source))?;
-        if start.is_empty() || !mcap::MAGIC.starts_with(&start) {
+        // A process can die between making its log and writing the first byte.
+        let unbegun = start.is_empty() && path.extension().is_some_and(|end| end == "part");
+        if (start.is_empty() && !unbegun) || !mcap::MAGIC.starts_with(&start) {
             return Err(RecordError::NotMcap {
                 path: path.to_owned(),
                 found: describe_start(&start),

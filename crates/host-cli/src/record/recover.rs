@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::inspect::TickCount;
+use super::new_file::refuse_own_source;
 use super::{Condition, Damage, Entry, Gap, Leftover, LogReader, LogWriter, RecordError};
 
 /// Name of the metadata record that marks a recovered log.
@@ -24,6 +25,8 @@ pub struct RecoverySummary {
     pub metadata_records: u64,
     /// Device time of the last tick saved, s.
     pub last_s: Option<f64>,
+    /// Number of the last tick saved.
+    pub last_tick: Option<u64>,
     /// Ticks missing between saved ones.
     pub gaps: Vec<Gap>,
     /// How the source was found.
@@ -53,8 +56,10 @@ impl RecoverySummary {
             ));
         }
         if !self.condition.complete {
-            sentences.push(match self.last_s {
-                Some(last_s) => format!("whatever came after {last_s} s is lost"),
+            sentences.push(match self.last_s.zip(self.last_tick) {
+                Some((last_s, tick)) => {
+                    format!("whatever came after tick {tick} at {last_s} s is lost")
+                }
                 None => "no sample could be saved".to_owned(),
             });
         }
@@ -63,12 +68,17 @@ impl RecoverySummary {
 }
 
 /// Copies everything readable in `source` into the new, finished log `target`, which gets one
-/// more metadata record, [`RECOVERED`]. The source is left as it is.
+/// more metadata record, [`RECOVERED`]. The source is left as it is. With `overwrite` the target may exist.
 ///
 /// # Errors
-/// If the source cannot be read or is not MCAP, or the target exists or cannot be written.
-pub fn recover(source: &Path, target: &Path) -> Result<RecoverySummary, RecordError> {
-    copy(source, target).map_err(|error| match error {
+/// If the source cannot be read or is not MCAP, or the target exists or cannot be written, or is the source.
+pub fn recover(
+    source: &Path,
+    target: &Path,
+    overwrite: bool,
+) -> Result<RecoverySummary, RecordError> {
+    refuse_own_source(source, target)?;
+    copy(source, target, overwrite).map_err(|error| match error {
         // There is nothing in the unfinished copy that the source does not have.
         RecordError::Write { source, .. } => RecordError::Copy {
             path: target.to_owned(),
@@ -78,9 +88,9 @@ pub fn recover(source: &Path, target: &Path) -> Result<RecoverySummary, RecordEr
     })
 }
 
-fn copy(source: &Path, target: &Path) -> Result<RecoverySummary, RecordError> {
+fn copy(source: &Path, target: &Path, overwrite: bool) -> Result<RecoverySummary, RecordError> {
     let mut reader = LogReader::open(source)?;
-    let mut writer = LogWriter::create_with(target, Leftover::Discard, false)?;
+    let mut writer = LogWriter::create_with(target, Leftover::Discard, overwrite)?;
     let mut count = TickCount::default();
     let (mut events, mut metadata_records) = (0, 0);
     let mut unreadable = None;
@@ -114,6 +124,7 @@ fn copy(source: &Path, target: &Path) -> Result<RecoverySummary, RecordError> {
         events,
         metadata_records,
         last_s: count.last.map(|(_, time_s)| time_s),
+        last_tick: count.last.map(|(tick, _)| tick),
         gaps: count.gaps,
         condition,
     };

@@ -8,13 +8,15 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{Compression, WriteOptions};
 
 use super::error::io_error;
 use super::message::LogMessage;
-use super::{EventMessage, Leftover, NewFile, RecordError, TickMessage};
+use super::sync::{SyncTimes, Syncer};
+use super::{EventMessage, Leftover, NewFile, NewFileError, RecordError, TickMessage};
 
 /// A chunk is closed and flushed when this much device time has begun anew, ns.
 pub const FLUSH_INTERVAL_NS: u64 = 100_000_000;
@@ -43,6 +45,8 @@ pub struct LogWriter<W: Write + Seek> {
     path: PathBuf,
     /// The file to publish; `None` when the sink is not ours.
     new_file: Option<NewFile>,
+    /// Of a log that is brought to the disk as it grows.
+    syncer: Option<Syncer>,
     buffer: Vec<u8>,
     /// Index of the 100 ms interval of the open chunk.
     interval: Option<u64>,
@@ -61,6 +65,8 @@ pub struct FinishedLog {
     pub samples: u64,
     /// Its size.
     pub bytes: u64,
+    /// What bringing it to the disk as it grew took.
+    pub syncs: SyncTimes,
 }
 
 impl LogWriter<BufWriter<File>> {
@@ -79,9 +85,30 @@ impl LogWriter<BufWriter<File>> {
         leftover: Leftover,
         overwrite: bool,
     ) -> Result<Self, RecordError> {
+        Self::create_synced(path, leftover, overwrite, None)
+    }
+
+    /// As [`create_with`](Self::create_with); brought to the disk at an interval, if one is given.
+    pub(crate) fn create_synced(
+        path: &Path,
+        leftover: Leftover,
+        overwrite: bool,
+        interval: Option<Duration>,
+    ) -> Result<Self, RecordError> {
         let (new_file, file) = NewFile::create(path, leftover, overwrite)?;
-        match Self::with_sink(BufWriter::new(file), new_file.part()) {
+        let syncer = interval.map(|interval| Syncer::start(&file, interval));
+        let started = syncer
+            .transpose()
+            .map_err(|error| NewFileError::io(path, error).into())
+            .and_then(|syncer| {
+                let mut writer = Self::with_sink(BufWriter::new(file), new_file.part())?;
+                writer.syncer = syncer;
+                Ok(writer)
+            });
+        match started {
             Ok(mut writer) => {
+                // The name in the folder must survive a power cut as well.
+                new_file.sync_folder();
                 writer.new_file = Some(new_file);
                 Ok(writer)
             }
@@ -98,6 +125,7 @@ impl LogWriter<BufWriter<File>> {
     /// If the disk is full, or the name was taken in the meantime; the `.part` file stays.
     pub fn finish(mut self) -> Result<FinishedLog, RecordError> {
         let new_file = self.new_file.take();
+        let syncer = self.syncer.take();
         let (path, samples) = (self.path.clone(), self.samples);
         let fail = |source| RecordError::Write {
             path: path.clone(),
@@ -109,6 +137,8 @@ impl LogWriter<BufWriter<File>> {
             .into_inner()
             .map_err(|error| fail(error.into_error()))?;
         file.sync_data().map_err(fail)?;
+        let syncs = syncer.map_or(Ok(SyncTimes::default()), Syncer::stop);
+        let syncs = syncs.map_err(fail)?;
         let bytes = file.metadata().map_err(fail)?.len();
         let path = match new_file {
             Some(new_file) => {
@@ -122,6 +152,7 @@ impl LogWriter<BufWriter<File>> {
             path,
             samples,
             bytes,
+            syncs,
         })
     }
 }
@@ -141,6 +172,7 @@ impl<W: Write + Seek> LogWriter<W> {
             mcap: Some(started),
             path: path.to_owned(),
             new_file: None,
+            syncer: None,
             buffer: Vec::new(),
             interval: None,
             samples: 0,

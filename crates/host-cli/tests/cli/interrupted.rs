@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 /// Header of `log export`.
 const TICKS: &str = "tick,time_s,reference_m,indenter_position_m,position_m,environment_force_n,\
-                     force_n,contact_force_n,limiters";
+                     force_n,contact_force_n,limiters,observed_energy_j";
 /// A limiter bit of the log: the loop is stopping.
 const STOPPING: u8 = 8;
 
@@ -143,7 +143,8 @@ fn a_fault_ends_the_run_with_its_name_and_a_whole_log() {
     for part in ["fault", "not a finite number", "run/relax.mcap"] {
         assert!(ended.error().contains(part), "\"{part}\" in {ended}");
     }
-    assert_eq!(place.files(), ["run/", "run/relax.mcap"]);
+    let files = ["run/", "run/relax-fault.mcap", "run/relax.mcap"];
+    assert_eq!(place.files(), files);
     let check = place.run("log check run/relax.mcap --json").succeeded();
     assert_eq!(check.json()["events"][0]["kind"], "fault");
 }
@@ -151,7 +152,14 @@ fn a_fault_ends_the_run_with_its_name_and_a_whole_log() {
 /// What must hold when the disk took only the first of `run/`.
 #[cfg(unix)]
 fn a_full_disk_was_survived(place: &Place, ended: Ended) {
-    let ended = ended.refused(4, &["run/relax.mcap.part", "log recover"]);
+    let ended = ended.refused(
+        4,
+        &[
+            "run/relax.mcap.part",
+            "log recover",
+            "the force ramped to zero",
+        ],
+    );
     // One line says the cause once.
     assert_eq!(ended.error().matches("os error").count(), 1, "{ended}");
     assert_eq!(place.files()[1..], ["run/relax.mcap.part"]);

@@ -8,7 +8,13 @@ mod design;
 #[cfg(unix)]
 mod devices;
 mod experiments;
+#[cfg(unix)]
+mod faults;
 mod interrupted;
+#[cfg(unix)]
+mod killed;
 mod log;
 mod process;
+mod realtime;
 mod refusals;
+mod safety;

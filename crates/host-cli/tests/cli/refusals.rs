@@ -299,3 +299,61 @@ fn an_empty_folder_of_the_users_outlives_bad_parameters() {
     place.run_arguments(&words(line), b"").failed(2);
     assert_eq!(place.files(), ["mine/"]);
 }
+
+#[test]
+fn what_a_clock_cannot_do_is_refused() {
+    let realtime = "relax --realtime --duration 1s --ramp-time 0.5s";
+    let with = |options: &str| format!("{realtime} {options}");
+    let lines = [
+        (with("--priority 0"), ["0", "1 to 99", "--priority"]),
+        (with("--priority 100"), ["100", "off", "--priority"]),
+        (with("--priority high"), ["high", "1 to 99", "--priority"]),
+        (with("--priority -1"), ["-1", "1 to 99", "--priority"]),
+        (with("--pin -1"), ["-1", "--pin", "invalid"]),
+        (
+            with("--sample-time 1us"),
+            ["period", "1e-5", "--sample-time"],
+        ),
+    ];
+    let lines: Vec<(&str, &[&str])> = lines
+        .iter()
+        .map(|(line, words)| (line.as_str(), words.as_slice()))
+        .collect();
+    all_refused(2, &lines);
+    all_refused(
+        2,
+        &[
+            ("relax --priority 50", &["--priority", "--realtime"]),
+            ("relax --pin 0", &["--pin", "--realtime"]),
+            ("creep --priority off", &["--priority", "--realtime"]),
+            (
+                "rt-check --duration 0",
+                &["0", "[0.01, 86400] s", "--duration"],
+            ),
+            ("rt-check --duration -1s", &["-1", "--duration"]),
+            ("rt-check --duration NaN", &["NaN", "--duration"]),
+            ("rt-check --duration 2000h", &["86400", "--duration"]),
+            ("rt-check --rate 0", &["0 Hz", "[1, 100000] Hz", "--rate"]),
+            ("rt-check --rate 1e6", &["1000000 Hz", "--rate"]),
+            ("rt-check --rate fast", &["fast", "kHz", "--rate"]),
+            ("rt-check --busy -1", &["-1", "--busy"]),
+            ("rt-check --busy 5000", &["5000", "--busy"]),
+            ("rt-check --priority 100", &["100", "1 to 99", "--priority"]),
+        ],
+    );
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_core_that_is_not_there_is_refused() {
+    all_refused(
+        2,
+        &[
+            ("rt-check --pin 100000", &["core 100000", "--pin one of"]),
+            (
+                "relax --realtime --pin 100000",
+                &["core 100000", "--pin one of"],
+            ),
+        ],
+    );
+}

@@ -49,6 +49,13 @@ pub enum SerialError {
 }
 
 impl SerialError {
+    /// Whether the device does not have this.
+    #[must_use]
+    pub fn is_about(&self, field: haptic_link::Field) -> bool {
+        let unsupported = haptic_link::Refusal::Unsupported(field);
+        matches!(self, Self::Link(LinkError::Refused { refusal, .. }) if *refusal == unsupported)
+    }
+
     /// Whether the device is there and well, but does not do what it was asked.
     #[must_use]
     pub const fn is_refusal(&self) -> bool {

@@ -15,11 +15,12 @@ pub use error::SerialError;
 pub use port::{DEFAULT_BAUD, PortInfo, ports};
 
 use super::{Conversation, HostCounters, LinkError, check_keys};
+use crate::realtime::{self, raise_thread};
 use crate::{Device, Reading, SafeForce};
 use fracdiff::Real;
 use haptic_link::{
-    Capabilities, CoefficientBlock, Configuration, DigestBuilder, Event, FaultReport, Hello, Keys,
-    Report, Request, Sample, Start, State, Statistics, Status, block_count,
+    Capabilities, CoefficientBlock, Configuration, DigestBuilder, Event, FaultReport, Field, Hello,
+    Keys, Refusal, Report, Request, Sample, Start, State, Statistics, Status, block_count,
 };
 use hdrhistogram::Histogram;
 use nalgebra::SVector;
@@ -102,6 +103,7 @@ pub struct SerialLink {
     latency_ms: Option<u32>,
     path: String,
     newest_tick: u32,
+    newest_limiters: u8,
 }
 
 #[derive(Debug)]
@@ -119,6 +121,8 @@ struct Shared {
     forces_dropped: AtomicU64,
     round_trip_us: Mutex<Histogram<u64>>,
     status: Mutex<Status>,
+    /// What the guard observed, bits of an `f32`.
+    energy_bits: AtomicU32,
     period_us: AtomicU32,
 }
 
@@ -182,6 +186,7 @@ impl SerialLink {
                 reason: error.to_string(),
             })?),
             status: Mutex::new(Status::default()),
+            energy_bits: AtomicU32::new(0),
             period_us: AtomicU32::new(1000),
         });
         let (commands, to_send) = sync_channel(COMMANDS_MOST);
@@ -237,6 +242,7 @@ impl SerialLink {
             latency_ms,
             path: path.to_string(),
             newest_tick: 0,
+            newest_limiters: 0,
         };
         link.greet()?;
         Ok(link)
@@ -264,12 +270,23 @@ impl SerialLink {
     }
 
     /// T, s.
-    fn period_s(&self) -> f64 {
+    #[must_use]
+    pub fn period_s(&self) -> f64 {
         f64::from(self.shared.period_us.load(Ordering::Relaxed)) * 1e-6
     }
 
     fn ticks_every(&self, period_us: u32) {
         self.shared.period_us.store(period_us, Ordering::Relaxed);
+    }
+
+    /// Raises the threads that read and write to a real-time priority, so that keep-alives are sent on a busy machine.
+    ///
+    /// # Errors
+    /// What the system does not allow; they go on as they were.
+    pub fn raise(&self, priority: u8) -> Result<(), realtime::Refusal> {
+        self.threads
+            .iter()
+            .try_for_each(|thread| raise_thread(thread, priority))
     }
 
     /// Asks, and waits for the answer.
@@ -292,6 +309,17 @@ impl SerialLink {
     /// # Errors
     /// The refusal of the first parameter that is not as the device needs it; nothing has changed then.
     pub fn set(&mut self, configuration: Configuration, values: &[f32]) -> Result<(), SerialError> {
+        let most = self.capabilities.coefficients_max;
+        if values.len() > usize::from(most) {
+            let refusal = Refusal::Range {
+                field: Field::CoefficientCount,
+                value: values.len() as f32,
+                least: 1.0,
+                most: f32::from(most),
+            };
+            let request = "configure";
+            return Err(LinkError::Refused { request, refusal }.into());
+        }
         self.ask(Request::Configure(configuration))?;
         for block in 0..block_count(values.len() as u16) {
             let offset = block * haptic_link::COEFFICIENTS_PER_BLOCK as u16;
@@ -405,8 +433,9 @@ impl SerialLink {
     /// Sends a force of a host loop, N. Never waits; without room it is dropped and counted.
     pub fn send_force(&self, tick: u32, force_n: f32) {
         let force = Command::Tell(Request::Force { tick, force_n });
-        let sent = self.commands.as_ref().map(|queue| queue.try_send(force));
-        if let Some(Err(TrySendError::Full(_))) = sent {
+        if let Some(queue) = &self.commands
+            && let Err(TrySendError::Full(_)) = queue.try_send(force)
+        {
             self.shared.forces_dropped.fetch_add(1, Ordering::Relaxed);
         }
     }
@@ -427,6 +456,18 @@ impl SerialLink {
     #[must_use]
     pub fn status(&self) -> Status {
         *lock(&self.shared.status)
+    }
+
+    /// What the device's passivity guard has observed as of the last keep-alive, J; 0 without one.
+    #[must_use]
+    pub fn observed_energy_j(&self) -> f32 {
+        f32::from_bits(self.shared.energy_bits.load(Ordering::Relaxed))
+    }
+
+    /// The device's own limiters in the tick that was read last, bits as in a [`Sample`].
+    #[must_use]
+    pub const fn newest_limiters(&self) -> u8 {
+        self.newest_limiters
     }
 
     /// The port.
@@ -480,6 +521,7 @@ impl<F: Real> Device<F, 1> for SerialLink {
             match self.hear(SAMPLE_TIMEOUT) {
                 Some(Heard::Sample(sample)) => {
                     self.newest_tick = sample.tick;
+                    self.newest_limiters = sample.limiters;
                     return Ok(Reading {
                         tick: u64::from(sample.tick),
                         time_s: f64::from(sample.tick) * self.period_s(),

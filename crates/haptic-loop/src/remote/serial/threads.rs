@@ -5,11 +5,11 @@ use crate::remote::{Incoming, LinkError};
 use haptic_link::{FRAME_MAX, Report};
 use serialport::SerialPort;
 use std::boxed::Box;
-use std::io::{ErrorKind, Read as _, Write as _};
+use std::io::ErrorKind;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// The thread that listens.
 pub(super) struct Reader {
@@ -55,7 +55,10 @@ impl Reader {
             Incoming::Alive {
                 round_trip_us,
                 status,
+                observed_energy_j,
             } => {
+                let bits = observed_energy_j.to_bits();
+                self.shared.energy_bits.store(bits, Ordering::Relaxed);
                 lock(&self.shared.round_trip_us).saturating_record(round_trip_us.max(1));
                 *lock(&self.shared.status) = status;
             }
@@ -100,7 +103,7 @@ impl Writer {
         const IDLE: Duration = Duration::from_millis(50);
         let mut line = [0; FRAME_MAX];
         // Ends a frame that somebody else may have begun.
-        let mut broken = port.write_all(&[0]).is_err();
+        let mut broken = !write(port.as_mut(), &[0]);
         while !broken {
             let due = self.shared.conversation().next_due_us();
             let wait = due.map_or(IDLE, |due| {
@@ -116,14 +119,14 @@ impl Writer {
                 Err(RecvTimeoutError::Timeout) => 0,
                 Err(RecvTimeoutError::Disconnected) => return,
             };
-            broken = length > 0 && port.write_all(&line[..length]).is_err();
+            broken = length > 0 && !write(port.as_mut(), &line[..length]);
             if broken || self.shared.over.load(Ordering::Relaxed) {
                 break;
             }
             let due = self.shared.conversation().due(now_us, &mut line);
             match due {
                 Ok(0) => {}
-                Ok(length) => broken = port.write_all(&line[..length]).is_err(),
+                Ok(length) => broken = !write(port.as_mut(), &line[..length]),
                 Err(error) => {
                     let _ = self.answers.try_send(Err(error));
                 }
@@ -139,6 +142,31 @@ impl Writer {
             }
         }
     }
+}
+
+/// Writes it all, and says whether the line took it. A line that is slower than what is sent, as an emulated
+/// one may be, is waited for; one that takes nothing for a second is gone.
+fn write(port: &mut dyn SerialPort, mut bytes: &[u8]) -> bool {
+    let mut moved = Instant::now();
+    while !bytes.is_empty() {
+        match port.write(bytes) {
+            Ok(0) => return false,
+            Ok(count) => {
+                bytes = &bytes[count..];
+                moved = Instant::now();
+            }
+            Err(error) => {
+                let busy = matches!(
+                    error.kind(),
+                    ErrorKind::TimedOut | ErrorKind::Interrupted | ErrorKind::WouldBlock
+                );
+                if !busy || moved.elapsed() > Duration::from_secs(1) {
+                    return false;
+                }
+            }
+        }
+    }
+    true
 }
 
 /// Tells everybody that the session is over; the first reason counts.

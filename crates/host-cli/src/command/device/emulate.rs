@@ -28,7 +28,7 @@ pub struct Arguments {
     /// Make a symbolic link to the pseudo-terminal, so that its path is known beforehand
     #[arg(long, value_name = "PATH")]
     link: Option<PathBuf>,
-    /// Seconds of the device in a second
+    /// Seconds of the device in a second; the host's silence is measured in real time
     #[arg(long, default_value_t = 1.0, allow_hyphen_values = true)]
     speed: f64,
     /// End after this time [default: when stopped by Ctrl-C]

@@ -4,6 +4,7 @@ pub mod emulate;
 pub mod flash;
 pub mod info;
 pub mod list;
+pub mod monitor;
 pub mod parameters;
 pub mod set;
 
@@ -24,11 +25,13 @@ pub enum Command {
     /// Print the parameters of a device
     Get(set::GetArguments),
     /// Set parameters of a device, all of them or none
-    Set(set::SetArguments),
+    Set(Box<set::SetArguments>),
     /// Imitate a device behind a pseudo-terminal
     Emulate(emulate::Arguments),
     /// Program a device over a debug probe
     Flash(flash::Arguments),
+    /// Watch a device: its position and state on the terminal, every sample in a log
+    Monitor(monitor::Arguments),
 }
 
 impl Command {
@@ -44,6 +47,7 @@ impl Command {
             Self::Set(arguments) => arguments.run(output),
             Self::Emulate(arguments) => arguments.run(output),
             Self::Flash(arguments) => arguments.run(output),
+            Self::Monitor(arguments) => arguments.run(output),
         }
     }
 }
@@ -82,6 +86,11 @@ impl PortArguments {
                 self.wait
             ))
         })
+    }
+
+    /// One attempt.
+    fn connect_once(&self) -> Result<SerialLink, Failure> {
+        self.name()?.connect(Duration::ZERO)
     }
 
     fn connect(&self) -> Result<SerialLink, Failure> {

@@ -1,1 +1,276 @@
-//! `device monitor`.
+//! `device monitor`: watch a device, whatever happens to its line.
+
+use super::PortArguments;
+use super::info::fault_in_words;
+use crate::command::experiment::stop_on_interrupt;
+use crate::command::live::LiveArguments;
+use crate::experiment::recorder::{Recorded, Recorder};
+use crate::failure::Failure;
+use crate::folder::FolderRequest;
+use crate::output::{Output, note};
+use crate::quantity::Time;
+use crate::record::TickMessage;
+use clap::Args;
+use haptic_link::{BATCH_MAX, Sample};
+use haptic_loop::remote::serial::{Heard, SerialLink};
+use indicatif::{ProgressBar, ProgressDrawTarget};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+const LONG_ABOUT: &str = "\
+Watches a device without touching what it does: position, force and state on the terminal, and every \
+sample in a log (monitor.mcap). A line that breaks or a device that reboots is said in one line, the log \
+is closed, and the next one (monitor-2.mcap) begins when the device is there again.";
+
+/// Arguments of `device monitor`.
+#[derive(Debug, Args)]
+#[command(
+    long_about = LONG_ABOUT,
+    after_help = "Examples:\n  host-cli device monitor --device serial:/dev/ttyACM0 --duration 10s\n  \
+                  host-cli device monitor --device serial:/dev/ttyACM0 --foxglove"
+)]
+pub struct Arguments {
+    #[command(flatten)]
+    port: PortArguments,
+    /// Each how manyth tick is sent
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
+    every: u16,
+    /// Stop after this time [default: when stopped by Ctrl-C]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    duration: Option<Time>,
+    #[command(flatten)]
+    live: LiveArguments,
+    /// Folder for the logs [default: the next free results/monitor-0001]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Replace the files of an earlier run in the folder
+    #[arg(long)]
+    overwrite: bool,
+}
+
+/// What was seen.
+#[derive(Debug, Default, Serialize)]
+struct Watched {
+    device: String,
+    samples: u64,
+    samples_lost: u64,
+    dropped_samples: u64,
+    faults: u64,
+    /// Times the session ended and a new one was begun.
+    reconnected: u64,
+    logs: Vec<String>,
+}
+
+impl Arguments {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// Exit code 3 if the device is not there at the beginning, 4 if samples were lost.
+    pub fn run(self, output: Output) -> Result<(), Failure> {
+        let duration = match self.duration {
+            Some(time) => Some(Duration::try_from_secs_f64(time.0).map_err(|_| {
+                Failure::bad_input(format_args!(
+                    "duration {time} is not in [0, 1e9] s: give --duration, as in 1min"
+                ))
+            })?),
+            None => None,
+        };
+        let stop = stop_on_interrupt()?;
+        let live = self.live.open(true, output)?;
+        let mut link = self.port.connect()?;
+        let folder = FolderRequest {
+            out: self.out.clone(),
+            stem: "monitor".to_owned(),
+            overwrite: self.overwrite,
+        }
+        .prepare()?;
+        let mut watch = Watch {
+            every: self.every,
+            until: duration.map(|duration| Instant::now() + duration),
+            stop,
+            bar: status_line(output),
+            watched: Watched {
+                device: format!("serial:{}", link.path()),
+                ..Watched::default()
+            },
+        };
+        loop {
+            let sessions = watch.watched.logs.len();
+            let name = match sessions {
+                0 => folder.file("mcap"),
+                _ => folder.further_file(&(sessions + 1).to_string(), "mcap"),
+            };
+            let metadata = [
+                ("experiment", "monitor".to_owned()),
+                ("device", watch.watched.device.clone()),
+                ("board", link.capabilities().board().to_owned()),
+            ];
+            let metadata: BTreeMap<String, String> =
+                metadata.map(|(key, value)| (key.to_owned(), value)).into();
+            // The streams show the first session; later ones are in their logs.
+            let mut recorder =
+                Recorder::start(&name, metadata, false, folder.overwrite(), live.take())?;
+            let over = watch.session(&link, &mut recorder);
+            watch.watched.dropped_samples += recorder.dropped() + link.report().samples_dropped;
+            let Recorded { log, warnings, .. } = recorder.finish()?;
+            for warning in warnings {
+                note("warning", warning);
+            }
+            watch.watched.logs.push(log.path.display().to_string());
+            drop(link);
+            match over {
+                None => break,
+                Some(reason) => note("link", reason),
+            }
+            match self.reconnect(&watch) {
+                Some(again) => link = again,
+                None => break,
+            }
+            watch.watched.reconnected += 1;
+            note("link", "the device is there again");
+        }
+        watch.bar.finish_and_clear();
+        let watched = watch.watched;
+        output.summary(&watched, |out| {
+            writeln!(
+                out,
+                "{}: {} samples, {} lost, {} faults, {} new sessions",
+                watched.device,
+                watched.samples,
+                watched.samples_lost + watched.dropped_samples,
+                watched.faults,
+                watched.reconnected
+            )?;
+            watched
+                .logs
+                .iter()
+                .try_for_each(|log| writeln!(out, "  log               {log}"))
+        })?;
+        let missing = watched.samples_lost + watched.dropped_samples;
+        if missing > 0 {
+            return Err(Failure::DataLost(anyhow::anyhow!(
+                "{missing} samples are missing from the logs"
+            )));
+        }
+        Ok(())
+    }
+
+    /// Tries until the device is there again; `None` when the watching is over.
+    fn reconnect(&self, watch: &Watch<'_>) -> Option<SerialLink> {
+        let mut pause = Duration::from_millis(50);
+        while !watch.is_over() {
+            if let Ok(link) = self.port.connect_once() {
+                return Some(link);
+            }
+            std::thread::sleep(pause);
+            pause = (2 * pause).min(Duration::from_secs(1));
+        }
+        None
+    }
+}
+
+/// A line on the terminal that is written over.
+fn status_line(output: Output) -> ProgressBar {
+    let target = if output.quiet {
+        ProgressDrawTarget::hidden()
+    } else {
+        ProgressDrawTarget::stderr_with_hz(10)
+    };
+    let bar = ProgressBar::with_draw_target(None, target);
+    // The template is a constant; the default serves if it were wrong.
+    if let Ok(style) = indicatif::ProgressStyle::with_template("{msg}") {
+        bar.set_style(style);
+    }
+    bar
+}
+
+struct Watch<'a> {
+    every: u16,
+    until: Option<Instant>,
+    stop: &'a AtomicBool,
+    bar: ProgressBar,
+    watched: Watched,
+}
+
+impl Watch<'_> {
+    fn is_over(&self) -> bool {
+        self.stop.load(Ordering::Relaxed) || self.until.is_some_and(|until| Instant::now() >= until)
+    }
+
+    /// Watches until the time is over, or the session: then why.
+    fn session(&mut self, link: &SerialLink, recorder: &mut Recorder) -> Option<String> {
+        // Batches at 1 kHz save half of the line; one at a time below.
+        let batch = if self.every == 1 { BATCH_MAX as u8 } else { 1 };
+        if let Err(error) = link.stream(self.every, batch) {
+            return Some(error.to_string());
+        }
+        let period_s = link.period_s();
+        let mut next_tick = None;
+        let over = loop {
+            if self.is_over() {
+                break None;
+            }
+            match link.hear(Duration::from_millis(100)) {
+                Some(Heard::Sample(sample)) => {
+                    let expected =
+                        next_tick.replace(sample.tick.wrapping_add(u32::from(self.every)));
+                    let missing = expected.map_or(0, |tick| sample.tick.wrapping_sub(tick));
+                    // A tick that went back is a run that began.
+                    if missing < u32::MAX / 2 {
+                        self.watched.samples_lost += u64::from(missing / u32::from(self.every));
+                    }
+                    self.take(&sample, period_s, recorder);
+                }
+                Some(Heard::Fault(report)) => {
+                    self.watched.faults += 1;
+                    let time_s = f64::from(report.tick) * period_s;
+                    let text = fault_in_words(report.status).unwrap_or_default();
+                    self.bar.suspend(|| note("fault", &text));
+                    // A recorder that has ended is seen when it is closed.
+                    let _ = recorder.event(time_s, "fault", text);
+                }
+                Some(Heard::Event(event)) => {
+                    let time_s = f64::from(event.tick) * period_s;
+                    let _ = recorder.event(time_s, "device", format!("{:?}", event.kind));
+                }
+                Some(Heard::Over(error)) => break Some(error.to_string()),
+                None => {}
+            }
+            let state = link.status().state;
+            self.bar.set_prefix(state.to_string());
+        };
+        // Best effort: the session may be over.
+        let _ = link.stream(0, 1);
+        over
+    }
+
+    fn take(&mut self, sample: &Sample, period_s: f64, recorder: &mut Recorder) {
+        self.watched.samples += 1;
+        let message = TickMessage {
+            tick: u64::from(sample.tick),
+            time_s: f64::from(sample.tick) * period_s,
+            reference_m: f64::NAN,
+            indenter_position_m: f64::NAN,
+            contact_force_n: f64::NAN,
+            position_m: f64::from(sample.position_m),
+            environment_force_n: f64::from(sample.environment_force_n),
+            force_n: f64::from(sample.force_n),
+            limiters: sample.limiters,
+            observed_energy_j: f64::NAN,
+        };
+        let _ = recorder.tick(message);
+        if self.watched.samples.is_multiple_of(50) {
+            self.bar.set_message(format!(
+                "{:>9} · tick {:>10} · position {:>12.6} mm · force {:>10.4} N · limiters {:#010b}",
+                self.bar.prefix(),
+                sample.tick,
+                1e3 * sample.position_m,
+                sample.force_n,
+                sample.limiters
+            ));
+        }
+    }
+}

@@ -1,6 +1,6 @@
 //! The parameters of a device as a person and a script see them.
 
-use haptic_link::{Configuration, LoopMode, OperatorForm, SimulationKind};
+use haptic_link::{Configuration, GuardKind, Limits, LoopMode, OperatorForm, SimulationKind};
 use serde::Serialize;
 
 /// A configuration with units in its keys.
@@ -31,8 +31,80 @@ pub struct Parameters {
     pub watchdog_s: f64,
     /// Late ticks in a row that latch a fault; 0 never.
     pub late_ticks: u16,
+    /// What else the safety chain does.
+    pub safety: SafetyParameters,
     /// The simulated plant; null for a real device.
     pub simulation: Option<SimulationParameters>,
+}
+
+/// The safety chain beyond force and rate; 0 or null is off.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SafetyParameters {
+    /// Largest force with which the device's loop starts.
+    pub start_force_n: f32,
+    /// Time in which the force rises.
+    pub rise_time_s: f32,
+    /// Lowest and highest position.
+    pub workspace_m: Option<[f32; 2]>,
+    /// Width of the zones to brake in.
+    pub workspace_soft_m: f32,
+    /// Largest speed.
+    pub speed_limit_m_per_s: f32,
+    /// Speed from which on the motion is braked.
+    pub speed_soft_m_per_s: f32,
+    /// Bandwidth of the estimated velocity.
+    pub velocity_bandwidth_hz: f32,
+    /// Damping that brakes.
+    pub braking_n_s_per_m: f32,
+    /// Time in which it fades out after a fault or stop.
+    pub braking_time_s: f32,
+    /// Passivity guard.
+    pub guard: Option<GuardParameters>,
+}
+
+/// The passivity guard of a device.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct GuardParameters {
+    /// `observer` or `energy-bounding`.
+    pub kind: &'static str,
+    /// Most damping that it adds, or damping of the device.
+    pub damping_n_s_per_m: f32,
+    /// Share of the damping of the device; only energy bounding uses it.
+    pub share: f32,
+    /// How long a credit of energy lasts.
+    pub forget_s: f32,
+    /// From a force to its effect; only energy bounding uses it.
+    pub delay_samples: u8,
+}
+
+impl SafetyParameters {
+    fn new(limits: &Limits) -> Self {
+        let (low, high) = (limits.workspace_low_m, limits.workspace_high_m);
+        let guard = &limits.guard;
+        let kind = match guard.kind {
+            GuardKind::Off => None,
+            GuardKind::Observer => Some("observer"),
+            GuardKind::EnergyBounding => Some("energy-bounding"),
+        };
+        Self {
+            start_force_n: limits.start_force_n,
+            rise_time_s: limits.rise_time_s,
+            workspace_m: (low < high).then_some([low, high]),
+            workspace_soft_m: limits.workspace_soft_m,
+            speed_limit_m_per_s: limits.speed_hard_m_per_s,
+            speed_soft_m_per_s: limits.speed_soft_m_per_s,
+            velocity_bandwidth_hz: limits.velocity_bandwidth_hz,
+            braking_n_s_per_m: limits.braking_n_s_per_m,
+            braking_time_s: limits.braking_time_s,
+            guard: kind.map(|kind| GuardParameters {
+                kind,
+                damping_n_s_per_m: guard.damping_n_s_per_m,
+                share: guard.share,
+                forget_s: guard.forget_s,
+                delay_samples: guard.delay_samples,
+            }),
+        }
+    }
 }
 
 /// The operator of a device.
@@ -101,6 +173,7 @@ impl Parameters {
             force_rate_limit_n_per_s: configuration.limits.force_rate_n_per_s,
             watchdog_s: f64::from(configuration.limits.watchdog_ms) * 1e-3,
             late_ticks: configuration.limits.late_ticks,
+            safety: SafetyParameters::new(&configuration.limits),
             simulation: kind.map(|kind| SimulationParameters {
                 kind,
                 mass_kg: simulation.mass_kg,

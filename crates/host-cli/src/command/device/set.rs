@@ -1,16 +1,19 @@
 //! `device get` and `device set`.
 
 use super::PortArguments;
-use super::parameters::Parameters;
+use super::parameters::{Parameters, SafetyParameters};
 use crate::command::experiment::{order, parse_order, parse_scheme};
 use crate::device::{Loop, at_port};
+use crate::experiment::GuardChoice;
+use crate::experiment::remote::guard_of;
+use crate::experiment::safety::{GuardedDevice, speed, workspace};
 use crate::failure::Failure;
 use crate::output::Output;
-use crate::quantity::{Damping, Force, ForceRate, Length, Mass, Stiffness, Time};
+use crate::quantity::{Damping, Force, ForceRate, Length, Mass, Speed, Stiffness, Time, Workspace};
 use clap::Args;
 use fracdiff::{Operator, Scheme, Seconds};
-use haptic_link::{Configuration, SimulationKind};
-use haptic_loop::remote::operator_shape;
+use haptic_link::{Configuration, Guard, SimulationKind};
+use haptic_loop::remote::{operator_shape, wire_guard};
 use std::io::{self, Write};
 
 /// Arguments of `device get`.
@@ -66,6 +69,42 @@ pub struct SetArguments {
     /// Late ticks in a row that latch a fault; 0 for never
     #[arg(long)]
     late_ticks: Option<u16>,
+    /// Largest force with which the device's loop starts; 0 for any
+    #[arg(long, allow_hyphen_values = true, help_heading = "Safety")]
+    start_force: Option<Force>,
+    /// Time in which the force rises after a start; 0 for at once
+    #[arg(long, allow_hyphen_values = true, help_heading = "Safety")]
+    rise_time: Option<Time>,
+    /// Where the device may be, as in -10mm:20mm; `none` for anywhere
+    #[arg(long, value_name = "LOW:HIGH", allow_hyphen_values = true, value_parser = parse_range, help_heading = "Safety")]
+    workspace: Option<Range>,
+    /// How fast it may move; 0 for any speed
+    #[arg(long, allow_hyphen_values = true, help_heading = "Safety")]
+    speed_limit: Option<Speed>,
+    /// Damping that brakes near workspace and speed limit, and after a fault or stop; 0 for none
+    #[arg(long, allow_hyphen_values = true, help_heading = "Safety")]
+    braking: Option<Damping>,
+    /// Keep the loop from feeding the device energy
+    #[arg(long, value_enum, help_heading = "Safety")]
+    guard: Option<GuardChoice>,
+    /// Mass of a real device, for --guard observer
+    #[arg(
+        long,
+        value_name = "MASS",
+        requires = "guard",
+        allow_hyphen_values = true,
+        help_heading = "Safety"
+    )]
+    device_mass: Option<Mass>,
+    /// Damping of a real device, for --guard energy-bounding
+    #[arg(
+        long,
+        value_name = "DAMPING",
+        requires = "guard",
+        allow_hyphen_values = true,
+        help_heading = "Safety"
+    )]
+    device_damping: Option<Damping>,
     /// Mass of a simulated device
     #[arg(long, allow_hyphen_values = true, help_heading = "Simulated device")]
     mass: Option<Mass>,
@@ -84,6 +123,20 @@ pub struct SetArguments {
 enum Surface {
     None,
     At(f64),
+}
+
+/// The range of the workspace.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Range {
+    None,
+    Within(Workspace),
+}
+
+fn parse_range(text: &str) -> Result<Range, String> {
+    if text == "none" {
+        return Ok(Range::None);
+    }
+    text.parse().map(Range::Within)
 }
 
 fn parse_surface(text: &str) -> Result<Surface, String> {
@@ -200,6 +253,7 @@ impl SetArguments {
                 simulation.kind = SimulationKind::MassDamper;
             }
         }
+        self.change_limits(configuration)?;
         if let Some(mu) = self.order {
             let t = Seconds(f64::from(configuration.tick_period_us) * 1e-6);
             let built = self.scheme.build(order(mu)?, t, self.horizon.0 / t.0);
@@ -209,6 +263,64 @@ impl SetArguments {
             configuration.order = mu as f32;
             configuration.operator = shape;
             *values = list;
+        }
+        Ok(())
+    }
+}
+
+impl SetArguments {
+    /// Changes the safety chain, for the plant and the sample time that are set already.
+    fn change_limits(&self, configuration: &mut Configuration) -> Result<(), Failure> {
+        let limits = &mut configuration.limits;
+        if let Some(force) = self.start_force {
+            limits.start_force_n = force.0 as f32;
+        }
+        if let Some(time) = self.rise_time {
+            limits.rise_time_s = time.0 as f32;
+        }
+        if let Some(braking) = self.braking {
+            limits.braking_n_s_per_m = braking.0 as f32;
+        }
+        let brakes = limits.braking_n_s_per_m > 0.0;
+        let ends = match self.workspace {
+            Some(Range::Within(ends)) => Some((ends.low_m, ends.high_m)),
+            Some(Range::None) => {
+                (limits.workspace_low_m, limits.workspace_high_m) = (0.0, 0.0);
+                limits.workspace_soft_m = 0.0;
+                None
+            }
+            // With braking comes and goes the zone to brake in.
+            None if self.braking.is_some() => {
+                let (low, high) = (limits.workspace_low_m, limits.workspace_high_m);
+                (low < high).then_some((f64::from(low), f64::from(high)))
+            }
+            None => None,
+        };
+        if let Some(ends) = ends {
+            let workspace = workspace(ends, brakes);
+            limits.workspace_low_m = workspace.low.0 as f32;
+            limits.workspace_high_m = workspace.high.0 as f32;
+            limits.workspace_soft_m = workspace.soft.0 as f32;
+        }
+        let hard = match self.speed_limit {
+            Some(speed) => Some(speed.0),
+            None if self.braking.is_some() => Some(f64::from(limits.speed_hard_m_per_s)),
+            None => None,
+        };
+        if let Some(hard) = hard {
+            let speed = speed(hard, brakes);
+            limits.speed_soft_m_per_s = speed.soft.0 as f32;
+            limits.speed_hard_m_per_s = speed.hard.0 as f32;
+        }
+        if let Some(guard) = self.guard {
+            let known = GuardedDevice {
+                mass_kg: self.device_mass.map(|mass| mass.0),
+                damping_n_s_per_m: self.device_damping.map(|damping| damping.0),
+                delay_samples: 0,
+            };
+            let t = Seconds(f64::from(configuration.tick_period_us) * 1e-6);
+            let guard = guard_of(guard, known, &configuration.simulation, t)?;
+            limits.guard = guard.as_ref().map_or(Guard::OFF, wire_guard);
         }
         Ok(())
     }
@@ -247,6 +359,38 @@ pub fn watchdog_ms(time: Time) -> Result<u16, Failure> {
     }
 }
 
+/// One line: what is on.
+fn print_safety(out: &mut dyn Write, s: &SafetyParameters) -> io::Result<()> {
+    let mut on = Vec::new();
+    if s.start_force_n > 0.0 {
+        on.push(format!("starts with at most {} N", s.start_force_n));
+    }
+    if s.rise_time_s > 0.0 {
+        on.push(format!("rises in {} s", s.rise_time_s));
+    }
+    if let Some([low, high]) = s.workspace_m {
+        on.push(format!("from {low} m to {high} m"));
+    }
+    if s.speed_limit_m_per_s > 0.0 {
+        on.push(format!("at most {} m/s", s.speed_limit_m_per_s));
+    }
+    if s.braking_n_s_per_m > 0.0 {
+        on.push(format!("brakes with {} N·s/m", s.braking_n_s_per_m));
+    }
+    if let Some(guard) = &s.guard {
+        on.push(format!(
+            "guard {} with {} N·s/m",
+            guard.kind, guard.damping_n_s_per_m
+        ));
+    }
+    let on = if on.is_empty() {
+        "no more".to_owned()
+    } else {
+        on.join(", ")
+    };
+    writeln!(out, "  safety            {on}")
+}
+
 fn print(out: &mut dyn Write, p: &Parameters) -> io::Result<()> {
     writeln!(
         out,
@@ -281,6 +425,7 @@ fn print(out: &mut dyn Write, p: &Parameters) -> io::Result<()> {
         1e3 * p.watchdog_s,
         p.late_ticks
     )?;
+    print_safety(out, &p.safety)?;
     match &p.simulation {
         Some(s) => writeln!(
             out,

@@ -232,6 +232,14 @@ impl<'a> Table<'a> {
         }
     }
 
+    /// A number, if the key is there.
+    pub(super) fn number_if(&self, key: &str, range: Range) -> Result<Option<f64>, FileError> {
+        match self.find(key) {
+            None => Ok(None),
+            Some(_) => self.number(key, None, range).map(Some),
+        }
+    }
+
     /// A whole number of at least 0.
     pub(super) fn count(&self, key: &str, default: u64) -> Result<u64, FileError> {
         match self.find(key) {

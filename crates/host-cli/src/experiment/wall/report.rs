@@ -1,6 +1,8 @@
 //! What a wall experiment reports.
 
 use super::Settling;
+use crate::experiment::preflight::Verdict;
+use crate::experiment::realtime::RealtimeSummary;
 use crate::experiment::remote::LinkSummary;
 use crate::experiment::report::{Ending, Summary, TickTimes};
 use serde::Serialize;
@@ -33,6 +35,8 @@ pub struct WallReport {
     pub tick_ns: Option<TickTimes>,
     /// Ticks more than one sample time late; 0 in virtual time.
     pub missed_deadlines: u64,
+    /// Where the time went in a run by the clock of this machine; null in another.
+    pub realtime: Option<RealtimeSummary>,
     /// The log.
     pub log: String,
     /// The picture (PNG; an SVG lies beside it), unless the run was cut short.
@@ -56,6 +60,10 @@ pub struct WallReport {
     pub ended_early: Option<String>,
     /// What the link to the device counted; null without one.
     pub link: Option<LinkSummary>,
+    /// What the analysis said before the run; null if it was not asked.
+    pub preflight: Option<Verdict>,
+    /// The log of the fault, 1000 samples before it and 100 after; null without a fault.
+    pub fault_log: Option<String>,
     /// The link was lost in the middle of the run.
     #[serde(skip)]
     pub link_lost: bool,

@@ -1,0 +1,187 @@
+//! What a tick may cost: `output` and the whole tick of each operator, and their share of a period.
+//!
+//! ```text
+//! cargo bench --bench budget        ten seconds; fails beyond the budget
+//! ```
+//! - *Budget*, as the README promises: `output` at most 2 ns in the median, the same for any memory; a whole tick
+//!   (output, then advance) at most 1 µs at p99.9, one hundredth of a period at 10 kHz.
+//! - *`output`*: batches of 256 calls; p50 and p99.9 are of batches, divided by 256. A throughput.
+//! - *Tick*: each one by itself, 200 000 of them, less the median of an empty measurement. What the machine does
+//!   in between (interrupts, other jobs, a hypervisor) is in the last thousandth.
+//! - *Long memories*: `PartitionedMemory` against the direct sum in the same run, at least ten times faster in the
+//!   mean at 65 536 samples; and its worst tick at most four times the mean. Each place in the schedule of a block is
+//!   timed by the least of many rounds, so that only the work itself is seen.
+//! - *State when quoting*: processor, rustc, flags, date, load. `chrt -f 10 taskset -c 1` helps on a busy machine.
+
+mod catalogue;
+mod input;
+
+use catalogue::Visitor;
+use fractional_haptics::fracdiff::{Differintegrator, PartitionedMemory, Real, ShortMemoryVec};
+use input::{SAMPLE_TIME, order, ramp_and_hold};
+use std::error::Error;
+use std::hint::black_box;
+use std::process::ExitCode;
+use std::time::Instant;
+
+/// Largest median of `output`, ns.
+const OUTPUT_NS: f64 = 2.0;
+/// Largest p99.9 of a tick, ns.
+const TICK_NS: f64 = 1000.0;
+/// A partitioned memory of 65 536 samples is faster than the direct sum by this factor.
+const FASTER: f64 = 10.0;
+/// Its worst tick over its mean.
+const UNEVEN: f64 = 4.0;
+/// Samples of its longest block.
+const PERIOD: usize = 2048;
+const OUTPUTS: usize = 256;
+const BATCHES: usize = 20_000;
+const TICKS: usize = 200_000;
+
+fn main() -> Result<ExitCode, Box<dyn Error>> {
+    let mut budget = Budget {
+        clock_ns: clock_ns(),
+        exceeded: Vec::new(),
+    };
+    println!(
+        "{:<28} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}",
+        "ns", "output", "p99.9", "tick", "p99.9", "of 1 kHz", "of 10 kHz"
+    );
+    catalogue::visit_all(&mut budget)?;
+    println!(
+        "clock: {:.0} ns, taken off; shares are of the tick's p99.9",
+        budget.clock_ns
+    );
+    long_memories::<f32>("f32", &mut budget)?;
+    long_memories::<f64>("f64", &mut budget)?;
+    for line in &budget.exceeded {
+        eprintln!("over budget: {line}");
+    }
+    Ok(if budget.exceeded.is_empty() {
+        println!("within the budget: output {OUTPUT_NS} ns (p50), tick {TICK_NS} ns (p99.9)");
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    })
+}
+
+/// Mean of the direct sum over that of the partitioned one, and the latter's worst tick over its mean.
+fn long_memories<F: Real>(precision: &str, budget: &mut Budget) -> Result<(), Box<dyn Error>> {
+    const ROUNDS: usize = 200;
+    for length in [4096, 16_384, 65_536] {
+        let direct = ShortMemoryVec::<F>::new(order(), length, SAMPLE_TIME)?;
+        let direct_ns = mean(&direct, 2000);
+        let partitioned = PartitionedMemory::<F>::new(order(), length, SAMPLE_TIME)?;
+        let mean_ns = mean(&partitioned, 4 * PERIOD);
+        let input = ramp_and_hold::<F>();
+        let mut samples = input.iter().cycle();
+        let mut history = partitioned.at_rest();
+        let mut least = [f64::INFINITY; PERIOD];
+        for _ in 0..ROUNDS {
+            for least in &mut least {
+                let Some(&x) = samples.next() else { break };
+                let start = Instant::now();
+                black_box(&partitioned).advance(black_box(&mut history), x);
+                *least = least.min(start.elapsed().as_nanos() as f64 - budget.clock_ns);
+            }
+        }
+        let by_place = least.iter().sum::<f64>() / PERIOD as f64;
+        let worst = least.iter().fold(0.0, |most: f64, ns| most.max(*ns));
+        let (faster, uneven) = (direct_ns / mean_ns, worst / by_place);
+        println!(
+            "grunwald:{length} {precision}: direct {direct_ns:.0} ns, partitioned {mean_ns:.0} ns, {faster:.0} times \
+             faster; worst tick {worst:.0} ns, {uneven:.1} times the mean {by_place:.0} ns"
+        );
+        if uneven > UNEVEN || (length == 65_536 && faster < FASTER) {
+            let line =
+                format!("grunwald:{length} {precision}: {faster:.1} times, uneven {uneven:.1}");
+            budget.exceeded.push(line);
+        }
+    }
+    Ok(())
+}
+
+/// Least mean of a tick over a few thousand, in ns.
+fn mean<F: Real>(operator: &impl Differintegrator<F>, ticks: usize) -> f64 {
+    let input = ramp_and_hold::<F>();
+    let mut history = operator.at_rest();
+    let runs = (0..30).map(|_| {
+        let start = Instant::now();
+        for &x in input.iter().cycle().take(ticks) {
+            black_box(operator).advance(black_box(&mut history), x);
+        }
+        start.elapsed().as_nanos() as f64 / ticks as f64
+    });
+    runs.fold(f64::INFINITY, f64::min)
+}
+
+struct Budget {
+    clock_ns: f64,
+    exceeded: Vec<String>,
+}
+
+impl Visitor for Budget {
+    fn visit<F: Real, O: Differintegrator<F>>(
+        &mut self,
+        name: &str,
+        operator: &O,
+    ) -> Result<(), Box<dyn Error>> {
+        let input = ramp_and_hold::<F>();
+        let mut history = operator.at_rest();
+        for &x in input.iter().cycle().take(10_000) {
+            operator.advance(&mut history, x);
+        }
+        let outputs = quantiles(BATCHES, || {
+            for &x in &input[..OUTPUTS] {
+                black_box(black_box(operator).output(black_box(&history), x));
+            }
+        });
+        let outputs = outputs.map(|ns| (ns - self.clock_ns).max(0.0) / OUTPUTS as f64);
+        let mut samples = input.iter().cycle();
+        let ticks = quantiles(TICKS, || {
+            if let Some(&x) = samples.next() {
+                black_box(black_box(operator).step(black_box(&mut history), x));
+            }
+        });
+        let ticks = ticks.map(|ns| (ns - self.clock_ns).max(0.0));
+        println!(
+            "{name:<28} {:>9.2} {:>9.2} {:>9.0} {:>9.0} {:>8.3}% {:>8.3}%",
+            outputs[0],
+            outputs[1],
+            ticks[0],
+            ticks[1],
+            ticks[1] / 1e4,
+            ticks[1] / 1e3
+        );
+        if outputs[0] > OUTPUT_NS {
+            let line = format!("{name}: output {:.2} ns, {OUTPUT_NS} allowed", outputs[0]);
+            self.exceeded.push(line);
+        }
+        if ticks[1] > TICK_NS {
+            let line = format!(
+                "{name}: p99.9 of a tick {:.0} ns, {TICK_NS} allowed",
+                ticks[1]
+            );
+            self.exceeded.push(line);
+        }
+        Ok(())
+    }
+}
+
+/// p50 and p99.9 of `count` runs, ns, the clock included.
+fn quantiles(count: usize, mut run: impl FnMut()) -> [f64; 2] {
+    let mut times: Vec<u128> = (0..count)
+        .map(|_| {
+            let start = Instant::now();
+            run();
+            start.elapsed().as_nanos()
+        })
+        .collect();
+    times.sort_unstable();
+    [count / 2, count - 1 - count / 1000].map(|at| times[at] as f64)
+}
+
+/// Median of measuring nothing.
+fn clock_ns() -> f64 {
+    quantiles(100_000, || ())[0]
+}

@@ -1,0 +1,261 @@
+//! The passes of a complex FFT, one lane block at a time, so that a tick can do a few of them and stop.
+//!
+//! Forward: decimation in frequency, natural order in, bit-reversed out. Inverse: decimation in time,
+//! the other way round. Products of two spectra do not care about the order, so nothing is permuted.
+//! The last three stages stay inside a block of eight ([`forward_8`], [`inverse_8`]).
+
+use crate::Real;
+use alloc::vec::Vec;
+use core::f64::consts::{FRAC_1_SQRT_2, PI};
+
+/// Complex numbers side by side. Fixed, so that every target rounds alike.
+pub(super) const LANES: usize = 8;
+
+/// Eight neighbouring complex numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Bins<F> {
+    pub(super) re: [F; LANES],
+    pub(super) im: [F; LANES],
+}
+
+impl<F: Real> Bins<F> {
+    /// `n` complex numbers, n a multiple of eight, in blocks.
+    pub(super) fn collect(n: usize, value: impl Fn(usize) -> (f64, f64)) -> Vec<Self> {
+        let block = |b: usize| Self {
+            re: core::array::from_fn(|l| F::from_f64(value(LANES * b + l).0)),
+            im: core::array::from_fn(|l| F::from_f64(value(LANES * b + l).1)),
+        };
+        (0..n / LANES).map(block).collect()
+    }
+
+    /// self ← self + x·h, in each lane.
+    #[inline(always)]
+    fn add_product(&mut self, x: &Self, h: &Self) {
+        for l in 0..LANES {
+            self.re[l] += x.re[l] * h.re[l] - x.im[l] * h.im[l];
+            self.im[l] += x.re[l] * h.im[l] + x.im[l] * h.re[l];
+        }
+    }
+}
+
+/// acc ← acc + Σ x·h, first pair first.
+#[inline(never)]
+pub(super) fn accumulate<F: Real>(mut acc: Bins<F>, x: &[Bins<F>], h: &[Bins<F>]) -> Bins<F> {
+    for (x, h) in x.iter().zip(h) {
+        acc.add_product(x, h);
+    }
+    acc
+}
+
+/// e^(−jπi/half) for i = 0, …, half − 1, of halves 8, 16, …, size/2 one after the other: those of the pass
+/// over distances of b blocks start at block b − 1.
+pub(super) fn factors<F: Real>(size: usize) -> Vec<Bins<F>> {
+    let mut factors = Vec::with_capacity(size / LANES);
+    let mut half = LANES;
+    while half < size {
+        factors.extend(Bins::collect(half, |i| unit(-PI * i as f64 / half as f64)));
+        half *= 2;
+    }
+    factors
+}
+
+/// e^(jφ).
+pub(super) fn unit(phase: f64) -> (f64, f64) {
+    (libm::cos(phase), libm::sin(phase))
+}
+
+/// Forward butterflies: (a, b) ← (a + b, (a − b)·f).
+#[inline(never)]
+pub(super) fn forward<F: Real>(low: &mut [Bins<F>], high: &mut [Bins<F>], factors: &[Bins<F>]) {
+    for (a, (b, f)) in low.iter_mut().zip(high.iter_mut().zip(factors)) {
+        for l in 0..LANES {
+            let (re, im) = (a.re[l] - b.re[l], a.im[l] - b.im[l]);
+            a.re[l] += b.re[l];
+            a.im[l] += b.im[l];
+            b.re[l] = re * f.re[l] - im * f.im[l];
+            b.im[l] = re * f.im[l] + im * f.re[l];
+        }
+    }
+}
+
+/// Inverse butterflies: (a, b) ← (a + b·f*, a − b·f*).
+#[inline(never)]
+pub(super) fn inverse<F: Real>(low: &mut [Bins<F>], high: &mut [Bins<F>], factors: &[Bins<F>]) {
+    for (a, (b, f)) in low.iter_mut().zip(high.iter_mut().zip(factors)) {
+        for l in 0..LANES {
+            let re = b.re[l] * f.re[l] + b.im[l] * f.im[l];
+            let im = b.im[l] * f.re[l] - b.re[l] * f.im[l];
+            b.re[l] = a.re[l] - re;
+            b.im[l] = a.im[l] - im;
+            a.re[l] += re;
+            a.im[l] += im;
+        }
+    }
+}
+
+/// The last three forward passes.
+#[inline]
+pub(super) fn forward_8<F: Real>(x: &mut Bins<F>) {
+    let h = F::from_f64(FRAC_1_SQRT_2);
+    let (r, i) = (x.re, x.im);
+    // Distance 4, factors e^(−jπk/4).
+    let (s_re, s_im): ([F; 4], [F; 4]) = (
+        core::array::from_fn(|k| r[k] + r[k + 4]),
+        core::array::from_fn(|k| i[k] + i[k + 4]),
+    );
+    let (d_re, d_im): ([F; 4], [F; 4]) = (
+        core::array::from_fn(|k| r[k] - r[k + 4]),
+        core::array::from_fn(|k| i[k] - i[k + 4]),
+    );
+    let t_re = [
+        d_re[0],
+        h * (d_re[1] + d_im[1]),
+        d_im[2],
+        h * (d_im[3] - d_re[3]),
+    ];
+    let t_im = [
+        d_im[0],
+        h * (d_im[1] - d_re[1]),
+        -d_re[2],
+        -(h * (d_re[3] + d_im[3])),
+    ];
+    let ([a, b, c, d], [e, f, g, p]) = (forward_4(s_re, s_im), forward_4(t_re, t_im));
+    x.re = [a.0, b.0, c.0, d.0, e.0, f.0, g.0, p.0];
+    x.im = [a.1, b.1, c.1, d.1, e.1, f.1, g.1, p.1];
+}
+
+/// Distances 2 and 1, factors 1 and −j.
+#[inline]
+fn forward_4<F: Real>(re: [F; 4], im: [F; 4]) -> [(F, F); 4] {
+    let (s0, s1) = (
+        (re[0] + re[2], im[0] + im[2]),
+        (re[1] + re[3], im[1] + im[3]),
+    );
+    let (d0, d1) = (
+        (re[0] - re[2], im[0] - im[2]),
+        (im[1] - im[3], re[3] - re[1]),
+    );
+    [
+        (s0.0 + s1.0, s0.1 + s1.1),
+        (s0.0 - s1.0, s0.1 - s1.1),
+        (d0.0 + d1.0, d0.1 + d1.1),
+        (d0.0 - d1.0, d0.1 - d1.1),
+    ]
+}
+
+/// The first three inverse passes.
+#[inline]
+pub(super) fn inverse_8<F: Real>(x: &mut Bins<F>) {
+    let h = F::from_f64(FRAC_1_SQRT_2);
+    let (r, i) = (x.re, x.im);
+    let s = inverse_4([r[0], r[1], r[2], r[3]], [i[0], i[1], i[2], i[3]]);
+    let d = inverse_4([r[4], r[5], r[6], r[7]], [i[4], i[5], i[6], i[7]]);
+    // Distance 4, factors e^(jπk/4).
+    let t = [
+        d[0],
+        (h * (d[1].0 - d[1].1), h * (d[1].0 + d[1].1)),
+        (-d[2].1, d[2].0),
+        (-(h * (d[3].0 + d[3].1)), h * (d[3].0 - d[3].1)),
+    ];
+    for k in 0..4 {
+        x.re[k] = s[k].0 + t[k].0;
+        x.im[k] = s[k].1 + t[k].1;
+        x.re[k + 4] = s[k].0 - t[k].0;
+        x.im[k + 4] = s[k].1 - t[k].1;
+    }
+}
+
+/// Distances 1 and 2, factors 1 and j.
+#[inline]
+fn inverse_4<F: Real>(re: [F; 4], im: [F; 4]) -> [(F, F); 4] {
+    let (s0, s1) = (
+        (re[0] + re[1], im[0] + im[1]),
+        (re[2] + re[3], im[2] + im[3]),
+    );
+    let (d0, d1) = (
+        (re[0] - re[1], im[0] - im[1]),
+        (im[3] - im[2], re[2] - re[3]),
+    );
+    [
+        (s0.0 + s1.0, s0.1 + s1.1),
+        (d0.0 + d1.0, d0.1 + d1.1),
+        (s0.0 - s1.0, s0.1 - s1.1),
+        (d0.0 - d1.0, d0.1 - d1.1),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// All forward passes over a whole signal.
+    fn transform(bins: &mut [Bins<f64>]) {
+        let factors = factors(LANES * bins.len());
+        let mut half = bins.len() / 2;
+        while half > 0 {
+            for pair in bins.chunks_exact_mut(2 * half) {
+                let (low, high) = pair.split_at_mut(half);
+                forward(low, high, &factors[half - 1..2 * half - 1]);
+            }
+            half /= 2;
+        }
+        bins.iter_mut().for_each(forward_8);
+    }
+
+    #[test]
+    fn a_forward_transform_is_the_defining_sum_in_bit_reversed_order() {
+        let size = 64;
+        let signal = |n: usize| ((0.3 * n as f64).sin() + 0.1, (0.7 * n as f64).cos());
+        let mut bins = Bins::<f64>::collect(size, signal);
+        transform(&mut bins);
+        for k in 0..size {
+            let (mut re, mut im) = (0.0, 0.0);
+            for n in 0..size {
+                let (c, s) = unit(-2.0 * PI * (k * n) as f64 / size as f64);
+                let (a, b) = signal(n);
+                re += a * c - b * s;
+                im += a * s + b * c;
+            }
+            let at = k.reverse_bits() >> (usize::BITS - size.ilog2());
+            let have = (
+                bins[at / LANES].re[at % LANES],
+                bins[at / LANES].im[at % LANES],
+            );
+            assert!(
+                (have.0 - re).abs() < 1e-13 * size as f64
+                    && (have.1 - im).abs() < 1e-13 * size as f64,
+                "bin {k}: have {have:?}, want {re} {im}"
+            );
+        }
+    }
+
+    #[test]
+    fn the_inverse_undoes_the_forward_transform() {
+        let size = 128;
+        let signal = |n: usize| ((0.3 * n as f64).sin(), 1.0 / (n + 1) as f64);
+        let mut bins = Bins::<f64>::collect(size, signal);
+        transform(&mut bins);
+        bins.iter_mut().for_each(inverse_8);
+        let factors = factors(size);
+        let mut half = 1;
+        while half < bins.len() {
+            for pair in bins.chunks_exact_mut(2 * half) {
+                let (low, high) = pair.split_at_mut(half);
+                inverse(low, high, &factors[half - 1..2 * half - 1]);
+            }
+            half *= 2;
+        }
+        for n in 0..size {
+            let (have, want) = (bins[n / LANES].re[n % LANES] / size as f64, signal(n).0);
+            assert!(
+                (have - want).abs() < 1e-14,
+                "sample {n}: have {have}, want {want}"
+            );
+            let (have, want) = (bins[n / LANES].im[n % LANES] / size as f64, signal(n).1);
+            assert!(
+                (have - want).abs() < 1e-14,
+                "sample {n}: have {have}, want {want}"
+            );
+        }
+    }
+}

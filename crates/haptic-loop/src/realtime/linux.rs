@@ -1,0 +1,217 @@
+//! Linux: clock, sleep, priority, affinity and locked memory.
+
+use super::thread::{Refusal, System};
+use super::waiter::Waiter;
+use rustix::io::Errno;
+use rustix::mm::{MlockAllFlags, mlockall, munlockall};
+use rustix::process::{Resource, getpriority_process, getrlimit};
+use rustix::thread::{
+    CapabilitySet, ClockId, CpuSet, capabilities, clock_nanosleep_absolute, current_timer_slack,
+    sched_getaffinity, sched_setaffinity, set_current_timer_slack,
+};
+use rustix::time::{Timespec, clock_gettime};
+use std::num::NonZeroU64;
+use std::os::unix::thread::JoinHandleExt as _;
+use std::thread::JoinHandle;
+use std::time::Duration;
+use std::vec::Vec;
+use thread_priority::{
+    RealtimeThreadSchedulePolicy, ThreadId, ThreadPriority, ThreadPriorityValue,
+    ThreadSchedulePolicy, set_thread_priority_and_policy, thread_native_id,
+    thread_schedule_policy_param,
+};
+
+/// The monotonic clock and sleep of this system.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SystemWaiter(());
+
+impl SystemWaiter {
+    /// The only one.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self(())
+    }
+}
+
+impl Waiter for SystemWaiter {
+    fn now(&mut self) -> Duration {
+        let now = clock_gettime(ClockId::Monotonic);
+        // The clock starts at 0 when the machine does.
+        Duration::new(now.tv_sec.unsigned_abs(), now.tv_nsec as u32)
+    }
+
+    fn sleep_until(&mut self, time: Duration) {
+        let request = Timespec {
+            tv_sec: time.as_secs() as i64,
+            tv_nsec: i64::from(time.subsec_nanos()),
+        };
+        // A signal wakes it early.
+        while clock_nanosleep_absolute(ClockId::Monotonic, &request) == Err(Errno::INTR) {}
+    }
+}
+
+/// Cores that this process may run on; empty where the system does not say.
+#[must_use]
+pub fn allowed_cores() -> Vec<usize> {
+    let set = sched_getaffinity(None).unwrap_or_default();
+    (0..CpuSet::MAX_CPU)
+        .filter(|core| set.is_set(*core))
+        .collect()
+}
+
+/// Raises a thread of this process to `SCHED_FIFO` at a priority of 1 to 99.
+///
+/// # Errors
+/// What the system does not allow.
+pub fn raise_thread<T>(thread: &JoinHandle<T>, priority: u8) -> Result<(), Refusal> {
+    fifo(thread.as_pthread_t() as ThreadId, priority)
+}
+
+fn fifo(thread: ThreadId, priority: u8) -> Result<(), Refusal> {
+    let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
+    let value = ThreadPriorityValue::try_from(priority).map_err(|_| Refusal::Unsupported)?;
+    let priority = ThreadPriority::Crossplatform(value);
+    set_thread_priority_and_policy(thread, priority, policy).map_err(|error| match error {
+        thread_priority::Error::OS(code) => refusal(Errno::from_raw_os_error(code)),
+        _ => Refusal::Unsupported,
+    })
+}
+
+fn refusal(error: Errno) -> Refusal {
+    match error {
+        Errno::PERM | Errno::ACCESS => Refusal::NotPermitted,
+        Errno::NOMEM | Errno::AGAIN => Refusal::Limit,
+        Errno::NOSYS => Refusal::Unsupported,
+        other => Refusal::Other(other.raw_os_error()),
+    }
+}
+
+/// The calling thread, and what it was before.
+#[derive(Debug, Default)]
+pub(super) struct CurrentThread {
+    policy: Option<(ThreadSchedulePolicy, ThreadPriority)>,
+    affinity: Option<CpuSet>,
+    timer_slack: Option<u64>,
+    locked: bool,
+}
+
+impl System for CurrentThread {
+    fn raise(&mut self, priority: u8) -> Result<(), Refusal> {
+        let thread = thread_native_id();
+        let before = policy_of(thread);
+        let raised = fifo(thread, priority);
+        if raised.is_ok() {
+            self.policy = before;
+        } else {
+            // What helps without a privilege: the kernel may else put a wake-up off by 50 µs.
+            self.timer_slack = current_timer_slack().ok();
+            let _ = set_current_timer_slack(NonZeroU64::new(1));
+        }
+        raised
+    }
+
+    fn pin(&mut self, core: usize) -> Result<(), Refusal> {
+        if !allowed_cores().contains(&core) {
+            return Err(Refusal::NotPermitted);
+        }
+        let before = sched_getaffinity(None).map_err(refusal)?;
+        let mut only = CpuSet::new();
+        only.set(core);
+        sched_setaffinity(None, &only).map_err(refusal)?;
+        self.affinity = Some(before);
+        Ok(())
+    }
+
+    fn lock_memory(&mut self) -> Result<(), Refusal> {
+        // Below a limit that counts, locking what is to come would make allocations fail later.
+        let unlimited = getrlimit(Resource::Memlock).current.is_none();
+        let privileged =
+            capabilities(None).is_ok_and(|sets| sets.effective.contains(CapabilitySet::IPC_LOCK));
+        let flags = if unlimited || privileged {
+            MlockAllFlags::CURRENT | MlockAllFlags::FUTURE
+        } else {
+            MlockAllFlags::CURRENT
+        };
+        mlockall(flags).map_err(refusal)?;
+        self.locked = true;
+        Ok(())
+    }
+
+    fn restore(&mut self) {
+        // Best effort, in the order that gives up the most first.
+        if let Some((policy, priority)) = self.policy.take() {
+            let _ = set_thread_priority_and_policy(thread_native_id(), priority, policy);
+        }
+        if let Some(before) = self.timer_slack.take() {
+            let _ = set_current_timer_slack(NonZeroU64::new(before));
+        }
+        if let Some(before) = self.affinity.take() {
+            let _ = sched_setaffinity(None, &before);
+        }
+        if core::mem::take(&mut self.locked) {
+            let _ = munlockall();
+        }
+    }
+}
+
+/// Policy and priority of a thread, as `set_thread_priority_and_policy` takes them.
+fn policy_of(thread: ThreadId) -> Option<(ThreadSchedulePolicy, ThreadPriority)> {
+    let (policy, parameters) = thread_schedule_policy_param(thread).ok()?;
+    let value = match policy {
+        ThreadSchedulePolicy::Realtime(_) => u8::try_from(parameters.sched_priority).ok()?,
+        ThreadSchedulePolicy::Normal(_) => value_of_nice(getpriority_process(None).unwrap_or(0)),
+    };
+    let value = ThreadPriorityValue::try_from(value).ok()?;
+    Some((policy, ThreadPriority::Crossplatform(value)))
+}
+
+/// The value v that `thread-priority` turns into this niceness, trunc(39·(1 − v/99)) − 20.
+fn value_of_nice(nice: i32) -> u8 {
+    let middle = 99.0 * (1.0 - (f64::from(nice) + 20.5) / 39.0);
+    middle.round().clamp(0.0, 99.0) as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use thread_priority::NormalThreadSchedulePolicy;
+
+    #[test]
+    fn a_niceness_survives_the_way_there_and_back() {
+        let policy = ThreadSchedulePolicy::Normal(NormalThreadSchedulePolicy::Other);
+        for nice in -20..=19 {
+            let value = ThreadPriorityValue::try_from(value_of_nice(nice)).expect("in range");
+            let priority = ThreadPriority::Crossplatform(value);
+            assert_eq!(priority.to_posix(policy), Ok(nice));
+        }
+    }
+
+    #[test]
+    fn a_core_that_is_not_there_is_refused() {
+        let mut thread = CurrentThread::default();
+        assert_eq!(thread.pin(usize::MAX), Err(Refusal::NotPermitted));
+        assert!(thread.affinity.is_none());
+    }
+
+    #[test]
+    fn a_thread_is_afterwards_what_it_was_before() {
+        std::thread::spawn(|| {
+            let before = (policy_of(thread_native_id()), allowed_cores());
+            let mut thread = CurrentThread::default();
+            // As far as this machine allows.
+            let raised = thread.raise(1);
+            let pinned = before.1.first().map(|&core| thread.pin(core));
+            if raised.is_ok() {
+                assert_ne!(policy_of(thread_native_id()), before.0);
+            }
+            if pinned == Some(Ok(())) {
+                assert_eq!(allowed_cores().len(), 1);
+            }
+            thread.restore();
+            let after = (policy_of(thread_native_id()), allowed_cores());
+            assert_eq!(after, before);
+        })
+        .join()
+        .expect("no panic");
+    }
+}

@@ -1,0 +1,466 @@
+//! The periodic loop and its overrun policy.
+
+use super::system::SystemWaiter;
+use super::thread::{RaisedThread, ThreadConfig};
+use super::timing::Timing;
+use super::waiter::Waiter;
+use crate::ParameterError;
+use std::time::Duration;
+
+/// Shortest and longest period, s.
+const PERIODS_S: core::ops::RangeInclusive<f64> = 1e-5..=1e3;
+/// Sleeps by which the margin is measured.
+const TRIAL_SLEEPS: usize = 50;
+
+/// For how long before it is due a cycle is waited for without sleeping.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SpinMargin {
+    /// Measured on this machine at the start, a quarter of the period at most.
+    #[default]
+    Auto,
+    /// This, a quarter of the period at most; zero never spins.
+    Fixed(Duration),
+}
+
+/// A periodic loop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PeriodicConfig {
+    /// T, 10 µs to 1000 s.
+    pub period: Duration,
+    /// What is asked for the thread.
+    pub thread: ThreadConfig,
+    /// How much of the waiting is spinning.
+    pub spin_margin: SpinMargin,
+}
+
+impl PeriodicConfig {
+    /// A normal thread, the margin measured.
+    #[must_use]
+    pub const fn new(period: Duration) -> Self {
+        Self {
+            period,
+            thread: ThreadConfig {
+                priority: None,
+                pin: None,
+                lock_memory: false,
+            },
+            spin_margin: SpinMargin::Auto,
+        }
+    }
+
+    /// Itself, if a loop can run by it.
+    ///
+    /// # Errors
+    /// A period outside 10 µs to 1000 s.
+    pub fn checked(self) -> Result<Self, ParameterError> {
+        let period_s = self.period.as_secs_f64();
+        if PERIODS_S.contains(&period_s) {
+            return Ok(self);
+        }
+        Err(ParameterError::Range {
+            what: "period",
+            value: period_s,
+            allowed: "in [1e-5, 1000]",
+            unit: "s",
+        })
+    }
+}
+
+/// A cycle that has begun.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cycle {
+    /// How many cycles ran before it.
+    pub number: u64,
+    /// From when it was due to now.
+    pub lateness: Duration,
+    /// Whole periods that passed since it was due: they have no cycle.
+    pub skipped: u64,
+}
+
+/// A loop by the clock, in the thread that made it.
+///
+/// ```
+/// use haptic_loop::realtime::{Periodic, PeriodicConfig};
+/// use std::time::Duration;
+///
+/// let mut periodic = Periodic::new(PeriodicConfig::new(Duration::from_millis(1)))?;
+/// for tick in 0..10 {
+///     assert_eq!(periodic.wait().number, tick);
+///     // read, compute, write
+/// }
+/// let (timing, _) = periodic.finish();
+/// assert_eq!(timing.compute_ns().len(), 10);
+/// # Ok::<(), haptic_loop::ParameterError>(())
+/// ```
+#[derive(Debug)]
+pub struct Periodic<W = SystemWaiter> {
+    waiter: W,
+    period_ns: u64,
+    margin_ns: u64,
+    /// When the next cycle is due; `None` before the first.
+    due_ns: Option<u64>,
+    number: u64,
+    running: Option<Running>,
+    timing: Timing,
+    thread: RaisedThread,
+}
+
+/// A cycle that has not ended.
+#[derive(Clone, Copy, Debug)]
+struct Running {
+    number: u64,
+    lateness_ns: u64,
+    began_ns: u64,
+}
+
+impl Periodic {
+    /// Raises the calling thread as far as the system allows, and measures the margin: for some 50 periods, 0.1 s at
+    /// most. The first cycle is due one period after the first [`wait`](Self::wait) is called.
+    ///
+    /// # Errors
+    /// A period outside 10 µs to 1000 s.
+    pub fn new(config: PeriodicConfig) -> Result<Self, ParameterError> {
+        Self::with_waiter(config, SystemWaiter::new())
+    }
+}
+
+impl<W: Waiter> Periodic<W> {
+    /// As [`new`](Periodic::new), with another clock.
+    ///
+    /// # Errors
+    /// A period outside 10 µs to 1000 s.
+    pub fn with_waiter(config: PeriodicConfig, mut waiter: W) -> Result<Self, ParameterError> {
+        let config = config.checked()?;
+        // Before the memory is locked, which touches all of it.
+        let timing = Timing::new()?;
+        let thread = RaisedThread::new(config.thread);
+        let margin = match config.spin_margin {
+            SpinMargin::Auto => measure_margin(&mut waiter, config.period),
+            SpinMargin::Fixed(margin) => margin,
+        };
+        Ok(Self {
+            waiter,
+            period_ns: nanoseconds(config.period),
+            margin_ns: nanoseconds(margin.min(config.period / 4)),
+            due_ns: None,
+            number: 0,
+            running: None,
+            timing,
+            thread,
+        })
+    }
+
+    /// Ends the cycle that runs, and waits for the next. A cycle that is late begins at once; one that is later than a
+    /// period skips those that have passed, so that the next is due at t₀ + n·T again.
+    pub fn wait(&mut self) -> Cycle {
+        let ready_ns = self.end_cycle();
+        let due_ns = self.due_ns.unwrap_or(ready_ns + self.period_ns);
+        if ready_ns + self.margin_ns < due_ns {
+            let until = Duration::from_nanos(due_ns - self.margin_ns);
+            self.waiter.sleep_until(until);
+        }
+        self.waiter.spin_until(Duration::from_nanos(due_ns));
+        let began_ns = nanoseconds(self.waiter.now());
+        let lateness_ns = began_ns.saturating_sub(due_ns);
+        let skipped = lateness_ns / self.period_ns;
+        let by_compute = ready_ns >= due_ns + self.period_ns;
+        self.timing.begun(lateness_ns, skipped, by_compute);
+        self.due_ns = Some(due_ns + (skipped + 1) * self.period_ns);
+        let number = self.number;
+        self.number += 1;
+        self.running = Some(Running {
+            number,
+            lateness_ns,
+            began_ns,
+        });
+        Cycle {
+            number,
+            lateness: Duration::from_nanos(lateness_ns),
+            skipped,
+        }
+    }
+
+    /// Ends the cycle that runs, if one does, and says what time it is.
+    fn end_cycle(&mut self) -> u64 {
+        let now_ns = nanoseconds(self.waiter.now());
+        if let Some(running) = self.running.take() {
+            let compute_ns = now_ns.saturating_sub(running.began_ns);
+            self.timing
+                .ended(running.number, running.lateness_ns, compute_ns);
+        }
+        now_ns
+    }
+
+    /// Ends the cycle that runs. When the thread is dropped, it is what it was before.
+    pub fn finish(mut self) -> (Timing, RaisedThread) {
+        self.end_cycle();
+        (self.timing, self.thread)
+    }
+
+    /// What was measured, up to the cycle that runs.
+    #[must_use]
+    pub const fn timing(&self) -> &Timing {
+        &self.timing
+    }
+
+    /// The thread: what was granted and refused.
+    #[must_use]
+    pub const fn thread(&self) -> &RaisedThread {
+        &self.thread
+    }
+
+    /// How much of the waiting is spinning.
+    #[must_use]
+    pub const fn spin_margin(&self) -> Duration {
+        Duration::from_nanos(self.margin_ns)
+    }
+}
+
+/// One and a half times the lateness that 9 of 10 sleeps keep, and 5 µs for the sleep's own cost.
+fn measure_margin(waiter: &mut impl Waiter, period: Duration) -> Duration {
+    // Long sleeps let a processor doze deeper; the period itself, in the range where it does not take too long.
+    let sleep = period.clamp(Duration::from_micros(100), Duration::from_millis(2));
+    let mut lateness = [Duration::ZERO; TRIAL_SLEEPS];
+    for late in &mut lateness {
+        let due = waiter.now() + sleep;
+        waiter.sleep_until(due);
+        *late = waiter.now().saturating_sub(due);
+    }
+    lateness.sort_unstable();
+    lateness[TRIAL_SLEEPS * 9 / 10] * 3 / 2 + Duration::from_micros(5)
+}
+
+/// 584 years fit.
+fn nanoseconds(time: Duration) -> u64 {
+    time.as_nanos() as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::realtime::{Overruns, WorstCycle};
+    use std::cell::Cell;
+    use std::rc::Rc;
+    use std::string::ToString as _;
+
+    const MS: u64 = 1_000_000;
+
+    /// A machine in virtual time, ns: each sleep ends this much late.
+    #[derive(Clone, Default)]
+    struct Machine {
+        now: Rc<Cell<u64>>,
+        late: Rc<Cell<u64>>,
+        slept: Rc<Cell<u64>>,
+    }
+
+    impl Machine {
+        /// Somebody computes.
+        fn pass(&self, ns: u64) {
+            self.now.set(self.now.get() + ns);
+        }
+    }
+
+    impl Waiter for Machine {
+        fn now(&mut self) -> Duration {
+            Duration::from_nanos(self.now.get())
+        }
+
+        fn sleep_until(&mut self, time: Duration) {
+            self.slept.set(self.slept.get() + 1);
+            let until = nanoseconds(time) + self.late.get();
+            self.now.set(self.now.get().max(until));
+        }
+
+        fn spin_until(&mut self, time: Duration) {
+            self.now.set(self.now.get().max(nanoseconds(time)));
+        }
+    }
+
+    /// A loop of 1 ms on a machine that starts at 5 ms, so that the first cycle is due at 6 ms.
+    fn millisecond_loop(spin_margin: SpinMargin) -> (Machine, Periodic<Machine>) {
+        let machine = Machine::default();
+        let config = PeriodicConfig {
+            spin_margin,
+            ..PeriodicConfig::new(Duration::from_millis(1))
+        };
+        let periodic = Periodic::with_waiter(config, machine.clone()).expect("a good period");
+        machine.now.set(5 * MS);
+        machine.slept.set(0);
+        (machine, periodic)
+    }
+
+    fn without_spinning() -> (Machine, Periodic<Machine>) {
+        millisecond_loop(SpinMargin::Fixed(Duration::ZERO))
+    }
+
+    #[test]
+    fn cycles_keep_their_grid_whatever_lateness_and_compute_are() {
+        let (machine, mut periodic) = without_spinning();
+        for n in 0..1000 {
+            let late = (n * 37_123) % MS;
+            machine.late.set(late);
+            let cycle = periodic.wait();
+            assert_eq!((cycle.number, cycle.skipped), (n, 0));
+            assert_eq!(cycle.lateness, Duration::from_nanos(late));
+            assert_eq!(machine.now.get(), 6 * MS + n * MS + late);
+            machine.pass((MS - late) / 2);
+        }
+        assert_eq!(periodic.finish().0.overruns(), Overruns::default());
+    }
+
+    #[test]
+    fn a_late_wake_up_skips_whole_periods_and_keeps_the_phase() {
+        let (machine, mut periodic) = without_spinning();
+        periodic.wait();
+        machine.late.set(3 * MS + 400_000);
+        // Due at 7 ms, woken at 10.4: the cycles of 8, 9 and 10 are not made up for.
+        let late = periodic.wait();
+        assert_eq!((late.number, late.skipped), (1, 3));
+        assert_eq!(late.lateness, Duration::from_nanos(3_400_000));
+        machine.late.set(0);
+        let next = periodic.wait();
+        assert_eq!((next.number, next.skipped), (2, 0));
+        assert_eq!(
+            (machine.now.get(), next.lateness),
+            (11 * MS, Duration::ZERO)
+        );
+        let overruns = periodic.finish().0.overruns();
+        let wanted = Overruns {
+            by_wake_up: 1,
+            by_compute: 0,
+            skipped_periods: 3,
+        };
+        assert_eq!((overruns, overruns.cycles()), (wanted, 1));
+    }
+
+    #[test]
+    fn a_tick_that_takes_too_long_is_named_as_the_cause() {
+        let (machine, mut periodic) = without_spinning();
+        periodic.wait();
+        machine.pass(2 * MS + 500_000);
+        // Began at 6 ms, ended at 8.5: due was 7, and 8 is skipped.
+        let next = periodic.wait();
+        assert_eq!((next.number, next.skipped), (1, 1));
+        assert_eq!(next.lateness, Duration::from_nanos(1_500_000));
+        assert_eq!(machine.slept.get(), 1, "a late loop does not sleep");
+        periodic.wait();
+        assert_eq!(machine.now.get(), 9 * MS);
+        let wanted = Overruns {
+            by_wake_up: 0,
+            by_compute: 1,
+            skipped_periods: 1,
+        };
+        assert_eq!(periodic.finish().0.overruns(), wanted);
+    }
+
+    #[test]
+    fn a_tick_a_little_too_long_starts_the_next_at_once_and_skips_nothing() {
+        let (machine, mut periodic) = without_spinning();
+        periodic.wait();
+        machine.pass(MS + 300_000);
+        let next = periodic.wait();
+        assert_eq!(
+            (next.skipped, next.lateness),
+            (0, Duration::from_nanos(300_000))
+        );
+        periodic.wait();
+        assert_eq!(machine.now.get(), 8 * MS);
+        assert_eq!(periodic.finish().0.overruns(), Overruns::default());
+    }
+
+    #[test]
+    fn exactly_one_period_late_skips_one() {
+        let (machine, mut periodic) = without_spinning();
+        periodic.wait();
+        machine.late.set(MS);
+        assert_eq!(periodic.wait().skipped, 1);
+        machine.late.set(0);
+        periodic.wait();
+        assert_eq!(machine.now.get(), 9 * MS);
+    }
+
+    #[test]
+    fn every_cycle_is_in_each_histogram_and_the_worst_has_its_number() {
+        let (machine, mut periodic) = without_spinning();
+        for n in 0..100 {
+            machine.late.set(if n == 42 { 700_000 } else { 50_000 });
+            periodic.wait();
+            machine.pass(if n == 42 { 200_000 } else { 100_000 });
+        }
+        let (timing, _) = periodic.finish();
+        for histogram in [timing.lateness_ns(), timing.compute_ns(), timing.tick_ns()] {
+            assert_eq!(histogram.len(), 100);
+        }
+        let worst = WorstCycle {
+            number: 42,
+            lateness: Duration::from_micros(700),
+            compute: Duration::from_micros(200),
+        };
+        assert_eq!(timing.worst(), Some(worst));
+        assert!(timing.tick_ns().equivalent(timing.tick_ns().max(), 900_000));
+        assert!(
+            timing
+                .compute_ns()
+                .equivalent(timing.compute_ns().value_at_quantile(0.5), 100_000)
+        );
+        assert!(
+            timing
+                .lateness_ns()
+                .equivalent(timing.lateness_ns().value_at_quantile(0.5), 50_000)
+        );
+    }
+
+    #[test]
+    fn a_margin_absorbs_the_lateness_of_the_sleep() {
+        let (machine, mut periodic) =
+            millisecond_loop(SpinMargin::Fixed(Duration::from_micros(60)));
+        machine.late.set(59_000);
+        for _ in 0..10 {
+            assert_eq!(periodic.wait().lateness, Duration::ZERO);
+        }
+        machine.late.set(61_000);
+        assert_eq!(periodic.wait().lateness, Duration::from_micros(1));
+    }
+
+    #[test]
+    fn a_measured_margin_is_one_and_a_half_times_the_lateness() {
+        let machine = Machine::default();
+        machine.late.set(40_000);
+        let config = PeriodicConfig::new(Duration::from_millis(1));
+        let periodic = Periodic::with_waiter(config, machine.clone()).expect("a good period");
+        assert_eq!(periodic.spin_margin(), Duration::from_micros(65));
+        // A quarter of the period at most, however late the machine is.
+        machine.late.set(5 * MS);
+        let periodic = Periodic::with_waiter(config, machine).expect("a good period");
+        assert_eq!(periodic.spin_margin(), Duration::from_micros(250));
+    }
+
+    #[test]
+    fn a_period_outside_the_range_is_refused() {
+        for period in [
+            Duration::ZERO,
+            Duration::from_micros(9),
+            Duration::from_secs(1001),
+        ] {
+            let refused = Periodic::new(PeriodicConfig::new(period));
+            let text = refused.expect_err("refused").to_string();
+            assert!(text.contains("[1e-5, 1000] s"), "{text}");
+        }
+    }
+
+    #[test]
+    fn two_parts_of_a_run_add_up() {
+        let part = |late| {
+            let (machine, mut periodic) = without_spinning();
+            machine.late.set(late);
+            periodic.wait();
+            periodic.finish().0
+        };
+        let mut whole = part(10);
+        whole.add(&part(2 * MS));
+        assert_eq!(whole.lateness_ns().len(), 2);
+        assert_eq!(whole.overruns().skipped_periods, 2);
+        let worst = whole.worst().map(|worst| worst.lateness);
+        assert_eq!(worst, Some(Duration::from_millis(2)));
+    }
+}

@@ -1,0 +1,174 @@
+//! What a periodic loop measured of itself.
+
+use crate::ParameterError;
+use hdrhistogram::Histogram;
+use std::time::Duration;
+
+/// Longest time that is told from longer ones, ns.
+const LONGEST_NS: u64 = 100_000_000_000;
+
+/// Where the time of each cycle went.
+#[derive(Clone, Debug)]
+pub struct Timing {
+    lateness_ns: Histogram<u64>,
+    compute_ns: Histogram<u64>,
+    tick_ns: Histogram<u64>,
+    overruns: Overruns,
+    worst: Option<WorstCycle>,
+}
+
+/// Cycles that began a whole period late or more.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Overruns {
+    /// Because the thread was woken late.
+    pub by_wake_up: u64,
+    /// Because the cycle before took longer than it had.
+    pub by_compute: u64,
+    /// Periods that were skipped for it.
+    pub skipped_periods: u64,
+}
+
+impl Overruns {
+    /// Cycles that began a whole period late or more.
+    #[must_use]
+    pub const fn cycles(&self) -> u64 {
+        self.by_wake_up + self.by_compute
+    }
+}
+
+/// The cycle that ended latest after it was due.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WorstCycle {
+    /// How many cycles ran before it.
+    pub number: u64,
+    /// From when it was due to when it began.
+    pub lateness: Duration,
+    /// From there to its end.
+    pub compute: Duration,
+}
+
+/// Percentiles of a histogram.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Percentiles {
+    /// Median.
+    pub p50: Duration,
+    /// 99 of 100 took no longer.
+    pub p99: Duration,
+    /// 999 of 1000 took no longer.
+    pub p999: Duration,
+    /// The longest.
+    pub max: Duration,
+}
+
+impl Percentiles {
+    /// Of a histogram of ns.
+    #[must_use]
+    pub fn of(histogram: &Histogram<u64>) -> Self {
+        let at = |quantile| Duration::from_nanos(histogram.value_at_quantile(quantile));
+        Self {
+            p50: at(0.5),
+            p99: at(0.99),
+            p999: at(0.999),
+            max: Duration::from_nanos(histogram.max()),
+        }
+    }
+}
+
+impl Timing {
+    pub(super) fn new() -> Result<Self, ParameterError> {
+        // These bounds are good, so there is always a histogram.
+        let histogram = || {
+            Histogram::new_with_bounds(1, LONGEST_NS, 3).map_err(|_| ParameterError::Range {
+                what: "longest time of a histogram",
+                value: LONGEST_NS as f64,
+                allowed: "possible, in",
+                unit: "ns",
+            })
+        };
+        Ok(Self {
+            lateness_ns: histogram()?,
+            compute_ns: histogram()?,
+            tick_ns: histogram()?,
+            overruns: Overruns::default(),
+            worst: None,
+        })
+    }
+
+    /// A cycle has begun.
+    pub(super) fn begun(&mut self, lateness_ns: u64, skipped: u64, by_compute: bool) {
+        self.lateness_ns.saturating_record(lateness_ns);
+        if skipped > 0 {
+            self.overruns.skipped_periods += skipped;
+            if by_compute {
+                self.overruns.by_compute += 1;
+            } else {
+                self.overruns.by_wake_up += 1;
+            }
+        }
+    }
+
+    /// A cycle has ended.
+    pub(super) fn ended(&mut self, number: u64, lateness_ns: u64, compute_ns: u64) {
+        self.compute_ns.saturating_record(compute_ns);
+        self.tick_ns.saturating_record(lateness_ns + compute_ns);
+        let cycle = WorstCycle {
+            number,
+            lateness: Duration::from_nanos(lateness_ns),
+            compute: Duration::from_nanos(compute_ns),
+        };
+        if self.worst.is_none_or(|worst| worst.tick() < cycle.tick()) {
+            self.worst = Some(cycle);
+        }
+    }
+
+    /// From when a cycle was due to when it began, ns.
+    #[must_use]
+    pub const fn lateness_ns(&self) -> &Histogram<u64> {
+        &self.lateness_ns
+    }
+
+    /// From the beginning of a cycle to its end, ns.
+    #[must_use]
+    pub const fn compute_ns(&self) -> &Histogram<u64> {
+        &self.compute_ns
+    }
+
+    /// From when a cycle was due to its end, ns.
+    #[must_use]
+    pub const fn tick_ns(&self) -> &Histogram<u64> {
+        &self.tick_ns
+    }
+
+    /// The late ones.
+    #[must_use]
+    pub const fn overruns(&self) -> Overruns {
+        self.overruns
+    }
+
+    /// The one that ended latest after it was due; `None` before the first has ended.
+    #[must_use]
+    pub const fn worst(&self) -> Option<WorstCycle> {
+        self.worst
+    }
+
+    /// Takes in what another loop, or another part of this one, measured.
+    pub fn add(&mut self, other: &Self) {
+        // Histograms of the same bounds always add up.
+        let _ = self.lateness_ns.add(&other.lateness_ns);
+        let _ = self.compute_ns.add(&other.compute_ns);
+        let _ = self.tick_ns.add(&other.tick_ns);
+        self.overruns.by_wake_up += other.overruns.by_wake_up;
+        self.overruns.by_compute += other.overruns.by_compute;
+        self.overruns.skipped_periods += other.overruns.skipped_periods;
+        let worst = [self.worst, other.worst].into_iter().flatten();
+        self.worst = worst.max_by_key(WorstCycle::tick);
+    }
+}
+
+impl WorstCycle {
+    /// From when it was due to its end.
+    #[must_use]
+    pub fn tick(&self) -> Duration {
+        self.lateness + self.compute
+    }
+}

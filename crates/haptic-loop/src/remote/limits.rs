@@ -1,0 +1,187 @@
+//! The limits of a safety chain on the wire and in the chain.
+
+use super::prepared::within;
+use crate::guard::MAX_GUARD_DELAY_SAMPLES;
+use crate::units::{
+    Hertz, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond, Seconds,
+};
+use crate::{EnergyBounding, Guard, Limits, PassivityObserver, SpeedLimit, Workspace};
+use haptic_link::{Capabilities, Field, GuardKind, Refusal};
+
+/// Narrowest zone of braking, m or m/s: a share of a narrower one would have no digits.
+const ZONE_MIN: f32 = 1e-6;
+
+/// The limits of the chain of a device, each within the range that its field states.
+///
+/// # Errors
+/// The first that is not.
+pub(super) fn chain_limits(
+    limits: &haptic_link::Limits,
+    tick_period_us: u32,
+    capabilities: &Capabilities,
+) -> Result<Limits, Refusal> {
+    let positive = f32::MIN_POSITIVE;
+    let force = within(
+        Field::ForceLimit,
+        limits.force_n,
+        positive,
+        capabilities.force_max_n,
+    )?;
+    let rate = within(
+        Field::ForceRateLimit,
+        limits.force_rate_n_per_s,
+        positive,
+        capabilities.force_rate_max_n_per_s,
+    )?;
+    let start = within(Field::StartForce, limits.start_force_n, 0.0, f32::MAX)?;
+    let rise = within(Field::RiseTime, limits.rise_time_s, 0.0, 60.0)?;
+    let bandwidth = within(
+        Field::VelocityBandwidth,
+        limits.velocity_bandwidth_hz,
+        0.1,
+        1e4,
+    )?;
+    let braking = within(Field::Braking, limits.braking_n_s_per_m, 0.0, 1e4)?;
+    let braking_time = within(Field::BrakingTime, limits.braking_time_s, 1e-3, 10.0)?;
+    let on = |value: f32| (value > 0.0).then_some(f64::from(value));
+    Ok(Limits {
+        norm: None,
+        start_force: on(start).map(Newtons),
+        rise_time: on(rise).map(Seconds),
+        workspace: workspace(limits)?,
+        speed: speed(limits)?,
+        velocity_bandwidth: Hertz(f64::from(bandwidth)),
+        braking: on(braking).map(NewtonSecondsPerMetre),
+        braking_time: Seconds(f64::from(braking_time)),
+        guard: guard(&limits.guard, tick_period_us)?,
+        ..Limits::bare(Newtons(f64::from(force)), NewtonsPerSecond(f64::from(rate)))
+    })
+}
+
+/// 0, or at least as wide as the narrowest zone.
+fn zone(field: Field, width: f32, most: f32) -> Result<f32, Refusal> {
+    let least = if width > 0.0 { ZONE_MIN } else { 0.0 };
+    within(field, width, least, most)
+}
+
+fn workspace(limits: &haptic_link::Limits) -> Result<Option<Workspace>, Refusal> {
+    /// m.
+    const FAR: f32 = 100.0;
+    let (low, high) = (limits.workspace_low_m, limits.workspace_high_m);
+    let low = within(Field::WorkspaceLow, low, -FAR, FAR)?;
+    if low.abs() + high.abs() <= 0.0 {
+        zone(Field::WorkspaceSoft, limits.workspace_soft_m, 0.0)?;
+        return Ok(None);
+    }
+    let high = within(Field::WorkspaceHigh, high, low.next_up(), FAR)?;
+    let half = 0.5 * (f64::from(high) - f64::from(low));
+    let soft = zone(Field::WorkspaceSoft, limits.workspace_soft_m, half as f32)?;
+    Ok(Some(Workspace {
+        low: Metres(f64::from(low)),
+        high: Metres(f64::from(high)),
+        // Half the workspace may have been rounded up.
+        soft: Metres(f64::from(soft).min(half)),
+    }))
+}
+
+fn speed(limits: &haptic_link::Limits) -> Result<Option<SpeedLimit>, Refusal> {
+    let hard = limits.speed_hard_m_per_s;
+    let least = if hard > 0.0 { ZONE_MIN } else { 0.0 };
+    let hard = within(Field::SpeedHard, hard, least, 1e3)?;
+    if hard <= 0.0 {
+        within(Field::SpeedSoft, limits.speed_soft_m_per_s, 0.0, 0.0)?;
+        return Ok(None);
+    }
+    // At the largest speeds single precision has no room for the narrowest zone.
+    let most = (hard - ZONE_MIN).min(hard.next_down());
+    let soft = within(Field::SpeedSoft, limits.speed_soft_m_per_s, 0.0, most)?;
+    Ok(Some(SpeedLimit {
+        soft: MetresPerSecond(f64::from(soft)),
+        hard: MetresPerSecond(f64::from(hard)),
+    }))
+}
+
+fn guard(guard: &haptic_link::Guard, tick_period_us: u32) -> Result<Option<Guard>, Refusal> {
+    if guard.kind == GuardKind::Off {
+        return Ok(None);
+    }
+    let damping = within(Field::GuardDamping, guard.damping_n_s_per_m, 1e-6, 1e6)?;
+    let damping = NewtonSecondsPerMetre(f64::from(damping));
+    // So that it is at least the sample time in double precision too.
+    let tick = (tick_period_us as f32 * 1e-6).next_up();
+    let bounding = guard.kind == GuardKind::EnergyBounding;
+    let at_once = bounding && guard.forget_s.abs() <= 0.0;
+    let least = if at_once { 0.0 } else { tick };
+    let forget = within(Field::GuardForget, guard.forget_s, least, 3600.0)?;
+    let forget = Seconds(f64::from(forget));
+    if !bounding {
+        return Ok(Some(Guard::Observer(PassivityObserver {
+            damping_max: damping,
+            forget,
+        })));
+    }
+    let share = within(Field::GuardShare, guard.share, 1e-3, 1.0)?;
+    let delay = f32::from(guard.delay_samples);
+    within(
+        Field::GuardDelay,
+        delay,
+        0.0,
+        MAX_GUARD_DELAY_SAMPLES as f32,
+    )?;
+    Ok(Some(Guard::EnergyBounding(EnergyBounding {
+        device_damping: damping,
+        share: f64::from(share),
+        forget,
+        delay_samples: usize::from(guard.delay_samples),
+    })))
+}
+
+/// The same limits on the wire, with the watchdog and late ticks of
+/// [`Limits::DEFAULT`](haptic_link::Limits::DEFAULT). A limit of the norm has no place there: with one axis it
+/// is one of the force.
+#[must_use]
+pub fn wire_limits(limits: &Limits) -> haptic_link::Limits {
+    let norm = limits.norm.map_or(f64::INFINITY, |norm| norm.0);
+    let workspace = limits.workspace.map(|w| (w.low.0, w.high.0, w.soft.0));
+    let (low, high, soft) = workspace.unwrap_or_default();
+    let speed = limits.speed.map(|s| (s.soft.0, s.hard.0));
+    let (speed_soft, speed_hard) = speed.unwrap_or_default();
+    haptic_link::Limits {
+        start_force_n: limits.start_force.map_or(0.0, |force| force.0 as f32),
+        rise_time_s: limits.rise_time.map_or(0.0, |time| time.0 as f32),
+        workspace_low_m: low as f32,
+        workspace_high_m: high as f32,
+        workspace_soft_m: soft as f32,
+        speed_soft_m_per_s: speed_soft as f32,
+        speed_hard_m_per_s: speed_hard as f32,
+        velocity_bandwidth_hz: limits.velocity_bandwidth.0 as f32,
+        braking_n_s_per_m: limits.braking.map_or(0.0, |braking| braking.0 as f32),
+        braking_time_s: limits.braking_time.0 as f32,
+        guard: limits
+            .guard
+            .as_ref()
+            .map_or(haptic_link::Guard::OFF, wire_guard),
+        ..haptic_link::Limits::bare(limits.force.0.min(norm) as f32, limits.rate.0 as f32)
+    }
+}
+
+/// The same guard on the wire.
+#[must_use]
+pub fn wire_guard(guard: &Guard) -> haptic_link::Guard {
+    match guard {
+        Guard::Observer(observer) => haptic_link::Guard {
+            kind: GuardKind::Observer,
+            damping_n_s_per_m: observer.damping_max.0 as f32,
+            forget_s: observer.forget.0 as f32,
+            ..haptic_link::Guard::OFF
+        },
+        Guard::EnergyBounding(bounding) => haptic_link::Guard {
+            kind: GuardKind::EnergyBounding,
+            damping_n_s_per_m: bounding.device_damping.0 as f32,
+            share: bounding.share as f32,
+            forget_s: bounding.forget.0 as f32,
+            // More than the wire can say is more than a device accepts.
+            delay_samples: u8::try_from(bounding.delay_samples).unwrap_or(u8::MAX),
+        },
+    }
+}

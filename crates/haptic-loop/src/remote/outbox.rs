@@ -1,0 +1,138 @@
+//! What a device has to say unasked: samples, events and faults, in the order in which they leave.
+
+use haptic_link::{
+    BATCH_MAX, Batch, BatchItem, Event, EventKind, FaultReport, Field, Refusal, Report, Sample,
+};
+use heapless::Deque;
+
+/// Samples that wait to be sent at most: 32 ms at 1 kHz, and two batches.
+pub const QUEUE_SAMPLES: usize = 32;
+/// Notices that wait to be sent at most.
+const QUEUE_NOTICES: usize = 8;
+
+/// Which samples are sent, and how.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Stream {
+    /// Each how manyth tick; 0 none.
+    pub(super) every: u16,
+    /// Samples in a frame.
+    pub(super) batch: u8,
+}
+
+impl Stream {
+    pub(super) const OFF: Self = Self { every: 0, batch: 1 };
+
+    /// As a host asks for it.
+    pub(super) fn new(every: u16, batch: u8) -> Result<Self, Refusal> {
+        if (1..=BATCH_MAX).contains(&usize::from(batch)) {
+            Ok(Self { every, batch })
+        } else {
+            Err(Refusal::Range {
+                field: Field::BatchLength,
+                value: f32::from(batch),
+                least: 1.0,
+                most: BATCH_MAX as f32,
+            })
+        }
+    }
+
+    pub(super) fn takes(self, tick: u32) -> bool {
+        self.every > 0 && tick.is_multiple_of(u32::from(self.every))
+    }
+}
+
+/// A notice: an event or a fault.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Notice {
+    Event(Event),
+    Fault(FaultReport),
+}
+
+/// Samples and notices that wait for the line.
+#[derive(Debug, Default)]
+pub(super) struct Outbox {
+    samples: Deque<Sample, QUEUE_SAMPLES>,
+    notices: Deque<Notice, QUEUE_NOTICES>,
+}
+
+impl Outbox {
+    /// Takes a sample; false if there is no room.
+    pub(super) fn take(&mut self, sample: Sample) -> bool {
+        self.samples.push_back(sample).is_ok()
+    }
+
+    pub(super) fn forget_samples(&mut self) {
+        self.samples.clear();
+    }
+
+    /// Takes a notice. Without room the oldest goes: the newest say what the state is now.
+    pub(super) fn notify(&mut self, notice: Notice) {
+        if self.notices.is_full() {
+            self.notices.pop_front();
+        }
+        // There is room now.
+        let _ = self.notices.push_back(notice);
+    }
+
+    /// The next thing to say: faults, then samples, then what happened after them. `more` says that
+    /// samples of the stream are still to come, so that a batch waits until it is full.
+    pub(super) fn next(&mut self, stream: Stream, more: bool) -> Option<Report> {
+        match self.notices.front() {
+            // What a run sampled goes out before its end is told.
+            Some(Notice::Event(event)) if self.samples.is_empty() || begins(event.kind) => {
+                let report = Report::Event(*event);
+                self.notices.pop_front();
+                Some(report)
+            }
+            Some(Notice::Fault(fault)) => {
+                let report = Report::Fault(*fault);
+                self.notices.pop_front();
+                Some(report)
+            }
+            _ => self.next_samples(stream, more),
+        }
+    }
+
+    fn next_samples(&mut self, stream: Stream, more: bool) -> Option<Report> {
+        let every = stream.every.max(1);
+        let batch = usize::from(stream.batch).min(BATCH_MAX);
+        if batch <= 1 {
+            return self.samples.pop_front().map(Report::Sample);
+        }
+        if self.samples.len() < batch && more {
+            return None;
+        }
+        let first = self.samples.pop_front()?;
+        let mut items = heapless::Vec::new();
+        let mut next = Some(first);
+        let mut tick = first.tick;
+        while let Some(sample) = next {
+            // There is room: at most BATCH_MAX are taken.
+            let _ = items.push(BatchItem {
+                position_m: sample.position_m,
+                environment_force_n: sample.environment_force_n,
+                force_n: sample.force_n,
+                limiters: sample.limiters,
+            });
+            tick = tick.wrapping_add(u32::from(every));
+            next = match self.samples.front() {
+                // A gap, where samples were dropped, ends a batch.
+                Some(sample) if items.len() < batch && sample.tick == tick => {
+                    self.samples.pop_front()
+                }
+                _ => None,
+            };
+        }
+        Some(Report::Batch(Batch {
+            tick: first.tick,
+            time_us: first.time_us,
+            every,
+            items,
+        }))
+    }
+}
+
+/// An event that comes before the samples in the queue.
+const fn begins(kind: EventKind) -> bool {
+    matches!(kind, EventKind::Started)
+}

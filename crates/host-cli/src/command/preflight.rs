@@ -1,0 +1,44 @@
+//! What a user says of the pre-flight.
+
+use crate::experiment::{Dynamics, PreflightRequest, Safety};
+use crate::failure::Failure;
+use clap::Args;
+
+/// Arguments of every experiment that can run on a device.
+#[derive(Clone, Copy, Debug, Args)]
+#[command(next_help_heading = "Device")]
+pub struct PreflightArguments {
+    /// Run on a serial device what the analysis calls unstable
+    #[arg(long)]
+    force_unstable: bool,
+}
+
+impl PreflightArguments {
+    /// What is asked of the pre-flight; `serial` says whether the experiment runs on a serial device. Mass and
+    /// damping of a real one are those of the guard.
+    ///
+    /// # Errors
+    /// An option of a serial device without one; a mass or damping outside its range.
+    pub fn wanted(&self, serial: bool, safety: &Safety) -> Result<PreflightRequest, Failure> {
+        if !serial && self.force_unstable {
+            return Err(Failure::bad_input(
+                "--force-unstable is for serial devices: add --device serial:PATH",
+            ));
+        }
+        let known = safety.device_mass_kg.zip(safety.device_damping_n_s_per_m);
+        if let Some((mass, damping)) = known.filter(|(mass, b)| !(*mass > 0.0 && *b >= 0.0)) {
+            return Err(Failure::bad_input(format_args!(
+                "a device of {mass} kg and {damping} N·s/m: give a --device-mass above 0 and a \
+                 --device-damping of at least 0"
+            )));
+        }
+        Ok(PreflightRequest {
+            force_unstable: self.force_unstable,
+            dynamics: known.map(|(mass_kg, damping_n_s_per_m)| Dynamics {
+                mass_kg,
+                damping_n_s_per_m,
+                hand_stiffness_n_per_m: 0.0,
+            }),
+        })
+    }
+}

@@ -1,0 +1,58 @@
+//! Options of the safety chain that every experiment has.
+
+use crate::experiment::{GuardChoice, Safety};
+use crate::quantity::{Damping, Mass, Speed, Time, Workspace};
+use clap::Args;
+
+/// What is not given is as in the file, else off.
+#[derive(Clone, Copy, Debug, Args)]
+#[command(next_help_heading = "Safety")]
+pub struct SafetyArguments {
+    /// Keep the loop from feeding the device energy [default: off]
+    #[arg(long, value_enum)]
+    guard: Option<GuardChoice>,
+    /// Where the device may be, as in -10mm:20mm; beyond it a fault ends the run
+    #[arg(long, value_name = "LOW:HIGH", allow_hyphen_values = true)]
+    workspace: Option<Workspace>,
+    /// How fast the device may move; beyond it a fault ends the run
+    #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
+    speed_limit: Option<Speed>,
+    /// Let the force rise in this time from the start on
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    rise_time: Option<Time>,
+    /// Brake with this damping near workspace and speed limit, and after a fault or stop
+    #[arg(long, value_name = "DAMPING", allow_hyphen_values = true)]
+    braking: Option<Damping>,
+    /// Mass of a real device, for --guard observer and the pre-flight
+    #[arg(long, value_name = "MASS", allow_hyphen_values = true)]
+    device_mass: Option<Mass>,
+    /// Damping of a real device, for --guard energy-bounding and the pre-flight
+    #[arg(long, value_name = "DAMPING", allow_hyphen_values = true)]
+    device_damping: Option<Damping>,
+}
+
+impl SafetyArguments {
+    /// What is given in place of what is in the file.
+    #[must_use]
+    pub fn over(&self, file: Safety) -> Safety {
+        let damping = self.device_damping.map(|damping| damping.0);
+        Safety {
+            guard: self.guard.unwrap_or(file.guard),
+            workspace_m: self
+                .workspace
+                .map(|ends| (ends.low_m, ends.high_m))
+                .or(file.workspace_m),
+            speed_limit_m_per_s: self
+                .speed_limit
+                .map(|speed| speed.0)
+                .or(file.speed_limit_m_per_s),
+            rise_time_s: self.rise_time.map(|time| time.0).or(file.rise_time_s),
+            braking_n_s_per_m: self
+                .braking
+                .map(|damping| damping.0)
+                .or(file.braking_n_s_per_m),
+            device_mass_kg: self.device_mass.map(|mass| mass.0).or(file.device_mass_kg),
+            device_damping_n_s_per_m: damping.or(file.device_damping_n_s_per_m),
+        }
+    }
+}

@@ -1,0 +1,218 @@
+//! What an experiment asks of the safety chain beyond force and rate.
+
+use crate::failure::Failure;
+use clap::ValueEnum as _;
+use haptic_loop::units::{
+    Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, Seconds,
+};
+use haptic_loop::{EnergyBounding, Guard, Limits, PassivityObserver, SpeedLimit, Workspace};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// What keeps a wall from feeding the device energy.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum GuardChoice {
+    /// Nothing.
+    #[default]
+    Off,
+    /// Time-domain passivity observer, with the damping that the device bears.
+    Observer,
+    /// Energy bounding by the damping of the device, its delay rounded up.
+    EnergyBounding,
+}
+
+/// What a guard is made for.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct GuardedDevice {
+    /// Mass, kg, if known.
+    pub mass_kg: Option<f64>,
+    /// Viscous damping, N·s/m, if known.
+    pub damping_n_s_per_m: Option<f64>,
+    /// Samples from a force to its effect, rounded up.
+    pub delay_samples: usize,
+}
+
+impl GuardChoice {
+    /// The guard for a device, if there is to be one.
+    ///
+    /// # Errors
+    /// If what it needs to know of the device is not known.
+    pub fn of(self, device: &GuardedDevice, t: Seconds) -> Result<Option<Guard>, Failure> {
+        let known = |value: Option<f64>, what, option, key| {
+            value.ok_or_else(|| {
+                Failure::bad_input(format_args!(
+                    "guard {} needs to know the {what} of a real device: give {option}, or {key} in the \
+                     file",
+                    self.name()
+                ))
+            })
+        };
+        Ok(match self {
+            Self::Off => None,
+            Self::Observer => {
+                let mass = known(device.mass_kg, "mass", "--device-mass", "device_mass_kg")?;
+                Some(Guard::Observer(PassivityObserver::bearable(
+                    Kilograms(mass),
+                    t,
+                )))
+            }
+            Self::EnergyBounding => {
+                let damping = known(
+                    device.damping_n_s_per_m,
+                    "damping",
+                    "--device-damping",
+                    "device_damping_n_s_per_m",
+                )?;
+                Some(Guard::EnergyBounding(EnergyBounding {
+                    delay_samples: device.delay_samples,
+                    ..EnergyBounding::of(NewtonSecondsPerMetre(damping))
+                }))
+            }
+        })
+    }
+
+    /// As a file says it.
+    #[must_use]
+    pub fn name(self) -> String {
+        let value = self.to_possible_value();
+        value.map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+}
+
+/// What an experiment asks for; by default nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Safety {
+    /// Passivity guard.
+    pub guard: GuardChoice,
+    /// Lowest and highest position, m.
+    pub workspace_m: Option<(f64, f64)>,
+    /// Largest speed, m/s.
+    pub speed_limit_m_per_s: Option<f64>,
+    /// Time in which the force rises after the start, s.
+    pub rise_time_s: Option<f64>,
+    /// Damping that brakes near limits and after a fault, N·s/m.
+    pub braking_n_s_per_m: Option<f64>,
+    /// Mass of the device, for its guard, kg.
+    pub device_mass_kg: Option<f64>,
+    /// Damping of the device, for its guard, N·s/m.
+    pub device_damping_n_s_per_m: Option<f64>,
+}
+
+/// Largest force with which a run on a real or serial device starts, N.
+const START_FORCE_N: f64 = 1.0;
+
+impl Safety {
+    /// Adds all but the guard to limits of force and rate; `starts_small` refuses a start with a blow.
+    #[must_use]
+    pub fn on(&self, limits: Limits, starts_small: bool) -> Limits {
+        let brakes = self.braking_n_s_per_m.is_some();
+        Limits {
+            start_force: starts_small.then_some(Newtons(START_FORCE_N)),
+            rise_time: self.rise_time_s.map(Seconds),
+            workspace: self.workspace_m.map(|ends| workspace(ends, brakes)),
+            speed: self.speed_limit_m_per_s.map(|hard| speed(hard, brakes)),
+            braking: self.braking_n_s_per_m.map(NewtonSecondsPerMetre),
+            ..limits
+        }
+    }
+
+    /// What is known of the device, where nobody says otherwise this.
+    #[must_use]
+    pub fn guarded(&self, device: GuardedDevice) -> GuardedDevice {
+        GuardedDevice {
+            mass_kg: self.device_mass_kg.or(device.mass_kg),
+            damping_n_s_per_m: self.device_damping_n_s_per_m.or(device.damping_n_s_per_m),
+            ..device
+        }
+    }
+
+    /// What was asked for, for the metadata of a log.
+    pub fn describe(&self, metadata: &mut BTreeMap<String, String>) {
+        if self.guard != GuardChoice::Off {
+            metadata.insert("guard".to_owned(), self.guard.name());
+        }
+        let numbers = [
+            ("workspace_low_m", self.workspace_m.map(|ends| ends.0)),
+            ("workspace_high_m", self.workspace_m.map(|ends| ends.1)),
+            ("speed_limit_m_per_s", self.speed_limit_m_per_s),
+            ("rise_time_s", self.rise_time_s),
+            ("braking_n_s_per_m", self.braking_n_s_per_m),
+            ("device_mass_kg", self.device_mass_kg),
+            ("device_damping_n_s_per_m", self.device_damping_n_s_per_m),
+        ];
+        for (key, value) in numbers {
+            if let Some(value) = value {
+                metadata.insert(key.to_owned(), value.to_string());
+            }
+        }
+    }
+}
+
+/// A workspace, a tenth of it at each end to brake in.
+#[must_use]
+pub fn workspace((low, high): (f64, f64), brakes: bool) -> Workspace {
+    Workspace {
+        low: Metres(low),
+        high: Metres(high),
+        soft: Metres(if brakes { 0.1 * (high - low) } else { 0.0 }),
+    }
+}
+
+/// A speed limit, braked from two thirds of it on. Without braking a zone as narrow as can be, so that no
+/// limiter seems to act.
+#[must_use]
+pub fn speed(hard: f64, brakes: bool) -> SpeedLimit {
+    let soft = if brakes { hard / 1.5 } else { 0.999 * hard };
+    SpeedLimit {
+        soft: MetresPerSecond(soft),
+        hard: MetresPerSecond(hard),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_guard_says_what_it_has_to_know() {
+        let t = Seconds(1e-3);
+        let unknown = GuardedDevice::default();
+        assert_eq!(GuardChoice::Off.of(&unknown, t).expect("off"), None);
+        for (guard, option) in [
+            (GuardChoice::Observer, "--device-mass"),
+            (GuardChoice::EnergyBounding, "--device-damping"),
+        ] {
+            let error = guard.of(&unknown, t).expect_err("unknown").to_string();
+            assert!(
+                error.contains(option) && error.contains(&guard.name()),
+                "{error}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_somebody_says_of_a_device_goes_before_what_it_simulates() {
+        use super::super::remote::guard_of;
+        use haptic_link::Simulation;
+        let t = Seconds(1e-3);
+        let said = GuardedDevice {
+            damping_n_s_per_m: Some(2.0),
+            ..GuardedDevice::default()
+        };
+        let bounding =
+            |known, simulation| match guard_of(GuardChoice::EnergyBounding, known, simulation, t)
+                .expect("known")
+            {
+                Some(Guard::EnergyBounding(bounding)) => {
+                    (bounding.device_damping.0, bounding.delay_samples)
+                }
+                other => panic!("{other:?}"),
+            };
+        let nothing = GuardedDevice::default();
+        assert_eq!(bounding(nothing, &Simulation::TESTBED), (3.5, 0));
+        assert_eq!(bounding(said, &Simulation::TESTBED), (2.0, 0));
+        assert_eq!(bounding(said, &Simulation::REAL), (2.0, 1));
+        assert!(guard_of(GuardChoice::EnergyBounding, nothing, &Simulation::REAL, t).is_err());
+    }
+}

@@ -1,0 +1,211 @@
+//! Runs by the clock, and `rt-check`. Nothing here depends on how fast or busy the machine is.
+
+use crate::process::{Place, number};
+use serde_json::Value;
+
+/// A run of 301 ticks by the clock.
+const SHORT: &str = "relax --realtime --duration 0.3s --ramp-time 0.1s --out run --json";
+
+/// Percentiles that are numbers and in order.
+fn are_percentiles(us: &Value) {
+    let all = ["p50", "p99", "p999", "max"].map(|key| number(us, key));
+    assert!(all[0] >= 0.0 && all.is_sorted(), "{us}");
+}
+
+#[test]
+fn rt_check_reports_the_contracts_keys() {
+    let ended = Place::new()
+        .run("rt-check --duration 50ms --json")
+        .succeeded();
+    let report = ended.json();
+    let rates = report["rates"].as_array().expect("a list");
+    let hz: Vec<f64> = rates.iter().map(|rate| number(rate, "hz")).collect();
+    assert_eq!(hz, [1e3, 4e3, 10e3]);
+    for rate in rates {
+        are_percentiles(&rate["lateness_us"]);
+        assert!(rate["fit"].is_boolean(), "{rate}");
+        assert!(rate["overruns"].is_u64(), "{rate}");
+        // Each period has a cycle or is counted.
+        let periods = number(rate, "cycles") + number(rate, "skipped_periods");
+        assert!(periods >= 0.05 * number(rate, "hz"), "{rate}");
+        assert_eq!(rate["plain"], Value::Null);
+    }
+    let advice = report["advice"].as_array().expect("a list");
+    assert!(advice.iter().all(Value::is_string), "{report}");
+}
+
+#[test]
+fn rt_check_compares_with_a_plain_loop_beside_busy_threads() {
+    let line = "rt-check --duration 0.1s --rate 1kHz --busy 1 --compare --priority off --json";
+    let report = Place::new().run(line).succeeded().json();
+    let rate = &report["rates"][0];
+    are_percentiles(&rate["plain"]["lateness_us"]);
+    let ratio =
+        number(&rate["plain"]["lateness_us"], "p999") / number(&rate["lateness_us"], "p999");
+    assert_eq!(number(&rate["plain"], "ratio_p999"), ratio);
+    assert_eq!(report["priority"], Value::Null);
+    assert_eq!(report["memory_locked"], false);
+    assert_eq!(report["busy"], 1);
+}
+
+#[test]
+fn rt_check_says_for_a_person_whether_each_rate_is_safe() {
+    let ended = Place::new().run("rt-check --duration 20ms").succeeded();
+    for part in [
+        "1000 Hz", "4000 Hz", "10000 Hz", "safe", "µs late", "overruns",
+    ] {
+        let known = ended.stdout.contains(part)
+            || part == "safe" && ended.stdout.contains("good, but for the overruns");
+        assert!(known, "\"{part}\" in {ended}");
+    }
+}
+
+/// Where the time went in a run, whose parts must agree.
+fn is_whole(report: &Value) {
+    let realtime = &report["realtime"];
+    for part in ["lateness_us", "compute_us", "tick_us"] {
+        are_percentiles(&realtime[part]);
+    }
+    let late = number(realtime, "late_by_wake_up") + number(realtime, "late_by_compute");
+    assert_eq!(number(report, "missed_deadlines"), late);
+    assert!(number(realtime, "skipped_periods") >= late, "{realtime}");
+    let worst = &realtime["worst_cycle"];
+    assert!(
+        number(worst, "number") < number(report, "samples"),
+        "{worst}"
+    );
+    let tick = number(worst, "lateness_us") + number(worst, "compute_us");
+    // The histogram has three digits.
+    let longest = number(&realtime["tick_us"], "max");
+    assert!((tick / longest - 1.0).abs() < 2e-3, "{tick} {longest}");
+    // Of the loop's work, the tick is a part.
+    let tick_us = 1e-3 * number(&report["tick_ns"], "p50");
+    assert!(
+        number(&realtime["compute_us"], "p50") >= 0.99 * tick_us,
+        "{report}"
+    );
+}
+
+#[test]
+fn a_run_by_the_clock_says_where_its_time_went_and_keeps_it_in_the_log() {
+    let place = Place::new();
+    let report = place.run(SHORT).succeeded_with_warnings().json();
+    is_whole(&report);
+    let info = place
+        .run("log info run/relax.mcap --json")
+        .succeeded()
+        .json();
+    let records = info["metadata"].as_array().expect("a list");
+    let kept = records.iter().find(|record| record["name"] == "realtime");
+    let kept = &kept.expect("metadata of the clock")["values"];
+    for name in ["lateness", "compute", "tick"] {
+        let histogram = kept[format!("{name}_histogram")].as_str().expect("a text");
+        let counts = histogram.split(' ').map(|pair| {
+            let (_, count) = pair.split_once(':').expect("bound:count");
+            count.parse::<u64>().expect("a count")
+        });
+        assert_eq!(counts.sum::<u64>(), 301, "{name}: {histogram}");
+        let p999 = number(&report["realtime"][format!("{name}_us")], "p999");
+        assert_eq!(kept[format!("{name}_us_p999")], p999.to_string());
+    }
+}
+
+#[test]
+fn a_wall_by_the_clock_says_so_too() {
+    let place = Place::new();
+    place.write(
+        "wall.toml",
+        "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 1e-3\norder = 0.5\n\
+         stiffness_n_per_m = 100.0\ndissipation_n_s_mu_per_m = 1.0\nduration_s = 0.5\nwindow_s = 0.1\n",
+    );
+    let ended = place.run("run wall.toml --realtime --priority off --json");
+    let report = ended.succeeded_with_warnings().json();
+    is_whole(&report);
+    assert_eq!(report["realtime"]["priority"], Value::Null);
+}
+
+#[test]
+fn in_virtual_time_there_is_no_clock_to_report() {
+    let place = Place::new();
+    let line = "relax --duration 1s --ramp-time 0.5s --out run --json";
+    let report = place.run(line).succeeded().json();
+    assert_eq!(report["realtime"], Value::Null);
+    let info = place
+        .run("log info run/relax.mcap --json")
+        .succeeded()
+        .json();
+    assert_eq!(info["metadata"].as_array().map(Vec::len), Some(1));
+}
+
+#[test]
+fn a_person_reads_which_part_took_the_time() {
+    let line = "relax --realtime --duration 0.2s --ramp-time 0.1s --out run";
+    let ended = Place::new().run(line).succeeded_with_warnings();
+    for part in ["clock ", "periods skipped", "late ", "compute ", "worst "] {
+        assert!(ended.stdout.contains(part), "\"{part}\" in {ended}");
+    }
+}
+
+/// Without the privileges of a superuser, whoever runs this.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_run_that_may_not_have_a_priority_goes_on_and_says_once_how_to_get_it() {
+    use crate::process::skip;
+    let place = Place::new();
+    let limited = "ulimit -r 0; exec setpriv --bounding-set=-sys_nice --inh-caps=-sys_nice";
+    if place.shell(&format!("{limited} true")).code != Some(0) {
+        return skip("setpriv cannot take privileges away here");
+    }
+    let ended = place.shell(&format!("{limited} \"$0\" {SHORT} --priority 60"));
+    let ended = ended.succeeded_with_warnings();
+    let report = ended.json();
+    assert_eq!(report["realtime"]["priority"], Value::Null);
+    is_whole(&report);
+    let refused: Vec<&str> = ended
+        .stderr
+        .lines()
+        .filter(|line| line.contains("no real-time priority"))
+        .collect();
+    assert_eq!(refused.len(), 1, "{ended}");
+    for part in [
+        "priority 60",
+        "ulimit -r 60",
+        "limits.d",
+        "setcap cap_sys_nice",
+    ] {
+        assert!(refused[0].contains(part), "\"{part}\" in {ended}");
+    }
+}
+
+/// A process that is stopped for 200 ms is late, whatever the machine: what it reports is what happened.
+#[test]
+#[cfg(unix)]
+fn periods_that_a_stop_took_are_skipped_and_counted_but_every_tick_runs() {
+    let place = Place::new();
+    let line = "relax --realtime --duration 2s --ramp-time 0.5s --out run --json";
+    let script = format!(
+        "\"$0\" {line} & until test -s run/relax.mcap.part; do sleep 0.05; done; sleep 0.5; \
+         kill -STOP $!; sleep 0.2; kill -CONT $!; wait $!"
+    );
+    let ended = place.shell(&script).succeeded_with_warnings();
+    let report = ended.json();
+    is_whole(&report);
+    assert_eq!(number(&report, "samples"), 2001.0);
+    assert!(number(&report, "missed_deadlines") >= 1.0, "{report}");
+    assert!(
+        number(&report["realtime"], "skipped_periods") >= 190.0,
+        "{report}"
+    );
+    let said = ended.stderr.lines().any(|line| {
+        line.starts_with("warning: ")
+            && line.contains("late:")
+            && line.contains("periods were skipped")
+    });
+    assert!(said, "{ended}");
+    // Device time has no gap.
+    let check = place
+        .run("log check run/relax.mcap --json")
+        .succeeded()
+        .json();
+    assert_eq!(check["gaps"], Value::Array(Vec::new()), "{check}");
+}

@@ -1,0 +1,283 @@
+//! The safety chain as options, keys of files and parameters of devices.
+
+use crate::process::{Place, number, table};
+use serde_json::Value;
+
+/// Header of `log export`.
+const COLUMNS: &str = "tick,time_s,reference_m,indenter_position_m,position_m,environment_force_n,\
+                       force_n,contact_force_n,limiters,observed_energy_j";
+const LIMITERS: usize = 8;
+const ENERGY: usize = 9;
+
+/// 8000 N/m on the dissertation's device: it shakes.
+const SHAKING: &str = "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 2e-3\norder = 0\n\
+                       stiffness_n_per_m = 8000\ndissipation_n_s_mu_per_m = 0\n";
+/// 50 µm·1000 s⁻¹ = 50 mm/s in the ramp, 1 mm held.
+const RELAX: &str = "relax --contact rigid --duration 3s --ramp-time 0.5s --out run";
+
+fn ticks(place: &Place, log: &str) -> Vec<Vec<f64>> {
+    let export = place.run(&format!("log export {log} ticks.csv --overwrite"));
+    export.succeeded();
+    table(&place.text("ticks.csv"), COLUMNS)
+}
+
+#[test]
+fn a_guard_given_as_an_option_overrides_the_file_and_its_energy_is_logged() {
+    let place = Place::new();
+    place.write("wall.toml", SHAKING);
+    let run = |options: &str| {
+        let ended = place.run(&format!("run wall.toml --json {options}"));
+        ended.succeeded_with_warnings().json()
+    };
+    assert_eq!(run("--out off")["stable"], false);
+    let off = ticks(&place, "off/wall.mcap");
+    assert!(off.iter().all(|row| row[ENERGY].is_nan()));
+    for guard in ["observer", "energy-bounding"] {
+        let report = run(&format!("--guard {guard} --out {guard}"));
+        assert_eq!(report["stable"], true, "{guard}");
+        let rows = ticks(&place, &format!("{guard}/wall.mcap"));
+        assert!(rows.iter().all(|row| row[ENERGY].is_finite()), "{guard}");
+        assert!(rows.iter().any(|row| row[ENERGY] != 0.0), "{guard}");
+        assert!(
+            rows.iter().any(|row| row[LIMITERS] as u8 & 128 != 0),
+            "{guard}"
+        );
+    }
+    place.write("wall.toml", format!("{SHAKING}guard = \"observer\"\n"));
+    assert_eq!(run("--guard off --out again")["stable"], false);
+    let again = ticks(&place, "again/wall.mcap");
+    assert!(
+        off.iter()
+            .zip(&again)
+            .all(|(a, b)| a[..ENERGY] == b[..ENERGY])
+    );
+}
+
+#[test]
+fn limits_end_or_shape_a_run_on_the_simulated_rig() {
+    let place = Place::new();
+    // 1 mm is asked for.
+    for (limit, word) in [
+        ("--workspace -1mm:0.5mm", "workspace"),
+        ("--speed-limit 1mm/s", "faster"),
+    ] {
+        let ended = place.run(&format!("{RELAX} {limit} --overwrite"));
+        ended.failed(1);
+        let check = place
+            .run("log check run/relax.mcap --json")
+            .succeeded()
+            .json();
+        assert!(check["events"].to_string().contains(word), "{check}");
+    }
+    let within = "--workspace -1mm:1.5mm --speed-limit 10mm/s --braking 2 --overwrite";
+    place
+        .run(&format!("{RELAX} {within}"))
+        .succeeded_with_warnings();
+    // From the start on the force rises for a second.
+    let rising = place.run(&format!("{RELAX} --rise-time 1s --overwrite --json"));
+    assert!(number(&rising.succeeded_with_warnings().json(), "limited_samples") >= 1000.0);
+    let rows = ticks(&place, "run/relax.mcap");
+    for row in rows.iter().filter(|row| row[0] != 1000.0) {
+        assert_eq!(
+            row[LIMITERS] as u8,
+            if row[0] < 1000.0 { 16 } else { 0 },
+            "{row:?}"
+        );
+    }
+    // The same from a file.
+    place.write(
+        "relax.toml",
+        "[relax]\ncontact = \"rigid\"\nduration_s = 3\nramp_time_s = 0.5\nrise_time_s = 1\nguard = \"off\"\n",
+    );
+    place
+        .run("run relax.toml --out file")
+        .succeeded_with_warnings();
+    let same = ticks(&place, "file/relax.mcap");
+    assert!(
+        rows.iter()
+            .zip(&same)
+            .all(|(a, b)| a[..ENERGY] == b[..ENERGY])
+    );
+}
+
+#[test]
+fn limits_that_are_none_are_refused() {
+    let place = Place::new();
+    for (options, words) in [
+        ("--workspace 1mm", ["--workspace", "LOW:HIGH"]),
+        ("--workspace 2mm:1mm", ["2mm", "not below"]),
+        ("--workspace 1mm:2kg", ["2kg", "length"]),
+        ("--speed-limit 0", ["speed limit 0", "m/s"]),
+        ("--rise-time -1s", ["rise time -1", "above 0"]),
+        ("--braking 0", ["braking 0", "above 0"]),
+        ("--guard on", ["--guard", "observer"]),
+        (
+            "--guard observer --device-mass 0",
+            ["damping of the guard", "above 0"],
+        ),
+    ] {
+        place.run(&format!("{RELAX} {options}")).refused(2, &words);
+    }
+    for (lines, words) in [
+        (
+            "workspace_low_m = 0",
+            ["workspace.toml:2", "workspace_high_m"],
+        ),
+        (
+            "workspace_high_m = 0",
+            ["workspace.toml:2", "workspace_low_m"],
+        ),
+        (
+            "workspace_low_m = 0\nworkspace_high_m = -1",
+            ["workspace.toml:3", "not above"],
+        ),
+        ("rise_time_s = 0", ["workspace.toml:2", "not above 0"]),
+        (
+            "speed_limit_m_per_s = -1",
+            ["workspace.toml:2", "not above 0"],
+        ),
+    ] {
+        place.write("workspace.toml", format!("[relax]\n{lines}\n"));
+        place.run("run workspace.toml").refused(2, &words);
+    }
+}
+
+/// On an emulated device.
+#[cfg(unix)]
+mod device {
+    use super::*;
+    use crate::process::binary;
+    use std::process::{Child, Command, Stdio};
+    use std::time::{Duration, Instant};
+
+    struct Emulated {
+        place: Place,
+        child: Child,
+    }
+
+    impl Emulated {
+        fn new() -> Self {
+            let place = Place::new();
+            let child = Command::new(binary())
+                .args(["device", "emulate", "--speed", "2", "--link"])
+                .arg(place.path("device"))
+                .stdout(Stdio::null())
+                .stderr(Stdio::null())
+                .spawn()
+                .expect("runs");
+            let device = Self { place, child };
+            let began = Instant::now();
+            while !device.place.path("device").exists() {
+                assert!(began.elapsed() < Duration::from_secs(20), "no device");
+                std::thread::sleep(Duration::from_millis(5));
+            }
+            device
+        }
+
+        fn json(&self, line: &str) -> Value {
+            let ended = self
+                .place
+                .run(&format!("{line} --device serial:device --json"));
+            ended.succeeded_with_warnings().json()
+        }
+    }
+
+    impl Drop for Emulated {
+        fn drop(&mut self) {
+            // It may have ended by itself.
+            let _ = self.child.kill();
+            let _ = self.child.wait();
+        }
+    }
+
+    #[test]
+    fn the_chain_of_a_device_is_set_and_shown() {
+        let device = Emulated::new();
+        let before = device.json("device get")["safety"].clone();
+        assert_eq!(number(&before, "start_force_n"), 1.0);
+        assert_eq!(
+            (&before["workspace_m"], &before["guard"]),
+            (&Value::Null, &Value::Null)
+        );
+        let set = "device set --guard energy-bounding --workspace -10mm:20mm --speed-limit 0.75 \
+                   --start-force 2N --rise-time 0.25s --braking 4";
+        let after = device.json(set)["safety"].clone();
+        let numbers = [
+            "start_force_n",
+            "rise_time_s",
+            "speed_limit_m_per_s",
+            "speed_soft_m_per_s",
+        ];
+        assert_eq!(
+            numbers.map(|key| number(&after, key)),
+            [2.0, 0.25, 0.75, 0.5]
+        );
+        assert_eq!(number(&after, "braking_n_s_per_m"), 4.0);
+        let ends = after["workspace_m"].as_array().expect("two ends");
+        let ends: Vec<f64> = ends.iter().filter_map(Value::as_f64).collect();
+        assert!((ends[0] + 0.01).abs() < 1e-8 && (ends[1] - 0.02).abs() < 1e-8);
+        // That of the plant that it simulates.
+        assert_eq!(after["guard"]["kind"], "energy-bounding");
+        assert_eq!(number(&after["guard"], "damping_n_s_per_m"), 3.5);
+        let shown = device
+            .place
+            .run("device get --device serial:device")
+            .succeeded();
+        for part in [
+            "at most 2 N",
+            "rises in 0.25 s",
+            "0.75 m/s",
+            "guard energy-bounding",
+        ] {
+            assert!(shown.stdout.contains(part), "\"{part}\": {shown}");
+        }
+        for (change, words) in [
+            ("--workspace -200:1", ["low end of the workspace", "-200"]),
+            ("--rise-time 100s", ["rise time", "100"]),
+            ("--start-force -1N", ["start force", "-1"]),
+            (
+                "--guard energy-bounding --device-damping 0",
+                ["damping of the guard", "0"],
+            ),
+        ] {
+            let line = format!("device set {change} --device serial:device");
+            device.place.run(&line).refused(2, &words);
+        }
+        let line = "device set --guard off --workspace none --speed-limit 0 --braking 0 --rise-time 0 \
+                    --start-force 0";
+        let off = device.json(line)["safety"].clone();
+        assert_eq!(
+            (&off["workspace_m"], &off["guard"]),
+            (&Value::Null, &Value::Null)
+        );
+        assert_eq!(numbers.map(|key| number(&off, key)), [0.0; 4]);
+    }
+
+    #[test]
+    fn experiments_on_a_device_have_its_chain() {
+        let device = Emulated::new();
+        device.place.write("wall.toml", SHAKING);
+        // In either loop the guard is on the device.
+        for side in ["device", "host"] {
+            let report = device.json(&format!(
+                "run wall.toml --guard energy-bounding --watchdog 1s --loop {side} --out on-{side} --quiet"
+            ));
+            assert_eq!(report["stable"], true, "{side}: {report}");
+            assert!(number(&report, "limited_samples") > 0.0, "{side}: {report}");
+        }
+        let device_loop = ticks(&device.place, "on-device/wall.mcap");
+        assert!(device_loop.iter().all(|row| row[ENERGY].is_nan()));
+        let line =
+            format!("{RELAX} --device serial:device --watchdog 1s --workspace -1mm:0.5mm --quiet");
+        device.place.run(&line).failed(1);
+        let check = device
+            .place
+            .run("log check run/relax.mcap --json")
+            .succeeded()
+            .json();
+        assert!(check["events"].to_string().contains("workspace"), "{check}");
+        // Without a word the force is neither ramped nor braked.
+        let plain = device.json(&format!("{RELAX} --watchdog 1s --overwrite --quiet"));
+        assert_eq!(number(&plain, "limited_samples"), 0.0);
+    }
+}
