@@ -1,163 +1,36 @@
-//! An experiment on a device at the other end of a link.
-//!
-//! ```text
-//! device loop:  set parameters ─▶ arm ─▶ start ─▶ samples ─▶ log        the device ticks
-//! host loop:    ... sample ─▶ controller of this program ─▶ force ...   the device only measures and applies
-//! ```
-//! Time is the device's, n·T. What the line loses is counted, never made up.
+//! A run on a connected device: set, arm, start, listen or control, let go, and close the log.
 
-use super::flight::FaultSeen;
-use super::preflight::{Dynamics, MEASURED, Preflight, PreflightRequest, Verdict, delay_samples};
-use super::realtime::RealtimeOptions;
-use super::recorder::{Recorded, Recorder};
-use super::run::{Ended, Pace, Ran, Record, Schedule, Supervisor, log_stopped};
-use super::safety::{GuardChoice, GuardedDevice};
-use crate::device::{SerialName, at_port};
+use super::{
+    RemoteDevice, RemoteLaw, configuration, loop_name,
+    summary::{flat, summarise},
+};
+use crate::device::at_port;
+use crate::experiment::flight::FaultSeen;
+use crate::experiment::preflight::{
+    Dynamics, MEASURED, Preflight, PreflightRequest, Verdict, delay_samples,
+};
+use crate::experiment::realtime::RealtimeOptions;
+use crate::experiment::recorder::{Recorded, Recorder};
+use crate::experiment::run::{Ended, Pace, Ran, Record, Schedule, Supervisor, log_stopped};
+use crate::experiment::safety::GuardChoice;
 use crate::failure::Failure;
 use crate::folder::{FolderRequest, OutputFolder};
 use crate::output::note;
 use crate::record::TickMessage;
-use fracdiff::{Operator, Real};
+use fracdiff::Real;
 use haptic_link::{
-    Capabilities, Configuration, EventKind, Field, Limits, LoopMode, OperatorShape, Refusal,
-    Report, Request, Sample, Simulation, SimulationKind, Start, State, Statistics,
+    EventKind, Field, LoopMode, Refusal, Report, Request, Sample, Start, State, Statistics,
 };
 use haptic_loop::realtime::{Fallback, RaisedThread};
+use haptic_loop::remote::LinkError;
 use haptic_loop::remote::serial::{Heard, SerialError, SerialLink};
-use haptic_loop::remote::{LinkError, wire_limits};
-use haptic_loop::units::Seconds;
-use haptic_loop::{Controller, Environment, Fault, Guard, StartRefused};
+use haptic_loop::{Controller, Environment, Fault, StartRefused};
 use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 /// What is still to be heard after a fault, when nothing comes for so long.
 const AFTER_FAULT: Duration = Duration::from_millis(200);
-
-/// A device and how the loop with it is closed.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct RemoteDevice {
-    /// The port.
-    pub name: SerialName,
-    /// Where the loop is closed.
-    pub loop_mode: LoopMode,
-    /// Silence after which the device lets go, ms.
-    pub watchdog_ms: u16,
-    /// Late ticks in a row that latch a fault; 0 for never.
-    pub late_ticks: u16,
-    /// How long to wait for the device to be there.
-    pub patience: Duration,
-}
-
-impl RemoteDevice {
-    /// With the defaults: the device's loop, 20 ms of silence, 20 late ticks, no patience.
-    #[must_use]
-    pub fn new(name: SerialName) -> Self {
-        Self {
-            name,
-            loop_mode: LoopMode::Device,
-            watchdog_ms: Limits::DEFAULT.watchdog_ms,
-            late_ticks: Limits::DEFAULT.late_ticks,
-            patience: Duration::ZERO,
-        }
-    }
-}
-
-/// What the device renders, and what it simulates if it is simulated.
-#[derive(Clone, Debug)]
-pub struct RemoteLaw {
-    /// K, N/m.
-    pub stiffness_n_per_m: f64,
-    /// B, N·s^μ/m.
-    pub dissipation_n_s_mu_per_m: f64,
-    /// μ.
-    pub order: f64,
-    /// Pushes but never pulls, from 0 on.
-    pub one_sided: bool,
-    /// Coefficients of the operator.
-    pub operator: (OperatorShape, Vec<f32>),
-    /// Limits of the safety chain, without a guard.
-    pub limits: haptic_loop::Limits,
-    /// The guard, and what is known of a real device.
-    pub guard: (GuardChoice, GuardedDevice),
-    /// The plant of a simulated device.
-    pub simulation: Simulation,
-}
-
-/// What the link of a run counted.
-#[derive(Clone, Debug, serde::Serialize)]
-pub struct LinkSummary {
-    /// Board.
-    pub board: String,
-    /// Firmware version.
-    pub firmware: String,
-    /// `device` or `host`.
-    #[serde(rename = "loop")]
-    pub loop_mode: &'static str,
-    /// Samples of the run that did not come.
-    pub samples_lost: u64,
-    /// Samples that came but found no room here.
-    pub samples_dropped: u64,
-    /// Samples that found no room on the device.
-    pub samples_dropped_on_device: u32,
-    /// Ticks of a host loop without a new force.
-    pub stale_forces: u32,
-    /// Forces that found no room here.
-    pub forces_dropped: u64,
-    /// Ticks of the device that were late.
-    pub overruns: u32,
-    /// Longest tick of the device, processor cycles; 0 if it cannot count them.
-    pub tick_cycles_max: u32,
-    /// Frames, seen from here.
-    pub from_device: FrameCounts,
-    /// Frames, seen from the device.
-    pub to_device: FrameCounts,
-    /// Requests that were sent again.
-    pub retries: u32,
-    /// From a keep-alive to its answer, µs: median, 99 of 100, longest.
-    pub round_trip_us: [u64; 3],
-}
-
-impl LinkSummary {
-    /// Samples that were measured and did not get to the log because of the line.
-    #[must_use]
-    pub fn samples_missing(&self) -> u64 {
-        self.samples_lost + self.samples_dropped
-    }
-}
-
-/// Frames of one direction.
-#[derive(Clone, Copy, Debug, serde::Serialize)]
-pub struct FrameCounts {
-    /// Sent.
-    pub sent: u32,
-    /// Received whole.
-    pub received: u32,
-    /// Damaged.
-    pub corrupt: u32,
-    /// Did not come.
-    pub lost: u32,
-    /// Came twice.
-    pub duplicate: u32,
-    /// Came after a later one.
-    pub late: u32,
-}
-
-/// A device that is configured, armed by nobody yet, and the log of what is to come.
-struct Session<'a> {
-    link: SerialLink,
-    before: Statistics,
-    watchdog: Duration,
-    loop_mode: LoopMode,
-    schedule: Schedule,
-    reference: &'a dyn Fn(f64) -> f64,
-    folder: OutputFolder,
-    recorder: Recorder,
-    record: Record,
-    samples_lost: u64,
-    next_tick: u64,
-    preflight: Option<Verdict>,
-}
 
 /// A run to be made on a device.
 pub struct RemoteRun<'a> {
@@ -312,110 +185,20 @@ impl RemoteRun<'_> {
     }
 }
 
-/// What is asked for the threads of a run.
-const fn options(schedule: Schedule) -> RealtimeOptions {
-    match schedule.pace {
-        Pace::Realtime(options) => options,
-        Pace::Virtual => RealtimeOptions::NORMAL,
-    }
-}
-
-/// The configuration of the device.
-pub(super) fn configuration(
-    device: &RemoteDevice,
-    law: &RemoteLaw,
+/// A device that is configured, armed by nobody yet, and the log of what is to come.
+struct Session<'a> {
+    link: SerialLink,
+    before: Statistics,
+    watchdog: Duration,
+    loop_mode: LoopMode,
     schedule: Schedule,
-    capabilities: &Capabilities,
-) -> Result<Configuration, Failure> {
-    let us = schedule.sample_time_s * 1e6;
-    if (us - us.round()).abs() > 1e-6 || !(1.0..=4e9).contains(&us) {
-        return Err(Failure::bad_input(format_args!(
-            "sample time {} s is not a whole number of microseconds, which a device needs: change \
-             --sample-time",
-            schedule.sample_time_s
-        )));
-    }
-    let simulation = if capabilities.simulated {
-        law.simulation
-    } else {
-        Simulation::REAL
-    };
-    let t = Seconds(schedule.sample_time_s);
-    let guard = guard_of(law.guard.0, law.guard.1, &simulation, t)?;
-    let limits = wire_limits(&haptic_loop::Limits {
-        guard,
-        ..law.limits
-    });
-    Ok(Configuration {
-        loop_mode: device.loop_mode,
-        tick_period_us: us.round() as u32,
-        stiffness_n_per_m: law.stiffness_n_per_m as f32,
-        dissipation_n_s_mu_per_m: law.dissipation_n_s_mu_per_m as f32,
-        order: law.order as f32,
-        one_sided: law.one_sided,
-        surface_m: 0.0,
-        operator: law.operator.0,
-        limits: Limits {
-            watchdog_ms: device.watchdog_ms,
-            late_ticks: device.late_ticks,
-            ..limits
-        },
-        simulation,
-    })
-}
-
-/// Limits of the chain that closes a loop here: force, rate and start. The rest is up to the device, which
-/// knows where it is without delay.
-#[must_use]
-pub const fn host_limits(limits: &haptic_loop::Limits) -> haptic_loop::Limits {
-    haptic_loop::Limits {
-        start_force: limits.start_force,
-        ..haptic_loop::Limits::bare(limits.force, limits.rate)
-    }
-}
-
-/// A guard for a device: what nobody has said of a simulated one is known from what it simulates. In a real
-/// one a force takes a tick more than none, for what board and actuator need.
-///
-/// # Errors
-/// As [`GuardChoice::of`].
-pub fn guard_of(
-    guard: GuardChoice,
-    known: GuardedDevice,
-    simulation: &Simulation,
-    t: Seconds,
-) -> Result<Option<Guard>, Failure> {
-    let known = if simulation.kind == SimulationKind::Real {
-        GuardedDevice {
-            delay_samples: known.delay_samples.max(1),
-            ..known
-        }
-    } else {
-        let simulated = |value: f32| Some(f64::from(value));
-        GuardedDevice {
-            mass_kg: known.mass_kg.or(simulated(simulation.mass_kg)),
-            damping_n_s_per_m: known
-                .damping_n_s_per_m
-                .or(simulated(simulation.damping_n_s_per_m)),
-            ..known
-        }
-    };
-    guard.of(&known, t)
-}
-
-/// Coefficients for a device that does not compute the force itself: one zero.
-#[must_use]
-pub fn no_operator() -> (OperatorShape, Vec<f32>) {
-    (Configuration::PASSIVE.operator, vec![0.0])
-}
-
-/// The operator of a device, from the scheme.
-///
-/// # Errors
-/// More coefficients than the wire can count.
-pub fn portable(operator: &Operator<f32>) -> Result<(OperatorShape, Vec<f32>), Failure> {
-    haptic_loop::remote::operator_shape(operator)
-        .map_err(|error| Failure::input_with_advice(error, "change --scheme, or take --loop host"))
+    reference: &'a dyn Fn(f64) -> f64,
+    folder: OutputFolder,
+    recorder: Recorder,
+    record: Record,
+    samples_lost: u64,
+    next_tick: u64,
+    preflight: Option<Verdict>,
 }
 
 impl Session<'_> {
@@ -727,6 +510,14 @@ impl Session<'_> {
     }
 }
 
+/// What is asked for the threads of a run.
+const fn options(schedule: Schedule) -> RealtimeOptions {
+    match schedule.pace {
+        Pace::Realtime(options) => options,
+        Pace::Virtual => RealtimeOptions::NORMAL,
+    }
+}
+
 /// A start that this side of the link refuses, as the device would.
 fn blow(refused: StartRefused) -> SerialError {
     SerialError::Link(LinkError::Refused {
@@ -760,114 +551,4 @@ fn describe(link: &SerialLink, device: &RemoteDevice, metadata: &mut BTreeMap<St
         "watchdog_s",
         (f64::from(device.watchdog_ms) * 1e-3).to_string(),
     );
-}
-
-const fn loop_name(loop_mode: LoopMode) -> &'static str {
-    match loop_mode {
-        LoopMode::Device => "device",
-        LoopMode::Host => "host",
-    }
-}
-
-fn summarise(
-    link: &SerialLink,
-    loop_mode: LoopMode,
-    before: Statistics,
-    after: Statistics,
-    samples_lost: u64,
-) -> LinkSummary {
-    let [major, minor, patch] = link.hello().firmware;
-    let report = link.report();
-    let host = report.host;
-    let round_trip = &report.round_trip_us;
-    LinkSummary {
-        board: link.capabilities().board().to_owned(),
-        firmware: format!("{major}.{minor}.{patch}"),
-        loop_mode: loop_name(loop_mode),
-        samples_lost,
-        samples_dropped: report.samples_dropped,
-        samples_dropped_on_device: after.samples_dropped - before.samples_dropped,
-        stale_forces: after.stale_forces - before.stale_forces,
-        forces_dropped: report.forces_dropped,
-        overruns: after.overruns - before.overruns,
-        tick_cycles_max: after.tick_cycles_max,
-        from_device: FrameCounts {
-            sent: after.sent - before.sent,
-            received: host.received,
-            corrupt: host.corrupt + host.oversize + host.foreign,
-            lost: host.lost,
-            duplicate: host.duplicate,
-            late: host.late,
-        },
-        to_device: FrameCounts {
-            sent: host.sent,
-            received: after.received - before.received,
-            corrupt: after.corrupt + after.oversize + after.foreign
-                - before.corrupt
-                - before.oversize
-                - before.foreign,
-            lost: after.lost - before.lost,
-            duplicate: after.duplicate - before.duplicate,
-            late: after.late - before.late,
-        },
-        retries: host.retries,
-        round_trip_us: [
-            round_trip.value_at_quantile(0.5),
-            round_trip.value_at_quantile(0.99),
-            round_trip.max(),
-        ],
-    }
-}
-
-/// The summary as the metadata of a log.
-fn flat(summary: &LinkSummary) -> BTreeMap<String, String> {
-    // A structure of numbers and words always becomes JSON.
-    let json = serde_json::to_value(summary).unwrap_or_default();
-    let mut flat = BTreeMap::new();
-    for (key, value) in json.as_object().into_iter().flatten() {
-        match value.as_object() {
-            Some(inner) => {
-                for (name, value) in inner {
-                    flat.insert(format!("{key}.{name}"), value.to_string());
-                }
-            }
-            None => {
-                let text = value
-                    .as_str()
-                    .map_or_else(|| value.to_string(), str::to_owned);
-                flat.insert(key.clone(), text);
-            }
-        }
-    }
-    flat
-}
-
-/// The device, as on the command line.
-#[must_use]
-pub fn device_name(device: Option<&RemoteDevice>) -> String {
-    device.map_or_else(|| "sim".to_owned(), |device| device.name.to_string())
-}
-
-/// A simulated device without a wall to be felt: what a drive of the rig becomes on a device.
-#[must_use]
-pub fn indentation(compliant: bool, depth_m: f64, ramp_time_s: f64) -> Simulation {
-    Simulation {
-        kind: if compliant {
-            SimulationKind::CompliantIndentation
-        } else {
-            SimulationKind::RigidIndentation
-        },
-        depth_m: depth_m as f32,
-        ramp_time_s: ramp_time_s as f32,
-        ..Simulation::TESTBED
-    }
-}
-
-/// A constant push on the testbed's mass.
-#[must_use]
-pub fn push(push_n: f64) -> Simulation {
-    Simulation {
-        push_n: push_n as f32,
-        ..Simulation::TESTBED
-    }
 }

@@ -1,0 +1,211 @@
+//! An experiment on a device at the other end of a link.
+//!
+//! ```text
+//! device loop:  set parameters ─▶ arm ─▶ start ─▶ samples ─▶ log        the device ticks
+//! host loop:    ... sample ─▶ controller of this program ─▶ force ...   the device only measures and applies
+//! ```
+//! Time is the device's, n·T. What the line loses is counted, never made up.
+
+mod session;
+mod summary;
+
+pub use session::RemoteRun;
+pub use summary::{FrameCounts, LinkSummary};
+
+use super::run::Schedule;
+use super::safety::{GuardChoice, GuardedDevice};
+use crate::device::SerialName;
+use crate::failure::Failure;
+use fracdiff::Operator;
+use haptic_link::{
+    Capabilities, Configuration, Limits, LoopMode, OperatorShape, Simulation, SimulationKind,
+};
+use haptic_loop::Guard;
+use haptic_loop::remote::wire_limits;
+use haptic_loop::units::Seconds;
+use std::time::Duration;
+
+/// A device and how the loop with it is closed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RemoteDevice {
+    /// The port.
+    pub name: SerialName,
+    /// Where the loop is closed.
+    pub loop_mode: LoopMode,
+    /// Silence after which the device lets go, ms.
+    pub watchdog_ms: u16,
+    /// Late ticks in a row that latch a fault; 0 for never.
+    pub late_ticks: u16,
+    /// How long to wait for the device to be there.
+    pub patience: Duration,
+}
+
+impl RemoteDevice {
+    /// With the defaults: the device's loop, 20 ms of silence, 20 late ticks, no patience.
+    #[must_use]
+    pub fn new(name: SerialName) -> Self {
+        Self {
+            name,
+            loop_mode: LoopMode::Device,
+            watchdog_ms: Limits::DEFAULT.watchdog_ms,
+            late_ticks: Limits::DEFAULT.late_ticks,
+            patience: Duration::ZERO,
+        }
+    }
+}
+
+/// What the device renders, and what it simulates if it is simulated.
+#[derive(Clone, Debug)]
+pub struct RemoteLaw {
+    /// K, N/m.
+    pub stiffness_n_per_m: f64,
+    /// B, N·s^μ/m.
+    pub dissipation_n_s_mu_per_m: f64,
+    /// μ.
+    pub order: f64,
+    /// Pushes but never pulls, from 0 on.
+    pub one_sided: bool,
+    /// Coefficients of the operator.
+    pub operator: (OperatorShape, Vec<f32>),
+    /// Limits of the safety chain, without a guard.
+    pub limits: haptic_loop::Limits,
+    /// The guard, and what is known of a real device.
+    pub guard: (GuardChoice, GuardedDevice),
+    /// The plant of a simulated device.
+    pub simulation: Simulation,
+}
+
+/// The configuration of the device.
+pub(super) fn configuration(
+    device: &RemoteDevice,
+    law: &RemoteLaw,
+    schedule: Schedule,
+    capabilities: &Capabilities,
+) -> Result<Configuration, Failure> {
+    let us = schedule.sample_time_s * 1e6;
+    if (us - us.round()).abs() > 1e-6 || !(1.0..=4e9).contains(&us) {
+        return Err(Failure::bad_input(format_args!(
+            "sample time {} s is not a whole number of microseconds, which a device needs: change \
+             --sample-time",
+            schedule.sample_time_s
+        )));
+    }
+    let simulation = if capabilities.simulated {
+        law.simulation
+    } else {
+        Simulation::REAL
+    };
+    let t = Seconds(schedule.sample_time_s);
+    let guard = guard_of(law.guard.0, law.guard.1, &simulation, t)?;
+    let limits = wire_limits(&haptic_loop::Limits {
+        guard,
+        ..law.limits
+    });
+    Ok(Configuration {
+        loop_mode: device.loop_mode,
+        tick_period_us: us.round() as u32,
+        stiffness_n_per_m: law.stiffness_n_per_m as f32,
+        dissipation_n_s_mu_per_m: law.dissipation_n_s_mu_per_m as f32,
+        order: law.order as f32,
+        one_sided: law.one_sided,
+        surface_m: 0.0,
+        operator: law.operator.0,
+        limits: Limits {
+            watchdog_ms: device.watchdog_ms,
+            late_ticks: device.late_ticks,
+            ..limits
+        },
+        simulation,
+    })
+}
+
+/// Limits of the chain that closes a loop here: force, rate and start. The rest is up to the device, which
+/// knows where it is without delay.
+#[must_use]
+pub const fn host_limits(limits: &haptic_loop::Limits) -> haptic_loop::Limits {
+    haptic_loop::Limits {
+        start_force: limits.start_force,
+        ..haptic_loop::Limits::bare(limits.force, limits.rate)
+    }
+}
+
+/// A guard for a device: what nobody has said of a simulated one is known from what it simulates. In a real
+/// one a force takes a tick more than none, for what board and actuator need.
+///
+/// # Errors
+/// As [`GuardChoice::of`].
+pub fn guard_of(
+    guard: GuardChoice,
+    known: GuardedDevice,
+    simulation: &Simulation,
+    t: Seconds,
+) -> Result<Option<Guard>, Failure> {
+    let known = if simulation.kind == SimulationKind::Real {
+        GuardedDevice {
+            delay_samples: known.delay_samples.max(1),
+            ..known
+        }
+    } else {
+        let simulated = |value: f32| Some(f64::from(value));
+        GuardedDevice {
+            mass_kg: known.mass_kg.or(simulated(simulation.mass_kg)),
+            damping_n_s_per_m: known
+                .damping_n_s_per_m
+                .or(simulated(simulation.damping_n_s_per_m)),
+            ..known
+        }
+    };
+    guard.of(&known, t)
+}
+
+/// Coefficients for a device that does not compute the force itself: one zero.
+#[must_use]
+pub fn no_operator() -> (OperatorShape, Vec<f32>) {
+    (Configuration::PASSIVE.operator, vec![0.0])
+}
+
+/// The operator of a device, from the scheme.
+///
+/// # Errors
+/// More coefficients than the wire can count.
+pub fn portable(operator: &Operator<f32>) -> Result<(OperatorShape, Vec<f32>), Failure> {
+    haptic_loop::remote::operator_shape(operator)
+        .map_err(|error| Failure::input_with_advice(error, "change --scheme, or take --loop host"))
+}
+
+pub(super) const fn loop_name(loop_mode: LoopMode) -> &'static str {
+    match loop_mode {
+        LoopMode::Device => "device",
+        LoopMode::Host => "host",
+    }
+}
+
+/// The device, as on the command line.
+#[must_use]
+pub fn device_name(device: Option<&RemoteDevice>) -> String {
+    device.map_or_else(|| "sim".to_owned(), |device| device.name.to_string())
+}
+
+/// A simulated device without a wall to be felt: what a drive of the rig becomes on a device.
+#[must_use]
+pub fn indentation(compliant: bool, depth_m: f64, ramp_time_s: f64) -> Simulation {
+    Simulation {
+        kind: if compliant {
+            SimulationKind::CompliantIndentation
+        } else {
+            SimulationKind::RigidIndentation
+        },
+        depth_m: depth_m as f32,
+        ramp_time_s: ramp_time_s as f32,
+        ..Simulation::TESTBED
+    }
+}
+
+/// A constant push on the testbed's mass.
+#[must_use]
+pub fn push(push_n: f64) -> Simulation {
+    Simulation {
+        push_n: push_n as f32,
+        ..Simulation::TESTBED
+    }
+}
