@@ -10,6 +10,8 @@
 //!   turn an unstable one into a limit cycle.
 //! - *Without any spring* (a tissue that only dissipates) the loop has a pole at rest, z = 1, and the device drifts, as it
 //!   should. Such a loop is judged with a spring of 2e-4·β beside it, which holds the drift and no oscillation.
+//! - *A full memory* is good up to its horizon, and beyond it may leave a small negative spring at rest. That is later than
+//!   the run, so it is judged with a horizon of 1e6 samples at least, as by `analyze`, and a spring that makes up for what is left.
 //! - *Delay* in whole samples: 0 in a loop on the device; in one on the host the round trip that nine of ten
 //!   keep-alives do not exceed, plus the tick that the force waits for, rounded up.
 //! - *Margin*: the factor on K and B together that takes the loop to the edge of stability.
@@ -35,6 +37,8 @@ pub struct Dynamics {
     pub hand_stiffness_n_per_m: f64,
 }
 
+/// Shortest memory for which a full-memory operator is judged, samples.
+const HORIZON: f64 = 1e6;
 /// A gain at rest as large as this beside β counts as none.
 const REST_NOISE: f64 = 1e-4;
 
@@ -124,15 +128,15 @@ impl Preflight {
             dissipation_n_s_mu_per_m: self.dissipation_n_s_mu_per_m,
         }
         .nondimensional()?;
-        // As the run builds it.
-        let horizon = 1.05 * self.samples as f64;
+        let horizon = (1.05 * self.samples as f64).max(HORIZON);
         let operator = LoopOperator::new(self.scheme, self.order, sample_time, horizon)?;
-        // What is left at rest, P(1), is no spring if it is as small as the tolerance of a full memory.
+        // α + γ + βP(1), the spring that is left at rest.
         let at_rest = wall.alpha + wall.gamma + wall.beta * operator.response(0.0).re;
-        let drifts = at_rest.abs() <= REST_NOISE * wall.beta;
+        let noise = REST_NOISE * wall.beta;
+        let full = matches!(self.scheme, Scheme::Full { .. });
         let mut held = wall;
-        if drifts {
-            held.alpha += 2.0 * REST_NOISE * wall.beta;
+        if at_rest.abs() <= noise || (full && at_rest < 0.0) {
+            held.alpha += 2.0 * noise - at_rest.min(0.0);
         }
         let scaled = |factor: f64| {
             let mut parameters = held;
@@ -154,7 +158,7 @@ impl Preflight {
         let port = OnePort::new(&operator, self.order)?.with_delay(delay)?;
         let required = port
             .with_memory(memory)
-            .required_delta(wall.alpha, wall.beta)?;
+            .required_delta(held.alpha, held.beta)?;
         Ok(Verdict {
             stable,
             margin,
@@ -216,14 +220,23 @@ impl Verdict {
         )))
     }
 
-    /// A sentence about a loop that is unstable or not passive; `None` if there is nothing to say.
+    /// A sentence about a loop that is unstable or not passive; `None` if there is nothing to say, or a guard
+    /// that promises passivity looks after it.
     #[must_use]
-    pub fn warning(&self) -> Option<String> {
+    pub fn warning(&self, guarded: bool) -> Option<String> {
         if !self.stable {
             return Some(format!(
-                "pre-flight: the loop is unstable by the analysis, {}; run all the same",
-                self.numbers()
+                "pre-flight: the loop is unstable by the analysis, {}; {}",
+                self.numbers(),
+                if guarded {
+                    "the guard alone holds it"
+                } else {
+                    "run all the same"
+                }
             ));
+        }
+        if guarded {
+            return None;
         }
         let needed = match self.required_delta {
             Some(needed) => format!("Theorem 1 asks for a delta above {needed:.4}"),
@@ -355,7 +368,13 @@ mod tests {
             assert!(text.contains(part), "\"{part}\" in {text}");
         }
         verdict.require_stable(true).expect("forced");
-        assert!(verdict.warning().expect("a warning").contains("unstable"));
+        for (guarded, words) in [(false, "run all the same"), (true, "the guard alone")] {
+            let warning = verdict.warning(guarded).expect("a warning");
+            assert!(
+                warning.contains("unstable") && warning.contains(words),
+                "{warning}"
+            );
+        }
     }
 
     #[test]
@@ -369,7 +388,7 @@ mod tests {
     fn a_soft_and_plain_wall_is_passive_and_nothing_is_said() {
         let verdict = wall(1.0, 100.0, 0.5).verdict(TESTBED, 0).expect("judges");
         assert!(verdict.stable && verdict.passive, "{verdict:?}");
-        assert_eq!(verdict.warning(), None);
+        assert_eq!(verdict.warning(false), None);
         let mut metadata = BTreeMap::new();
         verdict.describe(&mut metadata);
         assert_eq!(metadata["preflight.stable"], "true");

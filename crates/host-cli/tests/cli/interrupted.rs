@@ -71,7 +71,9 @@ fn a_signal_stops_the_run_safely(signal: &str) {
         .position(|row| row[limiters] as u8 & STOPPING != 0)
         .expect("the log shows the stop");
     // The event lies in the tick before the first that stops.
-    assert_eq!(number(&events[0], "time_s"), rows[stop - 1][1]);
+    // This reader of JSON takes 0.20700000000000002 for 0.207.
+    let apart = number(&events[0], "time_s") - rows[stop - 1][1];
+    assert!(apart.abs() < 1e-12, "{apart} s apart");
     let ramp = &rows[stop - 1..];
     assert!(ramp.len() > 10, "a ramp, not a step: {} ticks", ramp.len());
     for pair in ramp.windows(2) {
