@@ -50,8 +50,9 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let mut log = LogWriter::with_sink(Cursor::new(Vec::new()), Path::new("seed"))?;
     log.metadata("run", [("seed".to_owned(), "1".to_owned())].into())?;
-    for tick in 0..250 {
-        let time_s = 1e-3 * tick as f64;
+    // Three chunks.
+    for tick in 0..30 {
+        let time_s = 1e-2 * tick as f64;
         let message = TickMessage {
             tick,
             time_s,
@@ -61,13 +62,18 @@ fn main() -> Result<(), Box<dyn Error>> {
         log.tick(&message)?;
     }
     log.event(&EventMessage {
-        time_s: 0.25,
+        time_s: 0.3,
         kind: "end".to_owned(),
         text: "done".to_owned(),
     })?;
     let log = log.close()?.into_inner();
     write("log", "whole", &log)?;
     write("log", "cut", &log[..log.len() / 2])?;
+    let name = log.windows(7).position(|window| window == b"\x03\0\0\0run");
+    let name = 4 + name.ok_or("no metadata")?;
+    // Found by this target: a length that nothing should be reserved for.
+    let long = [&log[..name - 4], &[0xff; 4], &log[name..]].concat();
+    write("log", "long-text", &long)?;
 
     let folder = |name: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(name);
     for name in ["wall", "relax", "creep"] {

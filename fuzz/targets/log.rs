@@ -32,7 +32,7 @@ fuzz_target!(|bytes: &[u8]| {
     let table = export_csv(&source, &folder.path().join("a.csv"), false).expect("there is room");
     assert_eq!(table.rows, ticks);
     let target = folder.path().join("b.mcap");
-    match recover(&source, &target) {
+    match recover(&source, &target, false) {
         Ok(recovered) => {
             assert_eq!(recovered.samples, ticks);
             let again = inspect(&target).expect("a recovered log can be read");

@@ -307,6 +307,26 @@ fn corrupted_bytes_never_panic_never_lie_and_never_pass_for_whole() {
 }
 
 #[test]
+fn the_length_of_a_text_is_not_believed() {
+    let mut bytes = finished_bytes(10);
+    let name = b"\x0a\0\0\0experiment";
+    let at = (bytes.windows(name.len()))
+        .position(|window| window == name)
+        .expect("its metadata");
+    // 4 GiB, which nobody should ask the system for.
+    bytes[at..at + 4].fill(0xff);
+    let mut reader = LogReader::new(Cursor::new(bytes), Path::new("long")).expect("is MCAP");
+    let entries: Vec<Entry> = (&mut reader).map(|entry| entry.expect("read")).collect();
+    assert_eq!(ticks_of(&entries).len(), 10);
+    assert!(
+        (reader.condition().damage.iter())
+            .any(|damage| damage.to_string().contains("longer than the record")),
+        "{:?}",
+        reader.condition()
+    );
+}
+
+#[test]
 fn a_full_disk_says_which_file_and_how_much_is_safe_and_loses_no_more() {
     let whole = finished_bytes(3_000).len();
     let mut random = Pcg64::seed_from_u64(4);
