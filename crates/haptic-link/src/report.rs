@@ -373,6 +373,31 @@ pub struct Statistics {
     pub bytes_overrun: u32,
 }
 
+impl Statistics {
+    /// What was counted since `before`. Counters go round at 2³², so a device that was reset in between gives
+    /// large numbers, never a failure. Longest and last tick are those of `self`.
+    #[must_use]
+    pub const fn since(&self, before: &Self) -> Self {
+        Self {
+            ticks: self.ticks.wrapping_sub(before.ticks),
+            overruns: self.overruns.wrapping_sub(before.overruns),
+            tick_cycles_max: self.tick_cycles_max,
+            tick_cycles_last: self.tick_cycles_last,
+            stale_forces: self.stale_forces.wrapping_sub(before.stale_forces),
+            samples_dropped: self.samples_dropped.wrapping_sub(before.samples_dropped),
+            sent: self.sent.wrapping_sub(before.sent),
+            received: self.received.wrapping_sub(before.received),
+            corrupt: self.corrupt.wrapping_sub(before.corrupt),
+            oversize: self.oversize.wrapping_sub(before.oversize),
+            foreign: self.foreign.wrapping_sub(before.foreign),
+            lost: self.lost.wrapping_sub(before.lost),
+            duplicate: self.duplicate.wrapping_sub(before.duplicate),
+            late: self.late.wrapping_sub(before.late),
+            bytes_overrun: self.bytes_overrun.wrapping_sub(before.bytes_overrun),
+        }
+    }
+}
+
 /// The device is there.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Alive {

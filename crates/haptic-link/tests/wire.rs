@@ -248,6 +248,29 @@ fn every_message_comes_back_as_it_was_sent() {
 }
 
 #[test]
+fn counters_that_went_round_or_back_give_a_number() {
+    let before = Statistics {
+        ticks: u32::MAX,
+        lost: 7,
+        ..Statistics::default()
+    };
+    let after = Statistics {
+        ticks: 4,
+        lost: 9,
+        tick_cycles_max: 3,
+        ..Statistics::default()
+    };
+    let since = after.since(&before);
+    assert_eq!((since.ticks, since.lost, since.tick_cycles_max), (5, 2, 3));
+    // A device that was reset in between.
+    assert_eq!(before.since(&before), Statistics::default());
+    assert_eq!(
+        Statistics::default().since(&before).lost,
+        7_u32.wrapping_neg()
+    );
+}
+
+#[test]
 fn lines_are_as_slow_as_they_may_be() {
     // 30 % to spare: 70 % of the bits of a line with 10 bits a byte.
     let sample = line(&reports()[5], 0, Direction::FromDevice).len();

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::output::note;
-use haptic_link::LoopMode;
+use haptic_link::{Hello, LoopMode};
 use haptic_loop::remote::serial::{ConnectOptions, DEFAULT_BAUD, SerialError, SerialLink, ports};
 use std::fmt;
 use std::str::FromStr;
@@ -138,6 +138,13 @@ impl SerialName {
             ))),
         }
     }
+}
+
+/// The version of a device's firmware, as a person writes it.
+#[must_use]
+pub fn firmware_version(hello: &Hello) -> String {
+    let [major, minor, patch] = hello.firmware;
+    format!("{major}.{minor}.{patch}")
 }
 
 /// A serial device that cannot be used, with its port: exit code 3.

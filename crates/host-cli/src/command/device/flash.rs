@@ -1,6 +1,7 @@
 //! `device flash`: program a board through probe-rs.
 
 use super::PortArguments;
+use crate::device::firmware_version;
 use crate::failure::Failure;
 use crate::output::{Output, note};
 use clap::Args;
@@ -85,11 +86,10 @@ impl Arguments {
             .patience()?
             .max(std::time::Duration::from_secs(10));
         let link = self.port.name()?.connect(patience)?;
-        let [major, minor, patch] = link.hello().firmware;
         let flashed = Flashed {
             board: link.capabilities().board().to_owned(),
             image: image.display().to_string(),
-            firmware: format!("{major}.{minor}.{patch}"),
+            firmware: firmware_version(link.hello()),
             device: format!("serial:{}", link.path()),
         };
         output.summary(&flashed, |out| {

@@ -1,7 +1,7 @@
 //! `device info`.
 
 use super::PortArguments;
-use crate::device::at_port;
+use crate::device::{at_port, firmware_version};
 use crate::failure::Failure;
 use crate::output::Output;
 use clap::Args;
@@ -126,11 +126,10 @@ fn info(link: &SerialLink) -> Result<Info, Failure> {
     let statistics = link.statistics().map_err(problem)?;
     let status = link.status();
     let can = link.capabilities();
-    let [major, minor, patch] = link.hello().firmware;
     Ok(Info {
         device: format!("serial:{}", link.path()),
         board: can.board().to_owned(),
-        firmware: format!("{major}.{minor}.{patch}"),
+        firmware: firmware_version(link.hello()),
         simulated: can.simulated,
         axes: can.axes,
         sample_time_min_s: f64::from(can.tick_period_min_us) * 1e-6,

@@ -1,5 +1,6 @@
 //! `device list`.
 
+use crate::device::firmware_version;
 use crate::failure::Failure;
 use crate::output::Output;
 use clap::Args;
@@ -52,9 +53,8 @@ impl Arguments {
             let link = self.probe.then(|| SerialLink::connect(&port.path, options));
             let (board, firmware, problem) = match link {
                 Some(Ok(link)) => {
-                    let [major, minor, patch] = link.hello().firmware;
                     let board = link.capabilities().board().to_owned();
-                    (Some(board), Some(format!("{major}.{minor}.{patch}")), None)
+                    (Some(board), Some(firmware_version(link.hello())), None)
                 }
                 Some(Err(error)) => (None, None, Some(error.to_string())),
                 None => (None, None, None),

@@ -4,7 +4,7 @@ use super::{
     RemoteDevice, RemoteLaw, configuration, loop_name,
     summary::{flat, summarise},
 };
-use crate::device::at_port;
+use crate::device::{at_port, firmware_version};
 use crate::experiment::flight::FaultSeen;
 use crate::experiment::preflight::{
     Dynamics, MEASURED, Preflight, PreflightRequest, Verdict, delay_samples,
@@ -219,7 +219,7 @@ impl Session<'_> {
         let let_go = record.ended == Some(Ended::LogStopped) && waits_for_rest(&link);
         // A device that is gone cannot be asked.
         let after = link.statistics().unwrap_or(before);
-        let summary = summarise(&link, loop_mode, before, after, samples_lost);
+        let summary = summarise(&link, loop_mode, after.since(&before), samples_lost);
         drop(link);
         record.dropped = recorder.dropped() + summary.samples_dropped + samples_lost;
         record.missed_deadlines = u64::from(summary.overruns) + u64::from(summary.stale_forces);
@@ -542,10 +542,9 @@ fn waits_for_rest(link: &SerialLink) -> bool {
 
 /// What only the connected device can tell.
 fn describe(link: &SerialLink, device: &RemoteDevice, metadata: &mut BTreeMap<String, String>) {
-    let [major, minor, patch] = link.hello().firmware;
     let mut add = |key: &str, value: String| metadata.insert(key.to_owned(), value);
     add("board", link.capabilities().board().to_owned());
-    add("firmware", format!("{major}.{minor}.{patch}"));
+    add("firmware", firmware_version(link.hello()));
     add("loop", loop_name(device.loop_mode).to_owned());
     add(
         "watchdog_s",

@@ -1,6 +1,7 @@
 //! What a link counted over a run, for the report and for the log.
 
 use super::loop_name;
+use crate::device::firmware_version;
 use haptic_link::{LoopMode, Statistics};
 use haptic_loop::remote::serial::SerialLink;
 use std::collections::BTreeMap;
@@ -64,46 +65,43 @@ pub struct FrameCounts {
     pub late: u32,
 }
 
+/// `counted` is what the device counted over the run.
 pub(super) fn summarise(
     link: &SerialLink,
     loop_mode: LoopMode,
-    before: Statistics,
-    after: Statistics,
+    counted: Statistics,
     samples_lost: u64,
 ) -> LinkSummary {
-    let [major, minor, patch] = link.hello().firmware;
     let report = link.report();
     let host = report.host;
     let round_trip = &report.round_trip_us;
+    let damaged = |kinds: [u32; 3]| kinds.into_iter().fold(0, u32::wrapping_add);
     LinkSummary {
         board: link.capabilities().board().to_owned(),
-        firmware: format!("{major}.{minor}.{patch}"),
+        firmware: firmware_version(link.hello()),
         loop_mode: loop_name(loop_mode),
         samples_lost,
         samples_dropped: report.samples_dropped,
-        samples_dropped_on_device: after.samples_dropped - before.samples_dropped,
-        stale_forces: after.stale_forces - before.stale_forces,
+        samples_dropped_on_device: counted.samples_dropped,
+        stale_forces: counted.stale_forces,
         forces_dropped: report.forces_dropped,
-        overruns: after.overruns - before.overruns,
-        tick_cycles_max: after.tick_cycles_max,
+        overruns: counted.overruns,
+        tick_cycles_max: counted.tick_cycles_max,
         from_device: FrameCounts {
-            sent: after.sent - before.sent,
+            sent: counted.sent,
             received: host.received,
-            corrupt: host.corrupt + host.oversize + host.foreign,
+            corrupt: damaged([host.corrupt, host.oversize, host.foreign]),
             lost: host.lost,
             duplicate: host.duplicate,
             late: host.late,
         },
         to_device: FrameCounts {
             sent: host.sent,
-            received: after.received - before.received,
-            corrupt: after.corrupt + after.oversize + after.foreign
-                - before.corrupt
-                - before.oversize
-                - before.foreign,
-            lost: after.lost - before.lost,
-            duplicate: after.duplicate - before.duplicate,
-            late: after.late - before.late,
+            received: counted.received,
+            corrupt: damaged([counted.corrupt, counted.oversize, counted.foreign]),
+            lost: counted.lost,
+            duplicate: counted.duplicate,
+            late: counted.late,
         },
         retries: host.retries,
         round_trip_us: [
