@@ -5,12 +5,9 @@ use super::preflight::PreflightArguments;
 use super::realtime::RealtimeArguments;
 use super::remote::RemoteArguments;
 use super::safety::SafetyArguments;
-use crate::experiment::preflight::Verdict;
-use crate::experiment::realtime::RealtimeSummary;
-use crate::experiment::remote::LinkSummary;
-use crate::experiment::report::TickTimes;
+use crate::experiment::report::RunReport;
 use crate::experiment::{
-    Contact, Ending, Precision, Rendering, Report, Safety, Sensors, Summary, Supervisor,
+    Contact, Precision, Rendering, Report, Safety, Sensors, Summary, Supervisor,
 };
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
@@ -274,31 +271,31 @@ pub fn conduct<R: Summary>(
     });
     bar.finish_and_clear();
     let report = result?;
-    let Ending {
-        warnings,
+    for warning in &report.run().warnings {
+        note("warning", warning);
+    }
+    output.summary(&report, |out| print(out, &report))?;
+    let RunReport {
         ended_early,
         duration_s,
         dropped_samples,
         link_lost,
         log,
-    } = report.ending();
-    for warning in warnings {
-        note("warning", warning);
-    }
-    output.summary(&report, |out| print(out, &report))?;
-    if let (true, Some(reason)) = (link_lost, ended_early) {
+        ..
+    } = report.run();
+    if let (true, Some(reason)) = (*link_lost, ended_early) {
         return Err(Failure::Device(anyhow::anyhow!(
             "{reason}: the run ended at {} s, the device lets go by itself; the log is {log}",
-            plain(duration_s)
+            plain(*duration_s)
         )));
     }
     if let Some(reason) = ended_early {
         return Err(Failure::Run(anyhow::anyhow!(
             "{reason}: the run ended at {} s, the force ramped to zero; the log is {log}",
-            plain(duration_s),
+            plain(*duration_s),
         )));
     }
-    if dropped_samples > 0 {
+    if *dropped_samples > 0 {
         return Err(Failure::DataLost(anyhow::anyhow!(
             "{dropped_samples} samples are missing from the log {log}"
         )));
@@ -348,6 +345,7 @@ pub fn progress_bar(samples: u64, output: Output) -> ProgressBar {
 /// # Errors
 /// Those of `out`.
 pub fn print_summary(out: &mut dyn Write, report: &Report) -> io::Result<()> {
+    let run = &report.run;
     let number = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |v| format!("{v:.2e}"));
     let compared = |error: Option<f64>, text: String| match error {
         Some(_) => text,
@@ -365,19 +363,19 @@ pub fn print_summary(out: &mut dyn Write, report: &Report) -> io::Result<()> {
         report.order,
         report.scheme,
         format!("{:?}", report.precision).to_lowercase(),
-        report.device
+        run.device
     )?;
     writeln!(
         out,
         "  {} samples, {} s at {} ms",
-        report.samples,
-        plain(report.duration_s),
-        plain(1e3 * report.sample_time_s)
+        run.samples,
+        plain(run.duration_s),
+        plain(1e3 * run.sample_time_s)
     )?;
     writeln!(
         out,
         "  force             peak {:.4e} N, at the end {:.4e} N",
-        report.peak_force_n, report.final_force_n
+        run.peak_force_n, run.final_force_n
     )?;
     if let Some(strain) = report.final_strain {
         writeln!(out, "  strain            at the end {strain:.4e}")?;
@@ -412,37 +410,14 @@ pub fn print_summary(out: &mut dyn Write, report: &Report) -> io::Result<()> {
             )
         )
     )?;
-    print_end(out, &report.end())
+    print_end(out, run)
 }
 
-/// What the summaries of all experiments end with.
-#[derive(Clone, Copy, Debug)]
-pub struct End<'a> {
-    /// Time of a tick.
-    pub tick_ns: Option<TickTimes>,
-    /// Late ones.
-    pub missed_deadlines: u64,
-    /// The clock, if the run followed it.
-    pub realtime: Option<&'a RealtimeSummary>,
-    /// The link, if there is one.
-    pub link: Option<&'a LinkSummary>,
-    /// The log.
-    pub log: &'a str,
-    /// The table.
-    pub csv: Option<&'a str>,
-    /// The picture.
-    pub figure: Option<&'a str>,
-    /// What the analysis said before the run.
-    pub preflight: Option<Verdict>,
-    /// The log of a fault.
-    pub fault_log: Option<&'a str>,
-}
-
-/// Prints it.
+/// Prints what the summaries of all experiments end with.
 ///
 /// # Errors
 /// Those of `out`.
-pub fn print_end(out: &mut dyn Write, end: &End<'_>) -> io::Result<()> {
+pub fn print_end(out: &mut dyn Write, end: &RunReport) -> io::Result<()> {
     let plant = if end.link.is_some() {
         ""
     } else {
@@ -460,10 +435,10 @@ pub fn print_end(out: &mut dyn Write, end: &End<'_>) -> io::Result<()> {
             end.missed_deadlines
         )?,
     }
-    if let Some(realtime) = end.realtime {
+    if let Some(realtime) = &end.realtime {
         super::realtime::print(out, realtime)?;
     }
-    if let Some(link) = end.link {
+    if let Some(link) = &end.link {
         let [p50, p99, max] = link.round_trip_us;
         writeln!(
             out,
@@ -481,32 +456,16 @@ pub fn print_end(out: &mut dyn Write, end: &End<'_>) -> io::Result<()> {
         writeln!(out, "  pre-flight        {}", verdict.line())?;
     }
     writeln!(out, "  log               {}", end.log)?;
-    if let Some(log) = end.fault_log {
+    if let Some(log) = &end.fault_log {
         writeln!(out, "  fault log         {log}")?;
     }
-    if let Some(csv) = end.csv {
+    if let Some(csv) = &end.csv {
         writeln!(out, "  csv               {csv}")?;
     }
-    if let Some(figure) = end.figure {
+    if let Some(figure) = &end.figure {
         writeln!(out, "  figure            {figure} (and .svg)")?;
     }
     Ok(())
-}
-
-impl Report {
-    fn end(&self) -> End<'_> {
-        End {
-            tick_ns: self.tick_ns,
-            missed_deadlines: self.missed_deadlines,
-            realtime: self.realtime.as_ref(),
-            link: self.link.as_ref(),
-            log: &self.log,
-            csv: self.csv.as_deref(),
-            figure: self.figure.as_deref(),
-            preflight: self.preflight,
-            fault_log: self.fault_log.as_deref(),
-        }
-    }
 }
 
 /// Without the digits that a binary fraction adds.

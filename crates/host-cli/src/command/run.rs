@@ -1,6 +1,6 @@
 //! `run`: any experiment, from a file.
 
-use super::experiment::{End, conduct, print_end, print_summary};
+use super::experiment::{conduct, print_end, print_summary};
 use super::live::LiveArguments;
 use super::preflight::PreflightArguments;
 use super::realtime::RealtimeArguments;
@@ -105,7 +105,7 @@ fn print_wall(out: &mut dyn Write, report: &WallReport) -> io::Result<()> {
         Some(x) => format!("{:.4} µm", 1e6 * x),
         None => "–".to_owned(),
     };
-    let settling = &report.settling;
+    let (run, settling) = (&report.run, &report.settling);
     writeln!(
         out,
         "wall of order {} · scheme {} · K = {:.6} N/m · B = {:.6} N·s^μ/m · device {}",
@@ -113,14 +113,14 @@ fn print_wall(out: &mut dyn Write, report: &WallReport) -> io::Result<()> {
         report.scheme,
         report.stiffness_n_per_m,
         report.dissipation_n_s_mu_per_m,
-        report.device
+        run.device
     )?;
     writeln!(
         out,
         "  {} samples, {} s at {} ms",
-        report.samples,
-        report.duration_s,
-        1e3 * report.sample_time_s
+        run.samples,
+        run.duration_s,
+        1e3 * run.sample_time_s
     )?;
     writeln!(
         out,
@@ -141,7 +141,7 @@ fn print_wall(out: &mut dyn Write, report: &WallReport) -> io::Result<()> {
     writeln!(
         out,
         "  force             peak {:.4e} N, at the end {:.4e} N",
-        report.peak_force_n, report.final_force_n
+        run.peak_force_n, run.final_force_n
     )?;
     if let Some(error) = report.max_relative_error {
         writeln!(
@@ -149,16 +149,5 @@ fn print_wall(out: &mut dyn Write, report: &WallReport) -> io::Result<()> {
             "  operator          off by {error:.2e} of the largest force from the full history"
         )?;
     }
-    let end = End {
-        tick_ns: report.tick_ns,
-        missed_deadlines: report.missed_deadlines,
-        realtime: report.realtime.as_ref(),
-        link: report.link.as_ref(),
-        log: &report.log,
-        csv: report.csv.as_deref(),
-        figure: report.figure.as_deref(),
-        preflight: report.preflight,
-        fault_log: report.fault_log.as_deref(),
-    };
-    print_end(out, &end)
+    print_end(out, run)
 }

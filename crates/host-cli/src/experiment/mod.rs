@@ -26,7 +26,7 @@ pub use preflight::{Dynamics, PreflightRequest};
 pub use realtime::{RealtimeOptions, RealtimeSummary};
 pub use relaxation::Relaxation;
 pub use rendering::{Contact, Precision, Rendering};
-pub use report::{Ending, Report, Summary, Warnings};
+pub use report::{Report, RunReport, Summary, Warnings};
 pub use run::{Pace, Supervisor};
 pub use safety::{GuardChoice, Safety};
 pub use sensed::{Sensed, Sensors};

@@ -2,8 +2,8 @@
 
 use super::judge::{largest_error, relative_error};
 use super::rendering::Rendering;
-use super::report::{Report, TickTimes, Warnings};
-use super::run::{Ended, Ran, Record};
+use super::report::{Files, Report, RunReport, Warnings};
+use super::run::{Ran, Record};
 use crate::failure::Failure;
 use crate::figure::{Conditions, Quantity, TheoryFigure};
 
@@ -76,14 +76,7 @@ impl Outcome {
         title: &str,
         remark: &str,
     ) -> Result<Report, Failure> {
-        let Ran {
-            record,
-            log,
-            folder,
-            fault_log,
-            preflight,
-            live_warnings,
-        } = ran;
+        let Ran { record, folder, .. } = ran;
         let time = &record.time_s;
         let force = reaction(record);
         let last = self.measured.last().zip(self.theory.last());
@@ -101,13 +94,8 @@ impl Outcome {
             self.quantity.word(),
         );
         warnings.limited(record.limited);
-        warnings.0.extend(record.not_realtime.clone());
-        warnings.late(record, force.len() as u64);
-        warnings.dropped(record.dropped_by_disk());
-        warnings.link(record.link.as_ref());
-        warnings.0.extend_from_slice(live_warnings);
 
-        let (mut csv, mut figure) = (None, None);
+        let mut files = Files::default();
         if record.ended.is_none() {
             let error = self.error();
             let rows = (0..force.len()).map(|n| Row {
@@ -120,7 +108,7 @@ impl Outcome {
                 theory: self.theory[n],
                 relative_error: error[n],
             });
-            csv = Some(folder.write_table("csv", rows)?);
+            files.csv = Some(folder.write_table("csv", rows)?);
             let picture = TheoryFigure {
                 title,
                 conditions: Conditions {
@@ -135,7 +123,7 @@ impl Outcome {
                 theory: &self.theory,
                 relative_error: &error,
             };
-            figure = Some(folder.save_picture(&picture.draw()?)?);
+            files.figure = Some(folder.save_picture(&picture.draw()?)?);
         } else {
             folder.remove_stale_results();
         }
@@ -143,19 +131,15 @@ impl Outcome {
             tissue: rendering.material.name.clone(),
             order: rendering.material.order,
             scheme: rendering.scheme.to_string(),
-            device: rendering.device_name(),
-            samples: log.samples,
-            duration_s,
-            peak_force_n: force.iter().fold(0.0, |most, f| f.abs().max(most)),
-            final_force_n: force.last().copied().unwrap_or(0.0),
+            run: RunReport::new(
+                ran,
+                rendering.device_name(),
+                rendering.sample_time_s,
+                files,
+                warnings,
+            ),
             max_relative_error: largest_error(time, &force, &self.full_history_force_n, FROM_S),
             closed_form_error: self.closed_form_error,
-            tick_ns: TickTimes::of(record),
-            missed_deadlines: record.missed_deadlines,
-            realtime: record.realtime,
-            log: log.path.display().to_string(),
-            figure,
-            csv,
             discretisation_error: self.discretisation_error,
             rig_error: self.rig_error,
             memory_s,
@@ -163,17 +147,8 @@ impl Outcome {
             final_strain: (self.quantity == Quantity::Strain)
                 .then(|| self.measured.last().copied())
                 .flatten(),
-            sample_time_s: rendering.sample_time_s,
             precision: rendering.precision_run(),
             contact: rendering.contact,
-            limited_samples: record.limited,
-            dropped_samples: record.dropped,
-            ended_early: record.ended.map(Ended::reason),
-            link: record.link.clone(),
-            preflight: *preflight,
-            fault_log: fault_log.as_ref().map(|path| path.display().to_string()),
-            link_lost: record.ended.is_some_and(Ended::is_link),
-            warnings: warnings.0,
         })
     }
 }

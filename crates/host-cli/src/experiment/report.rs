@@ -3,7 +3,7 @@
 use super::preflight::Verdict;
 use super::realtime::RealtimeSummary;
 use super::remote::{FrameCounts, LinkSummary};
-use super::run::{Ended, Record};
+use super::run::{Ended, Ran, Record};
 use haptic_loop::Fault;
 use haptic_loop::remote::LinkError;
 use serde::Serialize;
@@ -19,15 +19,9 @@ pub struct TickTimes {
     pub max: u64,
 }
 
-/// The result of an experiment. The keys are a contract of the command line.
+/// What every experiment reports of its run. The keys are a contract of the command line.
 #[derive(Clone, Debug, Serialize)]
-pub struct Report {
-    /// Name of the tissue.
-    pub tissue: String,
-    /// α of the tissue.
-    pub order: f64,
-    /// Operator.
-    pub scheme: String,
+pub struct RunReport {
     /// Device.
     pub device: String,
     /// Ticks in the log.
@@ -36,14 +30,8 @@ pub struct Report {
     pub duration_s: f64,
     /// Largest magnitude of the commanded force, N.
     pub peak_force_n: f64,
-    /// Magnitude of the commanded force at the end, N.
+    /// Force that is opposed to the device's motion at the end, N.
     pub final_force_n: f64,
-    /// Commanded force against the full history of the indentation really recorded: largest relative
-    /// error of a sample from 10 ms on. What the operator's memory and precision cost.
-    pub max_relative_error: Option<f64>,
-    /// Against the closed form: force in a relaxation, from 0.1 s after the ramp on; strain in a
-    /// creep test, from 1 s on.
-    pub closed_form_error: Option<f64>,
     /// Time of a tick; null in a loop on a device, which does not tell.
     pub tick_ns: Option<TickTimes>,
     /// Ticks more than one sample time late; 0 in virtual time.
@@ -54,25 +42,10 @@ pub struct Report {
     pub log: String,
     /// The picture (PNG; an SVG lies beside it), unless the run was cut short.
     pub figure: Option<String>,
-    /// The samples with theory beside them, unless the run was cut short.
+    /// The samples, unless the run was cut short.
     pub csv: Option<String>,
-    /// What of `closed_form_error` is left with an ideal indenter and the full history: the sampling.
-    pub discretisation_error: Option<f64>,
-    /// What of it comes from contact, servo, masses and sensors of the rig.
-    pub rig_error: Option<f64>,
-    /// How long the operator remembers, s; null for everything.
-    pub memory_s: Option<f64>,
-    /// Final value over theory: force in a relaxation, strain in a creep test.
-    pub final_over_theory: Option<f64>,
-    /// Final strain, in a creep test.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub final_strain: Option<f64>,
     /// T, s.
     pub sample_time_s: f64,
-    /// Number type of the loop.
-    pub precision: super::Precision,
-    /// Contact between indenter and renderer.
-    pub contact: super::Contact,
     /// Samples in which the safety chain limited the force.
     pub limited_samples: u64,
     /// Samples and events that did not reach the log.
@@ -92,38 +65,97 @@ pub struct Report {
     pub warnings: Vec<String>,
 }
 
-/// How an experiment ended, whatever was measured.
-#[derive(Clone, Copy, Debug)]
-pub struct Ending<'a> {
-    /// What a user should know, a sentence each.
-    pub warnings: &'a [String],
-    /// Why the run ended early, if it did.
-    pub ended_early: Option<&'a str>,
-    /// Time of the last sample that counts, s.
-    pub duration_s: f64,
-    /// Samples and events that did not reach the log.
-    pub dropped_samples: u64,
-    /// The link to the device was lost.
-    pub link_lost: bool,
-    /// The log.
-    pub log: &'a str,
+/// What a run leaves beside its log, unless it was cut short.
+#[derive(Clone, Debug, Default)]
+pub struct Files {
+    /// The table.
+    pub csv: Option<String>,
+    /// The picture.
+    pub figure: Option<String>,
+}
+
+/// The result of a relaxation or creep test.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// Name of the tissue.
+    pub tissue: String,
+    /// α of the tissue.
+    pub order: f64,
+    /// Operator.
+    pub scheme: String,
+    /// Of the run.
+    #[serde(flatten)]
+    pub run: RunReport,
+    /// Commanded force against the full history of the indentation really recorded: largest relative
+    /// error of a sample from 10 ms on. What the operator's memory and precision cost.
+    pub max_relative_error: Option<f64>,
+    /// Against the closed form: force in a relaxation, from 0.1 s after the ramp on; strain in a
+    /// creep test, from 1 s on.
+    pub closed_form_error: Option<f64>,
+    /// What of `closed_form_error` is left with an ideal indenter and the full history: the sampling.
+    pub discretisation_error: Option<f64>,
+    /// What of it comes from contact, servo, masses and sensors of the rig.
+    pub rig_error: Option<f64>,
+    /// How long the operator remembers, s; null for everything.
+    pub memory_s: Option<f64>,
+    /// Final value over theory: force in a relaxation, strain in a creep test.
+    pub final_over_theory: Option<f64>,
+    /// Final strain, in a creep test.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub final_strain: Option<f64>,
+    /// Number type of the loop.
+    pub precision: super::Precision,
+    /// Contact between indenter and renderer.
+    pub contact: super::Contact,
 }
 
 /// The report of any experiment.
 pub trait Summary: Serialize {
-    /// How it ended.
-    fn ending(&self) -> Ending<'_>;
+    /// Of its run.
+    fn run(&self) -> &RunReport;
 }
 
 impl Summary for Report {
-    fn ending(&self) -> Ending<'_> {
-        Ending {
-            warnings: &self.warnings,
-            ended_early: self.ended_early.as_deref(),
-            duration_s: self.duration_s,
-            dropped_samples: self.dropped_samples,
-            link_lost: self.link_lost,
-            log: &self.log,
+    fn run(&self) -> &RunReport {
+        &self.run
+    }
+}
+
+impl RunReport {
+    /// Of a run on this device; what happened to it is added to the warnings.
+    #[must_use]
+    pub fn new(
+        ran: &Ran,
+        device: String,
+        sample_time_s: f64,
+        files: Files,
+        mut warnings: Warnings,
+    ) -> Self {
+        let record = &ran.record;
+        warnings.run(ran);
+        let last_force = record.force_n.last();
+        Self {
+            device,
+            samples: ran.log.samples,
+            duration_s: record.time_s.last().copied().unwrap_or(0.0),
+            peak_force_n: record.largest_force_n(),
+            // Not a negation, which would make −0 of 0.
+            final_force_n: last_force.map_or(0.0, |force| 0.0 - force),
+            tick_ns: TickTimes::of(record),
+            missed_deadlines: record.missed_deadlines,
+            realtime: record.realtime,
+            log: ran.log.path.display().to_string(),
+            figure: files.figure,
+            csv: files.csv,
+            sample_time_s,
+            limited_samples: record.limited,
+            dropped_samples: record.dropped,
+            ended_early: record.ended.map(Ended::reason),
+            link: record.link.clone(),
+            preflight: ran.preflight,
+            fault_log: (ran.fault_log.as_ref()).map(|path| path.display().to_string()),
+            link_lost: record.ended.is_some_and(Ended::is_link),
+            warnings: warnings.0,
         }
     }
 }
@@ -216,9 +248,19 @@ impl Warnings {
         }
     }
 
+    /// What happened to a run, whatever was measured.
+    fn run(&mut self, ran: &Ran) {
+        let record = &ran.record;
+        self.0.extend(record.not_realtime.clone());
+        self.late(record);
+        self.dropped(record.dropped_by_disk());
+        self.link(record.link.as_ref());
+        self.0.extend_from_slice(&ran.live_warnings);
+    }
+
     /// The loop was late.
-    pub fn late(&mut self, record: &Record, samples: u64) {
-        let missed = record.missed_deadlines;
+    fn late(&mut self, record: &Record) {
+        let (missed, samples) = (record.missed_deadlines, record.force_n.len());
         if missed == 0 {
             return;
         }
@@ -260,7 +302,7 @@ impl Warnings {
     }
 
     /// What a link had to cope with, when it did.
-    pub fn link(&mut self, link: Option<&LinkSummary>) {
+    fn link(&mut self, link: Option<&LinkSummary>) {
         let Some(link) = link else {
             return;
         };
@@ -277,7 +319,7 @@ impl Warnings {
     }
 
     /// Samples did not reach the log.
-    pub fn dropped(&mut self, samples: u64) {
+    fn dropped(&mut self, samples: u64) {
         if samples > 0 {
             self.0.push(format!(
                 "{samples} samples did not reach the log: the disk was slower than the loop"

@@ -127,6 +127,12 @@ impl Record {
         })
     }
 
+    /// Largest magnitude of the commanded force, N.
+    #[must_use]
+    pub fn largest_force_n(&self) -> f64 {
+        self.force_n.iter().fold(0.0, |most, f| f.abs().max(most))
+    }
+
     /// Samples and events that the disk was too slow for.
     #[must_use]
     pub fn dropped_by_disk(&self) -> u64 {

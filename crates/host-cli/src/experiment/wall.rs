@@ -18,8 +18,8 @@ use super::pushed::{GONE_M, VirtualWall, force_alone, pushed, safe_force_limit, 
 use super::remote::{
     RemoteDevice, RemoteLaw, RemoteRun, device_name, host_limits, no_operator, portable, push,
 };
-use super::report::{TickTimes, Warnings};
-use super::run::{Ended, Pace, Ran, Record, SAMPLES, Schedule, Supervisor, run_logged};
+use super::report::{Files, RunReport, Warnings};
+use super::run::{Pace, Ran, Record, SAMPLES, Schedule, Supervisor, run_logged};
 use super::safety::{GuardChoice, GuardedDevice, Safety};
 use super::sensed::{Sensed, Sensors};
 use crate::failure::Failure;
@@ -391,18 +391,11 @@ impl Wall {
             .map(|(x, d)| -(self.stiffness_n_per_m * x + self.dissipation_n_s_mu_per_m * d));
         let off = record.force_n.iter().zip(wanted);
         let off = off.fold(0.0, |most: f64, (have, want)| most.max((have - want).abs()));
-        Ok(Some(off / largest(&record.force_n)).filter(|error| error.is_finite()))
+        Ok(Some(off / record.largest_force_n()).filter(|error| error.is_finite()))
     }
 
     fn publish(&self, ran: &Ran, rest_m: Option<f64>) -> Result<WallReport, Failure> {
-        let Ran {
-            record,
-            log,
-            folder,
-            fault_log,
-            preflight,
-            live_warnings,
-        } = ran;
+        let Ran { record, folder, .. } = ran;
         let time = &record.time_s;
         let force = reaction(record);
         let whole = record.ended.is_none();
@@ -423,20 +416,15 @@ impl Wall {
                 ),
             ));
         }
-        warnings.0.extend(record.not_realtime.clone());
-        warnings.late(record, force.len() as u64);
-        warnings.dropped(record.dropped_by_disk());
-        warnings.link(record.link.as_ref());
-        warnings.0.extend_from_slice(live_warnings);
-        let (mut csv, mut figure) = (None, None);
+        let mut files = Files::default();
         if whole {
             let rows = (0..force.len()).map(|n| Row {
                 time_s: time[n],
                 position_m: record.position_m[n],
                 reaction_force_n: force[n],
             });
-            csv = Some(folder.write_table("csv", rows)?);
-            figure = Some(folder.save_picture(&self.draw(record, &force, settling)?)?);
+            files.csv = Some(folder.write_table("csv", rows)?);
+            files.figure = Some(folder.save_picture(&self.draw(record, &force, settling)?)?);
         } else {
             folder.remove_stale_results();
         }
@@ -445,11 +433,13 @@ impl Wall {
             tissue: None,
             order: self.order.get(),
             scheme: self.scheme.to_string(),
-            device: device_name(self.remote.as_ref()),
-            samples: log.samples,
-            duration_s: time.last().copied().unwrap_or(0.0),
-            peak_force_n: largest(&force),
-            final_force_n: force.last().copied().unwrap_or(0.0),
+            run: RunReport::new(
+                ran,
+                device_name(self.remote.as_ref()),
+                self.device.sample_time.0,
+                files,
+                warnings,
+            ),
             max_relative_error: if whole {
                 self.operator_error(record)?
             } else {
@@ -458,24 +448,9 @@ impl Wall {
             closed_form_error: rest
                 .filter(|_| settling.stable)
                 .map(|(have, want)| (have / want - 1.0).abs()),
-            tick_ns: TickTimes::of(record),
-            missed_deadlines: record.missed_deadlines,
-            realtime: record.realtime,
-            log: log.path.display().to_string(),
-            figure,
-            csv,
             settling,
             stiffness_n_per_m: self.stiffness_n_per_m,
             dissipation_n_s_mu_per_m: self.dissipation_n_s_mu_per_m,
-            sample_time_s: self.device.sample_time.0,
-            limited_samples: record.limited,
-            dropped_samples: record.dropped,
-            ended_early: record.ended.map(Ended::reason),
-            link: record.link.clone(),
-            preflight: *preflight,
-            fault_log: fault_log.as_ref().map(|path| path.display().to_string()),
-            link_lost: record.ended.is_some_and(Ended::is_link),
-            warnings: warnings.0,
         })
     }
 
@@ -597,11 +572,6 @@ impl Wall {
         self.safety.describe(&mut metadata);
         metadata
     }
-}
-
-/// The largest magnitude.
-fn largest(values: &[f64]) -> f64 {
-    values.iter().fold(0.0, |most, x| x.abs().max(most))
 }
 
 /// To six significant digits, as a subtitle shows a number.
