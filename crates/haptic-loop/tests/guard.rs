@@ -33,9 +33,12 @@ fn observer() -> Option<Guard> {
     )))
 }
 
-fn bounding(delay_samples: usize) -> Option<Guard> {
+/// For a known delay, in samples.
+fn bounding(delay: f64) -> Option<Guard> {
+    let delay = Seconds(delay * T.0);
     Some(Guard::EnergyBounding(EnergyBounding {
-        delay_samples,
+        delay_least: delay,
+        delay_most: delay,
         ..EnergyBounding::of(NewtonSecondsPerMetre(DAMPING))
     }))
 }
@@ -168,7 +171,7 @@ fn both_guards_hold_walls_of_twice_and_three_times_the_passivity_limit() {
                     shaking.push((order, ray, multiple));
                 }
                 assert!(case.is_stable(observer()), "observer {case:?}");
-                assert!(case.is_stable(bounding(0)), "bounding {case:?}");
+                assert!(case.is_stable(bounding(0.0)), "bounding {case:?}");
             }
         }
     }
@@ -190,7 +193,7 @@ fn energy_bounding_holds_what_is_twice_and_three_times_beyond_stability() {
             for multiple in [2.0, 3.0] {
                 let case = Case::on_ray(order, ray, multiple * limit);
                 assert!(!case.is_stable(None), "{case:?}");
-                assert!(case.is_stable(bounding(0)), "{case:?}");
+                assert!(case.is_stable(bounding(0.0)), "{case:?}");
             }
         }
     }
@@ -215,8 +218,8 @@ fn damping_cannot_hold_what_is_twice_beyond_stability_for_a_derivative() {
             };
             let shakes = !case.is_stable(None);
             assert_eq!(case.is_stable(observer()), !shakes, "{case:?}");
-            assert_eq!(case.is_stable(bounding(0)), !shakes, "{case:?}");
-            assert!(case.is_stable(bounding(1)), "{case:?}");
+            assert_eq!(case.is_stable(bounding(0.0)), !shakes, "{case:?}");
+            assert!(case.is_stable(bounding(1.0)), "{case:?}");
         }
     }
 }
@@ -233,10 +236,9 @@ fn an_encoder_and_delays_do_not_shake_a_bounded_wall() {
                         ..Case::on_ray(order, ray, multiple * limit)
                     };
                     assert!(case.is_stable(observer()), "observer {case:?}");
-                    for delay_samples in 0..=2 {
-                        let delay = delay_samples as f64;
+                    for delay in [0.0, 1.0, 2.0] {
                         let late = Case { delay, ..case };
-                        let end = late.run(bounding(delay_samples));
+                        let end = late.run(bounding(delay));
                         // A count or two.
                         assert!(end.deviation < STABLE, "{late:?} {end:?}");
                     }
@@ -255,20 +257,20 @@ fn rendered(case: Case, guard: Option<Guard>) -> f64 {
 fn the_price_is_the_stiffness_above_what_the_damping_can_pay() {
     // c = 2ρb/T = 2800 N/m, and c/(d + 1) with delay.
     let most = 2.0 * 0.8 * DAMPING / T.0;
-    for delay_samples in 0..=2 {
-        let most = most / (1.0 + delay_samples as f64);
+    for delay in [0.0, 0.5, 1.0, 2.0] {
+        let most = most / (1.0 + delay);
         // With delay a spring is passive up to c/(2d + 1) only, and between the two a little is lost.
-        let (below, off) = if delay_samples == 0 {
+        let (below, off) = if delay == 0.0 {
             (0.9, 1e-3)
         } else {
             (0.5, 0.05)
         };
         for share in [0.1, below, 1.5, 4.0] {
             let case = Case {
-                delay: delay_samples as f64,
+                delay,
                 ..Case::on_ray(0.0, (share * most * T.0 * T.0 / MASS, 0.0), 1.0)
             };
-            let have = rendered(case, bounding(delay_samples));
+            let have = rendered(case, bounding(delay));
             let want = most * f64::min(share, 1.0);
             assert!((have / want - 1.0).abs() < off, "{case:?} {have} {want}");
         }
@@ -286,7 +288,7 @@ fn a_passive_wall_is_left_as_it_is() {
             // Up to ρ of what is passive.
             let case = Case::on_ray(order, *ray, 0.8 * passivity_limit(order, *ray));
             let free = case.run(None).mean;
-            for guard in [observer(), bounding(0)] {
+            for guard in [observer(), bounding(0.0)] {
                 let kept = case.run(guard).mean;
                 assert!((kept / free - 1.0).abs() < 1e-3, "{case:?} {kept} {free}");
             }
@@ -297,7 +299,7 @@ fn a_passive_wall_is_left_as_it_is() {
 #[test]
 fn guards_work_within_the_whole_chain() {
     // Start-up over 0.5 s, 10 N, 1000 N/s, braking: all defaults.
-    for guard in [observer(), bounding(0)] {
+    for guard in [observer(), bounding(0.0)] {
         for ray in RAYS {
             let case = Case::on_ray(0.5, ray, 3.0 * passivity_limit(0.5, ray));
             let limits = Limits {
@@ -313,7 +315,7 @@ fn guards_work_within_the_whole_chain() {
 #[test]
 fn single_precision_holds_a_force_for_minutes() {
     let limits = Limits {
-        guard: bounding(0),
+        guard: bounding(0.0),
         ..Limits::bare(Newtons(10.0), NewtonsPerSecond(1e4))
     };
     let chain = SafetyChain::<f32>::from_limits(&limits, T).expect("valid");
@@ -354,7 +356,7 @@ fn the_observer_predicts_that_a_motion_goes_on_and_damps_no_more_than_needed() {
 
 #[test]
 fn the_books_go_on_while_a_force_falls_to_zero() {
-    for (guard, damping) in [(observer(), 0.0), (bounding(0), 0.8 * DAMPING / T.0)] {
+    for (guard, damping) in [(observer(), 0.0), (bounding(0.0), 0.8 * DAMPING / T.0)] {
         let limits = Limits {
             guard,
             ..Limits::bare(Newtons(10.0), NewtonsPerSecond(0.1 / T.0))
@@ -391,7 +393,8 @@ proptest! {
         motions in motions(), delay in 0usize..=4, forget in prop_oneof![Just(0.0), 0.002..2.0],
     ) {
         let guard = EnergyBounding {
-            delay_samples: delay,
+            delay_least: Seconds(delay as f64 * T.0),
+            delay_most: Seconds(delay as f64 * T.0),
             forget: Seconds(forget),
             ..EnergyBounding::of(NewtonSecondsPerMetre(DAMPING))
         };
