@@ -30,7 +30,8 @@ use nalgebra::SVector;
 ///   passive. A passive wall below that is left as it is.
 /// - *Surplus*: energy beyond what must be covered is forgotten with the time `forget`. At 0 it is given up at once,
 ///   and even a soft spring comes back up to a quarter too weak; a time longer than a touch avoids that.
-/// - *Noise* σ of the position looks like motion. 2ρ(b/T)σ² a sample and axis is taken from the surplus, never from what is covered.
+/// - *Noise* σ of the position looks like motion. Each sample and axis owes 2ρ(b/T)σ² for it, paid with energy beyond what
+///   the force of the sample before needs: so a force that is held is not spent. At most 1000 samples are owed.
 /// - *Needs* b, D and τ as they are. b said 1.25 times too large uses up ρ = 0.8; beyond that walls shake again. A delay
 ///   rounded to whole samples is not safe, in neither direction: say the fraction, or an interval.
 /// - *Start-up*: no energy. After a position that was lost the worst motion is booked. *Not finite* energy is no
@@ -145,6 +146,9 @@ impl<F: Real> Bounding<F> {
         let (profile, step) = (&self.profile, self.step);
         let last = state.sent[0];
         let actuator = profile.actuator(&last);
+        if self.noise > F::ZERO {
+            self.pay_for_noise(state, &actuator);
+        }
         // What f costs from now on: s²·square + s·along + zero for s·f.
         let [square, along, zero] = profile.command(force, &actuator);
         let square = square + (step + step) * dot(force, force);
@@ -184,19 +188,46 @@ impl<F: Real> Bounding<F> {
         state.add(work);
     }
 
-    /// Of the surplus over what must be covered the noise is taken, and a share forgotten.
+    /// Energy beyond what it takes to send the last force again pays for noise.
+    #[inline]
+    fn pay_for_noise<const D: usize>(
+        &self,
+        state: &mut GuardState<F, D>,
+        actuator: &SVector<F, D>,
+    ) {
+        /// Samples.
+        const OWED_MOST: f64 = 1000.0;
+        for _ in 0..D {
+            state.owed += self.noise;
+        }
+        let most = F::from_f64(OWED_MOST) * self.noise;
+        if state.owed > most {
+            state.owed = most;
+        }
+        let force = state.sent[0].force;
+        let [square, along, rest] = self.profile.command(&force, actuator);
+        let back = self.step * dot(&force, &force);
+        let spare =
+            state.energy - (square + along + rest + back + self.profile.on_its_way(&state.sent));
+        if spare > F::ZERO {
+            let paid = if spare < state.owed {
+                spare
+            } else {
+                state.owed
+            };
+            state.owed -= paid;
+            state.energy -= paid;
+        }
+    }
+
+    /// A share of the surplus over what must be covered is forgotten.
     #[inline]
     fn forget<const D: usize>(&self, state: &mut GuardState<F, D>, covered: F) {
         /// Less than this counts as nothing, J: no force is felt for it.
         const NOTHING: f64 = 1e-25;
         let surplus = state.energy - covered;
         if surplus > F::ZERO {
-            // Per axis.
-            let mut left = surplus;
-            for _ in 0..D {
-                left -= self.noise;
-            }
-            let left = left * self.keep;
+            let left = surplus * self.keep;
             let felt = left > F::from_f64(NOTHING);
             state.energy = covered + if felt { left } else { F::ZERO };
         }

@@ -53,6 +53,8 @@ pub(crate) enum GuardLaw<F> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct GuardState<F, const D: usize> {
     energy: F,
+    /// What is still to be paid for noise, J.
+    owed: F,
     sent: [Sent<F, D>; HISTORY],
 }
 
@@ -60,6 +62,7 @@ impl<F: Real, const D: usize> GuardState<F, D> {
     pub(crate) fn at_rest() -> Self {
         Self {
             energy: F::ZERO,
+            owed: F::ZERO,
             sent: [Sent::none(); HISTORY],
         }
     }
