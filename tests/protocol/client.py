@@ -21,7 +21,7 @@ import time
 import zlib
 
 FROM_HOST, FROM_DEVICE = 0x01, 0x81
-KEYS = (0xCA2BF6198136D856, 0x04F206E42A95FD99)
+KEYS = (0xE7D89F9FAC8D9E6C, 0x332940228D18979B)
 RETRY_S, TRIES = 0.15, 5
 FRAME_MAX = 256
 
@@ -33,17 +33,18 @@ ACK, SAMPLE, BATCH, EVENT, FAULT, ALIVE = 2, 5, 6, 7, 8, 10
 # The report that answers a request; an ack answers all others.
 ANSWERS = {HELLO: 0, GET_CAPABILITIES: 1, GET_CONFIGURATION: 3, GET_COEFFICIENTS: 4, GET_STATISTICS: 9,
            READ_FLIGHT: 11}
-LENGTHS = {0: 28, 1: 47, 3: 122, 4: 67, 5: 22, 7: 14, 8: 17, 9: 61, 10: 21, 11: 26}
+LENGTHS = {0: 28, 1: 47, 3: 137, 4: 67, 5: 22, 7: 14, 8: 17, 9: 61, 10: 21, 11: 26}
 REFUSALS = (("State", "<B"), ("Range", "<Bfff"), ("Digest", "<"), ("Incomplete", "<"), ("Unsupported", "<B"),
             ("UnknownFault", "<"), ("ForceNotZero", "<"), ("ForceNotSmall", "<ff"), ("FaultPersists", "<B"))
 IDLE, ARMED, RUNNING, STOPPING, IN_FAULT = range(5)
 
-CONFIGURATION = struct.Struct("<BIfff?fBbHffHHffffffffffBfffBBffffff")
+CONFIGURATION = struct.Struct("<BIfff?fBbHffHHffffffffffBfffffffBffffff")
 CONFIGURATION_FIELDS = (
     "loop_mode tick_period_us stiffness_n_per_m dissipation_n_s_mu_per_m order one_sided surface_m form integer "
     "count force_n force_rate_n_per_s watchdog_ms late_ticks start_force_n rise_time_s workspace_low_m "
     "workspace_high_m workspace_soft_m speed_soft_m_per_s speed_hard_m_per_s velocity_bandwidth_hz braking_n_s_per_m "
-    "braking_time_s guard guard_damping_n_s_per_m guard_share guard_forget_s guard_delay_samples simulation mass_kg "
+    "braking_time_s guard guard_damping_n_s_per_m guard_share guard_forget_s guard_delay_least_samples "
+    "guard_delay_most_samples guard_lag_s guard_noise_m simulation mass_kg "
     "damping_n_s_per_m hand_stiffness_n_per_m push_n depth_m ramp_time_s").split()
 CAPABILITIES = struct.Struct("<16sB?IIfffHHHH")
 STATISTICS = ("ticks overruns tick_cycles_max tick_cycles_last stale_forces samples_dropped sent received corrupt "

@@ -128,8 +128,14 @@ pub struct Guard {
     pub share: f32,
     /// How long a credit of energy lasts, s, from a tick to 3600. Energy bounding: 0 gives it up at once.
     pub forget_s: f32,
-    /// Energy bounding: whole ticks from a force to its effect, 0 to 4.
-    pub delay_samples: u8,
+    /// Energy bounding: least delay from a measurement to the effect of its force, ticks, 0 to `delay_most_samples`.
+    pub delay_least_samples: f32,
+    /// Energy bounding: most, ticks, at most 4; the same if the delay is known.
+    pub delay_most_samples: f32,
+    /// Energy bounding: time constant of the actuator, s, 0 to 64 ticks.
+    pub lag_s: f32,
+    /// Energy bounding: standard deviation of the noise of the position, m, 0 to 0.01.
+    pub noise_m: f32,
 }
 
 /// Which passivity guard.
@@ -248,8 +254,14 @@ pub enum Field {
     GuardShare,
     /// [`Guard::forget_s`].
     GuardForget,
-    /// [`Guard::delay_samples`].
-    GuardDelay,
+    /// [`Guard::delay_least_samples`].
+    GuardDelayLeast,
+    /// [`Guard::delay_most_samples`].
+    GuardDelayMost,
+    /// [`Guard::lag_s`].
+    GuardLag,
+    /// [`Guard::noise_m`].
+    GuardNoise,
     /// Another one, of a newer version.
     Other,
 }
@@ -292,7 +304,10 @@ impl core::fmt::Display for Field {
             Self::GuardDamping => "damping of the guard (N·s/m)",
             Self::GuardShare => "share of the damping that the guard uses",
             Self::GuardForget => "time in which the guard forgets (s)",
-            Self::GuardDelay => "delay of the guard (ticks)",
+            Self::GuardDelayLeast => "least delay of the guard (ticks)",
+            Self::GuardDelayMost => "most delay of the guard (ticks)",
+            Self::GuardLag => "lag of the actuator for the guard (s)",
+            Self::GuardNoise => "noise of the position for the guard (m)",
             Self::Other => "a parameter of a newer version",
         })
     }
@@ -344,7 +359,10 @@ impl Guard {
         damping_n_s_per_m: 0.0,
         share: 0.8,
         forget_s: 0.5,
-        delay_samples: 0,
+        delay_least_samples: 0.0,
+        delay_most_samples: 0.0,
+        lag_s: 0.0,
+        noise_m: 0.0,
     };
 }
 

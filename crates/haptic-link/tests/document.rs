@@ -332,7 +332,10 @@ fn configuration() -> Configuration {
                 damping_n_s_per_m: 23.25,
                 share: 24.25,
                 forget_s: 25.25,
-                delay_samples: 3,
+                delay_least_samples: 26.25,
+                delay_most_samples: 27.25,
+                lag_s: 28.25,
+                noise_m: 29.25,
             },
         },
         simulation: Simulation {
@@ -703,7 +706,7 @@ fn examples() -> Vec<String> {
             host,
         ),
         example(
-            "digest of these two: 117 bytes of the configuration, one coefficient",
+            "digest of these two: 132 bytes of the configuration, one coefficient",
             &[("bytes", &digested), ("CRC-32", &number)],
         ),
         framed(

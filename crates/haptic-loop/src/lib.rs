@@ -23,7 +23,9 @@ pub use controller::{Controller, Sample};
 pub use device::{Device, Reading};
 pub use environment::{Contact, Environment, SpringDamper};
 pub use error::ParameterError;
-pub use guard::{EnergyBounding, Guard, MAX_GUARD_DELAY_SAMPLES, PassivityObserver};
+pub use guard::{
+    EnergyBounding, Guard, MAX_GUARD_DELAY_SAMPLES, MAX_GUARD_LAG_SAMPLES, PassivityObserver,
+};
 pub use safety::{
     Fault, Limiters, Limits, SafeForce, SafetyChain, SafetyState, SpeedLimit, StartRefused,
     Workspace,

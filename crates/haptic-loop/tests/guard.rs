@@ -4,7 +4,7 @@
 //! 1 N into a wall at its start for 5 s; unstable if the position varies by more than 0.1 mm over the last 0.4 s.
 //! Walls lie on rays of (α, β), at multiples of Corollary 1, δ = α/2 + β·2^(μ−1), and of what is stable in simulation.
 
-use fracdiff::{Order, Seconds, ShortMemory};
+use fracdiff::{Order, Real, Seconds, ShortMemory};
 use haptic_loop::plant::{EncoderQuantiser, MassDamper, MassDamperConfig};
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
 use haptic_loop::{
@@ -33,9 +33,12 @@ fn observer() -> Option<Guard> {
     )))
 }
 
-fn bounding(delay_samples: usize) -> Option<Guard> {
+/// For a known delay, in samples.
+fn bounding(delay: f64) -> Option<Guard> {
+    let delay = Seconds(delay * T.0);
     Some(Guard::EnergyBounding(EnergyBounding {
-        delay_samples,
+        delay_least: delay,
+        delay_most: delay,
         ..EnergyBounding::of(NewtonSecondsPerMetre(DAMPING))
     }))
 }
@@ -168,7 +171,7 @@ fn both_guards_hold_walls_of_twice_and_three_times_the_passivity_limit() {
                     shaking.push((order, ray, multiple));
                 }
                 assert!(case.is_stable(observer()), "observer {case:?}");
-                assert!(case.is_stable(bounding(0)), "bounding {case:?}");
+                assert!(case.is_stable(bounding(0.0)), "bounding {case:?}");
             }
         }
     }
@@ -190,7 +193,7 @@ fn energy_bounding_holds_what_is_twice_and_three_times_beyond_stability() {
             for multiple in [2.0, 3.0] {
                 let case = Case::on_ray(order, ray, multiple * limit);
                 assert!(!case.is_stable(None), "{case:?}");
-                assert!(case.is_stable(bounding(0)), "{case:?}");
+                assert!(case.is_stable(bounding(0.0)), "{case:?}");
             }
         }
     }
@@ -215,8 +218,8 @@ fn damping_cannot_hold_what_is_twice_beyond_stability_for_a_derivative() {
             };
             let shakes = !case.is_stable(None);
             assert_eq!(case.is_stable(observer()), !shakes, "{case:?}");
-            assert_eq!(case.is_stable(bounding(0)), !shakes, "{case:?}");
-            assert!(case.is_stable(bounding(1)), "{case:?}");
+            assert_eq!(case.is_stable(bounding(0.0)), !shakes, "{case:?}");
+            assert!(case.is_stable(bounding(1.0)), "{case:?}");
         }
     }
 }
@@ -233,10 +236,9 @@ fn an_encoder_and_delays_do_not_shake_a_bounded_wall() {
                         ..Case::on_ray(order, ray, multiple * limit)
                     };
                     assert!(case.is_stable(observer()), "observer {case:?}");
-                    for delay_samples in 0..=2 {
-                        let delay = delay_samples as f64;
+                    for delay in [0.0, 1.0, 2.0] {
                         let late = Case { delay, ..case };
-                        let end = late.run(bounding(delay_samples));
+                        let end = late.run(bounding(delay));
                         // A count or two.
                         assert!(end.deviation < STABLE, "{late:?} {end:?}");
                     }
@@ -255,20 +257,20 @@ fn rendered(case: Case, guard: Option<Guard>) -> f64 {
 fn the_price_is_the_stiffness_above_what_the_damping_can_pay() {
     // c = 2ρb/T = 2800 N/m, and c/(d + 1) with delay.
     let most = 2.0 * 0.8 * DAMPING / T.0;
-    for delay_samples in 0..=2 {
-        let most = most / (1.0 + delay_samples as f64);
+    for delay in [0.0, 0.5, 1.0, 2.0] {
+        let most = most / (1.0 + delay);
         // With delay a spring is passive up to c/(2d + 1) only, and between the two a little is lost.
-        let (below, off) = if delay_samples == 0 {
+        let (below, off) = if delay == 0.0 {
             (0.9, 1e-3)
         } else {
             (0.5, 0.05)
         };
         for share in [0.1, below, 1.5, 4.0] {
             let case = Case {
-                delay: delay_samples as f64,
+                delay,
                 ..Case::on_ray(0.0, (share * most * T.0 * T.0 / MASS, 0.0), 1.0)
             };
-            let have = rendered(case, bounding(delay_samples));
+            let have = rendered(case, bounding(delay));
             let want = most * f64::min(share, 1.0);
             assert!((have / want - 1.0).abs() < off, "{case:?} {have} {want}");
         }
@@ -286,7 +288,7 @@ fn a_passive_wall_is_left_as_it_is() {
             // Up to ρ of what is passive.
             let case = Case::on_ray(order, *ray, 0.8 * passivity_limit(order, *ray));
             let free = case.run(None).mean;
-            for guard in [observer(), bounding(0)] {
+            for guard in [observer(), bounding(0.0)] {
                 let kept = case.run(guard).mean;
                 assert!((kept / free - 1.0).abs() < 1e-3, "{case:?} {kept} {free}");
             }
@@ -297,7 +299,7 @@ fn a_passive_wall_is_left_as_it_is() {
 #[test]
 fn guards_work_within_the_whole_chain() {
     // Start-up over 0.5 s, 10 N, 1000 N/s, braking: all defaults.
-    for guard in [observer(), bounding(0)] {
+    for guard in [observer(), bounding(0.0)] {
         for ray in RAYS {
             let case = Case::on_ray(0.5, ray, 3.0 * passivity_limit(0.5, ray));
             let limits = Limits {
@@ -313,7 +315,7 @@ fn guards_work_within_the_whole_chain() {
 #[test]
 fn single_precision_holds_a_force_for_minutes() {
     let limits = Limits {
-        guard: bounding(0),
+        guard: bounding(0.0),
         ..Limits::bare(Newtons(10.0), NewtonsPerSecond(1e4))
     };
     let chain = SafetyChain::<f32>::from_limits(&limits, T).expect("valid");
@@ -354,7 +356,7 @@ fn the_observer_predicts_that_a_motion_goes_on_and_damps_no_more_than_needed() {
 
 #[test]
 fn the_books_go_on_while_a_force_falls_to_zero() {
-    for (guard, damping) in [(observer(), 0.0), (bounding(0), 0.8 * DAMPING / T.0)] {
+    for (guard, damping) in [(observer(), 0.0), (bounding(0.0), 0.8 * DAMPING / T.0)] {
         let limits = Limits {
             guard,
             ..Limits::bare(Newtons(10.0), NewtonsPerSecond(0.1 / T.0))
@@ -378,6 +380,256 @@ fn the_books_go_on_while_a_force_falls_to_zero() {
     }
 }
 
+/// A chain with nothing but this guard.
+fn bare<F: Real>(bounding: EnergyBounding, sample_time: Seconds) -> SafetyChain<F> {
+    let limits = Limits {
+        guard: Some(Guard::EnergyBounding(bounding)),
+        ..Limits::bare(Newtons(100.0), NewtonsPerSecond(200.0 / sample_time.0))
+    };
+    SafetyChain::from_limits(&limits, sample_time).expect("valid")
+}
+
+fn late(least: f64, most: f64, lag: f64) -> EnergyBounding {
+    EnergyBounding {
+        delay_least: Seconds(least),
+        delay_most: Seconds(most),
+        lag: Seconds(lag),
+        ..EnergyBounding::of(NewtonSecondsPerMetre(DAMPING))
+    }
+}
+
+#[test]
+fn an_energy_that_is_no_number_gives_no_force() {
+    // Jumps whose squares are beyond the number type, at once and after a good motion.
+    for jump in [2e19_f32, 1e25, -1e25, 3e34] {
+        for before in [0, 5] {
+            let chain = bare::<f32>(late(0.0, 0.0, 0.0), T);
+            let mut state = SafetyState::<f32, 1>::default();
+            for step in 0..=before {
+                chain.apply(&mut state, &vector![1e-3 * step as f32], &vector![0.0]);
+            }
+            for back in [jump, jump, 0.0, jump] {
+                let (force, _) = chain.apply(&mut state, &vector![back], &vector![-10.0]);
+                assert_eq!(force.newtons()[0], 0.0, "{jump} {back}");
+                assert!(state.observed_energy_j() <= 0.0, "{jump} {back}");
+            }
+        }
+    }
+    // The same in double precision, and a position that is no number: nothing more is credited.
+    let chain = bare::<f64>(late(0.0, 0.0, 0.0), T);
+    for jump in [1e160, f64::NAN, f64::INFINITY] {
+        let mut state = SafetyState::<f64, 1>::default();
+        chain.apply(&mut state, &vector![0.0], &vector![0.0]);
+        for x in [jump, 0.0, 0.0] {
+            let (force, _) = chain.apply(&mut state, &vector![x], &vector![-10.0]);
+            assert_eq!(force.newtons()[0], 0.0, "{jump}");
+        }
+        assert!(state.observed_energy_j() <= 0.0, "{jump}");
+    }
+    // The observer takes it for no credit too: all the damping there is.
+    let limits = Limits {
+        guard: observer(),
+        ..Limits::bare(Newtons(100.0), NewtonsPerSecond(1e9))
+    };
+    let chain = SafetyChain::<f32>::from_limits(&limits, T).expect("valid");
+    let mut state = SafetyState::<f32, 1>::default();
+    for x in [0.0, -1e37, -2e37] {
+        chain.apply(&mut state, &vector![x], &vector![100.0]);
+    }
+    assert!(state.observed_energy_j() <= 0.0);
+}
+
+#[test]
+fn a_rate_limit_does_not_keep_up_a_force_that_the_guard_takes_away() {
+    // 1 N/s: without the guard 10 N would take 10 s to fall.
+    let limits = Limits {
+        guard: bounding(0.0),
+        ..Limits::bare(Newtons(10.0), NewtonsPerSecond(1.0))
+    };
+    let chain = SafetyChain::<f64>::from_limits(&limits, T).expect("valid");
+    let mut state = SafetyState::<f64, 1>::default();
+    let (mut x, mut last) = (0.0, 0.0);
+    for _ in 0..1000 {
+        x += 1e-4;
+        let (force, _) = chain.apply(&mut state, &vector![x], &vector![-10.0]);
+        // It holds back what grows.
+        assert!(force.newtons()[0] - last >= -1.0 * T.0 - 1e-12);
+        last = force.newtons()[0];
+    }
+    assert!((last + 2.0).abs() < 1e-2, "{last}");
+    // The worst motion, sample by sample.
+    let mut acted = false;
+    for _ in 0..5000 {
+        x += last * T.0 / (2.0 * 0.8 * DAMPING);
+        let (force, limiters) = chain.apply(&mut state, &vector![x], &vector![-10.0]);
+        assert!(state.observed_energy_j() >= -1e-12);
+        let fell = force.newtons()[0] - last;
+        acted |= limiters.contains(Limiters::GUARD) && fell > 2.0 * T.0;
+        last = force.newtons()[0];
+    }
+    assert!(acted, "faster than the rate");
+    assert!(last.abs() < 1e-2, "{last}");
+}
+
+#[test]
+fn a_force_is_held_exactly_through_delay_and_lag() {
+    for (least, most, lag) in [(1e-3, 1e-3, 0.0), (0.0, 2e-3, 0.0), (0.5e-3, 3e-3, 5e-3)] {
+        let chain = bare::<f32>(late(least, most, lag), T);
+        let mut state = SafetyState::<f32, 1>::default();
+        let mut held = 0.0;
+        for tick in 0..100_000_u32 {
+            let x = 1e-5 * tick.min(100) as f32;
+            let (force, _) = chain.apply(&mut state, &vector![x], &vector![-1e4 * x]);
+            if tick == 300 {
+                held = force.newtons()[0];
+                assert!(held < -0.2, "{held}");
+            }
+            if tick > 300 {
+                assert!(
+                    (force.newtons()[0] / held - 1.0).abs() < 1e-5,
+                    "{tick} {held}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn the_price_of_delay_lag_and_interval_is_that_of_its_formula() {
+    let most = 2.0 * 0.8 * DAMPING / T.0;
+    for (least, wide, lag) in [
+        (0.0, 0.0, 0.0),
+        (0.5, 0.0, 0.0),
+        (2.25, 0.0, 0.0),
+        (0.0, 0.0, 0.5),
+        (0.75, 0.0, 3.0),
+        (0.0, 1.0, 0.0),
+        (0.5, 3.0, 1.0),
+    ] {
+        let guard = late(least * T.0, (least + wide) * T.0, lag * T.0);
+        let chain = bare::<f64>(guard, T);
+        let mut state = SafetyState::<f64, 1>::default();
+        // Slowly 1 mm into a wall of 1 MN/m, in 2 s.
+        let mut force = 0.0;
+        for tick in 0..=1000 {
+            let x = 1e-6 * f64::from(tick);
+            force = chain
+                .apply(&mut state, &vector![x], &vector![-1e6 * x])
+                .0
+                .newtons()[0];
+        }
+        let held = 1.0 + least + 0.5 * wide + 0.5 * lag;
+        let spread = f64::ceil(0.5 * wide) * 0.5 * wide;
+        let want = most / held / (1.0 + (spread / held).sqrt()).powi(2);
+        let have = -force / 1e-3;
+        println!("{least} {wide} {lag}: {have} {want}");
+        assert!((have / want - 1.0).abs() < 0.02, "{have} {want}");
+    }
+}
+
+#[test]
+fn the_noise_of_a_sensor_is_no_motion() {
+    // 10 µm rms on a device that stands still for 3 s, then a wish for 10 N: what is let through at once, in the mean of
+    // 50 runs.
+    let let_through = |noise: f64| {
+        let guard = EnergyBounding {
+            noise: Metres(noise),
+            ..late(0.0, 0.0, 0.0)
+        };
+        let chain = bare::<f64>(guard, T);
+        let mut seed = 7_u64;
+        let mut uniform = || {
+            seed = seed
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        let mut sum = 0.0;
+        for _ in 0..50 {
+            let mut state = SafetyState::<f64, 1>::default();
+            for tick in 0..=1500 {
+                // Twelve uniform numbers are as good as a normal one.
+                let x = 1e-5 * (0..12).map(|_| uniform()).sum::<f64>();
+                let wanted = if tick == 1500 { -10.0 } else { 0.0 };
+                let force = chain.apply(&mut state, &vector![x], &vector![wanted]).0;
+                sum += force.newtons()[0].abs() / 50.0;
+            }
+        }
+        sum
+    };
+    let (taken, credited) = (let_through(1e-5), let_through(0.0));
+    println!("noise said: {taken} N, not said: {credited} N");
+    assert!(taken < 0.1 * credited, "{taken} {credited}");
+}
+
+#[test]
+fn what_a_guard_cannot_promise_is_refused() {
+    let refused = |bounding| {
+        let limits = Limits {
+            guard: Some(Guard::EnergyBounding(bounding)),
+            ..Limits::default()
+        };
+        let error = SafetyChain::<f64>::from_limits(&limits, T).expect_err("refused");
+        error.to_string()
+    };
+    let nan = f64::NAN;
+    for (bounding, words) in [
+        (
+            EnergyBounding::of(NewtonSecondsPerMetre(0.0)),
+            "damping of the device for its guard 0",
+        ),
+        (
+            EnergyBounding::of(NewtonSecondsPerMetre(nan)),
+            "damping of the device",
+        ),
+        (
+            late(-1e-6, 0.0, 0.0),
+            "least delay of the guard -0.000001 s is not at least 0",
+        ),
+        (late(nan, 0.0, 0.0), "least delay"),
+        (
+            late(1e-3, 0.9e-3, 0.0),
+            "delay of the guard 0.0009 s is not at least the least delay",
+        ),
+        (
+            late(0.0, 8.1e-3, 0.0),
+            "0.0081 s is not at least the least delay and at most 4 sample times",
+        ),
+        (late(0.0, f64::INFINITY, 0.0), "delay of the guard inf"),
+        (
+            late(0.0, 0.0, 0.129),
+            "lag of the actuator 0.129 s is not at most 64 sample times",
+        ),
+        (late(0.0, 0.0, nan), "lag of the actuator NaN"),
+        (
+            EnergyBounding {
+                noise: Metres(-1e-6),
+                ..late(0.0, 0.0, 0.0)
+            },
+            "noise for the guard",
+        ),
+        (
+            EnergyBounding {
+                share: 1.01,
+                ..late(0.0, 0.0, 0.0)
+            },
+            "share of the damping",
+        ),
+    ] {
+        let text = refused(bounding);
+        assert!(text.contains(words), "{text}");
+    }
+    // The ends of the ranges are good.
+    for good in [
+        late(0.0, 8e-3, 0.128),
+        late(8e-3, 8e-3, 0.0),
+        late(0.0, 0.0, 1e-9),
+    ] {
+        let _ = bare::<f32>(good, T);
+        let _ = bare::<f64>(good, T);
+    }
+}
+
 /// Motions in µm and wanted forces in N.
 fn motions() -> impl Strategy<Value = Vec<([f64; 2], [f64; 2])>> {
     let steps = proptest::array::uniform2(-300.0..300.0);
@@ -391,7 +643,8 @@ proptest! {
         motions in motions(), delay in 0usize..=4, forget in prop_oneof![Just(0.0), 0.002..2.0],
     ) {
         let guard = EnergyBounding {
-            delay_samples: delay,
+            delay_least: Seconds(delay as f64 * T.0),
+            delay_most: Seconds(delay as f64 * T.0),
             forget: Seconds(forget),
             ..EnergyBounding::of(NewtonSecondsPerMetre(DAMPING))
         };

@@ -118,6 +118,32 @@ impl std::str::FromStr for Workspace {
     }
 }
 
+/// A delay, or the interval in which it surely lies, `LEAST:MOST`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Delay {
+    /// The least it can be, s, at least 0.
+    pub least_s: f64,
+    /// The most it can be, s.
+    pub most_s: f64,
+}
+
+impl std::str::FromStr for Delay {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (least, most) = text.split_once(':').unwrap_or((text, text));
+        let end = |text: &str| text.parse::<Time>().map_err(|error| error.to_string());
+        let (least_s, most_s) = (end(least)?.0, end(most)?.0);
+        if least_s >= 0.0 && least_s <= most_s {
+            Ok(Self { least_s, most_s })
+        } else {
+            Err(format!(
+                "\"{text}\" is not a delay of at least 0: give TIME, or LEAST:MOST as in 0.2ms:1ms"
+            ))
+        }
+    }
+}
+
 /// Text that is no quantity of the kind asked for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct QuantityError {

@@ -1,7 +1,7 @@
 //! The limits of a safety chain on the wire and in the chain.
 
 use super::prepared::within;
-use crate::guard::MAX_GUARD_DELAY_SAMPLES;
+use crate::guard::{MAX_GUARD_DELAY_SAMPLES, MAX_GUARD_LAG_SAMPLES};
 use crate::units::{
     Hertz, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond, Seconds,
 };
@@ -10,6 +10,8 @@ use haptic_link::{Capabilities, Field, GuardKind, Refusal};
 
 /// Narrowest zone of braking, m or m/s: a share of a narrower one would have no digits.
 const ZONE_MIN: f32 = 1e-6;
+/// Most noise of a position, m: with more of it nothing can be guarded.
+const NOISE_MAX: f32 = 0.01;
 
 /// The limits of the chain of a device, each within the range that its field states.
 ///
@@ -121,26 +123,36 @@ fn guard(guard: &haptic_link::Guard, tick_period_us: u32) -> Result<Option<Guard
         })));
     }
     let share = within(Field::GuardShare, guard.share, 1e-3, 1.0)?;
-    let delay = f32::from(guard.delay_samples);
-    within(
-        Field::GuardDelay,
-        delay,
+    let longest = MAX_GUARD_DELAY_SAMPLES as f32;
+    let most = within(
+        Field::GuardDelayMost,
+        guard.delay_most_samples,
         0.0,
-        MAX_GUARD_DELAY_SAMPLES as f32,
+        longest,
     )?;
+    let least = within(Field::GuardDelayLeast, guard.delay_least_samples, 0.0, most)?;
+    let slowest = MAX_GUARD_LAG_SAMPLES as f32 * tick;
+    let lag = within(Field::GuardLag, guard.lag_s, 0.0, slowest)?;
+    let noise = within(Field::GuardNoise, guard.noise_m, 0.0, NOISE_MAX)?;
+    // Whole ticks have no rounding this way.
+    let sample_time = f64::from(tick_period_us) * 1e-6;
+    let delay = |samples: f32| Seconds(f64::from(samples) * sample_time);
     Ok(Some(Guard::EnergyBounding(EnergyBounding {
         device_damping: damping,
         share: f64::from(share),
         forget,
-        delay_samples: usize::from(guard.delay_samples),
+        delay_least: delay(least),
+        delay_most: delay(most),
+        lag: Seconds(f64::from(lag)),
+        noise: Metres(f64::from(noise)),
     })))
 }
 
-/// The same limits on the wire, with the watchdog and late ticks of
+/// The same limits on the wire for a tick of this time, with the watchdog and late ticks of
 /// [`Limits::DEFAULT`](haptic_link::Limits::DEFAULT). A limit of the norm has no place there: with one axis it
 /// is one of the force.
 #[must_use]
-pub fn wire_limits(limits: &Limits) -> haptic_link::Limits {
+pub fn wire_limits(limits: &Limits, sample_time: Seconds) -> haptic_link::Limits {
     let norm = limits.norm.map_or(f64::INFINITY, |norm| norm.0);
     let workspace = limits.workspace.map(|w| (w.low.0, w.high.0, w.soft.0));
     let (low, high, soft) = workspace.unwrap_or_default();
@@ -160,14 +172,16 @@ pub fn wire_limits(limits: &Limits) -> haptic_link::Limits {
         guard: limits
             .guard
             .as_ref()
-            .map_or(haptic_link::Guard::OFF, wire_guard),
+            .map_or(haptic_link::Guard::OFF, |guard| {
+                wire_guard(guard, sample_time)
+            }),
         ..haptic_link::Limits::bare(limits.force.0.min(norm) as f32, limits.rate.0 as f32)
     }
 }
 
-/// The same guard on the wire.
+/// The same guard on the wire, for a tick of this time.
 #[must_use]
-pub fn wire_guard(guard: &Guard) -> haptic_link::Guard {
+pub fn wire_guard(guard: &Guard, sample_time: Seconds) -> haptic_link::Guard {
     match guard {
         Guard::Observer(observer) => haptic_link::Guard {
             kind: GuardKind::Observer,
@@ -180,8 +194,10 @@ pub fn wire_guard(guard: &Guard) -> haptic_link::Guard {
             damping_n_s_per_m: bounding.device_damping.0 as f32,
             share: bounding.share as f32,
             forget_s: bounding.forget.0 as f32,
-            // More than the wire can say is more than a device accepts.
-            delay_samples: u8::try_from(bounding.delay_samples).unwrap_or(u8::MAX),
+            delay_least_samples: (bounding.delay_least.0 / sample_time.0) as f32,
+            delay_most_samples: (bounding.delay_most.0 / sample_time.0) as f32,
+            lag_s: bounding.lag.0 as f32,
+            noise_m: bounding.noise.0 as f32,
         },
     }
 }

@@ -1,14 +1,16 @@
 //! The safety chain: the only way for a force to become a [`SafeForce`].
 //!
 //! ```text
-//! wanted ─▶ finite? ─▶ passivity guard ─▶ start-up ramp ─▶ braking near limits of motion
-//!        ─▶ magnitude per axis and by norm (N) ∩ rate (N/s) ─▶ SafeForce
+//! wanted ─▶ finite? ─▶ passivity observer ─▶ start-up ramp ─▶ braking near limits of motion
+//!        ─▶ magnitude per axis and by norm (N) ∩ rate (N/s) ─▶ energy bounding ─▶ SafeForce
 //! ```
 //! - *Finite check first*: a NaN passed through `max` and `min` would come out as the full force. A
 //!   wanted force that is not finite latches a [`Fault`]; from then on the chain wants zero, so the
 //!   force falls to zero at the rate limit, until [`SafetyState::clear`].
-//! - *Clamps last*: magnitude and rate hold for everything before them, the fall after a fault,
+//! - *Clamps late*: magnitude and rate hold for everything before them, the fall after a fault,
 //!   start-up and braking too.
+//! - *Energy bounding last*: it only scales a force down, so magnitude and norm hold after it. The rate limit holds back a
+//!   force that grows, not one that this guard takes away: zero must always be possible.
 //! - *Magnitude, norm and rate at once*: with a norm limit the force moves straight towards the wanted one,
 //!   limited and scaled into the set of allowed forces; that set is convex, so no step leaves it. Without one
 //!   each axis is slewed and limited on its own.
@@ -92,6 +94,7 @@ impl<F: Real, const D: usize> SafetyState<F, D> {
     /// The device has let go by itself: the force is zero now.
     pub fn let_go(&mut self) {
         self.force = SVector::from([F::ZERO; D]);
+        self.guard.let_go();
     }
 
     /// From the next tick the wanted force is zero, until [`clear`](Self::clear).
@@ -245,7 +248,10 @@ impl<F: Real> SafetyChain<F> {
         }
         self.clamps.apply(&mut state.force, &aim, &mut limiters);
         if let Some(guard) = &self.guard {
-            state.guard.sent(guard, &state.force);
+            let moved = state.motion.known.then_some(&state.motion.moved);
+            if guard.settle(&mut state.guard, moved, &mut state.force) {
+                limiters.insert(Limiters::GUARD);
+            }
         }
         (SafeForce(state.force), limiters)
     }
@@ -266,7 +272,7 @@ impl<F: Real> SafetyChain<F> {
         let none = SVector::from([F::ZERO; D]);
         if let Some(guard) = &self.guard {
             // The books go on.
-            guard.restrain(&mut state.guard, &state.motion.moved, &none);
+            guard.steer(&mut state.guard, &state.motion.moved, &none);
         }
         match &self.motion {
             Some(limits) => limits.fading(&mut state.motion),
@@ -285,7 +291,7 @@ impl<F: Real> SafetyChain<F> {
     ) -> SVector<F, D> {
         let mut aim = *wanted;
         if let Some(guard) = &self.guard {
-            let (restrained, acted) = guard.restrain(&mut state.guard, &state.motion.moved, &aim);
+            let (restrained, acted) = guard.steer(&mut state.guard, &state.motion.moved, &aim);
             aim = restrained;
             if acted {
                 limiters.insert(Limiters::GUARD);

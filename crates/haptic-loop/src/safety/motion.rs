@@ -61,6 +61,8 @@ pub(super) struct Motion<F, const D: usize> {
     last: Option<SVector<F, D>>,
     /// Δ, m.
     pub(super) moved: SVector<F, D>,
+    /// If Δ was measured; else it is 0.
+    pub(super) known: bool,
     /// m/s.
     pub(super) velocity: SVector<F, D>,
     /// 1 before a fault, then down to 0.
@@ -72,6 +74,7 @@ impl<F: Real, const D: usize> Motion<F, D> {
         Self {
             last: None,
             moved: SVector::from([F::ZERO; D]),
+            known: false,
             velocity: SVector::from([F::ZERO; D]),
             left: F::ONE,
         }
@@ -133,7 +136,9 @@ impl<F: Real> MotionLimits<F> {
         motion: &mut Motion<F, D>,
         position_m: &SVector<F, D>,
     ) -> Result<(), Fault> {
-        let last = motion.last.replace(*position_m).unwrap_or(*position_m);
+        let last = motion.last.replace(*position_m);
+        motion.known = last.is_some();
+        let last = last.unwrap_or(*position_m);
         let mut outcome = Ok(());
         for axis in 0..D {
             let moved = position_m[axis] - last[axis];
@@ -144,6 +149,7 @@ impl<F: Real> MotionLimits<F> {
             motion.moved[axis] = or_none(moved);
             motion.velocity[axis] = or_none(velocity);
             if !finite {
+                motion.known = false;
                 outcome = Err(Fault::Velocity);
             }
         }

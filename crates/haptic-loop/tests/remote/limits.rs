@@ -57,7 +57,7 @@ const GUARD: Guard = Guard {
 #[test]
 fn every_limit_beyond_its_range_is_refused_by_name() {
     type Change = fn(&mut Limits);
-    let cases: [(Field, &[Change]); 14] = [
+    let cases: [(Field, &[Change]); 17] = [
         (
             Field::StartForce,
             &[
@@ -168,7 +168,38 @@ fn every_limit_beyond_its_range_is_refused_by_name() {
                 |l| (l.guard.kind, l.guard.forget_s) = (GuardKind::Observer, 0.0),
             ],
         ),
-        (Field::GuardDelay, &[|l| l.guard.delay_samples = 5]),
+        (
+            Field::GuardDelayMost,
+            &[
+                |l| l.guard.delay_most_samples = 4.1,
+                |l| l.guard.delay_most_samples = -0.1,
+                |l| l.guard.delay_most_samples = f32::NAN,
+            ],
+        ),
+        (
+            Field::GuardDelayLeast,
+            &[
+                |l| l.guard.delay_least_samples = 0.1,
+                |l| l.guard.delay_least_samples = -0.1,
+                |l| l.guard.delay_least_samples = f32::NAN,
+            ],
+        ),
+        (
+            Field::GuardLag,
+            &[
+                |l| l.guard.lag_s = -1e-6,
+                |l| l.guard.lag_s = 0.065,
+                |l| l.guard.lag_s = f32::NAN,
+            ],
+        ),
+        (
+            Field::GuardNoise,
+            &[
+                |l| l.guard.noise_m = -1e-9,
+                |l| l.guard.noise_m = 0.02,
+                |l| l.guard.noise_m = f32::NAN,
+            ],
+        ),
     ];
     // Everything is on.
     let good = Limits {
@@ -198,7 +229,7 @@ fn every_limit_beyond_its_range_is_refused_by_name() {
 #[test]
 fn every_limit_at_the_end_of_its_range_is_good() {
     type Change = fn(&mut Limits);
-    let ends: [Change; 17] = [
+    let ends: [Change; 19] = [
         |l| l.start_force_n = f32::MAX,
         |l| l.start_force_n = f32::MIN_POSITIVE,
         |l| l.rise_time_s = 60.0,
@@ -217,7 +248,18 @@ fn every_limit_at_the_end_of_its_range_is_good() {
         |l| (l.velocity_bandwidth_hz, l.braking_n_s_per_m) = (1e4, 1e4),
         |l| (l.braking_time_s, l.guard) = (1e-3, GUARD),
         |l| (l.guard, l.guard.forget_s, l.guard.share) = (GUARD, 0.0, 1e-3),
-        |l| (l.guard, l.guard.damping_n_s_per_m, l.guard.delay_samples) = (GUARD, 1e-6, 4),
+        |l| (l.guard, l.guard.damping_n_s_per_m) = (GUARD, 1e-6),
+        |l| {
+            (
+                l.guard,
+                l.guard.delay_least_samples,
+                l.guard.delay_most_samples,
+            ) = (GUARD, 4.0, 4.0)
+        },
+        |l| {
+            l.guard = GUARD;
+            (l.guard.delay_most_samples, l.guard.lag_s, l.guard.noise_m) = (4.0, 0.064, 0.01);
+        },
         |l| (l.guard, l.guard.damping_n_s_per_m, l.guard.forget_s) = (GUARD, 1e6, 1.0001e-3),
         |l| (l.guard, l.guard.kind, l.guard.forget_s) = (GUARD, GuardKind::Observer, 3600.0),
     ];
@@ -233,7 +275,10 @@ fn every_limit_at_the_end_of_its_range_is_good() {
 #[test]
 fn what_a_chain_on_the_host_has_goes_over_the_wire_and_is_good() {
     let bounding = EnergyBounding {
-        delay_samples: 2,
+        delay_least: Seconds(2e-3),
+        delay_most: Seconds(2.5e-3),
+        lag: Seconds(0.5e-3),
+        noise: Metres(1e-6),
         ..EnergyBounding::of(NewtonSecondsPerMetre(3.5))
     };
     let observer = PassivityObserver::bearable(Kilograms(0.065), Seconds(1e-3));
@@ -257,7 +302,7 @@ fn what_a_chain_on_the_host_has_goes_over_the_wire_and_is_good() {
             guard,
             ..haptic_loop::Limits::default()
         };
-        let wire = haptic_loop::remote::wire_limits(&limits);
+        let wire = haptic_loop::remote::wire_limits(&limits, Seconds(1e-3));
         assert_eq!(wire.force_n, 5.0, "the smaller of force and norm");
         assert_eq!(
             [
@@ -291,7 +336,7 @@ fn what_a_chain_on_the_host_has_goes_over_the_wire_and_is_good() {
         set(&mut bench, plain(100.0, wire)).expect("good parameters");
     }
     let bare = haptic_loop::Limits::bare(Newtons(10.0), NewtonsPerSecond(1000.0));
-    let wire = haptic_loop::remote::wire_limits(&bare);
+    let wire = haptic_loop::remote::wire_limits(&bare, Seconds(1e-3));
     assert_eq!(wire, Limits::bare(10.0, 1000.0));
 }
 

@@ -26,8 +26,9 @@ current_lag_s, encoder_resolution_m, sensor_noise_m, seed, force_limit_n, one_si
 duration_s, window_s, threshold_m. `host-cli design` writes such a file.
 
 Keys of the safety chain, for every experiment, all off if not given: guard, workspace_low_m and \
-workspace_high_m, speed_limit_m_per_s, rise_time_s, braking_n_s_per_m, and device_mass_kg and \
-device_damping_n_s_per_m of a real device for its guard. guard = \"observer\" or \"energy-bounding\" keeps a \
+workspace_high_m, speed_limit_m_per_s, rise_time_s, braking_n_s_per_m, and of a real device \
+for its guard device_mass_kg, device_damping_n_s_per_m, device_delay_least_s and device_delay_most_s, \
+device_lag_s, device_noise_m. guard = \"observer\" or \"energy-bounding\" keeps a \
 wall from shaking: the one adds damping, the other takes force, and so stiffness, that the damping of the \
 device cannot pay for.
 

@@ -1,7 +1,7 @@
 //! Options of the safety chain that every experiment has.
 
 use crate::experiment::{GuardChoice, Safety};
-use crate::quantity::{Damping, Mass, Speed, Time, Workspace};
+use crate::quantity::{Damping, Delay, Length, Mass, Speed, Time, Workspace};
 use clap::Args;
 
 /// What is not given is as in the file, else off.
@@ -29,6 +29,17 @@ pub struct SafetyArguments {
     /// Damping of a real device, for --guard energy-bounding and the pre-flight
     #[arg(long, value_name = "DAMPING", allow_hyphen_values = true)]
     device_damping: Option<Damping>,
+    /// Delay of a real device from a measurement to the effect of its force, or the interval in which it lies, as in
+    /// 0.2ms:1ms, for --guard energy-bounding
+    #[arg(long, value_name = "TIME|LEAST:MOST", allow_hyphen_values = true)]
+    device_delay: Option<Delay>,
+    /// Time constant with which the force of a real device follows, for --guard energy-bounding
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    device_lag: Option<Time>,
+    /// Standard deviation of the noise of a real device's position, for --guard energy-bounding [default: 0.29 of its
+    /// resolution]
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
+    device_noise: Option<Length>,
 }
 
 impl SafetyArguments {
@@ -53,6 +64,15 @@ impl SafetyArguments {
                 .or(file.braking_n_s_per_m),
             device_mass_kg: self.device_mass.map(|mass| mass.0).or(file.device_mass_kg),
             device_damping_n_s_per_m: damping.or(file.device_damping_n_s_per_m),
+            device_delay_s: self
+                .device_delay
+                .map(|delay| (delay.least_s, delay.most_s))
+                .or(file.device_delay_s),
+            device_lag_s: self.device_lag.map(|lag| lag.0).or(file.device_lag_s),
+            device_noise_m: self
+                .device_noise
+                .map(|noise| noise.0)
+                .or(file.device_noise_m),
         }
     }
 }

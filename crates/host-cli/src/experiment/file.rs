@@ -98,7 +98,7 @@ const WALL: [&str; 24] = [
 ];
 
 /// Keys of the safety chain, for every experiment.
-const SAFETY: [&str; 8] = [
+const SAFETY: [&str; 12] = [
     "guard",
     "workspace_low_m",
     "workspace_high_m",
@@ -107,6 +107,10 @@ const SAFETY: [&str; 8] = [
     "braking_n_s_per_m",
     "device_mass_kg",
     "device_damping_n_s_per_m",
+    "device_delay_least_s",
+    "device_delay_most_s",
+    "device_lag_s",
+    "device_noise_m",
 ];
 
 const SAMPLE_TIME: Range = Range::Within(Seconds::MIN_SAMPLE_TIME, Seconds::MAX_SAMPLE_TIME);
@@ -404,6 +408,28 @@ fn safety(table: &Table<'_>) -> Result<Safety, FileError> {
             return Err(table.fail_at("workspace_high_m", reason));
         }
     };
+    let at_least_0 = Range::AtLeast(0.0);
+    let least = table.number_if("device_delay_least_s", at_least_0)?;
+    let most = table.number_if("device_delay_most_s", at_least_0)?;
+    let device_delay_s = match (least, most) {
+        (None, None) => None,
+        (Some(least), Some(most)) if least <= most => Some((least, most)),
+        (Some(least), Some(most)) => {
+            let reason =
+                format!("device_delay_most_s = {most} is below device_delay_least_s = {least}");
+            return Err(table.fail_at("device_delay_most_s", reason));
+        }
+        (Some(_), None) => {
+            let reason =
+                "a delay has two ends: give device_delay_most_s too, the same if it is known";
+            return Err(table.fail_at("device_delay_least_s", reason.to_owned()));
+        }
+        (None, Some(_)) => {
+            let reason =
+                "a delay has two ends: give device_delay_least_s too, the same if it is known";
+            return Err(table.fail_at("device_delay_most_s", reason.to_owned()));
+        }
+    };
     Ok(Safety {
         guard: table.choice("guard", GuardChoice::Off)?,
         workspace_m,
@@ -412,6 +438,9 @@ fn safety(table: &Table<'_>) -> Result<Safety, FileError> {
         braking_n_s_per_m: table.number_if("braking_n_s_per_m", above_0)?,
         device_mass_kg: table.number_if("device_mass_kg", above_0)?,
         device_damping_n_s_per_m: table.number_if("device_damping_n_s_per_m", above_0)?,
+        device_delay_s,
+        device_lag_s: table.number_if("device_lag_s", at_least_0)?,
+        device_noise_m: table.number_if("device_noise_m", at_least_0)?,
     })
 }
 

@@ -1,6 +1,7 @@
 //! A device that is pushed into a wall: what a single try and the search for a Z-width share.
 
 use super::safety::{GuardedDevice, Safety};
+use super::sensed::Sensors;
 use crate::failure::Failure;
 use fracdiff::{Operator, Seconds};
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
@@ -58,21 +59,22 @@ pub(super) fn force_limit(limit_n: f64, t: Seconds) -> Result<SafetyChain<f64>, 
 pub(super) fn safe_force_limit(
     limit_n: f64,
     device: &MassDamperConfig,
+    sensors: Sensors,
     safety: &Safety,
 ) -> Result<SafetyChain<f64>, Failure> {
     let t = device.sample_time;
-    // A ratio just above a whole number is that number.
-    let samples = (device.delay.0 / t.0 - 1e-9).ceil();
-    let known = safety.guarded(GuardedDevice {
-        mass_kg: Some(device.mass.0),
-        damping_n_s_per_m: Some(device.damping.0),
-        delay_samples: samples.max(0.0) as usize,
-    });
+    let known = safety.guarded(GuardedDevice::simulated(device, sensors));
     let limits = Limits {
         guard: safety.guard.of(&known, t)?,
         ..safety.on(force_alone(limit_n, t), false)
     };
-    SafetyChain::from_limits(&limits, t).map_err(Failure::input)
+    SafetyChain::from_limits(&limits, t).map_err(|error| match limits.guard {
+        Some(_) => Failure::input_with_advice(
+            error,
+            "a guard can promise nothing for such a device, change it or take another guard",
+        ),
+        None => Failure::input(error),
+    })
 }
 
 /// The limits of [`force_limit`].

@@ -260,7 +260,7 @@ impl Rendering {
             let advice = if self.safety == Safety::default() {
                 "change --force-limit or --force-rate-limit"
             } else {
-                "change the options of the safety chain, from --force-limit to --device-damping"
+                "change the options of the safety chain, from --force-limit to --device-noise"
             };
             Failure::input_with_advice(error, advice)
         })?;
@@ -312,7 +312,9 @@ impl Rendering {
         let known = self.safety.guarded(GuardedDevice {
             mass_kg: Some(rig.renderer_mass.0),
             damping_n_s_per_m: Some(rig.renderer_damping.0),
-            delay_samples: 0,
+            delay_s: Some((0.0, 0.0)),
+            lag_s: Some(0.0),
+            noise_m: Some(self.sensors.deviation_m()),
         });
         Ok(Limits {
             guard: self.safety.guard.of(&known, rig.sample_time)?,

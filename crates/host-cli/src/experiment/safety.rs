@@ -1,7 +1,10 @@
 //! What an experiment asks of the safety chain beyond force and rate.
 
+use super::sensed::Sensors;
 use crate::failure::Failure;
 use clap::ValueEnum as _;
+use haptic_link::Capabilities;
+use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{
     Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, Seconds,
 };
@@ -18,7 +21,7 @@ pub enum GuardChoice {
     Off,
     /// Time-domain passivity observer, with the damping that the device bears.
     Observer,
-    /// Energy bounding by the damping of the device, its delay rounded up.
+    /// Energy bounding by damping, delay and lag of the device.
     EnergyBounding,
 }
 
@@ -29,8 +32,52 @@ pub struct GuardedDevice {
     pub mass_kg: Option<f64>,
     /// Viscous damping, N·s/m, if known.
     pub damping_n_s_per_m: Option<f64>,
-    /// Samples from a force to its effect, rounded up.
-    pub delay_samples: usize,
+    /// Least and most delay from a measurement to the effect of its force, s, if known.
+    pub delay_s: Option<(f64, f64)>,
+    /// Time constant of the actuator, s, if known.
+    pub lag_s: Option<f64>,
+    /// Standard deviation of the noise of the position, m; none if not known.
+    pub noise_m: Option<f64>,
+}
+
+impl GuardedDevice {
+    /// A simulated device, of which everything is known.
+    #[must_use]
+    pub fn simulated(device: &MassDamperConfig, sensors: Sensors) -> Self {
+        Self {
+            mass_kg: Some(device.mass.0),
+            damping_n_s_per_m: Some(device.damping.0),
+            delay_s: Some((device.delay.0, device.delay.0)),
+            lag_s: Some(device.lag.0),
+            noise_m: Some(sensors.deviation_m()),
+        }
+    }
+
+    /// What a board tells of its sensor: it rounds to its resolution.
+    #[must_use]
+    pub fn read_by(capabilities: &Capabilities) -> Self {
+        let sensors = Sensors {
+            encoder_resolution_m: f64::from(capabilities.position_resolution_m),
+            noise_m: 0.0,
+            seed: 0,
+        };
+        Self {
+            noise_m: Some(sensors.deviation_m()),
+            ..Self::default()
+        }
+    }
+
+    /// What this one knows, and the other where it does not.
+    #[must_use]
+    pub fn or(self, other: Self) -> Self {
+        Self {
+            mass_kg: self.mass_kg.or(other.mass_kg),
+            damping_n_s_per_m: self.damping_n_s_per_m.or(other.damping_n_s_per_m),
+            delay_s: self.delay_s.or(other.delay_s),
+            lag_s: self.lag_s.or(other.lag_s),
+            noise_m: self.noise_m.or(other.noise_m),
+        }
+    }
 }
 
 impl GuardChoice {
@@ -39,15 +86,15 @@ impl GuardChoice {
     /// # Errors
     /// If what it needs to know of the device is not known.
     pub fn of(self, device: &GuardedDevice, t: Seconds) -> Result<Option<Guard>, Failure> {
-        let known = |value: Option<f64>, what, option, key| {
-            value.ok_or_else(|| {
-                Failure::bad_input(format_args!(
-                    "guard {} needs to know the {what} of a real device: give {option}, or {key} in the \
-                     file",
-                    self.name()
-                ))
-            })
+        let unknown = |what, option, key| {
+            Failure::bad_input(format_args!(
+                "guard {} needs to know the {what} of a real device: give {option}, or {key} in the \
+                 file",
+                self.name()
+            ))
         };
+        let known =
+            |value: Option<f64>, what, option, key| value.ok_or_else(|| unknown(what, option, key));
         Ok(match self {
             Self::Off => None,
             Self::Observer => {
@@ -64,8 +111,19 @@ impl GuardChoice {
                     "--device-damping",
                     "device_damping_n_s_per_m",
                 )?;
+                let (least, most) = device.delay_s.ok_or_else(|| {
+                    unknown(
+                        "delay",
+                        "--device-delay",
+                        "device_delay_least_s and device_delay_most_s",
+                    )
+                })?;
+                let lag = known(device.lag_s, "lag", "--device-lag", "device_lag_s")?;
                 Some(Guard::EnergyBounding(EnergyBounding {
-                    delay_samples: device.delay_samples,
+                    delay_least: Seconds(least),
+                    delay_most: Seconds(most),
+                    lag: Seconds(lag),
+                    noise: Metres(device.noise_m.unwrap_or_default()),
                     ..EnergyBounding::of(NewtonSecondsPerMetre(damping))
                 }))
             }
@@ -97,6 +155,12 @@ pub struct Safety {
     pub device_mass_kg: Option<f64>,
     /// Damping of the device, for its guard, N·s/m.
     pub device_damping_n_s_per_m: Option<f64>,
+    /// Least and most delay of the device, for its guard, s.
+    pub device_delay_s: Option<(f64, f64)>,
+    /// Lag of the device's actuator, for its guard, s.
+    pub device_lag_s: Option<f64>,
+    /// Noise of the device's position, for its guard, m.
+    pub device_noise_m: Option<f64>,
 }
 
 /// Largest force with which a run on a real or serial device starts, N.
@@ -120,11 +184,14 @@ impl Safety {
     /// What is known of the device, where nobody says otherwise this.
     #[must_use]
     pub fn guarded(&self, device: GuardedDevice) -> GuardedDevice {
-        GuardedDevice {
-            mass_kg: self.device_mass_kg.or(device.mass_kg),
-            damping_n_s_per_m: self.device_damping_n_s_per_m.or(device.damping_n_s_per_m),
-            ..device
-        }
+        let said = GuardedDevice {
+            mass_kg: self.device_mass_kg,
+            damping_n_s_per_m: self.device_damping_n_s_per_m,
+            delay_s: self.device_delay_s,
+            lag_s: self.device_lag_s,
+            noise_m: self.device_noise_m,
+        };
+        said.or(device)
     }
 
     /// What was asked for, for the metadata of a log.
@@ -140,6 +207,10 @@ impl Safety {
             ("braking_n_s_per_m", self.braking_n_s_per_m),
             ("device_mass_kg", self.device_mass_kg),
             ("device_damping_n_s_per_m", self.device_damping_n_s_per_m),
+            ("device_delay_least_s", self.device_delay_s.map(|d| d.0)),
+            ("device_delay_most_s", self.device_delay_s.map(|d| d.1)),
+            ("device_lag_s", self.device_lag_s),
+            ("device_noise_m", self.device_noise_m),
         ];
         for (key, value) in numbers {
             if let Some(value) = value {
@@ -179,11 +250,21 @@ mod tests {
         let t = Seconds(1e-3);
         let unknown = GuardedDevice::default();
         assert_eq!(GuardChoice::Off.of(&unknown, t).expect("off"), None);
-        for (guard, option) in [
-            (GuardChoice::Observer, "--device-mass"),
-            (GuardChoice::EnergyBounding, "--device-damping"),
+        let damped = GuardedDevice {
+            damping_n_s_per_m: Some(3.5),
+            ..unknown
+        };
+        let late = GuardedDevice {
+            delay_s: Some((0.0, 1e-3)),
+            ..damped
+        };
+        for (guard, device, option) in [
+            (GuardChoice::Observer, unknown, "--device-mass"),
+            (GuardChoice::EnergyBounding, unknown, "--device-damping"),
+            (GuardChoice::EnergyBounding, damped, "--device-delay"),
+            (GuardChoice::EnergyBounding, late, "--device-lag"),
         ] {
-            let error = guard.of(&unknown, t).expect_err("unknown").to_string();
+            let error = guard.of(&device, t).expect_err("unknown").to_string();
             assert!(
                 error.contains(option) && error.contains(&guard.name()),
                 "{error}"
@@ -198,6 +279,8 @@ mod tests {
         let t = Seconds(1e-3);
         let said = GuardedDevice {
             damping_n_s_per_m: Some(2.0),
+            delay_s: Some((0.0, 1e-3)),
+            lag_s: Some(5e-4),
             ..GuardedDevice::default()
         };
         let bounding =
@@ -205,14 +288,17 @@ mod tests {
                 .expect("known")
             {
                 Some(Guard::EnergyBounding(bounding)) => {
-                    (bounding.device_damping.0, bounding.delay_samples)
+                    let delay = (bounding.delay_least.0, bounding.delay_most.0);
+                    (bounding.device_damping.0, delay, bounding.lag.0)
                 }
                 other => panic!("{other:?}"),
             };
         let nothing = GuardedDevice::default();
-        assert_eq!(bounding(nothing, &Simulation::TESTBED), (3.5, 0));
-        assert_eq!(bounding(said, &Simulation::TESTBED), (2.0, 0));
-        assert_eq!(bounding(said, &Simulation::REAL), (2.0, 1));
+        let ideal = (3.5, (0.0, 0.0), 0.0);
+        assert_eq!(bounding(nothing, &Simulation::TESTBED), ideal);
+        let worse = (2.0, (0.0, 1e-3), 5e-4);
+        assert_eq!(bounding(said, &Simulation::TESTBED), worse);
+        assert_eq!(bounding(said, &Simulation::REAL), worse);
         assert!(guard_of(GuardChoice::EnergyBounding, nothing, &Simulation::REAL, t).is_err());
     }
 }

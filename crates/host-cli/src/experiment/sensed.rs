@@ -23,6 +23,13 @@ impl Sensors {
     pub fn are_ideal(&self) -> bool {
         !(self.encoder_resolution_m > 0.0 || self.noise_m > 0.0)
     }
+
+    /// Standard deviation of what is read about what is: the noise, and q/√12 of an encoder; m.
+    #[must_use]
+    pub fn deviation_m(&self) -> f64 {
+        let rounded = self.encoder_resolution_m / 12_f64.sqrt();
+        self.noise_m.hypot(rounded)
+    }
 }
 
 /// A device behind its sensors: noise first, then the encoder, as in a real one.

@@ -259,7 +259,7 @@ impl Wall {
         )
         .map_err(Failure::input)?;
         let chain = match &self.remote {
-            None => safe_force_limit(self.force_limit_n, &self.device, &self.safety)?,
+            None => safe_force_limit(self.force_limit_n, &self.device, self.sensors, &self.safety)?,
             Some(_) => SafetyChain::from_limits(&self.limits_here(), t).map_err(Failure::input)?,
         };
         Ok(Parts {
@@ -323,7 +323,7 @@ impl Wall {
                 self.safety.guarded(GuardedDevice {
                     mass_kg: Some(mass.0),
                     damping_n_s_per_m: Some(damping.0),
-                    delay_samples: 0,
+                    ..GuardedDevice::default()
                 }),
             ),
             simulation: Simulation {

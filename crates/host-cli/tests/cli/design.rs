@@ -178,7 +178,8 @@ fn a_file_that_is_wrong_is_refused_in_one_line() {
              encoder_resolution_m, sensor_noise_m, seed, force_limit_n, order, scheme, \
              stiffness_n_per_m, dissipation_n_s_mu_per_m, one_sided, push_n, duration_s, window_s, \
              threshold_m, guard, workspace_low_m, workspace_high_m, speed_limit_m_per_s, rise_time_s, \
-             braking_n_s_per_m, device_mass_kg, device_damping_n_s_per_m",
+             braking_n_s_per_m, device_mass_kg, device_damping_n_s_per_m, device_delay_least_s, \
+             device_delay_most_s, device_lag_s, device_noise_m",
         ),
         (
             "mass_kg =",

@@ -73,8 +73,14 @@ pub struct GuardParameters {
     pub share: f32,
     /// How long a credit of energy lasts.
     pub forget_s: f32,
-    /// From a force to its effect; only energy bounding uses it.
-    pub delay_samples: u8,
+    /// Least delay from a measurement to the effect of its force; only energy bounding uses what follows.
+    pub delay_least_samples: f32,
+    /// The most.
+    pub delay_most_samples: f32,
+    /// Time constant of the actuator.
+    pub lag_s: f32,
+    /// Standard deviation of the noise of the position.
+    pub noise_m: f32,
 }
 
 impl SafetyParameters {
@@ -101,7 +107,10 @@ impl SafetyParameters {
                 damping_n_s_per_m: guard.damping_n_s_per_m,
                 share: guard.share,
                 forget_s: guard.forget_s,
-                delay_samples: guard.delay_samples,
+                delay_least_samples: guard.delay_least_samples,
+                delay_most_samples: guard.delay_most_samples,
+                lag_s: guard.lag_s,
+                noise_m: guard.noise_m,
             }),
         }
     }

@@ -9,7 +9,9 @@ use crate::experiment::remote::guard_of;
 use crate::experiment::safety::{GuardedDevice, speed, workspace};
 use crate::failure::Failure;
 use crate::output::Output;
-use crate::quantity::{Damping, Force, ForceRate, Length, Mass, Speed, Stiffness, Time, Workspace};
+use crate::quantity::{
+    Damping, Delay, Force, ForceRate, Length, Mass, Speed, Stiffness, Time, Workspace,
+};
 use clap::Args;
 use fracdiff::{Operator, Scheme, Seconds};
 use haptic_link::{Configuration, Guard, SimulationKind};
@@ -105,6 +107,34 @@ pub struct SetArguments {
         help_heading = "Safety"
     )]
     device_damping: Option<Damping>,
+    /// Delay of a real device from a measurement to the effect of its force, or the interval in which it lies, as in
+    /// 0.2ms:1ms, for --guard energy-bounding
+    #[arg(
+        long,
+        value_name = "TIME|LEAST:MOST",
+        requires = "guard",
+        allow_hyphen_values = true,
+        help_heading = "Safety"
+    )]
+    device_delay: Option<Delay>,
+    /// Time constant with which the force of a real device follows, for --guard energy-bounding
+    #[arg(
+        long,
+        value_name = "TIME",
+        requires = "guard",
+        allow_hyphen_values = true,
+        help_heading = "Safety"
+    )]
+    device_lag: Option<Time>,
+    /// Standard deviation of the noise of a real device's position, for --guard energy-bounding [default: 0]
+    #[arg(
+        long,
+        value_name = "LENGTH",
+        requires = "guard",
+        allow_hyphen_values = true,
+        help_heading = "Safety"
+    )]
+    device_noise: Option<Length>,
     /// Mass of a simulated device
     #[arg(long, allow_hyphen_values = true, help_heading = "Simulated device")]
     mass: Option<Mass>,
@@ -316,11 +346,15 @@ impl SetArguments {
             let known = GuardedDevice {
                 mass_kg: self.device_mass.map(|mass| mass.0),
                 damping_n_s_per_m: self.device_damping.map(|damping| damping.0),
-                delay_samples: 0,
+                delay_s: self.device_delay.map(|delay| (delay.least_s, delay.most_s)),
+                lag_s: self.device_lag.map(|lag| lag.0),
+                noise_m: self.device_noise.map(|noise| noise.0),
             };
             let t = Seconds(f64::from(configuration.tick_period_us) * 1e-6);
             let guard = guard_of(guard, known, &configuration.simulation, t)?;
-            limits.guard = guard.as_ref().map_or(Guard::OFF, wire_guard);
+            limits.guard = guard
+                .as_ref()
+                .map_or(Guard::OFF, |guard| wire_guard(guard, t));
         }
         Ok(())
     }

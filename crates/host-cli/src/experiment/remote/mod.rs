@@ -96,11 +96,13 @@ pub(super) fn configuration(
         Simulation::REAL
     };
     let t = Seconds(schedule.sample_time_s);
-    let guard = guard_of(law.guard.0, law.guard.1, &simulation, t)?;
-    let limits = wire_limits(&haptic_loop::Limits {
+    let known = law.guard.1.or(GuardedDevice::read_by(capabilities));
+    let guard = guard_of(law.guard.0, known, &simulation, t)?;
+    let limits = haptic_loop::Limits {
         guard,
         ..law.limits
-    });
+    };
+    let limits = wire_limits(&limits, t);
     Ok(Configuration {
         loop_mode: device.loop_mode,
         tick_period_us: us.round() as u32,
@@ -129,8 +131,8 @@ pub const fn host_limits(limits: &haptic_loop::Limits) -> haptic_loop::Limits {
     }
 }
 
-/// A guard for a device: what nobody has said of a simulated one is known from what it simulates. In a real
-/// one a force takes a tick more than none, for what board and actuator need.
+/// A guard for a device: what nobody has said of a simulated one is known from what it simulates, without delay or lag. A
+/// real one does not know its own.
 ///
 /// # Errors
 /// As [`GuardChoice::of`].
@@ -140,22 +142,18 @@ pub fn guard_of(
     simulation: &Simulation,
     t: Seconds,
 ) -> Result<Option<Guard>, Failure> {
-    let known = if simulation.kind == SimulationKind::Real {
-        GuardedDevice {
-            delay_samples: known.delay_samples.max(1),
-            ..known
-        }
-    } else {
-        let simulated = |value: f32| Some(f64::from(value));
-        GuardedDevice {
-            mass_kg: known.mass_kg.or(simulated(simulation.mass_kg)),
-            damping_n_s_per_m: known
-                .damping_n_s_per_m
-                .or(simulated(simulation.damping_n_s_per_m)),
-            ..known
-        }
+    let simulated = |value: f32| Some(f64::from(value));
+    let itself = match simulation.kind {
+        SimulationKind::Real => GuardedDevice::default(),
+        _ => GuardedDevice {
+            mass_kg: simulated(simulation.mass_kg),
+            damping_n_s_per_m: simulated(simulation.damping_n_s_per_m),
+            delay_s: Some((0.0, 0.0)),
+            lag_s: Some(0.0),
+            noise_m: None,
+        },
     };
-    guard.of(&known, t)
+    guard.of(&known.or(itself), t)
 }
 
 /// Coefficients for a device that does not compute the force itself: one zero.

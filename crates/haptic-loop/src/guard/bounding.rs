@@ -1,0 +1,255 @@
+//! Energy bounding: the force is never larger than the energy at hand can pay for.
+
+use super::profile::{Profile, Timing};
+use super::{GuardState, dot, keep};
+use crate::error::{ParameterError, not_negative, positive, range, rounded};
+use crate::units::{Metres, NewtonSecondsPerMetre, Seconds};
+use fracdiff::Real;
+use nalgebra::SVector;
+
+/// Energy bounding: the force is never larger than the energy at hand can pay for.
+///
+/// Let g(t) be the force that the device makes of what it was sent: delayed by D = (d + h)T, through a lag τ. Over a
+/// sample it has the mean ḡ and the variance Var g, known from the forces that were sent.
+///
+/// ```text
+/// E\[n\] = E\[n−1\] − ḡ·Δ\[n\] + ρ(b/T)·|Δ\[n\]|² − (T/4ρb)·Var g          the books
+/// E\[n\] ≥ (1/4ρb)·∫ g(t)² dt over all time to come if every later force is zero       before f\[n\] leaves
+/// ```
+/// - *Why it is passive*: with the damping ρb of the device, and whatever the motion inside a sample, its energy changes by
+///   at least what the books say, and that by at least −(1/4ρb)∫g² over the sample. So what the rule keeps covered
+///   pays for the worst motion, zero may always be sent next, and E ≥ 0 for ever.
+/// - *The rule* is quadratic in f\[n\]. A force that is too large is scaled down, direction kept; at worst to zero.
+/// - *An interval* of delays instead of one, W wide: the force differs from the one with the delay in its middle, D, by at most
+///   N = ⌈W/2T⌉ steps f\[k\] − f\[k−1\] for W/2 each, and a lag makes the square integral of that no larger. A part ρ₂ of ρ pays
+///   for it, N·(W/2)·|f\[n\] − f\[n−1\]|²/(4ρ₂b) at each command and the same for the way back to zero; ρ₁ pays for the rest.
+///   Each command may have its own delay, as long as they keep their order. ρ₁ and ρ₂ make the price least.
+/// - *Why it comes to rest*: for ρ < 1 the rest of the damping, (1 − ρ)b, takes energy from any motion.
+/// - *Price*: a spring is no stiffer than (2ρb/T)/(1 + D/T + τ/2T), and with an interval divided by (1 + √(N·W/2/(T + D + τ/2)))²;
+///   for b = 3.5 N·s/m, T = 2 ms, ρ = 0.8 and no delay that is 2800 N/m of the 3500 at which a spring stops being
+///   passive. A passive wall below that is left as it is.
+/// - *Surplus*: energy beyond what must be covered is forgotten with the time `forget`. At 0 it is given up at once,
+///   and even a soft spring comes back up to a quarter too weak; a time longer than a touch avoids that.
+/// - *Noise* σ of the position looks like motion. Each sample and axis owes 2ρ(b/T)σ² for it, paid with energy beyond what
+///   the force of the sample before needs: so a force that is held is not spent. At most 1000 samples are owed.
+/// - *Needs* b, D and τ as they are. b said 1.25 times too large uses up ρ = 0.8; beyond that walls shake again. A delay
+///   rounded to whole samples is not safe, in neither direction: say the fraction, or an interval.
+/// - *Start-up*: no energy. After a position that was lost the worst motion is booked. *Not finite* energy is no
+///   credit, and no force follows from it.
+/// - *Cost*: some 30 multiply-adds per axis; while it acts one division and one square root.
+///
+/// Source: J.-P. Kim, J. Ryu, *Robustly stable haptic interaction control using an energy-bounding algorithm*,
+/// Int. J. Robotics Research 29(6), 2010, for the idea (the hold's energy bounded by what the device's damping
+/// takes); this form, with delay, lag, surplus and several axes, is derived here.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EnergyBounding {
+    /// b > 0, N·s/m: viscous damping that the device surely has, on each axis.
+    pub device_damping: NewtonSecondsPerMetre,
+    /// ρ in (0, 1\]: the share of it that the loop may use up.
+    pub share: f64,
+    /// 0 or at least a sample time: how long a surplus lasts. At 0 it is given up at once.
+    pub forget: Seconds,
+    /// From a position's measurement to the effect of its force, beyond the hold: the least it can be, at least 0.
+    pub delay_least: Seconds,
+    /// The most it can be: at least `delay_least`, at most [`MAX_GUARD_DELAY_SAMPLES`](super::MAX_GUARD_DELAY_SAMPLES)
+    /// sample times. The same as `delay_least` if the delay is known.
+    pub delay_most: Seconds,
+    /// τ: time constant with which the actuator's force follows, 0 to
+    /// [`MAX_GUARD_LAG_SAMPLES`](super::MAX_GUARD_LAG_SAMPLES) sample times.
+    pub lag: Seconds,
+    /// σ, m, at least 0: standard deviation of the noise of the position.
+    pub noise: Metres,
+}
+
+impl EnergyBounding {
+    /// ρ = 0.8, a surplus for half a second; no delay, lag or noise: an ideal device.
+    #[must_use]
+    pub const fn of(device_damping: NewtonSecondsPerMetre) -> Self {
+        Self {
+            device_damping,
+            share: 0.8,
+            forget: Seconds(0.5),
+            delay_least: Seconds(0.0),
+            delay_most: Seconds(0.0),
+            lag: Seconds(0.0),
+            noise: Metres(0.0),
+        }
+    }
+}
+
+/// Energy bounding, made of good parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Bounding<F> {
+    /// ρ₁b/T, N/m.
+    damping: F,
+    /// T/(2ρ₁b), m/N.
+    per_force: F,
+    /// 2ρ₁(b/T)σ², J.
+    noise: F,
+    /// 1 − T/`forget`.
+    keep: F,
+    /// N·(W/2)/(4ρ₂b), J/N².
+    step: F,
+    profile: Profile<F>,
+}
+
+impl<F: Real> Bounding<F> {
+    /// # Errors
+    /// A parameter outside the range that its field states.
+    pub(super) fn new(bounding: &EnergyBounding, sample_time: f64) -> Result<Self, ParameterError> {
+        let share = bounding.share;
+        let damping = positive(
+            "damping of the device for its guard",
+            bounding.device_damping.0,
+            "N·s/m",
+        )?;
+        let within = share > 0.0 && share <= 1.0;
+        range("share of the damping", share, within, "in (0, 1]", "")?;
+        let noise = not_negative("noise for the guard", bounding.noise.0, "m")?;
+        let timing = Timing::new(
+            bounding.delay_least,
+            bounding.delay_most,
+            bounding.lag,
+            sample_time,
+        )?;
+        // ρb/T, and the parts of it that make (1 + D/T + τ/2T)/ρ₁ + N·(W/2T)/ρ₂ least.
+        let whole = share * damping / sample_time;
+        let held = 1.0 + timing.middle() + 0.5 * timing.lag;
+        let uncertain = libm::ceil(timing.spread) * timing.spread;
+        let root = libm::sqrt(uncertain / held);
+        let damping = whole / (1.0 + root);
+        let step = if uncertain > 0.0 {
+            0.25 * uncertain * (1.0 + root) / (root * whole)
+        } else {
+            0.0
+        };
+        let name = "bound of the guard";
+        Ok(Self {
+            damping: rounded(name, damping, "N/m")?,
+            per_force: rounded(name, 0.5 / damping, "m/N")?,
+            noise: F::from_f64(2.0 * damping * noise * noise),
+            keep: keep(bounding.forget, sample_time)?,
+            step: rounded(name, step, "J/N²")?,
+            profile: Profile::new(&timing, 0.25 / damping)?,
+        })
+    }
+
+    /// Bounds the force that is about to be sent, and keeps it; says whether it was made smaller.
+    #[inline]
+    pub(super) fn bound<const D: usize>(
+        &self,
+        state: &mut GuardState<F, D>,
+        moved: Option<&SVector<F, D>>,
+        force: &mut SVector<F, D>,
+    ) -> bool {
+        self.observe(state, moved);
+        let (profile, step) = (&self.profile, self.step);
+        let last = state.sent[0];
+        let actuator = profile.actuator(&last);
+        if self.noise > F::ZERO {
+            self.pay_for_noise(state, &actuator);
+        }
+        // What f costs from now on: s²·square + s·along + zero for s·f.
+        let [square, along, zero] = profile.command(force, &actuator);
+        let square = square + (step + step) * dot(force, force);
+        let along = along - (step + step) * dot(force, &last.force);
+        let back = step * dot(&last.force, &last.force);
+        let zero = zero + back + profile.on_its_way(&state.sent);
+        let spare = state.energy - zero;
+        let mut cost = square + along;
+        let within = cost <= spare;
+        if !within {
+            let scale = scale(square, along, spare);
+            cost = scale * (scale * square + along);
+            for axis in force.iter_mut() {
+                *axis = *axis * scale;
+            }
+        }
+        self.forget(state, zero + cost);
+        let mut paid = F::ZERO;
+        for (&force, &last) in force.iter().zip(&last.force) {
+            paid += step * ((force - last) * (force - last));
+        }
+        state.add(-paid);
+        state.push(profile.send(force, &actuator));
+        !within && square > F::ZERO
+    }
+
+    /// E ← E − ḡ·Δ + ρ(b/T)|Δ|² − (T/4ρb)·Var g; of a motion that is not known the worst, Δ = (T/2ρb)·ḡ.
+    #[inline]
+    fn observe<const D: usize>(&self, state: &mut GuardState<F, D>, moved: Option<&SVector<F, D>>) {
+        let (mean, variance) = self.profile.acted(&state.sent);
+        let mut work = -variance;
+        for axis in 0..D {
+            let worst = self.per_force * mean[axis];
+            let moved = moved.map_or(worst, |moved| moved[axis]);
+            work += (self.damping * moved - mean[axis]) * moved;
+        }
+        state.add(work);
+    }
+
+    /// Energy beyond what it takes to send the last force again pays for noise.
+    #[inline]
+    fn pay_for_noise<const D: usize>(
+        &self,
+        state: &mut GuardState<F, D>,
+        actuator: &SVector<F, D>,
+    ) {
+        /// Samples.
+        const OWED_MOST: f64 = 1000.0;
+        for _ in 0..D {
+            state.owed += self.noise;
+        }
+        let most = F::from_f64(OWED_MOST) * self.noise;
+        if state.owed > most {
+            state.owed = most;
+        }
+        let force = state.sent[0].force;
+        let [square, along, rest] = self.profile.command(&force, actuator);
+        let back = self.step * dot(&force, &force);
+        let spare =
+            state.energy - (square + along + rest + back + self.profile.on_its_way(&state.sent));
+        if spare > F::ZERO {
+            let paid = if spare < state.owed {
+                spare
+            } else {
+                state.owed
+            };
+            state.owed -= paid;
+            state.energy -= paid;
+        }
+    }
+
+    /// A share of the surplus over what must be covered is forgotten.
+    #[inline]
+    fn forget<const D: usize>(&self, state: &mut GuardState<F, D>, covered: F) {
+        /// Less than this counts as nothing, J: no force is felt for it.
+        const NOTHING: f64 = 1e-25;
+        let surplus = state.energy - covered;
+        if surplus > F::ZERO {
+            let left = surplus * self.keep;
+            let felt = left > F::from_f64(NOTHING);
+            state.energy = covered + if felt { left } else { F::ZERO };
+        }
+    }
+}
+
+/// The largest s in [0, 1] with s²·`square` + s·`along` ≤ `spare`, in the form that does not cancel; 0 for what is no number.
+#[inline]
+fn scale<F: Real>(square: F, along: F, spare: F) -> F {
+    let four = F::from_f64(4.0);
+    let root = (along * along + four * square * spare).sqrt();
+    let scale = if along > F::ZERO {
+        (spare + spare) / (along + root)
+    } else {
+        (root - along) / (square + square)
+    };
+    if !(spare > F::ZERO && scale > F::ZERO && scale.is_finite()) {
+        F::ZERO
+    } else if scale > F::ONE {
+        // By rounding alone.
+        F::ONE
+    } else {
+        scale
+    }
+}

@@ -1,0 +1,281 @@
+//! The force that a device really makes of the commands that it is sent: later, and through a lag.
+//!
+//! ```text
+//! a(t) = f_k + r_k·e^(−t/τ),  0 ≤ t < T        r_k = a_k − f_k,   a_{k+1} = f_k + q·r_k,   q = e^(−T/τ)
+//! g(t) = a(t − (d + h)T)                       d whole samples and a fraction 0 ≤ h < 1 of delay
+//! ```
+//! The lag does not care when the commands arrive, so a is computed without the delay and looked at later. In the sample
+//! where f₀ is followed by f₁, with s = f₀ − f₁, r₁ = q·r₀ + s and e = e^(−(1−h)T/τ):
+//!
+//! ```text
+//! mean of g − f₁      h·s + (τ/T)·\[r₀(e − q) + r₁(1 − e)\]
+//! mean of (g − f₁)²   h·s² + (τ/T)·\[2s·r₀(e − q) + ½r₀²(e² − q²) + ½r₁²(1 − e²)\]
+//! ```
+//! Both are forms in s and r₀: exactly zero while a force is held. Coefficients are computed in `f64` and rounded once.
+
+use super::dot;
+use crate::error::{ParameterError, not_negative, range, rounded};
+use crate::units::Seconds;
+use fracdiff::Real;
+use nalgebra::SVector;
+
+/// Most samples between a write and its force that [`EnergyBounding`](super::EnergyBounding) can keep books of.
+pub const MAX_GUARD_DELAY_SAMPLES: usize = 4;
+/// Longest lag of an actuator that it can, in sample times.
+pub const MAX_GUARD_LAG_SAMPLES: usize = 64;
+
+/// Forces that are kept: those of the whole samples of delay, and the two of the sample that is looked at.
+pub(super) const HISTORY: usize = MAX_GUARD_DELAY_SAMPLES + 2;
+
+/// A force that was sent, and what a lag makes of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Sent<F, const D: usize> {
+    /// f_k, N.
+    pub(super) force: SVector<F, D>,
+    /// r_k, N: what the actuator makes beyond it when it begins to act.
+    pub(super) rest: SVector<F, D>,
+    /// (1/4ρb)·∫a² over its sample, J.
+    pub(super) cost: F,
+}
+
+impl<F: Real, const D: usize> Sent<F, D> {
+    pub(super) fn none() -> Self {
+        Self::plain(&SVector::from([F::ZERO; D]))
+    }
+
+    /// Without a lag.
+    pub(super) fn plain(force: &SVector<F, D>) -> Self {
+        Self {
+            force: *force,
+            rest: SVector::from([F::ZERO; D]),
+            cost: F::ZERO,
+        }
+    }
+}
+
+/// x²·`square` + x·y·`cross` + y²·`rest`, summed over the axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Form<F> {
+    square: F,
+    cross: F,
+    rest: F,
+}
+
+impl<F: Real> Form<F> {
+    fn new(what: &'static str, [square, cross, rest]: [f64; 3]) -> Result<Self, ParameterError> {
+        Ok(Self {
+            square: coefficient(what, square)?,
+            cross: coefficient(what, cross)?,
+            rest: coefficient(what, rest)?,
+        })
+    }
+
+    #[inline]
+    pub(super) fn of<const D: usize>(&self, x: &SVector<F, D>, y: &SVector<F, D>) -> F {
+        let mut sum = F::ZERO;
+        for (&x, &y) in x.iter().zip(y) {
+            sum += self.square * (x * x) + self.cross * (x * y) + self.rest * (y * y);
+        }
+        sum
+    }
+}
+
+/// Rounds a coefficient; one that no force would ever feel is zero.
+fn coefficient<F: Real>(what: &'static str, value: f64) -> Result<F, ParameterError> {
+    let felt = value.abs() > 1e-30;
+    rounded(what, if felt { value } else { 0.0 }, "J/N²")
+}
+
+/// Delay and lag as numbers: checked, in units of the sample time.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Timing {
+    /// d.
+    whole: usize,
+    /// h.
+    fraction: f64,
+    /// Half the width of the interval of delays.
+    pub(super) spread: f64,
+    /// τ/T.
+    pub(super) lag: f64,
+}
+
+impl Timing {
+    /// # Errors
+    /// A delay or lag outside the ranges of [`EnergyBounding`](super::EnergyBounding).
+    pub(super) fn new(
+        least: Seconds,
+        most: Seconds,
+        lag: Seconds,
+        sample_time: f64,
+    ) -> Result<Self, ParameterError> {
+        let least = not_negative("least delay of the guard", least.0, "s")?;
+        // With room for a rounding to single precision.
+        let longest = MAX_GUARD_DELAY_SAMPLES as f64 * (1.0 + 1e-6) * sample_time;
+        range(
+            "delay of the guard",
+            most.0,
+            most.0 >= least && most.0 <= longest,
+            "at least the least delay and at most 4 sample times, in",
+            "s",
+        )?;
+        let slowest = MAX_GUARD_LAG_SAMPLES as f64 * (1.0 + 1e-6) * sample_time;
+        let lag = not_negative("lag of the actuator", lag.0, "s")?;
+        let allowed = "at most 64 sample times, in";
+        range("lag of the actuator", lag, lag <= slowest, allowed, "s")?;
+        let middle = 0.5 * (least + most.0) / sample_time;
+        // A ratio within 1e-9 of a whole number is that number.
+        let nearest = libm::rint(middle);
+        let near = (middle - nearest).abs() < 1e-9;
+        let middle = if near { nearest } else { middle };
+        let whole = libm::floor(middle);
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "0 ≤ whole ≤ 4"
+        )]
+        Ok(Self {
+            whole: whole as usize,
+            fraction: middle - whole,
+            spread: 0.5 * (most.0 - least) / sample_time,
+            lag: lag / sample_time,
+        })
+    }
+
+    /// The middle of the interval of delays, in sample times.
+    pub(super) fn middle(&self) -> f64 {
+        self.whole as f64 + self.fraction
+    }
+}
+
+/// What the forces on their way do and may cost.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Profile<F> {
+    /// d.
+    whole: usize,
+    /// q.
+    decay: F,
+    /// ḡ − f₁ of s and of r₀.
+    mean: [F; 2],
+    /// (T/4ρb)·Var g, of s and r₀.
+    variance: Form<F>,
+    /// (1/4ρb)·∫a² over a sample, of f and r.
+    whole_cost: Form<F>,
+    /// The same over the last hT of a sample.
+    late_cost: Form<F>,
+    /// The same from a command f on, all later ones being zero, of f and a.
+    command_cost: Form<F>,
+}
+
+impl<F: Real> Profile<F> {
+    /// `cost` is T/(4ρb), J/N².
+    ///
+    /// # Errors
+    /// A coefficient beyond the loop's number type.
+    pub(super) fn new(timing: &Timing, cost: f64) -> Result<Self, ParameterError> {
+        let (h, lag) = (timing.fraction, timing.lag);
+        let fade = |time: f64| {
+            if lag > 0.0 {
+                libm::exp(-time / lag)
+            } else {
+                0.0
+            }
+        };
+        let (q, e) = (fade(1.0), fade(1.0 - h));
+        let (late, early) = (lag * (e - q), lag * (1.0 - e));
+        let late_square = 0.5 * lag * (e * e - q * q);
+        let early_square = 0.5 * lag * (1.0 - e * e);
+        // r₁ = q·r₀ + s
+        let mean = [h + early, late + q * early];
+        let square = [
+            h + early_square,
+            2.0 * late + 2.0 * q * early_square,
+            late_square + q * q * early_square,
+        ];
+        let variance = [
+            square[0] - mean[0] * mean[0],
+            square[1] - 2.0 * mean[0] * mean[1],
+            square[2] - mean[1] * mean[1],
+        ];
+        let what = "bound of the guard";
+        let form = |terms: [f64; 3]| Form::new(what, terms.map(|term| cost * term));
+        Ok(Self {
+            whole: timing.whole,
+            decay: F::from_f64(q),
+            mean: mean.map(F::from_f64),
+            variance: form(variance)?,
+            whole_cost: form([1.0, 2.0 * lag * (1.0 - q), 0.5 * lag * (1.0 - q * q)])?,
+            late_cost: form([h, 2.0 * late, late_square])?,
+            command_cost: form([1.0 - lag * (1.0 - q), lag * (1.0 - q), 0.5 * lag])?,
+        })
+    }
+
+    /// ḡ over the sample that is over, N, and (T/4ρb)·Var g, J.
+    #[inline]
+    pub(super) fn acted<const D: usize>(&self, sent: &[Sent<F, D>; HISTORY]) -> (SVector<F, D>, F) {
+        let (new, old) = (&sent[self.whole], &sent[self.whole + 1]);
+        let (mut mean, mut step) = (new.force, new.force);
+        for axis in 0..D {
+            step[axis] = old.force[axis] - new.force[axis];
+            mean[axis] += self.mean[0] * step[axis] + self.mean[1] * old.rest[axis];
+        }
+        (mean, self.variance.of(&step, &old.rest))
+    }
+
+    /// (1/4ρb)·∫g² from now to the effect of the next command, J.
+    #[inline]
+    pub(super) fn on_its_way<const D: usize>(&self, sent: &[Sent<F, D>; HISTORY]) -> F {
+        let late = &sent[self.whole];
+        let mut cost = self.late_cost.of(&late.force, &late.rest);
+        for sent in &sent[..self.whole] {
+            cost += sent.cost;
+        }
+        cost
+    }
+
+    /// a at the moment when the next command takes effect, N.
+    #[inline]
+    pub(super) fn actuator<const D: usize>(&self, last: &Sent<F, D>) -> SVector<F, D> {
+        /// Below this a force has decayed, N: its square would be no normal number.
+        const NONE: f64 = 1e-15;
+        let mut actuator = last.force;
+        for (actuator, &rest) in actuator.iter_mut().zip(&last.rest) {
+            *actuator += self.decay * rest;
+            if actuator.abs() < F::from_f64(NONE) {
+                *actuator = F::ZERO;
+            }
+        }
+        actuator
+    }
+
+    /// The next command with what a lag makes of it.
+    #[inline]
+    pub(super) fn send<const D: usize>(
+        &self,
+        force: &SVector<F, D>,
+        actuator: &SVector<F, D>,
+    ) -> Sent<F, D> {
+        let mut rest = *actuator;
+        for (rest, &force) in rest.iter_mut().zip(force) {
+            *rest -= force;
+        }
+        Sent {
+            force: *force,
+            rest,
+            cost: self.whole_cost.of(force, &rest),
+        }
+    }
+
+    /// The cost of a command f and what follows it, in powers of a scale of f: f², f and 1.
+    #[inline]
+    pub(super) fn command<const D: usize>(
+        &self,
+        force: &SVector<F, D>,
+        actuator: &SVector<F, D>,
+    ) -> [F; 3] {
+        [
+            self.command_cost.square * dot(force, force),
+            self.command_cost.cross * dot(force, actuator),
+            self.command_cost.rest * dot(actuator, actuator),
+        ]
+    }
+}
