@@ -25,7 +25,7 @@ pub use environment::{Contact, Environment, SpringDamper};
 pub use error::ParameterError;
 pub use guard::{EnergyBounding, Guard, MAX_GUARD_DELAY_SAMPLES, PassivityObserver};
 pub use safety::{
-    Fault, Limiters, Limits, SafeForce, SafetyChain, SafetyState, SpeedLimit, StartRefused,
+    Fault, Limiters, Limits, SafeForce, SafetyChain, SafetyState, SpeedLimit, StartRefused, Stuck,
     Workspace,
 };
 pub use tissue::{KelvinVoigt, Specimen, Tissue};
