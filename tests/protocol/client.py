@@ -33,18 +33,19 @@ ACK, SAMPLE, BATCH, EVENT, FAULT, ALIVE = 2, 5, 6, 7, 8, 10
 # The report that answers a request; an ack answers all others.
 ANSWERS = {HELLO: 0, GET_CAPABILITIES: 1, GET_CONFIGURATION: 3, GET_COEFFICIENTS: 4, GET_STATISTICS: 9,
            READ_FLIGHT: 11}
-LENGTHS = {0: 28, 1: 47, 3: 137, 4: 67, 5: 22, 7: 14, 8: 17, 9: 61, 10: 21, 11: 26}
+LENGTHS = {0: 28, 1: 47, 3: 158, 4: 67, 5: 22, 7: 14, 8: 17, 9: 61, 10: 21, 11: 26}
 REFUSALS = (("State", "<B"), ("Range", "<Bfff"), ("Digest", "<"), ("Incomplete", "<"), ("Unsupported", "<B"),
             ("UnknownFault", "<"), ("ForceNotZero", "<"), ("ForceNotSmall", "<ff"), ("FaultPersists", "<B"))
 IDLE, ARMED, RUNNING, STOPPING, IN_FAULT = range(5)
 
-CONFIGURATION = struct.Struct("<BIfff?fBbHffHHffffffffffBfffffffBffffff")
+CONFIGURATION = struct.Struct("<BIfff?fBbHffHHffffffffffffBfffBfffffffBffffff")
 CONFIGURATION_FIELDS = (
     "loop_mode tick_period_us stiffness_n_per_m dissipation_n_s_mu_per_m order one_sided surface_m form integer "
     "count force_n force_rate_n_per_s watchdog_ms late_ticks start_force_n rise_time_s workspace_low_m "
     "workspace_high_m workspace_soft_m speed_soft_m_per_s speed_hard_m_per_s velocity_bandwidth_hz braking_n_s_per_m "
-    "braking_time_s guard guard_damping_n_s_per_m guard_share guard_forget_s guard_delay_least_samples "
-    "guard_delay_most_samples guard_lag_s guard_noise_m simulation mass_kg "
+    "stop_time_s brake_force_n device_mass_kg device_delay_ticks stuck_force_n stuck_time_s jump_m guard "
+    "guard_damping_n_s_per_m guard_share guard_forget_s guard_delay_least_samples guard_delay_most_samples "
+    "guard_lag_s guard_noise_m simulation mass_kg "
     "damping_n_s_per_m hand_stiffness_n_per_m push_n depth_m ramp_time_s").split()
 CAPABILITIES = struct.Struct("<16sB?IIfffHHHH")
 STATISTICS = ("ticks overruns tick_cycles_max tick_cycles_last stale_forces samples_dropped sent received corrupt "
@@ -327,7 +328,7 @@ def main():
     parser.add_argument("--order", type=float, default=0.5, help="μ")
     parser.add_argument("--taps", type=int, default=40, help="weights of the operator D^μ")
     parser.add_argument("--push", type=float, default=1.0, help="push of the hand on a simulated device, N")
-    parser.add_argument("--watchdog-ms", type=int, default=20)
+    parser.add_argument("--watchdog-ms", type=int, default=500)
     parser.add_argument("--batch", type=int, default=1, help="samples in a frame, 1 to 16")
     given = parser.parse_args()
 

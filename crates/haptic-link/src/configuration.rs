@@ -51,6 +51,18 @@ pub enum LoopMode {
     Host,
 }
 
+impl LoopMode {
+    /// The watchdog time unless given, ms: 20 in a host loop, whose force is as old as the silence, and 500 in a
+    /// device loop, whose force does not come from the host.
+    #[must_use]
+    pub const fn watchdog_ms(self) -> u16 {
+        match self {
+            Self::Device => 500,
+            Self::Host => 20,
+        }
+    }
+}
+
 /// What a list of coefficients is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum OperatorForm {
@@ -84,7 +96,8 @@ pub struct Limits {
     pub force_n: f32,
     /// Largest rate of force, N/s, above 0.
     pub force_rate_n_per_s: f32,
-    /// Silence from the host that latches a fault while armed or running, ms, 5 to 1000.
+    /// Silence from the host that latches a fault while armed or running, ms, 5 to 1000; see
+    /// [`LoopMode::watchdog_ms`] for the default.
     #[serde(with = "postcard::fixint::le")]
     pub watchdog_ms: u16,
     /// Late ticks in a row that latch a fault; 0 for never.
@@ -108,10 +121,26 @@ pub struct Limits {
     pub speed_hard_m_per_s: f32,
     /// Bandwidth of the velocity that is estimated from positions, Hz, 0.1 to 10 000.
     pub velocity_bandwidth_hz: f32,
-    /// Viscous damping that brakes near limits and after a fault or stop, N·s/m, 0 to 10 000; 0 for none.
+    /// Viscous damping b that brakes near limits and after a fault or stop, N·s/m; 0 for none. Without a mass at
+    /// most 5 N·s/m; with one b ≤ m/((2d + 1)·T), d = `device_delay_ticks`.
     pub braking_n_s_per_m: f32,
-    /// After a fault or stop the braking fades out in this time, s, 0.001 to 10.
-    pub braking_time_s: f32,
+    /// After a fault or stop the force falls to zero within this time, whatever its rate limit, s, 0.001 to 1.
+    pub stop_time_s: f32,
+    /// Largest force with which braking goes on after a fault or stop, if that of the moment is smaller, N,
+    /// 0 to 10; it falls with the rest.
+    pub brake_force_n: f32,
+    /// m, least mass that moves with the device, kg, 1e-6 to 1000; 0 for unknown.
+    pub device_mass_kg: f32,
+    /// d, ticks from a force to its effect, rounded up.
+    pub device_delay_ticks: u8,
+    /// A reading that stands still for `stuck_time_s` and goes on while the wanted force grows by more than this
+    /// latches a fault, N, at least 0; 0 for never.
+    pub stuck_force_n: f32,
+    /// See `stuck_force_n`, s, 0.001 to 10.
+    pub stuck_time_s: f32,
+    /// A reading that moves in a tick by more than `speed_hard_m_per_s`·T and this latches a fault, m, 1e-6 to 1;
+    /// 0 for never.
+    pub jump_m: f32,
     /// Passivity guard.
     pub guard: Guard,
 }
@@ -246,8 +275,18 @@ pub enum Field {
     VelocityBandwidth,
     /// [`Limits::braking_n_s_per_m`].
     Braking,
-    /// [`Limits::braking_time_s`].
-    BrakingTime,
+    /// [`Limits::stop_time_s`].
+    StopTime,
+    /// [`Limits::brake_force_n`].
+    BrakeForce,
+    /// [`Limits::device_mass_kg`].
+    DeviceMass,
+    /// [`Limits::stuck_force_n`].
+    StuckForce,
+    /// [`Limits::stuck_time_s`].
+    StuckTime,
+    /// [`Limits::jump_m`].
+    Jump,
     /// [`Guard::damping_n_s_per_m`].
     GuardDamping,
     /// [`Guard::share`].
@@ -300,7 +339,12 @@ impl core::fmt::Display for Field {
             Self::SpeedHard => "speed limit (m/s)",
             Self::VelocityBandwidth => "bandwidth of the velocity (Hz)",
             Self::Braking => "braking (N·s/m)",
-            Self::BrakingTime => "braking time (s)",
+            Self::StopTime => "stop time (s)",
+            Self::BrakeForce => "brake force (N)",
+            Self::DeviceMass => "mass of the device (kg)",
+            Self::StuckForce => "stuck force (N)",
+            Self::StuckTime => "stuck time (s)",
+            Self::Jump => "jump (m)",
             Self::GuardDamping => "damping of the guard (N·s/m)",
             Self::GuardShare => "share of the damping that the guard uses",
             Self::GuardForget => "time in which the guard forgets (s)",
@@ -314,23 +358,26 @@ impl core::fmt::Display for Field {
 }
 
 impl Limits {
-    /// 10 N, 1000 N/s, 20 ms of silence, 20 late ticks, a start with at most 1 N that rises in 0.5 s, 1.5 m/s.
-    /// Workspace, braking and guard are off: they need to know the device.
+    /// 10 N, 1000 N/s, 500 ms of silence, 20 late ticks, a start with at most 1 N that rises in 0.5 s, 1.5 m/s,
+    /// a jump of 1 mm, 3 N in 0.1 s on a sensor that stands still. Workspace, braking and guard are off: they
+    /// need to know the device.
     pub const DEFAULT: Self = Self {
         start_force_n: 1.0,
         rise_time_s: 0.5,
         speed_soft_m_per_s: 1.0,
         speed_hard_m_per_s: 1.5,
+        stuck_force_n: 3.0,
+        jump_m: 1e-3,
         ..Self::bare(10.0, 1000.0)
     };
 
-    /// Force and its rate, 20 ms of silence, 20 late ticks; everything else off.
+    /// Force and its rate, 500 ms of silence, 20 late ticks, 0.1 s to stop; everything else off.
     #[must_use]
     pub const fn bare(force_n: f32, force_rate_n_per_s: f32) -> Self {
         Self {
             force_n,
             force_rate_n_per_s,
-            watchdog_ms: 20,
+            watchdog_ms: LoopMode::Device.watchdog_ms(),
             late_ticks: 20,
             start_force_n: 0.0,
             rise_time_s: 0.0,
@@ -341,7 +388,13 @@ impl Limits {
             speed_hard_m_per_s: 0.0,
             velocity_bandwidth_hz: 50.0,
             braking_n_s_per_m: 0.0,
-            braking_time_s: 0.2,
+            stop_time_s: 0.1,
+            brake_force_n: 2.0,
+            device_mass_kg: 0.0,
+            device_delay_ticks: 1,
+            stuck_force_n: 0.0,
+            stuck_time_s: 0.1,
+            jump_m: 0.0,
             guard: Guard::OFF,
         }
     }
@@ -424,7 +477,7 @@ impl DigestBuilder {
     pub fn new(configuration: &Configuration) -> Self {
         let mut digest = CRC.digest();
         // Longer than any configuration can be on the wire.
-        let mut bytes = [0; 160];
+        let mut bytes = [0; 192];
         // A message of fixed size into a buffer that is longer cannot fail.
         let written = postcard::to_slice(configuration, &mut bytes).map_or(0, |bytes| bytes.len());
         digest.update(&bytes[..written]);

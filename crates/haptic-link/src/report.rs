@@ -53,7 +53,7 @@ pub enum State {
     Armed,
     /// The loop is closed; needs the host to be there.
     Running,
-    /// The force falls to zero at the rate limit.
+    /// The force falls to zero within the stop time.
     Stopping,
     /// A fault is latched: the force falls to zero, or is.
     Fault,

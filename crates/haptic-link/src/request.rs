@@ -42,11 +42,11 @@ pub enum Request {
         #[serde(with = "postcard::fixint::le")]
         faults: u16,
     },
-    /// To idle; the force falls to zero at the rate limit. A fault stays.
+    /// To idle; the force falls to zero within the stop time. A fault stays.
     Disarm,
     /// From armed to running.
     Start(Start),
-    /// Ends a run: the force falls to zero at the rate limit, then the device is armed.
+    /// Ends a run: the force falls to zero within the stop time, then the device is armed.
     Stop,
     /// The force on the device from the next tick on, in [`LoopMode::Host`](crate::LoopMode::Host). Not
     /// answered.

@@ -326,7 +326,13 @@ fn configuration() -> Configuration {
             speed_hard_m_per_s: 19.25,
             velocity_bandwidth_hz: 20.25,
             braking_n_s_per_m: 21.25,
-            braking_time_s: 22.25,
+            stop_time_s: 22.25,
+            brake_force_n: 26.25,
+            device_mass_kg: 27.25,
+            device_delay_ticks: 4,
+            stuck_force_n: 28.25,
+            stuck_time_s: 29.25,
+            jump_m: 30.25,
             guard: Guard {
                 kind: GuardKind::EnergyBounding,
                 damping_n_s_per_m: 23.25,
@@ -706,7 +712,7 @@ fn examples() -> Vec<String> {
             host,
         ),
         example(
-            "digest of these two: 132 bytes of the configuration, one coefficient",
+            "digest of these two: 153 bytes of the configuration, one coefficient",
             &[("bytes", &digested), ("CRC-32", &number)],
         ),
         framed(
@@ -828,6 +834,11 @@ fn constants_are_as_the_document_says() {
     says(format!("`batch` from 2 to {BATCH_MAX}"));
     let watchdog = (Limits::WATCHDOG_MIN_MS, Limits::WATCHDOG_MAX_MS);
     says(format!("ms, {} to {}", watchdog.0, watchdog.1));
+    says(format!(
+        "{} in a device loop, {} in a host loop",
+        LoopMode::Device.watchdog_ms(),
+        LoopMode::Host.watchdog_ms()
+    ));
     assert_eq!(SequenceTracker::RESTART_AFTER, 8);
     says("Eight late frames".to_owned());
     let longest = |bytes: Vec<Vec<u8>>| bytes.iter().map(Vec::len).max();

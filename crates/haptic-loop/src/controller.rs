@@ -37,6 +37,8 @@ pub struct Controller<F: Real, const D: usize, E: Environment<F, D>> {
     chain: SafetyChain<F>,
     history: E::History,
     safety: SafetyState<F, D>,
+    /// Number of the tick that comes next, if none is missing.
+    next: u64,
 }
 
 impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
@@ -48,6 +50,7 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
             chain,
             history,
             safety: SafetyState::default(),
+            next: 0,
         }
     }
 
@@ -57,6 +60,17 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
         self.environment = environment;
         self.chain = chain;
         self.safety = SafetyState::default();
+    }
+
+    /// Tells the safety chain of ticks that did not come.
+    #[inline]
+    fn follow(&mut self, tick: u64) {
+        let missed = tick.saturating_sub(self.next);
+        // The first tick of a run has any number.
+        if missed > 0 && self.next > 0 {
+            self.safety.skip(missed);
+        }
+        self.next = tick.wrapping_add(1);
     }
 
     /// One tick.
@@ -80,6 +94,7 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
         device: &mut V,
         reading: Reading<F, D>,
     ) -> Result<Sample<F, D>, V::Error> {
+        self.follow(reading.tick);
         let wanted = self.environment.force(&self.history, &reading.position_m);
         let (force, limiters) = self
             .chain
@@ -108,6 +123,7 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
         wanted: &SVector<F, D>,
     ) -> Result<Sample<F, D>, V::Error> {
         let reading = device.read()?;
+        self.follow(reading.tick);
         let (force, limiters) = self
             .chain
             .apply(&mut self.safety, &reading.position_m, wanted);
@@ -143,7 +159,8 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
             .then(|| self.safety.observed_energy_j())
     }
 
-    /// Latches a fault that something else has found: the force falls to zero at the rate limit.
+    /// Latches a fault that something else has found: the force falls to zero within
+    /// [`Limits::stop_time`](crate::Limits::stop_time).
     pub fn trip(&mut self, fault: Fault) {
         self.safety.trip(fault);
     }
@@ -153,7 +170,7 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
         self.safety.let_go();
     }
 
-    /// From the next tick on the force falls to zero at the rate limit.
+    /// From the next tick on the force falls to zero, within [`Limits::stop_time`](crate::Limits::stop_time).
     pub fn stop(&mut self) {
         self.safety.stop();
     }
@@ -162,6 +179,7 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
     /// limit.
     pub fn reset(&mut self) {
         self.history = self.environment.at_rest();
+        self.next = 0;
         self.safety.clear();
     }
 

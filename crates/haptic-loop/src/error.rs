@@ -18,6 +18,15 @@ pub enum ParameterError {
         /// The unit; empty for a pure number.
         unit: &'static str,
     },
+    /// More braking than the device bears, see [`Limits::braking_max`](crate::Limits::braking_max).
+    Braking {
+        /// The rejected damping, N·s/m.
+        value_n_s_per_m: f64,
+        /// The most that is accepted, N·s/m.
+        most_n_s_per_m: f64,
+        /// It follows from the mass of the device.
+        mass_known: bool,
+    },
     /// A parameter of the operator.
     Operator(fracdiff::ParameterError),
 }
@@ -41,6 +50,21 @@ impl fmt::Display for ParameterError {
                 write!(
                     f,
                     "{what} {value}{space}{unit} is not {allowed}{space}{unit}"
+                )
+            }
+            Self::Braking {
+                value_n_s_per_m,
+                most_n_s_per_m,
+                mass_known,
+            } => {
+                let why = if *mass_known {
+                    "half of what mass, delay and sample time bear: take less braking or a shorter sample time"
+                } else {
+                    "the most for a device of unknown mass: give its mass, or take less braking"
+                };
+                write!(
+                    f,
+                    "braking {value_n_s_per_m} N·s/m is not at most {most_n_s_per_m} N·s/m, {why}"
                 )
             }
             Self::Operator(error) => error.fmt(f),

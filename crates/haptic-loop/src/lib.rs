@@ -27,7 +27,7 @@ pub use guard::{
     EnergyBounding, Guard, MAX_GUARD_DELAY_SAMPLES, MAX_GUARD_LAG_SAMPLES, PassivityObserver,
 };
 pub use safety::{
-    Fault, Limiters, Limits, SafeForce, SafetyChain, SafetyState, SpeedLimit, StartRefused,
+    Fault, Limiters, Limits, SafeForce, SafetyChain, SafetyState, SpeedLimit, StartRefused, Stuck,
     Workspace,
 };
 pub use tissue::{KelvinVoigt, Specimen, Tissue};

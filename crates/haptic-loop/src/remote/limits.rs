@@ -3,9 +3,10 @@
 use super::prepared::within;
 use crate::guard::{MAX_GUARD_DELAY_SAMPLES, MAX_GUARD_LAG_SAMPLES};
 use crate::units::{
-    Hertz, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond, Seconds,
+    Hertz, Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond,
+    Seconds,
 };
-use crate::{EnergyBounding, Guard, Limits, PassivityObserver, SpeedLimit, Workspace};
+use crate::{EnergyBounding, Guard, Limits, PassivityObserver, SpeedLimit, Stuck, Workspace};
 use haptic_link::{Capabilities, Field, GuardKind, Refusal};
 
 /// Narrowest zone of braking, m or m/s: a share of a narrower one would have no digits.
@@ -43,21 +44,51 @@ pub(super) fn chain_limits(
         0.1,
         1e4,
     )?;
-    let braking = within(Field::Braking, limits.braking_n_s_per_m, 0.0, 1e4)?;
-    let braking_time = within(Field::BrakingTime, limits.braking_time_s, 1e-3, 10.0)?;
+    let [least, most] = Limits::STOP_TIME_S;
+    let stop_time = within(
+        Field::StopTime,
+        limits.stop_time_s,
+        least as f32,
+        most as f32,
+    )?;
+    let most = Limits::BRAKE_FORCE_MAX_N as f32;
+    let brake_force = within(Field::BrakeForce, limits.brake_force_n, 0.0, most)?;
+    let least = if limits.device_mass_kg > 0.0 {
+        1e-6
+    } else {
+        0.0
+    };
+    let mass = within(Field::DeviceMass, limits.device_mass_kg, least, 1e3)?;
+    let stuck_force = within(Field::StuckForce, limits.stuck_force_n, 0.0, f32::MAX)?;
+    let stuck_time = within(Field::StuckTime, limits.stuck_time_s, 1e-3, 10.0)?;
+    let jump = zone(Field::Jump, limits.jump_m, 1.0)?;
     let on = |value: f32| (value > 0.0).then_some(f64::from(value));
-    Ok(Limits {
+    let mut chain = Limits {
         norm: None,
         start_force: on(start).map(Newtons),
         rise_time: on(rise).map(Seconds),
         workspace: workspace(limits)?,
         speed: speed(limits)?,
         velocity_bandwidth: Hertz(f64::from(bandwidth)),
-        braking: on(braking).map(NewtonSecondsPerMetre),
-        braking_time: Seconds(f64::from(braking_time)),
+        // The least single-precision number in the range may lie below it.
+        stop_time: Seconds(f64::from(stop_time).max(Limits::STOP_TIME_S[0])),
+        brake_force: Newtons(f64::from(brake_force)),
+        device_mass: on(mass).map(Kilograms),
+        device_delay_samples: u32::from(limits.device_delay_ticks),
+        stuck: on(stuck_force).map(|force| Stuck {
+            force: Newtons(force),
+            time: Seconds(f64::from(stuck_time).max(1e-3)),
+        }),
+        jump: on(jump).map(Metres),
         guard: guard(&limits.guard, tick_period_us)?,
         ..Limits::bare(Newtons(f64::from(force)), NewtonsPerSecond(f64::from(rate)))
-    })
+    };
+    let most = chain.braking_max(Seconds(f64::from(tick_period_us) * 1e-6));
+    let asked = limits.braking_n_s_per_m;
+    let braking = within(Field::Braking, asked, 0.0, most.0 as f32)?;
+    // Rounding the bound may have taken it up.
+    chain.braking = on(braking).map(|braking| NewtonSecondsPerMetre(braking.min(most.0)));
+    Ok(chain)
 }
 
 /// 0, or at least as wide as the narrowest zone.
@@ -168,7 +199,14 @@ pub fn wire_limits(limits: &Limits, sample_time: Seconds) -> haptic_link::Limits
         speed_hard_m_per_s: speed_hard as f32,
         velocity_bandwidth_hz: limits.velocity_bandwidth.0 as f32,
         braking_n_s_per_m: limits.braking.map_or(0.0, |braking| braking.0 as f32),
-        braking_time_s: limits.braking_time.0 as f32,
+        stop_time_s: limits.stop_time.0 as f32,
+        brake_force_n: limits.brake_force.0 as f32,
+        device_mass_kg: limits.device_mass.map_or(0.0, |mass| mass.0 as f32),
+        // More than the wire can say is more than anybody waits for.
+        device_delay_ticks: u8::try_from(limits.device_delay_samples).unwrap_or(u8::MAX),
+        stuck_force_n: limits.stuck.map_or(0.0, |stuck| stuck.force.0 as f32),
+        stuck_time_s: limits.stuck.unwrap_or(Stuck::DEFAULT).time.0 as f32,
+        jump_m: limits.jump.map_or(0.0, |jump| jump.0 as f32),
         guard: limits
             .guard
             .as_ref()

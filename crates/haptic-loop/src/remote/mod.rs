@@ -12,7 +12,7 @@
 //! - *Zero force* until armed and started, and again after a stop, a fault, a reset.
 //! - *All or nothing*: parameters are staged, checked, and take effect together between two ticks.
 //! - *Silence*: armed or running, a device that hears nothing for the watchdog time latches a fault and
-//!   lets the force fall to zero at its rate limit.
+//!   lets the force fall to zero within its stop time.
 
 mod conversation;
 #[cfg(feature = "std")]

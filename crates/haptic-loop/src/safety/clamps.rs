@@ -54,6 +54,11 @@ impl<F: Real> Clamps<F> {
         })
     }
 
+    /// Largest force on an axis, N.
+    pub(super) const fn magnitude(&self) -> F {
+        self.magnitude
+    }
+
     /// The next force for a finite wanted one.
     #[inline]
     pub(super) fn apply<const D: usize>(

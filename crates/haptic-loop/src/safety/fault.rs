@@ -2,8 +2,9 @@
 
 /// Why the chain holds the force at zero. The numbers are those of the wire and of the log.
 ///
-/// The chain itself latches [`NonFiniteForce`](Self::NonFiniteForce), [`Workspace`](Self::Workspace) and
-/// [`Velocity`](Self::Velocity); the others are found elsewhere and handed to it.
+/// The chain itself latches [`NonFiniteForce`](Self::NonFiniteForce), [`Workspace`](Self::Workspace),
+/// [`Velocity`](Self::Velocity), [`PositionStuck`](Self::PositionStuck) and [`PositionJump`](Self::PositionJump);
+/// the others are found elsewhere and handed to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 #[repr(u8)]
@@ -26,11 +27,16 @@ pub enum Fault {
     Velocity = 7,
     /// The hardware watchdog reset the device while it was armed.
     Reset = 8,
+    /// The position stands still while the force on the device grows: see [`Stuck`](crate::Stuck).
+    PositionStuck = 9,
+    /// The position moved in a tick by more than [`Limits::jump`](crate::Limits::jump) beyond what the speed limit
+    /// allows.
+    PositionJump = 10,
 }
 
 impl Fault {
     /// Every fault, in the order of the codes.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 10] = [
         Self::NonFiniteForce,
         Self::HostSilent,
         Self::TickOverrun,
@@ -39,7 +45,17 @@ impl Fault {
         Self::Workspace,
         Self::Velocity,
         Self::Reset,
+        Self::PositionStuck,
+        Self::PositionJump,
     ];
+
+    /// Whether a damper can still oppose the motion: it needs its sensor and its actuator.
+    pub(crate) const fn leaves_braking(self) -> bool {
+        !matches!(
+            self,
+            Self::CurrentMismatch | Self::PositionStuck | Self::PositionJump
+        )
+    }
 
     /// The code on the wire and in the log, from 1.
     #[must_use]
@@ -65,6 +81,8 @@ impl core::fmt::Display for Fault {
             Self::Workspace => "the device left its workspace",
             Self::Velocity => "the device moved faster than its limit",
             Self::Reset => "the device was reset by its hardware watchdog",
+            Self::PositionStuck => "the position stands still while the force on the device grows",
+            Self::PositionJump => "the position jumped by more than the speed limit allows",
         })
     }
 }

@@ -2,7 +2,8 @@
 
 use crate::guard::Guard;
 use crate::units::{
-    Hertz, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond, Seconds,
+    Hertz, Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond,
+    Seconds,
 };
 
 /// Every limit of a [`SafetyChain`](crate::SafetyChain); `None` is off.
@@ -32,11 +33,26 @@ pub struct Limits {
     /// v ← v + (1 − e^(−ωT))·(Δ/T − v). *Default* 50 Hz: at 1 kHz an encoder step of 10 µm is 3 mm/s, and a motion
     /// is seen 3 ms late.
     pub velocity_bandwidth: Hertz,
-    /// Viscous damping that brakes near a limit and after a fault, above 0. *Default* 5 N·s/m: with the lag of the
-    /// estimate 1/ω = 3.2 ms and 65 g it is critical, ζ = √(m·ω/b)/2 = 1. Off, a limit only latches its fault.
+    /// b, viscous damping that brakes near a limit and after a fault, above 0 and at most
+    /// [`braking_max`](Self::braking_max). *Default* 5 N·s/m: with the lag of the estimate 1/ω = 3.2 ms and 65 g it is
+    /// critical, ζ = √(m·ω/b)/2 = 1. Off, a limit only latches its fault.
     pub braking: Option<NewtonSecondsPerMetre>,
-    /// After a fault or stop the braking fades out in this time, above 0. *Default* 0.2 s, 15 times m/b.
-    pub braking_time: Seconds,
+    /// After a fault, a stop or the end of a run the force is zero within this time, whatever `rate` says, 0.001 to
+    /// 1 s: |f| ≤ (1 − t/stop time)·max(|f₀|, brake force). *Default* 0.1 s, seven times m/b of the default device.
+    pub stop_time: Seconds,
+    /// The force up to which braking may go on in that time, if f₀ is smaller, 0 to 10 N. *Default* 2 N: it takes
+    /// 65 g from 1.5 m/s to rest in 0.1 s, and hurts nobody.
+    pub brake_force: Newtons,
+    /// m, the least mass that moves with the device, above 0: how much it can be braked. *Default* unknown.
+    pub device_mass: Option<Kilograms>,
+    /// d, samples from a force to its effect, rounded up; a lag of the actuator counts as delay. *Default* 1.
+    pub device_delay_samples: u32,
+    /// How a sensor is known that stands still. *Default* 3 N in 0.1 s; off in [`bare`](Self::bare).
+    pub stuck: Option<Stuck>,
+    /// A position that moves in a sample by more than `speed` allows, T·hard, and by this much more, latches
+    /// [`Fault::PositionJump`](crate::Fault::PositionJump), above 0; without `speed` none does. *Default* 1 mm, more
+    /// than counts and noise of a desktop device; off in [`bare`](Self::bare).
+    pub jump: Option<Metres>,
     /// Keeps the loop from feeding the device energy. *Default* off.
     pub guard: Option<Guard>,
 }
@@ -51,13 +67,43 @@ impl Default for Limits {
                 soft: MetresPerSecond(1.0),
                 hard: MetresPerSecond(1.5),
             }),
-            braking: Some(NewtonSecondsPerMetre(5.0)),
+            braking: Some(Self::BRAKING_WITHOUT_MASS),
+            stuck: Some(Stuck::DEFAULT),
+            jump: Some(Metres(1e-3)),
             ..Self::bare(Newtons(10.0), NewtonsPerSecond(1000.0))
         }
     }
 }
 
 impl Limits {
+    /// The most braking for a device of unknown mass: stable with a margin of 2 for 15 g and more at 1 kHz and a
+    /// sample of delay.
+    pub const BRAKING_WITHOUT_MASS: NewtonSecondsPerMetre = NewtonSecondsPerMetre(5.0);
+    /// Shortest and longest `stop_time`, s.
+    pub const STOP_TIME_S: [f64; 2] = [1e-3, 1.0];
+    /// Largest `brake_force`, N.
+    pub const BRAKE_FORCE_MAX_N: f64 = 10.0;
+
+    /// The most braking that is accepted: half of what makes a free mass shake, for whatever bandwidth of the
+    /// velocity.
+    ///
+    /// ```text
+    /// m·a[n] = −b·v̂[n−d],   v̂ ← v̂ + a·(Δ/T − v̂)   ⇒   (1 − w)(1 − cw) + (bT/m)(a/2)(1 + w)w^(1+d) = 0,   c = 1 − a
+    /// on the circle, w = e^(−jθ):   bT/m = 2·sin(θ/2)/sin((2d + 1)θ/2) ≥ 2/(2d + 1)
+    /// most: b = m/((2d + 1)·T)
+    /// ```
+    /// At the first θ where the phase is −π: there (1 + d)θ = π/2 − φ, φ the lag of the filter, so
+    /// c = cos((1 + d)θ)/cos(dθ), which gives the second line; the gain falls with θ and the phase too, so this is the
+    /// edge. It is 2/(2d + 1) for a slow filter and exactly 2 at d = 0. Damping of the device only helps.
+    /// Unknown mass: [`BRAKING_WITHOUT_MASS`](Self::BRAKING_WITHOUT_MASS).
+    #[must_use]
+    pub fn braking_max(&self, sample_time: Seconds) -> NewtonSecondsPerMetre {
+        self.device_mass.map_or(Self::BRAKING_WITHOUT_MASS, |mass| {
+            let delays = 2.0 * f64::from(self.device_delay_samples) + 1.0;
+            NewtonSecondsPerMetre(mass.0 / (delays * sample_time.0))
+        })
+    }
+
     /// Force and rate alone, everything else off.
     #[must_use]
     pub const fn bare(force: Newtons, rate: NewtonsPerSecond) -> Self {
@@ -71,7 +117,12 @@ impl Limits {
             speed: None,
             velocity_bandwidth: Hertz(50.0),
             braking: None,
-            braking_time: Seconds(0.2),
+            stop_time: Seconds(0.1),
+            brake_force: Newtons(2.0),
+            device_mass: None,
+            device_delay_samples: 1,
+            stuck: None,
+            jump: None,
             guard: None,
         }
     }
@@ -104,6 +155,28 @@ pub struct SpeedLimit {
     pub soft: MetresPerSecond,
     /// Latches the fault, above `soft`.
     pub hard: MetresPerSecond,
+}
+
+/// A sensor that stands still although the device must move.
+///
+/// A reading that has been the same, to the last bit, for `time`, and goes on so while the wanted force, limited,
+/// grows in magnitude by more than `force` and more than `force` is applied, latches
+/// [`Fault::PositionStuck`](crate::Fault::PositionStuck). A force that only falls is none: that is how a tissue
+/// relaxes that is held. Nor is one that stays, as against a hand that does not move.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stuck {
+    /// Above 0.
+    pub force: Newtons,
+    /// 0.001 to 10 s.
+    pub time: Seconds,
+}
+
+impl Stuck {
+    /// 3 N move even a stiff finger, 3 kN/m, by 1 mm, a hundred counts of an encoder.
+    pub const DEFAULT: Self = Self {
+        force: Newtons(3.0),
+        time: Seconds(0.1),
+    };
 }
 
 /// A device that must not be armed now: the force would begin with a blow.

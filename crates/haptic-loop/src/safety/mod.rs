@@ -2,21 +2,25 @@
 //!
 //! ```text
 //! wanted ─▶ finite? ─▶ passivity observer ─▶ start-up ramp ─▶ braking near limits of motion
-//!        ─▶ magnitude per axis and by norm (N) ∩ rate (N/s) ─▶ energy bounding ─▶ SafeForce
+//!        ─▶ magnitude per axis and by norm (N) ∩ rate (N/s) ─▶ envelope of a stop ─▶ energy bounding ─▶ SafeForce
 //! ```
 //! - *Finite check first*: a NaN passed through `max` and `min` would come out as the full force. A
-//!   wanted force that is not finite latches a [`Fault`]; from then on the chain wants zero, so the
-//!   force falls to zero at the rate limit, until [`SafetyState::clear`].
-//! - *Clamps late*: magnitude and rate hold for everything before them, the fall after a fault,
-//!   start-up and braking too.
-//! - *Energy bounding last*: it only scales a force down, so magnitude and norm hold after it. The rate limit holds back a
-//!   force that grows, not one that this guard takes away: zero must always be possible.
+//!   wanted force that is not finite latches a [`Fault`]; from then on the chain wants zero, until
+//!   [`SafetyState::clear`].
+//! - *Clamps late*: magnitude and rate hold for everything before them, start-up and braking too.
+//! - *Envelope*: after a fault or stop |f| ≤ (1 − t/stop time)·max(|f₀|, brake force), whatever the rate limit,
+//!   so the force is zero within [`Limits::stop_time`] and a tick. Without braking it never grows.
+//! - *Energy bounding last*: it only scales a force down, so magnitude, norm and envelope hold after it. The rate limit
+//!   holds back a force that grows, not one that this guard takes away: zero must always be possible.
 //! - *Magnitude, norm and rate at once*: with a norm limit the force moves straight towards the wanted one,
 //!   limited and scaled into the set of allowed forces; that set is convex, so no step leaves it. Without one
 //!   each axis is slewed and limited on its own.
 //! - *Velocity*: v ← v + (1 − e^(−ωT))·(Δ/T − v), first order with the bandwidth of [`Limits`].
-//! - *After a fault or stop* the force is braking −b·v that fades out, then zero. None after a position that
-//!   is not finite, nor after [`Fault::CurrentMismatch`]: a damper needs its sensor and its actuator.
+//! - *After a fault or stop* braking −b·v is wanted, which fades out with the envelope. None after a position that
+//!   is not finite, stands still or jumps, nor after [`Fault::CurrentMismatch`]: a damper needs its sensor and its
+//!   actuator.
+//! - *Plausibility*: a position that stands still while the force grows ([`Stuck`]) and one that jumps further than
+//!   the speed limit allows ([`Limits::jump`]) are faults.
 //! - *Start-up*: zero force. *Cost*: some twenty operations per axis with everything on, a few comparisons
 //!   without; at most two square roots and three divisions; no allocation, no panic.
 
@@ -25,10 +29,11 @@ mod fault;
 mod force;
 mod limits;
 mod motion;
+mod release;
 
 pub use fault::Fault;
 pub use force::{Limiters, SafeForce};
-pub use limits::{Limits, SpeedLimit, StartRefused, Workspace};
+pub use limits::{Limits, SpeedLimit, StartRefused, Stuck, Workspace};
 
 use crate::error::{ParameterError, positive, rounded};
 use crate::guard::{GuardLaw, GuardState};
@@ -37,6 +42,7 @@ use clamps::Clamps;
 use fracdiff::Real;
 use motion::{Motion, MotionLimits};
 use nalgebra::SVector;
+use release::{Release, Released};
 
 /// The chain's immutable part.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,6 +55,7 @@ pub struct SafetyChain<F> {
     /// If anything here depends on the position.
     motion: Option<MotionLimits<F>>,
     guard: Option<GuardLaw<F>>,
+    release: Release<F>,
 }
 
 /// The chain's state: the last force, the latched fault, a wish to stop, the motion and its energy.
@@ -57,6 +64,8 @@ pub struct SafetyState<F, const D: usize> {
     force: SVector<F, D>,
     fault: Option<Fault>,
     stopping: bool,
+    /// Since the first tick after a fault or stop.
+    released: Option<Released<F>>,
     /// Share of the wanted force that is used, 0 to 1.
     risen: F,
     motion: Motion<F, D>,
@@ -69,6 +78,7 @@ impl<F: Real, const D: usize> Default for SafetyState<F, D> {
             force: SVector::from([F::ZERO; D]),
             fault: None,
             stopping: false,
+            released: None,
             risen: F::ZERO,
             motion: Motion::at_rest(),
             guard: GuardState::at_rest(),
@@ -85,7 +95,7 @@ impl<F: Real, const D: usize> SafetyState<F, D> {
 
     /// Latches a fault that something else has found. The first fault stays.
     pub fn trip(&mut self, fault: Fault) {
-        if self.fault.is_none() && fault == Fault::CurrentMismatch {
+        if self.fault.is_none() && !fault.leaves_braking() {
             self.motion.forgo_braking();
         }
         self.fault.get_or_insert(fault);
@@ -102,10 +112,26 @@ impl<F: Real, const D: usize> SafetyState<F, D> {
         self.stopping = true;
     }
 
+    /// Whether the force is on its way to zero, or there.
+    const fn is_released(&self) -> bool {
+        self.fault.is_some() || self.stopping
+    }
+
     /// Whether the force has reached zero on every axis.
     #[must_use]
     pub fn is_at_rest(&self) -> bool {
         self.force.iter().all(|&axis| axis == F::ZERO)
+    }
+
+    /// The next tick comes after so many that did not: the way to zero goes on by them, and a position may have
+    /// moved further.
+    pub fn skip(&mut self, ticks: u64) {
+        // More than 2³² make no difference.
+        let ticks = F::from_f64(f64::from(u32::try_from(ticks).unwrap_or(u32::MAX)));
+        self.motion.skip(ticks);
+        if let Some(released) = &mut self.released {
+            released.skip(ticks);
+        }
     }
 
     /// Clears the fault and the wish to stop. The force goes on from where it is, and rises as after a
@@ -114,6 +140,7 @@ impl<F: Real, const D: usize> SafetyState<F, D> {
     pub fn clear(&mut self) {
         self.fault = None;
         self.stopping = false;
+        self.released = None;
         self.risen = F::ZERO;
         self.motion.rearm();
         if self.is_at_rest() {
@@ -171,7 +198,8 @@ impl<F: Real> SafetyChain<F> {
         };
         let guard = limits.guard.as_ref();
         let moves = limits.workspace.is_some() || limits.speed.is_some();
-        let follows = moves || limits.braking.is_some() || guard.is_some();
+        let follows =
+            moves || limits.braking.is_some() || limits.stuck.is_some() || guard.is_some();
         let motion = if follows {
             Some(MotionLimits::new(limits, sample_time)?)
         } else {
@@ -182,6 +210,7 @@ impl<F: Real> SafetyChain<F> {
             start_force,
             rise,
             motion,
+            release: Release::new(limits, sample_time)?,
             guard: guard
                 .map(|guard| GuardLaw::new(guard, sample_time))
                 .transpose()?,
@@ -226,8 +255,15 @@ impl<F: Real> SafetyChain<F> {
             if is_finite(position_m) {
                 let followed = limits.follow(&mut state.motion, position_m);
                 let within = followed.and_then(|()| limits.breach(&state.motion, position_m));
+                state.motion.skip(F::ZERO);
                 if let Err(fault) = within {
                     state.trip(fault);
+                }
+                let most = self.clamps.magnitude();
+                if !state.is_released()
+                    && limits.stands_still(&mut state.motion, wanted, &state.force, most)
+                {
+                    state.trip(Fault::PositionStuck);
                 }
             } else {
                 state.motion.lose();
@@ -235,7 +271,7 @@ impl<F: Real> SafetyChain<F> {
             }
         }
         let mut limiters = Limiters::NONE;
-        let mut aim = if state.fault.is_some() || state.stopping {
+        let mut aim = if state.is_released() {
             self.released(state, &mut limiters)
         } else {
             self.restrained(state, position_m, wanted, &mut limiters)
@@ -246,7 +282,13 @@ impl<F: Real> SafetyChain<F> {
             limiters.insert(Limiters::FAULT);
             aim = SVector::from([F::ZERO; D]);
         }
+        let envelope = state
+            .is_released()
+            .then(|| self.release.next(&mut state.released, &state.force));
         self.clamps.apply(&mut state.force, &aim, &mut limiters);
+        if let Some(envelope) = envelope {
+            release::hold(&mut state.force, envelope);
+        }
         if let Some(guard) = &self.guard {
             let moved = state.motion.known.then_some(&state.motion.moved);
             if guard.settle(&mut state.guard, moved, &mut state.force) {
@@ -275,7 +317,10 @@ impl<F: Real> SafetyChain<F> {
             guard.steer(&mut state.guard, &state.motion.moved, &none);
         }
         match &self.motion {
-            Some(limits) => limits.fading(&mut state.motion),
+            Some(limits) => {
+                let left = self.release.left(state.released.as_ref());
+                limits.fading(&state.motion, left)
+            }
             None => none,
         }
     }

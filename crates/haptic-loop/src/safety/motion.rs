@@ -3,9 +3,9 @@
 use super::clamps::clamp;
 use super::fault::Fault;
 use super::force::Limiters;
-use super::limits::{Limits, SpeedLimit, Workspace};
+use super::limits::{Limits, SpeedLimit, Stuck, Workspace};
 use crate::error::{ParameterError, positive, range, rounded};
-use fracdiff::Real;
+use fracdiff::{Real, Seconds};
 use nalgebra::SVector;
 
 /// Where a motion is braked: nowhere below `from`, fully at from + 1/`per`.
@@ -49,13 +49,31 @@ pub(super) struct MotionLimits<F> {
     /// Towards high, and towards −low.
     workspace: Option<[Zone<F>; 2]>,
     speed: Option<Zone<F>>,
+    jump: Option<Jump<F>>,
+    stuck: Option<Standstill<F>>,
     /// b, N·s/m.
     braking: F,
-    /// Share of the braking that fades in a sample.
-    fade: F,
 }
 
-/// Last position, velocity, and what is left of the braking after a fault.
+/// The farthest that a position moves in a sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Jump<F> {
+    /// m.
+    allowance: F,
+    /// By the speed limit, m.
+    step: F,
+}
+
+/// See [`Stuck`](super::Stuck).
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Standstill<F> {
+    /// N.
+    force: F,
+    /// Samples.
+    ticks: F,
+}
+
+/// Last position, velocity, for how long it has stood still, and whether braking is left.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Motion<F, const D: usize> {
     last: Option<SVector<F, D>>,
@@ -65,8 +83,14 @@ pub(super) struct Motion<F, const D: usize> {
     pub(super) known: bool,
     /// m/s.
     pub(super) velocity: SVector<F, D>,
-    /// 1 before a fault, then down to 0.
-    left: F,
+    /// Samples before this one that did not come.
+    missed: F,
+    /// Samples since each reading changed, up to the stuck time.
+    still: SVector<F, D>,
+    /// Least magnitude of the wanted force since then, N.
+    least: SVector<F, D>,
+    /// A damper can oppose the motion.
+    brakes: bool,
 }
 
 impl<F: Real, const D: usize> Motion<F, D> {
@@ -76,26 +100,34 @@ impl<F: Real, const D: usize> Motion<F, D> {
             moved: SVector::from([F::ZERO; D]),
             known: false,
             velocity: SVector::from([F::ZERO; D]),
-            left: F::ONE,
+            missed: F::ZERO,
+            still: SVector::from([F::ZERO; D]),
+            least: SVector::from([F::ZERO; D]),
+            brakes: true,
         }
     }
 
-    /// The braking of the next fault is whole again.
+    /// A damper can oppose the motion again.
     pub(super) fn rearm(&mut self) {
-        self.left = F::ONE;
+        self.brakes = true;
+    }
+
+    /// The next position comes after so many that did not.
+    pub(super) fn skip(&mut self, samples: F) {
+        self.missed = samples;
     }
 
     /// Where the device is, is not known, and a force that opposes its motion neither.
     pub(super) fn lose(&mut self) {
         *self = Self {
-            left: F::ZERO,
+            brakes: false,
             ..Self::at_rest()
         };
     }
 
     /// No braking with an actuator that does not obey.
     pub(super) fn forgo_braking(&mut self) {
-        self.left = F::ZERO;
+        self.brakes = false;
     }
 }
 
@@ -108,9 +140,8 @@ impl<F: Real> MotionLimits<F> {
             limits.velocity_bandwidth.0,
             "Hz",
         )?;
-        let fade_time = positive("braking time", limits.braking_time.0, "s")?;
         let braking = match limits.braking {
-            Some(braking) => rounded("braking", positive("braking", braking.0, "N·s/m")?, "N·s/m")?,
+            Some(braking) => accepted_braking(limits, braking.0, sample_time)?,
             None => F::ZERO,
         };
         let follow = -libm::expm1(-core::f64::consts::TAU * bandwidth * sample_time);
@@ -119,12 +150,12 @@ impl<F: Real> MotionLimits<F> {
             follow: rounded("bandwidth of the velocity", follow, "of the sample rate")?,
             workspace: limits.workspace.map(workspace).transpose()?,
             speed: limits.speed.map(speed).transpose()?,
+            jump: jump(limits, sample_time)?,
+            stuck: limits
+                .stuck
+                .map(|stuck| standstill(stuck, sample_time))
+                .transpose()?,
             braking,
-            fade: rounded(
-                "braking time",
-                f64::min(sample_time / fade_time, 1.0),
-                "samples⁻¹",
-            )?,
         })
     }
 
@@ -163,6 +194,12 @@ impl<F: Real> MotionLimits<F> {
         motion: &Motion<F, D>,
         position_m: &SVector<F, D>,
     ) -> Result<(), Fault> {
+        if let Some(jump) = &self.jump {
+            let farthest = jump.allowance + jump.step * (F::ONE + motion.missed);
+            if motion.moved.iter().any(|moved| moved.abs() > farthest) {
+                return Err(Fault::PositionJump);
+            }
+        }
         for (&x, &v) in position_m.iter().zip(&motion.velocity) {
             if let Some([high, low]) = &self.workspace
                 && (x > high.hard || -x > low.hard)
@@ -213,16 +250,96 @@ impl<F: Real> MotionLimits<F> {
         limiters
     }
 
-    /// The force after a fault or stop: braking that fades out, then exactly zero.
+    /// Whether a reading stands still while the force grows: see [`Stuck`](super::Stuck). `wanted` is finite,
+    /// `sent` the last force, `most` the limit of a force.
     #[inline]
-    pub(super) fn fading<const D: usize>(&self, motion: &mut Motion<F, D>) -> SVector<F, D> {
-        if motion.left <= F::ZERO || self.braking <= F::ZERO {
+    pub(super) fn stands_still<const D: usize>(
+        &self,
+        motion: &mut Motion<F, D>,
+        wanted: &SVector<F, D>,
+        sent: &SVector<F, D>,
+        most: F,
+    ) -> bool {
+        let Some(stuck) = &self.stuck else {
+            return false;
+        };
+        let mut stands = false;
+        for axis in 0..D {
+            let wanted = clamp(wanted[axis].abs(), F::ZERO, most);
+            let (still, least) = (&mut motion.still[axis], &mut motion.least[axis]);
+            if motion.moved[axis].abs() > F::ZERO {
+                *still = F::ZERO;
+            } else if *still < stuck.ticks {
+                *still += F::ONE;
+            } else {
+                let grown = wanted > *least + stuck.force;
+                stands |= grown && sent[axis].abs() > stuck.force;
+                if wanted >= *least {
+                    continue;
+                }
+            }
+            *least = wanted;
+        }
+        stands
+    }
+
+    /// The force after a fault or stop: braking, of which this share is left, or none.
+    #[inline]
+    pub(super) fn fading<const D: usize>(&self, motion: &Motion<F, D>, left: F) -> SVector<F, D> {
+        if !motion.brakes || self.braking <= F::ZERO {
             return SVector::from([F::ZERO; D]);
         }
-        let damping = motion.left * self.braking;
-        motion.left -= self.fade;
+        let damping = left * self.braking;
         motion.velocity.map(|v| -(damping * v))
     }
+}
+
+/// Above 0, and at most what the device bears.
+fn accepted_braking<F: Real>(
+    limits: &Limits,
+    braking: f64,
+    sample_time: f64,
+) -> Result<F, ParameterError> {
+    if let Some(mass) = limits.device_mass {
+        positive("mass of the device", mass.0, "kg")?;
+    }
+    let most = limits.braking_max(Seconds(sample_time)).0;
+    let braking = positive("braking", braking, "N·s/m")?;
+    if braking > most {
+        return Err(ParameterError::Braking {
+            value_n_s_per_m: braking,
+            most_n_s_per_m: most,
+            mass_known: limits.device_mass.is_some(),
+        });
+    }
+    rounded("braking", braking, "N·s/m")
+}
+
+fn jump<F: Real>(limits: &Limits, sample_time: f64) -> Result<Option<Jump<F>>, ParameterError> {
+    let Some(jump) = limits.jump else {
+        return Ok(None);
+    };
+    let allowance = positive("jump of the position", jump.0, "m")?;
+    let Some(speed) = limits.speed else {
+        return Ok(None);
+    };
+    Ok(Some(Jump {
+        allowance: rounded("jump of the position", allowance, "m")?,
+        step: rounded("step at the speed limit", speed.hard.0 * sample_time, "m")?,
+    }))
+}
+
+fn standstill<F: Real>(stuck: Stuck, sample_time: f64) -> Result<Standstill<F>, ParameterError> {
+    let force = positive("stuck force", stuck.force.0, "N")?;
+    let time = stuck.time.0;
+    let within = (1e-3..=10.0).contains(&time);
+    range("stuck time", time, within, "in [0.001, 10]", "s")?;
+    // As many as single precision can count.
+    let ticks = libm::ceil(time / sample_time - 1e-9).clamp(1.0, 8_388_608.0);
+    Ok(Standstill {
+        force: rounded("stuck force", force, "N")?,
+        ticks: rounded("stuck time", ticks, "samples")?,
+    })
 }
 
 fn workspace<F: Real>(workspace: Workspace) -> Result<[Zone<F>; 2], ParameterError> {

@@ -57,7 +57,7 @@ const GUARD: Guard = Guard {
 #[test]
 fn every_limit_beyond_its_range_is_refused_by_name() {
     type Change = fn(&mut Limits);
-    let cases: [(Field, &[Change]); 17] = [
+    let cases: [(Field, &[Change]); 19] = [
         (
             Field::StartForce,
             &[
@@ -131,16 +131,59 @@ fn every_limit_beyond_its_range_is_refused_by_name() {
             Field::Braking,
             &[
                 |l| l.braking_n_s_per_m = -1.0,
-                |l| l.braking_n_s_per_m = 1e5,
+                |l| l.braking_n_s_per_m = 5_f32.next_up(),
+                // Half of what 65 g bear with a tick of delay.
+                |l| (l.device_mass_kg, l.braking_n_s_per_m) = (0.065, 21.667),
                 |l| l.braking_n_s_per_m = f32::NAN,
             ],
         ),
         (
-            Field::BrakingTime,
+            Field::StopTime,
             &[
-                |l| l.braking_time_s = 0.0,
-                |l| l.braking_time_s = 11.0,
-                |l| l.braking_time_s = f32::NAN,
+                |l| l.stop_time_s = 0.0,
+                |l| l.stop_time_s = 1_f32.next_up(),
+                |l| l.stop_time_s = f32::NAN,
+            ],
+        ),
+        (
+            Field::BrakeForce,
+            &[
+                |l| l.brake_force_n = -0.1,
+                |l| l.brake_force_n = 10_f32.next_up(),
+                |l| l.brake_force_n = f32::NAN,
+            ],
+        ),
+        (
+            Field::DeviceMass,
+            &[
+                |l| l.device_mass_kg = -1.0,
+                |l| l.device_mass_kg = 1001.0,
+                |l| l.device_mass_kg = f32::NAN,
+            ],
+        ),
+        (
+            Field::StuckForce,
+            &[
+                |l| l.stuck_force_n = -1.0,
+                |l| l.stuck_force_n = f32::INFINITY,
+                |l| l.stuck_force_n = f32::NAN,
+            ],
+        ),
+        (
+            Field::StuckTime,
+            &[
+                |l| l.stuck_time_s = 0.0,
+                |l| l.stuck_time_s = 11.0,
+                |l| l.stuck_time_s = f32::NAN,
+            ],
+        ),
+        (
+            Field::Jump,
+            &[
+                |l| l.jump_m = -1e-3,
+                |l| l.jump_m = 1e-7,
+                |l| l.jump_m = 1.1,
+                |l| l.jump_m = f32::NAN,
             ],
         ),
         (
@@ -229,7 +272,7 @@ fn every_limit_beyond_its_range_is_refused_by_name() {
 #[test]
 fn every_limit_at_the_end_of_its_range_is_good() {
     type Change = fn(&mut Limits);
-    let ends: [Change; 19] = [
+    let ends: [Change; 21] = [
         |l| l.start_force_n = f32::MAX,
         |l| l.start_force_n = f32::MIN_POSITIVE,
         |l| l.rise_time_s = 60.0,
@@ -245,8 +288,12 @@ fn every_limit_at_the_end_of_its_range_is_good() {
         |l| (l.speed_soft_m_per_s, l.speed_hard_m_per_s) = (0.0, 1e-6),
         |l| (l.speed_soft_m_per_s, l.speed_hard_m_per_s) = (1000_f32.next_down(), 1000.0),
         |l| (l.velocity_bandwidth_hz, l.braking_n_s_per_m) = (0.1, f32::MIN_POSITIVE),
-        |l| (l.velocity_bandwidth_hz, l.braking_n_s_per_m) = (1e4, 1e4),
-        |l| (l.braking_time_s, l.guard) = (1e-3, GUARD),
+        |l| (l.velocity_bandwidth_hz, l.braking_n_s_per_m) = (1e4, 5.0),
+        |l| (l.device_mass_kg, l.braking_n_s_per_m, l.device_delay_ticks) = (0.065, 65.0, 0),
+        |l| (l.device_mass_kg, l.braking_n_s_per_m) = (1e-6, 3e-4),
+        |l| (l.stop_time_s, l.brake_force_n) = (1.0, 0.0),
+        |l| (l.stuck_force_n, l.stuck_time_s, l.jump_m) = (f32::MAX, 10.0, 1.0),
+        |l| (l.stop_time_s, l.brake_force_n, l.guard) = (1e-3, 10.0, GUARD),
         |l| (l.guard, l.guard.forget_s, l.guard.share) = (GUARD, 0.0, 1e-3),
         |l| (l.guard, l.guard.damping_n_s_per_m) = (GUARD, 1e-6),
         |l| {
@@ -328,9 +375,18 @@ fn what_a_chain_on_the_host_has_goes_over_the_wire_and_is_good() {
             [
                 wire.velocity_bandwidth_hz,
                 wire.braking_n_s_per_m,
-                wire.braking_time_s
+                wire.stop_time_s
             ],
-            [30.0, 5.0, 0.2]
+            [30.0, 5.0, 0.1]
+        );
+        assert_eq!(
+            [
+                wire.brake_force_n,
+                wire.stuck_force_n,
+                wire.stuck_time_s,
+                wire.jump_m
+            ],
+            [2.0, 3.0, 0.1, 1e-3]
         );
         let mut bench = Bench::ideal();
         set(&mut bench, plain(100.0, wire)).expect("good parameters");

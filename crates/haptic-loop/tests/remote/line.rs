@@ -271,6 +271,7 @@ pub(crate) fn spring() -> (Configuration, [f32; 2]) {
         ..Configuration::PASSIVE
     };
     configuration.limits.force_rate_n_per_s = 10_000.0;
+    configuration.limits.watchdog_ms = LoopMode::Host.watchdog_ms();
     // What is applied is what is wanted.
     configuration.limits.rise_time_s = 0.0;
     (configuration, [1000.0, -1000.0])

@@ -56,8 +56,20 @@ pub struct SafetyParameters {
     pub velocity_bandwidth_hz: f32,
     /// Damping that brakes.
     pub braking_n_s_per_m: f32,
-    /// Time in which it fades out after a fault or stop.
-    pub braking_time_s: f32,
+    /// Time in which the force falls to zero after a fault or stop.
+    pub stop_time_s: f32,
+    /// Largest force of the braking meanwhile.
+    pub brake_force_n: f32,
+    /// Mass of the device; null for unknown.
+    pub device_mass_kg: Option<f32>,
+    /// From a force to its effect.
+    pub device_delay_ticks: u8,
+    /// Growth of the wanted force on a sensor that stands still.
+    pub stuck_force_n: f32,
+    /// Time for which it has to have stood still.
+    pub stuck_time_s: f32,
+    /// Largest move in a tick beyond the speed limit.
+    pub jump_m: f32,
     /// Passivity guard.
     pub guard: Option<GuardParameters>,
 }
@@ -101,7 +113,13 @@ impl SafetyParameters {
             speed_soft_m_per_s: limits.speed_soft_m_per_s,
             velocity_bandwidth_hz: limits.velocity_bandwidth_hz,
             braking_n_s_per_m: limits.braking_n_s_per_m,
-            braking_time_s: limits.braking_time_s,
+            stop_time_s: limits.stop_time_s,
+            brake_force_n: limits.brake_force_n,
+            device_mass_kg: (limits.device_mass_kg > 0.0).then_some(limits.device_mass_kg),
+            device_delay_ticks: limits.device_delay_ticks,
+            stuck_force_n: limits.stuck_force_n,
+            stuck_time_s: limits.stuck_time_s,
+            jump_m: limits.jump_m,
             guard: kind.map(|kind| GuardParameters {
                 kind,
                 damping_n_s_per_m: guard.damping_n_s_per_m,

@@ -1,0 +1,126 @@
+//! The way of a force to zero.
+
+use super::clamps::clamp;
+use super::limits::Limits;
+use crate::error::{ParameterError, range, rounded};
+use fracdiff::Real;
+use nalgebra::SVector;
+
+/// The envelope after a fault, a stop or the end of a run.
+///
+/// ```text
+/// |f| ≤ (1 − k/n)·max(|f₀|, brake force)      k = 1, 2, …: ticks since then,   n = ⌈stop time/T⌉
+/// ```
+/// f₀ is the force of the moment, |·| the Euclidean norm. It holds whatever the rate limit, and scales towards zero,
+/// so a force within convex limits stays there. *Rounding*: exact with one axis, one rounding of the force with more.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Release<F> {
+    /// n.
+    ticks: F,
+    /// 1/n.
+    share: F,
+    /// N.
+    brake_force: F,
+}
+
+/// A force on its way to zero.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Released<F> {
+    /// Where the envelope begins, N.
+    from: F,
+    /// n − k.
+    left: F,
+}
+
+impl<F: Real> Released<F> {
+    /// Ticks that did not come count too.
+    pub(super) fn skip(&mut self, ticks: F) {
+        self.left = clamp(self.left - ticks, F::ZERO, self.left);
+    }
+}
+
+impl<F: Real> Release<F> {
+    /// # Errors
+    /// A time or force outside the range that its field states.
+    pub(super) fn new(limits: &Limits, sample_time: f64) -> Result<Self, ParameterError> {
+        let (stop, brake) = (limits.stop_time.0, limits.brake_force.0);
+        let [least, most] = Limits::STOP_TIME_S;
+        let within = stop >= least && stop <= most;
+        range("stop time", stop, within, "in [0.001, 1]", "s")?;
+        let within = brake >= 0.0 && brake <= Limits::BRAKE_FORCE_MAX_N;
+        range("brake force", brake, within, "in [0, 10]", "N")?;
+        // A ratio just above a whole number is that number. More than 2²³ ticks could not be counted in single
+        // precision: a force that is zero earlier does no harm.
+        let ticks = libm::ceil(stop / sample_time - 1e-9).clamp(1.0, 8_388_608.0);
+        Ok(Self {
+            ticks: rounded("stop time", ticks, "samples")?,
+            share: rounded("stop time", 1.0 / ticks, "samples⁻¹")?,
+            brake_force: rounded("brake force", brake, "N")?,
+        })
+    }
+
+    /// The share of the braking that is left before this tick, from 1 down.
+    #[inline]
+    pub(super) fn left(&self, released: Option<&Released<F>>) -> F {
+        released.map_or(F::ONE, |released| released.left * self.share)
+    }
+
+    /// The envelope of this tick, N; the first begins it at this force.
+    #[inline]
+    pub(super) fn next<const D: usize>(
+        &self,
+        released: &mut Option<Released<F>>,
+        force: &SVector<F, D>,
+    ) -> F {
+        let released = released.get_or_insert_with(|| {
+            let norm = norm(force);
+            Released {
+                from: if norm > self.brake_force {
+                    norm
+                } else {
+                    self.brake_force
+                },
+                left: self.ticks,
+            }
+        });
+        released.skip(F::ONE);
+        released.from * (released.left * self.share)
+    }
+}
+
+/// Scales a force into the envelope; one of 0 N makes it exactly zero.
+#[inline]
+pub(super) fn hold<F: Real, const D: usize>(force: &mut SVector<F, D>, envelope: F) {
+    let some = envelope > F::ZERO;
+    if !some {
+        *force = SVector::from([F::ZERO; D]);
+        return;
+    }
+    let norm = norm(force);
+    if norm > envelope {
+        let scale = envelope / norm;
+        for axis in force {
+            *axis = clamp(*axis * scale, -envelope, envelope);
+        }
+    }
+}
+
+/// The Euclidean norm, without a square that overflows.
+#[inline]
+fn norm<F: Real, const D: usize>(vector: &SVector<F, D>) -> F {
+    let mut largest = F::ZERO;
+    for axis in vector {
+        if axis.abs() > largest {
+            largest = axis.abs();
+        }
+    }
+    if D == 1 || largest <= F::ZERO {
+        return largest;
+    }
+    let mut squares = F::ZERO;
+    for &axis in vector {
+        let share = axis / largest;
+        squares += share * share;
+    }
+    largest * squares.sqrt()
+}
