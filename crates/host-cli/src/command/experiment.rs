@@ -378,7 +378,7 @@ pub fn print_summary(out: &mut dyn Write, report: &Report) -> io::Result<()> {
     if let Some(ratio) = report.final_over_theory {
         writeln!(
             out,
-            "  {quantity:<17} at the end {ratio:.6} times the theory"
+            "  {quantity:<17} at the end {ratio:.6} times the closed form"
         )?;
     }
     print_errors(out, report)?;
@@ -390,7 +390,9 @@ fn print_errors(out: &mut dyn Write, report: &Report) -> io::Result<()> {
     let number = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |v| format!("{v:.2e}"));
     let window = |from_s: Option<f64>, to_s: Option<f64>| {
         let ends = from_s.zip(to_s);
-        ends.map_or_else(String::new, |(from, to)| format!(", from {from} s to {to} s"))
+        ends.map_or_else(String::new, |(from, to)| {
+            format!(", from {from} s to {to} s")
+        })
     };
     let errors = &report.errors;
     match &errors.max_relative_error_reason {
@@ -399,7 +401,10 @@ fn print_errors(out: &mut dyn Write, report: &Report) -> io::Result<()> {
             out,
             "  operator          off by {} at most from the full history of what was recorded{}",
             number(errors.max_relative_error),
-            window(errors.max_relative_error_from_s, errors.max_relative_error_to_s)
+            window(
+                errors.max_relative_error_from_s,
+                errors.max_relative_error_to_s
+            )
         )?,
     }
     match &errors.closed_form_error_reason {
@@ -408,7 +413,10 @@ fn print_errors(out: &mut dyn Write, report: &Report) -> io::Result<()> {
             out,
             "  closed form       off by {} at most{} (sampling alone {}, contact and rig alone {})",
             number(errors.closed_form_error),
-            window(errors.closed_form_error_from_s, errors.closed_form_error_to_s),
+            window(
+                errors.closed_form_error_from_s,
+                errors.closed_form_error_to_s
+            ),
             number(report.discretisation_error),
             number(report.rig_error)
         ),

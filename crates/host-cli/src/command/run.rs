@@ -153,7 +153,11 @@ fn print_wall(out: &mut dyn Write, report: &WallReport) -> io::Result<()> {
         None => writeln!(
             out,
             "  operator          not compared: {}",
-            report.errors.max_relative_error_reason.as_deref().unwrap_or("–")
+            report
+                .errors
+                .max_relative_error_reason
+                .as_deref()
+                .unwrap_or("–")
         )?,
     }
     print_end(out, run)

@@ -264,7 +264,10 @@ mod tests {
         let hold = compared([0.0, 1.0, 1e-15, -0.0], [0.0, 1.0, 1e-17, 0.0], 2.0);
         assert!(reason(hold).starts_with("the closed form is 0 N from 2 s on"));
         let some = reason(compared([0.0, 1.0, 0.5, 0.0], [0.0, 1.0, 0.0, 0.0], 1.0));
-        assert!(some.starts_with("at 2 s the closed form is 0 N and 5.0e-1 N came"), "{some}");
+        assert!(
+            some.starts_with("at 2 s the closed form is 0 N and 5.0e-1 N came"),
+            "{some}"
+        );
         for odd in [f64::NAN, f64::INFINITY] {
             assert!(reason(compared([0.0, odd, 1.0, 1.0], [1.0; 4], 0.0)).starts_with("at 1 s"));
             assert!(reason(compared([0.0; 4], [0.0, odd, 1.0, 1.0], 1.0)).contains("no meaning"));

@@ -97,7 +97,7 @@ pub struct Report {
     pub rig_error: Option<f64>,
     /// How long the operator remembers, s; null for everything.
     pub memory_s: Option<f64>,
-    /// Final value over theory: force in a relaxation, strain in a creep test.
+    /// Final value over its closed form: force in a relaxation, strain in a creep test.
     pub final_over_theory: Option<f64>,
     /// Final strain, in a creep test.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -270,7 +270,7 @@ impl Warnings {
         const NOTABLE: f64 = 0.02;
         let notable = over_theory.filter(|ratio| (ratio - 1.0).abs() > NOTABLE);
         let off = over_theory.map_or_else(String::new, |ratio| {
-            format!("at the end the {what} is {ratio:.3} times the theory; ")
+            format!("at the end the {what} is {ratio:.3} times the closed form; ")
         });
         if let Some(memory_s) = memory_s.filter(|memory_s| *memory_s < duration_s) {
             self.0.push(format!(

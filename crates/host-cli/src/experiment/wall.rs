@@ -416,9 +416,9 @@ impl Wall {
             (Some(have), Some(want)) if settling.stable => {
                 Compared::of_window((have / want - 1.0).abs(), judged)
             }
-            (Some(_), None) => {
-                Compared::without_meaning("no spring holds the push, so there is no place of rest".to_owned())
-            }
+            (Some(_), None) => Compared::without_meaning(
+                "no spring holds the push, so there is no place of rest".to_owned(),
+            ),
             _ => Compared::without_meaning("the wall did not come to rest".to_owned()),
         }
     }
@@ -536,7 +536,7 @@ impl Wall {
             series,
         };
         ChartPage {
-            title: "Pushed into a wall",
+            title: &format!("Pushed into a wall, {run}"),
             subtitle: &subtitle,
             columns: 1,
             charts: vec![
