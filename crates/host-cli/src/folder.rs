@@ -175,6 +175,19 @@ impl OutputFolder {
         extension: &str,
         rows: impl Iterator<Item = R>,
     ) -> Result<String, Failure> {
+        self.write_named_table(extension, &[], rows)
+    }
+
+    /// Writes rows without names of their own, lists or tuples, under these names.
+    ///
+    /// # Errors
+    /// As [`write_table`](Self::write_table).
+    pub fn write_named_table<R: Serialize>(
+        &self,
+        extension: &str,
+        names: &[&str],
+        rows: impl Iterator<Item = R>,
+    ) -> Result<String, Failure> {
         let path = self.file(extension);
         let lost = |error: csv::Error| {
             let message = format!("writing `{}` failed; the log is whole", path.display());
@@ -182,6 +195,9 @@ impl OutputFolder {
         };
         let (new_file, file) = NewFile::create(&path, Leftover::Discard, self.overwrite)?;
         let mut table = csv::Writer::from_writer(BufWriter::with_capacity(1 << 16, file));
+        if !names.is_empty() {
+            table.write_record(names).map_err(lost)?;
+        }
         for row in rows {
             table.serialize(row).map_err(lost)?;
         }

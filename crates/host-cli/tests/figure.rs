@@ -4,7 +4,9 @@ mod picture;
 
 use std::fs;
 
-use host_cli::figure::{Conditions, FigureError, LogFigure, Picture, Quantity, TheoryFigure};
+use host_cli::figure::{
+    Conditions, FigureError, LogFigure, Origin, Picture, Quantity, TheoryFigure,
+};
 use host_cli::record::{NewFileError, TickMessage};
 use picture::texts;
 use resvg::tiny_skia::Pixmap;
@@ -15,11 +17,12 @@ const SCALE: u32 = 2;
 const CONDITIONS: Conditions<'static> = Conditions {
     tissue: "prostate, cancerous",
     order: 0.2247,
+    device: "serial:/dev/ttyACM0",
     scheme: "full:1e-6",
     remark: "5 % strain in 1 s, held",
 };
 
-/// Ramp and hold after theory.md, 9, with a wiggle of 1e-3 as the measurement.
+/// Ramp and hold after theory.md, 9, with a wiggle of 1e-3 as the run.
 struct Relaxation {
     time_s: Vec<f64>,
     force_n: Vec<f64>,
@@ -57,9 +60,10 @@ impl Relaxation {
             title,
             conditions,
             quantity: Quantity::Force,
+            origin: Origin::Rendered,
             time_s: &self.time_s,
-            measured: &self.force_n,
-            theory: &self.theory_n,
+            values: &self.force_n,
+            closed_form: &self.theory_n,
             relative_error: &self.relative_error,
         }
         .draw()
@@ -78,8 +82,9 @@ fn the_relaxation_picture_says_what_is_on_its_axes_and_under_what_conditions() {
         "time / s",
         "force / N",
         "relative error",
-        "measured",
-        "theory",
+        "rendered force",
+        "closed form",
+        "device serial:/dev/ttyACM0",
         "(a) force",
         "(b) force, log–log",
         "(c) relative error",
@@ -100,13 +105,15 @@ fn the_creep_and_log_pictures_say_what_is_on_their_axes() {
         title: "Creep",
         conditions: CONDITIONS,
         quantity: Quantity::Strain,
+        origin: Origin::Simulated,
         time_s: &data.time_s,
-        measured: &data.force_n,
-        theory: &data.theory_n,
+        values: &data.force_n,
+        closed_form: &data.theory_n,
         relative_error: &data.relative_error,
     };
     let creep = creep.draw().expect("draws");
     assert!(creep.svg().contains(">strain</text>") && creep.svg().contains("time / s"));
+    assert!(creep.svg().contains(">simulated strain</text>"));
     assert_sound(&creep, "creep");
 
     let ticks: Vec<TickMessage> = (data.time_s.iter().zip(&data.force_n))
@@ -277,7 +284,7 @@ fn nothing_to_draw_and_slices_that_do_not_match_are_errors() {
     let error = short.draw().expect_err("refuses");
     assert_eq!(
         error.to_string(),
-        "theory has 9 samples where time has 10; both need the same number"
+        "closed form has 9 samples where time has 10; both need the same number"
     );
     let log = LogFigure {
         title: "",

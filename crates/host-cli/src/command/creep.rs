@@ -16,8 +16,9 @@ Writes creep.mcap, creep.csv, creep.svg and creep.png. The masses and the dampin
 rig slow the first second down; the summary says by how much.
 
 Columns of the CSV: time_s; ideal_position_m, by the closed form; position_m, as the loop read it; \
-reaction_force_n, as commanded; full_history_force_n, what the full history of position_m asks for; \
-measured and theory, the strain and its closed form; relative_error between these two.";
+simulated_force_n, the reaction force as commanded; full_history_force_n, the force that the full history of \
+position_m asks for; simulated_strain and closed_form_strain; closed_form_error, relative, of the strain; empty \
+where the closed form is 0. With a device that is no simulation, simulated becomes rendered.";
 
 /// Arguments of `creep`.
 #[derive(Debug, Args)]

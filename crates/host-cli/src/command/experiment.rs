@@ -346,11 +346,6 @@ pub fn progress_bar(samples: u64, output: Output) -> ProgressBar {
 /// Those of `out`.
 pub fn print_summary(out: &mut dyn Write, report: &Report) -> io::Result<()> {
     let run = &report.run;
-    let number = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |v| format!("{v:.2e}"));
-    let compared = |error: Option<f64>, text: String| match error {
-        Some(_) => text,
-        None => "not compared: the run is too short".to_owned(),
-    };
     let quantity = if report.final_strain.is_some() {
         "strain"
     } else {
@@ -383,34 +378,49 @@ pub fn print_summary(out: &mut dyn Write, report: &Report) -> io::Result<()> {
     if let Some(ratio) = report.final_over_theory {
         writeln!(
             out,
-            "  {quantity:<17} at the end {ratio:.6} times the theory"
+            "  {quantity:<17} at the end {ratio:.6} times the closed form"
         )?;
     }
-    writeln!(
-        out,
-        "  operator          {}",
-        compared(
-            report.max_relative_error,
-            format!(
-                "off by {} at most from the full history of what was recorded",
-                number(report.max_relative_error)
-            )
-        )
-    )?;
-    writeln!(
-        out,
-        "  closed form       {}",
-        compared(
-            report.closed_form_error,
-            format!(
-                "off by {} at most (sampling alone {}, contact and rig alone {})",
-                number(report.closed_form_error),
-                number(report.discretisation_error),
-                number(report.rig_error)
-            )
-        )
-    )?;
+    print_errors(out, report)?;
     print_end(out, run)
+}
+
+/// The two errors, each with the samples that it is of.
+fn print_errors(out: &mut dyn Write, report: &Report) -> io::Result<()> {
+    let number = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |v| format!("{v:.2e}"));
+    let window = |from_s: Option<f64>, to_s: Option<f64>| {
+        let ends = from_s.zip(to_s);
+        ends.map_or_else(String::new, |(from, to)| {
+            format!(", from {from} s to {to} s")
+        })
+    };
+    let errors = &report.errors;
+    match &errors.max_relative_error_reason {
+        Some(reason) => writeln!(out, "  operator          not compared: {reason}")?,
+        None => writeln!(
+            out,
+            "  operator          off by {} at most from the full history of what was recorded{}",
+            number(errors.max_relative_error),
+            window(
+                errors.max_relative_error_from_s,
+                errors.max_relative_error_to_s
+            )
+        )?,
+    }
+    match &errors.closed_form_error_reason {
+        Some(reason) => writeln!(out, "  closed form       not compared: {reason}"),
+        None => writeln!(
+            out,
+            "  closed form       off by {} at most{} (sampling alone {}, contact and rig alone {})",
+            number(errors.closed_form_error),
+            window(
+                errors.closed_form_error_from_s,
+                errors.closed_form_error_to_s
+            ),
+            number(report.discretisation_error),
+            number(report.rig_error)
+        ),
+    }
 }
 
 /// Prints what the summaries of all experiments end with.

@@ -280,23 +280,30 @@ fn save(log: &Path, target: &Path, overwrite: bool, output: Output) -> Result<()
 fn plot(log: &Path, out: Option<&Path>, overwrite: bool, output: Output) -> Result<(), Failure> {
     let mut reader = LogReader::open(log)?;
     let mut ticks = Vec::new();
+    let mut conditions = Vec::new();
     for entry in &mut reader {
-        if let Entry::Tick(tick) = entry? {
-            ticks.push(tick);
+        match entry? {
+            Entry::Tick(tick) => ticks.push(tick),
+            Entry::Metadata(record) if record.name == "experiment" => {
+                let named = ["device", "scheme"].into_iter();
+                conditions = named
+                    .filter_map(|key| Some(format!("{key} {}", record.values.get(key)?)))
+                    .collect();
+            }
+            Entry::Metadata(_) | Entry::Event(_) => {}
         }
     }
     let complete = reader.condition().complete;
+    if !complete {
+        conditions.push("cut off or damaged: what could be read".to_owned());
+    }
     let stem = place(None, out, log, "log")?;
     let title = log
         .file_name()
         .map(|name| name.to_string_lossy().into_owned());
     let picture = LogFigure {
         title: title.as_deref().unwrap_or("log"),
-        subtitle: if complete {
-            ""
-        } else {
-            "cut off or damaged: what could be read"
-        },
+        subtitle: &conditions.join("  ·  "),
         ticks: &ticks,
     }
     .draw()?;

@@ -15,9 +15,10 @@ Writes relax.mcap (open it in PlotJuggler or Foxglove), relax.csv, relax.svg and
 In the log a force is positive along the position, so the tissue pushes back with a negative one; \
 in the CSV, the picture and the summary reaction forces are positive.
 
-Columns of the CSV: time_s; ideal_position_m, the indentation asked for; position_m, as the loop read \
-it; reaction_force_n, as commanded; full_history_force_n, what the full history of position_m asks for; \
-measured and theory, the reaction force and its closed form; relative_error between these two.";
+Columns of the CSV: time_s; ideal_position_m, the indentation asked for; position_m, as the loop read it; \
+simulated_force_n, the reaction force as commanded (rendered_force_n with a device that is no simulation); \
+full_history_force_n, the force that the full history of position_m asks for; closed_form_force_n; \
+closed_form_error, relative, of the commanded force; empty where the closed form is 0.";
 
 /// Arguments of `relax`.
 #[derive(Debug, Args)]

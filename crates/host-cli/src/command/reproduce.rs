@@ -65,7 +65,7 @@ impl Arguments {
             let figure = make()?;
             let picture = figure.draw()?;
             let folder = request(format!("figure-{}", figure.id)).prepare()?;
-            let data = folder.write_table("csv", figure.rows())?;
+            let data = folder.write_named_table("csv", &figure.columns(), figure.rows())?;
             let saved = folder.save_picture(&picture)?;
             shown.push(ReportFigure {
                 id: figure.id,

@@ -144,11 +144,22 @@ fn print_wall(out: &mut dyn Write, report: &WallReport) -> io::Result<()> {
         "  force             peak {:.4e} N, at the end {:.4e} N",
         run.peak_force_n, run.final_force_n
     )?;
-    if let Some(error) = report.max_relative_error {
-        writeln!(
+    match report.errors.max_relative_error {
+        Some(error) => writeln!(
             out,
-            "  operator          off by {error:.2e} of the largest force from the full history"
-        )?;
+            "  operator          off by {error:.2e} of the largest force at most from the full history, from {} s to {} s",
+            report.errors.max_relative_error_from_s.unwrap_or_default(),
+            report.errors.max_relative_error_to_s.unwrap_or_default()
+        )?,
+        None => writeln!(
+            out,
+            "  operator          not compared: {}",
+            report
+                .errors
+                .max_relative_error_reason
+                .as_deref()
+                .unwrap_or("–")
+        )?,
     }
     print_end(out, run)
 }

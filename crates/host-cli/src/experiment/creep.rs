@@ -4,7 +4,7 @@
 //! the virtual tissue, and both sink in. The closed form is that of the tissue alone; the masses and
 //! the damping of the rig, 7 N·s/m together, slow the start down.
 
-use super::judge::{creep_strain, largest_error};
+use super::judge::{Compare, creep_strain};
 use super::outcome::Outcome;
 use super::rendering::Rendering;
 use super::report::Report;
@@ -79,21 +79,34 @@ impl Creep {
         let time = &record.time_s;
         let strain_at = |x: &f64| specimen.strain(Metres(*x));
         let strain: Vec<f64> = record.position_m.iter().map(strain_at).collect();
-        let closed_form = |&t: &f64| creep_strain(&material.tissue, self.stress_pa, t);
-        let theory: Vec<f64> = time.iter().map(closed_form).collect();
+        let closed_form: Vec<f64> = (time.iter())
+            .map(|&t| creep_strain(&material.tissue, self.stress_pa, t))
+            .collect();
         let ideal = record.of_every_tick(|x| self.without_rig(x.len()))?;
         let history = record
             .of_every_tick(|x| self.rendering.full_history_force(x))
             .map_err(Failure::Run)?;
+        let compare = |have, want, wanted| {
+            let compare = Compare {
+                time_s: time,
+                have,
+                want,
+                wanted,
+                unit: "",
+            };
+            compare.largest_error(FROM_S)
+        };
         Ok(Outcome {
             quantity: Quantity::Strain,
-            ideal_position_m: theory.iter().map(|&e| specimen.displacement(e).0).collect(),
+            ideal_position_m: (closed_form.iter())
+                .map(|&strain| specimen.displacement(strain).0)
+                .collect(),
             full_history_force_n: history,
-            closed_form_error: largest_error(time, &strain, &theory, FROM_S),
-            discretisation_error: largest_error(time, &ideal, &theory, FROM_S),
-            rig_error: largest_error(time, &strain, &ideal, FROM_S),
-            measured: strain,
-            theory,
+            closed_form_error: compare(&strain, &closed_form, "the closed form"),
+            discretisation_error: compare(&ideal, &closed_form, "the closed form").largest,
+            rig_error: compare(&strain, &ideal, "the strain without a rig").largest,
+            values: strain,
+            closed_form,
         })
     }
 

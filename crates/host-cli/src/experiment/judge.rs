@@ -17,34 +17,133 @@ pub fn full_history(
     Ok(batch::full_history(kernel, order, sample_time, x)?)
 }
 
-/// |have/want − 1|; infinite where nothing was wanted but something came, so never NaN for finite
-/// input.
+/// A wanted value below this share of the largest one counts as nothing: what is left there is rounding, and a
+/// relative error has no meaning.
+const NOTHING: f64 = 1e-9;
+
+/// |have/want − 1|; NaN where it has no meaning, that is where nothing was wanted.
 #[must_use]
 pub fn relative_error(have: f64, want: f64) -> f64 {
-    let difference = (have - want).abs();
-    // 0 of 0 is no error.
-    if difference > 0.0 || difference.is_nan() {
-        difference / want.abs()
+    if want == 0.0 {
+        f64::NAN
     } else {
-        0.0
+        (have - want).abs() / want.abs()
     }
 }
 
-/// The largest relative error from a given time on; `None` if no sample lies there.
-#[must_use]
-pub fn largest_error(time_s: &[f64], have: &[f64], want: &[f64], from_s: f64) -> Option<f64> {
-    let pairs = time_s.iter().zip(have.iter().zip(want));
-    pairs
+/// A row of values beside the ones that were wanted, sample by sample.
+#[derive(Clone, Copy, Debug)]
+pub struct Compare<'a> {
+    /// Time of each sample, s.
+    pub time_s: &'a [f64],
+    /// The values.
+    pub have: &'a [f64],
+    /// The values that were wanted.
+    pub want: &'a [f64],
+    /// Words for these, as in `the closed form`.
+    pub wanted: &'a str,
+    /// Unit of both with a space before it; empty for none.
+    pub unit: &'a str,
+}
+
+/// The largest relative error of a stretch of samples, or why there is none.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Compared {
+    /// The error; `None` where it has no meaning.
+    pub largest: Option<f64>,
+    /// Time of the first sample that was compared, s.
+    pub from_s: Option<f64>,
+    /// Time of the last one, s.
+    pub to_s: Option<f64>,
+    /// Number of samples that were compared.
+    pub samples: u64,
+    /// Why there is no error; `None` if there is one.
+    pub reason: Option<String>,
+}
+
+/// A time without the digits that binary fractions add, s.
+fn plain(time_s: f64) -> f64 {
+    (time_s * 1e9).round() / 1e9
+}
+
+impl Compared {
+    /// No error, for this reason.
+    #[must_use]
+    pub const fn without_meaning(reason: String) -> Self {
+        Self {
+            largest: None,
+            from_s: None,
+            to_s: None,
+            samples: 0,
+            reason: Some(reason),
+        }
+    }
+
+    /// One error of all these samples, which are at least one.
+    #[must_use]
+    pub fn of_window(error: f64, time_s: &[f64]) -> Self {
+        if !error.is_finite() {
+            return Self::without_meaning("a value is not finite".to_owned());
+        }
+        Self {
+            largest: Some(error),
+            from_s: time_s.first().copied().map(plain),
+            to_s: time_s.last().copied().map(plain),
+            samples: time_s.len() as u64,
+            reason: None,
+        }
+    }
+}
+
+impl Compare<'_> {
+    /// The largest relative error from a given time on.
+    ///
+    /// Samples where nothing was wanted and nothing came have no relative error and are passed over. If
+    /// nothing was wanted but something came, or nothing was wanted at all, the error has no meaning.
+    #[must_use]
+    pub fn largest_error(&self, from_s: f64) -> Compared {
+        let wanted = self.want.iter().filter(|want| want.is_finite());
+        let nothing = NOTHING * wanted.fold(0.0, |most: f64, want| most.max(want.abs()));
+        let values = self.time_s.iter().zip(self.have.iter().zip(self.want));
         // Half a nanosecond: times are multiples of T, rounded.
-        .filter(|(time, _)| **time >= from_s - 0.5e-9)
-        .map(|(_, (have, want))| relative_error(*have, *want))
-        .reduce(|most, error| {
-            if error > most || error.is_nan() {
-                error
-            } else {
-                most
+        let mut judged = values
+            .filter(|(time, _)| **time >= from_s - 0.5e-9)
+            .peekable();
+        if judged.peek().is_none() {
+            return Compared::without_meaning(format!(
+                "the run ends at {} s, the comparison begins at {} s",
+                plain(self.time_s.last().copied().unwrap_or(0.0)),
+                plain(from_s)
+            ));
+        }
+        let Self { wanted, unit, .. } = self;
+        let mut compared = Compared::without_meaning(format!(
+            "{wanted} is 0{unit} from {} s on, so a relative error has no meaning",
+            plain(from_s)
+        ));
+        for (&time, (&have, &want)) in judged {
+            // Not `have <= nothing`, which would pass over NaN.
+            if want.abs() <= nothing && !(have.abs() > nothing || have.is_nan()) {
+                continue;
             }
-        })
+            if want.abs() <= nothing || !(have - want).is_finite() {
+                let want = if want.abs() <= nothing { 0.0 } else { want };
+                return Compared::without_meaning(format!(
+                    "at {} s {wanted} is {want}{unit} and {have:.1e}{unit} came, so a relative error has no meaning",
+                    plain(time)
+                ));
+            }
+            let error = relative_error(have, want);
+            compared = Compared {
+                largest: Some(compared.largest.map_or(error, |most| most.max(error))),
+                from_s: compared.from_s.or(Some(plain(time))),
+                to_s: Some(plain(time)),
+                samples: compared.samples + 1,
+                reason: None,
+            };
+        }
+        compared
+    }
 }
 
 /// Strain of a tissue under a step of stress, closed form.
@@ -123,16 +222,56 @@ mod tests {
         }
     }
 
+    const TIME: [f64; 4] = [0.0, 1.0, 2.0, 3.0];
+
+    fn compared(have: [f64; 4], want: [f64; 4], from_s: f64) -> Compared {
+        let compare = Compare {
+            time_s: &TIME,
+            have: &have,
+            want: &want,
+            wanted: "the closed form",
+            unit: " N",
+        };
+        compare.largest_error(from_s)
+    }
+
+    fn reason(compared: Compared) -> String {
+        assert_eq!((compared.largest, compared.samples), (None, 0));
+        assert_eq!((compared.from_s, compared.to_s), (None, None));
+        compared.reason.expect("a reason")
+    }
+
     #[test]
     fn the_largest_error_is_looked_for_in_its_window_only() {
-        let time = [0.0, 1.0, 2.0, 3.0];
         let (have, want) = ([9.0, 1.0, 2.2, 3.0], [1.0, 1.0, 2.0, 3.0]);
-        let error = largest_error(&time, &have, &want, 1.0).expect("samples");
+        let found = compared(have, want, 1.0);
+        let error = found.largest.expect("an error");
         assert!((error - 0.1).abs() < 1e-15, "{error}");
-        assert_eq!(largest_error(&time, &have, &want, 4.0), None);
-        assert_eq!(relative_error(0.0, 0.0), 0.0);
-        assert_eq!(relative_error(1.0, 0.0), f64::INFINITY);
-        let nan = largest_error(&time, &[f64::NAN; 4], &want, 0.0);
-        assert!(nan.expect("samples").is_nan());
+        assert_eq!((found.from_s, found.to_s), (Some(1.0), Some(3.0)));
+        assert_eq!((found.samples, found.reason), (3, None));
+        let late = reason(compared(have, want, 4.0));
+        assert_eq!(late, "the run ends at 3 s, the comparison begins at 4 s");
+    }
+
+    #[test]
+    fn an_error_without_meaning_is_none_with_its_reason() {
+        assert!(relative_error(0.0, 0.0).is_nan() && relative_error(1.0, 0.0).is_nan());
+        // Nothing wanted, nothing came: passed over.
+        let ramp = compared([0.0, 1.0, 2.0, 0.0], [0.0, 1.0, 2.0, 0.0], 0.0);
+        assert_eq!((ramp.largest, ramp.samples), (Some(0.0), 2));
+        assert_eq!((ramp.from_s, ramp.to_s), (Some(1.0), Some(2.0)));
+        // Rounding beside nothing is nothing.
+        let hold = compared([0.0, 1.0, 1e-15, -0.0], [0.0, 1.0, 1e-17, 0.0], 2.0);
+        assert!(reason(hold).starts_with("the closed form is 0 N from 2 s on"));
+        let some = reason(compared([0.0, 1.0, 0.5, 0.0], [0.0, 1.0, 0.0, 0.0], 1.0));
+        assert!(
+            some.starts_with("at 2 s the closed form is 0 N and 5.0e-1 N came"),
+            "{some}"
+        );
+        for odd in [f64::NAN, f64::INFINITY] {
+            assert!(reason(compared([0.0, odd, 1.0, 1.0], [1.0; 4], 0.0)).starts_with("at 1 s"));
+            assert!(reason(compared([0.0; 4], [0.0, odd, 1.0, 1.0], 1.0)).contains("no meaning"));
+            assert!(reason(compared([0.0, odd, 0.0, 0.0], [0.0; 4], 0.0)).starts_with("at 1 s"));
+        }
     }
 }

@@ -1,11 +1,11 @@
 //! From a run and its theory to files and a report: what relaxation and creep share.
 
-use super::judge::{largest_error, relative_error};
+use super::judge::{Compare, Compared, relative_error};
 use super::rendering::Rendering;
-use super::report::{Files, Report, RunReport, Warnings};
+use super::report::{Errors, Files, Report, RunReport, Warnings};
 use super::run::{Ran, Record};
 use crate::failure::Failure;
-use crate::figure::{Conditions, Quantity, TheoryFigure};
+use crate::figure::{Conditions, Origin, Quantity, TheoryFigure};
 
 /// The comparison with the full history begins here, s after contact.
 const FROM_S: f64 = 0.01;
@@ -19,29 +19,26 @@ pub struct Outcome {
     pub ideal_position_m: Vec<f64>,
     /// Force by the full history of the position really recorded, N.
     pub full_history_force_n: Vec<f64>,
-    /// The quantity as measured.
-    pub measured: Vec<f64>,
+    /// The quantity as it was rendered or simulated.
+    pub values: Vec<f64>,
     /// The quantity in closed form.
-    pub theory: Vec<f64>,
-    /// See [`Report`].
-    pub closed_form_error: Option<f64>,
+    pub closed_form: Vec<f64>,
+    /// The comparison of these two.
+    pub closed_form_error: Compared,
     /// See [`Report`].
     pub discretisation_error: Option<f64>,
     /// See [`Report`].
     pub rig_error: Option<f64>,
 }
 
-/// A row of the CSV.
-#[derive(serde::Serialize)]
-struct Row {
-    time_s: f64,
-    ideal_position_m: f64,
-    position_m: f64,
-    reaction_force_n: f64,
-    full_history_force_n: f64,
-    measured: f64,
-    theory: f64,
-    relative_error: f64,
+/// Where the force of a run comes from: without a link, or with a device that simulates its plant, nothing
+/// but a simulation.
+#[must_use]
+pub fn origin(record: &Record) -> Origin {
+    match &record.link {
+        Some(link) if !link.simulated => Origin::Rendered,
+        _ => Origin::Simulated,
+    }
 }
 
 /// Force that the tissue opposes to an indentation, N: the negative of what is commanded.
@@ -56,9 +53,9 @@ pub fn percent(fraction: f64) -> f64 {
 }
 
 impl Outcome {
-    /// |measured/theory − 1|, sample by sample.
+    /// |value/closed form − 1|, sample by sample; NaN where it has no meaning.
     pub fn error(&self) -> Vec<f64> {
-        let pairs = self.measured.iter().zip(&self.theory);
+        let pairs = self.values.iter().zip(&self.closed_form);
         pairs
             .map(|(&have, &want)| relative_error(have, want))
             .collect()
@@ -79,7 +76,7 @@ impl Outcome {
         let Ran { record, folder, .. } = ran;
         let time = &record.time_s;
         let force = reaction(record);
-        let last = self.measured.last().zip(self.theory.last());
+        let last = self.values.last().zip(self.closed_form.last());
         let final_over_theory = last
             .map(|(have, want)| have / want)
             .filter(|r| r.is_finite());
@@ -98,29 +95,22 @@ impl Outcome {
         let mut files = Files::default();
         if record.ended.is_none() {
             let error = self.error();
-            let rows = (0..force.len()).map(|n| Row {
-                time_s: time[n],
-                ideal_position_m: self.ideal_position_m[n],
-                position_m: record.position_m[n],
-                reaction_force_n: force[n],
-                full_history_force_n: self.full_history_force_n[n],
-                measured: self.measured[n],
-                theory: self.theory[n],
-                relative_error: error[n],
-            });
-            files.csv = Some(folder.write_table("csv", rows)?);
+            files.csv = Some(self.write_csv(ran, &force, &error)?);
+            let origin = origin(record);
             let picture = TheoryFigure {
-                title,
+                title: &format!("{title}, {}", origin.word()),
                 conditions: Conditions {
                     tissue: &rendering.material.name,
                     order: rendering.material.order,
+                    device: &rendering.device_name(),
                     scheme: &rendering.scheme.to_string(),
                     remark,
                 },
                 quantity: self.quantity,
+                origin,
                 time_s: time,
-                measured: &self.measured,
-                theory: &self.theory,
+                values: &self.values,
+                closed_form: &self.closed_form,
                 relative_error: &error,
             };
             files.figure = Some(folder.save_picture(&picture.draw()?)?);
@@ -138,17 +128,63 @@ impl Outcome {
                 files,
                 warnings,
             ),
-            max_relative_error: largest_error(time, &force, &self.full_history_force_n, FROM_S),
-            closed_form_error: self.closed_form_error,
+            errors: Errors::new(
+                Compare {
+                    time_s: time,
+                    have: &force,
+                    want: &self.full_history_force_n,
+                    wanted: "the force by the full history",
+                    unit: " N",
+                }
+                .largest_error(FROM_S),
+                self.closed_form_error.clone(),
+            ),
             discretisation_error: self.discretisation_error,
             rig_error: self.rig_error,
             memory_s,
             final_over_theory,
             final_strain: (self.quantity == Quantity::Strain)
-                .then(|| self.measured.last().copied())
+                .then(|| self.values.last().copied())
                 .flatten(),
             precision: rendering.precision_run(),
             contact: rendering.contact,
         })
+    }
+
+    /// Writes the samples under names that say where the force comes from. A sample without a relative error
+    /// has an empty cell.
+    fn write_csv(&self, ran: &Ran, force: &[f64], error: &[f64]) -> Result<String, Failure> {
+        let Ran { record, folder, .. } = ran;
+        let word = origin(record).word();
+        let strain = self.quantity == Quantity::Strain;
+        let (own_force, own_strain) = (format!("{word}_force_n"), format!("{word}_strain"));
+        let mut names = vec![
+            "time_s",
+            "ideal_position_m",
+            "position_m",
+            &own_force,
+            "full_history_force_n",
+        ];
+        if strain {
+            names.extend([&own_strain, "closed_form_strain"]);
+        } else {
+            names.push("closed_form_force_n");
+        }
+        names.push("closed_form_error");
+        let rows = (0..force.len()).map(|n| {
+            let mut row = vec![
+                Some(record.time_s[n]),
+                Some(self.ideal_position_m[n]),
+                Some(record.position_m[n]),
+                Some(force[n]),
+                Some(self.full_history_force_n[n]),
+            ];
+            // The force of a relaxation stands there already.
+            row.extend(strain.then(|| Some(self.values[n])));
+            row.push(Some(self.closed_form[n]));
+            row.push(Some(error[n]).filter(|error| error.is_finite()));
+            row
+        });
+        folder.write_named_table("csv", &names, rows)
     }
 }

@@ -4,7 +4,7 @@
 //! force of the virtual tissue. That force is the result. Source: O. Tokatlı, *Fractional Order
 //! Control in Haptics*, figure 7.2.
 
-use super::judge::largest_error;
+use super::judge::Compare;
 use super::outcome::{Outcome, percent, reaction};
 use super::rendering::Rendering;
 use super::report::Report;
@@ -89,7 +89,7 @@ impl Relaxation {
     }
 
     /// Closed form of the force, N.
-    fn theory(&self, time_s: f64) -> f64 {
+    fn closed_form(&self, time_s: f64) -> f64 {
         let Rendering {
             material, specimen, ..
         } = &self.rendering;
@@ -103,7 +103,7 @@ impl Relaxation {
         let rendering = &self.rendering;
         let time = &record.time_s;
         let force = reaction(record);
-        let theory: Vec<f64> = time.iter().map(|&t| self.theory(t)).collect();
+        let closed_form: Vec<f64> = time.iter().map(|&t| self.closed_form(t)).collect();
         let history = record
             .of_every_tick(|x| rendering.full_history_force(x))
             .map_err(Failure::Run)?;
@@ -116,15 +116,25 @@ impl Relaxation {
             })
             .map_err(Failure::Run)?;
         let hold = self.ramp_time_s + AFTER_RAMP_S;
+        let compare = |have, want, wanted| {
+            let compare = Compare {
+                time_s: time,
+                have,
+                want,
+                wanted,
+                unit: " N",
+            };
+            compare.largest_error(hold)
+        };
         Ok(Outcome {
             quantity: Quantity::Force,
-            closed_form_error: largest_error(time, &force, &theory, hold),
-            discretisation_error: largest_error(time, &ideal, &theory, hold),
-            rig_error: largest_error(time, &history, &ideal, hold),
+            closed_form_error: compare(&force, &closed_form, "the closed form"),
+            discretisation_error: compare(&ideal, &closed_form, "the closed form").largest,
+            rig_error: compare(&history, &ideal, "the force with an ideal rig").largest,
             ideal_position_m: imposed,
             full_history_force_n: history,
-            measured: force,
-            theory,
+            values: force,
+            closed_form,
         })
     }
 

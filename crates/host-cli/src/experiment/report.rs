@@ -1,5 +1,6 @@
 //! What an experiment reports: one JSON object, or a summary for a person.
 
+use super::judge::Compared;
 use super::preflight::Verdict;
 use super::realtime::RealtimeSummary;
 use super::remote::{FrameCounts, LinkSummary};
@@ -86,19 +87,17 @@ pub struct Report {
     /// Of the run.
     #[serde(flatten)]
     pub run: RunReport,
-    /// Commanded force against the full history of the indentation really recorded: largest relative
-    /// error of a sample from 10 ms on. What the operator's memory and precision cost.
-    pub max_relative_error: Option<f64>,
-    /// Against the closed form: force in a relaxation, from 0.1 s after the ramp on; strain in a
-    /// creep test, from 1 s on.
-    pub closed_form_error: Option<f64>,
-    /// What of `closed_form_error` is left with an ideal indenter and the full history: the sampling.
+    /// The two errors, each with the samples that it is of.
+    #[serde(flatten)]
+    pub errors: Errors,
+    /// What of `closed_form_error` is left with an ideal indenter and the full history, over the same samples:
+    /// the sampling.
     pub discretisation_error: Option<f64>,
     /// What of it comes from contact, servo, masses and sensors of the rig.
     pub rig_error: Option<f64>,
     /// How long the operator remembers, s; null for everything.
     pub memory_s: Option<f64>,
-    /// Final value over theory: force in a relaxation, strain in a creep test.
+    /// Final value over its closed form: force in a relaxation, strain in a creep test.
     pub final_over_theory: Option<f64>,
     /// Final strain, in a creep test.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -107,6 +106,54 @@ pub struct Report {
     pub precision: super::Precision,
     /// Contact between indenter and renderer.
     pub contact: super::Contact,
+}
+
+/// Two relative errors, dimensionless, and the samples that each is the largest of. An error without meaning
+/// is null, its times too, and its reason says why.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Errors {
+    /// Commanded force against the full history of the position really recorded: the memory and the precision of
+    /// the operator. In a relaxation or creep test of each sample from 10 ms on; of a wall as a share of the
+    /// largest force.
+    pub max_relative_error: Option<f64>,
+    /// First sample of it, s.
+    pub max_relative_error_from_s: Option<f64>,
+    /// Last sample of it, s.
+    pub max_relative_error_to_s: Option<f64>,
+    /// Number of samples of it.
+    pub max_relative_error_samples: u64,
+    /// Why it is null.
+    pub max_relative_error_reason: Option<String>,
+    /// Against the closed form: force in a relaxation, from 0.1 s after the ramp on; strain in a creep test, from
+    /// 1 s on; mean deflection of a wall over the window at the end.
+    pub closed_form_error: Option<f64>,
+    /// First sample of it, s.
+    pub closed_form_error_from_s: Option<f64>,
+    /// Last sample of it, s.
+    pub closed_form_error_to_s: Option<f64>,
+    /// Number of samples of it.
+    pub closed_form_error_samples: u64,
+    /// Why it is null.
+    pub closed_form_error_reason: Option<String>,
+}
+
+impl Errors {
+    /// Of the comparison with the full history and of that with the closed form.
+    #[must_use]
+    pub fn new(full_history: Compared, closed_form: Compared) -> Self {
+        Self {
+            max_relative_error: full_history.largest,
+            max_relative_error_from_s: full_history.from_s,
+            max_relative_error_to_s: full_history.to_s,
+            max_relative_error_samples: full_history.samples,
+            max_relative_error_reason: full_history.reason,
+            closed_form_error: closed_form.largest,
+            closed_form_error_from_s: closed_form.from_s,
+            closed_form_error_to_s: closed_form.to_s,
+            closed_form_error_samples: closed_form.samples,
+            closed_form_error_reason: closed_form.reason,
+        }
+    }
 }
 
 /// The report of any experiment.
@@ -223,7 +270,7 @@ impl Warnings {
         const NOTABLE: f64 = 0.02;
         let notable = over_theory.filter(|ratio| (ratio - 1.0).abs() > NOTABLE);
         let off = over_theory.map_or_else(String::new, |ratio| {
-            format!("at the end the {what} is {ratio:.3} times the theory; ")
+            format!("at the end the {what} is {ratio:.3} times the closed form; ")
         });
         if let Some(memory_s) = memory_s.filter(|memory_s| *memory_s < duration_s) {
             self.0.push(format!(
@@ -248,7 +295,7 @@ impl Warnings {
         }
     }
 
-    /// What happened to a run, whatever was measured.
+    /// What happened to a run, of any experiment.
     fn run(&mut self, ran: &Ran) {
         let record = &ran.record;
         self.0.extend(record.not_realtime.clone());

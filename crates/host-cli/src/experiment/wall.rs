@@ -11,14 +11,14 @@
 
 mod report;
 
-use super::judge::full_history;
-use super::outcome::reaction;
+use super::judge::{Compared, full_history};
+use super::outcome::{origin, reaction};
 use super::preflight::{Dynamics, Preflight, PreflightRequest, whole_samples};
 use super::pushed::{GONE_M, VirtualWall, force_alone, pushed, safe_force_limit, wall_at_start};
 use super::remote::{
     RemoteDevice, RemoteLaw, RemoteRun, device_name, host_limits, no_operator, portable, push,
 };
-use super::report::{Files, RunReport, Warnings};
+use super::report::{Errors, Files, RunReport, Warnings};
 use super::run::{Pace, Ran, Record, SAMPLES, Schedule, Supervisor, run_logged};
 use super::safety::{GuardChoice, GuardedDevice, Safety};
 use super::sensed::{Sensed, Sensors};
@@ -370,15 +370,26 @@ impl Wall {
     }
 
     /// Commanded force against −(K·x + B·D^μ x) by the full history of x, as a share of the largest.
-    fn operator_error(&self, record: &Record) -> Result<Option<f64>, Failure> {
+    fn operator_error(&self, record: &Record) -> Result<Compared, Failure> {
         let kernel = match self.scheme {
             Scheme::Full { kernel, .. } => kernel,
             _ => Kernel::Grunwald,
         };
-        // The weights of the other kernel are known in closed form below order 1 only.
-        let known = kernel == Kernel::Grunwald || self.order.get() < 1.0;
-        if self.one_sided || record.limited > 0 || !known {
-            return Ok(None);
+        let reason = if record.ended.is_some() {
+            Some("the run was cut short")
+        } else if self.one_sided {
+            Some("a one-sided wall is not compared")
+        } else if record.limited > 0 {
+            Some("the safety chain limited the force")
+        } else if kernel != Kernel::Grunwald && self.order.get() >= 1.0 {
+            Some("the weights of this kernel are known in closed form below order 1 only")
+        } else if record.largest_force_n() == 0.0 {
+            Some("no force was commanded")
+        } else {
+            None
+        };
+        if let Some(reason) = reason {
+            return Ok(Compared::without_meaning(reason.to_owned()));
         }
         let t = self.device.sample_time;
         let derivative = record
@@ -391,7 +402,25 @@ impl Wall {
             .map(|(x, d)| -(self.stiffness_n_per_m * x + self.dissipation_n_s_mu_per_m * d));
         let off = record.force_n.iter().zip(wanted);
         let off = off.fold(0.0, |most: f64, (have, want)| most.max((have - want).abs()));
-        Ok(Some(off / record.largest_force_n()).filter(|error| error.is_finite()))
+        Ok(Compared::of_window(
+            off / record.largest_force_n(),
+            &record.time_s,
+        ))
+    }
+
+    /// Mean deflection over the window at the end against push/(K + k).
+    fn deflection_error(&self, record: &Record, settling: Settling) -> Compared {
+        let window = (self.window_s / self.device.sample_time.0).round() as usize;
+        let judged = &record.time_s[record.time_s.len().saturating_sub(window)..];
+        match (settling.deflection_m, settling.expected_deflection_m) {
+            (Some(have), Some(want)) if settling.stable => {
+                Compared::of_window((have / want - 1.0).abs(), judged)
+            }
+            (Some(_), None) => Compared::without_meaning(
+                "no spring holds the push, so there is no place of rest".to_owned(),
+            ),
+            _ => Compared::without_meaning("the wall did not come to rest".to_owned()),
+        }
     }
 
     fn publish(&self, ran: &Ran, rest_m: Option<f64>) -> Result<WallReport, Failure> {
@@ -428,7 +457,6 @@ impl Wall {
         } else {
             folder.remove_stale_results();
         }
-        let rest = settling.deflection_m.zip(settling.expected_deflection_m);
         Ok(WallReport {
             tissue: None,
             order: self.order.get(),
@@ -440,14 +468,10 @@ impl Wall {
                 files,
                 warnings,
             ),
-            max_relative_error: if whole {
-                self.operator_error(record)?
-            } else {
-                None
-            },
-            closed_form_error: rest
-                .filter(|_| settling.stable)
-                .map(|(have, want)| (have / want - 1.0).abs()),
+            errors: Errors::new(
+                self.operator_error(record)?,
+                self.deflection_error(record, settling),
+            ),
             settling,
             stiffness_n_per_m: self.stiffness_n_per_m,
             dissipation_n_s_mu_per_m: self.dissipation_n_s_mu_per_m,
@@ -478,15 +502,17 @@ impl Wall {
             look,
             colour,
         };
-        let mut positions = vec![series("run", &position, Look::Line, 0)];
+        let run = origin(record).word();
+        let mut positions = vec![series(run, &position, Look::Line, 0)];
         if !rest.is_empty() {
             positions.push(series("place of rest", &rest, Look::Dashed, 1));
         }
         let subtitle = format!(
-            "order μ = {} · K = {} N/m · B = {} N·s^μ/m · scheme {} · push {} N · {}",
+            "order μ = {} · K = {} N/m · B = {} N·s^μ/m · device {} · scheme {} · push {} N · {}",
             self.order,
             six_digits(self.stiffness_n_per_m),
             six_digits(self.dissipation_n_s_mu_per_m),
+            device_name(self.remote.as_ref()),
             self.scheme,
             self.push_n,
             if settling.stable {
@@ -510,7 +536,7 @@ impl Wall {
             series,
         };
         ChartPage {
-            title: "Pushed into a wall",
+            title: &format!("Pushed into a wall, {run}"),
             subtitle: &subtitle,
             columns: 1,
             charts: vec![
@@ -518,7 +544,7 @@ impl Wall {
                 chart(
                     "force of the wall",
                     "force / N",
-                    vec![series("run", &force, Look::Line, 0)],
+                    vec![series(run, &force, Look::Line, 0)],
                 ),
             ],
         }

@@ -20,6 +20,8 @@ const MOST_COLUMNS: usize = 5;
 const BOX_HEIGHTS: [f64; MOST_COLUMNS] = [400.0, 262.0, 176.0, 140.0, 118.0];
 /// Space above the box of a single panel without a caption.
 const TOP_WITHOUT_CAPTION: f64 = 16.0;
+/// Width of a broad line over that of others.
+const BROAD: f64 = 3.0;
 /// Said in a panel that has no point to show, and in one that has but elsewhere.
 const EMPTY: &str = "empty";
 const OUTSIDE: &str = "outside the axes";
@@ -45,8 +47,12 @@ pub enum Look {
     Dashed,
     /// A dotted line in any colour.
     Dotted,
+    /// A broad solid line in any colour, for others to lie on: where they agree, it is seen beneath them.
+    Broad,
     /// A marker at each point, in the shape of its colour.
     Markers,
+    /// The same, but a marker that would cover part of an earlier one of the panel is left out.
+    MarkersApart,
     /// A polygon, closed and lightly filled, outlined as [`Look::Line`]. A point that is not
     /// finite ends one polygon and begins the next one; a polygon within another is a hole.
     Area,
@@ -109,7 +115,7 @@ pub struct Chart<'a> {
 pub struct ChartPage<'a> {
     /// One line above the picture.
     pub title: &'a str,
-    /// One line below it: the conditions.
+    /// The conditions, below it; a line break begins a further line.
     pub subtitle: &'a str,
     /// Panels in a row, 1 to 5; what is beyond is taken as the nearest.
     pub columns: usize,
@@ -314,11 +320,16 @@ impl<'a> Series<'a> {
             Look::Line => Form::Line(stroke(series_dash(self.colour))),
             Look::Dashed => Form::Line(stroke(DASHED)),
             Look::Dotted => Form::Line(stroke(DOTTED)),
+            Look::Broad => Form::Line(Stroke {
+                width: BROAD * sizes.series_width,
+                ..stroke(None)
+            }),
             Look::Area => Form::Area(stroke(series_dash(self.colour))),
-            Look::Markers => Form::Markers {
+            Look::Markers | Look::MarkersApart => Form::Markers {
                 colour,
                 shape: Shape::of_series(self.colour),
                 radius: sizes.marker_radius,
+                apart: self.look == Look::MarkersApart,
             },
         }
     }

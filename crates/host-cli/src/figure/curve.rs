@@ -38,6 +38,8 @@ pub(super) enum Form {
         colour: &'static str,
         shape: Shape,
         radius: f64,
+        /// A marker that would cover part of an earlier one is left out.
+        apart: bool,
     },
 }
 
@@ -177,8 +179,15 @@ impl Curve {
         pieces.filter(|piece| !piece.is_empty()).collect()
     }
 
-    /// Draws the curve with about `most` points in all.
-    pub(super) fn draw(&self, x: &Axis, y: &Axis, edges: BoxEdges, most: usize) -> Drawn {
+    /// Draws the curve with about `most` points in all. `placed` are the middles of the panel's markers so far.
+    pub(super) fn draw(
+        &self,
+        x: &Axis,
+        y: &Axis,
+        edges: BoxEdges,
+        most: usize,
+        placed: &mut Points,
+    ) -> Drawn {
         let mut pieces = self.within(x, y);
         for (x, y) in pieces.iter_mut().flatten() {
             *x = edges.left + *x * (edges.right - edges.left);
@@ -218,8 +227,13 @@ impl Curve {
                 colour,
                 shape,
                 radius,
+                apart: is_apart,
             } => {
-                let middles = scatter(pieces.concat(), most / POINTS_OF_A_MARKER);
+                let mut middles = scatter(pieces.concat(), most / POINTS_OF_A_MARKER);
+                if is_apart {
+                    middles = apart(middles, 2.0 * radius + RIM_WIDTH, placed);
+                }
+                placed.extend(&middles);
                 if !middles.is_empty() {
                     (drawn.markers).push(markers(&middles, shape, radius, colour));
                 }
@@ -245,6 +259,7 @@ impl Form {
                 colour,
                 shape,
                 radius,
+                ..
             } => vec![markers(
                 &[(x + SAMPLE_LENGTH / 2.0, y)],
                 shape,
@@ -290,6 +305,19 @@ fn outline(ring: &Points, edges: BoxEdges) -> Vec<Points> {
         joined = true;
     }
     outline
+}
+
+/// The points at least this far from all before them and from all that are placed already.
+fn apart(points: Points, distance: f64, placed: &Points) -> Points {
+    let mut kept = Points::new();
+    for (x, y) in points {
+        let near =
+            |&(other_x, other_y): &(f64, f64)| f64::hypot(x - other_x, y - other_y) < distance;
+        if !placed.iter().chain(&kept).any(near) {
+            kept.push((x, y));
+        }
+    }
+    kept
 }
 
 /// Simplifies pieces to about `most` points in all, shared out by their lengths.
@@ -380,6 +408,27 @@ mod tests {
         assert_eq!(outline(&inside, EDGES), [closed]);
         let around = vec![(-5.0, -5.0), (105.0, -5.0), (105.0, 55.0), (-5.0, 55.0)];
         assert!(outline(&around, EDGES).is_empty());
+    }
+
+    #[test]
+    fn no_marker_that_is_to_keep_apart_covers_part_of_another() {
+        let line: Points = (0..100)
+            .map(|i| (f64::from(i), 0.5 * f64::from(i)))
+            .collect();
+        let first = apart(line.clone(), 9.0, &Vec::new());
+        let second = apart(
+            line.iter().map(|&(x, y)| (x, y + 5.0)).collect(),
+            9.0,
+            &first,
+        );
+        let all = [first.clone(), second.clone()].concat();
+        assert!(first.len() > 10 && first[0] == line[0], "{first:?}");
+        for (index, a) in all.iter().enumerate() {
+            for b in &all[index + 1..] {
+                assert!(f64::hypot(a.0 - b.0, a.1 - b.1) >= 9.0, "{a:?} {b:?}");
+            }
+        }
+        assert!(apart(line, 9.0, &first).is_empty(), "all are covered");
     }
 
     #[test]

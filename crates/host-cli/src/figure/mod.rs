@@ -29,4 +29,4 @@ pub use chart::{AxisSpec, Chart, ChartPage, Look, Series};
 pub use error::FigureError;
 pub use log_plot::LogFigure;
 pub use render::{Picture, SavedPicture};
-pub use theory::{Conditions, Quantity, TheoryFigure};
+pub use theory::{Conditions, Origin, Quantity, TheoryFigure};

@@ -17,6 +17,8 @@ use super::superscript::raise;
 
 const TITLE_BASELINE: f64 = 34.0;
 const SUBTITLE_BASELINE: f64 = 60.0;
+/// From one line of the subtitle to the next.
+const SUBTITLE_LINE: f64 = 22.0;
 /// From there to the first line of the legend, and to further ones.
 const LEGEND_BELOW: f64 = 28.0;
 const LEGEND_LINE: f64 = 25.0;
@@ -243,12 +245,11 @@ impl Page {
         }
     }
 
-    /// Baseline of title and subtitle.
+    /// Baseline of the last line of title and subtitle.
     fn title_end(&self) -> f64 {
-        if self.subtitle.is_empty() {
-            TITLE_BASELINE
-        } else {
-            SUBTITLE_BASELINE
+        match self.subtitle.lines().count() {
+            0 => TITLE_BASELINE,
+            lines => SUBTITLE_BASELINE + (lines - 1) as f64 * SUBTITLE_LINE,
         }
     }
 
@@ -276,8 +277,11 @@ impl Page {
         let room = PAGE_WIDTH - 2.0 * left;
         let (title, size) = fit(&self.title, TITLE_SIZE, room);
         scene.add(text(&title, left, TITLE_BASELINE, size, INK));
-        let (subtitle, size) = fit(&self.subtitle, SUBTITLE_SIZE, room);
-        scene.add(text(&subtitle, left, SUBTITLE_BASELINE, size, MUTED_INK));
+        for (line, subtitle) in self.subtitle.lines().enumerate() {
+            let (subtitle, size) = fit(subtitle, SUBTITLE_SIZE, room);
+            let baseline = SUBTITLE_BASELINE + line as f64 * SUBTITLE_LINE;
+            scene.add(text(&subtitle, left, baseline, size, MUTED_INK));
+        }
         for (line, entries) in legend.iter().enumerate() {
             let baseline = self.title_end() + LEGEND_BELOW + line as f64 * LEGEND_LINE;
             for (x, entry) in entries {

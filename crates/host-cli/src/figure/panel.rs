@@ -144,9 +144,10 @@ impl Panel {
             extra_attrs: Some(r#"stroke-linejoin="round" fill-rule="evenodd""#.to_owned()),
         };
         insert(scene, group);
-        let (mut lines, mut markers) = (Vec::new(), Vec::new());
+        let (mut lines, mut markers, mut placed) = (Vec::new(), Vec::new(), Vec::new());
         for curve in &self.curves {
-            let mut drawn = curve.draw(&self.x, &self.y, frame.edges, frame.most_points);
+            let (edges, most) = (frame.edges, frame.most_points);
+            let mut drawn = curve.draw(&self.x, &self.y, edges, most, &mut placed);
             for element in drawn.fills {
                 insert(scene, element);
             }

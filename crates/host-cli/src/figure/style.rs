@@ -132,8 +132,8 @@ pub(super) const SMALL: Sizes = Sizes {
 
 /// Theory lies beneath, broad and light, so that a curve on top of it is seen to agree all along.
 pub(super) const THEORY: Stroke = Stroke::solid(ORANGE, 6.0);
-/// What was measured.
-pub(super) const MEASURED: Stroke = Stroke::solid(BLUE, 1.8);
+/// The run.
+pub(super) const RUN: Stroke = Stroke::solid(BLUE, 1.8);
 /// The difference of the two.
 pub(super) const DIFFERENCE: Stroke = Stroke::solid(VERMILION, 1.8);
 

@@ -1,11 +1,11 @@
-//! Measurement against theory: the page that relaxation and creep share.
+//! A run against its closed form: the page that relaxation and creep share.
 //!
 //! Three panels: the quantity against time, linear (a) and log-log (b), and below them the
 //! relative error (c), log-log. The error is drawn as the largest one of each of some 600 equal
 //! steps of log t, because a curve through its sign changes would be a hedge of spikes. An error
 //! of exactly 0 has no place on a logarithmic axis and is left out; one more than ten decades
-//! below the largest lies below the panel. So does, in panel (b), a measured curve where it falls
-//! more than a decade below all theory, as short memory does.
+//! below the largest lies below the panel. So does, in panel (b), the curve of a run where it falls
+//! more than a decade below the closed form everywhere, as short memory does.
 
 use super::FigureError;
 use super::axis::{Axis, Scale, extremes};
@@ -13,7 +13,7 @@ use super::curve::{Curve, Form};
 use super::page::{LegendEntry, Page, Row};
 use super::panel::Panel;
 use super::render::Picture;
-use super::style::{DIFFERENCE, LARGE, MEASURED, Stroke, THEORY};
+use super::style::{DIFFERENCE, LARGE, RUN, Stroke, THEORY};
 use super::thin::{Keep, Points, showable, thin};
 
 /// Bins across a panel of half the page and across a whole one.
@@ -31,6 +31,8 @@ pub struct Conditions<'a> {
     pub tissue: &'a str,
     /// Order μ of the derivative.
     pub order: f64,
+    /// Device, as in `sim` or `serial:/dev/ttyACM0`.
+    pub device: &'a str,
     /// Scheme, as in `full:1e-6`.
     pub scheme: &'a str,
     /// Anything else, as in `5 % strain in 1 s, held for 199 s`; may be empty.
@@ -42,6 +44,7 @@ impl Conditions<'_> {
         let mut parts = vec![
             self.tissue.to_owned(),
             format!("order μ = {}", self.order),
+            format!("device {}", self.device),
             format!("scheme {}", self.scheme),
         ];
         if !self.remark.is_empty() {
@@ -51,7 +54,27 @@ impl Conditions<'_> {
     }
 }
 
-/// What is measured and held against theory.
+/// Where a quantity comes from: the device decides. No instrument measured it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// A simulated device.
+    Simulated,
+    /// A device's own record of what it commanded and read.
+    Rendered,
+}
+
+impl Origin {
+    /// The word for it.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Simulated => "simulated",
+            Self::Rendered => "rendered",
+        }
+    }
+}
+
+/// The quantity that is held against its closed form.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
     /// Force, N.
@@ -79,7 +102,7 @@ impl Quantity {
     }
 }
 
-/// A quantity against time over its theory, and the error below. The slices belong together sample by
+/// A quantity against time over its closed form, and the error below. The slices belong together sample by
 /// sample; what is not finite is left out, and so is what is not positive from the logarithmic panels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TheoryFigure<'a> {
@@ -89,14 +112,16 @@ pub struct TheoryFigure<'a> {
     pub conditions: Conditions<'a>,
     /// What is compared.
     pub quantity: Quantity,
+    /// Where it comes from.
+    pub origin: Origin,
     /// Time since contact or since the force was applied, s: a logarithmic axis begins at the first
     /// positive one.
     pub time_s: &'a [f64],
-    /// The quantity as measured.
-    pub measured: &'a [f64],
-    /// The quantity by theory at the same times.
-    pub theory: &'a [f64],
-    /// Relative error of the quantity; the sign does not matter.
+    /// The quantity.
+    pub values: &'a [f64],
+    /// The quantity in closed form at the same times.
+    pub closed_form: &'a [f64],
+    /// Relative error of the quantity; the sign does not matter, and NaN is left out.
     pub relative_error: &'a [f64],
 }
 
@@ -107,8 +132,8 @@ impl TheoryFigure<'_> {
     /// If there is no sample to draw, or the slices differ in length.
     pub fn draw(&self) -> Result<Picture, FigureError> {
         let slices = [
-            (self.quantity.word(), self.measured),
-            ("theory", self.theory),
+            (self.quantity.word(), self.values),
+            ("closed form", self.closed_form),
             ("relative error", self.relative_error),
         ];
         for (what, slice) in slices {
@@ -120,12 +145,13 @@ impl TheoryFigure<'_> {
                 });
             }
         }
+        let run = format!("{} {}", self.origin.word(), self.quantity.word());
         let page = Page {
             title: self.title.to_owned(),
             subtitle: self.conditions.subtitle(),
             legend: vec![
-                LegendEntry::new("measured", Form::Line(MEASURED)),
-                LegendEntry::new("theory", Form::Line(THEORY)),
+                LegendEntry::new(&run, Form::Line(RUN)),
+                LegendEntry::new("closed form", Form::Line(THEORY)),
                 LegendEntry::new("relative error", Form::Line(DIFFERENCE)),
             ],
             sizes: LARGE,
@@ -154,13 +180,13 @@ impl TheoryFigure<'_> {
         Ok(page.draw())
     }
 
-    /// Measured over theory; a panel that has nothing to show on logarithmic axes says so.
+    /// The run over its closed form; a panel that has nothing to show on logarithmic axes says so.
     fn curves(&self, name: char, caption: String, scale: Scale) -> Result<Panel, FigureError> {
-        let [theory, measured] = [self.theory, self.measured].map(|values| {
+        let [theory, run] = [self.closed_form, self.values].map(|values| {
             let points = showable(self.time_s, values, scale, scale);
             thin(&points, scale, HALF_BINS, Keep::Shape)
         });
-        if measured.is_empty() && scale == Scale::Linear {
+        if run.is_empty() && scale == Scale::Linear {
             return Err(FigureError::Empty {
                 what: self.quantity.word(),
                 samples: self.time_s.len(),
@@ -174,7 +200,7 @@ impl TheoryFigure<'_> {
             caption,
             scale,
             self.quantity.label(),
-            vec![curve(theory, THEORY), curve(measured, MEASURED)],
+            vec![curve(theory, THEORY), curve(run, RUN)],
             floor,
             "no positive values",
         ))
@@ -192,7 +218,7 @@ impl TheoryFigure<'_> {
         let note = if magnitude.iter().any(|error| error.is_finite()) {
             "the error is 0 throughout"
         } else {
-            "no finite error"
+            "no sample has a relative error"
         };
         panel(
             'c',

@@ -80,7 +80,7 @@ impl Verdict {
 /// A claim, judged.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Claim {
-    /// C1 to C12.
+    /// C1 to C12, C4 in two.
     pub id: &'static str,
     /// What the dissertation says, and how that is read here.
     pub statement: &'static str,
@@ -97,7 +97,7 @@ pub struct Claim {
 type Judge = fn(Kind, &Formulas) -> Result<Evidence, AnalysisError>;
 
 /// Identifier, statement with its reading, section, and what computes it.
-const CLAIMS: [(&str, &str, &str, Judge); 12] = [
+const CLAIMS: [(&str, &str, &str, Judge); 13] = [
     (
         "C1",
         "The stability area in the α–β plane grows with μ on [0, 2]. Read as: it increases at each step of 0.1 in μ, device of 4.4.",
@@ -117,10 +117,16 @@ const CLAIMS: [(&str, &str, &str, Judge); 12] = [
         evidence::largest_beta_falls,
     ),
     (
-        "C4",
-        "For larger μ the region changes less with T; likewise with b. Read as: the relative change of its area in the K–B plane from half to twice T, and from half to twice b, falls with μ over 0, 0.5, 1, 1.5, 2.",
+        "C4a",
+        "For larger μ the region changes less with the sample time T. Read as: the relative change of its area in the plane of α = KT²/m and β = BT^(2−μ)/m with the varied T, from half to twice T, falls with μ over 0, 0.5, 1, 1.5, 2, with a hand of 500 N/m and without one.",
         "4.6",
-        evidence::robust_to_delta,
+        evidence::robust_to_time,
+    ),
+    (
+        "C4b",
+        "For larger μ the region changes less with the damping b. Read as: the relative change of its area in the α–β plane, from half to twice b, falls with μ over 0, 0.5, 1, 1.5, 2, with a hand of 500 N/m and without one.",
+        "4.6",
+        evidence::robust_to_damping,
     ),
     (
         "C5",
@@ -136,7 +142,7 @@ const CLAIMS: [(&str, &str, &str, Judge); 12] = [
     ),
     (
         "C7",
-        "(5.1) is necessary and sufficient for passivity, and Colgate's condition at μ = 1. Read as: it is the least damping by Theorem 1 within 1e-9, over μ in steps of 0.1 and three walls.",
+        "The wall is passive if (5.1) holds, which is Colgate's condition at μ = 1. Read as: the damping of (5.1) is at least the least one by Theorem 1, over μ in steps of 0.1 and three walls, and equal to Colgate's at μ = 1.",
         "5.1",
         evidence::corollary_one,
     ),
@@ -228,6 +234,8 @@ mod tests {
             ("C1", Verdict::OnlyExact),
             ("C2", Verdict::Holds),
             ("C3", Verdict::Holds),
+            ("C4a", Verdict::OnlyWithMuir),
+            ("C4b", Verdict::OnlyWithMuir),
             ("C5", Verdict::No),
             ("C6", Verdict::No),
             ("C8", Verdict::Holds),
@@ -235,6 +243,21 @@ mod tests {
         ] {
             assert_eq!(verdict(&truth, id), want, "{id}");
         }
+        let numbers = |id: &str, kind: fn(&Claim) -> &Evidence| {
+            let claim = truth.iter().find(|claim| claim.id == id);
+            kind(claim.expect("judged")).numbers.clone()
+        };
+        // Finding 3: A₃ needs 1.33 times the damping of (5.1) at μ = 1 and at 1.5, and a little more between. For the
+        // exact operator (5.1) is the least damping.
+        let muir = numbers("C7", |claim| &claim.muir);
+        let factor = muir
+            .split_whitespace()
+            .nth(5)
+            .and_then(|word| word.parse().ok());
+        let factor: f64 = factor.unwrap_or_else(|| panic!("{muir}"));
+        assert!((1.33..1.35).contains(&factor), "{muir}");
+        let exact = numbers("C7", |claim| &claim.exact);
+        assert!(exact.contains("at least 1.000000000 times"), "{exact}");
         let c9 = truth.iter().find(|claim| claim.id == "C9").expect("judged");
         assert!(
             c9.exact.numbers.contains("2.000 times"),
@@ -255,8 +278,40 @@ mod tests {
         assert_eq!(verdict(&claims, "C9"), Verdict::Holds);
         assert_eq!(verdict(&claims, "C12"), Verdict::No);
         // The others do not use these formulas.
-        for id in ["C1", "C2", "C3", "C4", "C5", "C6", "C8", "C10", "C11"] {
+        for id in [
+            "C1", "C2", "C3", "C4a", "C4b", "C5", "C6", "C8", "C10", "C11",
+        ] {
             assert_eq!(verdict(&claims, id), verdict(&truth, id), "{id}");
         }
+    }
+
+    #[test]
+    fn corollary_one_says_if_and_not_only_if() {
+        let holds = |kind, passivity| {
+            let formulas = Formulas {
+                passivity,
+                ..Formulas::default()
+            };
+            let evidence = evidence::corollary_one(kind, &formulas).expect("judges");
+            evidence.holds
+        };
+        let exact = |passivity| holds(Kind::Exact, passivity);
+        assert!(exact(corollary_delta));
+        // Enough, and more than enough but at μ = 1: the claim still holds.
+        let careful = |order: Order, alpha: f64, beta: f64| {
+            let factor = if order.get() == 1.0 { 1.0 } else { 1.5 };
+            corollary_delta(order, alpha, beta).map(|delta| factor * delta)
+        };
+        assert!(exact(careful));
+        // Not Colgate's at μ = 1; too little at another order.
+        assert!(!exact(|order, alpha, beta| corollary_delta(
+            order, alpha, beta
+        )
+        .map(|d| 1.5 * d)));
+        assert!(!exact(|order, alpha, beta| {
+            let factor = if order.get() == 1.0 { 1.0 } else { 0.99 };
+            corollary_delta(order, alpha, beta).map(|delta| factor * delta)
+        }));
+        assert!(!holds(Kind::Muir, corollary_delta));
     }
 }

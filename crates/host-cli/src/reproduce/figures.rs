@@ -1,109 +1,17 @@
 //! The figures of the dissertation, as data and picture.
 
-use super::evidence::{SENSITIVITY_WALL, passive_boundary, region};
+use super::evidence::{SENSITIVITY_WALL, passive_boundary};
+use super::figure::{Axis, Curve, Figure, Panel, per_order, refused, share_axes};
 use super::relaxation::relax;
-use super::{DAMPING_N_S_PER_M, DELTA, Kind, MASS_KG, ORDERS, SAMPLE_TIME_S};
+use super::walls::{ALPHA, BETA, border, region_matrix, regions};
+use super::{DAMPING_N_S_PER_M, DELTA, Kind, ORDERS, SAMPLE_TIME_S};
 use crate::experiment::{Sensors, ZWidth, dissertation_device};
 use crate::failure::Failure;
-use crate::figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
+use crate::figure::{Look, Scale};
 use fracdiff::{Order, Seconds};
 use haptic_analysis::{AnalysisError, ClosedLoop, Environment, Nondimensional, SampledLoop};
 use haptic_loop::units::Newtons;
-use serde::Serialize;
 use std::f64::consts::PI;
-
-/// A curve of a figure.
-#[derive(Clone, Debug)]
-pub struct Curve {
-    /// For the data.
-    pub name: String,
-    /// For the legend; empty for none.
-    pub legend: String,
-    /// x, y.
-    pub points: Vec<(f64, f64)>,
-    /// How it is drawn.
-    pub look: Look,
-    /// Which colour.
-    pub colour: usize,
-}
-
-/// A panel of a figure.
-#[derive(Clone, Debug)]
-pub struct Panel {
-    /// Above it.
-    pub caption: String,
-    /// Label and scale of the horizontal axis.
-    pub x: (&'static str, Scale),
-    /// Of the vertical one.
-    pub y: (&'static str, Scale),
-    /// Its curves.
-    pub curves: Vec<Curve>,
-}
-
-/// A figure of the dissertation, made again.
-#[derive(Clone, Debug)]
-pub struct Figure {
-    /// Its number there.
-    pub id: &'static str,
-    /// What it shows.
-    pub title: &'static str,
-    /// Parameters, and which of them are our choice.
-    pub conditions: String,
-    /// Panels side by side.
-    pub columns: usize,
-    /// The panels.
-    pub panels: Vec<Panel>,
-}
-
-/// A row of a figure's CSV.
-#[derive(Debug, Serialize)]
-pub struct Row<'a> {
-    panel: &'a str,
-    curve: &'a str,
-    x: f64,
-    y: f64,
-}
-
-impl Figure {
-    /// The picture.
-    ///
-    /// # Errors
-    /// If no curve has a point.
-    pub fn draw(&self) -> Result<Picture, FigureError> {
-        let charts = self.panels.iter().map(|panel| Chart {
-            caption: &panel.caption,
-            x: AxisSpec::new(panel.x.0, panel.x.1),
-            y: AxisSpec::new(panel.y.0, panel.y.1),
-            series: panel
-                .curves
-                .iter()
-                .map(|curve| Series::new(&curve.legend, &curve.points, curve.look, curve.colour))
-                .collect(),
-        });
-        ChartPage {
-            title: &format!("Figure {}: {}", self.id, self.title),
-            subtitle: &self.conditions,
-            columns: self.columns,
-            charts: charts.collect(),
-        }
-        .draw()
-    }
-
-    /// The data.
-    pub fn rows(&self) -> impl Iterator<Item = Row<'_>> {
-        self.panels.iter().flat_map(|panel| {
-            panel.curves.iter().flat_map(|curve| {
-                curve.points.iter().map(|&(x, y)| Row {
-                    panel: &panel.caption,
-                    curve: &curve.name,
-                    x,
-                    // Not −0.
-                    y: y + 0.0,
-                })
-            })
-        })
-    }
-}
 
 type Make = fn() -> Result<Figure, Failure>;
 
@@ -120,31 +28,6 @@ pub const FIGURES: [Make; 9] = [
     relaxation,
 ];
 
-fn refused(error: AnalysisError) -> Failure {
-    Failure::Run(error.into())
-}
-
-/// One curve an order.
-fn per_order(
-    orders: &[f64],
-    look: Look,
-    points: impl Fn(f64) -> Result<Vec<(f64, f64)>, AnalysisError>,
-) -> Result<Vec<Curve>, Failure> {
-    orders
-        .iter()
-        .enumerate()
-        .map(|(colour, &mu)| {
-            Ok(Curve {
-                name: format!("μ = {mu}"),
-                legend: format!("μ = {mu}"),
-                points: points(mu).map_err(refused)?,
-                look,
-                colour,
-            })
-        })
-        .collect()
-}
-
 /// `count` values from `low` to `high` in equal steps of their logarithm.
 fn logarithmic(low: f64, high: f64, count: u32) -> impl Iterator<Item = f64> {
     let ratio = (high / low).ln() / f64::from(count - 1);
@@ -152,69 +35,78 @@ fn logarithmic(low: f64, high: f64, count: u32) -> impl Iterator<Item = f64> {
 }
 
 fn coefficients() -> Result<Figure, Failure> {
-    const THETA: (&str, Scale) = ("digital frequency θ / rad", Scale::Linear);
+    const THETA: Axis = Axis::linear("digital frequency θ / rad", "theta_rad");
     let orders = [0.0, 0.25, 0.5, 1.0, 1.5, 2.0];
-    let panel = |caption: &str, label, value: fn(f64, f64) -> f64| {
-        let curves = per_order(&orders, Look::Line, |mu| {
+    let panel = |caption: &str, y, value: fn(f64, f64) -> f64| {
+        let curves = per_order(&orders, &orders, Look::Line, |mu| {
             let thetas = (1..=300).map(|i| PI * f64::from(i) / 300.0);
             Ok(thetas.map(|theta| (theta, value(mu, theta))).collect())
         })?;
         Ok::<_, Failure>(Panel {
             caption: caption.to_owned(),
             x: THETA,
-            y: (label, Scale::Linear),
+            y,
             curves,
+            repeats: false,
         })
     };
+    let magnitude = Axis::linear("(2 sin θ/2)^μ", "magnitude");
+    let stiffness = Axis::linear("cos(μ(π − θ)/2)", "stiffness_coefficient");
+    let damping = Axis::linear("sin(μ(π − θ)/2)", "damping_coefficient");
     Ok(Figure {
         id: "3.3",
         title: "coefficients of effective stiffness and damping",
         conditions: "exact operator; orders chosen here".to_owned(),
         columns: 3,
         panels: vec![
-            panel("magnitude", "(2 sin θ/2)^μ", |mu, theta| {
+            panel("magnitude", magnitude, |mu, theta| {
                 (2.0 * (0.5 * theta).sin()).powf(mu)
             })?,
-            panel("stiffness", "cos(μ(π − θ)/2)", |mu, theta| {
+            panel("stiffness", stiffness, |mu, theta| {
                 (0.5 * mu * (PI - theta)).cos()
             })?,
-            panel("damping", "sin(μ(π − θ)/2)", |mu, theta| {
+            panel("damping", damping, |mu, theta| {
                 (0.5 * mu * (PI - theta)).sin()
             })?,
         ],
     })
 }
 
-/// Two panels, effective stiffness and damping over frequency.
+const OMEGA: Axis = Axis::log("frequency ω / rad·s⁻¹", "omega_rad_s");
+const STIFFNESS: Axis = Axis::linear("effective stiffness / N·m⁻¹", "effective_stiffness_n_per_m");
+const DAMPING: Axis = Axis::linear("effective damping / N·s·m⁻¹", "effective_damping_n_s_per_m");
+
+/// Two panels, effective stiffness and damping over frequency, of some of all orders.
 fn effective(
-    orders: &[f64],
+    (orders, all): (&[f64], &[f64]),
     what: &str,
+    (stiffness_axis, damping_axis): (Axis, Axis),
     stiffness: impl Fn(f64) -> Result<Vec<(f64, f64)>, AnalysisError>,
     damping: impl Fn(f64) -> Result<Vec<(f64, f64)>, AnalysisError>,
 ) -> Result<[Panel; 2], Failure> {
-    const OMEGA: (&str, Scale) = ("frequency ω / rad·s⁻¹", Scale::Log);
+    let panel = |name: &str, y, curves| Panel {
+        caption: format!("{name}{what}"),
+        x: OMEGA,
+        y,
+        curves,
+        repeats: false,
+    };
+    let stiffness = per_order(orders, all, Look::Line, stiffness)?;
+    let damping = per_order(orders, all, Look::Line, damping)?;
     Ok([
-        Panel {
-            caption: format!("stiffness{what}"),
-            x: OMEGA,
-            y: ("effective stiffness / N·m⁻¹", Scale::Linear),
-            curves: per_order(orders, Look::Line, stiffness)?,
-        },
-        Panel {
-            caption: format!("damping{what}"),
-            x: OMEGA,
-            y: ("effective damping / N·s·m⁻¹", Scale::Linear),
-            curves: per_order(orders, Look::Line, damping)?,
-        },
+        panel("stiffness", stiffness_axis, stiffness),
+        panel("damping", damping_axis, damping),
     ])
 }
 
 fn environment() -> Result<Figure, Failure> {
     const T: f64 = 1e-3;
+    const DISSIPATION: f64 = 100.0;
+    let all = [0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0];
     let points = |mu: f64, value: fn(&haptic_analysis::Effective) -> f64| {
         let environment = Environment {
             stiffness_n_per_m: 10_000.0,
-            dissipation_n_s_mu_per_m: 100.0,
+            dissipation_n_s_mu_per_m: DISSIPATION,
             order: Order::new(mu)?,
             sample_time_s: T,
         };
@@ -226,16 +118,21 @@ fn environment() -> Result<Figure, Failure> {
             })
             .collect()
     };
-    // Two rows, because the terms of the higher orders are larger by decades.
+    // Rows, because the terms of the higher orders are larger by decades. Up to order 1 the stiffness is positive,
+    // so that a logarithmic axis tells the orders apart; the damping of order 0 is 0, which is not to lie on the
+    // frame.
+    let stiffness = Axis::log(STIFFNESS.label, STIFFNESS.column);
+    let damping = DAMPING.between(-0.05 * DISSIPATION, 1.05 * DISSIPATION);
     let mut panels = Vec::new();
-    for (orders, what) in [
-        (&[0.0, 0.25, 0.5, 0.75, 1.0][..], ", μ ≤ 1"),
-        (&[1.25, 1.5, 1.75][..], ", μ > 1"),
-        (&[2.0][..], ", μ = 2"),
+    for (orders, what, axes) in [
+        (&all[..5], ", μ ≤ 1", (stiffness, damping)),
+        (&all[5..7], ", μ = 1.25 and 1.5", (STIFFNESS, DAMPING)),
+        (&all[7..], ", μ = 1.75 and 2", (STIFFNESS, DAMPING)),
     ] {
         panels.extend(effective(
-            orders,
+            (orders, &all),
             what,
+            axes,
             |mu| points(mu, |at| at.stiffness_n_per_m),
             |mu| points(mu, |at| at.damping_n_s_per_m),
         )?);
@@ -246,42 +143,6 @@ fn environment() -> Result<Figure, Failure> {
         conditions: "K = 10 N/mm, B = 0.1 N·s^μ/mm, T = 1 ms; exact operator".to_owned(),
         columns: 2,
         panels,
-    })
-}
-
-/// The outline of a region as β, α; closed.
-fn outline(kind: Kind, mu: f64, delta: f64, gamma: f64) -> Result<Vec<(f64, f64)>, AnalysisError> {
-    let Some(area) = region(kind, mu, delta, gamma, 400)? else {
-        return Ok(Vec::new());
-    };
-    let Some(polygon) = area.polygons.first() else {
-        return Ok(Vec::new());
-    };
-    let closed = polygon.points.iter().chain(polygon.points.first());
-    Ok(closed.map(|p| (p.beta, p.alpha)).collect())
-}
-
-const BETA: (&str, Scale) = ("dissipation β = BT^{2−μ}/m", Scale::Linear);
-const ALPHA: (&str, Scale) = ("stiffness α = KT²/m", Scale::Linear);
-
-fn regions() -> Result<Figure, Failure> {
-    let panel = |kind: Kind, caption: &str| {
-        Ok::<_, Failure>(Panel {
-            caption: caption.to_owned(),
-            x: BETA,
-            y: ALPHA,
-            curves: per_order(&ORDERS, Look::Area, |mu| outline(kind, mu, DELTA, 0.0))?,
-        })
-    };
-    Ok(Figure {
-        id: "4.1",
-        title: "stable walls for five orders",
-        conditions: format!("m = 65 g, b = 3.5 N·s/m, T = 2 ms (δ = {DELTA:.5}), no hand"),
-        columns: 2,
-        panels: vec![
-            panel(Kind::Muir, "with A₃, as in the dissertation")?,
-            panel(Kind::Exact, "with the exact operator")?,
-        ],
     })
 }
 
@@ -315,15 +176,16 @@ fn zwidth() -> Result<Figure, Failure> {
             force_limit_n: 100.0,
         };
         let report = experiment.run(&|_| {})?;
-        let mut curves = per_order(&ORDERS, Look::Line, |mu| {
-            outline(Kind::Muir, mu, DELTA, 0.0)
+        let mut curves = per_order(&ORDERS, &ORDERS, Look::Line, |mu| {
+            border(Kind::Muir, mu, DELTA, 0.0)
         })?;
         for (colour, order) in report.orders.iter().enumerate() {
             curves.push(Curve {
                 name: format!("simulated, μ = {}", order.order),
-                legend: if colour == 0 { "simulated" } else { "" }.to_owned(),
+                // One entry with the line of theory.
+                legend: format!("μ = {}", order.order),
                 points: order.boundary.iter().map(|p| (p.beta, p.alpha)).collect(),
-                look: Look::Markers,
+                look: Look::MarkersApart,
                 colour,
             });
         }
@@ -332,60 +194,43 @@ fn zwidth() -> Result<Figure, Failure> {
             x: BETA,
             y: ALPHA,
             curves,
+            repeats: false,
         })
     };
+    let mut panels = vec![
+        panel("ideal device", false)?,
+        panel("realistic device", true)?,
+    ];
+    share_axes(&mut panels);
+    // The part of the plane that the realistic device reaches, enlarged.
+    let simulated = |panel: &Panel| {
+        let curves = panel.curves.iter().cloned();
+        let curves = curves.filter(|curve| curve.look == Look::MarkersApart);
+        Panel {
+            curves: curves.collect(),
+            ..panel.clone()
+        }
+    };
+    let mut reach = [simulated(&panels[1])];
+    share_axes(&mut reach);
+    let enlarged = |panel: &Panel| Panel {
+        caption: format!("{}, enlarged", panel.caption),
+        x: reach[0].x,
+        y: reach[0].y,
+        repeats: true,
+        ..panel.clone()
+    };
+    let enlarged: Vec<Panel> = panels.iter().map(enlarged).collect();
+    panels.extend(enlarged);
     Ok(Figure {
         id: "4.3",
-        title: "Z-width by experiment on the simulated device, over theory",
-        conditions: "A₃; 1 N for 5 s, 0.1 mm in the last 0.4 s; realistic (our choice): 1 µm encoder, 0.05 N friction, \
-                     1 ms delay, 1 ms current lag"
+        title: "largest stable stiffness, simulated, over theory",
+        conditions: "A₃; markers: simulated, 1 N for 5 s, stable if within 0.1 mm rms over the last 0.4 s; lines: \
+                     theory of the ideal device\n\
+                     realistic (our choice): 1 µm encoder, 0.05 N friction, 1 ms delay, 1 ms current lag; markers \
+                     that would cover others are left out"
             .to_owned(),
         columns: 2,
-        panels: vec![panel("ideal device", false)?, panel("realistic device", true)?],
-    })
-}
-
-fn region_matrix() -> Result<Figure, Failure> {
-    let mut panels = Vec::new();
-    for mu in ORDERS {
-        // `stretch` is T over the T of the axes: the same wall has α and β of T² and T^(2−μ).
-        let mut column =
-            |what: &str, values: [(f64, f64, f64, f64); 3]| -> Result<(), Failure> {
-                let curves = values.into_iter().enumerate().map(
-                    |(colour, (factor, delta, gamma, stretch))| {
-                        let points = outline(Kind::Muir, mu, delta, gamma).map_err(refused)?;
-                        let scaled = points.into_iter().map(|(beta, alpha)| {
-                            (beta / stretch.powf(2.0 - mu), alpha / stretch.powi(2))
-                        });
-                        Ok(Curve {
-                            name: format!("value × {factor}"),
-                            legend: format!("value × {factor}"),
-                            points: scaled.collect(),
-                            look: Look::Area,
-                            colour,
-                        })
-                    },
-                );
-                panels.push(Panel {
-                    caption: format!("μ = {mu}, {what}"),
-                    x: ("β", Scale::Linear),
-                    y: ("α", Scale::Linear),
-                    curves: curves.collect::<Result<_, Failure>>()?,
-                });
-                Ok(())
-            };
-        column("T", [0.5, 1.0, 2.0].map(|f| (f, f * DELTA, 0.0, f)))?;
-        column("b", [0.5, 1.0, 2.0].map(|f| (f, f * DELTA, 0.0, 1.0)))?;
-        let gamma = 500.0 * SAMPLE_TIME_S * SAMPLE_TIME_S / MASS_KG;
-        column("k", [0.5, 1.0, 2.0].map(|f| (f, DELTA, f * gamma, 1.0)))?;
-    }
-    Ok(Figure {
-        id: "4.4",
-        title: "effect of sample time T, damping b and hand stiffness k",
-        conditions:
-            "A₃; T = 2 ms, b = 3.5 N·s/m, k = 500 N/m (our choice) halved and doubled; α, β of 2 ms"
-                .to_owned(),
-        columns: 3,
         panels,
     })
 }
@@ -395,9 +240,9 @@ fn sensitivity() -> Result<Figure, Failure> {
     let panel = |kind: Kind, caption: &str| {
         Ok::<_, Failure>(Panel {
             caption: caption.to_owned(),
-            x: ("digital frequency θ / rad", Scale::Log),
-            y: ("|S| / dB", Scale::Linear),
-            curves: per_order(&ORDERS, Look::Line, |mu| {
+            x: Axis::log("digital frequency θ / rad", "theta_rad"),
+            y: Axis::linear("|S| / dB", "sensitivity_db"),
+            curves: per_order(&ORDERS, &ORDERS, Look::Line, |mu| {
                 let operator = kind.operator(mu)?;
                 let wall = Nondimensional {
                     alpha,
@@ -411,6 +256,7 @@ fn sensitivity() -> Result<Figure, Failure> {
                     .map(|theta| (theta, 20.0 * sampled.sensitivity(theta).log10()))
                     .collect())
             })?,
+            repeats: false,
         })
     };
     Ok(Figure {
@@ -431,9 +277,10 @@ fn passivity() -> Result<Figure, Failure> {
             caption: caption.to_owned(),
             x: BETA,
             y: ALPHA,
-            curves: per_order(&ORDERS, Look::Line, |mu| {
+            curves: per_order(&ORDERS, &ORDERS, Look::Line, |mu| {
                 passive_boundary(kind, mu, DELTA, 100)
             })?,
+            repeats: false,
         })
     };
     Ok(Figure {
@@ -470,12 +317,15 @@ fn transparency() -> Result<Figure, Failure> {
     Ok(Figure {
         id: "6.2",
         title: "effective stiffness and damping at the hand",
-        conditions: "m = 0.65 kg, b = 3.5 N·s/m, K = 50 N/m, B = 1 N·s^μ/m; T = 1 ms (our choice); continuous s^μ, signs as in the text"
-            .to_owned(),
+        conditions:
+            "m = 0.65 kg, b = 3.5 N·s/m, K = 50 N/m, B = 1 N·s^μ/m; T = 1 ms (our choice)\n\
+                     continuous s^μ, signs as in the text"
+                .to_owned(),
         columns: 2,
         panels: effective(
-            &ORDERS,
+            (&ORDERS, &ORDERS),
             "",
+            (STIFFNESS, DAMPING),
             |mu| points(mu, |at| at.stiffness_n_per_m),
             |mu| points(mu, |at| at.damping_n_s_per_m),
         )?
@@ -503,15 +353,22 @@ fn relaxation() -> Result<Figure, Failure> {
         colour,
     };
     let curves = vec![
-        curve("tissue, closed form", &exact.theory_n, Look::Line, 0),
-        curve("rendered, full memory", &exact.force_n, Look::Dashed, 1),
-        curve("rendered, A₃", &muir.force_n, Look::Line, 2),
+        curve("tissue, closed form", &exact.theory_n, Look::Broad, 3),
+        curve("simulated, full memory", &exact.force_n, Look::Line, 0),
+        curve("simulated, A₃", &muir.force_n, Look::Line, 2),
     ];
     let panel = |caption: &str, scale| Panel {
         caption: caption.to_owned(),
-        x: ("time / s", scale),
-        y: ("force / N", scale),
+        x: Axis {
+            scale,
+            ..Axis::linear("time / s", "time_s")
+        },
+        y: Axis {
+            scale,
+            ..Axis::linear("force / N", "force_n")
+        },
         curves: curves.clone(),
+        repeats: scale == Scale::Log,
     };
     Ok(Figure {
         id: "7.2",
@@ -522,4 +379,72 @@ fn relaxation() -> Result<Figure, Failure> {
         columns: 2,
         panels: vec![panel("linear", Scale::Linear), panel("log–log", Scale::Log)],
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeMap;
+
+    #[test]
+    fn each_order_of_a_figure_has_a_look_of_its_own() {
+        for make in [
+            coefficients,
+            environment,
+            sensitivity,
+            passivity,
+            transparency,
+        ] {
+            let figure = make().expect("makes");
+            let curves = figure.panels.iter().flat_map(|panel| &panel.curves);
+            let mut looks: BTreeMap<&str, usize> = BTreeMap::new();
+            for curve in curves {
+                let colour = *looks.entry(&curve.name).or_insert(curve.colour);
+                assert_eq!(colour, curve.colour, "{} of {}", curve.name, figure.id);
+            }
+            let colours: std::collections::BTreeSet<usize> = looks.values().copied().collect();
+            assert_eq!(colours.len(), looks.len(), "figure {}", figure.id);
+        }
+    }
+
+    #[test]
+    fn the_data_of_a_figure_have_a_column_for_each_quantity() {
+        let figure = environment().expect("makes");
+        let columns = figure.columns();
+        assert_eq!(
+            columns[2..],
+            [
+                "omega_rad_s",
+                "effective_stiffness_n_per_m",
+                "effective_damping_n_s_per_m"
+            ]
+        );
+        for (panel, _, cells) in figure.rows() {
+            let filled: Vec<bool> = cells.iter().map(Option::is_some).collect();
+            assert_eq!(
+                filled,
+                [
+                    true,
+                    panel.starts_with("stiffness"),
+                    panel.starts_with("damping")
+                ]
+            );
+        }
+        // 7.2 shows the same curves twice and holds them once.
+        let figure = Figure {
+            panels: vec![
+                Panel {
+                    repeats: true,
+                    ..figure.panels[0].clone()
+                },
+                figure.panels[1].clone(),
+            ],
+            ..figure
+        };
+        assert!(
+            figure
+                .rows()
+                .all(|(panel, _, _)| panel.starts_with("damping"))
+        );
+    }
 }

@@ -6,9 +6,11 @@
 
 pub mod claims;
 mod evidence;
+pub mod figure;
 pub mod figures;
 pub mod relaxation;
 pub mod report;
+mod walls;
 
 pub use claims::{Claim, Evidence, Formulas, Verdict};
 

@@ -53,7 +53,7 @@ pub fn markdown(claims: &[Claim], figures: &[ReportFigure]) -> String {
             "\n### Figure {}: {}\n\nData: [{2}]({2}).\n\n![Figure {0}]({3})\n",
             figure.id, figure.title, figure.data, figure.picture
         );
-        let _ = writeln!(text, "\n{}.", figure.conditions);
+        let _ = writeln!(text, "\n{}.", one_line(&figure.conditions));
     }
     text
 }
@@ -105,7 +105,7 @@ pub fn html(claims: &[Claim], figures: &[ReportFigure]) -> String {
             "<h3 id=\"figure-{0}\">Figure {0}: {1}</h3>\n<p>{2}. Data: <a href=\"{3}\">{3}</a></p>\n{4}",
             figure.id,
             escape(figure.title),
-            escape(&figure.conditions),
+            escape(&one_line(&figure.conditions)),
             escape(&figure.data),
             // Identifiers in the drawings would meet on one page.
             own_ids(&figure.svg, figure.id)
@@ -113,6 +113,11 @@ pub fn html(claims: &[Claim], figures: &[ReportFigure]) -> String {
     }
     text.push_str("</body></html>\n");
     text
+}
+
+/// A text that the picture has on several lines.
+fn one_line(text: &str) -> String {
+    text.replace('\n', "; ")
 }
 
 fn escape(text: &str) -> String {
@@ -151,7 +156,7 @@ mod tests {
         let figures = [ReportFigure {
             id: "4.1",
             title: "walls",
-            conditions: "δ = 0".to_owned(),
+            conditions: "δ = 0\nno hand".to_owned(),
             picture: "figure-4.1.png".to_owned(),
             data: "figure-4.1.csv".to_owned(),
             svg: "<svg><path id=\"c\" clip-path=\"url(#c)\"/></svg>".to_owned(),
@@ -160,6 +165,7 @@ mod tests {
         assert!(markdown.contains("| C1 | 4.3 | a < b | **holds only with the exact operator** |"));
         assert!(markdown.contains("\\|S\\| = 1"));
         assert!(markdown.contains("![Figure 4.1](figure-4.1.png)"));
+        assert!(markdown.contains("\nδ = 0; no hand.\n"));
         let html = html(&claims, &figures);
         assert!(html.contains("a &lt; b") && html.contains("2 &amp; 3"));
         assert!(html.contains("id=\"f4-1-c\" clip-path=\"url(#f4-1-c)\""));

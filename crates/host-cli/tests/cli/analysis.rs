@@ -359,6 +359,16 @@ fn the_dissertation_is_made_again_and_judged() {
             data.lines().count() > 50 && !data.contains("NaN"),
             "{figure}"
         );
+        // Quantities with their units, not x and y.
+        let quantities = match figure["id"].as_str().expect("an id") {
+            "3.3" => "theta_rad,magnitude,stiffness_coefficient,damping_coefficient",
+            "3.4" | "6.2" => "omega_rad_s,effective_stiffness_n_per_m,effective_damping_n_s_per_m",
+            "4.5" => "theta_rad,sensitivity_db",
+            "7.2" => "time_s,force_n",
+            _ => "beta,alpha",
+        };
+        let header = format!("panel,curve,{quantities}");
+        assert_eq!(data.lines().next(), Some(header.as_str()), "{figure}");
         assert!(
             !place
                 .read(figure["picture"].as_str().expect("a path"))
@@ -366,7 +376,22 @@ fn the_dissertation_is_made_again_and_judged() {
         );
     }
     let claims = result["claims"].as_array().expect("claims").clone();
-    assert_eq!(claims.len(), 12);
+    let ids: Vec<&str> = claims.iter().filter_map(|c| c["id"].as_str()).collect();
+    let wanted = "C1 C2 C3 C4a C4b C5 C6 C7 C8 C9 C10 C11 C12";
+    assert_eq!(ids.join(" "), wanted);
+    // Areas are compared in a plane that the statement names; Corollary 1 says *if*.
+    for (id, words) in [
+        ("C4a", "plane of α"),
+        ("C4b", "α–β plane"),
+        ("C7", "passive if"),
+    ] {
+        let claim = claims
+            .iter()
+            .find(|claim| claim["id"] == id)
+            .expect("judged");
+        let statement = claim["statement"].as_str().expect("words");
+        assert!(statement.contains(words), "{id}: {statement}");
+    }
     for claim in &claims {
         assert!(
             claim["verdict"].is_string() && claim["statement"].is_string(),

@@ -6,9 +6,15 @@ use std::time::Instant;
 
 /// A run of 3001 samples: ramp until 0.5 s, hold until 3 s.
 pub(crate) const SHORT: &str = "relax --duration 3s --ramp-time 0.5s --out run";
-/// Columns of relax.csv and creep.csv.
-const COLUMNS: &str = "time_s,ideal_position_m,position_m,reaction_force_n,full_history_force_n,\
-                       measured,theory,relative_error";
+/// Columns of relax.csv and of creep.csv, on a simulated device.
+const RELAX_COLUMNS: &str = "time_s,ideal_position_m,position_m,simulated_force_n,full_history_force_n,\
+                             closed_form_force_n,closed_form_error";
+const CREEP_COLUMNS: &str = "time_s,ideal_position_m,position_m,simulated_force_n,full_history_force_n,\
+                             simulated_strain,closed_form_strain,closed_form_error";
+/// A dashpot: order 1 without elastic modulus. Its force on the hold is 0.
+const DASHPOT: &str = "name = \"dashpot\"\ndescription = \"a dashpot\"\n\n[parameters]\n\
+                       elastic_modulus_pa = 0\nviscosity_pa_s_alpha = 1000.0\norder = 1\n\n[source]\n\
+                       citation = \"none\"\nconditions = \"none\"\nchecked = false\n";
 
 /// The default tissue and specimen.
 mod cancerous {
@@ -157,22 +163,23 @@ fn creep_reports_the_same_keys_and_follows_its_closed_form() {
 fn the_csv_holds_the_samples_beside_their_theory() {
     let place = Place::new();
     place.run(SHORT).succeeded();
-    let rows = table(&place.text("run/relax.csv"), COLUMNS);
+    // At time 0 nothing is wanted, so no relative error has a meaning: an empty cell.
+    let text = place.text("run/relax.csv");
+    let (header, rest) = text.split_once('\n').expect("lines");
+    let (first, _) = rest.split_once('\n').expect("lines");
+    assert_eq!(first, "0.0,0.0,0.0,0.0,0.0,0.0,");
+    let rows = table(
+        &format!(
+            "{header}\n{}",
+            rest.replacen(first, &format!("{first}0"), 1)
+        ),
+        RELAX_COLUMNS,
+    );
     assert_eq!(rows.len(), 3001);
     let depth = 0.05 * cancerous::THICKNESS_M;
     for (n, row) in rows.iter().enumerate() {
         let t = n as f64 * 1e-3;
-        let [
-            time,
-            reference,
-            position,
-            force,
-            history,
-            measured,
-            theory,
-            error,
-        ] = row[..]
-        else {
+        let [time, reference, position, force, history, theory, error] = row[..] else {
             panic!("row {n} has {} cells", row.len());
         };
         let near = |have: f64, want: f64, tolerance: f64| (have - want).abs() <= tolerance;
@@ -185,19 +192,116 @@ fn the_csv_holds_the_samples_beside_their_theory() {
         assert!(near(position, reference, 5e-6), "{n}: {position}");
         // The default tolerance, of a force below 1 N.
         assert!(near(force, history, 1e-6), "{n}: {force} {history}");
-        assert!(
-            near(measured, force, 0.0),
-            "{n}: measured is the reaction force"
-        );
         let want = relaxation_force(0.05, 0.5, t);
         assert!(near(theory, want, 1e-12), "{n}: {theory} {want}");
         let want = if n == 0 {
             0.0
         } else {
-            (measured / theory - 1.0).abs()
+            (force / theory - 1.0).abs()
         };
         assert!(near(error, want, 1e-12), "{n}: {error} {want}");
     }
+}
+
+#[test]
+fn what_was_simulated_is_called_simulated_and_nothing_is_called_measured() {
+    let place = Place::new();
+    let relax = place.run(SHORT).succeeded();
+    let creep = place.run("creep --duration 2s --out run").succeeded();
+    let summaries = relax.stdout + &creep.stdout;
+    place.run("log plot run/relax.mcap").succeeded();
+    let log = place.text("run/relax.log.svg");
+    assert!(log.contains("device sim") && log.contains("scheme full:1e-6"));
+    let pictures = place.text("run/relax.svg") + &place.text("run/creep.svg") + &log;
+    for word in [
+        "simulated force",
+        "simulated strain",
+        "device sim",
+        "full:1e-6",
+    ] {
+        assert!(pictures.contains(word), "\"{word}\" in the pictures");
+    }
+    let header = |name: &str| {
+        place
+            .text(name)
+            .lines()
+            .next()
+            .expect("a header")
+            .to_owned()
+    };
+    assert_eq!(header("run/relax.csv"), RELAX_COLUMNS);
+    assert_eq!(header("run/creep.csv"), CREEP_COLUMNS);
+    let help = place.run("relax --help").succeeded().stdout + &place.run("creep --help").stdout;
+    for text in [summaries, pictures, help] {
+        assert!(!text.to_lowercase().contains("measured"), "{text}");
+    }
+}
+
+#[test]
+fn each_error_says_over_which_samples_it_is() {
+    let place = Place::new();
+    let line = "relax --duration 3s --ramp-time 0.5s";
+    let report = place.run(&format!("{line} --json")).succeeded().json();
+    for (name, from_s) in [("max_relative_error", 0.01), ("closed_form_error", 0.6)] {
+        assert_eq!(number(&report, &format!("{name}_from_s")), from_s, "{name}");
+        assert_eq!(number(&report, &format!("{name}_to_s")), 3.0, "{name}");
+        let samples = ((3.0 - from_s) * 1e3_f64).round() + 1.0;
+        assert_eq!(number(&report, &format!("{name}_samples")), samples);
+        assert_eq!(report[format!("{name}_reason")], Value::Null);
+    }
+    let summary = place.run(&format!("{line} --out again")).succeeded().stdout;
+    for part in ["from 0.01 s to 3 s", "from 0.6 s to 3 s"] {
+        assert!(summary.contains(part), "\"{part}\" in {summary}");
+    }
+    let creep = place.run("creep --duration 3s --json").succeeded().json();
+    assert_eq!(number(&creep, "closed_form_error_from_s"), 1.0);
+}
+
+#[test]
+fn an_error_without_meaning_is_null_with_its_reason() {
+    let place = Place::new();
+    place.write("dashpot.toml", DASHPOT);
+    for contact in ["rigid", "compliant"] {
+        let line = format!("{SHORT} --overwrite --tissue dashpot.toml --contact {contact}");
+        let ended = place
+            .run(&format!("{line} --json"))
+            .succeeded_with_warnings();
+        let report = ended.json();
+        assert_eq!(report["closed_form_error"], Value::Null, "{contact}");
+        assert_eq!(report["closed_form_error_from_s"], Value::Null);
+        assert_eq!(report["final_over_theory"], Value::Null);
+        let reason = report["closed_form_error_reason"]
+            .as_str()
+            .expect("a reason");
+        assert!(
+            reason.contains("closed form") && reason.contains("0 N"),
+            "{reason}"
+        );
+        // On the ramp the force is 4 cm²·1 kPa·s·0.05/0.5 s; the full history judges that.
+        if contact == "rigid" {
+            assert!(number(&report, "max_relative_error") < 1e-5, "{report}");
+            assert_eq!(number(&report, "max_relative_error_to_s"), 0.5);
+        }
+        let summary = place.run(&line).succeeded_with_warnings().stdout;
+        assert!(summary.contains(reason), "{summary}");
+        let csv = place.text("run/relax.csv");
+        for text in [&summary, &csv, &ended.stderr, &place.text("run/relax.svg")] {
+            assert!(!text.contains("inf") && !text.contains("NaN"), "{text}");
+        }
+    }
+    // A run that ends before the comparison begins says so.
+    let short = place
+        .run("creep --duration 0.5s --json")
+        .succeeded_with_warnings()
+        .json();
+    assert_eq!(short["closed_form_error"], Value::Null);
+    let reason = short["closed_form_error_reason"]
+        .as_str()
+        .expect("a reason");
+    assert!(
+        reason.contains("0.5 s") && reason.contains("1 s"),
+        "{reason}"
+    );
 }
 
 #[test]

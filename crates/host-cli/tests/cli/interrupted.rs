@@ -122,7 +122,7 @@ fn an_interrupted_run_is_not_blamed_for_what_the_stop_did() {
     assert!(number(&report, "max_relative_error") < 1e-5, "{report}");
     assert_eq!(report["limited_samples"], 0, "{report}");
     let warnings = report["warnings"].to_string();
-    assert!(!warnings.contains("times the theory"), "{report}");
+    assert!(!warnings.contains("times the closed form"), "{report}");
     assert!(!warnings.contains("--force-limit"), "{report}");
 }
 

@@ -116,8 +116,10 @@ struct Point {
     effective_stiffness: f64,
     effective_damping: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "continuous_stiffness_n_per_m")]
     continuous_stiffness: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "continuous_damping_n_s_per_m")]
     continuous_damping: Option<f64>,
 }
 

@@ -99,6 +99,7 @@ struct RegionRow {
     part: usize,
     alpha: f64,
     beta: f64,
+    #[serde(rename = "theta_rad")]
     theta: Option<f64>,
 }
 

@@ -13,6 +13,8 @@ pub struct LinkSummary {
     pub board: String,
     /// Firmware version.
     pub firmware: String,
+    /// The device simulates its plant: no actuator, no sensor.
+    pub simulated: bool,
     /// `device` or `host`.
     #[serde(rename = "loop")]
     pub loop_mode: &'static str,
@@ -41,7 +43,7 @@ pub struct LinkSummary {
 }
 
 impl LinkSummary {
-    /// Samples that were measured and did not get to the log because of the line.
+    /// Samples of the device that did not get to the log because of the line.
     #[must_use]
     pub fn samples_missing(&self) -> u64 {
         self.samples_lost + self.samples_dropped
@@ -79,6 +81,7 @@ pub(super) fn summarise(
     LinkSummary {
         board: link.capabilities().board().to_owned(),
         firmware: firmware_version(link.hello()),
+        simulated: link.capabilities().simulated,
         loop_mode: loop_name(loop_mode),
         samples_lost,
         samples_dropped: report.samples_dropped,

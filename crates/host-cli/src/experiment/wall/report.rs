@@ -1,7 +1,7 @@
 //! What a wall experiment reports.
 
 use super::Settling;
-use crate::experiment::report::{RunReport, Summary};
+use crate::experiment::report::{Errors, RunReport, Summary};
 use serde::Serialize;
 
 /// The result. The keys are those of the other experiments where they have a meaning.
@@ -16,11 +16,10 @@ pub struct WallReport {
     /// Of the run.
     #[serde(flatten)]
     pub run: RunReport,
-    /// Commanded force against the full history of the position really recorded, as a share of the
-    /// largest force. Null where the safety chain limited it, or for a one-sided wall.
-    pub max_relative_error: Option<f64>,
-    /// The deflection against its closed form, push/(K + k). Null for an unstable wall.
-    pub closed_form_error: Option<f64>,
+    /// The two errors: the commanded force against the full history, as a share of the largest force, not for a
+    /// one-sided wall or a limited force; the mean deflection against push/(K + k), not for an unstable wall.
+    #[serde(flatten)]
+    pub errors: Errors,
     /// Whether and where it came to rest.
     #[serde(flatten)]
     pub settling: Settling,
