@@ -2,6 +2,7 @@
 
 use crate::AnalysisError;
 use crate::ForcePath;
+use crate::jury::{Block, blocks};
 use crate::operator::multiply;
 use crate::transition::{Motion, numerator};
 use nalgebra::{Complex, DMatrix, DVector, RowDVector, Schur};
@@ -135,6 +136,35 @@ fn balance(a: &mut DMatrix<f64>, b: &mut DVector<f64>, c: &mut RowDVector<f64>) 
     }
 }
 
+/// 1 − cw of a real pole s, c = e^s, in powers of w and of v.
+fn single(pole: f64) -> (Vec<f64>, Vec<f64>) {
+    let decay = libm::exp(pole);
+    (vec![1.0, -decay], vec![-libm::expm1(pole), decay])
+}
+
+/// (1 − c₁w)(1 − c₂w) of the poles `mean` ± √`square` in powers of w and of v; 1 − c without cancellation.
+fn pair(mean: f64, square: f64) -> (Vec<f64>, Vec<f64>) {
+    if square >= 0.0 {
+        let root = libm::sqrt(square);
+        let ((a, a_in_v), (b, b_in_v)) = (single(mean + root), single(mean - root));
+        return (multiply(&a, &b), multiply(&a_in_v, &b_in_v));
+    }
+    let (decay, omega) = (libm::exp(mean), libm::sqrt(-square));
+    let (sin, cos) = libm::sincos(omega);
+    let half_sine = libm::sin(0.5 * omega);
+    let gone = -libm::expm1(mean) + 2.0 * decay * half_sine * half_sine;
+    let swing = decay * sin;
+    // (1 − cw)(1 − c̄w), and |1 − c|² + 2Re(c(1 − c̄))v + |c|²v²
+    (
+        vec![1.0, -2.0 * decay * cos, decay * decay],
+        vec![
+            gone * gone + swing * swing,
+            2.0 * (decay * cos * gone - swing * swing),
+            decay * decay,
+        ],
+    )
+}
+
 /// The polynomials of a sampled plant.
 #[derive(Clone, Debug)]
 pub(crate) struct Sampled {
@@ -157,27 +187,13 @@ impl Sampled {
         let schur = Schur::try_new(a.clone(), f64::EPSILON, 10_000)
             .ok_or(spoiled("its poles do not converge"))?;
         let (mut denominator, mut in_v) = (vec![1.0], vec![1.0]);
-        for pole in schur
-            .complex_eigenvalues()
-            .iter()
-            .filter(|pole| pole.im >= 0.0)
-        {
-            // c = e^s; 1 − c without cancellation.
-            let decay = libm::exp(pole.re);
-            let (sin, cos) = libm::sincos(pole.im);
-            let half = libm::sin(0.5 * pole.im);
-            let gone = -libm::expm1(pole.re) + 2.0 * decay * half * half;
-            if pole.im == 0.0 {
-                denominator = multiply(&denominator, &[1.0, -decay]);
-                in_v = multiply(&in_v, &[gone, decay]);
-            } else {
-                // (1 − cw)(1 − c̄w), and |1 − c|² + 2Re(c(1 − c̄))v + |c|²v²
-                let square = decay * decay;
-                let swing = decay * sin;
-                denominator = multiply(&denominator, &[1.0, -2.0 * decay * cos, square]);
-                let cross = 2.0 * (decay * cos * gone - swing * swing);
-                in_v = multiply(&in_v, &[gone * gone + swing * swing, cross, square]);
-            }
+        for block in blocks(&schur.unpack().1) {
+            let (sampled, sampled_in_v) = match block {
+                Block::Single(pole) => single(pole),
+                Block::Pair { mean, square } => pair(mean, square),
+            };
+            denominator = multiply(&denominator, &sampled);
+            in_v = multiply(&in_v, &sampled_in_v);
         }
         let numerator = numerator(a, b, c, fraction, &denominator);
         let sampled = Self {
@@ -186,7 +202,7 @@ impl Sampled {
             numerator,
         };
         let size: f64 = sampled.numerator.iter().map(|x| x.abs()).sum();
-        if !size.is_finite() || sampled.denominator.len() != a.nrows() + 1 {
+        if !size.is_finite() {
             return Err(spoiled(
                 "a motion in it grows beyond all numbers within a sample",
             ));
