@@ -3,7 +3,7 @@
 use super::evidence::{SENSITIVITY_WALL, passive_boundary, region};
 use super::relaxation::relax;
 use super::{DAMPING_N_S_PER_M, DELTA, Kind, MASS_KG, ORDERS, SAMPLE_TIME_S};
-use crate::experiment::{Sensors, ZWidth, dissertation_device};
+use crate::experiment::{Sensors, TrialPlan, ZWidth, dissertation_device};
 use crate::failure::Failure;
 use crate::figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use fracdiff::{Order, Seconds};
@@ -11,6 +11,7 @@ use haptic_analysis::{AnalysisError, ClosedLoop, Environment, Nondimensional, Sa
 use haptic_loop::units::Newtons;
 use serde::Serialize;
 use std::f64::consts::PI;
+use std::sync::atomic::AtomicBool;
 
 /// A curve of a figure.
 #[derive(Clone, Debug)]
@@ -105,19 +106,19 @@ impl Figure {
     }
 }
 
-type Make = fn() -> Result<Figure, Failure>;
+type Make = fn(&AtomicBool) -> Result<Figure, Failure>;
 
-/// All figures, in order, each with what makes it.
+/// All figures, in order, each with what makes it. A flag that is set while one is made cuts it short.
 pub const FIGURES: [Make; 9] = [
-    coefficients,
-    environment,
-    regions,
+    |_| coefficients(),
+    |_| environment(),
+    |_| regions(),
     zwidth,
-    region_matrix,
-    sensitivity,
-    passivity,
-    transparency,
-    relaxation,
+    |_| region_matrix(),
+    |_| sensitivity(),
+    |_| passivity(),
+    |_| transparency(),
+    |_| relaxation(),
 ];
 
 fn refused(error: AnalysisError) -> Failure {
@@ -285,7 +286,7 @@ fn regions() -> Result<Figure, Failure> {
     })
 }
 
-fn zwidth() -> Result<Figure, Failure> {
+fn zwidth(stop: &AtomicBool) -> Result<Figure, Failure> {
     let panel = |caption: &str, realistic: bool| {
         let mut device = dissertation_device(Seconds(SAMPLE_TIME_S));
         let mut sensors = Sensors {
@@ -307,14 +308,10 @@ fn zwidth() -> Result<Figure, Failure> {
             scheme: Kind::Muir.scheme(),
             orders: orders.map_err(Failure::input)?,
             points: 21,
-            push_n: 1.0,
-            duration_s: 5.0,
-            window_s: 0.4,
-            threshold_m: 1e-4,
+            plan: TrialPlan::DISSERTATION,
             remote: None,
-            force_limit_n: 100.0,
         };
-        let report = experiment.run(&|_| {})?;
+        let report = experiment.run(&|_| {}, stop)?;
         let mut curves = per_order(&ORDERS, Look::Line, |mu| {
             outline(Kind::Muir, mu, DELTA, 0.0)
         })?;
