@@ -1,7 +1,7 @@
 //! The characteristic function on the unit circle, and the certified count of its zeros inside.
 //!
 //! ```text
-//! F(w)·D(w) = A·D + S·(αD + βN),   P = N/D,   S = w^(d+1)(n₁ + n₀w),   w = e^(−jθ)
+//! F(w)·D(w) = A·D + S·(αD + βN),   P = N/D,   S = w^(d+1)(n₁ + n₀w + …),   w = e^(−jθ)
 //! zeros in |w| < 1 = −(1/π)·Δarg F·D over 0 ≤ θ ≤ π
 //! ```
 //! *Certificate*: between two samples a and b the curve stays within the ellipse with foci G(a) and
@@ -16,12 +16,11 @@ use crate::{LoopOperator, SampledPlant};
 use core::f64::consts::PI;
 use num_complex::Complex;
 
-/// Plant, operator and delay: the loop without α and β.
+/// Plant (with its delay) and operator: the loop without α and β.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Characteristic<'a> {
     pub(crate) plant: SampledPlant,
     pub(crate) operator: &'a LoopOperator,
-    pub(crate) delay: usize,
 }
 
 /// Everything known at one angle.
@@ -30,7 +29,7 @@ pub(crate) struct Node {
     pub(crate) place: Place,
     /// A.
     pub(crate) plant: Jet,
-    /// S = w^(d+1)(n₁ + n₀w).
+    /// S = w^(d+1) times the numerator of the plant.
     pub(crate) gain: Jet,
     pub(crate) operator: OperatorNode,
     /// A·D, S·D, S·N: G = terms · (1, α, β).
@@ -61,19 +60,19 @@ impl<'a> Characteristic<'a> {
     pub(crate) fn node(&self, theta: f64) -> Node {
         let place = Place::new(theta);
         let turn = place.w * Complex::new(0.0, 1.0); // dv/dθ = jw
-        let [a0, a1, a2] = self.plant.denominator_in_v();
+        let own = self.plant.denominator_in_v();
+        let (value, slope) = powers(own, place.v);
         let plant = Jet {
-            value: (place.v * a2 + a1) * place.v + a0,
-            rate: (place.v * (2.0 * a2) + a1) * turn,
+            value,
+            rate: slope * turn,
         };
-        let (n0, sum) = (self.plant.n0(), self.plant.numerator_sum());
-        let delays = place.w_to(self.delay + 1);
-        // n₁ + n₀w = (n₁ + n₀) − n₀v
-        let value = delays * (-place.v * n0 + sum);
-        let count = (self.delay + 1) as f64;
+        let first = self.plant.path().whole_samples() + 1;
+        let delays = place.w_to(first);
+        let (shape, slope) = powers(self.plant.numerator_in_v(), place.v);
+        let value = delays * shape;
         let gain = Jet {
             value,
-            rate: value * Complex::new(0.0, -count) - delays * turn * n0,
+            rate: value * Complex::new(0.0, -(first as f64)) + delays * turn * slope,
         };
         let operator = self.operator.node(&place);
         let (above, below) = (operator.numerator, operator.denominator);
@@ -82,7 +81,9 @@ impl<'a> Characteristic<'a> {
         } else {
             [plant, gain, gain.times(above)]
         };
-        let size = a0.abs() + a1.abs() * place.size_v + a2 * place.size_v * place.size_v;
+        let size = own.iter().enumerate().fold(0.0, |sum, (k, a)| {
+            sum + (0..k).fold(a.abs(), |term, _| term * place.size_v)
+        });
         Node {
             place,
             plant,
@@ -95,17 +96,27 @@ impl<'a> Characteristic<'a> {
 
     pub(crate) fn plant_bounds(&self, a: &Node, b: &Node) -> Bounds {
         let width = b.place.theta - a.place.theta;
-        let [_, a1, a2] = self.plant.denominator_in_v();
-        let rate = a1.abs() + 2.0 * a2 * b.place.size_v;
-        Bounds::from_ends(&a.plant, &b.plant, width, rate, rate + 2.0 * a2)
+        // |A′| ≤ Σ k|a_k||v|^(k−1), |A″| ≤ that + Σ k(k − 1)|a_k||v|^(k−2), and |v| grows with θ.
+        let (mut rate, mut curl) = (0.0, 0.0);
+        for (k, a) in self.plant.denominator_in_v().iter().enumerate().skip(1) {
+            let most = |power: usize| (0..power).fold(a.abs(), |term, _| term * b.place.size_v);
+            rate += k as f64 * most(k - 1);
+            if k > 1 {
+                curl += (k * (k - 1)) as f64 * most(k - 2);
+            }
+        }
+        Bounds::from_ends(&a.plant, &b.plant, width, rate, rate + curl)
     }
 
     pub(crate) fn gain_bounds(&self, a: &Node, b: &Node) -> Bounds {
         let width = b.place.theta - a.place.theta;
-        let (n1, n0) = (self.plant.n1(), self.plant.n0().abs());
-        let (first, second) = ((self.delay + 1) as f64, (self.delay + 2) as f64);
-        let rate = first * n1 + second * n0;
-        let bend = first * first * n1 + second * second * n0;
+        let first = self.plant.path().whole_samples() + 1;
+        let (mut rate, mut bend) = (0.0, 0.0);
+        for (j, n) in self.plant.numerator().iter().enumerate() {
+            let power = (first + j) as f64;
+            rate += power * n.abs();
+            bend += power * power * n.abs();
+        }
         Bounds::from_ends(&a.gain, &b.gain, width, rate, bend)
     }
 
@@ -154,6 +165,17 @@ impl<'a> Characteristic<'a> {
             spans,
         }
     }
+}
+
+/// A polynomial and its derivative at v, the coefficient of v⁰ first.
+fn powers(coefficients: &[f64], v: Complex<f64>) -> (Complex<f64>, Complex<f64>) {
+    let horner = |factor: fn(usize) -> f64, skip: usize| {
+        let terms = coefficients.iter().enumerate().skip(skip).rev();
+        terms.fold(Complex::new(0.0, 0.0), |sum, (k, c)| {
+            sum * v + factor(k) * c
+        })
+    };
+    (horner(|_| 1.0, 0), horner(|k| k as f64, 1))
 }
 
 impl Node {

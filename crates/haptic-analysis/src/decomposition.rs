@@ -154,7 +154,8 @@ impl Decomposition<'_> {
             open: false,
             steps: 0,
         };
-        let degree = self.characteristic.operator.degree().min(256) + self.characteristic.delay;
+        let delay = self.characteristic.plant.path().whole_samples();
+        let degree = self.characteristic.operator.degree().min(256) + delay;
         let first = 40 + 8 * degree;
         let step = PI / first as f64;
         let mut angles = vec![END];

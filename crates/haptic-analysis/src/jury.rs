@@ -85,7 +85,61 @@ pub fn companion_eigenvalues(coefficients: &[f64]) -> Option<Vec<Complex<f64>>> 
         }
     });
     let schur = Schur::try_new(companion, f64::EPSILON, 200 * n.max(10))?;
-    Some(schur.complex_eigenvalues().iter().copied().collect())
+    let values: Vec<_> = schur.complex_eigenvalues().iter().copied().collect();
+    if values.iter().all(|value| value.im.is_finite()) {
+        return Some(values);
+    }
+    // Two real ones so close that they were left in one block: nalgebra takes the root of the wrong sign.
+    let blocks = blocks(&schur.unpack().1);
+    Some(blocks.into_iter().flat_map(Block::eigenvalues).collect())
+}
+
+/// A block on the diagonal of a real Schur form.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Block {
+    /// A real eigenvalue.
+    Single(f64),
+    /// The two eigenvalues `mean` ± √`square`.
+    Pair {
+        /// Half the trace.
+        mean: f64,
+        /// Negative for a complex pair.
+        square: f64,
+    },
+}
+
+impl Block {
+    fn eigenvalues(self) -> Vec<Complex<f64>> {
+        match self {
+            Self::Single(value) => vec![value.into()],
+            Self::Pair { mean, square } => {
+                let root = Complex::from(square).sqrt();
+                vec![root + mean, -root + mean]
+            }
+        }
+    }
+}
+
+/// The blocks on the diagonal.
+pub(crate) fn blocks(triangle: &DMatrix<f64>) -> Vec<Block> {
+    let n = triangle.nrows();
+    let mut found = Vec::new();
+    let mut row = 0;
+    while row < n {
+        if row + 1 < n && triangle[(row + 1, row)] != 0.0 {
+            let at = |i: usize, j: usize| triangle[(row + i, row + j)];
+            let half = 0.5 * (at(0, 0) - at(1, 1));
+            found.push(Block::Pair {
+                mean: 0.5 * (at(0, 0) + at(1, 1)),
+                square: half * half + at(0, 1) * at(1, 0),
+            });
+            row += 2;
+        } else {
+            found.push(Block::Single(triangle[(row, row)]));
+            row += 1;
+        }
+    }
+    found
 }
 
 #[cfg(test)]
@@ -107,6 +161,24 @@ mod tests {
         assert_eq!(jury(&[1.0]), Jury::Stable);
         assert_eq!(jury(&[0.0, 1.0]), Jury::NotStable);
         assert_eq!(jury(&[1.0, f64::NAN]), Jury::Undecided);
+    }
+
+    #[test]
+    fn no_eigenvalue_is_lost_where_two_real_ones_are_left_in_one_block() {
+        let triangle =
+            DMatrix::from_row_slice(3, 3, &[2.0, 1.0, 5.0, 1.0, 2.0, 7.0, 0.0, 0.0, -4.0]);
+        let values: Vec<f64> = (blocks(&triangle).into_iter())
+            .flat_map(Block::eigenvalues)
+            .map(|value| value.re)
+            .collect();
+        assert_eq!(values, [3.0, 1.0, -4.0]);
+        // A triple pole splits by rounding; whatever it becomes, it is counted.
+        for pole in [0.3, 0.9, 0.99, 1.01] {
+            let values = companion_eigenvalues(&from_poles(&[pole; 3])).expect("converges");
+            let far = |value: &Complex<f64>| (value - pole).norm() > 1e-4;
+            assert!(values.len() == 3 && !values.iter().any(far), "{values:?}");
+            assert!(values.iter().all(|value| value.norm().is_finite()));
+        }
     }
 
     #[test]

@@ -34,16 +34,17 @@ impl Largest {
     }
 }
 
-/// Largest x with sup over θ of (x·p(θ) + q(θ)) = δ, that is inf of (δ − q)/p where p > 0.
+/// Largest x with sup over θ of f(θ, x) = δ, each f convex in x; where f = x·p + q, inf of (δ − q)/p, p > 0.
 ///
 /// The supremum is a convex function of x, so Newton's method from above falls monotonically to its
 /// largest root, and no pole of the quotient is ever searched. `supremum(x)` finds it, `steepest` is
-/// that of p alone, and `terms` are (p, q).
+/// that of the slopes p for large x, and `tangent(θ, x)` is the line (p, q) that touches f there, or its
+/// asymptote for an infinite x.
 pub(crate) fn largest(
     delta: f64,
     supremum: impl Fn(f64) -> Result<Maximum, AnalysisError>,
     steepest: Maximum,
-    terms: impl Fn(f64) -> (f64, f64),
+    tangent: impl Fn(f64, f64) -> (f64, f64),
 ) -> Result<Largest, AnalysisError> {
     if steepest.value <= 0.0 {
         // p ≤ 0 everywhere: more of x never hurts, and helps where p < 0.
@@ -52,13 +53,13 @@ pub(crate) fn largest(
         return Ok(if free { Largest::Any } else { Largest::Empty });
     }
     let mut worst_theta = steepest.theta;
-    let (mut slope, mut given) = terms(worst_theta);
+    let (mut slope, mut given) = tangent(worst_theta, f64::INFINITY);
     let mut start = 1.0 + delta;
     while given == f64::NEG_INFINITY && start < f64::MAX / 16.0 {
         // q has no bound where p is steepest: start right of the largest root instead.
         start *= 16.0;
         let worst = supremum(start)?;
-        let there = terms(worst.theta);
+        let there = tangent(worst.theta, start);
         if worst.value >= delta && there.0 > 0.0 {
             (worst_theta, (slope, given)) = (worst.theta, there);
         }
@@ -77,7 +78,7 @@ pub(crate) fn largest(
         }
         value = next;
         worst_theta = supremum(value)?.theta;
-        (slope, given) = terms(worst_theta);
+        (slope, given) = tangent(worst_theta, value);
     }
     finite("largest value", value, "")?;
     Ok(Largest::Below { value, worst_theta })

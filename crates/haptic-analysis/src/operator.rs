@@ -212,6 +212,16 @@ impl LoopOperator {
         Some((numerator, denominator))
     }
 
+    /// Length of a finite memory, samples, which says how fast the response can change; 1 for an unlimited
+    /// one. For [`OnePort::with_memory`](crate::OnePort::with_memory).
+    #[must_use]
+    pub fn memory(&self) -> usize {
+        match self.polynomials() {
+            Some((numerator, denominator)) if denominator.len() == 1 => numerator.len(),
+            _ => 1,
+        }
+    }
+
     /// P at w = 0, the direct gain: above 0 for every kind.
     #[must_use]
     pub fn direct_gain(&self) -> f64 {

@@ -1,11 +1,13 @@
 //! Passivity of the one port: how much device damping a virtual wall asks for, by Theorem 1.
 
-use crate::AnalysisError;
 use crate::environment::finite;
 use crate::error::{not_negative, positive};
 use crate::extremum::{Grid, Maximum};
 use crate::largest::{Largest, largest};
+use crate::path::Profile;
+use crate::{AnalysisError, ForcePath};
 use fracdiff::{FrequencyResponse, Order, Seconds};
+use num_complex::Complex;
 use std::f64::consts::PI;
 
 /// Corollary 1, nondimensional: δ > α/2 + β·2^(μ−1); with units b > KT/2 + B(T/2)^(1−μ).
@@ -31,14 +33,22 @@ pub fn corollary_delta(order: Order, alpha: f64, beta: f64) -> Result<f64, Analy
     )
 }
 
-/// A device under a sampled wall K + B·T^(−μ)·P(w), with the operator P that really runs, and a delay
-/// of d whole samples.
+/// A device under a sampled wall K + B·T^(−μ)·P(w), with the operator P that really runs, behind a
+/// delay and a current lag.
 ///
 /// Theorem 1, for all 0 ≤ θ ≤ π and strictly:
 /// ```text
 /// b > (T/2)/(1 − cos θ) · Re{(1 − w) w^d H(w)},  w = e^(−jθ);   δ > α·u(θ) + β·v(θ),
 /// u = sin((2d+1)θ/2)/(2 sin(θ/2)),   v = Re{j e^(−j(2d+1)θ/2) P(e^(−jθ))}/(2 sin(θ/2))
 /// ```
+/// A fraction of delay and a lag make the force move within a sample. With the mean M and the variance V of
+/// that force for a command e^(jθn), over the sample, passive for every motion, inside samples too, is
+/// ```text
+/// b ≥ (T/(2|1 − w|²))·[R + √(R² + V|H|²|1 − w|²)],   R = Re{(1 − w)·M·H}
+/// ```
+/// for all θ: Theorem 1 at V = 0. A delay of (d + h)T has M = w^d(1 − h + hw), V = h(1 − h)|1 − w|²; a spring
+/// with 0 ≤ h ≤ 1 and d = 0 needs b ≥ (KT/2)(1/2 + h + √(1/4 + 2h)), more than interpolation between whole
+/// samples promises. With a lag M and V are those of its periodic response, in closed form.
 /// - δ = bT/m, α = KT²/m, β = BT^(2−μ)/m; the mass drops out of the condition with units.
 /// - *Orders*: 0 ≤ μ ≤ 2. An integral in position feedback is not passive for any damping.
 /// - *The end θ → 0* is a limit: u = (2d+1)/2; of v, the values at θ = 1e-60 and 1e-90 tell a
@@ -66,11 +76,13 @@ pub fn corollary_delta(order: Order, alpha: f64, beta: f64) -> Result<f64, Analy
 pub struct OnePort<'a, P: ?Sized> {
     operator: &'a P,
     order: Order,
-    delay: usize,
+    path: ForcePath,
     memory: usize,
     grid: Grid,
     /// v(θ → 0); −∞ where the operator dissipates without bound.
     v_at_rest: f64,
+    /// P(θ → 0).
+    p_at_rest: f64,
     /// How far Re P(1) is below 0: the negative spring that the operator leaves at rest.
     deficit: f64,
 }
@@ -130,7 +142,7 @@ impl RequiredDamping {
 
 impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
     /// The longest extra delay, in samples.
-    pub const DELAY_MAX: usize = 10_000;
+    pub const DELAY_MAX: usize = ForcePath::DELAY_MAX;
 
     /// Without extra delay. `order` is the one the operator was made for.
     ///
@@ -141,10 +153,11 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
         let mut port = Self {
             operator,
             order,
-            delay: 0,
+            path: ForcePath::NONE,
             memory: 1,
             grid: Grid::new(1),
             v_at_rest: 0.0,
+            p_at_rest: 0.0,
             deficit: 0.0,
         };
         // So close to rest that a power of θ has vanished, and a constant has not.
@@ -158,7 +171,7 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
     ///
     /// # Errors
     /// d above [`DELAY_MAX`](Self::DELAY_MAX).
-    pub fn with_delay(mut self, samples: usize) -> Result<Self, AnalysisError> {
+    pub fn with_delay(self, samples: usize) -> Result<Self, AnalysisError> {
         if samples > Self::DELAY_MAX {
             return Err(AnalysisError::Range {
                 what: "delay",
@@ -167,7 +180,16 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
                 unit: "samples",
             });
         }
-        self.delay = samples;
+        let path = ForcePath::whole(samples)?;
+        self.through(path)
+    }
+
+    /// With the delay, whole or not, and the current lag of an actuator.
+    ///
+    /// # Errors
+    /// An operator without a finite response.
+    pub fn through(mut self, path: ForcePath) -> Result<Self, AnalysisError> {
+        self.path = path;
         self.prepare()?;
         Ok(self)
     }
@@ -178,17 +200,24 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
     #[must_use]
     pub fn with_memory(mut self, samples: usize) -> Self {
         self.memory = samples.max(1);
-        self.grid = Grid::new(self.memory + self.delay);
+        self.grid = self.new_grid();
         self
     }
 
+    /// A fraction of delay turns M·H a little faster than its whole samples do.
+    fn new_grid(&self) -> Grid {
+        let partly = usize::from(!self.path.is_whole());
+        Grid::new(self.memory + self.path.whole_samples() + partly)
+    }
+
     fn prepare(&mut self) -> Result<(), AnalysisError> {
-        self.grid = Grid::new(self.memory + self.delay);
+        self.grid = self.new_grid();
         self.v_at_rest = self.limit_of_v()?;
         Ok(())
     }
 
-    /// The right side of Theorem 1 at one frequency, α·u(θ) + β·v(θ), for 0 < θ ≤ π.
+    /// The right side of Theorem 1 at one frequency, α·u(θ) + β·v(θ) for whole samples of delay, for
+    /// 0 < θ ≤ π.
     ///
     /// # Errors
     /// α, β or θ outside its range.
@@ -253,9 +282,9 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
             delta,
             |alpha| self.supremum(alpha, beta),
             self.supremum(1.0, 0.0)?,
-            |theta| {
-                let (u, v) = self.terms_or_limits(theta);
-                (u, weighted(beta, v))
+            |theta, alpha| {
+                let port = self.at(theta);
+                port.tangent([(port.u, 1.0.into()), (port.v, port.p)], alpha, beta)
             },
         )?;
         Ok(match found {
@@ -282,9 +311,9 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
             delta,
             |beta| self.supremum(alpha, beta),
             self.supremum(0.0, 1.0)?,
-            |theta| {
-                let (u, v) = self.terms_or_limits(theta);
-                (v, weighted(alpha, u))
+            |theta, beta| {
+                let port = self.at(theta);
+                port.tangent([(port.v, port.p), (port.u, 1.0.into())], beta, alpha)
             },
         )?;
         // Beyond α/|P(1)| the wall has a negative spring at rest.
@@ -349,29 +378,47 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
         Ok((t, stiffness * t * t, beta))
     }
 
-    /// (u, v) at 0 < θ ≤ π.
-    fn terms(&self, theta: f64) -> (f64, f64) {
-        let phase = (self.delay as f64 + 0.5) * theta;
-        let (sin, cos) = (libm::sin(phase), libm::cos(phase));
+    /// Everything at 0 ≤ θ ≤ π, limits at 0.
+    fn at(&self, theta: f64) -> At {
+        if theta == 0.0 {
+            let p = if self.p_at_rest == 0.0 {
+                0.0
+            } else {
+                self.p_at_rest
+            };
+            return At {
+                u: self.path.mean_delay() + 0.5,
+                v: self.v_at_rest,
+                p: p.into(),
+                spread: self.path.profile(0.0).spread,
+            };
+        }
         let p = self.operator.response(theta);
         // (1 − w)/(2(1 − cos θ)) = j e^(−jθ/2)/(2 sin(θ/2)), and Re{j e^(−jφ)(a + jc)} = a sin φ − c cos φ
         let twice = 2.0 * libm::sin(0.5 * theta);
-        (sin / twice, (p.re * sin - p.im * cos) / twice)
-    }
-
-    /// (u, v) at θ = 0 too.
-    fn terms_or_limits(&self, theta: f64) -> (f64, f64) {
-        if theta > 0.0 {
-            self.terms(theta)
-        } else {
-            (self.delay as f64 + 0.5, self.v_at_rest)
+        if self.path.is_whole() {
+            let phase = (self.path.whole_samples() as f64 + 0.5) * theta;
+            let (sin, cos) = (libm::sin(phase), libm::cos(phase));
+            return At {
+                u: sin / twice,
+                v: (p.re * sin - p.im * cos) / twice,
+                p,
+                spread: 0.0,
+            };
+        }
+        let Profile { mean, spread } = self.path.profile(theta);
+        let turn = Complex::new(libm::sin(0.5 * theta), libm::cos(0.5 * theta)) * mean;
+        At {
+            u: turn.re / twice,
+            v: (turn * p).re / twice,
+            p,
+            spread,
         }
     }
 
-    /// α·u + β·v.
+    /// The δ that one frequency asks for.
     fn combine(&self, alpha: f64, beta: f64, theta: f64) -> f64 {
-        let (u, v) = self.terms_or_limits(theta);
-        weighted(alpha, u) + weighted(beta, v)
+        self.at(theta).needed(alpha, beta)
     }
 
     fn supremum(&self, alpha: f64, beta: f64) -> Result<Maximum, AnalysisError> {
@@ -385,8 +432,8 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
         Ok(worst)
     }
 
-    /// v(θ → 0) = (2d+1)/2·P(0) − lim Im P/θ.
-    fn limit_of_v(&self) -> Result<f64, AnalysisError> {
+    /// v(θ → 0) = (1/2 + mean delay)·P(0) − lim Im P/θ.
+    fn limit_of_v(&mut self) -> Result<f64, AnalysisError> {
         const NEAR: f64 = 1e-60;
         const NEARER: f64 = 1e-90;
         // A power of θ is told from a constant by its exponent between the two.
@@ -403,12 +450,85 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
         let (near, nearer) = (self.operator.response(NEAR), self.operator.response(NEARER));
         let slope = limit(near.im / NEAR, nearer.im / NEARER);
         let rest = limit(near.re, nearer.re);
-        let v = (self.delay as f64 + 0.5) * rest - slope;
+        self.p_at_rest = rest;
+        let v = (self.path.mean_delay() + 0.5) * rest - slope;
         if v == f64::INFINITY || v.is_nan() {
             // As an integral would.
             finite("least delta", v, "")?;
         }
         Ok(v)
+    }
+}
+
+/// Theorem 1 at one frequency.
+#[derive(Clone, Copy, Debug)]
+struct At {
+    /// Re{(1 − w)M}/|1 − w|² and Re{(1 − w)MP}/|1 − w|².
+    u: f64,
+    v: f64,
+    p: Complex<f64>,
+    /// V/|1 − w|².
+    spread: f64,
+}
+
+impl At {
+    /// δ = (r + √(r² + s|q|²))/2,   r = αu + βv,  q = α + βP,  s = V/|1 − w|²
+    fn needed(&self, alpha: f64, beta: f64) -> f64 {
+        let r = weighted(alpha, self.u) + weighted(beta, self.v);
+        if self.spread == 0.0 {
+            return r;
+        }
+        let p = if beta > 0.0 {
+            self.p * beta
+        } else {
+            0.0.into()
+        };
+        larger_root(r, self.spread * (p + alpha).norm_sqr())
+    }
+
+    /// Slope and value at 0 of the tangent of δ at `x`, for r = x·r₁ + `given`·r₂ and q = x·q₁ + `given`·q₂;
+    /// of the asymptote for an infinite x.
+    fn tangent(
+        &self,
+        [(r1, q1), (r2, q2)]: [(f64, Complex<f64>); 2],
+        x: f64,
+        given: f64,
+    ) -> (f64, f64) {
+        let rest = weighted(given, r2);
+        if self.spread == 0.0 {
+            return (r1, rest);
+        }
+        // ρ² = x²A + 2xC + …,  A = r₁² + s|q₁|²,  C = r₁r₀ + s·Re(q₁·q₀*),  r₀ and q₀ without x
+        let other = if given > 0.0 { q2 * given } else { 0.0.into() };
+        let squared = r1 * r1 + self.spread * q1.norm_sqr();
+        let cross = r1 * rest + self.spread * (q1 * other.conj()).re;
+        if x.is_infinite() {
+            let root = libm::sqrt(squared);
+            let mixed = if root > 0.0 { cross / root } else { 0.0 };
+            return (0.5 * (r1 + root), 0.5 * (rest + mixed));
+        }
+        let r = x * r1 + rest;
+        let square = self.spread * (q1 * x + other).norm_sqr();
+        let root = libm::sqrt(r * r + square);
+        let value = larger_root(r, square);
+        let slope = if root > 0.0 && root.is_finite() {
+            0.5 * (r1 + (x * squared + cross) / root)
+        } else {
+            0.0
+        };
+        (slope, value - x * slope)
+    }
+}
+
+/// (r + √(r² + square))/2 without cancellation.
+fn larger_root(r: f64, square: f64) -> f64 {
+    let root = libm::sqrt(r * r + square);
+    if r >= 0.0 {
+        0.5 * (r + root)
+    } else if root.is_infinite() {
+        0.0
+    } else {
+        0.5 * square / (root - r)
     }
 }
 

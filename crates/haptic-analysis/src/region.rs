@@ -24,7 +24,6 @@ use crate::arrangement::{Edge, Straight, monotone, near, pieces};
 use crate::circle::Characteristic;
 use crate::decomposition::{Decomposition, Sample};
 use crate::outline::Outline;
-use crate::stability::checked_delay;
 use crate::{AnalysisError, LoopOperator, SampledPlant};
 use core::f64::consts::PI;
 
@@ -87,7 +86,7 @@ impl StabilityRegion {
     /// Smallest order other than 0: below, the curve is too close to a straight line to be told apart.
     pub const ORDER_MIN: f64 = 1e-6;
 
-    /// Computes it for a plant, an operator and d samples of delay, with about `points` points on
+    /// Computes it for a plant, an operator and `delay` samples beside those of the plant, with about `points` points on
     /// the boundary (at least what its shape needs, some hundred).
     ///
     /// - *Accuracy*: points on the curve to about 1e-12, extremes of α and β to 1e-10; parts
@@ -105,11 +104,12 @@ impl StabilityRegion {
         delay: usize,
         points: usize,
     ) -> Result<Self, AnalysisError> {
-        checked_delay(delay)?;
-        if delay > Self::DELAY_MAX {
+        let plant = plant.later(delay)?;
+        let whole = plant.path().whole_samples();
+        if whole > Self::DELAY_MAX {
             return Err(AnalysisError::Range {
                 what: "delay of a region",
-                value: delay as f64,
+                value: plant.path().delay_samples(),
                 allowed: "from 0 to 64",
                 unit: "samples",
             });
@@ -123,11 +123,7 @@ impl StabilityRegion {
                 unit: "",
             });
         }
-        let characteristic = Characteristic {
-            plant,
-            operator,
-            delay,
-        };
+        let characteristic = Characteristic { plant, operator };
         let decomposition = Decomposition {
             characteristic,
             direct_gain: operator.direct_gain(),
@@ -204,21 +200,16 @@ impl Polygon {
 
 /// R, see the module's step 1.
 fn reach(characteristic: &Characteristic) -> Result<f64, AnalysisError> {
-    let Characteristic {
-        plant,
-        operator,
-        delay,
-    } = characteristic;
+    let Characteristic { plant, operator } = characteristic;
     let direct = operator.direct_gain();
     // sup |P| over the circle, generously: it enters as a logarithm.
     let (at_nyquist, _) = operator.response_and_rate(PI);
     let largest = at_nyquist.norm() + operator.variation(0.0, PI);
-    let own = [1.0, plant.pole_sum().abs(), plant.pole_product()];
-    let passive: f64 = own.iter().sum();
-    let gain = (plant.n1().abs() + plant.n0().abs()) * (largest / direct).max(1.0);
-    let power = delay + 1;
-    let own_coefficient = own.get(power).copied().unwrap_or(0.0);
-    let bound = |reach: f64| {
+    let passive: f64 = plant.denominator().iter().map(|a| a.abs()).sum();
+    let gain = plant.numerator().iter().map(|n| n.abs()).sum::<f64>() * (largest / direct).max(1.0);
+    let own = |power: usize| plant.denominator().get(power).map_or(0.0, |a| a.abs());
+    // The coefficient of w^p of a stable F, less the plant's own.
+    let coefficient = |power: usize, reach: f64| {
         let lambda = libm::log(passive + gain * reach);
         // [w^p] exp(2Λw/(1 − w)) = Σ_{k=1}^{p} C(p − 1, k − 1)(2Λ)^k/k!
         let mut term = 2.0 * lambda;
@@ -228,25 +219,43 @@ fn reach(characteristic: &Characteristic) -> Result<f64, AnalysisError> {
             let k = k as f64;
             term *= 2.0 * lambda * (power as f64 - k) / (k * (k + 1.0));
         }
-        (own_coefficient + sum) / plant.n1()
+        own(power) + sum
     };
-    // From above towards the largest R that still satisfies it: every step keeps the region inside.
+    let power = plant.path().whole_samples() + 1;
+    let (n1, n0) = (plant.n1(), plant.n0());
+    let first = largest_root(|reach| coefficient(power, reach) / n1).filter(|_| n1 > 0.0);
+    // A force that arrives late in its sample hardly moves the plant before the next: there
+    // [w^(p+1)] + c·[w^p] of w^p(n₁ + n₀w)(α + βP), with c = sup|P|/p₀ ≥ |p₁|/p₀, is at least n₀(α + p₀β).
+    let late = (plant.path().fraction() > 0.0 && n0 > 0.0 && n1 >= 0.0).then(|| {
+        let share = largest / direct;
+        largest_root(|reach| {
+            (coefficient(power + 1, reach) + share * coefficient(power, reach)) / n0
+        })
+    });
+    let found = [first, late.flatten()].into_iter().flatten();
+    found
+        .min_by(f64::total_cmp)
+        .ok_or(AnalysisError::Unresolved {
+            what: "a box that holds the stability region",
+            why: "a force hardly moves the plant within a sample",
+        })
+}
+
+/// The largest R with R ≤ bound(R), from above: every step keeps the region inside.
+fn largest_root(bound: impl Fn(f64) -> f64) -> Option<f64> {
     let mut reach: f64 = 1e250;
     for _ in 0..2000 {
         let next = bound(reach);
         if next >= reach || next.is_nan() {
-            break;
+            return None;
         }
         let settled = next > 0.99 * reach;
         reach = next;
         if settled {
-            return Ok(reach);
+            return Some(reach);
         }
     }
-    Err(AnalysisError::Unresolved {
-        what: "a box that holds the stability region",
-        why: "a force hardly moves the plant within a sample",
-    })
+    None
 }
 
 /// The curve between its extremes, the straight lines and the axes.

@@ -3,17 +3,18 @@
 use crate::circle::{Characteristic, Count};
 use crate::jury::{Jury, companion_eigenvalues, jury};
 use crate::operator::multiply;
-use crate::{AnalysisError, LoopOperator, Nondimensional, SampledPlant};
+use crate::{AnalysisError, ForcePath, LoopOperator, Nondimensional, SampledPlant};
 use num_complex::Complex;
 
 /// A loop closed over a virtual environment, without units.
 ///
 /// ```text
-/// F(w) = A(w) + w^(d+1)(n₁ + n₀w)(α + βP(w)),   stable ⇔ F has no zero in |w| ≤ 1,  w = z^(−1)
+/// F(w) = A(w) + w^(d+1)·N(w)·(α + βP(w)),   stable ⇔ F has no zero in |w| ≤ 1,  w = z^(−1)
 /// ```
 /// - α, β: stiffness and dissipation, at least 0; δ, γ: device and hand, see [`SampledPlant`].
 /// - d: whole samples of delay between measuring and acting, beside the one of the hold; up to
-///   [`DELAY_MAX`](Self::DELAY_MAX).
+///   [`DELAY_MAX`](Self::DELAY_MAX). A delay that is no whole number and a current lag belong to the plant:
+///   [`with_plant`](Self::with_plant).
 ///
 /// ```
 /// use fracdiff::{Order, Scheme, Seconds};
@@ -64,7 +65,7 @@ fn flushed(value: f64) -> f64 {
 
 impl<'a> SampledLoop<'a> {
     /// Longest delay, samples.
-    pub const DELAY_MAX: usize = 10_000;
+    pub const DELAY_MAX: usize = ForcePath::DELAY_MAX;
     /// Largest degree for which a verdict takes the trouble to find all poles.
     pub const EIGENVALUE_DEGREE: usize = 64;
 
@@ -84,8 +85,26 @@ impl<'a> SampledLoop<'a> {
             delta,
             gamma,
         } = parameters.checked()?;
+        Self::with_plant(
+            SampledPlant::new(delta, gamma)?.later(delay)?,
+            alpha,
+            beta,
+            operator,
+        )
+    }
+
+    /// The same on any plant, whose delay and lag are its own.
+    ///
+    /// # Errors
+    /// α or β negative, not finite, or above 1e12.
+    pub fn with_plant(
+        plant: SampledPlant,
+        alpha: f64,
+        beta: f64,
+        operator: &'a LoopOperator,
+    ) -> Result<Self, AnalysisError> {
         for (what, value) in [("alpha", alpha), ("beta", beta)] {
-            if value > 1e12 {
+            if !(0.0..=1e12).contains(&value) {
                 return Err(AnalysisError::Range {
                     what,
                     value,
@@ -95,11 +114,7 @@ impl<'a> SampledLoop<'a> {
             }
         }
         Ok(Self {
-            characteristic: Characteristic {
-                plant: SampledPlant::new(delta, gamma)?,
-                operator,
-                delay: checked_delay(delay)?,
-            },
+            characteristic: Characteristic { plant, operator },
             alpha: flushed(alpha),
             beta: flushed(beta),
         })
@@ -153,14 +168,14 @@ impl<'a> SampledLoop<'a> {
     pub fn characteristic_polynomial(&self) -> Option<Vec<f64>> {
         let (above, below) = self.characteristic.operator.polynomials()?;
         let plant = &self.characteristic.plant;
-        let mut sum = multiply(&[1.0, -plant.pole_sum(), plant.pole_product()], below);
+        let mut sum = multiply(plant.denominator(), below);
         let environment = (0..above.len().max(below.len())).map(|j| {
             let at = |polynomial: &[f64]| polynomial.get(j).copied().unwrap_or(0.0);
             self.alpha * at(below) + self.beta * at(above)
         });
         let environment: Vec<f64> = environment.collect();
-        let fed_back = multiply(&[plant.n1(), plant.n0()], &environment);
-        let lag = self.characteristic.delay + 1;
+        let fed_back = multiply(plant.numerator(), &environment);
+        let lag = plant.path().whole_samples() + 1;
         sum.resize(sum.len().max(lag + fed_back.len()), 0.0);
         for (j, term) in fed_back.iter().enumerate() {
             sum[lag + j] += term;
@@ -193,16 +208,4 @@ impl<'a> SampledLoop<'a> {
                 .fold(0.0, |most: f64, pole| most.max(pole.norm())),
         )
     }
-}
-
-pub(crate) fn checked_delay(delay: usize) -> Result<usize, AnalysisError> {
-    if delay <= SampledLoop::DELAY_MAX {
-        return Ok(delay);
-    }
-    Err(AnalysisError::Range {
-        what: "delay",
-        value: delay as f64,
-        allowed: "from 0 to 10000",
-        unit: "samples",
-    })
 }

@@ -2,7 +2,7 @@
 
 use crate::environment::{Effective, Environment};
 use crate::error::{not_negative, positive};
-use crate::{AnalysisError, Loop};
+use crate::{AnalysisError, ForcePath, Loop};
 use fracdiff::FrequencyResponse;
 use num_complex::Complex;
 
@@ -34,6 +34,17 @@ pub struct ClosedLoop {
 }
 
 impl ClosedLoop {
+    /// The same behind an actuator with a delay, whole or not, and a current lag; its delay comes on top of
+    /// `delay_samples`.
+    ///
+    /// ```text
+    /// Z(jω) = jωm + b + H·e^(−jωT(1/2 + d + h))/((1 + jωτ)·jω)
+    /// ```
+    #[must_use]
+    pub fn through(self, path: ForcePath) -> DelayedLoop {
+        DelayedLoop { closed: self, path }
+    }
+
     /// With the derivative s^μ itself in place of a sampled operator.
     ///
     /// ```text
@@ -88,6 +99,61 @@ impl ClosedLoop {
         not_negative("damping", self.damping_n_s_per_m, "N·s/m")?;
         let theta = self.environment.checked()?.theta(omega_rad_s)?;
         Ok((self.delay_samples as f64 + 0.5) * theta)
+    }
+}
+
+/// A [`ClosedLoop`] behind an actuator that is late and lags.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DelayedLoop {
+    closed: ClosedLoop,
+    path: ForcePath,
+}
+
+impl DelayedLoop {
+    /// With the derivative s^μ itself in place of a sampled operator.
+    ///
+    /// # Errors
+    /// As [`ClosedLoop::continuous`].
+    pub fn continuous(&self, omega_rad_s: f64) -> Result<Effective, AnalysisError> {
+        if self.path == ForcePath::NONE {
+            return self.closed.continuous(omega_rad_s);
+        }
+        let environment = &self.closed.environment;
+        // H = K + B·(jω)^μ
+        let mu = environment.order.get();
+        let size = environment.dissipation_n_s_mu_per_m * libm::pow(omega_rad_s, mu);
+        let (sin, cos) = libm::sincos(0.5 * std::f64::consts::PI * mu);
+        let felt = Complex::new(environment.stiffness_n_per_m + size * cos, size * sin);
+        self.felt(felt, omega_rad_s)
+    }
+
+    /// With the operator the loop really runs, P for this order.
+    ///
+    /// # Errors
+    /// As [`ClosedLoop::continuous`].
+    pub fn sampled(
+        &self,
+        operator: &(impl FrequencyResponse + ?Sized),
+        omega_rad_s: f64,
+    ) -> Result<Effective, AnalysisError> {
+        if self.path == ForcePath::NONE {
+            return self.closed.sampled(operator, omega_rad_s);
+        }
+        let environment = &self.closed.environment;
+        let felt = environment.response(operator, environment.theta(omega_rad_s)?);
+        self.felt(felt, omega_rad_s)
+    }
+
+    /// Stiffness and damping of Z for a response H of the environment.
+    fn felt(&self, h: Complex<f64>, omega_rad_s: f64) -> Result<Effective, AnalysisError> {
+        let omega = omega_rad_s;
+        let lag = self.closed.lag(omega)?;
+        let theta = self.closed.environment.theta(omega)?;
+        let hold = Complex::new(libm::cos(lag), -libm::sin(lag));
+        let acting = h * hold * self.path.continuous(theta);
+        let inertia = self.closed.mass_kg * omega * omega;
+        let damping = self.closed.damping_n_s_per_m + acting.im / omega;
+        Effective::new(omega, acting.re - inertia, damping)
     }
 }
 

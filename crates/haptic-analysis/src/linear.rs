@@ -1,0 +1,265 @@
+//! A plant given by matrices: checks, natural units, poles and numerator of its samples.
+
+use crate::AnalysisError;
+use crate::ForcePath;
+use crate::jury::{Block, blocks};
+use crate::operator::multiply;
+use crate::transition::{Motion, numerator};
+use nalgebra::{Complex, DMatrix, DVector, RowDVector, Schur};
+
+/// Most states.
+pub(crate) const STATES_MAX: usize = 8;
+/// Fastest motion, per sample.
+const FASTEST: f64 = 1e6;
+/// Largest accepted difference between the polynomials and the matrices, of the sum of the numerator.
+const AGREEMENT: f64 = 1e-9;
+
+/// A plant in units of one sample, with its lag as a state.
+pub(crate) type Matrices = (DMatrix<f64>, DVector<f64>, RowDVector<f64>);
+
+/// Checks sizes and numbers, adds the lag as a state, and takes samples as the unit of time, T²/m
+/// as that of the gain.
+pub(crate) fn scaled(
+    a: &[f64],
+    b: &[f64],
+    c: &[f64],
+    sample_time_s: f64,
+    mass_kg: f64,
+    path: ForcePath,
+) -> Result<Matrices, AnalysisError> {
+    let lag = usize::from(path.lag_samples() > 0.0);
+    let n = b.len();
+    let most = STATES_MAX - lag;
+    if n == 0 || n > most {
+        return Err(AnalysisError::Range {
+            what: "states of a plant",
+            value: n as f64,
+            allowed: if lag == 0 {
+                "from 1 to 8"
+            } else {
+                "from 1 to 7 with a current lag"
+            },
+            unit: "",
+        });
+    }
+    for (what, length, wanted) in [
+        ("entries of A", a.len(), n * n),
+        ("entries of C", c.len(), n),
+    ] {
+        if length != wanted {
+            return Err(AnalysisError::Range {
+                what,
+                value: length as f64,
+                allowed: "as many as the entries of B ask for",
+                unit: "",
+            });
+        }
+    }
+    for (what, list) in [("entry of A", a), ("entry of B", b), ("entry of C", c)] {
+        if let Some(&value) = list.iter().find(|x| !x.is_finite()) {
+            return Err(AnalysisError::Range {
+                what,
+                value,
+                allowed: "finite",
+                unit: "",
+            });
+        }
+    }
+    let size = n + lag;
+    let mut matrix = DMatrix::zeros(size, size);
+    let mut input = DVector::zeros(size);
+    let mut output = RowDVector::zeros(size);
+    let rate = if lag == 1 {
+        1.0 / path.lag_samples()
+    } else {
+        0.0
+    };
+    // y·m/T² for u: the numerator of a mass is then that of (4.1).
+    let gain = mass_kg / sample_time_s;
+    for row in 0..n {
+        for column in 0..n {
+            matrix[(row, column)] = a[row * n + column] * sample_time_s;
+        }
+        output[row] = c[row];
+        let driven = b[row] * gain;
+        if lag == 1 {
+            matrix[(row, n)] = driven;
+        } else {
+            input[row] = driven;
+        }
+    }
+    if lag == 1 {
+        matrix[(n, n)] = -rate;
+        input[n] = rate;
+    }
+    balance(&mut matrix, &mut input, &mut output);
+    let fastest = matrix.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    if fastest.is_nan() || fastest > FASTEST.max(rate) {
+        return Err(AnalysisError::Range {
+            what: "fastest motion of the plant",
+            value: fastest,
+            allowed: "at most 1e6",
+            unit: "per sample",
+        });
+    }
+    Ok((matrix, input, output))
+}
+
+/// Units of the states, powers of two, in which rows and columns of A are about as large.
+fn balance(a: &mut DMatrix<f64>, b: &mut DVector<f64>, c: &mut RowDVector<f64>) {
+    let n = a.nrows();
+    for _ in 0..20 {
+        let mut settled = true;
+        for i in 0..n {
+            let sum = |list: &mut dyn Iterator<Item = f64>| list.sum::<f64>();
+            let row = sum(&mut (0..n).filter(|&j| j != i).map(|j| a[(i, j)].abs()));
+            let column = sum(&mut (0..n).filter(|&j| j != i).map(|j| a[(j, i)].abs()));
+            if row == 0.0 || column == 0.0 {
+                continue;
+            }
+            let exponent = libm::rint(0.5 * (libm::log2(row) - libm::log2(column)));
+            if exponent == 0.0 {
+                continue;
+            }
+            settled = false;
+            let unit = libm::exp2(exponent);
+            for j in 0..n {
+                a[(i, j)] /= unit;
+                a[(j, i)] *= unit;
+            }
+            b[i] /= unit;
+            c[i] *= unit;
+        }
+        if settled {
+            return;
+        }
+    }
+}
+
+/// 1 − cw of a real pole s, c = e^s, in powers of w and of v.
+fn single(pole: f64) -> (Vec<f64>, Vec<f64>) {
+    let decay = libm::exp(pole);
+    (vec![1.0, -decay], vec![-libm::expm1(pole), decay])
+}
+
+/// (1 − c₁w)(1 − c₂w) of the poles `mean` ± √`square` in powers of w and of v; 1 − c without cancellation.
+fn pair(mean: f64, square: f64) -> (Vec<f64>, Vec<f64>) {
+    if square >= 0.0 {
+        let root = libm::sqrt(square);
+        let ((a, a_in_v), (b, b_in_v)) = (single(mean + root), single(mean - root));
+        return (multiply(&a, &b), multiply(&a_in_v, &b_in_v));
+    }
+    let (decay, omega) = (libm::exp(mean), libm::sqrt(-square));
+    let (sin, cos) = libm::sincos(omega);
+    let half_sine = libm::sin(0.5 * omega);
+    let gone = -libm::expm1(mean) + 2.0 * decay * half_sine * half_sine;
+    let swing = decay * sin;
+    // (1 − cw)(1 − c̄w), and |1 − c|² + 2Re(c(1 − c̄))v + |c|²v²
+    (
+        vec![1.0, -2.0 * decay * cos, decay * decay],
+        vec![
+            gone * gone + swing * swing,
+            2.0 * (decay * cos * gone - swing * swing),
+            decay * decay,
+        ],
+    )
+}
+
+/// The polynomials of a sampled plant.
+#[derive(Clone, Debug)]
+pub(crate) struct Sampled {
+    pub(crate) denominator: Vec<f64>,
+    pub(crate) denominator_in_v: Vec<f64>,
+    pub(crate) numerator: Vec<f64>,
+}
+
+impl Sampled {
+    pub(crate) fn new(
+        a: &DMatrix<f64>,
+        b: &DVector<f64>,
+        c: &RowDVector<f64>,
+        fraction: f64,
+    ) -> Result<Self, AnalysisError> {
+        let spoiled = |why| AnalysisError::Unresolved {
+            what: "the sampled plant",
+            why,
+        };
+        let schur = Schur::try_new(a.clone(), f64::EPSILON, 10_000)
+            .ok_or(spoiled("its poles do not converge"))?;
+        let (mut denominator, mut in_v) = (vec![1.0], vec![1.0]);
+        for block in blocks(&schur.unpack().1) {
+            let (sampled, sampled_in_v) = match block {
+                Block::Single(pole) => single(pole),
+                Block::Pair { mean, square } => pair(mean, square),
+            };
+            denominator = multiply(&denominator, &sampled);
+            in_v = multiply(&in_v, &sampled_in_v);
+        }
+        let numerator = numerator(a, b, c, fraction, &denominator);
+        let sampled = Self {
+            denominator,
+            denominator_in_v: in_v,
+            numerator,
+        };
+        let size: f64 = sampled.numerator.iter().map(|x| x.abs()).sum();
+        if !size.is_finite() {
+            return Err(spoiled(
+                "a motion in it grows beyond all numbers within a sample",
+            ));
+        }
+        let moved = Motion::new(a, b, 1.0).input;
+        let felt: f64 = (c.iter().zip(moved.iter()))
+            .map(|(c, x)| (c * x).abs())
+            .sum();
+        if size <= 1e-12 * felt || size == 0.0 {
+            return Err(spoiled("its input does not move its output"));
+        }
+        if sampled.disagreement(a, b, c, fraction) > AGREEMENT * size {
+            return Err(spoiled(
+                "rounding errors spoil its polynomials: leave out motions that the loop cannot feel",
+            ));
+        }
+        Ok(sampled)
+    }
+
+    /// The largest |A(w)·C(1 − wΦ)⁻¹(Γ₀ + Γ₁w) − N(w)| at eight angles.
+    fn disagreement(
+        &self,
+        a: &DMatrix<f64>,
+        b: &DVector<f64>,
+        c: &RowDVector<f64>,
+        fraction: f64,
+    ) -> f64 {
+        let complex = |x: f64| Complex::new(x, 0.0);
+        let sample = Motion::new(a, b, 1.0).state;
+        let late = Motion::new(a, b, 1.0 - fraction);
+        let early = late.carry(&Motion::new(a, b, fraction).input);
+        let mut most: f64 = 0.0;
+        for k in 0..8 {
+            let theta = 3.0 * libm::pow(0.5, f64::from(k));
+            let place = crate::curve::Place::new(theta);
+            // 1 − wΦ = v − wE
+            let system = DMatrix::from_fn(a.nrows(), a.nrows(), |i, j| {
+                let identity = if i == j { place.v } else { complex(0.0) };
+                identity - place.w * sample[(i, j)]
+            });
+            let driven = DVector::from_fn(a.nrows(), |i, _| place.w * early[i] + late.input[i]);
+            let Some(x) = system.lu().solve(&driven) else {
+                return f64::INFINITY;
+            };
+            let direct = (0..a.nrows()).fold(complex(0.0), |sum, i| sum + x[i] * c[i]);
+            let at = |list: &[f64], x: Complex<f64>| {
+                let terms = list.iter().rev();
+                terms.fold(complex(0.0), |sum, term| sum * x + *term)
+            };
+            let difference =
+                at(&self.denominator_in_v, place.v) * direct - at(&self.numerator, place.w);
+            most = if difference.norm() <= most {
+                most
+            } else {
+                difference.norm()
+            };
+        }
+        most
+    }
+}

@@ -1,0 +1,220 @@
+//! From a command to the force on the device: delay and current lag.
+
+use crate::AnalysisError;
+use num_complex::Complex;
+
+/// The way of a command to the device: held for one sample, delayed by (d + h) samples, and followed
+/// by a motor current of time constant τ.
+///
+/// ```text
+/// τ·f'(t) = u(t − (d + h)T) − f(t),   or f(t) = u(t − (d + h)T) if τ = 0;   0 ≤ h < 1
+/// ```
+/// - *Units*: both numbers in samples, that is delay/T and τ/T. [`Dynamics`](crate::Dynamics) makes one
+///   from seconds.
+/// - *Delay*: beside that of the hold, from 0 to [`DELAY_MAX`](Self::DELAY_MAX). A delay within 1e-9 of
+///   a whole number is that number, so that 3 ms at 1 ms are 3 samples.
+/// - *Lag*: from 0 to [`LAG_MAX`](Self::LAG_MAX). Below 1e-13 it counts as none: it moves the force by
+///   less than a rounding error.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ForcePath {
+    whole: usize,
+    fraction: f64,
+    lag: f64,
+}
+
+/// What a command does to the force within a sample, at one frequency.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Profile {
+    /// M, the mean of the force for the command e^(jθn).
+    pub(crate) mean: Complex<f64>,
+    /// V/|1 − w|², its variance within the sample.
+    pub(crate) spread: f64,
+}
+
+impl ForcePath {
+    /// No delay, no lag.
+    pub const NONE: Self = Self {
+        whole: 0,
+        fraction: 0.0,
+        lag: 0.0,
+    };
+    /// Longest delay, samples.
+    pub const DELAY_MAX: usize = 10_000;
+    /// Longest lag, samples.
+    pub const LAG_MAX: f64 = 1e6;
+
+    /// From delay and lag, both in samples.
+    ///
+    /// # Errors
+    /// Either outside its range.
+    pub fn new(delay_samples: f64, lag_samples: f64) -> Result<Self, AnalysisError> {
+        let in_range = |value: f64, most: f64| value >= 0.0 && value <= most;
+        if !in_range(delay_samples, Self::DELAY_MAX as f64) {
+            return Err(AnalysisError::Range {
+                what: "delay",
+                value: delay_samples,
+                allowed: "from 0 to 10000",
+                unit: "samples",
+            });
+        }
+        if !in_range(lag_samples, Self::LAG_MAX) {
+            return Err(AnalysisError::Range {
+                what: "current lag",
+                value: lag_samples,
+                allowed: "from 0 to 1e6",
+                unit: "samples",
+            });
+        }
+        let nearest = libm::rint(delay_samples);
+        let delay = if (delay_samples - nearest).abs() < 1e-9 {
+            nearest
+        } else {
+            delay_samples
+        };
+        let whole = libm::floor(delay);
+        Ok(Self {
+            whole: whole as usize,
+            fraction: delay - whole,
+            lag: if lag_samples < 1e-13 {
+                0.0
+            } else {
+                lag_samples
+            },
+        })
+    }
+
+    /// A whole number of samples of delay, no lag.
+    ///
+    /// # Errors
+    /// More than the longest delay.
+    pub fn whole(samples: usize) -> Result<Self, AnalysisError> {
+        Self::new(samples as f64, 0.0)
+    }
+
+    /// d + h, samples.
+    #[must_use]
+    pub fn delay_samples(&self) -> f64 {
+        self.whole as f64 + self.fraction
+    }
+
+    /// d, the whole samples of the delay.
+    #[must_use]
+    pub fn whole_samples(&self) -> usize {
+        self.whole
+    }
+
+    /// h, from 0 to below 1.
+    #[must_use]
+    pub fn fraction(&self) -> f64 {
+        self.fraction
+    }
+
+    /// τ/T, samples.
+    #[must_use]
+    pub fn lag_samples(&self) -> f64 {
+        self.lag
+    }
+
+    /// Whether the force is constant within each sample: no fraction of delay and no lag.
+    #[must_use]
+    pub fn is_whole(&self) -> bool {
+        self.fraction == 0.0 && self.lag == 0.0
+    }
+
+    /// The same with more whole samples of delay.
+    ///
+    /// # Errors
+    /// More than the longest delay.
+    pub fn later(self, samples: usize) -> Result<Self, AnalysisError> {
+        let whole = self.whole.saturating_add(samples);
+        Self::new(whole as f64, 0.0)?;
+        Ok(Self { whole, ..self })
+    }
+
+    /// d + h + τ/T, the mean delay at rest, samples.
+    pub(crate) fn mean_delay(&self) -> f64 {
+        self.whole as f64 + (self.fraction + self.lag)
+    }
+
+    /// What a force passes through at the angle θ = ωT as a continuous signal.
+    ///
+    /// ```text
+    /// e^(−jθ(d + h))/(1 + jθτ/T)
+    /// ```
+    pub(crate) fn continuous(&self, theta: f64) -> Complex<f64> {
+        let (sin, cos) = libm::sincos(theta * self.delay_samples());
+        let delayed = Complex::new(cos, -sin);
+        if self.lag == 0.0 {
+            return delayed;
+        }
+        delayed / Complex::new(1.0, theta * self.lag)
+    }
+
+    /// Mean and variance of the force within a sample for the command e^(jθn), 0 ≤ θ ≤ π.
+    ///
+    /// The force at the time t in the sample is W(t)·e^(jθn), with a·(U − W) = W′, W(1) = W(0)/w, and U
+    /// the command that has arrived: w before t = h, 1 after it. With W = w^d·(1 − v·y),
+    /// ```text
+    /// a = T/τ,  D = 1 − w·e^(−a),  E = e^(−a(1 − h)),  v = 1 − w
+    /// y = 1 + (wE/D)·e^(−at)  for t < h,     y = e^(−a(t − h))/D  after it
+    /// M = w^d·(1 − v·ȳ),   ȳ = h + (1 − v·E/D)/a,     V/|v|² = mean |y|² − |ȳ|²
+    /// ```
+    /// For slow lags the variance is that of D·y − 1, all of size a, so that nothing cancels.
+    pub(crate) fn profile(&self, theta: f64) -> Profile {
+        let h = self.fraction;
+        let (s, c) = libm::sincos(0.5 * theta);
+        let v = Complex::new(2.0 * s * s, 2.0 * s * c);
+        let (sin, cos) = libm::sincos(self.whole as f64 * theta);
+        let delayed = Complex::new(cos, -sin);
+        if self.lag == 0.0 {
+            // M = w^d(1 − hv), V = h(1 − h)|v|²
+            return Profile {
+                mean: delayed * (-v * h + 1.0),
+                spread: h * (1.0 - h),
+            };
+        }
+        let a = 1.0 / self.lag;
+        let left = libm::exp(-a);
+        let entered = libm::exp(-a * (1.0 - h));
+        // D = (1 − e^(−a)) + e^(−a)v
+        let d = v * left - libm::expm1(-a);
+        let mean_y = (-(v * entered / d) + 1.0) * self.lag + h;
+        let w = -v + 1.0;
+        let spread = if a < 1.0 {
+            self.slow_spread(w) / d.norm_sqr()
+        } else {
+            let early = 2.0 * self.lag * (entered - left) * (w / d).re;
+            let late = -0.5 * self.lag * libm::expm1(-2.0 * a) / d.norm_sqr();
+            h + early + late - mean_y.norm_sqr()
+        };
+        Profile {
+            mean: delayed * (-v * mean_y + 1.0),
+            spread: spread.max(0.0),
+        }
+    }
+
+    /// The variance of ψ = 1 − D·y: 1 − e^(−a(t − h)) after h, w·e^(−a)(1 − e^(a(h − t))) before it.
+    fn slow_spread(&self, w: Complex<f64>) -> f64 {
+        let (h, a) = (self.fraction, 1.0 / self.lag);
+        let left = libm::exp(-a);
+        let (after, after_square) = rise(a, 1.0 - h);
+        let (before, before_square) = rise(-a, h);
+        let mean = w * (left * before) + after;
+        after_square + left * left * before_square - mean.norm_sqr()
+    }
+}
+
+/// The integrals of 1 − e^(−as) and of its square over 0 ≤ s ≤ x, |a| ≤ 1, without cancellation.
+fn rise(a: f64, x: f64) -> (f64, f64) {
+    let q = a * x;
+    // x·Σ_{k≥1} (−1)^(k+1) q^k/(k + 1)!   and   x·Σ_{k≥2} (−1)^k (2^k − 2) q^k/(k + 1)!
+    let (mut first, mut square) = (0.0, 0.0);
+    let (mut term, mut power) = (1.0, 1.0);
+    for k in 1..=24_u32 {
+        term *= -q / f64::from(k + 1);
+        power *= 2.0;
+        first -= term;
+        square += (power - 2.0) * term;
+    }
+    (x * first, x * square)
+}

@@ -1,0 +1,397 @@
+//! Delay that is no whole number of samples, and a current lag: the sampled plant against thirty digits,
+//! plants from matrices, and verdicts that must agree.
+
+use fracdiff::{Order, Scheme, Seconds};
+use haptic_analysis::{
+    AnalysisError, Dynamics, Environment, ForcePath, Jury, LoopOperator, SampledLoop, SampledPlant,
+    StabilityRegion,
+};
+
+const GOLDEN: &str = include_str!("../../../tests/golden/delayed_plant.csv");
+
+/// Largest error of a coefficient, of their sum.
+const TOLERANCE: f64 = 1e-12;
+
+fn operator(scheme: &str, order: f64) -> LoopOperator {
+    let scheme: Scheme = scheme.parse().expect("a scheme");
+    let order = Order::new(order).expect("in range");
+    LoopOperator::new(scheme, order, Seconds(1e-3), 1e5).expect("an operator")
+}
+
+fn path(delay: f64, lag: f64) -> ForcePath {
+    ForcePath::new(delay, lag).expect("in range")
+}
+
+/// `SplitMix64`, to uniform numbers in [0, 1).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut x = self.0;
+        x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((x ^ (x >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.next()
+    }
+}
+
+#[test]
+fn every_delayed_and_lagging_numerator_matches_thirty_digits() {
+    let mut cases = 0;
+    let mut worst: f64 = 0.0;
+    for line in GOLDEN.lines().skip(1) {
+        let row: Vec<f64> = line
+            .split(',')
+            .map(|x| x.parse().expect("a number"))
+            .collect();
+        let [delta, gamma, h, tau, ref want @ .., sum] = row[..] else {
+            panic!("{line}");
+        };
+        let plant = SampledPlant::behind(delta, gamma, path(h, tau)).expect("in range");
+        for (j, want) in want.iter().enumerate() {
+            let have = plant.numerator().get(j).copied().unwrap_or(0.0);
+            let error = (have - want).abs() / sum;
+            worst = worst.max(error);
+            assert!(
+                error <= TOLERANCE,
+                "δ = {delta:e}, γ = {gamma:e}, h = {h:e}, τ = {tau:e}: {j} is {have:e}, not {want:e} ({error:.1e})"
+            );
+        }
+        let error = (plant.numerator_sum() / sum - 1.0).abs();
+        assert!(error <= TOLERANCE, "{line}: {error:e}");
+        cases += 1;
+    }
+    println!("{cases} cases, worst {worst:.1e}");
+    assert!(cases > 300);
+}
+
+#[test]
+fn without_fraction_and_lag_it_is_the_plain_plant_to_the_bit() {
+    let plain = SampledPlant::new(0.1, 0.3).expect("in range");
+    let behind = SampledPlant::behind(0.1, 0.3, path(2.0, 0.0)).expect("in range");
+    assert_eq!(behind.numerator(), plain.numerator());
+    assert_eq!(behind.denominator(), plain.denominator());
+    assert_eq!(behind.path().whole_samples(), 2);
+    // 3 ms at 1 ms, whatever the division says.
+    assert_eq!(path(3e-3 / 1e-3, 0.0), path(3.0, 0.0));
+}
+
+#[test]
+fn a_vanishing_lag_or_fraction_changes_nothing_more_than_itself() {
+    let plain = SampledPlant::behind(0.1, 0.0, path(0.5, 0.0)).expect("in range");
+    for lag in [1e-12, 1e-10, 1e-8] {
+        let near = SampledPlant::behind(0.1, 0.0, path(0.5, lag)).expect("in range");
+        for (a, b) in near.numerator().iter().zip(plain.numerator()) {
+            assert!((a - b).abs() <= 2.0 * lag + 1e-13, "{lag:e}: {a} {b}");
+        }
+        assert!((near.numerator_sum() - plain.numerator_sum()).abs() <= 1e-14);
+    }
+}
+
+/// A of mass, damper, hand and lag, in SI units; B and C.
+fn matrices(d: &Dynamics) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
+    let (m, b, k) = (d.mass_kg, d.damping_n_s_per_m, d.hand_stiffness_n_per_m);
+    let rate = 1.0 / d.current_lag_s;
+    (
+        vec![0.0, 1.0, 0.0, -k / m, -b / m, 1.0 / m, 0.0, 0.0, -rate],
+        vec![0.0, 0.0, rate],
+        vec![1.0, 0.0, 0.0],
+    )
+}
+
+#[test]
+fn matrices_of_a_lagging_mass_damper_give_the_same_plant_as_its_name() {
+    let mut random = Random(3);
+    for _ in 0..200 {
+        let t = 1e-3;
+        let device = Dynamics {
+            mass_kg: random.between(0.02, 1.0),
+            damping_n_s_per_m: random.between(0.0, 10.0),
+            hand_stiffness_n_per_m: random.between(0.0, 1000.0),
+            delay_s: t * random.between(0.0, 3.0),
+            current_lag_s: t * random.between(0.05, 3.0),
+        };
+        let named = device.plant(t).expect("in range");
+        let delay = path(device.delay_s / t, 0.0);
+        let (a, b, c) = matrices(&device);
+        let whole = SampledPlant::linear(&a, &b, &c, t, device.mass_kg, delay).expect("in range");
+        // The same with the lag from the path.
+        let (m, k) = (device.mass_kg, device.hand_stiffness_n_per_m);
+        let a = [0.0, 1.0, -k / m, -device.damping_n_s_per_m / m];
+        let both = path(device.delay_s / t, device.current_lag_s / t);
+        let part =
+            SampledPlant::linear(&a, &[0.0, 1.0 / m], &[1.0, 0.0], t, m, both).expect("in range");
+        for plant in [&whole, &part] {
+            let near = |a: &[f64], b: &[f64], most: f64| {
+                assert_eq!(a.len(), b.len());
+                for (a, b) in a.iter().zip(b) {
+                    assert!((a - b).abs() <= most, "{a} {b}, {device:?}");
+                }
+            };
+            near(plant.denominator(), named.denominator(), 1e-12);
+            near(
+                plant.numerator(),
+                named.numerator(),
+                1e-11 * named.numerator_sum(),
+            );
+        }
+    }
+}
+
+#[test]
+fn matrices_that_cannot_be_sampled_are_refused_in_one_line() {
+    let free = [0.0, 1.0, 0.0, 0.0];
+    let refused = |a: &[f64], b: &[f64], c: &[f64], lag: f64| {
+        let error = SampledPlant::linear(a, b, c, 1e-3, 1.0, path(0.0, lag)).expect_err("refused");
+        error.to_string()
+    };
+    assert_eq!(
+        refused(&free, &[0.0, 1.0], &[1.0], 0.0),
+        "entries of C 1 is not as many as the entries of B ask for"
+    );
+    assert_eq!(
+        refused(&[0.0; 64], &[1.0; 8], &[1.0; 8], 1.0),
+        "states of a plant 8 is not from 1 to 7 with a current lag"
+    );
+    assert_eq!(
+        refused(&free, &[0.0, f64::NAN], &[1.0, 0.0], 0.0),
+        "entry of B NaN is not finite"
+    );
+    assert_eq!(
+        refused(&[0.0, 1.0, 0.0, -1e10], &[0.0, 1.0], &[1.0, 0.0], 0.0),
+        "fastest motion of the plant 10000000 per sample is not at most 1e6 per sample"
+    );
+    // The second state never moves the first.
+    assert_eq!(
+        refused(&[-1.0, 0.0, 0.0, -2.0], &[0.0, 1.0], &[1.0, 0.0], 0.0),
+        "the sampled plant cannot be computed: its input does not move its output"
+    );
+    assert!(matches!(
+        ForcePath::new(-0.1, 0.0),
+        Err(AnalysisError::Range { what: "delay", .. })
+    ));
+    let words = ForcePath::new(0.0, 2e6).expect_err("refused").to_string();
+    assert_eq!(
+        words,
+        "current lag 2000000 samples is not from 0 to 1e6 samples"
+    );
+}
+
+/// Two masses coupled by a spring and a damper, the force on the first, the encoder on the second: a
+/// device with a soft drive.
+#[test]
+fn a_plant_of_four_states_is_judged_alike_three_ways() {
+    let (m1, m2, k, b) = (0.05, 0.03, 4000.0, 2.0);
+    #[rustfmt::skip]
+    let a = [
+        0.0,     1.0,            0.0,     0.0,
+        -k / m1, -(b + 1.0) / m1, k / m1,  b / m1,
+        0.0,     0.0,            0.0,     1.0,
+        k / m2,  b / m2,         -k / m2, -(b + 0.5) / m2,
+    ];
+    let (input, output) = ([0.0, 1.0 / m1, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]);
+    let mut random = Random(11);
+    let (mut stable, mut decided) = (0, 0);
+    for _ in 0..200 {
+        let way = path(random.between(0.0, 3.0), random.between(0.1, 2.0));
+        let plant =
+            SampledPlant::linear(&a, &input, &output, 1e-3, m1 + m2, way).expect("in range");
+        let operator = operator("muir:3", random.between(0.0, 2.0));
+        let (alpha, beta) = (random.between(0.0, 0.03), random.between(0.0, 0.1));
+        let subject = SampledLoop::with_plant(plant, alpha, beta, &operator).expect("in range");
+        let verdict = subject.verdict();
+        let radius = verdict.spectral_radius.expect("a polynomial");
+        if (radius - 1.0).abs() < 1e-9 {
+            continue;
+        }
+        assert_eq!(verdict.stable, radius < 1.0, "{plant:?}");
+        stable += usize::from(verdict.stable);
+        match subject.jury().expect("a polynomial") {
+            Jury::Stable => assert!(verdict.stable),
+            Jury::NotStable => assert!(!verdict.stable),
+            _ => continue,
+        }
+        decided += 1;
+    }
+    assert!(
+        stable > 40 && stable < 190 && decided > 150,
+        "{stable} {decided}"
+    );
+}
+
+#[test]
+fn encirclement_jury_and_eigenvalues_agree_behind_any_delay_and_lag() {
+    let mut random = Random(5);
+    let (mut stable, mut decided) = (0, 0);
+    const CASES: usize = 3000;
+    for case in 0..CASES {
+        let delay = random.between(0.0, 3.0);
+        let lag = if case % 3 == 0 {
+            0.0
+        } else {
+            random.between(0.0, 3.0)
+        };
+        let plant = SampledPlant::behind(
+            random.between(0.0, 1.0) * random.next(),
+            random.between(0.0, 0.3) * random.next(),
+            path(delay, lag),
+        )
+        .expect("in range");
+        let most = 1.0 / (1.0 + 3.0 * delay + 2.0 * lag);
+        let (alpha, beta) = (
+            most * random.next() * random.next(),
+            2.0 * most * random.next(),
+        );
+        let name = ["muir:3", "grunwald:20", "tustin-muir:5"][case % 3];
+        let operator = operator(name, random.between(0.0, 2.0));
+        let subject = SampledLoop::with_plant(plant, alpha, beta, &operator).expect("in range");
+        let verdict = subject.verdict();
+        let radius = verdict.spectral_radius.expect("a polynomial");
+        if (radius - 1.0).abs() < 1e-9 {
+            continue;
+        }
+        let poles = subject.poles().expect("a polynomial");
+        let outside = poles.iter().filter(|z| z.norm() > 1.0).count();
+        assert_eq!(
+            verdict.unstable_poles,
+            Some(outside),
+            "case {case}: {plant:?}"
+        );
+        stable += usize::from(verdict.stable);
+        match subject.jury().expect("a polynomial") {
+            Jury::Stable => assert!(verdict.stable),
+            Jury::NotStable => assert!(!verdict.stable),
+            _ => continue,
+        }
+        decided += 1;
+    }
+    println!("{stable} stable, {decided} decided by Jury");
+    assert!(stable > CASES / 5 && stable < 4 * CASES / 5, "{stable}");
+    assert!(decided > CASES * 9 / 10, "{decided}");
+}
+
+#[test]
+fn regions_behind_delay_and_lag_agree_with_verdicts_on_both_sides_of_the_boundary() {
+    let mut random = Random(17);
+    let mut checked = 0;
+    for (delay, lag) in [
+        (0.0, 0.5),
+        (0.3, 0.0),
+        (1.999_999, 0.0),
+        (0.5, 1e-3),
+        (1.3, 0.5),
+        (2.75, 3.0),
+    ] {
+        for order in [0.0, 0.5, 1.0, 1.7] {
+            let operator = operator("exact", order);
+            let plant = SampledPlant::behind(0.1, 0.01, path(delay, lag)).expect("in range");
+            let region = StabilityRegion::new(plant, &operator, 0, 2000).expect("closes");
+            let area = region.bounded().expect("not empty");
+            for _ in 0..200 {
+                let (alpha, beta) = (
+                    1.2 * area.alpha_max * random.next(),
+                    1.2 * area.beta_max * random.next(),
+                );
+                let subject =
+                    SampledLoop::with_plant(plant, alpha, beta, &operator).expect("in range");
+                let verdict = subject.verdict();
+                // Chords are within 1e-6 of the boundary.
+                if verdict.distance < 1e-5 {
+                    continue;
+                }
+                assert_eq!(
+                    region.contains(alpha, beta),
+                    verdict.stable,
+                    "d + h = {delay}, τ = {lag}, μ = {order}, α = {alpha}, β = {beta}"
+                );
+                checked += 1;
+            }
+        }
+    }
+    assert!(checked > 4000, "{checked}");
+}
+
+#[test]
+fn the_region_changes_steadily_with_the_delay_from_one_whole_sample_to_the_next() {
+    let operator = operator("exact", 1.0);
+    let largest = |delay: f64| {
+        let plant = SampledPlant::behind(0.0, 0.0, path(delay, 0.0)).expect("in range");
+        let region = StabilityRegion::new(plant, &operator, 0, 400).expect("closes");
+        region.bounded().expect("not empty").alpha_max
+    };
+    // The anchors at whole samples, and no step beside them.
+    for (delay, want) in [
+        (0.0, 12.0 - 8.0 * 2_f64.sqrt()),
+        (1.0, 0.144_47),
+        (2.0, 0.062_43),
+    ] {
+        assert!((largest(delay) - want).abs() < 5e-6, "{delay}");
+        assert!(
+            (largest(delay + 1e-6) - largest(delay)).abs() < 1e-5,
+            "{delay}"
+        );
+    }
+    assert!((largest(1.0 - 1e-6) - largest(1.0)).abs() < 1e-5);
+    let delays = (0..=40).map(|k| largest(0.05 * f64::from(k)));
+    let values: Vec<f64> = delays.collect();
+    assert!(
+        values.windows(2).all(|pair| pair[1] < pair[0]),
+        "{values:?}"
+    );
+}
+
+#[test]
+fn margins_behind_delay_and_lag_are_where_verdicts_change() {
+    let mut random = Random(23);
+    let mut checked = 0;
+    for case in 0..200 {
+        let order = Order::new(random.between(0.0, 2.0)).expect("in range");
+        let operator = operator(["exact", "muir:3", "full:1e-3"][case % 3], order.get());
+        let t = 1e-3;
+        let device = Dynamics {
+            mass_kg: 0.1,
+            damping_n_s_per_m: random.between(0.0, 20.0),
+            hand_stiffness_n_per_m: random.between(0.0, 500.0),
+            delay_s: t * random.between(0.0, 3.0),
+            current_lag_s: t * random.between(0.0, 3.0),
+        };
+        let wall = |gain: f64| Environment {
+            stiffness_n_per_m: gain * 1500.0,
+            dissipation_n_s_mu_per_m: gain * 20.0 * t.powf(order.get() - 1.0),
+            order,
+            sample_time_s: t,
+        };
+        let stable = |gain, device: &Dynamics| {
+            let closed = device.closed(&wall(gain), &operator).expect("in range");
+            closed.is_stable()
+        };
+        if !stable(1.0, &device) {
+            continue;
+        }
+        let margins = device
+            .closed(&wall(1.0), &operator)
+            .expect("in range")
+            .margins();
+        let margins = margins.expect("stable");
+        if let Some(up) = margins.gain_up {
+            assert!(stable(1.0 + 0.999 * (up.value - 1.0), &device), "{up:?}");
+            assert!(!stable(up.value * (1.0 + 1e-6), &device), "{up:?}");
+        }
+        let delay = margins.delay.expect("some delay is too much");
+        // Now the delay need not be whole: its margin is exact where the phase of the crossing decides
+        // (between samples a delay is not a turn of the phase alone).
+        if delay.value > 1.0 {
+            let whole = Dynamics {
+                delay_s: device.delay_s + t * (delay.value - 1e-6).floor(),
+                ..device
+            };
+            assert!(stable(1.0, &whole), "{delay:?}");
+        }
+        checked += 1;
+    }
+    assert!(checked > 50, "{checked}");
+}
