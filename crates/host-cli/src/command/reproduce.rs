@@ -1,6 +1,6 @@
 //! `reproduce`: every figure of the dissertation, and the verdict on each claim.
 
-use super::experiment::progress_bar;
+use super::experiment::{progress_bar, stop_on_interrupt};
 use crate::failure::Failure;
 use crate::folder::{FolderRequest, write_text};
 use crate::output::Output;
@@ -11,11 +11,13 @@ use crate::reproduce::{Claim, Formulas};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
 
 /// Arguments of `reproduce`.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: host-cli reproduce --out reproduction\n\
-                        Writes figure-N.N.csv, .svg and .png, report.md and report.html.")]
+                        Writes figure-N.N.csv, .svg and .png, report.md and report.html. Ctrl-C keeps what is done, writes the \
+                        report of it and exits with 1.")]
 pub struct Arguments {
     /// Folder for figures and report
     #[arg(long, value_name = "DIR")]
@@ -31,6 +33,8 @@ struct Reproduction {
     figures: Vec<Made>,
     claims: Vec<Claim>,
     report: String,
+    /// Why it ended early; null if it did not. What is there is whole.
+    ended_early: Option<&'static str>,
 }
 
 #[derive(Serialize)]
@@ -61,8 +65,14 @@ impl Arguments {
         let bar = progress_bar((FIGURES.len() + COUNT) as u64, output);
         let mut figures = Vec::new();
         let mut shown = Vec::new();
+        let stop = stop_on_interrupt()?;
+        let stopped = || stop.load(Ordering::Relaxed);
         for make in FIGURES {
-            let figure = make()?;
+            let figure = make(stop)?;
+            // One that was cut short is not what it says.
+            if stopped() {
+                break;
+            }
             let picture = figure.draw()?;
             let folder = request(format!("figure-{}", figure.id)).prepare()?;
             let data = folder.write_named_table("csv", &figure.columns(), figure.rows())?;
@@ -82,8 +92,15 @@ impl Arguments {
             });
             bar.inc(1);
         }
-        let claims = judge_all(&Formulas::default(), &|| bar.inc(1))
-            .map_err(|error| Failure::Run(error.into()))?;
+        let go_on = || {
+            bar.inc(1);
+            !stopped()
+        };
+        let claims = match stopped() {
+            true => Vec::new(),
+            false => judge_all(&Formulas::default(), &go_on)
+                .map_err(|error| Failure::Run(error.into()))?,
+        };
         bar.finish_and_clear();
         write_text(
             &self.out.join("report.md"),
@@ -95,6 +112,7 @@ impl Arguments {
             figures,
             claims,
             report: report.display().to_string(),
+            ended_early: stopped().then_some("interrupted"),
         };
         output.summary(&result, |out| {
             for claim in &result.claims {
@@ -106,7 +124,16 @@ impl Arguments {
                 writeln!(out, "figure {}: {}", figure.id, figure.picture)?;
             }
             writeln!(out, "report: {}", result.report)
-        })
+        })?;
+        match result.ended_early {
+            Some(reason) => Err(Failure::Run(anyhow::anyhow!(
+                "{reason}: {} of {} figures and {} of {COUNT} claims were done and are kept",
+                result.figures.len(),
+                FIGURES.len(),
+                result.claims.len()
+            ))),
+            None => Ok(()),
+        }
     }
 }
 

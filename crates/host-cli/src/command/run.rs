@@ -22,8 +22,14 @@ theirs too. Paths in the file start from its folder.
 A wall: the device is pushed into it with a constant force, and is stable if the position settles. Keys \
 of [wall], all but the first six with defaults: mass_kg, damping_n_s_per_m, sample_time_s, order, \
 stiffness_n_per_m, dissipation_n_s_mu_per_m, scheme, hand_stiffness_n_per_m, delay_s, friction_n, \
-current_lag_s, encoder_resolution_m, sensor_noise_m, seed, force_limit_n, one_sided, push_n, \
-duration_s, window_s, threshold_m. `host-cli design` writes such a file.
+current_lag_s, encoder_resolution_m, sensor_noise_m, seed, force_limit_n, one_sided, criterion, \
+impact_m_per_s, push_n, duration_s, window_s, threshold_m, must_be_stable. `host-cli design` writes such a file.
+
+The device hits the wall at impact_m_per_s (0.1; a serial one cannot be thrown) and is stable if it comes to \
+rest: see `host-cli zwidth --help` for the rule. criterion = \"dissertation\" is a push from rest, judged by \
+threshold_m alone. verdict in the summary is stable, held-by-friction (it would not settle without friction), \
+unstable, saturated, gone or unfinished; analysis_agrees compares it with the pre-flight. With \
+must_be_stable = true the exit code is 1 unless both call the wall stable.
 
 Keys of the safety chain, for every experiment, all off if not given: guard, workspace_low_m and \
 workspace_high_m, speed_limit_m_per_s, rise_time_s, braking_n_s_per_m, and of a real device \
@@ -93,9 +99,24 @@ impl Arguments {
             ExperimentFile::Creep(creep) => conduct(samples, output, print_summary, |supervisor| {
                 creep.run(&request("creep"), supervisor.watched(&live))
             }),
-            ExperimentFile::Wall(wall) => conduct(samples, output, print_wall, |supervisor| {
-                wall.run(&request("wall"), supervisor.watched(&live))
-            }),
+            ExperimentFile::Wall(wall) => {
+                let mut verdict = None;
+                conduct(samples, output, print_wall, |supervisor| {
+                    let report = wall.run(&request("wall"), supervisor.watched(&live))?;
+                    verdict = Some((report.stable_by_both(), report.settling.verdict));
+                    Ok(report)
+                })?;
+                match verdict {
+                    Some((false, trial)) if wall.must_be_stable => {
+                        Err(Failure::Run(anyhow::anyhow!(
+                            "must_be_stable: the wall is not stable by both trial ({}) and analysis: design a \
+                             weaker one, or take must_be_stable out of the file to run it all the same",
+                            trial.words()
+                        )))
+                    }
+                    _ => Ok(()),
+                }
+            }
         }
     }
 }
@@ -125,13 +146,12 @@ fn print_wall(out: &mut dyn Write, report: &WallReport) -> io::Result<()> {
     )?;
     writeln!(
         out,
-        "  {:<17} position varies by {} at the end (standard deviation)",
-        if settling.stable {
-            "stable"
-        } else {
-            "unstable"
-        },
-        micrometres(settling.position_std_m)
+        "  trial             {}: position varies by {} at the end, force by {} (standard deviations)",
+        settling.verdict.words(),
+        micrometres(settling.position_std_m),
+        settling
+            .force_std_n
+            .map_or_else(|| "–".to_owned(), |f| format!("{f:.3e} N")),
     )?;
     writeln!(
         out,

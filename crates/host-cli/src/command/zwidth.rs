@@ -1,8 +1,11 @@
 //! `zwidth`: how stiff a wall can be rendered, by trying.
 
-use super::experiment::{parse_scheme, progress_bar};
+use super::experiment::{parse_number, parse_scheme, progress_bar, stop_on_interrupt};
 use super::remote::RemoteArguments;
-use crate::experiment::{Sensors, ZWidth, ZWidthReport, dissertation_device};
+use crate::experiment::zwidth::BoundaryPoint;
+use crate::experiment::{
+    Criterion, CriterionName, Sensors, TrialPlan, ZWidth, ZWidthReport, dissertation_device,
+};
 use crate::failure::Failure;
 use crate::figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use crate::folder::{FolderRequest, OutputFolder};
@@ -12,19 +15,35 @@ use clap::Args;
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
 use serde::Serialize;
+use std::io::{self, Write};
 use std::path::PathBuf;
 
 const LONG_ABOUT: &str = "\
-Z-width: pushes a simulated device into a wall at its start position and looks for the stiffest wall \
-that does not buzz, for each order and dissipation. The defaults are the dissertation's section 4.4: \
-65 g, 3.5 N.s/m, 2 ms, a push of 1 N for 5 s, unstable if the position varies by more than 0.1 mm \
-(standard deviation) in the last 0.4 s. --realistic adds what real devices have.";
+Z-width: throws a simulated device against a wall at its start position, pushes it into it, and looks for the \
+stiffest wall at which it comes to rest, for each order and dissipation. The default device is that of the \
+dissertation's section 4.4: 65 g, 3.5 N.s/m, 2 ms. --realistic adds what real devices have.
+
+At rest, by --criterion settling: over the last 0.4 s of 5 s the position varies (standard deviation) by at most \
+2 encoder steps or 1 % of the deflection push/K, whichever is larger, and the force by at most one encoder step \
+through the operator or 5 % of the push; a force at its limit in more than 1 % of the samples is saturated, \
+never stable. With friction each wall is tried without it too: stable is what settles both ways, and the \
+stiffness up to which friction alone holds the device stands beside. --criterion dissertation is the rule of \
+figure 4.3: a push from rest, and a position that varies by at most --threshold.
+
+Beside each point stands the largest stiffness by the analysis. Ctrl-C keeps the points that are done, writes \
+them and exits with 1.
+
+JSON: orders[{order, dissipation_unit, boundary[{dissipation, stiffness_max (N/m), alpha, beta, \
+analysis_stiffness_n_per_m, analysis_agrees, held_by_friction_up_to_n_per_m}]}], scheme, device, \
+sample_time_s, delta, criterion, impact_m_per_s, push_n, alpha_searched, runs, disagreements, ended_early.";
 
 /// Arguments of `zwidth`.
 #[derive(Debug, Args)]
 #[command(
     long_about = LONG_ABOUT,
-    after_help = "Example: host-cli zwidth --orders 0,0.5,1 --points 11 --realistic --out zwidth"
+    after_help = "Examples:\n  host-cli zwidth --orders 0,0.5,1 --points 11 --realistic --out zwidth\n  \
+                  host-cli zwidth --mass 45g --damping 0.2 --sample-time 1ms --force-limit 3.3N --orders 1\n  \
+                  host-cli zwidth --criterion dissertation --scheme muir:3"
 )]
 pub struct Arguments {
     /// Orders of the dissipation, 0 to 2
@@ -48,24 +67,69 @@ pub struct Arguments {
     /// A wall that pushes but never pulls; without this it is linear, as the theory assumes
     #[arg(long)]
     one_sided: bool,
-    /// Constant push into the wall
-    #[arg(long, default_value = "1N", allow_hyphen_values = true)]
-    push: Force,
-    /// Length of a run
-    #[arg(long, default_value = "5s", allow_hyphen_values = true)]
-    duration: Time,
-    /// Window at the end in which the position is judged
-    #[arg(long, default_value = "0.4s", allow_hyphen_values = true)]
-    window: Time,
-    /// Largest standard deviation of a stable position
-    #[arg(long, default_value = "0.1mm", allow_hyphen_values = true)]
-    threshold: Length,
+    #[command(flatten)]
+    trial: TrialArguments,
     /// Folder for zwidth.csv and pictures
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Replace the files of an earlier run in the folder
     #[arg(long)]
     overwrite: bool,
+}
+
+/// How a wall is tried and judged.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Trial")]
+struct TrialArguments {
+    /// By which rule a wall is stable
+    #[arg(long, value_enum, default_value = "settling")]
+    criterion: CriterionName,
+    /// Constant push into the wall
+    #[arg(long, default_value = "1N", allow_hyphen_values = true)]
+    push: Force,
+    /// Speed at which the device hits the wall, m/s [default: 0.1, and 0 where it is only pushed]
+    #[arg(long, value_parser = parse_number, allow_hyphen_values = true)]
+    impact: Option<f64>,
+    /// Length of a run
+    #[arg(long, default_value = "5s", allow_hyphen_values = true)]
+    duration: Time,
+    /// Window at the end that is judged
+    #[arg(long, default_value = "0.4s", allow_hyphen_values = true)]
+    window: Time,
+    /// Largest standard deviation of a stable position, with --criterion dissertation [default: 0.1 mm]
+    #[arg(long, allow_hyphen_values = true)]
+    threshold: Option<Length>,
+}
+
+impl TrialArguments {
+    fn plan(&self, force_limit_n: f64, serial: bool) -> Result<TrialPlan, Failure> {
+        let (default, criterion) = match (self.criterion, self.threshold) {
+            (CriterionName::Settling, Some(_)) => {
+                return Err(Failure::bad_input(
+                    "--threshold belongs to --criterion dissertation: add that, or leave it out",
+                ));
+            }
+            (CriterionName::Settling, None) => (TrialPlan::DEFAULT, Criterion::Settling),
+            (CriterionName::Dissertation, threshold) => {
+                let threshold_m = threshold.map_or(Criterion::DISSERTATION_THRESHOLD_M, |x| x.0);
+                let criterion = Criterion::Dissertation { threshold_m };
+                (TrialPlan::DISSERTATION, criterion)
+            }
+        };
+        if serial && self.impact.is_some() {
+            return Err(Failure::bad_input(
+                "--impact is for the simulated device: a serial one cannot be thrown, leave it out",
+            ));
+        }
+        Ok(TrialPlan {
+            criterion,
+            push_n: self.push.0,
+            impact_m_per_s: self.impact.unwrap_or(default.impact_m_per_s),
+            duration_s: self.duration.0,
+            window_s: self.window.0,
+            force_limit_n,
+        })
+    }
 }
 
 /// The simulated device.
@@ -141,6 +205,8 @@ struct Row {
     stiffness_max_n_per_m: f64,
     alpha: f64,
     beta: f64,
+    analysis_stiffness_n_per_m: Option<f64>,
+    held_by_friction_up_to_n_per_m: Option<f64>,
 }
 
 impl Arguments {
@@ -151,11 +217,12 @@ impl Arguments {
     pub fn run(self, output: Output) -> Result<(), Failure> {
         let experiment = self.experiment()?;
         let bar = progress_bar(experiment.cells(), output);
-        let result = experiment.run(&|cells| bar.inc(cells));
+        let stop = stop_on_interrupt()?;
+        let result = experiment.run(&|cells| bar.inc(cells), stop);
         bar.finish_and_clear();
         let report = result?;
         let files = match &self.out {
-            Some(out) => {
+            Some(out) if report.has_points() => {
                 let request = FolderRequest {
                     out: Some(out.clone()),
                     stem: "zwidth".to_owned(),
@@ -163,7 +230,7 @@ impl Arguments {
                 };
                 save(&report, &request.prepare()?)?
             }
-            None => Vec::new(),
+            _ => Vec::new(),
         };
         let points = report.orders.iter().flat_map(|order| &order.boundary);
         if points
@@ -178,34 +245,25 @@ impl Arguments {
                 ),
             );
         }
-        output.summary(&report, |out| {
-            for order in &report.orders {
-                writeln!(
-                    out,
-                    "order {}: {} points",
-                    order.order,
-                    order.boundary.len()
-                )?;
-                writeln!(
-                    out,
-                    "  {:>16} {:>16} {:>10} {:>10}",
-                    format!("B / {}", order.dissipation_unit),
-                    "K_max / N/m",
-                    "beta",
-                    "alpha"
-                )?;
-                for p in &order.boundary {
-                    writeln!(
-                        out,
-                        "  {:>16.6} {:>16.3} {:>10.5} {:>10.5}",
-                        p.dissipation, p.stiffness_max, p.beta, p.alpha
-                    )?;
-                }
-            }
-            files
-                .iter()
-                .try_for_each(|file| writeln!(out, "written: {file}"))
-        })
+        if report.disagreements > 0 {
+            note(
+                "warning",
+                format_args!(
+                    "trial and analysis disagree by more than 5 % of the wall at {} of {} points, marked !: the analysis knows \
+                     neither friction, encoder, force limit nor a wall that only pushes, and a trial does not see \
+                     what settles or grows more slowly than it lasts (--duration)",
+                    report.disagreements,
+                    points.count()
+                ),
+            );
+        }
+        output.summary(&report, |out| print(out, &report, &files))?;
+        match report.ended_early {
+            Some(reason) => Err(Failure::Run(anyhow::anyhow!(
+                "{reason}: the points that were done are kept"
+            ))),
+            None => Ok(()),
+        }
     }
 
     fn experiment(&self) -> Result<ZWidth, Failure> {
@@ -247,14 +305,53 @@ impl Arguments {
             scheme: self.scheme,
             orders,
             points: self.points,
-            push_n: self.push.0,
-            duration_s: self.duration.0,
-            window_s: self.window.0,
-            threshold_m: self.threshold.0,
-            force_limit_n: plant.force_limit.0,
+            plan: self.trial.plan(plant.force_limit.0, remote.is_some())?,
             remote,
         })
     }
+}
+
+/// The result as a person reads it.
+fn print(out: &mut dyn Write, report: &ZWidthReport, files: &[String]) -> io::Result<()> {
+    for order in &report.orders {
+        writeln!(
+            out,
+            "order {}: {} points",
+            order.order,
+            order.boundary.len()
+        )?;
+        writeln!(
+            out,
+            "  {:>16} {:>16} {:>16} {:>10} {:>10}",
+            format!("B / {}", order.dissipation_unit),
+            "K_max / N/m",
+            "analysis / N/m",
+            "beta",
+            "alpha"
+        )?;
+        for p in &order.boundary {
+            let analysis = p.analysis_stiffness_n_per_m;
+            write!(
+                out,
+                "  {:>16.6} {:>16.3} {:>16} {:>10.5} {:>10.5}",
+                p.dissipation,
+                p.stiffness_max,
+                analysis.map_or_else(|| "–".to_owned(), |k| format!("{k:.3}")),
+                p.beta,
+                p.alpha
+            )?;
+            if p.analysis_agrees == Some(false) {
+                write!(out, " !")?;
+            }
+            match p.held_by_friction_up_to_n_per_m {
+                Some(held) => writeln!(out, "  held still by friction alone up to {held:.0} N/m")?,
+                None => writeln!(out)?,
+            }
+        }
+    }
+    files
+        .iter()
+        .try_for_each(|file| writeln!(out, "written: {file}"))
 }
 
 /// Writes the boundary as CSV and picture.
@@ -266,41 +363,77 @@ fn save(report: &ZWidthReport, folder: &OutputFolder) -> Result<Vec<String>, Fai
             stiffness_max_n_per_m: point.stiffness_max,
             alpha: point.alpha,
             beta: point.beta,
+            analysis_stiffness_n_per_m: point.analysis_stiffness_n_per_m,
+            held_by_friction_up_to_n_per_m: point.held_by_friction_up_to_n_per_m,
         })
     });
     let table = folder.write_table("csv", rows)?;
     Ok(vec![table, folder.save_picture(&draw(report)?)?])
 }
 
-/// The boundaries in the α–β plane.
+/// The boundaries in the α–β plane, and the same in N/m: theory beneath, what was tried on it.
 fn draw(report: &ZWidthReport) -> Result<Picture, FigureError> {
-    let curves: Vec<(String, Vec<(f64, f64)>)> = report
-        .orders
-        .iter()
-        .map(|order| {
-            let points = order.boundary.iter().map(|p| (p.beta, p.alpha)).collect();
-            (format!("μ = {}", order.order), points)
-        })
-        .collect();
-    let series = |look| {
+    let tried = if report.device == "sim" {
+        "simulated"
+    } else {
+        "measured"
+    };
+    let mut plane: Vec<(String, Vec<(f64, f64)>, Look, usize)> = Vec::new();
+    let mut physical = Vec::new();
+    for (colour, order) in report.orders.iter().enumerate() {
+        let (stiffness, dissipation) = order.units;
+        let name = format!("analysis, μ = {}", order.order);
+        let scaled = (order.outline.iter())
+            .map(|&(beta, alpha)| (beta * dissipation, alpha * stiffness))
+            .collect();
+        plane.push((name.clone(), order.outline.clone(), Look::Line, colour));
+        physical.push((name, scaled, Look::Line, colour));
+    }
+    for (colour, order) in report.orders.iter().enumerate() {
+        let name = format!("{tried}, μ = {}", order.order);
+        let points = |value: fn(&BoundaryPoint) -> (f64, f64)| {
+            order.boundary.iter().map(value).collect::<Vec<_>>()
+        };
+        let (of_plane, of_units) = (
+            points(|p| (p.beta, p.alpha)),
+            points(|p| (p.dissipation, p.stiffness_max)),
+        );
+        plane.push((name.clone(), of_plane, Look::Markers, colour));
+        physical.push((name, of_units, Look::Markers, colour));
+    }
+    fn series(curves: &[(String, Vec<(f64, f64)>, Look, usize)]) -> Vec<Series<'_>> {
         curves
             .iter()
-            .enumerate()
-            .map(move |(colour, (name, points))| Series::new(name, points, look, colour))
-    };
+            .map(|(name, points, look, colour)| Series::new(name, points, *look, *colour))
+            .collect()
+    }
     ChartPage {
         title: "Z-width: the stiffest walls that settle",
         subtitle: &format!(
-            "scheme {} · T = {} s · δ = {:.5} · simulated device",
-            report.scheme, report.sample_time_s, report.delta
+            "scheme {} · T = {} s · δ = {:.5} · device {} · criterion {} · impact {} m/s · push {} N",
+            report.scheme,
+            report.sample_time_s,
+            report.delta,
+            report.device,
+            report.criterion.as_str(),
+            report.impact_m_per_s,
+            report.push_n
         ),
-        columns: 1,
-        charts: vec![Chart {
-            caption: "",
-            x: AxisSpec::new("dissipation β = BT^{2−μ}/m", Scale::Linear),
-            y: AxisSpec::new("largest stiffness α = KT²/m", Scale::Linear),
-            series: series(Look::Line).chain(series(Look::Markers)).collect(),
-        }],
+        columns: 2,
+        charts: vec![
+            Chart {
+                caption: "without units",
+                x: AxisSpec::new("dissipation β = BT^{2−μ}/m", Scale::Linear),
+                y: AxisSpec::new("largest stiffness α = KT²/m", Scale::Linear),
+                series: series(&plane),
+            },
+            Chart {
+                caption: "with units; B = 0 lies outside",
+                x: AxisSpec::new("dissipation B / N·s^{μ}·m⁻¹", Scale::Log),
+                y: AxisSpec::new("largest stiffness K / N·m⁻¹", Scale::Linear),
+                series: series(&physical),
+            },
+        ],
     }
     .draw()
 }

@@ -1,7 +1,7 @@
 //! The experiment that tries a designed wall, and its file.
 
 use super::{Candidate, Design};
-use crate::experiment::{Pace, Safety, Sensors, Settling, Wall};
+use crate::experiment::{Pace, Safety, Sensors, Settling, TrialPlan, Wall};
 use crate::failure::Failure;
 use fracdiff::{Order, Seconds};
 use haptic_loop::plant::MassDamperConfig;
@@ -12,11 +12,6 @@ const PUSH_N: f64 = 1.0;
 /// Length of a run and of its window, s and samples: the larger of the two.
 const DURATION: (f64, f64) = (5.0, 2500.0);
 const WINDOW: (f64, f64) = (0.4, 200.0);
-/// Threshold where the wall is soft, m, and as a share of the deflection where it is stiff.
-const THRESHOLD: (f64, f64) = (1e-4, 0.5);
-/// A fractional wall creeps to its place; so many times what it still creeps in the window is no
-/// motion.
-const CREEP: f64 = 4.0;
 /// Doublings of the length for a wall that is stable but rings on: up to 256 times as long.
 const DOUBLINGS: usize = 8;
 
@@ -42,11 +37,7 @@ impl Design {
         Ok((wall, settling))
     }
 
-    /// A push into a candidate, with a threshold that fits its deflection.
-    ///
-    /// ```text
-    /// x = push/(K + k + B·D^(−μ))      about where it is after the time D
-    /// ```
+    /// A trial of a candidate, so many times as long as usual.
     fn push_into(&self, candidate: &Candidate, stretch: f64) -> Result<Wall, Failure> {
         let device = &self.device;
         let t = device.sample_time_s;
@@ -60,14 +51,6 @@ impl Design {
         let push_n = PUSH_N.min(0.25 * device.force_limit_n);
         let larger = |(seconds, samples): (f64, f64)| seconds.max(samples * t);
         let (duration_s, window_s) = (stretch * larger(DURATION), larger(WINDOW));
-        let creeping = dissipation * duration_s.powf(-candidate.order);
-        let spring = stiffness + device.hand_stiffness_n_per_m + creeping;
-        let deflection = push_n / spring;
-        // x(D) − x(D − W) ≈ μ·(W/D)·x of what the dissipation holds; a uniform motion deviates by
-        // 1/√12 of its length.
-        let creep = candidate.order * (window_s / duration_s) * deflection * creeping / spring;
-        let settled =
-            (CREEP * creep / 12.0_f64.sqrt()).max(THRESHOLD.0.min(THRESHOLD.1 * deflection));
         Ok(Wall {
             device: MassDamperConfig {
                 stiffness: NewtonsPerMetre(device.hand_stiffness_n_per_m),
@@ -88,11 +71,14 @@ impl Design {
             stiffness_n_per_m: stiffness,
             dissipation_n_s_mu_per_m: dissipation,
             one_sided: false,
-            push_n,
-            duration_s,
-            window_s,
-            threshold_m: two_digits(settled),
-            force_limit_n: device.force_limit_n,
+            plan: TrialPlan {
+                push_n,
+                duration_s,
+                window_s,
+                force_limit_n: device.force_limit_n,
+                ..TrialPlan::DEFAULT
+            },
+            must_be_stable: true,
             force_unstable: false,
             remote: None,
             safety: Safety::default(),
@@ -126,27 +112,24 @@ impl Design {
              push_n = {:?}\n\
              duration_s = {:?}\n\
              window_s = {:?}\n\
-             threshold_m = {:?}\n",
+             impact_m_per_s = {:?}\n\
+             must_be_stable = {:?}\n",
             device.mass.0,
             device.damping.0,
             device.stiffness.0,
             device.sample_time.0,
             device.delay.0,
-            wall.force_limit_n,
+            wall.plan.force_limit_n,
             wall.order.get(),
             wall.scheme,
             wall.stiffness_n_per_m,
             wall.dissipation_n_s_mu_per_m,
-            wall.push_n,
-            wall.duration_s,
-            wall.window_s,
-            wall.threshold_m,
+            wall.plan.push_n,
+            wall.plan.duration_s,
+            wall.plan.window_s,
+            wall.plan.impact_m_per_s,
+            wall.must_be_stable,
             wish = self.wish.name(),
         )
     }
-}
-
-/// Rounded to two digits, for a file that people read.
-fn two_digits(x: f64) -> f64 {
-    format!("{x:.1e}").parse().unwrap_or(x)
 }

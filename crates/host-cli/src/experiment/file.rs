@@ -20,7 +20,7 @@ use super::rendering::{Contact, Precision, Rendering};
 use super::run::{Pace, SAMPLES};
 use super::safety::{GuardChoice, Safety};
 use super::sensed::Sensors;
-use super::{Creep, Relaxation, Wall};
+use super::{Creep, Criterion, CriterionName, Relaxation, TrialPlan, Wall};
 use crate::device::{DeviceName, Loop};
 use crate::material::Library;
 use fracdiff::{Order, Scheme, Seconds};
@@ -70,7 +70,7 @@ const RENDERING: [&str; 17] = [
 ];
 
 /// Keys of `[wall]`.
-const WALL: [&str; 24] = [
+const WALL: [&str; 27] = [
     "device",
     "loop",
     "watchdog_s",
@@ -91,10 +91,13 @@ const WALL: [&str; 24] = [
     "stiffness_n_per_m",
     "dissipation_n_s_mu_per_m",
     "one_sided",
+    "criterion",
+    "impact_m_per_s",
     "push_n",
     "duration_s",
     "window_s",
     "threshold_m",
+    "must_be_stable",
 ];
 
 /// Keys of the safety chain, for every experiment.
@@ -296,7 +299,8 @@ fn wall(table: &Table<'_>) -> Result<Wall, FileError> {
     let remote = remote(table)?;
     let at_least_0 = Range::AtLeast(0.0);
     let sample_time_s = table.number("sample_time_s", None, SAMPLE_TIME)?;
-    let duration_s = table.number("duration_s", Some(5.0), Range::Above(0.0))?;
+    let duration = Some(TrialPlan::DEFAULT.duration_s);
+    let duration_s = table.number("duration_s", duration, Range::Above(0.0))?;
     samples_fit(table, sample_time_s, duration_s)?;
     let order = table.number("order", None, Range::Within(0.0, 2.0))?;
     let order = Order::new(order).map_err(|error| table.fail_at("order", error.to_string()))?;
@@ -314,14 +318,7 @@ fn wall(table: &Table<'_>) -> Result<Wall, FileError> {
         saturation: None,
         lag: Seconds(table.number("current_lag_s", Some(0.0), at_least_0)?),
     };
-    let force_limit_n = table.number("force_limit_n", Some(100.0), Range::Above(0.0))?;
-    let push_n = table.number("push_n", Some(1.0), Range::Above(0.0))?;
-    if push_n >= force_limit_n {
-        let reason = format!(
-            "push_n = {push_n} is not below force_limit_n = {force_limit_n}: no wall could hold it"
-        );
-        return Err(table.fail_at("push_n", reason));
-    }
+    let plan = plan(table, duration_s)?;
     let wall = Wall {
         device,
         sensors: sensors(table)?,
@@ -330,11 +327,8 @@ fn wall(table: &Table<'_>) -> Result<Wall, FileError> {
         stiffness_n_per_m: table.number("stiffness_n_per_m", None, at_least_0)?,
         dissipation_n_s_mu_per_m: table.number("dissipation_n_s_mu_per_m", None, at_least_0)?,
         one_sided: table.flag("one_sided", false)?,
-        push_n,
-        duration_s,
-        window_s: table.number("window_s", Some(0.4), Range::Above(0.0))?,
-        threshold_m: table.number("threshold_m", Some(1e-4), Range::Above(0.0))?,
-        force_limit_n,
+        plan,
+        must_be_stable: table.flag("must_be_stable", false)?,
         safety: safety(table)?,
         pace: Pace::Virtual,
         remote,
@@ -343,6 +337,48 @@ fn wall(table: &Table<'_>) -> Result<Wall, FileError> {
     wall.check()
         .map_err(|error| table.fail(error.to_string()))?;
     Ok(wall)
+}
+
+/// How a wall is tried and judged.
+fn plan(table: &Table<'_>, duration_s: f64) -> Result<TrialPlan, FileError> {
+    let name = table.choice("criterion", CriterionName::Settling)?;
+    let threshold = table.number_if("threshold_m", Range::Above(0.0))?;
+    let (default, criterion) = match (name, threshold) {
+        (CriterionName::Settling, Some(threshold)) => {
+            let reason = format!(
+                "threshold_m = {threshold} belongs to criterion = \"dissertation\": add that, or leave it out"
+            );
+            return Err(table.fail_at("threshold_m", reason));
+        }
+        (CriterionName::Settling, None) => (TrialPlan::DEFAULT, Criterion::Settling),
+        (CriterionName::Dissertation, threshold) => {
+            let threshold_m = threshold.unwrap_or(Criterion::DISSERTATION_THRESHOLD_M);
+            let criterion = Criterion::Dissertation { threshold_m };
+            (TrialPlan::DISSERTATION, criterion)
+        }
+    };
+    let above_0 = Range::Above(0.0);
+    let number = |key, value| table.number(key, Some(value), above_0);
+    let plan = TrialPlan {
+        criterion,
+        impact_m_per_s: table.number(
+            "impact_m_per_s",
+            Some(default.impact_m_per_s),
+            Range::AtLeast(0.0),
+        )?,
+        push_n: number("push_n", default.push_n)?,
+        duration_s,
+        window_s: number("window_s", default.window_s)?,
+        force_limit_n: number("force_limit_n", default.force_limit_n)?,
+    };
+    if plan.push_n >= plan.force_limit_n {
+        let reason = format!(
+            "push_n = {} is not below force_limit_n = {}: no wall could hold it",
+            plan.push_n, plan.force_limit_n
+        );
+        return Err(table.fail_at("push_n", reason));
+    }
+    Ok(plan)
 }
 
 /// As many samples as a run can have.
@@ -490,9 +526,9 @@ mod tests {
         };
         let have = [
             wall.stiffness_n_per_m,
-            wall.push_n,
-            wall.duration_s,
-            wall.window_s,
+            wall.plan.push_n,
+            wall.plan.duration_s,
+            wall.plan.window_s,
         ];
         assert!(
             have.iter()

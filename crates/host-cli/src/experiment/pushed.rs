@@ -1,19 +1,172 @@
-//! A device that is pushed into a wall: what a single try and the search for a Z-width share.
+//! A device that hits a wall and is pushed into it: what a single trial and the search for a Z-width share.
+//!
+//! The device arrives from free flight: at time 0 it is at the wall with the speed of the impact, and the
+//! wall remembers nothing. From then on the push acts.
 
+use super::run::SAMPLES;
 use super::safety::{GuardedDevice, Safety};
-use super::sensed::Sensors;
+use super::sensed::{Sensed, Sensors};
+use super::settling::{Criterion, Judge, Scales, Tolerance};
 use crate::failure::Failure;
 use fracdiff::{Operator, Seconds};
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
-use haptic_loop::{Limits, ParameterError, SafetyChain, Wall};
+use haptic_loop::{Controller, Limits, ParameterError, SafetyChain, Wall};
 use nalgebra::SVector;
-
-/// A device this far away has left, m: it will not come to rest.
-pub(super) const GONE_M: f64 = 1.0;
 
 /// A wall at the device's start position.
 pub(super) type VirtualWall = Wall<f64, Operator<f64>>;
+
+/// How a wall is tried, and by which rule it is judged.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrialPlan {
+    /// The rule.
+    pub criterion: Criterion,
+    /// Constant push into the wall, N: above 0, below the force limit.
+    pub push_n: f64,
+    /// Speed at which the device hits the wall, m/s: 0 to 10. 0 with the dissertation's rule and on a serial
+    /// device, which cannot be thrown.
+    pub impact_m_per_s: f64,
+    /// How long, s.
+    pub duration_s: f64,
+    /// Window at the end that is judged, s.
+    pub window_s: f64,
+    /// Largest force, N.
+    pub force_limit_n: f64,
+}
+
+/// Fastest impact, m/s: ten times what a hand does.
+const FASTEST_M_PER_S: f64 = 10.0;
+
+impl TrialPlan {
+    /// 0.1 m/s and 1 N for 5 s, judged over the last 0.4 s, up to 100 N.
+    pub const DEFAULT: Self = Self {
+        criterion: Criterion::Settling,
+        push_n: 1.0,
+        impact_m_per_s: 0.1,
+        duration_s: 5.0,
+        window_s: 0.4,
+        force_limit_n: 100.0,
+    };
+    /// The experiment of the dissertation's figure 4.3.
+    pub const DISSERTATION: Self = Self {
+        criterion: Criterion::DISSERTATION,
+        impact_m_per_s: 0.0,
+        ..Self::DEFAULT
+    };
+
+    /// The same from rest, for a device that cannot be thrown.
+    #[must_use]
+    pub const fn from_rest(self) -> Self {
+        Self {
+            impact_m_per_s: 0.0,
+            ..self
+        }
+    }
+
+    /// Number of samples, that at time 0 included.
+    ///
+    /// # Errors
+    /// Anything outside its range.
+    pub fn samples(&self, sample_time: Seconds) -> Result<u64, Failure> {
+        let t = sample_time.0;
+        let samples = (self.duration_s / t).round() + 1.0;
+        if !SAMPLES.contains(&samples) {
+            return Err(Failure::bad_input(format_args!(
+                "duration {} s at a sample time of {sample_time} is {samples} samples, which is not in [{}, {:e}]: \
+                 change duration or sample time",
+                self.duration_s,
+                SAMPLES.start(),
+                SAMPLES.end()
+            )));
+        }
+        if !(self.window_s >= 10.0 * t && self.window_s <= self.duration_s) {
+            return Err(Failure::bad_input(format_args!(
+                "window {} s is not in [{}, {}] s, from ten samples to the whole run: change window or duration",
+                self.window_s,
+                10.0 * t,
+                self.duration_s
+            )));
+        }
+        if !(self.push_n > 0.0 && self.push_n < self.force_limit_n) {
+            return Err(Failure::bad_input(format_args!(
+                "push {} N is not above 0 N and below the force limit of {} N: no wall could hold it; change push \
+                 or force limit",
+                self.push_n, self.force_limit_n
+            )));
+        }
+        if !(0.0..=FASTEST_M_PER_S).contains(&self.impact_m_per_s) {
+            return Err(Failure::bad_input(format_args!(
+                "impact {} m/s is not in [0, {FASTEST_M_PER_S}] m/s: 0.1 m/s is a usual one",
+                self.impact_m_per_s
+            )));
+        }
+        if let Criterion::Dissertation { threshold_m } = self.criterion {
+            if !(threshold_m > 0.0 && threshold_m.is_finite()) {
+                return Err(Failure::bad_input(format_args!(
+                    "threshold {threshold_m} m is not above 0 m: the dissertation's is {:e} m",
+                    Criterion::DISSERTATION_THRESHOLD_M
+                )));
+            }
+            if self.impact_m_per_s > 0.0 {
+                return Err(Failure::bad_input(format_args!(
+                    "impact {} m/s does not belong to the criterion dissertation, which pushes from rest: leave \
+                     one of them out",
+                    self.impact_m_per_s
+                )));
+            }
+        }
+        Ok(samples as u64)
+    }
+
+    /// The judge of a wall of K N/m (with the hand), B·T^(−μ) N/m, behind these sensors.
+    pub(super) fn judge(
+        &self,
+        (spring_n_per_m, dissipation_step_n_per_m): (f64, f64),
+        encoder_step_m: f64,
+        sample_time_s: f64,
+    ) -> Judge {
+        let scales = Scales {
+            push_n: self.push_n,
+            spring_n_per_m,
+            dissipation_step_n_per_m,
+            encoder_step_m,
+        };
+        Judge::new(
+            (self.criterion.name(), self.impact_m_per_s),
+            Tolerance::new(self.criterion, scales),
+            // The window holds whole samples; times are multiples of T, rounded.
+            self.duration_s - self.window_s + 0.5 * sample_time_s,
+            self.force_limit_n,
+        )
+    }
+}
+
+/// Runs the loop in virtual time, without log or files, until the judge has seen enough; `true` if it
+/// reached the end without a fault.
+pub(super) fn try_wall(
+    controller: &mut Controller<f64, 1, VirtualWall>,
+    device: &mut Sensed<MassDamper<1>>,
+    samples: u64,
+    judge: &mut Judge,
+) -> bool {
+    for _ in 0..samples {
+        let sample = match controller.tick(device) {
+            Ok(sample) => sample,
+            Err(never) => match never {},
+        };
+        let reading = sample.reading;
+        let goes_on = judge.see(
+            reading.time_s,
+            reading.position_m[0],
+            sample.force.newtons()[0],
+        );
+        if !goes_on || controller.safety().fault().is_some() {
+            return false;
+        }
+    }
+    true
+}
 
 /// K in N/m and B in N·s^μ/m; one-sided it pushes but never pulls.
 ///
@@ -33,16 +186,23 @@ pub(super) fn wall_at_start(
     )
 }
 
-/// The device with a constant push on it, N.
+/// The device at the moment it hits the wall, with the push on it.
 ///
 /// # Errors
 /// A parameter of the device outside its range.
-pub(super) fn pushed(config: MassDamperConfig, push_n: f64) -> Result<MassDamper<1>, Failure> {
+pub(super) fn thrown(config: MassDamperConfig, plan: &TrialPlan) -> Result<MassDamper<1>, Failure> {
     let mut device = MassDamper::new(config).map_err(Failure::input)?;
-    device.set_external_force(SVector::from([push_n]));
+    device.set_external_force(SVector::from([plan.push_n]));
+    device.set_state(SVector::from([0.0]), SVector::from([plan.impact_m_per_s]));
     Ok(device)
 }
 
+/// The step of an encoder that is as coarse as these sensors, m: noise has the rms of steps √12 times as large.
+pub(super) fn encoder_step(sensors: Sensors) -> f64 {
+    sensors
+        .encoder_resolution_m
+        .max(12.0_f64.sqrt() * sensors.noise_m)
+}
 /// A safety chain that limits the force alone. The rate is not what is tried here: the limit may be
 /// crossed within one sample.
 ///

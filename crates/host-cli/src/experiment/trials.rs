@@ -40,20 +40,35 @@ impl Trials {
         })
     }
 
-    /// The positions of one run, m; `None` if it did not reach its end, samples were lost, or the device
-    /// cannot be used any more, see [`failure`](Self::failure).
-    pub fn positions(&self, law: &RemoteLaw, samples: u64, sample_time_s: f64) -> Option<Vec<f64>> {
+    /// Position, m, and force, N, of each sample of one run; `None` if it did not reach its end, samples were
+    /// lost, or the device cannot be used any more, see [`failure`](Self::failure).
+    pub fn motion(
+        &self,
+        law: &RemoteLaw,
+        samples: u64,
+        sample_time_s: f64,
+    ) -> Option<Vec<(f64, f64)>> {
         if self.failed().is_some() {
             return None;
         }
         let mut link = self.link.lock().unwrap_or_else(PoisonError::into_inner);
         match self.try_once(&mut link, law, samples, sample_time_s) {
-            Ok(positions) => positions,
+            Ok(motion) => motion,
             Err(failure) => {
                 self.failed().get_or_insert(failure);
                 None
             }
         }
+    }
+
+    /// Step of the device's encoder, m, and the largest force that it can do, N.
+    pub fn encoder_and_force(&self) -> (f64, f64) {
+        let link = self.link.lock().unwrap_or_else(PoisonError::into_inner);
+        let can = link.capabilities();
+        (
+            f64::from(can.position_resolution_m),
+            f64::from(can.force_max_n),
+        )
     }
 
     /// Why the device cannot be used any more, if so.
@@ -73,7 +88,7 @@ impl Trials {
         law: &RemoteLaw,
         samples: u64,
         sample_time_s: f64,
-    ) -> Result<Option<Vec<f64>>, Failure> {
+    ) -> Result<Option<Vec<(f64, f64)>>, Failure> {
         let schedule = Schedule {
             samples,
             sample_time_s,
@@ -103,18 +118,17 @@ impl Trials {
             batch: 8,
         };
         link.start(start).map_err(problem)?;
-        let mut positions = Vec::with_capacity(samples as usize);
+        let mut motion = Vec::with_capacity(samples as usize);
         let whole = loop {
             match link.hear(Duration::from_secs(2)) {
                 Some(Heard::Sample(sample)) => {
-                    if u64::from(sample.tick) == positions.len() as u64
-                        && (positions.len() as u64) < samples
-                    {
-                        positions.push(f64::from(sample.position_m));
+                    let next = motion.len() as u64;
+                    if u64::from(sample.tick) == next && next < samples {
+                        motion.push((f64::from(sample.position_m), f64::from(sample.force_n)));
                     }
                 }
                 Some(Heard::Event(event)) if event.kind == EventKind::Finished => {
-                    break positions.len() as u64 == samples;
+                    break motion.len() as u64 == samples;
                 }
                 Some(Heard::Event(_)) => {}
                 // A wall that trips the device is no stable one.
@@ -124,6 +138,6 @@ impl Trials {
             }
         };
         link.disarm().map_err(problem)?;
-        Ok(whole.then_some(positions))
+        Ok(whole.then_some(motion))
     }
 }

@@ -1,11 +1,12 @@
-//! A wall: push a device into it with a constant force and see whether it settles.
+//! A wall: a device hits it, is pushed into it with a constant force, and settles or not.
 //!
 //! ```text
-//! m·x'' + b·x' + k·x = push + f,    f = −(K·x + B·D^μ x) through the safety chain,    x(0) = 0
-//! stable ⇔ standard deviation of x over the last window ≤ threshold      (0.1 mm over 0.4 s of 5 s)
+//! m·x'' + b·x' + k·x = push + f,   f = −(K·x + B·D^μ x) through the safety chain,   x(0) = 0, x'(0) = impact
 //! at rest: x = push/(K + k), and B beside K for μ = 0
 //! ```
-//! The wall is linear, as theory assumes, unless it is asked to push only.
+//! The wall is linear, as theory assumes, unless it is asked to push only. The rule by which a device is at
+//! rest is that of [`settling`](super::settling). A device with friction that settles is tried again without:
+//! if it then does not, friction alone holds it.
 //!
 //! Source: O. Tokatlı, *Fractional Order Control in Haptics*, section 4.4, figure 4.3.
 
@@ -14,14 +15,18 @@ mod report;
 use super::judge::{Compared, full_history};
 use super::outcome::{origin, reaction};
 use super::preflight::{Dynamics, Preflight, PreflightRequest, whole_samples};
-use super::pushed::{GONE_M, VirtualWall, force_alone, pushed, safe_force_limit, wall_at_start};
+use super::pushed::{
+    TrialPlan, VirtualWall, encoder_step, force_alone, safe_force_limit, thrown, try_wall,
+    wall_at_start,
+};
 use super::remote::{
     RemoteDevice, RemoteLaw, RemoteRun, device_name, host_limits, no_operator, portable, push,
 };
 use super::report::{Errors, Files, RunReport, Warnings};
-use super::run::{Pace, Ran, Record, SAMPLES, Schedule, Supervisor, run_logged};
+use super::run::{Pace, Ran, Record, Schedule, Supervisor, run_logged};
 use super::safety::{GuardChoice, GuardedDevice, Safety};
 use super::sensed::{Sensed, Sensors};
+use super::settling::{Criterion, Judge, Settling};
 use crate::failure::Failure;
 use crate::figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use crate::folder::FolderRequest;
@@ -29,6 +34,7 @@ use fracdiff::full_memory::Kernel;
 use fracdiff::{FrequencyResponse as _, Operator, Order, Scheme};
 use haptic_link::{LoopMode, Simulation, SimulationKind};
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
+use haptic_loop::units::Newtons;
 use haptic_loop::{Controller, Limits, SafetyChain};
 pub use report::WallReport;
 use serde::Serialize;
@@ -51,16 +57,10 @@ pub struct Wall {
     pub dissipation_n_s_mu_per_m: f64,
     /// A wall that pushes but never pulls.
     pub one_sided: bool,
-    /// Constant push into the wall, N, above 0.
-    pub push_n: f64,
-    /// How long, s.
-    pub duration_s: f64,
-    /// Window at the end in which the position is judged, s.
-    pub window_s: f64,
-    /// Largest standard deviation of a stable position, m.
-    pub threshold_m: f64,
-    /// Largest force of the safety chain, N.
-    pub force_limit_n: f64,
+    /// How it is tried and judged.
+    pub plan: TrialPlan,
+    /// A wall that is not stable by trial and analysis is a failure.
+    pub must_be_stable: bool,
     /// What else the safety chain does.
     pub safety: Safety,
     /// How time passes.
@@ -69,20 +69,6 @@ pub struct Wall {
     pub remote: Option<RemoteDevice>,
     /// Run on a serial device what the analysis calls unstable.
     pub force_unstable: bool,
-}
-
-/// Where the device is at the end, and whether it is at rest there.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Settling {
-    /// Whether the position has settled.
-    pub stable: bool,
-    /// Standard deviation of the position over the window, m; null if the device has left or a fault
-    /// latched.
-    pub position_std_m: Option<f64>,
-    /// Mean of the position over the window, m.
-    pub deflection_m: Option<f64>,
-    /// Where the push is in balance with wall and hand, m; null without a spring.
-    pub expected_deflection_m: Option<f64>,
 }
 
 /// A row of the CSV.
@@ -98,6 +84,7 @@ struct Parts {
     controller: Controller<f64, 1, VirtualWall>,
     device: Sensed<MassDamper<1>>,
     samples: u64,
+    judge: Judge,
     /// See [`Settling::expected_deflection_m`].
     rest_m: Option<f64>,
 }
@@ -157,7 +144,7 @@ impl Wall {
                 run.run(&mut parts.controller, supervisor)?
             }
         };
-        self.publish(&ran, parts.rest_m)
+        self.publish(&ran, parts.judge, parts.rest_m)
     }
 
     /// The loop for the analysis.
@@ -181,28 +168,43 @@ impl Wall {
         }
     }
 
-    /// The same without log or files: does it settle?
+    /// The same without log or files: does it settle, and without friction too?
     ///
     /// # Errors
     /// Bad parameters.
     pub fn try_out(&self) -> Result<Settling, Failure> {
-        let Parts {
-            mut controller,
-            mut device,
-            samples,
-            rest_m,
-        } = self.parts()?;
-        let mut positions = Vec::new();
-        for _ in 0..samples {
-            match controller.tick(&mut device) {
-                Ok(sample) => positions.push(sample.reading.position_m[0]),
-                Err(never) => match never {},
-            }
-            if controller.safety().fault().is_some() {
-                return Ok(self.settling(None, rest_m));
-            }
+        let settling = self.try_once()?;
+        self.named(settling)
+    }
+
+    fn try_once(&self) -> Result<Settling, Failure> {
+        let mut parts = self.parts()?;
+        let (samples, judge) = (parts.samples, &mut parts.judge);
+        let whole = try_wall(&mut parts.controller, &mut parts.device, samples, judge);
+        Ok(judge.settling(whole, parts.rest_m))
+    }
+
+    /// The same judgement, unless friction alone holds the device: then it is called that.
+    fn named(&self, settling: Settling) -> Result<Settling, Failure> {
+        let simulated = self.remote.is_none() && self.device.friction.0 > 0.0;
+        if !(settling.stable && simulated && self.plan.criterion == Criterion::Settling) {
+            return Ok(settling);
         }
-        Ok(self.settling(Some(&positions), rest_m))
+        let mut smooth = self.clone();
+        smooth.device.friction = Newtons(0.0);
+        if smooth.try_once()?.stable {
+            Ok(settling)
+        } else {
+            Ok(settling.by_friction())
+        }
+    }
+
+    /// As it is really tried: a serial device cannot be thrown.
+    fn plan(&self) -> TrialPlan {
+        match self.remote {
+            Some(_) => self.plan.from_rest(),
+            None => self.plan,
+        }
     }
 
     /// The number of samples, if all parameters are good.
@@ -221,35 +223,23 @@ impl Wall {
                 self.order
             )));
         }
-        let device = Sensed::new(pushed(self.device, self.push_n)?, self.sensors)?;
-        let samples = (self.duration_s / t.0).round() + 1.0;
-        if !SAMPLES.contains(&samples) {
-            return Err(Failure::bad_input(format_args!(
-                "duration {} s at a sample time of {t} is {samples} samples, which is not in [{}, {:e}]",
-                self.duration_s,
-                SAMPLES.start(),
-                SAMPLES.end()
-            )));
-        }
-        if !(self.window_s >= 10.0 * t.0 && self.window_s <= self.duration_s) {
-            return Err(Failure::bad_input(format_args!(
-                "window {} s is not in [{}, {}] s, from ten samples to the whole run",
-                self.window_s,
-                10.0 * t.0,
-                self.duration_s
-            )));
-        }
-        if !(self.push_n > 0.0 && self.push_n < self.force_limit_n) {
-            return Err(Failure::bad_input(format_args!(
-                "push {} N is not above 0 N and below the force limit of {} N",
-                self.push_n, self.force_limit_n
-            )));
-        }
+        let plan = self.plan();
+        let samples = plan.samples(t)?;
+        let device = Sensed::new(thrown(self.device, &plan)?, self.sensors)?;
         // A little more than needed, so that the last weights are not at the very edge.
         let operator: Operator<f64> = self
             .scheme
-            .build(self.order, t, 1.05 * samples)
+            .build(self.order, t, 1.05 * samples as f64)
             .map_err(Failure::input)?;
+        let rate = t.rate_to_the(self.order).map_err(Failure::input)?;
+        let judge = plan.judge(
+            (
+                self.stiffness_n_per_m + self.device.stiffness.0,
+                self.dissipation_n_s_mu_per_m * rate,
+            ),
+            encoder_step(self.sensors),
+            t.0,
+        );
         let rest_m = self.expected_deflection(&operator)?;
         let wall = wall_at_start(
             self.stiffness_n_per_m,
@@ -259,20 +249,21 @@ impl Wall {
         )
         .map_err(Failure::input)?;
         let chain = match &self.remote {
-            None => safe_force_limit(self.force_limit_n, &self.device, self.sensors, &self.safety)?,
+            None => safe_force_limit(plan.force_limit_n, &self.device, self.sensors, &self.safety)?,
             Some(_) => SafetyChain::from_limits(&self.limits_here(), t).map_err(Failure::input)?,
         };
         Ok(Parts {
             controller: Controller::new(wall, chain),
             device,
-            samples: samples as u64,
+            samples,
+            judge,
             rest_m,
         })
     }
 
     /// Limits of the chain of a serial device, without its guard.
     fn limits_there(&self) -> Limits {
-        let limits = force_alone(self.force_limit_n, self.device.sample_time);
+        let limits = force_alone(self.plan.force_limit_n, self.device.sample_time);
         self.safety.on(limits, true)
     }
 
@@ -331,28 +322,23 @@ impl Wall {
                 mass_kg: mass.0 as f32,
                 damping_n_s_per_m: damping.0 as f32,
                 hand_stiffness_n_per_m: stiffness.0 as f32,
-                ..push(self.push_n)
+                ..push(self.plan.push_n)
             },
         })
     }
 
-    /// Judges the positions of a whole run; `None` for one that did not reach its end.
-    fn settling(&self, position_m: Option<&[f64]>, rest_m: Option<f64>) -> Settling {
-        let window = (self.window_s / self.device.sample_time.0).round() as usize;
-        let judged = position_m.map(|x| &x[x.len().saturating_sub(window)..]);
-        let here = judged.filter(|x| !x.is_empty() && x.iter().all(|x| x.abs() <= GONE_M));
-        let moments = here.map(|x| {
-            let count = x.len() as f64;
-            let mean = x.iter().sum::<f64>() / count;
-            let squares: f64 = x.iter().map(|x| (x - mean) * (x - mean)).sum();
-            (mean, (squares / count).sqrt())
-        });
-        Settling {
-            stable: moments.is_some_and(|(_, deviation)| deviation <= self.threshold_m),
-            position_std_m: moments.map(|(_, deviation)| deviation),
-            deflection_m: moments.map(|(mean, _)| mean),
-            expected_deflection_m: rest_m,
+    /// Judges a recorded run.
+    fn settling(
+        &self,
+        mut judge: Judge,
+        record: &Record,
+        rest_m: Option<f64>,
+    ) -> Result<Settling, Failure> {
+        let motion = record.position_m.iter().zip(&record.force_n);
+        for (&time, (&position, &force)) in record.time_s.iter().zip(motion) {
+            judge.see(time, position, force);
         }
+        self.named(judge.settling(record.ended.is_none(), rest_m))
     }
 
     /// push/(K + k + B·T^(−μ)·P(1)), m: P(1), the gain of the operator at rest, is 1 for the identity, 0
@@ -366,7 +352,7 @@ impl Wall {
         let spring = self.stiffness_n_per_m
             + self.device.stiffness.0
             + self.dissipation_n_s_mu_per_m * at_rest;
-        Ok(Some(self.push_n / spring).filter(|x| x.is_finite() && spring > 0.0))
+        Ok(Some(self.plan.push_n / spring).filter(|x| x.is_finite() && spring > 0.0))
     }
 
     /// Commanded force against −(K·x + B·D^μ x) by the full history of x, as a share of the largest.
@@ -410,7 +396,7 @@ impl Wall {
 
     /// Mean deflection over the window at the end against push/(K + k).
     fn deflection_error(&self, record: &Record, settling: Settling) -> Compared {
-        let window = (self.window_s / self.device.sample_time.0).round() as usize;
+        let window = (self.plan.window_s / self.device.sample_time.0).round() as usize;
         let judged = &record.time_s[record.time_s.len().saturating_sub(window)..];
         match (settling.deflection_m, settling.expected_deflection_m) {
             (Some(have), Some(want)) if settling.stable => {
@@ -423,26 +409,35 @@ impl Wall {
         }
     }
 
-    fn publish(&self, ran: &Ran, rest_m: Option<f64>) -> Result<WallReport, Failure> {
+    fn publish(&self, ran: &Ran, judge: Judge, rest_m: Option<f64>) -> Result<WallReport, Failure> {
         let Ran { record, folder, .. } = ran;
         let time = &record.time_s;
         let force = reaction(record);
         let whole = record.ended.is_none();
-        let settling = self.settling(whole.then_some(record.position_m.as_slice()), rest_m);
+        let settling = self.settling(judge, record, rest_m)?;
+        let agrees =
+            (ran.preflight.filter(|_| whole)).map(|analysis| analysis.stable == settling.stable);
         let mut warnings = Warnings::default();
-        if whole && settling.stable {
-            warnings.limited(record.limited);
-        } else if whole {
+        match settling.reason() {
+            None => warnings.limited(record.limited),
+            Some(reason) if whole => warnings.0.push(format!(
+                "the wall is {}: {reason}",
+                settling.verdict.words()
+            )),
+            Some(_) => {}
+        }
+        if agrees == Some(false) {
             warnings.0.push(format!(
-                "the wall is unstable: in the last {} s {}",
-                self.window_s,
-                settling.position_std_m.map_or_else(
-                    || format!("the device was more than {GONE_M} m away"),
-                    |deviation| format!(
-                        "the position varies by {deviation:.3e} m, more than {:e} m",
-                        self.threshold_m
-                    )
-                ),
+                "trial and analysis disagree: {} by the trial, {} by the analysis; {}",
+                settling.verdict.words(),
+                if settling.stable { "unstable" } else { "stable" },
+                if settling.stable {
+                    "what the analysis does not know (friction, encoder, force limit) holds the device, or the \
+                     wall grows unstable more slowly than the trial lasts"
+                } else {
+                    "what the analysis does not know (encoder, force limit, a wall that only pushes) shakes the \
+                     device, or the wall settles more slowly than the trial lasts"
+                }
             ));
         }
         let mut files = Files::default();
@@ -473,6 +468,7 @@ impl Wall {
                 self.deflection_error(record, settling),
             ),
             settling,
+            analysis_agrees: agrees,
             stiffness_n_per_m: self.stiffness_n_per_m,
             dissipation_n_s_mu_per_m: self.dissipation_n_s_mu_per_m,
         })
@@ -514,12 +510,8 @@ impl Wall {
             six_digits(self.dissipation_n_s_mu_per_m),
             device_name(self.remote.as_ref()),
             self.scheme,
-            self.push_n,
-            if settling.stable {
-                "stable"
-            } else {
-                "unstable"
-            }
+            self.plan.push_n,
+            settling.verdict.words()
         ) + &match self.safety.guard {
             GuardChoice::Off => String::new(),
             guard => format!(" · guard {}", guard.name()),
@@ -536,7 +528,7 @@ impl Wall {
             series,
         };
         ChartPage {
-            title: &format!("Pushed into a wall, {run}"),
+            title: &format!("A trial of a wall, {run}"),
             subtitle: &subtitle,
             columns: 1,
             charts: vec![
@@ -553,7 +545,7 @@ impl Wall {
 
     /// Everything needed to repeat the run.
     fn metadata(&self) -> BTreeMap<String, String> {
-        let device = &self.device;
+        let (device, plan) = (&self.device, self.plan());
         let entries = [
             ("experiment", "wall".to_owned()),
             (
@@ -586,15 +578,19 @@ impl Wall {
                 self.dissipation_n_s_mu_per_m.to_string(),
             ),
             ("one_sided", self.one_sided.to_string()),
-            ("push_n", self.push_n.to_string()),
-            ("duration_s", self.duration_s.to_string()),
-            ("window_s", self.window_s.to_string()),
-            ("threshold_m", self.threshold_m.to_string()),
-            ("force_limit_n", self.force_limit_n.to_string()),
+            ("criterion", plan.criterion.name().as_str().to_owned()),
+            ("impact_m_per_s", plan.impact_m_per_s.to_string()),
+            ("push_n", plan.push_n.to_string()),
+            ("duration_s", plan.duration_s.to_string()),
+            ("window_s", plan.window_s.to_string()),
+            ("force_limit_n", plan.force_limit_n.to_string()),
             ("pace", self.pace.to_string()),
         ];
         let mut metadata: BTreeMap<String, String> =
             entries.map(|(key, value)| (key.to_owned(), value)).into();
+        if let Criterion::Dissertation { threshold_m } = plan.criterion {
+            metadata.insert("threshold_m".to_owned(), threshold_m.to_string());
+        }
         self.safety.describe(&mut metadata);
         metadata
     }

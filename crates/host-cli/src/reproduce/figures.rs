@@ -5,27 +5,28 @@ use super::figure::{Axis, Curve, Figure, Panel, per_order, refused, share_axes};
 use super::relaxation::relax;
 use super::walls::{ALPHA, BETA, border, region_matrix, regions};
 use super::{DAMPING_N_S_PER_M, DELTA, Kind, ORDERS, SAMPLE_TIME_S};
-use crate::experiment::{Sensors, ZWidth, dissertation_device};
+use crate::experiment::{Sensors, TrialPlan, ZWidth, dissertation_device};
 use crate::failure::Failure;
 use crate::figure::{Look, Scale};
 use fracdiff::{Order, Seconds};
 use haptic_analysis::{AnalysisError, ClosedLoop, Environment, Nondimensional, SampledLoop};
 use haptic_loop::units::Newtons;
 use std::f64::consts::PI;
+use std::sync::atomic::AtomicBool;
 
-type Make = fn() -> Result<Figure, Failure>;
+type Make = fn(&AtomicBool) -> Result<Figure, Failure>;
 
-/// All figures, in order, each with what makes it.
+/// All figures, in order, each with what makes it. A flag that is set while one is made cuts it short.
 pub const FIGURES: [Make; 9] = [
-    coefficients,
-    environment,
-    regions,
+    |_| coefficients(),
+    |_| environment(),
+    |_| regions(),
     zwidth,
-    region_matrix,
-    sensitivity,
-    passivity,
-    transparency,
-    relaxation,
+    |_| region_matrix(),
+    |_| sensitivity(),
+    |_| passivity(),
+    |_| transparency(),
+    |_| relaxation(),
 ];
 
 /// `count` values from `low` to `high` in equal steps of their logarithm.
@@ -146,7 +147,7 @@ fn environment() -> Result<Figure, Failure> {
     })
 }
 
-fn zwidth() -> Result<Figure, Failure> {
+fn zwidth(stop: &AtomicBool) -> Result<Figure, Failure> {
     let panel = |caption: &str, realistic: bool| {
         let mut device = dissertation_device(Seconds(SAMPLE_TIME_S));
         let mut sensors = Sensors {
@@ -168,14 +169,10 @@ fn zwidth() -> Result<Figure, Failure> {
             scheme: Kind::Muir.scheme(),
             orders: orders.map_err(Failure::input)?,
             points: 21,
-            push_n: 1.0,
-            duration_s: 5.0,
-            window_s: 0.4,
-            threshold_m: 1e-4,
+            plan: TrialPlan::DISSERTATION,
             remote: None,
-            force_limit_n: 100.0,
         };
-        let report = experiment.run(&|_| {})?;
+        let report = experiment.run(&|_| {}, stop)?;
         let mut curves = per_order(&ORDERS, &ORDERS, Look::Line, |mu| {
             border(Kind::Muir, mu, DELTA, 0.0)
         })?;

@@ -1,6 +1,6 @@
 //! What a wall experiment reports.
 
-use super::Settling;
+use crate::experiment::Settling;
 use crate::experiment::report::{Errors, RunReport, Summary};
 use serde::Serialize;
 
@@ -23,10 +23,20 @@ pub struct WallReport {
     /// Whether and where it came to rest.
     #[serde(flatten)]
     pub settling: Settling,
+    /// Whether trial and analysis come to the same verdict; null if one of them has none.
+    pub analysis_agrees: Option<bool>,
     /// K, N/m.
     pub stiffness_n_per_m: f64,
     /// B, N·s^μ/m.
     pub dissipation_n_s_mu_per_m: f64,
+}
+
+impl WallReport {
+    /// Stable by the trial and by the analysis.
+    #[must_use]
+    pub fn stable_by_both(&self) -> bool {
+        self.settling.stable && self.analysis_agrees == Some(true)
+    }
 }
 
 impl Summary for WallReport {

@@ -1,0 +1,111 @@
+//! What the analysis says of the walls that are tried.
+
+use super::ZWidth;
+use crate::failure::Failure;
+use fracdiff::Order;
+use haptic_analysis::{LoopOperator, Nondimensional, SampledLoop, SampledPlant, StabilityRegion};
+
+/// Points on the boundary of a region.
+const POINTS: usize = 400;
+/// Pieces of an edge of an outline.
+const PIECES: u32 = 16;
+/// Memory for which an operator is judged, samples: longer than any run.
+const HORIZON: f64 = 20e6;
+
+/// The stability region of one order on the device, without friction, encoder and force limit.
+#[derive(Debug)]
+pub(super) struct Theory {
+    operator: LoopOperator,
+    delta: f64,
+    gamma: f64,
+    delay: usize,
+    /// Polygons of (β, α).
+    polygons: Vec<Vec<(f64, f64)>>,
+}
+
+impl Theory {
+    /// `None` for a device that the analysis does not know: a serial one, or an actuator that lags.
+    pub(super) fn new(experiment: &ZWidth, order: Order) -> Result<Option<Self>, Failure> {
+        let device = &experiment.device;
+        let (m, t) = (device.mass.0, device.sample_time.0);
+        let delay = device.delay.0 / t;
+        let whole = (delay - delay.round()).abs() < 1e-9;
+        if experiment.remote.is_some() || device.lag.0 > 0.0 || !whole {
+            return Ok(None);
+        }
+        let (delta, gamma) = (device.damping.0 * t / m, device.stiffness.0 * t * t / m);
+        let delay = delay.round() as usize;
+        let known = || {
+            let operator =
+                LoopOperator::new(experiment.scheme, order, device.sample_time, HORIZON)?;
+            let plant = SampledPlant::new(delta, gamma)?;
+            let region = StabilityRegion::new(plant, &operator, delay, POINTS)?;
+            let polygons = region.bounded().map_or_else(Vec::new, |area| {
+                let points = |points: &[haptic_analysis::BoundaryPoint]| {
+                    points.iter().map(|p| (p.beta, p.alpha)).collect()
+                };
+                area.polygons.iter().map(|p| points(&p.points)).collect()
+            });
+            Ok::<_, haptic_analysis::AnalysisError>((operator, polygons))
+        };
+        // What cannot be analysed can still be tried.
+        Ok(known().ok().map(|(operator, polygons)| Self {
+            operator,
+            delta,
+            gamma,
+            delay,
+            polygons,
+        }))
+    }
+
+    /// The polygons one after the other, closed, with a gap between them.
+    pub(super) fn outline(&self) -> Vec<(f64, f64)> {
+        let mut outline = Vec::new();
+        for polygon in &self.polygons {
+            if !outline.is_empty() {
+                outline.push((f64::NAN, f64::NAN));
+            }
+            let following = polygon.iter().cycle().skip(1);
+            for (a, b) in polygon.iter().zip(following) {
+                // Straight edges in pieces, so that they can be bent: on a logarithmic axis.
+                outline.extend((0..PIECES).map(|piece| {
+                    let way = f64::from(piece) / f64::from(PIECES);
+                    (a.0 + way * (b.0 - a.0), a.1 + way * (b.1 - a.1))
+                }));
+            }
+            outline.extend(polygon.first());
+        }
+        outline
+    }
+
+    /// The largest stable α with this β.
+    pub(super) fn largest_alpha(&self, beta: f64) -> Option<f64> {
+        let mut largest: Option<f64> = None;
+        for polygon in &self.polygons {
+            let following = polygon.iter().cycle().skip(1);
+            for (a, b) in polygon.iter().zip(following) {
+                if (a.0 > beta) != (b.0 > beta) {
+                    let alpha = a.1 + (beta - a.0) / (b.0 - a.0) * (b.1 - a.1);
+                    largest = Some(largest.map_or(alpha, |most| most.max(alpha)));
+                }
+            }
+        }
+        largest
+    }
+
+    /// Whether the wall made weaker by a share is stable, and made stronger unstable; `None` if that cannot be
+    /// told.
+    pub(super) fn has_edge_within(&self, alpha: f64, beta: f64, share: f64) -> Option<bool> {
+        let stable = |factor: f64| {
+            let wall = Nondimensional {
+                alpha: factor * alpha,
+                beta: factor * beta,
+                delta: self.delta,
+                gamma: self.gamma,
+            };
+            let closed = SampledLoop::new(wall, &self.operator, self.delay).ok()?;
+            Some(closed.is_stable())
+        };
+        Some(stable(1.0 - share)? && !stable(1.0 + share)?)
+    }
+}
