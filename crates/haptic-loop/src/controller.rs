@@ -12,7 +12,7 @@ use crate::safety::{Fault, Limiters, SafeForce, SafetyChain, SafetyState, StartR
 use fracdiff::Real;
 use nalgebra::SVector;
 
-/// What one tick measured and did: what a recorder keeps.
+/// What one tick read and did: what a recorder keeps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample<F, const D: usize> {
     /// Tick, time and position.

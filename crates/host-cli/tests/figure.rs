@@ -134,6 +134,17 @@ fn the_creep_and_log_pictures_say_what_is_on_their_axes() {
 }
 
 #[test]
+fn the_device_decides_between_simulated_and_rendered() {
+    for (simulates, word) in [
+        (None, "simulated"),
+        (Some(true), "simulated"),
+        (Some(false), "rendered"),
+    ] {
+        assert_eq!(Origin::of_device(simulates).word(), word);
+    }
+}
+
+#[test]
 fn no_value_however_odd_reaches_an_axis_or_moves_text_off_the_page() {
     let odd = [
         f64::NAN,

@@ -10,7 +10,7 @@
 //! - *Exponential*: of M/2^s by its Taylor series, then squared s times. nalgebra has one too, but
 //!   only with the standard library, and this one takes no roots or logarithms that could differ
 //!   between targets.
-//! - *Accuracy*, measured against closed forms: 2e-15 relative for b·h/m from 1e-12 to 1e6, and
+//! - *Accuracy*, against closed forms: 2e-15 relative for b·h/m from 1e-12 to 1e6, and
 //!   2e-15·(1 + ω·h) for an undamped oscillator with ω·h from 1e-6 to 1e3.
 //! - *Cost*: at most 39 N×N products, once, in a constructor. Never in a sample.
 //!

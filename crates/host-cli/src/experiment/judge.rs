@@ -181,7 +181,6 @@ pub fn creep_strain(tissue: &Tissue, stress_pa: f64, time_s: f64) -> f64 {
 }
 
 #[cfg(test)]
-#[expect(clippy::float_cmp, reason = "exact results are compared exactly")]
 mod tests {
     use super::*;
     use haptic_loop::units::Pascals;

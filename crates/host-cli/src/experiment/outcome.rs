@@ -35,10 +35,7 @@ pub struct Outcome {
 /// but a simulation.
 #[must_use]
 pub fn origin(record: &Record) -> Origin {
-    match &record.link {
-        Some(link) if !link.simulated => Origin::Rendered,
-        _ => Origin::Simulated,
-    }
+    Origin::of_device(record.link.as_ref().map(|link| link.simulated))
 }
 
 /// Force that the tissue opposes to an indentation, N: the negative of what is commanded.

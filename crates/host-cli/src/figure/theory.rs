@@ -64,6 +64,15 @@ pub enum Origin {
 }
 
 impl Origin {
+    /// Of a device that says whether it simulates its plant; `None` without a link, which is a simulation too.
+    #[must_use]
+    pub const fn of_device(simulates: Option<bool>) -> Self {
+        match simulates {
+            None | Some(true) => Self::Simulated,
+            Some(false) => Self::Rendered,
+        }
+    }
+
     /// The word for it.
     #[must_use]
     pub const fn word(self) -> &'static str {

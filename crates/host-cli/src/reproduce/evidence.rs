@@ -87,13 +87,16 @@ pub(super) fn largest_beta_falls(kind: Kind, _: &Formulas) -> Result<Evidence, A
     })
 }
 
-/// From where on the values fall strictly, in words.
+/// Where the values fall strictly, in words.
 fn falling(values: &[f64]) -> String {
-    let start = (0..values.len()).find(|&start| falls(&values[start..]));
-    match start {
-        Some(0) => "falls throughout".to_owned(),
-        Some(start) if start + 1 < values.len() => format!("falls from μ = {} on", ORDERS[start]),
-        _ => "does not fall".to_owned(),
+    let last = values.len() - 1;
+    let from = (0..last).find(|&start| falls(&values[start..]));
+    let to = (1..last).rev().find(|&end| falls(&values[..=end]));
+    match (from, to) {
+        (Some(0), _) => "falls throughout".to_owned(),
+        (Some(from), _) => format!("falls from μ = {} on", ORDERS[from]),
+        (None, Some(to)) => format!("falls up to μ = {}, then rises", ORDERS[to]),
+        (None, None) => "does not fall".to_owned(),
     }
 }
 
@@ -250,7 +253,11 @@ pub(super) fn corollary_one(kind: Kind, formulas: &Formulas) -> Result<Evidence,
     };
     Ok(Evidence {
         holds: enough && colgate.abs() <= 1e-9,
-        numbers: format!("{most}; it differs from Colgate's at μ = 1 by {colgate:.1e}"),
+        numbers: if colgate == 0.0 {
+            format!("{most}; at μ = 1 it is Colgate's")
+        } else {
+            format!("{most}; at μ = 1 it differs from Colgate's by {colgate:.1e}")
+        },
     })
 }
 

@@ -163,23 +163,23 @@ pub(super) fn refused(error: AnalysisError) -> Failure {
     Failure::Run(error.into())
 }
 
-/// One curve an order, in the look of its place among all orders of the figure.
+/// One curve an order, in looks of their own from the `first` on.
 pub(super) fn per_order(
     orders: &[f64],
-    all: &[f64],
+    first: usize,
     look: Look,
     points: impl Fn(f64) -> Result<Vec<(f64, f64)>, AnalysisError>,
 ) -> Result<Vec<Curve>, Failure> {
     orders
         .iter()
-        .map(|&mu| {
-            let colour = all.iter().position(|&other| other == mu).unwrap_or(0);
+        .enumerate()
+        .map(|(place, &mu)| {
             Ok(Curve {
                 name: format!("μ = {mu}"),
                 legend: format!("μ = {mu}"),
                 points: points(mu).map_err(refused)?,
                 look,
-                colour,
+                colour: first + place,
             })
         })
         .collect()

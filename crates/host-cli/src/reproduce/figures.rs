@@ -39,7 +39,7 @@ fn coefficients() -> Result<Figure, Failure> {
     const THETA: Axis = Axis::linear("digital frequency θ / rad", "theta_rad");
     let orders = [0.0, 0.25, 0.5, 1.0, 1.5, 2.0];
     let panel = |caption: &str, y, value: fn(f64, f64) -> f64| {
-        let curves = per_order(&orders, &orders, Look::Line, |mu| {
+        let curves = per_order(&orders, 0, Look::Line, |mu| {
             let thetas = (1..=300).map(|i| PI * f64::from(i) / 300.0);
             Ok(thetas.map(|theta| (theta, value(mu, theta))).collect())
         })?;
@@ -77,9 +77,9 @@ const OMEGA: Axis = Axis::log("frequency ω / rad·s⁻¹", "omega_rad_s");
 const STIFFNESS: Axis = Axis::linear("effective stiffness / N·m⁻¹", "effective_stiffness_n_per_m");
 const DAMPING: Axis = Axis::linear("effective damping / N·s·m⁻¹", "effective_damping_n_s_per_m");
 
-/// Two panels, effective stiffness and damping over frequency, of some of all orders.
+/// Two panels, effective stiffness and damping over frequency, of orders whose looks begin with the `first`.
 fn effective(
-    (orders, all): (&[f64], &[f64]),
+    (orders, first): (&[f64], usize),
     what: &str,
     (stiffness_axis, damping_axis): (Axis, Axis),
     stiffness: impl Fn(f64) -> Result<Vec<(f64, f64)>, AnalysisError>,
@@ -92,8 +92,8 @@ fn effective(
         curves,
         repeats: false,
     };
-    let stiffness = per_order(orders, all, Look::Line, stiffness)?;
-    let damping = per_order(orders, all, Look::Line, damping)?;
+    let stiffness = per_order(orders, first, Look::Line, stiffness)?;
+    let damping = per_order(orders, first, Look::Line, damping)?;
     Ok([
         panel("stiffness", stiffness_axis, stiffness),
         panel("damping", damping_axis, damping),
@@ -125,13 +125,13 @@ fn environment() -> Result<Figure, Failure> {
     let stiffness = Axis::log(STIFFNESS.label, STIFFNESS.column);
     let damping = DAMPING.between(-0.05 * DISSIPATION, 1.05 * DISSIPATION);
     let mut panels = Vec::new();
-    for (orders, what, axes) in [
-        (&all[..5], ", μ ≤ 1", (stiffness, damping)),
-        (&all[5..7], ", μ = 1.25 and 1.5", (STIFFNESS, DAMPING)),
-        (&all[7..], ", μ = 1.75 and 2", (STIFFNESS, DAMPING)),
+    for (places, what, axes) in [
+        (0..5, ", μ ≤ 1", (stiffness, damping)),
+        (5..7, ", μ = 1.25 and 1.5", (STIFFNESS, DAMPING)),
+        (7..9, ", μ = 1.75 and 2", (STIFFNESS, DAMPING)),
     ] {
         panels.extend(effective(
-            (orders, &all),
+            (&all[places.clone()], places.start),
             what,
             axes,
             |mu| points(mu, |at| at.stiffness_n_per_m),
@@ -173,7 +173,7 @@ fn zwidth(stop: &AtomicBool) -> Result<Figure, Failure> {
             remote: None,
         };
         let report = experiment.run(&|_| {}, stop)?;
-        let mut curves = per_order(&ORDERS, &ORDERS, Look::Line, |mu| {
+        let mut curves = per_order(&ORDERS, 0, Look::Line, |mu| {
             border(Kind::Muir, mu, DELTA, 0.0)
         })?;
         for (colour, order) in report.orders.iter().enumerate() {
@@ -239,7 +239,7 @@ fn sensitivity() -> Result<Figure, Failure> {
             caption: caption.to_owned(),
             x: Axis::log("digital frequency θ / rad", "theta_rad"),
             y: Axis::linear("|S| / dB", "sensitivity_db"),
-            curves: per_order(&ORDERS, &ORDERS, Look::Line, |mu| {
+            curves: per_order(&ORDERS, 0, Look::Line, |mu| {
                 let operator = kind.operator(mu)?;
                 let wall = Nondimensional {
                     alpha,
@@ -274,7 +274,7 @@ fn passivity() -> Result<Figure, Failure> {
             caption: caption.to_owned(),
             x: BETA,
             y: ALPHA,
-            curves: per_order(&ORDERS, &ORDERS, Look::Line, |mu| {
+            curves: per_order(&ORDERS, 0, Look::Line, |mu| {
                 passive_boundary(kind, mu, DELTA, 100)
             })?,
             repeats: false,
@@ -320,7 +320,7 @@ fn transparency() -> Result<Figure, Failure> {
                 .to_owned(),
         columns: 2,
         panels: effective(
-            (&ORDERS, &ORDERS),
+            (&ORDERS, 0),
             "",
             (STIFFNESS, DAMPING),
             |mu| points(mu, |at| at.stiffness_n_per_m),

@@ -60,9 +60,7 @@ pub(super) fn regions() -> Result<Figure, Failure> {
             caption: caption.to_owned(),
             x: BETA,
             y: ALPHA,
-            curves: per_order(&ORDERS, &ORDERS, Look::Area, |mu| {
-                outline(kind, mu, DELTA, 0.0)
-            })?,
+            curves: per_order(&ORDERS, 0, Look::Area, |mu| outline(kind, mu, DELTA, 0.0))?,
             repeats: false,
         })
     };

@@ -95,6 +95,14 @@ fn a_relaxation_in_the_devices_loop_loses_nothing_and_follows_theory() {
     assert_eq!(report["precision"], "f32");
     assert_eq!(report["tick_ns"], Value::Null);
     assert_eq!(report["link"]["board"], "emulated");
+    // An emulated device simulates its rig, so nothing is called rendered.
+    assert_eq!(report["link"]["simulated"], true);
+    assert!(
+        device
+            .place
+            .text("run/relax.csv")
+            .contains(",simulated_force_n,")
+    );
     // The log says the same.
     let info = device.json("log info run/relax.mcap");
     assert_eq!(info["complete"], true);
