@@ -170,9 +170,8 @@ impl Watched {
             assert_eq!(force_n, 0.0, "{state}");
         }
         // The stop time, and a tick until the first step.
-        let ticks = (1e6 * limits.stop_time_s / period_us as f32 * (1.0 - 1e-6))
-            .ceil()
-            .max(1.0);
+        let ticks = 1e6 * f64::from(limits.stop_time_s) / period_us as f64;
+        let ticks = (ticks * (1.0 - 1e-6)).ceil().max(1.0);
         let fall_us = period_us * (1 + ticks as u64);
         let now_us = self.bench.now_us;
         if matches!(state, State::Fault | State::Stopping) {
@@ -183,11 +182,11 @@ impl Watched {
                 force_n
             };
             let (since, from_n) = *self.falling.get_or_insert((now_us, from.abs()));
-            let done = ((now_us - since) / period_us) as f32;
+            let done = ((now_us - since) / period_us) as f64;
             let share = (1.0 - done / ticks).max(0.0);
-            let envelope_n = from_n.max(limits.brake_force_n) * share;
+            let envelope_n = f64::from(from_n.max(limits.brake_force_n)) * share;
             assert!(
-                force_n.abs() <= envelope_n * (1.0 + 1e-5),
+                f64::from(force_n.abs()) <= envelope_n * (1.0 + 1e-6),
                 "{force_n} N of {envelope_n} N, {state} for {} us, {limits:?}",
                 now_us - since
             );
