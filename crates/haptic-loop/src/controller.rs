@@ -7,6 +7,7 @@
 //! Sensor to force first, everything else after.
 
 use crate::device::{Device, Reading};
+use crate::engaged::Engaged;
 use crate::environment::Environment;
 use crate::safety::{Fault, Limiters, SafeForce, SafetyChain, SafetyState, StartRefused};
 use fracdiff::Real;
@@ -71,6 +72,14 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
             self.safety.skip(missed);
         }
         self.next = tick.wrapping_add(1);
+    }
+
+    /// Closes the loop with a device until the value is dropped, which leaves no force behind.
+    pub const fn engage<'a, V: Device<F, D>>(
+        &'a mut self,
+        device: &'a mut V,
+    ) -> Engaged<'a, F, D, E, V> {
+        Engaged::new(self, device)
     }
 
     /// One tick.

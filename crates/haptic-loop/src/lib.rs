@@ -6,6 +6,7 @@ extern crate std;
 
 mod controller;
 mod device;
+mod engaged;
 mod environment;
 mod error;
 mod guard;
@@ -21,6 +22,7 @@ mod wall;
 
 pub use controller::{Controller, Sample};
 pub use device::{Device, Reading};
+pub use engaged::Engaged;
 pub use environment::{Contact, Environment, SpringDamper};
 pub use error::ParameterError;
 pub use guard::{

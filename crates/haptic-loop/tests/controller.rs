@@ -186,6 +186,30 @@ proptest! {
 }
 
 #[test]
+fn a_loop_that_is_dropped_leaves_no_force_behind() {
+    let mut device = Scripted {
+        positions: vec![0.02; 40],
+        forces: Vec::new(),
+    };
+    let mut controller = Controller::new(damper(), chain());
+    let unwound = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+        let mut engaged = controller.engage(&mut device);
+        for _ in 0..10 {
+            engaged.tick().expect("infallible");
+        }
+        panic!("in the middle of a run");
+    }));
+    assert!(unwound.is_err());
+    assert!(device.forces[9] < -1.0);
+    assert_eq!(device.forces[10..], [0.0]);
+    assert!(controller.safety().is_at_rest());
+    // At rest there is nothing to say.
+    let written = device.forces.len();
+    drop(controller.engage(&mut device));
+    assert_eq!(device.forces.len(), written);
+}
+
+#[test]
 fn arming_asks_first_and_a_sample_carries_the_energy() {
     let limits = Limits {
         start_force: Some(Newtons(1.0)),

@@ -117,6 +117,7 @@ fn configuration() -> Configuration {
         },
         limits: Limits {
             force_rate_n_per_s: 100.0,
+            watchdog_ms: 20,
             rise_time_s: 0.0,
             ..Limits::DEFAULT
         },

@@ -4,6 +4,7 @@ use super::clamps::clamp;
 use super::fault::Fault;
 use super::force::Limiters;
 use super::limits::{Limits, SpeedLimit, Stuck, Workspace};
+use super::release::whole_ticks;
 use crate::error::{ParameterError, positive, range, rounded};
 use fracdiff::{Real, Seconds};
 use nalgebra::SVector;
@@ -334,8 +335,7 @@ fn standstill<F: Real>(stuck: Stuck, sample_time: f64) -> Result<Standstill<F>, 
     let time = stuck.time.0;
     let within = (1e-3..=10.0).contains(&time);
     range("stuck time", time, within, "in [0.001, 10]", "s")?;
-    // As many as single precision can count.
-    let ticks = libm::ceil(time / sample_time - 1e-9).clamp(1.0, 8_388_608.0);
+    let ticks = whole_ticks(time, sample_time);
     Ok(Standstill {
         force: rounded("stuck force", force, "N")?,
         ticks: rounded("stuck time", ticks, "samples")?,

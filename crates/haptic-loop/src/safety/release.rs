@@ -49,9 +49,7 @@ impl<F: Real> Release<F> {
         range("stop time", stop, within, "in [0.001, 1]", "s")?;
         let within = brake >= 0.0 && brake <= Limits::BRAKE_FORCE_MAX_N;
         range("brake force", brake, within, "in [0, 10]", "N")?;
-        // A ratio just above a whole number is that number. More than 2²³ ticks could not be counted in single
-        // precision: a force that is zero earlier does no harm.
-        let ticks = libm::ceil(stop / sample_time - 1e-9).clamp(1.0, 8_388_608.0);
+        let ticks = whole_ticks(stop, sample_time);
         Ok(Self {
             ticks: rounded("stop time", ticks, "samples")?,
             share: rounded("stop time", 1.0 / ticks, "samples⁻¹")?,
@@ -86,6 +84,12 @@ impl<F: Real> Release<F> {
         released.skip(F::ONE);
         released.from * (released.left * self.share)
     }
+}
+
+/// A time in whole samples, at least one: rounded up, but to the number itself where it is above a whole one by no
+/// more than single precision makes of it. More than 2²³ could not be counted in single precision.
+pub(super) fn whole_ticks(time: f64, sample_time: f64) -> f64 {
+    libm::ceil(time / sample_time * (1.0 - 1e-6)).clamp(1.0, 8_388_608.0)
 }
 
 /// Scales a force into the envelope; one of 0 N makes it exactly zero.

@@ -2,7 +2,7 @@
 //! and come back, devices that reboot, requests in any state. What must hold is checked after every step of the
 //! clock.
 //!
-//! `SCHEDULES` sets how many are run, `SCHEDULE` the one of a number: a failure tells it. 100 000 are 22 h of
+//! `SCHEDULES`, or `CAMPAIGN_CASES` as everywhere, sets how many are run, `SCHEDULE` the one of a number: a failure tells it. 100 000 are 22 h of
 //! virtual time and take a minute of two processors.
 
 use crate::line::{Bench, START, STEP_US, spring};
@@ -70,7 +70,17 @@ impl Random {
         configuration.stiffness_n_per_m = self.of(&[0.0, 300.0, 3000.0]);
         configuration.simulation.push_n = self.of(&[0.0, 1.0, -3.0]);
         configuration.limits.force_n = self.of(&[0.5, 2.0, 10.0]);
-        configuration.limits.force_rate_n_per_s = self.of(&[300.0, 1000.0, 10_000.0]);
+        configuration.limits.force_rate_n_per_s = self.of(&[0.1, 300.0, 1000.0, 10_000.0]);
+        configuration.limits.stop_time_s = self.of(&[0.001, 0.03, 0.1, 0.25]);
+        configuration.limits.brake_force_n = self.of(&[0.0, 2.0, 10.0]);
+        configuration.limits.braking_n_s_per_m = self.of(&[0.0, 0.5, 5.0]);
+        if self.one_in(2) {
+            // The most that 65 g bear with a tick of delay, for the longest tick here.
+            configuration.limits.device_mass_kg = 0.065;
+            configuration.limits.braking_n_s_per_m = 10.8;
+        }
+        configuration.limits.stuck_force_n = self.of(&[0.0, 0.2, 3.0]);
+        configuration.limits.jump_m = self.of(&[0.0, 1e-3]);
         configuration.limits.watchdog_ms = self.of(&[5, 20, 50]);
         configuration.limits.late_ticks = self.of(&[0, 1, 20]);
         if self.one_in(8) {
@@ -115,8 +125,8 @@ impl Random {
 struct Watched {
     bench: Bench,
     force_n: f32,
-    /// Since when the state is one in which the force falls.
-    falling_us: Option<u64>,
+    /// Since when the state is one in which the force falls, and from where, N.
+    falling: Option<(u64, f32)>,
     /// Since when it is one in which the watchdog looks.
     looking_us: Option<u64>,
 }
@@ -126,7 +136,7 @@ impl Watched {
         Self {
             bench: Bench::new(LineFaults::default(), seed),
             force_n: 0.0,
-            falling_us: None,
+            falling: None,
             looking_us: None,
         }
     }
@@ -146,25 +156,42 @@ impl Watched {
         assert!(force_n.abs() <= limits.force_n, "{force_n} N, {limits:?}");
         let step_n = limits.force_rate_n_per_s * (1e-6 * period_us as f32);
         let moved_n = (force_n - self.force_n).abs();
+        let falls = matches!(
+            state,
+            State::Fault | State::Stopping | State::Idle | State::Armed
+        ) && force_n.abs() <= self.force_n.abs();
+        // To one rounding of the force.
+        let rounding_n = f32::EPSILON * force_n.abs().max(self.force_n.abs());
         assert!(
-            moved_n <= step_n * (1.0 + 1e-5),
+            falls || moved_n <= step_n * (1.0 + 1e-5) + rounding_n,
             "{moved_n} N in a tick, {limits:?}"
         );
         if matches!(state, State::Idle | State::Armed) {
             assert_eq!(force_n, 0.0, "{state}");
         }
-        // From the largest force to zero, and a tick until the first step.
-        let fall_us = period_us * (1 + (limits.force_n / step_n).ceil() as u64);
+        // The stop time, and a tick until the first step.
+        let ticks = 1e6 * f64::from(limits.stop_time_s) / period_us as f64;
+        let ticks = (ticks * (1.0 - 1e-6)).ceil().max(1.0);
+        let fall_us = period_us * (1 + ticks as u64);
         let now_us = self.bench.now_us;
         if matches!(state, State::Fault | State::Stopping) {
-            let since = *self.falling_us.get_or_insert(now_us);
+            // A fault takes effect in its own tick, a run that has had its ticks stops after the last.
+            let from = if state == State::Fault {
+                self.force_n
+            } else {
+                force_n
+            };
+            let (since, from_n) = *self.falling.get_or_insert((now_us, from.abs()));
+            let done = ((now_us - since) / period_us) as f64;
+            let share = (1.0 - done / ticks).max(0.0);
+            let envelope_n = f64::from(from_n.max(limits.brake_force_n)) * share;
             assert!(
-                force_n == 0.0 || now_us - since <= fall_us,
-                "{force_n} N, {state} for {} us",
+                f64::from(force_n.abs()) <= envelope_n * (1.0 + 1e-6),
+                "{force_n} N of {envelope_n} N, {state} for {} us, {limits:?}",
                 now_us - since
             );
         } else {
-            self.falling_us = None;
+            self.falling = None;
         }
         // The watchdog looks once a tick, from the tick after a stop on.
         let watchdog_us = 1000 * u64::from(limits.watchdog_ms) + period_us;
@@ -235,7 +262,16 @@ impl Watched {
     }
 
     fn act(&mut self, random: &mut Random) {
-        match random.below(24) {
+        match random.below(26) {
+            24 => {
+                let offset_m = random.of(&[0.0, 0.0, 0.005, -0.02]);
+                self.bench.device.borrow_mut().hardware_mut().offset_m = offset_m;
+            }
+            25 => {
+                let mut device = self.bench.device.borrow_mut();
+                let sticks = &mut device.hardware_mut().sticks;
+                *sticks = !*sticks;
+            }
             0 => {
                 let faults = random.faults();
                 self.bench.to_device.set_faults(faults).expect("valid");
@@ -257,7 +293,7 @@ impl Watched {
             5 => {
                 self.bench.reboot();
                 self.force_n = 0.0;
-                (self.falling_us, self.looking_us) = (None, None);
+                (self.falling, self.looking_us) = (None, None);
             }
             6 => self.bench.device.borrow_mut().overrun(),
             7 => {
@@ -300,12 +336,16 @@ impl Watched {
         self.bench.to_device.set_faults(quiet).expect("valid");
         self.bench.to_host.set_faults(quiet).expect("valid");
         self.bench.law = None;
+        let mut device = self.bench.device.borrow_mut();
+        (device.hardware_mut().sticks, device.hardware_mut().offset_m) = (false, 0.0);
+        drop(device);
         self.bench.host.set_keep_alive(Some(2_000));
         // What was held back comes now.
         self.run_ms(120);
         self.done(Request::Hello(Keys::CURRENT));
         self.done(Request::Disarm);
-        self.run_ms(50);
+        // The longest stop time.
+        self.run_ms(300);
         let (configuration, values) = spring();
         for request in crate::line::transaction(configuration, &values) {
             self.done(request);
@@ -364,7 +404,8 @@ fn random_schedules_leave_the_force_safe_and_the_session_recoverable() {
         schedule(seed.parse().expect("a number"));
         return;
     }
-    let count = std::env::var("SCHEDULES").map_or(200, |n| n.parse().expect("a number"));
+    let asked = std::env::var("SCHEDULES").or_else(|_| std::env::var("CAMPAIGN_CASES"));
+    let count = asked.map_or(200, |n| n.parse().expect("a number"));
     let (next, virtual_us) = (AtomicU64::new(0), AtomicU64::new(0));
     let work = || {
         loop {

@@ -11,6 +11,11 @@ pub(crate) struct Witness {
     force_n: f32,
     /// The sensor gives nothing while this is set.
     pub(crate) broken: bool,
+    /// It is off by this, m.
+    pub(crate) offset_m: f32,
+    /// It tells what it told last while this is set.
+    pub(crate) sticks: bool,
+    told_m: f32,
 }
 
 impl Witness {
@@ -19,6 +24,9 @@ impl Witness {
             plant: SimulatedPlant::new(board, || 0),
             force_n: 0.0,
             broken: false,
+            offset_m: 0.0,
+            sticks: false,
+            told_m: 0.0,
         }
     }
 
@@ -35,7 +43,12 @@ impl Device<f32, 1> for Witness {
         if self.broken {
             return Err(Fault::EmergencyStop);
         }
-        self.plant.read()
+        let mut reading = self.plant.read()?;
+        if !self.sticks {
+            self.told_m = reading.position_m[0] + self.offset_m;
+        }
+        reading.position_m[0] = self.told_m;
+        Ok(reading)
     }
 
     fn write(&mut self, force: SafeForce<f32, 1>) -> Result<(), Fault> {
