@@ -10,8 +10,9 @@ use core::fmt::Debug;
 /// y[n] = g·x[n] + S[n]        S[n] depends on x[n−1], x[n−2], … only
 /// ```
 /// - *Units*: x any unit \[x\], y \[x\]·s^(−μ), g s^(−μ).
-/// - *Two phases*: [`output`](Self::output) costs one multiply-add whatever the memory, so a force
-///   can leave at once; [`advance`](Self::advance) takes x\[n\] into the history afterwards.
+/// - *Two phases*: [`output`](Self::output) costs one multiply-add whatever the memory (operators on increments: two
+///   subtractions before it), so a force can leave at once; [`advance`](Self::advance) takes x\[n\] into the
+///   history afterwards.
 /// - *Start-up*: [`at_rest`](Self::at_rest) is a signal that was zero for ever.
 /// - *Not finite*: a NaN or infinity in x is never hidden. It makes that output, and S from then
 ///   on, not finite: for the memory's length in a finite memory ([`ShortMemory`](crate::ShortMemory),
@@ -27,7 +28,7 @@ pub trait Differintegrator<F: Real> {
     /// g, the factor of the newest sample, in s^(−μ).
     fn direct_gain(&self) -> F;
 
-    /// S\[n\], what the past contributes to the next output. Costs one load.
+    /// S\[n\], what the past contributes to the next output: the output for x\[n\] = 0.
     fn past(&self, history: &Self::History) -> F;
 
     /// Takes x\[n\] into the history and computes S\[n+1\].
@@ -42,7 +43,11 @@ pub trait Differintegrator<F: Real> {
         }
     }
 
-    /// y\[n\] for the newest sample x\[n\]; leaves the history alone. One multiply-add.
+    /// y\[n\] for the newest sample x\[n\]; leaves the history alone.
+    ///
+    /// An operator on increments says it in its own way, g·(x\[n\] − x\[n−1\]) + …, which equals g·x\[n\] + S\[n\] but
+    /// for the digits that g·x\[n\] and S\[n\] lose against each other. An operator that wraps another one passes
+    /// this call on.
     #[inline]
     fn output(&self, history: &Self::History, x: F) -> F {
         // y[n] = g·x[n] + S[n]

@@ -11,7 +11,8 @@ use num_complex::Complex;
 /// ```text
 /// n ≥ 0:  y[n] = core(Δⁿ x)[n]          n < 0:  y[n] = y[n−1] + core(x)[n], once or twice
 /// ```
-/// Both leave y\[n\] = g·x\[n\] + S\[n\] with the core's own g. The running sums carry a compensation
+/// The output is g·Δⁿx\[n\] + S\[n\], with the core's own g: differences are taken before anything is multiplied, so
+/// that a large and slow x does not cancel against its own past. The running sums carry a compensation
 /// word, so that a million small increments are not lost in `f32`.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct WithIntegerPart<C> {
@@ -19,14 +20,25 @@ pub(crate) struct WithIntegerPart<C> {
     pub(crate) core: C,
 }
 
-/// History of the core; x\[n−1\], x\[n−2\] or the running sums; S\[n\].
+/// History of the core; x\[n−1\] and its difference, or the running sums; S\[n\].
 #[derive(Clone, Debug, PartialEq)]
 pub struct IntegerHistory<F, H> {
     pub(crate) core: H,
-    /// Differences: the two newest samples. Accumulations: inner and outer sum.
-    words: [F; 2],
-    carries: [F; 2],
+    /// x\[n−1\] where differences are taken, else zero.
+    base: F,
+    /// x\[n−1\] − x\[n−2\] where second differences are taken, else zero.
+    slope: F,
+    /// Inner and outer running sum, each with its compensation word.
+    sums: [(F, F); 2],
     past: F,
+}
+
+impl<F: Real, H> IntegerHistory<F, H> {
+    /// Δⁿx\[n\]; x itself where no differences are taken.
+    #[inline]
+    fn increment(&self, x: F) -> F {
+        (x - self.base) - self.slope
+    }
 }
 
 impl<F: Real, C: Differintegrator<F>> Differintegrator<F> for WithIntegerPart<C> {
@@ -35,8 +47,9 @@ impl<F: Real, C: Differintegrator<F>> Differintegrator<F> for WithIntegerPart<C>
     fn at_rest(&self) -> Self::History {
         IntegerHistory {
             core: self.core.at_rest(),
-            words: [F::ZERO; 2],
-            carries: [F::ZERO; 2],
+            base: F::ZERO,
+            slope: F::ZERO,
+            sums: [(F::ZERO, F::ZERO); 2],
             past: F::ZERO,
         }
     }
@@ -48,7 +61,12 @@ impl<F: Real, C: Differintegrator<F>> Differintegrator<F> for WithIntegerPart<C>
 
     #[inline]
     fn past(&self, history: &Self::History) -> F {
-        history.past
+        self.output(history, F::ZERO)
+    }
+
+    #[inline]
+    fn output(&self, history: &Self::History, x: F) -> F {
+        self.core.direct_gain() * history.increment(x) + history.past
     }
 
     #[inline]
@@ -83,47 +101,32 @@ impl<C> WithIntegerPart<C> {
     where
         C: Differintegrator<F>,
     {
-        let [first, second] = &mut history.words;
-        match self.integer {
-            0 => x,
-            1 => x - *first,
-            2 => (x - *first) - (*first - *second),
-            _ => {
-                let y = self.core.output(&history.core, x);
-                add_compensated(first, &mut history.carries[0], y);
-                x
-            }
+        if self.integer < 0 {
+            let y = self.core.output(&history.core, x);
+            let (sum, carry) = &mut history.sums[0];
+            add_compensated(sum, carry, y);
         }
+        history.increment(x)
     }
 
-    /// S\[n+1\], once the core has advanced.
+    /// x\[n\] becomes the past, and S\[n+1\] is made, once the core has advanced.
     #[inline]
     fn after<F: Real>(&self, history: &mut IntegerHistory<F, C::History>, x: F)
     where
         C: Differintegrator<F>,
     {
-        let gain = self.core.direct_gain();
+        if self.integer > 1 {
+            history.slope = x - history.base;
+        }
+        if self.integer > 0 {
+            history.base = x;
+        }
         let past = self.core.past(&history.core);
-        let [first, second] = &mut history.words;
-        history.past = match self.integer {
-            0 => past,
-            1 => {
-                *first = x;
-                // g·(x − x[n−1]) + S = g·x + (S − g·x[n−1])
-                past - gain * *first
-            }
-            2 => {
-                *second = *first;
-                *first = x;
-                past - gain * (*first + (*first - *second))
-            }
-            -2 => {
-                let inner = past + *first;
-                add_compensated(second, &mut history.carries[1], *first);
-                inner + *second
-            }
-            _ => past + *first,
-        };
+        let [(inner, _), (outer, carry)] = &mut history.sums;
+        if self.integer < -1 {
+            add_compensated(outer, carry, *inner);
+        }
+        history.past = (past + *inner) + *outer;
     }
 }
 
@@ -153,6 +156,11 @@ macro_rules! operator_from_its_core {
             #[inline]
             fn past(&self, history: &Self::History) -> F {
                 self.0.past(history)
+            }
+
+            #[inline]
+            fn output(&self, history: &Self::History, x: F) -> F {
+                self.0.output(history, x)
             }
 
             #[inline]

@@ -35,12 +35,10 @@ impl Order {
 
     /// μ = n + φ with the integer n towards zero and |φ| < 1: `(n, φ)`.
     ///
-    /// Recursive and full-memory operators take the integer part n exactly, by differences or
-    /// accumulation, and approximate only the fractional part φ. A |φ| below 1e-300 counts as 0.
+    /// Recursive operators take the integer part n exactly, by differences or accumulation, and
+    /// approximate only the fractional part φ. A |φ| below 1e-300 counts as 0.
     #[must_use]
     pub fn split(self) -> (i32, f64) {
-        /// Smallest fraction that is one: below, sin πφ is no normal number any more.
-        const LEAST: f64 = 1e-300;
         let integer = libm::trunc(self.0);
         let fraction = self.0 - integer;
         let fraction = if fraction.abs() < LEAST {
@@ -50,7 +48,26 @@ impl Order {
         };
         (integer as i32, fraction)
     }
+
+    /// μ = n − ν with the integer n = ⌈μ⌉ and 0 ≤ ν < 1: `(n, ν)`.
+    ///
+    /// Full-memory operators are a fractional integral of order ν of the n-th difference:
+    /// (1 − w)^μ = (1 − w)^n·(1 − w)^(−ν). A 0 < μ so small that 1 − μ rounds to 1 counts as 0, as does a ν
+    /// below 1e-300.
+    #[must_use]
+    pub fn split_up(self) -> (i32, f64) {
+        let up = libm::ceil(self.0);
+        let integral = up - self.0;
+        if integral >= 1.0 {
+            return (up as i32 - 1, 0.0);
+        }
+        let integral = if integral < LEAST { 0.0 } else { integral };
+        (up as i32, integral)
+    }
 }
+
+/// Fractional parts below this count as zero: sin πφ would be subnormal.
+const LEAST: f64 = 1e-300;
 
 impl core::fmt::Display for Order {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {

@@ -133,7 +133,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
             Form::Taps => Self::taps(values)?,
             Form::Modes => Core::Modes(WithIntegerPart {
                 integer,
-                core: Bank::from_list(values)?,
+                core: Bank::from_list(values, integer)?,
             }),
             Form::Recursion => Core::Recursion(WithIntegerPart {
                 integer,
@@ -217,6 +217,17 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize> Differ
             (Core::Modes(core), PortableHistory::Modes(own)) => core.past(own),
             (Core::Recursion(core), PortableHistory::Recursion(own)) => core.past(own),
             (Core::Sections(core), PortableHistory::Sections(own)) => core.past(own),
+            _ => F::from_f64(f64::NAN),
+        }
+    }
+
+    #[inline]
+    fn output(&self, history: &Self::History, x: F) -> F {
+        match (&self.0, history) {
+            (Core::Taps { direct, .. }, PortableHistory::Taps(own)) => *direct * x + own.past,
+            (Core::Modes(core), PortableHistory::Modes(own)) => core.output(own, x),
+            (Core::Recursion(core), PortableHistory::Recursion(own)) => core.output(own, x),
+            (Core::Sections(core), PortableHistory::Sections(own)) => core.output(own, x),
             _ => F::from_f64(f64::NAN),
         }
     }

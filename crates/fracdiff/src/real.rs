@@ -37,8 +37,11 @@ pub trait Real:
     /// One.
     const ONE: Self;
     /// Whether slow recursions need a second word to keep their increments: true for `f32`,
-    /// where 200 s at 1 kHz would drift by 7e-4, false for `f64`, where they would by 1e-12.
+    /// false for `f64`.
     const COMPENSATED: bool;
+    /// A decayed state below this counts as zero: 2^(−90), 8e-28, or 2^(−900), 1e-271. Far above the subnormal
+    /// numbers, so that its products with weights are none either, and far below any signal.
+    const NEGLIGIBLE: Self;
 
     /// Rounds to nearest, ties to even.
     fn from_f64(value: f64) -> Self;
@@ -57,11 +60,12 @@ pub trait Real:
 }
 
 macro_rules! real {
-    ($float:ty, compensated: $compensated:expr, sqrt: $sqrt:path) => {
+    ($float:ty, compensated: $compensated:expr, negligible: $negligible:expr, sqrt: $sqrt:path) => {
         impl Real for $float {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
             const COMPENSATED: bool = $compensated;
+            const NEGLIGIBLE: Self = $negligible;
 
             #[inline]
             fn from_f64(value: f64) -> Self {
@@ -91,8 +95,8 @@ macro_rules! real {
     };
 }
 
-real!(f32, compensated: true, sqrt: libm::sqrtf);
-real!(f64, compensated: false, sqrt: libm::sqrt);
+real!(f32, compensated: true, negligible: f32::from_bits(37 << 23), sqrt: libm::sqrtf);
+real!(f64, compensated: false, negligible: f64::from_bits(123 << 52), sqrt: libm::sqrt);
 
 /// Adds `increment` and the rounding error kept in `carry` to `sum`, and keeps the new rounding
 /// error: Knuth's two-sum, exact for any magnitudes (*The Art of Computer Programming* 2, §4.2.2).

@@ -67,6 +67,11 @@ pub(crate) fn polynomial(
         .fold(Complex::new(0.0, 0.0), |sum, c| sum * w + c)
 }
 
+/// 1/(1 − (1 − d)·w): the sum v ← v + (x − d·v), read after it takes x in.
+pub(crate) fn geometric(theta: f64, decay: f64) -> Complex<f64> {
+    (difference(theta) + delay(theta) * decay).inv()
+}
+
 /// d·w/(1 − (1 − d)·w): the low-pass v ← v + d·(x − v), read before it takes x in.
 pub(crate) fn low_pass(theta: f64, decay: f64) -> Complex<f64> {
     let w = delay(theta);

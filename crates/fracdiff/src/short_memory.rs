@@ -9,7 +9,7 @@ use num_complex::Complex;
 /// D^μ from the N newest samples, in a ring buffer.
 ///
 /// ```text
-/// y[n] = T^(−μ) · Σ_{j=0}^{N−1} c_j·x[n−j],    c₀ = 1,    c_j = c_{j−1}·(1 − (μ + 1)/j)
+/// y[n] = T^(−μ) · Σ_{j=0}^{N−1} c_j·x[n−j],    c₀ = 1,    c_j = c_{j−1}·(j − 1 − μ)/j
 /// ```
 /// - *Units*: μ 1, T s, N samples, x any unit \[x\], y \[x\]·s^(−μ).
 /// - *Discretisation error*: O(T) for smooth x that starts from rest.

@@ -13,7 +13,7 @@ use num_complex::Complex;
 /// exact                     P = (1 − w)^μ                           irrational
 /// grunwald:N, muir:N        P = Σ_{j<N} c_j w^j, A_N(w, μ)          polynomial
 /// tustin-muir:N             P = 2^φ(1 − w)^n A_N(w, φ)/A_N(w, −φ)    rational, μ = n + φ
-/// full, piecewise-linear    P = (1 − w)^n [Σ k_j w^j + Σ_q W_q/(1 − r_q w)]
+/// full, piecewise-linear    P = (1 − w)^⌈μ⌉ [Σ k_j w^j + Σ_q W_q/(1 − r_q w)]
 /// oustaloup                 P = (1 − w)^n g·Π (v + z_i(2 − v))/(v + p_i(2 − v)),   v = 1 − w
 /// ```
 /// All are analytic in |w| < 1 and bounded on the circle, which the argument principle needs; so
@@ -133,7 +133,8 @@ impl LoopOperator {
                     Design::<FULL_TAPS, FULL_MODES>::pruned(kernel, order, tolerance, horizon)
                         .map_err(fracdiff::SchemeError::from)?;
                 let core = Curve::Modes(full_memory(&design));
-                Ok(Self::irrational(order, differences, core))
+                let (differences, _) = order.split_up();
+                Ok(Self::irrational(order, f64::from(differences), core))
             }
             Scheme::Oustaloup { sections, band } => {
                 scheme.build::<f64>(order, sample_time, horizon)?;
@@ -382,21 +383,19 @@ pub(crate) fn multiply(a: &[f64], b: &[f64]) -> Vec<f64> {
     product
 }
 
-/// `c_j = k_j ∓ Σ_q w_q e^(−j·s_q)`, the modes from lag 0 on, the taps what is left of the true weight.
+/// `c_j = k_j + Σ_q w_q e^(−j·s_q)`, the modes from lag 0 on, the taps what is left of the true weight.
 fn full_memory(design: &Design<FULL_TAPS, FULL_MODES>) -> Modes {
-    let (_, fraction) = design.order().split();
-    let sign = if fraction > 0.0 { -1.0 } else { 1.0 };
     let taps = (0..FULL_TAPS as u64).map(|lag| {
         let modes = design.modes().iter();
         let covered: f64 = modes
             .map(|mode| mode.weight * libm::exp(-(lag as f64) * mode.rate))
             .sum();
-        design.core_weight(lag) - sign * covered
+        design.core_weight(lag) - covered
     });
     Modes {
         taps: Polynomial::new(taps.collect()),
         modes: (design.modes().iter())
-            .map(|mode| (sign * mode.weight, -libm::expm1(-mode.rate)))
+            .map(|mode| (mode.weight, -libm::expm1(-mode.rate)))
             .collect(),
     }
 }

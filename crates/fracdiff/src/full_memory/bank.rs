@@ -1,45 +1,51 @@
 //! The operator that runs a [`Design`].
 
 use super::design::Design;
+use super::sweep::{LANES, advance_compensated, advance_plain};
 use crate::fir::sum_of_8;
 use crate::integer_part::{IntegerHistory, WithIntegerPart, operator_from_its_core};
 use crate::portable::{ListError, check_decay};
-use crate::response::{delay, low_pass};
+use crate::response::{delay, geometric};
 use crate::{Differintegrator, FrequencyResponse, ParameterError, Real, Seconds};
 use num_complex::Complex;
 
-/// Modes side by side in one block: the order of summation is part of the numerical contract.
-const LANES: usize = 8;
-
-/// Modes that decay faster than this per sample need no compensation word even in `f32`: the
-/// rounding errors of a state settle at about 2^(−24)/(2·decay), here 2e-6 of its own value.
+/// Modes that decay faster than this per sample need no compensation word even in `f32`: a state stands still where
+/// its change rounds to nothing, 2^(−25)/decay of it at most, here 1e-6. Of a running sum of x, as an
+/// integral is, that is felt for ever; of increments only while the motion goes on at one speed.
 const FAST: f64 = 1.0 / 64.0;
+/// The same for increments.
+const FAST_INCREMENTS: f64 = 1.0 / 8192.0;
 
-/// D^μ with the whole history: TAPS recent samples and up to MODES decaying modes.
+/// D^μ with the whole history: TAPS recent increments and up to MODES decaying modes.
 ///
 /// ```text
-/// y[n] = g·x[n] + Σ_{j=1}^{TAPS−1} k_j·x[n−j] + Σ_q W_q·u_q[n]
-/// u_q[n+1] = u_q[n] + d_q·(x[n] − u_q[n]),    d_q = 1 − e^(−s_q),   W_q = ∓T^(−φ)·w_q/(e^(s_q) − 1)
+/// u[n] = Δ^⌈μ⌉ x[n]                        the difference, second difference, or x itself for μ ≤ 0
+/// y[n] = g·u[n] + Σ_{j=1}^{TAPS−1} k_j·u[n−j] + Σ_q W_q·z_q[n]
+/// z_q[n+1] = z_q[n] + (u[n] − d_q·z_q[n]),    d_q = 1 − e^(−s_q),   W_q = T^(−μ)·w_q·e^(−s_q)
 /// ```
-/// The modes take part from lag 1 on; `k_j` is what they leave of the true weight. Around this core,
-/// the integer part of μ by differences or sums.
+/// The modes take part from lag 1 on; `k_j` is what they leave of the true weight. For μ ≤ −1 running sums
+/// of y follow.
 ///
 /// - *Units*: x any unit \[x\], y \[x\]·s^(−μ), T s. *Start-up*: zero for ever before.
-/// - *Accuracy*: every weight from lag 0 to the horizon within
-///   [`Design::relative_error`], relative; beyond the horizon the memory fades out.
-/// - *Single precision*: slow modes keep a compensation word; 200 s at 1 kHz then agree with `f64` to
-///   about 1e-6 of the largest output, 5e-6 of the present one when that has relaxed.
+/// - *Accuracy*: up to the horizon |error| ≤ ε·T^(−μ)·Σ_j c_j·|u\[n−j\]|, ε = [`Design::error_bound`], and the
+///   rounding of the sample type. Beyond the horizon the memory fades out.
+/// - *At rest*: for μ > 0 a constant gives exactly 0 in the end, P(1) = 0 to the last bit: the increments are 0, and a
+///   state that has decayed below a negligible size (8e-28 in `f32`) becomes 0, so an idle loop is as fast as a busy one.
+/// - *Passive*: for 0 < μ ≤ 1 every mode (1 − w)/(1 − (1 − d)w) has a positive real part on the circle, and with
+///   them the operator.
+/// - *Single precision*: all that is added up is of one sign for a motion in one direction; 200 s at 1 kHz agree with
+///   `f64` to 2e-6 of the bound above. Blocks of slow modes keep a compensation word.
 /// - *Not finite*: spoils all outputs until reset; for a whole order, which has no modes, TAPS of them.
-/// - *Cost*: `output` one multiply-add; `advance` TAPS multiply-adds and 5 operations a mode, 8 with
+/// - *Cost*: `output` two subtractions and a multiply-add; `advance` TAPS multiply-adds and 5 operations a mode, 8 with
 ///   compensation. TAPS ≥ 4 and MODES a multiple of 8, else it does not compile.
 ///
 /// ```
 /// use fracdiff::full_memory::{Design, FullMemory, Kernel};
 /// use fracdiff::{Differintegrator, Order, Seconds};
 ///
-/// // One hour at 1 kHz, every weight within 1e-6.
+/// // One hour at 1 kHz, outputs within 1e-6.
 /// let design = Design::<16, 48>::closed_form(Kernel::Grunwald, Order::new(0.2247)?, 1e-6, 3.6e6)?;
-/// assert!(design.relative_error() <= 1e-6);
+/// assert!(design.error_bound() <= 1e-6);
 /// let tissue = FullMemory::<f32, 16, 48>::new(&design, Seconds(1e-3))?;
 /// let mut history = tissue.at_rest();
 /// assert!(tissue.step(&mut history, 1.0) > tissue.step(&mut history, 1.0)); // it relaxes
@@ -69,28 +75,16 @@ impl<F: Real, const TAPS: usize, const MODES: usize> FullMemory<F, TAPS, MODES> 
         let core = design.core();
         let rate = sample_time.rate_to_the(design.order())?;
         let modes = design.modes();
-        let blocks = modes.len().div_ceil(LANES);
-        let mut bank = Bank {
-            rate,
-            direct: F::from_f64(rate * core.weight(0.0)),
-            corrections: [F::ZERO; TAPS],
-            decays: [F::ZERO; MODES],
-            weights: [F::ZERO; MODES],
-            fast_blocks: 0,
-            blocks,
-        };
-        for (q, mode) in modes.iter().enumerate() {
-            let decay = -libm::expm1(-mode.rate);
-            bank.decays[q] = F::from_f64(decay);
-            bank.weights[q] =
-                F::from_f64(core.sign() * rate * mode.weight / libm::expm1(mode.rate));
-        }
-        bank.fast_blocks = fast_blocks(&bank.decays[..modes.len()]);
+        let mut bank = Bank::empty(rate, F::from_f64(rate * core.weight(0.0)));
         for (index, correction) in bank.corrections.iter_mut().enumerate().take(TAPS - 1) {
             let lag = (index + 1) as f64;
-            let covered = core.sign() * design.mode_sum(lag);
-            *correction = F::from_f64(rate * (core.weight(lag) - covered));
+            *correction = F::from_f64(rate * (core.weight(lag) - design.mode_sum(lag)));
         }
+        for (q, mode) in modes.iter().enumerate() {
+            bank.decays[q] = F::from_f64(-libm::expm1(-mode.rate));
+            bank.weights[q] = F::from_f64(rate * mode.weight * libm::exp(-mode.rate));
+        }
+        bank.use_modes(modes.len(), core.integer);
         Ok(Self(WithIntegerPart {
             integer: core.integer,
             core: bank,
@@ -100,7 +94,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize> FullMemory<F, TAPS, MODES> 
 
 operator_from_its_core!(FullMemory<TAPS, MODES>, FullMemoryHistory);
 
-/// The core: D^φ, |φ| < 1.
+/// The core: a fractional integral of order ν, 0 ≤ ν < 1.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Bank<F, const TAPS: usize, const MODES: usize> {
     rate: f64,
@@ -118,40 +112,52 @@ pub(crate) struct Bank<F, const TAPS: usize, const MODES: usize> {
 pub(crate) const PORTABLE_TAPS: usize = 16;
 
 /// Whole blocks without a slow mode. Fast modes come first, so compensation is a property of blocks.
-fn fast_blocks<F: Real>(decays: &[F]) -> usize {
+fn fast_blocks<F: Real>(decays: &[F], integer: i32) -> usize {
+    let fast = if integer > 0 { FAST_INCREMENTS } else { FAST };
     // Double precision needs no compensation anywhere.
     let slow = decays
         .iter()
-        .position(|decay| F::COMPENSATED && decay.to_f64() < FAST);
+        .position(|decay| F::COMPENSATED && decay.to_f64() < fast);
     slow.map_or(decays.len().div_ceil(LANES), |first| first / LANES)
 }
 
 impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
-    /// From g, `k_1`, …, `k_{TAPS−1}`, then d and W of each mode, all finite. The response is not to be
-    /// asked for: the rate is not in the list.
-    pub(crate) fn from_list(values: &[F]) -> Result<Self, ListError> {
-        let (count, most) = (values.len(), TAPS + 2 * MODES);
-        let wrong = ListError::Count { count, most };
-        let (recent, modes) = values.split_at_checked(TAPS).ok_or(wrong)?;
-        let (pairs, rest) = modes.as_chunks::<2>();
-        if !rest.is_empty() || pairs.len() > MODES {
-            return Err(wrong);
-        }
-        let mut bank = Self {
-            rate: 1.0,
-            direct: recent[0],
+    /// Without modes and corrections.
+    fn empty(rate: f64, direct: F) -> Self {
+        Self {
+            rate,
+            direct,
             corrections: [F::ZERO; TAPS],
             decays: [F::ZERO; MODES],
             weights: [F::ZERO; MODES],
             fast_blocks: 0,
-            blocks: pairs.len().div_ceil(LANES),
-        };
-        bank.corrections[..TAPS - 1].copy_from_slice(&recent[1..]);
+            blocks: 0,
+        }
+    }
+
+    /// Takes the first `count` modes into use, behind so many differences (> 0) or before so many sums (< 0).
+    fn use_modes(&mut self, count: usize, integer: i32) {
+        self.blocks = count.div_ceil(LANES);
+        self.fast_blocks = fast_blocks(&self.decays[..count], integer);
+    }
+
+    /// From g, `k_1`, …, `k_{TAPS−1}`, then d and W of each mode, all finite. The response is not to be
+    /// asked for: the rate is not in the list.
+    pub(crate) fn from_list(values: &[F], integer: i32) -> Result<Self, ListError> {
+        let (count, most) = (values.len(), TAPS + 2 * MODES);
+        let wrong = ListError::Count { count, most };
+        let (taps, modes) = values.split_at_checked(TAPS).ok_or(wrong)?;
+        let (pairs, rest) = modes.as_chunks::<2>();
+        if !rest.is_empty() || pairs.len() > MODES {
+            return Err(wrong);
+        }
+        let mut bank = Self::empty(1.0, taps[0]);
+        bank.corrections[..TAPS - 1].copy_from_slice(&taps[1..]);
         for (q, &[decay, weight]) in pairs.iter().enumerate() {
             bank.decays[q] = check_decay(decay, TAPS + 2 * q)?;
             bank.weights[q] = weight;
         }
-        bank.fast_blocks = fast_blocks(&bank.decays[..pairs.len()]);
+        bank.use_modes(pairs.len(), integer);
         Ok(bank)
     }
 
@@ -169,6 +175,14 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
         let decay = *self.decays.get(mode).filter(|decay| **decay > F::ZERO)?;
         Some(if second { self.weights[mode] } else { decay })
     }
+
+    /// The blocks in use: those without compensation, those with it.
+    #[inline]
+    fn split<'a>(&self, values: &'a [F]) -> (&'a [[F; LANES]], &'a [[F; LANES]]) {
+        let used = values.as_chunks().0.get(..self.blocks);
+        let split = used.unwrap_or_default().split_at_checked(self.fast_blocks);
+        split.unwrap_or_default()
+    }
 }
 
 #[cfg(feature = "std")]
@@ -180,14 +194,32 @@ impl<F: Real, const MODES: usize> FullMemory<F, PORTABLE_TAPS, MODES> {
     }
 }
 
-/// What one signal leaves behind: due contributions of recent samples, and the modes.
+/// What one signal leaves behind: due contributions of recent inputs, and the modes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BankHistory<F, const TAPS: usize, const MODES: usize> {
-    /// due\[i\] is what samples so far contribute, by taps, to the output i + 1 ticks ahead.
+    /// due\[i\] is what inputs so far contribute, by taps, to the output i + 1 ticks ahead.
     due: [F; TAPS],
     states: [F; MODES],
     carries: [F; MODES],
+    /// The state that is looked at next, whether it has decayed.
+    turn: usize,
     past: F,
+}
+
+impl<F: Real, const TAPS: usize, const MODES: usize> BankHistory<F, TAPS, MODES> {
+    /// One state a sample without input, in turn: if it has decayed to next to nothing it becomes zero, before it could
+    /// become a subnormal number, which many processors are slow with. With input no state gets that small.
+    #[inline]
+    fn flush_one(&mut self, used: usize) {
+        let turn = self.turn;
+        self.turn = if turn + 1 < used { turn + 1 } else { 0 };
+        if let (Some(state), Some(carry)) = (self.states.get_mut(turn), self.carries.get_mut(turn))
+            && state.abs() < F::NEGLIGIBLE
+            && *state != F::ZERO
+        {
+            (*state, *carry) = (F::ZERO, F::ZERO);
+        }
+    }
 }
 
 impl<F: Real, const TAPS: usize, const MODES: usize> Differintegrator<F> for Bank<F, TAPS, MODES> {
@@ -198,6 +230,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Differintegrator<F> for Ban
             due: [F::ZERO; TAPS],
             states: [F::ZERO; MODES],
             carries: [F::ZERO; MODES],
+            turn: 0,
             past: F::ZERO,
         }
     }
@@ -241,7 +274,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Differintegrator<F> for Ban
 }
 
 impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
-    /// Takes one sample of each of D axes in, all axes block by block.
+    /// Takes one input of each of D axes in, all axes block by block.
     #[inline]
     fn advance_together<const D: usize>(
         &self,
@@ -254,7 +287,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
                 history.due[i] = history.due[i + 1] + self.corrections[i] * x;
             }
         }
-        // u_q ← u_q + d_q·(x − u_q);  Σ W_q·u_q in lanes, then the lanes in pairs
+        // z_q ← z_q + (x − d_q·z_q);  Σ W_q·z_q in lanes, then the lanes in pairs
         let mut lanes = [[F::ZERO; LANES]; D];
         let (fast_decays, slow_decays) = self.split(&self.decays);
         let (fast_weights, slow_weights) = self.split(&self.weights);
@@ -265,97 +298,27 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
         });
         if fast > 0 {
             let states = axes.each_mut().map(|(states, _)| &mut **states);
-            advance_fast(states, fast_decays, fast_weights, x, &mut lanes);
+            advance_plain(states, fast_decays, fast_weights, x, &mut lanes);
         }
         if fast < self.blocks {
             let slow = axes.map(|(states, carries)| {
                 let states = states.get_mut(fast..).unwrap_or_default();
                 (states, carries.get_mut(fast..).unwrap_or_default())
             });
-            advance_slow(slow, slow_decays, slow_weights, x, &mut lanes);
+            advance_compensated(slow, slow_decays, slow_weights, x, &mut lanes);
         }
         // LLVM otherwise shapes all its vectors after the pairwise sum of the lanes, two wide: right for `f64`, and
         // half of what `f32` could have.
         if F::COMPENSATED {
             lanes = core::hint::black_box(lanes);
         }
-        for (history, lanes) in histories.into_iter().zip(lanes) {
+        for ((history, lanes), x) in histories.into_iter().zip(lanes).zip(x) {
             history.past = history.due[0] + sum_of_8(lanes);
-        }
-    }
-
-    /// The blocks in use: those without compensation, those with it.
-    #[inline]
-    fn split<'a>(&self, values: &'a [F]) -> (&'a [[F; LANES]], &'a [[F; LANES]]) {
-        let used = values.as_chunks().0.get(..self.blocks);
-        let split = used.unwrap_or_default().split_at_checked(self.fast_blocks);
-        split.unwrap_or_default()
-    }
-}
-
-/// One step of the modes of D axes without compensation; adds Σ W·u of each lane to `lanes`, block by block.
-#[inline(always)]
-fn advance_fast<F: Real, const D: usize>(
-    states: [&mut [[F; LANES]]; D],
-    decays: &[[F; LANES]],
-    weights: &[[F; LANES]],
-    x: [F; D],
-    lanes: &mut [[F; LANES]; D],
-) {
-    let mut sums = *lanes;
-    let mut axes = states.map(<[_]>::iter_mut);
-    for (decays, weights) in decays.iter().zip(weights) {
-        for ((axis, sums), x) in axes.iter_mut().zip(&mut sums).zip(x) {
-            if let Some(states) = axis.next() {
-                // A block is loaded, changed and stored as a whole, or it would not become vectors.
-                let mut next = *states;
-                for lane in 0..LANES {
-                    next[lane] += decays[lane] * (x - next[lane]);
-                }
-                *states = next;
-                for lane in 0..LANES {
-                    sums[lane] += weights[lane] * next[lane];
-                }
+            if x == F::ZERO {
+                history.flush_one(self.blocks * LANES);
             }
         }
     }
-    *lanes = sums;
-}
-
-/// Blocks of states, and of their compensation words.
-type Compensated<'a, F> = (&'a mut [[F; LANES]], &'a mut [[F; LANES]]);
-
-/// The same with compensation. The sums do not wait for the new words.
-#[inline(always)]
-fn advance_slow<F: Real, const D: usize>(
-    axes: [Compensated<'_, F>; D],
-    decays: &[[F; LANES]],
-    weights: &[[F; LANES]],
-    x: [F; D],
-    lanes: &mut [[F; LANES]; D],
-) {
-    let mut sums = *lanes;
-    let mut axes = axes.map(|(states, carries)| states.iter_mut().zip(carries));
-    for (decays, weights) in decays.iter().zip(weights) {
-        for ((axis, sums), x) in axes.iter_mut().zip(&mut sums).zip(x) {
-            if let Some((states, carries)) = axis.next() {
-                let (mut next, mut rest) = (*states, *carries);
-                for lane in 0..LANES {
-                    let state = next[lane];
-                    let addend = decays[lane] * (x - state) + rest[lane];
-                    next[lane] = state + addend;
-                    // Dekker's sum, three operations instead of Knuth's six: exact while |addend| ≤ |state|,
-                    // and a slow mode is smaller than its addend only where that is next to nothing.
-                    rest[lane] = addend - (next[lane] - state);
-                }
-                (*states, *carries) = (next, rest);
-                for lane in 0..LANES {
-                    sums[lane] += weights[lane] * next[lane];
-                }
-            }
-        }
-    }
-    *lanes = sums;
 }
 
 impl<F: Real, const TAPS: usize, const MODES: usize> FrequencyResponse for Bank<F, TAPS, MODES> {
@@ -366,7 +329,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize> FrequencyResponse for Bank<
         let modes = self.decays.iter().zip(&self.weights);
         let tail: Complex<f64> = modes
             .filter(|(decay, _)| decay.to_f64() > 0.0)
-            .map(|(decay, weight)| low_pass(theta, decay.to_f64()) * weight.to_f64())
+            .map(|(decay, weight)| geometric(theta, decay.to_f64()) * w * weight.to_f64())
             .sum();
         (recent + tail + self.direct.to_f64()) / self.rate
     }

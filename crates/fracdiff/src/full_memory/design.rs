@@ -11,15 +11,23 @@ use core::fmt;
 pub struct Mode {
     /// `s_q` > 0, per sample.
     pub rate: f64,
-    /// `w_q` > 0, dimensionless; the sign of the kernel is kept apart.
+    /// `w_q` > 0, dimensionless.
     pub weight: f64,
 }
 
 /// The modes of a [`FullMemory`](super::FullMemory), fastest first, with the error they reach.
 ///
-/// The error is measured, not assumed: every lag from TAPS to TAPS + 64 and from there a geometric
-/// grid of 48 points per swing of the error curve, up to the horizon, against the true
-/// weights in closed form.
+/// ```text
+/// D^μ x[n] = T^(−μ)·Σ_j c_j·Δⁿx[n−j],   n = ⌈μ⌉,   c_j > 0 the weights of a fractional integral of order ν = n − μ
+/// |error of the output| ≤ ε·T^(−μ)·Σ_j c_j·|Δⁿx[n−j]|        ε = error_bound()
+/// ```
+/// For 0 < μ ≤ 1 and a motion in one direction that is ε of the output itself; for μ > 1, and for a
+/// motion to and fro, the output is a difference of such sums, and only the bound holds. For μ ≤ 0, where the sum
+/// is over x itself, likewise.
+///
+/// ε is measured, not assumed: the relative error of every weight from lag TAPS to TAPS + 64 and from
+/// there on a geometric grid of 48 points per swing of the error curve, up to the horizon, against the
+/// true weights in closed form.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Design<const TAPS: usize, const MODES: usize> {
     order: Order,
@@ -27,7 +35,7 @@ pub struct Design<const TAPS: usize, const MODES: usize> {
     horizon: f64,
     modes: [Mode; MODES],
     count: usize,
-    relative_error: f64,
+    error_bound: f64,
 }
 
 /// Why no design was found.
@@ -83,9 +91,9 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
     /// than the horizon can tell apart.
     ///
     /// ```text
-    /// w_q = h·s_q·ρ(s_q)·|sin πφ|/π,    s_q = e^(qh),    relative error ≈ 2|Γ(1 + φ + 2πi/h)|/Γ(1 + φ)
+    /// w_q = h·s_q·ρ(s_q)·sin(πν)/π,    s_q = e^(qh),    relative error ≈ 2|Γ(1 − ν + 2πi/h)|/Γ(1 − ν)
     /// ```
-    /// - `tolerance`: largest relative error of any weight, 1e-11 to 0.1.
+    /// - `tolerance`: the largest ε, 1e-11 to 0.1.
     /// - `horizon`: up to this lag, samples, 1e2 to 1e12.
     /// - *Cost*: some 10⁴ to 10⁵ exponentials in `f64`, no allocation.
     ///
@@ -101,15 +109,15 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
         if design.core.is_finite() {
             return Ok(design);
         }
-        let mut step = Grid::step_for(design.core.fraction, tolerance);
+        let mut step = Grid::step_for(design.core, tolerance);
         let mut reached = f64::INFINITY;
         // The step formula is right to a few per cent; the rest is found by trying.
         for _ in 0..TRIES {
             design.fill(Grid::new(design.core, TAPS, tolerance, horizon, step))?;
-            if design.relative_error <= tolerance {
+            if design.error_bound <= tolerance {
                 return Ok(design);
             }
-            reached = libm::fmin(reached, design.relative_error);
+            reached = libm::fmin(reached, design.error_bound);
             step *= STEP_SHRINK;
         }
         Err(DesignError::Unreachable { tolerance, reached })
@@ -140,7 +148,7 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
             horizon,
             modes: [Mode::default(); MODES],
             count: 0,
-            relative_error: 0.0,
+            error_bound: 0.0,
         })
     }
 
@@ -157,7 +165,7 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
         for (slot, mode) in self.modes.iter_mut().zip(grid.modes()) {
             *slot = mode;
         }
-        self.relative_error = self.measure(grid.step);
+        self.error_bound = self.measure(grid.step);
         Ok(())
     }
 
@@ -167,14 +175,14 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
         self.count = modes.len().min(MODES);
         self.modes = [Mode::default(); MODES];
         self.modes[..self.count].copy_from_slice(&modes[..self.count]);
-        self.relative_error = self.measure(step);
+        self.error_bound = self.measure(step);
     }
 
     /// Largest relative error of a weight over the check grid, raised by what a peak between two
     /// points of it can hide: a swing of 48 points, cos(π/48). A NaN is an error of its own.
     fn measure(&self, step: f64) -> f64 {
         let worst = check_lags(TAPS, self.horizon, step / POINTS_A_SWING)
-            .map(|lag| (self.mode_sum(lag) / self.core.weight(lag).abs() - 1.0).abs())
+            .map(|lag| (self.mode_sum(lag) / self.core.weight(lag) - 1.0).abs())
             .fold(0.0, |worst, error| {
                 if error > worst || error.is_nan() {
                     error
@@ -185,7 +193,7 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
         worst / libm::cos(PI / POINTS_A_SWING)
     }
 
-    /// `Σ_q` `w_q·e^(−j·s_q)`, what the modes make of |`c_j`|. Small terms first.
+    /// `Σ_q` `w_q·e^(−j·s_q)`, what the modes make of `c_j`. Small terms first.
     pub(super) fn mode_sum(&self, lag: f64) -> f64 {
         let modes = self.modes().iter();
         modes
@@ -215,21 +223,21 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
         self.horizon
     }
 
-    /// Largest relative error of any weight up to the horizon, as measured. Of D^μ for
-    /// −1 < μ < 1; beyond, of its fractional part D^φ, to which the integer part is exact.
+    /// ε, the error of the output in units of T^(−μ)·Σ `c_j`·|Δⁿx\[n−j\]|, for an experiment no longer than the
+    /// horizon: the largest relative error of any weight, as measured. 0 for whole orders.
     #[must_use]
-    pub fn relative_error(&self) -> f64 {
-        self.relative_error
+    pub fn error_bound(&self) -> f64 {
+        self.error_bound
     }
 
-    /// Weight j of the core D^φ as the design has it: exact for the taps, modes beyond.
+    /// Weight j of the core as the design has it, of the fractional integral of order ν = ⌈μ⌉ − μ: exact for the taps, modes beyond.
     #[must_use]
     pub fn core_weight(&self, lag: u64) -> f64 {
         let j = lag as f64;
         if lag < TAPS as u64 || self.count == 0 {
             self.core.weight(j)
         } else {
-            self.core.sign() * self.mode_sum(j)
+            self.mode_sum(j)
         }
     }
 }
@@ -269,15 +277,16 @@ impl Grid {
         // Up to where a node adds less than a twentieth of the tolerance at the first lag after
         // the taps.
         let lag = taps as f64;
-        let negligible = 0.05 * tolerance * core.weight(lag).abs() / step;
+        let negligible = 0.05 * tolerance * core.weight(lag) / step;
+        // Two Gauss nodes for e^(−js) on 0 ≤ s ≤ s₀ with the density s^(−ν) miss about
+        // (s₀j)^(5−ν)/4320 of the weight (remainder f⁗/4! times the squared norm of P₂).
+        let lumped = libm::pow(1000.0 * tolerance, 1.0 / (4.0 + core.exponent()));
+        let slowest = lumped.min(1.0) / horizon;
         let mut fastest = 40.0 / lag;
-        while core.density(fastest) * libm::exp(-lag * fastest) < negligible {
+        // Next to ν = 1 no node may count: all that matters is slower than the horizon.
+        while fastest > slowest && core.density(fastest) * libm::exp(-lag * fastest) < negligible {
             fastest *= 0.98;
         }
-        // Two Gauss nodes for e^(−js) on 0 ≤ s ≤ s₀ with the density s^φ miss about
-        // (s₀j)^(5+φ)/4320 of the weight (remainder f⁗/4! times the squared norm of P₂).
-        let lumped = libm::pow(1000.0 * tolerance, 1.0 / (5.0 + core.fraction));
-        let slowest = lumped.min(1.0) / horizon;
         let index = |s: f64| libm::floor(libm::log(s) / step) as i32;
         Self {
             core,
@@ -288,13 +297,14 @@ impl Grid {
     }
 
     /// The largest step that keeps the trapezoid error within half the tolerance.
-    pub(super) fn step_for(fraction: f64, tolerance: f64) -> f64 {
-        // 2|Γ(1+φ+iy)|/Γ(1+φ) = tolerance/2, y = 2π/h, with |Γ(x+iy)| ≈ √(2π)·y^(x−½)·e^(−πy/2)
-        let scale = 4.0 * libm::sqrt(2.0 * PI) / (libm::tgamma(1.0 + fraction) * tolerance);
+    pub(super) fn step_for(core: Core, tolerance: f64) -> f64 {
+        let exponent = core.exponent();
+        // 2|Γ(x+iy)|/Γ(x) = tolerance/2, x = 1 − ν, y = 2π/h, with |Γ(x+iy)| ≈ √(2π)·y^(x−½)·e^(−πy/2)
+        let scale = 4.0 * libm::sqrt(2.0 * PI) / (libm::tgamma(exponent) * tolerance);
         let mut y = 10.0;
         for _ in 0..20 {
             y = libm::fmax(
-                (libm::log(scale) + (0.5 + fraction) * libm::log(y)) * 2.0 / PI,
+                (libm::log(scale) + (exponent - 0.5) * libm::log(y)) * 2.0 / PI,
                 2.0,
             );
         }
@@ -324,11 +334,11 @@ impl Grid {
         loop {
             let Mode { rate, weight } = self.node(index);
             let s = rate / unit;
-            // Below 1e-18 the density is s^(1+φ) to rounding: the rest is a geometric series.
+            // Below 1e-18 the density is s^(1−ν) to rounding: the rest is a geometric series.
             let done = rate < 1e-18;
             let mut term = weight;
             for (m, moment) in moments.iter_mut().enumerate() {
-                let exponent = 1.0 + self.core.fraction + m as f64;
+                let exponent = self.core.exponent() + m as f64;
                 let tail = -libm::expm1(-self.step * exponent);
                 *moment += if done { term / tail } else { term };
                 term *= s;

@@ -3,6 +3,7 @@
 use crate::Order;
 use crate::weights::{
     grunwald_closed_form, piecewise_linear_closed_form, piecewise_linear_increment,
+    piecewise_linear_slope,
 };
 use core::f64::consts::PI;
 
@@ -18,12 +19,13 @@ pub enum Kernel {
     PiecewiseLinear,
 }
 
-/// The part of a kernel that modes approximate: D^φ, −1 < φ < 1, the integer part taken away.
+/// The part of a kernel that modes approximate: a fractional integral of order ν, 0 ≤ ν < 1, with the integer
+/// part ⌈μ⌉ = μ + ν taken away. All its weights are positive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Core {
     kind: CoreKind,
-    /// φ.
-    pub(crate) fraction: f64,
+    /// ν.
+    integral: f64,
     /// Number of differences (> 0) or accumulations (< 0) that turn the core into D^μ.
     pub(crate) integer: i32,
 }
@@ -31,7 +33,9 @@ pub(crate) struct Core {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum CoreKind {
     Grunwald,
-    /// Second differences of j^(1−φ).
+    /// First differences of j^ν: what the increments meet in the L1 kernel, μ > 0.
+    LinearSlope,
+    /// Second differences of j^(1+ν): the product trapezoidal rule, −1 < μ ≤ 0.
     Linear,
     /// Third differences of j^(1−μ): what accumulates to a piecewise-linear integral, μ < −1.
     LinearIncrement,
@@ -39,22 +43,28 @@ enum CoreKind {
 
 impl Core {
     pub(crate) fn new(kernel: Kernel, order: Order) -> Self {
-        let (integer, fraction) = order.split();
+        let (integer, integral) = order.split_up();
         let kind = match kernel {
             Kernel::Grunwald => CoreKind::Grunwald,
-            Kernel::PiecewiseLinear if integer >= 0 => CoreKind::Linear,
+            Kernel::PiecewiseLinear if integer > 0 => CoreKind::LinearSlope,
+            Kernel::PiecewiseLinear if integer == 0 => CoreKind::Linear,
             Kernel::PiecewiseLinear => CoreKind::LinearIncrement,
         };
         Self {
             kind,
-            fraction,
+            integral,
             integer,
         }
     }
 
     /// Whether the core is an integer difference or sum, so that taps alone are exact.
     pub(crate) fn is_finite(self) -> bool {
-        self.fraction == 0.0
+        self.integral == 0.0
+    }
+
+    /// 1 − ν > 0: the weights fall like j^(ν−1), the density rises like s^(1−ν) over ln s.
+    pub(crate) fn exponent(self) -> f64 {
+        1.0 - self.integral
     }
 
     /// Number of taps without which the density does not describe the kernel.
@@ -62,40 +72,42 @@ impl Core {
 
     /// Weight of lag j ≥ 0, to about 1e-14 relative.
     pub(crate) fn weight(self, lag: f64) -> f64 {
-        let fraction = self.fraction;
+        let integral = self.integral;
         match self.kind {
-            CoreKind::Grunwald => grunwald_closed_form(fraction, lag),
-            CoreKind::Linear if self.is_finite() => f64::from(u8::from(lag == 0.0)),
-            CoreKind::Linear => piecewise_linear_closed_form(fraction, lag),
+            CoreKind::Grunwald => grunwald_closed_form(-integral, lag),
+            CoreKind::Linear | CoreKind::LinearSlope if self.is_finite() => {
+                f64::from(u8::from(lag == 0.0))
+            }
+            CoreKind::LinearSlope => piecewise_linear_slope(integral, lag),
+            CoreKind::Linear => piecewise_linear_closed_form(-integral, lag),
             // r_j of the double integral, exactly: (1 + 4w + w²)/6 behind two sums.
             CoreKind::LinearIncrement if self.integer == -2 => match lag {
                 0.0 | 2.0 => 1.0 / 6.0,
                 1.0 => 2.0 / 3.0,
                 _ => 0.0,
             },
-            CoreKind::LinearIncrement => piecewise_linear_increment(fraction - 1.0, lag),
+            CoreKind::LinearIncrement => piecewise_linear_increment(-1.0 - integral, lag),
         }
     }
 
-    /// Sign of the weights beyond the first few: −1 for a derivative, +1 for an integral.
-    pub(crate) fn sign(self) -> f64 {
-        if self.fraction > 0.0 { -1.0 } else { 1.0 }
-    }
-
-    /// |sin πφ|/π · s·ρ(s): the density of |`c_j`| over ln s, at s = e^u.
+    /// (sin πν/π)·s·ρ(s): the density of `c_j` over ln s, at s = e^u.
     pub(crate) fn density(self, s: f64) -> f64 {
-        let fraction = self.fraction;
+        let integral = self.integral;
         // (2 sinh(s/2))² = e^(−s)·(e^s − 1)²
         let growth = libm::expm1(s);
         let bump = libm::exp(-s) * growth * growth;
         let density = match self.kind {
-            // s·e^(φs)(1 − e^(−s))^φ
-            CoreKind::Grunwald => s * libm::pow(growth, fraction),
-            // s·s^(φ−2)(2 sinh(s/2))²
-            CoreKind::Linear => libm::pow(s, fraction - 1.0) * bump,
-            // s·s^(φ−3)(e^s − 1)(2 sinh(s/2))²
-            CoreKind::LinearIncrement => libm::pow(s, fraction - 2.0) * growth * bump,
+            // s·(e^s − 1)^(−ν)
+            CoreKind::Grunwald => s * libm::pow(growth, -integral),
+            // s·s^(−1−ν)(1 − e^(−s))
+            CoreKind::LinearSlope => -libm::pow(s, -integral) * libm::expm1(-s),
+            // s·s^(−2−ν)(2 sinh(s/2))²
+            CoreKind::Linear => libm::pow(s, -1.0 - integral) * bump,
+            // s·s^(−3−ν)(e^s − 1)(2 sinh(s/2))²
+            CoreKind::LinearIncrement => libm::pow(s, -2.0 - integral) * growth * bump,
         };
-        libm::sin(PI * fraction.abs()) / PI * density
+        // sin πν = sin π(1 − ν), and 1 − ν is exact where ν is near 1.
+        let angle = libm::fmin(integral, self.exponent());
+        libm::sin(PI * angle) / PI * density
     }
 }

@@ -11,7 +11,7 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
     /// the kernel best in the least-squares sense of the relative error, none negative.
     ///
     /// ```text
-    /// min_w Σ_j (Σ_q w_q·e^(−j·s_q)/|c_j| − 1)²,   w_q ≥ 0
+    /// min_w Σ_j (Σ_q w_q·e^(−j·s_q)/c_j − 1)²,   w_q ≥ 0
     /// ```
     /// Most weights of such a fit come out as exactly zero; their modes are dropped. At 1e-6 over a
     /// day at 1 kHz this leaves about nine tenths of
@@ -34,7 +34,7 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
         if core.is_finite() {
             return closed;
         }
-        let fine = Grid::step_for(core.fraction, tolerance);
+        let fine = Grid::step_for(core, tolerance);
         // Coarse grids, so few modes, first.
         for twentieths in (12..=32).rev() {
             let step = fine * f64::from(twentieths) / 20.0;
@@ -44,7 +44,7 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
                 continue;
             }
             fitted.refill(&modes, step);
-            if fitted.relative_error() <= tolerance {
+            if fitted.error_bound() <= tolerance {
                 return match closed {
                     Ok(closed) if closed.modes().len() <= modes.len() => Ok(closed),
                     _ => Ok(fitted),
@@ -67,7 +67,7 @@ fn fit(core: Core, grid: &Grid, taps: usize, horizon: f64, tolerance: f64) -> Ve
     // Columns in units of the closed-form weight, so that a solution near 1 is expected.
     let relative = |row: usize, column: usize| {
         let ((lag, importance), mode) = (lags[row], candidates[column]);
-        importance * mode.weight * libm::exp(-lag * mode.rate) / core.weight(lag).abs()
+        importance * mode.weight * libm::exp(-lag * mode.rate) / core.weight(lag)
     };
     let matrix = Array2::from_shape_fn((lags.len(), candidates.len()), |(i, q)| relative(i, q));
     let target: Array1<f64> = lags.iter().map(|&(_, importance)| importance).collect();

@@ -142,6 +142,15 @@ impl<F: Real> Differintegrator<F> for Operator<F> {
     }
 
     #[inline]
+    fn output(&self, history: &OperatorHistory<F>, x: F) -> F {
+        each_with_history!(
+            self, history,
+            (operator, own) => operator.output(own, x),
+            F::from_f64(f64::NAN)
+        )
+    }
+
+    #[inline]
     fn advance(&self, history: &mut OperatorHistory<F>, x: F) {
         each_with_history!(self, history, (operator, own) => operator.advance(own, x), ());
     }

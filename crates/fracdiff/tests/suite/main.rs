@@ -4,6 +4,7 @@
 
 mod batch;
 mod full_memory;
+mod increments;
 mod operators;
 mod oracle;
 mod partitioned;

@@ -51,21 +51,51 @@ fn recurrence_agrees_with_50_digits_up_to_200_000_lags() {
 
 #[test]
 fn exact_taps_of_a_piecewise_linear_design_agree_with_50_digits() {
-    // Lags below TAPS are exact in a design; for μ in (−2, −1) the core is the increment of the kernel.
+    // Lags below TAPS are exact in a design; the core meets increments for μ > 0, and is summed up for μ in (−2, −1).
     for (_, mu, lag, want) in golden().filter(|row| row.0 == "piecewise-linear" && row.2 <= 1000) {
         let design = Design::<1024, 64>::closed_form(Kernel::PiecewiseLinear, order(mu), 1e-3, 1e5)
             .expect("reachable");
-        let have: f64 = if mu > -1.0 {
-            design.core_weight(lag)
+        let core = |j| design.core_weight(j);
+        let have: f64 = if mu > 0.0 {
+            core(lag) - lag.checked_sub(1).map_or(0.0, core)
+        } else if mu > -1.0 {
+            core(lag)
         } else {
-            (0..=lag).map(|j| design.core_weight(j)).sum()
+            (0..=lag).map(core).sum()
         };
         let error = (have / want - 1.0).abs();
-        // Second differences of j^1.05 lose three digits at small lags.
+        // First differences of the core lose as many digits as the lag has.
         assert!(
-            error < 1e-10,
+            error < 1e-11,
             "μ {mu} lag {lag}: have {have:e} want {want:e}"
         );
+    }
+}
+
+#[test]
+fn next_to_whole_orders_no_digit_is_lost() {
+    // Γ(j − μ)/(Γ(−μ)·Γ(j + 1)) with the factors multiplied out in integer steps of 2^(−k), where μ = n ± 2^(−k): each
+    // difference j − 1 − μ is exact.
+    for whole in [0.0, 1.0, 2.0, -1.0] {
+        for exponent in [10, 20, 30, 45] {
+            for sign in [1.0, -1.0] {
+                let mu: f64 = whole + sign * 2f64.powi(-exponent);
+                if mu > 2.0 {
+                    continue;
+                }
+                let mut want = 1.0;
+                for (j, have) in grunwald_weights(order(mu)).enumerate().take(200) {
+                    if j > 0 {
+                        want *= (j as f64 - 1.0 - mu) / j as f64;
+                    }
+                    let closed = grunwald_weight(order(mu), j as u64);
+                    for (have, allowed) in [(have, 1e-14), (closed, 1e-13)] {
+                        let error = (have / want - 1.0).abs();
+                        assert!(error < allowed, "μ {mu} lag {j}: {have:e} {want:e}");
+                    }
+                }
+            }
+        }
     }
 }
 

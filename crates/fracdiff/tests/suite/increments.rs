@@ -1,0 +1,328 @@
+//! The operator on increments: the bound of its output, single precision, rest, passivity.
+
+use crate::oracle::{SAMPLE_TIME, order, run};
+use fracdiff::full_memory::{Design, FullMemory, Kernel};
+use fracdiff::{
+    Differintegrator, FrequencyResponse, Operator, PortableOperator, Real, Scheme,
+    grunwald_weights, piecewise_linear_weight,
+};
+
+/// Samples of 200 s at 1 kHz.
+const SAMPLES: usize = 200_000;
+
+/// 0 to 1 cm in one second, then held, as a sensor of single precision tells it.
+fn ramp_and_hold(n: usize) -> f64 {
+    f64::from((1e-2 * (n as f64 * 1e-3).min(1.0)) as f32)
+}
+
+fn design(kernel: Kernel, mu: f64, horizon: f64) -> Design<16, 48> {
+    Design::pruned(kernel, order(mu), 1e-6, horizon).expect("reachable")
+}
+
+fn operator<F: Real>(design: &Design<16, 48>) -> FullMemory<F, 16, 48> {
+    FullMemory::new(design, SAMPLE_TIME).expect("valid")
+}
+
+/// T^(−μ)·Σ c_j·|Δⁿx[n−j]| for a ramp and hold: what the tolerance is relative to. n = 2: two kinks, of the same sign here.
+fn bound_of_second_differences(design: &Design<16, 48>, mu: f64, samples: usize) -> Vec<f64> {
+    let mut bounded = operator::<f64>(design).at_rest();
+    let operator = operator::<f64>(design);
+    // The core of order μ − 2 on |Δ²x|, by giving the operator the double sum of |Δ²x|.
+    let (mut slope, mut position, mut before) = (0.0, 0.0, [0.0; 2]);
+    assert!(mu > 1.0);
+    (0..samples)
+        .map(|n| {
+            let x = ramp_and_hold(n);
+            let second = (x - before[0]) - (before[0] - before[1]);
+            before = [x, before[0]];
+            slope += second.abs();
+            position += slope;
+            operator.step(&mut bounded, position)
+        })
+        .collect()
+}
+
+#[test]
+fn single_precision_holds_2e_6_of_the_present_output_for_200_s() {
+    for kernel in [Kernel::Grunwald, Kernel::PiecewiseLinear] {
+        for mu in [0.05, 0.2247, 0.5, 0.7, 0.9, 0.99] {
+            let design = design(kernel, mu, 2.1e5);
+            let x: Vec<f64> = (0..SAMPLES).map(ramp_and_hold).collect();
+            let (single, double) = (
+                run(&operator::<f32>(&design), &x),
+                run(&operator::<f64>(&design), &x),
+            );
+            for n in 1..SAMPLES {
+                let error = (single[n] / double[n] - 1.0).abs();
+                assert!(error <= 2e-6, "{kernel:?} μ {mu} sample {n}: {error:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn single_precision_holds_2e_6_of_the_bound_where_the_output_is_a_difference() {
+    for kernel in [Kernel::Grunwald, Kernel::PiecewiseLinear] {
+        for mu in [1.3, 1.8] {
+            let design = design(kernel, mu, 2.1e5);
+            let x: Vec<f64> = (0..SAMPLES).map(ramp_and_hold).collect();
+            let bound = bound_of_second_differences(&design, mu, SAMPLES);
+            let (single, double) = (
+                run(&operator::<f32>(&design), &x),
+                run(&operator::<f64>(&design), &x),
+            );
+            for n in 1..SAMPLES {
+                let error = (single[n] - double[n]).abs() / bound[n];
+                assert!(error <= 2e-6, "{kernel:?} μ {mu} sample {n}: {error:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn double_precision_holds_its_tolerance_of_the_present_output_for_200_s() {
+    for mu in [0.05, 0.2247, 0.5, 0.7, 0.9, 0.99] {
+        let design = design(Kernel::Grunwald, mu, 2.1e5);
+        let ramp = |n: usize| (n as f64).min(1000.0);
+        let have = run(
+            &operator::<f64>(&design),
+            &(0..SAMPLES).map(ramp).collect::<Vec<_>>(),
+        );
+        // The full sum: the core's weights over the increments, which are 1 for the first 1000 samples: positive terms
+        // only, so no digits are lost.
+        let weights: Vec<f64> = grunwald_weights(order(mu - 1.0)).take(SAMPLES).collect();
+        let rate = SAMPLE_TIME.0.powf(-mu);
+        let mut window = 0.0;
+        for n in 1..SAMPLES {
+            // Increments at samples 1 to 1000.
+            window += weights[n - 1];
+            let want: f64 = if n <= 1000 {
+                window
+            } else if n % 997 == 0 || n == SAMPLES - 1 {
+                weights[n - 1000..n].iter().sum()
+            } else {
+                continue;
+            };
+            let error = (have[n] / (rate * want) - 1.0).abs();
+            assert!(error <= 1e-6, "μ {mu} sample {n}: {error:e}");
+        }
+    }
+}
+
+#[test]
+fn the_output_keeps_the_bound_that_the_design_states() {
+    // To and fro, so that the output is much smaller than the bound; weights from the definition.
+    let x = crate::oracle::lively(6000);
+    for (kernel, mu) in [
+        (Kernel::Grunwald, 0.3),
+        (Kernel::Grunwald, 0.9),
+        (Kernel::Grunwald, 1.5),
+        (Kernel::Grunwald, -0.4),
+        (Kernel::PiecewiseLinear, 0.6),
+        (Kernel::PiecewiseLinear, 1.2),
+    ] {
+        let coarse = Design::<16, 48>::pruned(kernel, order(mu), 1e-3, 1e4).expect("reachable");
+        let fine = Design::<16, 64>::pruned(kernel, order(mu), 1e-10, 1e4).expect("reachable");
+        let fine = FullMemory::<f64, 16, 64>::new(&fine, SAMPLE_TIME).expect("valid");
+        let (have, want) = (run(&operator::<f64>(&coarse), &x), run(&fine, &x));
+        // The same core on the magnitudes.
+        let differences = (mu.ceil() as i32).max(0);
+        let mut increments = x.clone();
+        for _ in 0..differences {
+            for n in (0..x.len()).rev() {
+                increments[n] -= if n > 0 { increments[n - 1] } else { 0.0 };
+            }
+        }
+        let mut summed: Vec<f64> = increments.iter().map(|u| u.abs()).collect();
+        for _ in 0..differences {
+            for n in 1..x.len() {
+                summed[n] += summed[n - 1];
+            }
+        }
+        let scale = run(&fine, &summed);
+        let mut largest = 0.0_f64;
+        for n in 0..x.len() {
+            let error = (have[n] - want[n]).abs() / scale[n];
+            largest = largest.max(error);
+            let bound = coarse.error_bound() + 1e-9;
+            assert!(
+                error <= bound,
+                "{kernel:?} μ {mu} sample {n}: {error:e} {bound:e}"
+            );
+        }
+        assert!(largest > 1e-3 * coarse.error_bound(), "{largest:e}");
+    }
+}
+
+#[test]
+fn no_more_than_24_modes_hold_200_s_within_1e_6() {
+    for kernel in [Kernel::Grunwald, Kernel::PiecewiseLinear] {
+        for mu in (1..40).map(|i| f64::from(i) * 0.05) {
+            let modes = design(kernel, mu, 2e5).modes().len();
+            assert!(modes <= 24, "{kernel:?} μ {mu}: {modes}");
+        }
+    }
+}
+
+#[test]
+fn nothing_is_left_at_rest_to_the_last_bit() {
+    for scheme in ["full", "piecewise-linear", "full:1e-3"] {
+        let scheme: Scheme = scheme.parse().expect("valid");
+        for mu in (1..=40).map(|i| f64::from(i) * 0.05) {
+            let operator: Operator<f32> = scheme.build(order(mu), SAMPLE_TIME, 2e5).expect("valid");
+            let rest = operator.response(0.0);
+            assert_eq!((rest.re, rest.im), (0.0, 0.0), "{scheme} μ {mu}");
+        }
+    }
+}
+
+/// With the shortest memory, behind which the modes decay soon.
+fn forgets<F: Real>(mu: f64) {
+    let operator: FullMemory<F, 16, 48> = operator(&design(Kernel::Grunwald, mu, 1e2));
+    let mut history = operator.at_rest();
+    let x = F::from_f64(0.3);
+    let mut before = F::from_f64(f64::INFINITY);
+    for n in 0..3_000_000 {
+        let y = operator.step(&mut history, x);
+        // It fades to zero from above, and never turns round.
+        assert!(y >= F::ZERO && y <= before, "μ {mu} sample {n}: {y}");
+        before = y;
+        if y == F::ZERO {
+            // And stays there.
+            for _ in 0..1000 {
+                assert_eq!(operator.step(&mut history, x), F::ZERO);
+            }
+            return;
+        }
+    }
+    panic!(
+        "μ {mu} is not at rest after 3 million samples: {before:e}",
+        before = before.to_f64()
+    );
+}
+
+#[test]
+fn a_constant_is_forgotten_to_exactly_zero_and_never_turns_round() {
+    for mu in [0.2247, 0.7, 0.95] {
+        forgets::<f32>(mu);
+    }
+    for mu in [0.7, 0.95] {
+        forgets::<f64>(mu);
+    }
+}
+
+#[test]
+fn the_operator_gives_no_energy_at_any_frequency() {
+    for scheme in [
+        "full:1e-6",
+        "full:1e-2",
+        "piecewise-linear",
+        "piecewise-linear:1e-2",
+    ] {
+        let scheme: Scheme = scheme.parse().expect("valid");
+        for mu in [0.05, 0.2154, 0.35, 0.4, 0.45, 0.5, 0.7, 0.8, 0.9, 0.99, 1.0] {
+            let operator: Operator<f32> = scheme.build(order(mu), SAMPLE_TIME, 2e5).expect("valid");
+            // From far below the horizon up to half the sample rate.
+            for k in 0..=3000 {
+                let theta = core::f64::consts::PI * 10f64.powf(-f64::from(k) / 250.0);
+                let re = operator.response(theta).re;
+                assert!(re >= 0.0, "{scheme} μ {mu} θ {theta:e}: {re:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn an_offset_and_a_long_memory_cost_no_digits() {
+    // 0.1 m and 1 µm of noise: the output of single precision is that of double precision fed the same positions.
+    // CAMPAIGN_SAMPLES=86400000 runs the whole day.
+    let samples: u64 = std::env::var("CAMPAIGN_SAMPLES")
+        .ok()
+        .map_or(2_000_000, |text| text.parse().expect("a number"));
+    let mu = 0.7;
+    let design = design(Kernel::Grunwald, mu, 86.4e6);
+    let (single, double) = (operator::<f32>(&design), operator::<f64>(&design));
+    let (mut one, mut other) = (single.at_rest(), double.at_rest());
+    let mut seed = 1_u64;
+    let mut noise = || {
+        // xorshift64*: the same numbers everywhere.
+        seed ^= seed >> 12;
+        seed ^= seed << 25;
+        seed ^= seed >> 27;
+        let bits = seed.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 40;
+        bits as f64 / f64::from(1 << 23) - 1.0
+    };
+    // The offset's own response: weight n of order μ − 1.
+    let mut worst = 0.0_f64;
+    for n in 0..samples {
+        let x = (0.1 + 1.7e-6 * noise()) as f32;
+        let (have, want) = (
+            f64::from(single.step(&mut one, x)),
+            double.step(&mut other, f64::from(x)),
+        );
+        if n % 1009 == 0 || n + 1 == samples {
+            let own = 0.1 * SAMPLE_TIME.0.powf(-mu) * fracdiff::grunwald_weight(order(mu - 1.0), n);
+            let error = (have - want).abs() / own;
+            worst = worst.max(error);
+            assert!(error <= 1e-4, "sample {n}: {error:e}");
+        }
+    }
+    println!("worst {worst:e}");
+}
+
+#[test]
+fn wrapped_in_anything_it_is_the_same_operator_to_the_bit() {
+    let mu = 0.9;
+    let scheme: Scheme = "full".parse().expect("valid");
+    let chosen: Operator<f32> = scheme.build(order(mu), SAMPLE_TIME, 2e5).expect("valid");
+    let design = Design::<16, 48>::pruned(Kernel::Grunwald, order(mu), 1e-6, 2e5).expect("fits");
+    let own = FullMemory::<f32, 16, 48>::new(&design, SAMPLE_TIME).expect("valid");
+    let list = chosen.list();
+    assert_eq!(list.integer, 1);
+    let copy = PortableOperator::<f32, 16, 48, 1>::new(list.form, list.integer, &list.values)
+        .expect("valid");
+    let x: Vec<f64> = (0..5000).map(ramp_and_hold).collect();
+    let want = run(&own, &x);
+    assert_eq!(run(&chosen, &x), want);
+    assert_eq!(run(&copy, &x), want);
+}
+
+/// T^(−μ)·Σ c_j·x[n−j]; from order 1 on the straight lines' kernel acts on the difference.
+fn defining_sum(kernel: Kernel, mu: f64, x: &[f64]) -> Vec<f64> {
+    if kernel == Kernel::Grunwald || mu == 2.0 {
+        return crate::oracle::grunwald_sum(mu, SAMPLE_TIME, x.len(), x);
+    }
+    let differences = (0..x.len()).map(|n| x[n] - if n > 0 { x[n - 1] } else { 0.0 });
+    let (mu_lines, input) = if mu < 1.0 {
+        (mu, x.to_vec())
+    } else {
+        (mu - 1.0, differences.collect())
+    };
+    let weights: Vec<f64> = (0..x.len() as u64)
+        .map(|lag| piecewise_linear_weight(order(mu_lines), lag).expect("below 1"))
+        .collect();
+    let sums = crate::oracle::convolve(&weights, &input);
+    sums.iter().map(|y| SAMPLE_TIME.0.powf(-mu) * y).collect()
+}
+
+#[test]
+fn orders_next_to_whole_ones_are_designed_and_run() {
+    let x: Vec<f64> = (0..3000).map(ramp_and_hold).collect();
+    for whole in [-1.0, 0.0, 1.0, 2.0] {
+        for step in [-1e-3, -1e-9, -1e-15, 1e-300, 1e-17, 1e-12, 1e-6, 1e-3_f64] {
+            let mu = whole + step;
+            if !(-2.0..=2.0).contains(&mu) {
+                continue;
+            }
+            for kernel in [Kernel::Grunwald, Kernel::PiecewiseLinear] {
+                let design = Design::<16, 48>::pruned(kernel, order(mu), 1e-6, 2e5)
+                    .unwrap_or_else(|error| panic!("{kernel:?} {mu:e}: {error}"));
+                assert!(design.error_bound() <= 1e-6);
+                let have = run(&operator::<f64>(&design), &x);
+                let want = defining_sum(kernel, mu, &x);
+                let largest = crate::oracle::largest(&want);
+                crate::oracle::assert_close(&have, &want, 2e-6 * largest);
+            }
+        }
+    }
+}
