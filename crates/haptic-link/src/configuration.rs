@@ -90,6 +90,9 @@ pub struct Limits {
     /// Late ticks in a row that latch a fault; 0 for never.
     #[serde(with = "postcard::fixint::le")]
     pub late_ticks: u16,
+    /// Host loop: ticks from a sample to the force that answers it at most; an older force latches a fault. 1 to 1000.
+    #[serde(with = "postcard::fixint::le")]
+    pub max_age_ticks: u16,
     /// Largest wanted force with which a device loop may start, N, at least 0; 0 for any finite one.
     pub start_force_n: f32,
     /// From the start on the share of the wanted force that is used rises from 0 to 1 in this time, s,
@@ -250,6 +253,8 @@ pub enum Field {
     GuardForget,
     /// [`Guard::delay_samples`].
     GuardDelay,
+    /// [`Limits::max_age_ticks`].
+    MaxAge,
     /// Another one, of a newer version.
     Other,
 }
@@ -293,6 +298,7 @@ impl core::fmt::Display for Field {
             Self::GuardShare => "share of the damping that the guard uses",
             Self::GuardForget => "time in which the guard forgets (s)",
             Self::GuardDelay => "delay of the guard (ticks)",
+            Self::MaxAge => "age of a force (ticks)",
             Self::Other => "a parameter of a newer version",
         })
     }
@@ -317,6 +323,7 @@ impl Limits {
             force_rate_n_per_s,
             watchdog_ms: 20,
             late_ticks: 20,
+            max_age_ticks: 10,
             start_force_n: 0.0,
             rise_time_s: 0.0,
             workspace_low_m: 0.0,
@@ -335,6 +342,8 @@ impl Limits {
     pub const WATCHDOG_MIN_MS: u16 = 5;
     /// Longest, ms.
     pub const WATCHDOG_MAX_MS: u16 = 1000;
+    /// Largest [`max_age_ticks`](Self::max_age_ticks).
+    pub const MAX_AGE_TICKS: u16 = 1000;
 }
 
 impl Guard {

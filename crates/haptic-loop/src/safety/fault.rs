@@ -26,11 +26,13 @@ pub enum Fault {
     Velocity = 7,
     /// The hardware watchdog reset the device while it was armed.
     Reset = 8,
+    /// The host of a host loop sent a force that answers a sample too many ticks ago.
+    StaleForce = 11,
 }
 
 impl Fault {
     /// Every fault, in the order of the codes.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::NonFiniteForce,
         Self::HostSilent,
         Self::TickOverrun,
@@ -39,6 +41,7 @@ impl Fault {
         Self::Workspace,
         Self::Velocity,
         Self::Reset,
+        Self::StaleForce,
     ];
 
     /// The code on the wire and in the log, from 1.
@@ -65,6 +68,7 @@ impl core::fmt::Display for Fault {
             Self::Workspace => "the device left its workspace",
             Self::Velocity => "the device moved faster than its limit",
             Self::Reset => "the device was reset by its hardware watchdog",
+            Self::StaleForce => "the host sent a force for a sample too many ticks ago",
         })
     }
 }

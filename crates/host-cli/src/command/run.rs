@@ -31,7 +31,7 @@ device_damping_n_s_per_m of a real device for its guard. guard = \"observer\" or
 wall from shaking: the one adds damping, the other takes force, and so stiffness, that the damping of the \
 device cannot pay for.
 
-On a serial device any of them has device = \"serial:PATH\", loop = \"device\" or \"host\", watchdog_s and late_ticks.";
+On a serial device any of them has device = \"serial:PATH\", loop = \"device\" or \"host\", watchdog_s, late_ticks and max_age_ticks.";
 
 /// Arguments of `run`.
 #[derive(Debug, Args)]
