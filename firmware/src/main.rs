@@ -14,6 +14,20 @@ use haptic_loop::remote::{Exclusive, Session, TickSide};
 /// Major, minor, patch.
 const VERSION: [u8; 3] = [0, 1, 0];
 
+/// What an image says of itself: a mark, the board's name in 16 bytes, the version. `host-cli device flash` reads it
+/// and compares it with the device that answers afterwards.
+static IDENTITY: [u8; 39] = {
+    const MARK: [u8; 20] = *b"haptic-device image\0";
+    let board = haptic_link::Capabilities::board_name(chip::NAME);
+    let mut identity = [0; 39];
+    let (mark, rest) = identity.split_at_mut(MARK.len());
+    mark.copy_from_slice(&MARK);
+    let (name, version) = rest.split_at_mut(board.len());
+    name.copy_from_slice(&board);
+    version.copy_from_slice(&VERSION);
+    identity
+};
+
 static TICKER: Mutex<RefCell<Option<Ticker<chip::Board, chip::Timer>>>> =
     Mutex::new(RefCell::new(None));
 
@@ -29,6 +43,8 @@ fn main() -> ! {
         mut watchdog,
     } = chip::start();
     let retained = Retained::take();
+    // Kept in the image though nothing here reads it.
+    core::hint::black_box(&IDENTITY);
     let device = power_up(DEVICE, hardware, retained);
     critical_section::with(|token| {
         TICKER

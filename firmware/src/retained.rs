@@ -18,7 +18,8 @@ static LIVE: AtomicU32 = AtomicU32::new(0);
 /// What was retained over the last reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Retained {
-    /// Another number after each reset; after power-up whatever the memory came up with.
+    /// Another number after each reset; after power-up whatever the memory came up with. With the times of the hellos
+    /// and what the hosts contribute, it makes the numbers of connections: this chip has no source of chance.
     pub boot: u32,
     /// The device was armed, running or with a force when it was reset. After power-up by chance true
     /// once in 4·10⁹ times.

@@ -2,7 +2,7 @@
 //! messages or of the log: `cargo run --example seeds`.
 #![forbid(unsafe_code)]
 
-use haptic_link::{Direction, FRAME_MAX, Keys, Report, Request, Sample, encode};
+use haptic_link::{FRAME_MAX, Header, Report, Request, Sample, encode};
 use host_cli::record::{EventMessage, LogWriter, TickMessage};
 use std::error::Error;
 use std::fs;
@@ -18,11 +18,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
 
     let mut line = [0; FRAME_MAX];
-    let hello = Request::Hello(Keys::CURRENT);
-    let length = encode(&hello, 0, Direction::FromHost, &mut line).map_err(|e| e.to_string())?;
+    let hello = Request::Hello { nonce: 1 };
+    let length = encode(&hello, Header::from_host(0, 0), &mut line).map_err(|e| e.to_string())?;
     write("frame", "request", &line[..length])?;
     let sample = Report::Sample(Sample::default());
-    let length = encode(&sample, 1, Direction::FromDevice, &mut line).map_err(|e| e.to_string())?;
+    let length = encode(&sample, Header::from_device(1), &mut line).map_err(|e| e.to_string())?;
     let twice = [&line[..length], &line[..length / 2], &[0], &line[..length]].concat();
     write("frame", "reports", &twice)?;
 

@@ -3,8 +3,8 @@
 use crate::script::Step;
 use crate::witness::Witness;
 use haptic_link::{
-    CoefficientBlock, Configuration, DigestBuilder, Direction, FRAME_MAX, LoopMode, OperatorForm,
-    OperatorShape, Receiver, Report, Request, Simulation, Start, State, encode,
+    CoefficientBlock, Configuration, DigestBuilder, Direction, FRAME_MAX, Header, LoopMode, OperatorForm,
+    OperatorShape, Receiver, Report, Request, Scope, Simulation, Start, State, encode,
 };
 use haptic_loop::remote::{COEFFICIENTS_MAX, Session, TickSide};
 use serde::ser::{Serialize, SerializeTuple, Serializer};
@@ -29,7 +29,9 @@ pub struct Bench {
     session: Session,
     from_device: Receiver<Report>,
     now_us: u64,
-    sequence: u16,
+    sequence: u32,
+    /// As the last hello was answered; frames of the fuzzer may make it another one.
+    connection: u32,
     /// What the device has staged, seen from outside.
     staged: Configuration,
     values: [f32; COEFFICIENTS_MAX],
@@ -41,17 +43,20 @@ impl Default for Bench {
     fn default() -> Self {
         let device = TickSide::new(Witness::new("fuzz")).expect("a simulated board works");
         let digest = device.configuration().1;
-        Self {
+        let mut bench = Self {
             device: RefCell::new(device),
             session: Session::new([0, 1, 0], 1),
             from_device: Receiver::new(Direction::FromDevice),
             now_us: 0,
             sequence: 0,
+            connection: 0,
             staged: Configuration::PASSIVE,
             values: [0.0; COEFFICIENTS_MAX],
             force_n: 0.0,
             digest,
-        }
+        };
+        bench.frame(&Request::Hello { nonce: 1 });
+        bench
     }
 }
 
@@ -77,24 +82,27 @@ impl Bench {
                 let count = usize::from(self.staged.operator.count).min(COEFFICIENTS_MAX);
                 let digest = DigestBuilder::new(&self.staged).coefficients(&self.values[..count]);
                 let digest = digest.finish();
-                self.frame(&Request::Commit { digest });
+                self.frame(&Request::Commit {
+                    digest,
+                    scope: Scope::Lasting,
+                });
             }
             Step::Arm => {
                 let faults = self.device.borrow().status().faults;
                 self.frame(&Request::Arm { faults });
             }
             Step::Start { ticks, batch } => self.frame(&Request::Start(Start {
-                run: u32::from(self.sequence),
+                run: self.sequence,
                 ticks: u32::from(ticks),
                 every: 1,
                 batch,
             })),
             Step::Force(eighths) => self.frame(&Request::Force {
-                tick: 0,
+                tick: self.device.borrow().newest().tick,
                 force_n: f32::from(eighths) / 8.0,
             }),
             Step::KeepAlive => self.frame(&Request::KeepAlive { token: 1 }),
-            Step::Skip(by) => self.sequence = self.sequence.wrapping_add_signed(i16::from(by)),
+            Step::Skip(by) => self.sequence = self.sequence.wrapping_add_signed(i32::from(by)),
         }
     }
 
@@ -120,7 +128,7 @@ impl Bench {
         // The message as it is on the wire, without the frame around it.
         let mut line = [0; FRAME_MAX];
         let request = Request::Configure(configuration);
-        let length = encode(&request, 0, Direction::FromHost, &mut line).expect("fits");
+        let length = encode(&request, Header::from_host(0, 0), &mut line).expect("fits");
         let mut body = unframed(&line[..length - 1]);
         let last = body.len() - 1;
         for patch in patches.chunks_exact(2) {
@@ -132,7 +140,8 @@ impl Bench {
     fn frame(&mut self, message: &impl Serialize) {
         let mut line = [0; FRAME_MAX];
         // What the fuzzer makes too long is not a frame.
-        let Ok(length) = encode(message, self.sequence, Direction::FromHost, &mut line) else {
+        let header = Header::from_host(self.sequence, self.connection);
+        let Ok(length) = encode(message, header, &mut line) else {
             return;
         };
         self.sequence = self.sequence.wrapping_add(1);
@@ -183,7 +192,11 @@ impl Bench {
     fn said(&mut self, line: &[u8]) {
         if !line.is_empty() {
             let message = line.iter().find_map(|&byte| self.from_device.push(byte));
-            assert!(message.is_some(), "no message: {line:?}");
+            match message {
+                Some((_, Report::Hello(hello))) => self.connection = hello.connection,
+                Some(_) => {}
+                None => panic!("no message: {line:?}"),
+            }
         }
     }
 
@@ -232,5 +245,5 @@ fn unframed(frame: &[u8]) -> Vec<u8> {
         }
         at = next;
     }
-    content[3..content.len() - 4].to_vec()
+    content[9..content.len() - 4].to_vec()
 }

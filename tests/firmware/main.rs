@@ -17,7 +17,7 @@ use board::Board;
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_link::{
     CoefficientBlock, Configuration, DigestBuilder, Keys, Limits, OperatorForm, OperatorShape,
-    Report, Request, Simulation, SimulationKind, Start, State,
+    Report, Request, Scope, Simulation, SimulationKind, Start, State,
 };
 use haptic_loop::remote::operator_shape;
 use image::{Image, built};
@@ -182,10 +182,11 @@ fn shape(form: OperatorForm, integer: i8, count: usize) -> OperatorShape {
 fn the_device_converses_runs_and_keeps_within_its_stack() {
     let Some(images) = built() else { return };
     let mut board = Board::start(&images.path(Image::Device), images.size().stack);
-    let Report::Hello(hello) = board.ask(Request::Hello(Keys::CURRENT)) else {
+    let Report::Hello(hello) = board.ask(Request::Hello { nonce: 1 }) else {
         panic!("a hello is answered by one");
     };
-    assert_eq!(hello.keys, Keys::CURRENT);
+    let keys = board.ask(Request::GetKeys);
+    assert_eq!(keys, Report::Keys(Keys::current()));
     assert_eq!((hello.status.state, hello.status.fault), (State::Idle, 0));
     let Report::Capabilities(capabilities) = board.ask(Request::GetCapabilities) else {
         panic!("capabilities");
@@ -245,7 +246,7 @@ fn the_device_converses_runs_and_keeps_within_its_stack() {
 fn a_host_that_falls_silent_stops_the_device() {
     let Some(images) = built() else { return };
     let mut board = Board::start(&images.path(Image::Device), images.size().stack);
-    board.ask(Request::Hello(Keys::CURRENT));
+    board.ask(Request::Hello { nonce: 1 });
     let configuration = Configuration {
         limits: Limits {
             watchdog_ms: 200,
@@ -276,6 +277,7 @@ impl Board {
         let digest = DigestBuilder::new(configuration)
             .coefficients(values)
             .finish();
-        self.done(Request::Commit { digest });
+        let scope = Scope::Lasting;
+        self.done(Request::Commit { digest, scope });
     }
 }

@@ -13,6 +13,7 @@ import collections
 import json
 import operator
 import os
+import random
 import select
 import struct
 import sys
@@ -20,28 +21,36 @@ import termios
 import time
 import zlib
 
-FROM_HOST, FROM_DEVICE = 0x01, 0x81
-KEYS = (0xE7D89F9FAC8D9E6C, 0x332940228D18979B)
+FROM_HOST, FROM_DEVICE = 0x02, 0x82
+# Keys of the messages that are used here, by their numbers; others may change.
+REQUEST_KEYS = {0: 0xEA059449, 1: 0xAF5AAF58, 2: 0xC4525ABE, 3: 0xD64D3415, 4: 0xFE3E4473, 5: 0x5F950ADB, 6:
+                0x49AD326F, 7: 0x80892389, 8: 0x6DB3EADF, 9: 0x34E32396, 12: 0x54DE2568, 13: 0xE4D4C71D, 16:
+                0xB7C92CEF}
+REPORT_KEYS = {0: 0xB6E04C30, 1: 0x11947DEB, 2: 0x4FA80F4B, 3: 0x6882BD90, 4: 0x21201806, 5: 0x008E49E9, 6:
+               0xE05D5688, 8: 0x2C73B464, 9: 0xF7C91B26, 10: 0x41617E27, 12: 0x65196196}
 RETRY_S, TRIES = 0.15, 5
+HELLO_TRIES = 24  # 3.5 s, for ports that notice late that somebody listens
 FRAME_MAX = 256
 
 # Requests.
 (HELLO, GET_CAPABILITIES, CONFIGURE, COEFFICIENTS, COMMIT, GET_CONFIGURATION, GET_COEFFICIENTS, ARM,
- DISARM, START, STOP, FORCE, KEEP_ALIVE, GET_STATISTICS, READ_FLIGHT, STREAM) = range(16)
+ DISARM, START, STOP, FORCE, KEEP_ALIVE, GET_STATISTICS, READ_FLIGHT, STREAM, GET_KEYS) = range(17)
 # Reports.
-ACK, SAMPLE, BATCH, EVENT, FAULT, ALIVE = 2, 5, 6, 7, 8, 10
+ACK, SAMPLE, BATCH, EVENT, FAULT, ALIVE, KEYS = 2, 5, 6, 7, 8, 10, 12
 # The report that answers a request; an ack answers all others.
 ANSWERS = {HELLO: 0, GET_CAPABILITIES: 1, GET_CONFIGURATION: 3, GET_COEFFICIENTS: 4, GET_STATISTICS: 9,
-           READ_FLIGHT: 11}
-LENGTHS = {0: 28, 1: 47, 3: 158, 4: 67, 5: 22, 7: 14, 8: 17, 9: 61, 10: 21, 11: 26}
+           READ_FLIGHT: 11, GET_KEYS: KEYS}
+LENGTHS = {0: 20, 1: 47, 3: 160, 4: 67, 5: 22, 7: 14, 8: 17, 9: 65, 10: 21, 11: 26}
 REFUSALS = (("State", "<B"), ("Range", "<Bfff"), ("Digest", "<"), ("Incomplete", "<"), ("Unsupported", "<B"),
-            ("UnknownFault", "<"), ("ForceNotZero", "<"), ("ForceNotSmall", "<ff"), ("FaultPersists", "<B"))
+            ("UnknownFault", "<"), ("ForceNotZero", "<"), ("ForceNotSmall", "<ff"), ("FaultPersists", "<B"),
+            ("Connection", "<"), ("Looser", "<B"))
+FOR_A_RUN, LASTING = 0, 1
 IDLE, ARMED, RUNNING, STOPPING, IN_FAULT = range(5)
 
-CONFIGURATION = struct.Struct("<BIfff?fBbHffHHffffffffffffBfffBfffffffBffffff")
+CONFIGURATION = struct.Struct("<BIfff?fBbHffHHHffffffffffffBfffBfffffffBffffff")
 CONFIGURATION_FIELDS = (
     "loop_mode tick_period_us stiffness_n_per_m dissipation_n_s_mu_per_m order one_sided surface_m form integer "
-    "count force_n force_rate_n_per_s watchdog_ms late_ticks start_force_n rise_time_s workspace_low_m "
+    "count force_n force_rate_n_per_s watchdog_ms late_ticks max_age_ticks start_force_n rise_time_s workspace_low_m "
     "workspace_high_m workspace_soft_m speed_soft_m_per_s speed_hard_m_per_s velocity_bandwidth_hz braking_n_s_per_m "
     "stop_time_s brake_force_n device_mass_kg device_delay_ticks stuck_force_n stuck_time_s jump_m guard "
     "guard_damping_n_s_per_m guard_share guard_forget_s guard_delay_least_samples guard_delay_most_samples "
@@ -49,7 +58,7 @@ CONFIGURATION_FIELDS = (
     "damping_n_s_per_m hand_stiffness_n_per_m push_n depth_m ramp_time_s").split()
 CAPABILITIES = struct.Struct("<16sB?IIfffHHHH")
 STATISTICS = ("ticks overruns tick_cycles_max tick_cycles_last stale_forces samples_dropped sent received corrupt "
-              "oversize foreign lost duplicate late bytes_overrun").split()
+              "oversize foreign lost duplicate late bytes_overrun strangers").split()
 Sample = collections.namedtuple("Sample", "tick time_us position_m environment_force_n force_n limiters")
 Status = collections.namedtuple("Status", "state fault faults")
 
@@ -82,6 +91,10 @@ def well_formed(message):
     number, length = message[0], len(message)
     if number == BATCH:
         return length >= 12 and length == 12 + 13 * message[11]
+    if number == KEYS:
+        requests = message[1] if length > 1 else 255
+        at = 2 + 4 * requests
+        return requests < 128 and length > at and message[at] < 128 and length == at + 1 + 4 * message[at]
     if number == ACK:
         if length < 6 or message[4] == 0:
             return length == 5 and message[4] == 0
@@ -98,7 +111,7 @@ class Device:
         control[termios.VMIN] = control[termios.VTIME] = 0
         raw = [0, 0, termios.CS8 | termios.CREAD | termios.CLOCAL, 0, speed, speed, control]
         termios.tcsetattr(self.port, termios.TCSAFLUSH, raw)
-        self.rest, self.number, self.last, self.late_run = b"", 0, None, (None, 0)
+        self.rest, self.number, self.connection, self.last, self.late_run = b"", 0, 0, None, (None, 0)
         self.awaited, self.answer = None, None
         self.keep_alive_s, self.keep_alive_due, self.token = None, 0.0, 0
         self.status, self.device_time_us, self.samples = Status(IDLE, 0, 0), 0, []
@@ -109,8 +122,9 @@ class Device:
 
     def send(self, request, fields=b""):
         """Sends a request and returns its sequence number."""
-        number, self.number = self.number, (self.number + 1) & 0xFFFF
-        content = struct.pack("<BHB", FROM_HOST, number, request) + fields
+        number, self.number = self.number, (self.number + 1) & 0xFFFFFFFF
+        connection = 0 if request == HELLO else self.connection
+        content = struct.pack("<BIIB", FROM_HOST, number, connection, request) + fields
         content += struct.pack("<I", zlib.crc32(content))
         os.write(self.port, cobs_encode(content) + b"\0")
         return number
@@ -186,25 +200,27 @@ class Device:
             self.status = Status._make(struct.unpack_from("<BBH", message, 1))
         elif report == ALIVE:
             _, time_us, *status = struct.unpack_from("<IQBBH", message, 1)  # then the energy that the guard observed
-            if time_us < self.device_time_us:
-                raise LinkError("the device was reset")
             self.device_time_us, self.status = time_us, Status._make(status)
+        elif report == ACK and message[4] and REFUSALS[message[5]][0] == "Connection":
+            raise LinkError("the device does not know this connection any more: it was reset, or another host came")
 
     def answers(self, message):
         """Whether this is the answer that is awaited."""
         request, numbers, fields = self.awaited
         if message[0] == ACK:
             number, about = struct.unpack_from("<HB", message, 1)
-            return about == request and number in numbers
+            return about == request and number in (known & 0xFFFF for known in numbers)
         if message[0] != ANSWERS.get(request):
             return False
-        # These two answers say to which of several questions.
+        # These answers say to which of several questions.
+        if request == HELLO:
+            return message[1:5] == fields
         return request not in (GET_COEFFICIENTS, READ_FLIGHT) or message[1:3] == fields
 
     def ask(self, request, fields=b""):
         """Sends a request until it is answered; returns the answer."""
         numbers = []
-        for attempt in range(TRIES):
+        for attempt in range(HELLO_TRIES if request == HELLO else TRIES):
             self.counters["retries"] += attempt > 0
             numbers.append(self.send(request, fields))
             self.awaited, self.answer = (request, numbers, fields), None
@@ -223,17 +239,23 @@ class Device:
 
     def hello(self):
         """Begins a session, and brings a device that was left running to rest."""
-        answer = self.ask(HELLO, struct.pack("<QQ", *KEYS))
-        *keys, major, minor, patch, boot, state, fault, faults = struct.unpack_from("<QQBBBIBBH", answer, 1)
-        if tuple(keys) != KEYS:
-            raise LinkError(f"firmware {major}.{minor}.{patch} has other messages than docs/protocol.md")
+        answer = self.ask(HELLO, struct.pack("<I", random.getrandbits(32)))
+        _, self.connection, *version, boot, state, fault, faults = struct.unpack_from("<IIBBBIBBH", answer, 1)
+        version = ".".join(map(str, version))
+        answer = self.ask(GET_KEYS)
+        requests = struct.unpack_from(f"<{answer[1]}I", answer, 2)
+        reports = struct.unpack_from(f"<{answer[2 + 4 * answer[1]]}I", answer, 3 + 4 * answer[1])
+        for known, used in (requests, REQUEST_KEYS), (reports, REPORT_KEYS):
+            for number, key in used.items():
+                if number >= len(known) or known[number] != key:
+                    raise LinkError(f"firmware {version} has another message {number} than docs/protocol.md")
         self.status, self.device_time_us = Status(state, fault, faults), 0
         if state not in (IDLE, IN_FAULT):
             self.ask(DISARM)
             self.keep_alive_s = 0.01
             self.wait(lambda: self.status.state == IDLE, 5.0)
             self.keep_alive_s = None
-        return {"firmware": f"{major}.{minor}.{patch}", "boot": boot}
+        return {"firmware": version, "boot": boot}
 
     def capabilities(self):
         name, axes, simulated, least, most, force, *_ = CAPABILITIES.unpack(self.ask(GET_CAPABILITIES)[1:])
@@ -243,22 +265,22 @@ class Device:
     def configuration(self):
         """What is in force: the fields, the coefficients, the digest."""
         answer = self.ask(GET_CONFIGURATION)
-        fields = dict(zip(CONFIGURATION_FIELDS, CONFIGURATION.unpack(answer[1:118])))
+        fields = dict(zip(CONFIGURATION_FIELDS, CONFIGURATION.unpack(answer[1:120])))
         coefficients = []
         for offset in range(0, fields["count"], 16):
             block = self.ask(GET_COEFFICIENTS, struct.pack("<H", offset))
             coefficients += struct.unpack_from("<16f", block, 3)
-        return fields, coefficients[:fields["count"]], struct.unpack_from("<I", answer, 118)[0]
+        return fields, coefficients[:fields["count"]], struct.unpack_from("<I", answer, 120)[0]
 
-    def configure(self, fields, coefficients):
-        """Sets everything in one transaction and returns its digest."""
+    def configure(self, fields, coefficients, scope=LASTING):
+        """Sets everything in one transaction and returns its digest. For a run no limit may be looser than before."""
         packed = CONFIGURATION.pack(*(dict(fields, count=len(coefficients))[name] for name in CONFIGURATION_FIELDS))
         self.ask(CONFIGURE, packed)
         for offset in range(0, len(coefficients), 16):
             block = (list(coefficients[offset:offset + 16]) + [0.0] * 16)[:16]
             self.ask(COEFFICIENTS, struct.pack("<H16f", offset, *block))
         digest = zlib.crc32(packed + struct.pack(f"<{len(coefficients)}f", *coefficients))
-        self.ask(COMMIT, struct.pack("<I", digest))
+        self.ask(COMMIT, struct.pack("<IB", digest, scope))
         return digest
 
     def run(self, ticks, watchdog_ms, batch=1):
@@ -287,7 +309,7 @@ class Device:
             self.poll(time.monotonic() + 0.05)
 
     def statistics(self):
-        return dict(zip(STATISTICS, struct.unpack_from("<15I", self.ask(GET_STATISTICS), 1)))
+        return dict(zip(STATISTICS, struct.unpack_from("<16I", self.ask(GET_STATISTICS), 1)))
 
 
 def float32(number):

@@ -103,6 +103,9 @@ pub struct Limits {
     /// Late ticks in a row that latch a fault; 0 for never.
     #[serde(with = "postcard::fixint::le")]
     pub late_ticks: u16,
+    /// Host loop: ticks from a sample to the force that answers it at most; an older force latches a fault. 1 to 1000.
+    #[serde(with = "postcard::fixint::le")]
+    pub max_age_ticks: u16,
     /// Largest wanted force with which a device loop may start, N, at least 0; 0 for any finite one.
     pub start_force_n: f32,
     /// From the start on the share of the wanted force that is used rises from 0 to 1 in this time, s,
@@ -301,6 +304,8 @@ pub enum Field {
     GuardLag,
     /// [`Guard::noise_m`].
     GuardNoise,
+    /// [`Limits::max_age_ticks`].
+    MaxAge,
     /// Another one, of a newer version.
     Other,
 }
@@ -352,6 +357,7 @@ impl core::fmt::Display for Field {
             Self::GuardDelayMost => "most delay of the guard (ticks)",
             Self::GuardLag => "lag of the actuator for the guard (s)",
             Self::GuardNoise => "noise of the position for the guard (m)",
+            Self::MaxAge => "age of a force (ticks)",
             Self::Other => "a parameter of a newer version",
         })
     }
@@ -379,6 +385,7 @@ impl Limits {
             force_rate_n_per_s,
             watchdog_ms: LoopMode::Device.watchdog_ms(),
             late_ticks: 20,
+            max_age_ticks: 10,
             start_force_n: 0.0,
             rise_time_s: 0.0,
             workspace_low_m: 0.0,
@@ -403,6 +410,8 @@ impl Limits {
     pub const WATCHDOG_MIN_MS: u16 = 5;
     /// Longest, ms.
     pub const WATCHDOG_MAX_MS: u16 = 1000;
+    /// Largest [`max_age_ticks`](Self::max_age_ticks).
+    pub const MAX_AGE_TICKS: u16 = 1000;
 }
 
 impl Guard {

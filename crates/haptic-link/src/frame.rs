@@ -1,7 +1,8 @@
 //! Frames: where a message begins and ends on a line of bytes, and whether it is whole.
 //!
 //! ```text
-//! COBS( version u8 | sequence u16 LE | message | CRC-32 LE ) 0x00
+//! from a host:    COBS( version u8 | sequence u32 LE | connection u32 LE | message | CRC-32 LE ) 0x00
+//! from a device:  COBS( version u8 | sequence u16 LE | message | CRC-32 LE ) 0x00
 //! ```
 //! - *COBS* (S. Cheshire, M. Baker, IEEE/ACM Trans. Networking 7(2), 1999) takes all zeros out, so that a
 //!   zero byte ends a frame and nothing else does; costs one byte for up to 254.
@@ -9,6 +10,8 @@
 //!   32 bits and, in frames this short, every damage of up to 4 bits (P. Koopman, *32-bit cyclic
 //!   redundancy codes for Internet applications*, 2002); of other damage one in 4.3·10⁹ passes. Damage to a
 //!   code byte of COBS shifts zeros, so it is of the other kind.
+//! - *One form*: a frame counts only if encoding what was decoded gives the same bytes. So no message has a second
+//!   spelling, like an overlong number of a variant.
 //! - *After damage* the next zero byte begins anew: a good frame behind a bad one is found, unless the
 //!   damage took the zero between them.
 
@@ -17,14 +20,13 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 /// Version of the protocol: the low seven bits of the first byte of a frame.
-pub const PROTOCOL_VERSION: u8 = 1;
+pub const PROTOCOL_VERSION: u8 = 2;
 
 /// Longest frame on the line, the zero at its end included.
 pub const FRAME_MAX: usize = 256;
 
 /// Longest content of a frame, before COBS.
 const CONTENT_MAX: usize = FRAME_MAX - 2;
-const HEADER: usize = 3;
 const CRC_BYTES: usize = 4;
 
 /// Without a table, which would take 1 KiB of a device's flash.
@@ -44,6 +46,73 @@ impl Direction {
         match self {
             Self::FromHost => PROTOCOL_VERSION,
             Self::FromDevice => PROTOCOL_VERSION | 0x80,
+        }
+    }
+
+    /// Bytes before the message.
+    const fn header_bytes(self) -> usize {
+        match self {
+            Self::FromHost => 9,
+            Self::FromDevice => 3,
+        }
+    }
+}
+
+/// What stands before a message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Header {
+    /// Who speaks.
+    pub direction: Direction,
+    /// Number of the frame: modulo 2³² from a host, modulo 2¹⁶ from a device.
+    pub sequence: u32,
+    /// From a host the number that the device gave it with its [`Hello`](crate::Hello), 0 in a hello; from a device
+    /// 0, and not on the wire.
+    pub connection: u32,
+}
+
+impl Header {
+    /// Of a request.
+    #[must_use]
+    pub const fn from_host(sequence: u32, connection: u32) -> Self {
+        Self {
+            direction: Direction::FromHost,
+            sequence,
+            connection,
+        }
+    }
+
+    /// Of a report.
+    #[must_use]
+    pub const fn from_device(sequence: u16) -> Self {
+        Self {
+            direction: Direction::FromDevice,
+            sequence: sequence as u32,
+            connection: 0,
+        }
+    }
+
+    /// Version, sequence, and from a host connection; how many bytes of it count.
+    fn bytes(self) -> ([u8; 9], usize) {
+        let mut bytes = [0; 9];
+        bytes[0] = self.direction.version_byte();
+        bytes[1..5].copy_from_slice(&self.sequence.to_le_bytes());
+        if self.direction == Direction::FromHost {
+            bytes[5..].copy_from_slice(&self.connection.to_le_bytes());
+        }
+        (bytes, self.direction.header_bytes())
+    }
+
+    /// As `bytes` wrote it; `bytes` are as many as this direction has.
+    fn read(direction: Direction, bytes: &[u8]) -> Self {
+        let number = |from: usize, to: usize| {
+            let bytes = bytes.get(from..to).unwrap_or_default().iter();
+            bytes
+                .rev()
+                .fold(0, |number, &byte| number << 8 | u32::from(byte))
+        };
+        match direction {
+            Direction::FromHost => Self::from_host(number(1, 5), number(5, 9)),
+            Direction::FromDevice => Self::from_device(number(1, 3) as u16),
         }
     }
 }
@@ -72,19 +141,35 @@ impl core::error::Error for EncodeError {}
 /// [`EncodeError::TooLong`]; every message of this crate fits into [`FRAME_MAX`] bytes.
 pub fn encode<M: Serialize>(
     message: &M,
-    sequence: u16,
-    direction: Direction,
+    header: Header,
     line: &mut [u8],
 ) -> Result<usize, EncodeError> {
     let mut content = [0; CONTENT_MAX];
-    content[0] = direction.version_byte();
-    content[1..HEADER].copy_from_slice(&sequence.to_le_bytes());
-    let body = &mut content[HEADER..CONTENT_MAX - CRC_BYTES];
+    let (bytes, start) = header.bytes();
+    content[..start].copy_from_slice(&bytes[..start]);
+    let body = &mut content[start..CONTENT_MAX - CRC_BYTES];
     let written = postcard::to_slice(message, body).map_err(|_| EncodeError::TooLong)?;
-    let end = HEADER + written.len();
-    let crc = CRC.checksum(&content[..end]);
-    content[end..end + CRC_BYTES].copy_from_slice(&crc.to_le_bytes());
-    let content = &content[..end + CRC_BYTES];
+    let end = start + written.len();
+    frame(&mut content[..end + CRC_BYTES], line)
+}
+
+/// A hello of protocol version 1, whose answer tells that a device speaks it. Returns its length.
+///
+/// # Errors
+/// A line of less than 26 bytes.
+pub fn greet_version_1(line: &mut [u8]) -> Result<usize, EncodeError> {
+    // Version, sequence number 0, message number 0, two keys that nobody looks at.
+    let mut content = [0; 3 + 17 + CRC_BYTES];
+    content[0] = 1;
+    frame(&mut content, line)
+}
+
+/// Sets the CRC at the end of a content and writes it as a frame.
+fn frame(content: &mut [u8], line: &mut [u8]) -> Result<usize, EncodeError> {
+    let Some((covered, crc)) = content.split_last_chunk_mut::<CRC_BYTES>() else {
+        return Err(EncodeError::TooLong);
+    };
+    *crc = CRC.checksum(covered).to_le_bytes();
     let room = line.len().checked_sub(1).ok_or(EncodeError::TooLong)?;
     let length = cobs::try_encode(content, &mut line[..room]).map_err(|_| EncodeError::TooLong)?;
     line[length] = 0;
@@ -95,7 +180,7 @@ pub fn encode<M: Serialize>(
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FrameError {
-    /// Damaged, cut, or a message that this version does not know.
+    /// Damaged, cut, a message that this version does not know, or one that is not written in its one form.
     Corrupt,
     /// Longer than any frame.
     Oversize,
@@ -111,7 +196,7 @@ pub enum FrameError {
 pub struct LineCounters {
     /// Frames received whole.
     pub received: u32,
-    /// Frames damaged, cut, or of no known kind.
+    /// Frames damaged, cut, of no known kind, or not in their one form.
     pub corrupt: u32,
     /// Frames longer than [`FRAME_MAX`].
     pub oversize: u32,
@@ -124,7 +209,8 @@ pub struct LineCounters {
 /// Takes messages out of a line of bytes.
 ///
 /// *Start-up*: what comes before the first zero may be the rest of a frame; if it is not whole it
-/// counts as corrupt. *Cost*: a byte is one store; the last byte of a frame decodes it.
+/// counts as corrupt. *Cost*: a byte is one store; the last byte of a frame decodes it, and encodes it again to see
+/// that it has its one form.
 #[derive(Clone, Debug)]
 pub struct Receiver<M> {
     direction: Direction,
@@ -135,7 +221,7 @@ pub struct Receiver<M> {
     message: core::marker::PhantomData<fn() -> M>,
 }
 
-impl<M: DeserializeOwned> Receiver<M> {
+impl<M: Serialize + DeserializeOwned> Receiver<M> {
     /// A receiver of what is said in this direction.
     #[must_use]
     pub const fn new(direction: Direction) -> Self {
@@ -154,8 +240,8 @@ impl<M: DeserializeOwned> Receiver<M> {
         }
     }
 
-    /// Takes a byte; returns sequence number and message if it ended a good frame.
-    pub fn push(&mut self, byte: u8) -> Option<(u16, M)> {
+    /// Takes a byte; returns header and message if it ended a good frame.
+    pub fn push(&mut self, byte: u8) -> Option<(Header, M)> {
         if byte != 0 {
             if let Some(slot) = self.buffer.get_mut(self.length) {
                 *slot = byte;
@@ -193,7 +279,7 @@ impl<M: DeserializeOwned> Receiver<M> {
         self.counters
     }
 
-    fn decode(&mut self, length: usize) -> Result<(u16, M), FrameError> {
+    fn decode(&mut self, length: usize) -> Result<(Header, M), FrameError> {
         let frame = self.buffer.get_mut(..length).ok_or(FrameError::Oversize)?;
         let length = cobs::decode_in_place(frame).map_err(|_| FrameError::Corrupt)?;
         let (content, crc) = frame[..length]
@@ -202,14 +288,17 @@ impl<M: DeserializeOwned> Receiver<M> {
         if CRC.checksum(content) != u32::from_le_bytes(*crc) {
             return Err(FrameError::Corrupt);
         }
-        let ([version, low, high], body) = content
-            .split_first_chunk::<HEADER>()
-            .ok_or(FrameError::Corrupt)?;
-        if *version != self.direction.version_byte() {
-            return Err(FrameError::Foreign { version: *version });
+        let version = *content.first().ok_or(FrameError::Corrupt)?;
+        if version != self.direction.version_byte() {
+            return Err(FrameError::Foreign { version });
         }
-        match postcard::take_from_bytes(body) {
-            Ok((message, [])) => Ok((u16::from_le_bytes([*low, *high]), message)),
+        let (header, body) = content
+            .split_at_checked(self.direction.header_bytes())
+            .ok_or(FrameError::Corrupt)?;
+        let message = postcard::from_bytes(body).map_err(|_| FrameError::Corrupt)?;
+        let mut again = [0; CONTENT_MAX];
+        match postcard::to_slice(&message, &mut again) {
+            Ok(again) if again == body => Ok((Header::read(self.direction, header), message)),
             _ => Err(FrameError::Corrupt),
         }
     }

@@ -1,14 +1,15 @@
 //! What a device says to its host.
 
 use crate::configuration::{Configuration, Field};
-use crate::request::{CoefficientBlock, Keys};
+use crate::keys::Keys;
+use crate::request::CoefficientBlock;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 /// Most samples in a [`Batch`].
 pub const BATCH_MAX: usize = 16;
 
-/// From device to host. The number of a variant is its first byte on the wire, from 0.
+/// From device to host. The number of a variant is its first byte on the wire, from 0. New ones come at the end.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum Report {
     /// Answers [`Request::Hello`](crate::Request::Hello).
@@ -41,6 +42,27 @@ pub enum Report {
     Alive(Alive),
     /// A sample of the flight recorder.
     Flight(Flight),
+    /// The keys of all messages that the device knows.
+    Keys(Keys),
+}
+
+impl Report {
+    /// Names of the reports, by number.
+    pub const NAMES: [&'static str; 13] = [
+        "hello",
+        "capabilities",
+        "ack",
+        "configuration",
+        "coefficients",
+        "sample",
+        "batch",
+        "event",
+        "fault",
+        "statistics",
+        "alive",
+        "flight",
+        "keys",
+    ];
 }
 
 /// State of a device.
@@ -83,11 +105,16 @@ pub struct Status {
     pub faults: u16,
 }
 
-/// The first answer of a session.
+/// The first answer of a session. Its layout stays in all versions to come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Hello {
-    /// Hashes of the message definitions that the device was built with.
-    pub keys: Keys,
+    /// From the request.
+    #[serde(with = "postcard::fixint::le")]
+    pub nonce: u32,
+    /// The number of the connection, which every frame of the host carries from now on; another one for each nonce,
+    /// never 0. 0 where the host spoke another version.
+    #[serde(with = "postcard::fixint::le")]
+    pub connection: u32,
     /// Firmware version: major, minor, patch.
     pub firmware: [u8; 3],
     /// Another number after each power-up or reset, as far as the board can tell.
@@ -156,7 +183,7 @@ impl Capabilities {
 /// The answer to a request.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Ack {
-    /// Sequence number of the request.
+    /// Sequence number of the request, its lower half.
     #[serde(with = "postcard::fixint::le")]
     pub sequence: u16,
     /// First byte of the request.
@@ -209,6 +236,10 @@ pub enum Refusal {
     },
     /// The condition of this fault still holds, as an open emergency stop.
     FaultPersists(u8),
+    /// The device does not know this connection, or another one has armed it.
+    Connection,
+    /// A limit of a configuration for a run is looser than what was set to last.
+    Looser(Field),
 }
 
 /// One tick. A frame of 31 bytes.
@@ -350,7 +381,7 @@ pub struct Statistics {
     /// Frames received whole.
     #[serde(with = "postcard::fixint::le")]
     pub received: u32,
-    /// Frames damaged, cut, or of no known kind.
+    /// Frames damaged, cut, of no known kind, or not in their one form.
     #[serde(with = "postcard::fixint::le")]
     pub corrupt: u32,
     /// Frames longer than the buffer.
@@ -371,6 +402,9 @@ pub struct Statistics {
     /// Bytes that the hardware received but nobody fetched in time.
     #[serde(with = "postcard::fixint::le")]
     pub bytes_overrun: u32,
+    /// Frames of a connection that the device does not know.
+    #[serde(with = "postcard::fixint::le")]
+    pub strangers: u32,
 }
 
 impl Statistics {
@@ -394,6 +428,7 @@ impl Statistics {
             duplicate: self.duplicate.wrapping_sub(before.duplicate),
             late: self.late.wrapping_sub(before.late),
             bytes_overrun: self.bytes_overrun.wrapping_sub(before.bytes_overrun),
+            strangers: self.strangers.wrapping_sub(before.strangers),
         }
     }
 }

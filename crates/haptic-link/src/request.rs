@@ -1,20 +1,23 @@
 //! What a host says to a device.
 
 use crate::configuration::{COEFFICIENTS_PER_BLOCK, Configuration};
-use crate::report::Report;
 use postcard_schema::Schema;
-use postcard_schema::key::Key;
 use serde::{Deserialize, Serialize};
 
-/// From host to device. The number of a variant is its first byte on the wire, from 0.
+/// From host to device. The number of a variant is its first byte on the wire, from 0. New ones come at the end.
 ///
 /// Every request but [`Force`](Self::Force) is answered: with a report of its own where one is named,
-/// with a [`Report::Ack`] otherwise. All but `Force` may be sent again when the answer does not come.
+/// with a [`Report::Ack`](crate::Report::Ack) otherwise. All but `Force` may be sent again when the answer does not come.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum Request {
-    /// Begins a session: stops streams, forgets staged parameters. Answer: [`Report::Hello`].
-    Hello(Keys),
-    /// Answer: [`Report::Capabilities`].
+    /// Asks for a connection. Changes nothing: the connection begins with the first frame that carries its number.
+    /// Answer: [`Report::Hello`](crate::Report::Hello).
+    Hello {
+        /// Comes back in the answer; another number for each hello, but the same when one is sent again.
+        #[serde(with = "postcard::fixint::le")]
+        nonce: u32,
+    },
+    /// Answer: [`Report::Capabilities`](crate::Report::Capabilities).
     GetCapabilities,
     /// Stages everything but the coefficients, and forgets those staged before.
     Configure(Configuration),
@@ -25,10 +28,12 @@ pub enum Request {
         /// See [`DigestBuilder`](crate::DigestBuilder).
         #[serde(with = "postcard::fixint::le")]
         digest: u32,
+        /// For how long.
+        scope: Scope,
     },
-    /// Answer: [`Report::Configuration`].
+    /// Answer: [`Report::Configuration`](crate::Report::Configuration).
     GetConfiguration,
-    /// Answer: [`Report::Coefficients`].
+    /// Answer: [`Report::Coefficients`](crate::Report::Coefficients).
     GetCoefficients {
         /// Of the first coefficient.
         #[serde(with = "postcard::fixint::le")]
@@ -57,15 +62,15 @@ pub enum Request {
         /// N; not finite latches a fault.
         force_n: f32,
     },
-    /// The host is there. Any other frame says so too. Answer: [`Report::Alive`].
+    /// The host is there. Any other frame says so too. Answer: [`Report::Alive`](crate::Report::Alive).
     KeepAlive {
         /// Comes back in the answer, to measure the round trip.
         #[serde(with = "postcard::fixint::le")]
         token: u32,
     },
-    /// Answer: [`Report::Statistics`].
+    /// Answer: [`Report::Statistics`](crate::Report::Statistics).
     GetStatistics,
-    /// A sample from before and after the last fault. Answer: [`Report::Flight`].
+    /// A sample from before and after the last fault. Answer: [`Report::Flight`](crate::Report::Flight).
     ReadFlight {
         /// From 0, the oldest.
         #[serde(with = "postcard::fixint::le")]
@@ -76,15 +81,28 @@ pub enum Request {
         /// Each how manyth tick is sent; 0 none.
         #[serde(with = "postcard::fixint::le")]
         every: u16,
-        /// Samples in a frame: 1 sends [`Report::Sample`], 2 to [`BATCH_MAX`](crate::BATCH_MAX)
-        /// [`Report::Batch`].
+        /// Samples in a frame: 1 sends [`Report::Sample`](crate::Report::Sample), 2 to [`BATCH_MAX`](crate::BATCH_MAX)
+        /// [`Report::Batch`](crate::Report::Batch).
         batch: u8,
     },
+    /// Answer: [`Report::Keys`](crate::Report::Keys).
+    GetKeys,
+}
+
+/// How long a configuration is in force.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum Scope {
+    /// Until another connection begins, or something else is staged; then what was set to last is in force again. No
+    /// limit may be looser than there, see [`Limits::tightened`](crate::Limits::tightened).
+    #[default]
+    Run,
+    /// Until it is replaced or the device is reset. Limits may be loosened, up to those of the board.
+    Lasting,
 }
 
 impl Request {
     /// Names of the requests, by number.
-    pub const NAMES: [&'static str; 16] = [
+    pub const NAMES: [&'static str; 17] = [
         "hello",
         "get-capabilities",
         "configure",
@@ -101,13 +119,14 @@ impl Request {
         "get-statistics",
         "read-flight",
         "stream",
+        "get-keys",
     ];
 
     /// The first byte of this request on the wire.
     #[must_use]
     pub const fn number(&self) -> u8 {
         match self {
-            Self::Hello(_) => 0,
+            Self::Hello { .. } => 0,
             Self::GetCapabilities => 1,
             Self::Configure(_) => 2,
             Self::Coefficients(_) => 3,
@@ -123,6 +142,7 @@ impl Request {
             Self::GetStatistics => 13,
             Self::ReadFlight { .. } => 14,
             Self::Stream { .. } => 15,
+            Self::GetKeys => 16,
         }
     }
 
@@ -131,28 +151,6 @@ impl Request {
     pub const fn name(&self) -> &'static str {
         Self::NAMES[self.number() as usize]
     }
-}
-
-/// Hashes of the message definitions: FNV-1a over the names and types of all fields.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
-pub struct Keys {
-    /// Of [`Request`].
-    #[serde(with = "postcard::fixint::le")]
-    pub request: u64,
-    /// Of [`Report`].
-    #[serde(with = "postcard::fixint::le")]
-    pub report: u64,
-}
-
-impl Keys {
-    /// Of the messages in this version of the crate.
-    pub const CURRENT: Self = Self {
-        // The schema does not see that integers have a fixed length, hence the name.
-        request: u64::from_le_bytes(
-            Key::for_path::<Request>("haptic-link/request/fixint").to_bytes(),
-        ),
-        report: u64::from_le_bytes(Key::for_path::<Report>("haptic-link/report/fixint").to_bytes()),
-    };
 }
 
 /// Sixteen coefficients of the operator; the last block is filled up with zeros.

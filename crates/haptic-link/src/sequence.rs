@@ -1,4 +1,8 @@
 //! Numbers on frames: what was lost, what came twice, what came late.
+//!
+//! A device numbers its reports modulo 2¹⁶, and a host believes one that has begun anew ([`SequenceTracker`]). A host
+//! numbers its requests modulo 2³², and a device believes nobody ([`RequestTracker`]): at 1000 requests a second a
+//! captured one would look new again after 24 days.
 
 /// How a frame arrived.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,7 +26,7 @@ impl Arrival {
     }
 }
 
-/// Follows the sequence numbers of one direction, modulo 2¹⁶.
+/// Follows the numbers of a device's reports, modulo 2¹⁶.
 ///
 /// A number up to 32 767 ahead of the last is new, others are late. Whoever starts to count anew says so
 /// (a hello) and calls [`restart`](Self::restart); [`RESTART_AFTER`](Self::RESTART_AFTER) late frames in a
@@ -106,6 +110,66 @@ impl SequenceTracker {
     }
 
     /// Frames that came after a later one.
+    #[must_use]
+    pub const fn late(&self) -> u32 {
+        self.late
+    }
+}
+
+/// Follows the numbers of a host's requests within one connection, modulo 2³².
+///
+/// A number up to 2³¹ − 1 ahead of the last is new, others are late, however many of them come: a capture that is
+/// played again is nothing but late. A new connection may begin with any number.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RequestTracker {
+    last: Option<u32>,
+    lost: u32,
+    duplicate: u32,
+    late: u32,
+}
+
+impl RequestTracker {
+    /// Nothing has arrived yet.
+    pub const NEW: Self = Self {
+        last: None,
+        lost: 0,
+        duplicate: 0,
+        late: 0,
+    };
+
+    /// Whether a request with this number may be acted on.
+    pub fn is_new(&mut self, sequence: u32) -> bool {
+        let ahead = self.last.map_or(1, |last| sequence.wrapping_sub(last));
+        match ahead {
+            0 => self.duplicate = self.duplicate.wrapping_add(1),
+            1..0x8000_0000 => {
+                self.last = Some(sequence);
+                self.lost = self.lost.wrapping_add(ahead - 1);
+                return true;
+            }
+            _ => self.late = self.late.wrapping_add(1),
+        }
+        false
+    }
+
+    /// A new connection begins.
+    pub const fn restart(&mut self) {
+        self.last = None;
+    }
+
+    /// Requests that did not come, so far.
+    #[must_use]
+    pub const fn lost(&self) -> u32 {
+        self.lost
+    }
+
+    /// Requests that came twice.
+    #[must_use]
+    pub const fn duplicate(&self) -> u32 {
+        self.duplicate
+    }
+
+    /// Requests that came after a later one.
     #[must_use]
     pub const fn late(&self) -> u32 {
         self.late

@@ -11,8 +11,8 @@
 
 use haptic_link::{
     Ack, Alive, BATCH_MAX, Batch, BatchItem, CoefficientBlock, Configuration, Direction, Event,
-    EventKind, FRAME_MAX, Outcome, Receiver, Refusal, Report, Request, Sample, Start, State,
-    Statistics, Status, encode,
+    EventKind, FRAME_MAX, Header, Outcome, Receiver, Refusal, Report, Request, Sample, Scope,
+    Start, State, Statistics, Status, encode,
 };
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -60,6 +60,7 @@ fn request(random: &mut Random) -> Request {
         }
         2 => Request::Commit {
             digest: random.next() as u32,
+            scope: Scope::Lasting,
         },
         3 => Request::Arm { faults: 1 },
         4 => Request::Stop,
@@ -194,11 +195,15 @@ fn try_line<M: Serialize + DeserializeOwned + PartialEq + Debug>(
     let mut tally = Tally::default();
     let (mut piece, mut before) = (Vec::new(), Vec::new());
     // Frames of which something may be in the piece.
-    let mut under_way: Vec<(Vec<u8>, (u16, M))> = Vec::new();
+    let mut under_way: Vec<(Vec<u8>, (Header, M))> = Vec::new();
     while tally.damaged < tries {
-        let (sequence, message) = (tally.sent as u16, message(&mut random));
+        let message = message(&mut random);
+        let header = match direction {
+            Direction::FromHost => Header::from_host(tally.sent, 0x00ff_0100),
+            Direction::FromDevice => Header::from_device(tally.sent as u16),
+        };
         let mut line = [0; FRAME_MAX];
-        let length = encode(&message, sequence, direction, &mut line).expect("fits");
+        let length = encode(&message, header, &mut line).expect("fits");
         let sent = line[..length].to_vec();
         let mut frame = sent.clone();
         if random.below(2) == 0 {
@@ -206,7 +211,7 @@ fn try_line<M: Serialize + DeserializeOwned + PartialEq + Debug>(
             tally.damaged += 1;
         }
         before.clone_from(&sent);
-        under_way.push((sent, (sequence, message)));
+        under_way.push((sent, (header, message)));
         for byte in frame {
             let got = receiver.push(byte);
             piece.push(byte);

@@ -6,9 +6,10 @@
 use haptic_link::{
     Ack, Alive, BATCH_MAX, Batch, BatchItem, Capabilities, CoefficientBlock, Configuration,
     DigestBuilder, Direction, Event, EventKind, FRAME_MAX, FaultReport, Field, Flight, Guard,
-    GuardKind, Hello, Keys, Limits, LoopMode, OperatorForm, OperatorShape, Outcome,
-    PROTOCOL_VERSION, Refusal, Report, Request, Sample, SequenceTracker, Simulation,
-    SimulationKind, Start, State, Statistics, Status, encode,
+    GuardKind, Header, Hello, Keys, Limits, LoopMode, OperatorForm, OperatorShape, Outcome,
+    PROTOCOL_VERSION, REPORT_KEYS, REQUEST_KEYS, Refusal, Report, Request, Sample, Scope,
+    SequenceTracker, Simulation, SimulationKind, Start, State, Statistics, Status, encode,
+    greet_version_1,
 };
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -127,6 +128,8 @@ impl Document {
                     kind: field.kind.clone(),
                     name: match row.name.as_str() {
                         "–" => field.name.clone(),
+                        // A structure around one value has no name for it.
+                        outer if kind == "key" => format!("{outer}.{n}"),
                         outer if count == 1 && kind == row.kind => {
                             format!("{outer}.{}", field.name)
                         }
@@ -209,7 +212,7 @@ fn fields(name: &str, value: &Value, found: &mut BTreeMap<String, Value>) {
                 fields(&inner(key), value, found);
             }
         }
-        Value::Array(list) if list.iter().any(Value::is_object) => {
+        Value::Array(list) if list.iter().any(|item| item.is_object() || item.is_array()) => {
             found.insert(inner("count"), list.len().into());
             for (n, item) in list.iter().enumerate() {
                 fields(&inner(&n.to_string()), item, found);
@@ -245,13 +248,24 @@ fn kebab(name: &str) -> String {
     kebab
 }
 
+/// The connection in the examples.
+const CONNECTION: u32 = 0x6a5b_4c3d;
+
 fn frame(
     message: &impl serde::Serialize,
     sequence: u16,
     direction: Direction,
 ) -> (Vec<u8>, Vec<u8>) {
+    let header = match direction {
+        Direction::FromHost => Header::from_host(u32::from(sequence), CONNECTION),
+        Direction::FromDevice => Header::from_device(sequence),
+    };
+    frame_with(message, header)
+}
+
+fn frame_with(message: &impl serde::Serialize, header: Header) -> (Vec<u8>, Vec<u8>) {
     let mut line = [0; FRAME_MAX];
-    let length = encode(message, sequence, direction, &mut line).expect("fits");
+    let length = encode(message, header, &mut line).expect("fits");
     let line = line[..length].to_vec();
     let mut content = line[..length - 1].to_vec();
     let length = cobs::decode_in_place(&mut content).expect("decodes");
@@ -261,7 +275,11 @@ fn frame(
 
 fn message(message: &impl serde::Serialize, direction: Direction) -> Vec<u8> {
     let (content, _) = frame(message, 0, direction);
-    content[3..content.len() - 4].to_vec()
+    let start = match direction {
+        Direction::FromHost => 9,
+        Direction::FromDevice => 3,
+    };
+    content[start..content.len() - 4].to_vec()
 }
 
 fn status() -> Status {
@@ -269,13 +287,6 @@ fn status() -> Status {
         state: State::Stopping,
         fault: 2,
         faults: 0x0403,
-    }
-}
-
-fn keys() -> Keys {
-    Keys {
-        request: 0x0807_0605_0403_0201,
-        report: 0x1817_1615_1413_1211,
     }
 }
 
@@ -317,6 +328,7 @@ fn configuration() -> Configuration {
             force_rate_n_per_s: 6.25,
             watchdog_ms: 0x0807,
             late_ticks: 0x0a09,
+            max_age_ticks: 0x0c0b,
             start_force_n: 13.25,
             rise_time_s: 14.25,
             workspace_low_m: -15.25,
@@ -358,12 +370,13 @@ fn configuration() -> Configuration {
 
 fn requests() -> Vec<Request> {
     vec![
-        Request::Hello(keys()),
+        Request::Hello { nonce: 0x0403_0201 },
         Request::GetCapabilities,
         Request::Configure(configuration()),
         Request::Coefficients(block()),
         Request::Commit {
             digest: 0x0403_0201,
+            scope: Scope::Lasting,
         },
         Request::GetConfiguration,
         Request::GetCoefficients { offset: 0x0201 },
@@ -387,6 +400,7 @@ fn requests() -> Vec<Request> {
             every: 0x0201,
             batch: 3,
         },
+        Request::GetKeys,
     ]
 }
 
@@ -422,6 +436,7 @@ fn statistics() -> Statistics {
         duplicate: 13,
         late: 14,
         bytes_overrun: 15,
+        strangers: 16,
     }
 }
 
@@ -437,7 +452,8 @@ fn reports() -> Vec<Report> {
     let time_us = 0x0807_0605_0403_0201;
     vec![
         Report::Hello(Hello {
-            keys: keys(),
+            nonce: 0x0403_0201,
+            connection: 0x0807_0605,
             firmware: [1, 2, 3],
             boot: 0x0403_0201,
             status: status(),
@@ -486,6 +502,7 @@ fn reports() -> Vec<Report> {
             count: 0x0403,
             sample: sample(),
         }),
+        Report::Keys(Keys::current()),
     ]
 }
 
@@ -508,6 +525,8 @@ fn refusals() -> Vec<Refusal> {
             allowed_n: 1.0,
         },
         Refusal::FaultPersists(4),
+        Refusal::Connection,
+        Refusal::Looser(Field::RiseTime),
     ]
 }
 
@@ -609,6 +628,7 @@ fn every_enumeration_is_as_its_table_says() {
     let document = Document::read();
     check_enumeration::<State>(&document, "State");
     check_enumeration::<LoopMode>(&document, "LoopMode");
+    check_enumeration::<Scope>(&document, "Scope");
     check_enumeration::<OperatorForm>(&document, "OperatorForm");
     check_enumeration::<GuardKind>(&document, "GuardKind");
     check_enumeration::<SimulationKind>(&document, "SimulationKind");
@@ -619,7 +639,7 @@ fn every_enumeration_is_as_its_table_says() {
     assert_eq!(outcome[&0], "Done");
     assert_eq!(outcome[&1], "Refused");
     // Codes of faults are compared where they are defined.
-    assert_eq!(document.enumerations.len(), 9);
+    assert_eq!(document.enumerations.len(), 10);
 }
 
 fn hex(bytes: &[u8]) -> String {
@@ -681,16 +701,12 @@ fn examples() -> Vec<String> {
     vec![
         cobs_of(&[0x11, 0x22, 0x00, 0x33]),
         cobs_of(&[0, 0]),
+        hello(),
         framed(
-            "hello, sequence number 0",
-            &Request::Hello(Keys::CURRENT),
-            0,
-            host,
-        ),
-        framed(
-            "its answer, sequence number 0: firmware 0.1.0, boot 77, Idle, no fault",
+            "its answer, sequence number 0: connection 0x6A5B4C3D, firmware 0.1.0, boot 77, Idle, no fault",
             &Report::Hello(Hello {
-                keys: Keys::CURRENT,
+                nonce: 0x1234_5678,
+                connection: CONNECTION,
                 firmware: [0, 1, 0],
                 boot: 77,
                 status: idle,
@@ -712,12 +728,15 @@ fn examples() -> Vec<String> {
             host,
         ),
         example(
-            "digest of these two: 153 bytes of the configuration, one coefficient",
+            "digest of these two: 155 bytes of the configuration, one coefficient",
             &[("bytes", &digested), ("CRC-32", &number)],
         ),
         framed(
-            "commit, sequence number 3",
-            &Request::Commit { digest },
+            "commit, sequence number 3, Lasting",
+            &Request::Commit {
+                digest,
+                scope: Scope::Lasting,
+            },
             3,
             host,
         ),
@@ -802,7 +821,27 @@ fn examples() -> Vec<String> {
             host,
         ),
         framed("disarm, sequence number 7", &Request::Disarm, 7, host),
+        example(
+            "a hello of version 1, to find out about an old device",
+            &[("line", &old_hello())],
+        ),
     ]
+}
+
+/// A host that has no connection yet.
+fn hello() -> String {
+    let nonce = 0x1234_5678;
+    let (content, line) = frame_with(&Request::Hello { nonce }, Header::from_host(0, 0));
+    example(
+        "hello, sequence number 0, nonce 0x12345678",
+        &[("content", &content), ("line", &line)],
+    )
+}
+
+fn old_hello() -> Vec<u8> {
+    let mut line = [0; FRAME_MAX];
+    let length = greet_version_1(&mut line).expect("fits");
+    line[..length].to_vec()
 }
 
 #[test]
@@ -827,8 +866,34 @@ fn every_example_is_what_the_code_sends() {
 fn constants_are_as_the_document_says() {
     let document = Document::read();
     let says = |text: String| assert!(document.text.contains(&text), "\"{text}\" is not there");
-    says(format!("| requests | 0x{:016X} |", Keys::CURRENT.request));
-    says(format!("| reports | 0x{:016X} |", Keys::CURRENT.report));
+    let rows = |names: &[&str], keys: &[haptic_link::MessageKey]| {
+        let rows = names.iter().zip(keys);
+        let rows: Vec<String> = rows
+            .map(|(name, key)| format!("| {name} | 0x{:08X} |", key.0))
+            .collect();
+        rows.join("\n")
+    };
+    says(rows(&Request::NAMES, &REQUEST_KEYS));
+    says(rows(&Report::NAMES, &REPORT_KEYS));
+    // What of the limits is not at power-up as the document says would be told here.
+    let limits = Limits::DEFAULT;
+    says(format!(
+        "| {} N, {} N/s, or",
+        limits.force_n, limits.force_rate_n_per_s
+    ));
+    says(format!(
+        "at most {} N, rises in {} s",
+        limits.start_force_n, limits.rise_time_s
+    ));
+    says(format!(
+        "at most {} m/s, soft from {} m/s on",
+        limits.speed_hard_m_per_s, limits.speed_soft_m_per_s
+    ));
+    says(format!(
+        "{} ms, {} ticks, {} ticks",
+        limits.watchdog_ms, limits.late_ticks, limits.max_age_ticks
+    ));
+    says(format!("ticks, 1 to {}", Limits::MAX_AGE_TICKS));
     says(format!("protocol, version {PROTOCOL_VERSION}"));
     says(format!("More than {FRAME_MAX} bytes"));
     says(format!("`batch` from 2 to {BATCH_MAX}"));
@@ -840,7 +905,7 @@ fn constants_are_as_the_document_says() {
         LoopMode::Host.watchdog_ms()
     ));
     assert_eq!(SequenceTracker::RESTART_AFTER, 8);
-    says("Eight late frames".to_owned());
+    says("eight late frames".to_owned());
     let longest = |bytes: Vec<Vec<u8>>| bytes.iter().map(Vec::len).max();
     let reports = reports()
         .into_iter()

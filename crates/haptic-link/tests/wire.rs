@@ -3,16 +3,49 @@
 use haptic_link::{
     Ack, Alive, Arrival, BATCH_MAX, Batch, BatchItem, Capabilities, CoefficientBlock,
     Configuration, DigestBuilder, Direction, Event, EventKind, FRAME_MAX, FaultReport, Field,
-    Flight, Hello, Keys, Limits, LoopMode, OperatorForm, OperatorShape, Outcome, Receiver, Refusal,
-    Report, Request, Sample, SequenceTracker, Simulation, SimulationKind, Start, State, Statistics,
-    Status, encode,
+    Flight, Header, Hello, Keys, Limits, LoopMode, OperatorForm, OperatorShape, Outcome, Receiver,
+    Refusal, Report, Request, RequestTracker, Sample, Scope, SequenceTracker, Simulation,
+    SimulationKind, Start, State, Statistics, Status, encode,
 };
 use proptest::prelude::*;
 
+/// The connection in all of these frames.
+const CONNECTION: u32 = 0x0807_0605;
+
+fn header(sequence: u16, direction: Direction) -> Header {
+    match direction {
+        Direction::FromHost => Header::from_host(u32::from(sequence), CONNECTION),
+        Direction::FromDevice => Header::from_device(sequence),
+    }
+}
+
 fn line<M: serde::Serialize>(message: &M, sequence: u16, direction: Direction) -> Vec<u8> {
     let mut line = [0; FRAME_MAX];
-    let length = encode(message, sequence, direction, &mut line).expect("fits");
+    let length = encode(message, header(sequence, direction), &mut line).expect("fits");
     line[..length].to_vec()
+}
+
+/// The message in a content.
+fn body(content: &[u8], direction: Direction) -> &[u8] {
+    let start = match direction {
+        Direction::FromHost => 9,
+        Direction::FromDevice => 3,
+    };
+    &content[start..content.len() - 4]
+}
+
+/// Bytes that are a message on their own.
+struct Raw<'a>(&'a [u8]);
+
+impl serde::Serialize for Raw<'_> {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        use serde::ser::SerializeTuple as _;
+        let mut tuple = serializer.serialize_tuple(self.0.len())?;
+        for byte in self.0 {
+            tuple.serialize_element(byte)?;
+        }
+        tuple.end()
+    }
 }
 
 fn content(line: &[u8]) -> Vec<u8> {
@@ -87,12 +120,13 @@ fn batch(count: usize) -> Batch {
 
 fn requests() -> Vec<Request> {
     vec![
-        Request::Hello(Keys::CURRENT),
+        Request::Hello { nonce: 9 },
         Request::GetCapabilities,
         Request::Configure(configuration()),
         Request::Coefficients(CoefficientBlock::of(&[1.0, 2.0], 0)),
         Request::Commit {
             digest: 0x0403_0201,
+            scope: Scope::Lasting,
         },
         Request::GetConfiguration,
         Request::GetCoefficients { offset: 16 },
@@ -116,6 +150,7 @@ fn requests() -> Vec<Request> {
             every: 1,
             batch: 16,
         },
+        Request::GetKeys,
     ]
 }
 
@@ -130,7 +165,8 @@ fn reports() -> Vec<Report> {
     };
     vec![
         Report::Hello(Hello {
-            keys: Keys::CURRENT,
+            nonce: 9,
+            connection: CONNECTION,
             firmware: [0, 1, 0],
             boot: 77,
             status: status(),
@@ -188,6 +224,7 @@ fn reports() -> Vec<Report> {
             count: 2,
             sample,
         }),
+        Report::Keys(Keys::current()),
     ]
 }
 
@@ -204,7 +241,7 @@ fn a_sample_is_a_packed_structure_in_a_frame_of_at_most_32_bytes() {
     let line = line(&Report::Sample(sample), 0x0a09, Direction::FromDevice);
     assert!(line.len() <= 32, "{} bytes", line.len());
     assert_eq!(line.len(), 31);
-    let mut expected = vec![0x81, 9, 10, 5, 1, 2, 3, 4, 5, 6, 7, 8];
+    let mut expected = vec![0x82, 9, 10, 5, 1, 2, 3, 4, 5, 6, 7, 8];
     for value in [1.0_f32, -2.0, 0.5] {
         expected.extend_from_slice(&value.to_le_bytes());
     }
@@ -218,14 +255,15 @@ fn a_sample_is_a_packed_structure_in_a_frame_of_at_most_32_bytes() {
 fn the_first_byte_of_a_message_is_its_place_in_the_list() {
     for (index, request) in requests().iter().enumerate() {
         let bytes = content(&line(request, 0, Direction::FromHost));
-        assert_eq!(usize::from(bytes[3]), index, "{request:?}");
+        let number = body(&bytes, Direction::FromHost)[0];
+        assert_eq!(usize::from(number), index, "{request:?}");
         assert_eq!(usize::from(request.number()), index, "{request:?}");
-        assert_eq!(bytes[0], 1);
+        assert_eq!(bytes[..9], [2, 0, 0, 0, 0, 5, 6, 7, 8]);
     }
     for (index, report) in reports().iter().enumerate() {
         let bytes = content(&line(report, 0, Direction::FromDevice));
         assert_eq!(usize::from(bytes[3]), index, "{report:?}");
-        assert_eq!(bytes[0], 0x81);
+        assert_eq!(bytes[0], 0x82);
     }
 }
 
@@ -236,14 +274,16 @@ fn every_message_comes_back_as_it_was_sent() {
     for (n, request) in requests().into_iter().enumerate() {
         let bytes = line(&request, n as u16, Direction::FromHost);
         let got: Vec<_> = bytes.iter().filter_map(|&b| receiver.push(b)).collect();
-        assert_eq!(format!("{got:?}"), format!("{:?}", [(n as u16, request)]));
+        let want = [(header(n as u16, Direction::FromHost), request)];
+        assert_eq!(format!("{got:?}"), format!("{want:?}"));
     }
     let mut receiver = Receiver::<Report>::new(Direction::FromDevice);
     for (n, report) in reports().into_iter().enumerate() {
         let bytes = line(&report, n as u16, Direction::FromDevice);
         assert!(bytes.len() <= FRAME_MAX);
         let got: Vec<_> = bytes.iter().filter_map(|&b| receiver.push(b)).collect();
-        assert_eq!(format!("{got:?}"), format!("{:?}", [(n as u16, report)]));
+        let want = [(header(n as u16, Direction::FromDevice), report)];
+        assert_eq!(format!("{got:?}"), format!("{want:?}"));
     }
 }
 
@@ -293,7 +333,7 @@ fn an_echo_and_another_version_are_told_apart_from_damage() {
         assert_eq!(receiver.push(byte), None);
     }
     let counters = receiver.counters();
-    assert_eq!((counters.foreign, counters.foreign_version), (1, 1));
+    assert_eq!((counters.foreign, counters.foreign_version), (1, 2));
     assert_eq!((counters.corrupt, counters.received), (0, 0));
 }
 
@@ -307,7 +347,7 @@ fn a_frame_longer_than_the_buffer_is_counted_and_the_next_one_found() {
     assert_eq!(receiver.counters().oversize, 1);
     let good = line(&Request::Stop, 3, Direction::FromHost);
     let got = good.iter().find_map(|&byte| receiver.push(byte));
-    assert_eq!(got, Some((3, Request::Stop)));
+    assert_eq!(got, Some((header(3, Direction::FromHost), Request::Stop)));
 }
 
 #[test]
@@ -329,7 +369,7 @@ fn the_digest_is_a_crc_32_of_the_bytes_on_the_wire() {
         0,
         Direction::FromHost,
     ));
-    let mut bytes = frame[4..frame.len() - 4].to_vec();
+    let mut bytes = body(&frame, Direction::FromHost)[1..].to_vec();
     for value in values {
         bytes.extend_from_slice(&value.to_le_bytes());
     }
@@ -369,7 +409,232 @@ fn numbers_tell_lost_duplicate_and_late_frames() {
     assert_eq!(tracker.arrive(0), new(0));
 }
 
+#[test]
+fn a_device_believes_no_request_that_comes_again() {
+    let mut tracker = RequestTracker::default();
+    let new = [u32::MAX - 1, u32::MAX, u32::MAX, 1, 0, 5].map(|n| tracker.is_new(n));
+    assert_eq!(new, [true, true, false, true, false, true]);
+    assert_eq!(
+        (tracker.lost(), tracker.duplicate(), tracker.late()),
+        (4, 1, 1)
+    );
+    // A capture of a whole minute at 1 kHz, in order, is late from its first frame to its last.
+    assert!(tracker.is_new(70_000));
+    assert!(!(5..=70_000).any(|n| tracker.is_new(n)));
+    tracker.restart();
+    assert!(tracker.is_new(5));
+}
+
+/// What a receiver makes of a message that is framed well.
+fn received<M>(body: &[u8], direction: Direction) -> Option<M>
+where
+    M: serde::Serialize + serde::de::DeserializeOwned,
+{
+    let mut receiver = Receiver::<M>::new(direction);
+    let mut framed = [0; FRAME_MAX];
+    // A body of all 16 items and a byte more does not fit.
+    let length = encode(&Raw(body), header(1, direction), &mut framed).ok()?;
+    let got = framed[..length]
+        .iter()
+        .find_map(|&byte| receiver.push(byte));
+    got.map(|(_, message)| message)
+}
+
+/// Every byte below 128 that is written as two, as no number has to be: the first byte is the number of the message,
+/// others are enumerations, lengths and parts of numbers.
+fn has_one_form<M>(good: &[u8], direction: Direction)
+where
+    M: serde::Serialize + serde::de::DeserializeOwned,
+{
+    assert!(received::<M>(good, direction).is_some(), "{good:?}");
+    for at in 0..good.len() {
+        for longer in 2..=5 {
+            let mut bytes = good[..at].to_vec();
+            bytes.push(good[at] | 0x80);
+            bytes.extend(vec![0x80; longer - 2]);
+            bytes.push(0);
+            bytes.extend(&good[at + 1..]);
+            let taken = received::<M>(&bytes, direction).is_some();
+            assert!(!taken, "byte {at} of {good:?} in {longer} bytes");
+        }
+    }
+    for number in 128..=255 {
+        let mut bytes = good.to_vec();
+        bytes[0] = number;
+        assert!(received::<M>(&bytes, direction).is_none(), "{number}");
+        bytes.insert(1, 0);
+        assert!(received::<M>(&bytes, direction).is_none(), "{number} 0");
+        bytes[1] = 1;
+        assert!(received::<M>(&bytes, direction).is_none(), "{number} 1");
+    }
+}
+
+#[test]
+fn a_message_counts_in_one_form_only() {
+    for request in requests() {
+        let content = content(&line(&request, 1, Direction::FromHost));
+        has_one_form::<Request>(body(&content, Direction::FromHost), Direction::FromHost);
+    }
+    for report in reports() {
+        let content = content(&line(&report, 1, Direction::FromDevice));
+        has_one_form::<Report>(body(&content, Direction::FromDevice), Direction::FromDevice);
+    }
+    // What was found: 135 with a zero behind it armed, 137 started.
+    assert!(received::<Request>(&[7, 0, 0], Direction::FromHost).is_some());
+    assert!(received::<Request>(&[0x87, 0, 0, 0], Direction::FromHost).is_none());
+    assert!(
+        received::<Request>(
+            &[0x89, 0, 1, 0, 0, 0, 0, 0, 0, 0, 1, 0, 1],
+            Direction::FromHost
+        )
+        .is_none()
+    );
+}
+
+#[test]
+fn a_host_of_another_version_is_told_apart() {
+    let mut line = [0; FRAME_MAX];
+    let length = haptic_link::greet_version_1(&mut line).expect("fits");
+    let bytes = content(&line[..length]);
+    // As version 1 had it: version, number, 0, two keys of eight bytes, CRC.
+    assert_eq!((bytes.len(), bytes[0], bytes[3]), (3 + 17 + 4, 1, 0));
+    let mut receiver = Receiver::<Request>::new(Direction::FromHost);
+    assert!(
+        line[..length]
+            .iter()
+            .all(|&byte| receiver.push(byte).is_none())
+    );
+    let counters = receiver.counters();
+    assert_eq!((counters.foreign, counters.foreign_version), (1, 1));
+    assert_eq!(counters.corrupt, 0);
+}
+
+#[test]
+fn keys_tell_which_message_is_unlike_and_outlive_a_new_one() {
+    let mut keys = Keys::current();
+    assert_eq!(keys.first_unlike(), None);
+    let distinct: std::collections::BTreeSet<u32> = keys
+        .requests
+        .iter()
+        .chain(&keys.reports)
+        .map(|key| key.0)
+        .collect();
+    assert_eq!(distinct.len(), keys.requests.len() + keys.reports.len());
+    keys.requests
+        .push(haptic_link::MessageKey(1))
+        .expect("there is room");
+    keys.reports
+        .push(haptic_link::MessageKey(2))
+        .expect("there is room");
+    assert_eq!(keys.first_unlike(), None, "a device with more messages");
+    keys.reports[5].0 ^= 1;
+    assert_eq!(keys.first_unlike(), Some("sample"));
+    keys.requests.truncate(11);
+    assert_eq!(keys.first_unlike(), Some("force"));
+}
+
+#[test]
+fn a_run_may_tighten_limits_and_not_loosen_them() {
+    let set = Limits {
+        workspace_low_m: -0.1,
+        workspace_high_m: 0.1,
+        stuck_force_n: 3.0,
+        jump_m: 1e-3,
+        device_mass_kg: 0.065,
+        ..Limits::DEFAULT
+    };
+    assert_eq!(set.tightened(&set), (set, None));
+    type Change = fn(&mut Limits);
+    let tighter: [Change; 7] = [
+        |l| l.force_n = 1.0,
+        |l| l.force_rate_n_per_s = 10.0,
+        |l| l.start_force_n = 0.5,
+        |l| l.rise_time_s = 2.0,
+        |l| l.workspace_high_m = 0.05,
+        |l| l.speed_hard_m_per_s = 1.2,
+        // What belongs to a host and its line.
+        |l| (l.watchdog_ms, l.late_ticks, l.max_age_ticks) = (1000, 0, 1000),
+    ];
+    for change in tighter {
+        let mut limits = set;
+        change(&mut limits);
+        assert_eq!(limits.tightened(&set), (limits, None));
+    }
+    let looser: [(Field, Change); 23] = [
+        (Field::ForceLimit, |l| l.force_n = 10.1),
+        (Field::ForceLimit, |l| l.force_n = f32::NAN),
+        (Field::ForceRateLimit, |l| l.force_rate_n_per_s = 1e5),
+        (Field::StartForce, |l| l.start_force_n = 0.0),
+        (Field::StartForce, |l| l.start_force_n = 2.0),
+        (Field::RiseTime, |l| l.rise_time_s = 0.0),
+        (Field::SpeedHard, |l| {
+            (l.speed_soft_m_per_s, l.speed_hard_m_per_s) = (0.0, 0.0);
+        }),
+        (Field::SpeedHard, |l| l.speed_hard_m_per_s = 2.0),
+        (Field::VelocityBandwidth, |l| l.velocity_bandwidth_hz = 10.0),
+        (Field::StopTime, |l| l.stop_time_s = 1.0),
+        (Field::BrakeForce, |l| l.brake_force_n = 10.0),
+        (Field::StuckForce, |l| l.stuck_force_n = 0.0),
+        (Field::StuckForce, |l| l.stuck_force_n = 30.0),
+        (Field::StuckTime, |l| l.stuck_time_s = 10.0),
+        (Field::Jump, |l| l.jump_m = 0.0),
+        (Field::Jump, |l| l.jump_m = 0.1),
+        (Field::DeviceMass, |l| l.device_mass_kg = 0.0),
+        (Field::DeviceMass, |l| l.device_mass_kg = 5.0),
+        (Field::DeviceMass, |l| l.device_delay_ticks = 0),
+        (Field::WorkspaceLow, |l| {
+            (l.workspace_low_m, l.workspace_high_m) = (0.0, 0.0);
+        }),
+        (Field::WorkspaceLow, |l| l.workspace_low_m = -0.2),
+        (Field::WorkspaceHigh, |l| l.workspace_high_m = 0.2),
+        (Field::WorkspaceLow, |l| {
+            (l.workspace_low_m, l.workspace_high_m) = (0.2, 0.3);
+        }),
+    ];
+    for (field, change) in looser {
+        let mut limits = set;
+        change(&mut limits);
+        assert_eq!(limits.tightened(&set), (set, Some(field)), "{limits:?}");
+    }
+    // Braking and guard: on stays on as it is, off may be switched on.
+    let mut braking = set;
+    (braking.braking_n_s_per_m, braking.workspace_soft_m) = (5.0, 0.02);
+    assert_eq!(braking.tightened(&set), (braking, None));
+    assert_eq!(set.tightened(&braking), (braking, Some(Field::Braking)));
+    let mut harder = braking;
+    harder.braking_n_s_per_m = 1000.0;
+    assert_eq!(harder.tightened(&braking), (braking, Some(Field::Braking)));
+    let mut guarded = set;
+    guarded.guard.kind = haptic_link::GuardKind::Observer;
+    assert_eq!(guarded.tightened(&set), (guarded, None));
+    assert_eq!(
+        set.tightened(&guarded),
+        (guarded, Some(Field::GuardDamping))
+    );
+}
+
 proptest! {
+    #[test]
+    fn what_was_tightened_is_never_loose(
+        a in prop::array::uniform8(-1.0_f32..3.0),
+        b in prop::array::uniform8(-1.0_f32..3.0),
+    ) {
+        let limits = |v: [f32; 8]| Limits {
+            force_n: v[0],
+            start_force_n: v[1].max(0.0),
+            rise_time_s: v[2].max(0.0),
+            workspace_low_m: v[3],
+            workspace_high_m: v[3] + v[4],
+            speed_soft_m_per_s: v[5].max(0.0),
+            speed_hard_m_per_s: (v[5] + v[6]).max(0.0),
+            braking_n_s_per_m: v[7].max(0.0),
+            ..Limits::DEFAULT
+        };
+        let (wanted, set) = (limits(a), limits(b));
+        let (tight, _) = wanted.tightened(&set);
+        prop_assert_eq!(tight.tightened(&set), (tight, None));
+    }
+
     #[test]
     fn a_good_frame_behind_rubbish_is_found(rubbish in prop::collection::vec(any::<u8>(), 0..600)) {
         let mut receiver = Receiver::<Request>::new(Direction::FromHost);
@@ -378,12 +643,12 @@ proptest! {
         }
         receiver.push(0);
         let good = line(&Request::Stop, 3, Direction::FromHost);
-        prop_assert_eq!(good.iter().find_map(|&b| receiver.push(b)), Some((3, Request::Stop)));
+        prop_assert_eq!(good.iter().find_map(|&b| receiver.push(b)), Some((header(3, Direction::FromHost), Request::Stop)));
     }
 
     #[test]
     fn damage_of_up_to_four_bits_of_a_content_is_always_seen(
-        which in 0..12_usize,
+        which in 0..13_usize,
         flips in prop::collection::btree_set(0..1800_usize, 1..=4),
     ) {
         let content = content(&line(&reports()[which], 1, Direction::FromDevice));
@@ -404,7 +669,7 @@ proptest! {
 
     #[test]
     fn flipped_bits_on_the_line_are_never_taken_for_a_message(
-        which in 0..12_usize,
+        which in 0..13_usize,
         flips in prop::collection::btree_set(0..2000_usize, 1..=8),
     ) {
         let good = line(&reports()[which], 1, Direction::FromDevice);

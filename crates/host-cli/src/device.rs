@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::output::note;
 use haptic_link::{Hello, LoopMode};
-use haptic_loop::remote::serial::{ConnectOptions, DEFAULT_BAUD, SerialError, SerialLink, ports};
+use haptic_loop::remote::serial::{ConnectOptions, SerialError, SerialLink, ports};
 use std::fmt;
 use std::str::FromStr;
 use std::time::Duration;
@@ -23,8 +23,8 @@ pub enum DeviceName {
 pub struct SerialName {
     /// The port; `auto` for the only one at which a device answers.
     pub path: String,
-    /// Bits per second.
-    pub baud: u32,
+    /// Bits per second; `None` tries the speeds that boards have.
+    pub baud: Option<u32>,
 }
 
 impl FromStr for DeviceName {
@@ -49,9 +49,9 @@ impl FromStr for DeviceName {
                 let baud = parsed.ok_or_else(|| {
                     format!("\"{baud}\" is not a number of baud from 1200 to 12000000")
                 })?;
-                (path, baud)
+                (path, Some(baud))
             }
-            None => (name, DEFAULT_BAUD),
+            None => (name, None),
         };
         Ok(Self::Serial(SerialName {
             path: path.to_owned(),
@@ -72,11 +72,7 @@ impl fmt::Display for DeviceName {
 impl fmt::Display for SerialName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "serial:{}", self.path)?;
-        if self.baud == DEFAULT_BAUD {
-            Ok(())
-        } else {
-            write!(f, "@{}", self.baud)
-        }
+        self.baud.map_or(Ok(()), |baud| write!(f, "@{baud}"))
     }
 }
 
@@ -190,14 +186,11 @@ mod tests {
             }))
         };
         assert_eq!("sim".parse(), Ok(DeviceName::Simulated));
-        assert_eq!(
-            "serial:/dev/ttyACM0".parse(),
-            serial("/dev/ttyACM0", 460_800)
-        );
-        assert_eq!("serial:COM3@115200".parse(), serial("COM3", 115_200));
+        assert_eq!("serial:/dev/ttyACM0".parse(), serial("/dev/ttyACM0", None));
+        assert_eq!("serial:COM3@115200".parse(), serial("COM3", Some(115_200)));
         assert_eq!(
             "serial:/dev/ttyACM0@3000000".parse(),
-            serial("/dev/ttyACM0", 3_000_000)
+            serial("/dev/ttyACM0", Some(3_000_000))
         );
         for name in ["sim", "serial:/dev/pts/1", "serial:/dev/pts/1@115200"] {
             let parsed: DeviceName = name.parse().expect("valid");

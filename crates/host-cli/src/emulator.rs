@@ -12,6 +12,8 @@ use haptic_link::FRAME_MAX;
 use haptic_loop::remote::{FaultyLine, LineDamage, LineFaults, Session, SimulatedPlant, TickSide};
 use serialport::{SerialPort as _, TTYPort};
 use std::cell::RefCell;
+use std::collections::hash_map::RandomState;
+use std::hash::{BuildHasher as _, Hasher as _};
 use std::io::{ErrorKind, Read as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -144,7 +146,9 @@ pub fn emulate(
     let device = TickSide::new(plant)
         .map_err(|refusal| Failure::Run(anyhow::anyhow!("the emulated device: {refusal:?}")))?;
     let device = RefCell::new(device);
-    let mut session = Session::new(firmware_version(), std::process::id());
+    // Another number for each emulated device, even of one process.
+    let boot = RandomState::new().build_hasher().finish() as u32;
+    let mut session = Session::new(firmware_version(), boot);
 
     let mut unread = 0;
     let mut ticks = 0;
@@ -189,13 +193,16 @@ pub fn emulate(
                 }
             }
             while let Some(frame) = from_host.receive(now_us) {
-                heard = Instant::now();
+                let fed = session.fed();
                 for byte in frame {
                     // The device's time is that of its ticks, or its watchdog would see the future.
                     let length = session.receive(byte, clock.ticked_us, &device, &mut line);
                     if length > 0 {
                         to_host.send(&line[..length], now_us);
                     }
+                }
+                if session.fed() != fed {
+                    heard = Instant::now();
                 }
             }
             if now_us >= next_us {

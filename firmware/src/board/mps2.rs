@@ -3,7 +3,7 @@
 //! Source: Arm, *Application Note AN386: ARM Cortex-M4 SMM on V2M-MPS2*, memory map and interrupts.
 
 /// Name, as the host sees it.
-pub(crate) const NAME: &str = "mps2-an386";
+pub const NAME: &str = "mps2-an386";
 
 /// Processor and peripheral clock, Hz: OSCCLK 50 MHz / 2.
 pub(crate) const CLOCK_HZ: u32 = 25_000_000;

@@ -14,7 +14,7 @@
 //! Sources: ST, *UM1724* (board), *RM0390* (chip), *DS10693* (pins).
 
 /// Name, as the host sees it.
-pub(crate) const NAME: &str = "nucleo-f446re";
+pub const NAME: &str = "nucleo-f446re";
 
 /// Crystal of the ST-Link, Hz, fed in as a clock (UM1724, 6.7.1).
 pub(crate) const HSE_HZ: u32 = 8_000_000;

@@ -4,7 +4,8 @@ mod register;
 mod uart;
 mod vectors;
 
-use crate::board::mps2::{CLOCKS_PER_US, FPGAIO, NAME};
+pub use crate::board::mps2::NAME;
+use crate::board::mps2::{CLOCKS_PER_US, FPGAIO};
 use crate::clock::Clock;
 use crate::parts::{self, TickTimer};
 use cortex_m::peripheral::scb::SystemHandler;

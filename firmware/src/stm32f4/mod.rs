@@ -6,6 +6,7 @@
 mod axis;
 mod uart;
 
+pub use crate::board::nucleo_f446re::NAME;
 use crate::board::nucleo_f446re::{
     BAUD, CLOCK_HZ, DUTY_ZERO, HSE_HZ, PCLK1_HZ, PCLK2_HZ, PWM_HZ, WATCHDOG_MS,
 };

@@ -4,7 +4,7 @@ use super::Test;
 use core::cell::RefCell;
 use haptic_link::{
     CoefficientBlock, Configuration, DigestBuilder, EventKind, FRAME_MAX, Keys, Limits,
-    OperatorForm, OperatorShape, Report, Request, Simulation, Start, State,
+    OperatorForm, OperatorShape, Report, Request, Scope, Simulation, Start, State,
 };
 use haptic_loop::Fault;
 use haptic_loop::remote::{Conversation, Incoming, Session, SimulatedPlant, TickSide};
@@ -70,6 +70,15 @@ impl World {
             answer = self.hear(&back[..length]).or(answer);
         }
         answer.expect("an answer at once")
+    }
+
+    fn greet(&mut self) {
+        match self.ask(Request::Hello { nonce: 5 }) {
+            Incoming::Answer(Report::Hello(hello)) => {
+                assert_eq!((hello.firmware, hello.boot), ([1, 2, 3], 7));
+            }
+            other => panic!("{other:?}"),
+        }
     }
 
     fn done(&mut self, request: Request) {
@@ -139,7 +148,8 @@ fn configure(world: &mut World) {
     let digest = DigestBuilder::new(&configuration)
         .coefficients(&VALUES)
         .finish();
-    world.done(Request::Commit { digest });
+    let scope = Scope::Lasting;
+    world.done(Request::Commit { digest, scope });
     match world.ask(Request::GetConfiguration) {
         Incoming::Answer(Report::Configuration {
             configuration: have,
@@ -153,15 +163,9 @@ fn configure(world: &mut World) {
 
 fn run() {
     let mut world = World::new();
-    match world.ask(Request::Hello(Keys::CURRENT)) {
-        Incoming::Answer(Report::Hello(hello)) => {
-            assert_eq!(
-                (hello.keys, hello.firmware, hello.boot),
-                (Keys::CURRENT, [1, 2, 3], 7)
-            );
-        }
-        other => panic!("{other:?}"),
-    }
+    world.greet();
+    let keys = world.ask(Request::GetKeys);
+    assert_eq!(keys, Incoming::Answer(Report::Keys(Keys::current())));
     configure(&mut world);
     let start = Start {
         run: 1,
@@ -218,7 +222,8 @@ fn run() {
 fn damage() {
     let mut world = World::new();
     let (mut out, mut back) = ([0; FRAME_MAX], [0; FRAME_MAX]);
-    let sent = world.host.tell(&Request::Hello(Keys::CURRENT), &mut out);
+    world.greet();
+    let sent = world.host.tell(&Request::Stop, &mut out);
     out[5] ^= 1;
     let answered: usize = out[..sent]
         .iter()
@@ -227,7 +232,7 @@ fn damage() {
     assert_eq!(answered, 0);
     match world.ask(Request::GetStatistics) {
         Incoming::Answer(Report::Statistics(counters)) => {
-            assert_eq!((counters.corrupt, counters.received), (1, 1));
+            assert_eq!((counters.corrupt, counters.received), (1, 2));
         }
         other => panic!("{other:?}"),
     }

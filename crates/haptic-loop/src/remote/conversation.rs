@@ -2,7 +2,7 @@
 
 use core::fmt;
 use haptic_link::{
-    Alive, Direction, FaultReport, Hello, Keys, LineCounters, Outcome, Receiver, Refusal, Report,
+    Alive, Direction, FaultReport, Header, Keys, LineCounters, Outcome, Receiver, Refusal, Report,
     Request, SequenceTracker, Status, encode,
 };
 
@@ -32,7 +32,7 @@ pub enum Incoming {
         /// What the passivity guard has observed, J; 0 without one.
         observed_energy_j: f32,
     },
-    /// The device's time has gone back: it was reset, and knows nothing of this session.
+    /// The device does not know this connection any more: it was reset, or somebody else has connected.
     Rebooted,
 }
 
@@ -54,14 +54,23 @@ pub enum LinkError {
         /// Why.
         refusal: Refusal,
     },
-    /// The device was built with other message definitions.
+    /// The device speaks another version of the protocol.
+    OtherVersion {
+        /// Its version.
+        version: u8,
+    },
+    /// The port sends back what it is sent.
+    Echo,
+    /// The device was built with another definition of a message.
     OtherMessages {
         /// Its firmware version.
         firmware: [u8; 3],
+        /// Name of the first such message.
+        message: &'static str,
     },
     /// A fault latched on the device.
     Faulted(FaultReport),
-    /// The device was reset.
+    /// The device does not know this connection any more.
     Rebooted,
     /// No sample in the middle of a run for so long.
     NoSamples {
@@ -76,18 +85,28 @@ impl fmt::Display for LinkError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NoAnswer { request, line } => {
-                write!(f, "no answer to \"{request}\" after {TRIES} tries: ")?;
+                write!(f, "no answer to \"{request}\": ")?;
                 explain_silence(f, line)
             }
             Self::Refused { request, refusal } => {
                 write!(f, "the device refused \"{request}\": ")?;
                 explain_refusal(f, refusal)
             }
+            Self::OtherVersion { version } => write!(
+                f,
+                "the device speaks protocol version {version}, this program {}: flash the firmware of this \
+                 program, or take the program of that firmware",
+                haptic_link::PROTOCOL_VERSION
+            ),
+            Self::Echo => {
+                f.write_str("the port sends back what it is sent, so it is no device but an echo")
+            }
             Self::OtherMessages {
                 firmware: [major, minor, patch],
+                message,
             } => write!(
                 f,
-                "the device has firmware {major}.{minor}.{patch}, which speaks other messages than this \
+                "the device has firmware {major}.{minor}.{patch}, whose message \"{message}\" is not that of this \
                  program: flash the firmware of this version, or take the program of that one"
             ),
             Self::Faulted(report) => match crate::Fault::from_code(report.status.fault) {
@@ -99,7 +118,8 @@ impl fmt::Display for LinkError {
                 ),
             },
             Self::Rebooted => f.write_str(
-                "the device was reset in the middle of the session: its parameters and state are gone",
+                "the device does not know this connection any more: it was reset, or another program has \
+                 connected; connect again",
             ),
             Self::NoSamples { waited_ms } => write!(
                 f,
@@ -115,23 +135,6 @@ impl core::error::Error for LinkError {}
 /// What silence looks like.
 fn explain_silence(f: &mut fmt::Formatter<'_>, line: &LineCounters) -> fmt::Result {
     match line {
-        LineCounters {
-            foreign: 1..,
-            foreign_version,
-            ..
-        } if foreign_version & 0x80 == 0 => {
-            f.write_str("the port sends back what it is sent, so it is no device but an echo")
-        }
-        LineCounters {
-            foreign: 1..,
-            foreign_version,
-            ..
-        } => write!(
-            f,
-            "the device speaks protocol version {}, this program {}: flash the firmware of this version",
-            foreign_version & 0x7f,
-            haptic_link::PROTOCOL_VERSION
-        ),
         LineCounters {
             received: 0,
             corrupt,
@@ -190,6 +193,15 @@ fn explain_refusal(f: &mut fmt::Formatter<'_>, refusal: &Refusal) -> fmt::Result
             Some(fault) => write!(f, "{fault}; mend that first"),
             None => write!(f, "the cause of fault {code} is still there"),
         },
+        Refusal::Connection => f.write_str(
+            "it does not know this connection, or another one has armed it: it was reset, or another program has \
+             connected; connect again",
+        ),
+        Refusal::Looser(field) => write!(
+            f,
+            "{field} is looser than what is set on the device, and a run may only tighten it: change what is set \
+             on the device first"
+        ),
     }
 }
 
@@ -198,7 +210,7 @@ fn explain_refusal(f: &mut fmt::Formatter<'_>, refusal: &Refusal) -> fmt::Result
 struct Outstanding {
     request: Request,
     /// Numbers under which it was sent; the newest last.
-    sequences: heapless::Vec<u16, { TRIES as usize }>,
+    sequences: heapless::Vec<u32, { TRIES as usize }>,
     sent_us: u64,
 }
 
@@ -232,7 +244,10 @@ pub struct HostCounters {
 pub struct Conversation {
     receiver: Receiver<Report>,
     tracker: SequenceTracker,
-    sequence: u16,
+    /// Of the next frame.
+    sequence: u32,
+    /// The number that the device gave; 0 before.
+    connection: u32,
     sent: u32,
     retries: u32,
     outstanding: Option<Outstanding>,
@@ -241,7 +256,6 @@ pub struct Conversation {
     keep_alive_us: Option<u64>,
     token: u32,
     token_us: u64,
-    device_time_us: Option<u64>,
 }
 
 impl Conversation {
@@ -252,6 +266,7 @@ impl Conversation {
             receiver: Receiver::new(Direction::FromDevice),
             tracker: SequenceTracker::NEW,
             sequence: 0,
+            connection: 0,
             sent: 0,
             retries: 0,
             outstanding: None,
@@ -259,7 +274,6 @@ impl Conversation {
             keep_alive_us: None,
             token: 0,
             token_us: 0,
-            device_time_us: None,
         }
     }
 
@@ -271,7 +285,12 @@ impl Conversation {
     /// Frames a request that is not answered, or whose answer nobody waits for. Returns its length.
     pub fn tell(&mut self, request: &Request, line: &mut [u8]) -> usize {
         // Every request fits into a frame.
-        let length = encode(request, self.sequence, Direction::FromHost, line).unwrap_or(0);
+        let connection = match request {
+            Request::Hello { .. } => 0,
+            _ => self.connection,
+        };
+        let header = Header::from_host(self.sequence, connection);
+        let length = encode(request, header, line).unwrap_or(0);
         self.sequence = self.sequence.wrapping_add(1);
         self.sent = self.sent.wrapping_add(1);
         length
@@ -283,10 +302,9 @@ impl Conversation {
         // There is room for the first.
         let _ = sequences.push(self.sequence);
         let length = self.tell(&request, line);
-        if matches!(request, Request::Hello(_)) {
+        if matches!(request, Request::Hello { .. }) {
             // The device may have been switched on long ago.
             self.tracker.restart();
-            self.device_time_us = None;
         }
         self.outstanding = Some(Outstanding {
             request,
@@ -305,15 +323,24 @@ impl Conversation {
     /// Frames what is due by the time: a request whose answer did not come, a keep-alive. 0 if nothing is.
     ///
     /// # Errors
-    /// [`LinkError::NoAnswer`] after the last try.
+    /// [`LinkError::NoAnswer`] after the last try; an echo or another version once it has answered a hello.
     pub fn due(&mut self, now_us: u64, line: &mut [u8]) -> Result<usize, LinkError> {
         if let Some(mut outstanding) = self.outstanding.take() {
+            let line_counters = self.receiver.counters();
+            if line_counters.foreign > 0 && matches!(outstanding.request, Request::Hello { .. }) {
+                return Err(match line_counters.foreign_version {
+                    version @ 0x80.. => LinkError::OtherVersion {
+                        version: version & 0x7f,
+                    },
+                    _ => LinkError::Echo,
+                });
+            }
             if now_us.saturating_sub(outstanding.sent_us) < self.retry_us {
                 self.outstanding = Some(outstanding);
             } else if outstanding.sequences.push(self.sequence).is_err() {
                 return Err(LinkError::NoAnswer {
                     request: outstanding.request.name(),
-                    line: self.receiver.counters(),
+                    line: line_counters,
                 });
             } else {
                 self.retries = self.retries.wrapping_add(1);
@@ -334,6 +361,15 @@ impl Conversation {
         }
     }
 
+    /// Gives up the outstanding request.
+    pub fn no_answer(&mut self) -> LinkError {
+        let request = self.outstanding.take();
+        LinkError::NoAnswer {
+            request: request.map_or("", |outstanding| outstanding.request.name()),
+            line: self.receiver.counters(),
+        }
+    }
+
     /// When [`due`](Self::due) has something to do next, µs.
     #[must_use]
     pub fn next_due_us(&self) -> Option<u64> {
@@ -347,17 +383,16 @@ impl Conversation {
 
     /// Takes a byte. Damaged, repeated and late frames are counted and not passed on.
     pub fn receive(&mut self, byte: u8, now_us: u64) -> Option<Incoming> {
-        let (sequence, report) = self.receiver.push(byte)?;
-        let is_hello = matches!(report, Report::Hello(_));
-        if is_hello && self.is_answer(&report) {
+        let (header, report) = self.receiver.push(byte)?;
+        let answers = self.is_answer(&report);
+        if let (true, Report::Hello(hello)) = (answers, &report) {
             self.tracker.restart();
+            self.connection = hello.connection;
         }
-        if !self.tracker.arrive(sequence).is_new() {
+        if !self.tracker.arrive(header.sequence as u16).is_new() {
             return None;
         }
-        if self.is_answer(&report)
-            && let Some(outstanding) = self.outstanding.take()
-        {
+        if answers && let Some(outstanding) = self.outstanding.take() {
             return Some(match report {
                 Report::Ack(ack) => match ack.outcome {
                     Outcome::Done => Incoming::Answer(report),
@@ -371,17 +406,18 @@ impl Conversation {
         }
         match report {
             Report::Alive(alive) => self.alive(&alive, now_us),
+            // The keep-alive of a stranger.
+            Report::Ack(ack) if ack.outcome == Outcome::Refused(Refusal::Connection) => {
+                let keep_alive = Request::KeepAlive { token: 0 }.number();
+                (ack.request == keep_alive).then_some(Incoming::Rebooted)
+            }
             // Answers to tries that were given up.
             Report::Ack(_) | Report::Hello(_) => None,
             report => Some(Incoming::Told(report)),
         }
     }
 
-    fn alive(&mut self, alive: &Alive, now_us: u64) -> Option<Incoming> {
-        let before = self.device_time_us.replace(alive.time_us);
-        if before.is_some_and(|before| alive.time_us < before) {
-            return Some(Incoming::Rebooted);
-        }
+    fn alive(&self, alive: &Alive, now_us: u64) -> Option<Incoming> {
         // An old token says that the device lives, but not how far it is.
         (alive.token == self.token).then(|| Incoming::Alive {
             round_trip_us: now_us.saturating_sub(self.token_us),
@@ -396,7 +432,10 @@ impl Conversation {
             return false;
         };
         match (&outstanding.request, report) {
-            (Request::Hello(_), Report::Hello(_))
+            (Request::Hello { nonce }, Report::Hello(hello)) => {
+                hello.nonce == *nonce && hello.connection != 0
+            }
+            (Request::GetKeys, Report::Keys(_))
             | (Request::GetCapabilities, Report::Capabilities(_))
             | (Request::GetConfiguration, Report::Configuration { .. })
             | (Request::GetStatistics, Report::Statistics(_)) => true,
@@ -405,7 +444,11 @@ impl Conversation {
             }
             (Request::ReadFlight { index }, Report::Flight(flight)) => flight.index == *index,
             (request, Report::Ack(ack)) => {
-                ack.request == request.number() && outstanding.sequences.contains(&ack.sequence)
+                ack.request == request.number()
+                    && outstanding
+                        .sequences
+                        .iter()
+                        .any(|&sequence| sequence as u16 == ack.sequence)
             }
             _ => false,
         }
@@ -429,16 +472,13 @@ impl Conversation {
     }
 }
 
-/// Checks that the device speaks our language.
+/// Checks that the device has every message of this program, in the same form.
 ///
 /// # Errors
 /// [`LinkError::OtherMessages`].
-pub fn check_keys(hello: &Hello) -> Result<(), LinkError> {
-    if hello.keys == Keys::CURRENT {
-        Ok(())
-    } else {
-        Err(LinkError::OtherMessages {
-            firmware: hello.firmware,
-        })
+pub fn check_keys(keys: &Keys, firmware: [u8; 3]) -> Result<(), LinkError> {
+    match keys.first_unlike() {
+        None => Ok(()),
+        Some(message) => Err(LinkError::OtherMessages { firmware, message }),
     }
 }

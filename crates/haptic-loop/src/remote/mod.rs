@@ -10,10 +10,13 @@
 //! damage and delay what is said.
 //!
 //! - *Zero force* until armed and started, and again after a stop, a fault, a reset.
+//! - *One connection*: a device acts on the frames of the host that it last gave a number, and only those of the host
+//!   that armed it keep it going.
 //! - *All or nothing*: parameters are staged, checked, and take effect together between two ticks.
 //! - *Silence*: armed or running, a device that hears nothing for the watchdog time latches a fault and
 //!   lets the force fall to zero within its stop time.
 
+mod connections;
 mod conversation;
 #[cfg(feature = "std")]
 mod faulty_line;

@@ -44,6 +44,26 @@ pub fn prepare<H: Hardware>(
     coefficients: &[f32],
     capabilities: &Capabilities,
 ) -> Result<Prepared<H::Setup>, Refusal> {
+    let limits = checked(&configuration, capabilities)?;
+    // What needs the most memory first, while nothing else is there.
+    let setup = H::prepare(&configuration.simulation, configuration.tick_period_us)?;
+    let (wall, chain) = built(&configuration, coefficients, &limits)?;
+    Ok(Prepared {
+        configuration,
+        digest: digest(&configuration, coefficients),
+        wall,
+        chain,
+        setup,
+    })
+}
+
+/// Checks everything but coefficients and plant. What does not depend on the board is no generic function, so that a
+/// firmware that is fast in its tick has it small.
+#[inline(never)]
+fn checked(
+    configuration: &Configuration,
+    capabilities: &Capabilities,
+) -> Result<crate::Limits, Refusal> {
     let limits = &configuration.limits;
     let period = configuration.tick_period_us;
     within(
@@ -58,46 +78,51 @@ pub fn prepare<H: Hardware>(
         f32::from(Limits::WATCHDOG_MIN_MS),
         f32::from(Limits::WATCHDOG_MAX_MS),
     )?;
+    within(
+        Field::MaxAge,
+        f32::from(limits.max_age_ticks),
+        1.0,
+        f32::from(Limits::MAX_AGE_TICKS),
+    )?;
     let chain = chain_limits(limits, period, capabilities)?;
-    let stiffness = within(
-        Field::Stiffness,
+    let (stiffness, dissipation) = (
         configuration.stiffness_n_per_m,
-        0.0,
-        f32::MAX,
-    )?;
-    let dissipation = within(
-        Field::Dissipation,
         configuration.dissipation_n_s_mu_per_m,
-        0.0,
-        f32::MAX,
-    )?;
-    let surface = within(Field::Surface, configuration.surface_m, -f32::MAX, f32::MAX)?;
-    // What needs the most memory first, while nothing else is there.
-    let setup = H::prepare(&configuration.simulation, period)?;
-    let operator = operator(&configuration, coefficients)?;
-    let surface = configuration
-        .one_sided
-        .then_some(Metres(f64::from(surface)));
-    let sample_time = Seconds(f64::from(period) * 1e-6);
+    );
+    within(Field::Stiffness, stiffness, 0.0, f32::MAX)?;
+    within(Field::Dissipation, dissipation, 0.0, f32::MAX)?;
+    within(Field::Surface, configuration.surface_m, -f32::MAX, f32::MAX)?;
+    Ok(chain)
+}
+
+/// Environment and safety chain of a configuration that was checked.
+#[inline(never)]
+fn built(
+    configuration: &Configuration,
+    coefficients: &[f32],
+    limits: &crate::Limits,
+) -> Result<(DeviceWall, SafetyChain<f32>), Refusal> {
+    let operator = operator(configuration, coefficients)?;
+    let surface = f64::from(configuration.surface_m);
     // Everything was checked above; whatever a constructor finds beyond that has no field of its own.
     let unexpected = |_| Refusal::Unsupported(Field::Other);
     let wall = Wall::new(
-        f64::from(stiffness),
-        f64::from(dissipation),
+        f64::from(configuration.stiffness_n_per_m),
+        f64::from(configuration.dissipation_n_s_mu_per_m),
         operator,
-        surface,
+        configuration.one_sided.then_some(Metres(surface)),
     )
     .map_err(unexpected)?;
-    let chain = SafetyChain::from_limits(&chain, sample_time).map_err(unexpected)?;
-    Ok(Prepared {
-        configuration,
-        digest: DigestBuilder::new(&configuration)
-            .coefficients(coefficients)
-            .finish(),
-        wall,
-        chain,
-        setup,
-    })
+    let sample_time = Seconds(f64::from(configuration.tick_period_us) * 1e-6);
+    let chain = SafetyChain::from_limits(limits, sample_time).map_err(unexpected)?;
+    Ok((wall, chain))
+}
+
+#[inline(never)]
+pub(super) fn digest(configuration: &Configuration, coefficients: &[f32]) -> u32 {
+    DigestBuilder::new(configuration)
+        .coefficients(coefficients)
+        .finish()
 }
 
 /// The coefficients of an operator as they go over the wire.

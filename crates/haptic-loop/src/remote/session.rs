@@ -1,32 +1,40 @@
 //! The device's half of the conversation: what runs in its main loop.
 
+use super::connections::{Arrived, Connections};
 use super::hardware::{Exclusive, Hardware};
-use super::prepared::{COEFFICIENTS_MAX, prepare};
+use super::prepared::{COEFFICIENTS_MAX, digest, prepare};
 use super::tick_side::TickSide;
 use haptic_link::{
-    Ack, Alive, COEFFICIENTS_PER_BLOCK, CoefficientBlock, Configuration, DigestBuilder, Direction,
-    Field, Hello, Keys, Outcome, Receiver, Refusal, Report, Request, SequenceTracker, Statistics,
+    Ack, Alive, COEFFICIENTS_PER_BLOCK, CoefficientBlock, Configuration, Direction, Field, Header,
+    Hello, Keys, Outcome, Receiver, Refusal, Report, Request, Scope, State, Statistics, Status,
     encode,
 };
 
 /// Takes bytes from the host, acts on them, and makes the bytes to send.
 ///
-/// - *Damaged, repeated, late frames* are counted and not acted on.
+/// - *Damaged, repeated, late frames, and those of strangers* are counted and not acted on.
 /// - *Order*: the answer to a request comes at once, samples and notices when the line has room.
-/// - *Memory*: about 1.6 KiB, of which 1 KiB staged coefficients.
+/// - *Memory*: about 1.6 KiB, of which 1 KiB staged coefficients. While a configuration for a run is in force, what was
+///   set to last is kept there.
 #[derive(Debug)]
 pub struct Session {
     receiver: Receiver<Request>,
-    tracker: SequenceTracker,
+    connections: Connections,
     /// Number of the next frame.
     sequence: u16,
     sent: u32,
+    /// Frames of other versions that were answered.
+    foreign: u32,
+    /// Frames of the host that armed.
+    fed: u32,
     firmware: [u8; 3],
     boot: u32,
     staged: Option<Configuration>,
     values: [f32; COEFFICIENTS_MAX],
     /// Bit i: block i is staged.
     blocks: u16,
+    /// What is staged is what was set to last, and this connection has replaced it for a run; 0 for none.
+    run_of: u32,
     bytes_overrun: u32,
 }
 
@@ -41,16 +49,25 @@ impl Session {
     pub const fn new(firmware: [u8; 3], boot: u32) -> Self {
         Self {
             receiver: Receiver::new(Direction::FromHost),
-            tracker: SequenceTracker::NEW,
+            connections: Connections::new(boot),
             sequence: 0,
             sent: 0,
+            foreign: 0,
+            fed: 0,
             firmware,
             boot,
             staged: None,
             values: [0.0; COEFFICIENTS_MAX],
             blocks: 0,
+            run_of: 0,
             bytes_overrun: 0,
         }
+    }
+
+    /// Frames so far of the host that armed, late and repeated ones not counted.
+    #[must_use]
+    pub const fn fed(&self) -> u32 {
+        self.fed
     }
 
     /// Bytes that the hardware lost before they came here.
@@ -67,22 +84,69 @@ impl Session {
         device: &impl Exclusive<TickSide<H>>,
         line: &mut [u8],
     ) -> usize {
-        let Some((sequence, request)) = self.receiver.push(byte) else {
+        let Some((header, request)) = self.take(byte) else {
+            // A host of another version hears which one this is.
+            if byte == 0 && self.is_foreign() {
+                return self.hello(0, 0, device.with(|device| device.status()), line);
+            }
             return 0;
         };
-        // A hello begins to count anew, even one that looks late.
-        if matches!(request, Request::Hello(_)) {
-            self.tracker.restart();
+        if let Request::Hello { nonce } = request {
+            let connection = self.connections.offer(nonce, now_us);
+            let status = device.with(|device| device.status());
+            return self.hello(nonce, connection, status, line);
         }
-        if !self.tracker.arrive(sequence).is_new() {
-            return 0;
+        let report = match self.connections.arrive(header) {
+            Arrived::Old => None,
+            Arrived::Stranger if matches!(request, Request::Force { .. }) => None,
+            Arrived::Stranger => Some(ack(header, request.number(), Err(Refusal::Connection))),
+            Arrived::New { first } => {
+                if first {
+                    self.begin(device);
+                }
+                if self.run_of != 0 && self.run_of != header.connection {
+                    // If it cannot be done yet, the next frame tries again.
+                    let _ = self.put_back(device);
+                }
+                self.act(header, request, now_us, device)
+            }
+        };
+        report.map_or(0, |report| self.send(&report, line))
+    }
+
+    /// Not generic, and so small in a firmware that is fast elsewhere, as is everything that needs no device.
+    #[inline(never)]
+    fn take(&mut self, byte: u8) -> Option<(Header, Request)> {
+        self.receiver.push(byte)
+    }
+
+    /// Whether the frame that has just ended was that of a host of another version.
+    fn is_foreign(&mut self) -> bool {
+        let counters = self.receiver.counters();
+        let another = counters.foreign != self.foreign;
+        self.foreign = counters.foreign;
+        // What a device says is an echo.
+        another && counters.foreign_version & 0x80 == 0
+    }
+
+    fn hello(&mut self, nonce: u32, connection: u32, status: Status, line: &mut [u8]) -> usize {
+        let hello = Hello {
+            nonce,
+            connection,
+            firmware: self.firmware,
+            boot: self.boot,
+            status,
+        };
+        self.send(&Report::Hello(hello), line)
+    }
+
+    /// A new connection has staged nothing and asked for no samples.
+    fn begin<H: Hardware>(&mut self, device: &impl Exclusive<TickSide<H>>) {
+        if self.run_of == 0 {
+            self.staged = None;
         }
-        let is_force = matches!(request, Request::Force { .. });
-        device.with(|device| device.heard(now_us, is_force));
-        match self.act(sequence, request, now_us, device) {
-            Some(report) => self.send(&report, line),
-            None => 0,
-        }
+        // Batches of one sample are always allowed.
+        let _ = device.with(|device| device.stream_idle(0, 1));
     }
 
     /// Writes the next frame to send of itself into `line` and returns its length; 0 if there is none.
@@ -99,7 +163,7 @@ impl Session {
 
     fn send(&mut self, report: &Report, line: &mut [u8]) -> usize {
         // Every report fits into a frame.
-        let length = encode(report, self.sequence, Direction::FromDevice, line).unwrap_or(0);
+        let length = encode(report, Header::from_device(self.sequence), line).unwrap_or(0);
         self.sequence = self.sequence.wrapping_add(1);
         self.sent = self.sent.wrapping_add(1);
         length
@@ -107,32 +171,25 @@ impl Session {
 
     fn act<H: Hardware>(
         &mut self,
-        sequence: u16,
+        header: Header,
         request: Request,
         now_us: u64,
         device: &impl Exclusive<TickSide<H>>,
     ) -> Option<Report> {
         let number = request.number();
+        let owns = self.connections.is_owner();
+        if owns && !matches!(request, Request::Force { .. }) {
+            self.feed(now_us, false, device);
+        }
         let done = match request {
-            Request::Force { force_n, .. } => {
-                device.with(|device| device.command(force_n));
+            Request::Force { tick, force_n } => {
+                if owns && device.with(|device| device.command(tick, force_n)) {
+                    self.feed(now_us, true, device);
+                }
                 return None;
             }
-            Request::Hello(_) => {
-                self.staged = None;
-                // A new session has not asked for any samples.
-                let status = device.with(|device| {
-                    // Batches of one sample are always allowed.
-                    let _ = device.stream_idle(0, 1);
-                    device.status()
-                });
-                return Some(Report::Hello(Hello {
-                    keys: Keys::CURRENT,
-                    firmware: self.firmware,
-                    boot: self.boot,
-                    status,
-                }));
-            }
+            Request::Hello { .. } => return None,
+            Request::GetKeys => return Some(keys()),
             Request::GetCapabilities => {
                 let capabilities = device.with(|device| device.hardware().capabilities());
                 return Some(Report::Capabilities(capabilities));
@@ -170,35 +227,65 @@ impl Session {
                 Ok(flight) => return Some(Report::Flight(flight)),
                 Err(refusal) => Err(refusal),
             },
-            Request::Configure(configuration) => {
+            Request::Configure(configuration) => self.put_back(device).map(|()| {
                 self.staged = Some(configuration);
                 self.values = [0.0; COEFFICIENTS_MAX];
                 self.blocks = 0;
-                Ok(())
-            }
+            }),
             Request::Coefficients(block) => self.stage(&block),
-            Request::Commit { digest } => self.commit(digest, device),
-            Request::Arm { faults } => device.with(|device| device.arm(faults)),
+            Request::Commit { digest, scope } => self.commit(digest, scope, device),
+            Request::Arm { faults } => self.arm(faults, now_us, device),
             Request::Disarm => {
                 device.with(TickSide::disarm);
                 Ok(())
             }
-            Request::Start(start) => device.with(|device| device.start(start)),
+            Request::Start(start) => device.with(|device| match device.status().state {
+                State::Armed | State::Running | State::Stopping if !owns => {
+                    Err(Refusal::Connection)
+                }
+                _ => device.start(start),
+            }),
             Request::Stop => device.with(TickSide::stop),
             Request::Stream { every, batch } => {
                 device.with(|device| device.stream_idle(every, batch))
             }
         };
-        Some(Report::Ack(Ack {
-            sequence,
-            request: number,
-            outcome: done.map_or_else(Outcome::Refused, |()| Outcome::Done),
-        }))
+        Some(ack(header, number, done))
+    }
+
+    /// The host that armed is there.
+    fn feed<H: Hardware>(
+        &mut self,
+        now_us: u64,
+        is_force: bool,
+        device: &impl Exclusive<TickSide<H>>,
+    ) {
+        self.fed = self.fed.wrapping_add(1);
+        device.with(|device| device.heard(now_us, is_force));
+    }
+
+    fn arm<H: Hardware>(
+        &mut self,
+        faults: u16,
+        now_us: u64,
+        device: &impl Exclusive<TickSide<H>>,
+    ) -> Result<(), Refusal> {
+        let owns = self.connections.is_owner();
+        device.with(|device| {
+            if device.status().state == State::Armed && !owns {
+                return Err(Refusal::Connection);
+            }
+            device.arm(faults)?;
+            device.heard(now_us, false);
+            Ok(())
+        })?;
+        self.connections.own();
+        Ok(())
     }
 
     fn stage(&mut self, block: &CoefficientBlock) -> Result<(), Refusal> {
         let start = usize::from(block.offset);
-        if self.staged.is_none() {
+        if self.staged.is_none() || self.run_of != 0 {
             return Err(Refusal::Incomplete);
         }
         let slots = self.values.get_mut(start..start + COEFFICIENTS_PER_BLOCK);
@@ -216,18 +303,36 @@ impl Session {
         Ok(())
     }
 
-    /// On its own, so that only a commit needs room for what it prepares.
-    #[inline(never)]
     fn commit<H: Hardware>(
         &mut self,
         digest: u32,
+        scope: Scope,
         device: &impl Exclusive<TickSide<H>>,
     ) -> Result<(), Refusal> {
-        let Some(configuration) = self.staged else {
+        let in_force = device.with(|device| device.configuration().1);
+        let for_run = scope == Scope::Run;
+        let Some(configuration) = self.whole(digest, in_force, for_run)? else {
+            return Ok(());
+        };
+        self.install(&configuration, for_run, device)?;
+        if !for_run {
+            self.staged = None;
+        }
+        Ok(())
+    }
+
+    /// What is staged, if all of it is there; nothing if that is in force already.
+    #[inline(never)]
+    fn whole(
+        &self,
+        wanted: u32,
+        in_force: u32,
+        for_run: bool,
+    ) -> Result<Option<Configuration>, Refusal> {
+        let Some(configuration) = self.staged.filter(|_| self.run_of == 0) else {
             // Sent again because the answer was lost: true already.
-            let in_force = device.with(|device| device.configuration().1);
-            return if in_force == digest {
-                Ok(())
+            return if in_force == wanted && for_run == (self.run_of != 0) {
+                Ok(None)
             } else {
                 Err(Refusal::Incomplete)
             };
@@ -245,15 +350,54 @@ impl Session {
         if (0..needed).any(|block| self.blocks >> block & 1 == 0) {
             return Err(Refusal::Incomplete);
         }
-        let own = DigestBuilder::new(&configuration).coefficients(values);
-        if own.finish() != digest {
+        if digest(&configuration, values) != wanted {
             return Err(Refusal::Digest);
         }
+        Ok(Some(configuration))
+    }
+
+    /// Makes what is staged the configuration in force; for a run, keeps what was set to last in its place. On its own,
+    /// so that only this needs room for what it prepares.
+    #[inline(never)]
+    fn install<H: Hardware>(
+        &mut self,
+        configuration: &Configuration,
+        for_run: bool,
+        device: &impl Exclusive<TickSide<H>>,
+    ) -> Result<(), Refusal> {
         device.with(|device| device.may_install())?;
         let capabilities = device.with(|device| device.hardware().capabilities());
-        let prepared = prepare::<H>(configuration, values, &capabilities)?;
-        device.with(|device| device.install(prepared))?;
-        self.staged = None;
+        let count = usize::from(configuration.operator.count);
+        let values = self.values.get(..count).unwrap_or_default();
+        let prepared = prepare::<H>(*configuration, values, &capabilities)?;
+        if for_run {
+            let set = device.with(|device| *device.configuration().0);
+            if let (_, Some(field)) = configuration.limits.tightened(&set.limits) {
+                return Err(Refusal::Looser(field));
+            }
+            for (index, slot) in self.values.iter_mut().enumerate() {
+                *slot = device
+                    .with(|device| device.coefficient(index))
+                    .unwrap_or_default();
+            }
+            self.staged = Some(set);
+            self.run_of = self.connections.current();
+        }
+        device.with(|device| device.install(prepared))
+    }
+
+    /// Puts what was set to last in force again, if a run has replaced it.
+    fn put_back<H: Hardware>(
+        &mut self,
+        device: &impl Exclusive<TickSide<H>>,
+    ) -> Result<(), Refusal> {
+        if self.run_of == 0 {
+            return Ok(());
+        }
+        if let Some(set) = self.staged {
+            self.install(&set, false, device)?;
+        }
+        (self.staged, self.run_of) = (None, 0);
         Ok(())
     }
 
@@ -265,13 +409,30 @@ impl Session {
             corrupt: line.corrupt,
             oversize: line.oversize,
             foreign: line.foreign,
-            lost: self.tracker.lost(),
-            duplicate: self.tracker.duplicate(),
-            late: self.tracker.late(),
+            lost: self.connections.tracker().lost(),
+            duplicate: self.connections.tracker().duplicate(),
+            late: self.connections.tracker().late(),
             bytes_overrun: self.bytes_overrun,
+            strangers: self.connections.strangers(),
             ..ticks
         }
     }
+}
+
+/// The keys of all messages.
+#[inline(never)]
+fn keys() -> Report {
+    Report::Keys(Keys::current())
+}
+
+/// The answer to a request of this number.
+#[inline(never)]
+fn ack(header: Header, request: u8, done: Result<(), Refusal>) -> Report {
+    Report::Ack(Ack {
+        sequence: header.sequence as u16,
+        request,
+        outcome: done.map_or_else(Outcome::Refused, |()| Outcome::Done),
+    })
 }
 
 /// The block of coefficients in force at an offset.

@@ -415,12 +415,26 @@ impl<H: Hardware> TickSide<H> {
         }
     }
 
-    /// See [`Request::Force`](haptic_link::Request::Force). Ignored unless a host loop runs.
-    pub fn command(&mut self, force_n: f32) {
-        if self.state == State::Running && self.configuration.loop_mode == LoopMode::Host {
-            self.commanded_n = force_n;
-            self.commanded_new = true;
+    /// See [`Request::Force`](haptic_link::Request::Force). Ignored unless a host loop runs, and when it answers no
+    /// tick of this run. One that is older than [`Limits::max_age_ticks`](haptic_link::Limits) latches
+    /// [`Fault::StaleForce`]. Whether it will be applied.
+    pub fn command(&mut self, tick: u32, force_n: f32) -> bool {
+        let host_loop = self.configuration.loop_mode == LoopMode::Host;
+        if !(host_loop && self.state == State::Running) {
+            return false;
         }
+        // From the tick that it answers to the one that applies it.
+        let age = self.tick.wrapping_sub(tick);
+        if age == 0 || age > u32::MAX / 2 {
+            return false;
+        }
+        if age > u32::from(self.configuration.limits.max_age_ticks) {
+            self.trip(Fault::StaleForce);
+            return false;
+        }
+        self.commanded_n = force_n;
+        self.commanded_new = true;
+        true
     }
 
     /// See [`Request::Stream`](haptic_link::Request::Stream).

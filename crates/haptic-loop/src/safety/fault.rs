@@ -32,11 +32,13 @@ pub enum Fault {
     /// The position moved in a tick by more than [`Limits::jump`](crate::Limits::jump) beyond what the speed limit
     /// allows.
     PositionJump = 10,
+    /// The host of a host loop sent a force that answers a sample too many ticks ago.
+    StaleForce = 11,
 }
 
 impl Fault {
     /// Every fault, in the order of the codes.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::NonFiniteForce,
         Self::HostSilent,
         Self::TickOverrun,
@@ -47,6 +49,7 @@ impl Fault {
         Self::Reset,
         Self::PositionStuck,
         Self::PositionJump,
+        Self::StaleForce,
     ];
 
     /// Whether a damper can still oppose the motion: it needs its sensor and its actuator.
@@ -83,6 +86,7 @@ impl core::fmt::Display for Fault {
             Self::Reset => "the device was reset by its hardware watchdog",
             Self::PositionStuck => "the position stands still while the force on the device grows",
             Self::PositionJump => "the position jumped by more than the speed limit allows",
+            Self::StaleForce => "the host sent a force for a sample too many ticks ago",
         })
     }
 }

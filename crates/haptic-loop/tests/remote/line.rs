@@ -2,8 +2,9 @@
 
 use crate::witness::Witness;
 use haptic_link::{
-    CoefficientBlock, Configuration, DigestBuilder, Direction, FRAME_MAX, Keys, LoopMode,
-    OperatorForm, OperatorShape, Receiver, Refusal, Report, Request, SequenceTracker, Start, State,
+    CoefficientBlock, Configuration, DigestBuilder, Direction, FRAME_MAX, Header, LoopMode,
+    OperatorForm, OperatorShape, Outcome, Receiver, Refusal, Report, Request, RequestTracker,
+    Scope, Start, State,
 };
 use haptic_loop::remote::{
     Conversation, FaultyLine, Incoming, LineFaults, LinkError, Session, TickSide,
@@ -36,11 +37,54 @@ pub(crate) struct Bench {
     /// When the device last got a frame that its watchdog may take for a host, by the host's clock.
     pub(crate) heard_us: u64,
     /// What the device hears, judged by the side of it.
-    mirror: (Receiver<Request>, SequenceTracker),
+    mirror: Mirror,
+    /// Hellos said so far; each has a nonce of its own.
+    hellos: u32,
+    /// What goes to the device is kept here too, for who wants to play it again.
+    pub(crate) capture: Option<Vec<Vec<u8>>>,
 }
 
-fn mirror() -> (Receiver<Request>, SequenceTracker) {
-    (Receiver::new(Direction::FromHost), SequenceTracker::NEW)
+/// Who may feed the watchdog, by what device and host say to each other.
+struct Mirror {
+    requests: Receiver<Request>,
+    reports: Receiver<Report>,
+    tracker: RequestTracker,
+    connection: u32,
+    owner: u32,
+}
+
+impl Mirror {
+    fn new() -> Self {
+        Self {
+            requests: Receiver::new(Direction::FromHost),
+            reports: Receiver::new(Direction::FromDevice),
+            tracker: RequestTracker::NEW,
+            connection: 0,
+            owner: 0,
+        }
+    }
+
+    /// The request that this byte ended, if it is a new one of its connection.
+    fn new_request(&mut self, byte: u8) -> Option<(Header, Request)> {
+        let (header, request) = self.requests.push(byte)?;
+        if matches!(request, Request::Hello { .. }) {
+            return None;
+        }
+        if header.connection != self.connection {
+            self.connection = header.connection;
+            self.tracker.restart();
+        }
+        self.tracker
+            .is_new(header.sequence)
+            .then_some((header, request))
+    }
+
+    /// Whether the device has done this arm.
+    fn has_armed(&mut self, request: &Request, answer: &[u8]) -> bool {
+        let said = answer.iter().find_map(|&byte| self.reports.push(byte));
+        let done = matches!(said, Some((_, Report::Ack(ack))) if ack.outcome == Outcome::Done);
+        done && matches!(request, Request::Arm { .. })
+    }
 }
 
 pub(crate) fn device() -> TickSide<Witness> {
@@ -64,7 +108,9 @@ impl Bench {
             energy_j: None,
             law: None,
             heard_us: 0,
-            mirror: mirror(),
+            mirror: Mirror::new(),
+            hellos: 0,
+            capture: None,
         }
     }
 
@@ -74,7 +120,7 @@ impl Bench {
         self.session = Session::new([0, 1, 0], 2);
         self.boot_us = self.now_us;
         self.heard_us = self.now_us;
-        self.mirror = mirror();
+        self.mirror = Mirror::new();
     }
 
     pub(crate) fn ideal() -> Self {
@@ -98,12 +144,11 @@ impl Bench {
         }
         let mut line = [0; FRAME_MAX];
         while let Some(frame) = self.to_device.receive(self.now_us) {
+            if let Some(capture) = &mut self.capture {
+                capture.push(frame.clone());
+            }
             for byte in frame {
-                self.overhear(byte);
-                let device_us = self.now_us - self.boot_us;
-                let length = self
-                    .session
-                    .receive(byte, device_us, &self.device, &mut line);
+                let length = self.tell_device(byte, &mut line);
                 if length > 0 {
                     self.to_host.send(&line[..length], self.now_us);
                 }
@@ -140,22 +185,38 @@ impl Bench {
         Ok(answer)
     }
 
-    fn overhear(&mut self, byte: u8) {
-        let (receiver, tracker) = &mut self.mirror;
-        let Some((sequence, request)) = receiver.push(byte) else {
-            return;
-        };
-        if matches!(request, Request::Hello(_)) {
-            tracker.restart();
-        }
-        if !tracker.arrive(sequence).is_new() {
-            return;
-        }
-        let device = self.device.borrow();
-        let host_loop = device.configuration().0.loop_mode == LoopMode::Host;
-        let is_force = matches!(request, Request::Force { .. });
-        if is_force || !(host_loop && device.status().state == State::Running) {
+    /// A byte for the device, from whomever; the length of its answer.
+    pub(crate) fn tell_device(&mut self, byte: u8, line: &mut [u8]) -> usize {
+        let new = self.mirror.new_request(byte);
+        let feeds = new.as_ref().is_some_and(|(header, request)| {
+            header.connection == self.mirror.owner && self.feeds(request)
+        });
+        let device_us = self.now_us - self.boot_us;
+        let length = self.session.receive(byte, device_us, &self.device, line);
+        let arms = new.is_some_and(|(header, request)| {
+            let armed = self.mirror.has_armed(&request, &line[..length]);
+            if armed {
+                self.mirror.owner = header.connection;
+            }
+            armed
+        });
+        if feeds || arms {
             self.heard_us = self.now_us;
+        }
+        length
+    }
+
+    /// Whether a request of the owner counts as hearing: in a running host loop only a force that is not too old.
+    fn feeds(&self, request: &Request) -> bool {
+        let device = self.device.borrow();
+        let configuration = device.configuration().0;
+        let host_loop = configuration.loop_mode == LoopMode::Host;
+        match request {
+            Request::Force { tick, .. } => {
+                let age = device.newest().tick.wrapping_add(1).wrapping_sub(*tick);
+                age <= u32::from(configuration.limits.max_age_ticks)
+            }
+            _ => !(host_loop && device.status().state == State::Running),
         }
     }
 
@@ -211,7 +272,14 @@ impl Bench {
     }
 
     pub(crate) fn hello(&mut self) -> Report {
-        self.done(Request::Hello(Keys::CURRENT))
+        let request = self.greeting();
+        self.done(request)
+    }
+
+    /// A hello of its own.
+    pub(crate) fn greeting(&mut self) -> Request {
+        self.hellos += 1;
+        Request::Hello { nonce: self.hellos }
     }
 
     /// Sends the whole configuration.
@@ -220,6 +288,16 @@ impl Bench {
         configuration: Configuration,
         values: &[f32],
     ) -> Result<Result<Report, Refusal>, LinkError> {
+        self.configure_for(configuration, values, Scope::Lasting)
+    }
+
+    /// The same for a run, or to last.
+    pub(crate) fn configure_for(
+        &mut self,
+        configuration: Configuration,
+        values: &[f32],
+        scope: Scope,
+    ) -> Result<Result<Report, Refusal>, LinkError> {
         for request in transaction(configuration, values) {
             if let Err(refusal) = self.ask(request)? {
                 return Ok(Err(refusal));
@@ -227,7 +305,7 @@ impl Bench {
         }
         let digest = DigestBuilder::new(&configuration).coefficients(values);
         let digest = digest.finish();
-        self.ask(Request::Commit { digest })
+        self.ask(Request::Commit { digest, scope })
     }
 
     /// Ticks of the samples heard so far.

@@ -3,8 +3,10 @@
 #![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
 
 mod broken;
+mod connections;
 mod limits;
 mod line;
+mod runs;
 mod schedules;
 mod session;
 mod witness;

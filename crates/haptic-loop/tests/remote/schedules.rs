@@ -7,7 +7,7 @@
 
 use crate::line::{Bench, START, STEP_US, spring};
 use haptic_link::{
-    Configuration, Field, Keys, LoopMode, Refusal, Report, Request, Sample, Start, State,
+    Configuration, Field, LoopMode, Refusal, Report, Request, Sample, Scope, Start, State,
     Statistics,
 };
 use haptic_loop::Fault;
@@ -83,6 +83,7 @@ impl Random {
         configuration.limits.jump_m = self.of(&[0.0, 1e-3]);
         configuration.limits.watchdog_ms = self.of(&[5, 20, 50]);
         configuration.limits.late_ticks = self.of(&[0, 1, 20]);
+        configuration.limits.max_age_ticks = self.of(&[1, 10, 1000]);
         if self.one_in(8) {
             configuration.surface_m = f32::NAN;
         }
@@ -91,9 +92,14 @@ impl Random {
 
     fn request(&mut self, faults: u16) -> Request {
         match self.below(16) {
-            0 => Request::Hello(Keys::CURRENT),
+            0 => Request::Hello {
+                nonce: self.below(3),
+            },
             1 => Request::GetCapabilities,
-            2 => Request::Commit { digest: 1 },
+            2 => Request::Commit {
+                digest: 1,
+                scope: self.of(&[Scope::Run, Scope::Lasting]),
+            },
             3 => Request::GetConfiguration,
             4 => Request::GetCoefficients {
                 offset: self.of(&[0, 1, 16]),
@@ -244,7 +250,8 @@ impl Watched {
         }
         let digest = haptic_link::DigestBuilder::new(&configuration).coefficients(&values);
         let digest = digest.finish();
-        if let Ok(Err(refusal)) = self.ask(Request::Commit { digest }) {
+        let scope = random.of(&[Scope::Run, Scope::Lasting]);
+        if let Ok(Err(refusal)) = self.ask(Request::Commit { digest, scope }) {
             let named = matches!(
                 refusal,
                 Refusal::Range {
@@ -255,8 +262,12 @@ impl Watched {
             // What was staged by an answer that came late, or lost with a reboot, is no longer this.
             let unlike = matches!(
                 refusal,
-                Refusal::State(_) | Refusal::ForceNotZero | Refusal::Incomplete | Refusal::Digest
-            );
+                Refusal::State(_)
+                    | Refusal::ForceNotZero
+                    | Refusal::Incomplete
+                    | Refusal::Digest
+                    | Refusal::Connection
+            ) || (scope == Scope::Run && matches!(refusal, Refusal::Looser(_)));
             assert!(named || unlike, "{refusal:?}");
         }
     }
@@ -342,7 +353,7 @@ impl Watched {
         self.bench.host.set_keep_alive(Some(2_000));
         // What was held back comes now.
         self.run_ms(120);
-        self.done(Request::Hello(Keys::CURRENT));
+        self.greet();
         self.done(Request::Disarm);
         // The longest stop time.
         self.run_ms(300);
@@ -352,11 +363,9 @@ impl Watched {
         }
         let digest = haptic_link::DigestBuilder::new(&configuration).coefficients(&values);
         let digest = digest.finish();
-        self.done(Request::Commit { digest });
-        let Report::Hello(hello) = self.done(Request::Hello(Keys::CURRENT)) else {
-            panic!("not a hello");
-        };
-        let faults = hello.status.faults;
+        let scope = Scope::Lasting;
+        self.done(Request::Commit { digest, scope });
+        let faults = self.greet();
         self.done(Request::Arm { faults });
         self.bench.told.clear();
         self.done(Request::Start(Start { run: 99, ..START }));
@@ -364,6 +373,15 @@ impl Watched {
         assert_eq!(self.bench.state(), State::Running);
         let ticks = self.bench.ticks();
         assert!(ticks.len() >= 15 && ticks.windows(2).all(|pair| pair[1] == pair[0] + 1));
+    }
+
+    /// Connects anew; the number of faults.
+    fn greet(&mut self) -> u16 {
+        let greeting = self.bench.greeting();
+        match self.done(greeting) {
+            Report::Hello(hello) => hello.status.faults,
+            other => panic!("not a hello: {other:?}"),
+        }
     }
 
     fn done(&mut self, request: Request) -> Report {

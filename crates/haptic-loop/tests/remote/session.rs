@@ -46,7 +46,9 @@ fn a_device_at_power_up_makes_no_force_and_waits() {
     let Report::Hello(hello) = bench.hello() else {
         panic!("not a hello");
     };
-    assert_eq!(hello.keys, haptic_link::Keys::CURRENT);
+    assert_ne!(hello.connection, 0);
+    let keys = bench.done(Request::GetKeys);
+    assert_eq!(keys, Report::Keys(haptic_link::Keys::current()));
     assert_eq!(hello.status.state, State::Idle);
     let Report::Capabilities(capabilities) = bench.done(Request::GetCapabilities) else {
         panic!("no capabilities");
@@ -91,7 +93,10 @@ fn a_transaction_that_is_not_whole_changes_nothing() {
     bench.hello();
     let (configuration, values) = spring();
     let before = bench.done(Request::GetConfiguration);
-    let commit = Request::Commit { digest: 1 };
+    let commit = Request::Commit {
+        digest: 1,
+        scope: haptic_link::Scope::Lasting,
+    };
     assert_eq!(bench.refused(commit.clone()), Refusal::Incomplete);
     for request in transaction(configuration, &[]) {
         bench.done(request);

@@ -24,6 +24,10 @@ pub struct RemoteArguments {
     /// Late ticks in a row after which a serial device lets go; 0 for never [default: 20]
     #[arg(long, value_name = "COUNT")]
     pub late_ticks: Option<u16>,
+    /// In a loop on the host: ticks from a sample to the force that answers it at most, 1 to 1000; an older force makes a
+    /// serial device let go [default: 10]
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u16).range(1..=1000))]
+    pub max_age_ticks: Option<u16>,
     /// Go on trying for so long while a serial device is not there [default: 0s]
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     pub wait: Option<Time>,
@@ -50,11 +54,12 @@ impl RemoteArguments {
             let given = self.loop_mode.is_some()
                 || self.watchdog.is_some()
                 || self.late_ticks.is_some()
+                || self.max_age_ticks.is_some()
                 || self.wait.is_some();
             if given {
                 return Err(Failure::bad_input(
-                    "--loop, --watchdog, --late-ticks and --wait are for serial devices: add --device \
-                     serial:PATH",
+                    "--loop, --watchdog, --late-ticks, --max-age-ticks and --wait are for serial devices: add \
+                     --device serial:PATH",
                 ));
             }
             return Ok(None);
@@ -71,6 +76,9 @@ impl RemoteArguments {
         }
         if let Some(late_ticks) = self.late_ticks {
             remote.late_ticks = late_ticks;
+        }
+        if let Some(max_age_ticks) = self.max_age_ticks {
+            remote.max_age_ticks = max_age_ticks;
         }
         if let Some(wait) = self.wait {
             remote.patience = Duration::try_from_secs_f64(wait.0).map_err(|_| {

@@ -38,7 +38,7 @@ device_lag_s, device_noise_m. guard = \"observer\" or \"energy-bounding\" keeps 
 wall from shaking: the one adds damping, the other takes force, and so stiffness, that the damping of the \
 device cannot pay for.
 
-On a serial device any of them has device = \"serial:PATH\", loop = \"device\" or \"host\", watchdog_s and late_ticks.";
+On a serial device any of them has device = \"serial:PATH\", loop = \"device\" or \"host\", watchdog_s, late_ticks and max_age_ticks.";
 
 /// Arguments of `run`.
 #[derive(Debug, Args)]

@@ -49,7 +49,7 @@ pub enum ExperimentFile {
 const KINDS: [&str; 3] = ["relax", "creep", "wall"];
 
 /// Keys of what is rendered and how.
-const RENDERING: [&str; 17] = [
+const RENDERING: [&str; 18] = [
     "tissue",
     "library",
     "area_m2",
@@ -61,6 +61,7 @@ const RENDERING: [&str; 17] = [
     "loop",
     "watchdog_s",
     "late_ticks",
+    "max_age_ticks",
     "contact",
     "encoder_resolution_m",
     "sensor_noise_m",
@@ -70,11 +71,12 @@ const RENDERING: [&str; 17] = [
 ];
 
 /// Keys of `[wall]`.
-const WALL: [&str; 27] = [
+const WALL: [&str; 28] = [
     "device",
     "loop",
     "watchdog_s",
     "late_ticks",
+    "max_age_ticks",
     "mass_kg",
     "damping_n_s_per_m",
     "hand_stiffness_n_per_m",
@@ -411,12 +413,23 @@ fn remote(table: &Table<'_>) -> Result<Option<RemoteDevice>, FileError> {
             format!("late_ticks = {late_ticks} is above 65535"),
         )
     })?;
+    let default = u64::from(Limits::DEFAULT.max_age_ticks);
+    let max_age_ticks = table.count("max_age_ticks", default)?;
+    let most = Limits::MAX_AGE_TICKS;
+    let max_age_ticks = u16::try_from(max_age_ticks)
+        .ok()
+        .filter(|ticks| (1..=most).contains(ticks));
+    let max_age_ticks = max_age_ticks.ok_or_else(|| {
+        let reason = format!("max_age_ticks is not in [1, {most}]: leave it away for {default}");
+        table.fail_at("max_age_ticks", reason)
+    })?;
     Ok(match device {
         DeviceName::Simulated => None,
         DeviceName::Serial(name) => Some(RemoteDevice {
             loop_mode: loop_mode.into(),
             watchdog_ms: (1e3 * watchdog_s).round() as u16,
             late_ticks,
+            max_age_ticks,
             ..RemoteDevice::new(name)
         }),
     })

@@ -1,11 +1,12 @@
 //! Many short runs on one serial device, without log or files: what a search is made of.
 
 use super::realtime::RealtimeOptions;
-use super::remote::{RemoteDevice, RemoteLaw, configuration};
+use super::remote::{RemoteDevice, RemoteLaw, configuration, keep_within};
 use super::run::{Pace, Schedule};
 use crate::device::at_port;
 use crate::failure::Failure;
-use haptic_link::{EventKind, LoopMode, Start};
+use crate::output::note;
+use haptic_link::{EventKind, Limits, LoopMode, Scope, Start};
 use haptic_loop::remote::LinkError;
 use haptic_loop::remote::serial::{Heard, SerialError, SerialLink};
 use std::sync::{Mutex, PoisonError};
@@ -16,6 +17,9 @@ use std::time::Duration;
 pub struct Trials {
     remote: RemoteDevice,
     link: Mutex<SerialLink>,
+    /// What is set on the device: no trial loosens it.
+    set: Limits,
+    told: std::sync::Once,
     /// Why no more trials can be made.
     failure: Mutex<Option<Failure>>,
     run: std::sync::atomic::AtomicU32,
@@ -32,8 +36,13 @@ impl Trials {
                 "a search runs in the device's own loop: leave --loop host away",
             ));
         }
+        let link = remote.name.connect(remote.patience)?;
+        let set = link.configuration();
+        let (set, _) = set.map_err(|error| at_port(link.path(), &error))?;
         Ok(Self {
-            link: Mutex::new(remote.name.connect(remote.patience)?),
+            link: Mutex::new(link),
+            set: set.limits,
+            told: std::sync::Once::new(),
             remote: remote.clone(),
             failure: Mutex::new(None),
             run: std::sync::atomic::AtomicU32::new(1),
@@ -96,9 +105,9 @@ impl Trials {
         };
         let mut configuration = configuration(&self.remote, law, schedule, link.capabilities())?;
         // A search does not end where the device's limits do.
-        let (limits, can) = (&mut configuration.limits, link.capabilities());
-        limits.force_n = limits.force_n.min(can.force_max_n);
-        limits.force_rate_n_per_s = limits.force_rate_n_per_s.min(can.force_rate_max_n_per_s);
+        if let Some(text) = keep_within(&mut configuration, &self.set) {
+            self.told.call_once(|| note("warning", text));
+        }
         let path = link.path().to_owned();
         let problem = |error: SerialError| {
             if error.is_refusal() {
@@ -107,7 +116,8 @@ impl Trials {
                 at_port(&path, &error)
             }
         };
-        link.set(configuration, &law.operator.1).map_err(problem)?;
+        link.set_for(configuration, &law.operator.1, Scope::Run)
+            .map_err(problem)?;
         let watchdog = Duration::from_millis(u64::from(self.remote.watchdog_ms));
         link.arm(watchdog).map_err(problem)?;
         let run = self.run.fetch_add(1, std::sync::atomic::Ordering::Relaxed);

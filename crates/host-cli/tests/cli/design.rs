@@ -178,7 +178,7 @@ fn a_file_that_is_wrong_is_refused_in_one_line() {
         (
             "damping_n_s_per_m",
             "damping",
-            "wall.toml:3: unknown key `damping` in [wall]: known are device, loop, watchdog_s, late_ticks, mass_kg, damping_n_s_per_m, \
+            "wall.toml:3: unknown key `damping` in [wall]: known are device, loop, watchdog_s, late_ticks, max_age_ticks, mass_kg, damping_n_s_per_m, \
              hand_stiffness_n_per_m, sample_time_s, delay_s, friction_n, current_lag_s, \
              encoder_resolution_m, sensor_noise_m, seed, force_limit_n, order, scheme, \
              stiffness_n_per_m, dissipation_n_s_mu_per_m, one_sided, criterion, impact_m_per_s, push_n, \

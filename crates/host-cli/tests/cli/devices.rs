@@ -1,7 +1,7 @@
 //! Commands on serial devices: an emulated one behind a pseudo-terminal, and ports that are none.
 
 use crate::process::{Place, binary};
-use haptic_link::{Direction, FRAME_MAX, Request, encode};
+use haptic_link::{FRAME_MAX, Header, Request, encode};
 use serde_json::Value;
 use serialport::{SerialPort as _, TTYPort};
 use std::io::{Read as _, Write as _};
@@ -49,6 +49,14 @@ impl Emulated {
         self.child.wait().expect("ends");
     }
 
+    /// Limits that no experiment here reaches.
+    fn loosen(&self) {
+        self.json(
+            "device set --device serial:device --force-limit 100N --force-rate-limit 200kN/s --rise-time 0s \
+             --start-force 0N --speed-limit 0m/s",
+        );
+    }
+
     pub(crate) fn json(&self, line: &str) -> Value {
         let ended = self.place.run(&format!("{line} --json"));
         let ended = ended.succeeded_with_warnings();
@@ -86,6 +94,7 @@ fn number(value: &Value, path: &str) -> f64 {
 #[test]
 fn a_relaxation_in_the_devices_loop_loses_nothing_and_follows_theory() {
     let device = Emulated::new("--speed 4");
+    device.loosen();
     let report = device.json(RELAX);
     assert_eq!(number(&report, "/link/samples_lost"), 0.0);
     assert_eq!(number(&report, "/dropped_samples"), 0.0);
@@ -112,7 +121,9 @@ fn a_relaxation_in_the_devices_loop_loses_nothing_and_follows_theory() {
 #[test]
 fn a_relaxation_in_the_hosts_loop_loses_nothing_and_follows_theory() {
     let device = Emulated::new("");
-    let report = device.json(&format!("{RELAX} --loop host"));
+    device.loosen();
+    // A machine that is busy answers late.
+    let report = device.json(&format!("{RELAX} --loop host --max-age-ticks 1000"));
     assert_eq!(number(&report, "/link/samples_lost"), 0.0);
     assert!(number(&report, "/max_relative_error") < 1e-6, "{report}");
     assert!(number(&report, "/closed_form_error") < 2e-4, "{report}");
@@ -123,6 +134,7 @@ fn a_relaxation_in_the_hosts_loop_loses_nothing_and_follows_theory() {
 #[test]
 fn a_wall_and_a_creep_test_run_on_a_device() {
     let device = Emulated::new("--speed 10");
+    device.loosen();
     device.place.write(
         "wall.toml",
         "[wall]\ndevice = \"serial:device\"\nwatchdog_s = 1\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\n\
@@ -147,6 +159,7 @@ fn a_wall_and_a_creep_test_run_on_a_device() {
 #[test]
 fn a_z_width_can_be_found_on_a_device() {
     let device = Emulated::new("--speed 200");
+    device.loosen();
     let line = "zwidth --orders 1 --points 2 --duration 1s --quiet";
     // A device on a line cannot be thrown.
     let here = device.json(&format!("{line} --impact 0"));
@@ -194,8 +207,106 @@ fn parameters_are_set_as_a_whole_and_read_back() {
 }
 
 #[test]
+fn a_run_leaves_the_device_as_it_was_and_loosens_nothing() {
+    let device = Emulated::new("");
+    let get = "device get --device serial:device";
+    device.place.write(
+        "wall.toml",
+        "[wall]\ndevice = \"serial:device\"\nwatchdog_s = 1\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\n\
+         sample_time_s = 1e-3\norder = 1\nstiffness_n_per_m = 500\ndissipation_n_s_mu_per_m = 1\n\
+         duration_s = 1\n",
+    );
+    let set = device.place.run(
+        "device set --device serial:device --stiffness 123N/m --order 0.5 --dissipation 2 --rise-time 0.2s",
+    );
+    // What was loosened, and by how much.
+    assert!(
+        set.stderr
+            .contains("warning: loosened: rise time from 0.5 s to 0.2 s"),
+        "{set}"
+    );
+    assert_eq!(set.stderr.matches("loosened").count(), 1, "{set}");
+    let before = device.json(get);
+    let run = device.place.run("run wall.toml --out wall --quiet --json");
+    for words in [
+        "the limits set on the device",
+        "10 N, 1000 N/s",
+        "0.2 s",
+        "1.5 m/s",
+        "device set",
+    ] {
+        assert!(run.stderr.contains(words), "{run}");
+    }
+    assert_eq!(device.json(get), before);
+    let info = device.place.run("log info wall/wall.mcap --json");
+    assert!(
+        info.stdout.contains("\"device_force_limit_n\":\"10\""),
+        "{info}"
+    );
+    // A host that is killed in the middle of a run leaves no more.
+    let mut run = Command::new(binary());
+    let line = RELAX.replace("--watchdog 1s", "--watchdog 300ms");
+    run.args(line.split_whitespace())
+        .current_dir(device.place.path(""));
+    let run = run.stderr(Stdio::null()).stdout(Stdio::null());
+    let mut run = run.spawn().expect("runs");
+    let began = Instant::now();
+    while !device.place.path("run/relax.mcap.part").exists() {
+        assert!(began.elapsed() < Duration::from_secs(20), "no log");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    std::thread::sleep(Duration::from_millis(300));
+    run.kill().expect("can be killed");
+    run.wait().expect("ends");
+    assert_eq!(device.json(get), before);
+}
+
+#[test]
+fn an_image_of_another_board_is_not_programmed() {
+    let place = Place::new();
+    place.write("probe-rs", "#!/bin/sh\nexit 0\n");
+    let probe = place.path("probe-rs");
+    let mode = std::os::unix::fs::PermissionsExt::from_mode(0o755);
+    std::fs::set_permissions(&probe, mode).expect("can be set");
+    let flash = |image: &str, device: &str| {
+        let mut command = Command::new(binary());
+        command
+            .args(["device", "flash", "--image", image, "--device", device])
+            .env("PATH", place.path(""))
+            .current_dir(place.path(""));
+        let output = command.output().expect("runs");
+        (
+            output.status.code(),
+            String::from_utf8_lossy(&output.stderr).into_owned(),
+        )
+    };
+    place.write(
+        "mps2",
+        "haptic-device image\0mps2-an386\0\0\0\0\0\0\0\x01\x00",
+    );
+    let (code, error) = flash("mps2", "serial:nowhere");
+    assert_eq!(code, Some(2), "{error}");
+    assert!(
+        error.contains("board mps2-an386 with firmware 0.1.0"),
+        "{error}"
+    );
+    assert!(error.contains("nucleo-f446re"), "{error}");
+    // The right image, but what answers is another board.
+    place.write(
+        "nucleo",
+        "haptic-device image\0nucleo-f446re\0\0\0\0\x01\x00",
+    );
+    let device = Emulated::new("");
+    let port = format!("serial:{}", device.place.path("device").display());
+    let (code, error) = flash("nucleo", &port);
+    assert_eq!(code, Some(3), "{error}");
+    assert!(error.contains("what answers is board emulated"), "{error}");
+}
+
+#[test]
 fn a_bad_line_is_counted_and_survived() {
     let device = Emulated::new("--drop 1% --corrupt 1% --duplicate 1% --reorder 1% --line-seed 3");
+    device.loosen();
     let ended = device.place.run(&format!("{RELAX} --json"));
     // Samples are missing: exit code 4, everything else is there.
     assert_eq!(ended.code, Some(4), "{ended}");
@@ -212,13 +323,18 @@ fn a_bad_line_is_counted_and_survived() {
     );
     assert!(number(&report, "/link/from_device/late") > 5.0, "{report}");
     assert_eq!(number(&report, "/dropped_samples"), lost);
-    // What came is right: the force was computed on the device from the true position.
-    assert!(number(&report, "/max_relative_error") < 1e-3, "{report}");
     let check = device.place.run("log check run/relax.mcap --json");
     let check: Value = serde_json::from_str(&check.stdout).expect("JSON");
     let gaps = check["gaps"].as_array().expect("gaps");
     let missing: f64 = gaps.iter().map(|gap| number(gap, "/missing")).sum();
     assert!((missing - lost).abs() <= 1.0, "{missing} {lost}");
+    // What came is right: the force was computed on the device from the true position. What it is held against is
+    // interpolated where samples are missing; at the corner of a ramp of 500 ticks a gap of 1, 2, 3 ticks is
+    // 0.85e-3, 1.35e-3, 1.7e-3 off, by the sum of the Grünwald weights.
+    let gap = |gap: &Value| number(gap, "/missing");
+    let longest = gaps.iter().map(gap).fold(1.0, f64::max);
+    let error = number(&report, "/max_relative_error");
+    assert!(error < 0.9e-3 * longest, "{longest} in a row: {report}");
 }
 
 #[test]
@@ -368,6 +484,11 @@ impl Impostor {
         }
     }
 
+    fn ask(&mut self, line: &str) -> crate::process::Ended {
+        let line = format!("{line} --device serial:{}", self.path.display());
+        Place::new().run(&line)
+    }
+
     fn refused(&self, words: &[&str]) {
         let place = Place::new();
         let line = format!("device info --device serial:{}", self.path.display());
@@ -388,18 +509,55 @@ fn a_port_with_something_else_behind_it_is_told_apart() {
     Impostor::new(|_| Vec::new()).refused(&["no answer", "nothing came", "switched on"]);
     Impostor::new(<[u8]>::to_vec).refused(&["sends back what it is sent", "echo"]);
     Impostor::new(|_| b"AT+OK\r\n\0garbage\0".to_vec()).refused(&["garbage", "baud rate"]);
-    // Version 2 of the protocol, otherwise whole.
-    Impostor::new(|_| {
-        let mut content = vec![0x82, 0, 0, 0];
-        let crc = crc32(&content);
-        content.extend_from_slice(&crc.to_le_bytes());
-        let mut line = vec![0; FRAME_MAX];
-        let length = cobs::encode(&content, &mut line);
-        line.truncate(length);
-        line.push(0);
-        line
+    // Version 3 of the protocol, otherwise whole.
+    Impostor::new(|_| of_version(3)).refused(&["protocol version 3", "this program 2", "flash"]);
+    // A device of version 1 answers nobody but a host of version 1.
+    Impostor::new(|bytes| {
+        let greeted = bytes
+            .windows(10)
+            .any(|w| w == [2, 1, 1, 1, 1, 1, 1, 1, 1, 1]);
+        if greeted { of_version(1) } else { Vec::new() }
     })
-    .refused(&["protocol version 2", "this program 1", "flash"]);
+    .refused(&["protocol version 1", "this program 2", "flash"]);
+}
+
+/// A whole frame of a device that speaks this version.
+fn of_version(version: u8) -> Vec<u8> {
+    let mut content = vec![0x80 | version, 0, 0, 0];
+    let crc = crc32(&content);
+    content.extend_from_slice(&crc.to_le_bytes());
+    let mut line = vec![0; FRAME_MAX];
+    let length = cobs::encode(&content, &mut line);
+    line.truncate(length);
+    line.push(0);
+    line
+}
+
+#[test]
+fn a_port_that_answers_after_a_second_is_waited_for() {
+    let device = Emulated::new("");
+    let path = device.place.path("device");
+    // As QEMU does it: what is said in the first second is lost.
+    let port = serialport::new(path.to_string_lossy(), 460_800);
+    let mut port = port
+        .timeout(Duration::from_millis(20))
+        .open_native()
+        .expect("opens");
+    let began = Instant::now();
+    let mut slow = Impostor::new(move |bytes| {
+        if began.elapsed() < Duration::from_millis(1200) {
+            return Vec::new();
+        }
+        port.write_all(bytes).expect("writes");
+        let mut answer = vec![0; 4096];
+        // Longer than the emulated device takes.
+        std::thread::sleep(Duration::from_millis(5));
+        let count = port.read(&mut answer).unwrap_or(0);
+        answer.truncate(count);
+        answer
+    });
+    let ended = slow.ask("device get --json");
+    assert_eq!(ended.code, Some(0), "{ended}");
 }
 
 fn crc32(bytes: &[u8]) -> u32 {
@@ -423,7 +581,8 @@ fn a_flood_and_a_frame_without_end_do_not_stop_a_device() {
             .collect();
         port.write_all(&noise).expect("writes");
         let mut line = [0; FRAME_MAX];
-        let length = encode(&Request::Stop, 0, Direction::FromHost, &mut line).expect("fits");
+        let header = Header::from_host(0, 0);
+        let length = encode(&Request::Stop, header, &mut line).expect("fits");
         port.write_all(&line[..length / 2]).expect("writes");
     }
     let info = device.json("device info --device serial:device");

@@ -8,11 +8,13 @@
 //! Dropping a [`SerialLink`] disarms the device, then closes the port.
 
 mod error;
+mod greeting;
 mod port;
 mod threads;
 
 pub use error::SerialError;
-pub use port::{DEFAULT_BAUD, PortInfo, ports};
+pub use greeting::{BAUDS, GREETING};
+pub use port::{PortInfo, ports};
 
 use super::{Conversation, HostCounters, LinkError, check_keys};
 use crate::realtime::{self, raise_thread};
@@ -20,7 +22,7 @@ use crate::{Device, Reading, SafeForce};
 use fracdiff::Real;
 use haptic_link::{
     Capabilities, CoefficientBlock, Configuration, DigestBuilder, Event, FaultReport, Field, Hello,
-    Keys, Refusal, Report, Request, Sample, Start, State, Statistics, Status, block_count,
+    Refusal, Report, Request, Sample, Scope, Start, State, Statistics, Status, block_count,
 };
 use hdrhistogram::Histogram;
 use nalgebra::SVector;
@@ -67,27 +69,19 @@ pub struct LinkReport {
     pub samples_dropped: u64,
     /// Forces that found the queue full.
     pub forces_dropped: u64,
+    /// Forces that were not sent because a newer sample had come already.
+    pub forces_skipped: u64,
     /// From sending a keep-alive to hearing the answer, µs.
     pub round_trip_us: Histogram<u64>,
 }
 
-/// How to connect.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// How to connect. By default [`BAUDS`], one attempt.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ConnectOptions {
-    /// Bits per second.
-    pub baud: u32,
+    /// Bits per second; `None` tries each of [`BAUDS`].
+    pub baud: Option<u32>,
     /// How long to go on trying a port that is not there or does not answer.
     pub patience: Duration,
-}
-
-impl Default for ConnectOptions {
-    /// [`DEFAULT_BAUD`], one attempt.
-    fn default() -> Self {
-        Self {
-            baud: DEFAULT_BAUD,
-            patience: Duration::ZERO,
-        }
-    }
 }
 
 /// A device that has answered, on an open port.
@@ -102,8 +96,12 @@ pub struct SerialLink {
     capabilities: Capabilities,
     latency_ms: Option<u32>,
     path: String,
+    baud: u32,
+    /// Heard before its turn, to see whether a newer sample waits.
+    ahead: Option<Heard>,
     newest_tick: u32,
     newest_limiters: u8,
+    forces_skipped: u64,
 }
 
 #[derive(Debug)]
@@ -157,7 +155,14 @@ impl SerialLink {
                 Err(error) => error,
             };
             // Another version does not go away by waiting.
-            let hopeless = matches!(error, SerialError::Link(LinkError::OtherMessages { .. }));
+            let hopeless = matches!(
+                error,
+                SerialError::Link(
+                    LinkError::OtherMessages { .. }
+                        | LinkError::OtherVersion { .. }
+                        | LinkError::Echo
+                )
+            );
             if hopeless || began.elapsed() + pause > options.patience {
                 return Err(error);
             }
@@ -166,9 +171,12 @@ impl SerialLink {
         }
     }
 
-    fn connect_once(path: &str, baud: u32) -> Result<Self, SerialError> {
+    fn connect_once(path: &str, baud: Option<u32>) -> Result<Self, SerialError> {
         let latency_ms = port::shorten_latency(path);
-        let port = port::open(path, baud)?;
+        let bauds = baud.as_ref().map_or(&BAUDS[..], std::slice::from_ref);
+        let mut port = port::open(path, bauds[0])?;
+        let mut conversation = Conversation::new(RETRY.as_micros() as u64);
+        let (hello, baud) = greeting::greet(port.as_mut(), &mut conversation, bauds)?;
         let reading = port.try_clone().map_err(|error| SerialError::Open {
             path: path.to_string(),
             baud,
@@ -177,7 +185,7 @@ impl SerialLink {
         // 1 µs to 10 s, two digits: these bounds are good, so there is always a histogram.
         let histogram = Histogram::new_with_bounds(1, 10_000_000, 2);
         let shared = Arc::new(Shared {
-            conversation: Mutex::new(Conversation::new(RETRY.as_micros() as u64)),
+            conversation: Mutex::new(conversation),
             began: Instant::now(),
             over: AtomicBool::new(false),
             samples_dropped: AtomicU64::new(0),
@@ -185,7 +193,7 @@ impl SerialLink {
             round_trip_us: Mutex::new(histogram.map_err(|error| SerialError::Thread {
                 reason: error.to_string(),
             })?),
-            status: Mutex::new(Status::default()),
+            status: Mutex::new(hello.status),
             energy_bits: AtomicU32::new(0),
             period_us: AtomicU32::new(1000),
         });
@@ -218,12 +226,7 @@ impl SerialLink {
             answers,
             heard,
             threads: threads.into(),
-            hello: Hello {
-                keys: Keys::CURRENT,
-                firmware: [0; 3],
-                boot: 0,
-                status: Status::default(),
-            },
+            hello,
             // Until the device has said so itself: nothing.
             capabilities: Capabilities {
                 board: [0; 16],
@@ -241,23 +244,25 @@ impl SerialLink {
             },
             latency_ms,
             path: path.to_string(),
+            baud,
+            ahead: None,
             newest_tick: 0,
             newest_limiters: 0,
+            forces_skipped: 0,
         };
-        link.greet()?;
+        link.introduce()?;
         Ok(link)
     }
 
-    /// Hello, rest, capabilities.
-    fn greet(&mut self) -> Result<(), SerialError> {
-        if let Report::Hello(hello) = self.ask(Request::Hello(Keys::CURRENT))? {
-            check_keys(&hello)?;
-            self.hello = hello;
-            *lock(&self.shared.status) = hello.status;
+    /// Keys, rest, capabilities.
+    fn introduce(&mut self) -> Result<(), SerialError> {
+        if let Report::Keys(keys) = self.ask(Request::GetKeys)? {
+            check_keys(&keys, self.hello.firmware)?;
         }
         // Somebody may have left it running.
         if !matches!(self.hello.status.state, State::Idle | State::Fault) {
             self.ask(Request::Disarm)?;
+            self.wait_for_rest();
         }
         if let Report::Capabilities(capabilities) = self.ask(Request::GetCapabilities)? {
             self.capabilities = capabilities;
@@ -267,6 +272,21 @@ impl SerialLink {
         // Old samples and notices are none of this session.
         while self.heard.try_recv().is_ok() {}
         Ok(())
+    }
+
+    /// Waits until the force of a device that was told to let go has fallen to zero, and says whether it has.
+    pub fn wait_for_rest(&self) -> bool {
+        /// Longer than a force takes to fall.
+        const PATIENCE: Duration = Duration::from_secs(2);
+        let began = Instant::now();
+        let resting = || matches!(self.status().state, State::Idle | State::Fault);
+        // The last status is from before the request.
+        loop {
+            drop(self.measure_round_trip(Duration::from_millis(20)));
+            if resting() || began.elapsed() >= PATIENCE {
+                return resting();
+            }
+        }
     }
 
     /// T, s.
@@ -304,11 +324,25 @@ impl SerialLink {
         answer.map_err(SerialError::Link)
     }
 
-    /// Sets the whole configuration in one transaction.
+    /// Sets the whole configuration in one transaction, until it is replaced.
     ///
     /// # Errors
     /// The refusal of the first parameter that is not as the device needs it; nothing has changed then.
     pub fn set(&mut self, configuration: Configuration, values: &[f32]) -> Result<(), SerialError> {
+        self.set_for(configuration, values, Scope::Lasting)
+    }
+
+    /// Sets the whole configuration in one transaction; for a run, what was set to last comes back with the next
+    /// connection.
+    ///
+    /// # Errors
+    /// As [`set`](Self::set); for a run, a limit that is looser than what is set.
+    pub fn set_for(
+        &mut self,
+        configuration: Configuration,
+        values: &[f32],
+        scope: Scope,
+    ) -> Result<(), SerialError> {
         let most = self.capabilities.coefficients_max;
         if values.len() > usize::from(most) {
             let refusal = Refusal::Range {
@@ -327,7 +361,7 @@ impl SerialLink {
         }
         let digest = DigestBuilder::new(&configuration).coefficients(values);
         let digest = digest.finish();
-        self.ask(Request::Commit { digest })?;
+        self.ask(Request::Commit { digest, scope })?;
         self.ticks_every(configuration.tick_period_us);
         Ok(())
     }
@@ -413,7 +447,10 @@ impl SerialLink {
     }
 
     /// The next thing the device says unasked; `None` after the time.
-    pub fn hear(&self, patience: Duration) -> Option<Heard> {
+    pub fn hear(&mut self, patience: Duration) -> Option<Heard> {
+        if let Some(heard) = self.ahead.take() {
+            return Some(heard);
+        }
         match self.heard.recv_timeout(patience) {
             Ok(heard) => Some(heard),
             Err(RecvTimeoutError::Timeout) => None,
@@ -422,7 +459,10 @@ impl SerialLink {
     }
 
     /// Whether something waits to be heard.
-    pub fn try_hear(&self) -> Option<Heard> {
+    pub fn try_hear(&mut self) -> Option<Heard> {
+        if let Some(heard) = self.ahead.take() {
+            return Some(heard);
+        }
         match self.heard.try_recv() {
             Ok(heard) => Some(heard),
             Err(TryRecvError::Empty) => None,
@@ -470,6 +510,12 @@ impl SerialLink {
         self.newest_limiters
     }
 
+    /// The speed at which the device answered, bits per second.
+    #[must_use]
+    pub const fn baud(&self) -> u32 {
+        self.baud
+    }
+
     /// The port.
     #[must_use]
     pub fn path(&self) -> &str {
@@ -489,6 +535,7 @@ impl SerialLink {
             host: self.shared.conversation().counters(),
             samples_dropped: self.shared.samples_dropped.load(Ordering::Relaxed),
             forces_dropped: self.shared.forces_dropped.load(Ordering::Relaxed),
+            forces_skipped: self.forces_skipped,
             round_trip_us: lock(&self.shared.round_trip_us).clone(),
         }
     }
@@ -512,7 +559,8 @@ impl Drop for SerialLink {
 /// A host loop: the position comes from the newest sample, the force goes out at once.
 ///
 /// A reading's time is the tick's, n·T. [`read`](Device::read) waits for the next sample, up to 2 s; each
-/// sample is read, in order, even when they come faster than they are read.
+/// sample is read, in order, even when they come faster than they are read. A force is sent only if no newer sample has
+/// come meanwhile: whoever has fallen behind computes what it has missed and answers the newest.
 impl<F: Real> Device<F, 1> for SerialLink {
     type Error = SerialError;
 
@@ -540,6 +588,13 @@ impl<F: Real> Device<F, 1> for SerialLink {
     }
 
     fn write(&mut self, force: SafeForce<F, 1>) -> Result<(), SerialError> {
+        if self.ahead.is_none() {
+            self.ahead = self.try_hear();
+        }
+        if matches!(self.ahead, Some(Heard::Sample(_))) {
+            self.forces_skipped += 1;
+            return Ok(());
+        }
         self.send_force(self.newest_tick, force.newtons()[0].to_f64() as f32);
         Ok(())
     }

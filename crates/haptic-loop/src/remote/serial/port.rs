@@ -9,9 +9,6 @@ use std::string::{String, ToString};
 use std::time::Duration;
 use std::vec::Vec;
 
-/// Speed where none is given, bits per second: 1 kHz of samples with 30 % to spare.
-pub const DEFAULT_BAUD: u32 = 460_800;
-
 /// A read returns after this time at the latest, so that a closing link is noticed.
 const READ_TIMEOUT: Duration = Duration::from_millis(20);
 

@@ -102,8 +102,7 @@ impl Writer {
         /// How long it waits when nothing is due.
         const IDLE: Duration = Duration::from_millis(50);
         let mut line = [0; FRAME_MAX];
-        // Ends a frame that somebody else may have begun.
-        let mut broken = !write(port.as_mut(), &[0]);
+        let mut broken = false;
         while !broken {
             let due = self.shared.conversation().next_due_us();
             let wait = due.map_or(IDLE, |due| {
@@ -146,7 +145,7 @@ impl Writer {
 
 /// Writes it all, and says whether the line took it. A line that is slower than what is sent, as an emulated
 /// one may be, is waited for; one that takes nothing for a second is gone.
-fn write(port: &mut dyn SerialPort, mut bytes: &[u8]) -> bool {
+pub(super) fn write(port: &mut dyn SerialPort, mut bytes: &[u8]) -> bool {
     let mut moved = Instant::now();
     while !bytes.is_empty() {
         match port.write(bytes) {

@@ -11,7 +11,8 @@ use std::process::Command;
 
 const LONG_ABOUT: &str = "\
 Builds the firmware for a board and programs it over a debug probe with probe-rs, then greets the \
-device and reads back its version. probe-rs is a program of its own: https://probe.rs.";
+device and compares its board and version with those of the image. probe-rs is a program of its own: \
+https://probe.rs.";
 
 /// A board of `firmware/`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -24,6 +25,13 @@ impl Board {
     const fn feature(self) -> &'static str {
         match self {
             Self::NucleoF446re => "board-nucleo-f446re",
+        }
+    }
+
+    /// As the device calls itself.
+    const fn name(self) -> &'static str {
+        match self {
+            Self::NucleoF446re => "nucleo-f446re",
         }
     }
 
@@ -79,6 +87,7 @@ impl Arguments {
                 image.display()
             )));
         }
+        let identity = read_identity(self.board, &image)?;
         program(self.board, &image, output)?;
         // A board that was just reset needs a moment; its port may go and come back.
         let patience = self
@@ -86,6 +95,12 @@ impl Arguments {
             .patience()?
             .max(std::time::Duration::from_secs(10));
         let link = self.port.name()?.connect(patience)?;
+        if let Some(identity) = &identity {
+            identity.compare(&Identity {
+                board: link.capabilities().board().to_owned(),
+                firmware: link.hello().firmware,
+            })?;
+        }
         let flashed = Flashed {
             board: link.capabilities().board().to_owned(),
             image: image.display().to_string(),
@@ -130,6 +145,85 @@ impl Arguments {
             .join("release")
             .join(BINARY))
     }
+}
+
+/// Board and version of an image, which it has in itself, see `IDENTITY` in `firmware/src/main.rs`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Identity {
+    board: String,
+    firmware: [u8; 3],
+}
+
+impl std::fmt::Display for Identity {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let [major, minor, patch] = self.firmware;
+        write!(
+            f,
+            "board {} with firmware {major}.{minor}.{patch}",
+            self.board
+        )
+    }
+}
+
+impl Identity {
+    /// What stands before the 16 bytes of the board's name and the three of the version.
+    const MARK: &'static [u8] = b"haptic-device image\0";
+
+    /// The first in these bytes.
+    fn find(image: &[u8]) -> Option<Self> {
+        let mut marks = image.windows(Self::MARK.len()).enumerate();
+        marks.find_map(|(at, window)| {
+            let rest = &image[at + window.len()..];
+            let (name, firmware) = (rest.get(..16)?, rest.get(16..19)?);
+            let length = name
+                .iter()
+                .position(|&byte| byte == 0)
+                .unwrap_or(name.len());
+            let board = std::str::from_utf8(&name[..length]).ok()?;
+            let is_name = !board.is_empty() && board.chars().all(|c| c.is_ascii_graphic());
+            (window == Self::MARK && is_name).then(|| Self {
+                board: board.to_owned(),
+                firmware: [firmware[0], firmware[1], firmware[2]],
+            })
+        })
+    }
+
+    /// Whether the device that answers is what was programmed.
+    fn compare(&self, device: &Self) -> Result<(), Failure> {
+        if self == device {
+            return Ok(());
+        }
+        Err(Failure::Device(anyhow::anyhow!(
+            "what answers is {device}, but the image is for {self}: is it the port of the board that was \
+             programmed? Name it with --device serial:PATH, or unplug the board and plug it in again"
+        )))
+    }
+}
+
+/// Reads what an image says of itself, and refuses that of another board.
+fn read_identity(board: Board, image: &Path) -> Result<Option<Identity>, Failure> {
+    let bytes = std::fs::read(image).map_err(|error| {
+        Failure::bad_input(format_args!("cannot read `{}`: {error}", image.display()))
+    })?;
+    let identity = Identity::find(&bytes);
+    match &identity {
+        None => note(
+            "warning",
+            format_args!(
+                "`{}` does not say what it is, so board and version are not compared: build it anew",
+                image.display()
+            ),
+        ),
+        Some(identity) if identity.board != board.name() => {
+            return Err(Failure::bad_input(format_args!(
+                "`{}` is for {identity}, not for {}: give the --image of that board, or leave --image away",
+                image.display(),
+                board.name()
+            )));
+        }
+        Some(_) => {}
+    }
+    Ok(identity)
 }
 
 /// What the firmware is built for.
@@ -181,5 +275,38 @@ fn run(mut command: Command, name: &str, advice: &str) -> Result<(), Failure> {
         Err(Failure::Device(anyhow::anyhow!(
             "{name} ended with {status}: {advice}"
         )))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_image_says_what_it_is() {
+        let identity = |board: &str, firmware| Identity {
+            board: board.to_owned(),
+            firmware,
+        };
+        let mut image = b"\x7fELF haptic-device image haptic-device image\0".to_vec();
+        assert_eq!(Identity::find(&image), None, "cut");
+        image.extend(b"nucleo-f446re\0\0\0\x01\x02\x03rest");
+        let found = Identity::find(&image).expect("is there");
+        assert_eq!(found, identity("nucleo-f446re", [1, 2, 3]));
+        assert_eq!(Identity::find(b"nothing"), None);
+        found
+            .compare(&identity("nucleo-f446re", [1, 2, 3]))
+            .expect("the same");
+        for other in [
+            identity("nucleo-f446re", [1, 2, 2]),
+            identity("mps2-an386", [1, 2, 3]),
+        ] {
+            let error = found.compare(&other).expect_err("another").to_string();
+            assert!(
+                error.contains("board nucleo-f446re with firmware 1.2.3"),
+                "{error}"
+            );
+            assert!(error.contains(&other.to_string()), "{error}");
+        }
     }
 }

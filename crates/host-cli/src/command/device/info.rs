@@ -74,6 +74,7 @@ struct Counted {
     frames_duplicate: u32,
     frames_late: u32,
     bytes_overrun: u32,
+    frames_of_strangers: u32,
 }
 
 impl From<Statistics> for Counted {
@@ -94,6 +95,7 @@ impl From<Statistics> for Counted {
             frames_duplicate: s.duplicate,
             frames_late: s.late,
             bytes_overrun: s.bytes_overrun,
+            frames_of_strangers: s.strangers,
         }
     }
 }

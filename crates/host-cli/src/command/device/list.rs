@@ -4,7 +4,7 @@ use crate::device::firmware_version;
 use crate::failure::Failure;
 use crate::output::Output;
 use clap::Args;
-use haptic_loop::remote::serial::{ConnectOptions, DEFAULT_BAUD, SerialLink, ports};
+use haptic_loop::remote::serial::{ConnectOptions, SerialLink, ports};
 use serde::Serialize;
 use std::time::Duration;
 
@@ -15,9 +15,9 @@ pub struct Arguments {
     /// Greet whatever is at each port; opening a port resets some boards that are no devices of ours
     #[arg(long)]
     probe: bool,
-    /// Speed at which to greet
-    #[arg(long, value_name = "BAUD", default_value_t = DEFAULT_BAUD)]
-    baud: u32,
+    /// Speed at which to greet [default: 460800 and 921600 in turn]
+    #[arg(long, value_name = "BAUD", value_parser = clap::value_parser!(u32).range(1200..=12_000_000))]
+    baud: Option<u32>,
 }
 
 #[derive(Serialize)]

@@ -113,7 +113,7 @@ impl Arguments {
             // The streams show the first session; later ones are in their logs.
             let mut recorder =
                 Recorder::start(&name, metadata, false, folder.overwrite(), live.take())?;
-            let over = watch.session(&link, &mut recorder);
+            let over = watch.session(&mut link, &mut recorder);
             watch.watched.dropped_samples += recorder.dropped() + link.report().samples_dropped;
             let Recorded { log, warnings, .. } = recorder.finish()?;
             for warning in warnings {
@@ -201,7 +201,7 @@ impl Watch<'_> {
     }
 
     /// Watches until the time is over, or the session: then why.
-    fn session(&mut self, link: &SerialLink, recorder: &mut Recorder) -> Option<String> {
+    fn session(&mut self, link: &mut SerialLink, recorder: &mut Recorder) -> Option<String> {
         // Batches at 1 kHz save half of the line; one at a time below.
         let batch = if self.every == 1 { BATCH_MAX as u8 } else { 1 };
         if let Err(error) = link.stream(self.every, batch) {

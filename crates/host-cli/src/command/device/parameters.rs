@@ -31,6 +31,8 @@ pub struct Parameters {
     pub watchdog_s: f64,
     /// Late ticks in a row that latch a fault; 0 never.
     pub late_ticks: u16,
+    /// Ticks from a sample to the force that answers it at most.
+    pub max_age_ticks: u16,
     /// What else the safety chain does.
     pub safety: SafetyParameters,
     /// The simulated plant; null for a real device.
@@ -200,6 +202,7 @@ impl Parameters {
             force_rate_limit_n_per_s: configuration.limits.force_rate_n_per_s,
             watchdog_s: f64::from(configuration.limits.watchdog_ms) * 1e-3,
             late_ticks: configuration.limits.late_ticks,
+            max_age_ticks: configuration.limits.max_age_ticks,
             safety: SafetyParameters::new(&configuration.limits),
             simulation: kind.map(|kind| SimulationParameters {
                 kind,

@@ -8,13 +8,13 @@ use crate::experiment::GuardChoice;
 use crate::experiment::remote::guard_of;
 use crate::experiment::safety::{GuardedDevice, speed, workspace};
 use crate::failure::Failure;
-use crate::output::Output;
+use crate::output::{Output, note};
 use crate::quantity::{
     Damping, Delay, Force, ForceRate, Length, Mass, Speed, Stiffness, Time, Workspace,
 };
 use clap::Args;
 use fracdiff::{Operator, Scheme, Seconds};
-use haptic_link::{Configuration, Guard, SimulationKind};
+use haptic_link::{Configuration, Guard, GuardKind, Limits, SimulationKind};
 use haptic_loop::remote::{operator_shape, wire_guard};
 use std::io::{self, Write};
 
@@ -71,6 +71,9 @@ pub struct SetArguments {
     /// Late ticks in a row that latch a fault; 0 for never
     #[arg(long)]
     late_ticks: Option<u16>,
+    /// In a loop on the host: ticks from a sample to the force that answers it at most
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    max_age_ticks: Option<u16>,
     /// Largest force with which the device's loop starts; 0 for any
     #[arg(long, allow_hyphen_values = true, help_heading = "Safety")]
     start_force: Option<Force>,
@@ -204,6 +207,7 @@ impl SetArguments {
         let path = link.path().to_owned();
         let problem = |error| at_port(&path, &error);
         let (mut configuration, mut values) = link.configuration().map_err(problem)?;
+        let before = configuration.limits;
         self.change(&mut configuration, &mut values)?;
         link.set(configuration, &values).map_err(|error| {
             if error.is_refusal() {
@@ -213,6 +217,9 @@ impl SetArguments {
             }
         })?;
         let (configuration, values) = link.configuration().map_err(problem)?;
+        for limit in loosened(&before, &configuration.limits) {
+            note("warning", format_args!("loosened: {limit}"));
+        }
         let parameters = Parameters::new(&configuration, &values);
         output.summary(&parameters, |out| print(out, &parameters))
     }
@@ -258,6 +265,9 @@ impl SetArguments {
         }
         if let Some(late) = self.late_ticks {
             configuration.limits.late_ticks = late;
+        }
+        if let Some(ticks) = self.max_age_ticks {
+            configuration.limits.max_age_ticks = ticks;
         }
         match self.surface {
             Some(Surface::None) => configuration.one_sided = false,
@@ -358,6 +368,59 @@ impl SetArguments {
         }
         Ok(())
     }
+}
+
+/// The limits that are looser than before, in words: it is only here that they can be.
+fn loosened(before: &Limits, after: &Limits) -> Vec<String> {
+    // 0 is no limit.
+    let at_most = |value: f32| if value > 0.0 { value } else { f32::INFINITY };
+    let numbers = [
+        ("force limit", "N", before.force_n, after.force_n),
+        (
+            "force rate limit",
+            "N/s",
+            before.force_rate_n_per_s,
+            after.force_rate_n_per_s,
+        ),
+        (
+            "start force",
+            "N",
+            at_most(before.start_force_n),
+            at_most(after.start_force_n),
+        ),
+        (
+            "speed limit",
+            "m/s",
+            at_most(before.speed_hard_m_per_s),
+            at_most(after.speed_hard_m_per_s),
+        ),
+        // Turned round: a longer rise is the tighter one.
+        ("rise time", "s", -before.rise_time_s, -after.rise_time_s),
+    ];
+    let in_words = |value: f32, unit: &str| match value.abs() {
+        value if value.is_infinite() => "none".to_owned(),
+        value => format!("{value} {unit}"),
+    };
+    let mut words: Vec<String> = numbers
+        .into_iter()
+        .filter(|(_, _, before, after)| after > before)
+        .map(|(name, unit, before, after)| {
+            let (before, after) = (in_words(before, unit), in_words(after, unit));
+            format!("{name} from {before} to {after}")
+        })
+        .collect();
+    let (low, high) = (after.workspace_low_m, after.workspace_high_m);
+    let had = before.workspace_low_m < before.workspace_high_m;
+    if had && (low >= high || low < before.workspace_low_m || high > before.workspace_high_m) {
+        words.push(format!(
+            "workspace from {}:{} to {low}:{high} m, 0:0 being none",
+            before.workspace_low_m, before.workspace_high_m
+        ));
+    }
+    if before.guard.kind != GuardKind::Off && after.guard.kind == GuardKind::Off {
+        words.push("the passivity guard is off".to_owned());
+    }
+    words
 }
 
 /// A time in whole microseconds.

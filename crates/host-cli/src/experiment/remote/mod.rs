@@ -36,6 +36,8 @@ pub struct RemoteDevice {
     pub watchdog_ms: u16,
     /// Late ticks in a row that latch a fault; 0 for never.
     pub late_ticks: u16,
+    /// Ticks from a sample to the force that answers it at most, in a loop on the host.
+    pub max_age_ticks: u16,
     /// How long to wait for the device to be there.
     pub patience: Duration,
 }
@@ -49,6 +51,7 @@ impl RemoteDevice {
             loop_mode: LoopMode::Device,
             watchdog_ms: Limits::DEFAULT.watchdog_ms,
             late_ticks: Limits::DEFAULT.late_ticks,
+            max_age_ticks: Limits::DEFAULT.max_age_ticks,
             patience: Duration::ZERO,
         }
     }
@@ -115,10 +118,34 @@ pub(super) fn configuration(
         limits: Limits {
             watchdog_ms: device.watchdog_ms,
             late_ticks: device.late_ticks,
+            max_age_ticks: device.max_age_ticks,
             ..limits
         },
         simulation,
     })
+}
+
+/// Keeps a run within the limits that are set on the device, and says in one line where these are the tighter ones.
+pub(super) fn keep_within(configuration: &mut Configuration, set: &Limits) -> Option<String> {
+    let (tight, looser) = configuration.limits.tightened(set);
+    configuration.limits = tight;
+    looser?;
+    let Limits {
+        force_n,
+        force_rate_n_per_s,
+        rise_time_s,
+        speed_hard_m_per_s,
+        ..
+    } = tight;
+    let speed = if speed_hard_m_per_s > 0.0 {
+        format!(", at most {speed_hard_m_per_s} m/s")
+    } else {
+        String::new()
+    };
+    Some(format!(
+        "the limits set on the device hold where they are tighter: {force_n} N, {force_rate_n_per_s} N/s, rising in \
+         {rise_time_s} s{speed}; a run cannot loosen them, host-cli device set can"
+    ))
 }
 
 /// Limits of the chain that closes a loop here: force, rate and start. The rest is up to the device, which

@@ -1,7 +1,7 @@
 //! A run on a connected device: set, arm, start, listen or control, let go, and close the log.
 
 use super::{
-    RemoteDevice, RemoteLaw, configuration, loop_name,
+    RemoteDevice, RemoteLaw, configuration, keep_within, loop_name,
     summary::{flat, summarise},
 };
 use crate::device::{at_port, firmware_version};
@@ -19,7 +19,8 @@ use crate::output::note;
 use crate::record::TickMessage;
 use fracdiff::Real;
 use haptic_link::{
-    EventKind, Field, LoopMode, Refusal, Report, Request, Sample, Start, State, Statistics,
+    EventKind, Field, Limits, LoopMode, Refusal, Report, Request, Sample, Scope, Start, State,
+    Statistics,
 };
 use haptic_loop::realtime::{Fallback, RaisedThread};
 use haptic_loop::remote::LinkError;
@@ -90,7 +91,8 @@ impl<'a> RemoteRun<'a> {
         let device = self.device;
         let mut link = device.name.connect(device.patience)?;
         let path = link.path().to_owned();
-        let configuration = configuration(device, &self.law, self.schedule, link.capabilities())?;
+        let mut configuration =
+            configuration(device, &self.law, self.schedule, link.capabilities())?;
         let problem = |error: SerialError| match error.is_refusal() {
             true if error.is_about(Field::SimulationKind) => Failure::input_with_advice(
                 error,
@@ -99,7 +101,12 @@ impl<'a> RemoteRun<'a> {
             true => Failure::bad_input(error),
             false => at_port(&path, &error),
         };
-        link.set(configuration, &self.law.operator.1)
+        let (set, _) = link.configuration().map_err(problem)?;
+        if let Some(text) = keep_within(&mut configuration, &set.limits) {
+            note("warning", text);
+        }
+        describe_limits(&configuration.limits, &mut self.metadata);
+        link.set_for(configuration, &self.law.operator.1, Scope::Run)
             .map_err(problem)?;
         let before = link.statistics().map_err(problem)?;
         describe(&link, device, &mut self.metadata);
@@ -533,13 +540,18 @@ fn blow(refused: StartRefused) -> SerialError {
 
 /// Waits until the device tells, by its keep-alives, that it is idle: its force has fallen to zero.
 fn waits_for_rest(link: &SerialLink) -> bool {
-    /// Longer than any ramp at a rate limit that is one.
-    const PATIENCE: Duration = Duration::from_secs(2);
-    let began = Instant::now();
-    while link.status().state != State::Idle && began.elapsed() < PATIENCE {
-        let _ = link.measure_round_trip(Duration::from_millis(20));
-    }
-    link.status().state == State::Idle
+    link.wait_for_rest() && link.status().state == State::Idle
+}
+
+/// The limits that really hold, for the log.
+fn describe_limits(limits: &Limits, metadata: &mut BTreeMap<String, String>) {
+    let numbers = [
+        ("device_force_limit_n", limits.force_n),
+        ("device_force_rate_limit_n_per_s", limits.force_rate_n_per_s),
+        ("device_rise_time_s", limits.rise_time_s),
+        ("device_speed_limit_m_per_s", limits.speed_hard_m_per_s),
+    ];
+    metadata.extend(numbers.map(|(key, value)| (key.to_owned(), value.to_string())));
 }
 
 /// What only the connected device can tell.

@@ -28,6 +28,8 @@ pub struct LinkSummary {
     pub stale_forces: u32,
     /// Forces that found no room here.
     pub forces_dropped: u64,
+    /// Forces that were not sent because a newer sample had come already.
+    pub forces_skipped: u64,
     /// Ticks of the device that were late.
     pub overruns: u32,
     /// Longest tick of the device, processor cycles; 0 if it cannot count them.
@@ -88,6 +90,7 @@ pub(super) fn summarise(
         samples_dropped_on_device: counted.samples_dropped,
         stale_forces: counted.stale_forces,
         forces_dropped: report.forces_dropped,
+        forces_skipped: report.forces_skipped,
         overruns: counted.overruns,
         tick_cycles_max: counted.tick_cycles_max,
         from_device: FrameCounts {
