@@ -57,7 +57,7 @@ const GUARD: Guard = Guard {
 #[test]
 fn every_limit_beyond_its_range_is_refused_by_name() {
     type Change = fn(&mut Limits);
-    let cases: [(Field, &[Change]); 19] = [
+    let cases: [(Field, &[Change]); 22] = [
         (
             Field::StartForce,
             &[
@@ -272,7 +272,7 @@ fn every_limit_beyond_its_range_is_refused_by_name() {
 #[test]
 fn every_limit_at_the_end_of_its_range_is_good() {
     type Change = fn(&mut Limits);
-    let ends: [Change; 21] = [
+    let ends: [Change; 23] = [
         |l| l.start_force_n = f32::MAX,
         |l| l.start_force_n = f32::MIN_POSITIVE,
         |l| l.rise_time_s = 60.0,
