@@ -12,8 +12,8 @@
 //! The environment variable `CAMPAIGN_CASES` sets how many random devices are tried; 400 if it is not set.
 
 use fracdiff::{Real, Seconds};
-use haptic_loop::units::{NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
-use haptic_loop::{EnergyBounding, Guard, Limits, SafetyChain, SafetyState};
+use haptic_loop::units::{MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
+use haptic_loop::{EnergyBounding, Guard, Limits, SafetyChain, SafetyState, SpeedLimit};
 use nalgebra::SVector;
 
 /// Rounding, J.
@@ -186,6 +186,8 @@ struct Case {
     motion: Motion,
     /// N; and N/s, or none.
     limits: (f64, Option<f64>),
+    /// With a ramp after the start, braking at any speed by so much (N·s/m), and a stop now and then.
+    braking: Option<f64>,
     seed: u64,
 }
 
@@ -234,6 +236,9 @@ impl Case {
             wanted,
             motion: Motion::Greedy,
             limits: (force, rate),
+            braking: random
+                .chance(0.3)
+                .then(|| damping * random.scaled(0.5, 20.0)),
             seed: random.next(),
         }
     }
@@ -298,6 +303,13 @@ impl Case {
         let rate = rate.unwrap_or(2.0 * force / t);
         let limits = Limits {
             guard: guard.map(Guard::EnergyBounding),
+            norm: self.braking.map(|_| Newtons(force)),
+            rise_time: self.braking.map(|_| Seconds(20.0 * t)),
+            speed: self.braking.map(|_| SpeedLimit {
+                soft: MetresPerSecond(0.0),
+                hard: MetresPerSecond(1e4),
+            }),
+            braking: self.braking.map(NewtonSecondsPerMetre),
             ..Limits::bare(Newtons(force), NewtonsPerSecond(rate))
         };
         let chain = SafetyChain::<F>::from_limits(&limits, Seconds(t)).expect("valid");
@@ -311,6 +323,13 @@ impl Case {
         let (mut energy, mut least, mut most) = (0.0, 0.0_f64, 0.0_f64);
         for sample in 0..samples {
             let wanted = self.wanted_force(&x, &moved, &mut random);
+            if self.braking.is_some() {
+                if random.chance(0.01) {
+                    state.stop();
+                } else if random.chance(0.1) {
+                    state.clear();
+                }
+            }
             let (sent, _) = chain.apply(&mut state, &x.map(F::from_f64), &wanted.map(F::from_f64));
             let sent = sent.newtons().map(F::to_f64);
             most = most.max(sent.norm());
@@ -438,7 +457,7 @@ fn no_motion_draws_energy_from_a_bounded_loop() {
         "{count} devices: least energy {worst:e} J, in single precision {rounded:e} of the cost of the largest force; {unguarded} gave energy \
          without a guard; {felt} felt more than 0.1 N"
     );
-    assert!(rounded > -1e-2, "{rounded}");
+    assert!(rounded > -1e-4, "{rounded}");
     // The adversaries are strong, and the guard does not just let nothing through.
     assert!(unguarded * 10 > count * 8, "{unguarded} of {count}");
     assert!(felt * 10 > count * 8, "{felt} of {count}");
@@ -460,6 +479,7 @@ fn stiff(delays: (f64, f64), lag: f64, motion: Motion) -> Case {
         },
         motion,
         limits: (35.0, None),
+        braking: None,
         seed: 1,
     }
 }

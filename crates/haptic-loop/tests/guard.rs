@@ -576,7 +576,7 @@ fn what_a_guard_cannot_promise_is_refused() {
     for (bounding, words) in [
         (
             EnergyBounding::of(NewtonSecondsPerMetre(0.0)),
-            "damping of the device for its guard 0",
+            "damping of the device 0",
         ),
         (
             EnergyBounding::of(NewtonSecondsPerMetre(nan)),
@@ -598,7 +598,7 @@ fn what_a_guard_cannot_promise_is_refused() {
         (late(0.0, f64::INFINITY, 0.0), "delay of the guard inf"),
         (
             late(0.0, 0.0, 0.129),
-            "lag of the actuator 0.129 s is not at most 64 sample times",
+            "lag of the actuator 0.129 s is not at least 0 and at most 64 sample times",
         ),
         (late(0.0, 0.0, nan), "lag of the actuator NaN"),
         (

@@ -1,8 +1,8 @@
 //! Energy bounding: the force is never larger than the energy at hand can pay for.
 
-use super::profile::{Profile, Timing};
+use super::profile::{MAX_GUARD_DELAY_SAMPLES, MAX_GUARD_LAG_SAMPLES, Profile, Timing};
 use super::{GuardState, dot, keep};
-use crate::error::{ParameterError, not_negative, positive, range, rounded};
+use crate::error::{ParameterError, range, rounded};
 use crate::units::{Metres, NewtonSecondsPerMetre, Seconds};
 use fracdiff::Real;
 use nalgebra::SVector;
@@ -77,6 +77,9 @@ impl EnergyBounding {
     }
 }
 
+/// What the longest delay may be.
+const DELAYS: &str = "at least the least delay and at most 4 sample times, in";
+
 /// Energy bounding, made of good parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bounding<F> {
@@ -96,46 +99,84 @@ pub(crate) struct Bounding<F> {
 impl<F: Real> Bounding<F> {
     /// # Errors
     /// A parameter outside the range that its field states.
+    #[inline(never)]
     pub(super) fn new(bounding: &EnergyBounding, sample_time: f64) -> Result<Self, ParameterError> {
-        let share = bounding.share;
-        let damping = positive(
-            "damping of the device for its guard",
-            bounding.device_damping.0,
-            "N·s/m",
-        )?;
-        let within = share > 0.0 && share <= 1.0;
-        range("share of the damping", share, within, "in (0, 1]", "")?;
-        let noise = not_negative("noise for the guard", bounding.noise.0, "m")?;
-        let timing = Timing::new(
-            bounding.delay_least,
-            bounding.delay_most,
-            bounding.lag,
-            sample_time,
-        )?;
+        let t = sample_time;
+        let (share, noise) = (bounding.share, bounding.noise.0);
+        let (damping, lag) = (bounding.device_damping.0, bounding.lag.0);
+        let (least, most) = (bounding.delay_least.0, bounding.delay_most.0);
+        // With room for a rounding to single precision.
+        let reach = |samples: usize| (1.0 + 1e-6) * t * samples as f64;
+        let late = most >= least && most <= reach(MAX_GUARD_DELAY_SAMPLES);
+        let slow = lag >= 0.0 && lag <= reach(MAX_GUARD_LAG_SAMPLES);
+        for (what, value, accepted, allowed, unit) in [
+            (
+                "damping of the device",
+                damping,
+                damping > 0.0,
+                "above 0",
+                "N·s/m",
+            ),
+            (
+                "share of the damping",
+                share,
+                share > 0.0 && share <= 1.0,
+                "in (0, 1]",
+                "",
+            ),
+            (
+                "noise for the guard",
+                noise,
+                noise >= 0.0,
+                "at least 0",
+                "m",
+            ),
+            (
+                "least delay of the guard",
+                least,
+                least >= 0.0,
+                "at least 0",
+                "s",
+            ),
+            ("delay of the guard", most, late, DELAYS, "s"),
+            (
+                "lag of the actuator",
+                lag,
+                slow,
+                "at least 0 and at most 64 sample times, in",
+                "s",
+            ),
+        ] {
+            range(what, value, accepted, allowed, unit)?;
+        }
+        let timing = Timing {
+            delay: 0.5 * (least + most) / t,
+            spread: 0.5 * (most - least) / t,
+            lag: lag / t,
+        };
         // ρb/T, and the parts of it that make (1 + D/T + τ/2T)/ρ₁ + N·(W/2T)/ρ₂ least.
-        let whole = share * damping / sample_time;
-        let held = 1.0 + timing.middle() + 0.5 * timing.lag;
-        let uncertain = libm::ceil(timing.spread) * timing.spread;
+        let whole = share * damping / t;
+        let held = 1.0 + timing.delay + 0.5 * timing.lag;
+        let steps = if timing.spread > 1.0 { 2.0 } else { 1.0 };
+        let uncertain = steps * timing.spread;
         let root = libm::sqrt(uncertain / held);
         let damping = whole / (1.0 + root);
-        let step = if uncertain > 0.0 {
-            0.25 * uncertain * (1.0 + root) / (root * whole)
-        } else {
-            0.0
-        };
+        // N·(W/2T)/(4ρ₂b/T), ρ₂ = ρ·root/(1 + root).
+        let step = 0.25 * held * root * (1.0 + root) / whole;
         let name = "bound of the guard";
         Ok(Self {
             damping: rounded(name, damping, "N/m")?,
             per_force: rounded(name, 0.5 / damping, "m/N")?,
             noise: F::from_f64(2.0 * damping * noise * noise),
             keep: keep(bounding.forget, sample_time)?,
-            step: rounded(name, step, "J/N²")?,
-            profile: Profile::new(&timing, 0.25 / damping)?,
+            step: F::from_f64(step),
+            profile: Profile::new(&timing, 0.25 / damping),
         })
     }
 
-    /// Bounds the force that is about to be sent, and keeps it; says whether it was made smaller.
-    #[inline]
+    /// Bounds the force that is about to be sent, and keeps it; says whether it was made smaller. Not inlined: every tick
+    /// function would have a copy.
+    #[inline(never)]
     pub(super) fn bound<const D: usize>(
         &self,
         state: &mut GuardState<F, D>,

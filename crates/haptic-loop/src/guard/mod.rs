@@ -119,7 +119,7 @@ impl<F: Real> GuardLaw<F> {
     }
 
     /// What the observer makes of a wanted force, and whether that is another. `moved` is Δ, m.
-    #[inline]
+    #[inline(never)]
     pub(crate) fn steer<const D: usize>(
         &self,
         state: &mut GuardState<F, D>,

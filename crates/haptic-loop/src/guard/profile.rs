@@ -14,8 +14,6 @@
 //! Both are forms in s and r₀: exactly zero while a force is held. Coefficients are computed in `f64` and rounded once.
 
 use super::dot;
-use crate::error::{ParameterError, not_negative, range, rounded};
-use crate::units::Seconds;
 use fracdiff::Real;
 use nalgebra::SVector;
 
@@ -62,15 +60,17 @@ pub(super) struct Form<F> {
 }
 
 impl<F: Real> Form<F> {
-    fn new(what: &'static str, [square, cross, rest]: [f64; 3]) -> Result<Self, ParameterError> {
-        Ok(Self {
-            square: coefficient(what, square)?,
-            cross: coefficient(what, cross)?,
-            rest: coefficient(what, rest)?,
-        })
+    /// What is beyond the number type costs more than there is: no force follows from it.
+    fn new(unit: f64, terms: [f64; 3]) -> Self {
+        let [square, cross, rest] = terms.map(|term| F::from_f64(unit * term));
+        Self {
+            square,
+            cross,
+            rest,
+        }
     }
 
-    #[inline]
+    #[inline(never)]
     pub(super) fn of<const D: usize>(&self, x: &SVector<F, D>, y: &SVector<F, D>) -> F {
         let mut sum = F::ZERO;
         for (&x, &y) in x.iter().zip(y) {
@@ -80,71 +80,15 @@ impl<F: Real> Form<F> {
     }
 }
 
-/// Rounds a coefficient; one that no force would ever feel is zero.
-fn coefficient<F: Real>(what: &'static str, value: f64) -> Result<F, ParameterError> {
-    let felt = value.abs() > 1e-30;
-    rounded(what, if felt { value } else { 0.0 }, "J/N²")
-}
-
-/// Delay and lag as numbers: checked, in units of the sample time.
+/// Delay and lag in units of the sample time, of parameters that were checked.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Timing {
-    /// d.
-    whole: usize,
-    /// h.
-    fraction: f64,
-    /// Half the width of the interval of delays.
+    /// D/T, the middle of the interval of delays.
+    pub(super) delay: f64,
+    /// Half the width of that interval.
     pub(super) spread: f64,
     /// τ/T.
     pub(super) lag: f64,
-}
-
-impl Timing {
-    /// # Errors
-    /// A delay or lag outside the ranges of [`EnergyBounding`](super::EnergyBounding).
-    pub(super) fn new(
-        least: Seconds,
-        most: Seconds,
-        lag: Seconds,
-        sample_time: f64,
-    ) -> Result<Self, ParameterError> {
-        let least = not_negative("least delay of the guard", least.0, "s")?;
-        // With room for a rounding to single precision.
-        let longest = MAX_GUARD_DELAY_SAMPLES as f64 * (1.0 + 1e-6) * sample_time;
-        range(
-            "delay of the guard",
-            most.0,
-            most.0 >= least && most.0 <= longest,
-            "at least the least delay and at most 4 sample times, in",
-            "s",
-        )?;
-        let slowest = MAX_GUARD_LAG_SAMPLES as f64 * (1.0 + 1e-6) * sample_time;
-        let lag = not_negative("lag of the actuator", lag.0, "s")?;
-        let allowed = "at most 64 sample times, in";
-        range("lag of the actuator", lag, lag <= slowest, allowed, "s")?;
-        let middle = 0.5 * (least + most.0) / sample_time;
-        // A ratio within 1e-9 of a whole number is that number.
-        let nearest = libm::rint(middle);
-        let near = (middle - nearest).abs() < 1e-9;
-        let middle = if near { nearest } else { middle };
-        let whole = libm::floor(middle);
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "0 ≤ whole ≤ 4"
-        )]
-        Ok(Self {
-            whole: whole as usize,
-            fraction: middle - whole,
-            spread: 0.5 * (most.0 - least) / sample_time,
-            lag: lag / sample_time,
-        })
-    }
-
-    /// The middle of the interval of delays, in sample times.
-    pub(super) fn middle(&self) -> f64 {
-        self.whole as f64 + self.fraction
-    }
 }
 
 /// What the forces on their way do and may cost.
@@ -167,46 +111,57 @@ pub(super) struct Profile<F> {
 }
 
 impl<F: Real> Profile<F> {
-    /// `cost` is T/(4ρb), J/N².
-    ///
-    /// # Errors
-    /// A coefficient beyond the loop's number type.
-    pub(super) fn new(timing: &Timing, cost: f64) -> Result<Self, ParameterError> {
-        let (h, lag) = (timing.fraction, timing.lag);
+    /// `unit` is T/(4ρb), J/N².
+    #[inline(never)]
+    pub(super) fn new(timing: &Timing, unit: f64) -> Self {
+        // A delay within 1e-9 of a whole number of samples is that number.
+        let delay = timing.delay + 1e-9;
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "0 ≤ delay ≤ 4"
+        )]
+        let whole = delay as u32;
+        let h = delay - f64::from(whole);
+        let h = if h < 2e-9 { 0.0 } else { h - 1e-9 };
+        let lag = timing.lag;
+        // e^(−time/lag)
         let fade = |time: f64| {
             if lag > 0.0 {
-                libm::exp(-time / lag)
+                1.0 + libm::expm1(-time / lag)
             } else {
                 0.0
             }
         };
         let (q, e) = (fade(1.0), fade(1.0 - h));
         let (late, early) = (lag * (e - q), lag * (1.0 - e));
-        let late_square = 0.5 * lag * (e * e - q * q);
-        let early_square = 0.5 * lag * (1.0 - e * e);
+        let late_square = 0.5 * late * (e + q);
+        let early_square = 0.5 * early * (1.0 + e);
+        let all = lag * (1.0 - q);
         // r₁ = q·r₀ + s
         let mean = [h + early, late + q * early];
-        let square = [
-            h + early_square,
-            2.0 * late + 2.0 * q * early_square,
-            late_square + q * q * early_square,
-        ];
         let variance = [
-            square[0] - mean[0] * mean[0],
-            square[1] - 2.0 * mean[0] * mean[1],
-            square[2] - mean[1] * mean[1],
+            h + early_square - mean[0] * mean[0],
+            2.0 * (late + q * early_square - mean[0] * mean[1]),
+            late_square + q * q * early_square - mean[1] * mean[1],
         ];
-        let what = "bound of the guard";
-        let form = |terms: [f64; 3]| Form::new(what, terms.map(|term| cost * term));
-        Ok(Self {
-            whole: timing.whole,
+        let costs = [
+            variance,
+            [1.0, 2.0 * all, 0.5 * all * (1.0 + q)],
+            [h, 2.0 * late, late_square],
+            [1.0 - all, all, 0.5 * lag],
+        ];
+        let [variance, whole_cost, late_cost, command_cost] =
+            costs.map(|terms| Form::new(unit, terms));
+        Self {
+            whole: whole as usize,
             decay: F::from_f64(q),
             mean: mean.map(F::from_f64),
-            variance: form(variance)?,
-            whole_cost: form([1.0, 2.0 * lag * (1.0 - q), 0.5 * lag * (1.0 - q * q)])?,
-            late_cost: form([h, 2.0 * late, late_square])?,
-            command_cost: form([1.0 - lag * (1.0 - q), lag * (1.0 - q), 0.5 * lag])?,
-        })
+            variance,
+            whole_cost,
+            late_cost,
+            command_cost,
+        }
     }
 
     /// ḡ over the sample that is over, N, and (T/4ρb)·Var g, J.
@@ -222,7 +177,7 @@ impl<F: Real> Profile<F> {
     }
 
     /// (1/4ρb)·∫g² from now to the effect of the next command, J.
-    #[inline]
+    #[inline(never)]
     pub(super) fn on_its_way<const D: usize>(&self, sent: &[Sent<F, D>; HISTORY]) -> F {
         let late = &sent[self.whole];
         let mut cost = self.late_cost.of(&late.force, &late.rest);
@@ -266,7 +221,7 @@ impl<F: Real> Profile<F> {
     }
 
     /// The cost of a command f and what follows it, in powers of a scale of f: f², f and 1.
-    #[inline]
+    #[inline(never)]
     pub(super) fn command<const D: usize>(
         &self,
         force: &SVector<F, D>,

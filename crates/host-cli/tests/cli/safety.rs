@@ -54,6 +54,51 @@ fn a_guard_given_as_an_option_overrides_the_file_and_its_energy_is_logged() {
 }
 
 #[test]
+fn energy_bounding_knows_delay_lag_and_encoder_of_a_simulated_device() {
+    let place = Place::new();
+    let late = format!(
+        "{SHAKING}delay_s = 1.3e-3\ncurrent_lag_s = 1e-3\nencoder_resolution_m = 1e-6\nguard = \"energy-bounding\"\n"
+    );
+    place.write("wall.toml", &late);
+    let ended = place.run("run wall.toml --json --out late");
+    assert_eq!(ended.succeeded_with_warnings().json()["stable"], true);
+    place.write("wall.toml", late.replace("1.3e-3", "8.1e-3"));
+    place.run("run wall.toml --out later").refused(
+        2,
+        &[
+            "delay of the guard 0.0081 s",
+            "at most 4 sample times",
+            "another guard",
+        ],
+    );
+    // What is told goes before what is simulated, and is in the log.
+    place.write("wall.toml", late);
+    place
+        .run("run wall.toml --device-delay 1ms:1.5ms --device-lag 1ms --out told")
+        .succeeded_with_warnings();
+    let info = place
+        .run("log info told/wall.mcap --json")
+        .succeeded()
+        .json();
+    for word in [
+        "device_delay_least_s",
+        "device_delay_most_s",
+        "device_lag_s",
+    ] {
+        assert!(info.to_string().contains(word), "{word}: {info}");
+    }
+    for (options, words) in [
+        ("--device-delay 2ms:1ms", ["2ms:1ms", "LEAST:MOST"]),
+        ("--device-delay -1ms", ["-1ms", "at least 0"]),
+        ("--device-delay 1kg", ["1kg", "a time"]),
+    ] {
+        place
+            .run(&format!("run wall.toml {options}"))
+            .refused(2, &words);
+    }
+}
+
+#[test]
 fn limits_end_or_shape_a_run_on_the_simulated_rig() {
     let place = Place::new();
     // 1 mm is asked for.
