@@ -7,7 +7,7 @@ use haptic_link::{
 };
 
 /// Tries of a request before the device counts as gone.
-const TRIES: u8 = 5;
+const TRIES: u8 = 10;
 
 /// What the host hears.
 #[derive(Clone, Debug, PartialEq)]

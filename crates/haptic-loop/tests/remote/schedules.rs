@@ -232,8 +232,8 @@ impl Watched {
         let mut line = [0; haptic_link::FRAME_MAX];
         let length = bench.host.ask(request.clone(), bench.now_us, &mut line);
         bench.to_device.send(&line[..length], bench.now_us);
-        // Five tries of 50 ms.
-        for _ in 0..=5 * 50_000 / STEP_US {
+        // Ten tries of 50 ms.
+        for _ in 0..=10 * 50_000 / STEP_US {
             if let Some(answer) = self.step()? {
                 return Ok(answer);
             }

@@ -98,7 +98,10 @@ fn run_with_a_silent_host(device: &Emulated, options: &str) -> Value {
 
 #[test]
 fn a_fault_on_a_device_is_kept_with_what_the_device_recorded() {
-    for (options, emulated) in [("", "--drop 3% --line-seed 5"), ("--loop host", "")] {
+    for (options, emulated) in [
+        ("", "--drop 3% --line-seed 5"),
+        ("--loop host --max-age-ticks 1000", ""),
+    ] {
         let device = Emulated::new(emulated);
         let report = run_with_a_silent_host(&device, options);
         assert!(report["fault_log"].is_string(), "{report}");
@@ -215,7 +218,8 @@ fn the_delay_of_a_host_loop_is_measured_and_counts() {
     assert!(!refused.error().contains("delay 0 samples"), "{refused}");
     // A soft one is let through, and its verdict is in the report.
     place.write("wall.toml", wall(20.0, 0.5));
-    let report = device.json("run wall.toml --loop host --out host --quiet");
+    // A machine that is busy answers late.
+    let report = device.json("run wall.toml --loop host --max-age-ticks 1000 --out host --quiet");
     let preflight = &report["preflight"];
     assert_eq!(preflight["stable"], true, "{report}");
     assert!(number(preflight, "delay_samples") >= 2.0, "{report}");
