@@ -4,7 +4,7 @@
 //! the virtual tissue, and both sink in. The closed form is that of the tissue alone; the masses and
 //! the damping of the rig, 7 N·s/m together, slow the start down.
 
-use super::judge::{Compare, creep_strain};
+use super::judge::{LargestError, creep_strain};
 use super::outcome::Outcome;
 use super::rendering::Rendering;
 use super::report::Report;
@@ -86,15 +86,8 @@ impl Creep {
         let history = record
             .of_every_tick(|x| self.rendering.full_history_force(x))
             .map_err(Failure::Run)?;
-        let compare = |have, want, wanted| {
-            let compare = Compare {
-                time_s: time,
-                have,
-                want,
-                wanted,
-                unit: "",
-            };
-            compare.largest_error(FROM_S)
+        let compare = |have: &[f64], want: &[f64], wanted| {
+            LargestError::new(FROM_S, wanted, "").of(time, have, want)
         };
         Ok(Outcome {
             quantity: Quantity::Strain,

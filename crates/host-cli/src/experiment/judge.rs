@@ -31,21 +31,6 @@ pub fn relative_error(have: f64, want: f64) -> f64 {
     }
 }
 
-/// A row of values beside the ones that were wanted, sample by sample.
-#[derive(Clone, Copy, Debug)]
-pub struct Compare<'a> {
-    /// Time of each sample, s.
-    pub time_s: &'a [f64],
-    /// The values.
-    pub have: &'a [f64],
-    /// The values that were wanted.
-    pub want: &'a [f64],
-    /// Words for these, as in `the closed form`.
-    pub wanted: &'a str,
-    /// Unit of both with a space before it; empty for none.
-    pub unit: &'a str,
-}
-
 /// The largest relative error of a stretch of samples, or why there is none.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Compared {
@@ -95,54 +80,102 @@ impl Compared {
     }
 }
 
-impl Compare<'_> {
-    /// The largest relative error from a given time on.
-    ///
-    /// Samples where nothing was wanted and nothing came have no relative error and are passed over. If
-    /// nothing was wanted but something came, or nothing was wanted at all, the error has no meaning.
+/// The largest relative error from a given time on, sample by sample.
+///
+/// Samples where nothing was wanted and nothing came have no relative error and are passed over. If nothing was
+/// wanted but something came, or nothing was wanted at all, the error has no meaning.
+#[derive(Clone, Debug)]
+pub struct LargestError {
+    from_s: f64,
+    wanted: &'static str,
+    unit: &'static str,
+    /// Largest magnitude that was wanted so far, before `from_s` too.
+    peak: f64,
+    /// Time of the last sample, s.
+    end_s: f64,
+    found: Compared,
+    /// Why the error has no meaning, once a sample has shown it.
+    spoilt: Option<String>,
+}
+
+impl LargestError {
+    /// Of no sample yet; those before `from_s` do not count. `wanted` and `unit`, with a space before it, are words
+    /// for the wanted values, as in `the closed form` and ` N`.
     #[must_use]
-    pub fn largest_error(&self, from_s: f64) -> Compared {
-        let wanted = self.want.iter().filter(|want| want.is_finite());
-        let nothing = NOTHING * wanted.fold(0.0, |most: f64, want| most.max(want.abs()));
-        let values = self.time_s.iter().zip(self.have.iter().zip(self.want));
-        // Half a nanosecond: times are multiples of T, rounded.
-        let mut judged = values
-            .filter(|(time, _)| **time >= from_s - 0.5e-9)
-            .peekable();
-        if judged.peek().is_none() {
-            return Compared::without_meaning(format!(
-                "the run ends at {} s, the comparison begins at {} s",
-                plain(self.time_s.last().copied().unwrap_or(0.0)),
-                plain(from_s)
-            ));
-        }
-        let Self { wanted, unit, .. } = self;
-        let mut compared = Compared::without_meaning(format!(
-            "{wanted} is 0{unit} from {} s on, so a relative error has no meaning",
-            plain(from_s)
-        ));
-        for (&time, (&have, &want)) in judged {
-            // Not `have <= nothing`, which would pass over NaN.
-            if want.abs() <= nothing && !(have.abs() > nothing || have.is_nan()) {
-                continue;
-            }
-            if want.abs() <= nothing || !(have - want).is_finite() {
-                let want = if want.abs() <= nothing { 0.0 } else { want };
-                return Compared::without_meaning(format!(
-                    "at {} s {wanted} is {want}{unit} and {have:.1e}{unit} came, so a relative error has no meaning",
-                    plain(time)
-                ));
-            }
-            let error = relative_error(have, want);
-            compared = Compared {
-                largest: Some(compared.largest.map_or(error, |most| most.max(error))),
-                from_s: compared.from_s.or(Some(plain(time))),
-                to_s: Some(plain(time)),
-                samples: compared.samples + 1,
+    pub const fn new(from_s: f64, wanted: &'static str, unit: &'static str) -> Self {
+        Self {
+            from_s,
+            wanted,
+            unit,
+            peak: 0.0,
+            end_s: 0.0,
+            found: Compared {
+                largest: None,
+                from_s: None,
+                to_s: None,
+                samples: 0,
                 reason: None,
-            };
+            },
+            spoilt: None,
         }
-        compared
+    }
+
+    /// Takes in a sample.
+    pub fn add(&mut self, time_s: f64, have: f64, want: f64) {
+        self.end_s = time_s;
+        if want.is_finite() {
+            self.peak = self.peak.max(want.abs());
+        }
+        // Half a nanosecond: times are multiples of T, rounded.
+        if time_s < self.from_s - 0.5e-9 || self.spoilt.is_some() {
+            return;
+        }
+        let nothing = NOTHING * self.peak;
+        let wanted_nothing = want.abs() <= nothing;
+        if wanted_nothing && have.abs() <= nothing {
+            return;
+        }
+        if wanted_nothing || !(have - want).is_finite() {
+            let Self { wanted, unit, .. } = self;
+            let want = if wanted_nothing { 0.0 } else { want };
+            self.spoilt = Some(format!(
+                "at {} s {wanted} is {want}{unit} and {have:.1e}{unit} came, so a relative error has no meaning",
+                plain(time_s)
+            ));
+            return;
+        }
+        let error = relative_error(have, want);
+        let found = &mut self.found;
+        found.largest = Some(found.largest.map_or(error, |most| most.max(error)));
+        found.from_s = found.from_s.or(Some(plain(time_s)));
+        found.to_s = Some(plain(time_s));
+        found.samples += 1;
+    }
+
+    /// The error, or why there is none.
+    #[must_use]
+    pub fn get(self) -> Compared {
+        let (from_s, end_s) = (plain(self.from_s), plain(self.end_s));
+        let Self { wanted, unit, .. } = self;
+        match self.spoilt {
+            Some(reason) => Compared::without_meaning(reason),
+            None if self.found.samples > 0 => self.found,
+            None if end_s < from_s => Compared::without_meaning(format!(
+                "the run ends at {end_s} s, the comparison begins at {from_s} s"
+            )),
+            None => Compared::without_meaning(format!(
+                "{wanted} is 0{unit} from {from_s} s on, so a relative error has no meaning"
+            )),
+        }
+    }
+
+    /// Takes in a whole run.
+    #[must_use]
+    pub fn of(mut self, time_s: &[f64], have: &[f64], want: &[f64]) -> Compared {
+        for (&time_s, (&have, &want)) in time_s.iter().zip(have.iter().zip(want)) {
+            self.add(time_s, have, want);
+        }
+        self.get()
     }
 }
 
@@ -224,14 +257,7 @@ mod tests {
     const TIME: [f64; 4] = [0.0, 1.0, 2.0, 3.0];
 
     fn compared(have: [f64; 4], want: [f64; 4], from_s: f64) -> Compared {
-        let compare = Compare {
-            time_s: &TIME,
-            have: &have,
-            want: &want,
-            wanted: "the closed form",
-            unit: " N",
-        };
-        compare.largest_error(from_s)
+        LargestError::new(from_s, "the closed form", " N").of(&TIME, &have, &want)
     }
 
     fn reason(compared: Compared) -> String {

@@ -1,6 +1,6 @@
 //! From a run and its theory to files and a report: what relaxation and creep share.
 
-use super::judge::{Compare, Compared, relative_error};
+use super::judge::{Compared, LargestError, relative_error};
 use super::rendering::Rendering;
 use super::report::{Errors, Files, Report, RunReport, Warnings};
 use super::run::{Ran, Record};
@@ -126,14 +126,11 @@ impl Outcome {
                 warnings,
             ),
             errors: Errors::new(
-                Compare {
-                    time_s: time,
-                    have: &force,
-                    want: &self.full_history_force_n,
-                    wanted: "the force by the full history",
-                    unit: " N",
-                }
-                .largest_error(FROM_S),
+                LargestError::new(FROM_S, "the force by the full history", " N").of(
+                    time,
+                    &force,
+                    &self.full_history_force_n,
+                ),
                 self.closed_form_error.clone(),
             ),
             discretisation_error: self.discretisation_error,

@@ -4,7 +4,7 @@
 //! force of the virtual tissue. That force is the result. Source: O. Tokatlı, *Fractional Order
 //! Control in Haptics*, figure 7.2.
 
-use super::judge::Compare;
+use super::judge::LargestError;
 use super::outcome::{Outcome, percent, reaction};
 use super::rendering::Rendering;
 use super::report::Report;
@@ -116,15 +116,8 @@ impl Relaxation {
             })
             .map_err(Failure::Run)?;
         let hold = self.ramp_time_s + AFTER_RAMP_S;
-        let compare = |have, want, wanted| {
-            let compare = Compare {
-                time_s: time,
-                have,
-                want,
-                wanted,
-                unit: " N",
-            };
-            compare.largest_error(hold)
+        let compare = |have: &[f64], want: &[f64], wanted| {
+            LargestError::new(hold, wanted, " N").of(time, have, want)
         };
         Ok(Outcome {
             quantity: Quantity::Force,
