@@ -34,11 +34,7 @@ impl PreflightArguments {
         }
         Ok(PreflightRequest {
             force_unstable: self.force_unstable,
-            dynamics: known.map(|(mass_kg, damping_n_s_per_m)| Dynamics {
-                mass_kg,
-                damping_n_s_per_m,
-                hand_stiffness_n_per_m: 0.0,
-            }),
+            dynamics: known.map(|(mass_kg, damping)| Dynamics::ideal(mass_kg, damping)),
         })
     }
 }

@@ -12,30 +12,21 @@
 //!   should. Such a loop is judged with a spring of 2e-4·β beside it, which holds the drift and no oscillation.
 //! - *A full memory* is good up to its horizon, and beyond it may leave a small negative spring at rest. That is later than
 //!   the run, so it is judged with a horizon of 1e6 samples at least, as by `analyze`, and a spring that makes up for what is left.
-//! - *Delay* in whole samples: 0 in a loop on the device; in one on the host the round trip that nine of ten
-//!   keep-alives do not exceed, plus the tick that the force waits for, rounded up.
+//! - *Delay*: that of the device, whole samples or not, as simulated or as known of a real one; in a loop on the host
+//!   the round trip beside it that nine of ten keep-alives do not exceed, plus the tick that the force waits for,
+//!   rounded up to whole samples, since the device writes once a sample. The current lag of the motor likewise.
 //! - *Margin*: the factor on K and B together that takes the loop to the edge of stability.
 
 use crate::failure::Failure;
 use fracdiff::{FrequencyResponse as _, Order, Scheme, Seconds};
-use haptic_analysis::{AnalysisError, Loop, LoopOperator, OnePort, SampledLoop};
+pub use haptic_analysis::Dynamics;
+use haptic_analysis::{AnalysisError, Environment, LoopOperator, SampledLoop};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::time::Duration;
 
 /// How long the round trip is measured.
 pub const MEASURED: Duration = Duration::from_millis(200);
-
-/// Mass and damping of a device, and the hand that holds it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Dynamics {
-    /// m, kg.
-    pub mass_kg: f64,
-    /// b, N·s/m.
-    pub damping_n_s_per_m: f64,
-    /// k of the hand, N/m.
-    pub hand_stiffness_n_per_m: f64,
-}
 
 /// Shortest memory for which a full-memory operator is judged, samples.
 const HORIZON: f64 = 1e6;
@@ -82,8 +73,12 @@ pub struct Verdict {
     pub required_delta: Option<f64>,
     /// The δ that the device has.
     pub delta: f64,
-    /// Delay, samples.
-    pub delay_samples: usize,
+    /// Delay, samples, of line and device together.
+    pub delay_samples: f64,
+    /// The same, s.
+    pub delay_s: f64,
+    /// Time constant of the motor current, s.
+    pub current_lag_s: f64,
     /// α = KT²/m.
     pub alpha: f64,
     /// β = BT^(2−μ)/m.
@@ -96,38 +91,33 @@ pub fn delay_samples(round_trip_us: u64, sample_time_s: f64) -> usize {
     (1e-6 * round_trip_us as f64 / sample_time_s + 1.0).ceil() as usize
 }
 
-/// Whole samples of a delay in s, rounded up; a ratio just above a whole number is that number.
-#[must_use]
-pub fn whole_samples(delay_s: f64, sample_time_s: f64) -> usize {
-    (delay_s / sample_time_s - 1e-9).ceil().max(0.0) as usize
-}
-
 impl Preflight {
-    /// Looks at the loop with this device and delay.
+    /// Looks at the loop with this device and `line` samples of delay beside its own.
     ///
     /// # Errors
     /// A number that the analysis does not take.
-    pub fn verdict(&self, dynamics: Dynamics, delay: usize) -> Result<Verdict, Failure> {
-        self.judge(dynamics, delay).map_err(|error| {
+    pub fn verdict(&self, dynamics: Dynamics, line: usize) -> Result<Verdict, Failure> {
+        self.judge(dynamics, line).map_err(|error| {
             Failure::input_with_advice(
                 format_args!("pre-flight: {error}"),
-                "check mass, damping and sample time",
+                "check mass, damping, delay, current lag and sample time",
             )
         })
     }
 
-    fn judge(&self, dynamics: Dynamics, delay: usize) -> Result<Verdict, AnalysisError> {
+    fn judge(&self, dynamics: Dynamics, line: usize) -> Result<Verdict, AnalysisError> {
         let sample_time = Seconds(self.sample_time_s);
-        let wall = Loop {
-            mass_kg: dynamics.mass_kg,
-            damping_n_s_per_m: dynamics.damping_n_s_per_m,
-            hand_stiffness_n_per_m: dynamics.hand_stiffness_n_per_m,
-            sample_time_s: self.sample_time_s,
-            order: self.order,
+        let dynamics = Dynamics {
+            delay_s: dynamics.delay_s + line as f64 * self.sample_time_s,
+            ..dynamics
+        };
+        let plant = dynamics.plant(self.sample_time_s)?;
+        let wall = dynamics.nondimensional(&Environment {
             stiffness_n_per_m: self.stiffness_n_per_m,
             dissipation_n_s_mu_per_m: self.dissipation_n_s_mu_per_m,
-        }
-        .nondimensional()?;
+            order: self.order,
+            sample_time_s: self.sample_time_s,
+        })?;
         let horizon = (1.05 * self.samples as f64).max(HORIZON);
         let operator = LoopOperator::new(self.scheme, self.order, sample_time, horizon)?;
         // α + γ + βP(1), the spring that is left at rest.
@@ -139,10 +129,7 @@ impl Preflight {
             held.alpha += 2.0 * noise - at_rest.min(0.0);
         }
         let scaled = |factor: f64| {
-            let mut parameters = held;
-            parameters.alpha *= factor;
-            parameters.beta *= factor;
-            SampledLoop::new(parameters, &operator, delay)
+            SampledLoop::with_plant(plant, factor * held.alpha, factor * held.beta, &operator)
         };
         let sampled = scaled(1.0)?;
         let stable = sampled.is_stable();
@@ -151,13 +138,8 @@ impl Preflight {
         } else {
             softer(|factor| Ok(scaled(factor)?.is_stable()))?
         };
-        let memory = match operator.polynomials() {
-            Some((numerator, denominator)) if denominator.len() == 1 => numerator.len(),
-            _ => 1,
-        };
-        let port = OnePort::new(&operator, self.order)?.with_delay(delay)?;
-        let required = port
-            .with_memory(memory)
+        let required = dynamics
+            .port(self.sample_time_s, &operator)?
             .required_delta(held.alpha, held.beta)?;
         Ok(Verdict {
             stable,
@@ -165,7 +147,9 @@ impl Preflight {
             passive: required.passive(wall.delta),
             required_delta: (!required.negative_at_rest).then_some(required.delta),
             delta: wall.delta,
-            delay_samples: delay,
+            delay_samples: plant.path().delay_samples(),
+            delay_s: dynamics.delay_s,
+            current_lag_s: dynamics.current_lag_s,
             alpha: wall.alpha,
             beta: wall.beta,
         })
@@ -270,17 +254,30 @@ impl Verdict {
             .margin
             .map_or_else(|| "any".to_owned(), |factor| format!("{factor:.3}"));
         format!(
-            "alpha {:.4}, beta {:.4}, delta {:.4}, delay {} samples, margin {}",
+            "alpha {:.4}, beta {:.4}, delta {:.4}, delay {} samples{}, margin {}",
             self.alpha,
             self.beta,
             self.delta,
-            self.delay_samples,
+            three_digits(self.delay_samples),
+            self.lag(),
             if self.stable || self.margin.is_some() {
                 margin
             } else {
                 "none".to_owned()
             }
         )
+    }
+
+    /// Words about the current lag, if there is one.
+    fn lag(&self) -> String {
+        if self.current_lag_s > 0.0 {
+            format!(
+                ", current lag {} ms",
+                three_digits(1e3 * self.current_lag_s)
+            )
+        } else {
+            String::new()
+        }
     }
 
     /// Adds the verdict to the metadata of a log.
@@ -294,12 +291,19 @@ impl Verdict {
             ("required_delta", or_none(self.required_delta)),
             ("delta", self.delta.to_string()),
             ("delay_samples", self.delay_samples.to_string()),
+            ("delay_s", self.delay_s.to_string()),
+            ("current_lag_s", self.current_lag_s.to_string()),
             ("alpha", self.alpha.to_string()),
             ("beta", self.beta.to_string()),
         ] {
             metadata.insert(format!("preflight.{key}"), value);
         }
     }
+}
+
+/// Rounded for a message.
+fn three_digits(value: f64) -> f64 {
+    (value * 1e3).round() / 1e3
 }
 
 /// As a message shows a factor that must not be exceeded.
@@ -312,11 +316,7 @@ mod tests {
     use super::*;
 
     /// The dissertation's device.
-    const TESTBED: Dynamics = Dynamics {
-        mass_kg: 0.065,
-        damping_n_s_per_m: 3.5,
-        hand_stiffness_n_per_m: 0.0,
-    };
+    const TESTBED: Dynamics = Dynamics::ideal(0.065, 3.5);
 
     fn wall(order: f64, stiffness: f64, dissipation: f64) -> Preflight {
         Preflight {
@@ -385,6 +385,34 @@ mod tests {
     }
 
     #[test]
+    fn delay_and_current_lag_of_the_device_count_as_they_are() {
+        let wall = wall(1.0, 12e3, 15.0);
+        let late = |delay_s: f64, current_lag_s: f64| {
+            let device = Dynamics {
+                delay_s,
+                current_lag_s,
+                ..TESTBED
+            };
+            wall.verdict(device, 0).expect("judges")
+        };
+        let margin = |delay, lag| late(delay, lag).margin.expect("a margin");
+        // Between whole samples the margin is between theirs, and a lag costs too.
+        let (none, half, one) = (margin(0.0, 0.0), margin(0.5e-3, 0.0), margin(1e-3, 0.0));
+        assert!(none > half && half > one, "{none} {half} {one}");
+        assert!(margin(0.0, 0.5e-3) < none);
+        let verdict = late(1.3e-3, 1.5e-3);
+        assert!(!verdict.stable, "{verdict:?}");
+        let words = verdict.line();
+        assert!(
+            words.contains("delay 1.3 samples, current lag 1.5 ms"),
+            "{words}"
+        );
+        // Samples of the line come on top.
+        let verdict = wall.verdict(TESTBED, 2).expect("judges");
+        assert_eq!(verdict.delay_samples.to_string(), "2");
+    }
+
+    #[test]
     fn a_soft_and_plain_wall_is_passive_and_nothing_is_said() {
         let verdict = wall(1.0, 100.0, 0.5).verdict(TESTBED, 0).expect("judges");
         assert!(verdict.stable && verdict.passive, "{verdict:?}");
@@ -430,8 +458,5 @@ mod tests {
         assert_eq!(delay_samples(0, 1e-3), 1);
         assert_eq!(delay_samples(300, 1e-3), 2);
         assert_eq!(delay_samples(2100, 1e-3), 4);
-        assert_eq!(whole_samples(0.0, 1e-3), 0);
-        assert_eq!(whole_samples(3e-3, 1e-3), 3);
-        assert_eq!(whole_samples(3.1e-3, 1e-3), 4);
     }
 }

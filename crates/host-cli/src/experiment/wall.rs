@@ -14,7 +14,7 @@ mod report;
 
 use super::judge::full_history;
 use super::outcome::reaction;
-use super::preflight::{Dynamics, Preflight, PreflightRequest, whole_samples};
+use super::preflight::{Dynamics, Preflight, PreflightRequest};
 use super::pushed::{
     TrialPlan, VirtualWall, encoder_step, force_alone, safe_force_limit, thrown, try_wall,
     wall_at_start,
@@ -110,9 +110,7 @@ impl Wall {
         let ran = match &self.remote {
             None => {
                 // Nothing can break, so it is only noted.
-                let t = self.device.sample_time.0;
-                let delay = whole_samples(self.device.delay.0, t);
-                let verdict = preflight.verdict(self.dynamics(), delay)?;
+                let verdict = preflight.verdict(self.dynamics(), 0)?;
                 verdict.describe(&mut metadata);
                 let ran = run_logged(
                     &mut parts.controller,
@@ -165,6 +163,8 @@ impl Wall {
             mass_kg: self.device.mass.0,
             damping_n_s_per_m: self.device.damping.0,
             hand_stiffness_n_per_m: self.device.stiffness.0,
+            delay_s: self.device.delay.0,
+            current_lag_s: self.device.lag.0,
         }
     }
 

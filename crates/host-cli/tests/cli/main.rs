@@ -4,6 +4,7 @@
 
 mod analysis;
 mod data;
+mod delay;
 mod design;
 #[cfg(unix)]
 mod devices;

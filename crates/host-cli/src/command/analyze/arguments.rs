@@ -7,7 +7,9 @@ use crate::folder::FolderRequest;
 use crate::quantity::{Damping, Mass, Stiffness, Time};
 use clap::Args;
 use fracdiff::{Order, Scheme, Seconds};
-use haptic_analysis::{AnalysisError, Loop, LoopOperator, Nondimensional};
+use haptic_analysis::{
+    AnalysisError, ForcePath, Loop, LoopOperator, Nondimensional, SampledLoop, SampledPlant,
+};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -23,15 +25,9 @@ pub struct LoopArguments {
     /// Fractional operator, see `host-cli --help`
     #[arg(long, value_parser = parse_scheme, default_value = "exact")]
     pub scheme: Scheme,
-    /// Delay between measuring and acting, in whole samples beside that of the hold
-    #[arg(
-        long,
-        value_name = "SAMPLES",
-        default_value_t = 0,
-        allow_hyphen_values = true
-    )]
-    pub delay_samples: usize,
-    /// Sample time T; needed with units, and for a scheme with frequencies in Hz
+    #[command(flatten)]
+    path: PathArguments,
+    /// Sample time T; needed with units, for a delay or lag in seconds, and for a scheme with frequencies in Hz
     #[arg(long, allow_hyphen_values = true)]
     sample_time: Option<Time>,
 
@@ -65,6 +61,92 @@ pub struct LoopArguments {
     dissipation: Option<f64>,
 }
 
+/// The way of the force: delay and current lag.
+#[derive(Clone, Copy, Debug, Args)]
+pub(super) struct PathArguments {
+    /// Delay between measuring and acting beside that of the hold, in samples, whole or not [default: 0]
+    #[arg(long, value_name = "SAMPLES", value_parser = parse_number, allow_hyphen_values = true)]
+    delay_samples: Option<f64>,
+    /// The same as a time, up to 10000 samples: instead of --delay-samples, with --sample-time
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    delay: Option<Time>,
+    /// Time constant of the motor current that follows a command, with --sample-time [default: 0]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    current_lag: Option<Time>,
+}
+
+impl PathArguments {
+    /// Delay and lag in samples; `sample_time_s` is that of the loop, if it was given.
+    ///
+    /// # Errors
+    /// A delay in both units, a time without a sample time, something outside its range.
+    pub(super) fn resolve(&self, sample_time_s: Option<f64>) -> Result<ForcePath, Failure> {
+        if self.delay.is_some() && self.delay_samples.is_some() {
+            return Err(Failure::bad_input(
+                "the delay is given both in samples and in seconds: give either --delay-samples or --delay",
+            ));
+        }
+        let samples = |time: Time, option: &str| match sample_time_s {
+            Some(t) => Ok(time.0 / t),
+            None => Err(Failure::bad_input(format_args!(
+                "{option} {} s is a time, and the loop has none: give --sample-time{}",
+                time.0,
+                if option == "--delay" {
+                    ", or --delay-samples"
+                } else {
+                    ""
+                }
+            ))),
+        };
+        let delay = match (self.delay, self.delay_samples) {
+            (Some(time), _) => samples(time, "--delay")?,
+            (None, given) => given.unwrap_or(0.0),
+        };
+        let lag = match self.current_lag {
+            Some(time) => samples(time, "--current-lag")?,
+            None => 0.0,
+        };
+        ForcePath::new(delay, lag).map_err(|error| {
+            Failure::input_with_advice(error, "change --delay, --delay-samples or --current-lag")
+        })
+    }
+}
+
+/// Delay and lag in a result.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct PathResult {
+    delay_samples: f64,
+    /// Null without a sample time.
+    delay_s: Option<f64>,
+    current_lag_samples: f64,
+    /// Null without a sample time.
+    current_lag_s: Option<f64>,
+}
+
+impl PathResult {
+    /// Of a loop with this sample time, if it has one.
+    #[must_use]
+    pub fn new(path: ForcePath, sample_time_s: Option<f64>) -> Self {
+        Self {
+            delay_samples: path.delay_samples(),
+            delay_s: sample_time_s.map(|t| path.delay_samples() * t),
+            current_lag_samples: path.lag_samples(),
+            current_lag_s: sample_time_s.map(|t| path.lag_samples() * t),
+        }
+    }
+
+    /// In words: `delay 1.3 samples`, and the lag if there is one.
+    #[must_use]
+    pub fn words(&self) -> String {
+        let lag = if self.current_lag_samples > 0.0 {
+            format!(", current lag {} samples", self.current_lag_samples)
+        } else {
+            String::new()
+        };
+        format!("delay {} samples{lag}", self.delay_samples)
+    }
+}
+
 /// A loop that is ready to be analysed.
 #[derive(Debug)]
 pub struct ResolvedLoop {
@@ -76,8 +158,10 @@ pub struct ResolvedLoop {
     pub operator: LoopOperator,
     /// Its name.
     pub scheme: Scheme,
-    /// d.
-    pub delay: usize,
+    /// Delay and lag.
+    pub path: ForcePath,
+    /// T, s, if it was given.
+    pub sample_time_s: Option<f64>,
     /// m and T, where the loop was given with units.
     pub units: Option<(f64, f64)>,
     /// Whether δ (or b) was given at all.
@@ -147,16 +231,50 @@ impl LoopArguments {
             };
             (parameters.checked(), None)
         };
-        let sample_time = Seconds(self.sample_time.map_or(1.0, |t| t.0));
+        let parameters = parameters.map_err(refused)?;
+        let sample_time_s = self.sample_time.map(|t| t.0);
+        if let Some(t) = sample_time_s.filter(|t| !(*t > 0.0)) {
+            return Err(Failure::bad_input(format_args!(
+                "sample time {t} s is not above 0 s: change --sample-time"
+            )));
+        }
+        let sample_time = Seconds(sample_time_s.unwrap_or(1.0));
         Ok(ResolvedLoop {
-            parameters: parameters.map_err(refused)?,
+            parameters,
             order: mu,
             operator: LoopOperator::new(self.scheme, mu, sample_time, HORIZON).map_err(refused)?,
             scheme: self.scheme,
-            delay: self.delay_samples,
+            path: self.path.resolve(sample_time_s)?,
+            sample_time_s,
             units,
             delta_given: self.delta.is_some() || self.damping.is_some(),
         })
+    }
+}
+
+impl ResolvedLoop {
+    /// The device as the loop sees it.
+    ///
+    /// # Errors
+    /// A parameter outside its range.
+    pub fn plant(&self) -> Result<SampledPlant, Failure> {
+        let Nondimensional { delta, gamma, .. } = self.parameters;
+        SampledPlant::behind(delta, gamma, self.path).map_err(refused)
+    }
+
+    /// The loop.
+    ///
+    /// # Errors
+    /// A parameter outside its range.
+    pub fn sampled(&self) -> Result<SampledLoop<'_>, Failure> {
+        let Nondimensional { alpha, beta, .. } = self.parameters;
+        SampledLoop::with_plant(self.plant()?, alpha, beta, &self.operator).map_err(refused)
+    }
+
+    /// Delay and lag, for a result.
+    #[must_use]
+    pub fn path_result(&self) -> PathResult {
+        PathResult::new(self.path, self.sample_time_s)
     }
 }
 

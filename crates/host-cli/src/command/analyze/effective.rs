@@ -1,6 +1,6 @@
 //! `analyze environment` and `analyze transparency`: effective stiffness and damping.
 
-use super::arguments::{Files, HORIZON, logarithmic, refused};
+use super::arguments::{Files, HORIZON, PathArguments, PathResult, logarithmic, refused};
 use crate::command::experiment::{order, parse_number, parse_order, parse_scheme};
 use crate::failure::Failure;
 use crate::figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
@@ -97,14 +97,8 @@ pub struct TransparencyArguments {
     /// Viscous damping b of the device
     #[arg(long, allow_hyphen_values = true)]
     damping: Damping,
-    /// Delay between measuring and acting, in whole samples beside that of the hold
-    #[arg(
-        long,
-        value_name = "SAMPLES",
-        default_value_t = 0,
-        allow_hyphen_values = true
-    )]
-    delay_samples: usize,
+    #[command(flatten)]
+    path: PathArguments,
     #[command(flatten)]
     files: Files,
 }
@@ -136,6 +130,9 @@ struct Row {
 struct Points {
     order: f64,
     scheme: String,
+    /// Of a closed loop.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    path: Option<PathResult>,
     points: Vec<Point>,
     files: Vec<String>,
 }
@@ -158,6 +155,7 @@ impl EnvironmentArguments {
         report(
             points,
             &self.wall,
+            None,
             &self.files,
             "environment",
             "Effective stiffness and damping of the environment",
@@ -177,8 +175,10 @@ impl TransparencyArguments {
             mass_kg: self.mass.0,
             damping_n_s_per_m: self.damping.0,
             environment,
-            delay_samples: self.delay_samples,
+            delay_samples: 0,
         };
+        let path = self.path.resolve(Some(self.wall.sample_time.0))?;
+        let closed = closed.through(path);
         let points = self
             .wall
             .frequencies()?
@@ -191,6 +191,7 @@ impl TransparencyArguments {
         report(
             points,
             &self.wall,
+            Some(PathResult::new(path, Some(self.wall.sample_time.0))),
             &self.files,
             "transparency",
             "Effective stiffness and damping at the hand",
@@ -212,6 +213,7 @@ fn point(sampled: Effective, continuous: Option<Effective>) -> Point {
 fn report(
     points: Vec<Point>,
     wall: &Wall,
+    path: Option<PathResult>,
     files: &Files,
     stem: &'static str,
     title: &str,
@@ -228,6 +230,7 @@ fn report(
     let result = Points {
         order: wall.order,
         scheme: wall.scheme.to_string(),
+        path,
         points,
         files: written,
     };

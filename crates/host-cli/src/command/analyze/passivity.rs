@@ -1,6 +1,6 @@
 //! `analyze passivity` and `analyze coupling`: how much damping a port needs.
 
-use super::arguments::{LoopArguments, Wall, refused};
+use super::arguments::{LoopArguments, PathResult, Wall, refused};
 use crate::command::experiment::{order, parse_number, parse_order, parse_scheme};
 use crate::failure::Failure;
 use crate::output::Output;
@@ -54,7 +54,8 @@ struct Passivity {
     scheme: String,
     alpha: f64,
     beta: f64,
-    delay_samples: usize,
+    #[serde(flatten)]
+    path: PathResult,
     /// Least δ by Theorem 1 for the operator really used; passive above it.
     required_delta: f64,
     /// By Corollary 1, which holds for the exact operator without delay.
@@ -88,14 +89,6 @@ struct Coupling {
     reason: Option<String>,
 }
 
-/// Length of a finite memory, which says how fast the response can change.
-fn memory(operator: &LoopOperator) -> usize {
-    match operator.polynomials() {
-        Some((numerator, denominator)) if denominator.len() == 1 => numerator.len(),
-        _ => 1,
-    }
-}
-
 impl PassivityArguments {
     /// Runs the command.
     ///
@@ -105,9 +98,9 @@ impl PassivityArguments {
         let resolved = self.arguments.resolve(Wall::Needed)?;
         let parameters = resolved.parameters;
         let port = OnePort::new(&resolved.operator, resolved.order)
-            .and_then(|port| port.with_delay(resolved.delay))
+            .and_then(|port| port.through(resolved.path))
             .map_err(refused)?
-            .with_memory(memory(&resolved.operator));
+            .with_memory(resolved.operator.memory());
         let required = port
             .required_delta(parameters.alpha, parameters.beta)
             .map_err(refused)?;
@@ -125,7 +118,7 @@ impl PassivityArguments {
             scheme: resolved.scheme.to_string(),
             alpha: parameters.alpha,
             beta: parameters.beta,
-            delay_samples: resolved.delay,
+            path: resolved.path_result(),
             required_delta: required.delta,
             corollary_delta: required.corollary_delta,
             worst_theta: required.worst_theta,
@@ -142,8 +135,10 @@ impl PassivityArguments {
         output.print(&result, |out| {
             writeln!(
                 out,
-                "required delta    {:.9} (Theorem 1, the operator really used), at theta = {:.6}",
-                result.required_delta, result.worst_theta
+                "required delta    {:.9} (Theorem 1, the operator really used, {}), at theta = {:.6}",
+                result.required_delta,
+                result.path.words(),
+                result.worst_theta
             )?;
             writeln!(
                 out,
@@ -229,7 +224,7 @@ impl CouplingArguments {
         let coupler = if self.scheme == Scheme::Exact {
             exact
         } else {
-            exact.with_operator(&operator, memory(&operator))
+            exact.with_operator(&operator, operator.memory())
         };
         let damping = self.damping.map(|b| b.0);
         let (required, worst_theta, reason) = match coupler.least_damping().map_err(refused)? {

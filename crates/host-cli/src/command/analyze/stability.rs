@@ -1,11 +1,13 @@
 //! `analyze stability`, `stability-region` and `sensitivity`.
 
-use super::arguments::{Files, LoopArguments, ResolvedLoop, Wall, logarithmic, refused};
+use super::arguments::{
+    Files, LoopArguments, PathResult, ResolvedLoop, Wall, logarithmic, refused,
+};
 use crate::failure::Failure;
 use crate::figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use crate::output::Output;
 use clap::Args;
-use haptic_analysis::{SampledLoop, SampledPlant, StabilityRegion};
+use haptic_analysis::StabilityRegion;
 use serde::Serialize;
 
 /// Arguments of `analyze stability`.
@@ -55,7 +57,8 @@ struct Verdict {
     beta: f64,
     delta: f64,
     gamma: f64,
-    delay_samples: usize,
+    #[serde(flatten)]
+    path: PathResult,
     stable: bool,
     /// Largest |z| of a pole; null if P is irrational or the polynomial too long.
     spectral_radius: Option<f64>,
@@ -75,7 +78,8 @@ struct Region {
     scheme: String,
     delta: f64,
     gamma: f64,
-    delay_samples: usize,
+    #[serde(flatten)]
+    path: PathResult,
     empty: bool,
     area: f64,
     alpha_max: Option<f64>,
@@ -107,6 +111,8 @@ struct RegionRow {
 struct Sensitivity {
     order: f64,
     scheme: String,
+    #[serde(flatten)]
+    path: PathResult,
     points: Vec<SensitivityPoint>,
     peak_db: f64,
     theta_at_peak: f64,
@@ -135,8 +141,7 @@ impl VerdictArguments {
     pub fn run(self, output: Output) -> Result<(), Failure> {
         let resolved = self.arguments.resolve(Wall::Needed)?;
         let parameters = resolved.parameters;
-        let sampled =
-            SampledLoop::new(parameters, &resolved.operator, resolved.delay).map_err(refused)?;
+        let sampled = resolved.sampled()?;
         let verdict = sampled.verdict();
         // Only a stable loop has margins; the edge is not stable.
         let margins = if verdict.stable {
@@ -151,7 +156,7 @@ impl VerdictArguments {
             beta: parameters.beta,
             delta: parameters.delta,
             gamma: parameters.gamma,
-            delay_samples: resolved.delay,
+            path: resolved.path_result(),
             stable: verdict.stable,
             spectral_radius: verdict.spectral_radius,
             encirclements: verdict.unstable_poles,
@@ -164,7 +169,7 @@ impl VerdictArguments {
         output.print(&result, |out| {
             writeln!(
                 out,
-                "{}: order {}, scheme {}, alpha {}, beta {}, delta {}, gamma {}, delay {} samples",
+                "{}: order {}, scheme {}, alpha {}, beta {}, delta {}, gamma {}, {}",
                 match (result.stable, result.encirclements) {
                     (true, _) => "stable",
                     (false, Some(_)) => "unstable",
@@ -176,7 +181,7 @@ impl VerdictArguments {
                 result.beta,
                 result.delta,
                 result.gamma,
-                result.delay_samples
+                result.path.words()
             )?;
             if let Some(poles) = result.encirclements.filter(|poles| *poles > 0) {
                 writeln!(out, "  unstable poles    {poles}")?;
@@ -215,15 +220,14 @@ impl RegionArguments {
     pub fn run(self, output: Output) -> Result<(), Failure> {
         let resolved = self.arguments.resolve(Wall::Sought)?;
         let parameters = resolved.parameters;
-        let plant = SampledPlant::new(parameters.delta, parameters.gamma).map_err(refused)?;
-        let region = StabilityRegion::new(plant, &resolved.operator, resolved.delay, POINTS)
+        let region = StabilityRegion::new(resolved.plant()?, &resolved.operator, 0, POINTS)
             .map_err(refused)?;
         let mut result = Region {
             order: resolved.order.get(),
             scheme: resolved.scheme.to_string(),
             delta: parameters.delta,
             gamma: parameters.gamma,
-            delay_samples: resolved.delay,
+            path: resolved.path_result(),
             empty: region.is_empty(),
             area: 0.0,
             alpha_max: None,
@@ -269,8 +273,9 @@ impl RegionArguments {
             if result.empty {
                 return writeln!(
                     out,
-                    "empty: no wall of this order is stable on this device (delta {}, delay {} samples)",
-                    result.delta, result.delay_samples
+                    "empty: no wall of this order is stable on this device (delta {}, {})",
+                    result.delta,
+                    result.path.words()
                 );
             }
             writeln!(out, "area               {:.9}", result.area)?;
@@ -295,7 +300,10 @@ impl RegionArguments {
                 result.boundary.len() + result.further_parts.iter().map(Vec::len).sum::<usize>(),
                 1 + result.further_parts.len()
             )?;
-            result.files.iter().try_for_each(|file| writeln!(out, "written: {file}"))
+            result
+                .files
+                .iter()
+                .try_for_each(|file| writeln!(out, "written: {file}"))
         })
     }
 }
@@ -308,8 +316,12 @@ fn draw_region(region: &Region, resolved: &ResolvedLoop) -> Result<Picture, Figu
     let mut parts = vec![outline(&region.boundary)];
     parts.extend(region.further_parts.iter().map(|part| outline(part)));
     let subtitle = format!(
-        "order μ = {} · scheme {} · δ = {:.5} · γ = {:.5} · delay {} samples",
-        region.order, resolved.scheme, region.delta, region.gamma, region.delay_samples
+        "order μ = {} · scheme {} · δ = {:.5} · γ = {:.5} · {}",
+        region.order,
+        resolved.scheme,
+        region.delta,
+        region.gamma,
+        region.path.words()
     );
     ChartPage {
         title: "Stable walls",
@@ -338,8 +350,7 @@ impl SensitivityArguments {
     /// A parameter outside its range; a loop that is not stable; files that cannot be written.
     pub fn run(self, output: Output) -> Result<(), Failure> {
         let resolved = self.arguments.resolve(Wall::Needed)?;
-        let sampled = SampledLoop::new(resolved.parameters, &resolved.operator, resolved.delay)
-            .map_err(refused)?;
+        let sampled = resolved.sampled()?;
         let peak = sampled.sensitivity_peak().map_err(refused)?;
         let points: Vec<SensitivityPoint> = logarithmic(
             1e-3 * std::f64::consts::PI,
@@ -354,12 +365,13 @@ impl SensitivityArguments {
         let files = self.files.write("sensitivity", points.iter(), || {
             let curve: Vec<(f64, f64)> = points.iter().map(|p| (p.theta, p.magnitude_db)).collect();
             let subtitle = format!(
-                "order μ = {} · scheme {} · α = {} · β = {} · δ = {:.5}",
+                "order μ = {} · scheme {} · α = {} · β = {} · δ = {:.5} · {}",
                 resolved.order,
                 resolved.scheme,
                 resolved.parameters.alpha,
                 resolved.parameters.beta,
-                resolved.parameters.delta
+                resolved.parameters.delta,
+                resolved.path_result().words()
             );
             ChartPage {
                 title: "Sensitivity",
@@ -377,6 +389,7 @@ impl SensitivityArguments {
         let result = Sensitivity {
             order: resolved.order.get(),
             scheme: resolved.scheme.to_string(),
+            path: resolved.path_result(),
             points,
             peak_db: decibel(peak.value),
             theta_at_peak: peak.theta,

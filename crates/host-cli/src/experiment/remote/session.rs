@@ -155,6 +155,8 @@ impl RemoteRun<'_> {
                 mass_kg: f64::from(simulation.mass_kg),
                 damping_n_s_per_m: f64::from(simulation.damping_n_s_per_m),
                 hand_stiffness_n_per_m: f64::from(simulation.hand_stiffness_n_per_m),
+                delay_s: 0.0,
+                current_lag_s: 0.0,
             })
         } else {
             self.wanted.dynamics

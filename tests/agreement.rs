@@ -1,0 +1,291 @@
+//! Analysis against simulation at the boundary: devices with delay that is no whole number of samples and a
+//! motor current that lags, 0.5 % inside the nearest edge and 0.5 % outside it. Neither may be on the wrong side.
+//!
+//! The default run takes 24 devices, some seconds. `CAMPAIGN_CASES=300` asks for more, of the same sequence.
+
+use fracdiff::{Operator, Order, Scheme, Seconds};
+use haptic_analysis::{Dynamics, Environment, LoopOperator};
+use haptic_loop::plant::{MassDamper, MassDamperConfig};
+use haptic_loop::units::{
+    Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, NewtonsPerSecond,
+};
+use haptic_loop::{Controller, Device, SafeForce, SafetyChain, SpringDamper};
+use nalgebra::Vector1;
+
+const T: f64 = 1e-3;
+/// Samples after which a simulation is judged by its last windows.
+const LONGEST: usize = 1_500_000;
+/// Memory of a full-memory operator, samples.
+const HORIZON: f64 = 2e6;
+/// Distance from the edge, as a share of the gain.
+const BESIDE: f64 = 5e-3;
+
+/// `SplitMix64`, to uniform numbers in [0, 1).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut x = self.0;
+        x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((x ^ (x >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.next()
+    }
+
+    fn log_between(&mut self, low: f64, high: f64) -> f64 {
+        (low.ln() + (high / low).ln() * self.next()).exp()
+    }
+}
+
+/// One device, operator and direction of the wall.
+#[derive(Clone, Copy, Debug)]
+struct Case {
+    device: Dynamics,
+    order: Order,
+    /// What runs.
+    scheme: Scheme,
+    /// What is analysed: the exact operator for a full memory.
+    analysed: Scheme,
+    /// Shares of stiffness and dissipation.
+    direction: [f64; 2],
+}
+
+impl Case {
+    fn random(number: usize, random: &mut Random) -> Self {
+        let mass_kg = random.log_between(0.02, 1.0);
+        let delta = random.log_between(2e-3, 1.0);
+        let gamma = if random.next() < 0.5 {
+            0.0
+        } else {
+            random.between(0.0, 0.05)
+        };
+        let delay = random.between(0.0, 3.0);
+        let delay = if number % 4 == 0 {
+            delay.round()
+        } else {
+            delay
+        };
+        let lag = if number % 5 == 0 {
+            0.0
+        } else {
+            random.between(0.0, 3.0)
+        };
+        let order = match number % 7 {
+            0 => 0.0,
+            1 => 1.0,
+            2 => 2.0,
+            _ => random.between(0.0, 2.0),
+        };
+        let (scheme, analysed) = match number % 3 {
+            0 => ("full:1e-6", "exact"),
+            1 => ("grunwald:20", "grunwald:20"),
+            _ => ("muir:3", "muir:3"),
+        };
+        let angle = random.between(0.05, 1.45);
+        Self {
+            device: Dynamics {
+                mass_kg,
+                damping_n_s_per_m: delta * mass_kg / T,
+                hand_stiffness_n_per_m: gamma * mass_kg / (T * T),
+                delay_s: delay * T,
+                current_lag_s: lag * T,
+            },
+            order: Order::new(order).expect("in range"),
+            scheme: scheme.parse().expect("a scheme"),
+            analysed: analysed.parse().expect("a scheme"),
+            direction: [angle.cos(), angle.sin()],
+        }
+    }
+
+    /// α and β are `gain` times the direction.
+    fn wall(&self, gain: f64) -> Environment {
+        let m = self.device.mass_kg;
+        let [alpha, beta] = self.direction;
+        Environment {
+            stiffness_n_per_m: gain * alpha * m / (T * T),
+            dissipation_n_s_mu_per_m: gain * beta * m / T.powf(2.0 - self.order.get()),
+            order: self.order,
+            sample_time_s: T,
+        }
+    }
+
+    /// The edge next to a weak wall, with the angle at which its pole crosses; `None` if no weak wall is stable.
+    fn edge(&self, operator: &LoopOperator) -> Option<(f64, f64)> {
+        let weak = 1e-4;
+        let closed = self
+            .device
+            .closed(&self.wall(weak), operator)
+            .expect("in range");
+        let up = closed.margins().ok()?.gain_up?;
+        Some((weak * up.value, up.theta))
+    }
+
+    fn plant(&self) -> MassDamper<1> {
+        let config = MassDamperConfig {
+            stiffness: NewtonsPerMetre(self.device.hand_stiffness_n_per_m),
+            delay: Seconds(self.device.delay_s),
+            lag: Seconds(self.device.current_lag_s),
+            ..MassDamperConfig::ideal(
+                Kilograms(self.device.mass_kg),
+                NewtonSecondsPerMetre(self.device.damping_n_s_per_m),
+                Seconds(T),
+            )
+        };
+        MassDamper::new(config).expect("in range")
+    }
+
+    /// Whether a push of the device dies out.
+    fn settles(&self, gain: f64, theta: f64) -> bool {
+        let wall = self.wall(gain);
+        let operator: Operator<f64> = self
+            .scheme
+            .build(self.order, Seconds(T), HORIZON)
+            .expect("builds");
+        let law = SpringDamper::new(
+            wall.stiffness_n_per_m,
+            wall.dissipation_n_s_mu_per_m,
+            operator,
+        )
+        .expect("in range");
+        let chain =
+            SafetyChain::new(Newtons(1e6), NewtonsPerSecond(1e12), Seconds(T)).expect("in range");
+        let mut controller = Controller::new(law, chain);
+        let mut plant = self.plant();
+        plant.set_state(Vector1::new(0.0), Vector1::new(1e-6));
+        // Windows of many periods of the slowest motion that could decide.
+        let period = std::f64::consts::TAU / theta.max(1e-4);
+        let window = (12.0 * period).ceil().max(256.0) as usize;
+        let mut levels: Vec<f64> = Vec::new();
+        for _ in 0..(LONGEST / window).max(24) {
+            let mut sum = 0.0;
+            for _ in 0..window {
+                match controller.tick(&mut plant) {
+                    Ok(sample) => assert_eq!(sample.limiters.bits(), 0, "a limit acts: {self:?}"),
+                    Err(never) => match never {},
+                }
+                sum += plant.velocity()[0].powi(2);
+            }
+            let level = 0.5 * (sum / window as f64).ln();
+            levels.push(level);
+            let highest = levels.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            let lowest = levels.iter().copied().fold(f64::INFINITY, f64::min);
+            // A twentyfold growth from the lowest, or a decay to a millionth.
+            if level > lowest + 3.0 {
+                return false;
+            }
+            if level < highest - 14.0 {
+                return true;
+            }
+        }
+        let last = levels.len() - 1;
+        levels[last] < levels[last / 2]
+    }
+}
+
+#[test]
+fn no_device_is_on_the_wrong_side_of_its_boundary() {
+    let cases =
+        std::env::var("CAMPAIGN_CASES").map_or(24, |count| count.parse().expect("a number"));
+    let mut random = Random(12_010);
+    let (mut tried, mut number, mut wrong) = (0, 0, Vec::new());
+    while tried < cases {
+        number += 1;
+        let case = Case::random(number, &mut random);
+        let operator =
+            LoopOperator::new(case.analysed, case.order, Seconds(T), HORIZON).expect("an operator");
+        let Some((edge, theta)) = case.edge(&operator) else {
+            continue;
+        };
+        tried += 1;
+        for (gain, want) in [
+            ((1.0 - BESIDE) * edge, true),
+            ((1.0 + BESIDE) * edge, false),
+        ] {
+            let closed = case
+                .device
+                .closed(&case.wall(gain), &operator)
+                .expect("in range");
+            assert_eq!(
+                closed.is_stable(),
+                want,
+                "the margin is not an edge: {case:?}"
+            );
+            if case.settles(gain, theta) != want {
+                wrong.push(format!(
+                    "{number}: should settle {want}, edge {edge}, θ = {theta}, {case:?}"
+                ));
+            }
+        }
+    }
+    println!("{tried} devices of {number}, {} wrong", wrong.len());
+    assert!(
+        number < 3 * cases,
+        "{number} tried: most have no stable wall"
+    );
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn the_simulated_plant_moves_as_the_analysed_one_does() {
+    let mut random = Random(4);
+    for number in 0..60 {
+        let case = Case::random(number, &mut random);
+        let sampled = case.device.plant(T).expect("in range");
+        let mut plant = case.plant();
+        // The response to one unit force, by A·x = w^(d+1)·N·u.
+        let delay = sampled.path().whole_samples() + 1;
+        let scale = T * T / case.device.mass_kg;
+        let mut x: Vec<f64> = Vec::new();
+        let mut most: f64 = 0.0;
+        for n in 0..200_usize {
+            let driven = n
+                .checked_sub(delay)
+                .and_then(|j| sampled.numerator().get(j))
+                .copied();
+            let past = (1..sampled.denominator().len()).filter(|j| *j <= n);
+            let past: f64 = past.map(|j| sampled.denominator()[j] * x[n - j]).sum();
+            x.push(driven.unwrap_or(0.0) * scale - past);
+            most = most.max(x[n].abs());
+            let have = plant.position()[0];
+            assert!(
+                (have - x[n]).abs() < 1e-10 * (most + scale),
+                "{number}, {n}: {have} {}",
+                x[n]
+            );
+            let force = if n == 0 {
+                unit(&mut plant)
+            } else {
+                SafeForce::<f64, 1>::zero()
+            };
+            match plant.write(force) {
+                Ok(()) => {}
+                Err(never) => match never {},
+            }
+        }
+    }
+}
+
+/// A force of 1 N, which only a safety chain makes.
+fn unit(plant: &mut MassDamper<1>) -> SafeForce<f64, 1> {
+    struct One;
+    impl haptic_loop::Environment<f64, 1> for One {
+        type History = ();
+        fn at_rest(&self) {}
+        fn force(&self, (): &(), _: &Vector1<f64>) -> Vector1<f64> {
+            Vector1::new(1.0)
+        }
+        fn advance(&self, (): &mut (), _: &Vector1<f64>) {}
+    }
+    let chain =
+        SafetyChain::new(Newtons(10.0), NewtonsPerSecond(1e9), Seconds(T)).expect("in range");
+    let mut controller = Controller::new(One, chain);
+    let mut scratch = plant.clone();
+    match controller.tick(&mut scratch) {
+        Ok(sample) => sample.force,
+        Err(never) => match never {},
+    }
+}
