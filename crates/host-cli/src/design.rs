@@ -32,7 +32,7 @@ mod passive;
 mod stable;
 mod trial;
 
-use crate::experiment::{Imperfections, Sensors};
+use crate::experiment::{Imperfections, Sensors, dynamics};
 use crate::failure::Failure;
 use crate::material::Material;
 pub use beside::RealisticTrial;
@@ -147,13 +147,7 @@ impl Device {
 
     /// What the analysis knows of it.
     fn dynamics(&self) -> Dynamics {
-        Dynamics {
-            mass_kg: self.plant.mass.0,
-            damping_n_s_per_m: self.plant.damping.0,
-            hand_stiffness_n_per_m: self.plant.stiffness.0,
-            delay_s: self.plant.delay.0,
-            current_lag_s: self.plant.lag.0,
-        }
+        dynamics(&self.plant)
     }
 
     /// What is less than ideal about it.

@@ -26,7 +26,7 @@ pub use creep::Creep;
 pub use file::ExperimentFile;
 pub use imperfections::Imperfections;
 pub use preflight::{Dynamics, PreflightRequest};
-pub use pushed::TrialPlan;
+pub use pushed::{TrialPlan, dynamics};
 pub use realtime::{RealtimeOptions, RealtimeSummary};
 pub use relaxation::Relaxation;
 pub use rendering::{Contact, Precision, Rendering};

@@ -1,10 +1,9 @@
 //! What the analysis says of the walls that are tried.
 
 use super::ZWidth;
+use crate::experiment::pushed::dynamics;
 use fracdiff::Order;
-use haptic_analysis::{
-    AnalysisError, Dynamics, LoopOperator, SampledLoop, SampledPlant, StabilityRegion,
-};
+use haptic_analysis::{AnalysisError, LoopOperator, SampledLoop, SampledPlant, StabilityRegion};
 
 /// Points on the boundary of a region.
 const POINTS: usize = 400;
@@ -35,14 +34,7 @@ impl Theory {
     fn of(experiment: &ZWidth, order: Order) -> Result<Self, AnalysisError> {
         let device = &experiment.device;
         let operator = LoopOperator::new(experiment.scheme, order, device.sample_time, HORIZON)?;
-        let dynamics = Dynamics {
-            mass_kg: device.mass.0,
-            damping_n_s_per_m: device.damping.0,
-            hand_stiffness_n_per_m: device.stiffness.0,
-            delay_s: device.delay.0,
-            current_lag_s: device.lag.0,
-        };
-        let plant = dynamics.plant(device.sample_time.0)?;
+        let plant = dynamics(device).plant(device.sample_time.0)?;
         let region = StabilityRegion::new(plant, &operator, 0, POINTS)?;
         let polygons = region.bounded().map_or_else(Vec::new, |area| {
             let points = |points: &[haptic_analysis::BoundaryPoint]| {
