@@ -17,23 +17,33 @@
 //! - *Tissue*: K, B and μ are given by tissue and specimen; the question is by which factor the
 //!   specimen may grow. For other orders K is the same, and B makes |B·s^μ| the same at a frequency.
 //!
+//! - *Noise*: steps q of the encoder make a noise of the force, rms B·(q/√12)·T^(−μ)·√Σc², c the weights
+//!   of the operator. A limit on it is a limit on B.
+//! - *The device* is the one on the desk: delay and current lag are in the analysis, friction and encoder in
+//!   the trial. If none is given an ideal device is assumed, and the trial on a realistic one stands beside.
+//!
 //! A wall "on the boundary" is made a ten-thousandth weaker, because Theorem 1 is strict.
 
+mod beside;
 mod candidate;
 pub mod coupler;
+mod noise;
 mod passive;
 mod stable;
 mod trial;
 
+use crate::experiment::{Imperfections, Sensors, dynamics};
 use crate::failure::Failure;
 use crate::material::Material;
+pub use beside::RealisticTrial;
 use candidate::Point;
 pub use candidate::{Candidate, DesignReport, TissueVerdict};
-use fracdiff::{Order, Scheme, Seconds};
+use fracdiff::{Order, Scheme};
 use haptic_analysis::{
-    AnalysisError, Environment, LoopOperator, Nondimensional, OnePort, SampledLoop, SampledPlant,
+    AnalysisError, Dynamics, Environment, LoopOperator, OnePort, SampledLoop, SampledPlant,
 };
 use haptic_loop::Specimen;
+use haptic_loop::plant::MassDamperConfig;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
@@ -52,16 +62,10 @@ const BETTER: f64 = 1e-6;
 /// A device.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Device {
-    /// m, kg.
-    pub mass_kg: f64,
-    /// b, N·s/m.
-    pub damping_n_s_per_m: f64,
-    /// k, N/m; 0 without a hand.
-    pub hand_stiffness_n_per_m: f64,
-    /// T, s.
-    pub sample_time_s: f64,
-    /// d, from computing a force to its acting, samples.
-    pub delay_samples: usize,
+    /// Mass, damping, hand and sample time; delay, current lag and friction.
+    pub plant: MassDamperConfig,
+    /// Its encoder.
+    pub sensors: Sensors,
     /// Largest force, N.
     pub force_limit_n: f64,
 }
@@ -113,6 +117,8 @@ pub struct Design {
     pub requirement: Requirement,
     /// What for.
     pub wish: Wish,
+    /// Largest noise of the force that encoder and sensor noise may make, rms N; `None` for any.
+    pub force_noise_limit_n: Option<f64>,
 }
 
 /// One order on the device: everything that an analysis needs.
@@ -120,34 +126,39 @@ struct Bench<'a> {
     design: &'a Design,
     order: Order,
     operator: LoopOperator,
+    dynamics: Dynamics,
     plant: SampledPlant,
     delta: f64,
-    gamma: f64,
+    /// Noise of the force for β = 1, rms N.
+    noise_unit_n: f64,
 }
 
 impl Device {
     /// m/T², N/m of α = 1.
     fn stiffness_unit(&self) -> f64 {
-        self.mass_kg / (self.sample_time_s * self.sample_time_s)
+        let t = self.plant.sample_time.0;
+        self.plant.mass.0 / (t * t)
     }
 
     /// m/T^(2−μ), N·s^μ/m of β = 1.
     fn dissipation_unit(&self, order: Order) -> f64 {
-        self.mass_kg / self.sample_time_s.powf(2.0 - order.get())
+        self.plant.mass.0 / self.plant.sample_time.0.powf(2.0 - order.get())
     }
 
-    /// The loop without a wall, its parameters checked.
-    fn bare(&self) -> Result<Nondimensional, AnalysisError> {
-        haptic_analysis::Loop {
-            mass_kg: self.mass_kg,
-            damping_n_s_per_m: self.damping_n_s_per_m,
-            hand_stiffness_n_per_m: self.hand_stiffness_n_per_m,
-            sample_time_s: self.sample_time_s,
-            order: Order::new(0.0)?,
-            stiffness_n_per_m: 0.0,
-            dissipation_n_s_mu_per_m: 0.0,
+    /// What the analysis knows of it.
+    fn dynamics(&self) -> Dynamics {
+        dynamics(&self.plant)
+    }
+
+    /// What is less than ideal about it.
+    #[must_use]
+    pub fn imperfections(&self) -> Imperfections {
+        Imperfections {
+            friction_n: self.plant.friction.0,
+            delay_s: self.plant.delay.0,
+            current_lag_s: self.plant.lag.0,
+            sensors: self.sensors,
         }
-        .nondimensional()
     }
 }
 
@@ -169,6 +180,11 @@ impl Design {
             .collect::<Result<Vec<_>, _>>()?;
         let best = self.best(&candidates).cloned();
         let trial = best.as_ref().map(|best| self.trial(best)).transpose()?;
+        let imperfections = self.device.imperfections();
+        let realistic = match &best {
+            Some(best) if imperfections.is_ideal() => Some(self.beside(best)?),
+            _ => None,
+        };
         Ok(DesignReport {
             notes: self.notes(&candidates, best.as_ref()),
             tissue: self.tissue_verdict(&candidates),
@@ -177,6 +193,10 @@ impl Design {
             gain_margin: self.requirement.gain_margin(),
             frequency_hz: self.wish.frequency_hz(),
             scheme: self.scheme.to_string(),
+            force_noise_limit_n: self.force_noise_limit_n,
+            ideal_device_assumed: imperfections.is_ideal(),
+            imperfections,
+            realistic,
             candidates,
             best,
             simulated: trial.as_ref().map(|(_, settling)| *settling),
@@ -200,8 +220,8 @@ impl Design {
 
     fn check(&self) -> Result<(), Failure> {
         let device = &self.device;
-        let bare = device.bare().map_err(Failure::input)?;
-        SampledPlant::new(bare.delta, bare.gamma).map_err(Failure::input)?;
+        let plant = device.dynamics().plant(device.plant.sample_time.0);
+        plant.map_err(Failure::input)?;
         if self.scheme == Scheme::Exact {
             return Err(Failure::input(fracdiff::SchemeError::AnalysisOnly));
         }
@@ -228,7 +248,20 @@ impl Design {
                 "gain margin {gain_margin} is not in (1, 1000]: give --gain-margin, as in 2"
             )));
         }
-        let highest = 0.5 / device.sample_time_s;
+        if let Some(limit) = self.force_noise_limit_n {
+            if !(limit > 0.0 && limit.is_finite()) {
+                return Err(Failure::bad_input(format_args!(
+                    "limit {limit} N of the force noise is not above 0 N: 0.01 N is felt by few"
+                )));
+            }
+            if self.device.sensors.are_ideal() {
+                return Err(Failure::bad_input(format_args!(
+                    "limit {limit} N of the force noise needs an encoder or sensor noise that makes some: give \
+                     its resolution, as in 1um"
+                )));
+            }
+        }
+        let highest = 0.5 / device.plant.sample_time.0;
         match self.wish.frequency_hz() {
             Some(f) if !(f > 0.0 && f <= highest) => Err(Failure::bad_input(format_args!(
                 "frequency {f} Hz is not in (0, {highest}] Hz, up to half the sample rate: give --frequency"
@@ -237,19 +270,28 @@ impl Design {
         }
     }
 
-    /// The best wall of one order, or why there is none.
-    fn candidate(&self, order: Order) -> Result<Candidate, Failure> {
+    /// One order on the device.
+    fn bench(&self, order: Order) -> Result<Bench<'_>, Failure> {
         let device = &self.device;
-        let bare = device.bare().map_err(Failure::input)?;
-        let t = Seconds(device.sample_time_s);
-        let bench = Bench {
+        let t = device.plant.sample_time;
+        let dynamics = device.dynamics();
+        let operator = LoopOperator::new(self.scheme, order, t, HORIZON).map_err(Failure::input)?;
+        let noise_m = device.imperfections().position_noise_m();
+        let noise_n = noise_m * noise::amplification(self.scheme, order, t)?;
+        Ok(Bench {
             design: self,
             order,
-            operator: LoopOperator::new(self.scheme, order, t, HORIZON).map_err(Failure::input)?,
-            plant: SampledPlant::new(bare.delta, bare.gamma).map_err(Failure::input)?,
-            delta: bare.delta,
-            gamma: bare.gamma,
-        };
+            operator,
+            dynamics,
+            plant: dynamics.plant(t.0).map_err(Failure::input)?,
+            delta: dynamics.damping_n_s_per_m * t.0 / dynamics.mass_kg,
+            noise_unit_n: noise_n * device.dissipation_unit(order),
+        })
+    }
+
+    /// The best wall of one order, or why there is none.
+    fn candidate(&self, order: Order) -> Result<Candidate, Failure> {
+        let bench = self.bench(order)?;
         let found = match (&self.wish, self.requirement) {
             (Wish::Tissue { .. }, _) => bench.tissue(),
             (_, Requirement::Passive) => bench.passive_wall(),
@@ -304,13 +346,14 @@ impl Design {
     fn notes(&self, candidates: &[Candidate], best: Option<&Candidate>) -> Vec<String> {
         let mut notes = Vec::new();
         let passive = self.requirement == Requirement::Passive;
+        let acts_at_once = self.device.plant.delay.0 + self.device.plant.lag.0 <= 0.0;
         if best.is_none() {
             let mut reasons = candidates
                 .iter()
                 .filter_map(|candidate| candidate.reason.clone());
             let first = reasons.next().unwrap_or_default();
             notes.push(format!("nothing on the grid does it: {first}"));
-        } else if passive && self.wish == Wish::StiffestWall && self.device.delay_samples == 0 {
+        } else if passive && self.wish == Wish::StiffestWall && acts_at_once {
             notes.push(
                 "without delay no dissipation makes a passive wall stiffer: K is 2b/T for every order, \
                  and the order is free for something else"
@@ -361,25 +404,18 @@ impl Wish {
 impl Bench<'_> {
     /// The loop with this wall.
     fn closed(&self, alpha: f64, beta: f64) -> Result<SampledLoop<'_>, AnalysisError> {
-        let parameters = Nondimensional {
-            alpha,
-            beta,
-            delta: self.delta,
-            gamma: self.gamma,
-        };
-        SampledLoop::new(parameters, &self.operator, self.design.device.delay_samples)
+        SampledLoop::with_plant(self.plant, alpha, beta, &self.operator)
     }
 
     fn port(&self) -> Result<OnePort<'_, LoopOperator>, AnalysisError> {
-        // A finite memory is what a response can ripple with.
-        let memory = match self.operator.polynomials() {
-            Some((numerator, denominator)) if denominator.len() == 1 => numerator.len(),
-            _ => 1,
-        };
-        let port = OnePort::new(&self.operator, self.order)?;
-        Ok(port
-            .with_delay(self.design.device.delay_samples)?
-            .with_memory(memory))
+        let t = self.design.device.plant.sample_time.0;
+        self.dynamics.port(t, &self.operator)
+    }
+
+    /// The largest β whose force noise is within the limit.
+    fn quiet_beta(&self) -> f64 {
+        let limit = self.design.force_noise_limit_n;
+        limit.map_or(f64::INFINITY, |limit| limit / self.noise_unit_n)
     }
 
     /// K, B and the specimen's scale of the wished tissue at this order.
@@ -399,13 +435,14 @@ impl Bench<'_> {
         let alpha = shape * material.elastic_modulus_pa / device.stiffness_unit();
         let beta =
             shape * material.viscosity_pa_s_alpha * change / device.dissipation_unit(self.order);
-        let held = alpha.max(self.least_spring() * beta);
+        let held = self.held(alpha, beta);
         let scale = match self.design.requirement {
             Requirement::Passive => self.largest_passive_scale(held, beta)?,
             Requirement::Stable { gain_margin } => self
                 .largest_stable_scale(held, beta)?
                 .map(|scale| scale / gain_margin),
         };
+        let scale = scale.map(|scale| scale.min(self.quiet_beta() / beta));
         Ok(match scale {
             Some(scale) => Point::Wall {
                 alpha,
@@ -423,6 +460,27 @@ impl Bench<'_> {
         }
     }
 
+    /// α of a wall, or of what stands for it without elastic modulus.
+    fn held(&self, alpha: f64, beta: f64) -> f64 {
+        match self.design.wish {
+            Wish::Tissue { .. } => alpha.max(self.least_spring() * beta),
+            _ => alpha,
+        }
+    }
+
+    /// Whether a wall is stable, and the factor that takes it to the edge.
+    fn stable_and_margin(
+        &self,
+        alpha: f64,
+        beta: f64,
+    ) -> Result<(bool, Option<f64>), AnalysisError> {
+        let closed = self.closed(alpha, beta)?;
+        if closed.is_stable() {
+            return Ok((true, closed.margins()?.gain_up.map(|gain| gain.value)));
+        }
+        Ok((false, self.largest_stable_scale(alpha, beta)?))
+    }
+
     /// Margin, passivity and units of a wall.
     fn judged(&self, point: Point) -> Result<Candidate, AnalysisError> {
         let (alpha, beta, scale) = match point {
@@ -430,16 +488,8 @@ impl Bench<'_> {
             Point::Wall { alpha, beta, scale } => (alpha, beta, scale),
         };
         let device = &self.design.device;
-        let held = match scale {
-            Some(_) => alpha.max(self.least_spring() * beta),
-            None => alpha,
-        };
-        let closed = self.closed(held, beta)?;
-        let margin = if closed.is_stable() {
-            closed.margins()?.gain_up.map(|gain| gain.value)
-        } else {
-            self.largest_stable_scale(held, beta)?
-        };
+        let (_, margin) = self.stable_and_margin(self.held(alpha, beta), beta)?;
+        let noisy = !device.sensors.are_ideal();
         let (stiffness, dissipation) = (
             alpha * device.stiffness_unit(),
             beta * device.dissipation_unit(self.order),
@@ -449,7 +499,7 @@ impl Bench<'_> {
             stiffness_n_per_m: stiffness,
             dissipation_n_s_mu_per_m: dissipation,
             order: self.order,
-            sample_time_s: device.sample_time_s,
+            sample_time_s: device.plant.sample_time.0,
         };
         let effective = self
             .design
@@ -468,11 +518,12 @@ impl Bench<'_> {
             beta: Some(beta),
             passive: Some(required.passive(self.delta)),
             required_damping_n_s_per_m: Some(
-                required.delta * device.mass_kg / device.sample_time_s,
+                required.delta * device.plant.mass.0 / device.plant.sample_time.0,
             ),
             effective_damping_n_s_per_m: effective
                 .transpose()?
                 .map(|effective| effective.damping_n_s_per_m),
+            force_noise_rms_n: noisy.then_some(beta * self.noise_unit_n),
             largest_scale: scale,
             reason,
         })

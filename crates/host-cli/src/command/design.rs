@@ -3,13 +3,14 @@
 mod coupler;
 
 use super::experiment::{order, parse_scheme, progress_bar};
+use super::plant::PlantArguments;
 use crate::design::{Candidate, Design, DesignReport, Device, Requirement, Wish};
 use crate::failure::Failure;
 use crate::figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use crate::folder::{FolderRequest, write_text};
 use crate::material::Library;
 use crate::output::{Output, note};
-use crate::quantity::{Area, Damping, Force, Frequency, Length, Mass, Stiffness, Time};
+use crate::quantity::{Area, Force, Frequency, Length};
 use clap::{Args, ValueEnum};
 use fracdiff::{Order, Scheme};
 use haptic_loop::Specimen;
@@ -20,8 +21,12 @@ use std::path::PathBuf;
 const LONG_ABOUT: &str = "\
 From a device and a wish to a wall: for each order the largest stiffness K and dissipation B, and the \
 order that does it best. Nothing is searched by trying: stable walls come from the stability region, \
-passive ones from Theorem 1 for the operator that really runs. The best one is then tried on the \
-simulated device.
+passive ones from Theorem 1 for the operator that really runs, with delay and current lag of the device. The best \
+one is then tried on the simulated device, with its friction and encoder too.
+
+Without --realistic, or one of --friction, --delay, --current-lag, --encoder-resolution and --sensor-noise, an \
+ideal device is assumed, and the trial on a realistic one stands beside. The force noise of encoder steps q is \
+B.(q/sqrt 12).T^(-mu).sqrt(sum of the squared weights), rms; --force-noise-limit keeps B below it.
 
 Wishes:
   stiffest-wall   the largest K, with the B that allows it
@@ -31,14 +36,22 @@ order of the grid is the closest that fits (equal at --frequency) if it does not
   coupler         the stiffest virtual coupler that is passive on both sides, as felt at --frequency; by \
 Llewellyn's criterion for the scheme given; only damping and sample time of the device matter
 
-With --out it writes design.toml, which `host-cli run` takes, design.csv and a picture. The default device \
-is that of the dissertation's section 4.4.";
+With --out it writes design.toml, which `host-cli run` takes (exit code 0 only if trial and analysis call the \
+wall stable), design.csv and a picture. The default device is that of the dissertation's section 4.4.
+
+JSON: wish, require, gain_margin, frequency_hz, scheme, force_noise_limit_n, ideal_device_assumed, \
+imperfections{friction_n, delay_s, current_lag_s, encoder_resolution_m, sensor_noise_m, seed}, \
+realistic{the same, analysis_stable, margin, force_noise_rms_n, simulated}, candidates[{order, stiffness (N/m), \
+dissipation (N.s^mu/m), margin, alpha, beta, passive, required_damping_n_s_per_m, effective_damping_n_s_per_m, \
+force_noise_rms_n, largest_scale, reason}], best, tissue, simulated (as in `host-cli run`), experiment, files, notes.";
 
 /// Arguments of `design`.
 #[derive(Debug, Args)]
 #[command(
     long_about = LONG_ABOUT,
     after_help = "Examples:\n  host-cli design --wish stiffest-wall --delay-samples 1 --out design\n  \
+                  host-cli design --realistic --mass 45g --damping 0.2 --sample-time 1ms --force-limit 3.3N --out mine\n  \
+                  host-cli design --encoder-resolution 30um --friction 0.2N --force-noise-limit 0.05N\n  \
                   host-cli design --wish most-damping --frequency 5Hz --require passive\n  \
                   host-cli design --wish tissue prostate-cancerous"
 )]
@@ -67,7 +80,19 @@ pub struct Arguments {
     #[arg(long, value_parser = parse_scheme, default_value = "full")]
     scheme: Scheme,
     #[command(flatten)]
-    device: DeviceArguments,
+    device: PlantArguments,
+    /// Delay from a measurement to the force that answers it, in whole samples instead of --delay
+    #[arg(
+        long,
+        value_name = "SAMPLES",
+        conflicts_with = "delay",
+        value_parser = clap::value_parser!(u16).range(0..=64),
+        help_heading = "Device"
+    )]
+    delay_samples: Option<u16>,
+    /// Largest noise of the force that encoder steps and sensor noise may make, rms [default: any]
+    #[arg(long, value_name = "FORCE", allow_hyphen_values = true)]
+    force_noise_limit: Option<Force>,
     #[command(flatten)]
     tissue: TissueArguments,
     /// Folder for design.toml, design.csv and a picture
@@ -85,40 +110,6 @@ enum Require {
     Passive,
     /// Stable, with a gain margin.
     Stable,
-}
-
-/// The device.
-#[derive(Debug, Args)]
-#[command(next_help_heading = "Device")]
-struct DeviceArguments {
-    /// Mass of the device
-    #[arg(long, default_value = "65g", allow_hyphen_values = true)]
-    mass: Mass,
-    /// Viscous damping of the device
-    #[arg(long, default_value = "3.5", allow_hyphen_values = true)]
-    damping: Damping,
-    /// Stiffness of the hand that holds it; 0 without a hand
-    #[arg(long, default_value = "0", allow_hyphen_values = true)]
-    hand_stiffness: Stiffness,
-    /// Sample time
-    #[arg(long, default_value = "2ms", allow_hyphen_values = true)]
-    sample_time: Time,
-    /// Delay from computing a force to its acting, in whole samples
-    #[arg(
-        long,
-        value_name = "SAMPLES",
-        default_value_t = 0,
-        value_parser = clap::value_parser!(u64).range(0..=64)
-    )]
-    delay_samples: u64,
-    /// Largest force of the device
-    #[arg(
-        long,
-        value_name = "FORCE",
-        default_value = "100N",
-        allow_hyphen_values = true
-    )]
-    force_limit: Force,
 }
 
 /// The specimen of a tissue.
@@ -169,9 +160,11 @@ impl Arguments {
             }
             (Some(best), Some(simulated)) if !simulated.stable => {
                 Err(Failure::Run(anyhow::anyhow!(
-                    "the best candidate, order {}, does not settle when it is tried, so its \
-                     margin is too small: ask for more with --require stable --gain-margin",
-                    best.order
+                    "the best candidate, order {}, is {} when it is tried: {}; ask for more margin with --require \
+                     stable --gain-margin, or less noise with --force-noise-limit",
+                    best.order,
+                    simulated.verdict.words(),
+                    simulated.reason().unwrap_or_default()
                 )))
             }
             _ => Ok(()),
@@ -190,16 +183,18 @@ impl Arguments {
                 gain_margin: margin.unwrap_or(2.0),
             },
         };
-        let device = &self.device;
+        let mut imperfections = self.device.imperfections();
+        let ideal = self.device.ideal();
+        if let Some(samples) = self.delay_samples {
+            imperfections.delay_s = f64::from(samples) * ideal.sample_time.0;
+        }
         Ok(Design {
             device: Device {
-                mass_kg: device.mass.0,
-                damping_n_s_per_m: device.damping.0,
-                hand_stiffness_n_per_m: device.hand_stiffness.0,
-                sample_time_s: device.sample_time.0,
-                delay_samples: usize::try_from(device.delay_samples).map_err(Failure::input)?,
-                force_limit_n: device.force_limit.0,
+                plant: imperfections.on(ideal),
+                sensors: imperfections.sensors,
+                force_limit_n: self.device.force_limit_n(),
             },
+            force_noise_limit_n: self.force_noise_limit.map(|force| force.0),
             scheme: self.scheme,
             orders: self.orders()?,
             requirement,
@@ -314,11 +309,11 @@ fn draw(design: &Design, report: &DesignReport) -> Result<Picture, FigureError> 
     let (wished, wished_best) = (points(value, &report.candidates), points(value, best));
     let (betas, beta_best) = (points(beta, &report.candidates), points(beta, best));
     let subtitle = format!(
-        "m = {} kg · b = {} N·s/m · T = {} s · delay {} samples · {} · scheme {}",
-        design.device.mass_kg,
-        design.device.damping_n_s_per_m,
-        design.device.sample_time_s,
-        design.device.delay_samples,
+        "m = {} kg · b = {} N·s/m · T = {} s · {} · {} · scheme {}",
+        design.device.plant.mass.0,
+        design.device.plant.damping.0,
+        design.device.plant.sample_time.0,
+        report.imperfections.words(),
         match report.gain_margin {
             Some(margin) => format!("stable, gain margin {margin}"),
             None => "passive".to_owned(),
@@ -357,6 +352,11 @@ fn draw(design: &Design, report: &DesignReport) -> Result<Picture, FigureError> 
     .draw()
 }
 
+/// Text after a space and in brackets; nothing for none.
+fn in_brackets(text: Option<String>) -> String {
+    text.map_or_else(String::new, |text| format!(" ({text})"))
+}
+
 /// The answer as a person reads it.
 fn print(out: &mut dyn Write, report: &DesignReport) -> io::Result<()> {
     let number = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |v| format!("{v:.6}"));
@@ -366,6 +366,10 @@ fn print(out: &mut dyn Write, report: &DesignReport) -> io::Result<()> {
         "{:>6} {:>16} {:>16} {:>10} {:>8}",
         "order", "K / N/m", "B / N·s^μ/m", "margin", "passive"
     )?;
+    let noisy = !report.imperfections.sensors.are_ideal();
+    if noisy {
+        write!(out, " {:>14}", "noise / N rms")?;
+    }
     match (frequency, &report.tissue) {
         (Some(_), Some(_)) => writeln!(out, " {:>16}", "largest scale")?,
         (Some(frequency), None) => writeln!(out, " {:>16}", format!("ED({frequency} Hz)"))?,
@@ -390,6 +394,9 @@ fn print(out: &mut dyn Write, report: &DesignReport) -> io::Result<()> {
                 None => "–",
             }
         )?;
+        if noisy {
+            write!(out, " {:>14}", number(candidate.force_noise_rms_n))?;
+        }
         match (frequency, &report.tissue) {
             (Some(_), Some(_)) => writeln!(out, " {:>16}", number(candidate.largest_scale))?,
             (Some(_), None) => {
@@ -419,15 +426,39 @@ fn print(out: &mut dyn Write, report: &DesignReport) -> io::Result<()> {
     match (&report.best, &report.simulated) {
         (Some(best), Some(simulated)) => writeln!(
             out,
-            "best: order {}, {} when tried on the simulated device",
+            "best: order {}, {} when tried on the simulated device{}",
             best.order,
-            if simulated.stable {
-                "settles"
-            } else {
-                "does not settle"
-            }
+            simulated.verdict.words(),
+            in_brackets(simulated.reason())
         )?,
         _ => writeln!(out, "best: none")?,
+    }
+    writeln!(
+        out,
+        "{}",
+        if report.ideal_device_assumed {
+            "an ideal device was assumed: no friction, delay, current lag or encoder steps"
+                .to_owned()
+        } else {
+            format!("device with {}", report.imperfections.words())
+        }
+    )?;
+    if let Some(real) = &report.realistic {
+        writeln!(
+            out,
+            "on a realistic one ({}) the best is {} by the analysis{} and {} when tried{}, with {:.2e} N rms of force \
+             noise; --realistic designs for such a device",
+            real.imperfections.words(),
+            if real.analysis_stable {
+                "stable"
+            } else {
+                "unstable"
+            },
+            in_brackets(real.margin.map(|margin| format!("margin {margin:.3}"))),
+            real.simulated.verdict.words(),
+            in_brackets(real.simulated.reason()),
+            real.force_noise_rms_n
+        )?;
     }
     for note in &report.notes {
         writeln!(out, "{note}")?;

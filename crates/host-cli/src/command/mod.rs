@@ -9,6 +9,7 @@ pub mod experiment;
 pub mod live;
 pub mod log;
 pub mod materials;
+pub mod plant;
 pub mod preflight;
 pub mod realtime;
 pub mod relax;

@@ -1,19 +1,17 @@
 //! `zwidth`: how stiff a wall can be rendered, by trying.
 
 use super::experiment::{parse_number, parse_scheme, progress_bar, stop_on_interrupt};
+use super::plant::PlantArguments;
 use super::remote::RemoteArguments;
 use crate::experiment::zwidth::BoundaryPoint;
-use crate::experiment::{
-    Criterion, CriterionName, Sensors, TrialPlan, ZWidth, ZWidthReport, dissertation_device,
-};
+use crate::experiment::{Criterion, CriterionName, TrialPlan, ZWidth, ZWidthReport};
 use crate::failure::Failure;
 use crate::figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use crate::folder::{FolderRequest, OutputFolder};
 use crate::output::{Output, note};
-use crate::quantity::{Damping, Force, Length, Mass, Stiffness, Time};
+use crate::quantity::{Force, Length, Time};
 use clap::Args;
-use fracdiff::{Order, Scheme, Seconds};
-use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
+use fracdiff::{Order, Scheme};
 use serde::Serialize;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -132,71 +130,6 @@ impl TrialArguments {
     }
 }
 
-/// The simulated device.
-#[derive(Debug, Args)]
-#[command(next_help_heading = "Simulated device")]
-pub struct PlantArguments {
-    /// Mass of the device
-    #[arg(long, default_value = "65g", allow_hyphen_values = true)]
-    mass: Mass,
-    /// Viscous damping of the device
-    #[arg(long, default_value = "3.5", allow_hyphen_values = true)]
-    damping: Damping,
-    /// Stiffness of the hand that holds it; 0 without a hand
-    #[arg(long, default_value = "0", allow_hyphen_values = true)]
-    hand_stiffness: Stiffness,
-    /// Sample time
-    #[arg(long, default_value = "2ms", allow_hyphen_values = true)]
-    sample_time: Time,
-    /// What real devices have: 1 um encoder, 0.05 N friction, half a sample of delay, 1 ms current lag
-    /// (each can be set by itself)
-    #[arg(long)]
-    realistic: bool,
-    /// Coulomb friction
-    #[arg(long, value_name = "FORCE", allow_hyphen_values = true)]
-    friction: Option<Force>,
-    /// Delay from computing a force to its acting
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
-    delay: Option<Time>,
-    /// Time constant of the actuator's current
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
-    current_lag: Option<Time>,
-    /// Resolution of the position encoder per count
-    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
-    encoder_resolution: Option<Length>,
-    /// Standard deviation of the sensor noise
-    #[arg(
-        long,
-        value_name = "LENGTH",
-        default_value = "0",
-        allow_hyphen_values = true
-    )]
-    sensor_noise: Length,
-    /// Seed of the noise: the same seed gives the same result
-    #[arg(long, default_value_t = 1, allow_hyphen_values = true)]
-    seed: u64,
-    /// Largest force of the actuator
-    #[arg(
-        long,
-        value_name = "FORCE",
-        default_value = "100N",
-        allow_hyphen_values = true
-    )]
-    force_limit: Force,
-}
-
-impl PlantArguments {
-    /// Whether anything of a real device is asked of the simulated one.
-    fn is_less_than_ideal(&self) -> bool {
-        self.realistic
-            || self.friction.is_some()
-            || self.delay.is_some()
-            || self.current_lag.is_some()
-            || self.encoder_resolution.is_some()
-            || self.sensor_noise.0 > 0.0
-    }
-}
-
 /// A row of the CSV.
 #[derive(Serialize)]
 struct Row {
@@ -282,30 +215,15 @@ impl Arguments {
                  of the simulated device: leave them away with a serial one, which has its own",
             ));
         }
-        let t = plant.sample_time.0;
-        // What --realistic sets, unless it is given by itself.
-        let real = |given: Option<f64>, realistic: f64| {
-            given.unwrap_or(if plant.realistic { realistic } else { 0.0 })
-        };
-        let mut device = dissertation_device(Seconds(t));
-        device.mass = Kilograms(plant.mass.0);
-        device.damping = NewtonSecondsPerMetre(plant.damping.0);
-        device.stiffness = NewtonsPerMetre(plant.hand_stiffness.0);
-        device.friction = Newtons(real(plant.friction.map(|f| f.0), 0.05));
-        device.delay = Seconds(real(plant.delay.map(|d| d.0), 0.5 * t));
-        device.lag = Seconds(real(plant.current_lag.map(|l| l.0), 1e-3));
+        let imperfections = plant.imperfections();
         Ok(ZWidth {
-            device,
-            sensors: Sensors {
-                encoder_resolution_m: real(plant.encoder_resolution.map(|r| r.0), 1e-6),
-                noise_m: plant.sensor_noise.0,
-                seed: plant.seed,
-            },
+            device: imperfections.on(plant.ideal()),
+            sensors: imperfections.sensors,
             one_sided: self.one_sided,
             scheme: self.scheme,
             orders,
             points: self.points,
-            plan: self.trial.plan(plant.force_limit.0, remote.is_some())?,
+            plan: self.trial.plan(plant.force_limit_n(), remote.is_some())?,
             remote,
         })
     }

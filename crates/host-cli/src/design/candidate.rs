@@ -1,6 +1,7 @@
 //! What a design says of each order, and the whole answer.
 
-use crate::experiment::Settling;
+use super::RealisticTrial;
+use crate::experiment::{Imperfections, Settling};
 use fracdiff::Order;
 use serde::Serialize;
 
@@ -25,6 +26,8 @@ pub struct Candidate {
     pub required_damping_n_s_per_m: Option<f64>,
     /// Im H/ω at the wish's frequency, N·s/m.
     pub effective_damping_n_s_per_m: Option<f64>,
+    /// Noise of the force that encoder steps and sensor noise make through B, rms N; null for ideal sensors.
+    pub force_noise_rms_n: Option<f64>,
     /// For a tissue: factor by which the specimen may grow under the requirement; below 1 it is too
     /// large.
     pub largest_scale: Option<f64>,
@@ -58,13 +61,21 @@ pub struct DesignReport {
     pub frequency_hz: Option<f64>,
     /// Operator.
     pub scheme: String,
+    /// Limit on the noise of the force, rms N; null for none.
+    pub force_noise_limit_n: Option<f64>,
+    /// Nothing of a real device was given: friction, delay, current lag and encoder steps are none.
+    pub ideal_device_assumed: bool,
+    /// What was given of it.
+    pub imperfections: Imperfections,
+    /// If an ideal device was assumed: the best one tried on a realistic one.
+    pub realistic: Option<RealisticTrial>,
     /// One for each order.
     pub candidates: Vec<Candidate>,
     /// The one that meets the wish best; null if none does.
     pub best: Option<Candidate>,
     /// For a tissue.
     pub tissue: Option<TissueVerdict>,
-    /// The best one pushed into on the simulated device.
+    /// The best one tried on the simulated device.
     pub simulated: Option<Settling>,
     /// The text of the experiment file that does this.
     #[serde(skip)]
@@ -102,6 +113,7 @@ impl Candidate {
             passive: None,
             required_damping_n_s_per_m: None,
             effective_damping_n_s_per_m: None,
+            force_noise_rms_n: None,
             largest_scale: None,
             reason: Some(reason),
         }

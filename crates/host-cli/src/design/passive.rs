@@ -13,6 +13,7 @@ impl Bench<'_> {
     pub(super) fn passive_wall(&self) -> Result<Point, AnalysisError> {
         let port = self.port()?;
         let required = |alpha: f64, beta: f64| port.required_delta(alpha, beta).map(|r| r.delta);
+        let quiet = self.quiet_beta();
         let wall = |alpha, beta| Point::Wall {
             alpha: INSIDE * alpha,
             beta: INSIDE * beta,
@@ -32,7 +33,7 @@ impl Bench<'_> {
             if least <= 0.0 {
                 return Ok(Point::None(self.nothing()));
             }
-            let beta = MOST_DAMPING * self.delta / least;
+            let beta = (MOST_DAMPING * self.delta / least).min(quiet);
             return Ok(match port.largest_alpha(self.delta, beta)? {
                 // What is passive is convex, so the middle is.
                 Largest::Below { value, .. } => wall(0.5 * (ratio * beta + value), beta),
@@ -49,7 +50,14 @@ impl Bench<'_> {
             return Ok(Point::None(self.nothing()));
         }
         let alpha = self.delta / least;
-        Ok(wall(alpha, ratio * alpha))
+        if ratio * alpha <= quiet {
+            return Ok(wall(alpha, ratio * alpha));
+        }
+        // What is passive is convex, so the stiffest quiet wall is as noisy as it may be.
+        Ok(match port.largest_alpha(self.delta, quiet)? {
+            Largest::Below { value, .. } => wall(value, quiet),
+            _ => Point::None(self.nothing()),
+        })
     }
 
     /// The factor up to which a wall stays passive; `None` if a device without damping bears none.

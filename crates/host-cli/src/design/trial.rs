@@ -1,11 +1,9 @@
 //! The experiment that tries a designed wall, and its file.
 
 use super::{Candidate, Design};
-use crate::experiment::{Pace, Safety, Sensors, Settling, TrialPlan, Wall};
+use crate::experiment::{Pace, Safety, Settling, TrialPlan, TrialVerdict, Wall};
 use crate::failure::Failure;
-use fracdiff::{Order, Seconds};
-use haptic_loop::plant::MassDamperConfig;
-use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
+use fracdiff::Order;
 
 /// Push, N, as long as the device can hold four times as much.
 const PUSH_N: f64 = 1.0;
@@ -27,7 +25,8 @@ impl Design {
         let mut wall = self.push_into(candidate, stretch)?;
         let mut settling = wall.try_out()?;
         for _ in 0..DOUBLINGS {
-            if settling.stable {
+            // What left or beats against the force limit does not settle later.
+            if !matches!(settling.verdict, TrialVerdict::Unstable) {
                 break;
             }
             stretch *= 2.0;
@@ -40,7 +39,7 @@ impl Design {
     /// A trial of a candidate, so many times as long as usual.
     fn push_into(&self, candidate: &Candidate, stretch: f64) -> Result<Wall, Failure> {
         let device = &self.device;
-        let t = device.sample_time_s;
+        let t = device.plant.sample_time.0;
         let (Some(stiffness), Some(dissipation)) = (candidate.stiffness, candidate.dissipation)
         else {
             return Err(Failure::bad_input(format_args!(
@@ -52,20 +51,8 @@ impl Design {
         let larger = |(seconds, samples): (f64, f64)| seconds.max(samples * t);
         let (duration_s, window_s) = (stretch * larger(DURATION), larger(WINDOW));
         Ok(Wall {
-            device: MassDamperConfig {
-                stiffness: NewtonsPerMetre(device.hand_stiffness_n_per_m),
-                delay: Seconds(device.delay_samples as f64 * t),
-                ..MassDamperConfig::ideal(
-                    Kilograms(device.mass_kg),
-                    NewtonSecondsPerMetre(device.damping_n_s_per_m),
-                    Seconds(t),
-                )
-            },
-            sensors: Sensors {
-                encoder_resolution_m: 0.0,
-                noise_m: 0.0,
-                seed: 1,
-            },
+            device: device.plant,
+            sensors: device.sensors,
             order: Order::new(candidate.order).map_err(Failure::input)?,
             scheme: self.scheme,
             stiffness_n_per_m: stiffness,
@@ -95,13 +82,18 @@ impl Design {
         let device = &wall.device;
         format!(
             "# Written by host-cli design: {wish}, {requirement}.\n\
-             # host-cli run FILE pushes the device into the wall and says whether it settles.\n\
+             # host-cli run FILE tries the wall; it ends with 0 only if trial and analysis call it stable.\n\
              [wall]\n\
              mass_kg = {:?}\n\
              damping_n_s_per_m = {:?}\n\
              hand_stiffness_n_per_m = {:?}\n\
              sample_time_s = {:?}\n\
              delay_s = {:?}\n\
+             current_lag_s = {:?}\n\
+             friction_n = {:?}\n\
+             encoder_resolution_m = {:?}\n\
+             sensor_noise_m = {:?}\n\
+             seed = {:?}\n\
              force_limit_n = {:?}\n\
              \n\
              order = {:?}\n\
@@ -119,6 +111,11 @@ impl Design {
             device.stiffness.0,
             device.sample_time.0,
             device.delay.0,
+            device.lag.0,
+            device.friction.0,
+            wall.sensors.encoder_resolution_m,
+            wall.sensors.noise_m,
+            wall.sensors.seed,
             wall.plan.force_limit_n,
             wall.order.get(),
             wall.scheme,

@@ -3,6 +3,7 @@
 pub mod creep;
 pub mod file;
 pub mod flight;
+pub mod imperfections;
 pub mod judge;
 pub mod outcome;
 pub mod preflight;
@@ -23,8 +24,9 @@ pub mod zwidth;
 
 pub use creep::Creep;
 pub use file::ExperimentFile;
+pub use imperfections::Imperfections;
 pub use preflight::{Dynamics, PreflightRequest};
-pub use pushed::TrialPlan;
+pub use pushed::{TrialPlan, dynamics};
 pub use realtime::{RealtimeOptions, RealtimeSummary};
 pub use relaxation::Relaxation;
 pub use rendering::{Contact, Precision, Rendering};

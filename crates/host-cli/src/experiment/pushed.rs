@@ -9,6 +9,7 @@ use super::sensed::{Sensed, Sensors};
 use super::settling::{Criterion, Judge, Scales, Tolerance};
 use crate::failure::Failure;
 use fracdiff::{Operator, Seconds};
+use haptic_analysis::Dynamics;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
 use haptic_loop::{Controller, Limits, ParameterError, SafetyChain, Wall};
@@ -184,6 +185,18 @@ pub(super) fn wall_at_start(
         operator,
         one_sided.then_some(Metres(0.0)),
     )
+}
+
+/// What the analysis knows of a simulated device: all but friction.
+#[must_use]
+pub fn dynamics(device: &MassDamperConfig) -> Dynamics {
+    Dynamics {
+        mass_kg: device.mass.0,
+        damping_n_s_per_m: device.damping.0,
+        hand_stiffness_n_per_m: device.stiffness.0,
+        delay_s: device.delay.0,
+        current_lag_s: device.lag.0,
+    }
 }
 
 /// The device at the moment it hits the wall, with the push on it.

@@ -5,13 +5,15 @@ use fracdiff::Real;
 use haptic_loop::plant::{EncoderQuantiser, SensorNoise};
 use haptic_loop::units::Metres;
 use haptic_loop::{Device, Reading, SafeForce};
+use serde::Serialize;
 
 /// What lies between the position and the loop.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Sensors {
     /// Encoder resolution, m per count; 0 for none.
     pub encoder_resolution_m: f64,
     /// Standard deviation of the noise, m; 0 for none.
+    #[serde(rename = "sensor_noise_m")]
     pub noise_m: f64,
     /// Seed of the noise.
     pub seed: u64,

@@ -16,8 +16,8 @@ use super::judge::{Compared, full_history};
 use super::outcome::{origin, reaction};
 use super::preflight::{Dynamics, Preflight, PreflightRequest};
 use super::pushed::{
-    TrialPlan, VirtualWall, encoder_step, force_alone, safe_force_limit, thrown, try_wall,
-    wall_at_start,
+    TrialPlan, VirtualWall, dynamics, encoder_step, force_alone, safe_force_limit, thrown,
+    try_wall, wall_at_start,
 };
 use super::remote::{
     RemoteDevice, RemoteLaw, RemoteRun, device_name, host_limits, no_operator, portable, push,
@@ -159,13 +159,7 @@ impl Wall {
 
     /// Device and hand.
     fn dynamics(&self) -> Dynamics {
-        Dynamics {
-            mass_kg: self.device.mass.0,
-            damping_n_s_per_m: self.device.damping.0,
-            hand_stiffness_n_per_m: self.device.stiffness.0,
-            delay_s: self.device.delay.0,
-            current_lag_s: self.device.lag.0,
-        }
+        dynamics(&self.device)
     }
 
     /// The same without log or files: does it settle, and without friction too?

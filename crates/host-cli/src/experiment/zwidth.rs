@@ -241,3 +241,39 @@ pub fn dissertation_device(sample_time: Seconds) -> MassDamperConfig {
     use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
     MassDamperConfig::ideal(Kilograms(0.065), NewtonSecondsPerMetre(3.5), sample_time)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiment::Imperfections;
+
+    #[test]
+    fn an_interrupted_search_keeps_the_points_that_were_done() {
+        let experiment = ZWidth {
+            device: dissertation_device(Seconds(2e-3)),
+            sensors: Imperfections::NONE.sensors,
+            one_sided: false,
+            scheme: Scheme::Muir { degree: 3 },
+            orders: vec![Order::new(1.0).expect("in range")],
+            points: 9,
+            plan: TrialPlan::DEFAULT,
+            remote: None,
+        };
+        let never = AtomicBool::new(false);
+        let whole = experiment.run(&|_| {}, &never).expect("runs");
+        assert_eq!(
+            (whole.ended_early, whole.orders[0].boundary.len()),
+            (None, 9)
+        );
+        let stop = AtomicBool::new(false);
+        let first = |_| stop.store(true, Ordering::Relaxed);
+        let cut = experiment.run(&first, &stop).expect("runs");
+        assert_eq!(cut.ended_early, Some("interrupted"));
+        let kept = &cut.orders[0].boundary;
+        assert!((1..9).contains(&kept.len()), "{kept:?}");
+        assert!(
+            kept.iter()
+                .all(|point| whole.orders[0].boundary.contains(point))
+        );
+    }
+}

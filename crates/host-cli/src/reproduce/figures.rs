@@ -5,7 +5,7 @@ use super::figure::{Axis, Curve, Figure, Panel, per_order, refused, share_axes};
 use super::relaxation::relax;
 use super::walls::{ALPHA, BETA, border, region_matrix, regions};
 use super::{DAMPING_N_S_PER_M, DELTA, Kind, ORDERS, SAMPLE_TIME_S};
-use crate::experiment::{Sensors, TrialPlan, ZWidth, dissertation_device};
+use crate::experiment::{Imperfections, TrialPlan, ZWidth, dissertation_device};
 use crate::failure::Failure;
 use crate::figure::{Look, Scale};
 use fracdiff::{Order, Seconds};
@@ -149,22 +149,15 @@ fn environment() -> Result<Figure, Failure> {
 
 fn zwidth(stop: &AtomicBool) -> Result<Figure, Failure> {
     let panel = |caption: &str, realistic: bool| {
-        let mut device = dissertation_device(Seconds(SAMPLE_TIME_S));
-        let mut sensors = Sensors {
-            encoder_resolution_m: 0.0,
-            noise_m: 0.0,
-            seed: 1,
+        let imperfections = if realistic {
+            Imperfections::realistic(SAMPLE_TIME_S)
+        } else {
+            Imperfections::NONE
         };
-        if realistic {
-            device.friction = Newtons(0.05);
-            device.delay = Seconds(0.5 * SAMPLE_TIME_S);
-            device.lag = Seconds(1e-3);
-            sensors.encoder_resolution_m = 1e-6;
-        }
         let orders = ORDERS.map(Order::new).into_iter().collect::<Result<_, _>>();
         let experiment = ZWidth {
-            device,
-            sensors,
+            device: imperfections.on(dissertation_device(Seconds(SAMPLE_TIME_S))),
+            sensors: imperfections.sensors,
             one_sided: false,
             scheme: Kind::Muir.scheme(),
             orders: orders.map_err(Failure::input)?,

@@ -298,10 +298,10 @@ fn the_z_width_of_an_ideal_device_is_the_region_of_the_theory() {
             ))["stable"]
                 == true
         };
-        // An unstable wall needs time to show: the experiment is a little generous, by 3 % in either
-        // direction at most.
+        // Near the edge a wall needs longer than 5 s to settle or to show that it does not: the trial is
+        // strict by 5 % and generous by 2 % at most.
         assert!(verdict(0.98 * alpha, 0.98 * beta), "{point}");
-        assert!(!verdict(1.03 * alpha + 1e-3, 1.02 * beta), "{point}");
+        assert!(!verdict(1.05 * alpha + 1e-3, 1.02 * beta), "{point}");
     }
     let again = place
         .run("zwidth --orders 1 --points 5 --scheme muir:3 --json")
@@ -389,10 +389,8 @@ fn a_wall_that_friction_alone_holds_still_is_named_so() {
     let smooth = place.run(line).succeeded_with_warnings().json();
     let point = held(&smooth);
     assert!(point["held_by_friction_up_to_n_per_m"].is_null());
-    assert!(
-        close(number(&point, "stiffness_max"), stable, 1e-2),
-        "{stable} {point}"
-    );
+    let again = number(&point, "stiffness_max");
+    assert!((again / stable - 1.0).abs() < 1e-3, "{stable} {point}");
     // And one of them in a file.
     let wall = format!(
         "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 0.002\nfriction_n = 0.05\norder = 1\n\

@@ -244,6 +244,7 @@ fn the_stiffest_wall_is_stable_and_three_times_it_is_not() {
     for device in [
         "",
         "--delay-samples 1",
+        "--delay 1.3ms --current-lag 0.5ms",
         "--hand-stiffness 400 --sample-time 1ms",
     ] {
         let place = Place::new();
@@ -427,6 +428,119 @@ fn a_wall_that_rings_for_long_is_tried_for_long() {
     );
     assert!(settles(&place, 1.0));
     assert!(!settles(&place, 1.1));
+}
+
+/// Γ(2μ + 1)/Γ(μ + 1)², the sum of all squared weights, at orders of the grid.
+fn squared_weights(order: f64) -> f64 {
+    let known = [
+        (0.0, 1.0),
+        (0.5, 1.0 / 0.785_398_163_397_448_3),
+        (1.0, 2.0),
+        (1.5, 6.0 / 1.767_145_867_644_258_5),
+        (2.0, 6.0),
+    ];
+    let found = known.iter().find(|(mu, _)| *mu == order);
+    found.expect("an order of the list").1
+}
+
+const DESK: &str = "--realistic --mass 45g --damping 0.2 --sample-time 1ms --force-limit 3.3N --orders 0,0.5,1,1.5,2";
+
+#[test]
+fn a_design_for_the_device_on_the_desk_runs_there() {
+    let place = Place::new();
+    let report = design(&place, DESK);
+    assert_eq!(report["ideal_device_assumed"], false);
+    assert_eq!(report["realistic"], Value::Null);
+    for (key, want) in [
+        ("friction_n", 0.05),
+        ("delay_s", 0.5e-3),
+        ("current_lag_s", 1e-3),
+        ("encoder_resolution_m", 1e-6),
+    ] {
+        assert_eq!(number(&report["imperfections"], key), want, "{key}");
+    }
+    for candidate in report["candidates"].as_array().expect("an array") {
+        let (mu, b) = (number(candidate, "order"), number(candidate, "dissipation"));
+        let rms = b * 1e-6 / 12.0_f64.sqrt() * 1e-3_f64.powf(-mu) * squared_weights(mu).sqrt();
+        let have = number(candidate, "force_noise_rms_n");
+        assert!((have - rms).abs() <= 1e-4 * rms, "{candidate} {rms}");
+    }
+    assert_eq!(report["simulated"]["verdict"], "stable");
+    assert!(settles(&place, 1.0));
+    assert!(!settles(&place, 3.0));
+}
+
+#[test]
+fn a_design_that_assumes_an_ideal_device_says_so_and_shows_a_realistic_one() {
+    let place = Place::new();
+    let report = design(&place, "--orders 2");
+    assert_eq!(report["ideal_device_assumed"], true);
+    assert_eq!(report["best"]["force_noise_rms_n"], Value::Null);
+    // Order 2 is the stiffest on paper and the first to shake where the current lags.
+    let real = &report["realistic"];
+    assert_eq!(real["analysis_stable"], false);
+    assert!(number(real, "margin") < 0.2, "{real}");
+    assert_eq!(real["simulated"]["stable"], false);
+    let said = place.run("design --orders 2").succeeded().stdout;
+    let sentence = "an ideal device was assumed: no friction, delay, current lag or encoder steps";
+    assert_eq!(said.matches(sentence).count(), 1, "{said}");
+    assert!(said.contains("unstable by the analysis"), "{said}");
+}
+
+#[test]
+fn the_noise_of_the_force_can_be_limited() {
+    for options in [
+        "",
+        "--require passive",
+        "--wish most-damping --frequency 5Hz",
+    ] {
+        let place = Place::new();
+        let device = "--encoder-resolution 30um --orders 0.5,1,1.5 --json";
+        let any = place
+            .run(&format!("design {device} {options}"))
+            .succeeded()
+            .json();
+        let line = format!("design {device} {options} --force-noise-limit 0.02N");
+        let quiet = place.run(&line).succeeded().json();
+        for order in [0.5, 1.0, 1.5] {
+            let (any, quiet) = (of_order(&any, order), of_order(&quiet, order));
+            let noise = |c: &Value| number(c, "force_noise_rms_n");
+            assert!(noise(quiet) <= 0.02 * (1.0 + 1e-9), "{options}: {quiet}");
+            // One that was quiet enough stays as it is, another goes to the limit.
+            if noise(any) <= 0.02 {
+                near(number(quiet, "stiffness"), number(any, "stiffness"), 1e-6);
+            } else {
+                assert!(noise(quiet) > 0.019, "{options}: {quiet}");
+            }
+        }
+    }
+    let place = Place::new();
+    for (options, words) in [
+        ("--force-noise-limit 0.02N", ["0.02 N", "encoder"]),
+        (
+            "--encoder-resolution 1um --force-noise-limit 0",
+            ["limit 0 N", "above 0 N"],
+        ),
+        (
+            "--delay 1ms --delay-samples 1",
+            ["--delay", "--delay-samples"],
+        ),
+    ] {
+        place.run(&format!("design {options}")).refused(2, &words);
+    }
+}
+
+#[test]
+fn a_tissue_that_makes_too_much_noise_does_not_fit() {
+    let place = Place::new();
+    let line =
+        "design --json --wish tissue prostate-cancerous --encoder-resolution 30um --orders 0.5";
+    let loud = place.run(line).succeeded().json();
+    let noise = number(&loud["candidates"][0], "force_noise_rms_n");
+    let line = format!("{line} --force-noise-limit {}", 0.5 * noise);
+    let quiet = place.run(&line).succeeded().json();
+    near(number(&quiet["tissue"], "largest_scale"), 0.5, 1e-3);
+    assert_eq!(quiet["tissue"]["fits"], false);
 }
 
 #[test]

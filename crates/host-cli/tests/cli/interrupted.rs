@@ -136,6 +136,63 @@ fn an_interrupted_run_leaves_no_picture_of_the_run_it_overwrites() {
     assert_eq!(place.files(), ["run/", "run/relax.mcap"]);
 }
 
+/// Starts `host-cli LINE` and interrupts it as soon as it listens.
+#[cfg(target_os = "linux")]
+fn interrupt_when_it_listens(place: &Place, line: &str) -> Ended {
+    let mut child = Command::new(crate::process::binary())
+        .args(words(line))
+        .current_dir(place.path(""))
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the binary starts");
+    let start = Instant::now();
+    let status = format!("/proc/{}/status", child.id());
+    // Caught signals as a mask: bit 1 is SIGINT.
+    let listens = || {
+        let status = std::fs::read_to_string(&status).unwrap_or_default();
+        let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:"));
+        caught.is_some_and(|mask| {
+            u64::from_str_radix(mask.trim(), 16).is_ok_and(|mask| mask & 2 != 0)
+        })
+    };
+    while !listens() {
+        let gone = child.try_wait().expect("can be waited for");
+        assert!(gone.is_none(), "ended before the signal: {gone:?}");
+        assert!(start.elapsed() < PATIENCE, "it does not listen");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let sent = Command::new("sh")
+        .args(["-c", &format!("kill -INT {}", child.id())])
+        .status();
+    assert!(sent.expect("sh runs").success());
+    let output = child.wait_with_output().expect("ends");
+    Ended::new(format!("{line} & kill -INT"), &output)
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn long_searches_stop_at_ctrl_c_and_say_what_they_have() {
+    let place = Place::new();
+    let line = "zwidth --points 1000 --duration 60s --out z --json";
+    let ended = interrupt_when_it_listens(&place, line).failed(1);
+    assert!(ended.error().contains("interrupted"), "{ended}");
+    assert_eq!(ended.json()["ended_early"], "interrupted");
+    let ended = interrupt_when_it_listens(&place, "reproduce --out again --json").failed(1);
+    let report = ended.json();
+    assert_eq!(report["ended_early"], "interrupted");
+    // What is there is whole, and the report of it is written.
+    for figure in report["figures"].as_array().expect("a list") {
+        assert!(
+            place
+                .files()
+                .contains(&figure["data"].as_str().expect("a path").to_owned())
+        );
+    }
+    assert!(place.text("again/report.md").contains("laim"));
+}
+
 #[test]
 fn a_fault_ends_the_run_with_its_name_and_a_whole_log() {
     let place = Place::new();

@@ -32,12 +32,19 @@ impl Arguments {
                 "frequency {frequency_hz} Hz is not above 0 Hz: give --frequency, as in 1Hz"
             )));
         }
-        if self.gain_margin.is_some() || self.device.delay_samples > 0 {
+        let delayed = self.delay_samples.is_some_and(|samples| samples > 0);
+        let device = self.device.ideal();
+        if self.gain_margin.is_some()
+            || self.force_noise_limit.is_some()
+            || delayed
+            || self.device.is_less_than_ideal()
+        {
             return Err(Failure::bad_input(
-                "a coupler is judged passive without delay: leave --gain-margin and --delay-samples away",
+                "a coupler is judged passive on an ideal device: leave out --gain-margin, --force-noise-limit, \
+                 --delay-samples, --delay, --current-lag, --friction, --encoder-resolution, --sensor-noise and --realistic",
             ));
         }
-        let (b, t) = (self.device.damping.0, self.device.sample_time.0);
+        let (b, t) = (device.damping.0, device.sample_time.0);
         let candidates = self
             .orders()?
             .into_iter()

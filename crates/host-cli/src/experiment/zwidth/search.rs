@@ -129,7 +129,7 @@ impl<'a> Search<'a> {
             samples,
             rate: t.rate_to_the(order).map_err(Failure::input)?,
             encoder_step_m,
-            theory: Theory::new(experiment, order)?,
+            theory: Theory::new(experiment, order),
             most: search_limit(config.damping.0 * t.0 / config.mass.0),
             units: (
                 config.mass.0 / (t.0 * t.0),

@@ -1,9 +1,9 @@
 //! What the analysis says of the walls that are tried.
 
 use super::ZWidth;
-use crate::failure::Failure;
+use crate::experiment::pushed::dynamics;
 use fracdiff::Order;
-use haptic_analysis::{LoopOperator, Nondimensional, SampledLoop, SampledPlant, StabilityRegion};
+use haptic_analysis::{AnalysisError, LoopOperator, SampledLoop, SampledPlant, StabilityRegion};
 
 /// Points on the boundary of a region.
 const POINTS: usize = 400;
@@ -16,46 +16,37 @@ const HORIZON: f64 = 20e6;
 #[derive(Debug)]
 pub(super) struct Theory {
     operator: LoopOperator,
-    delta: f64,
-    gamma: f64,
-    delay: usize,
+    plant: SampledPlant,
     /// Polygons of (β, α).
     polygons: Vec<Vec<(f64, f64)>>,
 }
 
 impl Theory {
-    /// `None` for a device that the analysis does not know: a serial one, or an actuator that lags.
-    pub(super) fn new(experiment: &ZWidth, order: Order) -> Result<Option<Self>, Failure> {
-        let device = &experiment.device;
-        let (m, t) = (device.mass.0, device.sample_time.0);
-        let delay = device.delay.0 / t;
-        let whole = (delay - delay.round()).abs() < 1e-9;
-        if experiment.remote.is_some() || device.lag.0 > 0.0 || !whole {
-            return Ok(None);
+    /// `None` for a device that the analysis does not know: a serial one, or numbers that it does not take.
+    pub(super) fn new(experiment: &ZWidth, order: Order) -> Option<Self> {
+        if experiment.remote.is_some() {
+            return None;
         }
-        let (delta, gamma) = (device.damping.0 * t / m, device.stiffness.0 * t * t / m);
-        let delay = delay.round() as usize;
-        let known = || {
-            let operator =
-                LoopOperator::new(experiment.scheme, order, device.sample_time, HORIZON)?;
-            let plant = SampledPlant::new(delta, gamma)?;
-            let region = StabilityRegion::new(plant, &operator, delay, POINTS)?;
-            let polygons = region.bounded().map_or_else(Vec::new, |area| {
-                let points = |points: &[haptic_analysis::BoundaryPoint]| {
-                    points.iter().map(|p| (p.beta, p.alpha)).collect()
-                };
-                area.polygons.iter().map(|p| points(&p.points)).collect()
-            });
-            Ok::<_, haptic_analysis::AnalysisError>((operator, polygons))
-        };
         // What cannot be analysed can still be tried.
-        Ok(known().ok().map(|(operator, polygons)| Self {
+        Self::of(experiment, order).ok()
+    }
+
+    fn of(experiment: &ZWidth, order: Order) -> Result<Self, AnalysisError> {
+        let device = &experiment.device;
+        let operator = LoopOperator::new(experiment.scheme, order, device.sample_time, HORIZON)?;
+        let plant = dynamics(device).plant(device.sample_time.0)?;
+        let region = StabilityRegion::new(plant, &operator, 0, POINTS)?;
+        let polygons = region.bounded().map_or_else(Vec::new, |area| {
+            let points = |points: &[haptic_analysis::BoundaryPoint]| {
+                points.iter().map(|p| (p.beta, p.alpha)).collect()
+            };
+            area.polygons.iter().map(|p| points(&p.points)).collect()
+        });
+        Ok(Self {
             operator,
-            delta,
-            gamma,
-            delay,
+            plant,
             polygons,
-        }))
+        })
     }
 
     /// The polygons one after the other, closed, with a gap between them.
@@ -97,13 +88,8 @@ impl Theory {
     /// told.
     pub(super) fn has_edge_within(&self, alpha: f64, beta: f64, share: f64) -> Option<bool> {
         let stable = |factor: f64| {
-            let wall = Nondimensional {
-                alpha: factor * alpha,
-                beta: factor * beta,
-                delta: self.delta,
-                gamma: self.gamma,
-            };
-            let closed = SampledLoop::new(wall, &self.operator, self.delay).ok()?;
+            let (alpha, beta) = (factor * alpha, factor * beta);
+            let closed = SampledLoop::with_plant(self.plant, alpha, beta, &self.operator).ok()?;
             Some(closed.is_stable())
         };
         Some(stable(1.0 - share)? && !stable(1.0 + share)?)

@@ -1,0 +1,104 @@
+//! The simulated device, as every command that simulates one asks for it.
+
+use crate::experiment::{Imperfections, Sensors, TrialPlan, dissertation_device};
+use crate::quantity::{Damping, Force, Length, Mass, Stiffness, Time};
+use clap::Args;
+use fracdiff::Seconds;
+use haptic_loop::plant::MassDamperConfig;
+use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
+
+/// The simulated device; by default that of the dissertation's section 4.4.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Device")]
+pub struct PlantArguments {
+    /// Mass of the device
+    #[arg(long, default_value = "65g", allow_hyphen_values = true)]
+    mass: Mass,
+    /// Viscous damping of the device
+    #[arg(long, default_value = "3.5", allow_hyphen_values = true)]
+    damping: Damping,
+    /// Stiffness of the hand that holds it; 0 without a hand
+    #[arg(long, default_value = "0", allow_hyphen_values = true)]
+    hand_stiffness: Stiffness,
+    /// Sample time
+    #[arg(long, default_value = "2ms", allow_hyphen_values = true)]
+    sample_time: Time,
+    /// What real devices have: 1 um encoder, 0.05 N friction, half a sample of delay, 1 ms current lag
+    /// (each can be set by itself)
+    #[arg(long)]
+    realistic: bool,
+    /// Coulomb friction
+    #[arg(long, value_name = "FORCE", allow_hyphen_values = true)]
+    friction: Option<Force>,
+    /// Delay from a measurement to the force that answers it, beside the hold
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    delay: Option<Time>,
+    /// Time constant of the actuator's current
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    current_lag: Option<Time>,
+    /// Resolution of the position encoder per count
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
+    encoder_resolution: Option<Length>,
+    /// Standard deviation of the sensor noise
+    #[arg(
+        long,
+        value_name = "LENGTH",
+        default_value = "0",
+        allow_hyphen_values = true
+    )]
+    sensor_noise: Length,
+    /// Seed of the noise: the same seed gives the same result
+    #[arg(long, default_value_t = 1, allow_hyphen_values = true)]
+    seed: u64,
+    /// Largest force of the actuator [default: 100 N]
+    #[arg(long, value_name = "FORCE", allow_hyphen_values = true)]
+    force_limit: Option<Force>,
+}
+
+impl PlantArguments {
+    /// Whether anything of a real device is asked of the simulated one.
+    pub(super) fn is_less_than_ideal(&self) -> bool {
+        self.realistic
+            || self.friction.is_some()
+            || self.delay.is_some()
+            || self.current_lag.is_some()
+            || self.encoder_resolution.is_some()
+            || self.sensor_noise.0 > 0.0
+    }
+
+    /// Mass, damping, hand and sample time, the rest ideal.
+    pub(super) fn ideal(&self) -> MassDamperConfig {
+        MassDamperConfig {
+            mass: Kilograms(self.mass.0),
+            damping: NewtonSecondsPerMetre(self.damping.0),
+            stiffness: NewtonsPerMetre(self.hand_stiffness.0),
+            ..dissertation_device(Seconds(self.sample_time.0))
+        }
+    }
+
+    /// What is less than ideal about it: what `--realistic` sets, unless it is given by itself.
+    pub(super) fn imperfections(&self) -> Imperfections {
+        let usual = if self.realistic {
+            Imperfections::realistic(self.sample_time.0)
+        } else {
+            Imperfections::NONE
+        };
+        let steps = usual.sensors.encoder_resolution_m;
+        Imperfections {
+            friction_n: self.friction.map_or(usual.friction_n, |force| force.0),
+            delay_s: self.delay.map_or(usual.delay_s, |delay| delay.0),
+            current_lag_s: self.current_lag.map_or(usual.current_lag_s, |lag| lag.0),
+            sensors: Sensors {
+                encoder_resolution_m: self.encoder_resolution.map_or(steps, |step| step.0),
+                noise_m: self.sensor_noise.0,
+                seed: self.seed,
+            },
+        }
+    }
+
+    /// Largest force, N.
+    pub(super) fn force_limit_n(&self) -> f64 {
+        self.force_limit
+            .map_or(TrialPlan::DEFAULT.force_limit_n, |limit| limit.0)
+    }
+}

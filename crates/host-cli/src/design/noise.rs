@@ -1,0 +1,67 @@
+//! Noise of the force that encoder steps make.
+//!
+//! Steps q of the position are noise of q/√12 (standard deviation), white as long as the device moves by
+//! more than a step a sample. The operator adds its weights' squares:
+//!
+//! ```text
+//! rms = B·(q/√12)·T^(−μ)·√(Σ c_j²),     exact operator: Σ c_j² = Γ(2μ + 1)/Γ(μ + 1)²
+//! ```
+
+use crate::failure::Failure;
+use fracdiff::{Channel, Operator, Order, Scheme, Seconds};
+
+/// Weights that are summed: the rest falls like j^(−1−2μ).
+const WEIGHTS: usize = 4096;
+
+/// T^(−μ)·√(Σ c_j²) of the operator that runs, s^(−μ): rms of the output for white noise of 1.
+///
+/// # Errors
+/// A scheme that cannot be made for this order and sample time.
+pub(super) fn amplification(
+    scheme: Scheme,
+    order: Order,
+    sample_time: Seconds,
+) -> Result<f64, Failure> {
+    let operator: Operator<f64> = scheme
+        .build(order, sample_time, 2.0 * WEIGHTS as f64)
+        .map_err(Failure::input)?;
+    let mut channel = Channel::new(operator);
+    let mut input = 1.0;
+    let mut squares = 0.0;
+    for _ in 0..WEIGHTS {
+        let output = channel.output(input);
+        channel.advance(input);
+        squares += output * output;
+        input = 0.0;
+    }
+    Ok(squares.sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_is_the_closed_form_for_the_exact_operator() {
+        let t = 2e-3_f64;
+        for mu in [0.0, 0.3, 0.5, 1.0, 1.5, 2.0] {
+            let order = Order::new(mu).expect("in range");
+            let scheme = "full".parse().expect("a scheme");
+            let have = amplification(scheme, order, Seconds(t)).expect("builds");
+            let squares = libm::tgamma(2.0 * mu + 1.0) / libm::tgamma(mu + 1.0).powi(2);
+            let want = t.powf(-mu) * squares.sqrt();
+            assert!((have / want - 1.0).abs() < 1e-5, "{mu}: {have} {want}");
+        }
+    }
+
+    #[test]
+    fn a_polynomial_has_its_own_weights() {
+        // A₃ at μ = 1: 1, −1, 1/3, −1/3.
+        let order = Order::new(1.0).expect("in range");
+        let have = amplification(Scheme::Muir { degree: 3 }, order, Seconds(1.0)).expect("builds");
+        assert!(
+            (have - (2.0 + 2.0 / 9.0_f64).sqrt()).abs() < 1e-12,
+            "{have}"
+        );
+    }
+}
