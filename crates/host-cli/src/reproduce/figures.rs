@@ -10,7 +10,6 @@ use crate::failure::Failure;
 use crate::figure::{Look, Scale};
 use fracdiff::{Order, Seconds};
 use haptic_analysis::{AnalysisError, ClosedLoop, Environment, Nondimensional, SampledLoop};
-use haptic_loop::units::Newtons;
 use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
 
