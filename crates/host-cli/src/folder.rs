@@ -3,7 +3,7 @@
 use crate::experiment::recorder::fault_log_of;
 use crate::failure::Failure;
 use crate::figure::Picture;
-use crate::record::{Leftover, NewFile, NewFileError};
+use crate::record::{Leftover, NewFile, leftover_at};
 use serde::Serialize;
 use std::fs;
 use std::io::{BufWriter, Write as _};
@@ -108,14 +108,14 @@ impl OutputFolder {
     fn check_room(&self) -> Result<(), Failure> {
         let cut = self.file("mcap.part");
         if cut.exists() {
-            return Err(NewFileError::Leftover(cut).into());
+            return Err(leftover_at(&cut).into());
         }
         let fault_log = fault_log_of(&self.file("mcap"));
         let mut cut = fault_log.clone().into_os_string();
         cut.push(".part");
         let cut = PathBuf::from(cut);
         if cut.exists() {
-            return Err(NewFileError::Leftover(cut).into());
+            return Err(leftover_at(&cut).into());
         }
         let taken = EXTENSIONS.map(|extension| self.file(extension));
         match taken

@@ -6,10 +6,11 @@ use std::fs;
 use std::io::{self, Cursor, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
+use std::time::{Duration, UNIX_EPOCH};
 
 use host_cli::record::{
     Damage, Entry, EventMessage, LogReader, LogWriter, NewFileError, RECOVERED, RecordError,
-    TickMessage, export_csv, inspect, recover,
+    StartTime, TickMessage, export_csv, inspect, recover,
 };
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
@@ -231,14 +232,33 @@ fn a_killed_writer_leaves_all_but_the_last_100_ms() {
         summary.damage
     );
 
-    // The next run under this name does not destroy it.
+    // To the system this process still writes it: neither another run nor a recovery gets in its way.
+    let saved = folder.path().join("saved.mcap");
+    let tries = [
+        LogWriter::create(&path).map(drop),
+        recover(&part, &saved, false).map(drop),
+    ];
+    for error in tries.map(|tried| tried.expect_err("refuses")) {
+        assert!(
+            matches!(error, RecordError::File(NewFileError::BeingWritten(_))),
+            "{error}"
+        );
+        let text = error.to_string();
+        assert!(text.contains("is being written by another run"), "{text}");
+    }
+    assert!(!saved.exists());
+
+    // A copy is what a killed process leaves. The next run under this name does not destroy it.
+    let (path, written) = (folder.path().join("killed.mcap"), part);
+    let part = folder.path().join("killed.mcap.part");
+    fs::copy(&written, &part).expect("copies");
     let error = LogWriter::create(&path).expect_err("refuses");
     assert!(matches!(
         error,
         RecordError::File(NewFileError::Leftover(_))
     ));
     assert!(error.to_string().contains("log recover"), "{error}");
-    let saved = recover(&part, &folder.path().join("saved.mcap"), false).expect("recovers");
+    let saved = recover(&part, &saved, false).expect("recovers");
     assert_eq!(
         (saved.samples, saved.events, saved.metadata_records),
         (5_000, 1, 1)
@@ -508,6 +528,54 @@ fn a_time_no_log_can_hold_is_refused_and_the_log_goes_on() {
     assert_eq!(writer.samples(), 1);
 }
 
+/// 2026-11-20 12:31:49 UTC and a nanosecond.
+fn noon() -> StartTime {
+    StartTime::at(UNIX_EPOCH + Duration::new(1_795_177_909, 1))
+}
+
+#[test]
+fn log_times_are_wall_clock_and_read_back_as_seconds_from_the_start() {
+    let folder = tempfile::tempdir().expect("folder");
+    let [dated, undated, saved, cut] =
+        ["dated", "undated", "saved", "cut"].map(|name| folder.path().join(name));
+    for (path, start) in [(&dated, Some(noon())), (&undated, None)] {
+        let mut writer = LogWriter::create(path).expect("creates");
+        if let Some(start) = start {
+            writer.starts_at(start).expect("dates");
+        }
+        fill(&mut writer, 300).expect("fills");
+        writer.finish().expect("finishes");
+    }
+    let expected = Some("2026-11-20T12:31:49.000000001Z".to_owned());
+    let summary = inspect(&dated).expect("inspects");
+    assert_eq!(summary.started_utc, expected);
+    assert_eq!((summary.first_s, summary.last_s), (Some(0.0), Some(0.299)));
+    // A log of an earlier version begins in 1970, which is no date.
+    assert_eq!(inspect(&undated).expect("inspects").started_utc, None);
+
+    // Log times themselves, by the MCAP library: start plus device time, to the nanosecond.
+    let times = |path: &Path| -> Vec<u64> {
+        let bytes = fs::read(path).expect("reads");
+        let messages = mcap::MessageStream::new(&bytes).expect("is MCAP");
+        messages
+            .map(|message| message.expect("is whole"))
+            .inspect(|message| assert_eq!(message.log_time, message.publish_time))
+            .filter(|message| message.channel.topic == "/haptics/tick")
+            .map(|message| message.log_time)
+            .collect()
+    };
+    let whole = times(&dated);
+    let expected_ns = (0..300).map(|n| 1_795_177_909_000_000_001 + n * 1_000_000);
+    assert_eq!(whole, expected_ns.collect::<Vec<_>>());
+    // What is saved of a cut log keeps its date.
+    let bytes = fs::read(&dated).expect("reads");
+    fs::write(&cut, &bytes[..bytes.len() * 2 / 3]).expect("writes");
+    let samples = recover(&cut, &saved, false).expect("recovers").samples;
+    assert!((100..300).contains(&samples), "{samples}");
+    assert_eq!(inspect(&saved).expect("inspects").started_utc, expected);
+    assert_eq!(times(&saved), whole[..samples as usize]);
+}
+
 #[test]
 fn the_csv_has_every_digit() {
     let folder = tempfile::tempdir().expect("folder");
@@ -536,6 +604,7 @@ fn foreign_readers_agree_with_the_csv_on_every_value() {
         folder.path().join("run.csv"),
     );
     let mut writer = LogWriter::create(&log).expect("creates");
+    writer.starts_at(noon()).expect("dates");
     fill(&mut writer, 2_000).expect("fills");
     writer.finish().expect("finishes");
     export_csv(&log, &csv, false).expect("exports");

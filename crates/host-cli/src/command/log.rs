@@ -338,6 +338,9 @@ fn print_info(out: &mut dyn Write, log: &Path, summary: &LogSummary) -> io::Resu
         time(summary.last_s),
         summary.gaps.len()
     )?;
+    if let Some(started) = &summary.started_utc {
+        writeln!(out, "  time 0 is {started}")?;
+    }
     for record in &summary.metadata {
         writeln!(out, "  [{}]", record.name)?;
         for (key, value) in &record.values {

@@ -3,10 +3,11 @@
 //! The ring is lock-free, so whoever ticks never waits for the writer, nor wakes it: the writer looks for itself,
 //! each millisecond when the ring is empty.
 
-use super::flight::{FaultSeen, FlightRecorder};
+use super::flight::{FaultSeen, FlightRecorder, RunOfFault};
 use crate::live::Live;
 use crate::record::{
-    EventMessage, FinishedLog, Leftover, LogWriter, RecordError, SYNC_INTERVAL, TickMessage,
+    EventMessage, FinishedLog, Leftover, LogWriter, RecordError, SYNC_INTERVAL, StartTime,
+    TickMessage,
 };
 use rtrb::{Consumer, Producer, PushError, RingBuffer};
 use std::collections::BTreeMap;
@@ -35,10 +36,12 @@ pub struct Recorder {
     overwrite: bool,
     /// Of the run, for the log of a fault.
     experiment: BTreeMap<String, String>,
+    started: Option<StartTime>,
 }
 
 #[derive(Debug)]
 enum Entry {
+    Started(StartTime),
     Tick(TickMessage),
     Event(EventMessage),
     Metadata(String, BTreeMap<String, String>),
@@ -86,7 +89,17 @@ impl Recorder {
             path: path.to_owned(),
             overwrite,
             experiment: metadata,
+            started: None,
         })
+    }
+
+    /// Dates what follows: to be called when the first tick is due. Without it the log has device times only.
+    ///
+    /// # Errors
+    /// If the writer has ended.
+    pub fn starts_at(&mut self, start: StartTime) -> Result<(), Stopped> {
+        self.started = Some(start);
+        self.push_waiting(Entry::Started(start))
     }
 
     /// Hands over a sample.
@@ -178,9 +191,12 @@ impl Recorder {
         let path = fault_log_of(&self.path);
         let (mut fault_log, mut unwritten) = (None, None);
         if self.flight.fault().is_some() {
-            let written = self
-                .flight
-                .write(&path, self.overwrite, &self.path, self.experiment);
+            let run = RunOfFault {
+                log: &self.path,
+                experiment: self.experiment,
+                started: self.started,
+            };
+            let written = self.flight.write(&path, self.overwrite, run);
             match written {
                 Ok(()) => fault_log = Some(path),
                 Err(error) => {
@@ -221,6 +237,7 @@ fn write(
             continue;
         };
         match entry {
+            Entry::Started(start) => log.starts_at(start)?,
             Entry::Metadata(name, values) => log.metadata(&name, values)?,
             Entry::Tick(message) => {
                 log.tick(&message)?;

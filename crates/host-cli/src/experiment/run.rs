@@ -9,7 +9,7 @@ use super::sensed::Sensed;
 use crate::failure::Failure;
 use crate::folder::{FolderRequest, OutputFolder};
 use crate::live::{Live, LiveStreams};
-use crate::record::{FinishedLog, RecordError, TickMessage};
+use crate::record::{FinishedLog, RecordError, StartTime, TickMessage};
 use fracdiff::Real;
 use haptic_link::FaultReport;
 use haptic_loop::plant::{IndentationRig, MassDamper};
@@ -21,7 +21,7 @@ use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 /// How time passes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -346,6 +346,10 @@ where
     while tick < schedule.samples || record.ended.is_some() {
         if let Some(periodic) = &mut periodic {
             periodic.wait();
+        }
+        if tick == 0 {
+            // A recorder that has ended is seen at the tick.
+            let _ = recorder.starts_at(StartTime::at(SystemTime::now()));
         }
         let mut message = device.device().observe();
         let before = Instant::now();

@@ -16,7 +16,9 @@ use mcap::{Compression, WriteOptions};
 use super::error::io_error;
 use super::message::LogMessage;
 use super::sync::{SyncTimes, Syncer};
-use super::{EventMessage, Leftover, NewFile, NewFileError, RecordError, TickMessage};
+use super::{
+    CLOCK, EventMessage, Leftover, NewFile, NewFileError, RecordError, StartTime, TickMessage,
+};
 
 /// A chunk is closed and flushed when this much device time has begun anew, ns.
 pub const FLUSH_INTERVAL_NS: u64 = 100_000_000;
@@ -50,6 +52,8 @@ pub struct LogWriter<W: Write + Seek> {
     buffer: Vec<u8>,
     /// Index of the 100 ms interval of the open chunk.
     interval: Option<u64>,
+    /// Log time of device time 0, ns.
+    start_ns: u64,
     samples: u64,
     samples_safe: u64,
     events: u32,
@@ -175,6 +179,7 @@ impl<W: Write + Seek> LogWriter<W> {
             syncer: None,
             buffer: Vec::new(),
             interval: None,
+            start_ns: 0,
             samples: 0,
             samples_safe: 0,
             events: 0,
@@ -197,6 +202,21 @@ impl<W: Write + Seek> LogWriter<W> {
         };
         self.attempt(|mcap| mcap.write_metadata(&record))?;
         self.flush()
+    }
+
+    /// Dates what follows: log times become `start` plus device time, and the start is added as metadata
+    /// ([`CLOCK`]). To be called before the first tick; without it log times are device times.
+    ///
+    /// # Errors
+    /// If the sink fails.
+    pub fn starts_at(&mut self, start: StartTime) -> Result<(), RecordError> {
+        self.dated(start);
+        self.metadata(CLOCK, start.metadata())
+    }
+
+    /// The same without metadata, for a copy that has them already.
+    pub(super) const fn dated(&mut self, start: StartTime) {
+        self.start_ns = start.since_1970_ns();
     }
 
     /// Adds a tick.
@@ -255,13 +275,14 @@ impl<W: Write + Seek> LogWriter<W> {
             self.flush()?;
         }
         self.interval = Some(interval);
+        let log_time = self.start_ns.saturating_add(time_ns);
         let mut buffer = std::mem::take(&mut self.buffer);
         message.encode_into(&mut buffer)?;
         let header = MessageHeader {
             channel_id,
             sequence,
-            log_time: time_ns,
-            publish_time: time_ns,
+            log_time,
+            publish_time: log_time,
         };
         let written = self.attempt(|mcap| mcap.write_to_known_channel(&header, &buffer));
         self.buffer = buffer;
@@ -352,7 +373,7 @@ fn add_channel<M: LogMessage, W: Write + Seek>(
 }
 
 /// Device time in ns, rounded to the nearest.
-fn nanoseconds(time_s: f64) -> Result<u64, RecordError> {
+pub(super) fn nanoseconds(time_s: f64) -> Result<u64, RecordError> {
     if !(0.0..=1.8e10).contains(&time_s) {
         return Err(RecordError::Time { time_s });
     }

@@ -14,6 +14,18 @@ const STOPPING: u8 = 8;
 /// Starts `host-cli LINE` and sends it a signal when the file `log` holds a few hundred samples.
 #[cfg(unix)]
 fn run_and_signal(place: &Place, line: &str, log: &str, signal: &str) -> Ended {
+    run_and_meanwhile(place, line, log, signal, || ())
+}
+
+/// The same; before the signal does something else.
+#[cfg(unix)]
+fn run_and_meanwhile(
+    place: &Place,
+    line: &str,
+    log: &str,
+    signal: &str,
+    meanwhile: impl FnOnce(),
+) -> Ended {
     let mut child = Command::new(crate::process::binary())
         .args(words(line))
         .current_dir(place.path(""))
@@ -30,6 +42,7 @@ fn run_and_signal(place: &Place, line: &str, log: &str, signal: &str) -> Ended {
         assert!(start.elapsed() < PATIENCE, "the log does not grow");
         std::thread::sleep(Duration::from_millis(5));
     }
+    meanwhile();
     // The shell has `kill` built in.
     let sent = Command::new("sh")
         .args(["-c", &format!("kill -{signal} {}", child.id())])
@@ -98,6 +111,30 @@ fn ctrl_c_ramps_the_force_to_zero_and_closes_the_log() {
 #[cfg(unix)]
 fn a_termination_signal_ramps_the_force_to_zero_and_closes_the_log() {
     a_signal_stops_the_run_safely("TERM");
+}
+
+#[test]
+#[cfg(unix)]
+fn a_folder_that_a_run_writes_to_is_its_own() {
+    let place = Place::new();
+    let log = "run/relax.mcap.part";
+    let ended = run_and_meanwhile(&place, "relax --realtime --out run", log, "INT", || {
+        for line in [
+            "relax --duration 2s --out run",
+            "relax --duration 2s --out run --overwrite",
+            "log recover run/relax.mcap.part saved.mcap",
+        ] {
+            let refused = place.run(line).failed(2);
+            let error = refused.error();
+            assert!(
+                error.contains("relax.mcap.part` is being written by another run; wait"),
+                "{refused}"
+            );
+        }
+    });
+    ended.failed(1);
+    assert_eq!(place.files(), ["run/", "run/relax.mcap"]);
+    place.run("log check run/relax.mcap").succeeded();
 }
 
 #[test]

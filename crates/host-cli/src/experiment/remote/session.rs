@@ -16,7 +16,7 @@ use crate::experiment::safety::GuardChoice;
 use crate::failure::Failure;
 use crate::folder::{FolderRequest, OutputFolder};
 use crate::output::note;
-use crate::record::TickMessage;
+use crate::record::{StartTime, TickMessage};
 use fracdiff::Real;
 use haptic_link::{
     EventKind, Field, LoopMode, Refusal, Report, Request, Sample, Start, State, Statistics,
@@ -27,7 +27,7 @@ use haptic_loop::remote::serial::{Heard, SerialError, SerialLink};
 use haptic_loop::{Controller, Environment, Fault, StartRefused};
 use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 /// What is still to be heard after a fault, when nothing comes for so long.
 const AFTER_FAULT: Duration = Duration::from_millis(200);
@@ -249,12 +249,17 @@ impl Session<'_> {
     /// Arms and starts.
     fn start(&mut self, ticks: u32) -> Result<(), SerialError> {
         self.link.arm(self.watchdog)?;
+        let asked = SystemTime::now();
         self.link.start(Start {
             run: 1,
             ticks,
             every: 1,
             batch: self.batch(),
-        })
+        })?;
+        let started = StartTime::between(asked, SystemTime::now());
+        // A recorder that has ended is seen at the first sample.
+        let _ = self.recorder.starts_at(started);
+        Ok(())
     }
 
     /// A run in the device's loop: everything is decided there.
