@@ -2,7 +2,7 @@
 
 mod coupler;
 
-use super::experiment::{order, parse_scheme, progress_bar};
+use super::experiment::{parse_scheme, progress_bar, wall_order};
 use crate::design::{Candidate, Design, DesignReport, Device, Requirement, Wish};
 use crate::failure::Failure;
 use crate::figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
@@ -208,7 +208,9 @@ impl Arguments {
     }
 
     fn orders(&self) -> Result<Vec<Order>, Failure> {
-        let orders: Result<Vec<Order>, Failure> = self.orders.iter().map(|&mu| order(mu)).collect();
+        let orders: Result<Vec<Order>, Failure> = (self.orders.iter())
+            .map(|&mu| wall_order(mu, "--orders"))
+            .collect();
         let mut orders = orders?;
         orders.sort_by(|a, b| a.get().total_cmp(&b.get()));
         orders.dedup();
@@ -264,6 +266,7 @@ impl Arguments {
             out: Some(out.clone()),
             stem: "design".to_owned(),
             overwrite: self.overwrite,
+            roll_bytes: None,
         }
         .prepare()?;
         let file = folder.file("toml");

@@ -168,6 +168,9 @@ impl FlightRecorder {
         let after = |message: &&TickMessage| message.tick > fault.tick;
         let after = self.ticks.iter().filter(after).count();
         let filled: Vec<String> = self.filled.iter().map(u64::to_string).collect();
+        let pairs = self.ticks.iter().zip(self.ticks.iter().skip(1));
+        let gaps = pairs.map(|(a, b)| b.tick.saturating_sub(a.tick).saturating_sub(1));
+        let missing: u64 = gaps.sum();
         let run = run.file_name().unwrap_or_default().to_string_lossy();
         let entries = [
             ("code", fault.code.to_string()),
@@ -176,6 +179,8 @@ impl FlightRecorder {
             ("time_s", fault.time_s.to_string()),
             ("samples_before", (self.ticks.len() - after).to_string()),
             ("samples_after", after.to_string()),
+            // As `log check` counts them: what neither the line brought nor the device still had.
+            ("ticks_missing", missing.to_string()),
             ("ticks_from_device_recorder", filled.join(" ")),
             ("run", run.into_owned()),
         ];
@@ -308,6 +313,7 @@ mod tests {
             ("tick", "40"),
             ("samples_before", "41"),
             ("samples_after", "9"),
+            ("ticks_missing", "0"),
             ("run", "run.mcap"),
         ] {
             assert_eq!(record.values[key], value, "{key}");

@@ -30,21 +30,38 @@ pub fn relative_error(have: f64, want: f64) -> f64 {
     }
 }
 
-/// The largest relative error from a given time on; `None` if no sample lies there.
-#[must_use]
-pub fn largest_error(time_s: &[f64], have: &[f64], want: &[f64], from_s: f64) -> Option<f64> {
-    let pairs = time_s.iter().zip(have.iter().zip(want));
-    pairs
+/// The largest relative error from a given time on.
+#[derive(Clone, Copy, Debug)]
+pub struct LargestError {
+    from_s: f64,
+    most: Option<f64>,
+}
+
+impl LargestError {
+    /// Of no sample yet; those before `from_s` do not count.
+    #[must_use]
+    pub const fn new(from_s: f64) -> Self {
+        Self { from_s, most: None }
+    }
+
+    /// Takes in a sample.
+    pub fn add(&mut self, time_s: f64, have: f64, want: f64) {
         // Half a nanosecond: times are multiples of T, rounded.
-        .filter(|(time, _)| **time >= from_s - 0.5e-9)
-        .map(|(_, (have, want))| relative_error(*have, *want))
-        .reduce(|most, error| {
-            if error > most || error.is_nan() {
-                error
-            } else {
-                most
-            }
-        })
+        if time_s < self.from_s - 0.5e-9 {
+            return;
+        }
+        let error = relative_error(have, want);
+        self.most = match self.most {
+            Some(most) if !(error > most || error.is_nan()) => Some(most),
+            _ => Some(error),
+        };
+    }
+
+    /// The error; `None` if no sample lay there.
+    #[must_use]
+    pub const fn get(self) -> Option<f64> {
+        self.most
+    }
 }
 
 /// Strain of a tissue under a step of stress, closed form.
@@ -127,12 +144,17 @@ mod tests {
     fn the_largest_error_is_looked_for_in_its_window_only() {
         let time = [0.0, 1.0, 2.0, 3.0];
         let (have, want) = ([9.0, 1.0, 2.2, 3.0], [1.0, 1.0, 2.0, 3.0]);
-        let error = largest_error(&time, &have, &want, 1.0).expect("samples");
+        let largest = |have: [f64; 4], from_s| {
+            let mut largest = LargestError::new(from_s);
+            (0..4).for_each(|n| largest.add(time[n], have[n], want[n]));
+            largest.get()
+        };
+        let error = largest(have, 1.0).expect("samples");
         assert!((error - 0.1).abs() < 1e-15, "{error}");
-        assert_eq!(largest_error(&time, &have, &want, 4.0), None);
+        assert_eq!(largest(have, 4.0), None);
         assert_eq!(relative_error(0.0, 0.0), 0.0);
         assert_eq!(relative_error(1.0, 0.0), f64::INFINITY);
-        let nan = largest_error(&time, &[f64::NAN; 4], &want, 0.0);
+        let nan = largest([0.0, f64::NAN, 1.0, 2.0], 0.0);
         assert!(nan.expect("samples").is_nan());
     }
 }

@@ -1,9 +1,12 @@
 //! Experiments on simulated devices: run the loop, keep the log, judge the result.
 
+#[cfg(test)]
+mod bounded_tests;
 pub mod creep;
 pub mod file;
 pub mod flight;
 pub mod judge;
+pub mod kept;
 pub mod outcome;
 pub mod preflight;
 mod pushed;
@@ -16,6 +19,8 @@ pub mod report;
 pub mod run;
 pub mod safety;
 pub mod sensed;
+mod thinned;
+mod track;
 pub mod trials;
 pub mod wall;
 pub mod zwidth;

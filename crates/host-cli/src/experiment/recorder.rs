@@ -5,10 +5,7 @@
 
 use super::flight::{FaultSeen, FlightRecorder, RunOfFault};
 use crate::live::Live;
-use crate::record::{
-    EventMessage, FinishedLog, Leftover, LogWriter, RecordError, SYNC_INTERVAL, StartTime,
-    TickMessage,
-};
+use crate::record::{EventMessage, FinishedLog, RecordError, RollingLog, StartTime, TickMessage};
 use rtrb::{Consumer, Producer, PushError, RingBuffer};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -42,6 +39,7 @@ pub struct Recorder {
 #[derive(Debug)]
 enum Entry {
     Started(StartTime),
+    RollAt(u64),
     Tick(TickMessage),
     Event(EventMessage),
     Metadata(String, BTreeMap<String, String>),
@@ -75,9 +73,7 @@ impl Recorder {
         overwrite: bool,
         live: Vec<Box<dyn Live>>,
     ) -> Result<Self, RecordError> {
-        let interval = Some(SYNC_INTERVAL);
-        let mut log = LogWriter::create_synced(path, Leftover::Keep, overwrite, interval)?;
-        log.metadata("experiment", metadata.clone())?;
+        let log = RollingLog::create(path, metadata.clone(), overwrite)?;
         let (queue, entries) = RingBuffer::new(QUEUE);
         let writer = std::thread::spawn(move || write(log, live, entries));
         Ok(Self {
@@ -91,6 +87,14 @@ impl Recorder {
             experiment: metadata,
             started: None,
         })
+    }
+
+    /// From now on a file of the log that has so many bytes is followed by another; `None` changes nothing.
+    pub fn roll_at(&mut self, full_bytes: Option<u64>) {
+        if let Some(full_bytes) = full_bytes {
+            // A writer that has ended is seen at the first sample.
+            let _ = self.push_waiting(Entry::RollAt(full_bytes));
+        }
     }
 
     /// Dates what follows: to be called when the first tick is due. Without it the log has device times only.
@@ -222,7 +226,7 @@ pub fn fault_log_of(log: &Path) -> PathBuf {
 }
 
 fn write(
-    mut log: LogWriter<std::io::BufWriter<std::fs::File>>,
+    mut log: RollingLog,
     mut live: Vec<Box<dyn Live>>,
     mut entries: Consumer<Entry>,
 ) -> Result<Recorded, RecordError> {
@@ -237,6 +241,7 @@ fn write(
             continue;
         };
         match entry {
+            Entry::RollAt(full_bytes) => log.roll_at(full_bytes),
             Entry::Started(start) => log.starts_at(start)?,
             Entry::Metadata(name, values) => log.metadata(&name, values)?,
             Entry::Tick(message) => {

@@ -140,6 +140,6 @@ mod tests {
         assert!(kept.time_s.is_sorted());
         // The ends of the curve are ends of the picture.
         assert_eq!(kept.time_s.first(), Some(&0.0));
-        assert_eq!(kept.time_s.last(), Some(&2999.999));
+        assert_eq!(kept.time_s.last(), Some(&(1e-3 * 2_999_999.0)));
     }
 }

@@ -9,7 +9,7 @@ use fracdiff::full_memory::Kernel;
 use fracdiff::{Channel, Operator, Order, Scheme, Seconds};
 
 /// Largest relative error of any weight of an operator that stands for the full history.
-pub const TOLERANCE: f64 = 1e-9;
+pub(super) const TOLERANCE: f64 = 1e-9;
 
 /// A value for each sample, asked for in their order.
 pub(super) struct Track<'a>(Source<'a>);
@@ -104,7 +104,7 @@ pub(super) fn operator(
     order: Order,
     sample_time: Seconds,
     samples: u64,
-) -> Result<Channel<Operator<f64>>, Failure> {
+) -> Result<Channel<f64, Operator<f64>>, Failure> {
     let scheme = Scheme::Full {
         kernel,
         tolerance: TOLERANCE,

@@ -12,16 +12,18 @@
 mod report;
 
 use super::judge::full_history;
-use super::outcome::reaction;
+use super::kept::{Sample, Samples, WHOLE_MOST};
 use super::preflight::{Dynamics, Preflight, PreflightRequest, whole_samples};
 use super::pushed::{GONE_M, VirtualWall, force_alone, pushed, safe_force_limit, wall_at_start};
 use super::remote::{
     RemoteDevice, RemoteLaw, RemoteRun, device_name, host_limits, no_operator, portable, push,
 };
 use super::report::{Files, RunReport, Warnings};
-use super::run::{Pace, Ran, Record, SAMPLES, Schedule, Supervisor, run_logged};
+use super::run::{Pace, Ran, SAMPLES, Schedule, Supervisor, run_logged};
 use super::safety::{GuardChoice, GuardedDevice, Safety};
 use super::sensed::{Sensed, Sensors};
+use super::thinned::Thinned;
+use super::track::{TOLERANCE, Track, operator};
 use crate::failure::Failure;
 use crate::figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use crate::folder::FolderRequest;
@@ -93,6 +95,14 @@ struct Row {
     reaction_force_n: f64,
 }
 
+/// What becomes of a run that reached its end.
+struct Judged {
+    csv: String,
+    curves: Thinned<2>,
+    /// See [`WallReport::max_relative_error`].
+    operator_error: Option<f64>,
+}
+
 /// The wall behind the safety chain and the device behind its sensors: made of good parameters.
 struct Parts {
     controller: Controller<f64, 1, VirtualWall>,
@@ -112,7 +122,19 @@ impl Wall {
         request: &FolderRequest,
         supervisor: Supervisor<'_>,
     ) -> Result<WallReport, Failure> {
-        let mut parts = self.parts()?;
+        let parts = self.parts()?;
+        let rest_m = parts.rest_m;
+        let ran = self.record(parts, request, supervisor)?;
+        self.publish(&ran, rest_m)
+    }
+
+    /// Runs the loop and writes the log.
+    fn record(
+        &self,
+        mut parts: Parts,
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Ran, Failure> {
         let schedule = Schedule {
             samples: parts.samples,
             sample_time_s: self.device.sample_time.0,
@@ -120,7 +142,7 @@ impl Wall {
         };
         let mut metadata = self.metadata();
         let preflight = self.preflight(parts.samples);
-        let ran = match &self.remote {
+        match &self.remote {
             None => {
                 // Nothing can break, so it is only noted.
                 let t = self.device.sample_time.0;
@@ -135,10 +157,10 @@ impl Wall {
                     metadata,
                     supervisor,
                 )?;
-                Ran {
+                Ok(Ran {
                     preflight: Some(verdict),
                     ..ran
-                }
+                })
             }
             Some(remote) => {
                 let run = RemoteRun {
@@ -154,10 +176,25 @@ impl Wall {
                     request,
                     metadata,
                 };
-                run.run(&mut parts.controller, supervisor)?
+                run.run(&mut parts.controller, supervisor)
             }
-        };
-        self.publish(&ran, parts.rest_m)
+        }
+    }
+
+    /// Runs without a report.
+    #[cfg(test)]
+    pub(super) fn run_alone(
+        &self,
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Ran, Failure> {
+        self.record(self.parts()?, request, supervisor)
+    }
+
+    /// Judges a run again.
+    #[cfg(test)]
+    pub(super) fn report(&self, ran: &Ran) -> Result<WallReport, Failure> {
+        self.publish(ran, self.parts()?.rest_m)
     }
 
     /// The loop for the analysis.
@@ -192,17 +229,23 @@ impl Wall {
             samples,
             rest_m,
         } = self.parts()?;
-        let mut positions = Vec::new();
+        let mut tried = Vec::new();
         for _ in 0..samples {
             match controller.tick(&mut device) {
-                Ok(sample) => positions.push(sample.reading.position_m[0]),
+                Ok(sample) => tried.push(Sample {
+                    tick: sample.reading.tick,
+                    time_s: sample.reading.time_s,
+                    position_m: sample.reading.position_m[0],
+                    force_n: sample.force.newtons()[0],
+                }),
                 Err(never) => match never {},
             }
             if controller.safety().fault().is_some() {
                 return Ok(self.settling(None, rest_m));
             }
         }
-        Ok(self.settling(Some(&positions), rest_m))
+        let moments = self.moments(Samples::Whole(&tried), samples)?;
+        Ok(self.settling(moments, rest_m))
     }
 
     /// The number of samples, if all parameters are good.
@@ -336,17 +379,46 @@ impl Wall {
         })
     }
 
-    /// Judges the positions of a whole run; `None` for one that did not reach its end.
-    fn settling(&self, position_m: Option<&[f64]>, rest_m: Option<f64>) -> Settling {
-        let window = (self.window_s / self.device.sample_time.0).round() as usize;
-        let judged = position_m.map(|x| &x[x.len().saturating_sub(window)..]);
-        let here = judged.filter(|x| !x.is_empty() && x.iter().all(|x| x.abs() <= GONE_M));
-        let moments = here.map(|x| {
-            let count = x.len() as f64;
-            let mean = x.iter().sum::<f64>() / count;
-            let squares: f64 = x.iter().map(|x| (x - mean) * (x - mean)).sum();
-            (mean, (squares / count).sqrt())
-        });
+    /// The number of samples.
+    fn planned(&self) -> u64 {
+        (self.duration_s / self.device.sample_time.0).round() as u64 + 1
+    }
+
+    /// Mean and standard deviation of the position over the window at the end of so many samples, m; `None`
+    /// if the device has left.
+    ///
+    /// # Errors
+    /// A log that cannot be read.
+    fn moments(&self, samples: Samples<'_>, count: u64) -> Result<Option<(f64, f64)>, Failure> {
+        let window = (self.window_s / self.device.sample_time.0).round() as u64;
+        let before = count.saturating_sub(window);
+        let over_window = |take: &mut dyn FnMut(f64)| {
+            let mut number = 0;
+            samples.for_each(|sample| {
+                number += 1;
+                if number > before {
+                    take(sample.position_m);
+                }
+                Ok(())
+            })
+        };
+        let (mut judged, mut sum, mut here) = (0_u64, 0.0, true);
+        over_window(&mut |x| {
+            judged += 1;
+            sum += x;
+            here &= x.abs() <= GONE_M;
+        })?;
+        if judged == 0 || !here {
+            return Ok(None);
+        }
+        let mean = sum / judged as f64;
+        let mut squares = 0.0;
+        over_window(&mut |x| squares += (x - mean) * (x - mean))?;
+        Ok(Some((mean, (squares / judged as f64).sqrt())))
+    }
+
+    /// Judges a run by its [`moments`](Self::moments); `None` for one that did not reach its end.
+    fn settling(&self, moments: Option<(f64, f64)>, rest_m: Option<f64>) -> Settling {
         Settling {
             stable: moments.is_some_and(|(_, deviation)| deviation <= self.threshold_m),
             position_std_m: moments.map(|(_, deviation)| deviation),
@@ -369,8 +441,9 @@ impl Wall {
         Ok(Some(self.push_n / spring).filter(|x| x.is_finite() && spring > 0.0))
     }
 
-    /// Commanded force against −(K·x + B·D^μ x) by the full history of x, as a share of the largest.
-    fn operator_error(&self, record: &Record) -> Result<Option<f64>, Failure> {
+    /// D^μ x by the full history of x; `None` where the force is not −(K·x + B·D^μ x) of it.
+    fn derivative(&self, ran: &Ran) -> Result<Option<Track<'static>>, Failure> {
+        let record = &ran.record;
         let kernel = match self.scheme {
             Scheme::Full { kernel, .. } => kernel,
             _ => Kernel::Grunwald,
@@ -381,25 +454,27 @@ impl Wall {
             return Ok(None);
         }
         let t = self.device.sample_time;
-        let derivative = record
-            .of_every_tick(|x| full_history(kernel, self.order, t, x))
-            .map_err(Failure::Run)?;
-        let wanted = record
-            .position_m
-            .iter()
-            .zip(&derivative)
-            .map(|(x, d)| -(self.stiffness_n_per_m * x + self.dissipation_n_s_mu_per_m * d));
-        let off = record.force_n.iter().zip(wanted);
-        let off = off.fold(0.0, |most: f64, (have, want)| most.max((have - want).abs()));
-        Ok(Some(off / record.largest_force_n()).filter(|error| error.is_finite()))
+        let samples = Samples::of(&ran.record, &ran.log.paths);
+        let derivative = Track::new(
+            samples,
+            |x| full_history(kernel, self.order, t, x).map_err(Failure::Run),
+            || {
+                let mut channel = operator(kernel, self.order, t, self.planned())?;
+                Ok(Box::new(move |_, x| channel.step(x)))
+            },
+        )?;
+        Ok(Some(derivative))
     }
 
     fn publish(&self, ran: &Ran, rest_m: Option<f64>) -> Result<WallReport, Failure> {
         let Ran { record, folder, .. } = ran;
-        let time = &record.time_s;
-        let force = reaction(record);
+        let samples = Samples::of(record, &ran.log.paths);
         let whole = record.ended.is_none();
-        let settling = self.settling(whole.then_some(record.position_m.as_slice()), rest_m);
+        let moments = match whole {
+            true => self.moments(samples, record.samples)?,
+            false => None,
+        };
+        let settling = self.settling(moments, rest_m);
         let mut warnings = Warnings::default();
         if whole && settling.stable {
             warnings.limited(record.limited);
@@ -417,14 +492,12 @@ impl Wall {
             ));
         }
         let mut files = Files::default();
+        let mut operator_error = None;
         if whole {
-            let rows = (0..force.len()).map(|n| Row {
-                time_s: time[n],
-                position_m: record.position_m[n],
-                reaction_force_n: force[n],
-            });
-            files.csv = Some(folder.write_table("csv", rows)?);
-            files.figure = Some(folder.save_picture(&self.draw(record, &force, settling)?)?);
+            let judged = self.judge(ran)?;
+            operator_error = judged.operator_error;
+            files.csv = Some(judged.csv);
+            files.figure = Some(folder.save_picture(&self.draw(&judged.curves, settling)?)?);
         } else {
             folder.remove_stale_results();
         }
@@ -440,11 +513,8 @@ impl Wall {
                 files,
                 warnings,
             ),
-            max_relative_error: if whole {
-                self.operator_error(record)?
-            } else {
-                None
-            },
+            max_relative_error: operator_error,
+            reference_tolerance: record.whole.is_none().then_some(TOLERANCE),
             closed_form_error: rest
                 .filter(|_| settling.stable)
                 .map(|(have, want)| (have / want - 1.0).abs()),
@@ -454,19 +524,50 @@ impl Wall {
         })
     }
 
+    /// Writes the table of a run that reached its end, and holds each force against theory.
+    fn judge(&self, ran: &Ran) -> Result<Judged, Failure> {
+        let record = &ran.record;
+        let mut derivative = self.derivative(ran)?;
+        let mut table = ran.folder.table("csv")?;
+        let dense = if record.whole.is_some() {
+            WHOLE_MOST
+        } else {
+            0
+        };
+        let mut curves = Thinned::new(dense);
+        let mut off: f64 = 0.0;
+        Samples::of(record, &ran.log.paths).for_each(|sample| {
+            let (x, reaction_force_n) = (sample.position_m, sample.reaction_n());
+            if let Some(derivative) = &mut derivative {
+                let d = derivative.at(sample);
+                let wanted = -(self.stiffness_n_per_m * x + self.dissipation_n_s_mu_per_m * d);
+                off = off.max((sample.force_n - wanted).abs());
+            }
+            curves.add(sample.time_s, [x, reaction_force_n]);
+            table.row(&Row {
+                time_s: sample.time_s,
+                position_m: x,
+                reaction_force_n,
+            })
+        })?;
+        curves.finish();
+        let error = derivative.map(|_| off / record.largest_force_n());
+        Ok(Judged {
+            csv: table.finish()?,
+            curves,
+            operator_error: error.filter(|error| error.is_finite()),
+        })
+    }
+
     /// The position over its place of rest, and the force below.
-    fn draw(
-        &self,
-        record: &Record,
-        force: &[f64],
-        settling: Settling,
-    ) -> Result<Picture, FigureError> {
-        let time = &record.time_s;
+    fn draw(&self, curves: &Thinned<2>, settling: Settling) -> Result<Picture, FigureError> {
+        let time = &curves.time_s;
         let against_time = |values: &mut dyn Iterator<Item = f64>| -> Vec<(f64, f64)> {
             time.iter().copied().zip(values).collect()
         };
-        let position = against_time(&mut record.position_m.iter().map(|x| 1e3 * x));
-        let force = against_time(&mut force.iter().copied());
+        let [position_m, force_n] = &curves.curves;
+        let position = against_time(&mut position_m.iter().map(|x| 1e3 * x));
+        let force = against_time(&mut force_n.iter().copied());
         let ends = [time.first(), time.last()].into_iter().flatten();
         let rest: Vec<(f64, f64)> = settling
             .expected_deflection_m

@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::{
-    Damage, Entry, EventMessage, LogReader, MetadataRecord, RECOVERED, RecordError, StartTime,
+    Damage, Entry, EventMessage, LogFiles, MetadataRecord, RECOVERED, RecordError, StartTime,
     TickMessage,
 };
 
@@ -84,7 +84,7 @@ impl TickCount {
 /// # Errors
 /// If the file cannot be read or is not MCAP; damage inside is part of the answer.
 pub fn inspect(path: &Path) -> Result<LogSummary, RecordError> {
-    let mut reader = LogReader::open(path)?;
+    let mut reader = LogFiles::open(path)?;
     let mut count = TickCount::default();
     let mut summary = LogSummary::default();
     let mut started = None;

@@ -30,12 +30,14 @@ mod message;
 mod new_file;
 mod reader;
 mod recover;
+mod roll;
+mod sink;
 mod start_time;
 mod sync;
 mod writer;
 
 pub use error::RecordError;
-pub use export::{ExportSummary, export_csv};
+pub use export::{ExportSummary, export_csv, export_csv_to};
 pub use inspect::{Gap, LogSummary, inspect};
 #[cfg(feature = "foxglove")]
 pub(crate) use message::LogMessage;
@@ -44,6 +46,7 @@ pub use new_file::NewFileError;
 pub(crate) use new_file::{Leftover, NewFile, leftover_at};
 pub use reader::{Condition, Damage, Entry, LogReader, MetadataRecord};
 pub use recover::{RECOVERED, RecoverySummary, recover};
+pub use roll::{LogFiles, NEXT, ROLL_LEAST, RollingLog, nth_file};
 pub use start_time::{CLOCK, StartTime};
 pub use sync::{SYNC_INTERVAL, SyncTimes};
 pub use writer::{FLUSH_INTERVAL_NS, FinishedLog, LogWriter};

@@ -76,6 +76,11 @@ pub enum Damage {
         /// What is wrong.
         cause: String,
     },
+    /// A file that the log goes on in is not there.
+    Missing {
+        /// The file.
+        file: PathBuf,
+    },
     /// Everything could be read, but the checksum of the whole says that some byte has changed.
     Checksum {
         /// The two sums.
@@ -98,6 +103,13 @@ impl fmt::Display for Damage {
             }
             Self::Structure { at_byte, cause } => {
                 write!(f, "nothing after about byte {at_byte} can be read: {cause}")
+            }
+            Self::Missing { file } => {
+                write!(
+                    f,
+                    "the log goes on in `{}`, which is not there",
+                    file.display()
+                )
             }
             Self::Checksum { cause } => write!(f, "some byte has changed: {cause}"),
         }
@@ -240,6 +252,13 @@ impl<R: Read> LogReader<R> {
         };
         let (opcode, data) = record;
         match opcode {
+            // No record has it; zeros would read as empty records for ever.
+            0 => {
+                let cause = "there is a record of no kind".to_owned();
+                let damage = Damage::Structure { at_byte, cause };
+                self.condition.damage.push(damage);
+                return Step::End;
+            }
             op::CHUNK => {
                 if let Err(cause) = self.chunk(&data) {
                     self.condition.damage.push(Damage::Chunk { at_byte, cause });

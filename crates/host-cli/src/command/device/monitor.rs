@@ -85,6 +85,7 @@ impl Arguments {
             out: self.out.clone(),
             stem: "monitor".to_owned(),
             overwrite: self.overwrite,
+            roll_bytes: None,
         }
         .prepare()?;
         let mut watch = Watch {
@@ -240,7 +241,11 @@ impl Watch<'_> {
                 }
                 Some(Heard::Event(event)) => {
                     let time_s = f64::from(event.tick) * period_s;
-                    let _ = recorder.event(time_s, "device", format!("{:?}", event.kind));
+                    let _ = recorder.event(
+                        time_s,
+                        "device",
+                        format!("{:?}", event.kind).to_lowercase(),
+                    );
                 }
                 Some(Heard::Over(error)) => break Some(error.to_string()),
                 None => {}

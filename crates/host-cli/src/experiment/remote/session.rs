@@ -6,12 +6,13 @@ use super::{
 };
 use crate::device::{at_port, firmware_version};
 use crate::experiment::flight::FaultSeen;
+use crate::experiment::kept::Record;
 use crate::experiment::preflight::{
     Dynamics, MEASURED, Preflight, PreflightRequest, Verdict, delay_samples,
 };
 use crate::experiment::realtime::RealtimeOptions;
 use crate::experiment::recorder::{Recorded, Recorder};
-use crate::experiment::run::{Ended, Pace, Ran, Record, Schedule, Supervisor, log_stopped};
+use crate::experiment::run::{Ended, Pace, Ran, Schedule, Supervisor, log_stopped};
 use crate::experiment::safety::GuardChoice;
 use crate::failure::Failure;
 use crate::folder::{FolderRequest, OutputFolder};
@@ -115,7 +116,8 @@ impl<'a> RemoteRun<'a> {
         let log = folder.file("mcap");
         let live = supervisor.live_streams();
         let started = Recorder::start(&log, self.metadata, false, folder.overwrite(), live);
-        let recorder = started.inspect_err(|_| folder.discard())?;
+        let mut recorder = started.inspect_err(|_| folder.discard())?;
+        recorder.roll_at(folder.roll_bytes());
         let mut record = Record::with_room_for(self.schedule.samples).map_err(Failure::Run)?;
         if let Some(priority) = options(self.schedule).priority {
             record.not_realtime = link.raise(priority).err().map(|refusal| {
@@ -398,9 +400,8 @@ impl Session<'_> {
 
     /// Counts what is missing before this tick.
     fn gap(&mut self, tick: u64) {
-        // What follows a fault is no part of the result.
-        let faulted = self.record.ended.is_some_and(Ended::is_fault);
-        if !faulted && tick > self.next_tick && self.next_tick < self.schedule.samples {
+        // What follows a fault is no part of the result, but of the log: what is missing there is lost.
+        if tick > self.next_tick && self.next_tick < self.schedule.samples {
             let missing = tick.min(self.schedule.samples) - self.next_tick;
             self.samples_lost += missing;
             let time_s = tick as f64 * self.schedule.sample_time_s;

@@ -19,6 +19,8 @@ pub struct WallReport {
     /// Commanded force against the full history of the position really recorded, as a share of the
     /// largest force. Null where the safety chain limited it, or for a one-sided wall.
     pub max_relative_error: Option<f64>,
+    /// What stood for the full history; see the report of a relaxation.
+    pub reference_tolerance: Option<f64>,
     /// The deflection against its closed form, push/(K + k). Null for an unstable wall.
     pub closed_form_error: Option<f64>,
     /// Whether and where it came to rest.
