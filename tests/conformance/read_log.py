@@ -11,6 +11,7 @@ Exit codes: 0 agrees, 1 differs, 2 wrong usage, 3 packages are missing.
 import csv
 import struct
 import sys
+from datetime import datetime, timezone
 
 try:
     from mcap.reader import make_reader
@@ -33,6 +34,14 @@ def check(condition: bool, what: str) -> None:
         sys.exit(f"differs: {what}")
 
 
+def nanoseconds(rfc3339: str) -> int:
+    """Since 1970, of a time in UTC with nine digits of a second."""
+    whole, fraction = rfc3339.removesuffix("Z").split(".")
+    check(rfc3339.endswith("Z") and len(fraction) == 9, f"start {rfc3339}")
+    moment = datetime.fromisoformat(whole).replace(tzinfo=timezone.utc)
+    return int(moment.timestamp()) * 10**9 + int(fraction)
+
+
 def main(log_path: str, csv_path: str) -> None:
     with open(csv_path, newline="") as file:
         rows = list(csv.DictReader(file))
@@ -48,12 +57,16 @@ def main(log_path: str, csv_path: str) -> None:
             check(schema.name == SCHEMAS[channel.topic], f"schema {schema.name}")
         check(summary.statistics.metadata_count >= 1, "no metadata record")
 
+        clock = [record.metadata for record in reader.iter_metadata() if record.name == "clock"]
+        check(len(clock) == 1, f"{len(clock)} metadata records named clock")
+        started_ns = nanoseconds(clock[0]["started_utc"])
+
         columns = list(rows[0])
         count = 0
         for _, channel, message, tick in reader.iter_decoded_messages(topics=[TICK]):
             check(list(tick.__slots__) == columns, f"fields {tick.__slots__}, columns {columns}")
             row = rows[count]
-            time_ns = round(tick.time_s * 1e9)
+            time_ns = started_ns + round(tick.time_s * 1e9)
             check(message.log_time == message.publish_time == time_ns, f"log time of row {count}")
             check(message.sequence == tick.tick % 2**32, f"sequence number of row {count}")
             for name in columns:

@@ -67,11 +67,7 @@ impl Limits {
                 set.velocity_bandwidth_hz,
             ),
             stop_time_s: looser.at_most(Field::StopTime, self.stop_time_s, set.stop_time_s),
-            brake_force_n: looser.at_most(
-                Field::BrakeForce,
-                self.brake_force_n,
-                set.brake_force_n,
-            ),
+            brake_force_n: looser.at_most(Field::BrakeForce, self.brake_force_n, set.brake_force_n),
             jump_m: looser.at_most_if_on(Field::Jump, self.jump_m, set.jump_m),
             ..*self
         };
@@ -97,11 +93,8 @@ impl Limits {
 
     fn tighten_device(&self, set: &Self, tight: &mut Self, looser: &mut Looser) {
         if set.device_mass_kg > 0.0 {
-            tight.device_mass_kg = looser.at_most_if_on(
-                Field::DeviceMass,
-                self.device_mass_kg,
-                set.device_mass_kg,
-            );
+            tight.device_mass_kg =
+                looser.at_most_if_on(Field::DeviceMass, self.device_mass_kg, set.device_mass_kg);
             if self.device_delay_ticks < set.device_delay_ticks {
                 looser.0.get_or_insert(Field::DeviceMass);
                 tight.device_delay_ticks = set.device_delay_ticks;

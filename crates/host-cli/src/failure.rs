@@ -39,6 +39,18 @@ impl Failure {
         Self::bad_input(format_args!("{error}: {advice}"))
     }
 
+    /// Output that could not be written: data lost on a full disk, else bad input, as a place that is not
+    /// writable. `what` says which.
+    pub fn writing(error: std::io::Error, what: impl fmt::Display) -> Self {
+        let full = is_full(&error);
+        let error = anyhow::Error::new(error).context(what.to_string());
+        if full {
+            Self::DataLost(error)
+        } else {
+            Self::Input(error)
+        }
+    }
+
     /// The exit code.
     #[must_use]
     pub fn exit_code(&self) -> u8 {
@@ -76,15 +88,28 @@ impl From<RecordError> for Failure {
             RecordError::Write { .. } | RecordError::Copy { .. } | RecordError::Csv { .. } => {
                 Self::DataLost(error.into())
             }
+            RecordError::File(error) => error.into(),
             RecordError::Message(_) | RecordError::Time { .. } => Self::Run(error.into()),
             _ => Self::Input(error.into()),
         }
     }
 }
 
+/// Whether the disk, or the share of it that one may use, is full.
+fn is_full(error: &std::io::Error) -> bool {
+    use std::io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull, WriteZero};
+    matches!(
+        error.kind(),
+        StorageFull | QuotaExceeded | FileTooLarge | WriteZero
+    )
+}
+
 impl From<NewFileError> for Failure {
     fn from(error: NewFileError) -> Self {
-        Self::Input(error.into())
+        match &error {
+            NewFileError::Io { source, .. } if is_full(source) => Self::DataLost(error.into()),
+            _ => Self::Input(error.into()),
+        }
     }
 }
 
@@ -92,6 +117,7 @@ impl From<FigureError> for Failure {
     fn from(error: FigureError) -> Self {
         match error {
             FigureError::Render(_) => Self::Run(error.into()),
+            FigureError::File(error) => error.into(),
             _ => Self::Input(error.into()),
         }
     }

@@ -3,9 +3,9 @@
 use crate::experiment::recorder::fault_log_of;
 use crate::failure::Failure;
 use crate::figure::Picture;
-use crate::record::{Leftover, NewFile, NewFileError};
+use crate::record::{Leftover, NewFile, leftover_at, nth_file};
 use serde::Serialize;
-use std::fs;
+use std::fs::{self, File};
 use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
@@ -24,6 +24,8 @@ pub struct FolderRequest {
     pub stem: String,
     /// Whether files of an earlier run may be replaced.
     pub overwrite: bool,
+    /// A file of the log that has so many bytes is followed by another; `None` for one file.
+    pub roll_bytes: Option<u64>,
 }
 
 /// A folder and the name that all files of an experiment share.
@@ -32,6 +34,7 @@ pub struct OutputFolder {
     path: PathBuf,
     stem: String,
     overwrite: bool,
+    roll_bytes: Option<u64>,
     /// Folders that did not exist before, outermost first.
     made: Vec<PathBuf>,
 }
@@ -46,6 +49,7 @@ impl FolderRequest {
             path: PathBuf::new(),
             stem: self.stem.clone(),
             overwrite: self.overwrite,
+            roll_bytes: self.roll_bytes,
             made: Vec::new(),
         };
         let result = match &self.out {
@@ -108,21 +112,21 @@ impl OutputFolder {
     fn check_room(&self) -> Result<(), Failure> {
         let cut = self.file("mcap.part");
         if cut.exists() {
-            return Err(NewFileError::Leftover(cut).into());
+            return Err(leftover_at(&cut).into());
         }
-        let fault_log = fault_log_of(&self.file("mcap"));
-        let mut cut = fault_log.clone().into_os_string();
-        cut.push(".part");
-        let cut = PathBuf::from(cut);
-        if cut.exists() {
-            return Err(NewFileError::Leftover(cut).into());
+        // The log of a fault, and the second file of a log in several.
+        let log = self.file("mcap");
+        let others = [fault_log_of(&log), nth_file(&log, 2)];
+        for other in &others {
+            let mut cut = other.clone().into_os_string();
+            cut.push(".part");
+            let cut = PathBuf::from(cut);
+            if cut.exists() {
+                return Err(leftover_at(&cut).into());
+            }
         }
         let taken = EXTENSIONS.map(|extension| self.file(extension));
-        match taken
-            .into_iter()
-            .chain([fault_log])
-            .find(|file| file.exists())
-        {
+        match taken.into_iter().chain(others).find(|file| file.exists()) {
             Some(taken) if !self.overwrite => Err(Failure::bad_input(format_args!(
                 "`{}` already exists: choose another folder with --out, or give --overwrite",
                 taken.display()
@@ -153,6 +157,12 @@ impl OutputFolder {
         self.overwrite
     }
 
+    /// See [`FolderRequest::roll_bytes`].
+    #[must_use]
+    pub const fn roll_bytes(&self) -> Option<u64> {
+        self.roll_bytes
+    }
+
     /// The file with this extension.
     #[must_use]
     pub fn file(&self, extension: &str) -> PathBuf {
@@ -166,19 +176,29 @@ impl OutputFolder {
             .join(format!("{}-{suffix}.{extension}", self.stem))
     }
 
-    /// Writes rows under a header made of their fields' names; the file appears when it is whole.
+    /// Begins a table: rows under a header made of their fields' names.
     ///
     /// # Errors
-    /// If the disk does not take it; nothing is left behind then.
-    pub fn write_table<R: Serialize>(
-        &self,
-        extension: &str,
-        rows: impl Iterator<Item = R>,
-    ) -> Result<String, Failure> {
-        self.write_named_table(extension, &[], rows)
+    /// If the file exists and may not be replaced, or cannot be made.
+    pub fn table(&self, extension: &str) -> Result<Table, Failure> {
+        let (new_file, file) =
+            NewFile::create(&self.file(extension), Leftover::Discard, self.overwrite)?;
+        let writer = csv::Writer::from_writer(BufWriter::with_capacity(1 << 16, file));
+        Ok(Table { new_file, writer })
     }
 
-    /// Writes rows without names of their own, lists or tuples, under these names.
+    /// Begins a table of rows without names of their own, lists or tuples, under these names.
+    ///
+    /// # Errors
+    /// As [`table`](Self::table), or if the disk does not take the names.
+    pub fn named_table(&self, extension: &str, names: &[&str]) -> Result<Table, Failure> {
+        let mut table = self.table(extension)?;
+        let written = table.writer.write_record(names);
+        written.map_err(|error| lost(table.new_file.target(), error))?;
+        Ok(table)
+    }
+
+    /// Writes a whole table of such rows and names it.
     ///
     /// # Errors
     /// As [`write_table`](Self::write_table).
@@ -188,23 +208,23 @@ impl OutputFolder {
         names: &[&str],
         rows: impl Iterator<Item = R>,
     ) -> Result<String, Failure> {
-        let path = self.file(extension);
-        let lost = |error: csv::Error| {
-            let message = format!("writing `{}` failed; the log is whole", path.display());
-            Failure::DataLost(anyhow::Error::new(error).context(message))
-        };
-        let (new_file, file) = NewFile::create(&path, Leftover::Discard, self.overwrite)?;
-        let mut table = csv::Writer::from_writer(BufWriter::with_capacity(1 << 16, file));
-        if !names.is_empty() {
-            table.write_record(names).map_err(lost)?;
-        }
-        for row in rows {
-            table.serialize(row).map_err(lost)?;
-        }
-        table.flush().map_err(|error| lost(error.into()))?;
-        drop(table);
-        new_file.publish()?;
-        Ok(path.display().to_string())
+        let mut table = self.named_table(extension, names)?;
+        rows.into_iter().try_for_each(|row| table.row(row))?;
+        table.finish()
+    }
+
+    /// Writes a whole table and names it.
+    ///
+    /// # Errors
+    /// If the disk does not take it; nothing is left behind then.
+    pub fn write_table<R: Serialize>(
+        &self,
+        extension: &str,
+        rows: impl Iterator<Item = R>,
+    ) -> Result<String, Failure> {
+        let mut table = self.table(extension)?;
+        rows.into_iter().try_for_each(|row| table.row(row))?;
+        table.finish()
     }
 
     /// Saves a picture as SVG and PNG, and names the PNG.
@@ -217,11 +237,48 @@ impl OutputFolder {
     }
 }
 
+/// A table that is being written; it appears when it is whole.
+#[derive(Debug)]
+pub struct Table {
+    new_file: NewFile,
+    writer: csv::Writer<BufWriter<File>>,
+}
+
+impl Table {
+    /// Adds a row.
+    ///
+    /// # Errors
+    /// If the disk does not take it; nothing is left behind when the table is dropped then.
+    pub fn row(&mut self, row: impl Serialize) -> Result<(), Failure> {
+        let Self { new_file, writer } = self;
+        (writer.serialize(row)).map_err(|error| lost(new_file.target(), error))
+    }
+
+    /// Gives the table its name, and tells it.
+    ///
+    /// # Errors
+    /// If the disk does not take the last of it; nothing is left behind then.
+    pub fn finish(mut self) -> Result<String, Failure> {
+        let path = self.new_file.target().to_owned();
+        let flushed = self.writer.flush();
+        flushed.map_err(|error| lost(&path, error.into()))?;
+        drop(self.writer);
+        self.new_file.publish()?;
+        Ok(path.display().to_string())
+    }
+}
+
+fn lost(path: &Path, error: csv::Error) -> Failure {
+    let message = format!("writing `{}` failed; the log is whole", path.display());
+    Failure::DataLost(anyhow::Error::new(error).context(message))
+}
+
 fn cannot_make(path: &Path, error: std::io::Error) -> Failure {
-    Failure::Input(anyhow::Error::new(error).context(format!(
+    let what = format_args!(
         "cannot make the folder `{}`: choose a writable place with --out",
         path.display()
-    )))
+    );
+    Failure::writing(error, what)
 }
 
 /// Writes a text file; it appears when it is whole.

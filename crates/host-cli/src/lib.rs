@@ -12,6 +12,7 @@ pub mod experiment;
 pub mod failure;
 pub mod figure;
 pub mod folder;
+pub mod input;
 pub mod live;
 pub mod material;
 pub mod output;

@@ -23,8 +23,14 @@ fn main() -> ExitCode {
         Err(error) => {
             // Help and version go to standard output and are success, all else is bad usage.
             if !error.use_stderr() {
-                let _ = error.print();
-                return ExitCode::SUCCESS;
+                return match error.print() {
+                    Err(lost) if lost.kind() != std::io::ErrorKind::BrokenPipe => {
+                        let failure = Failure::writing(lost, "cannot write standard output");
+                        note("error", &failure);
+                        ExitCode::from(failure.exit_code())
+                    }
+                    _ => ExitCode::SUCCESS,
+                };
             }
             if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
                 let _ = error.print();

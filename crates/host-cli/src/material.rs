@@ -1,5 +1,6 @@
 //! The tissue library: TOML files with parameters, units in the names, and where they come from.
 
+use crate::input::{read_text, short};
 use fracdiff::Order;
 use haptic_loop::Tissue;
 use haptic_loop::units::Pascals;
@@ -122,8 +123,9 @@ impl fmt::Display for MaterialError {
             ),
             Self::Unknown { name, known } => write!(
                 f,
-                "tissue \"{name}\" is not in the library: take one of {}, or give the path of a TOML \
+                "tissue \"{}\" is not in the library: take one of {}, or give the path of a TOML \
                  file (`host-cli materials show {}` prints one to start from)",
+                short(name),
                 known.join(", "),
                 known.first().map_or("NAME", String::as_str),
             ),
@@ -160,8 +162,10 @@ impl Material {
         let name = file.name.get_ref();
         let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
         if name.is_empty() || !name.chars().all(plain) {
-            let reason =
-                format!("name \"{name}\" is not made of lower-case letters, digits and hyphens");
+            let reason = format!(
+                "name \"{}\" is not made of lower-case letters, digits and hyphens",
+                short(name)
+            );
             return Err(fail(file.name.span().start, reason));
         }
         let block = file.parameters.span().start;
@@ -210,8 +214,8 @@ impl Material {
     /// # Errors
     /// If it cannot be read or is wrong.
     pub fn read(path: &Path) -> Result<Self, MaterialError> {
-        let text = std::fs::read_to_string(path)
-            .map_err(|error| MaterialError::Unreadable(path.to_owned(), error))?;
+        let text =
+            read_text(path).map_err(|error| MaterialError::Unreadable(path.to_owned(), error))?;
         Self::parse(path, &text)
     }
 }

@@ -1,6 +1,7 @@
 //! Printing: results on standard output, everything else on standard error.
 
 use crate::failure::Failure;
+use crate::input::without_bulk;
 use serde::Serialize;
 use std::io::{self, BufWriter, Write};
 
@@ -34,9 +35,7 @@ impl Output {
         match printed.and_then(|()| out.flush()) {
             Ok(()) => Ok(()),
             Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Err(Failure::BrokenPipe),
-            Err(error) => Err(Failure::Run(
-                anyhow::Error::new(error).context("cannot write standard output"),
-            )),
+            Err(error) => Err(Failure::writing(error, "cannot write standard output")),
         }
     }
 
@@ -53,7 +52,10 @@ impl Output {
     }
 }
 
-/// Says something on standard error; a closed standard error is nobody's loss.
+/// Says something on standard error, long echoes of the arguments cut short; a closed standard error is nobody's loss.
 pub fn note(kind: &str, text: impl std::fmt::Display) {
+    let arguments = std::env::args_os().skip(1);
+    let arguments = arguments.map(|argument| argument.to_string_lossy().into_owned());
+    let text = without_bulk(&text.to_string(), arguments);
     let _ = writeln!(io::stderr().lock(), "{kind}: {text}");
 }

@@ -90,6 +90,12 @@ quantity!(
     [("m/s", 1.0), ("cm/s", 1e-2), ("mm/s", 1e-3)]
 );
 
+quantity!(
+    /// A size of a file, bytes.
+    Bytes, "a size",
+    [("B", 1.0), ("kB", 1e3), ("MB", 1e6), ("GB", 1e9), ("TB", 1e12), ("MiB", 1_048_576.0), ("GiB", 1_073_741_824.0)]
+);
+
 /// Two ends of a workspace, `LOW:HIGH`, low below high.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Workspace {

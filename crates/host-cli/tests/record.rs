@@ -6,10 +6,11 @@ use std::fs;
 use std::io::{self, Cursor, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
+use std::time::{Duration, UNIX_EPOCH};
 
 use host_cli::record::{
-    Damage, Entry, EventMessage, LogReader, LogWriter, NewFileError, RECOVERED, RecordError,
-    TickMessage, export_csv, inspect, recover,
+    Damage, Entry, EventMessage, LogFiles, LogReader, LogWriter, NewFileError, RECOVERED,
+    ROLL_LEAST, RecordError, RollingLog, StartTime, TickMessage, export_csv, inspect, recover,
 };
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
@@ -231,14 +232,33 @@ fn a_killed_writer_leaves_all_but_the_last_100_ms() {
         summary.damage
     );
 
-    // The next run under this name does not destroy it.
+    // To the system this process still writes it: neither another run nor a recovery gets in its way.
+    let saved = folder.path().join("saved.mcap");
+    let tries = [
+        LogWriter::create(&path).map(drop),
+        recover(&part, &saved, false).map(drop),
+    ];
+    for error in tries.map(|tried| tried.expect_err("refuses")) {
+        assert!(
+            matches!(error, RecordError::File(NewFileError::BeingWritten(_))),
+            "{error}"
+        );
+        let text = error.to_string();
+        assert!(text.contains("is being written by another run"), "{text}");
+    }
+    assert!(!saved.exists());
+
+    // A copy is what a killed process leaves. The next run under this name does not destroy it.
+    let (path, written) = (folder.path().join("killed.mcap"), part);
+    let part = folder.path().join("killed.mcap.part");
+    fs::copy(&written, &part).expect("copies");
     let error = LogWriter::create(&path).expect_err("refuses");
     assert!(matches!(
         error,
         RecordError::File(NewFileError::Leftover(_))
     ));
     assert!(error.to_string().contains("log recover"), "{error}");
-    let saved = recover(&part, &folder.path().join("saved.mcap"), false).expect("recovers");
+    let saved = recover(&part, &saved, false).expect("recovers");
     assert_eq!(
         (saved.samples, saved.events, saved.metadata_records),
         (5_000, 1, 1)
@@ -508,6 +528,171 @@ fn a_time_no_log_can_hold_is_refused_and_the_log_goes_on() {
     assert_eq!(writer.samples(), 1);
 }
 
+/// 2026-11-20 12:31:49 UTC and a nanosecond.
+fn noon() -> StartTime {
+    StartTime::at(UNIX_EPOCH + Duration::new(1_795_177_909, 1))
+}
+
+#[test]
+fn log_times_are_wall_clock_and_read_back_as_seconds_from_the_start() {
+    let folder = tempfile::tempdir().expect("folder");
+    let [dated, undated, saved, cut] =
+        ["dated", "undated", "saved", "cut"].map(|name| folder.path().join(name));
+    for (path, start) in [(&dated, Some(noon())), (&undated, None)] {
+        let mut writer = LogWriter::create(path).expect("creates");
+        if let Some(start) = start {
+            writer.starts_at(start).expect("dates");
+        }
+        fill(&mut writer, 300).expect("fills");
+        writer.finish().expect("finishes");
+    }
+    let expected = Some("2026-11-20T12:31:49.000000001Z".to_owned());
+    let summary = inspect(&dated).expect("inspects");
+    assert_eq!(summary.started_utc, expected);
+    assert_eq!((summary.first_s, summary.last_s), (Some(0.0), Some(0.299)));
+    // A log of an earlier version begins in 1970, which is no date.
+    assert_eq!(inspect(&undated).expect("inspects").started_utc, None);
+
+    // Log times themselves, by the MCAP library: start plus device time, to the nanosecond.
+    let times = |path: &Path| -> Vec<u64> {
+        let bytes = fs::read(path).expect("reads");
+        let messages = mcap::MessageStream::new(&bytes).expect("is MCAP");
+        messages
+            .map(|message| message.expect("is whole"))
+            .inspect(|message| assert_eq!(message.log_time, message.publish_time))
+            .filter(|message| message.channel.topic == "/haptics/tick")
+            .map(|message| message.log_time)
+            .collect()
+    };
+    let whole = times(&dated);
+    let expected_ns = (0..300).map(|n| 1_795_177_909_000_000_001 + n * 1_000_000);
+    assert_eq!(whole, expected_ns.collect::<Vec<_>>());
+    // What is saved of a cut log keeps its date.
+    let bytes = fs::read(&dated).expect("reads");
+    fs::write(&cut, &bytes[..bytes.len() * 2 / 3]).expect("writes");
+    let samples = recover(&cut, &saved, false).expect("recovers").samples;
+    assert!((100..300).contains(&samples), "{samples}");
+    assert_eq!(inspect(&saved).expect("inspects").started_utc, expected);
+    assert_eq!(times(&saved), whole[..samples as usize]);
+}
+
+#[test]
+fn a_very_long_log_has_no_index_and_is_whole_all_the_same() {
+    // A tick in each 100 ms is a chunk each; 65 536 of them have an index.
+    let ticks = 150_000;
+    let chunked = |number: u64| TickMessage {
+        time_s: 0.1 * number as f64,
+        ..tick(number)
+    };
+    let folder = tempfile::tempdir().expect("folder");
+    let path = folder.path().join("long.mcap");
+    let mut writer = LogWriter::create(&path).expect("creates");
+    writer.starts_at(noon()).expect("dates");
+    writer
+        .metadata("experiment", parameters())
+        .expect("describes");
+    (0..ticks).for_each(|n| writer.tick(&chunked(n)).expect("writes"));
+    writer.finish().expect("finishes");
+
+    let summary = inspect(&path).expect("inspects");
+    assert!(summary.complete && summary.gaps.is_empty(), "{summary:?}");
+    assert_eq!((summary.samples, summary.out_of_order), (ticks, 0));
+    // The MCAP library finds no summary to trust, and every message.
+    let bytes = fs::read(&path).expect("reads");
+    let index = mcap::Summary::read(&bytes).expect("is MCAP");
+    assert!(index.is_none_or(|index| index.chunk_indexes.is_empty() && index.stats.is_none()));
+    let messages = mcap::MessageStream::new(&bytes).expect("is MCAP");
+    let messages = messages.map(|message| message.expect("is whole"));
+    assert!(messages.map(|message| message.sequence).eq(0..ticks as u32));
+    // A byte that changed is still found by its chunk.
+    let mut damaged = bytes;
+    let middle = damaged.len() * 2 / 3;
+    damaged[middle] ^= 0x40;
+    fs::write(&path, damaged).expect("writes");
+    let summary = inspect(&path).expect("inspects");
+    assert!(
+        !summary.complete && summary.samples >= ticks - 2,
+        "{}",
+        summary.samples
+    );
+}
+
+#[test]
+fn a_log_in_several_files_reads_as_one() {
+    let folder = tempfile::tempdir().expect("folder");
+    let name = |number: usize| match number {
+        1 => folder.path().join("run.mcap"),
+        _ => folder.path().join(format!("run-{number:04}.mcap")),
+    };
+    let write = |ticks: u64, overwrite| {
+        let mut log = RollingLog::create(&name(1), parameters(), overwrite).expect("creates");
+        log.roll_at(ROLL_LEAST);
+        log.starts_at(noon()).expect("dates");
+        (0..ticks).for_each(|n| log.tick(&tick(n)).expect("writes"));
+        log.finish().expect("finishes")
+    };
+    let ticks = 60_000;
+    let finished = write(ticks, false);
+    let files = finished.paths.len();
+    assert!((3..12).contains(&files), "{files} files");
+    let expected: Vec<PathBuf> = (1..=files).map(name).collect();
+    assert_eq!(
+        (finished.paths, finished.samples),
+        (expected.clone(), ticks)
+    );
+    for (n, path) in expected.iter().enumerate() {
+        let bytes = fs::metadata(path).expect("is there").len();
+        // A chunk more than full at most, and the index.
+        assert!(bytes < ROLL_LEAST + ROLL_LEAST / 5, "{bytes}");
+        assert!(bytes > ROLL_LEAST || n + 1 == files, "{bytes}");
+        // Each by itself has an index, metadata and date.
+        let bytes = fs::read(path).expect("reads");
+        let index = mcap::Summary::read(&bytes).expect("is MCAP");
+        assert!(!index.expect("is there").chunk_indexes.is_empty());
+        let own: Vec<Entry> = LogReader::open(path)
+            .expect("opens")
+            .collect::<Result<_, _>>()
+            .expect("reads");
+        let described = |entry: &&Entry| matches!(entry, Entry::Metadata(record) if record.values == parameters());
+        assert_eq!(own.iter().filter(described).count(), 1);
+    }
+    let all = |path: &Path| -> Vec<TickMessage> {
+        let entries = LogFiles::open(path).expect("opens");
+        ticks_of(&entries.collect::<Result<Vec<_>, _>>().expect("reads"))
+    };
+    assert!(all(&name(1)) == (0..ticks).map(tick).collect::<Vec<_>>());
+    let summary = inspect(&name(1)).expect("inspects");
+    assert!(summary.complete && summary.gaps.is_empty());
+    assert_eq!((summary.samples, summary.last_s), (ticks, Some(59.999)));
+    let named = summary.metadata.iter().map(|record| record.name.as_str());
+    assert_eq!(named.collect::<Vec<_>>(), ["experiment", "clock"]);
+
+    // A file that is gone is missed, one in the middle as well as the last.
+    for gone in [2, files] {
+        let aside = folder.path().join("aside");
+        fs::rename(name(gone), &aside).expect("moves");
+        let summary = inspect(&name(1)).expect("inspects");
+        assert!(!summary.complete && summary.samples < ticks);
+        let missing = format!("run-{gone:04}.mcap");
+        assert!(summary.damage[0].contains(&missing), "{:?}", summary.damage);
+        fs::rename(&aside, name(gone)).expect("moves back");
+    }
+    // The file that was being written when the process died is `.part`.
+    let part = folder.path().join(format!("run-{files:04}.mcap.part"));
+    let bytes = fs::read(name(files)).expect("reads");
+    fs::write(&part, &bytes[..bytes.len() / 2]).expect("writes");
+    fs::remove_file(name(files)).expect("removes");
+    let summary = inspect(&name(1)).expect("inspects");
+    assert!(!summary.complete && summary.gaps.is_empty());
+    fs::remove_file(part).expect("removes");
+
+    // A shorter log that takes the place of this leaves none of its files.
+    let finished = write(10, true);
+    assert_eq!(finished.paths, [name(1)]);
+    assert_eq!(inspect(&name(1)).expect("inspects").samples, 10);
+    assert_eq!(fs::read_dir(folder.path()).expect("lists").count(), 1);
+}
+
 #[test]
 fn the_csv_has_every_digit() {
     let folder = tempfile::tempdir().expect("folder");
@@ -536,6 +721,7 @@ fn foreign_readers_agree_with_the_csv_on_every_value() {
         folder.path().join("run.csv"),
     );
     let mut writer = LogWriter::create(&log).expect("creates");
+    writer.starts_at(noon()).expect("dates");
     fill(&mut writer, 2_000).expect("fills");
     writer.finish().expect("finishes");
     export_csv(&log, &csv, false).expect("exports");

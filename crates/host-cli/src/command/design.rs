@@ -2,7 +2,7 @@
 
 mod coupler;
 
-use super::experiment::{order, parse_scheme, progress_bar};
+use super::experiment::{parse_scheme, progress_bar, wall_order};
 use super::plant::PlantArguments;
 use crate::design::{Candidate, Design, DesignReport, Device, Requirement, Wish};
 use crate::failure::Failure;
@@ -203,7 +203,9 @@ impl Arguments {
     }
 
     fn orders(&self) -> Result<Vec<Order>, Failure> {
-        let orders: Result<Vec<Order>, Failure> = self.orders.iter().map(|&mu| order(mu)).collect();
+        let orders: Result<Vec<Order>, Failure> = (self.orders.iter())
+            .map(|&mu| wall_order(mu, "--orders"))
+            .collect();
         let mut orders = orders?;
         orders.sort_by(|a, b| a.get().total_cmp(&b.get()));
         orders.dedup();
@@ -259,6 +261,7 @@ impl Arguments {
             out: Some(out.clone()),
             stem: "design".to_owned(),
             overwrite: self.overwrite,
+            roll_bytes: None,
         }
         .prepare()?;
         let file = folder.file("toml");

@@ -2,6 +2,7 @@
 
 use super::experiment::{order, parse_order, parse_scheme, rate};
 use crate::failure::Failure;
+use crate::input::{Rows, short};
 use crate::output::Output;
 use crate::quantity::Time;
 use clap::Args;
@@ -16,8 +17,8 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: host-cli differintegrate --order 0.5 --sample-time 1ms signal.csv > half.csv\n\
-                  The file needs a header with a column x; all other columns are ignored. The signal \
-                  counts as zero before its first sample, unless --caputo is given."
+                  The file needs a header; of its columns the one named x is taken, or that of --column. The \
+                  signal counts as zero before its first sample, unless --caputo is given."
 )]
 pub struct Arguments {
     /// Order mu, -2 to 2: positive differentiates, negative integrates
@@ -32,6 +33,9 @@ pub struct Arguments {
     /// Act on x minus its first value: the Caputo derivative for an order between 0 and 1
     #[arg(long)]
     caputo: bool,
+    /// Column of the file to take
+    #[arg(long, value_name = "NAME", default_value = "x")]
+    column: String,
     /// CSV file; standard input if absent or `-`
     file: Option<PathBuf>,
 }
@@ -61,9 +65,9 @@ impl Arguments {
                 let file = File::open(path).map_err(|error| {
                     Failure::bad_input(format_args!("cannot read `{name}`: {error}"))
                 })?;
-                read_column(file, &name)?
+                read_named_column(file, &name, &self.column)?
             }
-            _ => read_column(io::stdin().lock(), "standard input")?,
+            _ => read_named_column(io::stdin().lock(), "standard input", &self.column)?,
         };
         let y = differintegrate(self.scheme, mu, t, &x, if self.caputo { x[0] } else { 0.0 });
         let y = y.map_err(Failure::input)?;
@@ -118,33 +122,49 @@ fn differintegrate(
     }
 }
 
+/// All samples are in memory, input and output.
+const SAMPLES_MOST: usize = 100_000_000;
+
 /// The numbers of column `x`, at least one; `name` is that of the source, for messages.
 ///
 /// # Errors
 /// A missing column, a missing or non-numeric cell, with its line.
 pub fn read_column(source: impl Read, name: &str) -> Result<Vec<f64>, Failure> {
+    read_named_column(source, name, "x")
+}
+
+/// The same for a column of any name.
+///
+/// # Errors
+/// A missing column, a missing or non-numeric cell, with its line.
+pub fn read_named_column(source: impl Read, name: &str, wanted: &str) -> Result<Vec<f64>, Failure> {
+    let shown = short(wanted);
     let bad = |text: String| Failure::bad_input(format_args!("{name}: {text}"));
+    let (rows, length) = Rows::new(source);
     let mut table = csv::ReaderBuilder::new()
         .flexible(true)
         .trim(csv::Trim::All)
-        .from_reader(source);
+        .from_reader(rows);
     let header = table.headers().map_err(|error| bad(error.to_string()))?;
     if header.is_empty() {
-        return Err(bad(
-            "the input is empty; give a header with a column x and a number in each row".to_owned(),
-        ));
+        return Err(bad(format!(
+            "the input is empty; give a header with a column {shown} and a number in each row"
+        )));
     }
-    let column = header.iter().position(|cell| cell == "x").ok_or_else(|| {
-        let names: Vec<&str> = header.iter().collect();
-        bad(format!(
-            "line 1: no column x in the header {:?}; name the column to take x",
-            names.join(",")
-        ))
-    })?;
-    if header.iter().filter(|cell| *cell == "x").count() > 1 {
-        return Err(bad(
-            "line 1: more than one column is named x; rename all but the one to take".to_owned(),
-        ));
+    let column = header
+        .iter()
+        .position(|cell| cell == wanted)
+        .ok_or_else(|| {
+            let names: Vec<&str> = header.iter().collect();
+            bad(format!(
+                "line 1: no column {shown} in the header {:?}; give --column one of them",
+                short(&names.join(","))
+            ))
+        })?;
+    if header.iter().filter(|cell| *cell == wanted).count() > 1 {
+        return Err(bad(format!(
+            "line 1: more than one column is named {shown}; rename all but the one to take"
+        )));
     }
     let width = header.len();
     let mut x = Vec::new();
@@ -153,6 +173,12 @@ pub fn read_column(source: impl Read, name: &str) -> Result<Vec<f64>, Failure> {
         .read_record(&mut row)
         .map_err(|error| bad(error.to_string()))?
     {
+        length.next_row();
+        if x.len() == SAMPLES_MOST {
+            return Err(bad(format!(
+                "more than {SAMPLES_MOST} rows below the header; cut the input into pieces"
+            )));
+        }
         let line = row.position().map_or(0, csv::Position::line);
         // The reader skips empty lines before a row; a row's own lines are one and those in its cells.
         let breaks: usize = row.iter().map(|cell| cell.matches('\n').count()).sum();
@@ -166,7 +192,7 @@ pub fn read_column(source: impl Read, name: &str) -> Result<Vec<f64>, Failure> {
         let cell = row.get(column).unwrap_or("");
         if cell.is_empty() || skipped {
             return Err(bad(format!(
-                "line {line}: no value in column x; give a number in every row"
+                "line {line}: no value in column {shown}; give a number in every row"
             )));
         }
         let value: Option<f64> = cell.parse().ok();
@@ -174,7 +200,8 @@ pub fn read_column(source: impl Read, name: &str) -> Result<Vec<f64>, Failure> {
             Some(value) => x.push(value),
             None => {
                 return Err(bad(format!(
-                    "line {line}: {cell:?} in column x is not a finite number"
+                    "line {line}: {:?} in column {shown} is not a finite number",
+                    short(cell)
                 )));
             }
         }

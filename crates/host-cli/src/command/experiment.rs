@@ -13,7 +13,8 @@ use crate::failure::Failure;
 use crate::folder::FolderRequest;
 use crate::material::Library;
 use crate::output::{Output, note};
-use crate::quantity::{Area, Force, ForceRate, Length, Time};
+use crate::quantity::{Area, Bytes, Force, ForceRate, Length, Time};
+use crate::record::ROLL_LEAST;
 use clap::Args;
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_loop::Specimen;
@@ -131,6 +132,31 @@ pub struct RenderingArguments {
     /// Replace the files of an earlier run in the folder
     #[arg(long, help_heading = "Files")]
     overwrite: bool,
+    /// Size at which the log goes on in another file, as in 1GB [default: one file]
+    #[arg(
+        long,
+        value_name = "SIZE",
+        allow_hyphen_values = true,
+        help_heading = "Files"
+    )]
+    roll: Option<Bytes>,
+}
+
+/// The size that `--roll` gives, if it does.
+///
+/// # Errors
+/// A size outside its range.
+pub fn roll_bytes(size: Option<Bytes>) -> Result<Option<u64>, Failure> {
+    /// No disk has more.
+    const MOST: f64 = 1e15;
+    let least = ROLL_LEAST as f64;
+    match size {
+        None => Ok(None),
+        Some(Bytes(bytes)) if (least..=MOST).contains(&bytes) => Ok(Some(bytes as u64)),
+        Some(Bytes(bytes)) => Err(Failure::bad_input(format_args!(
+            "size {bytes} bytes is not in [{least:e}, {MOST:e}]: give --roll, as in 1GB"
+        ))),
+    }
 }
 
 /// Checks an order.
@@ -139,6 +165,37 @@ pub struct RenderingArguments {
 /// Outside −2 ≤ μ ≤ 2.
 pub fn order(mu: f64) -> Result<Order, Failure> {
     Order::new(mu).map_err(|error| Failure::input_with_advice(error, "give --order within it"))
+}
+
+/// Checks an order of a wall or a coupler, which have no integral; `option` is where it was given.
+///
+/// # Errors
+/// Outside 0 ≤ μ ≤ 2.
+pub fn wall_order(mu: f64, option: &str) -> Result<Order, Failure> {
+    if (0.0..=Order::MAX).contains(&mu) {
+        return Order::new(mu).map_err(Failure::input);
+    }
+    Err(Failure::bad_input(format_args!(
+        "order {mu} is not in [0, {}], a wall has no integral: give {option} within it",
+        Order::MAX
+    )))
+}
+
+/// Reads a dissipation: a number, whose unit follows from the order.
+///
+/// # Errors
+/// If it is no number or not finite; a unit is explained.
+pub fn parse_dissipation(text: &str) -> Result<f64, String> {
+    parse_number(text).map_err(|error| {
+        // "1e3Ns/m" begins with a number as well: the unit begins with its first N.
+        match text.find('N').map(|unit| &text[..unit]) {
+            Some(start) if parse_number(start).is_ok() => format!(
+                "its unit, N·s^μ/m, follows from the order μ: give the number alone, {}",
+                start.trim()
+            ),
+            _ => error,
+        }
+    })
 }
 
 /// T^(−μ), if the sample time is in the range that operators take.
@@ -236,10 +293,12 @@ impl RenderingArguments {
         output: Output,
         experiment: impl FnOnce(&FolderRequest, Supervisor<'_>) -> Result<Report, Failure>,
     ) -> Result<(), Failure> {
+        let roll_bytes = roll_bytes(self.roll)?;
         let request = FolderRequest {
             out: self.out.clone(),
             stem: stem.to_owned(),
             overwrite: self.overwrite,
+            roll_bytes,
         };
         let live = self.live.open(
             self.realtime.is_realtime() || self.remote.is_serial(),
@@ -399,12 +458,17 @@ fn print_errors(out: &mut dyn Write, report: &Report) -> io::Result<()> {
         Some(reason) => writeln!(out, "  operator          not compared: {reason}")?,
         None => writeln!(
             out,
-            "  operator          off by {} at most from the full history of what was recorded{}",
+            "  operator          off by {} at most from the full history of what was recorded{}{}",
             number(errors.max_relative_error),
             window(
                 errors.max_relative_error_from_s,
                 errors.max_relative_error_to_s
-            )
+            ),
+            report
+                .reference_tolerance
+                .map_or_else(String::new, |tolerance| {
+                    format!(" (by an operator, to {tolerance:.0e})")
+                })
         )?,
     }
     match &errors.closed_form_error_reason {
@@ -466,6 +530,13 @@ pub fn print_end(out: &mut dyn Write, end: &RunReport) -> io::Result<()> {
         writeln!(out, "  pre-flight        {}", verdict.line())?;
     }
     writeln!(out, "  log               {}", end.log)?;
+    if let [_, .., last] = end.logs.as_slice() {
+        writeln!(
+            out,
+            "                    in {} files, the last is {last}",
+            end.logs.len()
+        )?;
+    }
     if let Some(log) = &end.fault_log {
         writeln!(out, "  fault log         {log}")?;
     }

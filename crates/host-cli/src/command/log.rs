@@ -4,7 +4,8 @@ use crate::failure::Failure;
 use crate::figure::LogFigure;
 use crate::output::Output;
 use crate::record::{
-    Entry, Gap, LogReader, LogSummary, RecoverySummary, export_csv, inspect, recover,
+    Entry, Gap, LogFiles, LogSummary, RecordError, RecoverySummary, export_csv, export_csv_to,
+    inspect, recover,
 };
 use clap::Subcommand;
 use serde::Serialize;
@@ -48,7 +49,7 @@ pub enum Command {
     Export {
         /// The log
         log: PathBuf,
-        /// The CSV file [default: NAME.ticks.csv beside it]
+        /// The CSV file, or `-` for standard output [default: NAME.ticks.csv beside it]
         target: Option<PathBuf>,
         /// Folder for the CSV file, if it is not named
         #[arg(long, value_name = "DIR", conflicts_with = "target")]
@@ -124,6 +125,9 @@ impl Command {
                 out,
                 overwrite,
             } => {
+                if target.as_deref() == Some(Path::new("-")) {
+                    return export_to_output(&log, overwrite, output);
+                }
                 let target = place(target, out.as_deref(), &log, "ticks.csv")?;
                 let done = export_csv(&log, &target, overwrite)?;
                 let made = Made {
@@ -143,6 +147,32 @@ impl Command {
                 overwrite,
             } => plot(&log, out.as_deref(), overwrite, output),
         }
+    }
+}
+
+/// The rows on standard output.
+fn export_to_output(log: &Path, overwrite: bool, output: Output) -> Result<(), Failure> {
+    if overwrite || output.json {
+        return Err(Failure::bad_input(
+            "`-` puts the CSV on standard output: leave --overwrite and --json out, they have no effect there",
+        ));
+    }
+    let out = io::BufWriter::new(io::stdout().lock());
+    match export_csv_to(log, out, Path::new("standard output")) {
+        Ok(done) if done.condition.complete => Ok(()),
+        Ok(_) => Err(Failure::DataLost(anyhow::anyhow!(
+            "`{}` is not whole; standard output has what could be read",
+            log.display()
+        ))),
+        Err(RecordError::Csv { source, .. }) if is_broken_pipe(&source) => Err(Failure::BrokenPipe),
+        Err(error) => Err(error.into()),
+    }
+}
+
+fn is_broken_pipe(error: &csv::Error) -> bool {
+    match error.kind() {
+        csv::ErrorKind::Io(error) => error.kind() == io::ErrorKind::BrokenPipe,
+        _ => false,
     }
 }
 
@@ -169,10 +199,11 @@ fn place(
         (Some(target), _, _) => Ok(target),
         (None, Some(folder), Some(name)) => {
             std::fs::create_dir_all(folder).map_err(|error| {
-                Failure::bad_input(format_args!(
-                    "cannot make the folder `{}`: {error}; choose another with --out",
+                let what = format_args!(
+                    "cannot make the folder `{}`: choose another with --out",
                     folder.display()
-                ))
+                );
+                Failure::writing(error, what)
             })?;
             Ok(folder.join(name))
         }
@@ -278,7 +309,7 @@ fn save(log: &Path, target: &Path, overwrite: bool, output: Output) -> Result<()
 }
 
 fn plot(log: &Path, out: Option<&Path>, overwrite: bool, output: Output) -> Result<(), Failure> {
-    let mut reader = LogReader::open(log)?;
+    let mut reader = LogFiles::open(log)?;
     let mut ticks = Vec::new();
     let mut conditions = Vec::new();
     for entry in &mut reader {
@@ -345,6 +376,9 @@ fn print_info(out: &mut dyn Write, log: &Path, summary: &LogSummary) -> io::Resu
         time(summary.last_s),
         summary.gaps.len()
     )?;
+    if let Some(started) = &summary.started_utc {
+        writeln!(out, "  time 0 is {started}")?;
+    }
     for record in &summary.metadata {
         writeln!(out, "  [{}]", record.name)?;
         for (key, value) in &record.values {

@@ -54,6 +54,7 @@ impl Arguments {
             out: Some(self.out.clone()),
             stem,
             overwrite: self.overwrite,
+            roll_bytes: None,
         };
         let report = self.out.join("report.html");
         if report.exists() && !self.overwrite {

@@ -1,6 +1,6 @@
 //! `run`: any experiment, from a file.
 
-use super::experiment::{conduct, print_end, print_summary};
+use super::experiment::{conduct, print_end, print_summary, roll_bytes};
 use super::live::LiveArguments;
 use super::preflight::PreflightArguments;
 use super::realtime::RealtimeArguments;
@@ -10,6 +10,7 @@ use crate::experiment::{ExperimentFile, Pace, WallReport};
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
 use crate::output::Output;
+use crate::quantity::Bytes;
 use clap::Args;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -66,6 +67,9 @@ pub struct Arguments {
     /// Replace the files of an earlier run in the folder
     #[arg(long)]
     overwrite: bool,
+    /// Size at which the log goes on in another file, as in 1GB [default: one file]
+    #[arg(long, value_name = "SIZE", allow_hyphen_values = true)]
+    roll: Option<Bytes>,
 }
 
 impl Arguments {
@@ -84,10 +88,12 @@ impl Arguments {
         let wanted = self.preflight.wanted(serial, safety)?;
         let experiment = experiment.with_preflight(wanted);
         let samples = experiment.samples()?;
+        let roll_bytes = roll_bytes(self.roll)?;
         let request = |stem: &str| FolderRequest {
             out: self.out.clone(),
             stem: stem.to_owned(),
             overwrite: self.overwrite,
+            roll_bytes,
         };
         let live = self.live.open(pace != Pace::Virtual, output)?;
         match experiment {

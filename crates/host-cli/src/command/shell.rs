@@ -61,10 +61,9 @@ impl Man {
     /// If the folder cannot be written.
     pub fn run(self, output: Output) -> Result<(), Failure> {
         let fail = |error: std::io::Error| {
-            Failure::bad_input(format_args!(
-                "cannot write manual pages into `{}`: {error}",
-                self.directory.display()
-            ))
+            let folder = self.directory.display();
+            let what = format_args!("cannot write manual pages into `{folder}`");
+            Failure::writing(error, what)
         };
         std::fs::create_dir_all(&self.directory).map_err(fail)?;
         clap_mangen::generate_to(Cli::command(), &self.directory).map_err(fail)?;

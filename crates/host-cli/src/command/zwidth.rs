@@ -1,6 +1,6 @@
 //! `zwidth`: how stiff a wall can be rendered, by trying.
 
-use super::experiment::{parse_number, parse_scheme, progress_bar, stop_on_interrupt};
+use super::experiment::{parse_number, parse_scheme, progress_bar, stop_on_interrupt, wall_order};
 use super::plant::PlantArguments;
 use super::remote::RemoteArguments;
 use crate::experiment::zwidth::BoundaryPoint;
@@ -160,6 +160,7 @@ impl Arguments {
                     out: Some(out.clone()),
                     stem: "zwidth".to_owned(),
                     overwrite: self.overwrite,
+                    roll_bytes: None,
                 };
                 save(&report, &request.prepare()?)?
             }
@@ -203,9 +204,7 @@ impl Arguments {
         let orders: Vec<Order> = self
             .orders
             .iter()
-            .map(|&mu| {
-                Order::new(mu).map_err(|error| Failure::input_with_advice(error, "change --orders"))
-            })
+            .map(|&mu| wall_order(mu, "--orders"))
             .collect::<Result<_, _>>()?;
         let plant = &self.plant;
         let remote = self.remote.remote(None)?;

@@ -4,23 +4,23 @@
 //! the virtual tissue, and both sink in. The closed form is that of the tissue alone; the masses and
 //! the damping of the rig, 7 N·s/m together, slow the start down.
 
-use super::judge::{LargestError, creep_strain};
-use super::outcome::Outcome;
+use super::judge::creep_strain;
+use super::kept::{Sample, Samples};
+use super::outcome::{Comparison, Judged, publish};
 use super::rendering::Rendering;
 use super::report::Report;
-use super::run::{Record, Supervisor};
+use super::run::{Ran, Supervisor};
+use super::track::{Track, operator};
 use crate::failure::Failure;
 use crate::figure::Quantity;
 use crate::folder::FolderRequest;
-use fracdiff::{Channel, Differintegrator as _, Operator, Scheme, Seconds};
+use fracdiff::{Differintegrator as _, Seconds};
 use haptic_loop::plant::RigDrive;
 use haptic_loop::units::{Metres, Pascals};
 use std::collections::BTreeMap;
 
 /// The comparison with the closed form begins here, s: before, the rig itself is moving.
 const FROM_S: f64 = 1.0;
-/// Tolerance of the operator that stands for the full history where an equation must be solved.
-const REFERENCE_TOLERANCE: f64 = 1e-9;
 
 /// A creep experiment.
 #[derive(Clone, Debug)]
@@ -43,19 +43,34 @@ impl Creep {
         request: &FolderRequest,
         supervisor: Supervisor<'_>,
     ) -> Result<Report, Failure> {
+        self.report(&self.record(request, supervisor)?)
+    }
+
+    /// Runs the loop and writes the log.
+    pub(super) fn record(
+        &self,
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Ran, Failure> {
         let samples = self.check()?;
         let push = self.rendering.specimen.force(Pascals(self.stress_pa));
-        let ran = self.rendering.run(
-            RigDrive::Force(push),
-            samples,
-            request,
-            self.metadata(RigDrive::Force(push)),
-            supervisor,
-        )?;
-        let outcome = self.judge(&ran.record)?;
+        let drive = RigDrive::Force(push);
+        let metadata = self.metadata(drive);
+        (self.rendering).run(drive, samples, request, metadata, supervisor)
+    }
+
+    /// Judges a run; CSV and picture go beside its log.
+    pub(super) fn report(&self, ran: &Ran) -> Result<Report, Failure> {
+        let judge = self.judge(ran)?;
         let title = format!("Creep of {}", self.rendering.material.description);
         let remark = format!("{} Pa from t = 0", self.stress_pa);
-        outcome.publish(&self.rendering, &ran, &title, &remark)
+        let comparison = Comparison {
+            quantity: Quantity::Strain,
+            from_s: FROM_S,
+            title: &title,
+            remark: &remark,
+        };
+        publish(comparison, &self.rendering, ran, judge)
     }
 
     /// The number of samples, if all parameters are good.
@@ -72,34 +87,35 @@ impl Creep {
         self.rendering.samples(self.duration_s)
     }
 
-    fn judge(&self, record: &Record) -> Result<Outcome, Failure> {
+    /// Judges sample by sample.
+    fn judge<'a>(&'a self, ran: &Ran) -> Result<impl FnMut(&Sample) -> Judged + 'a, Failure> {
         let Rendering {
             material, specimen, ..
         } = &self.rendering;
-        let time = &record.time_s;
-        let strain_at = |x: &f64| specimen.strain(Metres(*x));
-        let strain: Vec<f64> = record.position_m.iter().map(strain_at).collect();
-        let closed_form: Vec<f64> = (time.iter())
-            .map(|&t| creep_strain(&material.tissue, self.stress_pa, t))
-            .collect();
-        let ideal = record.of_every_tick(|x| self.without_rig(x.len()))?;
-        let history = record
-            .of_every_tick(|x| self.rendering.full_history_force(x))
-            .map_err(Failure::Run)?;
-        let compare = |have: &[f64], want: &[f64], wanted| {
-            LargestError::new(FROM_S, wanted, "").of(time, have, want)
-        };
-        Ok(Outcome {
-            quantity: Quantity::Strain,
-            ideal_position_m: (closed_form.iter())
-                .map(|&strain| specimen.displacement(strain).0)
-                .collect(),
-            full_history_force_n: history,
-            closed_form_error: compare(&strain, &closed_form, "the closed form"),
-            discretisation_error: compare(&ideal, &closed_form, "the closed form").largest,
-            rig_error: compare(&strain, &ideal, "the strain without a rig").largest,
-            values: strain,
-            closed_form,
+        let samples = Samples::of(&ran.record, &ran.log.paths);
+        let mut history = self.rendering.full_history(samples, self.duration_s)?;
+        let mut ideal = Track::new(
+            samples,
+            |x| {
+                let mut strain = self.without_rig(x.len() as u64)?;
+                Ok(x.iter().map(|_| strain()).collect())
+            },
+            || {
+                let mut strain = self.without_rig(self.rendering.samples(self.duration_s)?)?;
+                Ok(Box::new(move |_, _| strain()))
+            },
+        )?;
+        Ok(move |sample: &Sample| {
+            let closed_form = creep_strain(&material.tissue, self.stress_pa, sample.time_s);
+            let value = specimen.strain(Metres(sample.position_m));
+            Judged {
+                ideal_position_m: specimen.displacement(closed_form).0,
+                full_history_force_n: history.at(sample),
+                value,
+                closed_form,
+                ideal: ideal.at(sample),
+                with_rig: value,
+            }
         })
     }
 
@@ -109,26 +125,20 @@ impl Creep {
     /// ```text
     /// σ₀ = E₀·ε[n] + η·(g·ε[n] + S[n])    ⇒    ε[n] = (σ₀ − η·S[n])/(E₀ + η·g)
     /// ```
-    fn without_rig(&self, samples: usize) -> Result<Vec<f64>, Failure> {
+    fn without_rig(&self, samples: u64) -> Result<impl FnMut() -> f64 + use<>, Failure> {
         let tissue = &self.rendering.material.tissue;
-        let scheme = Scheme::Full {
-            kernel: self.rendering.reference_kernel(),
-            tolerance: REFERENCE_TOLERANCE,
-        };
         let t = Seconds(self.rendering.sample_time_s);
-        let operator: Operator<f64> = scheme
-            .build(tissue.order(), t, 1.05 * samples as f64)
-            .map_err(Failure::input)?;
+        let kernel = self.rendering.reference_kernel();
+        let mut channel = operator(kernel, tissue.order(), t, samples)?;
         let (modulus, viscosity) = (tissue.elastic_modulus().0, tissue.viscosity_pa_s_alpha());
-        let stiffness = modulus + viscosity * operator.direct_gain();
-        let mut channel = Channel::new(operator);
-        let strains = (0..samples).map(|_| {
+        let stiffness = modulus + viscosity * channel.operator().direct_gain();
+        let stress_pa = self.stress_pa;
+        Ok(move || {
             // The output for a strain of zero is the past alone.
-            let strain = (self.stress_pa - viscosity * channel.output(0.0)) / stiffness;
+            let strain = (stress_pa - viscosity * channel.output(0.0)) / stiffness;
             channel.advance(strain);
             strain
-        });
-        Ok(strains.collect())
+        })
     }
 
     /// Everything needed to repeat the run.

@@ -22,6 +22,7 @@ use super::safety::{GuardChoice, Safety};
 use super::sensed::Sensors;
 use super::{Creep, Criterion, CriterionName, Relaxation, TrialPlan, Wall};
 use crate::device::{DeviceName, Loop};
+use crate::input::read_text;
 use crate::material::Library;
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_link::Limits;
@@ -126,8 +127,7 @@ impl ExperimentFile {
     /// # Errors
     /// If it cannot be read or is wrong: in one line, with file and line.
     pub fn read(path: &Path) -> Result<Self, FileError> {
-        let text =
-            std::fs::read_to_string(path).map_err(|error| FileError::unreadable(path, &error))?;
+        let text = read_text(path).map_err(|error| FileError::unreadable(path, &error))?;
         Self::parse(path, &text)
     }
 

@@ -8,7 +8,7 @@
 //! ```
 //! Kept in memory, so that it is there even when the disk was slower than the loop.
 
-use crate::record::{EventMessage, Leftover, LogWriter, RecordError, TickMessage};
+use crate::record::{EventMessage, Leftover, LogWriter, RecordError, StartTime, TickMessage};
 use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;
 
@@ -31,6 +31,17 @@ pub struct FaultSeen {
     pub tick: u64,
     /// That tick's time, s.
     pub time_s: f64,
+}
+
+/// The run that a fault ended, for the log of the fault.
+#[derive(Clone, Debug)]
+pub struct RunOfFault<'a> {
+    /// Its log.
+    pub log: &'a Path,
+    /// Its metadata.
+    pub experiment: BTreeMap<String, String>,
+    /// When it began.
+    pub started: Option<StartTime>,
 }
 
 /// Keeps the last ticks, and the first after a fault.
@@ -115,7 +126,7 @@ impl FlightRecorder {
         self.ticks = all.into_values().collect();
     }
 
-    /// Writes the log of a fault. `run` is the log of the run, `experiment` its metadata.
+    /// Writes the log of a fault.
     ///
     /// # Errors
     /// If the file exists without `overwrite`, or the disk does not take it.
@@ -123,15 +134,17 @@ impl FlightRecorder {
         &self,
         path: &Path,
         overwrite: bool,
-        run: &Path,
-        experiment: BTreeMap<String, String>,
+        run: RunOfFault<'_>,
     ) -> Result<(), RecordError> {
         let Some(fault) = &self.fault else {
             return Ok(());
         };
         let mut log = LogWriter::create_with(path, Leftover::Keep, overwrite)?;
-        log.metadata("experiment", experiment)?;
-        log.metadata(FAULT, self.metadata(fault, run))?;
+        log.metadata("experiment", run.experiment)?;
+        if let Some(start) = run.started {
+            log.starts_at(start)?;
+        }
+        log.metadata(FAULT, self.metadata(fault, run.log))?;
         let mut event = Some(EventMessage {
             time_s: fault.time_s,
             kind: FAULT.to_owned(),
@@ -155,6 +168,9 @@ impl FlightRecorder {
         let after = |message: &&TickMessage| message.tick > fault.tick;
         let after = self.ticks.iter().filter(after).count();
         let filled: Vec<String> = self.filled.iter().map(u64::to_string).collect();
+        let pairs = self.ticks.iter().zip(self.ticks.iter().skip(1));
+        let gaps = pairs.map(|(a, b)| b.tick.saturating_sub(a.tick).saturating_sub(1));
+        let missing: u64 = gaps.sum();
         let run = run.file_name().unwrap_or_default().to_string_lossy();
         let entries = [
             ("code", fault.code.to_string()),
@@ -163,6 +179,8 @@ impl FlightRecorder {
             ("time_s", fault.time_s.to_string()),
             ("samples_before", (self.ticks.len() - after).to_string()),
             ("samples_after", after.to_string()),
+            // As `log check` counts them: what neither the line brought nor the device still had.
+            ("ticks_missing", missing.to_string()),
             ("ticks_from_device_recorder", filled.join(" ")),
             ("run", run.into_owned()),
         ];
@@ -263,7 +281,12 @@ mod tests {
         let mut recorder = FlightRecorder::default();
         (0..50).for_each(|n| recorder.tick(&tick(n)));
         let write = |recorder: &FlightRecorder, overwrite| {
-            recorder.write(&path, overwrite, &run, BTreeMap::new())
+            let run = RunOfFault {
+                log: &run,
+                experiment: BTreeMap::new(),
+                started: None,
+            };
+            recorder.write(&path, overwrite, run)
         };
         write(&recorder, false).expect("nothing to write");
         assert!(!path.exists());
@@ -290,6 +313,7 @@ mod tests {
             ("tick", "40"),
             ("samples_before", "41"),
             ("samples_after", "9"),
+            ("ticks_missing", "0"),
             ("run", "run.mcap"),
         ] {
             assert_eq!(record.values[key], value, "{key}");

@@ -64,17 +64,17 @@ impl Compared {
         }
     }
 
-    /// One error of all these samples, which are at least one.
+    /// One error of so many samples, from the first to the last of these times, s.
     #[must_use]
-    pub fn of_window(error: f64, time_s: &[f64]) -> Self {
+    pub fn of_window(error: f64, [from_s, to_s]: [f64; 2], samples: u64) -> Self {
         if !error.is_finite() {
             return Self::without_meaning("a value is not finite".to_owned());
         }
         Self {
             largest: Some(error),
-            from_s: time_s.first().copied().map(plain),
-            to_s: time_s.last().copied().map(plain),
-            samples: time_s.len() as u64,
+            from_s: Some(plain(from_s)),
+            to_s: Some(plain(to_s)),
+            samples,
             reason: None,
         }
     }
@@ -170,8 +170,8 @@ impl LargestError {
     }
 
     /// Takes in a whole run.
-    #[must_use]
-    pub fn of(mut self, time_s: &[f64], have: &[f64], want: &[f64]) -> Compared {
+    #[cfg(test)]
+    fn of(mut self, time_s: &[f64], have: &[f64], want: &[f64]) -> Compared {
         for (&time_s, (&have, &want)) in time_s.iter().zip(have.iter().zip(want)) {
             self.add(time_s, have, want);
         }

@@ -1,10 +1,13 @@
 //! Experiments on simulated devices: run the loop, keep the log, judge the result.
 
+#[cfg(test)]
+mod bounded_tests;
 pub mod creep;
 pub mod file;
 pub mod flight;
 pub mod imperfections;
 pub mod judge;
+pub mod kept;
 pub mod outcome;
 pub mod preflight;
 mod pushed;
@@ -18,6 +21,8 @@ pub mod run;
 pub mod safety;
 pub mod sensed;
 pub mod settling;
+mod thinned;
+mod track;
 pub mod trials;
 pub mod wall;
 pub mod zwidth;

@@ -1,34 +1,47 @@
 //! From a run and its theory to files and a report: what relaxation and creep share.
 
-use super::judge::{Compared, LargestError, relative_error};
+use super::judge::{LargestError, relative_error};
+use super::kept::{Record, Sample, Samples, WHOLE_MOST};
 use super::rendering::Rendering;
 use super::report::{Errors, Files, Report, RunReport, Warnings};
-use super::run::{Ran, Record};
+use super::run::Ran;
+use super::thinned::Thinned;
+use super::track::TOLERANCE;
 use crate::failure::Failure;
-use crate::figure::{Conditions, Origin, Quantity, TheoryFigure};
+use crate::figure::{Conditions, FigureError, Origin, Picture, Quantity, TheoryFigure};
+use crate::folder::Table;
 
 /// The comparison with the full history begins here, s after contact.
-const FROM_S: f64 = 0.01;
+pub(super) const FROM_S: f64 = 0.01;
 
-/// A run beside what theory says of it, sample by sample.
-#[derive(Debug)]
-pub struct Outcome {
-    /// What is compared.
-    pub quantity: Quantity,
+/// A sample beside what theory says of it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Judged {
     /// Where the renderer would be with an ideal rig, m.
-    pub ideal_position_m: Vec<f64>,
+    pub(super) ideal_position_m: f64,
     /// Force by the full history of the position really recorded, N.
-    pub full_history_force_n: Vec<f64>,
+    pub(super) full_history_force_n: f64,
     /// The quantity as it was rendered or simulated.
-    pub values: Vec<f64>,
+    pub(super) value: f64,
     /// The quantity in closed form.
-    pub closed_form: Vec<f64>,
-    /// The comparison of these two.
-    pub closed_form_error: Compared,
-    /// See [`Report`].
-    pub discretisation_error: Option<f64>,
-    /// See [`Report`].
-    pub rig_error: Option<f64>,
+    pub(super) closed_form: f64,
+    /// The quantity sampled, by its full history, without a rig.
+    pub(super) ideal: f64,
+    /// The same with the rig.
+    pub(super) with_rig: f64,
+}
+
+/// What is compared, and from when on.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Comparison<'a> {
+    /// The quantity.
+    pub(super) quantity: Quantity,
+    /// The comparison with the closed form begins here, s.
+    pub(super) from_s: f64,
+    /// What the picture says of the experiment.
+    pub(super) title: &'a str,
+    /// The same, below the title.
+    pub(super) remark: &'a str,
 }
 
 /// Where the force of a run comes from: without a link, or with a device that simulates its plant, nothing
@@ -38,147 +51,193 @@ pub fn origin(record: &Record) -> Origin {
     Origin::of_device(record.link.as_ref().map(|link| link.simulated))
 }
 
-/// Force that the tissue opposes to an indentation, N: the negative of what is commanded.
-pub fn reaction(record: &Record) -> Vec<f64> {
-    // Not a negation, which would make −0 of 0.
-    record.force_n.iter().map(|force| 0.0 - force).collect()
-}
-
 /// In per cent, without the digits that binary fractions add.
 pub fn percent(fraction: f64) -> f64 {
     (fraction * 1e8).round() / 1e6
 }
 
-impl Outcome {
-    /// |value/closed form − 1|, sample by sample; NaN where it has no meaning.
-    pub fn error(&self) -> Vec<f64> {
-        let pairs = self.values.iter().zip(&self.closed_form);
-        pairs
-            .map(|(&have, &want)| relative_error(have, want))
-            .collect()
-    }
+/// The errors of a run, sample by sample.
+struct Compared {
+    full_history: LargestError,
+    closed_form: LargestError,
+    discretisation: LargestError,
+    rig: LargestError,
+}
 
-    /// Writes CSV and picture, and reports. A run that was cut short leaves its log alone. `title` and
-    /// `remark` are what the picture says of the experiment.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
-    pub fn publish(
-        &self,
-        rendering: &Rendering,
-        ran: &Ran,
-        title: &str,
-        remark: &str,
-    ) -> Result<Report, Failure> {
-        let Ran { record, folder, .. } = ran;
-        let time = &record.time_s;
-        let force = reaction(record);
-        let last = self.values.last().zip(self.closed_form.last());
-        let final_over_theory = last
-            .map(|(have, want)| have / want)
-            .filter(|r| r.is_finite());
-        let duration_s = time.last().copied().unwrap_or(0.0);
-        let memory_s = rendering.memory_s();
-
-        let mut warnings = Warnings::default();
-        warnings.operator(
-            memory_s,
-            duration_s,
-            final_over_theory,
-            self.quantity.word(),
-        );
-        warnings.limited(record.limited);
-
-        let mut files = Files::default();
-        if record.ended.is_none() {
-            let error = self.error();
-            files.csv = Some(self.write_csv(ran, &force, &error)?);
-            let origin = origin(record);
-            let picture = TheoryFigure {
-                title: &format!("{title}, {}", origin.word()),
-                conditions: Conditions {
-                    tissue: &rendering.material.name,
-                    order: rendering.material.order,
-                    device: &rendering.device_name(),
-                    scheme: &rendering.scheme.to_string(),
-                    remark,
-                },
-                quantity: self.quantity,
-                origin,
-                time_s: time,
-                values: &self.values,
-                closed_form: &self.closed_form,
-                relative_error: &error,
-            };
-            files.figure = Some(folder.save_picture(&picture.draw()?)?);
-        } else {
-            folder.remove_stale_results();
+impl Compared {
+    const fn new(quantity: Quantity, from_s: f64) -> Self {
+        let (unit, ideal) = match quantity {
+            Quantity::Force => (" N", "the force with an ideal rig"),
+            Quantity::Strain => ("", "the strain without a rig"),
+        };
+        Self {
+            full_history: LargestError::new(FROM_S, "the force by the full history", " N"),
+            closed_form: LargestError::new(from_s, "the closed form", unit),
+            discretisation: LargestError::new(from_s, "the closed form", unit),
+            rig: LargestError::new(from_s, ideal, unit),
         }
-        Ok(Report {
-            tissue: rendering.material.name.clone(),
-            order: rendering.material.order,
-            scheme: rendering.scheme.to_string(),
-            run: RunReport::new(
-                ran,
-                rendering.device_name(),
-                rendering.sample_time_s,
-                files,
-                warnings,
-            ),
-            errors: Errors::new(
-                LargestError::new(FROM_S, "the force by the full history", " N").of(
-                    time,
-                    &force,
-                    &self.full_history_force_n,
-                ),
-                self.closed_form_error.clone(),
-            ),
-            discretisation_error: self.discretisation_error,
-            rig_error: self.rig_error,
-            memory_s,
-            final_over_theory,
-            final_strain: (self.quantity == Quantity::Strain)
-                .then(|| self.values.last().copied())
-                .flatten(),
-            precision: rendering.precision_run(),
-            contact: rendering.contact,
-        })
     }
 
-    /// Writes the samples under names that say where the force comes from. A sample without a relative error
-    /// has an empty cell.
-    fn write_csv(&self, ran: &Ran, force: &[f64], error: &[f64]) -> Result<String, Failure> {
-        let Ran { record, folder, .. } = ran;
-        let word = origin(record).word();
-        let strain = self.quantity == Quantity::Strain;
-        let (own_force, own_strain) = (format!("{word}_force_n"), format!("{word}_strain"));
-        let mut names = vec![
-            "time_s",
-            "ideal_position_m",
-            "position_m",
-            &own_force,
-            "full_history_force_n",
+    fn add(&mut self, sample: &Sample, judged: &Judged) {
+        let time_s = sample.time_s;
+        let pairs = [
+            (
+                &mut self.full_history,
+                sample.reaction_n(),
+                judged.full_history_force_n,
+            ),
+            (&mut self.closed_form, judged.value, judged.closed_form),
+            (&mut self.discretisation, judged.ideal, judged.closed_form),
+            (&mut self.rig, judged.with_rig, judged.ideal),
         ];
-        if strain {
-            names.extend([&own_strain, "closed_form_strain"]);
-        } else {
-            names.push("closed_form_force_n");
+        for (largest, have, want) in pairs {
+            largest.add(time_s, have, want);
         }
-        names.push("closed_form_error");
-        let rows = (0..force.len()).map(|n| {
-            let mut row = vec![
-                Some(record.time_s[n]),
-                Some(self.ideal_position_m[n]),
-                Some(record.position_m[n]),
-                Some(force[n]),
-                Some(self.full_history_force_n[n]),
-            ];
-            // The force of a relaxation stands there already.
-            row.extend(strain.then(|| Some(self.values[n])));
-            row.push(Some(self.closed_form[n]));
-            row.push(Some(error[n]).filter(|error| error.is_finite()));
-            row
-        });
-        folder.write_named_table("csv", &names, rows)
     }
+}
+
+/// Begins the CSV, under names that say where the force comes from.
+fn table(ran: &Ran, quantity: Quantity) -> Result<Table, Failure> {
+    let word = origin(&ran.record).word();
+    let (own_force, own_strain) = (format!("{word}_force_n"), format!("{word}_strain"));
+    let mut names = vec![
+        "time_s",
+        "ideal_position_m",
+        "position_m",
+        &own_force,
+        "full_history_force_n",
+    ];
+    match quantity {
+        Quantity::Strain => names.extend([&own_strain, "closed_form_strain"]),
+        Quantity::Force => names.push("closed_form_force_n"),
+    }
+    names.push("closed_form_error");
+    ran.folder.named_table("csv", &names)
+}
+
+/// A row of it. A sample without a relative error has an empty cell.
+fn row(quantity: Quantity, sample: &Sample, judged: &Judged, error: f64) -> Vec<Option<f64>> {
+    let mut row = vec![
+        Some(sample.time_s),
+        Some(judged.ideal_position_m),
+        Some(sample.position_m),
+        Some(sample.reaction_n()),
+        Some(judged.full_history_force_n),
+    ];
+    // The force of a relaxation stands there already.
+    if quantity == Quantity::Strain {
+        row.push(Some(judged.value));
+    }
+    row.push(Some(judged.closed_form));
+    row.push(Some(error).filter(|error| error.is_finite()));
+    row
+}
+
+/// Judges every sample, writes CSV and picture, and reports. A run that was cut short leaves its log alone.
+///
+/// # Errors
+/// A log that cannot be read again, a file that cannot be written.
+pub(super) fn publish(
+    comparison: Comparison<'_>,
+    rendering: &Rendering,
+    ran: &Ran,
+    mut judge: impl FnMut(&Sample) -> Judged,
+) -> Result<Report, Failure> {
+    let Comparison {
+        quantity, from_s, ..
+    } = comparison;
+    let Ran { record, folder, .. } = ran;
+    let mut compared = Compared::new(quantity, from_s);
+    let whole = record.whole.is_some();
+    let mut curves = Thinned::new(if whole { WHOLE_MOST } else { 0 });
+    let finished = record.ended.is_none();
+    let mut csv = match finished {
+        true => Some(table(ran, quantity)?),
+        false => None,
+    };
+    let mut last = None;
+    Samples::of(record, &ran.log.paths).for_each(|sample| {
+        let judged = judge(sample);
+        compared.add(sample, &judged);
+        last = Some(judged);
+        let Some(csv) = &mut csv else {
+            return Ok(());
+        };
+        let (value, closed_form) = (judged.value, judged.closed_form);
+        let error = relative_error(value, closed_form);
+        curves.add(sample.time_s, [value, closed_form, error]);
+        csv.row(row(quantity, sample, &judged, error))
+    })?;
+    curves.finish();
+
+    let final_over_theory = last
+        .map(|last| last.value / last.closed_form)
+        .filter(|ratio| ratio.is_finite());
+    let memory_s = rendering.memory_s();
+    let mut warnings = Warnings::default();
+    warnings.operator(
+        memory_s,
+        record.duration_s(),
+        final_over_theory,
+        quantity.word(),
+    );
+    warnings.limited(record.limited);
+
+    let mut files = Files::default();
+    if let Some(csv) = csv {
+        files.csv = Some(csv.finish()?);
+        let picture = draw(comparison, rendering, origin(record), &curves)?;
+        files.figure = Some(folder.save_picture(&picture)?);
+    } else {
+        folder.remove_stale_results();
+    }
+    Ok(Report {
+        tissue: rendering.material.name.clone(),
+        order: rendering.material.order,
+        scheme: rendering.scheme.to_string(),
+        run: RunReport::new(
+            ran,
+            rendering.device_name(),
+            rendering.sample_time_s,
+            files,
+            warnings,
+        ),
+        errors: Errors::new(compared.full_history.get(), compared.closed_form.get()),
+        discretisation_error: compared.discretisation.get().largest,
+        rig_error: compared.rig.get().largest,
+        reference_tolerance: (!whole).then_some(TOLERANCE),
+        memory_s,
+        final_over_theory,
+        final_strain: (quantity == Quantity::Strain)
+            .then(|| last.map(|last| last.value))
+            .flatten(),
+        precision: rendering.precision_run(),
+        contact: rendering.contact,
+    })
+}
+
+fn draw(
+    comparison: Comparison<'_>,
+    rendering: &Rendering,
+    origin: Origin,
+    curves: &Thinned<3>,
+) -> Result<Picture, FigureError> {
+    let [values, closed_form, relative_error] = &curves.curves;
+    TheoryFigure {
+        title: &format!("{}, {}", comparison.title, origin.word()),
+        conditions: Conditions {
+            tissue: &rendering.material.name,
+            order: rendering.material.order,
+            device: &rendering.device_name(),
+            scheme: &rendering.scheme.to_string(),
+            remark: comparison.remark,
+        },
+        quantity: comparison.quantity,
+        origin,
+        time_s: &curves.time_s,
+        values,
+        closed_form,
+        relative_error,
+    }
+    .draw()
 }

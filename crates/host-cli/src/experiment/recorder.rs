@@ -3,11 +3,9 @@
 //! The ring is lock-free, so whoever ticks never waits for the writer, nor wakes it: the writer looks for itself,
 //! each millisecond when the ring is empty.
 
-use super::flight::{FaultSeen, FlightRecorder};
+use super::flight::{FaultSeen, FlightRecorder, RunOfFault};
 use crate::live::Live;
-use crate::record::{
-    EventMessage, FinishedLog, Leftover, LogWriter, RecordError, SYNC_INTERVAL, TickMessage,
-};
+use crate::record::{EventMessage, FinishedLog, RecordError, RollingLog, StartTime, TickMessage};
 use rtrb::{Consumer, Producer, PushError, RingBuffer};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -35,10 +33,13 @@ pub struct Recorder {
     overwrite: bool,
     /// Of the run, for the log of a fault.
     experiment: BTreeMap<String, String>,
+    started: Option<StartTime>,
 }
 
 #[derive(Debug)]
 enum Entry {
+    Started(StartTime),
+    RollAt(u64),
     Tick(TickMessage),
     Event(EventMessage),
     Metadata(String, BTreeMap<String, String>),
@@ -72,9 +73,7 @@ impl Recorder {
         overwrite: bool,
         live: Vec<Box<dyn Live>>,
     ) -> Result<Self, RecordError> {
-        let interval = Some(SYNC_INTERVAL);
-        let mut log = LogWriter::create_synced(path, Leftover::Keep, overwrite, interval)?;
-        log.metadata("experiment", metadata.clone())?;
+        let log = RollingLog::create(path, metadata.clone(), overwrite)?;
         let (queue, entries) = RingBuffer::new(QUEUE);
         let writer = std::thread::spawn(move || write(log, live, entries));
         Ok(Self {
@@ -86,7 +85,25 @@ impl Recorder {
             path: path.to_owned(),
             overwrite,
             experiment: metadata,
+            started: None,
         })
+    }
+
+    /// From now on a file of the log that has so many bytes is followed by another; `None` changes nothing.
+    pub fn roll_at(&mut self, full_bytes: Option<u64>) {
+        if let Some(full_bytes) = full_bytes {
+            // A writer that has ended is seen at the first sample.
+            let _ = self.push_waiting(Entry::RollAt(full_bytes));
+        }
+    }
+
+    /// Dates what follows: to be called when the first tick is due. Without it the log has device times only.
+    ///
+    /// # Errors
+    /// If the writer has ended.
+    pub fn starts_at(&mut self, start: StartTime) -> Result<(), Stopped> {
+        self.started = Some(start);
+        self.push_waiting(Entry::Started(start))
     }
 
     /// Hands over a sample.
@@ -178,9 +195,12 @@ impl Recorder {
         let path = fault_log_of(&self.path);
         let (mut fault_log, mut unwritten) = (None, None);
         if self.flight.fault().is_some() {
-            let written = self
-                .flight
-                .write(&path, self.overwrite, &self.path, self.experiment);
+            let run = RunOfFault {
+                log: &self.path,
+                experiment: self.experiment,
+                started: self.started,
+            };
+            let written = self.flight.write(&path, self.overwrite, run);
             match written {
                 Ok(()) => fault_log = Some(path),
                 Err(error) => {
@@ -206,7 +226,7 @@ pub fn fault_log_of(log: &Path) -> PathBuf {
 }
 
 fn write(
-    mut log: LogWriter<std::io::BufWriter<std::fs::File>>,
+    mut log: RollingLog,
     mut live: Vec<Box<dyn Live>>,
     mut entries: Consumer<Entry>,
 ) -> Result<Recorded, RecordError> {
@@ -221,6 +241,8 @@ fn write(
             continue;
         };
         match entry {
+            Entry::RollAt(full_bytes) => log.roll_at(full_bytes),
+            Entry::Started(start) => log.starts_at(start)?,
             Entry::Metadata(name, values) => log.metadata(&name, values)?,
             Entry::Tick(message) => {
                 log.tick(&message)?;

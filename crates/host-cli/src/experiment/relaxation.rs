@@ -4,11 +4,12 @@
 //! force of the virtual tissue. That force is the result. Source: O. Tokatlı, *Fractional Order
 //! Control in Haptics*, figure 7.2.
 
-use super::judge::LargestError;
-use super::outcome::{Outcome, percent, reaction};
+use super::kept::{Sample, Samples};
+use super::outcome::{Comparison, Judged, percent, publish};
 use super::rendering::Rendering;
 use super::report::Report;
-use super::run::{Record, Supervisor};
+use super::run::{Ran, Supervisor};
+use super::track::Track;
 use crate::failure::Failure;
 use crate::figure::Quantity;
 use crate::folder::FolderRequest;
@@ -42,17 +43,30 @@ impl Relaxation {
         request: &FolderRequest,
         supervisor: Supervisor<'_>,
     ) -> Result<Report, Failure> {
+        self.report(&self.record(request, supervisor)?)
+    }
+
+    /// Runs the loop and writes the log.
+    pub(super) fn record(
+        &self,
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Ran, Failure> {
         let samples = self.check()?;
+        let drive = RigDrive::Position(self.profile()?);
+        let metadata = self.metadata(drive);
+        (self.rendering).run(drive, samples, request, metadata, supervisor)
+    }
+
+    /// The way of the indenter.
+    fn profile(&self) -> Result<RampHold, Failure> {
         let depth = self.rendering.specimen.displacement(self.strain);
-        let profile = RampHold::new(depth, Seconds(self.ramp_time_s)).map_err(Failure::input)?;
-        let ran = self.rendering.run(
-            RigDrive::Position(profile),
-            samples,
-            request,
-            self.metadata(RigDrive::Position(profile)),
-            supervisor,
-        )?;
-        let outcome = self.judge(&ran.record, profile)?;
+        RampHold::new(depth, Seconds(self.ramp_time_s)).map_err(Failure::input)
+    }
+
+    /// Judges a run; CSV and picture go beside its log.
+    pub(super) fn report(&self, ran: &Ran) -> Result<Report, Failure> {
+        let judge = self.judge(ran, self.profile()?)?;
         let title = format!(
             "Stress relaxation of {}",
             self.rendering.material.description
@@ -63,7 +77,13 @@ impl Relaxation {
             self.ramp_time_s,
             self.duration_s
         );
-        outcome.publish(&self.rendering, &ran, &title, &remark)
+        let comparison = Comparison {
+            quantity: Quantity::Force,
+            from_s: self.ramp_time_s + AFTER_RAMP_S,
+            title: &title,
+            remark: &remark,
+        };
+        publish(comparison, &self.rendering, ran, judge)
     }
 
     /// The number of samples, if all parameters are good.
@@ -99,35 +119,40 @@ impl Relaxation {
         specimen.force(stress).0
     }
 
-    fn judge(&self, record: &Record, profile: RampHold) -> Result<Outcome, Failure> {
+    /// Judges sample by sample.
+    fn judge<'a>(
+        &'a self,
+        ran: &Ran,
+        profile: RampHold,
+    ) -> Result<impl FnMut(&Sample) -> Judged + 'a, Failure> {
         let rendering = &self.rendering;
-        let time = &record.time_s;
-        let force = reaction(record);
-        let closed_form: Vec<f64> = time.iter().map(|&t| self.closed_form(t)).collect();
-        let history = record
-            .of_every_tick(|x| rendering.full_history_force(x))
-            .map_err(Failure::Run)?;
-        let imposed: Vec<f64> = time.iter().map(|&t| profile.position(t)).collect();
-        let ideal = record
-            .of_every_tick(|x| {
-                let time = (0..x.len()).map(|n| n as f64 * rendering.sample_time_s);
-                let imposed: Vec<f64> = time.map(|t| profile.position(t)).collect();
-                rendering.full_history_force(&imposed)
-            })
-            .map_err(Failure::Run)?;
-        let hold = self.ramp_time_s + AFTER_RAMP_S;
-        let compare = |have: &[f64], want: &[f64], wanted| {
-            LargestError::new(hold, wanted, " N").of(time, have, want)
-        };
-        Ok(Outcome {
-            quantity: Quantity::Force,
-            closed_form_error: compare(&force, &closed_form, "the closed form"),
-            discretisation_error: compare(&ideal, &closed_form, "the closed form").largest,
-            rig_error: compare(&history, &ideal, "the force with an ideal rig").largest,
-            ideal_position_m: imposed,
-            full_history_force_n: history,
-            values: force,
-            closed_form,
+        let samples = Samples::of(&ran.record, &ran.log.paths);
+        let mut history = rendering.full_history(samples, self.duration_s)?;
+        let t = rendering.sample_time_s;
+        let mut ideal = Track::new(
+            samples,
+            |x| {
+                let time = (0..x.len()).map(|n| n as f64 * t);
+                let imposed: Vec<f64> = time.map(|time| profile.position(time)).collect();
+                rendering.full_history_force(&imposed).map_err(Failure::Run)
+            },
+            || {
+                let mut force = rendering.full_history_step(self.duration_s)?;
+                Ok(Box::new(move |tick, _| {
+                    force(profile.position(tick as f64 * t))
+                }))
+            },
+        )?;
+        Ok(move |sample: &Sample| {
+            let full_history_force_n = history.at(sample);
+            Judged {
+                ideal_position_m: profile.position(sample.time_s),
+                full_history_force_n,
+                value: sample.reaction_n(),
+                closed_form: self.closed_form(sample.time_s),
+                ideal: ideal.at(sample),
+                with_rig: full_history_force_n,
+            }
         })
     }
 

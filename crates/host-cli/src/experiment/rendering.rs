@@ -1,5 +1,6 @@
 //! A tissue rendered on the simulated rig: everything that relaxation and creep share.
 
+use super::kept::Samples;
 use super::preflight::{Preflight, PreflightRequest};
 use super::remote::{
     RemoteDevice, RemoteLaw, RemoteRun, host_limits, indentation, no_operator, portable, push,
@@ -7,6 +8,7 @@ use super::remote::{
 use super::run::{Pace, Ran, SAMPLES, Schedule, Supervisor, run_logged};
 use super::safety::{GuardedDevice, Safety};
 use super::sensed::{Sensed, Sensors};
+use super::track::{Track, operator};
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
 use crate::material::Material;
@@ -18,6 +20,32 @@ use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
 use haptic_loop::{Contact as OneSided, Controller, KelvinVoigt, Limits, SafetyChain, Specimen};
 use serde::Serialize;
 use std::collections::BTreeMap;
+
+/// Parameters of a rig as metadata, each with its unit.
+fn rig_values(rig: &RigConfig) -> impl Iterator<Item = (String, String)> + use<> {
+    let servo = rig.servo;
+    let mut values = vec![
+        ("renderer_mass_kg", rig.renderer_mass.0),
+        ("renderer_damping_n_s_per_m", rig.renderer_damping.0),
+        ("indenter_mass_kg", rig.indenter_mass.0),
+        ("indenter_damping_n_s_per_m", rig.indenter_damping.0),
+    ];
+    if let RigContact::Compliant { stiffness, damping } = rig.contact {
+        values.push(("contact_stiffness_n_per_m", stiffness.0));
+        values.push(("contact_damping_n_s_per_m", damping.0));
+        // An imposed position needs no servo, nor does a force.
+        if let RigDrive::Position(_) = rig.drive {
+            values.push(("servo_stiffness_n_per_m", servo.stiffness.0));
+            values.push(("servo_damping_n_s_per_m", servo.damping.0));
+            values.push(("servo_integral_time_s", servo.integral_time.0));
+        }
+    }
+    if let Some(saturation) = rig.saturation {
+        values.push(("renderer_force_saturation_n", saturation.0));
+    }
+    let named = |(name, value): (&str, f64)| (format!("rig_{name}"), value.to_string());
+    values.into_iter().map(named)
+}
 
 /// How the indenter touches the renderer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
@@ -168,7 +196,9 @@ impl Rendering {
         let mut metadata: BTreeMap<String, String> =
             entries.map(|(key, value)| (key.to_owned(), value)).into();
         // The rig and the servo as they are built in.
-        metadata.insert("rig".to_owned(), format!("{:?}", self.rig(drive)));
+        if self.remote.is_none() {
+            metadata.extend(rig_values(&self.rig(drive)));
+        }
         metadata.insert(
             "tissue_source".to_owned(),
             self.material.source.citation.clone(),
@@ -205,15 +235,58 @@ impl Rendering {
         let t = Seconds(self.sample_time_s);
         let kernel = self.reference_kernel();
         let derivative = super::judge::full_history(kernel, tissue.order(), t, &depth)?;
+        let pushes = self.pushes();
+        let forces = depth.iter().zip(derivative).map(|(&x, d)| pushes(x, d));
+        Ok(forces.collect())
+    }
+
+    /// The same tick by tick, for a run too long to keep: from each position the force.
+    ///
+    /// # Errors
+    /// A duration outside the range of [`samples`](Self::samples).
+    pub(super) fn full_history_step(
+        &self,
+        duration_s: f64,
+    ) -> Result<impl FnMut(f64) -> f64 + use<>, Failure> {
+        let samples = self.samples(duration_s)?;
+        let (kernel, t) = (self.reference_kernel(), Seconds(self.sample_time_s));
+        let mut channel = operator(kernel, self.material.tissue.order(), t, samples)?;
+        let pushes = self.pushes();
+        Ok(move |x: f64| {
+            let depth = x.max(0.0);
+            pushes(depth, channel.step(depth))
+        })
+    }
+
+    /// The force of [`full_history_force`](Self::full_history_force) for each sample of a run.
+    ///
+    /// # Errors
+    /// If the record cannot be transformed.
+    pub(super) fn full_history(
+        &self,
+        samples: Samples<'_>,
+        duration_s: f64,
+    ) -> Result<Track<'static>, Failure> {
+        Track::new(
+            samples,
+            |x| self.full_history_force(x).map_err(Failure::Run),
+            || {
+                let mut force = self.full_history_step(duration_s)?;
+                Ok(Box::new(move |_, x| force(x)))
+            },
+        )
+    }
+
+    /// The force at a depth of at least 0, m, and its derivative of order α, N.
+    fn pushes(&self) -> impl Fn(f64, f64) -> f64 + use<> {
         let (stiffness, dissipation) = self.spring_and_damper();
-        let forces = depth.iter().zip(derivative).map(|(&x, d)| {
-            if x > 0.0 {
-                (stiffness * x + dissipation * d).max(0.0)
+        move |depth, derivative| {
+            if depth > 0.0 {
+                (stiffness * depth + dissipation * derivative).max(0.0)
             } else {
                 0.0
             }
-        });
-        Ok(forces.collect())
+        }
     }
 
     /// Runs the loop on the rig and writes the log. Nothing is made in the folder before every

@@ -1,10 +1,11 @@
 //! What an experiment reports: one JSON object, or a summary for a person.
 
 use super::judge::Compared;
+use super::kept::{Record, Sample};
 use super::preflight::Verdict;
 use super::realtime::RealtimeSummary;
 use super::remote::{FrameCounts, LinkSummary};
-use super::run::{Ended, Ran, Record};
+use super::run::{Ended, Ran};
 use haptic_loop::Fault;
 use haptic_loop::remote::LinkError;
 use serde::Serialize;
@@ -39,8 +40,10 @@ pub struct RunReport {
     pub missed_deadlines: u64,
     /// Where the time went in a run by the clock of this machine; null in another.
     pub realtime: Option<RealtimeSummary>,
-    /// The log.
+    /// The log, or the first of its files.
     pub log: String,
+    /// All files of the log, in order.
+    pub logs: Vec<String>,
     /// The picture (PNG; an SVG lies beside it), unless the run was cut short.
     pub figure: Option<String>,
     /// The samples, unless the run was cut short.
@@ -95,6 +98,9 @@ pub struct Report {
     pub discretisation_error: Option<f64>,
     /// What of it comes from contact, servo, masses and sensors of the rig.
     pub rig_error: Option<f64>,
+    /// What stood for the full history: null for exact sums; in a run of more than 10⁶ samples, an operator
+    /// whose weights are right to this relative tolerance.
+    pub reference_tolerance: Option<f64>,
     /// How long the operator remembers, s; null for everything.
     pub memory_s: Option<f64>,
     /// Final value over its closed form: force in a relaxation, strain in a creep test.
@@ -180,18 +186,19 @@ impl RunReport {
     ) -> Self {
         let record = &ran.record;
         warnings.run(ran);
-        let last_force = record.force_n.last();
         Self {
             device,
             samples: ran.log.samples,
-            duration_s: record.time_s.last().copied().unwrap_or(0.0),
+            duration_s: record.duration_s(),
             peak_force_n: record.largest_force_n(),
-            // Not a negation, which would make −0 of 0.
-            final_force_n: last_force.map_or(0.0, |force| 0.0 - force),
+            final_force_n: record.last.as_ref().map_or(0.0, Sample::reaction_n),
             tick_ns: TickTimes::of(record),
             missed_deadlines: record.missed_deadlines,
             realtime: record.realtime,
             log: ran.log.path.display().to_string(),
+            logs: (ran.log.paths.iter())
+                .map(|path| path.display().to_string())
+                .collect(),
             figure: files.figure,
             csv: files.csv,
             sample_time_s,
@@ -307,7 +314,7 @@ impl Warnings {
 
     /// The loop was late.
     fn late(&mut self, record: &Record) {
-        let (missed, samples) = (record.missed_deadlines, record.force_n.len());
+        let (missed, samples) = (record.missed_deadlines, record.samples);
         if missed == 0 {
             return;
         }

@@ -1,27 +1,26 @@
 //! Runs the loop against a simulated device, in virtual or real time, and hands every sample on.
 
 use super::flight::FaultSeen;
+use super::kept::Record;
 use super::preflight::Verdict;
 use super::realtime::{RealtimeOptions, RealtimeSummary};
 use super::recorder::{Recorded, Recorder, Stopped};
-use super::remote::LinkSummary;
 use super::sensed::Sensed;
 use crate::failure::Failure;
 use crate::folder::{FolderRequest, OutputFolder};
 use crate::live::{Live, LiveStreams};
-use crate::record::{FinishedLog, RecordError, TickMessage};
+use crate::record::{FinishedLog, RecordError, StartTime, TickMessage};
 use fracdiff::Real;
 use haptic_link::FaultReport;
 use haptic_loop::plant::{IndentationRig, MassDamper};
-use haptic_loop::realtime::{Periodic, PeriodicConfig, RaisedThread};
+use haptic_loop::realtime::{Periodic, PeriodicConfig};
 use haptic_loop::remote::LinkError;
 use haptic_loop::{Controller, Device, Environment, Fault, ParameterError};
-use hdrhistogram::Histogram;
 use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 /// How time passes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,116 +70,6 @@ impl std::fmt::Debug for Supervisor<'_> {
         f.debug_struct("Supervisor")
             .field("stop", self.stop)
             .finish_non_exhaustive()
-    }
-}
-
-/// What a run left in memory, up to where it ended; everything else is in the log.
-#[derive(Debug)]
-pub struct Record {
-    /// Number of each sample.
-    pub tick: Vec<u64>,
-    /// Time of each sample, s.
-    pub time_s: Vec<f64>,
-    /// Position of the renderer as the loop read it, m.
-    pub position_m: Vec<f64>,
-    /// Force on the device as commanded, N.
-    pub force_n: Vec<f64>,
-    /// Time that each tick took, ns, the simulated rig included.
-    pub tick_ns: Histogram<u64>,
-    /// Ticks that began one sample time late or more; 0 in virtual time.
-    pub missed_deadlines: u64,
-    /// Where the time went in a run by the clock of this machine.
-    pub realtime: Option<RealtimeSummary>,
-    /// What was refused of a real-time thread, and how to get it: a sentence for the user.
-    pub not_realtime: Option<String>,
-    /// Samples and events that the recorder had to drop.
-    pub dropped: u64,
-    /// Samples in which a limiter of the safety chain acted.
-    pub limited: u64,
-    /// Why the run ended before its time, if it did.
-    pub ended: Option<Ended>,
-    /// What the link counted, if there was one.
-    pub link: Option<LinkSummary>,
-}
-
-impl Record {
-    /// Empty, with room for so many samples.
-    ///
-    /// # Errors
-    /// More samples than the machine can address.
-    pub fn with_room_for(samples: u64) -> anyhow::Result<Self> {
-        let capacity = usize::try_from(samples)?;
-        Ok(Self {
-            tick: Vec::with_capacity(capacity),
-            time_s: Vec::with_capacity(capacity),
-            position_m: Vec::with_capacity(capacity),
-            force_n: Vec::with_capacity(capacity),
-            // 1 ns to 10 s, three digits.
-            tick_ns: Histogram::new_with_bounds(1, 10_000_000_000, 3)?,
-            missed_deadlines: 0,
-            realtime: None,
-            not_realtime: None,
-            dropped: 0,
-            limited: 0,
-            ended: None,
-            link: None,
-        })
-    }
-
-    /// Largest magnitude of the commanded force, N.
-    #[must_use]
-    pub fn largest_force_n(&self) -> f64 {
-        self.force_n.iter().fold(0.0, |most, f| f.abs().max(most))
-    }
-
-    /// Samples and events that the disk was too slow for.
-    #[must_use]
-    pub fn dropped_by_disk(&self) -> u64 {
-        let line = self.link.as_ref().map_or(0, LinkSummary::samples_missing);
-        self.dropped.saturating_sub(line)
-    }
-
-    /// Keeps what a raised thread was refused.
-    pub(super) fn raised(&mut self, thread: &RaisedThread) {
-        self.not_realtime = thread.fallback().map(|fallback| fallback.to_string());
-    }
-
-    /// Adds a sample.
-    pub(super) fn push(&mut self, message: &TickMessage) {
-        self.limited += u64::from(message.limiters != 0);
-        self.tick.push(message.tick);
-        self.time_s.push(message.time_s);
-        self.position_m.push(message.position_m);
-        self.force_n.push(message.force_n);
-    }
-
-    /// A function of the whole motion, where it was recorded. Positions of ticks that a link lost are
-    /// taken from a straight line between their neighbours.
-    ///
-    /// # Errors
-    /// Those of the function.
-    pub fn of_every_tick<E>(
-        &self,
-        function: impl FnOnce(&[f64]) -> Result<Vec<f64>, E>,
-    ) -> Result<Vec<f64>, E> {
-        let whole = (0_u64..).zip(&self.tick).all(|(n, tick)| *tick == n);
-        if whole {
-            return function(&self.position_m);
-        }
-        let mut position_m: Vec<f64> = Vec::with_capacity(self.position_m.len());
-        for (&tick, &x) in self.tick.iter().zip(&self.position_m) {
-            let from = position_m.last().copied().unwrap_or(x);
-            let missing = (tick as usize).saturating_sub(position_m.len());
-            let step = (x - from) / (missing + 1) as f64;
-            position_m.extend((1..=missing).map(|n| from + n as f64 * step));
-            position_m.push(x);
-        }
-        let values = function(&position_m)?;
-        let kept = self
-            .tick
-            .iter()
-            .filter_map(|&tick| values.get(tick as usize));
-        Ok(kept.copied().collect())
     }
 }
 
@@ -278,6 +167,7 @@ where
     let live = supervisor.live_streams();
     let started = Recorder::start(&log, metadata, waits, folder.overwrite(), live);
     let mut recorder = started.inspect_err(|_| folder.discard())?;
+    recorder.roll_at(folder.roll_bytes());
     let record =
         run(controller, device, schedule, &mut recorder, supervisor).map_err(Failure::Run)?;
     // A log that could not be written is the first thing to know.
@@ -313,8 +203,8 @@ pub(super) fn log_stopped(error: RecordError, at_rest: bool) -> Failure {
     Failure::DataLost(anyhow::anyhow!("{error}; {force}"))
 }
 
-/// Fewest and most samples of an experiment; the results are kept in memory, about 100 bytes each.
-pub(super) const SAMPLES: std::ops::RangeInclusive<f64> = 10.0..=20e6;
+/// Fewest and most samples of an experiment: at 1 kHz, eleven days. The disk is full before.
+pub(super) const SAMPLES: std::ops::RangeInclusive<f64> = 10.0..=1e9;
 
 /// Runs a controller for a number of samples. Ends early, with the force ramped to zero, when
 /// asked, on a fault, or when the recorder has ended.
@@ -346,6 +236,10 @@ where
     while tick < schedule.samples || record.ended.is_some() {
         if let Some(periodic) = &mut periodic {
             periodic.wait();
+        }
+        if tick == 0 {
+            // A recorder that has ended is seen at the tick.
+            let _ = recorder.starts_at(StartTime::at(SystemTime::now()));
         }
         let mut message = device.device().observe();
         let before = Instant::now();

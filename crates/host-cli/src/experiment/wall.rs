@@ -13,7 +13,8 @@
 mod report;
 
 use super::judge::{Compared, full_history};
-use super::outcome::{origin, reaction};
+use super::kept::{Record, Samples, WHOLE_MOST};
+use super::outcome::origin;
 use super::preflight::{Dynamics, Preflight, PreflightRequest};
 use super::pushed::{
     TrialPlan, VirtualWall, dynamics, encoder_step, force_alone, safe_force_limit, thrown,
@@ -23,12 +24,16 @@ use super::remote::{
     RemoteDevice, RemoteLaw, RemoteRun, device_name, host_limits, no_operator, portable, push,
 };
 use super::report::{Errors, Files, RunReport, Warnings};
-use super::run::{Pace, Ran, Record, Schedule, Supervisor, run_logged};
+use super::run::{Pace, Ran, Schedule, Supervisor, run_logged};
 use super::safety::{GuardChoice, GuardedDevice, Safety};
 use super::sensed::{Sensed, Sensors};
 use super::settling::{Criterion, Judge, Settling};
+use super::thinned::Thinned;
+use super::track::{TOLERANCE, Track, operator};
 use crate::failure::Failure;
-use crate::figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
+use crate::figure::{
+    AxisSpec, Chart, ChartPage, FigureError, Look, Origin, Picture, Scale, Series,
+};
 use crate::folder::FolderRequest;
 use fracdiff::full_memory::Kernel;
 use fracdiff::{FrequencyResponse as _, Operator, Order, Scheme};
@@ -79,6 +84,14 @@ struct Row {
     reaction_force_n: f64,
 }
 
+/// What becomes of a run that reached its end.
+struct Judged {
+    csv: String,
+    curves: Thinned<2>,
+    /// See [`Errors::max_relative_error`].
+    operator_error: Compared,
+}
+
 /// The wall behind the safety chain and the device behind its sensors: made of good parameters.
 struct Parts {
     controller: Controller<f64, 1, VirtualWall>,
@@ -99,7 +112,19 @@ impl Wall {
         request: &FolderRequest,
         supervisor: Supervisor<'_>,
     ) -> Result<WallReport, Failure> {
-        let mut parts = self.parts()?;
+        let parts = self.parts()?;
+        let (judge, rest_m) = (parts.judge, parts.rest_m);
+        let ran = self.record(parts, request, supervisor)?;
+        self.publish(&ran, judge, rest_m)
+    }
+
+    /// Runs the loop and writes the log.
+    fn record(
+        &self,
+        mut parts: Parts,
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Ran, Failure> {
         let schedule = Schedule {
             samples: parts.samples,
             sample_time_s: self.device.sample_time.0,
@@ -107,7 +132,7 @@ impl Wall {
         };
         let mut metadata = self.metadata();
         let preflight = self.preflight(parts.samples);
-        let ran = match &self.remote {
+        match &self.remote {
             None => {
                 // Nothing can break, so it is only noted.
                 let verdict = preflight.verdict(self.dynamics(), 0)?;
@@ -120,10 +145,10 @@ impl Wall {
                     metadata,
                     supervisor,
                 )?;
-                Ran {
+                Ok(Ran {
                     preflight: Some(verdict),
                     ..ran
-                }
+                })
             }
             Some(remote) => {
                 let run = RemoteRun {
@@ -139,10 +164,26 @@ impl Wall {
                     request,
                     metadata,
                 };
-                run.run(&mut parts.controller, supervisor)?
+                run.run(&mut parts.controller, supervisor)
             }
-        };
-        self.publish(&ran, parts.judge, parts.rest_m)
+        }
+    }
+
+    /// Runs without a report.
+    #[cfg(test)]
+    pub(super) fn run_alone(
+        &self,
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Ran, Failure> {
+        self.record(self.parts()?, request, supervisor)
+    }
+
+    /// Judges a run again.
+    #[cfg(test)]
+    pub(super) fn report(&self, ran: &Ran) -> Result<WallReport, Failure> {
+        let parts = self.parts()?;
+        self.publish(ran, parts.judge, parts.rest_m)
     }
 
     /// The loop for the analysis.
@@ -322,17 +363,20 @@ impl Wall {
     }
 
     /// Judges a recorded run.
+    ///
+    /// # Errors
+    /// A log that cannot be read.
     fn settling(
         &self,
         mut judge: Judge,
-        record: &Record,
+        ran: &Ran,
         rest_m: Option<f64>,
     ) -> Result<Settling, Failure> {
-        let motion = record.position_m.iter().zip(&record.force_n);
-        for (&time, (&position, &force)) in record.time_s.iter().zip(motion) {
-            judge.see(time, position, force);
-        }
-        self.named(judge.settling(record.ended.is_none(), rest_m))
+        Samples::of(&ran.record, &ran.log.paths).for_each(|sample| {
+            judge.see(sample.time_s, sample.position_m, sample.force_n);
+            Ok(())
+        })?;
+        self.named(judge.settling(ran.record.ended.is_none(), rest_m))
     }
 
     /// push/(K + k + B·T^(−μ)·P(1)), m: P(1), the gain of the operator at rest, is 1 for the identity, 0
@@ -349,15 +393,14 @@ impl Wall {
         Ok(Some(self.plan.push_n / spring).filter(|x| x.is_finite() && spring > 0.0))
     }
 
-    /// Commanded force against −(K·x + B·D^μ x) by the full history of x, as a share of the largest.
-    fn operator_error(&self, record: &Record) -> Result<Compared, Failure> {
+    /// D^μ x by the full history of x, or why the force is not −(K·x + B·D^μ x) of it.
+    fn derivative(&self, ran: &Ran) -> Result<Result<Track<'_>, &'static str>, Failure> {
+        let record = &ran.record;
         let kernel = match self.scheme {
             Scheme::Full { kernel, .. } => kernel,
             _ => Kernel::Grunwald,
         };
-        let reason = if record.ended.is_some() {
-            Some("the run was cut short")
-        } else if self.one_sided {
+        let reason = if self.one_sided {
             Some("a one-sided wall is not compared")
         } else if record.limited > 0 {
             Some("the safety chain limited the force")
@@ -369,32 +412,31 @@ impl Wall {
             None
         };
         if let Some(reason) = reason {
-            return Ok(Compared::without_meaning(reason.to_owned()));
+            return Ok(Err(reason));
         }
         let t = self.device.sample_time;
-        let derivative = record
-            .of_every_tick(|x| full_history(kernel, self.order, t, x))
-            .map_err(Failure::Run)?;
-        let wanted = record
-            .position_m
-            .iter()
-            .zip(&derivative)
-            .map(|(x, d)| -(self.stiffness_n_per_m * x + self.dissipation_n_s_mu_per_m * d));
-        let off = record.force_n.iter().zip(wanted);
-        let off = off.fold(0.0, |most: f64, (have, want)| most.max((have - want).abs()));
-        Ok(Compared::of_window(
-            off / record.largest_force_n(),
-            &record.time_s,
-        ))
+        let samples = Samples::of(&ran.record, &ran.log.paths);
+        let derivative = Track::new(
+            samples,
+            |x| full_history(kernel, self.order, t, x).map_err(Failure::Run),
+            || {
+                let planned = self.plan().samples(t)?;
+                let mut channel = operator(kernel, self.order, t, planned)?;
+                Ok(Box::new(move |_, x| channel.step(x)))
+            },
+        )?;
+        Ok(Ok(derivative))
     }
 
     /// Mean deflection over the window at the end against push/(K + k).
     fn deflection_error(&self, record: &Record, settling: Settling) -> Compared {
-        let window = (self.plan.window_s / self.device.sample_time.0).round() as usize;
-        let judged = &record.time_s[record.time_s.len().saturating_sub(window)..];
+        let t = self.device.sample_time.0;
+        let judged = ((self.plan.window_s / t).round() as u64).min(record.samples);
+        let to_s = record.duration_s();
+        let from_s = to_s - judged.saturating_sub(1) as f64 * t;
         match (settling.deflection_m, settling.expected_deflection_m) {
             (Some(have), Some(want)) if settling.stable => {
-                Compared::of_window((have / want - 1.0).abs(), judged)
+                Compared::of_window((have / want - 1.0).abs(), [from_s, to_s], judged)
             }
             (Some(_), None) => Compared::without_meaning(
                 "no spring holds the push, so there is no place of rest".to_owned(),
@@ -405,10 +447,8 @@ impl Wall {
 
     fn publish(&self, ran: &Ran, judge: Judge, rest_m: Option<f64>) -> Result<WallReport, Failure> {
         let Ran { record, folder, .. } = ran;
-        let time = &record.time_s;
-        let force = reaction(record);
         let whole = record.ended.is_none();
-        let settling = self.settling(judge, record, rest_m)?;
+        let settling = self.settling(judge, ran, rest_m)?;
         let agrees =
             (ran.preflight.filter(|_| whole)).map(|analysis| analysis.stable == settling.stable);
         let mut warnings = Warnings::default();
@@ -435,14 +475,16 @@ impl Wall {
             ));
         }
         let mut files = Files::default();
+        let mut operator_error = Compared::without_meaning("the run was cut short".to_owned());
         if whole {
-            let rows = (0..force.len()).map(|n| Row {
-                time_s: time[n],
-                position_m: record.position_m[n],
-                reaction_force_n: force[n],
-            });
-            files.csv = Some(folder.write_table("csv", rows)?);
-            files.figure = Some(folder.save_picture(&self.draw(record, &force, settling)?)?);
+            let judged = self.judge(ran)?;
+            operator_error = judged.operator_error;
+            files.csv = Some(judged.csv);
+            files.figure = Some(folder.save_picture(&self.draw(
+                origin(record),
+                &judged.curves,
+                settling,
+            )?)?);
         } else {
             folder.remove_stale_results();
         }
@@ -457,10 +499,8 @@ impl Wall {
                 files,
                 warnings,
             ),
-            errors: Errors::new(
-                self.operator_error(record)?,
-                self.deflection_error(record, settling),
-            ),
+            errors: Errors::new(operator_error, self.deflection_error(record, settling)),
+            reference_tolerance: record.whole.is_none().then_some(TOLERANCE),
             settling,
             analysis_agrees: agrees,
             stiffness_n_per_m: self.stiffness_n_per_m,
@@ -468,19 +508,62 @@ impl Wall {
         })
     }
 
+    /// Writes the table of a run that reached its end, and holds each force against theory.
+    fn judge(&self, ran: &Ran) -> Result<Judged, Failure> {
+        let record = &ran.record;
+        let mut derivative = self.derivative(ran)?;
+        let mut table = ran.folder.table("csv")?;
+        let dense = if record.whole.is_some() {
+            WHOLE_MOST
+        } else {
+            0
+        };
+        let mut curves = Thinned::new(dense);
+        let mut off: f64 = 0.0;
+        Samples::of(record, &ran.log.paths).for_each(|sample| {
+            let (x, reaction_force_n) = (sample.position_m, sample.reaction_n());
+            if let Ok(derivative) = &mut derivative {
+                let d = derivative.at(sample);
+                let wanted = -(self.stiffness_n_per_m * x + self.dissipation_n_s_mu_per_m * d);
+                off = off.max((sample.force_n - wanted).abs());
+            }
+            curves.add(sample.time_s, [x, reaction_force_n]);
+            table.row(&Row {
+                time_s: sample.time_s,
+                position_m: x,
+                reaction_force_n,
+            })
+        })?;
+        curves.finish();
+        let operator_error = match derivative {
+            Ok(_) => Compared::of_window(
+                off / record.largest_force_n(),
+                [0.0, record.duration_s()],
+                record.samples,
+            ),
+            Err(reason) => Compared::without_meaning(reason.to_owned()),
+        };
+        Ok(Judged {
+            csv: table.finish()?,
+            curves,
+            operator_error,
+        })
+    }
+
     /// The position over its place of rest, and the force below.
     fn draw(
         &self,
-        record: &Record,
-        force: &[f64],
+        origin: Origin,
+        curves: &Thinned<2>,
         settling: Settling,
     ) -> Result<Picture, FigureError> {
-        let time = &record.time_s;
+        let time = &curves.time_s;
         let against_time = |values: &mut dyn Iterator<Item = f64>| -> Vec<(f64, f64)> {
             time.iter().copied().zip(values).collect()
         };
-        let position = against_time(&mut record.position_m.iter().map(|x| 1e3 * x));
-        let force = against_time(&mut force.iter().copied());
+        let [position_m, force_n] = &curves.curves;
+        let position = against_time(&mut position_m.iter().map(|x| 1e3 * x));
+        let force = against_time(&mut force_n.iter().copied());
         let ends = [time.first(), time.last()].into_iter().flatten();
         let rest: Vec<(f64, f64)> = settling
             .expected_deflection_m
@@ -492,7 +575,7 @@ impl Wall {
             look,
             colour,
         };
-        let run = origin(record).word();
+        let run = origin.word();
         let mut positions = vec![series(run, &position, Look::Line, 0)];
         if !rest.is_empty() {
             positions.push(series("place of rest", &rest, Look::Dashed, 1));

@@ -1,10 +1,10 @@
 //! A log as CSV: one row per tick, columns named as the fields of [`TickMessage`](super::TickMessage) with their units.
 
-use std::io::BufWriter;
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use super::new_file::refuse_own_source;
-use super::{Condition, Entry, Leftover, LogReader, NewFile, RecordError};
+use super::{Condition, Entry, Leftover, LogFiles, NewFile, RecordError};
 
 /// The fields of [`TickMessage`](super::TickMessage) in order.
 const COLUMNS: [&str; 10] = [
@@ -44,31 +44,53 @@ pub fn export_csv(
     overwrite: bool,
 ) -> Result<ExportSummary, RecordError> {
     refuse_own_source(source, target)?;
-    let mut reader = LogReader::open(source)?;
+    let mut reader = LogFiles::open(source)?;
     let (new_file, file) = NewFile::create(target, Leftover::Discard, overwrite)?;
-    let fail = |source| RecordError::Csv {
+    let rows = write_rows(&mut reader, BufWriter::new(file), target)?;
+    new_file.publish().map_err(RecordError::from)?;
+    Ok(ExportSummary {
         path: target.to_owned(),
+        rows,
+        condition: reader.condition(),
+    })
+}
+
+/// The same into any sink; `name` is its name in messages.
+///
+/// # Errors
+/// If the log cannot be read, or the sink fails.
+pub fn export_csv_to(
+    source: &Path,
+    sink: impl Write,
+    name: &Path,
+) -> Result<ExportSummary, RecordError> {
+    let mut reader = LogFiles::open(source)?;
+    let rows = write_rows(&mut reader, sink, name)?;
+    Ok(ExportSummary {
+        path: name.to_owned(),
+        rows,
+        condition: reader.condition(),
+    })
+}
+
+fn write_rows(reader: &mut LogFiles, sink: impl Write, name: &Path) -> Result<u64, RecordError> {
+    let fail = |source| RecordError::Csv {
+        path: name.to_owned(),
         source,
     };
     let mut csv = csv::WriterBuilder::new()
         .has_headers(false)
-        .from_writer(BufWriter::new(file));
+        .from_writer(sink);
     csv.write_record(COLUMNS).map_err(fail)?;
     let mut rows = 0;
-    for entry in &mut reader {
+    for entry in reader {
         if let Entry::Tick(message) = entry? {
             csv.serialize(message).map_err(fail)?;
             rows += 1;
         }
     }
     csv.flush().map_err(|error| fail(error.into()))?;
-    drop(csv);
-    new_file.publish().map_err(RecordError::from)?;
-    Ok(ExportSummary {
-        path: target.to_owned(),
-        rows,
-        condition: reader.condition().clone(),
-    })
+    Ok(rows)
 }
 
 #[cfg(test)]

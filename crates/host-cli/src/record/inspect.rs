@@ -5,7 +5,8 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::{
-    Damage, Entry, EventMessage, LogReader, MetadataRecord, RECOVERED, RecordError, TickMessage,
+    Damage, Entry, EventMessage, LogFiles, MetadataRecord, RECOVERED, RecordError, StartTime,
+    TickMessage,
 };
 
 /// Ticks that are not in the log although later ones are.
@@ -28,6 +29,8 @@ pub struct LogSummary {
     pub first_s: Option<f64>,
     /// Device time of the last tick, s.
     pub last_s: Option<f64>,
+    /// Wall-clock time of device time 0, RFC 3339 in UTC; `None` in logs made before it was kept.
+    pub started_utc: Option<String>,
     /// Missing ticks, by tick number.
     pub gaps: Vec<Gap>,
     /// The log was finished by its writer and no part of it is damaged. Gaps do not count: the
@@ -81,16 +84,19 @@ impl TickCount {
 /// # Errors
 /// If the file cannot be read or is not MCAP; damage inside is part of the answer.
 pub fn inspect(path: &Path) -> Result<LogSummary, RecordError> {
-    let mut reader = LogReader::open(path)?;
+    let mut reader = LogFiles::open(path)?;
     let mut count = TickCount::default();
     let mut summary = LogSummary::default();
-    for entry in &mut reader {
+    let mut started = None;
+    while let Some(entry) = reader.next() {
+        started = started.or_else(|| reader.started());
         match entry? {
             Entry::Tick(message) => count.add(&message),
             Entry::Event(event) => summary.events.push(event),
             Entry::Metadata(record) => summary.metadata.push(record),
         }
     }
+    summary.started_utc = started.map(StartTime::rfc3339);
     let condition = reader.condition();
     summary.complete = condition.complete;
     summary.damage = condition.damage.iter().map(Damage::to_string).collect();

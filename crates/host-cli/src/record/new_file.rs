@@ -3,7 +3,7 @@
 //! Bytes go to another name in the same folder, and [`NewFile::publish`] gives the file its own. So
 //! nothing half-written is left looking complete, whatever kills the process.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -20,6 +20,12 @@ pub enum NewFileError {
         .0.display()
     )]
     Leftover(PathBuf),
+    /// Another process is writing the file just now.
+    #[error(
+        "`{}` is being written by another run; wait until that run has ended, or take another folder",
+        .0.display()
+    )]
+    BeingWritten(PathBuf),
     /// What is to be written is what is read.
     #[error("`{}` would be written over the log it is made from; choose another name", .0.display())]
     OwnSource(PathBuf),
@@ -90,10 +96,15 @@ impl NewFile {
             Leftover::Discard => options.create(true).truncate(true),
         };
         let file = options.open(&part).map_err(|source| match source.kind() {
-            io::ErrorKind::AlreadyExists => NewFileError::Leftover(part.clone()),
+            io::ErrorKind::AlreadyExists => leftover_at(&part),
             // The name that the user knows.
             _ => NewFileError::io(target, source),
         })?;
+        if leftover == Leftover::Keep {
+            // Held as long as the file is open, so it ends with the process however that dies. A file
+            // system without locks keeps its leftovers apart by their names alone.
+            let _ = file.try_lock();
+        }
         let new_file = Self {
             target: target.to_owned(),
             part,
@@ -158,6 +169,26 @@ impl Drop for NewFile {
             // Nothing useful can be done about a failure here.
             let _ = fs::remove_file(&self.part);
         }
+    }
+}
+
+/// The error for an unfinished file that is in the way: its writer is alive, or has left it.
+pub(crate) fn leftover_at(part: &Path) -> NewFileError {
+    match refuse_being_written(part) {
+        Err(error) => error,
+        Ok(()) => NewFileError::Leftover(part.to_owned()),
+    }
+}
+
+/// Refuses a file that another run is writing: one whose lock is held.
+///
+/// # Errors
+/// [`NewFileError::BeingWritten`].
+pub(crate) fn refuse_being_written(file: &Path) -> Result<(), NewFileError> {
+    // One that cannot be opened is no business of this check.
+    match File::open(file).map(|file| file.try_lock_shared()) {
+        Ok(Err(TryLockError::WouldBlock)) => Err(NewFileError::BeingWritten(file.to_owned())),
+        _ => Ok(()),
     }
 }
 
@@ -240,6 +271,25 @@ mod tests {
         assert!(matches!(new_file.publish(), Err(NewFileError::Exists(_))));
         assert_eq!(fs::read(&target).expect("reads"), b"theirs");
         assert!(part.exists(), "the data stays in the .part file");
+    }
+
+    #[test]
+    fn a_file_that_is_being_written_is_told_from_one_that_was_left() {
+        let folder = tempfile::tempdir().expect("folder");
+        let target = folder.path().join("a.mcap");
+        let (new_file, file) = NewFile::create(&target, Leftover::Keep, false).expect("creates");
+        let part = new_file.part().to_owned();
+        for overwrite in [false, true] {
+            let error = NewFile::create(&target, Leftover::Keep, overwrite).expect_err("refuses");
+            assert!(matches!(error, NewFileError::BeingWritten(_)), "{error}");
+        }
+        assert!(refuse_being_written(&part).is_err());
+        drop(file);
+        refuse_being_written(&part).expect("nobody writes it any more");
+        let error = NewFile::create(&target, Leftover::Keep, false).expect_err("refuses");
+        assert!(matches!(error, NewFileError::Leftover(_)), "{error}");
+        // What is not there is written by nobody.
+        refuse_being_written(&target).expect("nobody writes it");
     }
 
     #[test]

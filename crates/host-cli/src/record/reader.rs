@@ -17,8 +17,8 @@ use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use super::message::LogMessage;
-use super::writer::{EVENT_CHANNEL, LIBRARY_NAME, TICK_CHANNEL};
-use super::{EventMessage, RecordError, TickMessage};
+use super::writer::{EVENT_CHANNEL, LIBRARY_NAME, TICK_CHANNEL, nanoseconds};
+use super::{EventMessage, RecordError, StartTime, TickMessage};
 
 /// No record of a log is longer; a longer one is damage.
 const RECORD_LIMIT: usize = 1 << 25;
@@ -76,6 +76,11 @@ pub enum Damage {
         /// What is wrong.
         cause: String,
     },
+    /// A file that the log goes on in is not there.
+    Missing {
+        /// The file.
+        file: PathBuf,
+    },
     /// Everything could be read, but the checksum of the whole says that some byte has changed.
     Checksum {
         /// The two sums.
@@ -98,6 +103,13 @@ impl fmt::Display for Damage {
             }
             Self::Structure { at_byte, cause } => {
                 write!(f, "nothing after about byte {at_byte} can be read: {cause}")
+            }
+            Self::Missing { file } => {
+                write!(
+                    f,
+                    "the log goes on in `{}`, which is not there",
+                    file.display()
+                )
             }
             Self::Checksum { cause } => write!(f, "some byte has changed: {cause}"),
         }
@@ -125,8 +137,11 @@ pub struct LogReader<R> {
     bytes_read: u64,
     /// Which message each channel number stands for.
     channels: BTreeMap<u16, Kind>,
-    ready: VecDeque<Entry>,
+    /// What is to be given out; messages with log time and device time, ns.
+    ready: VecDeque<(Option<(u64, u64)>, Entry)>,
     condition: Condition,
+    /// Log time and device time of the newest message given out, ns.
+    newest: Option<(u64, u64)>,
     footer_seen: bool,
     done: bool,
 }
@@ -191,6 +206,7 @@ impl<R: Read> LogReader<R> {
             channels: BTreeMap::new(),
             ready: VecDeque::new(),
             condition: Condition::default(),
+            newest: None,
             footer_seen: false,
             done: false,
         })
@@ -199,6 +215,12 @@ impl<R: Read> LogReader<R> {
     /// How the log was found; meaningful once the iteration has ended.
     pub fn condition(&self) -> &Condition {
         &self.condition
+    }
+
+    /// When the run of the newest message began; `None` before the first, and in a log without dates.
+    pub fn started(&self) -> Option<StartTime> {
+        let (log_time_ns, device_time_ns) = self.newest?;
+        StartTime::of_log(log_time_ns, device_time_ns)
     }
 
     /// Bytes taken from the source so far.
@@ -230,6 +252,13 @@ impl<R: Read> LogReader<R> {
         };
         let (opcode, data) = record;
         match opcode {
+            // No record has it; zeros would read as empty records for ever.
+            0 => {
+                let cause = "there is a record of no kind".to_owned();
+                let damage = Damage::Structure { at_byte, cause };
+                self.condition.damage.push(damage);
+                return Step::End;
+            }
             op::CHUNK => {
                 if let Err(cause) = self.chunk(&data) {
                     self.condition.damage.push(Damage::Chunk { at_byte, cause });
@@ -323,13 +352,17 @@ impl<R: Read> LogReader<R> {
                         return Ok(());
                     }
                 };
-                self.ready
-                    .push_back(entry.map_err(|error| error.to_string())?);
+                let entry = entry.map_err(|error| error.to_string())?;
+                let times = device_time_ns(&entry).map(|time| (header.log_time, time));
+                self.ready.push_back((times, entry));
             }
-            Record::Metadata(metadata) => self.ready.push_back(Entry::Metadata(MetadataRecord {
-                name: metadata.name,
-                values: metadata.metadata,
-            })),
+            Record::Metadata(metadata) => {
+                let record = MetadataRecord {
+                    name: metadata.name,
+                    values: metadata.metadata,
+                };
+                self.ready.push_back((None, Entry::Metadata(record)));
+            }
             _ => {}
         }
         Ok(())
@@ -356,7 +389,8 @@ impl<R: Read> Iterator for LogReader<R> {
 
     fn next(&mut self) -> Option<Self::Item> {
         loop {
-            if let Some(entry) = self.ready.pop_front() {
+            if let Some((times, entry)) = self.ready.pop_front() {
+                self.newest = times.or(self.newest);
                 return Some(Ok(entry));
             }
             if self.done {
@@ -384,6 +418,16 @@ impl<R> fmt::Debug for LogReader<R> {
             .field("condition", &self.condition)
             .finish_non_exhaustive()
     }
+}
+
+/// Device time of a message, ns.
+fn device_time_ns(entry: &Entry) -> Option<u64> {
+    let time_s = match entry {
+        Entry::Tick(message) => message.time_s,
+        Entry::Event(message) => message.time_s,
+        Entry::Metadata(_) => return None,
+    };
+    nanoseconds(time_s).ok()
 }
 
 /// Whether the texts and maps of a record end where its bytes do, or before: the parser takes their lengths on

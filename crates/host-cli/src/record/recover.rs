@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::inspect::TickCount;
-use super::new_file::refuse_own_source;
+use super::new_file::{refuse_being_written, refuse_own_source};
 use super::{Condition, Damage, Entry, Gap, Leftover, LogReader, LogWriter, RecordError};
 
 /// Name of the metadata record that marks a recovered log.
@@ -71,13 +71,15 @@ impl RecoverySummary {
 /// more metadata record, [`RECOVERED`]. The source is left as it is. With `overwrite` the target may exist.
 ///
 /// # Errors
-/// If the source cannot be read or is not MCAP, or the target exists or cannot be written, or is the source.
+/// If the source cannot be read, is not MCAP or is being written by another run, or the target exists or
+/// cannot be written, or is the source.
 pub fn recover(
     source: &Path,
     target: &Path,
     overwrite: bool,
 ) -> Result<RecoverySummary, RecordError> {
     refuse_own_source(source, target)?;
+    refuse_being_written(source)?;
     copy(source, target, overwrite).map_err(|error| match error {
         // There is nothing in the unfinished copy that the source does not have.
         RecordError::Write { source, .. } => RecordError::Copy {
@@ -94,7 +96,10 @@ fn copy(source: &Path, target: &Path, overwrite: bool) -> Result<RecoverySummary
     let mut count = TickCount::default();
     let (mut events, mut metadata_records) = (0, 0);
     let mut unreadable = None;
-    for entry in &mut reader {
+    while let Some(entry) = reader.next() {
+        if let Some(start) = reader.started() {
+            writer.dated(start);
+        }
         match entry {
             // A failing disk is a reason to recover, not a reason to stop.
             Err(error) => unreadable = Some(error.to_string()),

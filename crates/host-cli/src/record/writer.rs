@@ -2,7 +2,9 @@
 //!
 //! A chunk is collected in memory and written in one piece, so the file always ends behind a whole
 //! chunk unless the disk fills up in the middle of one. Memory is one chunk plus, for each 100 ms,
-//! an entry of the index that [`finish`](LogWriter::finish) writes: 10 MB per hour of device time.
+//! an entry of the index that [`finish`](LogWriter::finish) writes: 10 MB per hour of device time. A log of
+//! more than 65 536 chunks (1.8 h) gets no index and no summary, so that memory does not grow with it: readers
+//! read it from front to back. The chunks keep their checksums; the sum over the whole file is left out.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -15,11 +17,17 @@ use mcap::{Compression, WriteOptions};
 
 use super::error::io_error;
 use super::message::LogMessage;
+use super::sink::{Control, Sink};
 use super::sync::{SyncTimes, Syncer};
-use super::{EventMessage, Leftover, NewFile, NewFileError, RecordError, TickMessage};
+use super::{
+    CLOCK, EventMessage, Leftover, NewFile, NewFileError, RecordError, StartTime, TickMessage,
+};
 
 /// A chunk is closed and flushed when this much device time has begun anew, ns.
 pub const FLUSH_INTERVAL_NS: u64 = 100_000_000;
+
+/// Chunks of a file that has an index: 1.8 hours.
+pub(super) const INDEXED_CHUNKS: u32 = 1 << 16;
 
 /// A chunk of this many bytes is closed early, whatever the time.
 const CHUNK_BYTES: u64 = 1 << 20;
@@ -40,7 +48,10 @@ pub(crate) const EVENT_CHANNEL: u16 = 2;
 /// was flushed is in it, and every reader can tell that it is not whole.
 pub struct LogWriter<W: Write + Seek> {
     /// `None` only after `close`.
-    mcap: Option<mcap::Writer<W>>,
+    mcap: Option<mcap::Writer<Sink<W>>>,
+    control: Control,
+    /// Chunks since the library was started on the file.
+    chunks: u32,
     /// Name of the unfinished file, for messages.
     path: PathBuf,
     /// The file to publish; `None` when the sink is not ours.
@@ -50,6 +61,8 @@ pub struct LogWriter<W: Write + Seek> {
     buffer: Vec<u8>,
     /// Index of the 100 ms interval of the open chunk.
     interval: Option<u64>,
+    /// Log time of device time 0, ns.
+    start_ns: u64,
     samples: u64,
     samples_safe: u64,
     events: u32,
@@ -59,8 +72,10 @@ pub struct LogWriter<W: Write + Seek> {
 /// What [`LogWriter::finish`] leaves on the disk.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FinishedLog {
-    /// The file.
+    /// The file, the first if there are more.
     pub path: PathBuf,
+    /// All files, in order.
+    pub paths: Vec<PathBuf>,
     /// Ticks in it.
     pub samples: u64,
     /// Its size.
@@ -149,6 +164,7 @@ impl LogWriter<BufWriter<File>> {
             None => path,
         };
         Ok(FinishedLog {
+            paths: vec![path.clone()],
             path,
             samples,
             bytes,
@@ -163,6 +179,8 @@ impl<W: Write + Seek> LogWriter<W> {
     /// # Errors
     /// If the sink does not take the header.
     pub fn with_sink(sink: W, path: &Path) -> Result<Self, RecordError> {
+        let control = Control::default();
+        let sink = Sink::new(sink, control.clone());
         let started = start(sink).map_err(|error| RecordError::Write {
             path: path.to_owned(),
             samples_safe: 0,
@@ -170,11 +188,14 @@ impl<W: Write + Seek> LogWriter<W> {
         })?;
         Ok(Self {
             mcap: Some(started),
+            control,
+            chunks: 0,
             path: path.to_owned(),
             new_file: None,
             syncer: None,
             buffer: Vec::new(),
             interval: None,
+            start_ns: 0,
             samples: 0,
             samples_safe: 0,
             events: 0,
@@ -197,6 +218,21 @@ impl<W: Write + Seek> LogWriter<W> {
         };
         self.attempt(|mcap| mcap.write_metadata(&record))?;
         self.flush()
+    }
+
+    /// Dates what follows: log times become `start` plus device time, and the start is added as metadata
+    /// ([`CLOCK`]). To be called before the first tick; without it log times are device times.
+    ///
+    /// # Errors
+    /// If the sink fails.
+    pub fn starts_at(&mut self, start: StartTime) -> Result<(), RecordError> {
+        self.dated(start);
+        self.metadata(CLOCK, start.metadata())
+    }
+
+    /// The same without metadata, for a copy that has them already.
+    pub(super) const fn dated(&mut self, start: StartTime) {
+        self.start_ns = start.since_1970_ns();
     }
 
     /// Adds a tick.
@@ -231,6 +267,11 @@ impl<W: Write + Seek> LogWriter<W> {
         self.samples_safe
     }
 
+    /// Bytes handed to the sink so far.
+    pub fn bytes(&self) -> u64 {
+        self.control.bytes()
+    }
+
     /// Writes the index and gives the sink back.
     ///
     /// # Errors
@@ -239,7 +280,7 @@ impl<W: Write + Seek> LogWriter<W> {
         self.flush()?;
         self.attempt(|mcap| mcap.finish().map(drop))?;
         let mcap = self.mcap.take().ok_or_else(|| self.closed())?;
-        Ok(mcap.into_inner())
+        Ok(mcap.into_inner().inner)
     }
 
     fn message<M: LogMessage>(
@@ -255,13 +296,14 @@ impl<W: Write + Seek> LogWriter<W> {
             self.flush()?;
         }
         self.interval = Some(interval);
+        let log_time = self.start_ns.saturating_add(time_ns);
         let mut buffer = std::mem::take(&mut self.buffer);
         message.encode_into(&mut buffer)?;
         let header = MessageHeader {
             channel_id,
             sequence,
-            log_time: time_ns,
-            publish_time: time_ns,
+            log_time,
+            publish_time: log_time,
         };
         let written = self.attempt(|mcap| mcap.write_to_known_channel(&header, &buffer));
         self.buffer = buffer;
@@ -272,13 +314,33 @@ impl<W: Write + Seek> LogWriter<W> {
     fn flush(&mut self) -> Result<(), RecordError> {
         self.attempt(mcap::Writer::flush)?;
         self.samples_safe = self.samples;
+        self.chunks += 1;
+        if self.chunks >= INDEXED_CHUNKS {
+            self.forget_index()?;
+        }
+        Ok(())
+    }
+
+    /// Goes on in the same file with the library started anew, which has no index in memory.
+    fn forget_index(&mut self) -> Result<(), RecordError> {
+        let Some(mcap) = self.mcap.take() else {
+            return Err(self.closed());
+        };
+        let sink = mcap.into_inner();
+        // The file has its start already.
+        self.control.set_deaf(true);
+        let continued = options(false).create(sink);
+        self.control.set_deaf(false);
+        let added = continued.and_then(|mut mcap| add_channels(&mut mcap).map(|()| mcap));
+        self.mcap = Some(added.map_err(|error| self.error(io_error(error)))?);
+        self.chunks = 0;
         Ok(())
     }
 
     /// Runs one operation of the MCAP library; after a failure no further one is tried.
     fn attempt(
         &mut self,
-        operation: impl FnOnce(&mut mcap::Writer<W>) -> mcap::McapResult<()>,
+        operation: impl FnOnce(&mut mcap::Writer<Sink<W>>) -> mcap::McapResult<()>,
     ) -> Result<(), RecordError> {
         let result = match &mut self.mcap {
             Some(mcap) if !self.failed => operation(mcap).map_err(io_error),
@@ -328,18 +390,31 @@ impl<W: Write + Seek> std::fmt::Debug for LogWriter<W> {
 
 /// Writes header, schemas and channels, and flushes them.
 fn start<W: Write + Seek>(sink: W) -> mcap::McapResult<mcap::Writer<W>> {
-    let mut mcap = WriteOptions::new()
+    let mut mcap = options(true).create(sink)?;
+    add_channels(&mut mcap)?;
+    mcap.flush()?;
+    Ok(mcap)
+}
+
+/// How the library writes; without an index it leaves the summary out and the sum over the whole file.
+fn options(indexed: bool) -> WriteOptions {
+    WriteOptions::new()
         .profile("ros2")
         .library(LIBRARY)
         .compression(Some(Compression::Lz4))
         .chunk_size(Some(CHUNK_BYTES))
         // Chunks are buffered and written whole, rather than patched afterwards.
         .disable_seeking(true)
-        .create(sink)?;
-    add_channel::<TickMessage, W>(&mut mcap, TICK_CHANNEL)?;
-    add_channel::<EventMessage, W>(&mut mcap, EVENT_CHANNEL)?;
-    mcap.flush()?;
-    Ok(mcap)
+        .emit_summary_records(indexed)
+        .emit_summary_offsets(indexed)
+        .repeat_channels(indexed)
+        .repeat_schemas(indexed)
+        .calculate_data_section_crc(indexed)
+}
+
+fn add_channels<W: Write + Seek>(mcap: &mut mcap::Writer<W>) -> mcap::McapResult<()> {
+    add_channel::<TickMessage, W>(mcap, TICK_CHANNEL)?;
+    add_channel::<EventMessage, W>(mcap, EVENT_CHANNEL)
 }
 
 fn add_channel<M: LogMessage, W: Write + Seek>(
@@ -352,7 +427,7 @@ fn add_channel<M: LogMessage, W: Write + Seek>(
 }
 
 /// Device time in ns, rounded to the nearest.
-fn nanoseconds(time_s: f64) -> Result<u64, RecordError> {
+pub(super) fn nanoseconds(time_s: f64) -> Result<u64, RecordError> {
     if !(0.0..=1.8e10).contains(&time_s) {
         return Err(RecordError::Time { time_s });
     }

@@ -234,7 +234,7 @@ fn questions_without_an_answer_are_refused_in_words() {
         ),
         (
             "stability --order -0.5 --alpha 0.1 --beta 1",
-            "order -0.5 is not from 0 to 2",
+            "order -0.5 is not in [0, 2], a wall has no integral",
         ),
         (
             "stability --order x --alpha 0.1 --beta 1",
@@ -423,7 +423,10 @@ fn a_z_width_that_makes_no_sense_is_refused() {
     let place = Place::new();
     for (line, words) in [
         ("--orders -1", "order -1 is not in [0, 2]"),
-        ("--orders 3", "order 3 is not in [-2, 2]"),
+        (
+            "--orders 3",
+            "order 3 is not in [0, 2], a wall has no integral",
+        ),
         ("--points 1", "number of points 1"),
         ("--mass 0", "mass 0 kg is not above 0 kg"),
         ("--push 0", "push 0"),

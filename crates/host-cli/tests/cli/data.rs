@@ -135,6 +135,31 @@ fn the_half_derivative_of_a_ramp_is_its_closed_form() {
 }
 
 #[test]
+fn any_column_can_be_taken() {
+    let place = Place::new();
+    place.write(
+        "log.csv",
+        "time_s,position_m,x\n0,1,9\n0.25,3,9\n0.5,2.5,9\n",
+    );
+    let line = "differintegrate --order 1 --sample-time 0.25s log.csv";
+    let of = |options: &str| {
+        place
+            .run(&format!("{line} {options}"))
+            .succeeded()
+            .table("x,y")
+    };
+    assert_eq!(
+        of("--column position_m"),
+        [[1.0, 4.0], [3.0, 8.0], [2.5, -2.0]]
+    );
+    assert_eq!(of(""), of("--column x"));
+    let refused = place.run(&format!("{line} --column force_n")).failed(2);
+    for part in ["no column force_n", "time_s,position_m,x", "--column"] {
+        assert!(refused.error().contains(part), "{refused}");
+    }
+}
+
+#[test]
 fn caputo_ignores_where_the_signal_begins() {
     let x = [5.0, 5.5, 6.5, 6.0];
     let y = differintegrate("--order 0.5 --sample-time 1s --caputo", &x);

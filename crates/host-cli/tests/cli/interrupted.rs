@@ -14,6 +14,18 @@ const STOPPING: u8 = 8;
 /// Starts `host-cli LINE` and sends it a signal when the file `log` holds a few hundred samples.
 #[cfg(unix)]
 fn run_and_signal(place: &Place, line: &str, log: &str, signal: &str) -> Ended {
+    run_and_meanwhile(place, line, log, signal, || ())
+}
+
+/// The same; before the signal does something else.
+#[cfg(unix)]
+fn run_and_meanwhile(
+    place: &Place,
+    line: &str,
+    log: &str,
+    signal: &str,
+    meanwhile: impl FnOnce(),
+) -> Ended {
     let mut child = Command::new(crate::process::binary())
         .args(words(line))
         .current_dir(place.path(""))
@@ -30,6 +42,7 @@ fn run_and_signal(place: &Place, line: &str, log: &str, signal: &str) -> Ended {
         assert!(start.elapsed() < PATIENCE, "the log does not grow");
         std::thread::sleep(Duration::from_millis(5));
     }
+    meanwhile();
     // The shell has `kill` built in.
     let sent = Command::new("sh")
         .args(["-c", &format!("kill -{signal} {}", child.id())])
@@ -98,6 +111,30 @@ fn ctrl_c_ramps_the_force_to_zero_and_closes_the_log() {
 #[cfg(unix)]
 fn a_termination_signal_ramps_the_force_to_zero_and_closes_the_log() {
     a_signal_stops_the_run_safely("TERM");
+}
+
+#[test]
+#[cfg(unix)]
+fn a_folder_that_a_run_writes_to_is_its_own() {
+    let place = Place::new();
+    let log = "run/relax.mcap.part";
+    let ended = run_and_meanwhile(&place, "relax --realtime --out run", log, "INT", || {
+        for line in [
+            "relax --duration 2s --out run",
+            "relax --duration 2s --out run --overwrite",
+            "log recover run/relax.mcap.part saved.mcap",
+        ] {
+            let refused = place.run(line).failed(2);
+            let error = refused.error();
+            assert!(
+                error.contains("relax.mcap.part` is being written by another run; wait"),
+                "{refused}"
+            );
+        }
+    });
+    ended.failed(1);
+    assert_eq!(place.files(), ["run/", "run/relax.mcap"]);
+    place.run("log check run/relax.mcap").succeeded();
 }
 
 #[test]
@@ -285,8 +322,53 @@ fn a_disk_without_room_for_csv_and_picture_keeps_the_log() {
 #[test]
 #[cfg(target_os = "linux")]
 fn a_full_disk_under_the_summary_is_an_error_that_says_so() {
-    let ended = Place::new().shell("exec \"$0\" weights --order 0.5 > /dev/full");
-    // Not 0: the numbers did not arrive.
-    assert_ne!(ended.code, Some(0), "{ended}");
-    assert!(ended.error().contains("standard output"), "{ended}");
+    let place = Place::new();
+    place.run(SHORT).succeeded();
+    place.write("x.csv", "x\n1\n2\n");
+    for line in [
+        "--help",
+        "relax --duration 1s --ramp-time 0.5s --out a",
+        "relax --duration 1s --ramp-time 0.5s --out b --json",
+        "creep --duration 2s --out c",
+        "weights --order 0.5",
+        "differintegrate --order 0.5 --sample-time 1ms x.csv",
+        "materials list",
+        "materials show prostate-cancerous",
+        "analyze stability --order 0.5 --alpha 0.01 --beta 0.01 --json",
+        "analyze stability-region --order 0.5 --delta 0.1",
+        "log info run/relax.mcap",
+        "log check run/relax.mcap",
+        "log export run/relax.mcap",
+        "log export run/relax.mcap -",
+        "log plot run/relax.mcap",
+        "completions bash",
+        "man pages",
+    ] {
+        let ended = place.shell(&format!("exec \"$0\" {line} > /dev/full"));
+        // Not 0: the numbers did not arrive.
+        assert_eq!(ended.code, Some(4), "{ended}");
+        assert!(ended.error().contains("standard output"), "{ended}");
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn a_full_disk_under_any_file_loses_data_and_says_so() {
+    let place = Place::new();
+    place.run(SHORT).succeeded();
+    for line in [
+        "log export run/relax.mcap ticks.csv",
+        "log recover run/relax.mcap saved.mcap",
+        "log plot run/relax.mcap --out pictures",
+        "analyze stability-region --order 0.5 --delta 0.1 --out region",
+        "man pages",
+    ] {
+        // Ignoring SIGXFSZ makes the write fail as on a full disk; messages are no files.
+        let ended = place.shell(&format!("trap '' XFSZ; ulimit -f 0 && exec \"$0\" {line}"));
+        if ended.stderr.contains("ulimit") {
+            return skip("the shell cannot limit the file size");
+        }
+        assert_eq!(ended.code, Some(4), "{ended}");
+        assert_eq!(ended.error().lines().count(), 1, "{ended}");
+    }
 }

@@ -34,6 +34,103 @@ fn info_says_what_is_in_a_log() {
 }
 
 #[test]
+fn a_log_says_when_its_run_began() {
+    /// As a log writes it; the strings are in the order of time.
+    fn now() -> String {
+        let now = std::time::SystemTime::now();
+        host_cli::record::StartTime::at(now).rfc3339()
+    }
+    let before = now();
+    let place = with_log();
+    let after = now();
+    let info = place.run("log info run/relax.mcap --json").succeeded();
+    let info = info.json();
+    let started = info["started_utc"].as_str().expect("a date");
+    assert!(
+        before.as_str() < started && started < after.as_str(),
+        "{before} {started} {after}"
+    );
+    let clock = info["metadata"].as_array().expect("a list").iter();
+    let clock = clock.filter(|record| record["name"] == "clock");
+    let clock: Vec<_> = clock.map(|record| &record["values"]).collect();
+    assert_eq!(clock.len(), 1, "{info}");
+    assert_eq!(clock[0]["started_utc"], info["started_utc"]);
+    let text = place.run("log info run/relax.mcap").succeeded();
+    assert!(text.stdout.contains(started), "{text}");
+}
+
+#[test]
+fn metadata_are_values_with_units() {
+    let place = with_log();
+    let info = place.run("log info run/relax.mcap --json").succeeded();
+    let info = info.json();
+    let values = &info["metadata"][0]["values"];
+    for (key, value) in [
+        ("rig_renderer_mass_kg", "0.065"),
+        ("rig_contact_stiffness_n_per_m", "100000"),
+        ("rig_servo_integral_time_s", "0.015"),
+    ] {
+        assert_eq!(values[key], value, "{values}");
+    }
+    for (key, value) in values.as_object().expect("keys and values") {
+        let text = value.as_str().expect("text");
+        let debug = text.contains(" { ") || text.contains("Some(");
+        assert!(!debug, "{key}: {text}");
+    }
+}
+
+#[test]
+fn a_run_rolls_its_log_on_request() {
+    let place = Place::new();
+    let line = "relax --duration 30s --out run --roll 1MB --json";
+    let report = place.run(line).succeeded().json();
+    let logs = report["logs"].as_array().expect("a list");
+    assert!(logs.len() >= 2, "{report}");
+    assert_eq!(report["log"], logs[0]);
+    assert_eq!(logs[1], "run/relax-0002.mcap");
+    for command in ["check", "info"] {
+        let line = format!("log {command} run/relax.mcap --json");
+        let found = place.run(&line).succeeded().json();
+        assert_eq!(number(&found, "samples"), 30_001.0, "{command}");
+    }
+    let whole = place.run("log export run/relax.mcap -").succeeded();
+    assert_eq!(table(&whole.stdout, COLUMNS).len(), 30_001);
+    // Nothing of it is written over unasked, the second file as little as the first.
+    std::fs::remove_file(place.path("run/relax.mcap")).expect("removes");
+    for name in ["csv", "svg", "png"] {
+        std::fs::remove_file(place.path(&format!("run/relax.{name}"))).expect("removes");
+    }
+    let refused = place.run(SHORT).failed(2);
+    assert!(refused.error().contains("relax-0002.mcap"), "{refused}");
+    for (size, wanted) in [
+        ("10B", "[1e6, 1e15]"),
+        ("1Gb", "is not a size"),
+        ("-1GB", "--roll"),
+    ] {
+        let refused = Place::new().run(&format!("relax --roll={size}")).failed(2);
+        assert!(refused.error().contains(wanted), "{refused}");
+    }
+}
+
+#[test]
+fn export_to_standard_output_is_the_file() {
+    let place = with_log();
+    let printed = place.run("log export run/relax.mcap -").succeeded();
+    place.run("log export run/relax.mcap ticks.csv").succeeded();
+    assert!(printed.stdout == place.text("ticks.csv"), "differ");
+    assert!(!place.files().iter().any(|file| file.starts_with('-')));
+    for option in ["--overwrite", "--json"] {
+        let line = format!("log export run/relax.mcap - {option}");
+        let refused = place.run(&line).failed(2);
+        assert!(refused.error().contains("no effect"), "{refused}");
+    }
+    let bytes = place.read("run/relax.mcap");
+    place.write("cut.mcap", &bytes[..bytes.len() / 2]);
+    let cut = place.run("log export cut.mcap -").failed(4);
+    assert!(cut.stdout.lines().count() > 1000, "{}", cut.error());
+}
+
+#[test]
 fn check_finds_a_whole_log_whole() {
     let place = with_log();
     let check = place.run("log check run/relax.mcap").succeeded();

@@ -1,5 +1,6 @@
 //! Bad usage and bad input: each a one-line error with its exit code, and no file made.
 
+use crate::data::GEL;
 use crate::experiments::SHORT;
 use crate::process::{Place, words};
 
@@ -37,6 +38,150 @@ fn an_order_outside_its_range_is_refused() {
             ),
         ],
     );
+}
+
+#[test]
+fn an_order_that_no_wall_has_is_refused_as_such() {
+    let wall = "[0, 2], a wall has no integral: give --order within it";
+    let walls = "[0, 2], a wall has no integral: give --orders within it";
+    all_refused(
+        2,
+        &[
+            (
+                "analyze stability --order 2.5 --alpha 0.1 --beta 0.1",
+                &["2.5", wall],
+            ),
+            (
+                "analyze environment --order -0.5 --stiffness 1 --dissipation 1 --sample-time 1ms",
+                &["-0.5", wall],
+            ),
+            (
+                "analyze coupling --order 2.5 --coupler-stiffness 1 --coupler-dissipation 2 --sample-time 1ms",
+                &["2.5", wall],
+            ),
+            ("zwidth --orders 0.5,2.5", &["2.5", walls]),
+            ("zwidth --orders -1", &["-1", walls]),
+            ("design --mass 65g --orders 3", &["3", walls]),
+        ],
+    );
+}
+
+#[test]
+fn the_unit_of_a_dissipation_is_explained() {
+    let environment =
+        "analyze environment --order 0.5 --stiffness 1 --sample-time 1ms --dissipation";
+    for given in ["100Ns/m", "1e2N.s^0.5/m", "100 Ns/m"] {
+        let mut arguments = words(environment);
+        arguments.push(given);
+        let ended = Place::new().run_arguments(&arguments, &[]);
+        ended.refused(
+            2,
+            &[
+                given,
+                "N·s^μ/m",
+                "follows from the order",
+                "the number alone",
+            ],
+        );
+    }
+    let line = format!("{environment} soft");
+    all_refused(2, &[(line.as_str(), &["soft", "not a finite number"])]);
+}
+
+/// A message shows what it is about, not all that somebody gave.
+#[test]
+fn long_input_is_not_echoed() {
+    let word = "x".repeat(5000);
+    let words = "x y ".repeat(2000);
+    for long in [&word, &words] {
+        let place = Place::new();
+        place.write("header.csv", format!("{long}\n1\n"));
+        place.write("cell.csv", format!("x\n{long}\n"));
+        place.write("key.toml", format!("[wall]\n\"{long}\" = 1\n"));
+        place.write("value.toml", format!("[relax]\nscheme = \"{long}\"\n"));
+        place.write("number.toml", format!("[relax]\nstrain = \"{long}\"\n"));
+        place.write("table.toml", format!("[\"{long}\"]\n"));
+        place.write(
+            "tissue.toml",
+            GEL.replace("\"gel\"", &format!("\"{long}\"")),
+        );
+        place.write("unknown.toml", format!("\"{long}\" = 1\n{GEL}"));
+        let half = ["differintegrate", "--order", "0.5", "--sample-time", "1ms"];
+        let lines: Vec<Vec<&str>> = vec![
+            [&half[..], &["header.csv"]].concat(),
+            [&half[..], &["cell.csv"]].concat(),
+            [&half[..], &["--column", long, "cell.csv"]].concat(),
+            vec!["run", "key.toml"],
+            vec!["run", "value.toml"],
+            vec!["run", "number.toml"],
+            vec!["run", "table.toml"],
+            vec!["run", long],
+            vec![long],
+            vec!["relax", "--tissue", "tissue.toml"],
+            vec!["relax", "--tissue", "unknown.toml"],
+            vec!["relax", "--tissue", long],
+            vec!["relax", "--duration", long],
+            vec!["relax", "--scheme", long],
+            vec!["relax", "--device", long],
+            vec!["relax", "--workspace", long],
+            vec!["log", "info", long],
+            vec!["materials", "show", long],
+            vec!["weights", "--order", long],
+        ];
+        for line in lines {
+            let ended = place.run_arguments(&line, &[]).failed(2);
+            let shown = ended.stderr.matches(['x']).count();
+            // Up to 200 of `x`, and of `x y` half; words of ours have few.
+            assert!(shown <= 220, "{shown} x in {ended}");
+            assert!(ended.stderr.len() < 2000, "{ended}");
+        }
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn endless_input_ends_in_a_message() {
+    let place = Place::new();
+    place.run(SHORT).succeeded();
+    place.shell("ln -s /dev/zero endless.toml; ln -s /dev/zero endless.mcap");
+    let half = "differintegrate --order 0.5 --sample-time 1ms";
+    for (line, wanted) in [
+        (
+            format!("{half} /dev/zero"),
+            "a row is longer than 1048576 bytes",
+        ),
+        (
+            format!("{half} < /dev/zero"),
+            "a row is longer than 1048576 bytes",
+        ),
+        ("run /dev/zero".to_owned(), "longer than 1048576 bytes"),
+        ("run endless.toml".to_owned(), "longer than 1048576 bytes"),
+        (
+            "relax --tissue endless.toml".to_owned(),
+            "longer than 1048576 bytes",
+        ),
+        ("relax --library .".to_owned(), "longer than 1048576 bytes"),
+        ("log info endless.mcap".to_owned(), "not an MCAP log"),
+        (
+            "log recover endless.mcap saved.mcap".to_owned(),
+            "not an MCAP log",
+        ),
+    ] {
+        let ended = place.shell(&format!("exec \"$0\" {line}")).failed(2);
+        assert!(ended.error().contains(wanted), "{ended}");
+    }
+    // A quote that is never closed makes all that follows one row.
+    let quote = format!("(echo x; echo '\"'; yes 1) | \"$0\" {half}");
+    let ended = place.shell(&quote).failed(2);
+    assert!(ended.error().contains("is every quote closed?"), "{ended}");
+    // Where the records of a log become zeros without end, it is damaged.
+    let zeros = "(cat run/relax.mcap.cut; cat /dev/zero) | \"$0\" log check /dev/stdin";
+    let bytes = place.read("run/relax.mcap");
+    for kept in [8, 40, bytes.len() / 2] {
+        place.write("run/relax.mcap.cut", &bytes[..kept]);
+        let ended = place.shell(zeros).failed(4);
+        assert!(ended.error().contains("not whole"), "{ended}");
+    }
 }
 
 #[test]

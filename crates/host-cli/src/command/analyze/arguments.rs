@@ -1,6 +1,8 @@
 //! Arguments that several analyses share: the loop, with units or without, and the files.
 
-use crate::command::experiment::{order, parse_number, parse_order, parse_scheme};
+use crate::command::experiment::{
+    parse_dissipation, parse_number, parse_order, parse_scheme, wall_order,
+};
 use crate::failure::Failure;
 use crate::figure::Picture;
 use crate::folder::FolderRequest;
@@ -57,7 +59,7 @@ pub struct LoopArguments {
     #[arg(long, allow_hyphen_values = true, help_heading = "Loop with units")]
     stiffness: Option<Stiffness>,
     /// Fractional dissipation B, N s^mu/m
-    #[arg(long, value_parser = parse_number, allow_hyphen_values = true, help_heading = "Loop with units")]
+    #[arg(long, value_parser = parse_dissipation, allow_hyphen_values = true, help_heading = "Loop with units")]
     dissipation: Option<f64>,
 }
 
@@ -188,7 +190,7 @@ impl LoopArguments {
     /// # Errors
     /// Units mixed with none, something missing, something outside its range.
     pub fn resolve(&self, wall: Wall) -> Result<ResolvedLoop, Failure> {
-        let mu = order(self.order)?;
+        let mu = wall_order(self.order, "--order")?;
         let without = [self.alpha, self.beta, self.delta, self.gamma];
         let without_units = without.iter().any(Option::is_some);
         let with_units = self.mass.is_some()
@@ -318,6 +320,7 @@ impl Files {
             out: Some(out.clone()),
             stem: stem.to_owned(),
             overwrite: self.overwrite,
+            roll_bytes: None,
         };
         let picture = picture()?;
         let folder = request.prepare()?;

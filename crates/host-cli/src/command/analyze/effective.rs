@@ -1,7 +1,9 @@
 //! `analyze environment` and `analyze transparency`: effective stiffness and damping.
 
 use super::arguments::{Files, HORIZON, PathArguments, PathResult, logarithmic, refused};
-use crate::command::experiment::{order, parse_number, parse_order, parse_scheme};
+use crate::command::experiment::{
+    parse_dissipation, parse_number, parse_order, parse_scheme, wall_order,
+};
 use crate::failure::Failure;
 use crate::figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use crate::output::Output;
@@ -21,7 +23,7 @@ struct Wall {
     #[arg(long, allow_hyphen_values = true)]
     stiffness: Stiffness,
     /// Fractional dissipation B, N s^mu/m
-    #[arg(long, allow_hyphen_values = true, value_parser = parse_number)]
+    #[arg(long, allow_hyphen_values = true, value_parser = parse_dissipation)]
     dissipation: f64,
     /// Sample time T
     #[arg(long, allow_hyphen_values = true)]
@@ -42,7 +44,7 @@ struct Wall {
 
 impl Wall {
     fn environment(&self) -> Result<(Environment, LoopOperator), Failure> {
-        let mu = order(self.order)?;
+        let mu = wall_order(self.order, "--order")?;
         let operator = LoopOperator::new(self.scheme, mu, Seconds(self.sample_time.0), HORIZON)
             .map_err(refused)?;
         let environment = Environment {

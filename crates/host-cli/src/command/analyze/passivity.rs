@@ -1,7 +1,7 @@
 //! `analyze passivity` and `analyze coupling`: how much damping a port needs.
 
 use super::arguments::{LoopArguments, PathResult, Wall, refused};
-use crate::command::experiment::{order, parse_number, parse_order, parse_scheme};
+use crate::command::experiment::{parse_number, parse_order, parse_scheme, wall_order};
 use crate::failure::Failure;
 use crate::output::Output;
 use crate::quantity::{Damping, Time};
@@ -206,7 +206,7 @@ impl CouplingArguments {
     /// # Errors
     /// A parameter outside its range.
     pub fn run(self, output: Output) -> Result<(), Failure> {
-        let mu = order(self.order)?;
+        let mu = wall_order(self.order, "--order")?;
         let exact = Coupler::exact(
             mu,
             self.sample_time.0,

@@ -75,6 +75,7 @@ impl Arguments {
                 out: Some(out.clone()),
                 stem: "design".to_owned(),
                 overwrite: self.overwrite,
+                roll_bytes: None,
             };
             let table = request
                 .prepare()?

@@ -9,7 +9,7 @@ use crate::failure::Failure;
 use crate::folder::FolderRequest;
 use crate::output::{Output, note};
 use crate::quantity::Time;
-use crate::record::TickMessage;
+use crate::record::{StartTime, TickMessage};
 use clap::Args;
 use haptic_link::{BATCH_MAX, Sample};
 use haptic_loop::remote::serial::{Heard, SerialLink};
@@ -18,7 +18,7 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 const LONG_ABOUT: &str = "\
 Watches a device without touching what it does: position, force and state on the terminal, and every \
@@ -85,6 +85,7 @@ impl Arguments {
             out: self.out.clone(),
             stem: "monitor".to_owned(),
             overwrite: self.overwrite,
+            roll_bytes: None,
         }
         .prepare()?;
         let mut watch = Watch {
@@ -219,7 +220,13 @@ impl Watch<'_> {
                         next_tick.replace(sample.tick.wrapping_add(u32::from(self.every)));
                     let missing = expected.map_or(0, |tick| sample.tick.wrapping_sub(tick));
                     // A tick that went back is a run that began.
-                    if missing < u32::MAX / 2 {
+                    let went_back = missing >= u32::MAX / 2;
+                    if expected.is_none() || went_back {
+                        let time_s = f64::from(sample.tick) * period_s;
+                        let start = StartTime::before(SystemTime::now(), time_s);
+                        let _ = recorder.starts_at(start);
+                    }
+                    if !went_back {
                         self.watched.samples_lost += u64::from(missing / u32::from(self.every));
                     }
                     self.take(&sample, period_s, recorder);
@@ -234,7 +241,11 @@ impl Watch<'_> {
                 }
                 Some(Heard::Event(event)) => {
                     let time_s = f64::from(event.tick) * period_s;
-                    let _ = recorder.event(time_s, "device", format!("{:?}", event.kind));
+                    let _ = recorder.event(
+                        time_s,
+                        "device",
+                        format!("{:?}", event.kind).to_lowercase(),
+                    );
                 }
                 Some(Heard::Over(error)) => break Some(error.to_string()),
                 None => {}

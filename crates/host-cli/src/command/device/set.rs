@@ -2,7 +2,7 @@
 
 use super::PortArguments;
 use super::parameters::{Parameters, SafetyParameters};
-use crate::command::experiment::{order, parse_order, parse_scheme};
+use crate::command::experiment::{order, parse_dissipation, parse_order, parse_scheme};
 use crate::device::{Loop, at_port};
 use crate::experiment::GuardChoice;
 use crate::experiment::remote::guard_of;
@@ -45,7 +45,7 @@ pub struct SetArguments {
     #[arg(long, allow_hyphen_values = true)]
     stiffness: Option<Stiffness>,
     /// Dissipation B, in N.s^mu/m
-    #[arg(long, allow_hyphen_values = true)]
+    #[arg(long, allow_hyphen_values = true, value_parser = parse_dissipation)]
     dissipation: Option<f64>,
     /// Order of the dissipation: makes a new operator
     #[arg(long, allow_hyphen_values = true, value_parser = parse_order)]

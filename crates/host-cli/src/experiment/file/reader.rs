@@ -1,5 +1,6 @@
 //! A TOML table read key by key, so that every refusal names its line.
 
+use crate::input::short;
 use clap::ValueEnum;
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -138,8 +139,11 @@ impl<'a> Document<'a> {
             let (name, offset) = (key.get_ref().as_ref(), key.span().start);
             let Some(kind) = kinds.iter().find(|kind| **kind == name) else {
                 let reason = match value.get_ref() {
-                    DeValue::Table(_) => format!("unknown table [{name}]: {choice}"),
-                    _ => format!("unknown key `{name}` outside of any table: {choice}"),
+                    DeValue::Table(_) => format!("unknown table [{}]: {choice}", short(name)),
+                    _ => format!(
+                        "unknown key `{}` outside of any table: {choice}",
+                        short(name)
+                    ),
                 };
                 return Err(self.source.fail(offset, reason));
             };
@@ -173,6 +177,7 @@ impl<'a> Table<'a> {
             let name = key.get_ref().as_ref();
             let keys = || known.iter().flat_map(|keys| keys.iter().copied());
             if !keys().any(|known| known == name) {
+                let name = &short(name);
                 let nearest = keys().min_by_key(|known| distance(known, name));
                 let advice = match nearest.filter(|known| distance(known, name) <= 3) {
                     Some(nearest) => format!("did you mean `{nearest}`?"),
@@ -284,7 +289,11 @@ impl<'a> Table<'a> {
         T::from_str(text, false).map_err(|_| {
             let values = T::value_variants().iter().filter_map(T::to_possible_value);
             let names: Vec<String> = values.map(|value| value.get_name().to_owned()).collect();
-            let reason = format!("{key} = \"{text}\" is not one of {}", names.join(", "));
+            let reason = format!(
+                "{key} = \"{}\" is not one of {}",
+                short(text),
+                names.join(", ")
+            );
             self.fail_at(key, reason)
         })
     }
@@ -302,9 +311,9 @@ impl<'a> Table<'a> {
             "a"
         };
         let shown = match value {
-            DeValue::String(text) => format!(" = \"{text}\""),
-            DeValue::Integer(integer) => format!(" = {}", integer.as_str()),
-            DeValue::Float(float) => format!(" = {}", float.as_str()),
+            DeValue::String(text) => format!(" = \"{}\"", short(text)),
+            DeValue::Integer(integer) => format!(" = {}", short(integer.as_str())),
+            DeValue::Float(float) => format!(" = {}", short(float.as_str())),
             DeValue::Boolean(flag) => format!(" = {flag}"),
             _ => String::new(),
         };

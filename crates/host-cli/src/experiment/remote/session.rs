@@ -6,17 +6,18 @@ use super::{
 };
 use crate::device::{at_port, firmware_version};
 use crate::experiment::flight::FaultSeen;
+use crate::experiment::kept::Record;
 use crate::experiment::preflight::{
     Dynamics, MEASURED, Preflight, PreflightRequest, Verdict, delay_samples,
 };
 use crate::experiment::realtime::RealtimeOptions;
 use crate::experiment::recorder::{Recorded, Recorder};
-use crate::experiment::run::{Ended, Pace, Ran, Record, Schedule, Supervisor, log_stopped};
+use crate::experiment::run::{Ended, Pace, Ran, Schedule, Supervisor, log_stopped};
 use crate::experiment::safety::GuardChoice;
 use crate::failure::Failure;
 use crate::folder::{FolderRequest, OutputFolder};
 use crate::output::note;
-use crate::record::TickMessage;
+use crate::record::{StartTime, TickMessage};
 use fracdiff::Real;
 use haptic_link::{
     EventKind, Field, Limits, LoopMode, Refusal, Report, Request, Sample, Scope, Start, State,
@@ -28,7 +29,7 @@ use haptic_loop::remote::serial::{Heard, SerialError, SerialLink};
 use haptic_loop::{Controller, Environment, Fault, StartRefused};
 use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 /// What is still to be heard after a fault, when nothing comes for so long.
 const AFTER_FAULT: Duration = Duration::from_millis(200);
@@ -122,7 +123,8 @@ impl<'a> RemoteRun<'a> {
         let log = folder.file("mcap");
         let live = supervisor.live_streams();
         let started = Recorder::start(&log, self.metadata, false, folder.overwrite(), live);
-        let recorder = started.inspect_err(|_| folder.discard())?;
+        let mut recorder = started.inspect_err(|_| folder.discard())?;
+        recorder.roll_at(folder.roll_bytes());
         let mut record = Record::with_room_for(self.schedule.samples).map_err(Failure::Run)?;
         if let Some(priority) = options(self.schedule).priority {
             record.not_realtime = link.raise(priority).err().map(|refusal| {
@@ -258,12 +260,17 @@ impl Session<'_> {
     /// Arms and starts.
     fn start(&mut self, ticks: u32) -> Result<(), SerialError> {
         self.link.arm(self.watchdog)?;
+        let asked = SystemTime::now();
         self.link.start(Start {
             run: 1,
             ticks,
             every: 1,
             batch: self.batch(),
-        })
+        })?;
+        let started = StartTime::between(asked, SystemTime::now());
+        // A recorder that has ended is seen at the first sample.
+        let _ = self.recorder.starts_at(started);
+        Ok(())
     }
 
     /// A run in the device's loop: everything is decided there.
@@ -402,9 +409,8 @@ impl Session<'_> {
 
     /// Counts what is missing before this tick.
     fn gap(&mut self, tick: u64) {
-        // What follows a fault is no part of the result.
-        let faulted = self.record.ended.is_some_and(Ended::is_fault);
-        if !faulted && tick > self.next_tick && self.next_tick < self.schedule.samples {
+        // What follows a fault is no part of the result, but of the log: what is missing there is lost.
+        if tick > self.next_tick && self.next_tick < self.schedule.samples {
             let missing = tick.min(self.schedule.samples) - self.next_tick;
             self.samples_lost += missing;
             let time_s = tick as f64 * self.schedule.sample_time_s;

@@ -20,6 +20,8 @@ pub struct WallReport {
     /// one-sided wall or a limited force; the mean deflection against push/(K + k), not for an unstable wall.
     #[serde(flatten)]
     pub errors: Errors,
+    /// What stood for the full history; see the report of a relaxation.
+    pub reference_tolerance: Option<f64>,
     /// Whether and where it came to rest.
     #[serde(flatten)]
     pub settling: Settling,

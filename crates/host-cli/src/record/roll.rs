@@ -1,0 +1,263 @@
+//! A log in several files, each of them whole.
+//!
+//! ```text
+//! NAME.mcap ─next▶ NAME-0002.mcap ─next▶ NAME-0003.mcap
+//! ```
+//! Every file has the metadata of the run and its own index; one that is followed by another names it
+//! ([`NEXT`]). [`LogFiles`] reads all of them as one.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufReader, BufWriter};
+use std::path::{Path, PathBuf};
+
+use super::{
+    CLOCK, Condition, Damage, Entry, EventMessage, FinishedLog, Leftover, LogReader, LogWriter,
+    RecordError, SYNC_INTERVAL, StartTime, TickMessage,
+};
+
+/// Name of the metadata record that names the next file of a log.
+pub const NEXT: &str = "next";
+/// Smallest file that a log is cut into, bytes.
+pub const ROLL_LEAST: u64 = 1_000_000;
+/// No log has more files.
+const FILES_MOST: usize = 9999;
+
+/// A log that goes on in another file when one is full. Brought to the disk as it grows.
+#[derive(Debug)]
+pub struct RollingLog {
+    log: LogWriter<BufWriter<File>>,
+    first: PathBuf,
+    overwrite: bool,
+    /// A file of so many bytes is full; `None` for one file however long.
+    full_bytes: Option<u64>,
+    /// What every file begins with.
+    metadata: BTreeMap<String, String>,
+    started: Option<StartTime>,
+    done: Vec<FinishedLog>,
+}
+
+impl RollingLog {
+    /// Starts the first file, with metadata `experiment`.
+    ///
+    /// # Errors
+    /// If the file exists, unless `overwrite`, or cannot be made.
+    pub fn create(
+        first: &Path,
+        metadata: BTreeMap<String, String>,
+        overwrite: bool,
+    ) -> Result<Self, RecordError> {
+        Ok(Self {
+            log: begin(first, &metadata, overwrite)?,
+            first: first.to_owned(),
+            overwrite,
+            full_bytes: None,
+            metadata,
+            started: None,
+            done: Vec::new(),
+        })
+    }
+
+    /// From now on a file of so many bytes is full; less than [`ROLL_LEAST`] counts as that.
+    pub fn roll_at(&mut self, full_bytes: u64) {
+        self.full_bytes = Some(full_bytes.max(ROLL_LEAST));
+    }
+
+    /// See [`LogWriter::starts_at`].
+    ///
+    /// # Errors
+    /// If the disk fails.
+    pub fn starts_at(&mut self, start: StartTime) -> Result<(), RecordError> {
+        self.started = Some(start);
+        self.log.starts_at(start)
+    }
+
+    /// See [`LogWriter::metadata`].
+    ///
+    /// # Errors
+    /// If the disk fails.
+    pub fn metadata(
+        &mut self,
+        name: &str,
+        values: BTreeMap<String, String>,
+    ) -> Result<(), RecordError> {
+        self.log.metadata(name, values)
+    }
+
+    /// See [`LogWriter::event`].
+    ///
+    /// # Errors
+    /// If the disk fails.
+    pub fn event(&mut self, message: &EventMessage) -> Result<(), RecordError> {
+        self.log.event(message)
+    }
+
+    /// See [`LogWriter::tick`].
+    ///
+    /// # Errors
+    /// If the disk fails, or the next file cannot be made.
+    pub fn tick(&mut self, message: &TickMessage) -> Result<(), RecordError> {
+        let is_full = self.full_bytes.is_some_and(|full| self.log.bytes() >= full);
+        if is_full && self.done.len() + 2 <= FILES_MOST {
+            self.roll()?;
+        }
+        self.log.tick(message)
+    }
+
+    fn roll(&mut self) -> Result<(), RecordError> {
+        let next = nth_file(&self.first, self.done.len() + 2);
+        // The next file is there before the last one names it.
+        let mut log = begin(&next, &self.metadata, self.overwrite)?;
+        if let Some(start) = self.started {
+            log.starts_at(start)?;
+        }
+        let mut full = std::mem::replace(&mut self.log, log);
+        let name = next.file_name().unwrap_or_default().to_string_lossy();
+        full.metadata(NEXT, [("file".to_owned(), name.into_owned())].into())?;
+        self.done.push(full.finish()?);
+        Ok(())
+    }
+
+    /// Ends the last file. With overwriting, files of an earlier and longer log are removed.
+    ///
+    /// # Errors
+    /// As [`LogWriter::finish`].
+    pub fn finish(self) -> Result<FinishedLog, RecordError> {
+        let mut files = self.done;
+        files.push(self.log.finish()?);
+        if self.overwrite {
+            let further = (files.len() + 1..=FILES_MOST).map(|n| nth_file(&self.first, n));
+            // They would pass for files of this log.
+            for stale in further.take_while(|file| file.exists()) {
+                let _ = std::fs::remove_file(stale);
+            }
+        }
+        let mut whole = files[0].clone();
+        for file in &files[1..] {
+            whole.paths.push(file.path.clone());
+            whole.samples += file.samples;
+            whole.bytes += file.bytes;
+            whole.syncs.count += file.syncs.count;
+            whole.syncs.total += file.syncs.total;
+            whole.syncs.longest = whole.syncs.longest.max(file.syncs.longest);
+        }
+        Ok(whole)
+    }
+}
+
+fn begin(
+    path: &Path,
+    metadata: &BTreeMap<String, String>,
+    overwrite: bool,
+) -> Result<LogWriter<BufWriter<File>>, RecordError> {
+    let interval = Some(SYNC_INTERVAL);
+    let mut log = LogWriter::create_synced(path, Leftover::Keep, overwrite, interval)?;
+    log.metadata("experiment", metadata.clone())?;
+    Ok(log)
+}
+
+/// NAME-0002.mcap for NAME.mcap and 2.
+#[must_use]
+pub fn nth_file(first: &Path, number: usize) -> PathBuf {
+    let stem = first.file_stem().unwrap_or_default().to_string_lossy();
+    first.with_file_name(format!("{stem}-{number:04}.mcap"))
+}
+
+/// Iterates over the [entries](Entry) of a log and of the files that follow it.
+#[derive(Debug)]
+pub struct LogFiles {
+    reader: LogReader<BufReader<File>>,
+    path: PathBuf,
+    /// The file that the one being read names.
+    next: Option<PathBuf>,
+    read: usize,
+    /// Of the files before.
+    before: Condition,
+}
+
+impl LogFiles {
+    /// Opens the first file.
+    ///
+    /// # Errors
+    /// If it cannot be read or is not MCAP.
+    pub fn open(path: &Path) -> Result<Self, RecordError> {
+        Ok(Self {
+            reader: LogReader::open(path)?,
+            path: path.to_owned(),
+            next: None,
+            read: 1,
+            before: Condition {
+                complete: true,
+                ..Condition::default()
+            },
+        })
+    }
+
+    /// How the log was found, once the iteration has ended.
+    #[must_use]
+    pub fn condition(&self) -> Condition {
+        let Condition {
+            complete,
+            damage,
+            foreign_messages,
+        } = self.reader.condition();
+        let mut all = self.before.clone();
+        all.complete &= complete;
+        all.damage.extend_from_slice(damage);
+        all.foreign_messages += foreign_messages;
+        all
+    }
+
+    /// See [`LogReader::started`].
+    #[must_use]
+    pub fn started(&self) -> Option<StartTime> {
+        self.reader.started()
+    }
+
+    /// Goes on with the next file; whether there is one.
+    fn advance(&mut self) -> Result<bool, RecordError> {
+        let Some(next) = self.next.take().filter(|_| self.read < FILES_MOST) else {
+            return Ok(false);
+        };
+        let mut part = next.clone().into_os_string();
+        part.push(".part");
+        let part = PathBuf::from(part);
+        let there = [next.clone(), part].into_iter().find(|file| file.exists());
+        let Some(file) = there else {
+            self.before.complete = false;
+            self.before.damage.push(Damage::Missing { file: next });
+            return Ok(false);
+        };
+        self.before = self.condition();
+        self.reader = LogReader::open(&file)?;
+        self.read += 1;
+        Ok(true)
+    }
+}
+
+impl Iterator for LogFiles {
+    type Item = Result<Entry, RecordError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            let entry = self.reader.next();
+            match entry {
+                Some(Ok(Entry::Metadata(record))) if record.name == NEXT => {
+                    let name = record.values.get("file").map(Path::new);
+                    // A name and no path: a log leads nowhere else.
+                    let name = name.and_then(Path::file_name);
+                    self.next = name.map(|name| self.path.with_file_name(name));
+                }
+                // The first file has said it.
+                Some(Ok(Entry::Metadata(record)))
+                    if self.read > 1 && ["experiment", CLOCK].contains(&record.name.as_str()) => {}
+                Some(entry) => return Some(entry),
+                None => match self.advance() {
+                    Ok(true) => {}
+                    Ok(false) => return None,
+                    Err(error) => return Some(Err(error)),
+                },
+            }
+        }
+    }
+}
