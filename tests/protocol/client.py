@@ -242,12 +242,12 @@ class Device:
     def configuration(self):
         """What is in force: the fields, the coefficients, the digest."""
         answer = self.ask(GET_CONFIGURATION)
-        fields = dict(zip(CONFIGURATION_FIELDS, CONFIGURATION.unpack(answer[1:118])))
+        fields = dict(zip(CONFIGURATION_FIELDS, CONFIGURATION.unpack(answer[1:133])))
         coefficients = []
         for offset in range(0, fields["count"], 16):
             block = self.ask(GET_COEFFICIENTS, struct.pack("<H", offset))
             coefficients += struct.unpack_from("<16f", block, 3)
-        return fields, coefficients[:fields["count"]], struct.unpack_from("<I", answer, 118)[0]
+        return fields, coefficients[:fields["count"]], struct.unpack_from("<I", answer, 133)[0]
 
     def configure(self, fields, coefficients):
         """Sets everything in one transaction and returns its digest."""
