@@ -265,12 +265,13 @@ class Device:
     def configuration(self):
         """What is in force: the fields, the coefficients, the digest."""
         answer = self.ask(GET_CONFIGURATION)
-        fields = dict(zip(CONFIGURATION_FIELDS, CONFIGURATION.unpack(answer[1:120])))
+        end = 1 + CONFIGURATION.size
+        fields = dict(zip(CONFIGURATION_FIELDS, CONFIGURATION.unpack(answer[1:end])))
         coefficients = []
         for offset in range(0, fields["count"], 16):
             block = self.ask(GET_COEFFICIENTS, struct.pack("<H", offset))
             coefficients += struct.unpack_from("<16f", block, 3)
-        return fields, coefficients[:fields["count"]], struct.unpack_from("<I", answer, 120)[0]
+        return fields, coefficients[:fields["count"]], struct.unpack_from("<I", answer, end)[0]
 
     def configure(self, fields, coefficients, scope=LASTING):
         """Sets everything in one transaction and returns its digest. For a run no limit may be looser than before."""
