@@ -19,8 +19,8 @@ pub const ROW_MOST: u64 = 1 << 20;
 /// What somebody gave, for a message: its beginning if it is long.
 #[must_use]
 pub fn short(text: &str) -> Cow<'_, str> {
-    // The note behind the cut counts as well.
-    const KEPT: usize = ECHO_MOST - 40;
+    // Many a message shows it twice: as an argument, and as what is wrong with it.
+    const KEPT: usize = ECHO_MOST / 2 - 20;
     let length = text.chars().count();
     if length <= ECHO_MOST {
         return text.into();

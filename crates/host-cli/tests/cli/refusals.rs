@@ -103,7 +103,7 @@ fn long_input_is_not_echoed() {
         place.write("table.toml", format!("[\"{long}\"]\n"));
         place.write(
             "tissue.toml",
-            GEL.replace("\"gel\"", &format!("\"{long}\"")),
+            GEL.replace("\"gel\"", &format!("\"{long}!\"")),
         );
         place.write("unknown.toml", format!("\"{long}\" = 1\n{GEL}"));
         let half = ["differintegrate", "--order", "0.5", "--sample-time", "1ms"];
