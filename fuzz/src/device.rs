@@ -3,8 +3,9 @@
 use crate::script::Step;
 use crate::witness::Witness;
 use haptic_link::{
-    CoefficientBlock, Configuration, DigestBuilder, Direction, FRAME_MAX, Header, LoopMode, OperatorForm,
-    OperatorShape, Receiver, Report, Request, Scope, Simulation, Start, State, encode,
+    CoefficientBlock, Configuration, DigestBuilder, Direction, FRAME_MAX, Header, LoopMode,
+    OperatorForm, OperatorShape, Receiver, Report, Request, Scope, Simulation, Start, State,
+    encode,
 };
 use haptic_loop::remote::{COEFFICIENTS_MAX, Session, TickSide};
 use serde::ser::{Serialize, SerializeTuple, Serializer};
