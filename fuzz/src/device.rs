@@ -98,10 +98,11 @@ impl Bench {
                 every: 1,
                 batch,
             })),
-            Step::Force(eighths) => self.frame(&Request::Force {
-                tick: self.device.borrow().newest().tick,
-                force_n: f32::from(eighths) / 8.0,
-            }),
+            Step::Force(eighths) => {
+                let tick = self.device.borrow().newest().tick;
+                let force_n = f32::from(eighths) / 8.0;
+                self.frame(&Request::Force { tick, force_n });
+            }
             Step::KeepAlive => self.frame(&Request::KeepAlive { token: 1 }),
             Step::Skip(by) => self.sequence = self.sequence.wrapping_add_signed(i32::from(by)),
         }
