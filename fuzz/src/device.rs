@@ -3,8 +3,9 @@
 use crate::script::Step;
 use crate::witness::Witness;
 use haptic_link::{
-    CoefficientBlock, Configuration, DigestBuilder, Direction, FRAME_MAX, Header, LoopMode, OperatorForm,
-    OperatorShape, Receiver, Report, Request, Scope, Simulation, Start, State, encode,
+    CoefficientBlock, Configuration, DigestBuilder, Direction, FRAME_MAX, Header, LoopMode,
+    OperatorForm, OperatorShape, Receiver, Report, Request, Scope, Simulation, Start, State,
+    encode,
 };
 use haptic_loop::remote::{COEFFICIENTS_MAX, Session, TickSide};
 use serde::ser::{Serialize, SerializeTuple, Serializer};
@@ -97,10 +98,11 @@ impl Bench {
                 every: 1,
                 batch,
             })),
-            Step::Force(eighths) => self.frame(&Request::Force {
-                tick: self.device.borrow().newest().tick,
-                force_n: f32::from(eighths) / 8.0,
-            }),
+            Step::Force(eighths) => {
+                let tick = self.device.borrow().newest().tick;
+                let force_n = f32::from(eighths) / 8.0;
+                self.frame(&Request::Force { tick, force_n });
+            }
             Step::KeepAlive => self.frame(&Request::KeepAlive { token: 1 }),
             Step::Skip(by) => self.sequence = self.sequence.wrapping_add_signed(i32::from(by)),
         }

@@ -232,8 +232,8 @@ fn forged_frames_do_nothing() {
     let mut refused = 0_u32;
     for (index, which) in SCENES.into_iter().enumerate() {
         let (mut bench, capture) = scene(which);
-        let last = capture.iter().map(|frame| header_of(frame));
-        let live = last.filter(|(_, connection)| *connection != 0).next_back();
+        let mut headers = capture.iter().map(|frame| header_of(frame));
+        let live = headers.rfind(|(_, connection)| *connection != 0);
         let live = live.expect("the host has spoken");
         let mut random = Random(Pcg32::new(index as u64, 1));
         let state = bench.state();

@@ -99,7 +99,8 @@ fn a_second_run_of_a_connection_is_held_to_what_was_set_not_to_the_first() {
 
 #[test]
 fn a_run_may_not_loosen_a_limit() {
-    let cases: [(Field, fn(&mut Limits)); 5] = [
+    type Change = fn(&mut Limits);
+    let cases: [(Field, Change); 5] = [
         (Field::ForceLimit, |l| l.force_n = 10.1),
         (Field::ForceRateLimit, |l| l.force_rate_n_per_s = 1e5),
         (Field::RiseTime, |l| l.rise_time_s = 0.0),
