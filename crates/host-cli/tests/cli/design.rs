@@ -433,9 +433,9 @@ fn a_wall_that_rings_for_long_is_tried_for_long() {
 fn squared_weights(order: f64) -> f64 {
     let known = [
         (0.0, 1.0),
-        (0.5, 1.0 / 0.785_398_163_397_448_3),
+        (0.5, 4.0 / std::f64::consts::PI),
         (1.0, 2.0),
-        (1.5, 6.0 / 1.767_145_867_644_258_5),
+        (1.5, 32.0 / (3.0 * std::f64::consts::PI)),
         (2.0, 6.0),
     ];
     let found = known.iter().find(|(mu, _)| *mu == order);
