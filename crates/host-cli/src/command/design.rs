@@ -5,6 +5,7 @@ mod coupler;
 use super::experiment::{parse_scheme, progress_bar, wall_order};
 use super::plant::PlantArguments;
 use crate::design::{Candidate, Design, DesignReport, Device, Requirement, Wish};
+use crate::experiment::TrialVerdict;
 use crate::failure::Failure;
 use crate::figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use crate::folder::{FolderRequest, write_text};
@@ -146,7 +147,9 @@ impl Arguments {
         output.summary(&report, |out| print(out, &report))?;
         match (&report.best, &report.simulated) {
             (Some(best), Some(simulated))
-                if !simulated.stable && self.require == Require::Passive =>
+                if simulated.verdict == TrialVerdict::Unstable
+                    && self.require == Require::Passive
+                    && report.imperfections.sensors.are_ideal() =>
             {
                 note(
                     "warning",
@@ -161,7 +164,7 @@ impl Arguments {
             (Some(best), Some(simulated)) if !simulated.stable => {
                 Err(Failure::Run(anyhow::anyhow!(
                     "the best candidate, order {}, is {} when it is tried: {}; ask for more margin with --require \
-                     stable --gain-margin, or less noise with --force-noise-limit",
+                     stable --gain-margin, less noise with --force-noise-limit, or take a finer encoder",
                     best.order,
                     simulated.verdict.words(),
                     simulated.reason().unwrap_or_default()
@@ -311,16 +314,16 @@ fn draw(design: &Design, report: &DesignReport) -> Result<Picture, FigureError> 
     let best = report.best.as_slice();
     let (wished, wished_best) = (points(value, &report.candidates), points(value, best));
     let (betas, beta_best) = (points(beta, &report.candidates), points(beta, best));
+    let requirement = match report.gain_margin {
+        Some(margin) => format!("stable, gain margin {margin}"),
+        None => "passive".to_owned(),
+    };
     let subtitle = format!(
-        "m = {} kg · b = {} N·s/m · T = {} s · {} · {} · scheme {}",
+        "m = {} kg · b = {} N·s/m · T = {} s · {} · scheme {}",
         design.device.plant.mass.0,
         design.device.plant.damping.0,
         design.device.plant.sample_time.0,
         report.imperfections.words(),
-        match report.gain_margin {
-            Some(margin) => format!("stable, gain margin {margin}"),
-            None => "passive".to_owned(),
-        },
         report.scheme
     );
     let axis = |label| AxisSpec {
@@ -344,7 +347,7 @@ fn draw(design: &Design, report: &DesignReport) -> Result<Picture, FigureError> 
         ],
     };
     ChartPage {
-        title: &format!("Design: {}", report.wish),
+        title: &format!("Design: {}, {requirement}", report.wish),
         subtitle: &subtitle,
         columns: 2,
         charts: vec![
@@ -412,6 +415,24 @@ fn print(out: &mut dyn Write, report: &DesignReport) -> io::Result<()> {
             _ => writeln!(out)?,
         }
     }
+    print_verdicts(out, report)?;
+    for note in &report.notes {
+        writeln!(out, "{note}")?;
+    }
+    if let Some(experiment) = &report.experiment {
+        writeln!(
+            out,
+            "written: {experiment} (try it: host-cli run {experiment})"
+        )?;
+    }
+    report
+        .files
+        .iter()
+        .try_for_each(|file| writeln!(out, "written: {file}"))
+}
+
+/// The lines below the table: tissue, best, trial, device.
+fn print_verdicts(out: &mut dyn Write, report: &DesignReport) -> io::Result<()> {
     if let Some(tissue) = &report.tissue {
         writeln!(
             out,
@@ -463,17 +484,5 @@ fn print(out: &mut dyn Write, report: &DesignReport) -> io::Result<()> {
             real.force_noise_rms_n
         )?;
     }
-    for note in &report.notes {
-        writeln!(out, "{note}")?;
-    }
-    if let Some(experiment) = &report.experiment {
-        writeln!(
-            out,
-            "written: {experiment} (try it: host-cli run {experiment})"
-        )?;
-    }
-    report
-        .files
-        .iter()
-        .try_for_each(|file| writeln!(out, "written: {file}"))
+    Ok(())
 }

@@ -3,7 +3,6 @@
 use super::experiment::{parse_number, parse_scheme, progress_bar, stop_on_interrupt, wall_order};
 use super::plant::PlantArguments;
 use super::remote::RemoteArguments;
-use crate::experiment::zwidth::BoundaryPoint;
 use crate::experiment::{Criterion, CriterionName, TrialPlan, ZWidth, ZWidthReport};
 use crate::failure::Failure;
 use crate::figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
@@ -288,42 +287,60 @@ fn save(report: &ZWidthReport, folder: &OutputFolder) -> Result<Vec<String>, Fai
     Ok(vec![table, folder.save_picture(&draw(report)?)?])
 }
 
-/// The boundaries in the α–β plane, and the same in N/m: theory beneath, what was tried on it.
-fn draw(report: &ZWidthReport) -> Result<Picture, FigureError> {
+/// A curve with what it needs to be drawn.
+struct Curve {
+    name: String,
+    points: Vec<(f64, f64)>,
+    look: Look,
+    colour: usize,
+}
+
+impl Curve {
+    fn series(&self) -> Series<'_> {
+        Series::new(&self.name, &self.points, self.look, self.colour)
+    }
+}
+
+/// The boundaries in the plane of β and α, or with units: the analysis beneath, what was tried on it.
+fn curves(report: &ZWidthReport, with_units: bool) -> Vec<Curve> {
     let tried = if report.device == "sim" {
         "simulated"
     } else {
         "measured"
     };
-    let mut plane: Vec<(String, Vec<(f64, f64)>, Look, usize)> = Vec::new();
-    let mut physical = Vec::new();
-    for (colour, order) in report.orders.iter().enumerate() {
-        let (stiffness, dissipation) = order.units;
-        let name = format!("analysis, μ = {}", order.order);
-        let scaled = (order.outline.iter())
-            .map(|&(beta, alpha)| (beta * dissipation, alpha * stiffness))
-            .collect();
-        plane.push((name.clone(), order.outline.clone(), Look::Line, colour));
-        physical.push((name, scaled, Look::Line, colour));
-    }
-    for (colour, order) in report.orders.iter().enumerate() {
-        let name = format!("{tried}, μ = {}", order.order);
-        let points = |value: fn(&BoundaryPoint) -> (f64, f64)| {
-            order.boundary.iter().map(value).collect::<Vec<_>>()
-        };
-        let (of_plane, of_units) = (
-            points(|p| (p.beta, p.alpha)),
-            points(|p| (p.dissipation, p.stiffness_max)),
-        );
-        plane.push((name.clone(), of_plane, Look::Markers, colour));
-        physical.push((name, of_units, Look::Markers, colour));
-    }
-    fn series(curves: &[(String, Vec<(f64, f64)>, Look, usize)]) -> Vec<Series<'_>> {
-        curves
-            .iter()
-            .map(|(name, points, look, colour)| Series::new(name, points, *look, *colour))
-            .collect()
-    }
+    let orders = || report.orders.iter().enumerate();
+    let analysis = orders().map(|(colour, order)| {
+        let (stiffness, dissipation) = if with_units { order.units } else { (1.0, 1.0) };
+        let outline = order.outline.iter();
+        Curve {
+            name: format!("analysis, μ = {}", order.order),
+            points: outline
+                .map(|&(beta, alpha)| (beta * dissipation, alpha * stiffness))
+                .collect(),
+            look: Look::Line,
+            colour,
+        }
+    });
+    let trials = orders().map(|(colour, order)| {
+        let boundary = order.boundary.iter();
+        Curve {
+            name: format!("{tried}, μ = {}", order.order),
+            points: boundary
+                .map(|p| match with_units {
+                    true => (p.dissipation, p.stiffness_max),
+                    false => (p.beta, p.alpha),
+                })
+                .collect(),
+            look: Look::Markers,
+            colour,
+        }
+    });
+    analysis.chain(trials).collect()
+}
+
+/// The boundaries without units, and the same in N/m.
+fn draw(report: &ZWidthReport) -> Result<Picture, FigureError> {
+    let (plane, physical) = (curves(report, false), curves(report, true));
     ChartPage {
         title: "Z-width: the stiffest walls that settle",
         subtitle: &format!(
@@ -342,13 +359,13 @@ fn draw(report: &ZWidthReport) -> Result<Picture, FigureError> {
                 caption: "without units",
                 x: AxisSpec::new("dissipation β = BT^{2−μ}/m", Scale::Linear),
                 y: AxisSpec::new("largest stiffness α = KT²/m", Scale::Linear),
-                series: series(&plane),
+                series: plane.iter().map(Curve::series).collect(),
             },
             Chart {
                 caption: "with units; B = 0 lies outside",
                 x: AxisSpec::new("dissipation B / N·s^{μ}·m⁻¹", Scale::Log),
                 y: AxisSpec::new("largest stiffness K / N·m⁻¹", Scale::Linear),
-                series: series(&physical),
+                series: physical.iter().map(Curve::series).collect(),
             },
         ],
     }

@@ -13,7 +13,7 @@ use fracdiff::{Channel, Operator, Order, Scheme, Seconds};
 /// Weights that are summed: the rest falls like j^(−1−2μ).
 const WEIGHTS: usize = 4096;
 
-/// T^(−μ)·√(Σ c_j²) of the operator that runs, s^(−μ): rms of the output for white noise of 1.
+/// T^(−μ)·√(Σ c²) of the operator that runs, s^(−μ): rms of the output for white noise of 1.
 ///
 /// # Errors
 /// A scheme that cannot be made for this order and sample time.

@@ -203,7 +203,7 @@ impl Settling {
     #[must_use]
     pub fn reason(&self) -> Option<String> {
         let of = |have: Option<f64>, most: Option<f64>| Some((have?, most?));
-        let over = |pair: Option<(f64, f64)>| pair.filter(|(have, most)| !(have <= most));
+        let over = |pair: Option<(f64, f64)>| pair.filter(|(have, most)| have > most);
         let share = self.saturated_share.unwrap_or(0.0);
         match self.verdict {
             TrialVerdict::Stable => None,
@@ -365,7 +365,7 @@ mod tests {
     }
 
     fn sign(n: u32) -> f64 {
-        if n % 2 == 0 { 1.0 } else { -1.0 }
+        if n.is_multiple_of(2) { 1.0 } else { -1.0 }
     }
 
     #[test]

@@ -84,14 +84,17 @@ impl Theory {
         largest
     }
 
-    /// Whether the wall made weaker by a share is stable, and made stronger unstable; `None` if that cannot be
-    /// told.
+    /// Whether the edge is within a share of this wall: with its K, or K and B together, made weaker by the
+    /// share it is stable, and made stronger unstable. Both ways, because an edge may run along one of them.
+    /// `None` if that cannot be told.
     pub(super) fn has_edge_within(&self, alpha: f64, beta: f64, share: f64) -> Option<bool> {
-        let stable = |factor: f64| {
-            let (alpha, beta) = (factor * alpha, factor * beta);
+        let stable = |alpha: f64, beta: f64| {
             let closed = SampledLoop::with_plant(self.plant, alpha, beta, &self.operator).ok()?;
             Some(closed.is_stable())
         };
-        Some(stable(1.0 - share)? && !stable(1.0 + share)?)
+        let (weaker, stronger) = (1.0 - share, 1.0 + share);
+        let along_both =
+            stable(weaker * alpha, weaker * beta)? && !stable(stronger * alpha, stronger * beta)?;
+        Some(along_both || (stable(weaker * alpha, beta)? && !stable(stronger * alpha, beta)?))
     }
 }
