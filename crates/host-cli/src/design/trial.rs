@@ -92,6 +92,7 @@ impl Design {
             duration_s,
             window_s,
             threshold_m: two_digits(settled),
+            force_rate_limit_n_per_s: None,
             force_limit_n: device.force_limit_n,
             force_unstable: false,
             remote: None,

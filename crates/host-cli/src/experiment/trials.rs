@@ -79,8 +79,10 @@ impl Trials {
             sample_time_s,
             pace: Pace::Realtime(RealtimeOptions::NORMAL),
         };
-        let mut configuration = configuration(&self.remote, law, schedule, link.capabilities())?;
-        // A search does not end where the device's limits do.
+        // A search does not end where the device's limits do, so it keeps none of them.
+        let present = haptic_link::Limits::DEFAULT;
+        let mut configuration =
+            configuration(&self.remote, law, schedule, link.capabilities(), &present)?;
         let (limits, can) = (&mut configuration.limits, link.capabilities());
         limits.force_n = limits.force_n.min(can.force_max_n);
         limits.force_rate_n_per_s = limits.force_rate_n_per_s.min(can.force_rate_max_n_per_s);
@@ -93,7 +95,7 @@ impl Trials {
             }
         };
         link.set(configuration, &law.operator.1).map_err(problem)?;
-        let watchdog = Duration::from_millis(u64::from(self.remote.watchdog_ms));
+        let watchdog = Duration::from_millis(u64::from(self.remote.watchdog_ms()));
         link.arm(watchdog).map_err(problem)?;
         let run = self.run.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
         let start = Start {

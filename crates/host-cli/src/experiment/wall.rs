@@ -16,7 +16,7 @@ use super::outcome::reaction;
 use super::preflight::{Dynamics, Preflight, PreflightRequest, whole_samples};
 use super::pushed::{GONE_M, VirtualWall, force_alone, pushed, safe_force_limit, wall_at_start};
 use super::remote::{
-    RemoteDevice, RemoteLaw, RemoteRun, device_name, host_limits, no_operator, portable, push,
+    Kept, RemoteDevice, RemoteLaw, RemoteRun, device_name, host_limits, no_operator, portable, push,
 };
 use super::report::{Files, RunReport, Warnings};
 use super::run::{Pace, Ran, Record, SAMPLES, Schedule, Supervisor, run_logged};
@@ -29,6 +29,7 @@ use fracdiff::full_memory::Kernel;
 use fracdiff::{FrequencyResponse as _, Operator, Order, Scheme};
 use haptic_link::{LoopMode, Simulation, SimulationKind};
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
+use haptic_loop::units::NewtonsPerSecond;
 use haptic_loop::{Controller, Limits, SafetyChain};
 pub use report::WallReport;
 use serde::Serialize;
@@ -61,6 +62,8 @@ pub struct Wall {
     pub threshold_m: f64,
     /// Largest force of the safety chain, N.
     pub force_limit_n: f64,
+    /// Largest rate of the force, N/s; `None` for that of a serial device, and none on the simulated one.
+    pub force_rate_limit_n_per_s: Option<f64>,
     /// What else the safety chain does.
     pub safety: Safety,
     /// How time passes.
@@ -259,7 +262,7 @@ impl Wall {
         )
         .map_err(Failure::input)?;
         let chain = match &self.remote {
-            None => safe_force_limit(self.force_limit_n, &self.device, &self.safety)?,
+            None => safe_force_limit(self.force_and_rate(), &self.device, &self.safety)?,
             Some(_) => SafetyChain::from_limits(&self.limits_here(), t).map_err(Failure::input)?,
         };
         Ok(Parts {
@@ -270,10 +273,21 @@ impl Wall {
         })
     }
 
+    fn force_and_rate(&self) -> Limits {
+        let limits = force_alone(self.force_limit_n, self.device.sample_time);
+        Limits {
+            rate: self
+                .force_rate_limit_n_per_s
+                .map_or(limits.rate, NewtonsPerSecond),
+            ..limits
+        }
+    }
+
     /// Limits of the chain of a serial device, without its guard.
     fn limits_there(&self) -> Limits {
-        let limits = force_alone(self.force_limit_n, self.device.sample_time);
-        self.safety.on(limits, true)
+        let limits = self.safety.on(self.force_and_rate(), true);
+        let delay = limits.device_delay_samples;
+        self.safety.braked(limits, self.device.mass.0, delay)
     }
 
     /// Limits of the chain that runs here with a serial device: in a host loop the device does all but force
@@ -318,6 +332,11 @@ impl Wall {
             one_sided: self.one_sided,
             operator,
             limits: self.limits_there(),
+            kept: Kept {
+                rate: self.force_rate_limit_n_per_s.is_none(),
+                speed: self.safety.speed_limit_m_per_s.is_none(),
+                rise: self.safety.rise_time_s.is_none(),
+            },
             guard: (
                 self.safety.guard,
                 self.safety.guarded(GuardedDevice {

@@ -14,7 +14,7 @@
 //! Source: O. Tokatlı, *Fractional Order Control in Haptics*, section 4.4, figure 4.3.
 
 use super::pushed::{GONE_M, VirtualWall, force_alone, force_limit, pushed, wall_at_start};
-use super::remote::{RemoteDevice, RemoteLaw, device_name, portable, push};
+use super::remote::{Kept, RemoteDevice, RemoteLaw, device_name, portable, push};
 use super::sensed::{Sensed, Sensors};
 use super::trials::Trials;
 use crate::failure::Failure;
@@ -397,6 +397,7 @@ impl<'a> Wall<'a> {
             one_sided: self.experiment.one_sided,
             operator: operator.clone(),
             limits: force_alone(force_limit_n, device.sample_time),
+            kept: Kept::default(),
             guard: Default::default(),
             simulation: Simulation {
                 mass_kg: device.mass.0 as f32,

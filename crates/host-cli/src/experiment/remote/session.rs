@@ -90,7 +90,6 @@ impl<'a> RemoteRun<'a> {
         let device = self.device;
         let mut link = device.name.connect(device.patience)?;
         let path = link.path().to_owned();
-        let configuration = configuration(device, &self.law, self.schedule, link.capabilities())?;
         let problem = |error: SerialError| match error.is_refusal() {
             true if error.is_about(Field::SimulationKind) => Failure::input_with_advice(
                 error,
@@ -99,6 +98,9 @@ impl<'a> RemoteRun<'a> {
             true => Failure::bad_input(error),
             false => at_port(&path, &error),
         };
+        let present = link.configuration().map_err(problem)?.0.limits;
+        let can = link.capabilities();
+        let configuration = configuration(device, &self.law, self.schedule, can, &present)?;
         link.set(configuration, &self.law.operator.1)
             .map_err(problem)?;
         let before = link.statistics().map_err(problem)?;
@@ -117,6 +119,7 @@ impl<'a> RemoteRun<'a> {
         let started = Recorder::start(&log, self.metadata, false, folder.overwrite(), live);
         let recorder = started.inspect_err(|_| folder.discard())?;
         let mut record = Record::with_room_for(self.schedule.samples).map_err(Failure::Run)?;
+        record.watchdog_ms = Some(device.watchdog_ms());
         if let Some(priority) = options(self.schedule).priority {
             record.not_realtime = link.raise(priority).err().map(|refusal| {
                 let fallback = Fallback {
@@ -129,7 +132,7 @@ impl<'a> RemoteRun<'a> {
         Ok(Session {
             link,
             before,
-            watchdog: Duration::from_millis(u64::from(device.watchdog_ms)),
+            watchdog: Duration::from_millis(u64::from(device.watchdog_ms())),
             loop_mode: device.loop_mode,
             schedule: self.schedule,
             reference: self.reference,
@@ -215,7 +218,7 @@ impl Session<'_> {
             preflight,
             ..
         } = self;
-        // Only a device that has let go answers so; its force falls at its own rate limit.
+        // Only a device that has let go answers so; its force falls within its own stop time.
         let let_go = record.ended == Some(Ended::LogStopped) && waits_for_rest(&link);
         // A device that is gone cannot be asked.
         let after = link.statistics().unwrap_or(before);
@@ -441,7 +444,9 @@ impl Session<'_> {
                 });
             }
             let time_s = self.next_tick as f64 * self.schedule.sample_time_s;
-            let _ = self.recorder.event(time_s, kind, ended.reason());
+            let _ = self
+                .recorder
+                .event(time_s, kind, ended.reason(self.record.watchdog_ms));
         }
     }
 
@@ -531,7 +536,7 @@ fn blow(refused: StartRefused) -> SerialError {
 
 /// Waits until the device tells, by its keep-alives, that it is idle: its force has fallen to zero.
 fn waits_for_rest(link: &SerialLink) -> bool {
-    /// Longer than any ramp at a rate limit that is one.
+    /// Twice the longest stop time.
     const PATIENCE: Duration = Duration::from_secs(2);
     let began = Instant::now();
     while link.status().state != State::Idle && began.elapsed() < PATIENCE {
@@ -548,6 +553,6 @@ fn describe(link: &SerialLink, device: &RemoteDevice, metadata: &mut BTreeMap<St
     add("loop", loop_name(device.loop_mode).to_owned());
     add(
         "watchdog_s",
-        (f64::from(device.watchdog_ms) * 1e-3).to_string(),
+        (f64::from(device.watchdog_ms()) * 1e-3).to_string(),
     );
 }
