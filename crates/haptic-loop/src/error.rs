@@ -74,6 +74,7 @@ impl fmt::Display for ParameterError {
 
 impl core::error::Error for ParameterError {}
 
+#[inline(never)]
 pub(crate) fn range(
     what: &'static str,
     value: f64,
@@ -94,6 +95,7 @@ pub(crate) fn range(
 }
 
 /// Rounds a checked value to the loop's precision; refuses one that overflows or vanishes there.
+#[inline(never)]
 pub(crate) fn rounded<F: Real>(
     what: &'static str,
     value: f64,
@@ -112,6 +114,7 @@ pub(crate) fn rounded<F: Real>(
 }
 
 /// Accepts a finite value above zero.
+#[inline(never)]
 pub(crate) fn positive(
     what: &'static str,
     value: f64,
@@ -121,6 +124,7 @@ pub(crate) fn positive(
 }
 
 /// Accepts a finite value of at least zero.
+#[inline(never)]
 pub(crate) fn not_negative(
     what: &'static str,
     value: f64,

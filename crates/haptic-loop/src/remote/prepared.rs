@@ -80,15 +80,8 @@ pub fn prepare<H: Hardware>(
         .then_some(Metres(f64::from(surface)));
     let sample_time = Seconds(f64::from(period) * 1e-6);
     // Everything was checked above; whatever a constructor finds beyond that has no field of its own.
-    let unexpected = |_| Refusal::Unsupported(Field::Other);
-    let wall = Wall::new(
-        f64::from(stiffness),
-        f64::from(dissipation),
-        operator,
-        surface,
-    )
-    .map_err(unexpected)?;
-    let chain = SafetyChain::from_limits(&chain, sample_time).map_err(unexpected)?;
+    let wall = wall(stiffness, dissipation, operator, surface)?;
+    let chain = safety_chain(&chain, sample_time)?;
     Ok(Prepared {
         configuration,
         digest: DigestBuilder::new(&configuration)
@@ -98,6 +91,25 @@ pub fn prepare<H: Hardware>(
         chain,
         setup,
     })
+}
+
+/// The wall in single precision; see [`safety_chain`].
+#[inline(never)]
+fn wall(
+    stiffness: f32,
+    dissipation: f32,
+    operator: DeviceOperator,
+    surface: Option<Metres>,
+) -> Result<DeviceWall, Refusal> {
+    let (stiffness, dissipation) = (f64::from(stiffness), f64::from(dissipation));
+    Wall::new(stiffness, dissipation, operator, surface)
+        .map_err(|_| Refusal::Unsupported(Field::Other))
+}
+
+/// The chain in single precision. Not generic, so that it is compiled here, for size, and not with the tick.
+#[inline(never)]
+fn safety_chain(limits: &crate::Limits, sample_time: Seconds) -> Result<SafetyChain<f32>, Refusal> {
+    SafetyChain::from_limits(limits, sample_time).map_err(|_| Refusal::Unsupported(Field::Other))
 }
 
 /// The coefficients of an operator as they go over the wire.
@@ -164,6 +176,7 @@ fn operator(
 }
 
 /// Accepts a value in [least, most].
+#[inline(never)]
 pub(super) fn within(field: Field, value: f32, least: f32, most: f32) -> Result<f32, Refusal> {
     if value >= least && value <= most {
         Ok(value)

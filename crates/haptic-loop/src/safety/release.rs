@@ -102,6 +102,7 @@ impl<F: Real> Release<F> {
 
 /// A time in whole samples, at least one: rounded up, but to the number itself where it is above a whole one by no
 /// more than single precision makes of it. More than 2²³ could not be counted in single precision.
+#[inline(never)]
 pub(super) fn whole_ticks(time: f64, sample_time: f64) -> f64 {
     libm::ceil(time / sample_time * (1.0 - 1e-6)).clamp(1.0, 8_388_608.0)
 }
