@@ -262,6 +262,15 @@ fn a_position_that_jumps_is_a_fault_before_its_force_is() {
 }
 
 #[test]
+fn a_jump_that_is_none_is_refused_without_a_speed_limit_too() {
+    let limits = Limits {
+        jump: Some(Metres(-1e-3)),
+        ..Limits::bare(Newtons(10.0), NewtonsPerSecond(1000.0))
+    };
+    SafetyChain::<f64>::from_limits(&limits, T).expect_err("below 0");
+}
+
+#[test]
 fn what_is_switched_off_finds_nothing() {
     let limits = Limits {
         stuck: None,

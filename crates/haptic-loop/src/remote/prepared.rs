@@ -105,17 +105,15 @@ fn built(
     let operator = operator(configuration, coefficients)?;
     let surface = f64::from(configuration.surface_m);
     // Everything was checked above; whatever a constructor finds beyond that has no field of its own.
-    let unexpected = |_| Refusal::Unsupported(Field::Other);
-    let wall = Wall::new(
-        f64::from(configuration.stiffness_n_per_m),
-        f64::from(configuration.dissipation_n_s_mu_per_m),
+    let surface = configuration.one_sided.then_some(Metres(surface));
+    let wall = wall(
+        configuration.stiffness_n_per_m,
+        configuration.dissipation_n_s_mu_per_m,
         operator,
-        configuration.one_sided.then_some(Metres(surface)),
-    )
-    .map_err(unexpected)?;
+        surface,
+    )?;
     let sample_time = Seconds(f64::from(configuration.tick_period_us) * 1e-6);
-    let chain = SafetyChain::from_limits(limits, sample_time).map_err(unexpected)?;
-    Ok((wall, chain))
+    Ok((wall, safety_chain(limits, sample_time)?))
 }
 
 #[inline(never)]
@@ -123,6 +121,25 @@ pub(super) fn digest(configuration: &Configuration, coefficients: &[f32]) -> u32
     DigestBuilder::new(configuration)
         .coefficients(coefficients)
         .finish()
+}
+
+/// The wall in single precision; see [`safety_chain`].
+#[inline(never)]
+fn wall(
+    stiffness: f32,
+    dissipation: f32,
+    operator: DeviceOperator,
+    surface: Option<Metres>,
+) -> Result<DeviceWall, Refusal> {
+    let (stiffness, dissipation) = (f64::from(stiffness), f64::from(dissipation));
+    Wall::new(stiffness, dissipation, operator, surface)
+        .map_err(|_| Refusal::Unsupported(Field::Other))
+}
+
+/// The chain in single precision. Not generic, so that it is compiled here, for size, and not with the tick.
+#[inline(never)]
+fn safety_chain(limits: &crate::Limits, sample_time: Seconds) -> Result<SafetyChain<f32>, Refusal> {
+    SafetyChain::from_limits(limits, sample_time).map_err(|_| Refusal::Unsupported(Field::Other))
 }
 
 /// The coefficients of an operator as they go over the wire.
@@ -189,6 +206,7 @@ fn operator(
 }
 
 /// Accepts a value in [least, most].
+#[inline(never)]
 pub(super) fn within(field: Field, value: f32, least: f32, most: f32) -> Result<f32, Refusal> {
     if value >= least && value <= most {
         Ok(value)

@@ -125,6 +125,7 @@ impl<F: Real, const D: usize> SafetyState<F, D> {
 
     /// The next tick comes after so many that did not: the way to zero goes on by them, and a position may have
     /// moved further.
+    #[inline(never)]
     pub fn skip(&mut self, ticks: u64) {
         // More than 2³² make no difference.
         let ticks = F::from_f64(f64::from(u32::try_from(ticks).unwrap_or(u32::MAX)));
@@ -197,7 +198,7 @@ impl<F: Real> SafetyChain<F> {
             None => None,
         };
         let guard = limits.guard.as_ref();
-        let moves = limits.workspace.is_some() || limits.speed.is_some();
+        let moves = limits.workspace.is_some() || limits.speed.is_some() || limits.jump.is_some();
         let follows =
             moves || limits.braking.is_some() || limits.stuck.is_some() || guard.is_some();
         let motion = if follows {
@@ -282,12 +283,11 @@ impl<F: Real> SafetyChain<F> {
             limiters.insert(Limiters::FAULT);
             aim = SVector::from([F::ZERO; D]);
         }
-        let envelope = state
-            .is_released()
-            .then(|| self.release.next(&mut state.released, &state.force));
+        let before = state.force;
         self.clamps.apply(&mut state.force, &aim, &mut limiters);
-        if let Some(envelope) = envelope {
-            release::hold(&mut state.force, envelope);
+        if state.is_released() {
+            self.release
+                .hold(&mut state.released, &before, &mut state.force);
         }
         if let Some(guard) = &self.guard {
             let moved = state.motion.known.then_some(&state.motion.moved);
@@ -298,8 +298,8 @@ impl<F: Real> SafetyChain<F> {
         (SafeForce(state.force), limiters)
     }
 
-    /// What is wanted after a fault or stop.
-    #[inline]
+    /// What is wanted after a fault or stop. On its own: the way to zero is never in a hurry.
+    #[inline(never)]
     fn released<const D: usize>(
         &self,
         state: &mut SafetyState<F, D>,

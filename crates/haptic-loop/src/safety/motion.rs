@@ -253,7 +253,7 @@ impl<F: Real> MotionLimits<F> {
 
     /// Whether a reading stands still while the force grows: see [`Stuck`](super::Stuck). `wanted` is finite,
     /// `sent` the last force, `most` the limit of a force.
-    #[inline]
+    #[inline(never)]
     pub(super) fn stands_still<const D: usize>(
         &self,
         motion: &mut Motion<F, D>,

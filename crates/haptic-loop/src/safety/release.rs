@@ -63,15 +63,17 @@ impl<F: Real> Release<F> {
         released.map_or(F::ONE, |released| released.left * self.share)
     }
 
-    /// The envelope of this tick, N; the first begins it at this force.
-    #[inline]
-    pub(super) fn next<const D: usize>(
+    /// Scales a force into the envelope of this tick; the first begins it at the force before. One of 0 N makes the
+    /// force exactly zero.
+    #[inline(never)]
+    pub(super) fn hold<const D: usize>(
         &self,
         released: &mut Option<Released<F>>,
-        force: &SVector<F, D>,
-    ) -> F {
+        before: &SVector<F, D>,
+        force: &mut SVector<F, D>,
+    ) {
         let released = released.get_or_insert_with(|| {
-            let norm = norm(force);
+            let norm = norm(before);
             Released {
                 from: if norm > self.brake_force {
                     norm
@@ -82,31 +84,27 @@ impl<F: Real> Release<F> {
             }
         });
         released.skip(F::ONE);
-        released.from * (released.left * self.share)
+        let envelope = released.from * (released.left * self.share);
+        let some = envelope > F::ZERO;
+        if !some {
+            *force = SVector::from([F::ZERO; D]);
+            return;
+        }
+        let norm = norm(force);
+        if norm > envelope {
+            let scale = envelope / norm;
+            for axis in force {
+                *axis = clamp(*axis * scale, -envelope, envelope);
+            }
+        }
     }
 }
 
 /// A time in whole samples, at least one: rounded up, but to the number itself where it is above a whole one by no
 /// more than single precision makes of it. More than 2²³ could not be counted in single precision.
+#[inline(never)]
 pub(super) fn whole_ticks(time: f64, sample_time: f64) -> f64 {
     libm::ceil(time / sample_time * (1.0 - 1e-6)).clamp(1.0, 8_388_608.0)
-}
-
-/// Scales a force into the envelope; one of 0 N makes it exactly zero.
-#[inline]
-pub(super) fn hold<F: Real, const D: usize>(force: &mut SVector<F, D>, envelope: F) {
-    let some = envelope > F::ZERO;
-    if !some {
-        *force = SVector::from([F::ZERO; D]);
-        return;
-    }
-    let norm = norm(force);
-    if norm > envelope {
-        let scale = envelope / norm;
-        for axis in force {
-            *axis = clamp(*axis * scale, -envelope, envelope);
-        }
-    }
 }
 
 /// The Euclidean norm, without a square that overflows.

@@ -18,7 +18,7 @@ pub struct RemoteArguments {
     /// Where the loop with a serial device is closed [default: device]
     #[arg(long = "loop", value_enum)]
     pub loop_mode: Option<Loop>,
-    /// Silence from this program after which a serial device lets go [default: 20ms]
+    /// Silence from this program after which a serial device lets go [default: 500ms, 20ms with --loop host]
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     pub watchdog: Option<Time>,
     /// Late ticks in a row after which a serial device lets go; 0 for never [default: 20]
@@ -72,7 +72,7 @@ impl RemoteArguments {
             remote.loop_mode = chosen.into();
         }
         if let Some(watchdog) = self.watchdog {
-            remote.watchdog_ms = watchdog_ms(watchdog)?;
+            remote.watchdog_ms = Some(watchdog_ms(watchdog)?);
         }
         if let Some(late_ticks) = self.late_ticks {
             remote.late_ticks = late_ticks;

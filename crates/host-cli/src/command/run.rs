@@ -23,8 +23,9 @@ theirs too. Paths in the file start from its folder.
 A wall: the device is pushed into it with a constant force, and is stable if the position settles. Keys \
 of [wall], all but the first six with defaults: mass_kg, damping_n_s_per_m, sample_time_s, order, \
 stiffness_n_per_m, dissipation_n_s_mu_per_m, scheme, hand_stiffness_n_per_m, delay_s, friction_n, \
-current_lag_s, encoder_resolution_m, sensor_noise_m, seed, force_limit_n, one_sided, criterion, \
-impact_m_per_s, push_n, duration_s, window_s, threshold_m, must_be_stable. `host-cli design` writes such a file.
+current_lag_s, encoder_resolution_m, sensor_noise_m, seed, force_limit_n, force_rate_limit_n_per_s, one_sided, criterion, \
+impact_m_per_s, push_n, duration_s, window_s, threshold_m, must_be_stable. On a serial device \
+rate limit, speed limit and rise time that are not given stay as they are set there. `host-cli design` writes such a file.
 
 The device hits the wall at impact_m_per_s (0.1; a serial one cannot be thrown) and is stable if it comes to \
 rest: see `host-cli zwidth --help` for the rule. criterion = \"dissertation\" is a push from rest, judged by \
@@ -35,7 +36,8 @@ must_be_stable = true the exit code is 1 unless both call the wall stable.
 Keys of the safety chain, for every experiment, all off if not given: guard, workspace_low_m and \
 workspace_high_m, speed_limit_m_per_s, rise_time_s, braking_n_s_per_m, and of a real device \
 for its guard device_mass_kg, device_damping_n_s_per_m, device_delay_least_s and device_delay_most_s, \
-device_lag_s, device_noise_m. guard = \"observer\" or \"energy-bounding\" keeps a \
+device_lag_s, device_noise_m. With defaults: stop_time_s (0.1), brake_force_n (2), and \
+on a serial device stuck_force_n (3), stuck_time_s (0.1) and jump_m (0.001); 0 switches these off. guard = \"observer\" or \"energy-bounding\" keeps a \
 wall from shaking: the one adds damping, the other takes force, and so stiffness, that the damping of the \
 device cannot pay for.
 

@@ -1,7 +1,7 @@
 //! Options of the safety chain that every experiment has.
 
 use crate::experiment::{GuardChoice, Safety};
-use crate::quantity::{Damping, Delay, Length, Mass, Speed, Time, Workspace};
+use crate::quantity::{Damping, Delay, Force, Length, Mass, Speed, Time, Workspace};
 use clap::Args;
 
 /// What is not given is as in the file, else off.
@@ -23,7 +23,24 @@ pub struct SafetyArguments {
     /// Brake with this damping near workspace and speed limit, and after a fault or stop
     #[arg(long, value_name = "DAMPING", allow_hyphen_values = true)]
     braking: Option<Damping>,
-    /// Mass of a real device, for --guard observer and the pre-flight
+    /// Time in which the force falls to zero after a fault, a stop or the end, 1ms to 1s [default: 0.1s]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    stop_time: Option<Time>,
+    /// Largest force of the braking meanwhile, 0N to 10N [default: 2N]
+    #[arg(long, value_name = "FORCE", allow_hyphen_values = true)]
+    brake_force: Option<Force>,
+    /// A force that grows by this on a position that stands still is a fault; 0 for never [default: 3N on a serial
+    /// device, else never]
+    #[arg(long, value_name = "FORCE", allow_hyphen_values = true)]
+    stuck_force: Option<Force>,
+    /// Time for which the position has to have stood still for that [default: 0.1s]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    stuck_time: Option<Time>,
+    /// A position that moves in a sample by this more than the speed limit allows is a fault; 0 for never [default:
+    /// 1mm on a serial device, else never]
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
+    jump: Option<Length>,
+    /// Mass of a real device, for --guard observer, --braking and the pre-flight
     #[arg(long, value_name = "MASS", allow_hyphen_values = true)]
     device_mass: Option<Mass>,
     /// Damping of a real device, for --guard energy-bounding and the pre-flight
@@ -62,6 +79,11 @@ impl SafetyArguments {
                 .braking
                 .map(|damping| damping.0)
                 .or(file.braking_n_s_per_m),
+            stop_time_s: self.stop_time.map(|time| time.0).or(file.stop_time_s),
+            brake_force_n: self.brake_force.map(|f| f.0).or(file.brake_force_n),
+            stuck_force_n: self.stuck_force.map(|f| f.0).or(file.stuck_force_n),
+            stuck_time_s: self.stuck_time.map(|time| time.0).or(file.stuck_time_s),
+            jump_m: self.jump.map(|jump| jump.0).or(file.jump_m),
             device_mass_kg: self.device_mass.map(|mass| mass.0).or(file.device_mass_kg),
             device_damping_n_s_per_m: damping.or(file.device_damping_n_s_per_m),
             device_delay_s: self

@@ -66,6 +66,7 @@ impl Design {
                 ..TrialPlan::DEFAULT
             },
             must_be_stable: true,
+            force_rate_limit_n_per_s: None,
             force_unstable: false,
             remote: None,
             safety: Safety::default(),

@@ -72,7 +72,7 @@ const RENDERING: [&str; 18] = [
 ];
 
 /// Keys of `[wall]`.
-const WALL: [&str; 28] = [
+const WALL: [&str; 29] = [
     "device",
     "loop",
     "watchdog_s",
@@ -89,6 +89,7 @@ const WALL: [&str; 28] = [
     "sensor_noise_m",
     "seed",
     "force_limit_n",
+    "force_rate_limit_n_per_s",
     "order",
     "scheme",
     "stiffness_n_per_m",
@@ -104,13 +105,18 @@ const WALL: [&str; 28] = [
 ];
 
 /// Keys of the safety chain, for every experiment.
-const SAFETY: [&str; 12] = [
+const SAFETY: [&str; 17] = [
     "guard",
     "workspace_low_m",
     "workspace_high_m",
     "speed_limit_m_per_s",
     "rise_time_s",
     "braking_n_s_per_m",
+    "stop_time_s",
+    "brake_force_n",
+    "stuck_force_n",
+    "stuck_time_s",
+    "jump_m",
     "device_mass_kg",
     "device_damping_n_s_per_m",
     "device_delay_least_s",
@@ -331,6 +337,7 @@ fn wall(table: &Table<'_>) -> Result<Wall, FileError> {
         one_sided: table.flag("one_sided", false)?,
         plan,
         must_be_stable: table.flag("must_be_stable", false)?,
+        force_rate_limit_n_per_s: table.number_if("force_rate_limit_n_per_s", Range::Above(0.0))?,
         safety: safety(table)?,
         pace: Pace::Virtual,
         remote,
@@ -405,7 +412,7 @@ fn remote(table: &Table<'_>) -> Result<Option<RemoteDevice>, FileError> {
     let loop_mode: Loop = table.choice("loop", Loop::Device)?;
     let (least, most) = (Limits::WATCHDOG_MIN_MS, Limits::WATCHDOG_MAX_MS);
     let range = Range::Within(1e-3 * f64::from(least), 1e-3 * f64::from(most));
-    let watchdog_s = table.number("watchdog_s", Some(0.02), range)?;
+    let watchdog_s = table.number_if("watchdog_s", range)?;
     let late_ticks = table.count("late_ticks", u64::from(Limits::DEFAULT.late_ticks))?;
     let late_ticks = u16::try_from(late_ticks).map_err(|_| {
         table.fail_at(
@@ -427,7 +434,7 @@ fn remote(table: &Table<'_>) -> Result<Option<RemoteDevice>, FileError> {
         DeviceName::Simulated => None,
         DeviceName::Serial(name) => Some(RemoteDevice {
             loop_mode: loop_mode.into(),
-            watchdog_ms: (1e3 * watchdog_s).round() as u16,
+            watchdog_ms: watchdog_s.map(|time| (1e3 * time).round() as u16),
             late_ticks,
             max_age_ticks,
             ..RemoteDevice::new(name)
@@ -439,6 +446,9 @@ fn remote(table: &Table<'_>) -> Result<Option<RemoteDevice>, FileError> {
 fn safety(table: &Table<'_>) -> Result<Safety, FileError> {
     let finite = Range::Within(-1e3, 1e3);
     let above_0 = Range::Above(0.0);
+    let [shortest, longest] = haptic_loop::Limits::STOP_TIME_S;
+    let stop_time = Range::Within(shortest, longest);
+    let brake_force = Range::Within(0.0, haptic_loop::Limits::BRAKE_FORCE_MAX_N);
     let low = table.number_if("workspace_low_m", finite)?;
     let high = table.number_if("workspace_high_m", finite)?;
     let workspace_m = match (low, high) {
@@ -485,6 +495,11 @@ fn safety(table: &Table<'_>) -> Result<Safety, FileError> {
         speed_limit_m_per_s: table.number_if("speed_limit_m_per_s", above_0)?,
         rise_time_s: table.number_if("rise_time_s", above_0)?,
         braking_n_s_per_m: table.number_if("braking_n_s_per_m", above_0)?,
+        stop_time_s: table.number_if("stop_time_s", stop_time)?,
+        brake_force_n: table.number_if("brake_force_n", brake_force)?,
+        stuck_force_n: table.number_if("stuck_force_n", Range::AtLeast(0.0))?,
+        stuck_time_s: table.number_if("stuck_time_s", Range::Within(1e-3, 10.0))?,
+        jump_m: table.number_if("jump_m", Range::AtLeast(0.0))?,
         device_mass_kg: table.number_if("device_mass_kg", above_0)?,
         device_damping_n_s_per_m: table.number_if("device_damping_n_s_per_m", above_0)?,
         device_delay_s,

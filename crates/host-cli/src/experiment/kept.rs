@@ -74,6 +74,8 @@ pub struct Record {
     pub ended: Option<Ended>,
     /// What the link counted, if there was one.
     pub link: Option<LinkSummary>,
+    /// Silence after which the device at its other end lets go, ms.
+    pub watchdog_ms: Option<u16>,
     largest_force_n: f64,
 }
 
@@ -100,6 +102,7 @@ impl Record {
             limited: 0,
             ended: None,
             link: None,
+            watchdog_ms: None,
             largest_force_n: 0.0,
         })
     }

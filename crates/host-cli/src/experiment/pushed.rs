@@ -225,21 +225,25 @@ pub(super) fn force_limit(limit_n: f64, t: Seconds) -> Result<SafetyChain<f64>, 
     SafetyChain::from_limits(&force_alone(limit_n, t), t).map_err(Failure::input)
 }
 
-/// The same with what else is asked for; the guard is made for the device.
+/// A chain with these limits of force and rate and what else is asked for; guard and braking are made for the device.
 ///
 /// # Errors
 /// A limit, sample time, or mass, damping or delay of the device outside its range.
 pub(super) fn safe_force_limit(
-    limit_n: f64,
+    limits: Limits,
     device: &MassDamperConfig,
     sensors: Sensors,
     safety: &Safety,
 ) -> Result<SafetyChain<f64>, Failure> {
     let t = device.sample_time;
     let known = safety.guarded(GuardedDevice::simulated(device, sensors));
+    // A ratio just above a whole number is that number; a lag of the actuator counts as delay.
+    let delay = ((device.delay.0 + device.lag.0) / t.0 - 1e-9)
+        .ceil()
+        .max(0.0) as u32;
     let limits = Limits {
         guard: safety.guard.of(&known, t)?,
-        ..safety.on(force_alone(limit_n, t), false)
+        ..safety.braked(safety.on(limits, false), device.mass.0, delay)
     };
     SafetyChain::from_limits(&limits, t).map_err(|error| match limits.guard {
         Some(_) => Failure::input_with_advice(

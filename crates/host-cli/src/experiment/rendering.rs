@@ -3,7 +3,7 @@
 use super::kept::Samples;
 use super::preflight::{Preflight, PreflightRequest};
 use super::remote::{
-    RemoteDevice, RemoteLaw, RemoteRun, host_limits, indentation, no_operator, portable, push,
+    Kept, RemoteDevice, RemoteLaw, RemoteRun, host_limits, indentation, no_operator, portable, push,
 };
 use super::run::{Pace, Ran, SAMPLES, Schedule, Supervisor, run_logged};
 use super::safety::{GuardedDevice, Safety};
@@ -391,7 +391,7 @@ impl Rendering {
         });
         Ok(Limits {
             guard: self.safety.guard.of(&known, rig.sample_time)?,
-            ..self.limits(false)
+            ..(self.safety).braked(self.limits(false), rig.renderer_mass.0, 0)
         })
     }
 
@@ -441,6 +441,10 @@ impl Rendering {
                 LoopMode::Host => no_operator(),
             },
             limits: self.limits(true),
+            kept: Kept {
+                speed: self.safety.speed_limit_m_per_s.is_none(),
+                ..Kept::default()
+            },
             guard: (
                 self.safety.guard,
                 self.safety.guarded(GuardedDevice::default()),

@@ -204,7 +204,7 @@ impl RunReport {
             sample_time_s,
             limited_samples: record.limited,
             dropped_samples: record.dropped,
-            ended_early: record.ended.map(Ended::reason),
+            ended_early: record.ended.map(|ended| ended.reason(record.watchdog_ms)),
             link: record.link.clone(),
             preflight: ran.preflight,
             fault_log: (ran.fault_log.as_ref()).map(|path| path.display().to_string()),
@@ -243,25 +243,37 @@ impl Ended {
         matches!(self, Self::Fault(_) | Self::DeviceFault(_))
     }
 
-    /// In words.
+    /// In words; of a device that let go by its watchdog with a longer time than it had.
     #[must_use]
-    pub fn reason(self) -> String {
+    pub fn reason(self, watchdog_ms: Option<u16>) -> String {
         match self {
             Self::Interrupted => "interrupted".to_owned(),
             Self::Fault(fault) => format!("fault: {fault}"),
             Self::DeviceFault(report) => {
                 let silent = report.status.fault == Fault::HostSilent.code();
-                let advice = if silent {
-                    "; if this machine was only busy, give it longer with --watchdog 100ms"
-                } else {
-                    ""
-                };
-                format!("{}{advice}", LinkError::Faulted(report))
+                let advice = watchdog_ms.filter(|_| silent).map(longer_watchdog);
+                format!(
+                    "{}{}",
+                    LinkError::Faulted(report),
+                    advice.unwrap_or_default()
+                )
             }
             Self::LinkLost(error) => error.to_string(),
             Self::LogStopped => "the log could not be written".to_owned(),
         }
     }
+}
+
+/// Five times as long, as long as can be.
+fn longer_watchdog(watchdog_ms: u16) -> String {
+    let most = haptic_link::Limits::WATCHDOG_MAX_MS;
+    if watchdog_ms >= most {
+        return format!(
+            "; {watchdog_ms} ms is the longest watchdog time: look for what kept this machine or the line busy"
+        );
+    }
+    let longer = watchdog_ms.saturating_mul(5).min(most);
+    format!("; if this machine was only busy, give it longer with --watchdog {longer}ms")
 }
 
 impl Warnings {

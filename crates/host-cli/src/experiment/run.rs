@@ -225,13 +225,12 @@ where
 {
     /// How often the supervisor is asked, in ticks.
     const REPORT: u64 = 1024;
-    /// Ticks after which a force that still is not zero is given up: the rate limit is no rate.
-    const RAMP_MOST: u64 = 10_000_000;
     let mut record = Record::with_room_for(schedule.samples)?;
     // Its thread is raised until the end of this function: what others run has been started.
     let mut periodic = schedule.clock()?.map(Periodic::new).transpose()?;
     let mut tick = 0;
-    let mut ramp = 0;
+    // Whatever ends this function, no force stays.
+    let mut engaged = controller.engage(device);
     // A run that was ended goes on until the force is zero, past its last sample if need be.
     while tick < schedule.samples || record.ended.is_some() {
         if let Some(periodic) = &mut periodic {
@@ -241,13 +240,14 @@ where
             // A recorder that has ended is seen at the tick.
             let _ = recorder.starts_at(StartTime::at(SystemTime::now()));
         }
-        let mut message = device.device().observe();
+        let mut message = engaged.device().device().observe();
         let before = Instant::now();
-        let sample = match controller.tick(device) {
+        let sample = match engaged.tick() {
             Ok(sample) => sample,
             Err(never) => match never {},
         };
         let took = u64::try_from(before.elapsed().as_nanos())?;
+        let controller = engaged.controller();
         record.tick_ns.saturating_record(took.max(1));
 
         message.tick = sample.reading.tick;
@@ -263,11 +263,10 @@ where
         tick += 1;
         if record.ended.is_some() {
             // The force is on its way to zero: in the log, but no part of the result.
-            ramp += 1;
             // Of a fault, what follows it is kept too.
             let flight = recorder.flight();
             let recorded = flight.fault().is_none() || flight.is_full();
-            if (controller.safety().is_at_rest() && recorded) || ramp == RAMP_MOST {
+            if controller.safety().is_at_rest() && recorded {
                 break;
             }
             continue;

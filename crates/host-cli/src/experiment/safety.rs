@@ -8,7 +8,7 @@ use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{
     Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, Seconds,
 };
-use haptic_loop::{EnergyBounding, Guard, Limits, PassivityObserver, SpeedLimit, Workspace};
+use haptic_loop::{EnergyBounding, Guard, Limits, PassivityObserver, SpeedLimit, Stuck, Workspace};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -151,7 +151,17 @@ pub struct Safety {
     pub rise_time_s: Option<f64>,
     /// Damping that brakes near limits and after a fault, N·s/m.
     pub braking_n_s_per_m: Option<f64>,
-    /// Mass of the device, for its guard, kg.
+    /// Time in which the force falls to zero after a fault, a stop or the end, s.
+    pub stop_time_s: Option<f64>,
+    /// Largest force of the braking meanwhile, N.
+    pub brake_force_n: Option<f64>,
+    /// Growth of the wanted force on a sensor that stands still, N; 0 for never.
+    pub stuck_force_n: Option<f64>,
+    /// Time for which it has to have stood still, s.
+    pub stuck_time_s: Option<f64>,
+    /// Largest move in a sample beyond the speed limit, m; 0 for never.
+    pub jump_m: Option<f64>,
+    /// Mass of the device, for its guard and for braking, kg.
     pub device_mass_kg: Option<f64>,
     /// Damping of the device, for its guard, N·s/m.
     pub device_damping_n_s_per_m: Option<f64>,
@@ -167,12 +177,27 @@ pub struct Safety {
 const START_FORCE_N: f64 = 1.0;
 
 impl Safety {
-    /// Adds all but the guard to limits of force and rate; `starts_small` refuses a start with a blow.
+    /// Adds all but the guard to limits of force and rate. On a device that is not simulated here, `real`, a start
+    /// with a blow is refused, and an implausible position is a fault unless that is switched off.
     #[must_use]
-    pub fn on(&self, limits: Limits, starts_small: bool) -> Limits {
+    pub fn on(&self, limits: Limits, real: bool) -> Limits {
         let brakes = self.braking_n_s_per_m.is_some();
+        let default = Limits::default();
+        let unless_off = |given: Option<f64>, default: Option<f64>| {
+            given.or(default.filter(|_| real)).filter(|x| *x != 0.0)
+        };
+        let stuck = default.stuck.unwrap_or(Stuck::DEFAULT);
+        let stuck_force = unless_off(self.stuck_force_n, Some(stuck.force.0));
         Limits {
-            start_force: starts_small.then_some(Newtons(START_FORCE_N)),
+            stop_time: self.stop_time_s.map_or(default.stop_time, Seconds),
+            brake_force: self.brake_force_n.map_or(default.brake_force, Newtons),
+            device_mass: self.device_mass_kg.map(Kilograms),
+            stuck: stuck_force.map(|force| Stuck {
+                force: Newtons(force),
+                time: self.stuck_time_s.map_or(stuck.time, Seconds),
+            }),
+            jump: unless_off(self.jump_m, default.jump.map(|jump| jump.0)).map(Metres),
+            start_force: real.then_some(Newtons(START_FORCE_N)),
             rise_time: self.rise_time_s.map(Seconds),
             workspace: self.workspace_m.map(|ends| workspace(ends, brakes)),
             speed: self.speed_limit_m_per_s.map(|hard| speed(hard, brakes)),
@@ -194,6 +219,16 @@ impl Safety {
         said.or(device)
     }
 
+    /// The limits for a device of this mass, unless somebody says otherwise, and delay: how much braking it bears.
+    #[must_use]
+    pub fn braked(&self, limits: Limits, mass_kg: f64, delay_samples: u32) -> Limits {
+        Limits {
+            device_mass: limits.device_mass.or(Some(Kilograms(mass_kg))),
+            device_delay_samples: delay_samples,
+            ..limits
+        }
+    }
+
     /// What was asked for, for the metadata of a log.
     pub fn describe(&self, metadata: &mut BTreeMap<String, String>) {
         if self.guard != GuardChoice::Off {
@@ -205,6 +240,11 @@ impl Safety {
             ("speed_limit_m_per_s", self.speed_limit_m_per_s),
             ("rise_time_s", self.rise_time_s),
             ("braking_n_s_per_m", self.braking_n_s_per_m),
+            ("stop_time_s", self.stop_time_s),
+            ("brake_force_n", self.brake_force_n),
+            ("stuck_force_n", self.stuck_force_n),
+            ("stuck_time_s", self.stuck_time_s),
+            ("jump_m", self.jump_m),
             ("device_mass_kg", self.device_mass_kg),
             ("device_damping_n_s_per_m", self.device_damping_n_s_per_m),
             ("device_delay_least_s", self.device_delay_s.map(|d| d.0)),

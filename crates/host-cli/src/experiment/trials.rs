@@ -103,7 +103,8 @@ impl Trials {
             sample_time_s,
             pace: Pace::Realtime(RealtimeOptions::NORMAL),
         };
-        let mut configuration = configuration(&self.remote, law, schedule, link.capabilities())?;
+        let can = link.capabilities();
+        let mut configuration = configuration(&self.remote, law, schedule, can, &self.set)?;
         // A search does not end where the device's limits do.
         if let Some(text) = keep_within(&mut configuration, &self.set) {
             self.told.call_once(|| note("warning", text));
@@ -118,7 +119,7 @@ impl Trials {
         };
         link.set_for(configuration, &law.operator.1, Scope::Run)
             .map_err(problem)?;
-        let watchdog = Duration::from_millis(u64::from(self.remote.watchdog_ms));
+        let watchdog = Duration::from_millis(u64::from(self.remote.watchdog_ms()));
         link.arm(watchdog).map_err(problem)?;
         let run = self.run.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
         let start = Start {

@@ -21,7 +21,7 @@ use super::pushed::{
     try_wall, wall_at_start,
 };
 use super::remote::{
-    RemoteDevice, RemoteLaw, RemoteRun, device_name, host_limits, no_operator, portable, push,
+    Kept, RemoteDevice, RemoteLaw, RemoteRun, device_name, host_limits, no_operator, portable, push,
 };
 use super::report::{Errors, Files, RunReport, Warnings};
 use super::run::{Pace, Ran, Schedule, Supervisor, run_logged};
@@ -39,7 +39,7 @@ use fracdiff::full_memory::Kernel;
 use fracdiff::{FrequencyResponse as _, Operator, Order, Scheme};
 use haptic_link::{LoopMode, Simulation, SimulationKind};
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
-use haptic_loop::units::Newtons;
+use haptic_loop::units::{Newtons, NewtonsPerSecond};
 use haptic_loop::{Controller, Limits, SafetyChain};
 pub use report::WallReport;
 use serde::Serialize;
@@ -66,6 +66,8 @@ pub struct Wall {
     pub plan: TrialPlan,
     /// A wall that is not stable by trial and analysis is a failure.
     pub must_be_stable: bool,
+    /// Largest rate of the force, N/s; `None` for that of a serial device, and none on the simulated one.
+    pub force_rate_limit_n_per_s: Option<f64>,
     /// What else the safety chain does.
     pub safety: Safety,
     /// How time passes.
@@ -284,7 +286,10 @@ impl Wall {
         )
         .map_err(Failure::input)?;
         let chain = match &self.remote {
-            None => safe_force_limit(plan.force_limit_n, &self.device, self.sensors, &self.safety)?,
+            None => {
+                let limits = self.force_and_rate();
+                safe_force_limit(limits, &self.device, self.sensors, &self.safety)?
+            }
             Some(_) => SafetyChain::from_limits(&self.limits_here(), t).map_err(Failure::input)?,
         };
         Ok(Parts {
@@ -296,10 +301,21 @@ impl Wall {
         })
     }
 
+    fn force_and_rate(&self) -> Limits {
+        let limits = force_alone(self.plan.force_limit_n, self.device.sample_time);
+        Limits {
+            rate: self
+                .force_rate_limit_n_per_s
+                .map_or(limits.rate, NewtonsPerSecond),
+            ..limits
+        }
+    }
+
     /// Limits of the chain of a serial device, without its guard.
     fn limits_there(&self) -> Limits {
-        let limits = force_alone(self.plan.force_limit_n, self.device.sample_time);
-        self.safety.on(limits, true)
+        let limits = self.safety.on(self.force_and_rate(), true);
+        let delay = limits.device_delay_samples;
+        self.safety.braked(limits, self.device.mass.0, delay)
     }
 
     /// Limits of the chain that runs here with a serial device: in a host loop the device does all but force
@@ -344,6 +360,11 @@ impl Wall {
             one_sided: self.one_sided,
             operator,
             limits: self.limits_there(),
+            kept: Kept {
+                rate: self.force_rate_limit_n_per_s.is_none(),
+                speed: self.safety.speed_limit_m_per_s.is_none(),
+                rise: self.safety.rise_time_s.is_none(),
+            },
             guard: (
                 self.safety.guard,
                 self.safety.guarded(GuardedDevice {

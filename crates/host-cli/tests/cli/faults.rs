@@ -105,6 +105,9 @@ fn a_fault_on_a_device_is_kept_with_what_the_device_recorded() {
         let device = Emulated::new(emulated);
         let report = run_with_a_silent_host(&device, options);
         assert!(report["fault_log"].is_string(), "{report}");
+        // 100 ms were set: more is proposed.
+        let reason = report["ended_early"].as_str().expect("a reason");
+        assert!(reason.contains("--watchdog 500ms"), "{reason}");
         let info = device.json("log info run/relax-fault.mcap");
         let fault = metadata(&info, "fault");
         assert_eq!(fault["code"], "2", "{options}: {fault}");

@@ -6,6 +6,7 @@ use serde_json::Value;
 /// Header of `log export`.
 const COLUMNS: &str = "tick,time_s,reference_m,indenter_position_m,position_m,environment_force_n,\
                        force_n,contact_force_n,limiters,observed_energy_j";
+const FORCE: usize = 6;
 const LIMITERS: usize = 8;
 const ENERGY: usize = 9;
 
@@ -146,6 +147,35 @@ fn limits_end_or_shape_a_run_on_the_simulated_rig() {
 }
 
 #[test]
+fn a_run_that_ends_has_no_force_after_its_stop_time() {
+    let place = Place::new();
+    // Pushed beyond its workspace against a slow wall: the fault comes at some newton.
+    let slow = "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 1e-3\norder = 0\n\
+                stiffness_n_per_m = 2000\ndissipation_n_s_mu_per_m = 0\nforce_rate_limit_n_per_s = 2\n\
+                push_n = 3\nduration_s = 3\nworkspace_low_m = -1\nworkspace_high_m = 0.2\n";
+    place.write("wall.toml", slow);
+    for (options, ticks) in [("", 100), ("--stop-time 30ms", 30)] {
+        place
+            .run(&format!("run wall.toml --out run --overwrite {options}"))
+            .failed(1);
+        let rows = ticks_after_fault(&place);
+        assert!(rows[0].abs() > 0.1, "{rows:?}");
+        // The fault is latched in a tick that falls already.
+        assert!(rows[ticks - 2].abs() > 0.0, "{options}: {rows:?}");
+        assert!(rows[ticks - 1..].iter().all(|f| *f == 0.0), "{options}");
+        let falls = rows.windows(2).all(|pair| pair[1].abs() <= pair[0].abs());
+        assert!(falls, "{options}: {rows:?}");
+    }
+}
+
+/// Forces from the tick of the fault on.
+fn ticks_after_fault(place: &Place) -> Vec<f64> {
+    let rows = ticks(place, "run/wall-fault.mcap");
+    let after = rows.iter().filter(|row| row[LIMITERS] as u8 & 4 != 0);
+    after.map(|row| row[FORCE]).collect()
+}
+
+#[test]
 fn limits_that_are_none_are_refused() {
     let place = Place::new();
     for (options, words) in [
@@ -155,6 +185,20 @@ fn limits_that_are_none_are_refused() {
         ("--speed-limit 0", ["speed limit 0", "m/s"]),
         ("--rise-time -1s", ["rise time -1", "above 0"]),
         ("--braking 0", ["braking 0", "above 0"]),
+        // On the rig's renderer of 65 g, and on one of 1 g.
+        (
+            "--braking 1000",
+            ["braking 1000 N·s/m is not at most", "take less braking"],
+        ),
+        (
+            "--braking 5 --device-mass 1g",
+            ["at most 1 N·s/m", "take less braking"],
+        ),
+        ("--stop-time 0", ["stop time 0 s", "[0.001, 1] s"]),
+        ("--stop-time 2s", ["stop time 2 s", "[0.001, 1] s"]),
+        ("--brake-force -1N", ["brake force -1 N", "[0, 10] N"]),
+        ("--stuck-force 1N --stuck-time 0", ["stuck time 0 s", "10"]),
+        ("--jump -1mm", ["jump of the position -0.001 m", "above 0"]),
         ("--guard on", ["--guard", "observer"]),
         (
             "--guard observer --device-mass 0",
@@ -177,6 +221,9 @@ fn limits_that_are_none_are_refused() {
             ["workspace.toml:3", "not above"],
         ),
         ("rise_time_s = 0", ["workspace.toml:2", "not above 0"]),
+        ("stop_time_s = 2", ["workspace.toml:2", "[0.001, 1]"]),
+        ("brake_force_n = 20", ["workspace.toml:2", "[0, 10]"]),
+        ("jump_m = -1", ["workspace.toml:2", "at least 0"]),
         (
             "speed_limit_m_per_s = -1",
             ["workspace.toml:2", "not above 0"],
@@ -296,6 +343,58 @@ mod device {
             (&Value::Null, &Value::Null)
         );
         assert_eq!(numbers.map(|key| number(&off, key)), [0.0; 4]);
+    }
+
+    #[test]
+    fn a_wall_keeps_what_it_does_not_speak_of() {
+        let device = Emulated::new();
+        device.json("device set --force-rate-limit 700N/s --speed-limit 0.9 --rise-time 0.2s");
+        let limits = |device: &Emulated| {
+            let now = device.json("device get");
+            let safety = &now["safety"];
+            [
+                number(&now, "force_rate_limit_n_per_s"),
+                number(safety, "speed_limit_m_per_s"),
+                number(safety, "rise_time_s"),
+            ]
+            .map(|x| (1e6 * x).round() / 1e6)
+        };
+        let soft = SHAKING.replace("8000", "1000") + "duration_s = 1\n";
+        device.place.write("wall.toml", &soft);
+        device.json("run wall.toml --watchdog 1s --out kept --quiet");
+        assert_eq!(limits(&device), [700.0, 0.9, 0.2]);
+        device.place.write(
+            "wall.toml",
+            format!("{soft}force_rate_limit_n_per_s = 600\n"),
+        );
+        device.json("run wall.toml --watchdog 1s --out asked --rise-time 0.3s --quiet");
+        assert_eq!(limits(&device)[0], 600.0);
+        assert_eq!(limits(&device)[2], 0.3);
+    }
+
+    #[test]
+    fn the_watchdog_goes_with_the_loop_and_braking_with_the_mass() {
+        let device = Emulated::new();
+        assert_eq!(number(&device.json("device get"), "watchdog_s"), 0.5);
+        let host = device.json("device set --loop host");
+        assert_eq!(number(&host, "watchdog_s"), 0.02);
+        let chosen = device.json("device set --watchdog 50ms --loop device");
+        assert_eq!(number(&chosen, "watchdog_s"), 0.05);
+        // The simulated mass is known: 65 g bear 21.6 N·s/m with a tick of delay.
+        let braked = device.json("device set --braking 20 --stop-time 50ms --brake-force 3N");
+        let safety = &braked["safety"];
+        assert_eq!(number(safety, "braking_n_s_per_m"), 20.0);
+        assert_eq!(number(safety, "brake_force_n"), 3.0);
+        assert!((number(safety, "stop_time_s") - 0.05).abs() < 1e-8);
+        for (change, words) in [
+            ("--braking 30", ["braking", "30"]),
+            ("--braking 6 --device-mass 0", ["braking", "6"]),
+            ("--stop-time 2s", ["stop time", "2"]),
+            ("--brake-force 11N", ["brake force", "11"]),
+        ] {
+            let line = format!("device set {change} --device serial:device");
+            device.place.run(&line).refused(2, &words);
+        }
     }
 
     #[test]

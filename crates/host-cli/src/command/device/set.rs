@@ -14,7 +14,7 @@ use crate::quantity::{
 };
 use clap::Args;
 use fracdiff::{Operator, Scheme, Seconds};
-use haptic_link::{Configuration, Guard, GuardKind, Limits, SimulationKind};
+use haptic_link::{Configuration, Guard, GuardKind, Limits, LoopMode, SimulationKind};
 use haptic_loop::remote::{operator_shape, wire_guard};
 use std::io::{self, Write};
 
@@ -89,14 +89,28 @@ pub struct SetArguments {
     /// Damping that brakes near workspace and speed limit, and after a fault or stop; 0 for none
     #[arg(long, allow_hyphen_values = true, help_heading = "Safety")]
     braking: Option<Damping>,
+    /// Time in which the force falls to zero after a fault or stop, 1ms to 1s
+    #[arg(long, allow_hyphen_values = true, help_heading = "Safety")]
+    stop_time: Option<Time>,
+    /// Largest force of the braking meanwhile, 0N to 10N
+    #[arg(long, allow_hyphen_values = true, help_heading = "Safety")]
+    brake_force: Option<Force>,
+    /// A wanted force that grows by this on a position that stands still is a fault; 0 for never
+    #[arg(long, allow_hyphen_values = true, help_heading = "Safety")]
+    stuck_force: Option<Force>,
+    /// Time for which the position has to have stood still for that, 1ms to 10s
+    #[arg(long, allow_hyphen_values = true, help_heading = "Safety")]
+    stuck_time: Option<Time>,
+    /// A position that moves in a tick by this more than the speed limit allows is a fault; 0 for never
+    #[arg(long, allow_hyphen_values = true, help_heading = "Safety")]
+    jump: Option<Length>,
     /// Keep the loop from feeding the device energy
     #[arg(long, value_enum, help_heading = "Safety")]
     guard: Option<GuardChoice>,
-    /// Mass of a real device, for --guard observer
+    /// Mass of a real device, for --guard observer and --braking; 0 for unknown
     #[arg(
         long,
         value_name = "MASS",
-        requires = "guard",
         allow_hyphen_values = true,
         help_heading = "Safety"
     )]
@@ -230,7 +244,12 @@ impl SetArguments {
         values: &mut Vec<f32>,
     ) -> Result<(), Failure> {
         if let Some(loop_mode) = self.loop_mode {
-            configuration.loop_mode = loop_mode.into();
+            let (before, after) = (configuration.loop_mode, LoopMode::from(loop_mode));
+            // A watchdog time that nobody chose goes with the loop.
+            if configuration.limits.watchdog_ms == before.watchdog_ms() {
+                configuration.limits.watchdog_ms = after.watchdog_ms();
+            }
+            configuration.loop_mode = after;
         }
         if let Some(time) = self.sample_time {
             if self.order.is_none() {
@@ -320,6 +339,25 @@ impl SetArguments {
         }
         if let Some(braking) = self.braking {
             limits.braking_n_s_per_m = braking.0 as f32;
+        }
+        let numbers = [
+            (&mut limits.stop_time_s, self.stop_time.map(|time| time.0)),
+            (&mut limits.brake_force_n, self.brake_force.map(|f| f.0)),
+            (&mut limits.stuck_force_n, self.stuck_force.map(|f| f.0)),
+            (&mut limits.stuck_time_s, self.stuck_time.map(|time| time.0)),
+            (&mut limits.jump_m, self.jump.map(|jump| jump.0)),
+            (&mut limits.device_mass_kg, self.device_mass.map(|m| m.0)),
+        ];
+        for (target, value) in numbers {
+            if let Some(value) = value {
+                *target = value as f32;
+            }
+        }
+        // That of a simulated device is known.
+        let simulated = configuration.simulation.kind == SimulationKind::MassDamper;
+        let asks = self.mass.is_some() || self.braking.is_some();
+        if simulated && asks && self.device_mass.is_none() {
+            limits.device_mass_kg = configuration.simulation.mass_kg;
         }
         let brakes = limits.braking_n_s_per_m > 0.0;
         let ends = match self.workspace {
@@ -451,7 +489,7 @@ pub fn watchdog_ms(time: Time) -> Result<u16, Failure> {
         Ok(ms as u16)
     } else {
         Err(Failure::bad_input(format_args!(
-            "watchdog time {time} is not in [{least} ms, {most} ms]: give --watchdog, as in 20ms"
+            "watchdog time {time} is not in [{least} ms, {most} ms]: give --watchdog, as in 100ms"
         )))
     }
 }
@@ -474,18 +512,23 @@ fn print_safety(out: &mut dyn Write, s: &SafetyParameters) -> io::Result<()> {
     if s.braking_n_s_per_m > 0.0 {
         on.push(format!("brakes with {} N·s/m", s.braking_n_s_per_m));
     }
+    on.push(format!("stops in {} s", s.stop_time_s));
+    if s.jump_m > 0.0 && s.speed_limit_m_per_s > 0.0 {
+        on.push(format!("no jump of {} m", s.jump_m));
+    }
+    if s.stuck_force_n > 0.0 {
+        on.push(format!(
+            "no growth of {} N on a position that stands still",
+            s.stuck_force_n
+        ));
+    }
     if let Some(guard) = &s.guard {
         on.push(format!(
             "guard {} with {} N·s/m",
             guard.kind, guard.damping_n_s_per_m
         ));
     }
-    let on = if on.is_empty() {
-        "no more".to_owned()
-    } else {
-        on.join(", ")
-    };
-    writeln!(out, "  safety            {on}")
+    writeln!(out, "  safety            {}", on.join(", "))
 }
 
 fn print(out: &mut dyn Write, p: &Parameters) -> io::Result<()> {

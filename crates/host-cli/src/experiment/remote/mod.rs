@@ -32,8 +32,8 @@ pub struct RemoteDevice {
     pub name: SerialName,
     /// Where the loop is closed.
     pub loop_mode: LoopMode,
-    /// Silence after which the device lets go, ms.
-    pub watchdog_ms: u16,
+    /// Silence after which the device lets go, ms; `None` for that of the loop mode.
+    pub watchdog_ms: Option<u16>,
     /// Late ticks in a row that latch a fault; 0 for never.
     pub late_ticks: u16,
     /// Ticks from a sample to the force that answers it at most, in a loop on the host.
@@ -43,17 +43,24 @@ pub struct RemoteDevice {
 }
 
 impl RemoteDevice {
-    /// With the defaults: the device's loop, 20 ms of silence, 20 late ticks, no patience.
+    /// With the defaults: the device's loop, 500 ms of silence, 20 late ticks, no patience.
     #[must_use]
     pub fn new(name: SerialName) -> Self {
         Self {
             name,
             loop_mode: LoopMode::Device,
-            watchdog_ms: Limits::DEFAULT.watchdog_ms,
+            watchdog_ms: None,
             late_ticks: Limits::DEFAULT.late_ticks,
             max_age_ticks: Limits::DEFAULT.max_age_ticks,
             patience: Duration::ZERO,
         }
+    }
+
+    /// Silence after which the device lets go, ms.
+    #[must_use]
+    pub fn watchdog_ms(&self) -> u16 {
+        self.watchdog_ms
+            .unwrap_or_else(|| self.loop_mode.watchdog_ms())
     }
 }
 
@@ -72,18 +79,50 @@ pub struct RemoteLaw {
     pub operator: (OperatorShape, Vec<f32>),
     /// Limits of the safety chain, without a guard.
     pub limits: haptic_loop::Limits,
+    /// Which of them stay as they are on the device.
+    pub kept: Kept,
     /// The guard, and what is known of a real device.
     pub guard: (GuardChoice, GuardedDevice),
     /// The plant of a simulated device.
     pub simulation: Simulation,
 }
 
-/// The configuration of the device.
+/// Limits that an experiment does not speak of: they stay as they are on the device.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Kept {
+    /// Force rate limit.
+    pub rate: bool,
+    /// Speed limit, soft and hard.
+    pub speed: bool,
+    /// Rise time.
+    pub rise: bool,
+}
+
+impl Kept {
+    /// The limits that are asked for, but for those of the device that stay.
+    fn of(self, asked: Limits, device: &Limits) -> Limits {
+        let mut limits = asked;
+        if self.rate {
+            limits.force_rate_n_per_s = device.force_rate_n_per_s;
+        }
+        if self.speed {
+            limits.speed_soft_m_per_s = device.speed_soft_m_per_s;
+            limits.speed_hard_m_per_s = device.speed_hard_m_per_s;
+        }
+        if self.rise {
+            limits.rise_time_s = device.rise_time_s;
+        }
+        limits
+    }
+}
+
+/// The configuration of the device, which has these limits now.
 pub(super) fn configuration(
     device: &RemoteDevice,
     law: &RemoteLaw,
     schedule: Schedule,
     capabilities: &Capabilities,
+    present: &Limits,
 ) -> Result<Configuration, Failure> {
     let us = schedule.sample_time_s * 1e6;
     if (us - us.round()).abs() > 1e-6 || !(1.0..=4e9).contains(&us) {
@@ -105,7 +144,7 @@ pub(super) fn configuration(
         guard,
         ..law.limits
     };
-    let limits = wire_limits(&limits, t);
+    let limits = law.kept.of(wire_limits(&limits, t), present);
     Ok(Configuration {
         loop_mode: device.loop_mode,
         tick_period_us: us.round() as u32,
@@ -116,7 +155,7 @@ pub(super) fn configuration(
         surface_m: 0.0,
         operator: law.operator.0,
         limits: Limits {
-            watchdog_ms: device.watchdog_ms,
+            watchdog_ms: device.watchdog_ms(),
             late_ticks: device.late_ticks,
             max_age_ticks: device.max_age_ticks,
             ..limits
@@ -148,12 +187,14 @@ pub(super) fn keep_within(configuration: &mut Configuration, set: &Limits) -> Op
     ))
 }
 
-/// Limits of the chain that closes a loop here: force, rate and start. The rest is up to the device, which
+/// Limits of the chain that closes a loop here: force, rate, start and stop. The rest is up to the device, which
 /// knows where it is without delay.
 #[must_use]
 pub const fn host_limits(limits: &haptic_loop::Limits) -> haptic_loop::Limits {
     haptic_loop::Limits {
         start_force: limits.start_force,
+        stop_time: limits.stop_time,
+        brake_force: limits.brake_force,
         ..haptic_loop::Limits::bare(limits.force, limits.rate)
     }
 }

@@ -92,8 +92,6 @@ impl<'a> RemoteRun<'a> {
         let device = self.device;
         let mut link = device.name.connect(device.patience)?;
         let path = link.path().to_owned();
-        let mut configuration =
-            configuration(device, &self.law, self.schedule, link.capabilities())?;
         let problem = |error: SerialError| match error.is_refusal() {
             true if error.is_about(Field::SimulationKind) => Failure::input_with_advice(
                 error,
@@ -103,6 +101,8 @@ impl<'a> RemoteRun<'a> {
             false => at_port(&path, &error),
         };
         let (set, _) = link.configuration().map_err(problem)?;
+        let can = link.capabilities();
+        let mut configuration = configuration(device, &self.law, self.schedule, can, &set.limits)?;
         if let Some(text) = keep_within(&mut configuration, &set.limits) {
             note("warning", text);
         }
@@ -126,6 +126,7 @@ impl<'a> RemoteRun<'a> {
         let mut recorder = started.inspect_err(|_| folder.discard())?;
         recorder.roll_at(folder.roll_bytes());
         let mut record = Record::with_room_for(self.schedule.samples).map_err(Failure::Run)?;
+        record.watchdog_ms = Some(device.watchdog_ms());
         if let Some(priority) = options(self.schedule).priority {
             record.not_realtime = link.raise(priority).err().map(|refusal| {
                 let fallback = Fallback {
@@ -138,7 +139,7 @@ impl<'a> RemoteRun<'a> {
         Ok(Session {
             link,
             before,
-            watchdog: Duration::from_millis(u64::from(device.watchdog_ms)),
+            watchdog: Duration::from_millis(u64::from(device.watchdog_ms())),
             loop_mode: device.loop_mode,
             schedule: self.schedule,
             reference: self.reference,
@@ -226,7 +227,7 @@ impl Session<'_> {
             preflight,
             ..
         } = self;
-        // Only a device that has let go answers so; its force falls at its own rate limit.
+        // Only a device that has let go answers so; its force falls within its own stop time.
         let let_go = record.ended == Some(Ended::LogStopped) && waits_for_rest(&link);
         // A device that is gone cannot be asked.
         let after = link.statistics().unwrap_or(before);
@@ -456,7 +457,9 @@ impl Session<'_> {
                 });
             }
             let time_s = self.next_tick as f64 * self.schedule.sample_time_s;
-            let _ = self.recorder.event(time_s, kind, ended.reason());
+            let _ = self
+                .recorder
+                .event(time_s, kind, ended.reason(self.record.watchdog_ms));
         }
     }
 
@@ -568,6 +571,6 @@ fn describe(link: &SerialLink, device: &RemoteDevice, metadata: &mut BTreeMap<St
     add("loop", loop_name(device.loop_mode).to_owned());
     add(
         "watchdog_s",
-        (f64::from(device.watchdog_ms) * 1e-3).to_string(),
+        (f64::from(device.watchdog_ms()) * 1e-3).to_string(),
     );
 }

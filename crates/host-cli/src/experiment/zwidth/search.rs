@@ -5,7 +5,7 @@ use super::{BoundaryPoint, ZWidth};
 use crate::experiment::pushed::{
     TrialPlan, encoder_step, force_alone, force_limit, thrown, try_wall, wall_at_start,
 };
-use crate::experiment::remote::{RemoteLaw, portable, push};
+use crate::experiment::remote::{Kept, RemoteLaw, portable, push};
 use crate::experiment::sensed::{Sensed, Sensors};
 use crate::experiment::settling::Judge;
 use crate::experiment::trials::Trials;
@@ -264,6 +264,7 @@ impl<'a> Search<'a> {
             one_sided: self.experiment.one_sided,
             operator: operator.clone(),
             limits: force_alone(self.plan.force_limit_n, device.sample_time),
+            kept: Kept::default(),
             guard: Default::default(),
             simulation: Simulation {
                 mass_kg: device.mass.0 as f32,
