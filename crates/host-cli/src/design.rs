@@ -41,11 +41,6 @@ use std::f64::consts::PI;
 const HORIZON: f64 = 1e6;
 /// Share of the largest wall that is taken.
 const INSIDE: f64 = 1.0 - 1e-4;
-/// K·T²/m as a share of β that stands for a tissue without elastic modulus: without any spring the
-/// device creeps away, which no criterion of stability calls stable. A full memory leaves about its
-/// tolerance of P at rest, which may be a negative spring; so many times as much is clear of it.
-const LEAST_SPRING: f64 = 1e-4;
-const CLEAR_OF_TOLERANCE: f64 = 10.0;
 /// A candidate must be better by this share to win over one of lower order.
 const BETTER: f64 = 1e-6;
 
@@ -359,7 +354,7 @@ impl Wish {
 }
 
 impl Bench<'_> {
-    /// The loop with this wall.
+    /// The loop with this wall; held, where there is no spring at all and the device only drifts.
     fn closed(&self, alpha: f64, beta: f64) -> Result<SampledLoop<'_>, AnalysisError> {
         let parameters = Nondimensional {
             alpha,
@@ -367,7 +362,8 @@ impl Bench<'_> {
             delta: self.delta,
             gamma: self.gamma,
         };
-        SampledLoop::new(parameters, &self.operator, self.design.device.delay_samples)
+        let delay = self.design.device.delay_samples;
+        SampledLoop::new(parameters, &self.operator, delay).map(SampledLoop::held)
     }
 
     fn port(&self) -> Result<OnePort<'_, LoopOperator>, AnalysisError> {
@@ -399,11 +395,10 @@ impl Bench<'_> {
         let alpha = shape * material.elastic_modulus_pa / device.stiffness_unit();
         let beta =
             shape * material.viscosity_pa_s_alpha * change / device.dissipation_unit(self.order);
-        let held = alpha.max(self.least_spring() * beta);
         let scale = match self.design.requirement {
-            Requirement::Passive => self.largest_passive_scale(held, beta)?,
+            Requirement::Passive => self.largest_passive_scale(alpha, beta)?,
             Requirement::Stable { gain_margin } => self
-                .largest_stable_scale(held, beta)?
+                .largest_stable_scale(alpha, beta)?
                 .map(|scale| scale / gain_margin),
         };
         Ok(match scale {
@@ -416,13 +411,6 @@ impl Bench<'_> {
         })
     }
 
-    fn least_spring(&self) -> f64 {
-        match self.design.scheme {
-            Scheme::Full { tolerance, .. } => LEAST_SPRING.max(CLEAR_OF_TOLERANCE * tolerance),
-            _ => LEAST_SPRING,
-        }
-    }
-
     /// Margin, passivity and units of a wall.
     fn judged(&self, point: Point) -> Result<Candidate, AnalysisError> {
         let (alpha, beta, scale) = match point {
@@ -430,15 +418,11 @@ impl Bench<'_> {
             Point::Wall { alpha, beta, scale } => (alpha, beta, scale),
         };
         let device = &self.design.device;
-        let held = match scale {
-            Some(_) => alpha.max(self.least_spring() * beta),
-            None => alpha,
-        };
-        let closed = self.closed(held, beta)?;
+        let closed = self.closed(alpha, beta)?;
         let margin = if closed.is_stable() {
             closed.margins()?.gain_up.map(|gain| gain.value)
         } else {
-            self.largest_stable_scale(held, beta)?
+            self.largest_stable_scale(alpha, beta)?
         };
         let (stiffness, dissipation) = (
             alpha * device.stiffness_unit(),

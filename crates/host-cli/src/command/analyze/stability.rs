@@ -56,6 +56,8 @@ struct Verdict {
     delta: f64,
     gamma: f64,
     delay_samples: usize,
+    /// There is no spring at all: the device stays where it is left, and the loop is judged held by a tiny one.
+    drifts: bool,
     stable: bool,
     /// Largest |z| of a pole; null if P is irrational or the polynomial too long.
     spectral_radius: Option<f64>,
@@ -137,6 +139,8 @@ impl VerdictArguments {
         let parameters = resolved.parameters;
         let sampled =
             SampledLoop::new(parameters, &resolved.operator, resolved.delay).map_err(refused)?;
+        // Without any spring there is a pole at z = 1, which is no instability.
+        let (drifts, sampled) = (sampled.drifts(), sampled.held());
         let verdict = sampled.verdict();
         // Only a stable loop has margins; the edge is not stable.
         let margins = if verdict.stable {
@@ -152,6 +156,7 @@ impl VerdictArguments {
             delta: parameters.delta,
             gamma: parameters.gamma,
             delay_samples: resolved.delay,
+            drifts,
             stable: verdict.stable,
             spectral_radius: verdict.spectral_radius,
             encirclements: verdict.unstable_poles,
@@ -178,6 +183,12 @@ impl VerdictArguments {
                 result.gamma,
                 result.delay_samples
             )?;
+            if result.drifts {
+                writeln!(
+                    out,
+                    "  without any spring: the device stays where it is left; judged with one of 1e-4 beta"
+                )?;
+            }
             if let Some(poles) = result.encirclements.filter(|poles| *poles > 0) {
                 writeln!(out, "  unstable poles    {poles}")?;
             }
