@@ -120,3 +120,41 @@ pub(crate) fn approach<F: Real>(state: &mut F, carry: &mut F, decay: F, target: 
         *state += increment;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_million_small_increments_are_kept_in_the_carry() {
+        // Each alone is lost beside the sum: 2^(−25) of it. Together they are 2^(−5).
+        let (mut sum, mut carry) = (1.0_f32, 0.0_f32);
+        for _ in 0..1 << 20 {
+            add_compensated(&mut sum, &mut carry, 2f32.powi(-25));
+        }
+        assert_eq!(sum.to_bits(), (1.0_f32 + 2f32.powi(-5)).to_bits());
+        // And a large increment does not lose the sum that it swallows.
+        let (mut sum, mut carry) = (1.0_f32, 0.0_f32);
+        add_compensated(&mut sum, &mut carry, 2f32.powi(30));
+        assert_eq!(
+            [sum, carry].map(f32::to_bits),
+            [2f32.powi(30), 1.0].map(f32::to_bits)
+        );
+    }
+
+    #[test]
+    fn a_slow_low_pass_arrives() {
+        let (mut state, mut carry) = (0.0_f32, 0.0_f32);
+        for _ in 0..20_000_000 {
+            approach(&mut state, &mut carry, 1e-6, 1.0);
+        }
+        // Without the carry it stands still at 0.97.
+        assert!((state - 1.0).abs() < 1e-6, "{state}");
+    }
+
+    #[test]
+    fn next_to_nothing_is_a_normal_number_with_room_below() {
+        assert_eq!(f32::NEGLIGIBLE.to_bits(), 2f32.powi(-90).to_bits());
+        assert_eq!(f64::NEGLIGIBLE.to_bits(), 2f64.powi(-900).to_bits());
+    }
+}

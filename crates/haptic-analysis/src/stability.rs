@@ -66,6 +66,8 @@ fn flushed(value: f64) -> f64 {
 impl<'a> SampledLoop<'a> {
     /// Longest delay, samples.
     pub const DELAY_MAX: usize = ForcePath::DELAY_MAX;
+    /// Share of β of the spring that holds a loop without any spring.
+    pub const HOLDING_SPRING: f64 = 1e-4;
     /// Largest degree for which a verdict takes the trouble to find all poles.
     pub const EIGENVALUE_DEGREE: usize = 64;
 
@@ -155,6 +157,25 @@ impl<'a> SampledLoop<'a> {
     #[must_use]
     pub fn is_stable(&self) -> bool {
         self.count().zeros == Some(0)
+    }
+
+    /// Nothing holds the device at rest: α + γ + βP(1) = 0, to what the boundary is known. F has a zero at w = 1 then,
+    /// the pole of a position that stays where it is left, as behind a tissue that only dissipates.
+    #[must_use]
+    pub fn drifts(&self) -> bool {
+        let scale = self.characteristic.plant.numerator_sum();
+        self.characteristic(0.0).norm() <= BOUNDARY * scale
+    }
+
+    /// A loop that [drifts](Self::drifts), with a spring of [`HOLDING_SPRING`](Self::HOLDING_SPRING)·β that holds it; any
+    /// other loop as it is. The drift is no instability, and the spring is too soft to make or to cure one: judge such a loop
+    /// by this one.
+    #[must_use]
+    pub fn held(mut self) -> Self {
+        if self.drifts() {
+            self.alpha = Self::HOLDING_SPRING * self.beta;
+        }
+        self
     }
 
     fn count(&self) -> Count {

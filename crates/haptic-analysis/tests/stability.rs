@@ -282,6 +282,31 @@ fn the_boundary_itself_is_not_stable() {
 }
 
 #[test]
+fn a_tissue_without_a_spring_drifts_and_held_it_is_stable() {
+    for scheme in ["full", "full:1e-3", "piecewise-linear", "exact"] {
+        for order in [0.2154, 0.35, 0.4, 0.45, 0.7, 0.8, 1.0] {
+            let operator = operator(scheme, order);
+            // P(1) = 0, to the last bit.
+            assert_eq!(operator.response(0.0).norm(), 0.0, "{scheme} {order}");
+            let closed =
+                SampledLoop::new(wall(0.0, 0.2, 0.05, 0.0), &operator, 0).expect("in range");
+            assert!(closed.drifts() && !closed.is_stable(), "{scheme} {order}");
+            let verdict = closed.held().verdict();
+            assert!(verdict.stable, "{scheme} {order}: {verdict:?}");
+            // A spring of its own is left alone.
+            let walled =
+                SampledLoop::new(wall(0.1, 0.2, 0.05, 0.0), &operator, 0).expect("in range");
+            assert!(!walled.drifts());
+            assert_eq!(walled.held().verdict(), walled.verdict());
+            // What shakes is still told.
+            let shaking =
+                SampledLoop::new(wall(0.0, 40.0, 0.05, 0.0), &operator, 0).expect("in range");
+            assert!(!shaking.held().is_stable(), "{scheme} {order}");
+        }
+    }
+}
+
+#[test]
 fn the_exact_operator_agrees_with_a_full_memory_and_long_grunwald_sums() {
     let mut random = Random(99);
     let mut checked = 0;

@@ -51,11 +51,6 @@ use std::f64::consts::PI;
 const HORIZON: f64 = 1e6;
 /// Share of the largest wall that is taken.
 const INSIDE: f64 = 1.0 - 1e-4;
-/// K·T²/m as a share of β that stands for a tissue without elastic modulus: without any spring the
-/// device creeps away, which no criterion of stability calls stable. A full memory leaves about its
-/// tolerance of P at rest, which may be a negative spring; so many times as much is clear of it.
-const LEAST_SPRING: f64 = 1e-4;
-const CLEAR_OF_TOLERANCE: f64 = 10.0;
 /// A candidate must be better by this share to win over one of lower order.
 const BETTER: f64 = 1e-6;
 
@@ -402,9 +397,9 @@ impl Wish {
 }
 
 impl Bench<'_> {
-    /// The loop with this wall.
+    /// The loop with this wall; held, where there is no spring at all and the device only drifts.
     fn closed(&self, alpha: f64, beta: f64) -> Result<SampledLoop<'_>, AnalysisError> {
-        SampledLoop::with_plant(self.plant, alpha, beta, &self.operator)
+        SampledLoop::with_plant(self.plant, alpha, beta, &self.operator).map(SampledLoop::held)
     }
 
     fn port(&self) -> Result<OnePort<'_, LoopOperator>, AnalysisError> {
@@ -435,11 +430,10 @@ impl Bench<'_> {
         let alpha = shape * material.elastic_modulus_pa / device.stiffness_unit();
         let beta =
             shape * material.viscosity_pa_s_alpha * change / device.dissipation_unit(self.order);
-        let held = self.held(alpha, beta);
         let scale = match self.design.requirement {
-            Requirement::Passive => self.largest_passive_scale(held, beta)?,
+            Requirement::Passive => self.largest_passive_scale(alpha, beta)?,
             Requirement::Stable { gain_margin } => self
-                .largest_stable_scale(held, beta)?
+                .largest_stable_scale(alpha, beta)?
                 .map(|scale| scale / gain_margin),
         };
         let scale = scale.map(|scale| scale.min(self.quiet_beta() / beta));
@@ -451,21 +445,6 @@ impl Bench<'_> {
             },
             None => Point::None(self.nothing()),
         })
-    }
-
-    fn least_spring(&self) -> f64 {
-        match self.design.scheme {
-            Scheme::Full { tolerance, .. } => LEAST_SPRING.max(CLEAR_OF_TOLERANCE * tolerance),
-            _ => LEAST_SPRING,
-        }
-    }
-
-    /// α of a wall, or of what stands for it without elastic modulus.
-    fn held(&self, alpha: f64, beta: f64) -> f64 {
-        match self.design.wish {
-            Wish::Tissue { .. } => alpha.max(self.least_spring() * beta),
-            _ => alpha,
-        }
     }
 
     /// Whether a wall is stable, and the factor that takes it to the edge.
@@ -488,7 +467,7 @@ impl Bench<'_> {
             Point::Wall { alpha, beta, scale } => (alpha, beta, scale),
         };
         let device = &self.design.device;
-        let (_, margin) = self.stable_and_margin(self.held(alpha, beta), beta)?;
+        let (_, margin) = self.stable_and_margin(alpha, beta)?;
         let noisy = !device.sensors.are_ideal();
         let (stiffness, dissipation) = (
             alpha * device.stiffness_unit(),

@@ -10,11 +10,11 @@ use crate::{Differintegrator, FrequencyResponse, ParameterError, Real, Seconds};
 use num_complex::Complex;
 
 /// Modes that decay faster than this per sample need no compensation word even in `f32`: a state stands still where
-/// its change rounds to nothing, 2^(−25)/decay of it at most, here 1e-6. Of a running sum of x, as an
-/// integral is, that is felt for ever; of increments only while the motion goes on at one speed.
+/// its change rounds to nothing, 2^(−25)/decay of it at most, here 2e-6. In an integral of a constant that is felt for ever.
 const FAST: f64 = 1.0 / 64.0;
-/// The same for increments.
-const FAST_INCREMENTS: f64 = 1.0 / 8192.0;
+/// The same for increments, where it is felt only while a motion goes on at one speed: 3e-5 of a mode that gives a
+/// tenth of the output.
+const FAST_INCREMENTS: f64 = 1.0 / 1024.0;
 
 /// D^μ with the whole history: TAPS recent increments and up to MODES decaying modes.
 ///

@@ -114,3 +114,50 @@ fn the_history_of_another_form_gives_nan_and_no_panic() {
     assert!(recursion.output(&history, 1.0).is_nan());
     assert_eq!(taps.output(&history, 1.0), 1.0);
 }
+
+/// `full_memory` of docs/protocol.md, run by Python: integer part and coefficients.
+fn documented_list(order: f64) -> (i8, Vec<f64>) {
+    let document = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/protocol.md");
+    let document = std::fs::read_to_string(document).expect("is there");
+    let code = document
+        .split("```python\n")
+        .filter_map(|rest| rest.split("```").next())
+        .find(|code| code.contains("def full_memory"))
+        .expect("a Python example");
+    let call = format!("i, c = full_memory({order}, 1e-3, 1e-6, 200.0)\nprint(i, *c)");
+    let output = std::process::Command::new("python3")
+        .args(["-c", &format!("{code}\n{call}")])
+        .output()
+        .expect("python3 is installed");
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{errors}");
+    let text = String::from_utf8(output.stdout).expect("text");
+    let mut numbers = text.split_whitespace();
+    let integer = numbers.next().expect("an integer part");
+    let values = numbers.map(|number| number.parse().expect("a number"));
+    (integer.parse().expect("whole"), values.collect())
+}
+
+#[test]
+fn the_list_that_the_document_makes_is_a_full_memory() {
+    for mu in [0.05, 0.2247, 0.5, 0.9, 1.0, 1.5, -0.5, -1.4] {
+        let (integer, values) = documented_list(mu);
+        let made = Portable::<f64>::new(Form::Modes, integer, &values)
+            .unwrap_or_else(|error| panic!("{mu}: {error}"));
+        let exact = operator::<f64>("full:1e-10", mu);
+        assert_eq!(integer, exact.list().integer, "{mu}");
+        let (mut one, mut other) = (made.at_rest(), exact.at_rest());
+        let mut largest = 0.0_f64;
+        for n in 0..200_000 {
+            // Pressed in for a second, then held: one direction, so the tolerance is of the output itself below order 1.
+            let x = 1e-2 * (f64::from(n) * 1e-3).min(1.0);
+            let (have, want) = (made.step(&mut one, x), exact.step(&mut other, x));
+            largest = largest.max(want.abs());
+            let scale = if mu <= 1.0 { want.abs() } else { largest };
+            assert!(
+                (have - want).abs() <= 1.1e-6 * scale,
+                "{mu} {n}: {have:e} {want:e}"
+            );
+        }
+    }
+}

@@ -35,7 +35,7 @@ impl Design {
         let bench = real.bench(Order::new(best.order).map_err(Failure::input)?)?;
         let (alpha, beta) = (best.alpha.unwrap_or(0.0), best.beta.unwrap_or(0.0));
         let (stable, margin) = bench
-            .stable_and_margin(bench.held(alpha, beta), beta)
+            .stable_and_margin(alpha, beta)
             .map_err(|error| Failure::Run(error.into()))?;
         Ok(RealisticTrial {
             imperfections,

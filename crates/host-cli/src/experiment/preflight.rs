@@ -9,16 +9,14 @@
 //!   Safety chain, friction and the end of the contact are not in it; they make a loop no less stable, but may
 //!   turn an unstable one into a limit cycle.
 //! - *Without any spring* (a tissue that only dissipates) the loop has a pole at rest, z = 1, and the device drifts, as it
-//!   should. Such a loop is judged with a spring of 2e-4·β beside it, which holds the drift and no oscillation.
-//! - *A full memory* is good up to its horizon, and beyond it may leave a small negative spring at rest. That is later than
-//!   the run, so it is judged with a horizon of 1e6 samples at least, as by `analyze`, and a spring that makes up for what is left.
+//!   should. Such a loop is judged held by a spring of 1e-4·β, see `SampledLoop::held`.
 //! - *Delay*: that of the device, whole samples or not, as simulated or as known of a real one; in a loop on the host
 //!   the round trip beside it that nine of ten keep-alives do not exceed, plus the tick that the force waits for,
 //!   rounded up to whole samples, since the device writes once a sample. The current lag of the motor likewise.
 //! - *Margin*: the factor on K and B together that takes the loop to the edge of stability.
 
 use crate::failure::Failure;
-use fracdiff::{FrequencyResponse as _, Order, Scheme, Seconds};
+use fracdiff::{Order, Scheme, Seconds};
 pub use haptic_analysis::Dynamics;
 use haptic_analysis::{AnalysisError, Environment, LoopOperator, SampledLoop};
 use serde::Serialize;
@@ -27,11 +25,6 @@ use std::time::Duration;
 
 /// How long the round trip is measured.
 pub const MEASURED: Duration = Duration::from_millis(200);
-
-/// Shortest memory for which a full-memory operator is judged, samples.
-const HORIZON: f64 = 1e6;
-/// A gain at rest as large as this beside β counts as none.
-const REST_NOISE: f64 = 1e-4;
 
 /// What the user wants of the pre-flight, and knows of the device.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -118,18 +111,11 @@ impl Preflight {
             order: self.order,
             sample_time_s: self.sample_time_s,
         })?;
-        let horizon = (1.05 * self.samples as f64).max(HORIZON);
+        let horizon = 1.05 * self.samples as f64;
         let operator = LoopOperator::new(self.scheme, self.order, sample_time, horizon)?;
-        // α + γ + βP(1), the spring that is left at rest.
-        let at_rest = wall.alpha + wall.gamma + wall.beta * operator.response(0.0).re;
-        let noise = REST_NOISE * wall.beta;
-        let full = matches!(self.scheme, Scheme::Full { .. });
-        let mut held = wall;
-        if at_rest.abs() <= noise || (full && at_rest < 0.0) {
-            held.alpha += 2.0 * noise - at_rest.min(0.0);
-        }
         let scaled = |factor: f64| {
-            SampledLoop::with_plant(plant, factor * held.alpha, factor * held.beta, &operator)
+            SampledLoop::with_plant(plant, factor * wall.alpha, factor * wall.beta, &operator)
+                .map(SampledLoop::held)
         };
         let sampled = scaled(1.0)?;
         let stable = sampled.is_stable();
@@ -140,7 +126,7 @@ impl Preflight {
         };
         let required = dynamics
             .port(self.sample_time_s, &operator)?
-            .required_delta(held.alpha, held.beta)?;
+            .required_delta(wall.alpha, wall.beta)?;
         Ok(Verdict {
             stable,
             margin,
@@ -444,6 +430,21 @@ mod tests {
         };
         let verdict = tissue(174.0).verdict(TESTBED, 0).expect("judges");
         assert!(verdict.stable, "{verdict:?}");
+        // These left a negative spring at rest once.
+        for order in [0.35, 0.4, 0.45, 0.7, 0.8] {
+            for scheme in ["full", "piecewise-linear", "exact"] {
+                let tissue = Preflight {
+                    scheme: scheme.parse().expect("a scheme"),
+                    ..wall(order, 0.0, 20.0)
+                };
+                let verdict = tissue.verdict(TESTBED, 0).expect("judges");
+                assert!(verdict.stable, "{scheme} {order}: {verdict:?}");
+                assert!(
+                    verdict.required_delta.is_some(),
+                    "{scheme} {order}: {verdict:?}"
+                );
+            }
+        }
         assert!(
             verdict.margin.is_some_and(|factor| factor > 10.0),
             "{verdict:?}"

@@ -59,6 +59,8 @@ struct Verdict {
     gamma: f64,
     #[serde(flatten)]
     path: PathResult,
+    /// There is no spring at all: the device stays where it is left, and the loop is judged held by a tiny one.
+    drifts: bool,
     stable: bool,
     /// Largest |z| of a pole; null if P is irrational or the polynomial too long.
     spectral_radius: Option<f64>,
@@ -142,7 +144,9 @@ impl VerdictArguments {
     pub fn run(self, output: Output) -> Result<(), Failure> {
         let resolved = self.arguments.resolve(Wall::Needed)?;
         let parameters = resolved.parameters;
+        // Without any spring there is a pole at z = 1, which is no instability.
         let sampled = resolved.sampled()?;
+        let (drifts, sampled) = (sampled.drifts(), sampled.held());
         let verdict = sampled.verdict();
         // Only a stable loop has margins; the edge is not stable.
         let margins = if verdict.stable {
@@ -158,6 +162,7 @@ impl VerdictArguments {
             delta: parameters.delta,
             gamma: parameters.gamma,
             path: resolved.path_result(),
+            drifts,
             stable: verdict.stable,
             spectral_radius: verdict.spectral_radius,
             encirclements: verdict.unstable_poles,
@@ -184,6 +189,12 @@ impl VerdictArguments {
                 result.gamma,
                 result.path.words()
             )?;
+            if result.drifts {
+                writeln!(
+                    out,
+                    "  without any spring: the device stays where it is left; judged with one of 1e-4 beta"
+                )?;
+            }
             if let Some(poles) = result.encirclements.filter(|poles| *poles > 0) {
                 writeln!(out, "  unstable poles    {poles}")?;
             }
