@@ -45,9 +45,9 @@ impl<F: Real> Release<F> {
     pub(super) fn new(limits: &Limits, sample_time: f64) -> Result<Self, ParameterError> {
         let (stop, brake) = (limits.stop_time.0, limits.brake_force.0);
         let [least, most] = Limits::STOP_TIME_S;
-        let within = stop >= least && stop <= most;
+        let within = (least..=most).contains(&stop);
         range("stop time", stop, within, "in [0.001, 1]", "s")?;
-        let within = brake >= 0.0 && brake <= Limits::BRAKE_FORCE_MAX_N;
+        let within = (0.0..=Limits::BRAKE_FORCE_MAX_N).contains(&brake);
         range("brake force", brake, within, "in [0, 10]", "N")?;
         let ticks = whole_ticks(stop, sample_time);
         Ok(Self {
