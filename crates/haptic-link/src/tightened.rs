@@ -135,11 +135,14 @@ impl Limits {
                 self.workspace_soft_m,
                 set.workspace_soft_m.min(half),
             );
-            tight.speed_soft_m_per_s = looser.at_most_if_on(
-                Field::SpeedSoft,
-                self.speed_soft_m_per_s,
-                set.speed_soft_m_per_s,
-            );
+            // 0 brakes every motion.
+            if set.speed_hard_m_per_s > 0.0 {
+                tight.speed_soft_m_per_s = looser.at_most(
+                    Field::SpeedSoft,
+                    self.speed_soft_m_per_s,
+                    set.speed_soft_m_per_s,
+                );
+            }
         }
         // Where the hard limit came from what was set, the zone before it has to fit.
         if tight.speed_hard_m_per_s > 0.0 && tight.speed_soft_m_per_s >= tight.speed_hard_m_per_s

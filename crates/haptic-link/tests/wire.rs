@@ -596,6 +596,12 @@ fn a_run_may_tighten_limits_and_not_loosen_them() {
         change(&mut limits);
         assert_eq!(limits.tightened(&set), (set, Some(field)), "{limits:?}");
     }
+    // Where a motion is braked, from no later on.
+    let mut braked = set;
+    (braked.braking_n_s_per_m, braked.speed_soft_m_per_s) = (5.0, 0.0);
+    let mut later = braked;
+    later.speed_soft_m_per_s = 0.5;
+    assert_eq!(later.tightened(&braked), (braked, Some(Field::SpeedSoft)));
     // Braking and guard: on stays on as it is, off may be switched on.
     let mut braking = set;
     (braking.braking_n_s_per_m, braking.workspace_soft_m) = (5.0, 0.02);
@@ -625,8 +631,9 @@ proptest! {
             rise_time_s: v[2].max(0.0),
             workspace_low_m: v[3],
             workspace_high_m: v[3] + v[4],
-            speed_soft_m_per_s: v[5].max(0.0),
-            speed_hard_m_per_s: (v[5] + v[6]).max(0.0),
+            // As a device accepts them: a soft limit below the hard one, or none.
+            speed_soft_m_per_s: if v[6] > 0.1 { v[5].max(0.0) } else { 0.0 },
+            speed_hard_m_per_s: if v[6] > 0.1 { v[5].max(0.0) + v[6] } else { 0.0 },
             braking_n_s_per_m: v[7].max(0.0),
             ..Limits::DEFAULT
         };
