@@ -157,14 +157,16 @@ impl Case {
         let mut plant = self.plant();
         plant.set_state(Vector1::new(0.0), Vector1::new(1e-6));
         // Windows of many periods of the slowest motion that could decide.
-        let period = std::f64::consts::TAU / theta.max(1e-4);
+        let period = std::f64::consts::TAU / theta.max(1e-3);
         let window = (12.0 * period).ceil().max(256.0) as usize;
         let mut levels: Vec<f64> = Vec::new();
         for _ in 0..(LONGEST / window).max(24) {
             let mut sum = 0.0;
             for _ in 0..window {
                 match controller.tick(&mut plant) {
-                    Ok(sample) => assert_eq!(sample.limiters.bits(), 0, "a limit acts: {self:?}"),
+                    // From 1 µm/s to a meganewton: it has grown.
+                    Ok(sample) if sample.limiters.bits() != 0 => return false,
+                    Ok(_) => {}
                     Err(never) => match never {},
                 }
                 sum += plant.velocity()[0].powi(2);

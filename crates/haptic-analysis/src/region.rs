@@ -105,11 +105,11 @@ impl StabilityRegion {
         points: usize,
     ) -> Result<Self, AnalysisError> {
         let plant = plant.later(delay)?;
-        let whole = plant.path().whole_samples();
-        if whole > Self::DELAY_MAX {
+        let samples = plant.path().delay_samples();
+        if samples > Self::DELAY_MAX as f64 {
             return Err(AnalysisError::Range {
                 what: "delay of a region",
-                value: plant.path().delay_samples(),
+                value: samples,
                 allowed: "from 0 to 64",
                 unit: "samples",
             });

@@ -138,12 +138,17 @@ impl PathResult {
     /// In words: `delay 1.3 samples`, and the lag if there is one.
     #[must_use]
     pub fn words(&self) -> String {
+        // 1.3 ms / 1 ms is 1.2999999999999998.
+        let rounded = |samples: f64| (samples * 1e9).round() / 1e9;
         let lag = if self.current_lag_samples > 0.0 {
-            format!(", current lag {} samples", self.current_lag_samples)
+            format!(
+                ", current lag {} samples",
+                rounded(self.current_lag_samples)
+            )
         } else {
             String::new()
         };
-        format!("delay {} samples{lag}", self.delay_samples)
+        format!("delay {} samples{lag}", rounded(self.delay_samples))
     }
 }
 
