@@ -354,7 +354,17 @@ impl LoopOperator {
         if self.differences.0 != 0.0 {
             let factor =
                 (self.differences).bounds((a.0, &a.1.differences), (b.0, &b.1.differences));
-            above = above.times(factor);
+            let product = above.times(factor);
+            // The two factors of an operator on increments grow against each other; the jets of their product know.
+            let width = b.0.theta - a.0.theta;
+            let (low, high) = (&a.1.numerator, &b.1.numerator);
+            let ends = Bounds::from_ends(low, high, width, product.rate, product.bend);
+            above = Bounds {
+                size: product.size.min(ends.size),
+                rate: product.rate.min(ends.rate),
+                bend: product.bend,
+                travel: product.travel.min(ends.travel),
+            };
         }
         let below = if self.denominator.is_one() {
             Bounds::ONE

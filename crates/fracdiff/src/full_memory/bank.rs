@@ -27,7 +27,7 @@ const FAST_INCREMENTS: f64 = 1.0 / 1024.0;
 /// of y follow.
 ///
 /// - *Units*: x any unit \[x\], y \[x\]·s^(−μ), T s. *Start-up*: zero for ever before.
-/// - *Accuracy*: up to the horizon |error| ≤ ε·T^(−μ)·Σ_j c_j·|u\[n−j\]|, ε = [`Design::error_bound`], and the
+/// - *Accuracy*: up to the horizon |error| ≤ `ε·T^(−μ)·Σ_j c_j·|u[n−j]|`, ε = [`Design::error_bound`], and the
 ///   rounding of the sample type. Beyond the horizon the memory fades out.
 /// - *At rest*: for μ > 0 a constant gives exactly 0 in the end, P(1) = 0 to the last bit: the increments are 0, and a
 ///   state that has decayed below a negligible size (8e-28 in `f32`) becomes 0, so an idle loop is as fast as a busy one.

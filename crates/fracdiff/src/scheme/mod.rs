@@ -66,7 +66,7 @@ pub enum Scheme {
     Full {
         /// Which of the two.
         kernel: Kernel,
-        /// Largest relative error of a weight.
+        /// ε of [`Design::error_bound`]: of the output, in units of T^(−μ)·Σ `c_j`·|Δⁿx|.
         tolerance: f64,
     },
     /// `exact`.

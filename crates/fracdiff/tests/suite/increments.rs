@@ -23,7 +23,7 @@ fn operator<F: Real>(design: &Design<16, 48>) -> FullMemory<F, 16, 48> {
     FullMemory::new(design, SAMPLE_TIME).expect("valid")
 }
 
-/// T^(−μ)·Σ c_j·|Δⁿx[n−j]| for a ramp and hold: what the tolerance is relative to. n = 2: two kinks, of the same sign here.
+/// `T^(−μ)·Σ c_j·|Δⁿx[n−j]|` for a ramp and hold: what the tolerance is relative to.
 fn bound_of_second_differences(design: &Design<16, 48>, mu: f64, samples: usize) -> Vec<f64> {
     let mut bounded = operator::<f64>(design).at_rest();
     let operator = operator::<f64>(design);
@@ -287,7 +287,7 @@ fn wrapped_in_anything_it_is_the_same_operator_to_the_bit() {
     assert_eq!(run(&copy, &x), want);
 }
 
-/// T^(−μ)·Σ c_j·x[n−j]; from order 1 on the straight lines' kernel acts on the difference.
+/// `T^(−μ)·Σ c_j·x[n−j]`; from order 1 on the straight lines' kernel acts on the difference.
 fn defining_sum(kernel: Kernel, mu: f64, x: &[f64]) -> Vec<f64> {
     if kernel == Kernel::Grunwald || mu == 2.0 {
         return crate::oracle::grunwald_sum(mu, SAMPLE_TIME, x.len(), x);
