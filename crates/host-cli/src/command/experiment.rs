@@ -426,6 +426,13 @@ pub fn print_summary(out: &mut dyn Write, report: &Report) -> io::Result<()> {
         plain(run.duration_s),
         plain(1e3 * run.sample_time_s)
     )?;
+    if let Ok(Scheme::Full { tolerance, .. }) = report.scheme.parse() {
+        // |error| ≤ ε·T^(−μ)·Σ c_j|Δⁿx|
+        writeln!(
+            out,
+            "  tolerance         {tolerance:e} of the operator's output while x moves one way, of its gross sum otherwise"
+        )?;
+    }
     writeln!(
         out,
         "  force             peak {:.4e} N, at the end {:.4e} N",
