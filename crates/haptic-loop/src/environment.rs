@@ -1,6 +1,6 @@
 //! Virtual environments: control laws from position to force.
 
-use crate::error::{ParameterError, not_negative, rounded};
+use crate::error::{ParameterError, not_negative, positive, range, rounded};
 use crate::units::Metres;
 use core::array;
 use core::fmt::Debug;
@@ -45,19 +45,41 @@ pub struct SpringDamper<F, O> {
     operator: O,
 }
 
+/// K and B of a [`SpringDamper`], checked and rounded.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Gains<F> {
+    stiffness: F,
+    dissipation: F,
+}
+
+impl<F: Real> Gains<F> {
+    /// # Errors
+    /// As [`SpringDamper::new`].
+    pub(crate) fn new(stiffness: f64, dissipation: f64) -> Result<Self, ParameterError> {
+        not_negative("stiffness", stiffness, "N/m")?;
+        not_negative("dissipation", dissipation, "N·s^μ/m")?;
+        Ok(Self {
+            stiffness: rounded("stiffness", stiffness, "N/m")?,
+            dissipation: rounded("dissipation", dissipation, "N·s^μ/m")?,
+        })
+    }
+}
+
 impl<F: Real, O: Differintegrator<F>> SpringDamper<F, O> {
     /// K in N/m and B in N·s^μ/m. Plain numbers, because the unit of B depends on μ.
     ///
     /// # Errors
     /// Both must be finite and at least zero, in the precision of the loop too.
     pub fn new(stiffness: f64, dissipation: f64, operator: O) -> Result<Self, ParameterError> {
-        not_negative("stiffness", stiffness, "N/m")?;
-        not_negative("dissipation", dissipation, "N·s^μ/m")?;
-        Ok(Self {
-            stiffness: rounded("stiffness", stiffness, "N/m")?,
-            dissipation: rounded("dissipation", dissipation, "N·s^μ/m")?,
+        Gains::new(stiffness, dissipation).map(|gains| Self::of(gains, operator))
+    }
+
+    pub(crate) fn of(gains: Gains<F>, operator: O) -> Self {
+        Self {
+            stiffness: gains.stiffness,
+            dissipation: gains.dissipation,
             operator,
-        })
+        }
     }
 
     /// D^μ.
@@ -105,6 +127,33 @@ pub struct Contact<F, E, const D: usize> {
     surface: F,
 }
 
+/// The surface of a [`Contact`], checked and rounded.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Plane<F, const D: usize> {
+    normal: SVector<F, D>,
+    surface: F,
+}
+
+impl<F: Real, const D: usize> Plane<F, D> {
+    /// # Errors
+    /// As [`Contact::new`].
+    pub(crate) fn new(direction: [f64; D], surface: Metres) -> Result<Self, ParameterError> {
+        let length = libm::sqrt(direction.iter().map(|n| n * n).sum());
+        positive("length of the contact's normal", length, "m")?;
+        range(
+            "contact surface",
+            surface.0,
+            true,
+            "a finite number of",
+            "m",
+        )?;
+        Ok(Self {
+            normal: SVector::from(direction.map(|n| F::from_f64(n / length))),
+            surface: F::from_f64(surface.0),
+        })
+    }
+}
+
 impl<F: Real, E: Environment<F, 1>> Contact<F, E, 1> {
     /// A surface at this position, the environment above it.
     ///
@@ -122,21 +171,15 @@ impl<F: Real, E: Environment<F, 1>, const D: usize> Contact<F, E, D> {
     /// # Errors
     /// The direction must have a finite length above 0, the position must be finite.
     pub fn new(direction: [f64; D], surface: Metres, inner: E) -> Result<Self, ParameterError> {
-        let length = libm::sqrt(direction.iter().map(|n| n * n).sum());
-        crate::error::positive("length of the contact's normal", length, "m")?;
-        if !surface.0.is_finite() {
-            return Err(ParameterError::Range {
-                what: "contact surface",
-                value: surface.0,
-                allowed: "a finite number of",
-                unit: "m",
-            });
-        }
-        Ok(Self {
+        Plane::new(direction, surface).map(|plane| Self::of(plane, inner))
+    }
+
+    pub(crate) fn of(plane: Plane<F, D>, inner: E) -> Self {
+        Self {
             inner,
-            normal: SVector::from(direction.map(|n| F::from_f64(n / length))),
-            surface: F::from_f64(surface.0),
-        })
+            normal: plane.normal,
+            surface: plane.surface,
+        }
     }
 
     /// The environment behind the surface.

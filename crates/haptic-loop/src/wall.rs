@@ -1,5 +1,6 @@
 //! A spring and a fractional damper on one axis, with or without a surface.
 
+use crate::environment::{Gains, Plane};
 use crate::units::Metres;
 use crate::{Contact, Environment, ParameterError, SpringDamper};
 use fracdiff::{Differintegrator, Real};
@@ -14,6 +15,32 @@ pub enum Wall<F, O> {
     OneSided(Contact<F, SpringDamper<F, O>, 1>),
 }
 
+/// All of a [`Wall`] but its operator, checked and rounded: the operator, up to kilobytes of it, is then moved once, into
+/// its place.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct WallShape<F> {
+    gains: Gains<F>,
+    plane: Option<Plane<F, 1>>,
+}
+
+impl<F: Real> WallShape<F> {
+    /// # Errors
+    /// As [`Wall::new`].
+    #[inline(never)]
+    pub(crate) fn new(
+        stiffness: f64,
+        dissipation: f64,
+        surface: Option<Metres>,
+    ) -> Result<Self, ParameterError> {
+        Ok(Self {
+            gains: Gains::new(stiffness, dissipation)?,
+            plane: surface
+                .map(|surface| Plane::new([1.0], surface))
+                .transpose()?,
+        })
+    }
+}
+
 impl<F: Real, O: Differintegrator<F>> Wall<F, O> {
     /// K in N/m and B in N·s^μ/m; with a surface the wall begins there and is one-sided.
     ///
@@ -25,11 +52,16 @@ impl<F: Real, O: Differintegrator<F>> Wall<F, O> {
         operator: O,
         surface: Option<Metres>,
     ) -> Result<Self, ParameterError> {
-        let wall = SpringDamper::new(stiffness, dissipation, operator)?;
-        Ok(match surface {
-            Some(surface) => Self::OneSided(Contact::at(surface, wall)?),
-            None => Self::Linear(wall),
-        })
+        WallShape::new(stiffness, dissipation, surface).map(|shape| Self::of(shape, operator))
+    }
+
+    pub(crate) fn of(shape: WallShape<F>, operator: O) -> Self {
+        match shape.plane {
+            Some(plane) => {
+                Self::OneSided(Contact::of(plane, SpringDamper::of(shape.gains, operator)))
+            }
+            None => Self::Linear(SpringDamper::of(shape.gains, operator)),
+        }
     }
 
     /// D^μ.

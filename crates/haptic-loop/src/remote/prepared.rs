@@ -3,6 +3,7 @@
 use super::hardware::Hardware;
 use super::limits::chain_limits;
 use crate::units::{Metres, Seconds};
+use crate::wall::WallShape;
 use crate::{SafetyChain, Wall};
 use fracdiff::PortableOperator;
 use fracdiff::portable::{Form, ListError};
@@ -102,18 +103,18 @@ fn built(
     coefficients: &[f32],
     limits: &crate::Limits,
 ) -> Result<(DeviceWall, SafetyChain<f32>), Refusal> {
-    let operator = operator(configuration, coefficients)?;
+    // In memory: LLVM otherwise moves it through registers, word by word, with 4 KiB of code.
+    let operator = core::hint::black_box(operator(configuration, coefficients)?);
     let surface = f64::from(configuration.surface_m);
-    // Everything was checked above; whatever a constructor finds beyond that has no field of its own.
     let surface = configuration.one_sided.then_some(Metres(surface));
-    let wall = wall(
-        configuration.stiffness_n_per_m,
-        configuration.dissipation_n_s_mu_per_m,
-        operator,
-        surface,
-    )?;
+    let stiffness = f64::from(configuration.stiffness_n_per_m);
+    let dissipation = f64::from(configuration.dissipation_n_s_mu_per_m);
+    // Everything was checked above; whatever a constructor finds beyond that has no field of its own.
+    let shape = WallShape::new(stiffness, dissipation, surface)
+        .map_err(|_| Refusal::Unsupported(Field::Other))?;
     let sample_time = Seconds(f64::from(configuration.tick_period_us) * 1e-6);
-    Ok((wall, safety_chain(limits, sample_time)?))
+    let chain = safety_chain(limits, sample_time)?;
+    Ok((Wall::of(shape, operator), chain))
 }
 
 #[inline(never)]
@@ -121,19 +122,6 @@ pub(super) fn digest(configuration: &Configuration, coefficients: &[f32]) -> u32
     DigestBuilder::new(configuration)
         .coefficients(coefficients)
         .finish()
-}
-
-/// The wall in single precision; see [`safety_chain`].
-#[inline(never)]
-fn wall(
-    stiffness: f32,
-    dissipation: f32,
-    operator: DeviceOperator,
-    surface: Option<Metres>,
-) -> Result<DeviceWall, Refusal> {
-    let (stiffness, dissipation) = (f64::from(stiffness), f64::from(dissipation));
-    Wall::new(stiffness, dissipation, operator, surface)
-        .map_err(|_| Refusal::Unsupported(Field::Other))
 }
 
 /// The chain in single precision. Not generic, so that it is compiled here, for size, and not with the tick.

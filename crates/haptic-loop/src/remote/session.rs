@@ -372,9 +372,7 @@ impl Session {
         let prepared = prepare::<H>(*configuration, values, &capabilities)?;
         if for_run {
             let set = device.with(|device| *device.configuration().0);
-            if let (_, Some(field)) = configuration.limits.tightened(&set.limits) {
-                return Err(Refusal::Looser(field));
-            }
+            not_looser(configuration, &set)?;
             for (index, slot) in self.values.iter_mut().enumerate() {
                 *slot = device
                     .with(|device| device.coefficient(index))
@@ -417,6 +415,13 @@ impl Session {
             ..ticks
         }
     }
+}
+
+/// A run may only tighten what was set to last.
+#[inline(never)]
+fn not_looser(run: &Configuration, set: &Configuration) -> Result<(), Refusal> {
+    let (_, looser) = run.limits.tightened(&set.limits);
+    looser.map_or(Ok(()), |field| Err(Refusal::Looser(field)))
 }
 
 /// The keys of all messages.

@@ -64,7 +64,8 @@ impl SimulatedPlant {
     }
 }
 
-/// The plant of a configuration.
+/// The plant of a configuration. On its own, for size, as [`prepare`](super::prepare) is compiled with the tick.
+#[inline(never)]
 fn plant(simulation: &Simulation, sample_time: Seconds) -> Result<Plant, Refusal> {
     let positive = |field, value| within(field, value, f32::MIN_POSITIVE, f32::MAX);
     let not_negative = |field, value| within(field, value, 0.0, f32::MAX);
