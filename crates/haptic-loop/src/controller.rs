@@ -103,22 +103,7 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
         device: &mut V,
         reading: Reading<F, D>,
     ) -> Result<Sample<F, D>, V::Error> {
-        self.follow(reading.tick);
-        let wanted = self.environment.force(&self.history, &reading.position_m);
-        let (force, limiters) = self
-            .chain
-            .apply(&mut self.safety, &reading.position_m, &wanted);
-        let written = device.write(force);
-        self.environment
-            .advance(&mut self.history, &reading.position_m);
-        written?;
-        Ok(Sample {
-            reading,
-            environment_force_n: wanted,
-            force,
-            limiters,
-            observed_energy_j: self.safety.observed_energy_j(),
-        })
+        self.close(device, reading, None)
     }
 
     /// One tick with a force that somebody else has computed, N, in place of the environment's.
@@ -131,15 +116,45 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
         device: &mut V,
         wanted: &SVector<F, D>,
     ) -> Result<Sample<F, D>, V::Error> {
+        self.tick_either(device, Some(wanted))
+    }
+
+    /// One tick with the commanded force, or with the environment's if there is none: one place for both, so that the
+    /// chain is compiled once into a tick that chooses.
+    #[inline]
+    pub(crate) fn tick_either<V: Device<F, D>>(
+        &mut self,
+        device: &mut V,
+        commanded: Option<&SVector<F, D>>,
+    ) -> Result<Sample<F, D>, V::Error> {
         let reading = device.read()?;
+        self.close(device, reading, commanded)
+    }
+
+    #[inline]
+    fn close<V: Device<F, D>>(
+        &mut self,
+        device: &mut V,
+        reading: Reading<F, D>,
+        commanded: Option<&SVector<F, D>>,
+    ) -> Result<Sample<F, D>, V::Error> {
         self.follow(reading.tick);
+        let wanted = match commanded {
+            Some(wanted) => *wanted,
+            None => self.environment.force(&self.history, &reading.position_m),
+        };
         let (force, limiters) = self
             .chain
-            .apply(&mut self.safety, &reading.position_m, wanted);
-        device.write(force)?;
+            .apply(&mut self.safety, &reading.position_m, &wanted);
+        let written = device.write(force);
+        if commanded.is_none() {
+            self.environment
+                .advance(&mut self.history, &reading.position_m);
+        }
+        written?;
         Ok(Sample {
             reading,
-            environment_force_n: *wanted,
+            environment_force_n: wanted,
             force,
             limiters,
             observed_energy_j: self.safety.observed_energy_j(),

@@ -225,18 +225,19 @@ impl<H: Hardware> TickSide<H> {
             sample.position_m = self.hardware.idle()?.position_m[0];
             return Ok(sample);
         }
-        let done = match self.configuration.loop_mode {
-            LoopMode::Device => self.controller.tick(&mut self.hardware)?,
+        let commanded = match self.configuration.loop_mode {
+            LoopMode::Device => None,
             LoopMode::Host => {
                 if self.state == State::Running && !self.commanded_new {
                     self.statistics.stale_forces = self.statistics.stale_forces.wrapping_add(1);
                 }
                 self.commanded_new = false;
-                let wanted = SVector::from([self.commanded_n]);
-                self.controller
-                    .tick_commanded(&mut self.hardware, &wanted)?
+                Some(SVector::from([self.commanded_n]))
             }
         };
+        let done = self
+            .controller
+            .tick_either(&mut self.hardware, commanded.as_ref())?;
         sample.position_m = done.reading.position_m[0];
         sample.environment_force_n = done.environment_force_n[0];
         sample.force_n = done.force.newtons()[0];

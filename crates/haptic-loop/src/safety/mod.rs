@@ -273,7 +273,13 @@ impl<F: Real> SafetyChain<F> {
         }
         let mut limiters = Limiters::NONE;
         let mut aim = if state.is_released() {
-            self.released(state, &mut limiters)
+            if state.fault.is_some() {
+                limiters.insert(Limiters::FAULT);
+            }
+            if state.stopping {
+                limiters.insert(Limiters::STOPPING);
+            }
+            self.released(state)
         } else {
             self.restrained(state, position_m, wanted, &mut limiters)
         };
@@ -300,17 +306,7 @@ impl<F: Real> SafetyChain<F> {
 
     /// What is wanted after a fault or stop. On its own: the way to zero is never in a hurry.
     #[inline(never)]
-    fn released<const D: usize>(
-        &self,
-        state: &mut SafetyState<F, D>,
-        limiters: &mut Limiters,
-    ) -> SVector<F, D> {
-        if state.fault.is_some() {
-            limiters.insert(Limiters::FAULT);
-        }
-        if state.stopping {
-            limiters.insert(Limiters::STOPPING);
-        }
+    fn released<const D: usize>(&self, state: &mut SafetyState<F, D>) -> SVector<F, D> {
         let none = SVector::from([F::ZERO; D]);
         if let Some(guard) = &self.guard {
             // The books go on.

@@ -74,6 +74,23 @@ struct Standstill<F> {
     ticks: F,
 }
 
+impl<F: Real> Standstill<F> {
+    /// The same for an axis whose reading has not changed. On its own: a device that moves never comes here.
+    #[inline(never)]
+    fn stands(&self, still: &mut F, least: &mut F, wanted: F, sent: F) -> bool {
+        if *still < self.ticks {
+            *still += F::ONE;
+            *least = wanted;
+            return false;
+        }
+        let stands = wanted > *least + self.force && sent.abs() > self.force;
+        if wanted < *least {
+            *least = wanted;
+        }
+        stands
+    }
+}
+
 /// Last position, velocity, for how long it has stood still, and whether braking is left.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Motion<F, const D: usize> {
@@ -228,11 +245,8 @@ impl<F: Real> MotionLimits<F> {
             let mut share = F::ZERO;
             if let Some([high, low]) = &self.workspace {
                 // Only outwards.
-                share = if v > F::ZERO {
-                    high.depth(x)
-                } else {
-                    low.depth(-x)
-                };
+                let (zone, x) = if v > F::ZERO { (high, x) } else { (low, -x) };
+                share = zone.depth(x);
                 if share > F::ZERO {
                     limiters.insert(Limiters::WORKSPACE);
                 }
@@ -253,7 +267,7 @@ impl<F: Real> MotionLimits<F> {
 
     /// Whether a reading stands still while the force grows: see [`Stuck`](super::Stuck). `wanted` is finite,
     /// `sent` the last force, `most` the limit of a force.
-    #[inline(never)]
+    #[inline]
     pub(super) fn stands_still<const D: usize>(
         &self,
         motion: &mut Motion<F, D>,
@@ -269,17 +283,10 @@ impl<F: Real> MotionLimits<F> {
             let wanted = clamp(wanted[axis].abs(), F::ZERO, most);
             let (still, least) = (&mut motion.still[axis], &mut motion.least[axis]);
             if motion.moved[axis].abs() > F::ZERO {
-                *still = F::ZERO;
-            } else if *still < stuck.ticks {
-                *still += F::ONE;
+                (*still, *least) = (F::ZERO, wanted);
             } else {
-                let grown = wanted > *least + stuck.force;
-                stands |= grown && sent[axis].abs() > stuck.force;
-                if wanted >= *least {
-                    continue;
-                }
+                stands |= stuck.stands(still, least, wanted, sent[axis]);
             }
-            *least = wanted;
         }
         stands
     }
