@@ -400,7 +400,7 @@ impl Case {
             }
             Motion::StoreThenExtract { store, extract } => {
                 if sample % (store + extract) < store {
-                    let towards = if (sample / (store + extract)) % 2 == 0 {
+                    let towards = if (sample / (store + extract)).is_multiple_of(2) {
                         1.0
                     } else {
                         -1.0
