@@ -260,7 +260,7 @@ mod device {
             let device = Self { place, child };
             let began = Instant::now();
             while !device.place.path("device").exists() {
-                assert!(began.elapsed() < Duration::from_secs(20), "no device");
+                assert!(began.elapsed() < crate::process::PATIENCE, "no device");
                 std::thread::sleep(Duration::from_millis(5));
             }
             device
