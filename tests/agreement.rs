@@ -64,12 +64,12 @@ impl Case {
             random.between(0.0, 0.05)
         };
         let delay = random.between(0.0, 3.0);
-        let delay = if number % 4 == 0 {
+        let delay = if number.is_multiple_of(4) {
             delay.round()
         } else {
             delay
         };
-        let lag = if number % 5 == 0 {
+        let lag = if number.is_multiple_of(5) {
             0.0
         } else {
             random.between(0.0, 3.0)

@@ -18,7 +18,7 @@ mp.dps = 300
 
 
 def step(poles, gain, t):
-    """Step response of gain/((s - p1)...(s - pn)): residues of e^(st)/s/..., all poles simple."""
+    """Step response of gain/((s - p1)...(s - p_last)): residues of e^(st)/s/..., all poles simple."""
     if t <= 0:
         return mpf(0)
     total = mpf(0)

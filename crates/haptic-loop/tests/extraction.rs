@@ -12,7 +12,9 @@
 //! The environment variable `CAMPAIGN_CASES` sets how many random devices are tried; 400 if it is not set.
 
 use fracdiff::{Real, Seconds};
-use haptic_loop::units::{MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
+use haptic_loop::units::{
+    Kilograms, MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond,
+};
 use haptic_loop::{EnergyBounding, Guard, Limits, SafetyChain, SafetyState, SpeedLimit};
 use nalgebra::SVector;
 
@@ -310,6 +312,8 @@ impl Case {
                 hard: MetresPerSecond(1e4),
             }),
             braking: self.braking.map(NewtonSecondsPerMetre),
+            // Heavy enough to bear it, with the sample of delay that is assumed.
+            device_mass: self.braking.map(|b| Kilograms(3.01 * b * t)),
             ..Limits::bare(Newtons(force), NewtonsPerSecond(rate))
         };
         let chain = SafetyChain::<F>::from_limits(&limits, Seconds(t)).expect("valid");
@@ -396,7 +400,7 @@ impl Case {
             }
             Motion::StoreThenExtract { store, extract } => {
                 if sample % (store + extract) < store {
-                    let towards = if (sample / (store + extract)) % 2 == 0 {
+                    let towards = if (sample / (store + extract)).is_multiple_of(2) {
                         1.0
                     } else {
                         -1.0

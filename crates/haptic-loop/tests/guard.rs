@@ -410,7 +410,7 @@ fn an_energy_that_is_no_number_gives_no_force() {
             }
             for back in [jump, jump, 0.0, jump] {
                 let (force, _) = chain.apply(&mut state, &vector![back], &vector![-10.0]);
-                assert_eq!(force.newtons()[0], 0.0, "{jump} {back}");
+                assert!(force.newtons()[0].abs() <= 0.0, "{jump} {back}");
                 assert!(state.observed_energy_j() <= 0.0, "{jump} {back}");
             }
         }
@@ -422,7 +422,7 @@ fn an_energy_that_is_no_number_gives_no_force() {
         chain.apply(&mut state, &vector![0.0], &vector![0.0]);
         for x in [jump, 0.0, 0.0] {
             let (force, _) = chain.apply(&mut state, &vector![x], &vector![-10.0]);
-            assert_eq!(force.newtons()[0], 0.0, "{jump}");
+            assert!(force.newtons()[0].abs() <= 0.0, "{jump}");
         }
         assert!(state.observed_energy_j() <= 0.0, "{jump}");
     }
@@ -453,7 +453,7 @@ fn a_rate_limit_does_not_keep_up_a_force_that_the_guard_takes_away() {
         x += 1e-4;
         let (force, _) = chain.apply(&mut state, &vector![x], &vector![-10.0]);
         // It holds back what grows.
-        assert!(force.newtons()[0] - last >= -1.0 * T.0 - 1e-12);
+        assert!(force.newtons()[0] - last >= -T.0 - 1e-12);
         last = force.newtons()[0];
     }
     assert!((last + 2.0).abs() < 1e-2, "{last}");

@@ -28,9 +28,9 @@ pub(super) const HISTORY: usize = MAX_GUARD_DELAY_SAMPLES + 2;
 /// A force that was sent, and what a lag makes of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sent<F, const D: usize> {
-    /// f_k, N.
+    /// `f_k`, N.
     pub(super) force: SVector<F, D>,
-    /// r_k, N: what the actuator makes beyond it when it begins to act.
+    /// `r_k`, N: what the actuator makes beyond it when it begins to act.
     pub(super) rest: SVector<F, D>,
     /// (1/4ρb)·∫a² over its sample, J.
     pub(super) cost: F,

@@ -20,6 +20,9 @@ use haptic_link::{
 };
 use nalgebra::SVector;
 
+/// So many ticks after a fault are sent unasked: what a host keeps of them must not depend on how soon it asks.
+const AFTERMATH_TICKS: u8 = 100;
+
 /// Where a stop leads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum After {
@@ -57,6 +60,8 @@ pub struct TickSide<H: Hardware> {
     commanded_new: bool,
     idle_stream: Stream,
     run_stream: Stream,
+    /// Ticks after a fault that are still sent as those of the run it ended.
+    aftermath: u8,
     newest: Sample,
     outbox: Outbox,
     flight: FlightRecorder,
@@ -121,6 +126,7 @@ impl<H: Hardware> TickSide<H> {
             commanded_new: false,
             idle_stream: Stream::OFF,
             run_stream: Stream::OFF,
+            aftermath: 0,
             newest: Sample::default(),
             outbox: Outbox::default(),
             flight: FlightRecorder::default(),
@@ -168,6 +174,8 @@ impl<H: Hardware> TickSide<H> {
         }
         self.controller.trip(fault);
         self.fault = Some(fault);
+        let ran = matches!(self.state, State::Running | State::Stopping);
+        self.aftermath = if ran { AFTERMATH_TICKS } else { 0 };
         self.faults = self.faults.wrapping_add(1);
         self.state = State::Fault;
         self.flight.fault();
@@ -252,13 +260,18 @@ impl<H: Hardware> TickSide<H> {
         if self.stream().takes(sample.tick) && !self.outbox.take(sample) {
             self.statistics.samples_dropped = self.statistics.samples_dropped.wrapping_add(1);
         }
+        if self.state == State::Fault {
+            self.aftermath = self.aftermath.saturating_sub(1);
+        }
     }
 
     fn stream(&self) -> Stream {
         match self.state {
             State::Running | State::Stopping => self.run_stream,
             // What follows a fault belongs to the run that it ended.
-            State::Fault if !self.controller.safety().is_at_rest() => self.run_stream,
+            State::Fault if self.aftermath > 0 || !self.controller.safety().is_at_rest() => {
+                self.run_stream
+            }
             _ => self.idle_stream,
         }
     }

@@ -301,7 +301,7 @@ fn every_limit_at_the_end_of_its_range_is_good() {
                 l.guard,
                 l.guard.delay_least_samples,
                 l.guard.delay_most_samples,
-            ) = (GUARD, 4.0, 4.0)
+            ) = (GUARD, 4.0, 4.0);
         },
         |l| {
             l.guard = GUARD;

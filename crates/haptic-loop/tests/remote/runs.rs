@@ -42,6 +42,7 @@ fn a_run_leaves_nothing_behind() {
     run.operator.count = 2;
     run.stiffness_n_per_m = 700.0;
     run.limits.force_n = 3.0;
+    run.limits.watchdog_ms = 20;
     // Three runs, each of its own connection; the last host dies in the middle.
     for number in 1..=3 {
         bench.hello();

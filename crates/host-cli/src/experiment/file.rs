@@ -15,6 +15,7 @@
 mod reader;
 
 use super::preflight::PreflightRequest;
+use super::pushed::TRIAL_SAMPLES;
 use super::remote::RemoteDevice;
 use super::rendering::{Contact, Precision, Rendering};
 use super::run::{Pace, SAMPLES};
@@ -33,6 +34,7 @@ use haptic_loop::units::{
 };
 pub use reader::FileError;
 use reader::{Document, Range, Table};
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 /// The experiment that a file describes, all of its parameters checked.
@@ -266,7 +268,7 @@ fn creep(table: &Table<'_>) -> Result<Creep, FileError> {
 fn rendering(table: &Table<'_>, duration_s: f64) -> Result<Rendering, FileError> {
     let remote = remote(table)?;
     let sample_time_s = table.number("sample_time_s", Some(1e-3), SAMPLE_TIME)?;
-    samples_fit(table, sample_time_s, duration_s)?;
+    samples_fit(table, sample_time_s, duration_s, &SAMPLES)?;
     let library = table.text("library", "")?;
     let folder = (!library.is_empty()).then(|| table.beside(library));
     let library = Library::load(folder.as_deref())
@@ -309,7 +311,7 @@ fn wall(table: &Table<'_>) -> Result<Wall, FileError> {
     let sample_time_s = table.number("sample_time_s", None, SAMPLE_TIME)?;
     let duration = Some(TrialPlan::DEFAULT.duration_s);
     let duration_s = table.number("duration_s", duration, Range::Above(0.0))?;
-    samples_fit(table, sample_time_s, duration_s)?;
+    samples_fit(table, sample_time_s, duration_s, &TRIAL_SAMPLES)?;
     let order = table.number("order", None, Range::Within(0.0, 2.0))?;
     let order = Order::new(order).map_err(|error| table.fail_at("order", error.to_string()))?;
     let device = MassDamperConfig {
@@ -391,16 +393,21 @@ fn plan(table: &Table<'_>, duration_s: f64) -> Result<TrialPlan, FileError> {
 }
 
 /// As many samples as a run can have.
-fn samples_fit(table: &Table<'_>, sample_time_s: f64, duration_s: f64) -> Result<(), FileError> {
+fn samples_fit(
+    table: &Table<'_>,
+    sample_time_s: f64,
+    duration_s: f64,
+    range: &RangeInclusive<f64>,
+) -> Result<(), FileError> {
     let samples = (duration_s / sample_time_s).round() + 1.0;
-    if SAMPLES.contains(&samples) {
+    if range.contains(&samples) {
         return Ok(());
     }
     let reason = format!(
         "duration_s = {duration_s} with sample_time_s = {sample_time_s} is {samples} samples, which is \
          not in [{}, {:e}]",
-        SAMPLES.start(),
-        SAMPLES.end()
+        range.start(),
+        range.end()
     );
     Err(table.fail_at("duration_s", reason))
 }

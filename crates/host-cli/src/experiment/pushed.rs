@@ -3,7 +3,6 @@
 //! The device arrives from free flight: at time 0 it is at the wall with the speed of the impact, and the
 //! wall remembers nothing. From then on the push acts.
 
-use super::run::SAMPLES;
 use super::safety::{GuardedDevice, Safety};
 use super::sensed::{Sensed, Sensors};
 use super::settling::{Criterion, Judge, Scales, Tolerance};
@@ -14,6 +13,7 @@ use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
 use haptic_loop::{Controller, Limits, ParameterError, SafetyChain, Wall};
 use nalgebra::SVector;
+use std::ops::RangeInclusive;
 
 /// A wall at the device's start position.
 pub(super) type VirtualWall = Wall<f64, Operator<f64>>;
@@ -36,6 +36,8 @@ pub struct TrialPlan {
     pub force_limit_n: f64,
 }
 
+/// Samples of a trial: of a longer one nothing more is learned.
+pub(super) const TRIAL_SAMPLES: RangeInclusive<f64> = 10.0..=20e6;
 /// Fastest impact, m/s: ten times what a hand does.
 const FASTEST_M_PER_S: f64 = 10.0;
 
@@ -72,13 +74,13 @@ impl TrialPlan {
     pub fn samples(&self, sample_time: Seconds) -> Result<u64, Failure> {
         let t = sample_time.0;
         let samples = (self.duration_s / t).round() + 1.0;
-        if !SAMPLES.contains(&samples) {
+        if !TRIAL_SAMPLES.contains(&samples) {
             return Err(Failure::bad_input(format_args!(
                 "duration {} s at a sample time of {sample_time} is {samples} samples, which is not in [{}, {:e}]: \
                  change duration or sample time",
                 self.duration_s,
-                SAMPLES.start(),
-                SAMPLES.end()
+                TRIAL_SAMPLES.start(),
+                TRIAL_SAMPLES.end()
             )));
         }
         if !(self.window_s >= 10.0 * t && self.window_s <= self.duration_s) {

@@ -153,7 +153,7 @@ fn the_pre_flight_of_a_simulated_wall_knows_its_delay_and_its_lag() {
     let wall = |extra: &str| {
         place.write(
             "wall.toml",
-            &format!(
+            format!(
                 "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 1e-3\norder = 1\n\
                  stiffness_n_per_m = 8000\ndissipation_n_s_mu_per_m = 15\n{extra}"
             ),

@@ -110,13 +110,10 @@ fn an_unstable_wall_is_a_result_with_a_warning() {
     let place = Place::new();
     place.write("wall.toml", WALL.replace("= 3000.0", "= 30000.0"));
     let ended = place.run("run wall.toml --json --out run");
-    assert!(
-        ended.stderr.starts_with(
-            "warning: the wall is saturated: the force was at its limit in 94.2 % of the samples"
-        ),
-        "{ended}"
-    );
+    let warning = "warning: the wall is saturated: the force was at its limit in ";
+    assert!(ended.stderr.starts_with(warning), "{ended}");
     let report = ended.succeeded_with_warnings().json();
+    assert!(number(&report, "saturated_share") > 0.9, "{report}");
     assert_eq!(report["stable"], false);
     assert_eq!(report["closed_form_error"], Value::Null);
 }
@@ -564,7 +561,7 @@ fn a_bad_design_is_refused() {
         ("--force-limit 0", &["force limit 0 N", "--force-limit"]),
         ("--delay-samples 65", &["65", "--delay-samples"]),
         ("--orders -0.5", &["order -0.5", "[0, 2]", "--orders"]),
-        ("--orders 2.5", &["2.5", "[-2, 2]"]),
+        ("--orders 2.5", &["2.5", "[0, 2]"]),
         ("--gain-margin 1", &["gain margin 1", "(1, 1000]"]),
         (
             "--gain-margin 2 --require passive",

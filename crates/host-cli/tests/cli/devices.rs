@@ -1,6 +1,6 @@
 //! Commands on serial devices: an emulated one behind a pseudo-terminal, and ports that are none.
 
-use crate::process::{Place, binary};
+use crate::process::{PATIENCE, Place, binary};
 use haptic_link::{FRAME_MAX, Header, Request, encode};
 use serde_json::Value;
 use serialport::{SerialPort as _, TTYPort};
@@ -35,10 +35,7 @@ impl Emulated {
     fn wait_for_link(&mut self) {
         let began = Instant::now();
         while !self.place.path("device").exists() {
-            assert!(
-                began.elapsed() < Duration::from_secs(20),
-                "no emulated device"
-            );
+            assert!(began.elapsed() < PATIENCE, "no emulated device");
             std::thread::sleep(Duration::from_millis(5));
         }
     }
@@ -256,7 +253,7 @@ fn a_run_leaves_the_device_as_it_was_and_loosens_nothing() {
     let mut run = run.spawn().expect("runs");
     let began = Instant::now();
     while !device.place.path("run/relax.mcap.part").exists() {
-        assert!(began.elapsed() < Duration::from_secs(20), "no log");
+        assert!(began.elapsed() < PATIENCE, "no log");
         std::thread::sleep(Duration::from_millis(5));
     }
     std::thread::sleep(Duration::from_millis(300));
@@ -355,7 +352,7 @@ fn a_device_that_is_pulled_out_ends_the_run_with_a_whole_log() {
         .expect("runs");
     let began = Instant::now();
     while !device.place.path("run/relax.mcap.part").exists() {
-        assert!(began.elapsed() < Duration::from_secs(20), "no log");
+        assert!(began.elapsed() < PATIENCE, "no log");
         std::thread::sleep(Duration::from_millis(5));
     }
     std::thread::sleep(Duration::from_millis(500));
@@ -383,7 +380,7 @@ fn a_host_that_is_killed_leaves_a_device_without_force() {
         .expect("runs");
     let began = Instant::now();
     while !device.place.path("run/relax.mcap.part").exists() {
-        assert!(began.elapsed() < Duration::from_secs(20), "no log");
+        assert!(began.elapsed() < PATIENCE, "no log");
         std::thread::sleep(Duration::from_millis(5));
     }
     std::thread::sleep(Duration::from_millis(500));
@@ -574,10 +571,7 @@ fn a_flood_and_a_frame_without_end_do_not_stop_a_device() {
     let path = device.place.path("device");
     {
         let port = serialport::new(path.to_string_lossy(), 460_800);
-        let mut port = port
-            .timeout(Duration::from_secs(10))
-            .open_native()
-            .expect("opens");
+        let mut port = port.timeout(PATIENCE).open_native().expect("opens");
         // No zero for 20 kB, then noise with zeros, then a good frame cut in two.
         port.write_all(&[7; 20_000]).expect("writes");
         let noise: Vec<u8> = (0..100_000_u32)
@@ -625,7 +619,7 @@ fn a_monitor_goes_on_when_the_device_comes_back() {
     let monitor = monitor.stdout(Stdio::piped()).spawn().expect("runs");
     let began = Instant::now();
     while !device.place.path("watch/monitor.mcap.part").exists() {
-        assert!(began.elapsed() < Duration::from_secs(7), "no log");
+        assert!(began.elapsed() < PATIENCE, "no log");
         std::thread::sleep(Duration::from_millis(5));
     }
     std::thread::sleep(Duration::from_millis(300));

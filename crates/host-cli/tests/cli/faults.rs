@@ -1,7 +1,7 @@
 //! Faults and what is kept of them, and the pre-flight that is to prevent some.
 
 use crate::devices::Emulated;
-use crate::process::{Place, binary, number, skip, words};
+use crate::process::{PATIENCE, Place, binary, number, skip, words};
 use serde_json::Value;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -72,8 +72,21 @@ fn signal(pid: u32, name: &str) {
 
 /// A run on a device that is stopped for longer than the watchdog waits: the report of its end.
 fn run_with_a_silent_host(device: &Emulated, options: &str) -> Value {
-    let line = "relax --device serial:device --watchdog 100ms --contact rigid --duration 60s --out run --json";
-    let child = Command::new(binary())
+    // A machine that is busy for longer than the watchdog waits is silent too soon: then once more.
+    for attempt in 1..=10 {
+        if let Some(report) = stop_in_the_middle(device, options) {
+            return report;
+        }
+        println!("attempt {attempt}: this machine was silent before it was stopped");
+    }
+    panic!("this machine is too busy for a watchdog of 190 ms");
+}
+
+/// The same; `None` if the run ended before the host was stopped.
+fn stop_in_the_middle(device: &Emulated, options: &str) -> Option<Value> {
+    let line = "relax --device serial:device --watchdog 190ms --contact rigid --duration 60s --out run --overwrite \
+                --json";
+    let mut child = Command::new(binary())
         .args(words(&format!("{line} {options}")))
         .current_dir(device.place().path(""))
         .stdin(Stdio::null())
@@ -85,15 +98,18 @@ fn run_with_a_silent_host(device: &Emulated, options: &str) -> Value {
     let part = device.place().path("run/relax.mcap.part");
     // Some 600 samples.
     while std::fs::metadata(&part).map_or(0, |file| file.len()) < 40_000 {
-        assert!(began.elapsed() < Duration::from_secs(20), "no log");
+        assert!(began.elapsed() < PATIENCE, "no log");
+        if child.try_wait().expect("can be asked").is_some() {
+            return None;
+        }
         std::thread::sleep(Duration::from_millis(5));
     }
     signal(child.id(), "STOP");
-    std::thread::sleep(Duration::from_millis(400));
+    std::thread::sleep(Duration::from_millis(600));
     signal(child.id(), "CONT");
     let output = child.wait_with_output().expect("ends");
     assert_eq!(output.status.code(), Some(1), "{output:?}");
-    serde_json::from_slice(&output.stdout).expect("JSON")
+    Some(serde_json::from_slice(&output.stdout).expect("JSON"))
 }
 
 #[test]
@@ -105,9 +121,9 @@ fn a_fault_on_a_device_is_kept_with_what_the_device_recorded() {
         let device = Emulated::new(emulated);
         let report = run_with_a_silent_host(&device, options);
         assert!(report["fault_log"].is_string(), "{report}");
-        // 100 ms were set: more is proposed.
+        // 190 ms were set: more is proposed.
         let reason = report["ended_early"].as_str().expect("a reason");
-        assert!(reason.contains("--watchdog 500ms"), "{reason}");
+        assert!(reason.contains("--watchdog 950ms"), "{reason}");
         let info = device.json("log info run/relax-fault.mcap");
         let fault = metadata(&info, "fault");
         assert_eq!(fault["code"], "2", "{options}: {fault}");

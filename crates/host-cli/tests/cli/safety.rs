@@ -260,7 +260,7 @@ mod device {
             let device = Self { place, child };
             let began = Instant::now();
             while !device.place.path("device").exists() {
-                assert!(began.elapsed() < Duration::from_secs(20), "no device");
+                assert!(began.elapsed() < crate::process::PATIENCE, "no device");
                 std::thread::sleep(Duration::from_millis(5));
             }
             device
@@ -368,8 +368,15 @@ mod device {
             format!("{soft}force_rate_limit_n_per_s = 600\n"),
         );
         device.json("run wall.toml --watchdog 1s --out asked --rise-time 0.3s --quiet");
-        assert_eq!(limits(&device)[0], 600.0);
-        assert_eq!(limits(&device)[2], 0.3);
+        // The run had what it asked for; the device has what was set again.
+        let log = device.place.run("log info asked/wall.mcap --json");
+        let info = log.succeeded().json();
+        let records = info["metadata"].as_array().expect("records");
+        let named = |name: &str| records.iter().find(|record| record["name"] == name);
+        let run = &named("experiment").expect("is there")["values"];
+        assert_eq!(run["device_force_rate_limit_n_per_s"], "600");
+        assert_eq!(run["device_rise_time_s"], "0.3");
+        assert_eq!(limits(&device), [700.0, 0.9, 0.2]);
     }
 
     #[test]

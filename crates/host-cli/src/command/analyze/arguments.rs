@@ -240,7 +240,7 @@ impl LoopArguments {
         };
         let parameters = parameters.map_err(refused)?;
         let sample_time_s = self.sample_time.map(|t| t.0);
-        if let Some(t) = sample_time_s.filter(|t| !(*t > 0.0)) {
+        if let Some(t) = sample_time_s.filter(|t| *t <= 0.0 || t.is_nan()) {
             return Err(Failure::bad_input(format_args!(
                 "sample time {t} s is not above 0 s: change --sample-time"
             )));
