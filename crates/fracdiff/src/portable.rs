@@ -174,6 +174,18 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
     }
 }
 
+/// A step of one form. Not inlined: LLVM otherwise prepares for all forms before it looks which it is.
+#[inline(never)]
+fn advance_apart<F: Real, C: Differintegrator<F>>(core: &C, history: &mut C::History, x: F) {
+    core.advance(history, x);
+}
+
+/// The same of taps.
+#[inline(never)]
+fn advance_taps<F: Real, const TAPS: usize>(history: &mut FirHistory<F, TAPS>, taps: &[F], x: F) {
+    history.advance(taps, x);
+}
+
 /// A decay of a low-pass must lie in (0, 1], or its state would grow.
 pub(crate) fn check_decay<F: Real>(decay: F, index: usize) -> Result<F, ListError> {
     if decay > F::ZERO && decay <= F::ONE {
@@ -236,11 +248,11 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize> Differ
     fn advance(&self, history: &mut Self::History, x: F) {
         match (&self.0, history) {
             (Core::Taps { used, taps, .. }, PortableHistory::Taps(own)) => {
-                own.advance(&taps[..(*used).min(TAPS)], x);
+                advance_taps(own, &taps[..(*used).min(TAPS)], x);
             }
-            (Core::Modes(core), PortableHistory::Modes(own)) => core.advance(own, x),
-            (Core::Recursion(core), PortableHistory::Recursion(own)) => core.advance(own, x),
-            (Core::Sections(core), PortableHistory::Sections(own)) => core.advance(own, x),
+            (Core::Modes(core), PortableHistory::Modes(own)) => advance_apart(core, own, x),
+            (Core::Recursion(core), PortableHistory::Recursion(own)) => advance_apart(core, own, x),
+            (Core::Sections(core), PortableHistory::Sections(own)) => advance_apart(core, own, x),
             _ => {}
         }
     }

@@ -308,8 +308,8 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
             advance_compensated(slow, slow_decays, slow_weights, x, &mut lanes);
         }
         // LLVM otherwise shapes all its vectors after the pairwise sum of the lanes, two wide: right for `f64`, and
-        // half of what `f32` could have.
-        if F::COMPENSATED {
+        // half of what `f32` could have. A Cortex-M has no vectors of them.
+        if F::COMPENSATED && !cfg!(target_arch = "arm") {
             lanes = core::hint::black_box(lanes);
         }
         for ((history, lanes), x) in histories.into_iter().zip(lanes).zip(x) {
