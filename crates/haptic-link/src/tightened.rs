@@ -1,6 +1,6 @@
 //! Limits of a run beside those that were set to last: a run may only tighten them.
 
-use crate::configuration::{Field, Guard, GuardKind, Limits};
+use crate::configuration::{Configuration, Field, Guard, GuardKind, Limits};
 
 /// The first limit that was looser.
 #[derive(Default)]
@@ -28,6 +28,27 @@ impl Looser {
     fn at_most_if_on(&mut self, field: Field, value: f32, set: f32) -> f32 {
         let tight = set <= 0.0 || (value > 0.0 && value <= set);
         self.keep(field, tight, value, set)
+    }
+}
+
+impl Configuration {
+    /// [`Limits::tightened`] of a run whose ticks may be of another length than those of what was set to last: delays
+    /// are times, so many ticks there are other ones here.
+    #[must_use]
+    pub fn tightened(&self, set: &Self) -> (Limits, Option<Field>) {
+        let mut limits = set.limits;
+        if self.tick_period_us != set.tick_period_us {
+            // Ticks of this run in a tick of what was set.
+            let ticks = set.tick_period_us as f32 / self.tick_period_us.max(1) as f32;
+            limits.guard.delay_least_samples *= ticks;
+            limits.guard.delay_most_samples *= ticks;
+            let delay = f32::from(limits.device_delay_ticks) * ticks;
+            // Rounded up; a cast stays within a byte.
+            let whole = delay as u8;
+            let more = u8::from(f32::from(whole) < delay);
+            limits.device_delay_ticks = whole.saturating_add(more);
+        }
+        self.limits.tightened(&limits)
     }
 }
 

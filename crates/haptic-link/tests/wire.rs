@@ -700,3 +700,49 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn delays_of_the_guard_are_times_whatever_the_tick_of_a_run() {
+    let mut set = Configuration::PASSIVE;
+    set.tick_period_us = 1000;
+    set.limits.guard = haptic_link::Guard {
+        kind: haptic_link::GuardKind::EnergyBounding,
+        damping_n_s_per_m: 1.0,
+        delay_least_samples: 1.0,
+        delay_most_samples: 1.5,
+        ..haptic_link::Guard::OFF
+    };
+    set.limits.device_mass_kg = 0.065;
+    set.limits.device_delay_ticks = 1;
+    // Half the tick: the same ticks of delay would be half the time.
+    let run = Configuration {
+        tick_period_us: 500,
+        ..set
+    };
+    let (tight, looser) = run.tightened(&set);
+    assert!(looser.is_some());
+    assert_eq!(
+        (
+            tight.guard.delay_least_samples,
+            tight.guard.delay_most_samples
+        ),
+        (2.0, 3.0)
+    );
+    assert_eq!(tight.device_delay_ticks, 2);
+    let held = Configuration {
+        limits: tight,
+        ..run
+    };
+    assert_eq!(held.tightened(&set), (tight, None));
+    assert_eq!(set.tightened(&set), (set.limits, None));
+    // Three times as long a tick: a third of the ticks, whole ones rounded up.
+    let slow = Configuration {
+        tick_period_us: 3000,
+        ..set
+    };
+    let (tight, _) = slow.tightened(&set);
+    assert_eq!(
+        (tight.guard.delay_most_samples, tight.device_delay_ticks),
+        (0.5, 1)
+    );
+}

@@ -420,7 +420,7 @@ impl Session {
 /// A run may only tighten what was set to last.
 #[inline(never)]
 fn not_looser(run: &Configuration, set: &Configuration) -> Result<(), Refusal> {
-    let (_, looser) = run.limits.tightened(&set.limits);
+    let (_, looser) = run.tightened(set);
     looser.map_or(Ok(()), |field| Err(Refusal::Looser(field)))
 }
 

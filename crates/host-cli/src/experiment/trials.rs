@@ -6,7 +6,7 @@ use super::run::{Pace, Schedule};
 use crate::device::at_port;
 use crate::failure::Failure;
 use crate::output::note;
-use haptic_link::{EventKind, Limits, LoopMode, Scope, Start};
+use haptic_link::{Configuration, EventKind, LoopMode, Scope, Start};
 use haptic_loop::remote::LinkError;
 use haptic_loop::remote::serial::{Heard, SerialError, SerialLink};
 use std::sync::{Mutex, PoisonError};
@@ -18,7 +18,7 @@ pub struct Trials {
     remote: RemoteDevice,
     link: Mutex<SerialLink>,
     /// What is set on the device: no trial loosens it.
-    set: Limits,
+    set: Configuration,
     told: std::sync::Once,
     /// Why no more trials can be made.
     failure: Mutex<Option<Failure>>,
@@ -41,7 +41,7 @@ impl Trials {
         let (set, _) = set.map_err(|error| at_port(link.path(), &error))?;
         Ok(Self {
             link: Mutex::new(link),
-            set: set.limits,
+            set,
             told: std::sync::Once::new(),
             remote: remote.clone(),
             failure: Mutex::new(None),
@@ -104,7 +104,7 @@ impl Trials {
             pace: Pace::Realtime(RealtimeOptions::NORMAL),
         };
         let can = link.capabilities();
-        let mut configuration = configuration(&self.remote, law, schedule, can, &self.set)?;
+        let mut configuration = configuration(&self.remote, law, schedule, can, &self.set.limits)?;
         // A search does not end where the device's limits do.
         if let Some(text) = keep_within(&mut configuration, &self.set) {
             self.told.call_once(|| note("warning", text));

@@ -640,3 +640,16 @@ fn a_monitor_goes_on_when_the_device_comes_back() {
         assert!(number(&info, "/samples") > 50.0, "{info}");
     }
 }
+
+/// A line that loses the frame that tells the end: what the device answers to keep-alives tells it too.
+#[test]
+fn an_end_whose_frame_was_lost_is_learned_from_what_the_device_answers() {
+    for (seed, workspace, code) in [(201, "--workspace=-10mm:0.5mm", 1), (4, "", 4)] {
+        let device = Emulated::new(&format!("--drop 8% --line-seed {seed}"));
+        let line = "relax --device serial:device --contact rigid --duration 2s --ramp-time 0.5s --watchdog 1s --out \
+                    run --quiet";
+        let ended = device.place.run(&format!("{line} {workspace}"));
+        assert_eq!(ended.code, Some(code), "{ended}");
+        assert!(!ended.stderr.contains("is stuck"), "{ended}");
+    }
+}

@@ -21,8 +21,9 @@ use crate::realtime::{self, raise_thread};
 use crate::{Device, Reading, SafeForce};
 use fracdiff::Real;
 use haptic_link::{
-    Capabilities, CoefficientBlock, Configuration, DigestBuilder, Event, FaultReport, Field, Hello,
-    Refusal, Report, Request, Sample, Scope, Start, State, Statistics, Status, block_count,
+    Capabilities, CoefficientBlock, Configuration, DigestBuilder, Event, EventKind, FaultReport,
+    Field, Hello, Refusal, Report, Request, Sample, Scope, Start, State, Statistics, Status,
+    block_count,
 };
 use hdrhistogram::Histogram;
 use nalgebra::SVector;
@@ -99,8 +100,12 @@ pub struct SerialLink {
     baud: u32,
     /// Heard before its turn, to see whether a newer sample waits.
     ahead: Option<Heard>,
+    /// A run that was started and whose end was not heard yet, as of the alive of this number.
+    running: Option<u64>,
     newest_tick: u32,
     newest_limiters: u8,
+    /// Tick of the last sample heard.
+    heard_tick: u32,
     forces_skipped: u64,
 }
 
@@ -119,6 +124,8 @@ struct Shared {
     forces_dropped: AtomicU64,
     round_trip_us: Mutex<Histogram<u64>>,
     status: Mutex<Status>,
+    /// Answers to keep-alives so far: each brings the status of its moment.
+    alives: AtomicU64,
     /// What the guard observed, bits of an `f32`.
     energy_bits: AtomicU32,
     period_us: AtomicU32,
@@ -194,6 +201,7 @@ impl SerialLink {
                 reason: error.to_string(),
             })?),
             status: Mutex::new(hello.status),
+            alives: AtomicU64::new(0),
             energy_bits: AtomicU32::new(0),
             period_us: AtomicU32::new(1000),
         });
@@ -246,8 +254,10 @@ impl SerialLink {
             path: path.to_string(),
             baud,
             ahead: None,
+            running: None,
             newest_tick: 0,
             newest_limiters: 0,
+            heard_tick: 0,
             forces_skipped: 0,
         };
         link.introduce()?;
@@ -423,7 +433,9 @@ impl SerialLink {
     /// # Errors
     /// As [`ask`](Self::ask).
     pub fn start(&mut self, start: Start) -> Result<(), SerialError> {
-        self.ask(Request::Start(start)).map(|_| ())
+        self.ask(Request::Start(start))?;
+        self.running = Some(self.alives());
+        Ok(())
     }
 
     /// Disarms, and lets the device be quiet.
@@ -446,28 +458,98 @@ impl SerialLink {
         self.ask(Request::Stream { every, batch }).map(|_| ())
     }
 
-    /// The next thing the device says unasked; `None` after the time.
+    /// The next thing the device says unasked; `None` after the time. The end of a run and a fault are told even if
+    /// their own frame was lost: what the device answers to keep-alives says so too.
     pub fn hear(&mut self, patience: Duration) -> Option<Heard> {
-        if let Some(heard) = self.ahead.take() {
-            return Some(heard);
-        }
-        match self.heard.recv_timeout(patience) {
-            Ok(heard) => Some(heard),
-            Err(RecvTimeoutError::Timeout) => None,
-            Err(RecvTimeoutError::Disconnected) => Some(Heard::Over(LinkError::Gone)),
+        /// A pause in which a missing end is looked for.
+        const PAUSE: Duration = Duration::from_millis(50);
+        let began = Instant::now();
+        loop {
+            if let Some(heard) = self.ahead.take() {
+                return Some(self.noted(heard));
+            }
+            let left = patience.saturating_sub(began.elapsed());
+            match self.heard.recv_timeout(left.min(PAUSE)) {
+                Ok(heard) => return Some(self.noted(heard)),
+                Err(RecvTimeoutError::Disconnected) => return Some(Heard::Over(LinkError::Gone)),
+                Err(RecvTimeoutError::Timeout) => {}
+            }
+            if let Some(heard) = self.missed() {
+                return Some(heard);
+            }
+            if began.elapsed() >= patience {
+                return None;
+            }
         }
     }
 
     /// Whether something waits to be heard.
     pub fn try_hear(&mut self) -> Option<Heard> {
         if let Some(heard) = self.ahead.take() {
-            return Some(heard);
+            return Some(self.noted(heard));
         }
         match self.heard.try_recv() {
-            Ok(heard) => Some(heard),
+            Ok(heard) => Some(self.noted(heard)),
             Err(TryRecvError::Empty) => None,
             Err(TryRecvError::Disconnected) => Some(Heard::Over(LinkError::Gone)),
         }
+    }
+
+    fn alives(&self) -> u64 {
+        self.shared.alives.load(Ordering::Acquire)
+    }
+
+    /// Follows the run; a status from before what was heard says nothing about its end.
+    fn noted(&mut self, heard: Heard) -> Heard {
+        let over = match heard {
+            Heard::Sample(sample) => {
+                self.heard_tick = sample.tick;
+                false
+            }
+            Heard::Event(event) => matches!(
+                event.kind,
+                EventKind::Finished | EventKind::Stopped | EventKind::Disarmed
+            ),
+            Heard::Fault(_) | Heard::Over(_) => true,
+        };
+        self.running = match self.running {
+            Some(_) if !over => Some(self.alives()),
+            _ => None,
+        };
+        heard
+    }
+
+    /// The end of a run whose frame was lost, from two answers to keep-alives since anything else was heard: the
+    /// second was asked for after it.
+    fn missed(&mut self) -> Option<Heard> {
+        let newest = self.running?;
+        if self.alives() < newest + 2 {
+            return None;
+        }
+        // What came meanwhile goes first.
+        if let Some(heard) = self.try_hear() {
+            return Some(heard);
+        }
+        let (status, tick) = (self.status(), self.heard_tick);
+        let kind = match status.state {
+            State::Fault => {
+                self.running = None;
+                return Some(Heard::Fault(FaultReport {
+                    status,
+                    tick,
+                    time_us: 0,
+                }));
+            }
+            State::Armed => EventKind::Finished,
+            State::Idle => EventKind::Disarmed,
+            State::Running | State::Stopping => return None,
+        };
+        self.running = None;
+        Some(Heard::Event(Event {
+            kind,
+            tick,
+            time_us: 0,
+        }))
     }
 
     /// Sends a force of a host loop, N. Never waits; without room it is dropped and counted.

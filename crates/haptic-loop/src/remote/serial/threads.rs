@@ -61,6 +61,7 @@ impl Reader {
                 self.shared.energy_bits.store(bits, Ordering::Relaxed);
                 lock(&self.shared.round_trip_us).saturating_record(round_trip_us.max(1));
                 *lock(&self.shared.status) = status;
+                self.shared.alives.fetch_add(1, Ordering::Release);
             }
             Incoming::Rebooted => self.end(LinkError::Rebooted),
             Incoming::Told(Report::Sample(sample)) => self.hear(Heard::Sample(sample)),

@@ -165,8 +165,11 @@ pub(super) fn configuration(
 }
 
 /// Keeps a run within the limits that are set on the device, and says in one line where these are the tighter ones.
-pub(super) fn keep_within(configuration: &mut Configuration, set: &Limits) -> Option<String> {
-    let (tight, looser) = configuration.limits.tightened(set);
+pub(super) fn keep_within(
+    configuration: &mut Configuration,
+    set: &Configuration,
+) -> Option<String> {
+    let (tight, looser) = configuration.tightened(set);
     configuration.limits = tight;
     looser?;
     let Limits {

@@ -103,7 +103,7 @@ impl<'a> RemoteRun<'a> {
         let (set, _) = link.configuration().map_err(problem)?;
         let can = link.capabilities();
         let mut configuration = configuration(device, &self.law, self.schedule, can, &set.limits)?;
-        if let Some(text) = keep_within(&mut configuration, &set.limits) {
+        if let Some(text) = keep_within(&mut configuration, &set) {
             note("warning", text);
         }
         describe_limits(&configuration.limits, &mut self.metadata);
