@@ -129,21 +129,12 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
             return Err(ListError::Value { index, value });
         }
         let integer = i32::from(integer);
-        Ok(Self(match form {
-            Form::Taps => Self::taps(values)?,
-            Form::Modes => Core::Modes(WithIntegerPart {
-                integer,
-                core: Bank::from_list(values, integer)?,
-            }),
-            Form::Recursion => Core::Recursion(WithIntegerPart {
-                integer,
-                core: Recursion::from_list(values)?,
-            }),
-            Form::Sections => Core::Sections(WithIntegerPart {
-                integer,
-                core: Cascade::from_list(values)?,
-            }),
-        }))
+        match form {
+            Form::Taps => Self::taps(values),
+            Form::Modes => Self::modes(values, integer),
+            Form::Recursion => Self::recursion(values, integer),
+            Form::Sections => Self::sections(values, integer),
+        }
     }
 
     /// Value `index` of the list; `None` behind its end.
@@ -158,7 +149,10 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
         }
     }
 
-    fn taps(values: &[F]) -> Result<Core<F, TAPS, MODES, DEGREE>, ListError> {
+    // Each form on its own: a stack of a microcontroller has no room for the parts of all four at once.
+
+    #[inline(never)]
+    fn taps(values: &[F]) -> Result<Self, ListError> {
         let count = values.len();
         let (&direct, rest) = values
             .split_first()
@@ -166,11 +160,29 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
             .ok_or(ListError::Count { count, most: TAPS })?;
         let mut taps = [F::ZERO; TAPS];
         taps[..rest.len()].copy_from_slice(rest);
-        Ok(Core::Taps {
+        Ok(Self(Core::Taps {
             used: rest.len(),
             direct,
             taps,
-        })
+        }))
+    }
+
+    #[inline(never)]
+    fn modes(values: &[F], integer: i32) -> Result<Self, ListError> {
+        let core = Bank::from_list(values, integer)?;
+        Ok(Self(Core::Modes(WithIntegerPart { integer, core })))
+    }
+
+    #[inline(never)]
+    fn recursion(values: &[F], integer: i32) -> Result<Self, ListError> {
+        let core = Recursion::from_list(values)?;
+        Ok(Self(Core::Recursion(WithIntegerPart { integer, core })))
+    }
+
+    #[inline(never)]
+    fn sections(values: &[F], integer: i32) -> Result<Self, ListError> {
+        let core = Cascade::from_list(values)?;
+        Ok(Self(Core::Sections(WithIntegerPart { integer, core })))
     }
 }
 

@@ -103,8 +103,18 @@ fn built(
     coefficients: &[f32],
     limits: &crate::Limits,
 ) -> Result<(DeviceWall, SafetyChain<f32>), Refusal> {
-    // In memory: LLVM otherwise moves it through registers, word by word, with 4 KiB of code.
-    let operator = core::hint::black_box(operator(configuration, coefficients)?);
+    let shape = configuration.operator;
+    let form = match shape.form {
+        OperatorForm::Taps => Form::Taps,
+        OperatorForm::Modes => Form::Modes,
+        OperatorForm::Recursion => Form::Recursion,
+        OperatorForm::Sections => Form::Sections,
+    };
+    let operator = match DeviceOperator::new(form, shape.integer, coefficients) {
+        // In memory: LLVM otherwise moves it through registers, word by word, with 4 KiB of code.
+        Ok(operator) => core::hint::black_box(operator),
+        Err(error) => return Err(refused(error)),
+    };
     let surface = f64::from(configuration.surface_m);
     let surface = configuration.one_sided.then_some(Metres(surface));
     let stiffness = f64::from(configuration.stiffness_n_per_m);
@@ -158,19 +168,10 @@ pub fn operator_shape(
     Ok((shape, list.values))
 }
 
+/// Why a list of coefficients is no operator, as it goes over the wire.
 #[inline(never)]
-fn operator(
-    configuration: &Configuration,
-    coefficients: &[f32],
-) -> Result<DeviceOperator, Refusal> {
-    let shape = configuration.operator;
-    let form = match shape.form {
-        OperatorForm::Taps => Form::Taps,
-        OperatorForm::Modes => Form::Modes,
-        OperatorForm::Recursion => Form::Recursion,
-        OperatorForm::Sections => Form::Sections,
-    };
-    DeviceOperator::new(form, shape.integer, coefficients).map_err(|error| match error {
+fn refused(error: ListError) -> Refusal {
+    match error {
         ListError::IntegerPart(integer) => Refusal::Range {
             field: Field::IntegerPart,
             value: f32::from(integer),
@@ -190,7 +191,7 @@ fn operator(
             most: f32::MAX,
         },
         _ => Refusal::Unsupported(Field::Coefficient),
-    })
+    }
 }
 
 /// Accepts a value in [least, most].
