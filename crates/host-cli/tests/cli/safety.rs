@@ -68,7 +68,7 @@ fn energy_bounding_knows_delay_lag_and_encoder_of_a_simulated_device() {
         2,
         &[
             "delay of the guard 0.0081 s",
-            "at most 4 sample times",
+            "from the least delay to 4 sample times",
             "another guard",
         ],
     );
