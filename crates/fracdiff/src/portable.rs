@@ -44,8 +44,15 @@ pub enum ListError {
         /// How many this operator has room for, in this form.
         most: usize,
     },
-    /// A value that is not finite, or a decay outside (0, 1].
+    /// A value that is not finite.
     Value {
+        /// Which.
+        index: usize,
+        /// The value.
+        value: f64,
+    },
+    /// A decay outside (0, 1].
+    Decay {
         /// Which.
         index: usize,
         /// The value.
@@ -65,9 +72,12 @@ impl fmt::Display for ListError {
                 "{count} coefficients are not what this form of operator has, or more than the {most} \
                  there is room for"
             ),
-            Self::Value { index, value } => write!(
+            Self::Value { index, value } => {
+                write!(f, "coefficient {index} is {value}, which is not finite")
+            }
+            Self::Decay { index, value } => write!(
                 f,
-                "coefficient {index} is {value}: not finite, or a decay outside (0, 1]"
+                "coefficient {index} is a decay of {value:e}, which is not in (0, 1]"
             ),
         }
     }
@@ -203,7 +213,7 @@ pub(crate) fn check_decay<F: Real>(decay: F, index: usize) -> Result<F, ListErro
     if decay > F::ZERO && decay <= F::ONE {
         Ok(decay)
     } else {
-        Err(ListError::Value {
+        Err(ListError::Decay {
             index,
             value: decay.to_f64(),
         })

@@ -55,10 +55,18 @@ impl fmt::Display for AnalysisError {
                 unit,
             } => {
                 let space = if unit.is_empty() { "" } else { " " };
-                write!(
-                    f,
-                    "{what} {value}{space}{unit} is not {allowed}{space}{unit}"
-                )
+                // A number that `{}` writes with hundreds of digits is written with an exponent.
+                let short = *value == 0.0 || (1e-6..1e15).contains(&value.abs());
+                if short {
+                    write!(f, "{what} {value}{space}{unit} is not {allowed}")?;
+                } else {
+                    write!(f, "{what} {value:e}{space}{unit} is not {allowed}")?;
+                }
+                // A range in words has no unit behind it.
+                if allowed.ends_with(|last: char| last.is_ascii_digit() || "])π".contains(last)) {
+                    write!(f, "{space}{unit}")?;
+                }
+                Ok(())
             }
             Self::Unresolved { what, why } => write!(f, "{what} cannot be computed: {why}"),
             Self::NotStable { what } => write!(f, "the loop is not stable: it has no {what}"),
@@ -87,7 +95,8 @@ pub(crate) fn not_negative(
     check(what, value, value >= 0.0, "at least 0", unit)
 }
 
-fn check(
+/// Accepts a finite value that was found to be in its range.
+pub(crate) fn check(
     what: &'static str,
     value: f64,
     accepted: bool,

@@ -5,8 +5,8 @@
 //! ```
 //! Source: O. Tokatlı, *Fractional Order Control in Haptics*, eq. 3.9.
 
-use crate::AnalysisError;
-use crate::error::{not_negative, positive};
+use crate::error::{check, not_negative, positive};
+use crate::{AnalysisError, SampledPlant};
 use fracdiff::Order;
 
 /// A haptic loop with units: device (with the hand, when coupled), sampling, virtual environment.
@@ -31,13 +31,13 @@ pub struct Loop {
 /// The same loop without units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Nondimensional {
-    /// α = K·T²/m, at least 0.
+    /// α = K·T²/m, 0 to 1e12.
     pub alpha: f64,
-    /// β = B·T^(2−μ)/m, at least 0.
+    /// β = B·T^(2−μ)/m, 0 to 1e12.
     pub beta: f64,
-    /// δ = b·T/m, at least 0.
+    /// δ = b·T/m, 0 to 1e6.
     pub delta: f64,
-    /// γ = k·T²/m, at least 0.
+    /// γ = k·T²/m, 0 to 1e12.
     pub gamma: f64,
 }
 
@@ -64,15 +64,24 @@ impl Loop {
 }
 
 impl Nondimensional {
-    /// Itself, if all four are finite and at least 0.
+    /// Largest α and β.
+    pub const WALL_MAX: f64 = 1e12;
+
+    /// Itself, if all four are within their ranges.
     ///
     /// # Errors
     /// The first that is not.
     pub fn checked(self) -> Result<Self, AnalysisError> {
-        not_negative("alpha", self.alpha, "")?;
-        not_negative("beta", self.beta, "")?;
-        not_negative("delta", self.delta, "")?;
-        not_negative("gamma", self.gamma, "")?;
+        let (wall, allowed) = (Self::WALL_MAX, "from 0 to 1e12");
+        let (damping, hand) = (SampledPlant::DELTA_MAX, SampledPlant::GAMMA_MAX);
+        for (what, value, most, allowed) in [
+            ("alpha", self.alpha, wall, allowed),
+            ("beta", self.beta, wall, allowed),
+            ("delta", self.delta, damping, "from 0 to 1e6"),
+            ("gamma", self.gamma, hand, allowed),
+        ] {
+            check(what, value, (0.0..=most).contains(&value), allowed, "")?;
+        }
         Ok(self)
     }
 

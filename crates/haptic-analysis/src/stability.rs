@@ -106,7 +106,7 @@ impl<'a> SampledLoop<'a> {
         operator: &'a LoopOperator,
     ) -> Result<Self, AnalysisError> {
         for (what, value) in [("alpha", alpha), ("beta", beta)] {
-            if !(0.0..=1e12).contains(&value) {
+            if !(0.0..=Nondimensional::WALL_MAX).contains(&value) {
                 return Err(AnalysisError::Range {
                     what,
                     value,

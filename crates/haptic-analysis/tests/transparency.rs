@@ -226,7 +226,7 @@ fn bad_input_is_refused_in_words() {
     let words = |result: Result<Effective, haptic_analysis::AnalysisError>| {
         result.expect_err("out of range").to_string()
     };
-    let frequency = "rad/s is not above 0 and at most π/T rad/s";
+    let frequency = "rad/s is not above 0 and at most π/T";
     assert_eq!(
         words(closed.continuous(0.0)),
         format!("angular frequency 0 {frequency}")

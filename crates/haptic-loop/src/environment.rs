@@ -144,7 +144,7 @@ impl<F: Real, const D: usize> Plane<F, D> {
             "contact surface",
             surface.0,
             true,
-            "a finite number of",
+            "finite",
             "m",
         )?;
         Ok(Self {

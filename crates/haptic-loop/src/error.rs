@@ -47,10 +47,18 @@ impl fmt::Display for ParameterError {
                 unit,
             } => {
                 let space = if unit.is_empty() { "" } else { " " };
-                write!(
-                    f,
-                    "{what} {value}{space}{unit} is not {allowed}{space}{unit}"
-                )
+                // A number that `{}` writes with hundreds of digits is written with an exponent.
+                let short = *value == 0.0 || (1e-6..1e15).contains(&value.abs());
+                if short {
+                    write!(f, "{what} {value}{space}{unit} is not {allowed}")?;
+                } else {
+                    write!(f, "{what} {value:e}{space}{unit} is not {allowed}")?;
+                }
+                // A range in words has no unit behind it.
+                if allowed.ends_with(|last: char| last.is_ascii_digit() || "])π".contains(last)) {
+                    write!(f, "{space}{unit}")?;
+                }
+                Ok(())
             }
             Self::Braking {
                 value_n_s_per_m,
@@ -107,7 +115,7 @@ pub(crate) fn rounded<F: Real>(
         what,
         value,
         kept,
-        "within the range of the loop's number type, in",
+        "within the range of the loop's number type",
         unit,
     )?;
     Ok(rounded)

@@ -589,16 +589,16 @@ fn what_a_guard_cannot_promise_is_refused() {
         (late(nan, 0.0, 0.0), "least delay"),
         (
             late(1e-3, 0.9e-3, 0.0),
-            "delay of the guard 0.0009 s is not at least the least delay",
+            "delay of the guard 0.0009 s is not from the least delay to 4 sample times",
         ),
         (
             late(0.0, 8.1e-3, 0.0),
-            "0.0081 s is not at least the least delay and at most 4 sample times",
+            "0.0081 s is not from the least delay to 4 sample times",
         ),
         (late(0.0, f64::INFINITY, 0.0), "delay of the guard inf"),
         (
             late(0.0, 0.0, 0.129),
-            "lag of the actuator 0.129 s is not at least 0 and at most 64 sample times",
+            "lag of the actuator 0.129 s is not from 0 to 64 sample times",
         ),
         (late(0.0, 0.0, nan), "lag of the actuator NaN"),
         (

@@ -176,26 +176,40 @@ impl OutputFolder {
             .join(format!("{}-{suffix}.{extension}", self.stem))
     }
 
-    /// Begins a table: rows under a header made of their fields' names.
+    /// Begins a table beside a log: rows under a header made of their fields' names.
     ///
     /// # Errors
     /// If the file exists and may not be replaced, or cannot be made.
-    pub fn table(&self, extension: &str) -> Result<Table, Failure> {
+    pub fn table_beside_log(&self, extension: &str) -> Result<Table, Failure> {
+        let beside_log = true;
+        Ok(Table {
+            beside_log,
+            ..self.table(extension)?
+        })
+    }
+
+    /// Begins a table.
+    fn table(&self, extension: &str) -> Result<Table, Failure> {
         let (new_file, file) =
             NewFile::create(&self.file(extension), Leftover::Discard, self.overwrite)?;
         let writer = csv::Writer::from_writer(BufWriter::with_capacity(1 << 16, file));
-        Ok(Table { new_file, writer })
+        Ok(Table {
+            new_file,
+            writer,
+            beside_log: false,
+        })
     }
 
-    /// Begins a table of rows without names of their own, lists or tuples, under these names.
+    /// The same of rows without names of their own, lists or tuples, under these names.
     ///
     /// # Errors
-    /// As [`table`](Self::table), or if the disk does not take the names.
-    pub fn named_table(&self, extension: &str, names: &[&str]) -> Result<Table, Failure> {
-        let mut table = self.table(extension)?;
-        let written = table.writer.write_record(names);
-        written.map_err(|error| lost(table.new_file.target(), error))?;
-        Ok(table)
+    /// As [`table_beside_log`](Self::table_beside_log), or if the disk does not take the names.
+    pub fn named_table_beside_log(
+        &self,
+        extension: &str,
+        names: &[&str],
+    ) -> Result<Table, Failure> {
+        self.table_beside_log(extension)?.named(names)
     }
 
     /// Writes a whole table of such rows and names it.
@@ -208,7 +222,7 @@ impl OutputFolder {
         names: &[&str],
         rows: impl Iterator<Item = R>,
     ) -> Result<String, Failure> {
-        let mut table = self.named_table(extension, names)?;
+        let mut table = self.table(extension)?.named(names)?;
         rows.into_iter().try_for_each(|row| table.row(row))?;
         table.finish()
     }
@@ -242,16 +256,25 @@ impl OutputFolder {
 pub struct Table {
     new_file: NewFile,
     writer: csv::Writer<BufWriter<File>>,
+    /// There is a log, which is whole before its table begins.
+    beside_log: bool,
 }
 
 impl Table {
+    /// Itself, with these names as the first row.
+    fn named(mut self, names: &[&str]) -> Result<Self, Failure> {
+        let written = self.writer.write_record(names);
+        written.map_err(|error| self.lost(error))?;
+        Ok(self)
+    }
+
     /// Adds a row.
     ///
     /// # Errors
     /// If the disk does not take it; nothing is left behind when the table is dropped then.
     pub fn row(&mut self, row: impl Serialize) -> Result<(), Failure> {
-        let Self { new_file, writer } = self;
-        (writer.serialize(row)).map_err(|error| lost(new_file.target(), error))
+        let written = self.writer.serialize(row);
+        written.map_err(|error| self.lost(error))
     }
 
     /// Gives the table its name, and tells it.
@@ -261,16 +284,22 @@ impl Table {
     pub fn finish(mut self) -> Result<String, Failure> {
         let path = self.new_file.target().to_owned();
         let flushed = self.writer.flush();
-        flushed.map_err(|error| lost(&path, error.into()))?;
+        flushed.map_err(|error| self.lost(error.into()))?;
         drop(self.writer);
         self.new_file.publish()?;
         Ok(path.display().to_string())
     }
-}
 
-fn lost(path: &Path, error: csv::Error) -> Failure {
-    let message = format!("writing `{}` failed; the log is whole", path.display());
-    Failure::DataLost(anyhow::Error::new(error).context(message))
+    fn lost(&self, error: csv::Error) -> Failure {
+        let path = self.new_file.target().display();
+        let kept = if self.beside_log {
+            "the log is whole"
+        } else {
+            "nothing was left behind under that name, make space and try again"
+        };
+        let message = format!("writing `{path}` failed; {kept}");
+        Failure::DataLost(anyhow::Error::new(error).context(message))
+    }
 }
 
 fn cannot_make(path: &Path, error: std::io::Error) -> Failure {

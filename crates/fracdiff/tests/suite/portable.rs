@@ -99,10 +99,10 @@ fn a_list_that_is_no_operator_is_refused() {
     for bad in [0.0, -0.5, 1.5] {
         modes[16] = bad;
         let refused = P::new(Form::Modes, 0, &modes);
-        assert!(matches!(refused, Err(ListError::Value { index: 16, .. })));
+        assert!(matches!(refused, Err(ListError::Decay { index: 16, .. })));
     }
     let refused = P::new(Form::Sections, 0, &[1.0, 1.0, 1.0, 2.0, 1.0]);
-    assert!(matches!(refused, Err(ListError::Value { index: 3, .. })));
+    assert!(matches!(refused, Err(ListError::Decay { index: 3, .. })));
 }
 
 #[test]

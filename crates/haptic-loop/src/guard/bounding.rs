@@ -78,7 +78,7 @@ impl EnergyBounding {
 }
 
 /// What the longest delay may be.
-const DELAYS: &str = "at least the least delay and at most 4 sample times, in";
+const DELAYS: &str = "from the least delay to 4 sample times";
 
 /// Energy bounding, made of good parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -143,7 +143,7 @@ impl<F: Real> Bounding<F> {
                 "lag of the actuator",
                 lag,
                 slow,
-                "at least 0 and at most 64 sample times, in",
+                "from 0 to 64 sample times",
                 "s",
             ),
         ] {

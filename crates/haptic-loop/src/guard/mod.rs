@@ -159,13 +159,7 @@ fn keep<F: Real>(forget: Seconds, sample_time: f64) -> Result<F, ParameterError>
         return Ok(F::ZERO);
     }
     let whole = forget.0 >= sample_time;
-    range(
-        what,
-        forget.0,
-        whole,
-        "0 or at least the sample time, in",
-        "s",
-    )?;
+    range(what, forget.0, whole, "0 or at least the sample time", "s")?;
     Ok(F::from_f64(1.0 - sample_time / forget.0))
 }
 

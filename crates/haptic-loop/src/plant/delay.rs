@@ -35,7 +35,7 @@ pub(super) fn whole_and_fraction(
         return Err(ParameterError::Range {
             what,
             value: delay.0,
-            allowed: "at most 64 sample times",
+            allowed: "from 0 to 64 sample times",
             unit: "s",
         });
     }

@@ -29,7 +29,7 @@ impl RampHold {
             return Err(ParameterError::Range {
                 what: "indentation depth",
                 value: depth.0,
-                allowed: "a finite number of",
+                allowed: "finite",
                 unit: "m",
             });
         }

@@ -189,7 +189,7 @@ impl IndentationRig {
                 return Err(ParameterError::Range {
                     what: "push",
                     value: push.0,
-                    allowed: "a finite number of",
+                    allowed: "finite",
                     unit: "N",
                 });
             }

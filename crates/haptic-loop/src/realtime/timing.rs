@@ -81,7 +81,7 @@ impl Timing {
             Histogram::new_with_bounds(1, LONGEST_NS, 3).map_err(|_| ParameterError::Range {
                 what: "longest time of a histogram",
                 value: LONGEST_NS as f64,
-                allowed: "possible, in",
+                allowed: "possible",
                 unit: "ns",
             })
         };

@@ -190,6 +190,13 @@ fn refused(error: ListError) -> Refusal {
             least: -f32::MAX,
             most: f32::MAX,
         },
+        ListError::Decay { value, .. } => Refusal::Range {
+            field: Field::Coefficient,
+            value: value as f32,
+            // The least number above 0: a range of the wire has its ends in it.
+            least: f32::from_bits(1),
+            most: 1.0,
+        },
         _ => Refusal::Unsupported(Field::Coefficient),
     }
 }

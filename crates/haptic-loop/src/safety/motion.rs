@@ -351,22 +351,16 @@ fn standstill<F: Real>(stuck: Stuck, sample_time: f64) -> Result<Standstill<F>, 
 
 fn workspace<F: Real>(workspace: Workspace) -> Result<[Zone<F>; 2], ParameterError> {
     let (low, high, soft) = (workspace.low.0, workspace.high.0, workspace.soft.0);
-    range(
-        "low end of the workspace",
-        low,
-        true,
-        "a finite number of",
-        "m",
-    )?;
+    range("low end of the workspace", low, true, "finite", "m")?;
     range(
         "high end of the workspace",
         high,
         high > low,
-        "above the low one, in",
+        "above the low one",
         "m",
     )?;
     let fits = (0.0..=0.5 * (high - low)).contains(&soft);
-    let allowed = "0 to half the workspace, in";
+    let allowed = "from 0 to half the workspace";
     range("soft zone of the workspace", soft, fits, allowed, "m")?;
     Ok([
         Zone::new("high end of the workspace", high, soft, "m")?,
@@ -381,7 +375,7 @@ fn speed<F: Real>(speed: SpeedLimit) -> Result<Zone<F>, ParameterError> {
         "speed limit",
         hard,
         hard > soft,
-        "above the soft one, in",
+        "above the soft one",
         "m/s",
     )?;
     Zone::new("speed limit", hard, hard - soft, "m/s")

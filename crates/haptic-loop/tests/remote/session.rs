@@ -167,6 +167,25 @@ fn parameters_beyond_the_limits_of_the_device_are_refused_by_name() {
             ..
         })
     ));
+    // A decay of 1.5 lies outside the range that the refusal names.
+    let (mut configuration, _) = spring();
+    configuration.operator = OperatorShape {
+        form: OperatorForm::Sections,
+        integer: 0,
+        count: 5,
+    };
+    let answer = bench
+        .configure(configuration, &[1.0, 1.0, 1.0, 1.5, 1.0])
+        .expect("the line works");
+    assert_eq!(
+        answer.map(|_| ()),
+        Err(Refusal::Range {
+            field: Field::Coefficient,
+            value: 1.5,
+            least: f32::from_bits(1),
+            most: 1.0,
+        })
+    );
     assert_eq!(
         bench.done(Request::GetConfiguration),
         Bench::ideal_configuration()

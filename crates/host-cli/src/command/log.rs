@@ -165,6 +165,11 @@ fn export_to_output(log: &Path, overwrite: bool, output: Output) -> Result<(), F
             log.display()
         ))),
         Err(RecordError::Csv { source, .. }) if is_broken_pipe(&source) => Err(Failure::BrokenPipe),
+        // Unlike a file, what was written stays.
+        Err(RecordError::Csv { source, .. }) => Err(Failure::DataLost(anyhow::anyhow!(
+            "writing standard output failed: {source}; the rows written so far stay, the log is untouched: make \
+             space, or export to a file"
+        ))),
         Err(error) => Err(error.into()),
     }
 }

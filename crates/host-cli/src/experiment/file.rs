@@ -420,6 +420,12 @@ fn remote(table: &Table<'_>) -> Result<Option<RemoteDevice>, FileError> {
     let (least, most) = (Limits::WATCHDOG_MIN_MS, Limits::WATCHDOG_MAX_MS);
     let range = Range::Within(1e-3 * f64::from(least), 1e-3 * f64::from(most));
     let watchdog_s = table.number_if("watchdog_s", range)?;
+    if let Some(time) = watchdog_s.filter(|time| (1e3 * time - (1e3 * time).round()).abs() > 1e-6) {
+        let reason = format!(
+            "watchdog_s = {time} is not a whole number of milliseconds: write 0.005 for 5 ms"
+        );
+        return Err(table.fail_at("watchdog_s", reason));
+    }
     let late_ticks = table.count("late_ticks", u64::from(Limits::DEFAULT.late_ticks))?;
     let late_ticks = u16::try_from(late_ticks).map_err(|_| {
         table.fail_at(

@@ -13,6 +13,7 @@ pub mod preflight;
 mod pushed;
 pub mod realtime;
 pub mod recorder;
+pub mod refused;
 pub mod relaxation;
 pub mod remote;
 pub mod rendering;

@@ -112,7 +112,7 @@ fn table(ran: &Ran, quantity: Quantity) -> Result<Table, Failure> {
         Quantity::Force => names.push("closed_form_force_n"),
     }
     names.push("closed_form_error");
-    ran.folder.named_table("csv", &names)
+    ran.folder.named_table_beside_log("csv", &names)
 }
 
 /// A row of it. A sample without a relative error has an empty cell.

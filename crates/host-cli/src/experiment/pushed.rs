@@ -3,6 +3,7 @@
 //! The device arrives from free flight: at time 0 it is at the wall with the speed of the impact, and the
 //! wall remembers nothing. From then on the push acts.
 
+use super::refused::parameter;
 use super::safety::{GuardedDevice, Safety};
 use super::sensed::{Sensed, Sensors};
 use super::settling::{Criterion, Judge, Scales, Tolerance};
@@ -206,7 +207,7 @@ pub fn dynamics(device: &MassDamperConfig) -> Dynamics {
 /// # Errors
 /// A parameter of the device outside its range.
 pub(super) fn thrown(config: MassDamperConfig, plan: &TrialPlan) -> Result<MassDamper<1>, Failure> {
-    let mut device = MassDamper::new(config).map_err(Failure::input)?;
+    let mut device = MassDamper::new(config).map_err(parameter)?;
     device.set_external_force(SVector::from([plan.push_n]));
     device.set_state(SVector::from([0.0]), SVector::from([plan.impact_m_per_s]));
     Ok(device)
@@ -224,7 +225,7 @@ pub(super) fn encoder_step(sensors: Sensors) -> f64 {
 /// # Errors
 /// A limit or sample time outside its range.
 pub(super) fn force_limit(limit_n: f64, t: Seconds) -> Result<SafetyChain<f64>, Failure> {
-    SafetyChain::from_limits(&force_alone(limit_n, t), t).map_err(Failure::input)
+    SafetyChain::from_limits(&force_alone(limit_n, t), t).map_err(parameter)
 }
 
 /// A chain with these limits of force and rate and what else is asked for; guard and braking are made for the device.
@@ -247,13 +248,7 @@ pub(super) fn safe_force_limit(
         guard: safety.guard.of(&known, t)?,
         ..safety.braked(safety.on(limits, false), device.mass.0, delay)
     };
-    SafetyChain::from_limits(&limits, t).map_err(|error| match limits.guard {
-        Some(_) => Failure::input_with_advice(
-            error,
-            "a guard can promise nothing for such a device, change it or take another guard",
-        ),
-        None => Failure::input(error),
-    })
+    SafetyChain::from_limits(&limits, t).map_err(parameter)
 }
 
 /// The limits of [`force_limit`].

@@ -2,6 +2,7 @@
 
 use super::kept::Samples;
 use super::preflight::{Preflight, PreflightRequest};
+use super::refused::parameter;
 use super::remote::{
     Kept, RemoteDevice, RemoteLaw, RemoteRun, host_limits, indentation, no_operator, portable, push,
 };
@@ -324,19 +325,15 @@ impl Rendering {
             })?;
         let environment = OneSided::at(Metres(0.0), tissue).map_err(Failure::input)?;
         let limits = match &self.remote {
-            None => self.limits_on_rig(drive)?,
+            None => {
+                self.safety.acts()?;
+                self.limits_on_rig(drive)?
+            }
             Some(remote) if remote.loop_mode == LoopMode::Host => host_limits(&self.limits(true)),
             // The chain is the device's; this one runs only to be checked.
             Some(_) => self.limits(true),
         };
-        let chain = SafetyChain::from_limits(&limits, t).map_err(|error| {
-            let advice = if self.safety == Safety::default() {
-                "change --force-limit or --force-rate-limit"
-            } else {
-                "change the options of the safety chain, from --force-limit to --device-noise"
-            };
-            Failure::input_with_advice(error, advice)
-        })?;
+        let chain = SafetyChain::from_limits(&limits, t).map_err(parameter)?;
         let mut controller = Controller::new(environment, chain);
         let schedule = Schedule {
             samples,

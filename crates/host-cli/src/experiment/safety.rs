@@ -206,6 +206,20 @@ impl Safety {
         }
     }
 
+    /// Refuses what would do nothing on a simulated device. A real one may have the speed limit set that is missing here.
+    ///
+    /// # Errors
+    /// A jump without a speed limit.
+    pub fn acts(&self) -> Result<(), Failure> {
+        match (self.jump_m, self.speed_limit_m_per_s) {
+            (Some(jump), None) if jump > 0.0 => Err(Failure::bad_input(format_args!(
+                "jump {jump:e} m has no effect without a speed limit: give --speed-limit (speed_limit_m_per_s in a \
+                 file) too, or leave --jump (jump_m) out"
+            ))),
+            _ => Ok(()),
+        }
+    }
+
     /// What is known of the device, where nobody says otherwise this.
     #[must_use]
     pub fn guarded(&self, device: GuardedDevice) -> GuardedDevice {

@@ -3,12 +3,16 @@
 //! ```text
 //! over the last window (0.4 s of 5 s), std = standard deviation:
 //! std of the position ≤ max(2 q, 1 % of push/(K + k))      q: encoder step, m
-//! std of the force    ≤ max(B·q·T^(−μ), 5 % of the push)   the first is one encoder step through the operator
+//! std of the force    ≤ max(min(B·q·T^(−μ), 25 % of the push), 5 % of the push)
+//!                                                B·q·T^(−μ): one encoder step through the operator
 //! force at its limit in more than 1 % of all samples: saturated, whatever the rest says
 //! ```
 //! - A buzzing wall moves a stiff device by little and its force by much, so both are judged. A threshold
 //!   for the position alone, like the dissertation's 0.1 mm, is half the deflection of a wall of 5 kN/m and
 //!   ten times that of one of 100 kN/m: a wall that buzzes against the force limit passes it.
+//! - *One encoder step* through the operator is the least force that such a wall can change by, so a wall at
+//!   rest may vary by it; but by at most a quarter of the push. A wall whose own step is larger shakes the hand,
+//!   whatever the encoder has to do with it: it is stable only if it hardly makes such a step.
 //! - *Noise* of the sensor counts as an encoder whose steps have the same rms: q = √12·σ.
 //! - *Without a spring* (K + k = 0) the device gives way for ever, and the force alone is judged.
 //! - *[`Criterion::Dissertation`]* is the old rule: the position alone against one threshold.
@@ -25,6 +29,8 @@ const POSITION_SHARE: f64 = 0.01;
 const STEPS: f64 = 2.0;
 /// Share of the push by which a force at rest may vary.
 const FORCE_SHARE: f64 = 0.05;
+/// Share of the push beyond which one encoder step through the operator is no excuse.
+const FORCE_STEP_SHARE: f64 = 0.25;
 /// Share of the samples in which the force may be at its limit.
 const LIMITED_SHARE: f64 = 0.01;
 /// Share of the force limit that counts as the limit: single precision on a device rounds it.
@@ -116,10 +122,11 @@ impl Tolerance {
                 let step = scales.encoder_step_m;
                 let held = scales.spring_n_per_m > 0.0;
                 let deflection = scales.push_n / scales.spring_n_per_m;
-                let force = FORCE_SHARE * scales.push_n;
+                let force_step =
+                    (scales.dissipation_step_n_per_m * step).min(FORCE_STEP_SHARE * scales.push_n);
                 Self {
                     position_std_m: held.then(|| (STEPS * step).max(POSITION_SHARE * deflection)),
-                    force_std_n: Some(force.max(scales.dissipation_step_n_per_m * step)),
+                    force_std_n: Some(force_step.max(FORCE_SHARE * scales.push_n)),
                     limited: Some(LIMITED_SHARE),
                 }
             }
@@ -403,6 +410,23 @@ mod tests {
         let flips = |n| (10e-6, -1.0 + 0.09 * sign(n));
         assert!(judged(Criterion::Settling, coarse, flips).stable);
         assert!(!judged(Criterion::Settling, STIFF, flips).stable);
+    }
+
+    #[test]
+    fn a_step_of_more_than_a_quarter_of_the_push_is_no_excuse() {
+        // 2 N into 650 kN/m of dissipation a step and 4 µm: 2.6 N a step, 0.5 N allowed.
+        let coarse = Scales {
+            push_n: 2.0,
+            dissipation_step_n_per_m: 6.5e5,
+            encoder_step_m: 4e-6,
+            ..STIFF
+        };
+        for (swing_n, stable) in [(1.3, false), (0.51, false), (0.49, true)] {
+            let swings = |n| (20e-6, -1.5 + swing_n * sign(n));
+            let settling = judged(Criterion::Settling, coarse, swings);
+            assert_eq!(settling.stable, stable, "{swing_n} N: {settling:?}");
+            assert_eq!(settling.force_std_limit_n, Some(0.5));
+        }
     }
 
     #[test]

@@ -20,6 +20,7 @@ use super::pushed::{
     TrialPlan, VirtualWall, dynamics, encoder_step, force_alone, safe_force_limit, thrown,
     try_wall, wall_at_start,
 };
+use super::refused::parameter;
 use super::remote::{
     Kept, RemoteDevice, RemoteLaw, RemoteRun, device_name, host_limits, no_operator, portable, push,
 };
@@ -287,10 +288,11 @@ impl Wall {
         .map_err(Failure::input)?;
         let chain = match &self.remote {
             None => {
+                self.safety.acts()?;
                 let limits = self.force_and_rate();
                 safe_force_limit(limits, &self.device, self.sensors, &self.safety)?
             }
-            Some(_) => SafetyChain::from_limits(&self.limits_here(), t).map_err(Failure::input)?,
+            Some(_) => SafetyChain::from_limits(&self.limits_here(), t).map_err(parameter)?,
         };
         Ok(Parts {
             controller: Controller::new(wall, chain),
@@ -533,7 +535,7 @@ impl Wall {
     fn judge(&self, ran: &Ran) -> Result<Judged, Failure> {
         let record = &ran.record;
         let mut derivative = self.derivative(ran)?;
-        let mut table = ran.folder.table("csv")?;
+        let mut table = ran.folder.table_beside_log("csv")?;
         let dense = if record.whole.is_some() {
             WHOLE_MOST
         } else {

@@ -246,7 +246,7 @@ fn questions_without_an_answer_are_refused_in_words() {
         ),
         (
             "stability --order 1 --alpha -0.1 --beta 1",
-            "alpha -0.1 is not at least 0",
+            "alpha -0.1 is not from 0 to 1e12: change --alpha",
         ),
         ("sensitivity --order 1 --alpha 3 --beta 1", "not stable"),
         (

@@ -161,7 +161,7 @@ fn a_wall_is_the_same_in_the_file_and_in_zwidths_terms() {
 #[test]
 fn a_file_that_is_wrong_is_refused_in_one_line() {
     for (from, to, want) in [
-        ("= 0.065", "= 0", "wall.toml:2: mass_kg = 0 is not above 0"),
+        ("= 0.065", "= 0", "wall.toml:2: mass_kg = 0 is not above 0: change it"),
         (
             "order = 0.5",
             "order = -0.5",

@@ -320,6 +320,30 @@ fn a_disk_without_room_for_csv_and_picture_keeps_the_log() {
 }
 
 #[test]
+#[cfg(unix)]
+fn a_disk_without_room_for_a_table_speaks_of_no_log_where_there_is_none() {
+    let place = Place::new();
+    // The table of 1000 frequencies takes 40 kB, and its picture is made before.
+    let run = "exec \"$0\" analyze sensitivity --order 0.5 --alpha 0.01 --beta 0.01 --points 1000 --out s";
+    let ended = place.shell(&format!("trap '' XFSZ; ulimit -f 8 && {run}"));
+    if ended.stderr.contains("ulimit") {
+        return skip("the shell cannot limit the file size");
+    }
+    assert!(!ended.stderr.contains("log"), "{ended}");
+    ended.refused(4, &["s/sensitivity.csv", "make space and try again"]);
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn what_was_exported_before_the_disk_was_full_is_not_said_to_be_gone() {
+    let place = Place::new();
+    place.run(SHORT).succeeded();
+    let ended = place.shell("exec \"$0\" log export run/relax.mcap - > /dev/full");
+    assert!(!ended.stderr.contains("nothing was left"), "{ended}");
+    ended.refused(4, &["standard output", "the log is untouched: make space"]);
+}
+
+#[test]
 #[cfg(target_os = "linux")]
 fn a_full_disk_under_the_summary_is_an_error_that_says_so() {
     let place = Place::new();

@@ -21,6 +21,57 @@ fn all_refused(code: i32, cases: &[(&str, &[&str])]) {
     assert!(all.is_empty(), "{} complaints:\n{all}", complaints.len());
 }
 
+#[test]
+fn an_analysis_names_the_option_and_writes_large_numbers_short() {
+    let stability = "from 0 to 1e12";
+    all_refused(
+        2,
+        &[
+            (
+                "analyze passivity --order 0.5 --alpha 1e308 --beta 0.1",
+                &["alpha 1e308 is not", stability, "change --alpha"],
+            ),
+            (
+                "analyze passivity --order 0.5 --alpha 0.1 --beta 0.1 --delta 1e300",
+                &["delta 1e300 is not", "from 0 to 1e6", "change --delta"],
+            ),
+            (
+                "analyze passivity --order 0.5 --mass 1e-300 --sample-time 1ms --stiffness 1 --dissipation 1",
+                &[
+                    "e293 is not",
+                    stability,
+                    "--stiffness, --mass or --sample-time",
+                ],
+            ),
+            (
+                "analyze stability --order 0.5 --mass 0 --sample-time 1ms --stiffness 1 --dissipation 1",
+                &["mass 0 kg is not above 0 kg", "change --mass"],
+            ),
+            (
+                "analyze stability --order 0.5 --alpha -1 --beta 0.1",
+                &["alpha -1 is not", stability, "change --alpha"],
+            ),
+            (
+                "zwidth --mass 0",
+                &["mass 0 kg is not above 0 kg", "--mass"],
+            ),
+            (
+                "zwidth --mass 1e-30",
+                &["change of the fastest motion", "cannot be simulated"],
+            ),
+            (
+                "zwidth --delay 3600s",
+                &["3600 s is not from 0 to 64 sample times: change --delay"],
+            ),
+        ],
+    );
+    let stability = "analyze stability --order 0.5 --mass 1e300 --sample-time 1ms --stiffness 1 --dissipation 1";
+    let ended = Place::new().run(stability);
+    let longest = ended.stdout.split([' ', ',']).map(str::len).max();
+    assert!(longest < Some(30), "{}", ended.stdout);
+    ended.succeeded();
+}
+
 /// Value, range and option: what a user needs to mend it.
 #[test]
 fn an_order_outside_its_range_is_refused() {

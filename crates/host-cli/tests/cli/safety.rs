@@ -68,7 +68,7 @@ fn energy_bounding_knows_delay_lag_and_encoder_of_a_simulated_device() {
         2,
         &[
             "delay of the guard 0.0081 s",
-            "at most 4 sample times",
+            "from the least delay to 4 sample times",
             "another guard",
         ],
     );
@@ -196,6 +196,18 @@ fn limits_that_are_none_are_refused() {
         ),
         ("--stop-time 0", ["stop time 0 s", "[0.001, 1] s"]),
         ("--stop-time 2s", ["stop time 2 s", "[0.001, 1] s"]),
+        (
+            "--stop-time 2s",
+            ["stop time 2 s", ": change --stop-time ("],
+        ),
+        (
+            "--force-limit -1",
+            ["force limit -1 N", ": change --force-limit ("],
+        ),
+        (
+            "--jump 1nm",
+            ["jump 1e-9 m has no effect", "give --speed-limit"],
+        ),
         ("--brake-force -1N", ["brake force -1 N", "[0, 10] N"]),
         ("--stuck-force 1N --stuck-time 0", ["stuck time 0 s", "10"]),
         ("--jump -1mm", ["jump of the position -0.001 m", "above 0"]),
@@ -224,6 +236,22 @@ fn limits_that_are_none_are_refused() {
         ("stop_time_s = 2", ["workspace.toml:2", "[0.001, 1]"]),
         ("brake_force_n = 20", ["workspace.toml:2", "[0, 10]"]),
         ("jump_m = -1", ["workspace.toml:2", "at least 0"]),
+        (
+            "jump_m = 1e-9",
+            ["jump 1e-9 m has no effect", "speed_limit_m_per_s"],
+        ),
+        (
+            "jump_m = nan",
+            ["workspace.toml:2", "at least 0: change it"],
+        ),
+        (
+            "watchdog_s = 0.0054",
+            ["workspace.toml:2", "whole number of milliseconds"],
+        ),
+        (
+            "strain = 0.1\nstrain = 0.2",
+            ["workspace.toml:3", "duplicate key `strain`"],
+        ),
         (
             "speed_limit_m_per_s = -1",
             ["workspace.toml:2", "not above 0"],
@@ -394,6 +422,18 @@ mod device {
         assert_eq!(number(safety, "brake_force_n"), 3.0);
         assert!((number(safety, "stop_time_s") - 0.05).abs() < 1e-8);
         for (change, words) in [
+            ("--stiffness 1e39", ["--stiffness 1e39 is not", "3.4e38"]),
+            (
+                "--force-limit 1e-60N",
+                ["--force-limit 1e-60 is not", "1.4e-45"],
+            ),
+            (
+                "--watchdog 5.4ms",
+                [
+                    "0.0054s is not a whole number of milliseconds",
+                    "--watchdog",
+                ],
+            ),
             ("--braking 30", ["braking", "30"]),
             ("--braking 6 --device-mass 0", ["braking", "6"]),
             ("--stop-time 2s", ["stop time", "2"]),

@@ -238,7 +238,7 @@ impl LoopArguments {
             };
             (parameters.checked(), None)
         };
-        let parameters = parameters.map_err(refused)?;
+        let parameters = parameters.map_err(|error| refused_parameter(error, with_units))?;
         let sample_time_s = self.sample_time.map(|t| t.0);
         if let Some(t) = sample_time_s.filter(|t| *t <= 0.0 || t.is_nan()) {
             return Err(Failure::bad_input(format_args!(
@@ -288,6 +288,31 @@ impl ResolvedLoop {
 /// A question without an answer is bad input.
 pub(super) fn refused(error: AnalysisError) -> Failure {
     Failure::input(error)
+}
+
+/// The same for a parameter of the loop, with the options that set it.
+fn refused_parameter(error: AnalysisError, with_units: bool) -> Failure {
+    let AnalysisError::Range { what, .. } = &error else {
+        return refused(error);
+    };
+    let advice = match (*what, with_units) {
+        ("mass", _) => "change --mass",
+        ("sample time", _) => "change --sample-time",
+        ("damping", _) => "change --damping",
+        ("hand stiffness", _) => "change --hand-stiffness",
+        ("stiffness", _) => "change --stiffness",
+        ("dissipation", _) => "change --dissipation",
+        ("alpha", true) => "it is K T^2/m, change --stiffness, --mass or --sample-time",
+        ("beta", true) => "it is B T^(2-mu)/m, change --dissipation, --mass or --sample-time",
+        ("delta", true) => "it is b T/m, change --damping, --mass or --sample-time",
+        ("gamma", true) => "it is k T^2/m, change --hand-stiffness, --mass or --sample-time",
+        ("alpha", false) => "change --alpha",
+        ("beta", false) => "change --beta",
+        ("delta", false) => "change --delta",
+        ("gamma", false) => "change --gamma",
+        _ => return refused(error),
+    };
+    Failure::input_with_advice(error, advice)
 }
 
 /// Where pictures and tables go, if they are wanted.

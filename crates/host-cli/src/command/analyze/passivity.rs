@@ -3,7 +3,7 @@
 use super::arguments::{LoopArguments, PathResult, Wall, refused};
 use crate::command::experiment::{parse_number, parse_order, parse_scheme, wall_order};
 use crate::failure::Failure;
-use crate::output::Output;
+use crate::output::{Output, fixed, short};
 use crate::quantity::{Damping, Time};
 use clap::Args;
 use fracdiff::{Scheme, Seconds};
@@ -135,19 +135,20 @@ impl PassivityArguments {
         output.print(&result, |out| {
             writeln!(
                 out,
-                "required delta    {:.9} (Theorem 1, the operator really used, {}), at theta = {:.6}",
-                result.required_delta,
+                "required delta    {} (Theorem 1, the operator really used, {}), at theta = {:.6}",
+                fixed(result.required_delta, 9),
                 result.path.words(),
                 result.worst_theta
             )?;
             writeln!(
                 out,
-                "corollary delta   {:.9} (Corollary 1, exact operator without delay)",
-                result.corollary_delta
+                "corollary delta   {} (Corollary 1, exact operator without delay)",
+                fixed(result.corollary_delta, 9)
             )?;
             if let (Some(b), Some(omega)) = (result.required_damping_n_s_per_m, result.worst_rad_s)
             {
-                writeln!(out, "required damping  {b:.6} N·s/m, at {omega:.3} rad/s")?;
+                let (b, omega) = (fixed(b, 6), fixed(omega, 3));
+                writeln!(out, "required damping  {b} N·s/m, at {omega} rad/s")?;
             }
             if result.negative_at_rest {
                 writeln!(
@@ -159,12 +160,12 @@ impl PassivityArguments {
                 Some(true) => writeln!(
                     out,
                     "passive           yes, with delta = {}",
-                    parameters.delta
+                    short(parameters.delta)
                 ),
                 Some(false) => writeln!(
                     out,
                     "passive           no, with delta = {}",
-                    parameters.delta
+                    short(parameters.delta)
                 ),
                 None => writeln!(out, "passive           give --delta or --damping to know"),
             }?;
@@ -179,8 +180,8 @@ impl PassivityArguments {
                 };
                 writeln!(
                     out,
-                    "largest {name:<9} {:.9}{unit}, with the rest as given",
-                    alpha * units(2.0)
+                    "largest {name:<9} {}{unit}, with the rest as given",
+                    fixed(alpha * units(2.0), 9)
                 )?;
             }
             if let Some(beta) = result.largest_beta {
@@ -189,10 +190,10 @@ impl PassivityArguments {
                 } else {
                     ("beta", "")
                 };
-                let value = beta * units(2.0 - result.order);
+                let value = fixed(beta * units(2.0 - result.order), 9);
                 writeln!(
                     out,
-                    "largest {name:<9} {value:.9}{unit}, with the rest as given"
+                    "largest {name:<9} {value}{unit}, with the rest as given"
                 )?;
             }
             Ok(())

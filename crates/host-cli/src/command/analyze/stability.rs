@@ -5,7 +5,7 @@ use super::arguments::{
 };
 use crate::failure::Failure;
 use crate::figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
-use crate::output::Output;
+use crate::output::{Output, fixed, short};
 use clap::Args;
 use haptic_analysis::StabilityRegion;
 use serde::Serialize;
@@ -183,10 +183,10 @@ impl VerdictArguments {
                 },
                 result.order,
                 result.scheme,
-                result.alpha,
-                result.beta,
-                result.delta,
-                result.gamma,
+                short(result.alpha),
+                short(result.beta),
+                short(result.delta),
+                short(result.gamma),
                 result.path.words()
             )?;
             if result.drifts {
@@ -199,11 +199,11 @@ impl VerdictArguments {
                 writeln!(out, "  unstable poles    {poles}")?;
             }
             if let Some(radius) = result.spectral_radius {
-                writeln!(out, "  spectral radius   {radius:.9}")?;
+                writeln!(out, "  spectral radius   {}", fixed(radius, 9))?;
             }
             if result.stable {
                 let or_any = |value: Option<f64>| {
-                    value.map_or_else(|| "any".to_owned(), |value| format!("{value:.6}"))
+                    value.map_or_else(|| "any".to_owned(), |value| fixed(value, 6))
                 };
                 writeln!(
                     out,
@@ -286,7 +286,7 @@ impl RegionArguments {
                 return writeln!(
                     out,
                     "empty: no wall of this order is stable on this device (delta {}, {})",
-                    result.delta,
+                    short(result.delta),
                     result.path.words()
                 );
             }
@@ -301,8 +301,9 @@ impl RegionArguments {
                     let unit = m / t.powf(2.0 - result.order);
                     writeln!(
                         out,
-                        "stiffest wall      {stiffness:.6} N/m at B = {:.6} N·s^μ/m",
-                        at * unit
+                        "stiffest wall      {} N/m at B = {} N·s^μ/m",
+                        fixed(stiffness, 6),
+                        fixed(at * unit, 6)
                     )?;
                 }
             }

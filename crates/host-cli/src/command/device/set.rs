@@ -5,6 +5,7 @@ use super::parameters::{Parameters, SafetyParameters};
 use crate::command::experiment::{order, parse_dissipation, parse_order, parse_scheme};
 use crate::device::{Loop, at_port};
 use crate::experiment::GuardChoice;
+use crate::experiment::refused::single;
 use crate::experiment::remote::guard_of;
 use crate::experiment::safety::{GuardedDevice, speed, workspace};
 use crate::failure::Failure;
@@ -260,25 +261,29 @@ impl SetArguments {
             }
             configuration.tick_period_us = microseconds("sample time", time, 1e-6, 4000.0)?;
         }
-        let set = |target: &mut f32, value: Option<f64>| {
-            if let Some(value) = value {
-                *target = value as f32;
-            }
-        };
-        set(
-            &mut configuration.stiffness_n_per_m,
-            self.stiffness.map(|k| k.0),
-        );
-        set(
-            &mut configuration.dissipation_n_s_mu_per_m,
-            self.dissipation,
-        );
-        set(
-            &mut configuration.limits.force_n,
-            self.force_limit.map(|f| f.0),
-        );
         let rate = self.force_rate_limit.map(|rate| rate.0);
-        set(&mut configuration.limits.force_rate_n_per_s, rate);
+        set_all([
+            (
+                &mut configuration.stiffness_n_per_m,
+                "--stiffness",
+                self.stiffness.map(|k| k.0),
+            ),
+            (
+                &mut configuration.dissipation_n_s_mu_per_m,
+                "--dissipation",
+                self.dissipation,
+            ),
+            (
+                &mut configuration.limits.force_n,
+                "--force-limit",
+                self.force_limit.map(|f| f.0),
+            ),
+            (
+                &mut configuration.limits.force_rate_n_per_s,
+                "--force-rate-limit",
+                rate,
+            ),
+        ])?;
         if let Some(watchdog) = self.watchdog {
             configuration.limits.watchdog_ms = watchdog_ms(watchdog)?;
         }
@@ -292,26 +297,29 @@ impl SetArguments {
             Some(Surface::None) => configuration.one_sided = false,
             Some(Surface::At(surface)) => {
                 configuration.one_sided = true;
-                configuration.surface_m = surface as f32;
+                configuration.surface_m = single("--surface", surface)?;
             }
             None => {}
         }
         let simulation = &mut configuration.simulation;
         let plant = [
-            (&mut simulation.mass_kg, self.mass.map(|m| m.0)),
-            (&mut simulation.damping_n_s_per_m, self.damping.map(|b| b.0)),
+            (&mut simulation.mass_kg, "--mass", self.mass.map(|m| m.0)),
+            (
+                &mut simulation.damping_n_s_per_m,
+                "--damping",
+                self.damping.map(|b| b.0),
+            ),
             (
                 &mut simulation.hand_stiffness_n_per_m,
+                "--hand-stiffness",
                 self.hand_stiffness.map(|k| k.0),
             ),
-            (&mut simulation.push_n, self.push.map(|f| f.0)),
+            (&mut simulation.push_n, "--push", self.push.map(|f| f.0)),
         ];
-        for (target, value) in plant {
-            if let Some(value) = value {
-                *target = value as f32;
-                simulation.kind = SimulationKind::MassDamper;
-            }
+        if plant.iter().any(|(_, _, value)| value.is_some()) {
+            simulation.kind = SimulationKind::MassDamper;
         }
+        set_all(plant)?;
         self.change_limits(configuration)?;
         if let Some(mu) = self.order {
             let t = Seconds(f64::from(configuration.tick_period_us) * 1e-6);
@@ -331,28 +339,42 @@ impl SetArguments {
     /// Changes the safety chain, for the plant and the sample time that are set already.
     fn change_limits(&self, configuration: &mut Configuration) -> Result<(), Failure> {
         let limits = &mut configuration.limits;
-        if let Some(force) = self.start_force {
-            limits.start_force_n = force.0 as f32;
-        }
-        if let Some(time) = self.rise_time {
-            limits.rise_time_s = time.0 as f32;
-        }
-        if let Some(braking) = self.braking {
-            limits.braking_n_s_per_m = braking.0 as f32;
-        }
-        let numbers = [
-            (&mut limits.stop_time_s, self.stop_time.map(|time| time.0)),
-            (&mut limits.brake_force_n, self.brake_force.map(|f| f.0)),
-            (&mut limits.stuck_force_n, self.stuck_force.map(|f| f.0)),
-            (&mut limits.stuck_time_s, self.stuck_time.map(|time| time.0)),
-            (&mut limits.jump_m, self.jump.map(|jump| jump.0)),
-            (&mut limits.device_mass_kg, self.device_mass.map(|m| m.0)),
-        ];
-        for (target, value) in numbers {
-            if let Some(value) = value {
-                *target = value as f32;
-            }
-        }
+        let (stop, stuck) = (self.stop_time.map(|t| t.0), self.stuck_time.map(|t| t.0));
+        set_all([
+            (
+                &mut limits.start_force_n,
+                "--start-force",
+                self.start_force.map(|f| f.0),
+            ),
+            (
+                &mut limits.rise_time_s,
+                "--rise-time",
+                self.rise_time.map(|t| t.0),
+            ),
+            (
+                &mut limits.braking_n_s_per_m,
+                "--braking",
+                self.braking.map(|b| b.0),
+            ),
+            (&mut limits.stop_time_s, "--stop-time", stop),
+            (
+                &mut limits.brake_force_n,
+                "--brake-force",
+                self.brake_force.map(|f| f.0),
+            ),
+            (
+                &mut limits.stuck_force_n,
+                "--stuck-force",
+                self.stuck_force.map(|f| f.0),
+            ),
+            (&mut limits.stuck_time_s, "--stuck-time", stuck),
+            (&mut limits.jump_m, "--jump", self.jump.map(|jump| jump.0)),
+            (
+                &mut limits.device_mass_kg,
+                "--device-mass",
+                self.device_mass.map(|m| m.0),
+            ),
+        ])?;
         // That of a simulated device is known.
         let simulated = configuration.simulation.kind == SimulationKind::MassDamper;
         let asks = self.mass.is_some() || self.braking.is_some();
@@ -376,8 +398,8 @@ impl SetArguments {
         };
         if let Some(ends) = ends {
             let workspace = workspace(ends, brakes);
-            limits.workspace_low_m = workspace.low.0 as f32;
-            limits.workspace_high_m = workspace.high.0 as f32;
+            limits.workspace_low_m = single("--workspace", workspace.low.0)?;
+            limits.workspace_high_m = single("--workspace", workspace.high.0)?;
             limits.workspace_soft_m = workspace.soft.0 as f32;
         }
         let hard = match self.speed_limit {
@@ -388,7 +410,13 @@ impl SetArguments {
         if let Some(hard) = hard {
             let speed = speed(hard, brakes);
             limits.speed_soft_m_per_s = speed.soft.0 as f32;
-            limits.speed_hard_m_per_s = speed.hard.0 as f32;
+            limits.speed_hard_m_per_s = single("--speed-limit", speed.hard.0)?;
+        }
+        if self.jump.is_some_and(|jump| jump.0 > 0.0) && limits.speed_hard_m_per_s == 0.0 {
+            note(
+                "warning",
+                "--jump has no effect without a speed limit: give --speed-limit too",
+            );
         }
         if let Some(guard) = self.guard {
             let known = GuardedDevice {
@@ -406,6 +434,19 @@ impl SetArguments {
         }
         Ok(())
     }
+}
+
+/// Sets what was given.
+///
+/// # Errors
+/// A number that single precision cannot hold.
+fn set_all<const N: usize>(numbers: [(&mut f32, &str, Option<f64>); N]) -> Result<(), Failure> {
+    for (target, option, value) in numbers {
+        if let Some(value) = value {
+            *target = single(option, value)?;
+        }
+    }
+    Ok(())
 }
 
 /// The limits that are looser than before, in words: it is only here that they can be.
@@ -480,16 +521,17 @@ pub fn microseconds(what: &str, time: Time, least_s: f64, most_s: f64) -> Result
 /// A watchdog time in whole milliseconds.
 ///
 /// # Errors
-/// Outside 5 ms to 1 s.
+/// Outside 5 ms to 1 s, or not a whole number of them.
 pub fn watchdog_ms(time: Time) -> Result<u16, Failure> {
     use haptic_link::Limits;
     let ms = (1e3 * time.0).round();
+    let whole = (1e3 * time.0 - ms).abs() < 1e-6;
     let (least, most) = (Limits::WATCHDOG_MIN_MS, Limits::WATCHDOG_MAX_MS);
-    if ms >= f64::from(least) && ms <= f64::from(most) {
+    if whole && ms >= f64::from(least) && ms <= f64::from(most) {
         Ok(ms as u16)
     } else {
         Err(Failure::bad_input(format_args!(
-            "watchdog time {time} is not in [{least} ms, {most} ms]: give --watchdog, as in 100ms"
+            "watchdog time {time} is not a whole number of milliseconds in [{least} ms, {most} ms]: give --watchdog, as in 100ms"
         )))
     }
 }

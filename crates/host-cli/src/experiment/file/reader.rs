@@ -116,10 +116,19 @@ impl<'a> Document<'a> {
     pub(super) fn parse(path: &'a Path, text: &'a str) -> Result<Self, FileError> {
         let source = Source { path, text };
         let root = DeTable::parse(text).map_err(|error| {
-            let offset = error.span().map_or(0, |span| span.start);
+            let span = error.span().unwrap_or_default();
             // One line; TOML's own message may have several.
-            let reason: Vec<&str> = error.message().lines().collect();
-            source.fail(offset, reason.join("; "))
+            let lines: Vec<&str> = error.message().lines().collect();
+            let reason = match (lines.as_slice(), text.get(span.clone())) {
+                (["duplicate key"], Some(key)) => {
+                    format!(
+                        "duplicate key `{}`: leave all but one of them out",
+                        short(key)
+                    )
+                }
+                _ => lines.join("; "),
+            };
+            source.fail(span.start, reason)
         })?;
         Ok(Self {
             source,
@@ -232,7 +241,11 @@ impl<'a> Table<'a> {
         if range.contains(number) {
             Ok(number)
         } else {
-            let reason = format!("{key} = {number} is not {range}");
+            let advice = match default {
+                Some(default) => format!("change it, or leave it out for {default}"),
+                None => "change it".to_owned(),
+            };
+            let reason = format!("{key} = {number} is not {range}: {advice}");
             Err(self.source.fail(offset, reason))
         }
     }

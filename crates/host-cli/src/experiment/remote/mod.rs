@@ -12,6 +12,7 @@ mod summary;
 pub use session::RemoteRun;
 pub use summary::{FrameCounts, LinkSummary};
 
+use super::refused::single;
 use super::run::Schedule;
 use super::safety::{GuardChoice, GuardedDevice};
 use crate::device::SerialName;
@@ -144,12 +145,14 @@ pub(super) fn configuration(
         guard,
         ..law.limits
     };
+    single("force limit", limits.force.0)?;
+    single("force rate limit", limits.rate.0)?;
     let limits = law.kept.of(wire_limits(&limits, t), present);
     Ok(Configuration {
         loop_mode: device.loop_mode,
         tick_period_us: us.round() as u32,
-        stiffness_n_per_m: law.stiffness_n_per_m as f32,
-        dissipation_n_s_mu_per_m: law.dissipation_n_s_mu_per_m as f32,
+        stiffness_n_per_m: single("stiffness", law.stiffness_n_per_m)?,
+        dissipation_n_s_mu_per_m: single("dissipation", law.dissipation_n_s_mu_per_m)?,
         order: law.order as f32,
         one_sided: law.one_sided,
         surface_m: 0.0,
