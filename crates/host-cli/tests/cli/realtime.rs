@@ -42,7 +42,9 @@ fn rt_check_compares_with_a_plain_loop_beside_busy_threads() {
     are_percentiles(&rate["plain"]["lateness_us"]);
     let ratio =
         number(&rate["plain"]["lateness_us"], "p999") / number(&rate["lateness_us"], "p999");
-    assert_eq!(number(&rate["plain"], "ratio_p999"), ratio);
+    // The JSON reader of this test may be off in the last bit of each number.
+    let said = number(&rate["plain"], "ratio_p999");
+    assert!((said / ratio - 1.0).abs() < 1e-15 * 4.0, "{said} {ratio}");
     assert_eq!(report["priority"], Value::Null);
     assert_eq!(report["memory_locked"], false);
     assert_eq!(report["busy"], 1);
