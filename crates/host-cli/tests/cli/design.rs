@@ -169,7 +169,7 @@ fn a_file_that_is_wrong_is_refused_in_one_line() {
         (
             "order = 0.5",
             "order = -0.5",
-            "wall.toml:5: order = -0.5 is not in [0, 2]",
+            "wall.toml:5: order = -0.5 is not in [0, 2]: change it",
         ),
         (
             "sample_time_s = 0.002\n",
@@ -200,7 +200,7 @@ fn a_file_that_is_wrong_is_refused_in_one_line() {
         (
             "= 100.0",
             "= inf",
-            "wall.toml:7: dissipation_n_s_mu_per_m = inf is not at least 0",
+            "wall.toml:7: dissipation_n_s_mu_per_m = inf is not at least 0: change it",
         ),
         (
             WALL,
