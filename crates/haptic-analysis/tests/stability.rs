@@ -502,13 +502,21 @@ fn bad_input_is_refused_in_words() {
     assert!(words.contains("order -0.5 is not from 0 to 2"), "{words}");
     let exact = operator("exact", 0.5);
     for (parameters, delay, want) in [
-        (wall(-1.0, 0.0, 0.0, 0.0), 0, "alpha -1 is not from 0 to 1e12"),
+        (
+            wall(-1.0, 0.0, 0.0, 0.0),
+            0,
+            "alpha -1 is not from 0 to 1e12",
+        ),
         (
             wall(0.0, f64::NAN, 0.0, 0.0),
             0,
             "beta NaN is not from 0 to 1e12",
         ),
-        (wall(0.0, 0.0, -3.0, 0.0), 0, "delta -3 is not from 0 to 1e6"),
+        (
+            wall(0.0, 0.0, -3.0, 0.0),
+            0,
+            "delta -3 is not from 0 to 1e6",
+        ),
         (
             wall(0.0, 0.0, 0.0, f64::INFINITY),
             0,

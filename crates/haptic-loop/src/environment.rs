@@ -140,13 +140,7 @@ impl<F: Real, const D: usize> Plane<F, D> {
     pub(crate) fn new(direction: [f64; D], surface: Metres) -> Result<Self, ParameterError> {
         let length = libm::sqrt(direction.iter().map(|n| n * n).sum());
         positive("length of the contact's normal", length, "m")?;
-        range(
-            "contact surface",
-            surface.0,
-            true,
-            "finite",
-            "m",
-        )?;
+        range("contact surface", surface.0, true, "finite", "m")?;
         Ok(Self {
             normal: SVector::from(direction.map(|n| F::from_f64(n / length))),
             surface: F::from_f64(surface.0),
