@@ -275,7 +275,7 @@ fn reasons(summary: &LogSummary) -> Vec<String> {
                 end.dropped_samples, summary.missing_samples
             ));
         }
-        if end.ended == EndKind::Link {
+        if end.ended == EndKind::Link && end.made_samples < end.planned_samples {
             reasons.push("the link was lost, and what the device still made with it".to_owned());
         }
     }
@@ -311,7 +311,8 @@ fn print_extent(out: &mut dyn Write, summary: &LogSummary) -> io::Result<()> {
     if let Some(end) = &summary.end
         && end.ended != EndKind::Finished
     {
-        let (made, planned) = (end.made_samples, end.planned_samples);
+        let planned = end.planned_samples;
+        let made = end.made_samples.min(planned);
         let known = if end.ended == EndKind::Link {
             "heard of"
         } else {
@@ -326,7 +327,7 @@ fn print_extent(out: &mut dyn Write, summary: &LogSummary) -> io::Result<()> {
     match &summary.continues {
         Some(first) => writeln!(
             out,
-            "this is not the whole log: it goes on with `{first}`, look at that for all of it"
+            "this file continues a log: give its first file, `{first}`, for all of it"
         ),
         None => Ok(()),
     }
