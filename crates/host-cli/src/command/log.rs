@@ -4,8 +4,8 @@ use crate::failure::Failure;
 use crate::figure::LogFigure;
 use crate::output::Output;
 use crate::record::{
-    Entry, Gap, LogFiles, LogSummary, RecordError, RecoverySummary, export_csv, export_csv_to,
-    inspect, recover,
+    EndKind, Entry, Gap, LogFiles, LogSummary, RecordError, RecoverySummary, export_csv,
+    export_csv_to, inspect, recover,
 };
 use clap::Subcommand;
 use serde::Serialize;
@@ -15,13 +15,13 @@ use std::path::{Path, PathBuf};
 /// What to do with a log.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Say what is in a log: samples, times, conditions, events
+    /// Say what is in a log: samples, times, conditions, events; exit code 0 for a damaged one too, `check` judges
     #[command(after_help = "Example: host-cli log info results/relax-0001/relax.mcap")]
     Info {
         /// The log
         log: PathBuf,
     },
-    /// Verify a log: whole, no damage, no gaps; exit code 4 if not
+    /// Verify a log: no damage, no sample missing from the first to the last of the run; exit code 4 if not
     #[command(after_help = "Example: host-cli log check results/relax-0001/relax.mcap")]
     Check {
         /// The log
@@ -231,42 +231,110 @@ fn require_complete(complete: bool, log: &Path, made: &Path) -> Result<(), Failu
 
 fn check(log: &Path, output: Output) -> Result<(), Failure> {
     let summary = inspect(log)?;
-    let missing: u64 = summary.gaps.iter().map(|gap| gap.missing).sum();
-    let whole = summary.complete && summary.gaps.is_empty() && summary.out_of_order == 0;
+    let reasons = reasons(&summary);
     output.summary(&summary, |out| {
-        if whole {
+        if reasons.is_empty() {
             writeln!(out, "whole: {} samples, no gaps", summary.samples)?;
-            recovered(out, &summary)
         } else {
-            for damage in &summary.damage {
-                writeln!(out, "damage: {damage}")?;
-            }
-            for gap in &summary.gaps {
-                writeln!(
-                    out,
-                    "gap: {} ticks missing between {} and {}",
-                    gap.missing, gap.after_tick, gap.before_tick
-                )?;
-            }
-            Ok(())
+            print_missing(out, &summary)?;
         }
+        print_extent(out, &summary)?;
+        recovered(out, &summary)
     })?;
-    if whole {
+    if reasons.is_empty() {
         Ok(())
     } else {
-        let mut reasons = summary.damage.clone();
-        if missing > 0 {
-            let gaps = summary.gaps.len();
-            reasons.push(format!("{missing} ticks missing in {gaps} gaps"));
-        }
-        if summary.out_of_order > 0 {
-            reasons.push(format!("{} ticks out of order", summary.out_of_order));
-        }
         Err(Failure::DataLost(anyhow::anyhow!(
             "`{}` is not whole: {}; `host-cli log recover` saves what is there",
             log.display(),
             reasons.join("; ")
         )))
+    }
+}
+
+/// Why a log is not whole, a few words each; none if it is.
+fn reasons(summary: &LogSummary) -> Vec<String> {
+    let mut reasons = summary.damage.clone();
+    let between: u64 = summary.gaps.iter().map(|gap| gap.missing).sum();
+    for (missing, place) in [
+        (summary.missing_at_start, "before the first one".to_owned()),
+        (between, format!("in {} gaps", summary.gaps.len())),
+        (summary.missing_at_end, "after the last one".to_owned()),
+    ] {
+        if missing > 0 {
+            reasons.push(format!("{missing} ticks missing {place}"));
+        }
+    }
+    if summary.out_of_order > 0 {
+        reasons.push(format!("{} ticks out of order", summary.out_of_order));
+    }
+    if !summary.complete && summary.damage.is_empty() {
+        reasons.push("it was not finished".to_owned());
+    }
+    if let Some(end) = &summary.end {
+        // A file of a rolled log, and what was saved of a damaged one, do not show all that the run counted.
+        let counted = end.dropped_samples > summary.missing_samples && summary.continues.is_none();
+        if counted {
+            reasons.push(format!(
+                "the run counted {} samples and events missing, the log shows {}",
+                end.dropped_samples, summary.missing_samples
+            ));
+        }
+        if end.ended == EndKind::Link && end.made_samples < end.planned_samples {
+            reasons.push("the link was lost, and what the device still made with it".to_owned());
+        }
+    }
+    reasons
+}
+
+/// Damage and missing ticks, a line each.
+fn print_missing(out: &mut dyn Write, summary: &LogSummary) -> io::Result<()> {
+    for damage in &summary.damage {
+        writeln!(out, "damage: {damage}")?;
+    }
+    if summary.missing_at_start > 0 {
+        let missing = summary.missing_at_start;
+        writeln!(out, "start: {missing} ticks missing before {missing}")?;
+    }
+    for gap in &summary.gaps {
+        writeln!(
+            out,
+            "gap: {} ticks missing between {} and {}",
+            gap.missing, gap.after_tick, gap.before_tick
+        )?;
+    }
+    if summary.missing_at_end > 0 {
+        let (missing, made) = (summary.missing_at_end, summary.end.as_ref());
+        let last = made.map_or(0, |end| end.made_samples.saturating_sub(1));
+        writeln!(out, "end: {missing} ticks missing up to {last}")?;
+    }
+    Ok(())
+}
+
+/// How far the run came if not to its planned end, and which file the log begins with if not this one.
+fn print_extent(out: &mut dyn Write, summary: &LogSummary) -> io::Result<()> {
+    if let Some(end) = &summary.end
+        && end.ended != EndKind::Finished
+    {
+        let planned = end.planned_samples;
+        let made = end.made_samples.min(planned);
+        let known = if end.ended == EndKind::Link {
+            "heard of"
+        } else {
+            "made"
+        };
+        let reason = &end.reason;
+        writeln!(
+            out,
+            "ended early: {reason}; {made} of {planned} planned samples were {known}"
+        )?;
+    }
+    match &summary.continues {
+        Some(first) => writeln!(
+            out,
+            "this file continues a log: give its first file, `{first}`, for all of it"
+        ),
+        None => Ok(()),
     }
 }
 
@@ -375,10 +443,11 @@ fn print_info(out: &mut dyn Write, log: &Path, summary: &LogSummary) -> io::Resu
     let time = |time: Option<f64>| time.map_or_else(|| "–".to_owned(), |t| format!("{t} s"));
     writeln!(
         out,
-        "  {} samples from {} to {}, {} gaps",
+        "  {} samples from {} to {}, {} missing in {} gaps and at the ends",
         summary.samples,
         time(summary.first_s),
         time(summary.last_s),
+        summary.missing_samples,
         summary.gaps.len()
     )?;
     if let Some(started) = &summary.started_utc {
@@ -400,5 +469,6 @@ fn print_info(out: &mut dyn Write, log: &Path, summary: &LogSummary) -> io::Resu
     for damage in &summary.damage {
         writeln!(out, "  damage: {damage}")?;
     }
+    print_extent(out, summary)?;
     recovered(out, summary)
 }

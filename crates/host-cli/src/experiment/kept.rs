@@ -10,7 +10,7 @@ use super::realtime::RealtimeSummary;
 use super::remote::LinkSummary;
 use super::run::Ended;
 use crate::failure::Failure;
-use crate::record::{Entry, LogReader, TickMessage};
+use crate::record::{EndKind, Entry, LogReader, RunEnd, TickMessage};
 use haptic_loop::realtime::RaisedThread;
 use hdrhistogram::Histogram;
 use std::path::PathBuf;
@@ -124,6 +124,25 @@ impl Record {
     pub fn dropped_by_disk(&self) -> u64 {
         let line = self.link.as_ref().map_or(0, LinkSummary::samples_missing);
         self.dropped.saturating_sub(line)
+    }
+
+    /// How the run ended, for its log: `planned` samples were to be made, `made` were.
+    pub(super) fn end(&self, planned: u64, made: u64) -> RunEnd {
+        let ended = match self.ended {
+            None => EndKind::Finished,
+            // The log of a run that could not be written is cut: this does not reach it.
+            Some(Ended::Interrupted | Ended::LogStopped) => EndKind::Interrupted,
+            Some(Ended::Fault(_) | Ended::DeviceFault(_)) => EndKind::Fault,
+            Some(Ended::LinkLost(_)) => EndKind::Link,
+        };
+        let reason = self.ended.map(|ended| ended.reason(self.watchdog_ms));
+        RunEnd {
+            ended,
+            reason: reason.unwrap_or_default(),
+            planned_samples: planned,
+            made_samples: made,
+            dropped_samples: self.dropped,
+        }
     }
 
     /// Keeps what a raised thread was refused.

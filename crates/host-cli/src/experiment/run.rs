@@ -9,7 +9,7 @@ use super::sensed::Sensed;
 use crate::failure::Failure;
 use crate::folder::{FolderRequest, OutputFolder};
 use crate::live::{Live, LiveStreams};
-use crate::record::{FinishedLog, RecordError, StartTime, TickMessage};
+use crate::record::{END, FinishedLog, RecordError, StartTime, TickMessage};
 use fracdiff::Real;
 use haptic_link::FaultReport;
 use haptic_loop::plant::{IndentationRig, MassDamper};
@@ -309,6 +309,7 @@ where
     }
     (supervisor.progress)(tick);
     record.dropped = recorder.dropped();
+    recorder.metadata(END, record.end(schedule.samples, tick).metadata());
     Ok(record)
 }
 

@@ -5,8 +5,8 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::{
-    Damage, Entry, EventMessage, LogFiles, MetadataRecord, RECOVERED, RecordError, StartTime,
-    TickMessage,
+    CONTINUES, Damage, Entry, EventMessage, LogFiles, MetadataRecord, RECOVERED, RecordError,
+    RunEnd, StartTime, TickMessage,
 };
 
 /// Ticks that are not in the log although later ones are.
@@ -33,6 +33,17 @@ pub struct LogSummary {
     pub started_utc: Option<String>,
     /// Missing ticks, by tick number.
     pub gaps: Vec<Gap>,
+    /// Ticks missing before the first in the log; 0 if the log does not say how its run ended, or goes on
+    /// with another file's.
+    pub missing_at_start: u64,
+    /// Ticks of the run missing after the last in the log; 0 if the log does not say how its run ended.
+    pub missing_at_end: u64,
+    /// All missing ticks: those of the gaps, of the start and of the end.
+    pub missing_samples: u64,
+    /// How the run ended; `None` in logs made before it was kept, and in those that were cut.
+    pub end: Option<RunEnd>,
+    /// The first file of the log that this one goes on with; `None` for the first.
+    pub continues: Option<String>,
     /// The log was finished by its writer and no part of it is damaged. Gaps do not count: the
     /// samples of a gap were lost before they reached the log.
     pub complete: bool,
@@ -55,17 +66,21 @@ pub struct LogSummary {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct TickCount {
     pub(crate) samples: u64,
-    pub(crate) first_s: Option<f64>,
+    pub(crate) first: Option<(u64, f64)>,
     pub(crate) last: Option<(u64, f64)>,
     pub(crate) gaps: Vec<Gap>,
     pub(crate) out_of_order: u64,
+    /// How the run ended, if the log says so.
+    pub(crate) end: Option<RunEnd>,
+    /// The first file of the log, if this is a later one.
+    pub(crate) continues: Option<String>,
 }
 
 impl TickCount {
     /// Takes in the next tick.
     pub(crate) fn add(&mut self, message: &TickMessage) {
         match self.last {
-            None => self.first_s = Some(message.time_s),
+            None => self.first = Some((message.tick, message.time_s)),
             Some((before, _)) if message.tick <= before => self.out_of_order += 1,
             Some((before, _)) if message.tick - before > 1 => self.gaps.push(Gap {
                 after_tick: before,
@@ -76,6 +91,39 @@ impl TickCount {
         }
         self.samples += 1;
         self.last = Some((message.tick, message.time_s));
+    }
+
+    /// Takes in what metadata say of the ticks.
+    pub(crate) fn note(&mut self, record: &MetadataRecord) {
+        if let Some(end) = RunEnd::of(record) {
+            self.end = Some(end);
+        } else if record.name == CONTINUES {
+            self.continues = record.values.get("file").cloned();
+        }
+    }
+
+    /// Ticks of the run before the first; unknown, so none, without the run's end.
+    pub(crate) fn missing_at_start(&self) -> u64 {
+        match (&self.end, &self.continues, self.first) {
+            (Some(_), None, Some((tick, _))) => tick,
+            _ => 0,
+        }
+    }
+
+    /// Ticks of the run behind the last.
+    pub(crate) fn missing_at_end(&self) -> u64 {
+        let made = self.end.as_ref().map_or(0, |end| end.made_samples);
+        match (self.last, &self.continues) {
+            (Some((tick, _)), _) => made.saturating_sub(tick.saturating_add(1)),
+            (None, None) => made,
+            (None, Some(_)) => 0,
+        }
+    }
+
+    /// All ticks that are missing.
+    pub(crate) fn missing(&self) -> u64 {
+        let between: u64 = self.gaps.iter().map(|gap| gap.missing).sum();
+        self.missing_at_start() + between + self.missing_at_end()
     }
 }
 
@@ -93,7 +141,10 @@ pub fn inspect(path: &Path) -> Result<LogSummary, RecordError> {
         match entry? {
             Entry::Tick(message) => count.add(&message),
             Entry::Event(event) => summary.events.push(event),
-            Entry::Metadata(record) => summary.metadata.push(record),
+            Entry::Metadata(record) => {
+                count.note(&record);
+                summary.metadata.push(record);
+            }
         }
     }
     summary.started_utc = started.map(StartTime::rfc3339);
@@ -109,9 +160,14 @@ pub fn inspect(path: &Path) -> Result<LogSummary, RecordError> {
         .find(|missing| !missing.is_empty())
         .cloned();
     summary.samples = count.samples;
-    summary.first_s = count.first_s;
+    summary.first_s = count.first.map(|(_, time_s)| time_s);
+    summary.missing_at_start = count.missing_at_start();
+    summary.missing_at_end = count.missing_at_end();
+    summary.missing_samples = count.missing();
     summary.last_s = count.last.map(|(_, time_s)| time_s);
     summary.gaps = count.gaps;
+    summary.end = count.end;
+    summary.continues = count.continues;
     summary.out_of_order = count.out_of_order;
     Ok(summary)
 }

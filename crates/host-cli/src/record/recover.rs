@@ -29,6 +29,10 @@ pub struct RecoverySummary {
     pub last_tick: Option<u64>,
     /// Ticks missing between saved ones.
     pub gaps: Vec<Gap>,
+    /// Ticks missing before the first saved, if the log says how its run ended.
+    pub missing_at_start: u64,
+    /// Ticks missing after the last saved, if the log says how its run ended.
+    pub missing_at_end: u64,
     /// How the source was found.
     pub condition: Condition,
 }
@@ -36,7 +40,8 @@ pub struct RecoverySummary {
 impl RecoverySummary {
     /// Whether anything is known to be missing.
     pub fn lost_data(&self) -> bool {
-        !self.condition.complete || !self.gaps.is_empty()
+        let at_the_ends = self.missing_at_start + self.missing_at_end;
+        !self.condition.complete || !self.gaps.is_empty() || at_the_ends > 0
     }
 
     /// What is missing, a sentence each; empty if the source was whole.
@@ -49,6 +54,14 @@ impl RecoverySummary {
                 gap.missing, gap.after_tick, gap.before_tick
             )
         }));
+        for (missing, place) in [
+            (self.missing_at_start, "before the first"),
+            (self.missing_at_end, "after the last"),
+        ] {
+            if missing > 0 {
+                sentences.push(format!("{missing} ticks {place} one saved are missing"));
+            }
+        }
         if self.condition.foreign_messages > 0 {
             sentences.push(format!(
                 "{} messages on topics that host-cli does not write were not copied",
@@ -112,6 +125,7 @@ fn copy(source: &Path, target: &Path, overwrite: bool) -> Result<RecoverySummary
                 events += 1;
             }
             Ok(Entry::Metadata(record)) => {
+                count.note(&record);
                 writer.metadata(&record.name, record.values)?;
                 metadata_records += 1;
             }
@@ -130,6 +144,8 @@ fn copy(source: &Path, target: &Path, overwrite: bool) -> Result<RecoverySummary
         metadata_records,
         last_s: count.last.map(|(_, time_s)| time_s),
         last_tick: count.last.map(|(tick, _)| tick),
+        missing_at_start: count.missing_at_start(),
+        missing_at_end: count.missing_at_end(),
         gaps: count.gaps,
         condition,
     };

@@ -4,7 +4,7 @@
 //! NAME.mcap ─next▶ NAME-0002.mcap ─next▶ NAME-0003.mcap
 //! ```
 //! Every file has the metadata of the run and its own index; one that is followed by another names it
-//! ([`NEXT`]). [`LogFiles`] reads all of them as one.
+//! ([`NEXT`]), one that follows another names the first ([`CONTINUES`]). [`LogFiles`] reads all of them as one.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -18,6 +18,8 @@ use super::{
 
 /// Name of the metadata record that names the next file of a log.
 pub const NEXT: &str = "next";
+/// Name of the metadata record that names the first file of a log, in each that follows it.
+pub const CONTINUES: &str = "continues";
 /// Smallest file that a log is cut into, bytes.
 pub const ROLL_LEAST: u64 = 1_000_000;
 /// No log has more files.
@@ -108,12 +110,12 @@ impl RollingLog {
         let next = nth_file(&self.first, self.done.len() + 2);
         // The next file is there before the last one names it.
         let mut log = begin(&next, &self.metadata, self.overwrite)?;
+        log.metadata(CONTINUES, file_name(&self.first))?;
         if let Some(start) = self.started {
             log.starts_at(start)?;
         }
         let mut full = std::mem::replace(&mut self.log, log);
-        let name = next.file_name().unwrap_or_default().to_string_lossy();
-        full.metadata(NEXT, [("file".to_owned(), name.into_owned())].into())?;
+        full.metadata(NEXT, file_name(&next))?;
         self.done.push(full.finish()?);
         Ok(())
     }
@@ -154,6 +156,12 @@ fn begin(
     let mut log = LogWriter::create_synced(path, Leftover::Keep, overwrite, interval)?;
     log.metadata("experiment", metadata.clone())?;
     Ok(log)
+}
+
+/// The name of a file beside this one, as metadata.
+fn file_name(file: &Path) -> BTreeMap<String, String> {
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    [("file".to_owned(), name.into_owned())].into()
 }
 
 /// NAME-0002.mcap for NAME.mcap and 2.
@@ -250,7 +258,8 @@ impl Iterator for LogFiles {
                 }
                 // The first file has said it.
                 Some(Ok(Entry::Metadata(record)))
-                    if self.read > 1 && ["experiment", CLOCK].contains(&record.name.as_str()) => {}
+                    if self.read > 1
+                        && ["experiment", CLOCK, CONTINUES].contains(&record.name.as_str()) => {}
                 Some(entry) => return Some(entry),
                 None => match self.advance() {
                     Ok(true) => {}

@@ -124,8 +124,16 @@ fn a_fault_on_a_device_is_kept_with_what_the_device_recorded() {
         // 190 ms were set: more is proposed.
         let reason = report["ended_early"].as_str().expect("a reason");
         assert!(reason.contains("--watchdog 950ms"), "{reason}");
+        // The log lacks what the report says, and is not judged by what was planned behind the fault.
+        let info = device.json("log info run/relax.mcap");
+        assert_eq!(info["missing_samples"], report["dropped_samples"], "{info}");
+        assert_eq!(info["end"]["ended"], "fault", "{info}");
+        assert_eq!(info["end"]["reason"], report["ended_early"], "{info}");
+        assert!(number(&info["end"], "made_samples") < 60_001.0, "{info}");
         let info = device.json("log info run/relax-fault.mcap");
         let fault = metadata(&info, "fault");
+        let missing = info["missing_samples"].to_string();
+        assert_eq!(fault["ticks_missing"], missing.as_str(), "{info}");
         assert_eq!(fault["code"], "2", "{options}: {fault}");
         assert_eq!(fault["samples_after"], "100", "{options}: {fault}");
         let tick: f64 = fault["tick"]

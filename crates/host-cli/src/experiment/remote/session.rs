@@ -17,7 +17,7 @@ use crate::experiment::safety::GuardChoice;
 use crate::failure::Failure;
 use crate::folder::{FolderRequest, OutputFolder};
 use crate::output::note;
-use crate::record::{StartTime, TickMessage};
+use crate::record::{END, StartTime, TickMessage};
 use fracdiff::Real;
 use haptic_link::{
     EventKind, Field, Limits, LoopMode, Refusal, Report, Request, Sample, Scope, Start, State,
@@ -215,7 +215,8 @@ struct Session<'a> {
 
 impl Session<'_> {
     /// Asks the device what it counted, lets it go, and closes the log.
-    fn finish(self) -> Result<Ran, Failure> {
+    fn finish(mut self) -> Result<Ran, Failure> {
+        self.count_missing_fault();
         let Session {
             link,
             before,
@@ -224,6 +225,8 @@ impl Session<'_> {
             mut recorder,
             mut record,
             samples_lost,
+            next_tick,
+            schedule,
             preflight,
             ..
         } = self;
@@ -231,12 +234,15 @@ impl Session<'_> {
         let let_go = record.ended == Some(Ended::LogStopped) && waits_for_rest(&link);
         // A device that is gone cannot be asked.
         let after = link.statistics().unwrap_or(before);
-        let summary = summarise(&link, loop_mode, after.since(&before), samples_lost);
+        let mut summary = summarise(&link, loop_mode, after.since(&before), samples_lost);
+        // A sample without room here is missing by its number too.
+        summary.samples_lost = samples_lost.saturating_sub(summary.samples_dropped);
         drop(link);
-        record.dropped = recorder.dropped() + summary.samples_dropped + samples_lost;
+        record.dropped = recorder.dropped() + samples_lost;
         record.missed_deadlines = u64::from(summary.overruns) + u64::from(summary.stale_forces);
         recorder.metadata("link", flat(&summary));
         record.link = Some(summary);
+        recorder.metadata(END, record.end(schedule.samples, next_tick).metadata());
         let recorded = recorder.finish();
         let Recorded {
             log,
@@ -410,22 +416,37 @@ impl Session<'_> {
 
     /// Counts what is missing before this tick.
     fn gap(&mut self, tick: u64) {
-        // What follows a fault is no part of the result, but of the log: what is missing there is lost.
-        if tick > self.next_tick && self.next_tick < self.schedule.samples {
-            let missing = tick.min(self.schedule.samples) - self.next_tick;
+        self.came_until(tick);
+        self.next_tick = tick + 1;
+    }
+
+    /// Counts what did not come of the ticks before this one.
+    fn came_until(&mut self, tick: u64) {
+        // What follows a fault or the last tick is no part of the result, but of the log: what is missing there
+        // is lost.
+        if tick > self.next_tick {
+            let missing = tick - self.next_tick;
             self.samples_lost += missing;
             let time_s = tick as f64 * self.schedule.sample_time_s;
             let text = format!("{missing} samples before tick {tick} did not come");
             // A recorder that has ended is seen when it is closed.
             let _ = self.recorder.event(time_s, "lost", text);
+            self.next_tick = tick;
         }
-        self.next_tick = tick + 1;
     }
 
     /// A run that finished, but whose last samples did not come.
     fn count_missing_end(&mut self) {
         if self.record.ended.is_none() {
-            self.gap(self.schedule.samples.max(self.next_tick));
+            self.came_until(self.schedule.samples);
+        }
+    }
+
+    /// A fault on the device whose tick did not come, nor any later one.
+    fn count_missing_fault(&mut self) {
+        if let Some(Ended::DeviceFault(report)) = self.record.ended {
+            let made = u64::from(report.tick) + 1;
+            self.came_until(made.min(self.schedule.samples));
         }
     }
 
