@@ -286,7 +286,7 @@ fn a_region_that_cannot_be_asked_for_is_refused_in_words() {
     );
     assert_eq!(
         refused(1e-9, 0),
-        "order of a region 0.000000001 is not 0, or from 1e-6 to 2"
+        "order of a region 1e-9 is not 0, or from 1e-6 to 2"
     );
 }
 

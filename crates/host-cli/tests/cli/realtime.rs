@@ -136,10 +136,10 @@ fn in_virtual_time_there_is_no_clock_to_report() {
         .run("log info run/relax.mcap --json")
         .succeeded()
         .json();
-    // Parameters, and when it began.
+    // Parameters, when it began, and how it ended.
     let records = info["metadata"].as_array().expect("records");
     let names: Vec<&Value> = records.iter().map(|record| &record["name"]).collect();
-    assert_eq!(names, ["experiment", "clock"]);
+    assert_eq!(names, ["experiment", "clock", "end"]);
 }
 
 #[test]
