@@ -294,3 +294,19 @@ fn scale<F: Real>(square: F, along: F, spare: F) -> F {
         scale
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::scale;
+
+    #[test]
+    fn forces_whose_products_overflow_let_nothing_through() {
+        for along in [f32::NEG_INFINITY, f32::NAN, -1e30] {
+            let through = scale(1.0_f32, along, 1.0);
+            assert!(through.abs() <= 0.0, "{along}: {through}");
+        }
+        // A good one: s² + s = 2 at s = 1, half of it with less to spare.
+        assert!((scale(1.0_f32, 1.0, 2.0) - 1.0).abs() < 1e-6);
+        assert!((scale(1.0_f32, 1.0, 0.75) - 0.5).abs() < 1e-6);
+    }
+}
