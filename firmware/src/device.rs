@@ -5,7 +5,7 @@ use crate::retained::Retained;
 use core::cell::RefCell;
 use critical_section::Mutex;
 use haptic_link::{FRAME_MAX, State};
-use haptic_loop::remote::{Exclusive, Hardware, Session, TickSide};
+use haptic_remote::{Exclusive, Hardware, Session, TickSide};
 
 /// The device's loop, lent to one user at a time by a critical section.
 #[derive(Debug)]

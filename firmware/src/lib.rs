@@ -5,7 +5,7 @@
 //! UART interrupts:  received bytes ─▶ queue          queue ─▶ sent bytes
 //! main loop:        queue ─▶ Session ─▶ queue;  watchdog, fed if ticks come;  sleep
 //! ```
-//! The loop, its states and the conversation with the host are `haptic_loop::remote`: no control law here.
+//! The loop, its states and the conversation with the host are `haptic_remote`: no control law here.
 //!
 //! - *Priorities*: the tick's above the UART's; the main loop has none. What tick and main loop share is
 //!   lent by a critical section, a few microseconds at a time.

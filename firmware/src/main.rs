@@ -9,7 +9,7 @@ use cortex_m_rt::entry;
 use critical_section::Mutex;
 use firmware::{Parts, Retained, Shared, Ticker, chip};
 use haptic_loop::Fault;
-use haptic_loop::remote::{Exclusive, Session, TickSide};
+use haptic_remote::{Exclusive, Session, TickSide};
 
 /// Major, minor, patch.
 const VERSION: [u8; 3] = [0, 1, 0];

@@ -15,7 +15,7 @@ use cortex_m_semihosting::hprintln;
 use haptic_link::{
     Capabilities, Configuration, Limits, OperatorForm, OperatorShape, Refusal, Simulation, Start,
 };
-use haptic_loop::remote::{Hardware, TickSide, prepare};
+use haptic_remote::{Hardware, TickSide, prepare};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use nalgebra::SVector;
 

@@ -3,7 +3,7 @@
 #![forbid(unsafe_code)]
 
 use haptic_link::{FRAME_MAX, Header, Report, Request, Sample, encode};
-use host_cli::record::{EventMessage, LogWriter, TickMessage};
+use haptic_log::record::{EventMessage, LogWriter, TickMessage};
 use std::error::Error;
 use std::fs;
 use std::io::Cursor;

@@ -7,7 +7,7 @@ use haptic_link::{
     OperatorForm, OperatorShape, Receiver, Report, Request, Scope, Simulation, Start, State,
     encode,
 };
-use haptic_loop::remote::{COEFFICIENTS_MAX, Session, TickSide};
+use haptic_remote::{COEFFICIENTS_MAX, Session, TickSide};
 use serde::ser::{Serialize, SerializeTuple, Serializer};
 use std::cell::RefCell;
 

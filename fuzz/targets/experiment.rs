@@ -3,7 +3,7 @@
 #![forbid(unsafe_code)]
 
 use fractional_haptics_fuzz as _;
-use host_cli::experiment::ExperimentFile;
+use haptic_experiment::ExperimentFile;
 use libfuzzer_sys::fuzz_target;
 use std::path::Path;
 

@@ -3,7 +3,7 @@
 #![no_main]
 #![forbid(unsafe_code)]
 
-use host_cli::record::{Entry, LogReader, RecordError, export_csv, inspect, recover};
+use haptic_log::record::{Entry, LogReader, RecordError, export_csv, inspect, recover};
 use libfuzzer_sys::fuzz_target;
 use std::io::Cursor;
 use std::path::Path;

@@ -3,7 +3,7 @@
 #![forbid(unsafe_code)]
 
 use fractional_haptics_fuzz as _;
-use host_cli::material::Material;
+use haptic_tissue::Material;
 use libfuzzer_sys::fuzz_target;
 use std::path::Path;
 

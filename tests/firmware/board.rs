@@ -2,7 +2,7 @@
 
 use super::image::Qemu;
 use haptic_link::{EventKind, FRAME_MAX, Report, Request, Status};
-use haptic_loop::remote::{Conversation, Incoming};
+use haptic_remote::{Conversation, Incoming};
 use std::fs::{File, OpenOptions};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::Path;

@@ -19,7 +19,7 @@ use haptic_link::{
     CoefficientBlock, Configuration, DigestBuilder, Keys, Limits, OperatorForm, OperatorShape,
     Report, Request, Scope, Simulation, SimulationKind, Start, State,
 };
-use haptic_loop::remote::operator_shape;
+use haptic_remote::operator_shape;
 use image::{Image, built};
 use std::collections::BTreeMap;
 use std::path::PathBuf;

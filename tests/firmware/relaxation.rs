@@ -6,10 +6,10 @@ use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_link::{
     Configuration, EventKind, Limits, LoopMode, Sample, Simulation, SimulationKind, Start,
 };
-use haptic_loop::remote::operator_shape;
-use haptic_loop::remote::serial::{ConnectOptions, Heard, SerialLink};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond, Pascals, SquareMetres};
 use haptic_loop::{Contact, Controller, KelvinVoigt, SafetyChain, Specimen, Tissue};
+use haptic_remote::operator_shape;
+use haptic_remote::serial::{ConnectOptions, Heard, SerialLink};
 use std::time::Duration;
 
 /// The device may be an emulator on a machine that has other work.

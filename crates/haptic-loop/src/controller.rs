@@ -121,8 +121,11 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
 
     /// One tick with the commanded force, or with the environment's if there is none: one place for both, so that the
     /// chain is compiled once into a tick that chooses.
+    ///
+    /// # Errors
+    /// The device's own.
     #[inline]
-    pub(crate) fn tick_either<V: Device<F, D>>(
+    pub fn tick_either<V: Device<F, D>>(
         &mut self,
         device: &mut V,
         commanded: Option<&SVector<F, D>>,

@@ -13,8 +13,6 @@ mod guard;
 pub mod plant;
 #[cfg(feature = "std")]
 pub mod realtime;
-#[cfg(feature = "link")]
-pub mod remote;
 mod safety;
 mod tissue;
 pub mod units;
@@ -33,4 +31,4 @@ pub use safety::{
     Workspace,
 };
 pub use tissue::{KelvinVoigt, Specimen, Tissue};
-pub use wall::Wall;
+pub use wall::{Wall, WallShape};

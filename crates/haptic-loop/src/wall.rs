@@ -18,7 +18,7 @@ pub enum Wall<F, O> {
 /// All of a [`Wall`] but its operator, checked and rounded: the operator, up to kilobytes of it, is then moved once, into
 /// its place.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct WallShape<F> {
+pub struct WallShape<F> {
     gains: Gains<F>,
     plane: Option<Plane<F, 1>>,
 }
@@ -27,7 +27,7 @@ impl<F: Real> WallShape<F> {
     /// # Errors
     /// As [`Wall::new`].
     #[inline(never)]
-    pub(crate) fn new(
+    pub fn new(
         stiffness: f64,
         dissipation: f64,
         surface: Option<Metres>,
@@ -55,7 +55,8 @@ impl<F: Real, O: Differintegrator<F>> Wall<F, O> {
         WallShape::new(stiffness, dissipation, surface).map(|shape| Self::of(shape, operator))
     }
 
-    pub(crate) fn of(shape: WallShape<F>, operator: O) -> Self {
+    /// Around a shape that is checked already.
+    pub fn of(shape: WallShape<F>, operator: O) -> Self {
         match shape.plane {
             Some(plane) => {
                 Self::OneSided(Contact::of(plane, SpringDamper::of(shape.gains, operator)))

@@ -1,9 +1,9 @@
 //! The command line: what may be typed, and what it means.
 
 use crate::command;
-use crate::failure::Failure;
 use crate::output::Output;
 use clap::{Parser, Subcommand};
+use haptic_experiment::failure::Failure;
 
 const LONG_ABOUT: &str = "\
 Runs fractional-order haptic experiments, keeps their logs and draws their figures.

@@ -2,21 +2,13 @@
 //! codes; this library exists so that tests reach the parts.
 #![forbid(unsafe_code)]
 
+pub mod choice;
 pub mod cli;
 pub mod command;
-pub mod design;
-pub mod device;
-#[cfg(unix)]
-pub mod emulator;
-pub mod experiment;
-pub mod failure;
-pub mod figure;
-pub mod folder;
-pub mod input;
-pub mod live;
-pub mod material;
+pub mod files;
+pub mod log_plot;
 pub mod output;
+pub mod parameter;
+pub mod picture;
+pub mod picture_file;
 pub mod quantity;
-pub mod record;
-pub mod reproduce;
-pub mod rt_check;

@@ -2,9 +2,10 @@
 
 use clap::Parser as _;
 use clap::error::ErrorKind;
+use haptic_experiment::failure::Failure;
 use host_cli::cli::Cli;
-use host_cli::failure::Failure;
 use host_cli::output::note;
+use host_cli::parameter;
 use std::process::ExitCode;
 
 /// The parser's message in one line, as all our errors are, without its pointer to `--help`.
@@ -26,7 +27,7 @@ fn main() -> ExitCode {
                 return match error.print() {
                     Err(lost) if lost.kind() != std::io::ErrorKind::BrokenPipe => {
                         let failure = Failure::writing(lost, "cannot write standard output");
-                        note("error", &failure);
+                        note("error", parameter::in_words(&failure));
                         ExitCode::from(failure.exit_code())
                     }
                     _ => ExitCode::SUCCESS,
@@ -44,7 +45,7 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             if !matches!(failure, Failure::BrokenPipe) {
-                note("error", &failure);
+                note("error", parameter::in_words(&failure));
             }
             ExitCode::from(failure.exit_code())
         }

@@ -1,7 +1,8 @@
 //! Printing: results on standard output, everything else on standard error.
 
-use crate::failure::Failure;
-use crate::input::without_bulk;
+use crate::parameter::with_options;
+use haptic_experiment::failure::Failure;
+use haptic_experiment::input::without_bulk;
 use serde::Serialize;
 use std::io::{self, BufWriter, Write};
 
@@ -58,6 +59,11 @@ pub fn note(kind: &str, text: impl std::fmt::Display) {
     let arguments = arguments.map(|argument| argument.to_string_lossy().into_owned());
     let text = without_bulk(&text.to_string(), arguments);
     let _ = writeln!(io::stderr().lock(), "{kind}: {text}");
+}
+
+/// Says a warning of a library, its parameters as options.
+pub fn warn(text: &str) {
+    note("warning", with_options(text));
 }
 
 /// A number in as few digits as it takes; with an exponent where it would have many.

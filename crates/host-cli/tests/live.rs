@@ -181,9 +181,9 @@ fn a_build_without_foxglove_says_so() {
 mod foxglove {
     use super::{PATIENCE, run, stderr};
     use byteorder::LittleEndian;
-    use host_cli::experiment::recorder::Recorder;
-    use host_cli::live::Foxglove;
-    use host_cli::record::{Entry, LogReader, TickMessage};
+    use haptic_experiment::recorder::Recorder;
+    use haptic_log::live::Foxglove;
+    use haptic_log::record::{Entry, LogReader, TickMessage};
     use serde_json::{Value, json};
     use std::collections::BTreeMap;
     use std::net::{SocketAddr, TcpListener, TcpStream};
@@ -304,7 +304,7 @@ mod foxglove {
         let place = tempfile::tempdir().expect("a folder");
         let log = place.path().join("log.mcap");
         let (foxglove, address) = open();
-        let live: Vec<Box<dyn host_cli::live::Live>> = vec![Box::new(foxglove)];
+        let live: Vec<Box<dyn haptic_log::live::Live>> = vec![Box::new(foxglove)];
         let mut recorder =
             Recorder::start(&log, BTreeMap::new(), true, false, live).expect("starts");
         let mut viewer = Viewer::connect(address);
@@ -371,7 +371,7 @@ mod foxglove {
         let place = tempfile::tempdir().expect("a folder");
         let log = place.path().join("log.mcap");
         let (foxglove, address) = open();
-        let live: Vec<Box<dyn host_cli::live::Live>> = vec![Box::new(foxglove)];
+        let live: Vec<Box<dyn haptic_log::live::Live>> = vec![Box::new(foxglove)];
         let mut recorder =
             Recorder::start(&log, BTreeMap::new(), true, false, live).expect("starts");
         let mut viewer = Viewer::connect(address);

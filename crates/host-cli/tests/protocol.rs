@@ -3,7 +3,7 @@
 #![cfg(unix)]
 
 use haptic_loop::Fault;
-use haptic_loop::remote::{FLIGHT_SAMPLES, QUEUE_SAMPLES};
+use haptic_remote::{FLIGHT_SAMPLES, QUEUE_SAMPLES};
 use serde_json::Value;
 use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};

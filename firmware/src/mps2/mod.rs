@@ -11,7 +11,7 @@ use crate::parts::{self, TickTimer};
 use cortex_m::peripheral::scb::SystemHandler;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{NVIC, SCB, SYST};
-use haptic_loop::remote::SimulatedPlant;
+use haptic_remote::SimulatedPlant;
 use register::Register;
 pub use uart::{Uart, on_receive, on_sent};
 pub use vectors::interrupt;

@@ -6,7 +6,7 @@ use crate::board::nucleo_f446re::{
 };
 use cortex_m::peripheral::DWT;
 use haptic_link::{Capabilities, Field, Refusal, Simulation, SimulationKind};
-use haptic_loop::remote::{COEFFICIENTS_MAX, DEGREE_MAX, FLIGHT_SAMPLES, Hardware, MODES_MAX};
+use haptic_remote::{COEFFICIENTS_MAX, DEGREE_MAX, FLIGHT_SAMPLES, Hardware, MODES_MAX};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use nalgebra::SVector;
 use stm32f4xx_hal::adc::Adc;

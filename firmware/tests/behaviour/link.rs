@@ -7,7 +7,7 @@ use haptic_link::{
     OperatorForm, OperatorShape, Report, Request, Scope, Simulation, Start, State,
 };
 use haptic_loop::Fault;
-use haptic_loop::remote::{Conversation, Incoming, Session, SimulatedPlant, TickSide};
+use haptic_remote::{Conversation, Incoming, Session, SimulatedPlant, TickSide};
 
 pub(crate) const TESTS: [Test; 2] = [
     ("a_run_from_hello_to_a_latched_fault_and_on", run),

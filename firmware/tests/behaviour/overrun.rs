@@ -7,7 +7,7 @@ use cortex_m_rt::exception;
 use critical_section::Mutex;
 use firmware::{Shared, Ticker, chip};
 use haptic_link::{Capabilities, Refusal, Simulation, State};
-use haptic_loop::remote::{Exclusive, Hardware, SimulatedPlant, TickSide, prepare};
+use haptic_remote::{Exclusive, Hardware, SimulatedPlant, TickSide, prepare};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 
 pub(crate) const TESTS: [Test; 1] = [(

@@ -1,11 +1,11 @@
 //! `creep`: strain under a held force.
 
 use super::experiment::RenderingArguments;
-use crate::experiment::Creep;
-use crate::failure::Failure;
 use crate::output::Output;
 use crate::quantity::{Stress, Time};
 use clap::Args;
+use haptic_experiment::Creep;
+use haptic_experiment::failure::Failure;
 
 const LONG_ABOUT: &str = "\
 Creep: the indenter pushes a virtual tissue with a constant force from t = 0 on; the strain is \

@@ -2,20 +2,21 @@
 
 mod coupler;
 
-use super::experiment::{parse_scheme, progress_bar, wall_order};
+use super::experiment::{modelled, parse_scheme, progress_bar, wall_order};
 use super::plant::PlantArguments;
-use crate::design::{Candidate, Design, DesignReport, Device, Requirement, Wish};
-use crate::experiment::TrialVerdict;
-use crate::failure::Failure;
-use crate::figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
-use crate::folder::{FolderRequest, write_text};
-use crate::material::Library;
+use crate::files::{folder, save_picture};
 use crate::output::{Output, note};
 use crate::quantity::{Area, Force, Frequency, Length};
 use clap::{Args, ValueEnum};
 use fracdiff::{Order, Scheme};
+use haptic_experiment::TrialVerdict;
+use haptic_experiment::design::{Candidate, Design, DesignReport, Device, Requirement, Wish};
+use haptic_experiment::failure::Failure;
+use haptic_experiment::folder::write_text;
+use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use haptic_loop::Specimen;
 use haptic_loop::units::{Metres, SquareMetres};
+use haptic_tissue::Library;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
@@ -240,7 +241,7 @@ impl Arguments {
                         )
                     })?;
                 Ok(Wish::Tissue {
-                    material: library.find(name).map_err(Failure::input)?,
+                    material: modelled(&library, name)?,
                     specimen,
                     frequency_hz: self.frequency.map_or(1.0, |frequency| frequency.0),
                 })
@@ -260,13 +261,7 @@ impl Arguments {
         let Some(out) = &self.out else {
             return Ok(());
         };
-        let folder = FolderRequest {
-            out: Some(out.clone()),
-            stem: "design".to_owned(),
-            overwrite: self.overwrite,
-            roll_bytes: None,
-        }
-        .prepare()?;
+        let folder = folder(Some(out.clone()), "design", self.overwrite).prepare()?;
         let file = folder.file("toml");
         match &report.experiment_text {
             Some(text) => {
@@ -282,8 +277,8 @@ impl Arguments {
         let table = folder.write_table("csv", report.candidates.iter())?;
         report.files.push(table);
         if report.best.is_some() {
-            let picture = draw(design, report)?;
-            report.files.push(folder.save_picture(&picture)?);
+            let picture = save_picture(&folder, draw(design, report))?;
+            report.files.push(picture);
         } else if self.overwrite {
             for extension in ["svg", "png"] {
                 let _ = std::fs::remove_file(folder.file(extension));

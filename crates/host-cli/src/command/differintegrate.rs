@@ -1,13 +1,13 @@
 //! `differintegrate`: a column of a CSV file to a fractional order.
 
 use super::experiment::{order, parse_order, parse_scheme, rate};
-use crate::failure::Failure;
-use crate::input::{Rows, short};
 use crate::output::Output;
 use crate::quantity::Time;
 use clap::Args;
 use fracdiff::full_memory::Kernel;
 use fracdiff::{Channel, Operator, Order, Scheme, SchemeError, Seconds, batch};
+use haptic_experiment::failure::Failure;
+use haptic_experiment::input::{Rows, short};
 use serde::Serialize;
 use std::fs::File;
 use std::io::{self, Read};

@@ -5,20 +5,26 @@ use super::preflight::PreflightArguments;
 use super::realtime::RealtimeArguments;
 use super::remote::RemoteArguments;
 use super::safety::SafetyArguments;
-use crate::experiment::report::RunReport;
-use crate::experiment::{
-    Contact, Precision, Rendering, Report, Safety, Sensors, Summary, Supervisor,
-};
-use crate::failure::Failure;
-use crate::folder::FolderRequest;
-use crate::material::Library;
-use crate::output::{Output, note};
+use crate::choice::choice;
+use crate::files::{folder, save_picture};
+use crate::output::{Output, note, warn};
+use crate::parameter::with_options;
+use crate::picture::of_theory;
 use crate::quantity::{Area, Bytes, Force, ForceRate, Length, Time};
-use crate::record::ROLL_LEAST;
 use clap::Args;
 use fracdiff::{Order, Scheme, Seconds};
+use haptic_experiment::curves::{Published, TheoryCurves};
+use haptic_experiment::failure::Failure;
+use haptic_experiment::folder::FolderRequest;
+use haptic_experiment::report::RunReport;
+use haptic_experiment::{
+    Contact, ModelledTissue, Precision, Rendering, Report, Safety, Sensors, Summary, Supervisor,
+};
+use haptic_figure::{FigureError, Picture};
+use haptic_log::record::ROLL_LEAST;
 use haptic_loop::Specimen;
 use haptic_loop::units::{Metres, SquareMetres};
+use haptic_tissue::Library;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -59,7 +65,7 @@ pub struct RenderingArguments {
     #[arg(long, value_parser = parse_scheme, default_value = "full", help_heading = "Loop")]
     scheme: Scheme,
     /// Number type of the loop
-    #[arg(long, value_enum, default_value = "f64", help_heading = "Loop")]
+    #[arg(long, value_parser = choice::<Precision>(), default_value = "f64", help_heading = "Loop")]
     precision: Precision,
     /// Sample time of the loop
     #[arg(
@@ -70,7 +76,7 @@ pub struct RenderingArguments {
     )]
     sample_time: Time,
     /// Contact between indenter and tissue: stiff springs between masses, or imposed exactly
-    #[arg(long, value_enum, default_value = "compliant", help_heading = "Rig")]
+    #[arg(long, value_parser = choice::<Contact>(), default_value = "compliant", help_heading = "Rig")]
     contact: Contact,
     /// Resolution of the position encoder per count; 0 for an ideal one
     #[arg(
@@ -253,7 +259,7 @@ impl RenderingArguments {
             return Err(Failure::input(fracdiff::SchemeError::AnalysisOnly));
         }
         let library = Library::load(self.library.as_deref()).map_err(Failure::input)?;
-        let material = library.find(&self.tissue).map_err(Failure::input)?;
+        let material = modelled(&library, &self.tissue)?;
         let specimen = Specimen::new(SquareMetres(self.area.0), Metres(self.thickness.0)).map_err(
             |error| {
                 Failure::input_with_advice(error, "give --area 4cm2 --thickness 20mm, for example")
@@ -291,34 +297,45 @@ impl RenderingArguments {
         stem: &'static str,
         samples: u64,
         output: Output,
-        experiment: impl FnOnce(&FolderRequest, Supervisor<'_>) -> Result<Report, Failure>,
+        experiment: impl FnOnce(
+            &FolderRequest,
+            Supervisor<'_>,
+        ) -> Result<Published<Report, TheoryCurves>, Failure>,
     ) -> Result<(), Failure> {
         let roll_bytes = roll_bytes(self.roll)?;
         let request = FolderRequest {
-            out: self.out.clone(),
-            stem: stem.to_owned(),
-            overwrite: self.overwrite,
             roll_bytes,
+            ..folder(self.out.clone(), stem, self.overwrite)
         };
         let live = self.live.open(
             self.realtime.is_realtime() || self.remote.is_serial(),
             output,
         )?;
-        conduct(samples, output, print_summary, |supervisor| {
+        conduct(samples, output, print_summary, of_theory, |supervisor| {
             experiment(&request, supervisor.watched(&live))
         })
     }
 }
 
-/// Runs an experiment with a progress bar, stoppable by Ctrl-C, and reports.
+/// A tissue of the library with its model.
+///
+/// # Errors
+/// A name that is not in it, a file that is wrong.
+pub fn modelled(library: &Library, name: &str) -> Result<ModelledTissue, Failure> {
+    let material = library.find(name).map_err(Failure::input)?;
+    ModelledTissue::new(material).map_err(Failure::input)
+}
+
+/// Runs an experiment with a progress bar, stoppable by Ctrl-C, draws and reports.
 ///
 /// # Errors
 /// Those of the experiment; an interrupted one, one with a fault, or with dropped samples.
-pub fn conduct<R: Summary>(
+pub fn conduct<R: Summary, C>(
     samples: u64,
     output: Output,
     print: impl FnOnce(&mut dyn Write, &R) -> io::Result<()>,
-    experiment: impl FnOnce(Supervisor<'_>) -> Result<R, Failure>,
+    draw: impl FnOnce(&C) -> Result<Picture, FigureError>,
+    experiment: impl FnOnce(Supervisor<'_>) -> Result<Published<R, C>, Failure>,
 ) -> Result<(), Failure> {
     let stop = stop_on_interrupt()?;
     let bar = progress_bar(samples, output);
@@ -327,11 +344,20 @@ pub fn conduct<R: Summary>(
         stop,
         progress: &progress,
         live: None,
+        warn: &warn,
     });
     bar.finish_and_clear();
-    let report = result?;
-    for warning in &report.run().warnings {
-        note("warning", warning);
+    let Published {
+        mut report,
+        curves,
+        folder,
+    } = result?;
+    if let Some(curves) = curves {
+        report.run_mut().figure = Some(save_picture(&folder, draw(&curves))?);
+    }
+    for warning in &mut report.run_mut().warnings {
+        *warning = with_options(warning);
+        note("warning", &*warning);
     }
     output.summary(&report, |out| print(out, &report))?;
     let RunReport {

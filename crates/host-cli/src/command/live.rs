@@ -1,9 +1,9 @@
 //! Arguments of the live streams.
 
-use crate::failure::Failure;
-use crate::live::{Live, LiveStreams, Teleplot};
 use crate::output::{Output, note};
 use clap::Args;
+use haptic_experiment::failure::Failure;
+use haptic_log::live::{Live, LiveStreams, Teleplot};
 use std::net::SocketAddr;
 
 /// Who may watch a run.
@@ -76,7 +76,7 @@ impl LiveArguments {
 
 #[cfg(feature = "foxglove")]
 fn open_foxglove(address: SocketAddr, output: Output) -> Result<Box<dyn Live>, Failure> {
-    let foxglove = crate::live::Foxglove::open(address).map_err(|error| {
+    let foxglove = haptic_log::live::Foxglove::open(address).map_err(|error| {
         Failure::input_with_advice(
             error,
             "close the program that has the port, or give another, as in --foxglove=127.0.0.1:0 for \

@@ -1,13 +1,14 @@
 //! `log`: look into a log, verify it, save what a cut one holds, turn it into CSV or a picture.
 
-use crate::failure::Failure;
-use crate::figure::LogFigure;
+use crate::log_plot::LogFigure;
 use crate::output::Output;
-use crate::record::{
+use crate::picture_file::{self, PictureFileError};
+use clap::Subcommand;
+use haptic_experiment::failure::Failure;
+use haptic_log::record::{
     EndKind, Entry, Gap, LogFiles, LogSummary, RecordError, RecoverySummary, export_csv,
     export_csv_to, inspect, recover,
 };
-use clap::Subcommand;
 use serde::Serialize;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -394,7 +395,7 @@ fn plot(log: &Path, out: Option<&Path>, overwrite: bool, output: Output) -> Resu
                     .filter_map(|key| Some(format!("{key} {}", record.values.get(key)?)))
                     .collect();
             }
-            Entry::Metadata(_) | Entry::Event(_) => {}
+            _ => {}
         }
     }
     let complete = reader.condition().complete;
@@ -410,8 +411,9 @@ fn plot(log: &Path, out: Option<&Path>, overwrite: bool, output: Output) -> Resu
         subtitle: &conditions.join("  ·  "),
         ticks: &ticks,
     }
-    .draw()?;
-    let saved = picture.save(&stem, overwrite)?;
+    .draw()
+    .map_err(PictureFileError::from)?;
+    let saved = picture_file::save(&picture, &stem, overwrite)?;
     let made = Made {
         samples: ticks.len() as u64,
         complete,

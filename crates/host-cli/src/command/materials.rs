@@ -1,9 +1,9 @@
 //! `materials`: the tissue library.
 
-use crate::failure::Failure;
-use crate::material::{Library, Material};
 use crate::output::Output;
 use clap::{Args, Subcommand};
+use haptic_experiment::failure::Failure;
+use haptic_tissue::{Library, Material};
 use serde::Serialize;
 use std::path::PathBuf;
 

@@ -1,9 +1,9 @@
 //! The simulated device, as every command that simulates one asks for it.
 
-use crate::experiment::{Imperfections, Sensors, TrialPlan, dissertation_device};
 use crate::quantity::{Damping, Force, Length, Mass, Stiffness, Time};
 use clap::Args;
 use fracdiff::Seconds;
+use haptic_experiment::{Imperfections, Sensors, TrialPlan, dissertation_device};
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
 

@@ -1,8 +1,8 @@
 //! What a user says of the pre-flight.
 
-use crate::experiment::{Dynamics, PreflightRequest, Safety};
-use crate::failure::Failure;
 use clap::Args;
+use haptic_experiment::failure::Failure;
+use haptic_experiment::{Dynamics, PreflightRequest, Safety};
 
 /// Arguments of every experiment that can run on a device.
 #[derive(Clone, Copy, Debug, Args)]

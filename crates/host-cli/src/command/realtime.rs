@@ -1,8 +1,8 @@
 //! How a run follows the clock.
 
-use crate::experiment::{Pace, RealtimeOptions, RealtimeSummary};
-use crate::failure::Failure;
 use clap::Args;
+use haptic_experiment::failure::Failure;
+use haptic_experiment::{Pace, RealtimeOptions, RealtimeSummary};
 use haptic_loop::realtime::{PRIORITIES, allowed_cores};
 use std::io::{self, Write};
 

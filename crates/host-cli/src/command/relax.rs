@@ -1,11 +1,11 @@
 //! `relax`: stress relaxation, the main job.
 
 use super::experiment::RenderingArguments;
-use crate::experiment::Relaxation;
-use crate::failure::Failure;
 use crate::output::Output;
 use crate::quantity::{Strain, Time};
 use clap::Args;
+use haptic_experiment::Relaxation;
+use haptic_experiment::failure::Failure;
 
 const LONG_ABOUT: &str = "\
 Stress relaxation: an indenter compresses a virtual tissue to a strain and holds it; the loop \

@@ -1,11 +1,12 @@
 //! Which device an experiment runs on, and how the loop with it is closed.
 
 use super::device::set::watchdog_ms;
-use crate::device::{DeviceName, Loop};
-use crate::experiment::remote::RemoteDevice;
-use crate::failure::Failure;
+use crate::choice::choice;
 use crate::quantity::Time;
 use clap::Args;
+use haptic_experiment::device::{DeviceName, Loop};
+use haptic_experiment::failure::Failure;
+use haptic_experiment::remote::RemoteDevice;
 use std::time::Duration;
 
 /// Arguments of every experiment that can run on a device.
@@ -16,7 +17,7 @@ pub struct RemoteArguments {
     #[arg(long, value_name = "DEVICE")]
     pub device: Option<DeviceName>,
     /// Where the loop with a serial device is closed [default: device]
-    #[arg(long = "loop", value_enum)]
+    #[arg(long = "loop", value_parser = choice::<Loop>())]
     pub loop_mode: Option<Loop>,
     /// Silence from this program after which a serial device lets go [default: 500ms, 20ms with --loop host]
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]

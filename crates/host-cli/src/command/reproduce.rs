@@ -1,14 +1,16 @@
 //! `reproduce`: every figure of the dissertation, and the verdict on each claim.
 
 use super::experiment::{progress_bar, stop_on_interrupt};
-use crate::failure::Failure;
-use crate::folder::{FolderRequest, write_text};
+use crate::files::{folder, save_picture};
 use crate::output::Output;
-use crate::reproduce::claims::{COUNT, judge_all};
-use crate::reproduce::figures::FIGURES;
-use crate::reproduce::report::{ReportFigure, html, markdown};
-use crate::reproduce::{Claim, Formulas};
+use crate::picture_file::PictureFileError;
 use clap::Args;
+use haptic_experiment::failure::Failure;
+use haptic_experiment::folder::write_text;
+use reproduce::claims::{COUNT, judge_all};
+use reproduce::figures::FIGURES;
+use reproduce::report::{ReportFigure, html, markdown};
+use reproduce::{Claim, Formulas};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
@@ -50,12 +52,7 @@ impl Arguments {
     /// # Errors
     /// Files that cannot be written.
     pub fn run(self, output: Output) -> Result<(), Failure> {
-        let request = |stem: String| FolderRequest {
-            out: Some(self.out.clone()),
-            stem,
-            overwrite: self.overwrite,
-            roll_bytes: None,
-        };
+        let request = |stem: String| folder(Some(self.out.clone()), &stem, self.overwrite);
         let report = self.out.join("report.html");
         if report.exists() && !self.overwrite {
             return Err(Failure::bad_input(format_args!(
@@ -74,10 +71,10 @@ impl Arguments {
             if stopped() {
                 break;
             }
-            let picture = figure.draw()?;
+            let picture = figure.draw().map_err(PictureFileError::from)?;
             let folder = request(format!("figure-{}", figure.id)).prepare()?;
             let data = folder.write_named_table("csv", &figure.columns(), figure.rows())?;
-            let saved = folder.save_picture(&picture)?;
+            let saved = save_picture(&folder, Ok(picture.clone()))?;
             shown.push(ReportFigure {
                 id: figure.id,
                 title: figure.title,

@@ -2,12 +2,12 @@
 
 use super::experiment::{progress_bar, stop_on_interrupt};
 use super::realtime::ThreadArguments;
-use crate::experiment::RealtimeOptions;
-use crate::failure::Failure;
 use crate::output::Output;
 use crate::quantity::{Frequency, Time};
-use crate::rt_check::{FIT_SHARE, Rate, RtCheck, RtReport};
 use clap::Args;
+use haptic_experiment::RealtimeOptions;
+use haptic_experiment::failure::Failure;
+use haptic_experiment::rt_check::{FIT_SHARE, Rate, RtCheck, RtReport};
 use std::io::{self, Write};
 use std::time::Duration;
 

@@ -6,12 +6,14 @@ use super::preflight::PreflightArguments;
 use super::realtime::RealtimeArguments;
 use super::remote::RemoteArguments;
 use super::safety::SafetyArguments;
-use crate::experiment::{ExperimentFile, Pace, WallReport};
-use crate::failure::Failure;
-use crate::folder::FolderRequest;
+use crate::files::folder;
 use crate::output::Output;
+use crate::picture::{of_theory, of_wall};
 use crate::quantity::Bytes;
 use clap::Args;
+use haptic_experiment::failure::Failure;
+use haptic_experiment::folder::FolderRequest;
+use haptic_experiment::{ExperimentFile, Pace, WallReport};
 use std::io::{self, Write};
 use std::path::PathBuf;
 
@@ -92,27 +94,28 @@ impl Arguments {
         let samples = experiment.samples()?;
         let roll_bytes = roll_bytes(self.roll)?;
         let request = |stem: &str| FolderRequest {
-            out: self.out.clone(),
-            stem: stem.to_owned(),
-            overwrite: self.overwrite,
             roll_bytes,
+            ..folder(self.out.clone(), stem, self.overwrite)
         };
         let live = self.live.open(pace != Pace::Virtual, output)?;
         match experiment {
             ExperimentFile::Relax(relaxation) => {
-                conduct(samples, output, print_summary, |supervisor| {
+                conduct(samples, output, print_summary, of_theory, |supervisor| {
                     relaxation.run(&request("relax"), supervisor.watched(&live))
                 })
             }
-            ExperimentFile::Creep(creep) => conduct(samples, output, print_summary, |supervisor| {
-                creep.run(&request("creep"), supervisor.watched(&live))
-            }),
+            ExperimentFile::Creep(creep) => {
+                conduct(samples, output, print_summary, of_theory, |supervisor| {
+                    creep.run(&request("creep"), supervisor.watched(&live))
+                })
+            }
             ExperimentFile::Wall(wall) => {
                 let mut verdict = None;
-                conduct(samples, output, print_wall, |supervisor| {
-                    let report = wall.run(&request("wall"), supervisor.watched(&live))?;
+                conduct(samples, output, print_wall, of_wall, |supervisor| {
+                    let published = wall.run(&request("wall"), supervisor.watched(&live))?;
+                    let report = &published.report;
                     verdict = Some((report.stable_by_both(), report.settling.verdict));
-                    Ok(report)
+                    Ok(published)
                 })?;
                 match verdict {
                     Some((false, trial)) if wall.must_be_stable => {

@@ -1,15 +1,16 @@
 //! Options of the safety chain that every experiment has.
 
-use crate::experiment::{GuardChoice, Safety};
+use crate::choice::choice;
 use crate::quantity::{Damping, Delay, Force, Length, Mass, Speed, Time, Workspace};
 use clap::Args;
+use haptic_experiment::{GuardChoice, Safety};
 
 /// What is not given is as in the file, else off.
 #[derive(Clone, Copy, Debug, Args)]
 #[command(next_help_heading = "Safety")]
 pub struct SafetyArguments {
     /// Keep the loop from feeding the device energy [default: off]
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = choice::<GuardChoice>())]
     guard: Option<GuardChoice>,
     /// Where the device may be, as in -10mm:20mm; beyond it a fault ends the run
     #[arg(long, value_name = "LOW:HIGH", allow_hyphen_values = true)]

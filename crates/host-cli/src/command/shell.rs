@@ -1,9 +1,9 @@
 //! `completions` and `man`: for the shell.
 
 use crate::cli::Cli;
-use crate::failure::Failure;
 use crate::output::Output;
 use clap::{Args, CommandFactory as _};
+use haptic_experiment::failure::Failure;
 use serde::Serialize;
 use std::path::PathBuf;
 

@@ -1,10 +1,10 @@
 //! `weights`: the impulse response of an operator.
 
 use super::experiment::{order, parse_order, parse_scheme, rate};
-use crate::failure::Failure;
 use crate::output::Output;
 use clap::Args;
 use fracdiff::{Channel, Operator, Scheme, Seconds, grunwald_weights};
+use haptic_experiment::failure::Failure;
 use serde::Serialize;
 
 /// Arguments of `weights`.

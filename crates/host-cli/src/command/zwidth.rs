@@ -3,14 +3,16 @@
 use super::experiment::{parse_number, parse_scheme, progress_bar, stop_on_interrupt, wall_order};
 use super::plant::PlantArguments;
 use super::remote::RemoteArguments;
-use crate::experiment::{Criterion, CriterionName, TrialPlan, ZWidth, ZWidthReport};
-use crate::failure::Failure;
-use crate::figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
-use crate::folder::{FolderRequest, OutputFolder};
-use crate::output::{Output, note};
+use crate::choice::choice;
+use crate::files::{folder, save_picture};
+use crate::output::{Output, note, warn};
 use crate::quantity::{Force, Length, Time};
 use clap::Args;
 use fracdiff::{Order, Scheme};
+use haptic_experiment::failure::Failure;
+use haptic_experiment::folder::OutputFolder;
+use haptic_experiment::{Criterion, CriterionName, Named as _, TrialPlan, ZWidth, ZWidthReport};
+use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use serde::Serialize;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -79,7 +81,7 @@ pub struct Arguments {
 #[command(next_help_heading = "Trial")]
 struct TrialArguments {
     /// By which rule a wall is stable
-    #[arg(long, value_enum, default_value = "settling")]
+    #[arg(long, value_parser = choice::<CriterionName>(), default_value = "settling")]
     criterion: CriterionName,
     /// Constant push into the wall
     #[arg(long, default_value = "1N", allow_hyphen_values = true)]
@@ -150,17 +152,12 @@ impl Arguments {
         let experiment = self.experiment()?;
         let bar = progress_bar(experiment.cells(), output);
         let stop = stop_on_interrupt()?;
-        let result = experiment.run(&|cells| bar.inc(cells), stop);
+        let result = experiment.run(&|cells| bar.inc(cells), stop, &warn);
         bar.finish_and_clear();
         let report = result?;
         let files = match &self.out {
             Some(out) if report.has_points() => {
-                let request = FolderRequest {
-                    out: Some(out.clone()),
-                    stem: "zwidth".to_owned(),
-                    overwrite: self.overwrite,
-                    roll_bytes: None,
-                };
+                let request = folder(Some(out.clone()), "zwidth", self.overwrite);
                 save(&report, &request.prepare()?)?
             }
             _ => Vec::new(),
@@ -284,7 +281,7 @@ fn save(report: &ZWidthReport, folder: &OutputFolder) -> Result<Vec<String>, Fai
         })
     });
     let table = folder.write_table("csv", rows)?;
-    Ok(vec![table, folder.save_picture(&draw(report)?)?])
+    Ok(vec![table, save_picture(&folder, draw(report))?])
 }
 
 /// A curve with what it needs to be drawn.
@@ -349,7 +346,7 @@ fn draw(report: &ZWidthReport) -> Result<Picture, FigureError> {
             report.sample_time_s,
             report.delta,
             report.device,
-            report.criterion.as_str(),
+            report.criterion.name(),
             report.impact_m_per_s,
             report.push_n
         ),

@@ -2,7 +2,7 @@
 
 use crate::experiments::SHORT;
 use crate::process::{Place, number, table};
-use host_cli::record::{END, EndKind, RollingLog, RunEnd, TickMessage};
+use haptic_log::record::{END, EndKind, RollingLog, RunEnd, TickMessage};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 use serde_json::Value;
@@ -40,7 +40,7 @@ fn a_log_says_when_its_run_began() {
     /// As a log writes it; the strings are in the order of time.
     fn now() -> String {
         let now = std::time::SystemTime::now();
-        host_cli::record::StartTime::at(now).rfc3339()
+        haptic_log::record::StartTime::at(now).rfc3339()
     }
     let before = now();
     let place = with_log();

@@ -3,15 +3,16 @@
 use crate::command::experiment::{
     parse_dissipation, parse_number, parse_order, parse_scheme, wall_order,
 };
-use crate::failure::Failure;
-use crate::figure::Picture;
-use crate::folder::FolderRequest;
+use crate::files::{folder, save_picture};
+use crate::picture_file::PictureFileError;
 use crate::quantity::{Damping, Mass, Stiffness, Time};
 use clap::Args;
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::{
     AnalysisError, ForcePath, Loop, LoopOperator, Nondimensional, SampledLoop, SampledPlant,
 };
+use haptic_experiment::failure::Failure;
+use haptic_figure::{FigureError, Picture};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -336,21 +337,16 @@ impl Files {
         &self,
         stem: &'static str,
         rows: impl Iterator<Item = R>,
-        picture: impl FnOnce() -> Result<Picture, crate::figure::FigureError>,
+        picture: impl FnOnce() -> Result<Picture, FigureError>,
     ) -> Result<Vec<String>, Failure> {
         let Some(out) = &self.out else {
             return Ok(Vec::new());
         };
-        let request = FolderRequest {
-            out: Some(out.clone()),
-            stem: stem.to_owned(),
-            overwrite: self.overwrite,
-            roll_bytes: None,
-        };
-        let picture = picture()?;
+        let request = folder(Some(out.clone()), stem, self.overwrite);
+        let picture = picture().map_err(PictureFileError::from)?;
         let folder = request.prepare()?;
         let table = folder.write_table("csv", rows)?;
-        let picture = folder.save_picture(&picture)?;
+        let picture = save_picture(&folder, Ok(picture))?;
         Ok(vec![table, picture])
     }
 }

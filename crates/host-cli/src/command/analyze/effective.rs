@@ -4,13 +4,13 @@ use super::arguments::{Files, HORIZON, PathArguments, PathResult, logarithmic, r
 use crate::command::experiment::{
     parse_dissipation, parse_number, parse_order, parse_scheme, wall_order,
 };
-use crate::failure::Failure;
-use crate::figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use crate::output::Output;
 use crate::quantity::{Damping, Mass, Stiffness, Time};
 use clap::Args;
 use fracdiff::{Scheme, Seconds};
 use haptic_analysis::{ClosedLoop, Effective, Environment, LoopOperator};
+use haptic_experiment::failure::Failure;
+use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use serde::Serialize;
 
 /// The virtual environment and the frequencies.

@@ -5,10 +5,10 @@ mod effective;
 mod passivity;
 mod stability;
 
-use crate::failure::Failure;
 use crate::output::Output;
 pub use arguments::{Files, LoopArguments};
 use clap::Subcommand;
+use haptic_experiment::failure::Failure;
 
 /// Which question.
 #[derive(Debug, Subcommand)]

@@ -2,12 +2,12 @@
 
 use super::arguments::{LoopArguments, PathResult, Wall, refused};
 use crate::command::experiment::{parse_number, parse_order, parse_scheme, wall_order};
-use crate::failure::Failure;
 use crate::output::{Output, fixed, short};
 use crate::quantity::{Damping, Time};
 use clap::Args;
 use fracdiff::{Scheme, Seconds};
 use haptic_analysis::{AnalysisError, Coupler, Largest, LeastDamping, LoopOperator, OnePort};
+use haptic_experiment::failure::Failure;
 use serde::Serialize;
 
 /// Arguments of `analyze passivity`.

@@ -1,12 +1,12 @@
 //! `design --wish coupler`: the stiffest passive coupler of each order.
 
 use super::Arguments;
-use crate::design::coupler::{CouplerCandidate, stiffest_coupler};
-use crate::failure::Failure;
-use crate::folder::FolderRequest;
+use crate::files::folder;
 use crate::output::Output;
 use fracdiff::Seconds;
 use haptic_analysis::{AnalysisError, LoopOperator};
+use haptic_experiment::design::coupler::{CouplerCandidate, stiffest_coupler};
+use haptic_experiment::failure::Failure;
 use serde::Serialize;
 
 /// Result of `--wish coupler`.
@@ -71,12 +71,7 @@ impl Arguments {
             files: Vec::new(),
         };
         if let Some(out) = &self.out {
-            let request = FolderRequest {
-                out: Some(out.clone()),
-                stem: "design".to_owned(),
-                overwrite: self.overwrite,
-                roll_bytes: None,
-            };
+            let request = folder(Some(out.clone()), "design", self.overwrite);
             let table = request
                 .prepare()?
                 .write_table("csv", report.candidates.iter())?;

@@ -1,11 +1,11 @@
 //! `device emulate`.
 
-use crate::emulator::{Emulated, Emulation, Terminal, emulate};
-use crate::failure::Failure;
 use crate::output::{Output, note};
 use crate::quantity::Time;
 use clap::Args;
-use haptic_loop::remote::LineFaults;
+use haptic_experiment::failure::Failure;
+use haptic_remote::LineFaults;
+use haptic_remote::emulator::{Emulated, Emulation, EmulatorError, Terminal, emulate};
 use serde::Serialize;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -126,7 +126,7 @@ impl Arguments {
         };
         let (faults, seed) = self.faults.faults()?;
         let stop = crate::command::experiment::stop_on_interrupt()?;
-        let terminal = Terminal::open(self.link.as_deref())?;
+        let terminal = Terminal::open(self.link.as_deref()).map_err(failed)?;
         let started = Started {
             path: terminal.path().display().to_string(),
             device: format!("serial:{}", terminal.path().display()),
@@ -146,11 +146,21 @@ impl Arguments {
             link: self.link,
             duration,
         };
-        let done = emulate(&terminal, &emulation, stop)?;
+        let done = emulate(&terminal, &emulation, stop).map_err(failed)?;
         if !output.quiet {
             note("emulated", in_words(&done));
         }
         Ok(())
+    }
+}
+
+/// A device that could not be emulated, with the option that mends it.
+fn failed(error: EmulatorError) -> Failure {
+    match error {
+        EmulatorError::Link { .. } => Failure::bad_input(format_args!("{error} with --link")),
+        EmulatorError::Terminal(_) => Failure::Device(error.into()),
+        EmulatorError::Device(_) => Failure::Run(error.into()),
+        _ => Failure::input(error),
     }
 }
 

@@ -1,10 +1,10 @@
 //! `device flash`: program a board through probe-rs.
 
 use super::PortArguments;
-use crate::device::firmware_version;
-use crate::failure::Failure;
-use crate::output::{Output, note};
+use crate::output::{Output, note, warn};
 use clap::Args;
+use haptic_experiment::device::firmware_version;
+use haptic_experiment::failure::Failure;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -94,7 +94,7 @@ impl Arguments {
             .port
             .patience()?
             .max(std::time::Duration::from_secs(10));
-        let link = self.port.name()?.connect(patience)?;
+        let link = self.port.name()?.connect(patience, &warn)?;
         if let Some(identity) = &identity {
             identity.compare(&Identity {
                 board: link.capabilities().board().to_owned(),

@@ -1,13 +1,13 @@
 //! `device info`.
 
 use super::PortArguments;
-use crate::device::{at_port, firmware_version};
-use crate::failure::Failure;
 use crate::output::Output;
 use clap::Args;
+use haptic_experiment::device::{at_port, firmware_version};
+use haptic_experiment::failure::Failure;
 use haptic_link::{Statistics, Status};
 use haptic_loop::Fault;
-use haptic_loop::remote::serial::SerialLink;
+use haptic_remote::serial::SerialLink;
 use serde::Serialize;
 use std::io::{self, Write};
 use std::time::Duration;

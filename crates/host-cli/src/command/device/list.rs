@@ -1,10 +1,10 @@
 //! `device list`.
 
-use crate::device::firmware_version;
-use crate::failure::Failure;
 use crate::output::Output;
 use clap::Args;
-use haptic_loop::remote::serial::{ConnectOptions, SerialLink, ports};
+use haptic_experiment::device::firmware_version;
+use haptic_experiment::failure::Failure;
+use haptic_remote::serial::{ConnectOptions, SerialLink, ports};
 use serde::Serialize;
 use std::time::Duration;
 

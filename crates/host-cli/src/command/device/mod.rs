@@ -8,11 +8,12 @@ pub mod monitor;
 pub mod parameters;
 pub mod set;
 
-use crate::device::{DeviceName, SerialName};
-use crate::failure::Failure;
 use crate::output::Output;
+use crate::output::warn;
 use clap::{Args, Subcommand};
-use haptic_loop::remote::serial::SerialLink;
+use haptic_experiment::device::{DeviceName, SerialName};
+use haptic_experiment::failure::Failure;
+use haptic_remote::serial::SerialLink;
 use std::time::Duration;
 
 /// `device …`.
@@ -90,10 +91,10 @@ impl PortArguments {
 
     /// One attempt.
     fn connect_once(&self) -> Result<SerialLink, Failure> {
-        self.name()?.connect(Duration::ZERO)
+        self.name()?.connect(Duration::ZERO, &warn)
     }
 
     fn connect(&self) -> Result<SerialLink, Failure> {
-        self.name()?.connect(self.patience()?)
+        self.name()?.connect(self.patience()?, &warn)
     }
 }

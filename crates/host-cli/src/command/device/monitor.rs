@@ -4,15 +4,15 @@ use super::PortArguments;
 use super::info::fault_in_words;
 use crate::command::experiment::stop_on_interrupt;
 use crate::command::live::LiveArguments;
-use crate::experiment::recorder::{Recorded, Recorder};
-use crate::failure::Failure;
-use crate::folder::FolderRequest;
+use crate::files::folder;
 use crate::output::{Output, note};
 use crate::quantity::Time;
-use crate::record::{StartTime, TickMessage};
 use clap::Args;
+use haptic_experiment::failure::Failure;
+use haptic_experiment::recorder::{Recorded, Recorder};
 use haptic_link::{BATCH_MAX, Sample};
-use haptic_loop::remote::serial::{Heard, SerialLink};
+use haptic_log::record::{StartTime, TickMessage};
+use haptic_remote::serial::{Heard, SerialLink};
 use indicatif::{ProgressBar, ProgressDrawTarget};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -81,13 +81,7 @@ impl Arguments {
         let stop = stop_on_interrupt()?;
         let live = self.live.open(true, output)?;
         let mut link = self.port.connect()?;
-        let folder = FolderRequest {
-            out: self.out.clone(),
-            stem: "monitor".to_owned(),
-            overwrite: self.overwrite,
-            roll_bytes: None,
-        }
-        .prepare()?;
+        let folder = folder(self.out.clone(), "monitor", self.overwrite).prepare()?;
         let mut watch = Watch {
             every: self.every,
             until: duration.map(|duration| Instant::now() + duration),

@@ -2,21 +2,22 @@
 
 use super::PortArguments;
 use super::parameters::{Parameters, SafetyParameters};
+use crate::choice::choice;
 use crate::command::experiment::{order, parse_dissipation, parse_order, parse_scheme};
-use crate::device::{Loop, at_port};
-use crate::experiment::GuardChoice;
-use crate::experiment::refused::single;
-use crate::experiment::remote::guard_of;
-use crate::experiment::safety::{GuardedDevice, speed, workspace};
-use crate::failure::Failure;
 use crate::output::{Output, note};
 use crate::quantity::{
     Damping, Delay, Force, ForceRate, Length, Mass, Speed, Stiffness, Time, Workspace,
 };
 use clap::Args;
 use fracdiff::{Operator, Scheme, Seconds};
+use haptic_experiment::GuardChoice;
+use haptic_experiment::device::{Loop, at_port};
+use haptic_experiment::failure::Failure;
+use haptic_experiment::refused::single;
+use haptic_experiment::remote::guard_of;
+use haptic_experiment::safety::{GuardedDevice, speed, workspace};
 use haptic_link::{Configuration, Guard, GuardKind, Limits, LoopMode, SimulationKind};
-use haptic_loop::remote::{operator_shape, wire_guard};
+use haptic_remote::{operator_shape, wire_guard};
 use std::io::{self, Write};
 
 /// Arguments of `device get`.
@@ -37,7 +38,7 @@ pub struct SetArguments {
     #[command(flatten)]
     port: PortArguments,
     /// Where the loop is closed
-    #[arg(long = "loop", value_enum)]
+    #[arg(long = "loop", value_parser = choice::<Loop>())]
     loop_mode: Option<Loop>,
     /// Sample time of the loop; the operator must be given again with it
     #[arg(long, allow_hyphen_values = true)]
@@ -106,7 +107,7 @@ pub struct SetArguments {
     #[arg(long, allow_hyphen_values = true, help_heading = "Safety")]
     jump: Option<Length>,
     /// Keep the loop from feeding the device energy
-    #[arg(long, value_enum, help_heading = "Safety")]
+    #[arg(long, value_parser = choice::<GuardChoice>(), help_heading = "Safety")]
     guard: Option<GuardChoice>,
     /// Mass of a real device, for --guard observer and --braking; 0 for unknown
     #[arg(

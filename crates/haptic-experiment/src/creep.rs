@@ -1,0 +1,154 @@
+//! Creep: push with a constant force, record the strain.
+//!
+//! The indenter pushes the renderer with σ₀·A from t = 0; the renderer opposes it with the force of
+//! the virtual tissue, and both sink in. The closed form is that of the tissue alone; the masses and
+//! the damping of the rig, 7 N·s/m together, slow the start down.
+
+use super::judge::creep_strain;
+use super::kept::{Sample, Samples};
+use super::outcome::{Comparison, Judged, publish};
+use super::rendering::Rendering;
+use super::report::Report;
+use super::run::{Ran, Supervisor};
+use super::track::{Track, operator};
+use crate::curves::{Published, Quantity, TheoryCurves};
+use crate::failure::Failure;
+use crate::folder::FolderRequest;
+use fracdiff::{Differintegrator as _, Seconds};
+use haptic_loop::plant::RigDrive;
+use haptic_loop::units::{Metres, Pascals};
+use std::collections::BTreeMap;
+
+/// The comparison with the closed form begins here, s: before, the rig itself is moving.
+const FROM_S: f64 = 1.0;
+
+/// A creep experiment.
+#[derive(Clone, Debug)]
+pub struct Creep {
+    /// What is rendered, and how.
+    pub rendering: Rendering,
+    /// σ₀, Pa, above 0.
+    pub stress_pa: f64,
+    /// How long, s.
+    pub duration_s: f64,
+}
+
+impl Creep {
+    /// Runs the experiment; log and CSV go into the folder.
+    ///
+    /// # Errors
+    /// Bad parameters, before any file is made; a log or CSV that cannot be written.
+    pub fn run(
+        &self,
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Published<Report, TheoryCurves>, Failure> {
+        let ran = self.record(request, supervisor)?;
+        let reported = self.report(&ran)?;
+        Ok(Published::new(reported, ran.folder))
+    }
+
+    /// Runs the loop and writes the log.
+    pub(super) fn record(
+        &self,
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Ran, Failure> {
+        let samples = self.check()?;
+        let push = self.rendering.specimen.force(Pascals(self.stress_pa));
+        let drive = RigDrive::Force(push);
+        let metadata = self.metadata(drive);
+        (self.rendering).run(drive, samples, request, metadata, supervisor)
+    }
+
+    /// Judges a run; the CSV goes beside its log.
+    pub(super) fn report(&self, ran: &Ran) -> Result<(Report, Option<TheoryCurves>), Failure> {
+        let judge = self.judge(ran)?;
+        let title = format!("Creep of {}", self.rendering.material.description);
+        let remark = format!("{} Pa from t = 0", self.stress_pa);
+        let comparison = Comparison {
+            quantity: Quantity::Strain,
+            from_s: FROM_S,
+            title: &title,
+            remark: &remark,
+        };
+        publish(comparison, &self.rendering, ran, judge)
+    }
+
+    /// The number of samples, if all parameters are good.
+    ///
+    /// # Errors
+    /// A stress, duration or sample time outside its range.
+    pub fn check(&self) -> Result<u64, Failure> {
+        if !(self.stress_pa > 0.0 && self.stress_pa <= 1e9) {
+            return Err(Failure::bad_input(format_args!(
+                "stress {} Pa is not in (0, 1e9] Pa: give `stress_pa`, as in 100",
+                self.stress_pa
+            )));
+        }
+        self.rendering.samples(self.duration_s)
+    }
+
+    /// Judges sample by sample.
+    fn judge<'a>(&'a self, ran: &Ran) -> Result<impl FnMut(&Sample) -> Judged + 'a, Failure> {
+        let Rendering {
+            material, specimen, ..
+        } = &self.rendering;
+        let samples = Samples::of(&ran.record, &ran.log.paths);
+        let mut history = self.rendering.full_history(samples, self.duration_s)?;
+        let mut ideal = Track::new(
+            samples,
+            |x| {
+                let mut strain = self.without_rig(x.len() as u64)?;
+                Ok(x.iter().map(|_| strain()).collect())
+            },
+            || {
+                let mut strain = self.without_rig(self.rendering.samples(self.duration_s)?)?;
+                Ok(Box::new(move |_, _| strain()))
+            },
+        )?;
+        Ok(move |sample: &Sample| {
+            let closed_form = creep_strain(material.tissue(), self.stress_pa, sample.time_s);
+            let value = specimen.strain(Metres(sample.position_m));
+            Judged {
+                ideal_position_m: specimen.displacement(closed_form).0,
+                full_history_force_n: history.at(sample),
+                value,
+                closed_form,
+                ideal: ideal.at(sample),
+                with_rig: value,
+            }
+        })
+    }
+
+    /// Strain of the sampled tissue alone, without mass or damping of a rig: at each tick the strain
+    /// whose stress is σ₀. The push acts from the first sample on, so the strain is never zero.
+    ///
+    /// ```text
+    /// σ₀ = E₀·ε[n] + η·(g·ε[n] + S[n])    ⇒    ε[n] = (σ₀ − η·S[n])/(E₀ + η·g)
+    /// ```
+    fn without_rig(&self, samples: u64) -> Result<impl FnMut() -> f64 + use<>, Failure> {
+        let tissue = self.rendering.material.tissue();
+        let t = Seconds(self.rendering.sample_time_s);
+        let kernel = self.rendering.reference_kernel();
+        let mut channel = operator(kernel, tissue.order(), t, samples)?;
+        let (modulus, viscosity) = (tissue.elastic_modulus().0, tissue.viscosity_pa_s_alpha());
+        let stiffness = modulus + viscosity * channel.operator().direct_gain();
+        let stress_pa = self.stress_pa;
+        Ok(move || {
+            // The output for a strain of zero is the past alone.
+            let strain = (stress_pa - viscosity * channel.output(0.0)) / stiffness;
+            channel.advance(strain);
+            strain
+        })
+    }
+
+    /// Everything needed to repeat the run.
+    fn metadata(&self, drive: RigDrive) -> BTreeMap<String, String> {
+        let mut metadata = self.rendering.metadata("creep", drive);
+        let mut add = |key: &str, value: String| metadata.insert(key.to_owned(), value);
+        add("stress_pa", self.stress_pa.to_string());
+        add("duration_s", self.duration_s.to_string());
+        metadata
+    }
+}

@@ -1,0 +1,120 @@
+//! Curves of a finished run, for whoever draws them. An experiment draws nothing itself.
+
+use crate::folder::OutputFolder;
+
+/// Where a quantity comes from: the device decides. No instrument measured it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// A simulated device.
+    Simulated,
+    /// A device's own record of what it commanded and read.
+    Rendered,
+}
+
+impl Origin {
+    /// Of a device that says whether it simulates its plant; `None` without a link, which is a simulation too.
+    #[must_use]
+    pub const fn of_device(simulates: Option<bool>) -> Self {
+        match simulates {
+            None | Some(true) => Self::Simulated,
+            Some(false) => Self::Rendered,
+        }
+    }
+
+    /// The word for it.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Simulated => "simulated",
+            Self::Rendered => "rendered",
+        }
+    }
+}
+
+/// The quantity that is held against its closed form.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// Force, N.
+    Force,
+    /// Strain, dimensionless.
+    Strain,
+}
+
+impl Quantity {
+    /// The word for it.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Force => "force",
+            Self::Strain => "strain",
+        }
+    }
+}
+
+/// A run beside its closed form. The slices belong together point by point; long runs are thinned without losing a
+/// peak.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TheoryCurves {
+    /// One line: which experiment, of what, simulated or rendered.
+    pub title: String,
+    /// Name of the tissue.
+    pub tissue: String,
+    /// Its order α.
+    pub order: f64,
+    /// Name of the device.
+    pub device: String,
+    /// The operator.
+    pub scheme: String,
+    /// How the tissue was moved or loaded.
+    pub remark: String,
+    /// Which quantity.
+    pub quantity: Quantity,
+    /// Where it comes from.
+    pub origin: Origin,
+    /// Time since contact or since the load, s.
+    pub time_s: Vec<f64>,
+    /// The quantity, N or 1.
+    pub values: Vec<f64>,
+    /// The quantity in closed form.
+    pub closed_form: Vec<f64>,
+    /// Its relative error; NaN where it has no meaning.
+    pub relative_error: Vec<f64>,
+}
+
+/// The trial of a wall.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WallCurves {
+    /// One line: wall, device, operator, verdict.
+    pub subtitle: String,
+    /// Where the force comes from.
+    pub origin: Origin,
+    /// Place of rest, m; `None` where no spring holds the push.
+    pub expected_deflection_m: Option<f64>,
+    /// Time, s.
+    pub time_s: Vec<f64>,
+    /// Position, m.
+    pub position_m: Vec<f64>,
+    /// Force of the wall, opposed to the motion, N.
+    pub force_n: Vec<f64>,
+}
+
+/// What an experiment leaves: a report, and where its further files belong.
+#[derive(Debug)]
+pub struct Published<R, C> {
+    /// The report. Whoever saves a picture names it there.
+    pub report: R,
+    /// Curves to draw; `None` for a run that was cut short.
+    pub curves: Option<C>,
+    /// The folder of the log.
+    pub folder: OutputFolder,
+}
+
+impl<R, C> Published<R, C> {
+    pub(crate) fn new((report, curves): (R, Option<C>), folder: OutputFolder) -> Self {
+        Self {
+            report,
+            curves,
+            folder,
+        }
+    }
+}

@@ -1,0 +1,225 @@
+//! Which device an experiment runs on: `sim`, or `serial:PATH[@BAUD]`.
+
+use crate::failure::Failure;
+use crate::named::Named;
+use haptic_link::{Hello, LoopMode};
+use haptic_remote::serial::{ConnectOptions, SerialError, SerialLink, ports};
+use std::fmt;
+use std::str::FromStr;
+use std::time::Duration;
+
+/// Hears what a user should know before a run is over, a sentence each.
+pub type Warn<'a> = &'a (dyn Fn(&str) + Sync);
+
+/// A device by name.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum DeviceName {
+    /// `sim`: simulated in this program.
+    #[default]
+    Simulated,
+    /// `serial:PATH[@BAUD]`.
+    Serial(SerialName),
+}
+
+/// A serial device by name.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SerialName {
+    /// The port; `auto` for the only one at which a device answers.
+    pub path: String,
+    /// Bits per second; `None` tries the speeds that boards have.
+    pub baud: Option<u32>,
+}
+
+impl FromStr for DeviceName {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "sim" {
+            return Ok(Self::Simulated);
+        }
+        let named = text.strip_prefix("serial:").filter(|name| !name.is_empty());
+        let Some(name) = named else {
+            return Err(format!(
+                "device \"{text}\" is not one of sim, serial:PATH[@BAUD], serial:auto"
+            ));
+        };
+        let (path, baud) = match name.rsplit_once('@') {
+            Some((path, baud)) => {
+                let parsed = baud
+                    .parse()
+                    .ok()
+                    .filter(|baud| (1200..=12_000_000).contains(baud));
+                let baud = parsed.ok_or_else(|| {
+                    format!("\"{baud}\" is not a number of baud from 1200 to 12000000")
+                })?;
+                (path, Some(baud))
+            }
+            None => (name, None),
+        };
+        Ok(Self::Serial(SerialName {
+            path: path.to_owned(),
+            baud,
+        }))
+    }
+}
+
+impl fmt::Display for DeviceName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Simulated => f.write_str("sim"),
+            Self::Serial(name) => name.fmt(f),
+        }
+    }
+}
+
+impl fmt::Display for SerialName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "serial:{}", self.path)?;
+        self.baud.map_or(Ok(()), |baud| write!(f, "@{baud}"))
+    }
+}
+
+impl SerialName {
+    /// Connects, and tells `warn` what is worth saying about the port.
+    ///
+    /// # Errors
+    /// Exit code 3: no port, no device, no answer.
+    pub fn connect(&self, patience: Duration, warn: Warn<'_>) -> Result<SerialLink, Failure> {
+        let link = if self.path == "auto" {
+            self.find()?
+        } else {
+            let options = ConnectOptions {
+                baud: self.baud,
+                patience,
+            };
+            SerialLink::connect(&self.path, options).map_err(|error| at_port(&self.path, &error))?
+        };
+        if let Some(latency_ms) = link.latency_ms().filter(|ms| *ms > 1) {
+            warn(&format!(
+                "the adapter at {} holds bytes back for {latency_ms} ms, too long for a loop at 1 kHz: as root, \
+                 echo 1 > /sys/bus/usb-serial/devices/{}/latency_timer",
+                link.path(),
+                link.path().rsplit('/').next().unwrap_or_default()
+            ));
+        }
+        Ok(link)
+    }
+
+    /// The only port at which a device answers.
+    fn find(&self) -> Result<SerialLink, Failure> {
+        let options = ConnectOptions {
+            baud: self.baud,
+            patience: Duration::ZERO,
+        };
+        let ports = ports();
+        let mut found = Vec::new();
+        for port in &ports {
+            if let Ok(link) = SerialLink::connect(&port.path, options) {
+                found.push(link);
+            }
+        }
+        let names: Vec<&str> = found.iter().map(SerialLink::path).collect();
+        match names.as_slice() {
+            [] => Err(Failure::Device(anyhow::anyhow!(
+                "no device answers at any of the {} serial ports: is it plugged in and flashed? An emulated \
+                 one is not found this way, give its path",
+                ports.len()
+            ))),
+            [_] => found
+                .pop()
+                .ok_or_else(|| Failure::Device(anyhow::anyhow!("the device is gone"))),
+            several => Err(Failure::bad_input(format_args!(
+                "devices answer at {}: name one with `device` = serial:PATH",
+                several.join(", ")
+            ))),
+        }
+    }
+}
+
+/// The version of a device's firmware, as a person writes it.
+#[must_use]
+pub fn firmware_version(hello: &Hello) -> String {
+    let [major, minor, patch] = hello.firmware;
+    format!("{major}.{minor}.{patch}")
+}
+
+/// A serial device that cannot be used, with its port: exit code 3.
+#[must_use]
+pub fn at_port(path: &str, error: &SerialError) -> Failure {
+    let text = error.to_string();
+    Failure::Device(if text.contains(path) {
+        anyhow::anyhow!("{text}")
+    } else {
+        anyhow::anyhow!("{path}: {text}")
+    })
+}
+
+/// Where the loop is closed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Loop {
+    /// On the device; this program sets parameters and records.
+    #[default]
+    Device,
+    /// Here; the device reports its position and applies the force it is sent.
+    Host,
+}
+
+impl Named for Loop {
+    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
+        (
+            Self::Device,
+            "device",
+            "On the device; this program sets parameters and records",
+        ),
+        (
+            Self::Host,
+            "host",
+            "Here; the device reports its position and applies the force it is sent",
+        ),
+    ];
+}
+
+impl From<Loop> for LoopMode {
+    fn from(chosen: Loop) -> Self {
+        match chosen {
+            Loop::Device => Self::Device,
+            Loop::Host => Self::Host,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_says_port_and_speed() {
+        let serial = |path: &str, baud| {
+            Ok(DeviceName::Serial(SerialName {
+                path: path.to_owned(),
+                baud,
+            }))
+        };
+        assert_eq!("sim".parse(), Ok(DeviceName::Simulated));
+        assert_eq!("serial:/dev/ttyACM0".parse(), serial("/dev/ttyACM0", None));
+        assert_eq!("serial:COM3@115200".parse(), serial("COM3", Some(115_200)));
+        assert_eq!(
+            "serial:/dev/ttyACM0@3000000".parse(),
+            serial("/dev/ttyACM0", Some(3_000_000))
+        );
+        for name in ["sim", "serial:/dev/pts/1", "serial:/dev/pts/1@115200"] {
+            let parsed: DeviceName = name.parse().expect("valid");
+            assert_eq!(parsed.to_string(), name);
+        }
+        for bad in [
+            "",
+            "serial",
+            "serial:",
+            "usb:1",
+            "serial:/dev/x@fast",
+            "serial:/dev/x@1",
+        ] {
+            assert!(bad.parse::<DeviceName>().is_err(), "{bad}");
+        }
+    }
+}

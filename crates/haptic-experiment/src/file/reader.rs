@@ -1,0 +1,364 @@
+//! A TOML table read key by key, so that every refusal names its line.
+
+use crate::input::short;
+use crate::named::Named;
+use std::fmt;
+use std::path::{Path, PathBuf};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// A file that is wrong: where, and what about it. Prints as one line.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FileError {
+    path: PathBuf,
+    /// From 1; `None` for a file that could not be read.
+    line: Option<usize>,
+    reason: String,
+}
+
+impl FileError {
+    /// A file that could not be read at all.
+    pub(super) fn unreadable(path: &Path, error: &std::io::Error) -> Self {
+        Self {
+            path: path.to_owned(),
+            line: None,
+            reason: error.to_string(),
+        }
+    }
+}
+
+impl fmt::Display for FileError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (path, reason) = (self.path.display(), &self.reason);
+        match self.line {
+            Some(line) => write!(f, "{path}:{line}: {reason}"),
+            None => write!(
+                f,
+                "cannot read the experiment file `{path}`: {reason}; give the path of a TOML file"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for FileError {}
+
+/// What a number may be. All ranges are of finite numbers.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Range {
+    Above(f64),
+    AtLeast(f64),
+    Within(f64, f64),
+    AboveUpTo(f64, f64),
+}
+
+impl Range {
+    fn contains(self, x: f64) -> bool {
+        x.is_finite()
+            && match self {
+                Self::Above(low) => x > low,
+                Self::AtLeast(low) => x >= low,
+                Self::Within(low, high) => (low..=high).contains(&x),
+                Self::AboveUpTo(low, high) => x > low && x <= high,
+            }
+    }
+}
+
+impl fmt::Display for Range {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Above(low) => write!(f, "above {low}"),
+            Self::AtLeast(low) => write!(f, "at least {low}"),
+            Self::Within(low, high) if high >= 1e6 => write!(f, "in [{low:e}, {high:e}]"),
+            Self::Within(low, high) => write!(f, "in [{low}, {high}]"),
+            Self::AboveUpTo(low, high) => write!(f, "in ({low}, {high}]"),
+        }
+    }
+}
+
+/// A file and its text, for messages.
+#[derive(Clone, Copy, Debug)]
+struct Source<'a> {
+    path: &'a Path,
+    text: &'a str,
+}
+
+impl Source<'_> {
+    fn fail(self, offset: usize, reason: impl Into<String>) -> FileError {
+        let before = &self.text.as_bytes()[..offset.min(self.text.len())];
+        FileError {
+            path: self.path.to_owned(),
+            line: Some(1 + before.iter().filter(|byte| **byte == b'\n').count()),
+            reason: reason.into(),
+        }
+    }
+}
+
+/// A whole file.
+#[derive(Debug)]
+pub(super) struct Document<'a> {
+    source: Source<'a>,
+    root: DeTable<'a>,
+}
+
+/// One table of it, with the keys it may have.
+#[derive(Debug)]
+pub(super) struct Table<'a> {
+    source: Source<'a>,
+    name: &'a str,
+    offset: usize,
+    entries: &'a DeTable<'a>,
+}
+
+/// A value and where it stands.
+type Value<'a> = (&'a DeValue<'a>, usize);
+
+impl<'a> Document<'a> {
+    pub(super) fn parse(path: &'a Path, text: &'a str) -> Result<Self, FileError> {
+        let source = Source { path, text };
+        let root = DeTable::parse(text).map_err(|error| {
+            let span = error.span().unwrap_or_default();
+            // One line; TOML's own message may have several.
+            let lines: Vec<&str> = error.message().lines().collect();
+            let reason = match (lines.as_slice(), text.get(span.clone())) {
+                (["duplicate key"], Some(key)) => {
+                    format!(
+                        "duplicate key `{}`: leave all but one of them out",
+                        short(key)
+                    )
+                }
+                _ => lines.join("; "),
+            };
+            source.fail(span.start, reason)
+        })?;
+        Ok(Self {
+            source,
+            root: root.into_inner(),
+        })
+    }
+
+    /// The one table of the file, which must be of one of these kinds.
+    pub(super) fn only_table<'k>(
+        &'a self,
+        kinds: &[&'k str],
+    ) -> Result<(&'k str, Table<'a>), FileError> {
+        let tables: Vec<String> = kinds.iter().map(|kind| format!("[{kind}]")).collect();
+        let choice = format!("an experiment file has one of {}", tables.join(", "));
+        let mut found: Option<(&str, Table<'a>)> = None;
+        for (key, value) in in_order(&self.root) {
+            let (name, offset) = (key.get_ref().as_ref(), key.span().start);
+            let Some(kind) = kinds.iter().find(|kind| **kind == name) else {
+                let reason = match value.get_ref() {
+                    DeValue::Table(_) => format!("unknown table [{}]: {choice}", short(name)),
+                    _ => format!(
+                        "unknown key `{}` outside of any table: {choice}",
+                        short(name)
+                    ),
+                };
+                return Err(self.source.fail(offset, reason));
+            };
+            let DeValue::Table(entries) = value.get_ref() else {
+                let reason = format!("`{name}` is not a table: write [{name}]");
+                return Err(self.source.fail(offset, reason));
+            };
+            if found.is_some() {
+                let reason = format!("a second table [{name}]: {choice}");
+                return Err(self.source.fail(offset, reason));
+            }
+            let source = self.source;
+            found = Some((
+                kind,
+                Table {
+                    source,
+                    name,
+                    offset,
+                    entries,
+                },
+            ));
+        }
+        found.ok_or_else(|| self.source.fail(0, format!("no experiment: {choice}")))
+    }
+}
+
+impl<'a> Table<'a> {
+    /// Itself, if it has no other keys than these.
+    pub(super) fn with_keys(self, known: &[&[&str]]) -> Result<Self, FileError> {
+        for (key, _) in in_order(self.entries) {
+            let name = key.get_ref().as_ref();
+            let keys = || known.iter().flat_map(|keys| keys.iter().copied());
+            if !keys().any(|known| known == name) {
+                let name = &short(name);
+                let nearest = keys().min_by_key(|known| distance(known, name));
+                let advice = match nearest.filter(|known| distance(known, name) <= 3) {
+                    Some(nearest) => format!("did you mean `{nearest}`?"),
+                    None => format!("known are {}", keys().collect::<Vec<_>>().join(", ")),
+                };
+                let reason = format!("unknown key `{name}` in [{}]: {advice}", self.name);
+                return Err(self.source.fail(key.span().start, reason));
+            }
+        }
+        Ok(self)
+    }
+
+    /// An error that concerns the table as a whole.
+    pub(super) fn fail(&self, reason: String) -> FileError {
+        self.source.fail(self.offset, reason)
+    }
+
+    /// An error about a key; about the table if the key is not in the file.
+    pub(super) fn fail_at(&self, key: &str, reason: String) -> FileError {
+        let offset = self.find(key).map_or(self.offset, |(_, offset)| offset);
+        self.source.fail(offset, reason)
+    }
+
+    /// A path that starts from the folder of the file.
+    pub(super) fn beside(&self, path: &str) -> PathBuf {
+        let folder = self.source.path.parent();
+        folder.map_or_else(|| PathBuf::from(path), |folder| folder.join(path))
+    }
+
+    /// A number; one without a default must be there.
+    pub(super) fn number(
+        &self,
+        key: &str,
+        default: Option<f64>,
+        range: Range,
+    ) -> Result<f64, FileError> {
+        let Some((value, offset)) = self.find(key) else {
+            return default
+                .ok_or_else(|| self.fail(format!("missing key `{key}` in [{}]", self.name)));
+        };
+        let text = match value {
+            DeValue::Float(float) => float.as_str(),
+            DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str(),
+            DeValue::Integer(_) => {
+                let reason = format!("{key} is not written as a decimal number");
+                return Err(self.source.fail(offset, reason));
+            }
+            other => return Err(self.wrong_kind(key, other, offset, "a number")),
+        };
+        // TOML's numbers are all numbers of Rust, inf and nan included.
+        let number: f64 = text.parse().unwrap_or(f64::NAN);
+        if range.contains(number) {
+            Ok(number)
+        } else {
+            let advice = match default {
+                Some(default) => format!("change it, or leave it out for {default}"),
+                None => "change it".to_owned(),
+            };
+            let reason = format!("{key} = {number} is not {range}: {advice}");
+            Err(self.source.fail(offset, reason))
+        }
+    }
+
+    /// A number, if the key is there.
+    pub(super) fn number_if(&self, key: &str, range: Range) -> Result<Option<f64>, FileError> {
+        match self.find(key) {
+            None => Ok(None),
+            Some(_) => self.number(key, None, range).map(Some),
+        }
+    }
+
+    /// A whole number of at least 0.
+    pub(super) fn count(&self, key: &str, default: u64) -> Result<u64, FileError> {
+        match self.find(key) {
+            None => Ok(default),
+            Some((DeValue::Integer(integer), offset)) => {
+                let parsed = u64::from_str_radix(integer.as_str(), integer.radix());
+                parsed.map_err(|_| {
+                    let reason = format!(
+                        "{key} = {} is not a whole number from 0 to {}",
+                        integer.as_str(),
+                        u64::MAX
+                    );
+                    self.source.fail(offset, reason)
+                })
+            }
+            Some((other, offset)) => Err(self.wrong_kind(key, other, offset, "a whole number")),
+        }
+    }
+
+    pub(super) fn flag(&self, key: &str, default: bool) -> Result<bool, FileError> {
+        match self.find(key) {
+            None => Ok(default),
+            Some((DeValue::Boolean(flag), _)) => Ok(*flag),
+            Some((other, offset)) => Err(self.wrong_kind(key, other, offset, "true or false")),
+        }
+    }
+
+    pub(super) fn text(&self, key: &str, default: &'a str) -> Result<&'a str, FileError> {
+        match self.find(key) {
+            None => Ok(default),
+            Some((DeValue::String(text), _)) => Ok(text),
+            Some((other, offset)) => Err(self.wrong_kind(key, other, offset, "a string")),
+        }
+    }
+
+    /// One of the values that the command line knows for it.
+    pub(super) fn choice<T: Named>(&self, key: &str, default: T) -> Result<T, FileError> {
+        let text = match self.find(key) {
+            None => return Ok(default),
+            Some(_) => self.text(key, "")?,
+        };
+        T::named(text).ok_or_else(|| {
+            let names: Vec<&str> = T::CHOICES.iter().map(|choice| choice.1).collect();
+            let reason = format!(
+                "{key} = \"{}\" is not one of {}",
+                short(text),
+                names.join(", ")
+            );
+            self.fail_at(key, reason)
+        })
+    }
+
+    fn find(&self, key: &str) -> Option<Value<'a>> {
+        let entry = self.entries.iter().find(|(name, _)| name.get_ref() == key);
+        entry.map(|(_, value)| (value.get_ref(), value.span().start))
+    }
+
+    fn wrong_kind(&self, key: &str, value: &DeValue<'_>, offset: usize, wanted: &str) -> FileError {
+        let kind = value.type_str();
+        let article = if kind.starts_with(['a', 'i']) {
+            "an"
+        } else {
+            "a"
+        };
+        let shown = match value {
+            DeValue::String(text) => format!(" = \"{}\"", short(text)),
+            DeValue::Integer(integer) => format!(" = {}", short(integer.as_str())),
+            DeValue::Float(float) => format!(" = {}", short(float.as_str())),
+            DeValue::Boolean(flag) => format!(" = {flag}"),
+            _ => String::new(),
+        };
+        // A string may hold a line break.
+        let reason = format!("{key}{shown} is {article} {kind}, not {wanted}");
+        self.source.fail(offset, reason.replace('\n', "\\n"))
+    }
+}
+
+/// The entries of a table in the order of the file.
+fn in_order<'t, 'i>(
+    table: &'t DeTable<'i>,
+) -> Vec<(
+    &'t Spanned<toml::de::DeString<'i>>,
+    &'t Spanned<DeValue<'i>>,
+)> {
+    let mut entries: Vec<_> = table.iter().collect();
+    entries.sort_by_key(|(key, _)| key.span().start);
+    entries
+}
+
+/// Letters to change, add or leave out to make one word of the other (Levenshtein).
+fn distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, from) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, to) in b.iter().enumerate() {
+            let changed = diagonal + usize::from(from != *to);
+            diagonal = row[j + 1];
+            row[j + 1] = changed.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}

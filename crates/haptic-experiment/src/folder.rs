@@ -1,0 +1,330 @@
+//! Where an experiment puts its files: one folder, one stem, nothing overwritten unasked.
+
+use crate::failure::Failure;
+use haptic_log::record::{Leftover, NewFile, leftover_at, nth_file};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::{BufWriter, Write as _};
+use std::path::{Path, PathBuf};
+
+/// The files an experiment makes, by extension, and beside them the log of a fault. A log that was cut off keeps `.mcap.part`.
+const EXTENSIONS: [&str; 4] = ["mcap", "csv", "svg", "png"];
+
+/// Folder for results where none is given.
+const RESULTS: &str = "results";
+
+/// Where the user wants the files of an experiment; nothing is made or removed yet.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FolderRequest {
+    /// The folder, or the next free `results/STEM-0001`.
+    pub out: Option<PathBuf>,
+    /// The name that all files share.
+    pub stem: String,
+    /// Whether files of an earlier run may be replaced.
+    pub overwrite: bool,
+    /// A file of the log that has so many bytes is followed by another; `None` for one file.
+    pub roll_bytes: Option<u64>,
+    /// What made the log, for its metadata: program, command line.
+    pub provenance: BTreeMap<String, String>,
+}
+
+/// A folder and the name that all files of an experiment share.
+#[derive(Debug)]
+pub struct OutputFolder {
+    path: PathBuf,
+    stem: String,
+    overwrite: bool,
+    roll_bytes: Option<u64>,
+    /// Folders that did not exist before, outermost first.
+    made: Vec<PathBuf>,
+}
+
+impl FolderRequest {
+    /// Makes the folder. Old files stay until new ones take their place.
+    ///
+    /// # Errors
+    /// If it cannot be made or written to, or holds files of this name and `overwrite` is not set.
+    pub fn prepare(&self) -> Result<OutputFolder, Failure> {
+        let mut folder = OutputFolder {
+            path: PathBuf::new(),
+            stem: self.stem.clone(),
+            overwrite: self.overwrite,
+            roll_bytes: self.roll_bytes,
+            made: Vec::new(),
+        };
+        let result = match &self.out {
+            Some(out) => {
+                folder.path.clone_from(out);
+                folder.make(out)
+            }
+            None => folder.make_next_free(),
+        };
+        let result = result.and_then(|()| folder.check_room());
+        match result {
+            Ok(()) => Ok(folder),
+            Err(error) => {
+                folder.discard();
+                Err(error)
+            }
+        }
+    }
+}
+
+impl OutputFolder {
+    /// Makes a folder and all above it that are missing.
+    fn make(&mut self, path: &Path) -> Result<(), Failure> {
+        let missing = path.ancestors().filter(|path| !path.as_os_str().is_empty());
+        let missing: Vec<&Path> = missing.take_while(|path| !path.exists()).collect();
+        for path in missing.into_iter().rev() {
+            match fs::create_dir(path) {
+                Ok(()) => self.made.push(path.to_owned()),
+                Err(error) => return Err(cannot_make(path, error)),
+            }
+        }
+        if path.is_dir() {
+            Ok(())
+        } else {
+            Err(cannot_make(path, std::io::ErrorKind::NotADirectory.into()))
+        }
+    }
+
+    /// Makes the first `results/STEM-NNNN` that does not exist.
+    fn make_next_free(&mut self) -> Result<(), Failure> {
+        self.make(Path::new(RESULTS))?;
+        for number in 1..=9999 {
+            self.path = Path::new(RESULTS).join(format!("{}-{number:04}", self.stem));
+            match fs::create_dir(&self.path) {
+                Ok(()) => {
+                    self.made.push(self.path.clone());
+                    return Ok(());
+                }
+                Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => {}
+                Err(error) => return Err(cannot_make(&self.path, error)),
+            }
+        }
+        Err(Failure::bad_input(format_args!(
+            "`{RESULTS}` holds {0}-0001 to {0}-9999: move some away, or give `out`",
+            self.stem
+        )))
+    }
+
+    /// Refuses files of this name unless they may be replaced, and a log that was cut off always.
+    fn check_room(&self) -> Result<(), Failure> {
+        let cut = self.file("mcap.part");
+        if cut.exists() {
+            return Err(leftover_at(&cut).into());
+        }
+        // The log of a fault, and the second file of a log in several.
+        let log = self.file("mcap");
+        let others = [fault_log_of(&log), nth_file(&log, 2)];
+        for other in &others {
+            let mut cut = other.clone().into_os_string();
+            cut.push(".part");
+            let cut = PathBuf::from(cut);
+            if cut.exists() {
+                return Err(leftover_at(&cut).into());
+            }
+        }
+        let taken = EXTENSIONS.map(|extension| self.file(extension));
+        match taken.into_iter().chain(others).find(|file| file.exists()) {
+            Some(taken) if !self.overwrite => Err(Failure::bad_input(format_args!(
+                "`{}` already exists: choose another folder with `out`, or give `overwrite`",
+                taken.display()
+            ))),
+            _ => Ok(()),
+        }
+    }
+
+    /// Takes back what was made, for a run that never began: folders that are still empty.
+    pub fn discard(&self) {
+        for path in self.made.iter().rev() {
+            // Fails on a folder that holds anything, which is what is wanted.
+            let _ = fs::remove_dir(path);
+        }
+    }
+
+    /// Removes CSV and pictures of an earlier run, which would pass for those of a run that made none.
+    pub fn remove_stale_results(&self) {
+        for extension in ["csv", "svg", "png"] {
+            // Nothing there is as good.
+            let _ = fs::remove_file(self.file(extension));
+        }
+    }
+
+    /// What the files of a picture are called, without their extensions.
+    #[must_use]
+    pub fn stem(&self) -> PathBuf {
+        self.path.join(&self.stem)
+    }
+
+    /// Whether files of an earlier run may be replaced.
+    #[must_use]
+    pub const fn overwrite(&self) -> bool {
+        self.overwrite
+    }
+
+    /// See [`FolderRequest::roll_bytes`].
+    #[must_use]
+    pub const fn roll_bytes(&self) -> Option<u64> {
+        self.roll_bytes
+    }
+
+    /// The file with this extension.
+    #[must_use]
+    pub fn file(&self, extension: &str) -> PathBuf {
+        self.path.join(format!("{}.{extension}", self.stem))
+    }
+
+    /// A further file of the experiment: STEM-SUFFIX.EXTENSION.
+    #[must_use]
+    pub fn further_file(&self, suffix: &str, extension: &str) -> PathBuf {
+        self.path
+            .join(format!("{}-{suffix}.{extension}", self.stem))
+    }
+
+    /// Begins a table beside a log: rows under a header made of their fields' names.
+    ///
+    /// # Errors
+    /// If the file exists and may not be replaced, or cannot be made.
+    pub fn table_beside_log(&self, extension: &str) -> Result<Table, Failure> {
+        let beside_log = true;
+        Ok(Table {
+            beside_log,
+            ..self.table(extension)?
+        })
+    }
+
+    /// Begins a table.
+    fn table(&self, extension: &str) -> Result<Table, Failure> {
+        let (new_file, file) =
+            NewFile::create(&self.file(extension), Leftover::Discard, self.overwrite)?;
+        let writer = csv::Writer::from_writer(BufWriter::with_capacity(1 << 16, file));
+        Ok(Table {
+            new_file,
+            writer,
+            beside_log: false,
+        })
+    }
+
+    /// The same of rows without names of their own, lists or tuples, under these names.
+    ///
+    /// # Errors
+    /// As [`table_beside_log`](Self::table_beside_log), or if the disk does not take the names.
+    pub fn named_table_beside_log(
+        &self,
+        extension: &str,
+        names: &[&str],
+    ) -> Result<Table, Failure> {
+        self.table_beside_log(extension)?.named(names)
+    }
+
+    /// Writes a whole table of such rows and names it.
+    ///
+    /// # Errors
+    /// As [`write_table`](Self::write_table).
+    pub fn write_named_table<R: Serialize>(
+        &self,
+        extension: &str,
+        names: &[&str],
+        rows: impl Iterator<Item = R>,
+    ) -> Result<String, Failure> {
+        let mut table = self.table(extension)?.named(names)?;
+        rows.into_iter().try_for_each(|row| table.row(row))?;
+        table.finish()
+    }
+
+    /// Writes a whole table and names it.
+    ///
+    /// # Errors
+    /// If the disk does not take it; nothing is left behind then.
+    pub fn write_table<R: Serialize>(
+        &self,
+        extension: &str,
+        rows: impl Iterator<Item = R>,
+    ) -> Result<String, Failure> {
+        let mut table = self.table(extension)?;
+        rows.into_iter().try_for_each(|row| table.row(row))?;
+        table.finish()
+    }
+}
+
+/// A table that is being written; it appears when it is whole.
+#[derive(Debug)]
+pub struct Table {
+    new_file: NewFile,
+    writer: csv::Writer<BufWriter<File>>,
+    /// There is a log, which is whole before its table begins.
+    beside_log: bool,
+}
+
+impl Table {
+    /// Itself, with these names as the first row.
+    fn named(mut self, names: &[&str]) -> Result<Self, Failure> {
+        let written = self.writer.write_record(names);
+        written.map_err(|error| self.lost(error))?;
+        Ok(self)
+    }
+
+    /// Adds a row.
+    ///
+    /// # Errors
+    /// If the disk does not take it; nothing is left behind when the table is dropped then.
+    pub fn row(&mut self, row: impl Serialize) -> Result<(), Failure> {
+        let written = self.writer.serialize(row);
+        written.map_err(|error| self.lost(error))
+    }
+
+    /// Gives the table its name, and tells it.
+    ///
+    /// # Errors
+    /// If the disk does not take the last of it; nothing is left behind then.
+    pub fn finish(mut self) -> Result<String, Failure> {
+        let path = self.new_file.target().to_owned();
+        let flushed = self.writer.flush();
+        flushed.map_err(|error| self.lost(error.into()))?;
+        drop(self.writer);
+        self.new_file.publish()?;
+        Ok(path.display().to_string())
+    }
+
+    fn lost(&self, error: csv::Error) -> Failure {
+        let path = self.new_file.target().display();
+        let kept = if self.beside_log {
+            "the log is whole"
+        } else {
+            "nothing was left behind under that name, make space and try again"
+        };
+        let message = format!("writing `{path}` failed; {kept}");
+        Failure::DataLost(anyhow::Error::new(error).context(message))
+    }
+}
+
+fn cannot_make(path: &Path, error: std::io::Error) -> Failure {
+    let what = format_args!(
+        "cannot make the folder `{}`: choose a writable place with `out`",
+        path.display()
+    );
+    Failure::writing(error, what)
+}
+
+/// Writes a text file; it appears when it is whole.
+///
+/// # Errors
+/// If it exists and `overwrite` is not set, or the disk does not take it.
+pub fn write_text(path: &Path, text: &str, overwrite: bool) -> Result<(), Failure> {
+    let (new_file, mut file) = NewFile::create(path, Leftover::Discard, overwrite)?;
+    file.write_all(text.as_bytes()).map_err(|error| {
+        let message = format!("writing `{}` failed", path.display());
+        Failure::DataLost(anyhow::Error::new(error).context(message))
+    })?;
+    new_file.publish()?;
+    Ok(())
+}
+
+/// NAME-fault.mcap for NAME.mcap.
+#[must_use]
+pub fn fault_log_of(log: &Path) -> PathBuf {
+    let stem = log.file_stem().unwrap_or_default().to_string_lossy();
+    log.with_file_name(format!("{stem}-fault.mcap"))
+}

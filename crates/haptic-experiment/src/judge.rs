@@ -1,0 +1,302 @@
+//! What the force should have been: the full history, and closed forms.
+
+use fracdiff::full_memory::Kernel;
+use fracdiff::{Order, Seconds, batch};
+use haptic_loop::Tissue;
+
+/// D^μ of a whole record by its full history, no memory cut: [`batch::full_history`].
+///
+/// # Errors
+/// If the kernel's weights cannot be made, which valid orders and sample times rule out.
+pub fn full_history(
+    kernel: Kernel,
+    order: Order,
+    sample_time: Seconds,
+    x: &[f64],
+) -> anyhow::Result<Vec<f64>> {
+    Ok(batch::full_history(kernel, order, sample_time, x)?)
+}
+
+/// A wanted value below this share of the largest one counts as nothing: what is left there is rounding, and a
+/// relative error has no meaning.
+const NOTHING: f64 = 1e-9;
+
+/// |have/want − 1|; NaN where it has no meaning, that is where nothing was wanted.
+#[must_use]
+pub fn relative_error(have: f64, want: f64) -> f64 {
+    if want == 0.0 {
+        f64::NAN
+    } else {
+        (have - want).abs() / want.abs()
+    }
+}
+
+/// The largest relative error of a stretch of samples, or why there is none.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Compared {
+    /// The error; `None` where it has no meaning.
+    pub largest: Option<f64>,
+    /// Time of the first sample that was compared, s.
+    pub from_s: Option<f64>,
+    /// Time of the last one, s.
+    pub to_s: Option<f64>,
+    /// Number of samples that were compared.
+    pub samples: u64,
+    /// Why there is no error; `None` if there is one.
+    pub reason: Option<String>,
+}
+
+/// A time without the digits that binary fractions add, s.
+fn plain(time_s: f64) -> f64 {
+    (time_s * 1e9).round() / 1e9
+}
+
+impl Compared {
+    /// No error, for this reason.
+    #[must_use]
+    pub const fn without_meaning(reason: String) -> Self {
+        Self {
+            largest: None,
+            from_s: None,
+            to_s: None,
+            samples: 0,
+            reason: Some(reason),
+        }
+    }
+
+    /// One error of so many samples, from the first to the last of these times, s.
+    #[must_use]
+    pub fn of_window(error: f64, [from_s, to_s]: [f64; 2], samples: u64) -> Self {
+        if !error.is_finite() {
+            return Self::without_meaning("a value is not finite".to_owned());
+        }
+        Self {
+            largest: Some(error),
+            from_s: Some(plain(from_s)),
+            to_s: Some(plain(to_s)),
+            samples,
+            reason: None,
+        }
+    }
+}
+
+/// The largest relative error from a given time on, sample by sample.
+///
+/// Samples where nothing was wanted and nothing came have no relative error and are passed over. If nothing was
+/// wanted but something came, or nothing was wanted at all, the error has no meaning.
+#[derive(Clone, Debug)]
+pub struct LargestError {
+    from_s: f64,
+    wanted: &'static str,
+    unit: &'static str,
+    /// Largest magnitude that was wanted so far, before `from_s` too.
+    peak: f64,
+    /// Time of the last sample, s.
+    end_s: f64,
+    found: Compared,
+    /// Why the error has no meaning, once a sample has shown it.
+    spoilt: Option<String>,
+}
+
+impl LargestError {
+    /// Of no sample yet; those before `from_s` do not count. `wanted` and `unit`, with a space before it, are words
+    /// for the wanted values, as in `the closed form` and ` N`.
+    #[must_use]
+    pub const fn new(from_s: f64, wanted: &'static str, unit: &'static str) -> Self {
+        Self {
+            from_s,
+            wanted,
+            unit,
+            peak: 0.0,
+            end_s: 0.0,
+            found: Compared {
+                largest: None,
+                from_s: None,
+                to_s: None,
+                samples: 0,
+                reason: None,
+            },
+            spoilt: None,
+        }
+    }
+
+    /// Takes in a sample.
+    pub fn add(&mut self, time_s: f64, have: f64, want: f64) {
+        self.end_s = time_s;
+        if want.is_finite() {
+            self.peak = self.peak.max(want.abs());
+        }
+        // Half a nanosecond: times are multiples of T, rounded.
+        if time_s < self.from_s - 0.5e-9 || self.spoilt.is_some() {
+            return;
+        }
+        let nothing = NOTHING * self.peak;
+        let wanted_nothing = want.abs() <= nothing;
+        if wanted_nothing && have.abs() <= nothing {
+            return;
+        }
+        if wanted_nothing || !(have - want).is_finite() {
+            let Self { wanted, unit, .. } = self;
+            let want = if wanted_nothing { 0.0 } else { want };
+            self.spoilt = Some(format!(
+                "at {} s {wanted} is {want}{unit} and {have:.1e}{unit} came, so a relative error has no meaning",
+                plain(time_s)
+            ));
+            return;
+        }
+        let error = relative_error(have, want);
+        let found = &mut self.found;
+        found.largest = Some(found.largest.map_or(error, |most| most.max(error)));
+        found.from_s = found.from_s.or(Some(plain(time_s)));
+        found.to_s = Some(plain(time_s));
+        found.samples += 1;
+    }
+
+    /// The error, or why there is none.
+    #[must_use]
+    pub fn get(self) -> Compared {
+        let (from_s, end_s) = (plain(self.from_s), plain(self.end_s));
+        let Self { wanted, unit, .. } = self;
+        match self.spoilt {
+            Some(reason) => Compared::without_meaning(reason),
+            None if self.found.samples > 0 => self.found,
+            None if end_s < from_s => Compared::without_meaning(format!(
+                "the run ends at {end_s} s, the comparison begins at {from_s} s"
+            )),
+            None => Compared::without_meaning(format!(
+                "{wanted} is 0{unit} from {from_s} s on, so a relative error has no meaning"
+            )),
+        }
+    }
+
+    /// Takes in a whole run.
+    #[cfg(test)]
+    fn of(mut self, time_s: &[f64], have: &[f64], want: &[f64]) -> Compared {
+        for (&time_s, (&have, &want)) in time_s.iter().zip(have.iter().zip(want)) {
+            self.add(time_s, have, want);
+        }
+        self.get()
+    }
+}
+
+/// Strain of a tissue under a step of stress, closed form.
+///
+/// ```text
+/// ε(t) = (σ₀/E₀)·(1 − E_α(−(E₀/η)·t^α)),      E₀ = 0:  ε(t) = (σ₀/η)·t^α/Γ(1 + α)
+/// ```
+/// `E_α` is the Mittag-Leffler function (R. Gorenflo, F. Mainardi, *Fractional calculus*, 1997); zero
+/// for t ≤ 0. η = 0 is a spring, ε = σ₀/E₀.
+#[must_use]
+pub fn creep_strain(tissue: &Tissue, stress_pa: f64, time_s: f64) -> f64 {
+    use mittagleffler::MittagLeffler as _;
+    let (modulus, viscosity, alpha) = (
+        tissue.elastic_modulus().0,
+        tissue.viscosity_pa_s_alpha(),
+        tissue.order().get(),
+    );
+    if time_s <= 0.0 {
+        0.0
+    } else if viscosity == 0.0 {
+        stress_pa / modulus
+    } else if modulus == 0.0 {
+        stress_pa / viscosity * libm::pow(time_s, alpha) / libm::tgamma(1.0 + alpha)
+    } else if alpha == 0.0 {
+        // D⁰ is the identity: two springs side by side.
+        stress_pa / (modulus + viscosity)
+    } else {
+        let argument = -(modulus / viscosity) * libm::pow(time_s, alpha);
+        // None only for parameters outside 0 < α ≤ 1, which a tissue cannot have.
+        let value = argument
+            .mittag_leffler(alpha, 1.0)
+            .map_or(f64::NAN, |value| value.re);
+        stress_pa / modulus * (1.0 - value)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use haptic_loop::units::Pascals;
+
+    fn order(mu: f64) -> Order {
+        Order::new(mu).expect("valid")
+    }
+
+    #[test]
+    fn creep_agrees_with_50_digits() {
+        // tests/golden/make_golden.py: E_α(−z). With E₀ = 1, η = 1/z, t = 1 the argument is −z.
+        let golden = include_str!("../../../tests/golden/mittag_leffler.csv");
+        for line in golden.lines().skip(1) {
+            let cells: Vec<f64> = line
+                .split(',')
+                .map(|c| c.parse().expect("number"))
+                .collect();
+            let (alpha, z, value) = (cells[0], cells[1], cells[2]);
+            let tissue = Tissue::new(Pascals(1.0), 1.0 / z, order(alpha)).expect("valid");
+            let have = creep_strain(&tissue, 1.0, 1.0);
+            assert!(
+                (have - (1.0 - value)).abs() < 1e-12,
+                "α {alpha} z {z}: {have}"
+            );
+        }
+    }
+
+    #[test]
+    fn creep_of_a_soft_spring_tends_to_creep_without_one() {
+        let with = Tissue::new(Pascals(1e-4), 8650.0, order(0.2247)).expect("valid");
+        let without = Tissue::new(Pascals(0.0), 8650.0, order(0.2247)).expect("valid");
+        for t in [0.01, 1.0, 200.0] {
+            let (a, b) = (
+                creep_strain(&with, 100.0, t),
+                creep_strain(&without, 100.0, t),
+            );
+            assert!(relative_error(a, b) < 1e-6, "t {t}: {a} {b}");
+        }
+    }
+
+    const TIME: [f64; 4] = [0.0, 1.0, 2.0, 3.0];
+
+    fn compared(have: [f64; 4], want: [f64; 4], from_s: f64) -> Compared {
+        LargestError::new(from_s, "the closed form", " N").of(&TIME, &have, &want)
+    }
+
+    fn reason(compared: Compared) -> String {
+        assert_eq!((compared.largest, compared.samples), (None, 0));
+        assert_eq!((compared.from_s, compared.to_s), (None, None));
+        compared.reason.expect("a reason")
+    }
+
+    #[test]
+    fn the_largest_error_is_looked_for_in_its_window_only() {
+        let (have, want) = ([9.0, 1.0, 2.2, 3.0], [1.0, 1.0, 2.0, 3.0]);
+        let found = compared(have, want, 1.0);
+        let error = found.largest.expect("an error");
+        assert!((error - 0.1).abs() < 1e-15, "{error}");
+        assert_eq!((found.from_s, found.to_s), (Some(1.0), Some(3.0)));
+        assert_eq!((found.samples, found.reason), (3, None));
+        let late = reason(compared(have, want, 4.0));
+        assert_eq!(late, "the run ends at 3 s, the comparison begins at 4 s");
+    }
+
+    #[test]
+    fn an_error_without_meaning_is_none_with_its_reason() {
+        assert!(relative_error(0.0, 0.0).is_nan() && relative_error(1.0, 0.0).is_nan());
+        // Nothing wanted, nothing came: passed over.
+        let ramp = compared([0.0, 1.0, 2.0, 0.0], [0.0, 1.0, 2.0, 0.0], 0.0);
+        assert_eq!((ramp.largest, ramp.samples), (Some(0.0), 2));
+        assert_eq!((ramp.from_s, ramp.to_s), (Some(1.0), Some(2.0)));
+        // Rounding beside nothing is nothing.
+        let hold = compared([0.0, 1.0, 1e-15, -0.0], [0.0, 1.0, 1e-17, 0.0], 2.0);
+        assert!(reason(hold).starts_with("the closed form is 0 N from 2 s on"));
+        let some = reason(compared([0.0, 1.0, 0.5, 0.0], [0.0, 1.0, 0.0, 0.0], 1.0));
+        assert!(
+            some.starts_with("at 2 s the closed form is 0 N and 5.0e-1 N came"),
+            "{some}"
+        );
+        for odd in [f64::NAN, f64::INFINITY] {
+            assert!(reason(compared([0.0, odd, 1.0, 1.0], [1.0; 4], 0.0)).starts_with("at 1 s"));
+            assert!(reason(compared([0.0; 4], [0.0, odd, 1.0, 1.0], 1.0)).contains("no meaning"));
+            assert!(reason(compared([0.0, odd, 0.0, 0.0], [0.0; 4], 0.0)).starts_with("at 1 s"));
+        }
+    }
+}

@@ -1,0 +1,211 @@
+//! What a run leaves in memory: the samples of a short one, sums of any.
+//!
+//! ```text
+//! up to 10⁶ samples    kept here; sums over the whole history are exact
+//! more                 in the log alone, read once more for what is said of them
+//! ```
+//! So memory does not grow with the length of a run.
+
+use super::realtime::RealtimeSummary;
+use super::remote::LinkSummary;
+use super::run::Ended;
+use crate::failure::Failure;
+use haptic_log::record::{EndKind, Entry, LogReader, RunEnd, TickMessage};
+use haptic_loop::realtime::RaisedThread;
+use hdrhistogram::Histogram;
+use std::path::PathBuf;
+
+/// Runs of up to so many samples are kept in memory.
+pub const WHOLE_MOST: u64 = 1_000_000;
+
+/// A sample that counts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Its number.
+    pub tick: u64,
+    /// Its time, s.
+    pub time_s: f64,
+    /// Position of the renderer as the loop read it, m.
+    pub position_m: f64,
+    /// Force on the device as commanded, N.
+    pub force_n: f64,
+}
+
+impl Sample {
+    /// Force that is opposed to an indentation, N: the negative of what is commanded.
+    #[must_use]
+    pub fn reaction_n(&self) -> f64 {
+        // Not a negation, which would make −0 of 0.
+        0.0 - self.force_n
+    }
+
+    const fn of(message: &TickMessage) -> Self {
+        Self {
+            tick: message.tick,
+            time_s: message.time_s,
+            position_m: message.position_m,
+            force_n: message.force_n,
+        }
+    }
+}
+
+/// What a run left, up to where it ended; everything else is in the log.
+#[derive(Debug)]
+pub struct Record {
+    /// The samples; `None` for a run of more than [`WHOLE_MOST`], whose samples are in its log.
+    pub whole: Option<Vec<Sample>>,
+    /// How many samples count.
+    pub samples: u64,
+    /// The last of them.
+    pub last: Option<Sample>,
+    /// Time that each tick took, ns, the simulated rig included.
+    pub tick_ns: Histogram<u64>,
+    /// Ticks that began one sample time late or more; 0 in virtual time.
+    pub missed_deadlines: u64,
+    /// Where the time went in a run by the clock of this machine.
+    pub realtime: Option<RealtimeSummary>,
+    /// What was refused of a real-time thread, and how to get it: a sentence for the user.
+    pub not_realtime: Option<String>,
+    /// Samples and events that the recorder had to drop.
+    pub dropped: u64,
+    /// Samples in which a limiter of the safety chain acted.
+    pub limited: u64,
+    /// Why the run ended before its time, if it did.
+    pub ended: Option<Ended>,
+    /// What the link counted, if there was one.
+    pub link: Option<LinkSummary>,
+    /// Silence after which the device at its other end lets go, ms.
+    pub watchdog_ms: Option<u16>,
+    largest_force_n: f64,
+}
+
+impl Record {
+    /// Empty, with room for so many samples, if they are to be kept.
+    ///
+    /// # Errors
+    /// More samples than the machine can address.
+    pub fn with_room_for(samples: u64) -> anyhow::Result<Self> {
+        let whole = match samples {
+            0..=WHOLE_MOST => Some(Vec::with_capacity(usize::try_from(samples)?)),
+            _ => None,
+        };
+        Ok(Self {
+            whole,
+            samples: 0,
+            last: None,
+            // 1 ns to 10 s, three digits.
+            tick_ns: Histogram::new_with_bounds(1, 10_000_000_000, 3)?,
+            missed_deadlines: 0,
+            realtime: None,
+            not_realtime: None,
+            dropped: 0,
+            limited: 0,
+            ended: None,
+            link: None,
+            watchdog_ms: None,
+            largest_force_n: 0.0,
+        })
+    }
+
+    /// Largest magnitude of the commanded force, N.
+    #[must_use]
+    pub const fn largest_force_n(&self) -> f64 {
+        self.largest_force_n
+    }
+
+    /// Time of the last sample, s; 0 without samples.
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        self.last.map_or(0.0, |last| last.time_s)
+    }
+
+    /// Samples and events that the disk was too slow for.
+    #[must_use]
+    pub fn dropped_by_disk(&self) -> u64 {
+        let line = self.link.as_ref().map_or(0, LinkSummary::samples_missing);
+        self.dropped.saturating_sub(line)
+    }
+
+    /// How the run ended, for its log: `planned` samples were to be made, `made` were.
+    pub(super) fn end(&self, planned: u64, made: u64) -> RunEnd {
+        let ended = match self.ended {
+            None => EndKind::Finished,
+            // The log of a run that could not be written is cut: this does not reach it.
+            Some(Ended::Interrupted | Ended::LogStopped) => EndKind::Interrupted,
+            Some(Ended::Fault(_) | Ended::DeviceFault(_)) => EndKind::Fault,
+            Some(Ended::LinkLost(_)) => EndKind::Link,
+        };
+        let reason = self.ended.map(|ended| ended.reason(self.watchdog_ms));
+        RunEnd {
+            ended,
+            reason: reason.unwrap_or_default(),
+            planned_samples: planned,
+            made_samples: made,
+            dropped_samples: self.dropped,
+        }
+    }
+
+    /// Keeps what a raised thread was refused.
+    pub(super) fn raised(&mut self, thread: &RaisedThread) {
+        self.not_realtime = thread.fallback().map(|fallback| fallback.to_string());
+    }
+
+    /// Adds a sample.
+    pub(super) fn push(&mut self, message: &TickMessage) {
+        let sample = Sample::of(message);
+        self.limited += u64::from(message.limiters != 0);
+        self.samples += 1;
+        self.largest_force_n = sample.force_n.abs().max(self.largest_force_n);
+        self.last = Some(sample);
+        if let Some(whole) = &mut self.whole {
+            whole.push(sample);
+        }
+    }
+}
+
+/// Where the samples of a run are.
+#[derive(Clone, Copy, Debug)]
+pub enum Samples<'a> {
+    /// In memory.
+    Whole(&'a [Sample]),
+    /// In the files of the log, up to this tick.
+    Logged(&'a [PathBuf], u64),
+}
+
+impl<'a> Samples<'a> {
+    /// Those of a record whose log has these files.
+    #[must_use]
+    pub fn of(record: &'a Record, logs: &'a [PathBuf]) -> Self {
+        match (&record.whole, record.last) {
+            (Some(whole), _) => Self::Whole(whole),
+            (None, Some(last)) => Self::Logged(logs, last.tick),
+            (None, None) => Self::Whole(&[]),
+        }
+    }
+
+    /// One after the other.
+    ///
+    /// # Errors
+    /// A log that cannot be read.
+    pub fn for_each(
+        self,
+        mut take: impl FnMut(&Sample) -> Result<(), Failure>,
+    ) -> Result<(), Failure> {
+        match self {
+            Self::Whole(samples) => samples.iter().try_for_each(take),
+            Self::Logged(logs, last_tick) => {
+                for log in logs {
+                    for entry in LogReader::open(log)? {
+                        match entry? {
+                            Entry::Tick(message) if message.tick <= last_tick => {
+                                take(&Sample::of(&message))?;
+                            }
+                            _ => {}
+                        }
+                    }
+                }
+                Ok(())
+            }
+        }
+    }
+}

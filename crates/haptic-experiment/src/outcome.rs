@@ -1,0 +1,241 @@
+//! From a run and its theory to files and a report: what relaxation and creep share.
+
+use super::judge::{LargestError, relative_error};
+use super::kept::{Record, Sample, Samples, WHOLE_MOST};
+use super::rendering::Rendering;
+use super::report::{Errors, Files, Report, RunReport, Warnings};
+use super::run::Ran;
+use super::thinned::Thinned;
+use super::track::TOLERANCE;
+use crate::curves::{Origin, Quantity, TheoryCurves};
+use crate::failure::Failure;
+use crate::folder::Table;
+
+/// The comparison with the full history begins here, s after contact.
+pub(super) const FROM_S: f64 = 0.01;
+
+/// A sample beside what theory says of it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Judged {
+    /// Where the renderer would be with an ideal rig, m.
+    pub(super) ideal_position_m: f64,
+    /// Force by the full history of the position really recorded, N.
+    pub(super) full_history_force_n: f64,
+    /// The quantity as it was rendered or simulated.
+    pub(super) value: f64,
+    /// The quantity in closed form.
+    pub(super) closed_form: f64,
+    /// The quantity sampled, by its full history, without a rig.
+    pub(super) ideal: f64,
+    /// The same with the rig.
+    pub(super) with_rig: f64,
+}
+
+/// What is compared, and from when on.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Comparison<'a> {
+    /// The quantity.
+    pub(super) quantity: Quantity,
+    /// The comparison with the closed form begins here, s.
+    pub(super) from_s: f64,
+    /// What the picture says of the experiment.
+    pub(super) title: &'a str,
+    /// The same, below the title.
+    pub(super) remark: &'a str,
+}
+
+/// Where the force of a run comes from: without a link, or with a device that simulates its plant, nothing
+/// but a simulation.
+#[must_use]
+pub fn origin(record: &Record) -> Origin {
+    Origin::of_device(record.link.as_ref().map(|link| link.simulated))
+}
+
+/// In per cent, without the digits that binary fractions add.
+pub fn percent(fraction: f64) -> f64 {
+    (fraction * 1e8).round() / 1e6
+}
+
+/// The errors of a run, sample by sample.
+struct Compared {
+    full_history: LargestError,
+    closed_form: LargestError,
+    discretisation: LargestError,
+    rig: LargestError,
+}
+
+impl Compared {
+    const fn new(quantity: Quantity, from_s: f64) -> Self {
+        let (unit, ideal) = match quantity {
+            Quantity::Force => (" N", "the force with an ideal rig"),
+            Quantity::Strain => ("", "the strain without a rig"),
+        };
+        Self {
+            full_history: LargestError::new(FROM_S, "the force by the full history", " N"),
+            closed_form: LargestError::new(from_s, "the closed form", unit),
+            discretisation: LargestError::new(from_s, "the closed form", unit),
+            rig: LargestError::new(from_s, ideal, unit),
+        }
+    }
+
+    fn add(&mut self, sample: &Sample, judged: &Judged) {
+        let time_s = sample.time_s;
+        let pairs = [
+            (
+                &mut self.full_history,
+                sample.reaction_n(),
+                judged.full_history_force_n,
+            ),
+            (&mut self.closed_form, judged.value, judged.closed_form),
+            (&mut self.discretisation, judged.ideal, judged.closed_form),
+            (&mut self.rig, judged.with_rig, judged.ideal),
+        ];
+        for (largest, have, want) in pairs {
+            largest.add(time_s, have, want);
+        }
+    }
+}
+
+/// Begins the CSV, under names that say where the force comes from.
+fn table(ran: &Ran, quantity: Quantity) -> Result<Table, Failure> {
+    let word = origin(&ran.record).word();
+    let (own_force, own_strain) = (format!("{word}_force_n"), format!("{word}_strain"));
+    let mut names = vec![
+        "time_s",
+        "ideal_position_m",
+        "position_m",
+        &own_force,
+        "full_history_force_n",
+    ];
+    match quantity {
+        Quantity::Strain => names.extend([&own_strain, "closed_form_strain"]),
+        Quantity::Force => names.push("closed_form_force_n"),
+    }
+    names.push("closed_form_error");
+    ran.folder.named_table_beside_log("csv", &names)
+}
+
+/// A row of it. A sample without a relative error has an empty cell.
+fn row(quantity: Quantity, sample: &Sample, judged: &Judged, error: f64) -> Vec<Option<f64>> {
+    let mut row = vec![
+        Some(sample.time_s),
+        Some(judged.ideal_position_m),
+        Some(sample.position_m),
+        Some(sample.reaction_n()),
+        Some(judged.full_history_force_n),
+    ];
+    // The force of a relaxation stands there already.
+    if quantity == Quantity::Strain {
+        row.push(Some(judged.value));
+    }
+    row.push(Some(judged.closed_form));
+    row.push(Some(error).filter(|error| error.is_finite()));
+    row
+}
+
+/// Judges every sample, writes CSV and picture, and reports. A run that was cut short leaves its log alone.
+///
+/// # Errors
+/// A log that cannot be read again, a file that cannot be written.
+pub(super) fn publish(
+    comparison: Comparison<'_>,
+    rendering: &Rendering,
+    ran: &Ran,
+    mut judge: impl FnMut(&Sample) -> Judged,
+) -> Result<(Report, Option<TheoryCurves>), Failure> {
+    let Comparison {
+        quantity, from_s, ..
+    } = comparison;
+    let Ran { record, folder, .. } = ran;
+    let mut compared = Compared::new(quantity, from_s);
+    let whole = record.whole.is_some();
+    let mut curves = Thinned::new(if whole { WHOLE_MOST } else { 0 });
+    let finished = record.ended.is_none();
+    let mut csv = match finished {
+        true => Some(table(ran, quantity)?),
+        false => None,
+    };
+    let mut last = None;
+    Samples::of(record, &ran.log.paths).for_each(|sample| {
+        let judged = judge(sample);
+        compared.add(sample, &judged);
+        last = Some(judged);
+        let Some(csv) = &mut csv else {
+            return Ok(());
+        };
+        let (value, closed_form) = (judged.value, judged.closed_form);
+        let error = relative_error(value, closed_form);
+        curves.add(sample.time_s, [value, closed_form, error]);
+        csv.row(row(quantity, sample, &judged, error))
+    })?;
+    curves.finish();
+
+    let final_over_theory = last
+        .map(|last| last.value / last.closed_form)
+        .filter(|ratio| ratio.is_finite());
+    let memory_s = rendering.memory_s();
+    let mut warnings = Warnings::default();
+    warnings.operator(
+        memory_s,
+        record.duration_s(),
+        final_over_theory,
+        quantity.word(),
+    );
+    warnings.limited(record.limited);
+
+    let mut files = Files::default();
+    if let Some(csv) = csv {
+        files.csv = Some(csv.finish()?);
+    } else {
+        folder.remove_stale_results();
+    }
+    let report = Report {
+        tissue: rendering.material.name.clone(),
+        order: rendering.material.order,
+        scheme: rendering.scheme.to_string(),
+        run: RunReport::new(
+            ran,
+            rendering.device_name(),
+            rendering.sample_time_s,
+            files,
+            warnings,
+        ),
+        errors: Errors::new(compared.full_history.get(), compared.closed_form.get()),
+        discretisation_error: compared.discretisation.get().largest,
+        rig_error: compared.rig.get().largest,
+        reference_tolerance: (!whole).then_some(TOLERANCE),
+        memory_s,
+        final_over_theory,
+        final_strain: (quantity == Quantity::Strain)
+            .then(|| last.map(|last| last.value))
+            .flatten(),
+        precision: rendering.precision_run(),
+        contact: rendering.contact,
+    };
+    let origin = origin(record);
+    let curves = finished.then(|| drawn(comparison, rendering, origin, curves));
+    Ok((report, curves))
+}
+
+fn drawn(
+    comparison: Comparison<'_>,
+    rendering: &Rendering,
+    origin: Origin,
+    curves: Thinned<3>,
+) -> TheoryCurves {
+    let [values, closed_form, relative_error] = curves.curves;
+    TheoryCurves {
+        title: format!("{}, {}", comparison.title, origin.word()),
+        tissue: rendering.material.name.clone(),
+        order: rendering.material.order,
+        device: rendering.device_name(),
+        scheme: rendering.scheme.to_string(),
+        remark: comparison.remark.to_owned(),
+        quantity: comparison.quantity,
+        origin,
+        time_s: curves.time_s,
+        values,
+        closed_form,
+        relative_error,
+    }
+}

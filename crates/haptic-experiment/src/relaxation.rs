@@ -1,0 +1,170 @@
+//! Stress relaxation: indent, hold, record (the dissertation's chapter VII).
+//!
+//! The indenter follows a ramp to the strain ε₀ in T₀ and holds it; the renderer opposes it with the
+//! force of the virtual tissue. That force is the result. Source: O. Tokatlı, *Fractional Order
+//! Control in Haptics*, figure 7.2.
+
+use super::kept::{Sample, Samples};
+use super::outcome::{Comparison, Judged, percent, publish};
+use super::rendering::Rendering;
+use super::report::Report;
+use super::run::{Ran, Supervisor};
+use super::track::Track;
+use crate::curves::{Published, Quantity, TheoryCurves};
+use crate::failure::Failure;
+use crate::folder::FolderRequest;
+use fracdiff::Seconds;
+use haptic_loop::plant::{RampHold, RigDrive};
+use std::collections::BTreeMap;
+
+/// The comparison with the closed form begins this long after the end of the ramp, s.
+const AFTER_RAMP_S: f64 = 0.1;
+
+/// A relaxation experiment.
+#[derive(Clone, Debug)]
+pub struct Relaxation {
+    /// What is rendered, and how.
+    pub rendering: Rendering,
+    /// ε₀, the strain that is held, above 0.
+    pub strain: f64,
+    /// T₀, s.
+    pub ramp_time_s: f64,
+    /// Until when, s from the start of the ramp.
+    pub duration_s: f64,
+}
+
+impl Relaxation {
+    /// Runs the experiment; log and CSV go into the folder.
+    ///
+    /// # Errors
+    /// Bad parameters, before any file is made; a log or CSV that cannot be written.
+    pub fn run(
+        &self,
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Published<Report, TheoryCurves>, Failure> {
+        let ran = self.record(request, supervisor)?;
+        let reported = self.report(&ran)?;
+        Ok(Published::new(reported, ran.folder))
+    }
+
+    /// Runs the loop and writes the log.
+    pub(super) fn record(
+        &self,
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Ran, Failure> {
+        let samples = self.check()?;
+        let drive = RigDrive::Position(self.profile()?);
+        let metadata = self.metadata(drive);
+        (self.rendering).run(drive, samples, request, metadata, supervisor)
+    }
+
+    /// The way of the indenter.
+    fn profile(&self) -> Result<RampHold, Failure> {
+        let depth = self.rendering.specimen.displacement(self.strain);
+        RampHold::new(depth, Seconds(self.ramp_time_s)).map_err(Failure::input)
+    }
+
+    /// Judges a run; the CSV goes beside its log.
+    pub(super) fn report(&self, ran: &Ran) -> Result<(Report, Option<TheoryCurves>), Failure> {
+        let judge = self.judge(ran, self.profile()?)?;
+        let title = format!(
+            "Stress relaxation of {}",
+            self.rendering.material.description
+        );
+        let remark = format!(
+            "{} % strain in {} s, held until {} s",
+            percent(self.strain),
+            self.ramp_time_s,
+            self.duration_s
+        );
+        let comparison = Comparison {
+            quantity: Quantity::Force,
+            from_s: self.ramp_time_s + AFTER_RAMP_S,
+            title: &title,
+            remark: &remark,
+        };
+        publish(comparison, &self.rendering, ran, judge)
+    }
+
+    /// The number of samples, if all parameters are good.
+    ///
+    /// # Errors
+    /// A strain, ramp time, duration or sample time outside its range.
+    pub fn check(&self) -> Result<u64, Failure> {
+        if !(self.strain > 0.0 && self.strain <= 1.0) {
+            return Err(Failure::bad_input(format_args!(
+                "strain {} is not in (0, 1]: give `strain`, as in 0.05",
+                self.strain
+            )));
+        }
+        let samples = self.rendering.samples(self.duration_s)?;
+        if self.ramp_time_s > 0.0 && self.ramp_time_s < self.duration_s {
+            Ok(samples)
+        } else {
+            Err(Failure::bad_input(format_args!(
+                "ramp time {} s is not above 0 s and below the duration of {} s: give `ramp_time_s`",
+                self.ramp_time_s, self.duration_s
+            )))
+        }
+    }
+
+    /// Closed form of the force, N.
+    fn closed_form(&self, time_s: f64) -> f64 {
+        let Rendering {
+            material, specimen, ..
+        } = &self.rendering;
+        let stress = material
+            .tissue()
+            .relaxation_stress(self.strain, self.ramp_time_s, time_s);
+        specimen.force(stress).0
+    }
+
+    /// Judges sample by sample.
+    fn judge<'a>(
+        &'a self,
+        ran: &Ran,
+        profile: RampHold,
+    ) -> Result<impl FnMut(&Sample) -> Judged + 'a, Failure> {
+        let rendering = &self.rendering;
+        let samples = Samples::of(&ran.record, &ran.log.paths);
+        let mut history = rendering.full_history(samples, self.duration_s)?;
+        let t = rendering.sample_time_s;
+        let mut ideal = Track::new(
+            samples,
+            |x| {
+                let time = (0..x.len()).map(|n| n as f64 * t);
+                let imposed: Vec<f64> = time.map(|time| profile.position(time)).collect();
+                rendering.full_history_force(&imposed).map_err(Failure::Run)
+            },
+            || {
+                let mut force = rendering.full_history_step(self.duration_s)?;
+                Ok(Box::new(move |tick, _| {
+                    force(profile.position(tick as f64 * t))
+                }))
+            },
+        )?;
+        Ok(move |sample: &Sample| {
+            let full_history_force_n = history.at(sample);
+            Judged {
+                ideal_position_m: profile.position(sample.time_s),
+                full_history_force_n,
+                value: sample.reaction_n(),
+                closed_form: self.closed_form(sample.time_s),
+                ideal: ideal.at(sample),
+                with_rig: full_history_force_n,
+            }
+        })
+    }
+
+    /// Everything needed to repeat the run.
+    fn metadata(&self, drive: RigDrive) -> BTreeMap<String, String> {
+        let mut metadata = self.rendering.metadata("relax", drive);
+        let mut add = |key: &str, value: String| metadata.insert(key.to_owned(), value);
+        add("strain", self.strain.to_string());
+        add("ramp_time_s", self.ramp_time_s.to_string());
+        add("duration_s", self.duration_s.to_string());
+        metadata
+    }
+}

@@ -1,0 +1,403 @@
+//! What an experiment reports: one JSON object, or a summary for a person.
+
+use super::judge::Compared;
+use super::kept::{Record, Sample};
+use super::preflight::Verdict;
+use super::realtime::RealtimeSummary;
+use super::remote::{FrameCounts, LinkSummary};
+use super::run::{Ended, Ran};
+use haptic_loop::Fault;
+use haptic_remote::LinkError;
+use serde::Serialize;
+
+/// Percentiles of the time that a tick took, ns, the simulated rig included.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct TickTimes {
+    /// Median.
+    pub p50: u64,
+    /// 99 of 100 ticks took no longer.
+    pub p99: u64,
+    /// The longest.
+    pub max: u64,
+}
+
+/// What every experiment reports of its run. The keys are a contract of the command line.
+#[derive(Clone, Debug, Serialize)]
+pub struct RunReport {
+    /// Device.
+    pub device: String,
+    /// Ticks in the log.
+    pub samples: u64,
+    /// Time of the last sample that counts, s: of the log, or of when the run was cut short.
+    pub duration_s: f64,
+    /// Largest magnitude of the commanded force, N.
+    pub peak_force_n: f64,
+    /// Force that is opposed to the device's motion at the end, N.
+    pub final_force_n: f64,
+    /// Time of a tick; null in a loop on a device, which does not tell.
+    pub tick_ns: Option<TickTimes>,
+    /// Ticks more than one sample time late; 0 in virtual time.
+    pub missed_deadlines: u64,
+    /// Where the time went in a run by the clock of this machine; null in another.
+    pub realtime: Option<RealtimeSummary>,
+    /// The log, or the first of its files.
+    pub log: String,
+    /// All files of the log, in order.
+    pub logs: Vec<String>,
+    /// The picture (PNG; an SVG lies beside it), unless the run was cut short.
+    pub figure: Option<String>,
+    /// The samples, unless the run was cut short.
+    pub csv: Option<String>,
+    /// T, s.
+    pub sample_time_s: f64,
+    /// Samples in which the safety chain limited the force.
+    pub limited_samples: u64,
+    /// Samples and events that did not reach the log.
+    pub dropped_samples: u64,
+    /// Why the run ended early; null if it did not.
+    pub ended_early: Option<String>,
+    /// What the link to the device counted; null without one.
+    pub link: Option<LinkSummary>,
+    /// What the analysis said before the run; null if it was not asked.
+    pub preflight: Option<Verdict>,
+    /// The log of the fault, 1000 samples before it and 100 after; null without a fault.
+    pub fault_log: Option<String>,
+    /// The link was lost in the middle of the run.
+    #[serde(skip)]
+    pub link_lost: bool,
+    /// What a user should know about these numbers, a sentence each.
+    pub warnings: Vec<String>,
+}
+
+/// What a run leaves beside its log, unless it was cut short.
+#[derive(Clone, Debug, Default)]
+pub struct Files {
+    /// The table.
+    pub csv: Option<String>,
+    /// The picture.
+    pub figure: Option<String>,
+}
+
+/// The result of a relaxation or creep test.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// Name of the tissue.
+    pub tissue: String,
+    /// α of the tissue.
+    pub order: f64,
+    /// Operator.
+    pub scheme: String,
+    /// Of the run.
+    #[serde(flatten)]
+    pub run: RunReport,
+    /// The two errors, each with the samples that it is of.
+    #[serde(flatten)]
+    pub errors: Errors,
+    /// What of `closed_form_error` is left with an ideal indenter and the full history, over the same samples:
+    /// the sampling.
+    pub discretisation_error: Option<f64>,
+    /// What of it comes from contact, servo, masses and sensors of the rig.
+    pub rig_error: Option<f64>,
+    /// What stood for the full history: null for exact sums; in a run of more than 10⁶ samples, an operator
+    /// whose weights are right to this relative tolerance.
+    pub reference_tolerance: Option<f64>,
+    /// How long the operator remembers, s; null for everything.
+    pub memory_s: Option<f64>,
+    /// Final value over its closed form: force in a relaxation, strain in a creep test.
+    pub final_over_theory: Option<f64>,
+    /// Final strain, in a creep test.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub final_strain: Option<f64>,
+    /// Number type of the loop.
+    pub precision: super::Precision,
+    /// Contact between indenter and renderer.
+    pub contact: super::Contact,
+}
+
+/// Two relative errors, dimensionless, and the samples that each is the largest of. An error without meaning
+/// is null, its times too, and its reason says why.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Errors {
+    /// Commanded force against the full history of the position really recorded: the memory and the precision of
+    /// the operator. In a relaxation or creep test of each sample from 10 ms on; of a wall as a share of the
+    /// largest force.
+    pub max_relative_error: Option<f64>,
+    /// First sample of it, s.
+    pub max_relative_error_from_s: Option<f64>,
+    /// Last sample of it, s.
+    pub max_relative_error_to_s: Option<f64>,
+    /// Number of samples of it.
+    pub max_relative_error_samples: u64,
+    /// Why it is null.
+    pub max_relative_error_reason: Option<String>,
+    /// Against the closed form: force in a relaxation, from 0.1 s after the ramp on; strain in a creep test, from
+    /// 1 s on; mean deflection of a wall over the window at the end.
+    pub closed_form_error: Option<f64>,
+    /// First sample of it, s.
+    pub closed_form_error_from_s: Option<f64>,
+    /// Last sample of it, s.
+    pub closed_form_error_to_s: Option<f64>,
+    /// Number of samples of it.
+    pub closed_form_error_samples: u64,
+    /// Why it is null.
+    pub closed_form_error_reason: Option<String>,
+}
+
+impl Errors {
+    /// Of the comparison with the full history and of that with the closed form.
+    #[must_use]
+    pub fn new(full_history: Compared, closed_form: Compared) -> Self {
+        Self {
+            max_relative_error: full_history.largest,
+            max_relative_error_from_s: full_history.from_s,
+            max_relative_error_to_s: full_history.to_s,
+            max_relative_error_samples: full_history.samples,
+            max_relative_error_reason: full_history.reason,
+            closed_form_error: closed_form.largest,
+            closed_form_error_from_s: closed_form.from_s,
+            closed_form_error_to_s: closed_form.to_s,
+            closed_form_error_samples: closed_form.samples,
+            closed_form_error_reason: closed_form.reason,
+        }
+    }
+}
+
+/// The report of any experiment.
+pub trait Summary: Serialize {
+    /// Of its run.
+    fn run(&self) -> &RunReport;
+
+    /// The same, to name a picture in it.
+    fn run_mut(&mut self) -> &mut RunReport;
+}
+
+impl Summary for Report {
+    fn run(&self) -> &RunReport {
+        &self.run
+    }
+
+    fn run_mut(&mut self) -> &mut RunReport {
+        &mut self.run
+    }
+}
+
+impl RunReport {
+    /// Of a run on this device; what happened to it is added to the warnings.
+    #[must_use]
+    pub fn new(
+        ran: &Ran,
+        device: String,
+        sample_time_s: f64,
+        files: Files,
+        mut warnings: Warnings,
+    ) -> Self {
+        let record = &ran.record;
+        warnings.run(ran);
+        Self {
+            device,
+            samples: ran.log.samples,
+            duration_s: record.duration_s(),
+            peak_force_n: record.largest_force_n(),
+            final_force_n: record.last.as_ref().map_or(0.0, Sample::reaction_n),
+            tick_ns: TickTimes::of(record),
+            missed_deadlines: record.missed_deadlines,
+            realtime: record.realtime,
+            log: ran.log.path.display().to_string(),
+            logs: (ran.log.paths.iter())
+                .map(|path| path.display().to_string())
+                .collect(),
+            figure: files.figure,
+            csv: files.csv,
+            sample_time_s,
+            limited_samples: record.limited,
+            dropped_samples: record.dropped,
+            ended_early: record.ended.map(|ended| ended.reason(record.watchdog_ms)),
+            link: record.link.clone(),
+            preflight: ran.preflight,
+            fault_log: (ran.fault_log.as_ref()).map(|path| path.display().to_string()),
+            link_lost: record.ended.is_some_and(Ended::is_link),
+            warnings: warnings.0,
+        }
+    }
+}
+
+/// Sentences for the user.
+#[derive(Debug, Default)]
+pub struct Warnings(pub Vec<String>);
+
+impl TickTimes {
+    /// Of a record.
+    #[must_use]
+    pub fn of(record: &Record) -> Option<Self> {
+        (!record.tick_ns.is_empty()).then(|| Self {
+            p50: record.tick_ns.value_at_quantile(0.5),
+            p99: record.tick_ns.value_at_quantile(0.99),
+            max: record.tick_ns.max(),
+        })
+    }
+}
+
+impl Ended {
+    /// Whether the link did it.
+    #[must_use]
+    pub const fn is_link(self) -> bool {
+        matches!(self, Self::LinkLost(_))
+    }
+
+    /// Whether a fault did it.
+    #[must_use]
+    pub const fn is_fault(self) -> bool {
+        matches!(self, Self::Fault(_) | Self::DeviceFault(_))
+    }
+
+    /// In words; of a device that let go by its watchdog with a longer time than it had.
+    #[must_use]
+    pub fn reason(self, watchdog_ms: Option<u16>) -> String {
+        match self {
+            Self::Interrupted => "interrupted".to_owned(),
+            Self::Fault(fault) => format!("fault: {fault}"),
+            Self::DeviceFault(report) => {
+                let silent = report.status.fault == Fault::HostSilent.code();
+                let advice = watchdog_ms.filter(|_| silent).map(longer_watchdog);
+                format!(
+                    "{}{}",
+                    LinkError::Faulted(report),
+                    advice.unwrap_or_default()
+                )
+            }
+            Self::LinkLost(error) => error.to_string(),
+            Self::LogStopped => "the log could not be written".to_owned(),
+        }
+    }
+}
+
+/// Five times as long, as long as can be.
+fn longer_watchdog(watchdog_ms: u16) -> String {
+    let most = haptic_link::Limits::WATCHDOG_MAX_MS;
+    if watchdog_ms >= most {
+        return format!(
+            "; {watchdog_ms} ms is the longest watchdog time: look for what kept this machine or the line busy"
+        );
+    }
+    let longer = watchdog_ms.saturating_mul(5).min(most);
+    let longer_s = f64::from(longer) * 1e-3;
+    format!("; if this machine was only busy, give it longer with `watchdog_s` = {longer_s}")
+}
+
+impl Warnings {
+    /// The operator remembers less than the experiment lasts, or is off for another reason.
+    pub fn operator(
+        &mut self,
+        memory_s: Option<f64>,
+        duration_s: f64,
+        over_theory: Option<f64>,
+        what: &str,
+    ) {
+        /// A final value further than this from theory deserves a sentence.
+        const NOTABLE: f64 = 0.02;
+        let notable = over_theory.filter(|ratio| (ratio - 1.0).abs() > NOTABLE);
+        let off = over_theory.map_or_else(String::new, |ratio| {
+            format!("at the end the {what} is {ratio:.3} times the closed form; ")
+        });
+        if let Some(memory_s) = memory_s.filter(|memory_s| *memory_s < duration_s) {
+            self.0.push(format!(
+                "the scheme remembers {} s, the experiment lasts {duration_s} s: {off}`scheme` = full \
+                 remembers everything",
+                (memory_s * 1e6).round() / 1e6
+            ));
+        } else if notable.is_some() {
+            self.0.push(format!(
+                "{off}the lines \"operator\" and \"closed form\" of the summary say what that is due to"
+            ));
+        }
+    }
+
+    /// The safety chain acted, so the force is not the tissue's.
+    pub fn limited(&mut self, samples: u64) {
+        if samples > 0 {
+            self.0.push(format!(
+                "the safety chain limited the force in {samples} samples: raise `force_limit_n` or \
+                 `force_rate_limit_n_per_s`, or render less stiffly"
+            ));
+        }
+    }
+
+    /// What happened to a run, of any experiment.
+    fn run(&mut self, ran: &Ran) {
+        let record = &ran.record;
+        self.0.extend(record.not_realtime.clone());
+        self.late(record);
+        self.dropped(record.dropped_by_disk());
+        self.link(record.link.as_ref());
+        self.0.extend_from_slice(&ran.live_warnings);
+    }
+
+    /// The loop was late.
+    fn late(&mut self, record: &Record) {
+        let (missed, samples) = (record.missed_deadlines, record.samples);
+        if missed == 0 {
+            return;
+        }
+        if let Some(link) = &record.link {
+            self.0.push(format!(
+                "of {samples} ticks of the device {} were a whole period late, and {} had no new force from \
+                 here: the device, the line or this machine was too slow for the sample time",
+                link.overruns, link.stale_forces
+            ));
+            return;
+        }
+        let cause = match record.realtime {
+            None => "this machine was busy, or the sample time is too short for it".to_owned(),
+            Some(realtime) => {
+                let causes = [
+                    (
+                        realtime.late_by_wake_up,
+                        "woken late (`host-cli rt-check` says what helps)",
+                    ),
+                    (
+                        realtime.late_by_compute,
+                        "the tick before took too long (give a longer `sample_time_s`)",
+                    ),
+                ];
+                let named = causes.into_iter().filter(|(count, _)| *count > 0);
+                let named: Vec<String> = named
+                    .map(|(count, cause)| format!("{count} {cause}"))
+                    .collect();
+                format!(
+                    "{}; {} periods were skipped",
+                    named.join(", "),
+                    realtime.skipped_periods
+                )
+            }
+        };
+        self.0.push(format!(
+            "{missed} of {samples} ticks were more than one sample time late: {cause}"
+        ));
+    }
+
+    /// What a link had to cope with, when it did.
+    fn link(&mut self, link: Option<&LinkSummary>) {
+        let Some(link) = link else {
+            return;
+        };
+        let (from, to) = (link.from_device, link.to_device);
+        let bad =
+            |frames: FrameCounts| frames.corrupt + frames.lost + frames.duplicate + frames.late;
+        if bad(from) + bad(to) > 0 {
+            self.0.push(format!(
+                "the line is not clean: of {} frames from the device {} did not come and {} were damaged, of \
+                 {} to it {} and {}; {} requests were sent again",
+                from.sent, from.lost, from.corrupt, to.sent, to.lost, to.corrupt, link.retries
+            ));
+        }
+    }
+
+    /// Samples did not reach the log.
+    fn dropped(&mut self, samples: u64) {
+        if samples > 0 {
+            self.0.push(format!(
+                "{samples} samples did not reach the log: the disk was slower than the loop"
+            ));
+        }
+    }
+}

@@ -1,0 +1,341 @@
+//! Runs the loop against a simulated device, in virtual or real time, and hands every sample on.
+
+use super::flight::FaultSeen;
+use super::kept::Record;
+use super::preflight::Verdict;
+use super::realtime::{RealtimeOptions, RealtimeSummary};
+use super::recorder::{Recorded, Recorder, Stopped};
+use super::sensed::Sensed;
+use crate::device::Warn;
+use crate::failure::Failure;
+use crate::folder::{FolderRequest, OutputFolder};
+use fracdiff::Real;
+use haptic_link::FaultReport;
+use haptic_log::live::{Live, LiveStreams};
+use haptic_log::record::{END, FinishedLog, RecordError, StartTime, TickMessage};
+use haptic_loop::plant::{IndentationRig, MassDamper};
+use haptic_loop::realtime::{Periodic, PeriodicConfig};
+use haptic_loop::{Controller, Device, Environment, Fault, ParameterError};
+use haptic_remote::LinkError;
+use std::collections::BTreeMap;
+use std::convert::Infallible;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant, SystemTime};
+
+/// How time passes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pace {
+    /// As fast as the machine goes.
+    Virtual,
+    /// One tick each sample time, by the clock.
+    Realtime(RealtimeOptions),
+}
+
+impl std::fmt::Display for Pace {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Virtual => "virtual",
+            Self::Realtime(_) => "realtime",
+        })
+    }
+}
+
+/// Who watches a run: may stop it, hears how far it is, and sees the samples.
+#[derive(Clone, Copy)]
+pub struct Supervisor<'a> {
+    /// Set to stop the run: the force ramps to zero, the log is closed.
+    pub stop: &'a AtomicBool,
+    /// Called now and then with the samples done.
+    pub progress: &'a dyn Fn(u64),
+    /// Streams that show the run while it goes; the first run takes them.
+    pub live: Option<&'a LiveStreams>,
+    /// Hears what a user should know before the run is over.
+    pub warn: Warn<'a>,
+}
+
+impl<'a> Supervisor<'a> {
+    /// With streams that show the run.
+    #[must_use]
+    pub const fn watched(mut self, live: &'a LiveStreams) -> Self {
+        self.live = Some(live);
+        self
+    }
+
+    /// The streams; none for a second run.
+    pub(super) fn live_streams(&self) -> Vec<Box<dyn Live>> {
+        self.live.map(LiveStreams::take).unwrap_or_default()
+    }
+}
+
+impl std::fmt::Debug for Supervisor<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Supervisor")
+            .field("stop", self.stop)
+            .finish_non_exhaustive()
+    }
+}
+
+/// Why a run ended before its time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Ended {
+    /// Somebody asked for it.
+    Interrupted,
+    /// The safety chain latched a fault.
+    Fault(Fault),
+    /// The device latched a fault.
+    DeviceFault(FaultReport),
+    /// The link to the device cannot be used any more.
+    LinkLost(LinkError),
+    /// The log could not be written.
+    LogStopped,
+}
+
+/// How many ticks, how long each, and how they pass.
+#[derive(Clone, Copy, Debug)]
+pub struct Schedule {
+    /// Ticks, the one at time 0 included.
+    pub samples: u64,
+    /// T, s.
+    pub sample_time_s: f64,
+    /// How time passes.
+    pub pace: Pace,
+}
+
+impl Schedule {
+    /// The clock of this machine, if the run follows it.
+    fn clock(&self) -> Result<Option<PeriodicConfig>, ParameterError> {
+        let Pace::Realtime(options) = self.pace else {
+            return Ok(None);
+        };
+        // What is no duration is refused as what it becomes.
+        let period = Duration::try_from_secs_f64(self.sample_time_s).unwrap_or_default();
+        let config = PeriodicConfig {
+            thread: options.thread(),
+            ..PeriodicConfig::new(period)
+        };
+        config.checked().map(Some)
+    }
+}
+
+/// A simulated device with instruments of its own, beside the sensors that the loop reads.
+pub trait Instrumented {
+    /// What they show at the start of a tick: a message without what the loop itself knows.
+    fn observe(&self) -> TickMessage;
+}
+
+/// What a run leaves.
+#[derive(Debug)]
+pub struct Ran {
+    /// The samples.
+    pub record: Record,
+    /// The log.
+    pub log: FinishedLog,
+    /// Where it lies.
+    pub folder: OutputFolder,
+    /// The log of a fault, if one latched.
+    pub fault_log: Option<PathBuf>,
+    /// What the pre-flight found; `None` if it was skipped.
+    pub preflight: Option<Verdict>,
+    /// What live streams lost, a sentence each.
+    pub live_warnings: Vec<String>,
+}
+
+/// Makes the folder and the log in it, runs a controller, and closes the log.
+///
+/// # Errors
+/// A folder or log that cannot be written; what [`run`] refuses.
+pub fn run_logged<F, E, V>(
+    controller: &mut Controller<F, 1, E>,
+    device: &mut Sensed<V>,
+    schedule: Schedule,
+    request: &FolderRequest,
+    mut metadata: BTreeMap<String, String>,
+    supervisor: Supervisor<'_>,
+) -> Result<Ran, Failure>
+where
+    F: Real,
+    E: Environment<F, 1>,
+    V: Device<F, 1, Error = Infallible> + Instrumented,
+{
+    schedule.clock().map_err(|error| {
+        Failure::input_with_advice(
+            error,
+            "give a `sample_time_s` within it, or leave `realtime` away",
+        )
+    })?;
+    metadata.extend(request.provenance.clone());
+    let folder = request.prepare()?;
+    let waits = schedule.pace == Pace::Virtual;
+    let log = folder.file("mcap");
+    let live = supervisor.live_streams();
+    let started = Recorder::start(&log, metadata, waits, folder.overwrite(), live);
+    let mut recorder = started.inspect_err(|_| folder.discard())?;
+    recorder.roll_at(folder.roll_bytes());
+    let record =
+        run(controller, device, schedule, &mut recorder, supervisor).map_err(Failure::Run)?;
+    // A log that could not be written is the first thing to know.
+    let recorded = recorder.finish();
+    let Recorded {
+        log,
+        fault_log,
+        warnings,
+    } = match recorded {
+        Err(error) if record.ended == Some(Ended::LogStopped) => {
+            let at_rest = controller.safety().is_at_rest();
+            return Err(log_stopped(error, at_rest));
+        }
+        recorded => recorded?,
+    };
+    Ok(Ran {
+        record,
+        log,
+        folder,
+        fault_log,
+        preflight: None,
+        live_warnings: warnings,
+    })
+}
+
+/// The log could not be written, and this is what became of the force.
+pub(super) fn log_stopped(error: RecordError, at_rest: bool) -> Failure {
+    let force = if at_rest {
+        "the run was ended, the force ramped to zero"
+    } else {
+        "the run was ended"
+    };
+    Failure::DataLost(anyhow::anyhow!("{error}; {force}"))
+}
+
+/// Fewest and most samples of an experiment: at 1 kHz, eleven days. The disk is full before.
+pub(super) const SAMPLES: std::ops::RangeInclusive<f64> = 10.0..=1e9;
+
+/// Runs a controller for a number of samples. Ends early, with the force ramped to zero, when
+/// asked, on a fault, or when the recorder has ended.
+///
+/// # Errors
+/// More samples than the machine can address, a tick of more than 584 years, a sample time that no clock keeps.
+pub fn run<F, E, V>(
+    controller: &mut Controller<F, 1, E>,
+    device: &mut Sensed<V>,
+    schedule: Schedule,
+    recorder: &mut Recorder,
+    supervisor: Supervisor<'_>,
+) -> anyhow::Result<Record>
+where
+    F: Real,
+    E: Environment<F, 1>,
+    V: Device<F, 1, Error = Infallible> + Instrumented,
+{
+    /// How often the supervisor is asked, in ticks.
+    const REPORT: u64 = 1024;
+    let mut record = Record::with_room_for(schedule.samples)?;
+    // Its thread is raised until the end of this function: what others run has been started.
+    let mut periodic = schedule.clock()?.map(Periodic::new).transpose()?;
+    let mut tick = 0;
+    // Whatever ends this function, no force stays.
+    let mut engaged = controller.engage(device);
+    // A run that was ended goes on until the force is zero, past its last sample if need be.
+    while tick < schedule.samples || record.ended.is_some() {
+        if let Some(periodic) = &mut periodic {
+            periodic.wait();
+        }
+        if tick == 0 {
+            // A recorder that has ended is seen at the tick.
+            let _ = recorder.starts_at(StartTime::at(SystemTime::now()));
+        }
+        let mut message = engaged.device().device().observe();
+        let before = Instant::now();
+        let sample = match engaged.tick() {
+            Ok(sample) => sample,
+            Err(never) => match never {},
+        };
+        let took = u64::try_from(before.elapsed().as_nanos())?;
+        let controller = engaged.controller();
+        record.tick_ns.saturating_record(took.max(1));
+
+        message.tick = sample.reading.tick;
+        message.time_s = sample.reading.time_s;
+        message.position_m = sample.reading.position_m[0].to_f64();
+        message.environment_force_n = sample.environment_force_n[0].to_f64();
+        message.force_n = sample.force.newtons()[0].to_f64();
+        message.limiters = sample.limiters.bits();
+        let energy = controller.guarded_energy_j();
+        message.observed_energy_j = energy.map_or(f64::NAN, Real::to_f64);
+        let time_s = message.time_s;
+        let logged = recorder.tick(message);
+        tick += 1;
+        if record.ended.is_some() {
+            // The force is on its way to zero: in the log, but no part of the result.
+            // Of a fault, what follows it is kept too.
+            let flight = recorder.flight();
+            let recorded = flight.fault().is_none() || flight.is_full();
+            if controller.safety().is_at_rest() && recorded {
+                break;
+            }
+            continue;
+        }
+        if let Err(Stopped) = logged {
+            record.ended = Some(Ended::LogStopped);
+        } else if let Some(fault) = controller.safety().fault() {
+            record.ended = Some(Ended::Fault(fault));
+            recorder.fault(FaultSeen {
+                code: fault.code(),
+                text: fault.to_string(),
+                tick: message.tick,
+                time_s,
+            });
+            // A recorder that has ended is seen when it is closed.
+            let _ = recorder.event(time_s, "fault", fault.to_string());
+        } else {
+            record.push(&message);
+            if supervisor.stop.load(Ordering::Relaxed) {
+                record.ended = Some(Ended::Interrupted);
+                let _ = recorder.event(time_s, "interrupted", "stop was asked for".to_owned());
+            }
+        }
+        if record.ended.is_some() {
+            controller.stop();
+        }
+        if tick % REPORT == 0 {
+            (supervisor.progress)(tick);
+        }
+    }
+    if let Some(periodic) = periodic {
+        let margin = periodic.spin_margin();
+        record.raised(periodic.thread());
+        let (timing, thread) = periodic.finish();
+        let summary = RealtimeSummary::of(&timing, &thread, margin);
+        drop(thread);
+        record.missed_deadlines = timing.overruns().cycles();
+        recorder.metadata("realtime", summary.metadata(&timing));
+        record.realtime = Some(summary);
+    }
+    (supervisor.progress)(tick);
+    record.dropped = recorder.dropped();
+    recorder.metadata(END, record.end(schedule.samples, tick).metadata());
+    Ok(record)
+}
+
+impl Instrumented for IndentationRig {
+    fn observe(&self) -> TickMessage {
+        TickMessage {
+            // A force drive has no position to follow.
+            reference_m: self.reference().unwrap_or_else(|| self.indenter_position()),
+            indenter_position_m: self.indenter_position(),
+            contact_force_n: self.contact_force(),
+            ..TickMessage::default()
+        }
+    }
+}
+
+impl Instrumented for MassDamper<1> {
+    /// The true position, and the force that the actuator really makes.
+    fn observe(&self) -> TickMessage {
+        TickMessage {
+            indenter_position_m: self.position()[0],
+            contact_force_n: self.applied_force()[0],
+            ..TickMessage::default()
+        }
+    }
+}

@@ -1,0 +1,364 @@
+//! What an experiment asks of the safety chain beyond force and rate.
+
+use super::sensed::Sensors;
+use crate::failure::Failure;
+use crate::named::Named;
+use haptic_link::Capabilities;
+use haptic_loop::plant::MassDamperConfig;
+use haptic_loop::units::{
+    Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, Seconds,
+};
+use haptic_loop::{EnergyBounding, Guard, Limits, PassivityObserver, SpeedLimit, Stuck, Workspace};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// What keeps a wall from feeding the device energy.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum GuardChoice {
+    /// Nothing.
+    #[default]
+    Off,
+    /// Time-domain passivity observer, with the damping that the device bears.
+    Observer,
+    /// Energy bounding by damping, delay and lag of the device.
+    EnergyBounding,
+}
+
+impl Named for GuardChoice {
+    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
+        (Self::Off, "off", "Nothing"),
+        (
+            Self::Observer,
+            "observer",
+            "Time-domain passivity observer, with the damping that the device bears",
+        ),
+        (
+            Self::EnergyBounding,
+            "energy-bounding",
+            "Energy bounding by damping, delay and lag of the device",
+        ),
+    ];
+}
+
+/// What a guard is made for.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct GuardedDevice {
+    /// Mass, kg, if known.
+    pub mass_kg: Option<f64>,
+    /// Viscous damping, N·s/m, if known.
+    pub damping_n_s_per_m: Option<f64>,
+    /// Least and most delay from a measurement to the effect of its force, s, if known.
+    pub delay_s: Option<(f64, f64)>,
+    /// Time constant of the actuator, s, if known.
+    pub lag_s: Option<f64>,
+    /// Standard deviation of the noise of the position, m; none if not known.
+    pub noise_m: Option<f64>,
+}
+
+impl GuardedDevice {
+    /// A simulated device, of which everything is known.
+    #[must_use]
+    pub fn simulated(device: &MassDamperConfig, sensors: Sensors) -> Self {
+        Self {
+            mass_kg: Some(device.mass.0),
+            damping_n_s_per_m: Some(device.damping.0),
+            delay_s: Some((device.delay.0, device.delay.0)),
+            lag_s: Some(device.lag.0),
+            noise_m: Some(sensors.deviation_m()),
+        }
+    }
+
+    /// What a board tells of its sensor: it rounds to its resolution.
+    #[must_use]
+    pub fn read_by(capabilities: &Capabilities) -> Self {
+        let sensors = Sensors {
+            encoder_resolution_m: f64::from(capabilities.position_resolution_m),
+            noise_m: 0.0,
+            seed: 0,
+        };
+        Self {
+            noise_m: Some(sensors.deviation_m()),
+            ..Self::default()
+        }
+    }
+
+    /// What this one knows, and the other where it does not.
+    #[must_use]
+    pub fn or(self, other: Self) -> Self {
+        Self {
+            mass_kg: self.mass_kg.or(other.mass_kg),
+            damping_n_s_per_m: self.damping_n_s_per_m.or(other.damping_n_s_per_m),
+            delay_s: self.delay_s.or(other.delay_s),
+            lag_s: self.lag_s.or(other.lag_s),
+            noise_m: self.noise_m.or(other.noise_m),
+        }
+    }
+}
+
+impl GuardChoice {
+    /// The guard for a device, if there is to be one.
+    ///
+    /// # Errors
+    /// If what it needs to know of the device is not known.
+    pub fn of(self, device: &GuardedDevice, t: Seconds) -> Result<Option<Guard>, Failure> {
+        let unknown = |what, key| {
+            Failure::bad_input(format_args!(
+                "guard {} needs to know the {what} of a real device: give {key}",
+                self.name()
+            ))
+        };
+        let known = |value: Option<f64>, what, key| value.ok_or_else(|| unknown(what, key));
+        Ok(match self {
+            Self::Off => None,
+            Self::Observer => {
+                let mass = known(device.mass_kg, "mass", "`device_mass_kg`")?;
+                Some(Guard::Observer(PassivityObserver::bearable(
+                    Kilograms(mass),
+                    t,
+                )))
+            }
+            Self::EnergyBounding => {
+                let damping = known(
+                    device.damping_n_s_per_m,
+                    "damping",
+                    "`device_damping_n_s_per_m`",
+                )?;
+                let (least, most) = device.delay_s.ok_or_else(|| {
+                    unknown("delay", "`device_delay_least_s` and `device_delay_most_s`")
+                })?;
+                let lag = known(device.lag_s, "lag", "`device_lag_s`")?;
+                Some(Guard::EnergyBounding(EnergyBounding {
+                    delay_least: Seconds(least),
+                    delay_most: Seconds(most),
+                    lag: Seconds(lag),
+                    noise: Metres(device.noise_m.unwrap_or_default()),
+                    ..EnergyBounding::of(NewtonSecondsPerMetre(damping))
+                }))
+            }
+        })
+    }
+}
+
+/// What an experiment asks for; by default nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Safety {
+    /// Passivity guard.
+    pub guard: GuardChoice,
+    /// Lowest and highest position, m.
+    pub workspace_m: Option<(f64, f64)>,
+    /// Largest speed, m/s.
+    pub speed_limit_m_per_s: Option<f64>,
+    /// Time in which the force rises after the start, s.
+    pub rise_time_s: Option<f64>,
+    /// Damping that brakes near limits and after a fault, N·s/m.
+    pub braking_n_s_per_m: Option<f64>,
+    /// Time in which the force falls to zero after a fault, a stop or the end, s.
+    pub stop_time_s: Option<f64>,
+    /// Largest force of the braking meanwhile, N.
+    pub brake_force_n: Option<f64>,
+    /// Growth of the wanted force on a sensor that stands still, N; 0 for never.
+    pub stuck_force_n: Option<f64>,
+    /// Time for which it has to have stood still, s.
+    pub stuck_time_s: Option<f64>,
+    /// Largest move in a sample beyond the speed limit, m; 0 for never.
+    pub jump_m: Option<f64>,
+    /// Mass of the device, for its guard and for braking, kg.
+    pub device_mass_kg: Option<f64>,
+    /// Damping of the device, for its guard, N·s/m.
+    pub device_damping_n_s_per_m: Option<f64>,
+    /// Least and most delay of the device, for its guard, s.
+    pub device_delay_s: Option<(f64, f64)>,
+    /// Lag of the device's actuator, for its guard, s.
+    pub device_lag_s: Option<f64>,
+    /// Noise of the device's position, for its guard, m.
+    pub device_noise_m: Option<f64>,
+}
+
+/// Largest force with which a run on a real or serial device starts, N.
+const START_FORCE_N: f64 = 1.0;
+
+impl Safety {
+    /// Adds all but the guard to limits of force and rate. On a device that is not simulated here, `real`, a start
+    /// with a blow is refused, and an implausible position is a fault unless that is switched off.
+    #[must_use]
+    pub fn on(&self, limits: Limits, real: bool) -> Limits {
+        let brakes = self.braking_n_s_per_m.is_some();
+        let default = Limits::default();
+        let unless_off = |given: Option<f64>, default: Option<f64>| {
+            given.or(default.filter(|_| real)).filter(|x| *x != 0.0)
+        };
+        let stuck = default.stuck.unwrap_or(Stuck::DEFAULT);
+        let stuck_force = unless_off(self.stuck_force_n, Some(stuck.force.0));
+        Limits {
+            stop_time: self.stop_time_s.map_or(default.stop_time, Seconds),
+            brake_force: self.brake_force_n.map_or(default.brake_force, Newtons),
+            device_mass: self.device_mass_kg.map(Kilograms),
+            stuck: stuck_force.map(|force| Stuck {
+                force: Newtons(force),
+                time: self.stuck_time_s.map_or(stuck.time, Seconds),
+            }),
+            jump: unless_off(self.jump_m, default.jump.map(|jump| jump.0)).map(Metres),
+            start_force: real.then_some(Newtons(START_FORCE_N)),
+            rise_time: self.rise_time_s.map(Seconds),
+            workspace: self.workspace_m.map(|ends| workspace(ends, brakes)),
+            speed: self.speed_limit_m_per_s.map(|hard| speed(hard, brakes)),
+            braking: self.braking_n_s_per_m.map(NewtonSecondsPerMetre),
+            ..limits
+        }
+    }
+
+    /// Refuses what would do nothing on a simulated device. A real one may have the speed limit set that is missing here.
+    ///
+    /// # Errors
+    /// A jump without a speed limit.
+    pub fn acts(&self) -> Result<(), Failure> {
+        match (self.jump_m, self.speed_limit_m_per_s) {
+            (Some(jump), None) if jump > 0.0 => Err(Failure::bad_input(format_args!(
+                "jump {jump:e} m has no effect without a speed limit: give `speed_limit_m_per_s` too, or leave \
+                 `jump_m` out"
+            ))),
+            _ => Ok(()),
+        }
+    }
+
+    /// What is known of the device, where nobody says otherwise this.
+    #[must_use]
+    pub fn guarded(&self, device: GuardedDevice) -> GuardedDevice {
+        let said = GuardedDevice {
+            mass_kg: self.device_mass_kg,
+            damping_n_s_per_m: self.device_damping_n_s_per_m,
+            delay_s: self.device_delay_s,
+            lag_s: self.device_lag_s,
+            noise_m: self.device_noise_m,
+        };
+        said.or(device)
+    }
+
+    /// The limits for a device of this mass, unless somebody says otherwise, and delay: how much braking it bears.
+    #[must_use]
+    pub fn braked(&self, limits: Limits, mass_kg: f64, delay_samples: u32) -> Limits {
+        Limits {
+            device_mass: limits.device_mass.or(Some(Kilograms(mass_kg))),
+            device_delay_samples: delay_samples,
+            ..limits
+        }
+    }
+
+    /// What was asked for, for the metadata of a log.
+    pub fn describe(&self, metadata: &mut BTreeMap<String, String>) {
+        if self.guard != GuardChoice::Off {
+            metadata.insert("guard".to_owned(), self.guard.name().to_owned());
+        }
+        let numbers = [
+            ("workspace_low_m", self.workspace_m.map(|ends| ends.0)),
+            ("workspace_high_m", self.workspace_m.map(|ends| ends.1)),
+            ("speed_limit_m_per_s", self.speed_limit_m_per_s),
+            ("rise_time_s", self.rise_time_s),
+            ("braking_n_s_per_m", self.braking_n_s_per_m),
+            ("stop_time_s", self.stop_time_s),
+            ("brake_force_n", self.brake_force_n),
+            ("stuck_force_n", self.stuck_force_n),
+            ("stuck_time_s", self.stuck_time_s),
+            ("jump_m", self.jump_m),
+            ("device_mass_kg", self.device_mass_kg),
+            ("device_damping_n_s_per_m", self.device_damping_n_s_per_m),
+            ("device_delay_least_s", self.device_delay_s.map(|d| d.0)),
+            ("device_delay_most_s", self.device_delay_s.map(|d| d.1)),
+            ("device_lag_s", self.device_lag_s),
+            ("device_noise_m", self.device_noise_m),
+        ];
+        for (key, value) in numbers {
+            if let Some(value) = value {
+                metadata.insert(key.to_owned(), value.to_string());
+            }
+        }
+    }
+}
+
+/// A workspace, a tenth of it at each end to brake in.
+#[must_use]
+pub fn workspace((low, high): (f64, f64), brakes: bool) -> Workspace {
+    Workspace {
+        low: Metres(low),
+        high: Metres(high),
+        soft: Metres(if brakes { 0.1 * (high - low) } else { 0.0 }),
+    }
+}
+
+/// A speed limit, braked from two thirds of it on. Without braking a zone as narrow as can be, so that no
+/// limiter seems to act.
+#[must_use]
+pub fn speed(hard: f64, brakes: bool) -> SpeedLimit {
+    let soft = if brakes { hard / 1.5 } else { 0.999 * hard };
+    SpeedLimit {
+        soft: MetresPerSecond(soft),
+        hard: MetresPerSecond(hard),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_guard_says_what_it_has_to_know() {
+        let t = Seconds(1e-3);
+        let unknown = GuardedDevice::default();
+        assert_eq!(GuardChoice::Off.of(&unknown, t).expect("off"), None);
+        let damped = GuardedDevice {
+            damping_n_s_per_m: Some(3.5),
+            ..unknown
+        };
+        let late = GuardedDevice {
+            delay_s: Some((0.0, 1e-3)),
+            ..damped
+        };
+        for (guard, device, option) in [
+            (GuardChoice::Observer, unknown, "device_mass_kg"),
+            (
+                GuardChoice::EnergyBounding,
+                unknown,
+                "device_damping_n_s_per_m",
+            ),
+            (GuardChoice::EnergyBounding, damped, "device_delay_least_s"),
+            (GuardChoice::EnergyBounding, late, "device_lag_s"),
+        ] {
+            let error = guard.of(&device, t).expect_err("unknown").to_string();
+            assert!(
+                error.contains(option) && error.contains(guard.name()),
+                "{error}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_somebody_says_of_a_device_goes_before_what_it_simulates() {
+        use super::super::remote::guard_of;
+        use haptic_link::Simulation;
+        let t = Seconds(1e-3);
+        let said = GuardedDevice {
+            damping_n_s_per_m: Some(2.0),
+            delay_s: Some((0.0, 1e-3)),
+            lag_s: Some(5e-4),
+            ..GuardedDevice::default()
+        };
+        let bounding =
+            |known, simulation| match guard_of(GuardChoice::EnergyBounding, known, simulation, t)
+                .expect("known")
+            {
+                Some(Guard::EnergyBounding(bounding)) => {
+                    let delay = (bounding.delay_least.0, bounding.delay_most.0);
+                    (bounding.device_damping.0, delay, bounding.lag.0)
+                }
+                other => panic!("{other:?}"),
+            };
+        let nothing = GuardedDevice::default();
+        let ideal = (3.5, (0.0, 0.0), 0.0);
+        assert_eq!(bounding(nothing, &Simulation::TESTBED), ideal);
+        let worse = (2.0, (0.0, 1e-3), 5e-4);
+        assert_eq!(bounding(said, &Simulation::TESTBED), worse);
+        assert_eq!(bounding(said, &Simulation::REAL), worse);
+        assert!(guard_of(GuardChoice::EnergyBounding, nothing, &Simulation::REAL, t).is_err());
+    }
+}

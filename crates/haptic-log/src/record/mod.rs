@@ -1,0 +1,53 @@
+//! The run log: one MCAP file per run, written as the run goes.
+//!
+//! ```text
+//! loop ──TickMessage──▶ LogWriter ──▶ run.mcap.part ──finish──▶ run.mcap
+//!                                          │ killed, disk full       │
+//!                                          ▼                         ▼
+//!                                       recover ──▶ new log     LogReader ──▶ inspect, export
+//! ```
+//!
+//! A log holds two topics and any number of metadata records:
+//!
+//! | topic | type | one message per |
+//! |---|---|---|
+//! | `/haptics/tick` | `haptics_msgs/msg/Tick` | control tick |
+//! | `/haptics/event` | `haptics_msgs/msg/Event` | thing worth a sentence |
+//!
+//! Messages are CDR with `ros2msg` schemas under the profile `ros2`, so Foxglove, PlotJuggler
+//! and the ROS 2 bag tools plot them without a plug-in. Log time and publish time are the wall-clock start
+//! of the run ([`StartTime`], metadata `clock`) plus the *device's* time, in ns since 1970; the device's time
+//! alone is in the message, and the sequence number is the tick. Every 100 ms of device time a chunk is
+//! closed and handed to the operating system: a process that dies loses at most that much.
+//!
+//! Every [`SYNC_INTERVAL`] a thread of its own brings what was handed over to the disk: a power failure
+//! costs that much, one chunk, and as long as the disk takes. No topics but these two survive [`recover()`].
+
+mod error;
+mod export;
+mod inspect;
+mod message;
+mod new_file;
+mod reader;
+mod recover;
+mod roll;
+mod run_end;
+mod sink;
+mod start_time;
+mod sync;
+mod writer;
+
+pub use error::RecordError;
+pub use export::{ExportSummary, export_csv, export_csv_to};
+pub use inspect::{Gap, LogSummary, inspect};
+#[cfg(feature = "foxglove")]
+pub(crate) use message::LogMessage;
+pub use message::{EventMessage, MessageError, TickMessage};
+pub use new_file::{Leftover, NewFile, NewFileError, leftover_at};
+pub use reader::{Condition, Damage, Entry, LogReader, MetadataRecord};
+pub use recover::{RECOVERED, RecoverySummary, recover};
+pub use roll::{CONTINUES, LogFiles, NEXT, ROLL_LEAST, RollingLog, nth_file};
+pub use run_end::{END, EndKind, RunEnd};
+pub use start_time::{CLOCK, StartTime};
+pub use sync::{SYNC_INTERVAL, SyncTimes};
+pub use writer::{FLUSH_INTERVAL_NS, FinishedLog, LogWriter};

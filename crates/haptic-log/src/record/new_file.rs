@@ -1,0 +1,312 @@
+//! A file that gets its name only when it is whole.
+//!
+//! Bytes go to another name in the same folder, and [`NewFile::publish`] gives the file its own. So
+//! nothing half-written is left looking complete, whatever kills the process.
+
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// A file that could not be created or named.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum NewFileError {
+    /// The name is taken.
+    #[error("`{}` already exists and is not overwritten; choose another name or move it away", .0.display())]
+    Exists(PathBuf),
+    /// An earlier log under this name was never finished.
+    #[error(
+        "`{}` is left from a run that was cut off; save what it holds with `host-cli log recover`, then remove it",
+        .0.display()
+    )]
+    Leftover(PathBuf),
+    /// Another process is writing the file just now.
+    #[error(
+        "`{}` is being written by another run; wait until that run has ended, or take another folder",
+        .0.display()
+    )]
+    BeingWritten(PathBuf),
+    /// What is to be written is what is read.
+    #[error("`{}` would be written over the log it is made from; choose another name", .0.display())]
+    OwnSource(PathBuf),
+    /// The folder does not take the file.
+    #[error("cannot write `{}`: {source}; check that the folder exists, is writable and has space", .path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system said.
+        source: io::Error,
+    },
+}
+
+impl NewFileError {
+    /// An I/O error on `path`.
+    pub fn io(path: &Path, source: io::Error) -> Self {
+        let path = path.to_owned();
+        Self::Io { path, source }
+    }
+}
+
+/// What becomes of the unfinished file when it is never published, and of one that is already
+/// there. The names differ, so that `NAME.part` can be recovered into `NAME`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Leftover {
+    /// `NAME.part` holds data: it stays, and one that is already there is refused.
+    Keep,
+    /// `NAME.host-cli-tmp` can be made again: it is removed, and one that is already there is
+    /// written over.
+    Discard,
+}
+
+impl Leftover {
+    fn suffix(self) -> &'static str {
+        match self {
+            Self::Keep => ".part",
+            Self::Discard => ".host-cli-tmp",
+        }
+    }
+}
+
+/// A file under construction; see the [module](self).
+#[derive(Debug)]
+pub struct NewFile {
+    target: PathBuf,
+    part: PathBuf,
+    leftover: Leftover,
+    overwrite: bool,
+    published: bool,
+}
+
+impl NewFile {
+    /// Opens the unfinished file for writing. With `overwrite` the target may exist.
+    ///
+    /// # Errors
+    /// A name that is taken, a file that cannot be made.
+    pub fn create(
+        target: &Path,
+        leftover: Leftover,
+        overwrite: bool,
+    ) -> Result<(Self, File), NewFileError> {
+        let part = part_of(target, leftover);
+        // A dangling link counts as taken too, so the link itself is asked.
+        if !overwrite && target.symlink_metadata().is_ok() {
+            return Err(NewFileError::Exists(target.to_owned()));
+        }
+        let mut options = OpenOptions::new();
+        options.write(true);
+        match leftover {
+            Leftover::Keep => options.create_new(true),
+            Leftover::Discard => options.create(true).truncate(true),
+        };
+        let file = options.open(&part).map_err(|source| match source.kind() {
+            io::ErrorKind::AlreadyExists => leftover_at(&part),
+            // The name that the user knows.
+            _ => NewFileError::io(target, source),
+        })?;
+        if leftover == Leftover::Keep {
+            // Held as long as the file is open, so it ends with the process however that dies. A file
+            // system without locks keeps its leftovers apart by their names alone.
+            let _ = file.try_lock();
+        }
+        let new_file = Self {
+            target: target.to_owned(),
+            part,
+            leftover,
+            overwrite,
+            published: false,
+        };
+        Ok((new_file, file))
+    }
+
+    /// The name while under construction.
+    pub fn part(&self) -> &Path {
+        &self.part
+    }
+
+    /// The name it will get.
+    pub fn target(&self) -> &Path {
+        &self.target
+    }
+
+    /// Brings the names in the folder to the disk, where the system knows how; a folder that cannot be
+    /// synced is as it was before.
+    pub(crate) fn sync_folder(&self) {
+        #[cfg(unix)]
+        {
+            let folder = self.target.parent();
+            let folder = folder.filter(|folder| !folder.as_os_str().is_empty());
+            let opened = File::open(folder.unwrap_or(Path::new(".")));
+            let _ = opened.and_then(|folder| folder.sync_all());
+        }
+    }
+
+    /// Gives up: nothing worth keeping was written.
+    pub fn discard(mut self) {
+        // The name stays as it is; only the policy changes.
+        self.leftover = Leftover::Discard;
+    }
+
+    /// Gives the file its name. Without `overwrite`, a file that took the name in the meantime is
+    /// an error and stays as it is.
+    ///
+    /// # Errors
+    /// A name that is taken, a folder that does not take the file.
+    pub fn publish(mut self) -> Result<(), NewFileError> {
+        let moved = if self.overwrite {
+            fs::rename(&self.part, &self.target)
+        } else {
+            rename_to_free_name(&self.part, &self.target)
+        };
+        moved.map_err(|source| match source.kind() {
+            io::ErrorKind::AlreadyExists => NewFileError::Exists(self.target.clone()),
+            _ => NewFileError::io(&self.target, source),
+        })?;
+        self.published = true;
+        if self.leftover == Leftover::Keep {
+            self.sync_folder();
+        }
+        Ok(())
+    }
+}
+
+impl Drop for NewFile {
+    fn drop(&mut self) {
+        if !self.published && self.leftover == Leftover::Discard {
+            // Nothing useful can be done about a failure here.
+            let _ = fs::remove_file(&self.part);
+        }
+    }
+}
+
+/// The error for an unfinished file that is in the way: its writer is alive, or has left it.
+pub fn leftover_at(part: &Path) -> NewFileError {
+    match refuse_being_written(part) {
+        Err(error) => error,
+        Ok(()) => NewFileError::Leftover(part.to_owned()),
+    }
+}
+
+/// Refuses a file that another run is writing: one whose lock is held.
+///
+/// # Errors
+/// [`NewFileError::BeingWritten`].
+pub(crate) fn refuse_being_written(file: &Path) -> Result<(), NewFileError> {
+    // One that cannot be opened is no business of this check.
+    match File::open(file).map(|file| file.try_lock_shared()) {
+        Ok(Err(TryLockError::WouldBlock)) => Err(NewFileError::BeingWritten(file.to_owned())),
+        _ => Ok(()),
+    }
+}
+
+/// Refuses to write to `target`, under either of its names, what is read from `source`.
+///
+/// # Errors
+/// [`NewFileError::OwnSource`].
+pub(crate) fn refuse_own_source(source: &Path, target: &Path) -> Result<(), NewFileError> {
+    let Ok(source) = fs::canonicalize(source) else {
+        // It cannot be read either, which is found out soon enough.
+        return Ok(());
+    };
+    for name in [target, &part_of(target, Leftover::Discard)] {
+        if fs::canonicalize(name).is_ok_and(|name| is_same(&source, &name)) {
+            return Err(NewFileError::OwnSource(target.to_owned()));
+        }
+    }
+    Ok(())
+}
+
+/// Whether two canonical paths are one file, be it by another hard link.
+fn is_same(a: &Path, b: &Path) -> bool {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::MetadataExt as _;
+        let number = |path| fs::metadata(path).map(|file| (file.dev(), file.ino())).ok();
+        if let (Some(a), Some(b)) = (number(a), number(b)) {
+            return a == b;
+        }
+    }
+    a == b
+}
+
+fn part_of(target: &Path, leftover: Leftover) -> PathBuf {
+    let mut name = target.as_os_str().to_owned();
+    name.push(leftover.suffix());
+    PathBuf::from(name)
+}
+
+/// Renames, and fails if `to` exists. A hard link refuses a taken name in one step, where
+/// `rename` would replace the file; where links do not exist (FAT), a look first must do.
+fn rename_to_free_name(from: &Path, to: &Path) -> io::Result<()> {
+    match fs::hard_link(from, to) {
+        Ok(()) => {
+            // The data is under its name now; an old name that stays behind is only untidy.
+            let _ = fs::remove_file(from);
+            Ok(())
+        }
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Err(error),
+        Err(_) if to.symlink_metadata().is_ok() => Err(io::ErrorKind::AlreadyExists.into()),
+        Err(_) => fs::rename(from, to),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write as _;
+
+    #[test]
+    fn the_name_appears_only_when_the_file_is_published() {
+        let folder = tempfile::tempdir().expect("folder");
+        let target = folder.path().join("a.csv");
+        let (new_file, mut file) =
+            NewFile::create(&target, Leftover::Discard, false).expect("creates");
+        file.write_all(b"whole").expect("writes");
+        assert!(!target.exists());
+        new_file.publish().expect("publishes");
+        assert_eq!(fs::read(&target).expect("reads"), b"whole");
+        assert_eq!(fs::read_dir(folder.path()).expect("lists").count(), 1);
+    }
+
+    #[test]
+    fn a_name_taken_meanwhile_is_not_overwritten() {
+        let folder = tempfile::tempdir().expect("folder");
+        let target = folder.path().join("a.mcap");
+        let (new_file, _file) = NewFile::create(&target, Leftover::Keep, false).expect("creates");
+        fs::write(&target, b"theirs").expect("writes");
+        let part = new_file.part().to_owned();
+        assert!(matches!(new_file.publish(), Err(NewFileError::Exists(_))));
+        assert_eq!(fs::read(&target).expect("reads"), b"theirs");
+        assert!(part.exists(), "the data stays in the .part file");
+    }
+
+    #[test]
+    fn a_file_that_is_being_written_is_told_from_one_that_was_left() {
+        let folder = tempfile::tempdir().expect("folder");
+        let target = folder.path().join("a.mcap");
+        let (new_file, file) = NewFile::create(&target, Leftover::Keep, false).expect("creates");
+        let part = new_file.part().to_owned();
+        for overwrite in [false, true] {
+            let error = NewFile::create(&target, Leftover::Keep, overwrite).expect_err("refuses");
+            assert!(matches!(error, NewFileError::BeingWritten(_)), "{error}");
+        }
+        assert!(refuse_being_written(&part).is_err());
+        drop(file);
+        refuse_being_written(&part).expect("nobody writes it any more");
+        let error = NewFile::create(&target, Leftover::Keep, false).expect_err("refuses");
+        assert!(matches!(error, NewFileError::Leftover(_)), "{error}");
+        // What is not there is written by nobody.
+        refuse_being_written(&target).expect("nobody writes it");
+    }
+
+    #[test]
+    fn an_abandoned_file_is_removed_or_kept_as_asked() {
+        let folder = tempfile::tempdir().expect("folder");
+        for (leftover, stays) in [(Leftover::Discard, false), (Leftover::Keep, true)] {
+            let target = folder.path().join(format!("{leftover:?}"));
+            let (new_file, _file) = NewFile::create(&target, leftover, false).expect("creates");
+            let part = new_file.part().to_owned();
+            drop(new_file);
+            assert_eq!(part.exists(), stays, "{leftover:?}");
+        }
+    }
+}

@@ -1,0 +1,148 @@
+//! Brings a growing log to the disk itself, from a thread of its own.
+//!
+//! What the writer has handed over survives the death of the process, but not a power cut: the operating
+//! system keeps it in memory for up to half a minute. A `sync_data` may take long, so the thread that
+//! writes does not wait for it; a kill in the middle of one costs no more than at any other time.
+
+use std::fs::File;
+use std::io;
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// Time between two syncs of a log that is being written.
+pub const SYNC_INTERVAL: Duration = Duration::from_secs(1);
+
+/// What the syncs of a log took.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SyncTimes {
+    /// How many there were.
+    pub count: u32,
+    /// All together.
+    pub total: Duration,
+    /// The longest.
+    pub longest: Duration,
+}
+
+/// Syncs a file at an interval, until it is stopped or dropped.
+#[derive(Debug)]
+pub(super) struct Syncer {
+    stop: Option<Sender<()>>,
+    thread: Option<JoinHandle<io::Result<SyncTimes>>>,
+}
+
+impl Syncer {
+    /// Starts.
+    ///
+    /// # Errors
+    /// If the system gives no second handle of the file or no thread.
+    pub(super) fn start(file: &File, interval: Duration) -> io::Result<Self> {
+        let file = file.try_clone()?;
+        let (stop, stopped) = channel::<()>();
+        let thread = std::thread::Builder::new()
+            .name("log sync".to_owned())
+            .spawn(move || {
+                let mut times = SyncTimes::default();
+                while stopped.recv_timeout(interval) == Err(RecvTimeoutError::Timeout) {
+                    let began = Instant::now();
+                    file.sync_data()?;
+                    let took = began.elapsed();
+                    times.count += 1;
+                    times.total += took;
+                    times.longest = times.longest.max(took);
+                }
+                Ok(times)
+            })?;
+        Ok(Self {
+            stop: Some(stop),
+            thread: Some(thread),
+        })
+    }
+
+    /// Stops.
+    ///
+    /// # Errors
+    /// Of the sync that failed: the system tells of a failure once, so a later sync that succeeds proves
+    /// nothing.
+    pub(super) fn stop(mut self) -> io::Result<SyncTimes> {
+        self.stop = None;
+        match self.thread.take().map(JoinHandle::join) {
+            Some(Ok(result)) => result,
+            // A panic in there is a defect; let it be seen as one.
+            Some(Err(panic)) => std::panic::resume_unwind(panic),
+            None => Ok(SyncTimes::default()),
+        }
+    }
+}
+
+impl Drop for Syncer {
+    fn drop(&mut self) {
+        self.stop = None;
+        if let Some(thread) = self.thread.take() {
+            // The log has failed otherwise already.
+            let _ = thread.join();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_is_synced_at_the_interval_until_it_is_stopped() {
+        let file = tempfile::tempfile().expect("a file");
+        let syncer = Syncer::start(&file, Duration::from_millis(5)).expect("starts");
+        std::thread::sleep(Duration::from_millis(200));
+        let times = syncer.stop().expect("syncs");
+        assert!(times.count >= 2, "{times:?}");
+        assert!(times.longest <= times.total, "{times:?}");
+        // The stop does not wait for the interval.
+        let began = Instant::now();
+        let syncer = Syncer::start(&file, Duration::from_secs(600)).expect("starts");
+        assert_eq!(syncer.stop().expect("stops"), SyncTimes::default());
+        assert!(began.elapsed() < Duration::from_secs(60));
+    }
+
+    /// The numbers of `docs/logs.md`: `cargo test -p haptic-log --lib cost_of -- --ignored --nocapture`, with the
+    /// temporary folder (`TMPDIR`) on the disk in question.
+    #[test]
+    #[ignore = "measures for a minute"]
+    fn the_cost_of_syncing_a_log() {
+        use crate::record::{Leftover, LogWriter, TickMessage};
+        const TICK: Duration = Duration::from_millis(1);
+        let folder = tempfile::tempdir().expect("a folder");
+        for interval_ms in [0, 100, 250, 1000, 5000] {
+            let path = folder.path().join(format!("{interval_ms}.mcap"));
+            let interval = (interval_ms > 0).then(|| Duration::from_millis(interval_ms));
+            let log = LogWriter::create_synced(&path, Leftover::Keep, false, interval);
+            let mut log = log.expect("creates");
+            let mut times = hdrhistogram::Histogram::<u64>::new(3).expect("bounds");
+            let began = Instant::now();
+            for tick in 0..10_000_u32 {
+                let wait = (began + tick * TICK).saturating_duration_since(Instant::now());
+                std::thread::sleep(wait);
+                let before = Instant::now();
+                let message = TickMessage {
+                    tick: u64::from(tick),
+                    time_s: 1e-3 * f64::from(tick),
+                    position_m: f64::from(tick).sin(),
+                    force_n: f64::from(tick).cos(),
+                    ..TickMessage::default()
+                };
+                log.tick(&message).expect("writes");
+                times.saturating_record(before.elapsed().as_nanos() as u64);
+            }
+            let syncs = log.finish().expect("finishes").syncs;
+            println!(
+                "every {interval_ms} ms: {} syncs, {:?} each, longest {:?}; a tick for the writer {} µs at \
+                 99.9 %, {} µs longest",
+                syncs.count,
+                syncs.total / syncs.count.max(1),
+                syncs.longest,
+                times.value_at_quantile(0.999) / 1000,
+                times.max() / 1000
+            );
+        }
+    }
+}

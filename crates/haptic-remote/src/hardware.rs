@@ -1,0 +1,72 @@
+//! What the device's end of the link needs of a board.
+
+use haptic_link::{Capabilities, Refusal, Simulation};
+use haptic_loop::{Device, Fault, Reading};
+
+/// A board: sensors and actuators of one axis, or a simulation of them.
+///
+/// [`read`](Device::read) and [`write`](Device::write) are called once a tick, in this order. An error of
+/// theirs is a fault that latches; the force then falls to zero through further reads and writes. So a
+/// board that goes on failing has to make itself forceless, and to say so once.
+pub trait Hardware: Device<f32, 1, Error = Fault> {
+    /// What [`prepare`](Self::prepare) makes.
+    type Setup;
+
+    /// What the board is and can do.
+    fn capabilities(&self) -> Capabilities;
+
+    /// Makes what a configuration asks of the plant; outside the tick, so it may take its time.
+    ///
+    /// # Errors
+    /// A plant that this board cannot be, a parameter outside its range.
+    fn prepare(simulation: &Simulation, tick_period_us: u32) -> Result<Self::Setup, Refusal>;
+
+    /// Takes over what was prepared, between two ticks. From then on ticks come at this period.
+    fn install(&mut self, setup: Self::Setup, tick_period_us: u32);
+
+    /// A run begins: a simulated plant goes back to its start.
+    fn restart(&mut self);
+
+    /// One tick while no force may act: makes sure of that, and reads. A simulated plant stands still.
+    ///
+    /// # Errors
+    /// What is wrong with the board.
+    fn idle(&mut self) -> Result<Reading<f32, 1>, Fault>;
+
+    /// No force from now on, whatever was written last: the loop cannot go on. Called at each tick whose
+    /// [`read`](Device::read), [`write`](Device::write) or [`idle`](Self::idle) has failed.
+    fn let_go(&mut self);
+
+    /// Whether the condition of a fault still holds, as an open emergency stop.
+    fn persisting_fault(&self) -> Option<Fault> {
+        None
+    }
+
+    /// Counts processor cycles, modulo 2³²; 0 for ever where nothing counts them.
+    fn cycles(&self) -> u32 {
+        0
+    }
+}
+
+/// Somebody who lends a value to one user at a time: a critical section, a mutex.
+pub trait Exclusive<T> {
+    /// Runs `user` while nobody else can touch the value. Keep it short: ticks wait meanwhile.
+    fn with<R>(&self, user: impl FnOnce(&mut T) -> R) -> R;
+}
+
+impl<T> Exclusive<T> for core::cell::RefCell<T> {
+    fn with<R>(&self, user: impl FnOnce(&mut T) -> R) -> R {
+        user(&mut self.borrow_mut())
+    }
+}
+
+#[cfg(feature = "std")]
+impl<T> Exclusive<T> for std::sync::Mutex<T> {
+    fn with<R>(&self, user: impl FnOnce(&mut T) -> R) -> R {
+        // Whoever panicked with it has been seen; the value itself is whole between two ticks.
+        let mut value = self
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner);
+        user(&mut value)
+    }
+}

@@ -1,0 +1,38 @@
+#![doc = include_str!("../README.md")]
+#![no_std]
+#![forbid(unsafe_code)]
+#[cfg(feature = "std")]
+extern crate std;
+
+mod connections;
+mod conversation;
+#[cfg(all(feature = "std", unix))]
+pub mod emulator;
+#[cfg(feature = "std")]
+mod faulty_line;
+mod flight;
+mod hardware;
+mod limits;
+mod outbox;
+mod prepared;
+#[cfg(feature = "std")]
+pub mod serial;
+mod session;
+mod simulated;
+mod tick_side;
+
+pub use conversation::{Conversation, HostCounters, Incoming, LinkError, check_keys};
+#[cfg(feature = "std")]
+pub use faulty_line::{FaultyLine, LineDamage, LineFaults};
+pub use flight::FLIGHT_SAMPLES;
+pub use hardware::{Exclusive, Hardware};
+pub use limits::{wire_guard, wire_limits};
+pub use outbox::QUEUE_SAMPLES;
+#[cfg(feature = "std")]
+pub use prepared::operator_shape;
+pub use prepared::{
+    COEFFICIENTS_MAX, DEGREE_MAX, DeviceOperator, DeviceWall, MODES_MAX, Prepared, prepare,
+};
+pub use session::Session;
+pub use simulated::SimulatedPlant;
+pub use tick_side::TickSide;

@@ -1,0 +1,255 @@
+//! The limits of a safety chain on the wire and in the chain.
+
+use haptic_link::{Capabilities, Field, GuardKind, Refusal};
+use haptic_loop::units::{
+    Hertz, Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond,
+    Seconds,
+};
+use haptic_loop::{EnergyBounding, Guard, Limits, PassivityObserver, SpeedLimit, Stuck, Workspace};
+use haptic_loop::{MAX_GUARD_DELAY_SAMPLES, MAX_GUARD_LAG_SAMPLES};
+
+/// Narrowest zone of braking, m or m/s: a share of a narrower one would have no digits.
+const ZONE_MIN: f32 = 1e-6;
+/// Most noise of a position, m: with more of it nothing can be guarded.
+const NOISE_MAX: f32 = 0.01;
+
+/// The limits of the chain of a device, each within the range that its field states.
+///
+/// # Errors
+/// The first that is not.
+pub(super) fn chain_limits(
+    limits: &haptic_link::Limits,
+    tick_period_us: u32,
+    capabilities: &Capabilities,
+) -> Result<Limits, Refusal> {
+    let positive = f32::MIN_POSITIVE;
+    let force = within(
+        Field::ForceLimit,
+        limits.force_n,
+        positive,
+        capabilities.force_max_n,
+    )?;
+    let rate = within(
+        Field::ForceRateLimit,
+        limits.force_rate_n_per_s,
+        positive,
+        capabilities.force_rate_max_n_per_s,
+    )?;
+    let start = within(Field::StartForce, limits.start_force_n, 0.0, f32::MAX)?;
+    let rise = within(Field::RiseTime, limits.rise_time_s, 0.0, 60.0)?;
+    let bandwidth = within(
+        Field::VelocityBandwidth,
+        limits.velocity_bandwidth_hz,
+        0.1,
+        1e4,
+    )?;
+    let [least, most] = Limits::STOP_TIME_S;
+    let stop_time = within(
+        Field::StopTime,
+        limits.stop_time_s,
+        least as f32,
+        most as f32,
+    )?;
+    let most = Limits::BRAKE_FORCE_MAX_N as f32;
+    let brake_force = within(Field::BrakeForce, limits.brake_force_n, 0.0, most)?;
+    let least = if limits.device_mass_kg > 0.0 {
+        1e-6
+    } else {
+        0.0
+    };
+    let mass = within(Field::DeviceMass, limits.device_mass_kg, least, 1e3)?;
+    let stuck_force = within(Field::StuckForce, limits.stuck_force_n, 0.0, f32::MAX)?;
+    let stuck_time = within(Field::StuckTime, limits.stuck_time_s, 1e-3, 10.0)?;
+    let jump = zone(Field::Jump, limits.jump_m, 1.0)?;
+    let on = |value: f32| (value > 0.0).then_some(f64::from(value));
+    let mut chain = Limits {
+        norm: None,
+        start_force: on(start).map(Newtons),
+        rise_time: on(rise).map(Seconds),
+        workspace: workspace(limits)?,
+        speed: speed(limits)?,
+        velocity_bandwidth: Hertz(f64::from(bandwidth)),
+        // The least single-precision number in the range may lie below it.
+        stop_time: Seconds(f64::from(stop_time).max(Limits::STOP_TIME_S[0])),
+        brake_force: Newtons(f64::from(brake_force)),
+        device_mass: on(mass).map(Kilograms),
+        device_delay_samples: u32::from(limits.device_delay_ticks),
+        stuck: on(stuck_force).map(|force| Stuck {
+            force: Newtons(force),
+            time: Seconds(f64::from(stuck_time).max(1e-3)),
+        }),
+        jump: on(jump).map(Metres),
+        guard: guard(&limits.guard, tick_period_us)?,
+        ..Limits::bare(Newtons(f64::from(force)), NewtonsPerSecond(f64::from(rate)))
+    };
+    let most = chain.braking_max(Seconds(f64::from(tick_period_us) * 1e-6));
+    let asked = limits.braking_n_s_per_m;
+    let braking = within(Field::Braking, asked, 0.0, most.0 as f32)?;
+    // Rounding the bound may have taken it up.
+    chain.braking = on(braking).map(|braking| NewtonSecondsPerMetre(braking.min(most.0)));
+    Ok(chain)
+}
+
+/// 0, or at least as wide as the narrowest zone.
+fn zone(field: Field, width: f32, most: f32) -> Result<f32, Refusal> {
+    let least = if width > 0.0 { ZONE_MIN } else { 0.0 };
+    within(field, width, least, most)
+}
+
+fn workspace(limits: &haptic_link::Limits) -> Result<Option<Workspace>, Refusal> {
+    /// m.
+    const FAR: f32 = 100.0;
+    let (low, high) = (limits.workspace_low_m, limits.workspace_high_m);
+    let low = within(Field::WorkspaceLow, low, -FAR, FAR)?;
+    if low.abs() + high.abs() <= 0.0 {
+        zone(Field::WorkspaceSoft, limits.workspace_soft_m, 0.0)?;
+        return Ok(None);
+    }
+    let high = within(Field::WorkspaceHigh, high, low.next_up(), FAR)?;
+    let half = 0.5 * (f64::from(high) - f64::from(low));
+    let soft = zone(Field::WorkspaceSoft, limits.workspace_soft_m, half as f32)?;
+    Ok(Some(Workspace {
+        low: Metres(f64::from(low)),
+        high: Metres(f64::from(high)),
+        // Half the workspace may have been rounded up.
+        soft: Metres(f64::from(soft).min(half)),
+    }))
+}
+
+fn speed(limits: &haptic_link::Limits) -> Result<Option<SpeedLimit>, Refusal> {
+    let hard = limits.speed_hard_m_per_s;
+    let least = if hard > 0.0 { ZONE_MIN } else { 0.0 };
+    let hard = within(Field::SpeedHard, hard, least, 1e3)?;
+    if hard <= 0.0 {
+        within(Field::SpeedSoft, limits.speed_soft_m_per_s, 0.0, 0.0)?;
+        return Ok(None);
+    }
+    // At the largest speeds single precision has no room for the narrowest zone.
+    let most = (hard - ZONE_MIN).min(hard.next_down());
+    let soft = within(Field::SpeedSoft, limits.speed_soft_m_per_s, 0.0, most)?;
+    Ok(Some(SpeedLimit {
+        soft: MetresPerSecond(f64::from(soft)),
+        hard: MetresPerSecond(f64::from(hard)),
+    }))
+}
+
+fn guard(guard: &haptic_link::Guard, tick_period_us: u32) -> Result<Option<Guard>, Refusal> {
+    if guard.kind == GuardKind::Off {
+        return Ok(None);
+    }
+    let damping = within(Field::GuardDamping, guard.damping_n_s_per_m, 1e-6, 1e6)?;
+    let damping = NewtonSecondsPerMetre(f64::from(damping));
+    // So that it is at least the sample time in double precision too.
+    let tick = (tick_period_us as f32 * 1e-6).next_up();
+    let bounding = guard.kind == GuardKind::EnergyBounding;
+    let at_once = bounding && guard.forget_s.abs() <= 0.0;
+    let least = if at_once { 0.0 } else { tick };
+    let forget = within(Field::GuardForget, guard.forget_s, least, 3600.0)?;
+    let forget = Seconds(f64::from(forget));
+    if !bounding {
+        return Ok(Some(Guard::Observer(PassivityObserver {
+            damping_max: damping,
+            forget,
+        })));
+    }
+    let share = within(Field::GuardShare, guard.share, 1e-3, 1.0)?;
+    let longest = MAX_GUARD_DELAY_SAMPLES as f32;
+    let most = within(
+        Field::GuardDelayMost,
+        guard.delay_most_samples,
+        0.0,
+        longest,
+    )?;
+    let least = within(Field::GuardDelayLeast, guard.delay_least_samples, 0.0, most)?;
+    let slowest = MAX_GUARD_LAG_SAMPLES as f32 * tick;
+    let lag = within(Field::GuardLag, guard.lag_s, 0.0, slowest)?;
+    let noise = within(Field::GuardNoise, guard.noise_m, 0.0, NOISE_MAX)?;
+    // Whole ticks have no rounding this way.
+    let sample_time = f64::from(tick_period_us) * 1e-6;
+    let delay = |samples: f32| Seconds(f64::from(samples) * sample_time);
+    Ok(Some(Guard::EnergyBounding(EnergyBounding {
+        device_damping: damping,
+        share: f64::from(share),
+        forget,
+        delay_least: delay(least),
+        delay_most: delay(most),
+        lag: Seconds(f64::from(lag)),
+        noise: Metres(f64::from(noise)),
+    })))
+}
+
+/// The same limits on the wire for a tick of this time, with the watchdog and late ticks of
+/// [`Limits::DEFAULT`](haptic_link::Limits::DEFAULT). A limit of the norm has no place there: with one axis it
+/// is one of the force.
+#[must_use]
+pub fn wire_limits(limits: &Limits, sample_time: Seconds) -> haptic_link::Limits {
+    let norm = limits.norm.map_or(f64::INFINITY, |norm| norm.0);
+    let workspace = limits.workspace.map(|w| (w.low.0, w.high.0, w.soft.0));
+    let (low, high, soft) = workspace.unwrap_or_default();
+    let speed = limits.speed.map(|s| (s.soft.0, s.hard.0));
+    let (speed_soft, speed_hard) = speed.unwrap_or_default();
+    haptic_link::Limits {
+        start_force_n: limits.start_force.map_or(0.0, |force| force.0 as f32),
+        rise_time_s: limits.rise_time.map_or(0.0, |time| time.0 as f32),
+        workspace_low_m: low as f32,
+        workspace_high_m: high as f32,
+        workspace_soft_m: soft as f32,
+        speed_soft_m_per_s: speed_soft as f32,
+        speed_hard_m_per_s: speed_hard as f32,
+        velocity_bandwidth_hz: limits.velocity_bandwidth.0 as f32,
+        braking_n_s_per_m: limits.braking.map_or(0.0, |braking| braking.0 as f32),
+        stop_time_s: limits.stop_time.0 as f32,
+        brake_force_n: limits.brake_force.0 as f32,
+        device_mass_kg: limits.device_mass.map_or(0.0, |mass| mass.0 as f32),
+        // More than the wire can say is more than anybody waits for.
+        device_delay_ticks: u8::try_from(limits.device_delay_samples).unwrap_or(u8::MAX),
+        stuck_force_n: limits.stuck.map_or(0.0, |stuck| stuck.force.0 as f32),
+        stuck_time_s: limits.stuck.unwrap_or(Stuck::DEFAULT).time.0 as f32,
+        jump_m: limits.jump.map_or(0.0, |jump| jump.0 as f32),
+        guard: limits
+            .guard
+            .as_ref()
+            .map_or(haptic_link::Guard::OFF, |guard| {
+                wire_guard(guard, sample_time)
+            }),
+        ..haptic_link::Limits::bare(limits.force.0.min(norm) as f32, limits.rate.0 as f32)
+    }
+}
+
+/// The same guard on the wire, for a tick of this time.
+#[must_use]
+pub fn wire_guard(guard: &Guard, sample_time: Seconds) -> haptic_link::Guard {
+    match guard {
+        Guard::Observer(observer) => haptic_link::Guard {
+            kind: GuardKind::Observer,
+            damping_n_s_per_m: observer.damping_max.0 as f32,
+            forget_s: observer.forget.0 as f32,
+            ..haptic_link::Guard::OFF
+        },
+        Guard::EnergyBounding(bounding) => haptic_link::Guard {
+            kind: GuardKind::EnergyBounding,
+            damping_n_s_per_m: bounding.device_damping.0 as f32,
+            share: bounding.share as f32,
+            forget_s: bounding.forget.0 as f32,
+            delay_least_samples: (bounding.delay_least.0 / sample_time.0) as f32,
+            delay_most_samples: (bounding.delay_most.0 / sample_time.0) as f32,
+            lag_s: bounding.lag.0 as f32,
+            noise_m: bounding.noise.0 as f32,
+        },
+    }
+}
+
+/// Accepts a value in [least, most].
+#[inline(never)]
+pub(super) fn within(field: Field, value: f32, least: f32, most: f32) -> Result<f32, Refusal> {
+    if value >= least && value <= most {
+        Ok(value)
+    } else {
+        Err(Refusal::Range {
+            field,
+            value,
+            least,
+            most,
+        })
+    }
+}

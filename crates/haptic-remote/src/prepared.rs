@@ -1,0 +1,205 @@
+//! From a configuration on the wire to a controller: everything that can be refused is refused here.
+
+use crate::hardware::Hardware;
+use crate::limits::{chain_limits, within};
+use fracdiff::PortableOperator;
+use fracdiff::portable::{Form, ListError};
+use haptic_link::{
+    Capabilities, Configuration, DigestBuilder, Field, Limits, OperatorForm, Refusal,
+};
+use haptic_loop::WallShape;
+use haptic_loop::units::{Metres, Seconds};
+use haptic_loop::{SafetyChain, Wall};
+
+/// Most coefficients of an operator on a device: taps of a finite memory.
+pub const COEFFICIENTS_MAX: usize = 256;
+/// Most modes of a full memory.
+pub const MODES_MAX: usize = 48;
+/// Largest degree of a recursion, most sections.
+pub const DEGREE_MAX: usize = 16;
+
+/// The operator of a device.
+pub type DeviceOperator = PortableOperator<f32, COEFFICIENTS_MAX, MODES_MAX, DEGREE_MAX>;
+/// The environment of a device.
+pub type DeviceWall = Wall<f32, DeviceOperator>;
+
+/// A configuration that is good, ready to take effect. Without a history: that is made in its place.
+#[derive(Clone, Debug)]
+pub struct Prepared<S> {
+    pub(super) configuration: Configuration,
+    pub(super) digest: u32,
+    pub(super) wall: DeviceWall,
+    pub(super) chain: SafetyChain<f32>,
+    pub(super) setup: S,
+}
+
+/// Checks a configuration and makes a controller of it. Nothing of it takes effect yet.
+///
+/// *Cost*: a copy of the coefficients, their checks, and what the plant needs; no allocation.
+///
+/// # Errors
+/// The first parameter that is not as this board needs it.
+#[inline(never)]
+pub fn prepare<H: Hardware>(
+    configuration: Configuration,
+    coefficients: &[f32],
+    capabilities: &Capabilities,
+) -> Result<Prepared<H::Setup>, Refusal> {
+    let limits = checked(&configuration, capabilities)?;
+    // What needs the most memory first, while nothing else is there.
+    let setup = H::prepare(&configuration.simulation, configuration.tick_period_us)?;
+    let (wall, chain) = built(&configuration, coefficients, &limits)?;
+    Ok(Prepared {
+        configuration,
+        digest: digest(&configuration, coefficients),
+        wall,
+        chain,
+        setup,
+    })
+}
+
+/// Checks everything but coefficients and plant. What does not depend on the board is no generic function, so that a
+/// firmware that is fast in its tick has it small.
+#[inline(never)]
+fn checked(
+    configuration: &Configuration,
+    capabilities: &Capabilities,
+) -> Result<haptic_loop::Limits, Refusal> {
+    let limits = &configuration.limits;
+    let period = configuration.tick_period_us;
+    within(
+        Field::TickPeriod,
+        period as f32,
+        capabilities.tick_period_min_us as f32,
+        capabilities.tick_period_max_us as f32,
+    )?;
+    within(
+        Field::Watchdog,
+        f32::from(limits.watchdog_ms),
+        f32::from(Limits::WATCHDOG_MIN_MS),
+        f32::from(Limits::WATCHDOG_MAX_MS),
+    )?;
+    within(
+        Field::MaxAge,
+        f32::from(limits.max_age_ticks),
+        1.0,
+        f32::from(Limits::MAX_AGE_TICKS),
+    )?;
+    let chain = chain_limits(limits, period, capabilities)?;
+    let (stiffness, dissipation) = (
+        configuration.stiffness_n_per_m,
+        configuration.dissipation_n_s_mu_per_m,
+    );
+    within(Field::Stiffness, stiffness, 0.0, f32::MAX)?;
+    within(Field::Dissipation, dissipation, 0.0, f32::MAX)?;
+    within(Field::Surface, configuration.surface_m, -f32::MAX, f32::MAX)?;
+    Ok(chain)
+}
+
+/// Environment and safety chain of a configuration that was checked.
+#[inline(never)]
+fn built(
+    configuration: &Configuration,
+    coefficients: &[f32],
+    limits: &haptic_loop::Limits,
+) -> Result<(DeviceWall, SafetyChain<f32>), Refusal> {
+    let shape = configuration.operator;
+    let form = match shape.form {
+        OperatorForm::Taps => Form::Taps,
+        OperatorForm::Modes => Form::Modes,
+        OperatorForm::Recursion => Form::Recursion,
+        OperatorForm::Sections => Form::Sections,
+    };
+    let operator = match DeviceOperator::new(form, shape.integer, coefficients) {
+        // In memory: LLVM otherwise moves it through registers, word by word, with 4 KiB of code.
+        Ok(operator) => core::hint::black_box(operator),
+        Err(error) => return Err(refused(error)),
+    };
+    let surface = f64::from(configuration.surface_m);
+    let surface = configuration.one_sided.then_some(Metres(surface));
+    let stiffness = f64::from(configuration.stiffness_n_per_m);
+    let dissipation = f64::from(configuration.dissipation_n_s_mu_per_m);
+    // Everything was checked above; whatever a constructor finds beyond that has no field of its own.
+    let shape = WallShape::new(stiffness, dissipation, surface)
+        .map_err(|_| Refusal::Unsupported(Field::Other))?;
+    let sample_time = Seconds(f64::from(configuration.tick_period_us) * 1e-6);
+    let chain = safety_chain(limits, sample_time)?;
+    Ok((Wall::of(shape, operator), chain))
+}
+
+#[inline(never)]
+pub(super) fn digest(configuration: &Configuration, coefficients: &[f32]) -> u32 {
+    DigestBuilder::new(configuration)
+        .coefficients(coefficients)
+        .finish()
+}
+
+/// The chain in single precision. Not generic, so that it is compiled here, for size, and not with the tick.
+#[inline(never)]
+fn safety_chain(
+    limits: &haptic_loop::Limits,
+    sample_time: Seconds,
+) -> Result<SafetyChain<f32>, Refusal> {
+    SafetyChain::from_limits(limits, sample_time).map_err(|_| Refusal::Unsupported(Field::Other))
+}
+
+/// The coefficients of an operator as they go over the wire.
+///
+/// # Errors
+/// More of them than the wire can count: a memory that no device holds.
+#[cfg(feature = "std")]
+pub fn operator_shape(
+    operator: &fracdiff::Operator<f32>,
+) -> Result<(haptic_link::OperatorShape, std::vec::Vec<f32>), haptic_loop::ParameterError> {
+    let list = operator.list();
+    let count = list.values.len();
+    let shape = haptic_link::OperatorShape {
+        form: match list.form {
+            Form::Taps => OperatorForm::Taps,
+            Form::Modes => OperatorForm::Modes,
+            Form::Recursion => OperatorForm::Recursion,
+            Form::Sections => OperatorForm::Sections,
+        },
+        integer: list.integer,
+        count: u16::try_from(count).map_err(|_| haptic_loop::ParameterError::Range {
+            what: "number of coefficients for a device",
+            value: count as f64,
+            allowed: "at most 65535: take a full memory",
+            unit: "",
+        })?,
+    };
+    Ok((shape, list.values))
+}
+
+/// Why a list of coefficients is no operator, as it goes over the wire.
+#[inline(never)]
+fn refused(error: ListError) -> Refusal {
+    match error {
+        ListError::IntegerPart(integer) => Refusal::Range {
+            field: Field::IntegerPart,
+            value: f32::from(integer),
+            least: -2.0,
+            most: 2.0,
+        },
+        ListError::Count { count, most } => Refusal::Range {
+            field: Field::CoefficientCount,
+            value: count as f32,
+            least: 1.0,
+            most: most as f32,
+        },
+        ListError::Value { value, .. } => Refusal::Range {
+            field: Field::Coefficient,
+            value: value as f32,
+            least: -f32::MAX,
+            most: f32::MAX,
+        },
+        ListError::Decay { value, .. } => Refusal::Range {
+            field: Field::Coefficient,
+            value: value as f32,
+            // The least number above 0: a range of the wire has its ends in it.
+            least: f32::from_bits(1),
+            most: 1.0,
+        },
+        _ => Refusal::Unsupported(Field::Coefficient),
+    }
+}

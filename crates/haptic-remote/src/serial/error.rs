@@ -1,0 +1,101 @@
+//! What can be wrong with a serial device.
+
+use crate::LinkError;
+use core::fmt;
+use std::string::String;
+
+/// Why a serial device cannot be used, or not any more.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum SerialError {
+    /// No such port.
+    NotFound {
+        /// Its path.
+        path: String,
+        /// Ports that are there.
+        others: String,
+    },
+    /// Somebody else has it open.
+    InUse {
+        /// Its path.
+        path: String,
+    },
+    /// The operating system does not let us.
+    Forbidden {
+        /// Its path.
+        path: String,
+    },
+    /// Something else than a serial port.
+    NoPort {
+        /// Its path.
+        path: String,
+    },
+    /// It cannot be opened for another reason, or not at this speed.
+    Open {
+        /// Its path.
+        path: String,
+        /// Bits per second.
+        baud: u32,
+        /// In the words of the system.
+        reason: String,
+    },
+    /// What the conversation ran into.
+    Link(LinkError),
+    /// A thread could not be started.
+    Thread {
+        /// In the words of the system.
+        reason: String,
+    },
+}
+
+impl SerialError {
+    /// Whether the device does not have this.
+    #[must_use]
+    pub fn is_about(&self, field: haptic_link::Field) -> bool {
+        let unsupported = haptic_link::Refusal::Unsupported(field);
+        matches!(self, Self::Link(LinkError::Refused { refusal, .. }) if *refusal == unsupported)
+    }
+
+    /// Whether the device is there and well, but does not do what it was asked.
+    #[must_use]
+    pub const fn is_refusal(&self) -> bool {
+        matches!(self, Self::Link(LinkError::Refused { .. }))
+    }
+}
+
+impl From<LinkError> for SerialError {
+    fn from(error: LinkError) -> Self {
+        Self::Link(error)
+    }
+}
+
+impl fmt::Display for SerialError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotFound { path, others } => {
+                write!(f, "there is no port {path}: ")?;
+                if others.is_empty() {
+                    f.write_str("no serial port is there at all; is the device plugged in?")
+                } else {
+                    write!(f, "there are {others}")
+                }
+            }
+            Self::InUse { path } => write!(
+                f,
+                "port {path} is in use by another program: close that one first"
+            ),
+            Self::Forbidden { path } => write!(
+                f,
+                "this user may not open port {path}: join the group that owns it, often dialout"
+            ),
+            Self::NoPort { path } => write!(f, "{path} is no serial port"),
+            Self::Open { path, baud, reason } => {
+                write!(f, "port {path} cannot be opened at {baud} baud: {reason}")
+            }
+            Self::Link(error) => error.fmt(f),
+            Self::Thread { reason } => write!(f, "a thread could not be started: {reason}"),
+        }
+    }
+}
+
+impl core::error::Error for SerialError {}

@@ -1,0 +1,463 @@
+//! The device's half of the conversation: what runs in its main loop.
+
+use crate::connections::{Arrived, Connections};
+use crate::hardware::{Exclusive, Hardware};
+use crate::prepared::{COEFFICIENTS_MAX, digest, prepare};
+use crate::tick_side::TickSide;
+use haptic_link::{
+    Ack, Alive, COEFFICIENTS_PER_BLOCK, CoefficientBlock, Configuration, Direction, Field, Header,
+    Hello, Keys, Outcome, Receiver, Refusal, Report, Request, Scope, State, Statistics, Status,
+    encode,
+};
+
+/// Takes bytes from the host, acts on them, and makes the bytes to send.
+///
+/// - *Damaged, repeated, late frames, and those of strangers* are counted and not acted on.
+/// - *Order*: the answer to a request comes at once, samples and notices when the line has room.
+/// - *Memory*: about 1.6 KiB, of which 1 KiB staged coefficients. While a configuration for a run is in force, what was
+///   set to last is kept there.
+#[derive(Debug)]
+pub struct Session {
+    receiver: Receiver<Request>,
+    connections: Connections,
+    /// Number of the next frame.
+    sequence: u16,
+    sent: u32,
+    /// Frames of other versions that were answered.
+    foreign: u32,
+    /// Frames of the host that armed.
+    fed: u32,
+    firmware: [u8; 3],
+    boot: u32,
+    staged: Option<Configuration>,
+    values: [f32; COEFFICIENTS_MAX],
+    /// Bit i: block i is staged.
+    blocks: u16,
+    /// What is staged is what was set to last, and this connection has replaced it for a run; 0 for none.
+    run_of: u32,
+    bytes_overrun: u32,
+}
+
+const _: () = assert!(
+    COEFFICIENTS_MAX.div_ceil(COEFFICIENTS_PER_BLOCK) <= 16,
+    "one bit a block"
+);
+
+impl Session {
+    /// At power-up. `boot` is another number after each power-up or reset, as far as the board can tell.
+    #[must_use]
+    pub const fn new(firmware: [u8; 3], boot: u32) -> Self {
+        Self {
+            receiver: Receiver::new(Direction::FromHost),
+            connections: Connections::new(boot),
+            sequence: 0,
+            sent: 0,
+            foreign: 0,
+            fed: 0,
+            firmware,
+            boot,
+            staged: None,
+            values: [0.0; COEFFICIENTS_MAX],
+            blocks: 0,
+            run_of: 0,
+            bytes_overrun: 0,
+        }
+    }
+
+    /// Frames so far of the host that armed, late and repeated ones not counted.
+    #[must_use]
+    pub const fn fed(&self) -> u32 {
+        self.fed
+    }
+
+    /// Bytes that the hardware lost before they came here.
+    pub fn bytes_lost(&mut self, count: u32) {
+        self.bytes_overrun = self.bytes_overrun.wrapping_add(count);
+    }
+
+    /// Takes a byte. If it ends a request, acts on it, writes the answer as a frame into `line`, and returns
+    /// its length; 0 otherwise. `line` holds [`FRAME_MAX`](haptic_link::FRAME_MAX) bytes.
+    pub fn receive<H: Hardware>(
+        &mut self,
+        byte: u8,
+        now_us: u64,
+        device: &impl Exclusive<TickSide<H>>,
+        line: &mut [u8],
+    ) -> usize {
+        let Some((header, request)) = self.take(byte) else {
+            // A host of another version hears which one this is.
+            if byte == 0 && self.is_foreign() {
+                return self.hello(0, 0, device.with(|device| device.status()), line);
+            }
+            return 0;
+        };
+        if let Request::Hello { nonce } = request {
+            let connection = self.connections.offer(nonce, now_us);
+            let status = device.with(|device| device.status());
+            return self.hello(nonce, connection, status, line);
+        }
+        let report = match self.connections.arrive(header) {
+            Arrived::Old => None,
+            Arrived::Stranger if matches!(request, Request::Force { .. }) => None,
+            Arrived::Stranger => Some(ack(header, request.number(), Err(Refusal::Connection))),
+            Arrived::New { first } => {
+                if first {
+                    self.begin(device);
+                }
+                if self.run_of != 0 && self.run_of != header.connection {
+                    // If it cannot be done yet, the next frame tries again.
+                    let _ = self.put_back(device);
+                }
+                self.act(header, request, now_us, device)
+            }
+        };
+        report.map_or(0, |report| self.send(&report, line))
+    }
+
+    /// Not generic, and so small in a firmware that is fast elsewhere, as is everything that needs no device.
+    #[inline(never)]
+    fn take(&mut self, byte: u8) -> Option<(Header, Request)> {
+        self.receiver.push(byte)
+    }
+
+    /// Whether the frame that has just ended was that of a host of another version.
+    fn is_foreign(&mut self) -> bool {
+        let counters = self.receiver.counters();
+        let another = counters.foreign != self.foreign;
+        self.foreign = counters.foreign;
+        // What a device says is an echo.
+        another && counters.foreign_version & 0x80 == 0
+    }
+
+    fn hello(&mut self, nonce: u32, connection: u32, status: Status, line: &mut [u8]) -> usize {
+        let hello = Hello {
+            nonce,
+            connection,
+            firmware: self.firmware,
+            boot: self.boot,
+            status,
+        };
+        self.send(&Report::Hello(hello), line)
+    }
+
+    /// A new connection has staged nothing and asked for no samples.
+    fn begin<H: Hardware>(&mut self, device: &impl Exclusive<TickSide<H>>) {
+        if self.run_of == 0 {
+            self.staged = None;
+        }
+        // Batches of one sample are always allowed.
+        let _ = device.with(|device| device.stream_idle(0, 1));
+    }
+
+    /// Writes the next frame to send of itself into `line` and returns its length; 0 if there is none.
+    pub fn poll<H: Hardware>(
+        &mut self,
+        device: &impl Exclusive<TickSide<H>>,
+        line: &mut [u8],
+    ) -> usize {
+        match device.with(TickSide::next_report) {
+            Some(report) => self.send(&report, line),
+            None => 0,
+        }
+    }
+
+    fn send(&mut self, report: &Report, line: &mut [u8]) -> usize {
+        // Every report fits into a frame.
+        let length = encode(report, Header::from_device(self.sequence), line).unwrap_or(0);
+        self.sequence = self.sequence.wrapping_add(1);
+        self.sent = self.sent.wrapping_add(1);
+        length
+    }
+
+    fn act<H: Hardware>(
+        &mut self,
+        header: Header,
+        request: Request,
+        now_us: u64,
+        device: &impl Exclusive<TickSide<H>>,
+    ) -> Option<Report> {
+        let number = request.number();
+        let owns = self.connections.is_owner();
+        if owns && !matches!(request, Request::Force { .. }) {
+            self.feed(now_us, false, device);
+        }
+        let done = match request {
+            Request::Force { tick, force_n } => {
+                if owns && device.with(|device| device.command(tick, force_n)) {
+                    self.feed(now_us, true, device);
+                }
+                return None;
+            }
+            Request::Hello { .. } => return None,
+            Request::GetKeys => return Some(keys()),
+            Request::GetCapabilities => {
+                let capabilities = device.with(|device| device.hardware().capabilities());
+                return Some(Report::Capabilities(capabilities));
+            }
+            Request::GetConfiguration => {
+                return Some(device.with(|device| {
+                    let (configuration, digest) = device.configuration();
+                    Report::Configuration {
+                        configuration: *configuration,
+                        digest,
+                    }
+                }));
+            }
+            Request::KeepAlive { token } => {
+                return Some(device.with(|device| {
+                    Report::Alive(Alive {
+                        token,
+                        time_us: now_us,
+                        status: device.status(),
+                        observed_energy_j: device.observed_energy_j(),
+                    })
+                }));
+            }
+            Request::GetStatistics => {
+                let ticks = device.with(|device| *device.statistics());
+                return Some(Report::Statistics(self.statistics(ticks)));
+            }
+            Request::GetCoefficients { offset } => {
+                match device.with(|device| coefficients(device, offset)) {
+                    Ok(block) => return Some(Report::Coefficients(block)),
+                    Err(refusal) => Err(refusal),
+                }
+            }
+            Request::ReadFlight { index } => match device.with(|device| device.flight(index)) {
+                Ok(flight) => return Some(Report::Flight(flight)),
+                Err(refusal) => Err(refusal),
+            },
+            Request::Configure(configuration) => self.put_back(device).map(|()| {
+                self.staged = Some(configuration);
+                self.values = [0.0; COEFFICIENTS_MAX];
+                self.blocks = 0;
+            }),
+            Request::Coefficients(block) => self.stage(&block),
+            Request::Commit { digest, scope } => self.commit(digest, scope, device),
+            Request::Arm { faults } => self.arm(faults, now_us, device),
+            Request::Disarm => {
+                device.with(TickSide::disarm);
+                Ok(())
+            }
+            Request::Start(start) => device.with(|device| match device.status().state {
+                State::Armed | State::Running | State::Stopping if !owns => {
+                    Err(Refusal::Connection)
+                }
+                _ => device.start(start),
+            }),
+            Request::Stop => device.with(TickSide::stop),
+            Request::Stream { every, batch } => {
+                device.with(|device| device.stream_idle(every, batch))
+            }
+        };
+        Some(ack(header, number, done))
+    }
+
+    /// The host that armed is there.
+    fn feed<H: Hardware>(
+        &mut self,
+        now_us: u64,
+        is_force: bool,
+        device: &impl Exclusive<TickSide<H>>,
+    ) {
+        self.fed = self.fed.wrapping_add(1);
+        device.with(|device| device.heard(now_us, is_force));
+    }
+
+    fn arm<H: Hardware>(
+        &mut self,
+        faults: u16,
+        now_us: u64,
+        device: &impl Exclusive<TickSide<H>>,
+    ) -> Result<(), Refusal> {
+        let owns = self.connections.is_owner();
+        device.with(|device| {
+            if device.status().state == State::Armed && !owns {
+                return Err(Refusal::Connection);
+            }
+            device.arm(faults)?;
+            device.heard(now_us, false);
+            Ok(())
+        })?;
+        self.connections.own();
+        Ok(())
+    }
+
+    fn stage(&mut self, block: &CoefficientBlock) -> Result<(), Refusal> {
+        let start = usize::from(block.offset);
+        if self.staged.is_none() || self.run_of != 0 {
+            return Err(Refusal::Incomplete);
+        }
+        let slots = self.values.get_mut(start..start + COEFFICIENTS_PER_BLOCK);
+        let aligned = start.is_multiple_of(COEFFICIENTS_PER_BLOCK);
+        let Some(slots) = slots.filter(|_| aligned) else {
+            return Err(Refusal::Range {
+                field: Field::Offset,
+                value: f32::from(block.offset),
+                least: 0.0,
+                most: (COEFFICIENTS_MAX - COEFFICIENTS_PER_BLOCK) as f32,
+            });
+        };
+        slots.copy_from_slice(&block.values);
+        self.blocks |= 1 << (start / COEFFICIENTS_PER_BLOCK);
+        Ok(())
+    }
+
+    fn commit<H: Hardware>(
+        &mut self,
+        digest: u32,
+        scope: Scope,
+        device: &impl Exclusive<TickSide<H>>,
+    ) -> Result<(), Refusal> {
+        let in_force = device.with(|device| device.configuration().1);
+        let for_run = scope == Scope::Run;
+        let Some(configuration) = self.whole(digest, in_force, for_run)? else {
+            return Ok(());
+        };
+        self.install(&configuration, for_run, device)?;
+        if !for_run {
+            self.staged = None;
+        }
+        Ok(())
+    }
+
+    /// What is staged, if all of it is there; nothing if that is in force already.
+    #[inline(never)]
+    fn whole(
+        &self,
+        wanted: u32,
+        in_force: u32,
+        for_run: bool,
+    ) -> Result<Option<Configuration>, Refusal> {
+        let Some(configuration) = self.staged.filter(|_| self.run_of == 0) else {
+            // Sent again because the answer was lost: true already.
+            return if in_force == wanted && for_run == (self.run_of != 0) {
+                Ok(None)
+            } else {
+                Err(Refusal::Incomplete)
+            };
+        };
+        let count = configuration.operator.count;
+        let Some(values) = self.values.get(..usize::from(count)) else {
+            return Err(Refusal::Range {
+                field: Field::CoefficientCount,
+                value: f32::from(count),
+                least: 1.0,
+                most: COEFFICIENTS_MAX as f32,
+            });
+        };
+        let needed = haptic_link::block_count(count);
+        if (0..needed).any(|block| self.blocks >> block & 1 == 0) {
+            return Err(Refusal::Incomplete);
+        }
+        if digest(&configuration, values) != wanted {
+            return Err(Refusal::Digest);
+        }
+        Ok(Some(configuration))
+    }
+
+    /// Makes what is staged the configuration in force; for a run, keeps what was set to last in its place. On its own,
+    /// so that only this needs room for what it prepares.
+    #[inline(never)]
+    fn install<H: Hardware>(
+        &mut self,
+        configuration: &Configuration,
+        for_run: bool,
+        device: &impl Exclusive<TickSide<H>>,
+    ) -> Result<(), Refusal> {
+        device.with(|device| device.may_install())?;
+        let capabilities = device.with(|device| device.hardware().capabilities());
+        let count = usize::from(configuration.operator.count);
+        let values = self.values.get(..count).unwrap_or_default();
+        let prepared = prepare::<H>(*configuration, values, &capabilities)?;
+        if for_run {
+            let set = device.with(|device| *device.configuration().0);
+            not_looser(configuration, &set)?;
+            for (index, slot) in self.values.iter_mut().enumerate() {
+                *slot = device
+                    .with(|device| device.coefficient(index))
+                    .unwrap_or_default();
+            }
+            self.staged = Some(set);
+            self.run_of = self.connections.current();
+        }
+        device.with(|device| device.install(prepared))
+    }
+
+    /// Puts what was set to last in force again, if a run has replaced it.
+    fn put_back<H: Hardware>(
+        &mut self,
+        device: &impl Exclusive<TickSide<H>>,
+    ) -> Result<(), Refusal> {
+        if self.run_of == 0 {
+            return Ok(());
+        }
+        if let Some(set) = self.staged {
+            self.install(&set, false, device)?;
+        }
+        (self.staged, self.run_of) = (None, 0);
+        Ok(())
+    }
+
+    fn statistics(&self, ticks: Statistics) -> Statistics {
+        let line = self.receiver.counters();
+        Statistics {
+            sent: self.sent,
+            received: line.received,
+            corrupt: line.corrupt,
+            oversize: line.oversize,
+            foreign: line.foreign,
+            lost: self.connections.tracker().lost(),
+            duplicate: self.connections.tracker().duplicate(),
+            late: self.connections.tracker().late(),
+            bytes_overrun: self.bytes_overrun,
+            strangers: self.connections.strangers(),
+            ..ticks
+        }
+    }
+}
+
+/// A run may only tighten what was set to last.
+#[inline(never)]
+fn not_looser(run: &Configuration, set: &Configuration) -> Result<(), Refusal> {
+    let (_, looser) = run.tightened(set);
+    looser.map_or(Ok(()), |field| Err(Refusal::Looser(field)))
+}
+
+/// The keys of all messages.
+#[inline(never)]
+fn keys() -> Report {
+    Report::Keys(Keys::current())
+}
+
+/// The answer to a request of this number.
+#[inline(never)]
+fn ack(header: Header, request: u8, done: Result<(), Refusal>) -> Report {
+    Report::Ack(Ack {
+        sequence: header.sequence as u16,
+        request,
+        outcome: done.map_or_else(Outcome::Refused, |()| Outcome::Done),
+    })
+}
+
+/// The block of coefficients in force at an offset.
+fn coefficients<H: Hardware>(
+    device: &TickSide<H>,
+    offset: u16,
+) -> Result<CoefficientBlock, Refusal> {
+    let count = device.configuration().0.operator.count;
+    if offset >= count || !offset.is_multiple_of(COEFFICIENTS_PER_BLOCK as u16) {
+        return Err(Refusal::Range {
+            field: Field::Offset,
+            value: f32::from(offset),
+            least: 0.0,
+            most: f32::from(count.saturating_sub(1)),
+        });
+    }
+    let values = core::array::from_fn(|i| {
+        device
+            .coefficient(usize::from(offset) + i)
+            .unwrap_or_default()
+    });
+    Ok(CoefficientBlock { offset, values })
+}

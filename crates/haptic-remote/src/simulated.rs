@@ -1,0 +1,190 @@
+//! A device without hardware: a plant that is stepped by its own ticks.
+
+use crate::flight::FLIGHT_SAMPLES;
+use crate::hardware::Hardware;
+use crate::limits::within;
+use crate::prepared::{COEFFICIENTS_MAX, DEGREE_MAX, MODES_MAX};
+use haptic_link::{Capabilities, Field, Refusal, Simulation, SimulationKind};
+use haptic_loop::plant::{ImposedMotion, MassDamper, MassDamperConfig, RampHold};
+#[cfg(feature = "std")]
+use haptic_loop::plant::{IndentationRig, RigConfig, RigContact, RigDrive};
+use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, NewtonsPerMetre, Seconds};
+use haptic_loop::{Device, Fault, ParameterError, Reading, SafeForce};
+use nalgebra::SVector;
+
+/// A simulated board: a mass-damper with a hand, or an indentation; by a compliant indenter with the feature
+/// `std` only.
+///
+/// The plants are those of [`plant`](haptic_loop::plant), in `f64`, so that the firmware simulates what the host
+/// does, bit for bit. *Start-up*: the testbed's mass-damper without a hand, at rest. *Cost* of a tick: that
+/// of the plant, in soft floating point on a Cortex-M4F.
+#[derive(Clone, Debug)]
+pub struct SimulatedPlant {
+    board: [u8; 16],
+    cycles: fn() -> u32,
+    plant: Plant,
+    tick_period_us: u32,
+}
+
+/// What is simulated.
+#[derive(Clone, Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there is no heap, and one of them is in use"
+)]
+pub enum Plant {
+    /// Nothing moves.
+    Still,
+    /// A mass-damper.
+    MassDamper(MassDamper<1>),
+    /// An indentation that is imposed exactly.
+    Imposed(ImposedMotion),
+    /// The rig; its matrices are too large for a microcontroller.
+    #[cfg(feature = "std")]
+    Rig(IndentationRig),
+}
+
+impl SimulatedPlant {
+    /// Under this name, with a counter of processor cycles.
+    #[must_use]
+    pub fn new(board: &str, cycles: fn() -> u32) -> Self {
+        Self {
+            board: Capabilities::board_name(board),
+            cycles,
+            plant: Plant::Still,
+            tick_period_us: 1000,
+        }
+    }
+
+    fn resting(&self) -> Reading<f32, 1> {
+        Reading {
+            tick: 0,
+            time_s: 0.0,
+            position_m: SVector::from([0.0]),
+        }
+    }
+}
+
+/// The plant of a configuration. On its own, for size, as [`prepare`](crate::prepare) is compiled with the tick.
+#[inline(never)]
+fn plant(simulation: &Simulation, sample_time: Seconds) -> Result<Plant, Refusal> {
+    let positive = |field, value| within(field, value, f32::MIN_POSITIVE, f32::MAX);
+    let not_negative = |field, value| within(field, value, 0.0, f32::MAX);
+    let finite = |field, value| within(field, value, -f32::MAX, f32::MAX);
+    // The one thing a plant finds that its fields do not show: a motion too fast for the tick.
+    let too_fast = |_: ParameterError| Refusal::Unsupported(Field::TickPeriod);
+    let profile = || {
+        let depth = Metres(f64::from(finite(Field::Depth, simulation.depth_m)?));
+        let ramp = f64::from(positive(Field::RampTime, simulation.ramp_time_s)?);
+        RampHold::new(depth, Seconds(ramp)).map_err(too_fast)
+    };
+    match simulation.kind {
+        SimulationKind::Real => Ok(Plant::Still),
+        SimulationKind::MassDamper => {
+            let mass = positive(Field::Mass, simulation.mass_kg)?;
+            let damping = not_negative(Field::Damping, simulation.damping_n_s_per_m)?;
+            let hand = not_negative(Field::HandStiffness, simulation.hand_stiffness_n_per_m)?;
+            let push = finite(Field::Push, simulation.push_n)?;
+            let mut config = MassDamperConfig::ideal(
+                Kilograms(f64::from(mass)),
+                NewtonSecondsPerMetre(f64::from(damping)),
+                sample_time,
+            );
+            config.stiffness = NewtonsPerMetre(f64::from(hand));
+            let mut plant = MassDamper::new(config).map_err(too_fast)?;
+            plant.set_external_force(SVector::from([f64::from(push)]));
+            Ok(Plant::MassDamper(plant))
+        }
+        SimulationKind::RigidIndentation => ImposedMotion::new(profile()?, sample_time)
+            .map(Plant::Imposed)
+            .map_err(too_fast),
+        #[cfg(feature = "std")]
+        SimulationKind::CompliantIndentation => {
+            let drive = RigDrive::Position(profile()?);
+            IndentationRig::new(RigConfig::new(drive, RigContact::COMPLIANT, sample_time))
+                .map(Plant::Rig)
+                .map_err(too_fast)
+        }
+        #[cfg(not(feature = "std"))]
+        SimulationKind::CompliantIndentation => Err(Refusal::Unsupported(Field::SimulationKind)),
+    }
+}
+
+impl Device<f32, 1> for SimulatedPlant {
+    type Error = Fault;
+
+    fn read(&mut self) -> Result<Reading<f32, 1>, Fault> {
+        let reading = match &mut self.plant {
+            Plant::Still => return Ok(self.resting()),
+            Plant::MassDamper(plant) => plant.read(),
+            Plant::Imposed(motion) => motion.read(),
+            #[cfg(feature = "std")]
+            Plant::Rig(rig) => rig.read(),
+        };
+        reading.map_err(|never| match never {})
+    }
+
+    fn write(&mut self, force: SafeForce<f32, 1>) -> Result<(), Fault> {
+        let written = match &mut self.plant {
+            Plant::Still => return Ok(()),
+            Plant::MassDamper(plant) => plant.write(force),
+            Plant::Imposed(motion) => motion.write(force),
+            #[cfg(feature = "std")]
+            Plant::Rig(rig) => rig.write(force),
+        };
+        written.map_err(|never| match never {})
+    }
+}
+
+impl Hardware for SimulatedPlant {
+    type Setup = Plant;
+
+    fn capabilities(&self) -> Capabilities {
+        Capabilities {
+            board: self.board,
+            axes: 1,
+            simulated: true,
+            tick_period_min_us: 100,
+            tick_period_max_us: 10_000,
+            // More than desktop devices can do; nothing here would break.
+            force_max_n: 100.0,
+            force_rate_max_n_per_s: 1e6,
+            position_resolution_m: 0.0,
+            coefficients_max: COEFFICIENTS_MAX as u16,
+            modes_max: MODES_MAX as u16,
+            degree_max: DEGREE_MAX as u16,
+            flight_samples: FLIGHT_SAMPLES as u16,
+        }
+    }
+
+    fn prepare(simulation: &Simulation, tick_period_us: u32) -> Result<Plant, Refusal> {
+        plant(simulation, Seconds(f64::from(tick_period_us) * 1e-6))
+    }
+
+    fn install(&mut self, setup: Plant, tick_period_us: u32) {
+        self.plant = setup;
+        self.tick_period_us = tick_period_us;
+    }
+
+    fn restart(&mut self) {
+        match &mut self.plant {
+            Plant::Still => {}
+            Plant::MassDamper(plant) => plant.restart(),
+            Plant::Imposed(motion) => motion.restart(),
+            #[cfg(feature = "std")]
+            Plant::Rig(rig) => rig.restart(),
+        }
+    }
+
+    fn idle(&mut self) -> Result<Reading<f32, 1>, Fault> {
+        self.read()
+    }
+
+    fn let_go(&mut self) {
+        // Nothing here fails, and nothing holds a force.
+    }
+
+    fn cycles(&self) -> u32 {
+        (self.cycles)()
+    }
+}

@@ -1,0 +1,402 @@
+//! Whose frames count: captures played again, frames of other connections, other spellings, a second host.
+//!
+//! `CAMPAIGN_CASES` sets how many frames are forged; 1 000 000 take some seconds with `--release`.
+
+use crate::line::{Bench, START, spring};
+use haptic_link::{
+    Configuration, DigestBuilder, FRAME_MAX, Header, LoopMode, PROTOCOL_VERSION, Refusal, Report,
+    Request, Scope, Start, State, encode,
+};
+use haptic_loop::Fault;
+use haptic_remote::{Conversation, Incoming};
+use rand_distr::{Distribution as _, StandardUniform};
+use rand_pcg::Pcg32;
+use serde::ser::{Serialize, SerializeTuple as _, Serializer};
+
+struct Random(Pcg32);
+
+impl Random {
+    fn word(&mut self) -> u32 {
+        StandardUniform.sample(&mut self.0)
+    }
+
+    fn below(&mut self, end: usize) -> usize {
+        self.word() as usize % end
+    }
+}
+
+/// Bytes that are a message on their own.
+struct Raw(Vec<u8>);
+
+impl Serialize for Raw {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut tuple = serializer.serialize_tuple(self.0.len())?;
+        for byte in &self.0 {
+            tuple.serialize_element(byte)?;
+        }
+        tuple.end()
+    }
+}
+
+fn framed(message: &impl Serialize, sequence: u32, connection: u32) -> Vec<u8> {
+    let mut line = [0; FRAME_MAX];
+    let header = Header::from_host(sequence, connection);
+    let length = encode(message, header, &mut line).expect("fits");
+    line[..length].to_vec()
+}
+
+/// The header in a frame, by the definition of COBS.
+fn header_of(frame: &[u8]) -> (u32, u32) {
+    let (mut content, mut at) = (Vec::new(), 0);
+    while frame[at] != 0 {
+        let next = at + usize::from(frame[at]);
+        content.extend_from_slice(&frame[at + 1..next]);
+        content.push(0);
+        at = next;
+    }
+    let number =
+        |from: usize| u32::from_le_bytes(content[from..from + 4].try_into().expect("four bytes"));
+    (number(1), number(5))
+}
+
+/// 100 N and no limits of rate and motion, in a loop on the host.
+fn loose() -> (Configuration, [f32; 2]) {
+    let (mut configuration, values) = spring();
+    configuration.loop_mode = LoopMode::Host;
+    configuration.limits = haptic_link::Limits::bare(100.0, 1e5);
+    (configuration, values)
+}
+
+/// Sets, arms, starts a loop on the host, and lets go.
+fn whole_session(bench: &mut Bench, configuration: Configuration, values: &[f32]) {
+    bench.hello();
+    let set = bench.configure(configuration, values);
+    set.expect("the line works").expect("good");
+    start(bench);
+    bench.run_ms(50);
+    bench.done(Request::Stop);
+    bench.run_ms(30);
+    bench.done(Request::Disarm);
+    bench.host.set_keep_alive(None);
+    bench.law = None;
+}
+
+fn start(bench: &mut Bench) {
+    bench.host.set_keep_alive(Some(2_000));
+    bench.law = Some(|x| -500.0 * x - 1.0);
+    let faults = bench.device.borrow().status().faults;
+    bench.done(Request::Arm { faults });
+    bench.done(Request::Start(START));
+}
+
+/// What the attacker finds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Scene {
+    Idle,
+    Armed,
+    Running,
+    Faulted,
+    Rebooted,
+}
+
+const SCENES: [Scene; 5] = [
+    Scene::Idle,
+    Scene::Armed,
+    Scene::Running,
+    Scene::Faulted,
+    Scene::Rebooted,
+];
+
+/// A device in this scene with tight limits, its host silent from now on, and everything that it was told in an earlier
+/// session and in this one.
+fn scene(scene: Scene) -> (Bench, Vec<Vec<u8>>) {
+    let mut bench = Bench::ideal();
+    bench.capture = Some(Vec::new());
+    let (configuration, values) = loose();
+    whole_session(&mut bench, configuration, &values);
+    let (mut tight, values) = spring();
+    tight.limits = haptic_link::Limits::bare(2.0, 100.0);
+    tight.loop_mode = LoopMode::Host;
+    tight.limits.watchdog_ms = 1000;
+    bench.hello();
+    let set = bench.configure(tight, &values);
+    set.expect("the line works").expect("good");
+    match scene {
+        Scene::Idle => {}
+        Scene::Armed => {
+            bench.done(Request::Arm { faults: 0 });
+        }
+        Scene::Running => {
+            start(&mut bench);
+            bench.run_ms(20);
+        }
+        Scene::Faulted => {
+            start(&mut bench);
+            bench.run_ms(20);
+            bench.device.borrow_mut().trip(Fault::EmergencyStop);
+            bench.run_ms(100);
+        }
+        Scene::Rebooted => bench.reboot(),
+    }
+    bench.law = None;
+    bench.host.set_keep_alive(None);
+    bench.run_ms(1);
+    let capture = bench.capture.take().expect("kept");
+    (bench, capture)
+}
+
+fn any_request(random: &mut Random, faults: u16, tick: u32) -> Request {
+    let (configuration, values) = loose();
+    match random.below(9) {
+        0 | 1 => Request::Arm { faults },
+        2 => Request::Start(Start {
+            run: random.word(),
+            ..START
+        }),
+        3 => Request::Force {
+            tick,
+            force_n: -100.0,
+        },
+        4 => Request::KeepAlive { token: 1 },
+        5 => Request::Configure(configuration),
+        6 => Request::Coefficients(haptic_link::CoefficientBlock::of(&values, 0)),
+        7 => Request::Commit {
+            digest: DigestBuilder::new(&configuration)
+                .coefficients(&values)
+                .finish(),
+            scope: Scope::Lasting,
+        },
+        _ => Request::GetConfiguration,
+    }
+}
+
+/// A message written with a number that is longer than it has to be.
+fn misspelt(request: &Request, random: &mut Random) -> Raw {
+    let frame = framed(request, 0x0101_0101, 0x0101_0101);
+    // Version and header have no zeros, so the first code byte skips what has none.
+    let (mut content, mut at) = (Vec::new(), 0);
+    while frame[at] != 0 {
+        let next = at + usize::from(frame[at]);
+        content.extend_from_slice(&frame[at + 1..next]);
+        content.push(0);
+        at = next;
+    }
+    let mut body = content[9..content.len() - 5].to_vec();
+    let at = if random.below(2) == 0 {
+        0
+    } else {
+        random.below(body.len())
+    };
+    let byte = body[at];
+    body[at] = byte | 0x80;
+    body.insert(at + 1, byte >> 7);
+    for _ in 0..random.below(3) {
+        body[at + 1] |= 0x80;
+        body.insert(at + 2, 0);
+    }
+    Raw(body)
+}
+
+/// A frame with a right CRC that no host of this connection has sent.
+fn forged(bench: &Bench, capture: &[Vec<u8>], live: (u32, u32), random: &mut Random) -> Vec<u8> {
+    let device = bench.device.borrow();
+    let (faults, tick) = (device.status().faults, device.newest().tick);
+    let (sequence, connection) = live;
+    let request = any_request(random, faults, tick);
+    match random.below(4) {
+        0 => capture[random.below(capture.len())].clone(),
+        // Right in everything else.
+        1 => framed(&misspelt(&request, random), sequence + 1, connection),
+        2 => {
+            let other = match random.below(5) {
+                0 => 0,
+                1 => connection ^ (1 << random.below(32)),
+                2 => connection.wrapping_add(1),
+                3 => header_of(&capture[random.below(capture.len())]).1,
+                _ => random.word(),
+            };
+            let other = if other == connection { !other } else { other };
+            framed(&request, sequence + 1 + random.word() % 100, other)
+        }
+        // Behind what the host has said already.
+        _ => {
+            let back = random.word() % 0x8000_0000;
+            framed(&request, sequence.wrapping_sub(back), connection)
+        }
+    }
+}
+
+#[test]
+fn forged_frames_do_nothing() {
+    let cases = std::env::var("CAMPAIGN_CASES").map_or(5_000, |n| n.parse().expect("a number"));
+    let mut refused = 0_u32;
+    for (index, which) in SCENES.into_iter().enumerate() {
+        let (mut bench, capture) = scene(which);
+        let mut headers = capture.iter().map(|frame| header_of(frame));
+        let live = headers.rfind(|(_, connection)| *connection != 0);
+        let live = live.expect("the host has spoken");
+        let mut random = Random(Pcg32::new(index as u64, 1));
+        let state = bench.state();
+        let (configuration, digest) = {
+            let device = bench.device.borrow();
+            (*device.configuration().0, device.configuration().1)
+        };
+        let (force_n, fed) = (bench.force_n(), bench.session.fed());
+        let mut line = [0; FRAME_MAX];
+        for case in 0..cases / SCENES.len() as u32 {
+            let frame = forged(&bench, &capture, live, &mut random);
+            for &byte in &frame {
+                let length = bench.tell_device(byte, &mut line);
+                refused += u32::from(length > 0);
+            }
+            let told = || format!("{which:?}, {case}: {frame:02x?}");
+            let device = bench.device.borrow();
+            assert_eq!(device.status().state, state, "{}", told());
+            assert_eq!(device.configuration().1, digest, "{}", told());
+            assert_eq!(*device.configuration().0, configuration, "{}", told());
+            drop(device);
+            assert_eq!(bench.session.fed(), fed, "{}", told());
+            assert_eq!(bench.force_n(), force_n, "{}", told());
+        }
+        // However much was said, the host was silent.
+        bench.ticking = true;
+        for _ in 0..1050 {
+            let frame = forged(&bench, &capture, live, &mut random);
+            for &byte in &frame {
+                bench.tell_device(byte, &mut line);
+            }
+            bench.run_ms(1);
+        }
+        let status = bench.device.borrow().status();
+        match state {
+            State::Armed | State::Running => {
+                assert_eq!(status.fault, Fault::HostSilent.code(), "{which:?}");
+            }
+            state => assert_eq!(status.state, state, "{which:?}"),
+        }
+        assert_eq!(bench.force_n(), 0.0);
+    }
+    println!("{cases} forged frames, {refused} answered by a hello or a refusal");
+}
+
+#[test]
+fn a_whole_session_that_is_played_again_does_nothing() {
+    let mut bench = Bench::ideal();
+    bench.capture = Some(Vec::new());
+    let (configuration, values) = loose();
+    whole_session(&mut bench, configuration, &values);
+    let capture = bench.capture.take().expect("kept");
+    assert!(capture.len() > 50);
+    let (mut tight, values) = spring();
+    tight.limits.force_n = 1.0;
+    for reboot in [false, true] {
+        if reboot {
+            bench.reboot();
+        }
+        bench.hello();
+        let set = bench.configure(tight, &values);
+        set.expect("the line works").expect("good");
+        let fed = bench.session.fed();
+        let mut line = [0; FRAME_MAX];
+        for frame in &capture {
+            for &byte in frame {
+                bench.tell_device(byte, &mut line);
+            }
+            bench.run_ms(1);
+            assert_eq!((bench.state(), bench.force_n()), (State::Idle, 0.0));
+        }
+        assert_eq!(bench.session.fed(), fed);
+        assert_eq!(bench.device.borrow().configuration().0, &tight);
+        // Who was connected still is.
+        bench.done(Request::GetConfiguration);
+    }
+}
+
+#[test]
+fn a_second_host_can_bring_to_rest_and_cannot_keep_going() {
+    let mut bench = Bench::ideal();
+    let (configuration, values) = spring();
+    bench.hello();
+    let set = bench.configure(configuration, &values);
+    set.expect("the line works").expect("good");
+    bench.host.set_keep_alive(Some(5_000));
+    bench.done(Request::Arm { faults: 0 });
+    bench.done(Request::Start(START));
+    bench.run_ms(50);
+    // A hello alone changes nothing, however often it comes.
+    let mut second = Conversation::new(50_000);
+    let mut line = [0; FRAME_MAX];
+    let mut greet = |bench: &mut Bench, nonce: u32| {
+        let length = second.ask(Request::Hello { nonce }, bench.now_us, &mut line);
+        let hello = line[..length].to_vec();
+        for &byte in &hello {
+            let length = bench.tell_device(byte, &mut line);
+            for &byte in &line[..length] {
+                second.receive(byte, bench.now_us);
+            }
+        }
+    };
+    for nonce in 100..200 {
+        greet(&mut bench, nonce);
+        bench.run_ms(1);
+        assert_eq!(bench.state(), State::Running);
+    }
+    bench.done(Request::GetStatistics);
+    // The second host speaks: the first is not heard any more, and the second does not keep the run going.
+    let mut say = |bench: &mut Bench, request: Request| {
+        let length = second.ask(request, bench.now_us, &mut line);
+        let frame = line[..length].to_vec();
+        let mut answer = None;
+        for &byte in &frame {
+            let length = bench.tell_device(byte, &mut line);
+            for &byte in &line[..length] {
+                answer = second.receive(byte, bench.now_us).or(answer);
+            }
+        }
+        answer
+    };
+    let refused = say(&mut bench, Request::Start(Start { run: 9, ..START }));
+    let refusal = Refusal::Connection;
+    assert_eq!(
+        refused,
+        Some(Incoming::Refused {
+            request: "start",
+            refusal
+        })
+    );
+    for _ in 0..30 {
+        let alive = say(&mut bench, Request::GetStatistics);
+        assert!(matches!(alive, Some(Incoming::Answer(_))), "{alive:?}");
+        bench.run_ms(1);
+    }
+    assert_eq!(
+        bench.device.borrow().status().fault,
+        Fault::HostSilent.code()
+    );
+    assert!(bench.rebooted, "the first host is told");
+    bench.run_ms(100);
+    let armed = say(&mut bench, Request::Arm { faults: 1 });
+    assert!(matches!(armed, Some(Incoming::Answer(_))), "{armed:?}");
+}
+
+#[test]
+fn a_host_of_another_version_hears_which_one_this_is() {
+    let mut bench = Bench::ideal();
+    let mut line = [0; FRAME_MAX];
+    let length = haptic_link::greet_version_1(&mut line).expect("fits");
+    let hello = line[..length].to_vec();
+    let mut answer = Vec::new();
+    for byte in hello {
+        let length = bench.tell_device(byte, &mut line);
+        answer.extend_from_slice(&line[..length]);
+    }
+    // Whole and of another version is all that a host of version 1 looks at.
+    assert_eq!(answer[1], 0x80 | PROTOCOL_VERSION);
+    assert_eq!(answer.iter().filter(|&&byte| byte == 0).count(), 1);
+    let mut receiver = haptic_link::Receiver::<Report>::new(haptic_link::Direction::FromDevice);
+    let report = answer.iter().find_map(|&byte| receiver.push(byte));
+    let Some((_, Report::Hello(hello))) = report else {
+        panic!("{report:?}");
+    };
+    assert_eq!((hello.nonce, hello.connection), (0, 0), "no connection");
+}

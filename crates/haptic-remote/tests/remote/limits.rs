@@ -1,0 +1,571 @@
+//! The safety chain of a device, set and told over the line.
+
+use crate::line::{Bench, START, spring};
+use haptic_link::{
+    Configuration, Field, Guard, GuardKind, Limits, LoopMode, OperatorShape, Refusal, Report,
+    Request, Start, State,
+};
+use haptic_loop::units::{
+    Hertz, Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond,
+    Seconds,
+};
+use haptic_loop::{EnergyBounding, Fault, PassivityObserver, SpeedLimit, Workspace};
+
+/// A plain spring on the testbed that a hand pushes with 1 N, with these limits.
+fn plain(stiffness_n_per_m: f32, limits: Limits) -> Configuration {
+    Configuration {
+        stiffness_n_per_m,
+        dissipation_n_s_mu_per_m: 0.0,
+        operator: OperatorShape {
+            count: 1,
+            ..Configuration::PASSIVE.operator
+        },
+        limits,
+        ..spring().0
+    }
+}
+
+fn set(bench: &mut Bench, configuration: Configuration) -> Result<Report, Refusal> {
+    bench.hello();
+    bench
+        .configure(configuration, &[0.0])
+        .expect("the line works")
+}
+
+fn armed(configuration: Configuration) -> Bench {
+    let mut bench = Bench::ideal();
+    set(&mut bench, configuration).expect("good parameters");
+    bench.host.set_keep_alive(Some(5_000));
+    bench.done(Request::Arm { faults: 0 });
+    bench
+}
+
+/// Runs for so long.
+fn ran(configuration: Configuration, milliseconds: u64) -> Bench {
+    let mut bench = armed(configuration);
+    bench.done(Request::Start(START));
+    bench.run_ms(milliseconds);
+    bench
+}
+
+const GUARD: Guard = Guard {
+    kind: GuardKind::EnergyBounding,
+    damping_n_s_per_m: 3.5,
+    ..Guard::OFF
+};
+
+#[test]
+fn every_limit_beyond_its_range_is_refused_by_name() {
+    type Change = fn(&mut Limits);
+    let cases: [(Field, &[Change]); 22] = [
+        (
+            Field::StartForce,
+            &[
+                |l| l.start_force_n = -1.0,
+                |l| l.start_force_n = f32::NAN,
+                |l| l.start_force_n = f32::INFINITY,
+            ],
+        ),
+        (
+            Field::RiseTime,
+            &[
+                |l| l.rise_time_s = -0.1,
+                |l| l.rise_time_s = 60.1,
+                |l| l.rise_time_s = f32::NAN,
+            ],
+        ),
+        (
+            Field::WorkspaceLow,
+            &[
+                |l| l.workspace_low_m = -101.0,
+                |l| l.workspace_low_m = f32::NAN,
+            ],
+        ),
+        (
+            Field::WorkspaceHigh,
+            &[
+                |l| l.workspace_high_m = -0.1,
+                |l| l.workspace_high_m = -0.2,
+                |l| l.workspace_high_m = 101.0,
+                |l| l.workspace_high_m = f32::NAN,
+                |l| (l.workspace_low_m, l.workspace_high_m) = (0.0, f32::NAN),
+            ],
+        ),
+        (
+            Field::WorkspaceSoft,
+            &[
+                |l| l.workspace_soft_m = 0.15,
+                |l| l.workspace_soft_m = -0.01,
+                |l| l.workspace_soft_m = 1e-7,
+                |l| l.workspace_soft_m = f32::NAN,
+                |l| (l.workspace_low_m, l.workspace_high_m) = (0.0, 0.0),
+            ],
+        ),
+        (
+            Field::SpeedSoft,
+            &[
+                |l| l.speed_soft_m_per_s = 1.5,
+                |l| l.speed_soft_m_per_s = -0.1,
+                |l| l.speed_soft_m_per_s = f32::NAN,
+                |l| l.speed_hard_m_per_s = 0.0,
+            ],
+        ),
+        (
+            Field::SpeedHard,
+            &[
+                |l| l.speed_hard_m_per_s = -1.0,
+                |l| l.speed_hard_m_per_s = 1001.0,
+                |l| l.speed_hard_m_per_s = 1e-7,
+                |l| l.speed_hard_m_per_s = f32::NAN,
+            ],
+        ),
+        (
+            Field::VelocityBandwidth,
+            &[
+                |l| l.velocity_bandwidth_hz = 0.0,
+                |l| l.velocity_bandwidth_hz = 1e5,
+                |l| l.velocity_bandwidth_hz = f32::NAN,
+            ],
+        ),
+        (
+            Field::Braking,
+            &[
+                |l| l.braking_n_s_per_m = -1.0,
+                |l| l.braking_n_s_per_m = 5_f32.next_up(),
+                // Half of what 65 g bear with a tick of delay.
+                |l| (l.device_mass_kg, l.braking_n_s_per_m) = (0.065, 21.667),
+                |l| l.braking_n_s_per_m = f32::NAN,
+            ],
+        ),
+        (
+            Field::StopTime,
+            &[
+                |l| l.stop_time_s = 0.0,
+                |l| l.stop_time_s = 1_f32.next_up(),
+                |l| l.stop_time_s = f32::NAN,
+            ],
+        ),
+        (
+            Field::BrakeForce,
+            &[
+                |l| l.brake_force_n = -0.1,
+                |l| l.brake_force_n = 10_f32.next_up(),
+                |l| l.brake_force_n = f32::NAN,
+            ],
+        ),
+        (
+            Field::DeviceMass,
+            &[
+                |l| l.device_mass_kg = -1.0,
+                |l| l.device_mass_kg = 1001.0,
+                |l| l.device_mass_kg = f32::NAN,
+            ],
+        ),
+        (
+            Field::StuckForce,
+            &[
+                |l| l.stuck_force_n = -1.0,
+                |l| l.stuck_force_n = f32::INFINITY,
+                |l| l.stuck_force_n = f32::NAN,
+            ],
+        ),
+        (
+            Field::StuckTime,
+            &[
+                |l| l.stuck_time_s = 0.0,
+                |l| l.stuck_time_s = 11.0,
+                |l| l.stuck_time_s = f32::NAN,
+            ],
+        ),
+        (
+            Field::Jump,
+            &[
+                |l| l.jump_m = -1e-3,
+                |l| l.jump_m = 1e-7,
+                |l| l.jump_m = 1.1,
+                |l| l.jump_m = f32::NAN,
+            ],
+        ),
+        (
+            Field::GuardDamping,
+            &[
+                |l| l.guard.damping_n_s_per_m = 0.0,
+                |l| l.guard.damping_n_s_per_m = 1e7,
+                |l| l.guard.damping_n_s_per_m = f32::NAN,
+            ],
+        ),
+        (
+            Field::GuardShare,
+            &[
+                |l| l.guard.share = 0.0,
+                |l| l.guard.share = 1.1,
+                |l| l.guard.share = f32::NAN,
+            ],
+        ),
+        (
+            Field::GuardForget,
+            &[
+                |l| l.guard.forget_s = 0.9e-3,
+                |l| l.guard.forget_s = 3601.0,
+                |l| l.guard.forget_s = f32::NAN,
+                |l| (l.guard.kind, l.guard.forget_s) = (GuardKind::Observer, 0.0),
+            ],
+        ),
+        (
+            Field::GuardDelayMost,
+            &[
+                |l| l.guard.delay_most_samples = 4.1,
+                |l| l.guard.delay_most_samples = -0.1,
+                |l| l.guard.delay_most_samples = f32::NAN,
+            ],
+        ),
+        (
+            Field::GuardDelayLeast,
+            &[
+                |l| l.guard.delay_least_samples = 0.1,
+                |l| l.guard.delay_least_samples = -0.1,
+                |l| l.guard.delay_least_samples = f32::NAN,
+            ],
+        ),
+        (
+            Field::GuardLag,
+            &[
+                |l| l.guard.lag_s = -1e-6,
+                |l| l.guard.lag_s = 0.065,
+                |l| l.guard.lag_s = f32::NAN,
+            ],
+        ),
+        (
+            Field::GuardNoise,
+            &[
+                |l| l.guard.noise_m = -1e-9,
+                |l| l.guard.noise_m = 0.02,
+                |l| l.guard.noise_m = f32::NAN,
+            ],
+        ),
+    ];
+    // Everything is on.
+    let good = Limits {
+        workspace_low_m: -0.1,
+        workspace_high_m: 0.1,
+        workspace_soft_m: 0.02,
+        braking_n_s_per_m: 5.0,
+        guard: GUARD,
+        ..Limits::DEFAULT
+    };
+    let mut bench = Bench::ideal();
+    set(&mut bench, plain(100.0, good)).expect("good parameters");
+    let before = bench.done(Request::GetConfiguration);
+    for (field, changes) in cases {
+        for (n, change) in changes.iter().enumerate() {
+            let mut limits = good;
+            change(&mut limits);
+            match set(&mut bench, plain(100.0, limits)) {
+                Err(Refusal::Range { field: named, .. }) => assert_eq!(named, field, "{n}"),
+                other => panic!("{field}, {n}: {other:?}"),
+            }
+        }
+    }
+    assert_eq!(bench.done(Request::GetConfiguration), before);
+}
+
+#[test]
+fn every_limit_at_the_end_of_its_range_is_good() {
+    type Change = fn(&mut Limits);
+    let ends: [Change; 23] = [
+        |l| l.start_force_n = f32::MAX,
+        |l| l.start_force_n = f32::MIN_POSITIVE,
+        |l| l.rise_time_s = 60.0,
+        |l| l.rise_time_s = f32::MIN_POSITIVE,
+        |l| {
+            (l.workspace_low_m, l.workspace_high_m, l.workspace_soft_m) = (-100.0, 100.0, 100.0);
+        },
+        |l| {
+            (l.workspace_low_m, l.workspace_high_m, l.workspace_soft_m) = (-0.1, 0.2, 0.15);
+        },
+        |l| (l.workspace_low_m, l.workspace_high_m) = (0.1, 0.1_f32.next_up()),
+        |l| (l.workspace_low_m, l.workspace_high_m) = (0.0, f32::MIN_POSITIVE),
+        |l| (l.speed_soft_m_per_s, l.speed_hard_m_per_s) = (0.0, 1e-6),
+        |l| (l.speed_soft_m_per_s, l.speed_hard_m_per_s) = (1000_f32.next_down(), 1000.0),
+        |l| (l.velocity_bandwidth_hz, l.braking_n_s_per_m) = (0.1, f32::MIN_POSITIVE),
+        |l| (l.velocity_bandwidth_hz, l.braking_n_s_per_m) = (1e4, 5.0),
+        |l| (l.device_mass_kg, l.braking_n_s_per_m, l.device_delay_ticks) = (0.065, 65.0, 0),
+        |l| (l.device_mass_kg, l.braking_n_s_per_m) = (1e-6, 3e-4),
+        |l| (l.stop_time_s, l.brake_force_n) = (1.0, 0.0),
+        |l| (l.stuck_force_n, l.stuck_time_s, l.jump_m) = (f32::MAX, 10.0, 1.0),
+        |l| (l.stop_time_s, l.brake_force_n, l.guard) = (1e-3, 10.0, GUARD),
+        |l| (l.guard, l.guard.forget_s, l.guard.share) = (GUARD, 0.0, 1e-3),
+        |l| (l.guard, l.guard.damping_n_s_per_m) = (GUARD, 1e-6),
+        |l| {
+            (
+                l.guard,
+                l.guard.delay_least_samples,
+                l.guard.delay_most_samples,
+            ) = (GUARD, 4.0, 4.0);
+        },
+        |l| {
+            l.guard = GUARD;
+            (l.guard.delay_most_samples, l.guard.lag_s, l.guard.noise_m) = (4.0, 0.064, 0.01);
+        },
+        |l| (l.guard, l.guard.damping_n_s_per_m, l.guard.forget_s) = (GUARD, 1e6, 1.0001e-3),
+        |l| (l.guard, l.guard.kind, l.guard.forget_s) = (GUARD, GuardKind::Observer, 3600.0),
+    ];
+    let mut bench = Bench::ideal();
+    for (n, change) in ends.iter().enumerate() {
+        let mut limits = Limits::DEFAULT;
+        change(&mut limits);
+        let answer = set(&mut bench, plain(100.0, limits));
+        assert!(answer.is_ok(), "{n}: {answer:?}");
+    }
+}
+
+#[test]
+fn what_a_chain_on_the_host_has_goes_over_the_wire_and_is_good() {
+    let bounding = EnergyBounding {
+        delay_least: Seconds(2e-3),
+        delay_most: Seconds(2.5e-3),
+        lag: Seconds(0.5e-3),
+        noise: Metres(1e-6),
+        ..EnergyBounding::of(NewtonSecondsPerMetre(3.5))
+    };
+    let observer = PassivityObserver::bearable(Kilograms(0.065), Seconds(1e-3));
+    for guard in [
+        None,
+        Some(haptic_loop::Guard::EnergyBounding(bounding)),
+        Some(haptic_loop::Guard::Observer(observer)),
+    ] {
+        let limits = haptic_loop::Limits {
+            norm: Some(Newtons(5.0)),
+            workspace: Some(Workspace {
+                low: Metres(-0.1),
+                high: Metres(0.1),
+                soft: Metres(0.1),
+            }),
+            speed: Some(SpeedLimit {
+                soft: MetresPerSecond(0.5),
+                hard: MetresPerSecond(2.0),
+            }),
+            velocity_bandwidth: Hertz(30.0),
+            guard,
+            ..haptic_loop::Limits::default()
+        };
+        let wire = haptic_remote::wire_limits(&limits, Seconds(1e-3));
+        assert_eq!(wire.force_n, 5.0, "the smaller of force and norm");
+        assert_eq!(
+            [
+                wire.force_rate_n_per_s,
+                wire.start_force_n,
+                wire.rise_time_s
+            ],
+            [1000.0, 1.0, 0.5]
+        );
+        assert_eq!(
+            [
+                wire.workspace_low_m,
+                wire.workspace_high_m,
+                wire.workspace_soft_m
+            ],
+            [-0.1, 0.1, 0.1]
+        );
+        assert_eq!(
+            [wire.speed_soft_m_per_s, wire.speed_hard_m_per_s],
+            [0.5, 2.0]
+        );
+        assert_eq!(
+            [
+                wire.velocity_bandwidth_hz,
+                wire.braking_n_s_per_m,
+                wire.stop_time_s
+            ],
+            [30.0, 5.0, 0.1]
+        );
+        assert_eq!(
+            [
+                wire.brake_force_n,
+                wire.stuck_force_n,
+                wire.stuck_time_s,
+                wire.jump_m
+            ],
+            [2.0, 3.0, 0.1, 1e-3]
+        );
+        let mut bench = Bench::ideal();
+        set(&mut bench, plain(100.0, wire)).expect("good parameters");
+    }
+    let bare = haptic_loop::Limits::bare(Newtons(10.0), NewtonsPerSecond(1000.0));
+    let wire = haptic_remote::wire_limits(&bare, Seconds(1e-3));
+    assert_eq!(wire, Limits::bare(10.0, 1000.0));
+}
+
+/// Standard deviation of the last 400 positions, m.
+fn restlessness(bench: &Bench) -> f64 {
+    let samples = bench.told.iter().filter_map(|report| match report {
+        Report::Sample(sample) => Some(f64::from(sample.position_m)),
+        _ => None,
+    });
+    let positions: Vec<f64> = samples.collect();
+    let last = &positions[positions.len() - 400..];
+    let mean = last.iter().sum::<f64>() / 400.0;
+    let squares: f64 = last.iter().map(|x| (x - mean) * (x - mean)).sum();
+    (squares / 400.0).sqrt()
+}
+
+#[test]
+fn a_guard_on_the_device_keeps_an_unstable_wall_calm() {
+    // 2b/T is 7000 N/m: this wall shakes.
+    let limits = |guard| Limits {
+        guard,
+        ..Limits::bare(100.0, 1e6)
+    };
+    let shaking = ran(plain(20_000.0, limits(Guard::OFF)), 2000);
+    assert!(restlessness(&shaking) > 1e-4, "{}", restlessness(&shaking));
+    assert_eq!(shaking.energy_j, Some(0.0));
+    let observer = Guard {
+        kind: GuardKind::Observer,
+        // m/(2T)
+        damping_n_s_per_m: 32.5,
+        ..Guard::OFF
+    };
+    for guard in [GUARD, observer] {
+        let calm = ran(plain(20_000.0, limits(guard)), 2000);
+        assert_eq!(calm.state(), State::Running);
+        let left = restlessness(&calm);
+        assert!(left < 1e-6, "{:?}: {left}", guard.kind);
+        // The guard acted, and what it observed is told.
+        let acted = calm.told.iter().any(|report| match report {
+            Report::Sample(sample) => sample.limiters & 128 != 0,
+            _ => false,
+        });
+        assert!(acted, "{:?}", guard.kind);
+        let energy = calm.energy_j.expect("keep-alives were answered");
+        assert!(
+            energy.is_finite() && energy != 0.0,
+            "{:?}: {energy}",
+            guard.kind
+        );
+    }
+}
+
+/// The fault that was told.
+fn fault(bench: &Bench) -> Option<Fault> {
+    bench.told.iter().find_map(|report| match report {
+        Report::Fault(report) => Fault::from_code(report.status.fault),
+        _ => None,
+    })
+}
+
+#[test]
+fn a_device_that_leaves_its_workspace_or_is_too_fast_latches_its_fault() {
+    // 1 N on 100 N/m: 10 mm at rest.
+    let workspace = Limits {
+        workspace_low_m: -0.01,
+        workspace_high_m: 0.005,
+        ..Limits::bare(10.0, 1e4)
+    };
+    let speed = Limits {
+        speed_hard_m_per_s: 0.05,
+        ..Limits::bare(10.0, 1e4)
+    };
+    for (limits, want) in [(workspace, Fault::Workspace), (speed, Fault::Velocity)] {
+        let bench = ran(plain(100.0, limits), 500);
+        assert_eq!(fault(&bench), Some(want));
+        assert_eq!((bench.state(), bench.force_n()), (State::Fault, 0.0));
+        let status = bench.device.borrow().status();
+        assert_eq!((status.fault, status.faults), (want.code(), 1));
+    }
+    let within = ran(
+        plain(
+            100.0,
+            Limits {
+                workspace_high_m: 0.02,
+                speed_hard_m_per_s: 1.0,
+                ..workspace
+            },
+        ),
+        500,
+    );
+    assert_eq!((fault(&within), within.state()), (None, State::Running));
+}
+
+#[test]
+fn a_run_that_would_begin_with_a_blow_is_refused() {
+    // The device starts 10 mm deep in a wall of 1000 N/m.
+    let inside = |start_force_n| Configuration {
+        one_sided: true,
+        surface_m: -0.01,
+        ..plain(
+            1000.0,
+            Limits {
+                start_force_n,
+                ..Limits::bare(20.0, 1e4)
+            },
+        )
+    };
+    let mut bench = armed(inside(1.0));
+    match bench.refused(Request::Start(START)) {
+        Refusal::ForceNotSmall {
+            wanted_n,
+            allowed_n,
+        } => {
+            assert!((wanted_n - 10.0).abs() < 1e-5, "{wanted_n}");
+            assert_eq!(allowed_n, 1.0);
+        }
+        other => panic!("{other:?}"),
+    }
+    assert_eq!((bench.state(), bench.force_n()), (State::Armed, 0.0));
+    // A limit that allows it, or none.
+    for allowed in [10.5, 0.0] {
+        let bench = ran(inside(allowed), 5);
+        assert_eq!(bench.state(), State::Running, "{allowed}");
+        assert!(bench.force_n() < -5.0);
+    }
+    // A host begins with no force.
+    let mut bench = armed(Configuration {
+        loop_mode: LoopMode::Host,
+        ..inside(1.0)
+    });
+    bench.done(Request::Start(Start { run: 3, ..START }));
+    // Not a number is not small either.
+    let mut bench = armed(Configuration {
+        stiffness_n_per_m: f32::MAX,
+        surface_m: -1e3,
+        ..inside(0.0)
+    });
+    match bench.refused(Request::Start(START)) {
+        Refusal::ForceNotSmall {
+            wanted_n,
+            allowed_n,
+        } => assert!(!wanted_n.is_finite() && allowed_n.is_infinite()),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn the_force_rises_after_the_start() {
+    let limits = Limits {
+        rise_time_s: 0.5,
+        ..Limits::bare(10.0, 1e4)
+    };
+    let bench = ran(plain(100.0, limits), 1000);
+    let mut seen = 0;
+    for report in &bench.told {
+        let Report::Sample(sample) = report else {
+            continue;
+        };
+        let rising = sample.limiters & 16 != 0;
+        // 500 shares of 1/500 are not quite 1 in single precision.
+        assert!(
+            rising == (sample.tick < 500) || sample.tick == 500,
+            "{sample:?}"
+        );
+        if rising {
+            let share = f64::from(sample.tick) * 2e-3;
+            let want = share * f64::from(sample.environment_force_n);
+            assert!(
+                (f64::from(sample.force_n) - want).abs() < 1e-4,
+                "{sample:?}"
+            );
+            seen += 1;
+        }
+    }
+    assert!(seen >= 500);
+}

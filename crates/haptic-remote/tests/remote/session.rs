@@ -1,0 +1,609 @@
+//! Sessions over a good line: states, transactions, streams, watchdog.
+
+use crate::line::{Bench, START, spring, transaction};
+use haptic_link::{
+    Configuration, EventKind, Field, LoopMode, OperatorForm, OperatorShape, Refusal, Report,
+    Request, Sample, SimulationKind, Start, State,
+};
+use haptic_loop::Fault;
+use haptic_remote::{DeviceOperator, LinkError};
+
+fn events(bench: &Bench) -> Vec<EventKind> {
+    let events = bench.told.iter().filter_map(|report| match report {
+        Report::Event(event) => Some(event.kind),
+        _ => None,
+    });
+    events.collect()
+}
+
+fn fault(bench: &Bench) -> Option<Fault> {
+    bench.told.iter().find_map(|report| match report {
+        Report::Fault(report) => Fault::from_code(report.status.fault),
+        _ => None,
+    })
+}
+
+/// Connected, configured, armed, kept alive.
+fn armed() -> Bench {
+    let mut bench = Bench::ideal();
+    bench.hello();
+    let (configuration, values) = spring();
+    let set = bench.configure(configuration, &values);
+    set.expect("the line works")
+        .expect("the parameters are good");
+    bench.host.set_keep_alive(Some(5_000));
+    bench.done(Request::Arm { faults: 0 });
+    bench
+}
+
+#[test]
+fn a_device_at_power_up_makes_no_force_and_waits() {
+    let mut bench = Bench::ideal();
+    bench.run_ms(50);
+    assert_eq!(bench.state(), State::Idle);
+    assert_eq!(bench.force_n(), 0.0);
+    assert!(bench.told.is_empty());
+    let Report::Hello(hello) = bench.hello() else {
+        panic!("not a hello");
+    };
+    assert_ne!(hello.connection, 0);
+    let keys = bench.done(Request::GetKeys);
+    assert_eq!(keys, Report::Keys(haptic_link::Keys::current()));
+    assert_eq!(hello.status.state, State::Idle);
+    let Report::Capabilities(capabilities) = bench.done(Request::GetCapabilities) else {
+        panic!("no capabilities");
+    };
+    assert_eq!(capabilities.board(), "bench");
+}
+
+#[test]
+fn a_configuration_takes_effect_as_a_whole_and_reads_back() {
+    let mut bench = Bench::ideal();
+    bench.hello();
+    let values: Vec<f32> = (0..40).map(|n| 1.0 / (1.0 + n as f32)).collect();
+    let (mut configuration, _) = spring();
+    configuration.operator.count = 40;
+    bench
+        .configure(configuration, &values)
+        .expect("the line works")
+        .expect("good");
+    let Report::Configuration {
+        configuration: have,
+        ..
+    } = bench.done(Request::GetConfiguration)
+    else {
+        panic!("no configuration");
+    };
+    assert_eq!(have, configuration);
+    let mut back = Vec::new();
+    for offset in [0, 16, 32] {
+        let Report::Coefficients(block) = bench.done(Request::GetCoefficients { offset }) else {
+            panic!("no coefficients");
+        };
+        back.extend(block.values);
+    }
+    assert_eq!(back[..40], values);
+    assert!(back[40..].iter().all(|&value| value == 0.0));
+    assert_eq!(events(&bench), [EventKind::Configured]);
+}
+
+#[test]
+fn a_transaction_that_is_not_whole_changes_nothing() {
+    let mut bench = Bench::ideal();
+    bench.hello();
+    let (configuration, values) = spring();
+    let before = bench.done(Request::GetConfiguration);
+    let commit = Request::Commit {
+        digest: 1,
+        scope: haptic_link::Scope::Lasting,
+    };
+    assert_eq!(bench.refused(commit.clone()), Refusal::Incomplete);
+    for request in transaction(configuration, &[]) {
+        bench.done(request);
+    }
+    assert_eq!(bench.refused(commit.clone()), Refusal::Incomplete);
+    for request in transaction(configuration, &values) {
+        bench.done(request);
+    }
+    assert_eq!(bench.refused(commit), Refusal::Digest);
+    assert_eq!(bench.done(Request::GetConfiguration), before);
+}
+
+#[test]
+fn parameters_beyond_the_limits_of_the_device_are_refused_by_name() {
+    type Change = fn(&mut Configuration);
+    let cases: [(Field, Change); 13] = [
+        (Field::TickPeriod, |c| c.tick_period_us = 20),
+        (Field::TickPeriod, |c| c.tick_period_us = 1_000_000),
+        (Field::Stiffness, |c| c.stiffness_n_per_m = -1.0),
+        (Field::Stiffness, |c| c.stiffness_n_per_m = f32::NAN),
+        (Field::Dissipation, |c| {
+            c.dissipation_n_s_mu_per_m = f32::INFINITY;
+        }),
+        (Field::Surface, |c| c.surface_m = f32::NAN),
+        (Field::IntegerPart, |c| c.operator.integer = 1),
+        (Field::ForceLimit, |c| c.limits.force_n = 1000.0),
+        (Field::ForceLimit, |c| c.limits.force_n = 0.0),
+        (Field::ForceRateLimit, |c| {
+            c.limits.force_rate_n_per_s = f32::NAN;
+        }),
+        (Field::Watchdog, |c| c.limits.watchdog_ms = 4),
+        (Field::Watchdog, |c| c.limits.watchdog_ms = 1001),
+        (Field::Mass, |c| c.simulation.mass_kg = 0.0),
+    ];
+    let mut bench = Bench::ideal();
+    bench.hello();
+    for (field, change) in cases {
+        let (mut configuration, values) = spring();
+        change(&mut configuration);
+        let answer = bench
+            .configure(configuration, &values)
+            .expect("the line works");
+        match answer {
+            Err(Refusal::Range { field: named, .. }) => assert_eq!(named, field),
+            other => panic!("{field}: {other:?}"),
+        }
+    }
+    let (mut configuration, values) = spring();
+    configuration.operator.count = 300;
+    let answer = bench
+        .configure(configuration, &values)
+        .expect("the line works");
+    assert!(matches!(
+        answer,
+        Err(Refusal::Range {
+            field: Field::CoefficientCount,
+            ..
+        })
+    ));
+    let (configuration, _) = spring();
+    let answer = bench
+        .configure(configuration, &[1.0, f32::NAN])
+        .expect("the line works");
+    assert!(matches!(
+        answer,
+        Err(Refusal::Range {
+            field: Field::Coefficient,
+            ..
+        })
+    ));
+    // A decay of 1.5 lies outside the range that the refusal names.
+    let (mut configuration, _) = spring();
+    configuration.operator = OperatorShape {
+        form: OperatorForm::Sections,
+        integer: 0,
+        count: 5,
+    };
+    let answer = bench
+        .configure(configuration, &[1.0, 1.0, 1.0, 1.5, 1.0])
+        .expect("the line works");
+    assert_eq!(
+        answer.map(|_| ()),
+        Err(Refusal::Range {
+            field: Field::Coefficient,
+            value: 1.5,
+            least: f32::from_bits(1),
+            most: 1.0,
+        })
+    );
+    assert_eq!(
+        bench.done(Request::GetConfiguration),
+        Bench::ideal_configuration()
+    );
+}
+
+#[test]
+fn a_run_sends_every_tick_and_ends_by_itself_with_zero_force() {
+    let mut bench = armed();
+    bench.done(Request::Start(Start {
+        ticks: 200,
+        ..START
+    }));
+    bench.run_ms(150);
+    assert_eq!(bench.state(), State::Running);
+    assert!(bench.force_n() < -0.9, "{}", bench.force_n());
+    bench.run_ms(150);
+    assert_eq!(bench.state(), State::Armed);
+    let ticks = bench.ticks();
+    assert!(ticks.len() >= 200, "{}", ticks.len());
+    assert!(ticks.iter().enumerate().all(|(n, &tick)| tick == n as u32));
+    let last = bench.told.iter().rev().find_map(|report| match report {
+        Report::Sample(sample) => Some(sample.force_n),
+        _ => None,
+    });
+    assert_eq!(last, Some(0.0));
+    let kinds = [
+        EventKind::Configured,
+        EventKind::Armed,
+        EventKind::Started,
+        EventKind::Finished,
+    ];
+    assert_eq!(events(&bench), kinds);
+    // The event comes after the last sample.
+    assert!(matches!(bench.told.last(), Some(Report::Event(_))));
+    assert_eq!(bench.host.counters().lost, 0);
+}
+
+#[test]
+fn batches_carry_the_same_samples() {
+    let mut one = armed();
+    one.done(Request::Start(Start {
+        ticks: 100,
+        ..START
+    }));
+    one.run_ms(200);
+    for batch in [2, 5, 16] {
+        let mut many = armed();
+        many.done(Request::Start(Start {
+            ticks: 100,
+            batch,
+            ..START
+        }));
+        many.run_ms(200);
+        assert_eq!(many.ticks(), one.ticks(), "batch {batch}");
+    }
+    let mut third = armed();
+    third.done(Request::Start(Start {
+        ticks: 100,
+        every: 3,
+        batch: 4,
+        ..START
+    }));
+    third.run_ms(200);
+    assert!(
+        third
+            .ticks()
+            .iter()
+            .enumerate()
+            .all(|(n, &tick)| tick == 3 * n as u32)
+    );
+    assert!(third.ticks().len() >= 33);
+}
+
+#[test]
+fn the_force_of_a_device_loop_is_that_of_the_same_loop_on_the_host() {
+    use haptic_loop::units::{Newtons, NewtonsPerSecond, Seconds};
+    use haptic_loop::{Controller, SafetyChain, Wall};
+    let mut bench = armed();
+    bench.done(Request::Start(Start {
+        ticks: 500,
+        ..START
+    }));
+    bench.run_ms(700);
+    let (configuration, values) = spring();
+    let operator = DeviceOperator::new(fracdiff::portable::Form::Taps, 0, &values).expect("valid");
+    let wall = Wall::new(1000.0, 2.0, operator, None).expect("valid");
+    let chain = SafetyChain::new(Newtons(10.0), NewtonsPerSecond(1e4), Seconds(1e-3));
+    let mut controller = Controller::<f32, 1, _>::new(wall, chain.expect("valid"));
+    let mut plant =
+        haptic_loop::plant::MassDamper::<1>::new(haptic_loop::plant::MassDamperConfig::ideal(
+            haptic_loop::units::Kilograms(f64::from(configuration.simulation.mass_kg)),
+            haptic_loop::units::NewtonSecondsPerMetre(3.5),
+            Seconds(1e-3),
+        ))
+        .expect("valid");
+    plant.set_external_force(nalgebra::vector![1.0]);
+    let mut compared = 0;
+    for report in &bench.told {
+        let Report::Sample(sample) = report else {
+            continue;
+        };
+        if sample.tick >= 500 {
+            break;
+        }
+        let here = controller.tick(&mut plant).expect("infallible");
+        assert_eq!(
+            here.reading.position_m[0], sample.position_m,
+            "{}",
+            sample.tick
+        );
+        assert_eq!(here.force.newtons()[0], sample.force_n, "{}", sample.tick);
+        compared += 1;
+    }
+    assert_eq!(compared, 500);
+}
+
+#[test]
+fn silence_latches_a_fault_and_the_force_falls_to_zero() {
+    let mut bench = armed();
+    bench.done(Request::Start(START));
+    bench.run_ms(100);
+    assert!(bench.force_n() < -0.9);
+    bench.host_dead = true;
+    // 20 ms of silence, then 1 N at 10 000 N/s: one tick.
+    bench.run_ms(26);
+    assert_eq!(bench.state(), State::Fault);
+    assert_eq!(bench.force_n(), 0.0);
+    assert_eq!(fault(&bench), Some(Fault::HostSilent));
+    // The host comes back, looks, and only then arms again.
+    bench.host_dead = false;
+    assert_eq!(
+        bench.refused(Request::Start(START)),
+        Refusal::State(State::Fault)
+    );
+    assert_eq!(
+        bench.refused(Request::Arm { faults: 0 }),
+        Refusal::UnknownFault
+    );
+    bench.done(Request::Arm { faults: 1 });
+    bench.done(Request::Start(Start { run: 2, ..START }));
+    bench.run_ms(100);
+    assert_eq!(bench.state(), State::Running);
+}
+
+#[test]
+fn an_idle_device_does_not_mind_silence() {
+    let mut bench = Bench::ideal();
+    bench.hello();
+    bench.host_dead = true;
+    bench.run_ms(2000);
+    assert_eq!(bench.state(), State::Idle);
+}
+
+#[test]
+fn stop_and_disarm_work_in_every_state() {
+    let mut bench = Bench::ideal();
+    bench.hello();
+    assert_eq!(bench.refused(Request::Stop), Refusal::State(State::Idle));
+    bench.done(Request::Disarm);
+    let mut bench = armed();
+    bench.done(Request::Stop);
+    assert_eq!(bench.state(), State::Armed);
+    bench.done(Request::Start(START));
+    bench.run_ms(100);
+    bench.done(Request::Stop);
+    bench.run_ms(10);
+    assert_eq!((bench.state(), bench.force_n()), (State::Armed, 0.0));
+    bench.done(Request::Start(Start { run: 2, ..START }));
+    bench.run_ms(100);
+    bench.done(Request::Disarm);
+    bench.done(Request::Disarm);
+    bench.run_ms(10);
+    assert_eq!((bench.state(), bench.force_n()), (State::Idle, 0.0));
+    bench.device.borrow_mut().trip(Fault::EmergencyStop);
+    assert_eq!(bench.refused(Request::Stop), Refusal::State(State::Fault));
+    bench.done(Request::Disarm);
+    assert_eq!(bench.state(), State::Fault);
+}
+
+#[test]
+fn parameters_cannot_change_under_a_closed_loop() {
+    let mut bench = armed();
+    let (configuration, values) = spring();
+    let answer = bench
+        .configure(configuration, &values)
+        .expect("the line works");
+    assert_eq!(answer, Err(Refusal::State(State::Armed)));
+    bench.done(Request::Start(START));
+    let answer = bench
+        .configure(configuration, &values)
+        .expect("the line works");
+    assert_eq!(answer, Err(Refusal::State(State::Running)));
+}
+
+#[test]
+fn a_start_that_is_sent_again_does_not_begin_anew() {
+    let mut bench = armed();
+    bench.done(Request::Start(START));
+    bench.run_ms(20);
+    bench.done(Request::Start(START));
+    bench.run_ms(20);
+    assert!(bench.ticks().windows(2).all(|pair| pair[1] == pair[0] + 1));
+    let other = Request::Start(Start { run: 9, ..START });
+    assert_eq!(bench.refused(other), Refusal::State(State::Running));
+}
+
+#[test]
+fn a_start_that_is_sent_again_after_its_run_has_ended_starts_nothing() {
+    let mut bench = armed();
+    let start = Start { ticks: 20, ..START };
+    bench.done(Request::Start(start));
+    bench.run_ms(100);
+    assert_eq!(bench.state(), State::Armed);
+    bench.done(Request::Start(start));
+    bench.run_ms(10);
+    assert_eq!(bench.state(), State::Armed);
+    assert_eq!(events(&bench).last(), Some(&EventKind::Finished));
+    // Another run, which is still stopping when its start comes again.
+    let second = Start { run: 2, ..START };
+    bench.done(Request::Start(second));
+    bench.run_ms(200);
+    bench.done(Request::Stop);
+    bench.done(Request::Start(second));
+    bench.run_ms(50);
+    assert_eq!(bench.state(), State::Armed);
+    // Armed anew, numbers may begin anew.
+    bench.done(Request::Disarm);
+    bench.done(Request::Arm { faults: 0 });
+    bench.done(Request::Start(start));
+    assert_eq!(bench.state(), State::Running);
+}
+
+#[test]
+fn a_host_loop_applies_the_force_it_is_sent() {
+    let mut bench = Bench::ideal();
+    bench.hello();
+    let (mut configuration, values) = spring();
+    configuration.loop_mode = LoopMode::Host;
+    bench
+        .configure(configuration, &values)
+        .expect("the line works")
+        .expect("good");
+    bench.host.set_keep_alive(Some(5_000));
+    bench.done(Request::Arm { faults: 0 });
+    bench.law = Some(|x| -500.0 * x);
+    bench.done(Request::Start(START));
+    bench.run_ms(1500);
+    assert_eq!(bench.state(), State::Running);
+    // 1 N against 500 N/m at rest.
+    let last = bench.told.iter().rev().find_map(|report| match report {
+        Report::Sample(sample) => Some(*sample),
+        _ => None,
+    });
+    let last = last.expect("samples came");
+    assert!((last.position_m - 2e-3).abs() < 1e-5, "{last:?}");
+    assert!((last.force_n + 1.0).abs() < 1e-2, "{last:?}");
+    // A host that stops computing trips the watchdog, though its keep-alives go on.
+    bench.law = None;
+    bench.run_ms(30);
+    assert_eq!(fault(&bench), Some(Fault::HostSilent));
+}
+
+#[test]
+fn a_force_that_is_not_finite_latches_a_fault() {
+    let mut bench = Bench::ideal();
+    bench.hello();
+    let (mut configuration, values) = spring();
+    configuration.loop_mode = LoopMode::Host;
+    bench
+        .configure(configuration, &values)
+        .expect("the line works")
+        .expect("good");
+    bench.host.set_keep_alive(Some(5_000));
+    bench.done(Request::Arm { faults: 0 });
+    bench.law = Some(|_| f32::NAN);
+    bench.done(Request::Start(START));
+    bench.run_ms(10);
+    assert_eq!(fault(&bench), Some(Fault::NonFiniteForce));
+    assert_eq!(bench.force_n(), 0.0);
+}
+
+#[test]
+fn late_ticks_in_a_row_latch_a_fault() {
+    let mut bench = armed();
+    bench.done(Request::Start(START));
+    for n in 0..20_u64 {
+        bench.device.borrow_mut().overrun();
+        assert_eq!(bench.state() == State::Fault, n == 19, "{n}");
+    }
+}
+
+#[test]
+fn the_flight_recorder_keeps_what_led_to_a_fault() {
+    let mut bench = armed();
+    bench.done(Request::Start(START));
+    bench.run_ms(200);
+    let nothing = |bench: &mut Bench| match bench.done(Request::ReadFlight { index: 0 }) {
+        Report::Flight(flight) => flight.count == 0 && flight.sample == Sample::default(),
+        other => panic!("{other:?}"),
+    };
+    assert!(nothing(&mut bench), "no fault has latched");
+    let second = bench.refused(Request::ReadFlight { index: 1 });
+    assert!(matches!(second, Refusal::Range { .. }), "{second:?}");
+    bench.device.borrow_mut().trip(Fault::EmergencyStop);
+    bench.run_ms(100);
+    let Report::Flight(first) = bench.done(Request::ReadFlight { index: 0 }) else {
+        panic!("no flight");
+    };
+    let mut ticks = Vec::new();
+    for index in 0..first.count {
+        let Report::Flight(flight) = bench.done(Request::ReadFlight { index }) else {
+            panic!("no flight");
+        };
+        ticks.push(flight.sample);
+    }
+    assert!(
+        ticks
+            .windows(2)
+            .all(|pair| pair[1].tick == pair[0].tick + 1)
+    );
+    let faulty = ticks
+        .iter()
+        .filter(|sample| sample.limiters & 4 != 0)
+        .count();
+    assert!(
+        faulty >= 1 && ticks.len() > 24 + faulty,
+        "{faulty} of {}",
+        ticks.len()
+    );
+    // It stands still until the fault is cleared.
+    bench.run_ms(200);
+    let again = bench.done(Request::ReadFlight { index: 0 });
+    assert_eq!(again, Report::Flight(first));
+    let index = first.count;
+    let refusal = bench.refused(Request::ReadFlight { index });
+    assert!(matches!(
+        refusal,
+        Refusal::Range {
+            field: Field::FlightIndex,
+            ..
+        }
+    ));
+    bench.done(Request::Arm { faults: 1 });
+    assert!(nothing(&mut bench), "the fault is cleared");
+}
+
+#[test]
+fn a_device_that_reboots_is_noticed() {
+    let mut bench = armed();
+    bench.done(Request::Start(START));
+    bench.run_ms(100);
+    bench.reboot();
+    // Its numbers start anew, which takes eight keep-alives to believe.
+    bench.run_ms(60);
+    assert!(bench.rebooted);
+}
+
+#[test]
+fn a_device_that_is_not_there_is_reported() {
+    let mut bench = Bench::ideal();
+    bench.to_device = haptic_remote::FaultyLine::new(
+        haptic_remote::LineFaults {
+            drop: 1.0,
+            ..Default::default()
+        },
+        1,
+    )
+    .expect("valid");
+    let error = bench
+        .ask(Request::GetCapabilities)
+        .expect_err("nobody answers");
+    assert!(matches!(
+        error,
+        LinkError::NoAnswer {
+            request: "get-capabilities",
+            ..
+        }
+    ));
+    assert!(error.to_string().contains("nothing came"), "{error}");
+}
+
+#[test]
+fn an_indentation_is_imposed_by_the_device_itself() {
+    let mut bench = Bench::ideal();
+    bench.hello();
+    let (mut configuration, _) = spring();
+    configuration.operator = OperatorShape {
+        form: OperatorForm::Taps,
+        integer: 0,
+        count: 1,
+    };
+    configuration.dissipation_n_s_mu_per_m = 0.0;
+    configuration.simulation.kind = SimulationKind::RigidIndentation;
+    configuration.simulation.depth_m = 1e-3;
+    configuration.simulation.ramp_time_s = 0.1;
+    bench
+        .configure(configuration, &[1.0])
+        .expect("the line works")
+        .expect("good");
+    bench.host.set_keep_alive(Some(5_000));
+    bench.done(Request::Arm { faults: 0 });
+    bench.done(Request::Start(START));
+    bench.run_ms(300);
+    for report in &bench.told {
+        let Report::Sample(sample) = report else {
+            continue;
+        };
+        let want = 1e-3 * (f64::from(sample.tick) / 100.0).min(1.0);
+        assert!((f64::from(sample.position_m) - want).abs() < 1e-9);
+    }
+}
+
+impl Bench {
+    /// What a device has at power-up.
+    fn ideal_configuration() -> Report {
+        let mut bench = Self::ideal();
+        bench.hello();
+        bench.done(Request::GetConfiguration)
+    }
+}

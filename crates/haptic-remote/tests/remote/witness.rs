@@ -1,0 +1,91 @@
+//! A simulated board that remembers what force acts on its plant.
+
+use haptic_link::{Capabilities, Refusal, Simulation};
+use haptic_loop::{Device, Fault, Reading, SafeForce};
+use haptic_remote::{Hardware, SimulatedPlant};
+
+/// The simulated board, watched from outside the device's own code.
+#[derive(Debug)]
+pub(crate) struct Witness {
+    plant: SimulatedPlant,
+    force_n: f32,
+    /// The sensor gives nothing while this is set.
+    pub(crate) broken: bool,
+    /// It is off by this, m.
+    pub(crate) offset_m: f32,
+    /// It tells what it told last while this is set.
+    pub(crate) sticks: bool,
+    told_m: f32,
+}
+
+impl Witness {
+    pub(crate) fn new(board: &str) -> Self {
+        Self {
+            plant: SimulatedPlant::new(board, || 0),
+            force_n: 0.0,
+            broken: false,
+            offset_m: 0.0,
+            sticks: false,
+            told_m: 0.0,
+        }
+    }
+
+    /// The force on the plant since the last tick, N.
+    pub(crate) fn force_n(&self) -> f32 {
+        self.force_n
+    }
+}
+
+impl Device<f32, 1> for Witness {
+    type Error = Fault;
+
+    fn read(&mut self) -> Result<Reading<f32, 1>, Fault> {
+        if self.broken {
+            return Err(Fault::EmergencyStop);
+        }
+        let mut reading = self.plant.read()?;
+        if !self.sticks {
+            self.told_m = reading.position_m[0] + self.offset_m;
+        }
+        reading.position_m[0] = self.told_m;
+        Ok(reading)
+    }
+
+    fn write(&mut self, force: SafeForce<f32, 1>) -> Result<(), Fault> {
+        self.force_n = force.newtons()[0];
+        self.plant.write(force)
+    }
+}
+
+impl Hardware for Witness {
+    type Setup = <SimulatedPlant as Hardware>::Setup;
+
+    fn capabilities(&self) -> Capabilities {
+        self.plant.capabilities()
+    }
+
+    fn prepare(simulation: &Simulation, tick_period_us: u32) -> Result<Self::Setup, Refusal> {
+        SimulatedPlant::prepare(simulation, tick_period_us)
+    }
+
+    fn install(&mut self, setup: Self::Setup, tick_period_us: u32) {
+        self.plant.install(setup, tick_period_us);
+    }
+
+    fn restart(&mut self) {
+        self.plant.restart();
+    }
+
+    fn idle(&mut self) -> Result<Reading<f32, 1>, Fault> {
+        self.force_n = 0.0;
+        self.read()
+    }
+
+    fn let_go(&mut self) {
+        self.force_n = 0.0;
+    }
+
+    fn persisting_fault(&self) -> Option<Fault> {
+        self.broken.then_some(Fault::EmergencyStop)
+    }
+}

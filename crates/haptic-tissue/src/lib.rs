@@ -1,0 +1,8 @@
+#![doc = include_str!("../README.md")]
+#![forbid(unsafe_code)]
+
+mod library;
+mod text_file;
+
+pub use library::{Library, Material, MaterialError, Source};
+pub use text_file::{TEXT_MOST, read_text};

@@ -1,0 +1,50 @@
+//! Where results go: folders with their provenance, and pictures in them.
+
+use crate::picture_file;
+use haptic_experiment::Failure;
+use haptic_experiment::folder::{FolderRequest, OutputFolder};
+use haptic_figure::{FigureError, Picture};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+/// A folder for files of this stem, whose logs say what made them.
+#[must_use]
+pub fn folder(out: Option<PathBuf>, stem: &str, overwrite: bool) -> FolderRequest {
+    FolderRequest {
+        out,
+        stem: stem.to_owned(),
+        overwrite,
+        roll_bytes: None,
+        provenance: provenance(),
+    }
+}
+
+/// Program and command line, as log metadata.
+#[must_use]
+pub fn provenance() -> BTreeMap<String, String> {
+    let arguments: Vec<String> = std::env::args_os()
+        .map(|argument| argument.to_string_lossy().into_owned())
+        .collect();
+    [
+        (
+            "program",
+            concat!("host-cli ", env!("CARGO_PKG_VERSION")).to_owned(),
+        ),
+        ("command_line", arguments.join(" ")),
+    ]
+    .map(|(key, value)| (key.to_owned(), value))
+    .into()
+}
+
+/// Saves a picture as SVG and PNG under the folder's own stem, and names the PNG.
+///
+/// # Errors
+/// If it cannot be drawn or the disk does not take it.
+pub fn save_picture(
+    folder: &OutputFolder,
+    picture: Result<Picture, FigureError>,
+) -> Result<String, Failure> {
+    let picture = picture.map_err(picture_file::PictureFileError::from)?;
+    let saved = picture_file::save(&picture, &folder.stem(), folder.overwrite())?;
+    Ok(saved.png.display().to_string())
+}

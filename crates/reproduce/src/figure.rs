@@ -1,0 +1,201 @@
+//! A figure of the dissertation as data: panels of curves, each quantity with its unit, and what becomes of
+//! them on paper and in a table.
+
+use haptic_analysis::AnalysisError;
+use haptic_experiment::Failure;
+use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
+
+/// A curve of a figure.
+#[derive(Clone, Debug)]
+pub struct Curve {
+    /// For the data.
+    pub name: String,
+    /// For the legend; empty for none.
+    pub legend: String,
+    /// x, y.
+    pub points: Vec<(f64, f64)>,
+    /// How it is drawn.
+    pub look: Look,
+    /// Which colour.
+    pub colour: usize,
+}
+
+/// A quantity along an axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Axis {
+    /// What stands beside the axis, with the unit.
+    pub label: &'static str,
+    /// Its column in the data, with the unit.
+    pub column: &'static str,
+    /// Linear or logarithmic.
+    pub scale: Scale,
+    /// The ends; those of the curves if not given.
+    pub range: Option<(f64, f64)>,
+}
+
+impl Axis {
+    pub(super) const fn linear(label: &'static str, column: &'static str) -> Self {
+        Self {
+            label,
+            column,
+            scale: Scale::Linear,
+            range: None,
+        }
+    }
+
+    pub(super) const fn log(label: &'static str, column: &'static str) -> Self {
+        Self {
+            scale: Scale::Log,
+            ..Self::linear(label, column)
+        }
+    }
+
+    pub(super) const fn between(self, low: f64, high: f64) -> Self {
+        Self {
+            range: Some((low, high)),
+            ..self
+        }
+    }
+
+    fn spec(&self) -> AxisSpec<'_> {
+        AxisSpec {
+            range: self.range,
+            ..AxisSpec::new(self.label, self.scale)
+        }
+    }
+}
+
+/// A panel of a figure.
+#[derive(Clone, Debug)]
+pub struct Panel {
+    /// Above it.
+    pub caption: String,
+    /// Horizontal axis.
+    pub x: Axis,
+    /// Vertical axis.
+    pub y: Axis,
+    /// Its curves.
+    pub curves: Vec<Curve>,
+    /// Shows curves of an earlier panel on other axes, so the data leave them out.
+    pub repeats: bool,
+}
+
+/// A figure of the dissertation, made again.
+#[derive(Clone, Debug)]
+pub struct Figure {
+    /// Its number there.
+    pub id: &'static str,
+    /// What it shows.
+    pub title: &'static str,
+    /// Parameters, and which of them are our choice; a line break where the picture has one.
+    pub conditions: String,
+    /// Panels side by side.
+    pub columns: usize,
+    /// The panels.
+    pub panels: Vec<Panel>,
+}
+
+impl Figure {
+    /// The picture.
+    ///
+    /// # Errors
+    /// If no curve has a point.
+    pub fn draw(&self) -> Result<Picture, FigureError> {
+        let charts = self.panels.iter().map(|panel| Chart {
+            caption: &panel.caption,
+            x: panel.x.spec(),
+            y: panel.y.spec(),
+            series: panel
+                .curves
+                .iter()
+                .map(|curve| Series::new(&curve.legend, &curve.points, curve.look, curve.colour))
+                .collect(),
+        });
+        ChartPage {
+            title: &format!("Figure {}: {}", self.id, self.title),
+            subtitle: &self.conditions,
+            columns: self.columns,
+            charts: charts.collect(),
+        }
+        .draw()
+    }
+
+    /// The names of the data's columns: panel, curve, and each quantity of the axes with its unit.
+    #[must_use]
+    pub fn columns(&self) -> Vec<&'static str> {
+        let mut columns = vec!["panel", "curve"];
+        for axis in [|panel: &Panel| panel.x, |panel: &Panel| panel.y] {
+            for column in self.panels.iter().map(|panel| axis(panel).column) {
+                if !columns.contains(&column) {
+                    columns.push(column);
+                }
+            }
+        }
+        columns
+    }
+
+    /// The data: panel, curve, and the quantities in the order of [`columns`](Self::columns), empty where a panel
+    /// does not have them.
+    pub fn rows(&self) -> impl Iterator<Item = (&str, &str, Vec<Option<f64>>)> {
+        let columns = self.columns();
+        let own = self.panels.iter().filter(|panel| !panel.repeats);
+        own.flat_map(move |panel| {
+            let columns = columns.clone();
+            panel.curves.iter().flat_map(move |curve| {
+                let columns = columns.clone();
+                curve.points.iter().map(move |&(x, y)| {
+                    let cell = |column: &&str| match *column {
+                        column if column == panel.x.column => Some(x),
+                        // Not −0.
+                        column if column == panel.y.column => Some(y + 0.0),
+                        _ => None,
+                    };
+                    let cells = columns[2..].iter().map(cell).collect();
+                    (panel.caption.as_str(), curve.name.as_str(), cells)
+                })
+            })
+        })
+    }
+}
+
+/// A refusal of the analysis, which constants should not meet.
+pub(super) fn refused(error: AnalysisError) -> Failure {
+    Failure::Run(error.into())
+}
+
+/// One curve an order, in looks of their own from the `first` on.
+pub(super) fn per_order(
+    orders: &[f64],
+    first: usize,
+    look: Look,
+    points: impl Fn(f64) -> Result<Vec<(f64, f64)>, AnalysisError>,
+) -> Result<Vec<Curve>, Failure> {
+    orders
+        .iter()
+        .enumerate()
+        .map(|(place, &mu)| {
+            Ok(Curve {
+                name: format!("μ = {mu}"),
+                legend: format!("μ = {mu}"),
+                points: points(mu).map_err(refused)?,
+                look,
+                colour: first + place,
+            })
+        })
+        .collect()
+}
+
+/// Gives the panels the same axes, from 0 to a little beyond the largest value on any of them.
+pub(super) fn share_axes(panels: &mut [Panel]) {
+    /// Room beyond the largest value.
+    const ROOM: f64 = 1.05;
+    let curves = panels.iter().flat_map(|panel| &panel.curves);
+    let points = curves.flat_map(|curve| &curve.points);
+    let (x, y) = points.fold((0.0, 0.0), |(x, y): (f64, f64), point| {
+        (x.max(point.0), y.max(point.1))
+    });
+    for panel in panels {
+        panel.x = panel.x.between(0.0, ROOM * x);
+        panel.y = panel.y.between(0.0, ROOM * y);
+    }
+}

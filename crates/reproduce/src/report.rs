@@ -1,0 +1,174 @@
+//! The report: Markdown, and the same as one self-contained HTML file.
+
+use super::claims::Claim;
+use std::fmt::Write as _;
+
+/// A figure as the report shows it.
+#[derive(Clone, Debug)]
+pub struct ReportFigure {
+    /// Its number.
+    pub id: &'static str,
+    /// What it shows.
+    pub title: &'static str,
+    /// Parameters.
+    pub conditions: String,
+    /// File name of the picture, beside the report.
+    pub picture: String,
+    /// File name of the data.
+    pub data: String,
+    /// The drawing itself.
+    pub svg: String,
+}
+
+const INTRODUCTION: &str = "Every figure of O. Tokatlı, *Fractional Order Control in Haptics*, made again, and every claim \
+    computed twice: with the third-order Muir polynomial A₃ that the dissertation uses in place of (1 − w)^μ, and with that \
+    operator itself. Verdicts are computed from the numbers beside them.";
+
+/// The report in Markdown, pictures by file name.
+#[must_use]
+pub fn markdown(claims: &[Claim], figures: &[ReportFigure]) -> String {
+    let mut text = format!("# The dissertation, made again\n\n{INTRODUCTION}\n\n## Claims\n\n");
+    text.push_str("| id | section | the dissertation says | verdict | with A₃ | exactly |\n");
+    text.push_str("|---|---|---|---|---|---|\n");
+    for claim in claims {
+        // A pipe would end the cell. Writing to a string cannot fail.
+        let cell = |text: &str| text.replace('|', "\\|");
+        let _ = writeln!(
+            text,
+            "| {} | {} | {} | **{}** | {}: {} | {}: {} |",
+            claim.id,
+            claim.section,
+            cell(claim.statement),
+            claim.verdict.words(),
+            yes(claim.muir.holds),
+            cell(&claim.muir.numbers),
+            yes(claim.exact.holds),
+            cell(&claim.exact.numbers)
+        );
+    }
+    text.push_str("\n## Figures\n");
+    for figure in figures {
+        let _ = write!(
+            text,
+            "\n### Figure {}: {}\n\nData: [{2}]({2}).\n\n![Figure {0}]({3})\n",
+            figure.id, figure.title, figure.data, figure.picture
+        );
+        let _ = writeln!(text, "\n{}.", one_line(&figure.conditions));
+    }
+    text
+}
+
+fn yes(holds: bool) -> &'static str {
+    if holds { "yes" } else { "no" }
+}
+
+/// The report as one HTML file that needs no other.
+#[must_use]
+pub fn html(claims: &[Claim], figures: &[ReportFigure]) -> String {
+    let mut text = String::from(
+        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+         <title>The dissertation, made again</title><style>\
+         body{font:16px/1.5 system-ui,sans-serif;max-width:70em;margin:2em auto;padding:0 1em;color:#222}\
+         table{border-collapse:collapse}td,th{border:1px solid #ccc;padding:.4em .6em;text-align:left;vertical-align:top}\
+         th{background:#f4f4f4}svg{max-width:100%;height:auto}.holds{color:#00664d}.not{color:#a03c00}\
+         </style></head><body>\n<h1>The dissertation, made again</h1>\n",
+    );
+    // Writing to a string cannot fail.
+    let _ = writeln!(
+        text,
+        "<p>{}</p>\n<h2>Claims</h2>",
+        escape(&INTRODUCTION.replace('*', ""))
+    );
+    text.push_str(
+        "<table><tr><th>id</th><th>section</th><th>the dissertation says</th><th>verdict</th>\
+         <th>with A₃</th><th>exactly</th></tr>\n",
+    );
+    for claim in claims {
+        let class = if claim.exact.holds { "holds" } else { "not" };
+        let _ = writeln!(
+            text,
+            "<tr><td>{}</td><td>{}</td><td>{}</td><td class=\"{class}\"><b>{}</b></td><td>{}: {}</td><td>{}: {}</td></tr>",
+            claim.id,
+            claim.section,
+            escape(claim.statement),
+            claim.verdict.words(),
+            yes(claim.muir.holds),
+            escape(&claim.muir.numbers),
+            yes(claim.exact.holds),
+            escape(&claim.exact.numbers)
+        );
+    }
+    text.push_str("</table>\n<h2>Figures</h2>\n");
+    for figure in figures {
+        let _ = writeln!(
+            text,
+            "<h3 id=\"figure-{0}\">Figure {0}: {1}</h3>\n<p>{2}. Data: <a href=\"{3}\">{3}</a></p>\n{4}",
+            figure.id,
+            escape(figure.title),
+            escape(&one_line(&figure.conditions)),
+            escape(&figure.data),
+            // Identifiers in the drawings would meet on one page.
+            own_ids(&figure.svg, figure.id)
+        );
+    }
+    text.push_str("</body></html>\n");
+    text
+}
+
+/// A text that the picture has on several lines.
+fn one_line(text: &str) -> String {
+    text.replace('\n', "; ")
+}
+
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+}
+
+/// Gives the identifiers of a drawing a prefix of their own.
+fn own_ids(svg: &str, id: &str) -> String {
+    let prefix = format!("f{}-", id.replace('.', "-"));
+    svg.replace("id=\"", &format!("id=\"{prefix}"))
+        .replace("url(#", &format!("url(#{prefix}"))
+        .replace("href=\"#", &format!("href=\"#{prefix}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::claims::{Evidence, Verdict};
+
+    #[test]
+    fn the_report_names_every_claim_and_figure_and_escapes_what_it_must() {
+        let evidence = |holds, numbers: &str| Evidence {
+            holds,
+            numbers: numbers.to_owned(),
+        };
+        let claims = [Claim {
+            id: "C1",
+            statement: "a < b",
+            section: "4.3",
+            verdict: Verdict::of(false, true),
+            muir: evidence(false, "|S| = 1"),
+            exact: evidence(true, "2 & 3"),
+        }];
+        let figures = [ReportFigure {
+            id: "4.1",
+            title: "walls",
+            conditions: "δ = 0\nno hand".to_owned(),
+            picture: "figure-4.1.png".to_owned(),
+            data: "figure-4.1.csv".to_owned(),
+            svg: "<svg><path id=\"c\" clip-path=\"url(#c)\"/></svg>".to_owned(),
+        }];
+        let markdown = markdown(&claims, &figures);
+        assert!(markdown.contains("| C1 | 4.3 | a < b | **holds only with the exact operator** |"));
+        assert!(markdown.contains("\\|S\\| = 1"));
+        assert!(markdown.contains("![Figure 4.1](figure-4.1.png)"));
+        assert!(markdown.contains("\nδ = 0; no hand.\n"));
+        let html = html(&claims, &figures);
+        assert!(html.contains("a &lt; b") && html.contains("2 &amp; 3"));
+        assert!(html.contains("id=\"f4-1-c\" clip-path=\"url(#f4-1-c)\""));
+        assert!(!html.contains("src="), "self-contained");
+    }
+}
