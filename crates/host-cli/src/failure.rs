@@ -1,7 +1,8 @@
 //! What a command can end with: an error and an exit code that scripts can rely on.
 
-use crate::figure::FigureError;
+use crate::picture_file::PictureFileError;
 use crate::record::{NewFileError, RecordError};
+use haptic_figure::FigureError;
 use std::fmt;
 
 /// A command that did not succeed: what went wrong, in one line, by whom to be mended.
@@ -117,8 +118,16 @@ impl From<FigureError> for Failure {
     fn from(error: FigureError) -> Self {
         match error {
             FigureError::Render(_) => Self::Run(error.into()),
-            FigureError::File(error) => error.into(),
             _ => Self::Input(error.into()),
+        }
+    }
+}
+
+impl From<PictureFileError> for Failure {
+    fn from(error: PictureFileError) -> Self {
+        match error {
+            PictureFileError::Figure(error) => error.into(),
+            PictureFileError::File(error) => error.into(),
         }
     }
 }

@@ -2,8 +2,9 @@
 
 use crate::experiment::recorder::fault_log_of;
 use crate::failure::Failure;
-use crate::figure::Picture;
+use crate::picture_file;
 use crate::record::{Leftover, NewFile, leftover_at, nth_file};
+use haptic_figure::Picture;
 use serde::Serialize;
 use std::fs::{self, File};
 use std::io::{BufWriter, Write as _};
@@ -246,7 +247,7 @@ impl OutputFolder {
     /// # Errors
     /// If it cannot be rendered or the disk does not take it.
     pub fn save_picture(&self, picture: &Picture) -> Result<String, Failure> {
-        let saved = picture.save(&self.path.join(&self.stem), self.overwrite)?;
+        let saved = picture_file::save(picture, &self.path.join(&self.stem), self.overwrite)?;
         Ok(saved.png.display().to_string())
     }
 }

@@ -1,8 +1,9 @@
 //! `log`: look into a log, verify it, save what a cut one holds, turn it into CSV or a picture.
 
 use crate::failure::Failure;
-use crate::figure::LogFigure;
+use crate::log_plot::LogFigure;
 use crate::output::Output;
+use crate::picture_file;
 use crate::record::{
     EndKind, Entry, Gap, LogFiles, LogSummary, RecordError, RecoverySummary, export_csv,
     export_csv_to, inspect, recover,
@@ -411,7 +412,7 @@ fn plot(log: &Path, out: Option<&Path>, overwrite: bool, output: Output) -> Resu
         ticks: &ticks,
     }
     .draw()?;
-    let saved = picture.save(&stem, overwrite)?;
+    let saved = picture_file::save(&picture, &stem, overwrite)?;
     let made = Made {
         samples: ticks.len() as u64,
         complete,

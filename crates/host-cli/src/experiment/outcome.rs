@@ -8,8 +8,8 @@ use super::run::Ran;
 use super::thinned::Thinned;
 use super::track::TOLERANCE;
 use crate::failure::Failure;
-use crate::figure::{Conditions, FigureError, Origin, Picture, Quantity, TheoryFigure};
 use crate::folder::Table;
+use haptic_figure::{Conditions, FigureError, Origin, Picture, Quantity, TheoryFigure};
 
 /// The comparison with the full history begins here, s after contact.
 pub(super) const FROM_S: f64 = 0.01;

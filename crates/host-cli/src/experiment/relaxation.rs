@@ -11,9 +11,9 @@ use super::report::Report;
 use super::run::{Ran, Supervisor};
 use super::track::Track;
 use crate::failure::Failure;
-use crate::figure::Quantity;
 use crate::folder::FolderRequest;
 use fracdiff::Seconds;
+use haptic_figure::Quantity;
 use haptic_loop::plant::{RampHold, RigDrive};
 use std::collections::BTreeMap;
 

@@ -32,12 +32,12 @@ use super::settling::{Criterion, Judge, Settling};
 use super::thinned::Thinned;
 use super::track::{TOLERANCE, Track, operator};
 use crate::failure::Failure;
-use crate::figure::{
-    AxisSpec, Chart, ChartPage, FigureError, Look, Origin, Picture, Scale, Series,
-};
 use crate::folder::FolderRequest;
 use fracdiff::full_memory::Kernel;
 use fracdiff::{FrequencyResponse as _, Operator, Order, Scheme};
+use haptic_figure::{
+    AxisSpec, Chart, ChartPage, FigureError, Look, Origin, Picture, Scale, Series,
+};
 use haptic_link::{LoopMode, Simulation, SimulationKind};
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Newtons, NewtonsPerSecond};

@@ -2,8 +2,8 @@
 //! them on paper and in a table.
 
 use crate::failure::Failure;
-use crate::figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use haptic_analysis::AnalysisError;
+use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 
 /// A curve of a figure.
 #[derive(Clone, Debug)]

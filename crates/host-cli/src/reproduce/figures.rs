@@ -7,9 +7,9 @@ use super::walls::{ALPHA, BETA, border, region_matrix, regions};
 use super::{DAMPING_N_S_PER_M, DELTA, Kind, ORDERS, SAMPLE_TIME_S};
 use crate::experiment::{Imperfections, TrialPlan, ZWidth, dissertation_device};
 use crate::failure::Failure;
-use crate::figure::{Look, Scale};
 use fracdiff::{Order, Seconds};
 use haptic_analysis::{AnalysisError, ClosedLoop, Environment, Nondimensional, SampledLoop};
+use haptic_figure::{Look, Scale};
 use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
 

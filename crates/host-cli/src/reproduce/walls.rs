@@ -4,8 +4,8 @@ use super::evidence::{region, varied};
 use super::figure::{Axis, Curve, Figure, Panel, per_order, refused, share_axes};
 use super::{DELTA, Kind, ORDERS};
 use crate::failure::Failure;
-use crate::figure::Look;
 use haptic_analysis::AnalysisError;
+use haptic_figure::Look;
 
 /// The outline of a region as β, α; closed.
 fn outline(kind: Kind, mu: f64, delta: f64, gamma: f64) -> Result<Vec<(f64, f64)>, AnalysisError> {

@@ -4,7 +4,6 @@ use crate::command::experiment::{
     parse_dissipation, parse_number, parse_order, parse_scheme, wall_order,
 };
 use crate::failure::Failure;
-use crate::figure::Picture;
 use crate::folder::FolderRequest;
 use crate::quantity::{Damping, Mass, Stiffness, Time};
 use clap::Args;
@@ -12,6 +11,7 @@ use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::{
     AnalysisError, ForcePath, Loop, LoopOperator, Nondimensional, SampledLoop, SampledPlant,
 };
+use haptic_figure::Picture;
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -336,7 +336,7 @@ impl Files {
         &self,
         stem: &'static str,
         rows: impl Iterator<Item = R>,
-        picture: impl FnOnce() -> Result<Picture, crate::figure::FigureError>,
+        picture: impl FnOnce() -> Result<Picture, haptic_figure::FigureError>,
     ) -> Result<Vec<String>, Failure> {
         let Some(out) = &self.out else {
             return Ok(Vec::new());

@@ -5,12 +5,12 @@ use crate::command::experiment::{
     parse_dissipation, parse_number, parse_order, parse_scheme, wall_order,
 };
 use crate::failure::Failure;
-use crate::figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use crate::output::Output;
 use crate::quantity::{Damping, Mass, Stiffness, Time};
 use clap::Args;
 use fracdiff::{Scheme, Seconds};
 use haptic_analysis::{ClosedLoop, Effective, Environment, LoopOperator};
+use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use serde::Serialize;
 
 /// The virtual environment and the frequencies.

@@ -4,10 +4,10 @@ use super::arguments::{
     Files, LoopArguments, PathResult, ResolvedLoop, Wall, logarithmic, refused,
 };
 use crate::failure::Failure;
-use crate::figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use crate::output::{Output, fixed, short};
 use clap::Args;
 use haptic_analysis::StabilityRegion;
+use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use serde::Serialize;
 
 /// Arguments of `analyze stability`.

@@ -1,7 +1,5 @@
-//! From a drawing to files: SVG as drawn, PNG through resvg.
+//! A finished drawing: SVG as drawn, PNG through resvg.
 
-use std::io::Write as _;
-use std::path::{Path, PathBuf};
 use std::sync::{Arc, LazyLock};
 
 use resvg::tiny_skia::{Pixmap, Transform};
@@ -9,10 +7,9 @@ use resvg::usvg::{Options, Tree, fontdb::Database};
 
 use super::FigureError;
 use super::style::PNG_SCALE;
-use crate::record::{Leftover, NewFile, NewFileError};
 
 /// The font of all pictures; licence in `assets/LICENSE-DejaVuSans.txt`.
-const FONT: &[u8] = include_bytes!("../../assets/DejaVuSans.ttf");
+const FONT: &[u8] = include_bytes!("../assets/DejaVuSans.ttf");
 const FONT_FAMILY: &str = "DejaVu Sans";
 
 /// Only the bundled font: a picture must not depend on what a machine has installed, and a
@@ -30,15 +27,6 @@ pub struct Picture {
     svg: String,
 }
 
-/// The files of a picture.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct SavedPicture {
-    /// The drawing, to edit or to include in a paper.
-    pub svg: PathBuf,
-    /// The pixels, to look at.
-    pub png: PathBuf,
-}
-
 impl Picture {
     pub(super) fn new(svg: String) -> Self {
         Self { svg }
@@ -52,7 +40,7 @@ impl Picture {
     /// The picture as PNG bytes, two pixels for each unit of the SVG.
     ///
     /// # Errors
-    /// If the drawing is not valid SVG, which would be a defect of this module.
+    /// If the drawing is not valid SVG, which would be a defect of this crate.
     pub fn png(&self) -> Result<Vec<u8>, FigureError> {
         let options = Options {
             font_family: FONT_FAMILY.to_owned(),
@@ -71,21 +59,6 @@ impl Picture {
         encode(pixels, size.width(), size.height())
             .map_err(|error| FigureError::Render(error.to_string()))
     }
-
-    /// Writes `STEM.svg` and `STEM.png`, both or neither. Existing files are refused unless
-    /// `overwrite` is set, and then replaced whole.
-    ///
-    /// # Errors
-    /// If a file exists or cannot be written, or the picture cannot be rendered.
-    pub fn save(&self, stem: &Path, overwrite: bool) -> Result<SavedPicture, FigureError> {
-        let [svg, png] = ["svg", "png"].map(|extension| with_suffix(stem, extension));
-        // Both are staged before either gets its name.
-        let staged_svg = stage(&svg, self.svg.as_bytes(), overwrite)?;
-        let staged_png = stage(&png, &self.png()?, overwrite)?;
-        staged_svg.publish()?;
-        staged_png.publish()?;
-        Ok(SavedPicture { svg, png })
-    }
 }
 
 /// The pixels as PNG. `Pixmap::encode_png` would copy them all first: 10 MB of the memory of a run.
@@ -98,18 +71,4 @@ fn encode(pixels: Pixmap, width: u32, height: u32) -> Result<Vec<u8>, png::Encod
     writer.write_image_data(&pixels.take_demultiplied())?;
     writer.finish()?;
     Ok(bytes)
-}
-
-/// `a-0.5` and `png` to `a-0.5.png`; `Path::with_extension` would make `a-0.png` of it.
-fn with_suffix(stem: &Path, extension: &str) -> PathBuf {
-    let mut name = stem.as_os_str().to_owned();
-    name.push(".");
-    name.push(extension);
-    PathBuf::from(name)
-}
-
-fn stage(path: &Path, bytes: &[u8], overwrite: bool) -> Result<NewFile, FigureError> {
-    let (new_file, mut file) = NewFile::create(path, Leftover::Discard, overwrite)?;
-    (file.write_all(bytes)).map_err(|source| NewFileError::io(path, source))?;
-    Ok(new_file)
 }

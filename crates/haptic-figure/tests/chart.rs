@@ -2,7 +2,7 @@
 
 mod picture;
 
-use host_cli::figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
+use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use picture::texts;
 
 type Points = Vec<(f64, f64)>;

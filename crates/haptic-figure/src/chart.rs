@@ -91,7 +91,7 @@ pub struct Chart<'a> {
 /// its outer edge only.
 ///
 /// ```
-/// use host_cli::figure::{AxisSpec, Chart, ChartPage, Look, Scale, Series};
+/// use haptic_figure::{AxisSpec, Chart, ChartPage, Look, Scale, Series};
 ///
 /// let region: Vec<(f64, f64)> = (0..=100)
 ///     .map(|i| f64::from(i) / 50.0)
@@ -109,7 +109,7 @@ pub struct Chart<'a> {
 ///     }],
 /// };
 /// assert!(page.draw()?.svg().contains("μ = 1"));
-/// # Ok::<(), host_cli::figure::FigureError>(())
+/// # Ok::<(), haptic_figure::FigureError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChartPage<'a> {

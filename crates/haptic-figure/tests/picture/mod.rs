@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use host_cli::figure::Picture;
+use haptic_figure::Picture;
 use resvg::usvg::{Group, Node, Options, Tree, fontdb::Database};
 
 /// All texts of a picture with their boxes, as the renderer sets them.

@@ -1,8 +1,6 @@
 //! What can go wrong with a picture.
 
-use crate::record::NewFileError;
-
-/// A picture that could not be drawn or saved.
+/// A picture that could not be drawn.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FigureError {
@@ -37,7 +35,4 @@ pub enum FigureError {
     /// The drawing could not be turned into pixels.
     #[error("the picture cannot be rendered: {0}")]
     Render(String),
-    /// The files could not be written.
-    #[error(transparent)]
-    File(#[from] NewFileError),
 }

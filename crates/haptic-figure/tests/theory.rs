@@ -1,13 +1,10 @@
-//! The pictures: what is on them, what must never be, and how they get onto the disk.
+//! Pictures of a run: what is on them and what must never be.
 
 mod picture;
 
-use std::fs;
-
-use host_cli::figure::{
-    Conditions, FigureError, LogFigure, Origin, Picture, Quantity, TheoryFigure,
+use haptic_figure::{
+    Conditions, FigureError, MotionFigure, Origin, Picture, Quantity, TheoryFigure,
 };
-use host_cli::record::{NewFileError, TickMessage};
 use picture::texts;
 use resvg::tiny_skia::Pixmap;
 
@@ -70,6 +67,20 @@ impl Relaxation {
     }
 }
 
+/// All of it moves alike.
+fn motion<'a>(time_s: &'a [f64], values: &'a [f64]) -> MotionFigure<'a> {
+    MotionFigure {
+        title: "run.mcap",
+        subtitle: "",
+        time_s,
+        reference_m: values,
+        indenter_position_m: values,
+        position_m: values,
+        force_n: values,
+        contact_force_n: values,
+    }
+}
+
 fn assert_sound(picture: &Picture, name: &str) {
     picture::assert_sound(picture, name, 300_000);
 }
@@ -99,7 +110,7 @@ fn the_relaxation_picture_says_what_is_on_its_axes_and_under_what_conditions() {
 }
 
 #[test]
-fn the_creep_and_log_pictures_say_what_is_on_their_axes() {
+fn the_creep_and_motion_pictures_say_what_is_on_their_axes() {
     let data = Relaxation::new(5_000);
     let creep = TheoryFigure {
         title: "Creep",
@@ -116,21 +127,10 @@ fn the_creep_and_log_pictures_say_what_is_on_their_axes() {
     assert!(creep.svg().contains(">simulated strain</text>"));
     assert_sound(&creep, "creep");
 
-    let ticks: Vec<TickMessage> = (data.time_s.iter().zip(&data.force_n))
-        .map(|(&time_s, &force_n)| TickMessage {
-            time_s,
-            force_n,
-            ..TickMessage::default()
-        })
-        .collect();
-    let log = LogFigure {
-        title: "run.mcap",
-        subtitle: "",
-        ticks: &ticks,
-    };
-    let log = log.draw().expect("draws");
-    assert!(log.svg().contains("position / mm") && log.svg().contains("force / N"));
-    assert_sound(&log, "log");
+    let motion = motion(&data.time_s, &data.force_n);
+    let motion = motion.draw().expect("draws");
+    assert!(motion.svg().contains("position / mm") && motion.svg().contains("force / N"));
+    assert_sound(&motion, "motion");
 }
 
 #[test]
@@ -248,39 +248,6 @@ fn the_png_has_its_size_and_its_text() {
 }
 
 #[test]
-fn existing_files_are_refused_unless_overwriting_is_wanted() {
-    let folder = tempfile::tempdir().expect("folder");
-    let stem = folder.path().join("relax-0.2247");
-    let picture = Relaxation::new(100).draw().expect("draws");
-    let saved = picture.save(&stem, false).expect("saves");
-    assert!(saved.svg.ends_with("relax-0.2247.svg") && saved.png.ends_with("relax-0.2247.png"));
-
-    fs::remove_file(&saved.svg).expect("removes");
-    fs::write(&saved.png, "precious").expect("writes");
-    let error = picture.save(&stem, false).expect_err("refuses");
-    assert!(
-        matches!(error, FigureError::File(NewFileError::Exists(_))),
-        "{error}"
-    );
-    assert!(!saved.svg.exists(), "both files or neither");
-    assert_eq!(fs::read(&saved.png).expect("reads"), b"precious");
-    assert_eq!(
-        fs::read_dir(folder.path()).expect("lists").count(),
-        1,
-        "leftovers"
-    );
-
-    picture.save(&stem, true).expect("overwrites");
-    assert!(Pixmap::load_png(&saved.png).is_ok());
-    let nowhere = folder.path().join("missing").join("relax");
-    let error = picture.save(&nowhere, false).expect_err("refuses");
-    assert!(
-        error.to_string().contains("check that the folder exists"),
-        "{error}"
-    );
-}
-
-#[test]
 fn nothing_to_draw_and_slices_that_do_not_match_are_errors() {
     let empty = Relaxation::new(0);
     assert!(matches!(empty.draw(), Err(FigureError::Empty { .. })));
@@ -297,10 +264,16 @@ fn nothing_to_draw_and_slices_that_do_not_match_are_errors() {
         error.to_string(),
         "closed form has 9 samples where time has 10; both need the same number"
     );
-    let log = LogFigure {
-        title: "",
-        subtitle: "",
-        ticks: &[],
-    };
-    assert!(matches!(log.draw(), Err(FigureError::Empty { .. })));
+    let error = motion(&[], &[]).draw().expect_err("refuses");
+    assert!(
+        matches!(error, FigureError::Empty { samples: 0, .. }),
+        "{error}"
+    );
+    let mut short = motion(&[0.0, 1.0], &[2.0, 3.0]);
+    short.position_m = &[1.0];
+    let error = short.draw().expect_err("refuses");
+    assert_eq!(
+        error.to_string(),
+        "position has 1 samples where time has 2; both need the same number"
+    );
 }
