@@ -1,12 +1,12 @@
 //! Positions and forces of a run against time.
 
-use super::axis::Scale;
-use super::curve::Form;
-use super::page::{LegendEntry, Page, Row};
-use super::style::{BLUE, GREEN, INK, LARGE, Stroke, VERMILION};
-use super::theory::{curve, panel};
-use super::thin::{Keep, showable, thin};
-use super::{FigureError, Picture};
+use crate::axis::Scale;
+use crate::curve::Form;
+use crate::page::{LegendEntry, Page, Row};
+use crate::style::{BLUE, GREEN, INK, LARGE, Stroke, VERMILION};
+use crate::theory::{curve, panel};
+use crate::thin::{Keep, showable, thin};
+use crate::{FigureError, Picture};
 
 const BINS: usize = 450;
 const ROW_HEIGHT: f64 = 300.0;
@@ -130,6 +130,6 @@ impl MotionFigure<'_> {
                 row('b', "force", "force / N", forces),
             ],
         };
-        Ok(page.draw())
+        page.draw()
     }
 }

@@ -7,14 +7,14 @@
 //! below the largest lies below the panel. So does, in panel (b), the curve of a run where it falls
 //! more than a decade below the closed form everywhere, as short memory does.
 
-use super::FigureError;
-use super::axis::{Axis, Scale, extremes};
-use super::curve::{Curve, Form};
-use super::page::{LegendEntry, Page, Row};
-use super::panel::Panel;
-use super::render::Picture;
-use super::style::{DIFFERENCE, LARGE, RUN, Stroke, THEORY};
-use super::thin::{Keep, Points, showable, thin};
+use crate::FigureError;
+use crate::axis::{Axis, Scale, extremes};
+use crate::curve::{Curve, Form};
+use crate::page::{LegendEntry, Page, Row};
+use crate::panel::Panel;
+use crate::picture::Picture;
+use crate::style::{DIFFERENCE, LARGE, RUN, Stroke, THEORY};
+use crate::thin::{Keep, Points, showable, thin};
 
 /// Bins across a panel of half the page and across a whole one.
 const HALF_BINS: usize = 200;
@@ -186,7 +186,7 @@ impl TheoryFigure<'_> {
                 },
             ],
         };
-        Ok(page.draw())
+        page.draw()
     }
 
     /// The run over its closed form; a panel that has nothing to show on logarithmic axes says so.
@@ -242,7 +242,7 @@ impl TheoryFigure<'_> {
 }
 
 /// A curve of these points.
-pub(super) fn curve(points: Points, stroke: Stroke) -> Curve {
+pub(crate) fn curve(points: Points, stroke: Stroke) -> Curve {
     Curve {
         pieces: vec![points],
         form: Form::Line(stroke),
@@ -251,7 +251,7 @@ pub(super) fn curve(points: Points, stroke: Stroke) -> Curve {
 
 /// A panel over time around its curves, with both axes of one scale; the vertical one begins no
 /// lower than `floor`.
-pub(super) fn panel(
+pub(crate) fn panel(
     name: char,
     caption: String,
     scale: Scale,

@@ -5,8 +5,8 @@ use std::sync::{Arc, LazyLock};
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb::Database};
 
-use super::FigureError;
-use super::style::PNG_SCALE;
+use crate::FigureError;
+use crate::style::PNG_SCALE;
 
 /// The font of all pictures; licence in `assets/LICENSE-DejaVuSans.txt`.
 const FONT: &[u8] = include_bytes!("../assets/DejaVuSans.ttf");
@@ -28,7 +28,7 @@ pub struct Picture {
 }
 
 impl Picture {
-    pub(super) fn new(svg: String) -> Self {
+    pub(crate) fn new(svg: String) -> Self {
         Self { svg }
     }
 
