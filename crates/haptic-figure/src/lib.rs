@@ -12,6 +12,8 @@ mod motion;
 mod page;
 mod panel;
 mod picture;
+#[cfg(feature = "png")]
+mod png;
 mod style;
 mod superscript;
 mod theory;

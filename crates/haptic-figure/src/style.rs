@@ -7,8 +7,6 @@
 pub(crate) const PAGE_WIDTH: f64 = 880.0;
 /// Space around the page's content.
 pub(crate) const PAGE_EDGE: f64 = 14.0;
-/// PNG pixels per CSS pixel: 1760 pixels, 250 per inch on a page 7 inches wide.
-pub(crate) const PNG_SCALE: f32 = 2.0;
 
 /// Font sizes.
 pub(crate) const TITLE_SIZE: u32 = 20;

@@ -242,13 +242,13 @@ impl OutputFolder {
         table.finish()
     }
 
-    /// Saves a picture as SVG and PNG, and names the PNG.
+    /// Saves a picture as SVG and PNG, and names the one to look at.
     ///
     /// # Errors
     /// If it cannot be rendered or the disk does not take it.
     pub fn save_picture(&self, picture: &Picture) -> Result<String, Failure> {
         let saved = picture_file::save(picture, &self.path.join(&self.stem), self.overwrite)?;
-        Ok(saved.png.display().to_string())
+        Ok(saved.shown().display().to_string())
     }
 }
 
