@@ -9,6 +9,7 @@ mod drawing;
 mod error;
 mod marker;
 mod motion;
+mod over_time;
 mod page;
 mod panel;
 mod picture;
