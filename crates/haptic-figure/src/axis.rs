@@ -1,24 +1,5 @@
-//! Axes: what they can show, how far they reach, where their ticks are.
-//!
-//! To kuva every axis is linear; a logarithmic one gets log10 of the values. Its own logarithmic
-//! axis places nothing below 1e-10, and divides the space between ticks evenly.
+//! Axes: what they can show and how far they reach.
 
-use std::sync::Arc;
-
-use kuva::TickFormat;
-
-use super::style::{linear_label, power_of_ten};
-
-/// Up to so many decades each has its label; beyond, every other one.
-const LABELLED_DECADES: f64 = 8.0;
-/// Up to so many decades 2 and 5 times each power of ten have a label too.
-const FINE_DECADES: f64 = 3.0;
-/// Decades whose ticks are written in plain digits, 0.001 to 10000.
-const PLAIN_DECADES: std::ops::RangeInclusive<i32> = -3..=4;
-/// About so many ticks on a linear axis.
-const LINEAR_TICKS: f64 = 5.0;
-/// A decade shorter than this, px, has no small ticks.
-const NARROWEST_DECADE: f64 = 18.0;
 /// No axis needs its ticks made fewer more often than this to have one at most.
 const MOST_THINNED: u32 = 60;
 /// Room beyond the values, as a share of a linear axis or a factor on a logarithmic one.
@@ -41,7 +22,7 @@ pub enum Scale {
 
 impl Scale {
     /// Whether a value has a place on such an axis.
-    pub(super) fn can_show(self, value: f64) -> bool {
+    pub(crate) fn can_show(self, value: f64) -> bool {
         match self {
             Self::Linear => value.abs() <= LARGEST,
             Self::Log => (1.0 / LARGEST..=LARGEST).contains(&value),
@@ -49,7 +30,7 @@ impl Scale {
     }
 
     /// The value in units of equal length on the paper.
-    pub(super) fn forward(self, value: f64) -> f64 {
+    pub(crate) fn forward(self, value: f64) -> f64 {
         match self {
             Self::Linear => value,
             Self::Log => value.log10(),
@@ -59,32 +40,17 @@ impl Scale {
 
 /// One axis of a panel.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Axis {
+pub(crate) struct Axis {
     /// With the unit; empty where a neighbour or the page says it.
-    pub(super) label: String,
-    pub(super) scale: Scale,
-    low: f64,
-    high: f64,
+    pub(crate) label: String,
+    pub(crate) scale: Scale,
+    /// The ends.
+    pub(crate) low: f64,
+    pub(crate) high: f64,
     /// Length on the paper, px; infinite until [`Axis::fit`] knows it.
-    length: f64,
+    pub(crate) length: f64,
     /// How many times ticks were made fewer so that their labels fit.
-    thinned: u32,
-}
-
-/// A tick with a label.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct LabelledTick {
-    /// Where it is, 0 at the low end of the axis and 1 at the high end.
-    pub(super) fraction: f64,
-    pub(super) label: String,
-}
-
-/// A tick of a logarithmic axis between the powers of ten; some have a label.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct MinorTick {
-    /// Where it is, 0 at the low end of the axis and 1 at the high end.
-    pub(super) fraction: f64,
-    pub(super) label: Option<String>,
+    pub(crate) thinned: u32,
 }
 
 impl Axis {
@@ -101,7 +67,7 @@ impl Axis {
 
     /// An axis from one end to the other; `None` if it cannot show one of them, or they are too
     /// close or in the wrong order.
-    pub(super) fn between(label: &str, scale: Scale, low: f64, high: f64) -> Option<Self> {
+    pub(crate) fn between(label: &str, scale: Scale, low: f64, high: f64) -> Option<Self> {
         let ends = scale.can_show(low) && scale.can_show(high);
         let span = scale.forward(high) - scale.forward(low);
         let narrowest = NARROWEST * scale.forward(low).abs().max(scale.forward(high).abs());
@@ -109,7 +75,7 @@ impl Axis {
     }
 
     /// An axis that begins and ends with the values, or with 0 if that is near.
-    pub(super) fn tight(label: &str, scale: Scale, low: f64, high: f64) -> Self {
+    pub(crate) fn tight(label: &str, scale: Scale, low: f64, high: f64) -> Self {
         let (wide_low, wide_high) = match scale {
             Scale::Linear => linear_range(low, high),
             Scale::Log => log_range(low, high),
@@ -133,7 +99,7 @@ impl Axis {
 
     /// An axis of time: it ends with the values, and a linear one begins a little before them, so
     /// that what happens at the start is not hidden by the edge.
-    pub(super) fn time(scale: Scale, low: f64, high: f64) -> Self {
+    pub(crate) fn time(scale: Scale, low: f64, high: f64) -> Self {
         let (low, high) = match scale {
             Scale::Linear => match high - low {
                 span if span > NARROWEST * high.abs() => (low - 0.02 * span, high),
@@ -151,7 +117,7 @@ impl Axis {
 
     /// An axis with room around the values: from 0 if that is near, or to the next ticks on a
     /// logarithmic axis.
-    pub(super) fn around(label: &str, scale: Scale, low: f64, high: f64) -> Self {
+    pub(crate) fn around(label: &str, scale: Scale, low: f64, high: f64) -> Self {
         let ends = match scale {
             Scale::Linear => linear_range(low, high),
             Scale::Log => log_range(low, high),
@@ -161,13 +127,13 @@ impl Axis {
 
     /// Gives the axis its length on the paper, and no more ticks than their labels have room for;
     /// `extent` is what a label takes along the axis with the gap to the next one.
-    pub(super) fn fit(&mut self, length: f64, extent: impl Fn(&str) -> f64) {
+    pub(crate) fn fit(&mut self, length: f64, extent: impl Fn(&str) -> f64) {
         self.length = length;
         let crowded = |axis: &Self| {
-            let ticks = axis.labelled_ticks();
-            ticks.windows(2).any(|pair| {
-                let needed = (extent(&pair[0].label) + extent(&pair[1].label)) / 2.0;
-                (pair[1].fraction - pair[0].fraction) * length < needed
+            let labels = axis.labels();
+            labels.windows(2).any(|pair| {
+                let needed = (extent(&pair[0].1) + extent(&pair[1].1)) / 2.0;
+                (pair[1].0 - pair[0].0) * length < needed
             })
         };
         while crowded(self) && self.thinned < MOST_THINNED {
@@ -176,119 +142,22 @@ impl Axis {
     }
 
     /// Where a value is, 0 at the low end of the axis and 1 at the high end.
-    pub(super) fn fraction(&self, value: f64) -> f64 {
+    pub(crate) fn fraction(&self, value: f64) -> f64 {
         let (low, high) = self.range();
         (self.scale.forward(value) - low) / (high - low)
     }
 
-    /// The ends as kuva gets them.
-    pub(super) fn range(&self) -> (f64, f64) {
+    /// The ends in units of equal length on the paper.
+    pub(crate) fn range(&self) -> (f64, f64) {
         (self.scale.forward(self.low), self.scale.forward(self.high))
-    }
-
-    /// Distance of the ticks that kuva draws, in its units.
-    pub(super) fn tick_step(&self) -> f64 {
-        match self.scale {
-            Scale::Linear => {
-                let step = nice_step((self.high - self.low) / LINEAR_TICKS);
-                (0..self.thinned).fold(step, |step, _| nice_step(2.0 * step))
-            }
-            Scale::Log => {
-                let most = (self.decades() / LABELLED_DECADES).ceil().clamp(1.0, 2.0);
-                most + f64::from(self.thinned.saturating_sub(1))
-            }
-        }
-    }
-
-    /// What stands at a tick that kuva draws, from its place in kuva's units.
-    fn tick_label(&self) -> impl Fn(f64) -> String + use<> {
-        let (scale, plain, step) = (self.scale, self.is_plain(), self.tick_step());
-        let largest = self.low.abs().max(self.high.abs());
-        move |place| match scale {
-            Scale::Linear => linear_label((place / step).round() * step, step, largest),
-            Scale::Log => log_label(place.round() as i32, 1, plain),
-        }
-    }
-
-    /// How kuva is to write its ticks.
-    pub(super) fn tick_format(&self) -> TickFormat {
-        TickFormat::Custom(Arc::new(self.tick_label()))
-    }
-
-    /// All ticks with labels, from the low end of the axis to the high one.
-    pub(super) fn labelled_ticks(&self) -> Vec<LabelledTick> {
-        let ((low, high), step) = (self.range(), self.tick_step());
-        let (first, last) = ((low / step).ceil() as i64, (high / step).floor() as i64);
-        let label = self.tick_label();
-        let major = (first..=last).map(|tick| LabelledTick {
-            fraction: (tick as f64 * step - low) / (high - low),
-            label: label(tick as f64 * step),
-        });
-        let minor = self.minor_ticks().into_iter().filter_map(|tick| {
-            let fraction = tick.fraction;
-            tick.label.map(|label| LabelledTick { fraction, label })
-        });
-        let mut ticks: Vec<LabelledTick> = major.chain(minor).collect();
-        ticks.sort_by(|a, b| a.fraction.total_cmp(&b.fraction));
-        ticks
-    }
-
-    /// The small ticks of a logarithmic axis.
-    pub(super) fn minor_ticks(&self) -> Vec<MinorTick> {
-        if self.scale == Scale::Linear {
-            return Vec::new();
-        }
-        let narrow = self.length < NARROWEST_DECADE * self.decades();
-        let sparse = self.tick_step() > 1.0 || narrow;
-        let multiples = if sparse { 1..=1 } else { 2..=9 };
-        let short = self.decades() <= 1.0 || (self.decades() <= FINE_DECADES && self.is_plain());
-        let fine = short && self.thinned == 0;
-        let (low, high) = self.range();
-        let mut ticks = Vec::new();
-        for exponent in low.floor() as i32..=high.floor() as i32 {
-            for multiple in multiples.clone() {
-                let place = f64::from(exponent) + f64::from(multiple).log10();
-                let fraction = (place - low) / (high - low);
-                if (-1e-9..=1.0 + 1e-9).contains(&fraction) {
-                    let label = (fine && matches!(multiple, 2 | 5))
-                        .then(|| log_label(exponent, multiple, self.is_plain()));
-                    ticks.push(MinorTick { fraction, label });
-                }
-            }
-        }
-        ticks
-    }
-
-    fn decades(&self) -> f64 {
-        (self.high / self.low).log10()
-    }
-
-    /// Whether all powers of ten on the axis are short enough in plain digits.
-    fn is_plain(&self) -> bool {
-        let (low, high) = self.range();
-        let lowest = (low + 1e-9).floor() as i32;
-        let highest = (high + 1e-9).floor() as i32;
-        PLAIN_DECADES.contains(&lowest) && PLAIN_DECADES.contains(&highest)
     }
 }
 
 /// The least and the largest value; infinite if there is none.
-pub(super) fn extremes(values: impl Iterator<Item = f64>) -> (f64, f64) {
+pub(crate) fn extremes(values: impl Iterator<Item = f64>) -> (f64, f64) {
     values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
         (low.min(value), high.max(value))
     })
-}
-
-/// A multiple of a power of ten, as `0.02` or as `2·10⁻²`.
-fn log_label(exponent: i32, multiple: i32, plain: bool) -> String {
-    if plain {
-        let value = f64::from(multiple) * 10f64.powi(exponent);
-        linear_label(value, value, value)
-    } else if multiple == 1 {
-        power_of_ten(exponent)
-    } else {
-        format!("{multiple}·{}", power_of_ten(exponent))
-    }
 }
 
 /// Ends of a logarithmic axis around these values: the next powers of ten or, over few decades,
@@ -325,18 +194,6 @@ fn linear_range(low: f64, high: f64) -> (f64, f64) {
     (low_edge, high_edge)
 }
 
-/// The nearest of 1, 2, 5, 10 times a power of ten, for ticks about this far apart.
-fn nice_step(distance: f64) -> f64 {
-    let decade = 10f64.powf(distance.log10().floor());
-    let step = match distance / decade {
-        mantissa if mantissa < 1.5 => 1.0,
-        mantissa if mantissa < 3.5 => 2.0,
-        mantissa if mantissa < 7.5 => 5.0,
-        _ => 10.0,
-    };
-    step * decade
-}
-
 /// The next of 1, 2, 5 times a power of ten at or below a positive value.
 fn step_below(value: f64) -> f64 {
     let decade = 10f64.powf(value.log10().floor());
@@ -359,71 +216,12 @@ fn step_above(value: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn labels(axis: &Axis) -> Vec<String> {
-        let ticks = axis.labelled_ticks().into_iter();
-        ticks.map(|tick| tick.label).collect()
-    }
-
-    #[test]
-    fn an_axis_of_less_than_a_decade_has_labels() {
-        let axis = Axis::around("force / N", Scale::Log, 2.9, 3.1);
-        assert_eq!((axis.low, axis.high), (2.0, 5.0));
-        assert_eq!(labels(&axis), ["2", "5"]);
-        let axis = Axis::around("relative error", Scale::Log, 2.9e-8, 3.1e-8);
-        assert_eq!(labels(&axis), ["2·10⁻⁸", "5·10⁻⁸"]);
-    }
-
-    #[test]
-    fn labels_of_one_axis_are_all_plain_or_all_powers() {
-        let time = Axis::time(Scale::Log, 1e-3, 200.0);
-        assert_eq!(labels(&time), ["0.001", "0.01", "0.1", "1", "10", "100"]);
-        let error = Axis::around("relative error", Scale::Log, 3e-9, 2e-5);
-        assert_eq!(
-            labels(&error),
-            ["10⁻⁹", "10⁻⁸", "10⁻⁷", "10⁻⁶", "10⁻⁵", "10⁻⁴"]
-        );
-        let wide = Axis::around("relative error", Scale::Log, 3e-15, 2e-5);
-        assert_eq!(
-            labels(&wide),
-            ["10⁻¹⁴", "10⁻¹²", "10⁻¹⁰", "10⁻⁸", "10⁻⁶", "10⁻⁴"]
-        );
-    }
-
-    #[test]
-    fn labels_of_a_linear_axis_have_equal_decimals_and_all_differ() {
-        let axis = Axis::around("force / N", Scale::Linear, 2.8, 3.0);
-        assert_eq!(labels(&axis), ["2.80", "2.85", "2.90", "2.95", "3.00"]);
-        let axis = Axis::around("force / N", Scale::Linear, 3.000_010, 3.000_013);
-        let mut labels = labels(&axis);
-        let count = labels.len();
-        labels.dedup();
-        assert!(count >= 3 && labels.len() == count, "{labels:?}");
-    }
-
     #[test]
     fn values_keep_their_place_however_small() {
         let axis = Axis::around("relative error", Scale::Log, 1e-15, 1e-12);
         let decade = axis.fraction(1e-13) - axis.fraction(1e-14);
-        assert!((decade * axis.decades() - 1.0).abs() < 1e-12, "{decade}");
-    }
-
-    #[test]
-    fn ticks_become_fewer_until_their_labels_fit() {
-        let fitted = |mut axis: Axis, length: f64| {
-            axis.fit(length, |label| 10.0 * label.chars().count() as f64);
-            labels(&axis)
-        };
-        let linear = Axis::around("force / N", Scale::Linear, 0.0, 0.99);
-        assert_eq!(fitted(linear.clone(), 400.0).len(), 6);
-        assert_eq!(fitted(linear.clone(), 100.0), ["0", "0.5", "1.0"]);
-        assert!(fitted(linear, 1.0).len() <= 1);
-        let log = Axis::around("force / N", Scale::Log, 1.5e-3, 80.0);
-        assert_eq!(
-            fitted(log.clone(), 300.0),
-            ["0.001", "0.01", "0.1", "1", "10", "100"]
-        );
-        assert_eq!(fitted(log.clone(), 100.0), ["0.01", "1", "100"]);
-        assert!(fitted(log, 1.0).len() <= 1);
+        let decades = (axis.high / axis.low).log10();
+        assert!((decade * decades - 1.0).abs() < 1e-12, "{decade}");
     }
 
     #[test]

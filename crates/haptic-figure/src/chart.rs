@@ -1,15 +1,16 @@
 //! Charts of any quantities: named series on up to 26 panels under one legend.
 
-use super::axis::{Axis, Scale, extremes};
-use super::curve::{Curve, Form, Shape};
-use super::page::{LegendEntry, Page, Row};
-use super::panel::Panel;
-use super::style::{
+use crate::axis::{Axis, Scale, extremes};
+use crate::curve::{Curve, Form};
+use crate::marker::Shape;
+use crate::page::{LegendEntry, Page, Row};
+use crate::panel::Panel;
+use crate::style::{
     DASHED, DOTTED, Dash, LARGE, PAGE_EDGE, PAGE_WIDTH, SMALL, Sizes, Stroke, series_colour,
     series_dash, text_width,
 };
-use super::thin::Points;
-use super::{FigureError, Picture};
+use crate::thin::Points;
+use crate::{FigureError, Picture};
 
 /// The panels of a page are lettered (a) to (z).
 const MOST_PANELS: usize = 26;
@@ -173,7 +174,7 @@ impl ChartPage<'_> {
             x_label,
             y_label,
         };
-        Ok(page.draw())
+        page.draw()
     }
 
     /// Each name once, in the order of the series, with all that it stands for.

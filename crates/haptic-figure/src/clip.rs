@@ -5,14 +5,14 @@
 //! and 1 at the high ends, and are cut at the four sides in turn (I. E. Sutherland and G. W.
 //! Hodgman, "Reentrant polygon clipping", 1974). An excursion becomes a walk along the outside.
 
-use super::thin::Points;
+use crate::thin::Points;
 
 /// How far outside the box the cut is, as a share of its sides: more than half a line's width.
 const BEYOND: f64 = 0.1;
 
 /// The part of a curve inside and just outside the box; `closed` if its last point leads back to
 /// its first. Empty if the curve passes the box by.
-pub(super) fn clip(points: &[(f64, f64)], closed: bool) -> Points {
+pub(crate) fn clip(points: &[(f64, f64)], closed: bool) -> Points {
     let mut kept = points.to_vec();
     for side in [Side::Left, Side::Right, Side::Bottom, Side::Top] {
         kept = cut(&kept, closed, side);

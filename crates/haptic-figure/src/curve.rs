@@ -2,12 +2,12 @@
 
 use std::fmt::Write as _;
 
-use kuva::render::render::{PathData, Primitive};
-
-use super::axis::Axis;
-use super::clip::clip;
-use super::style::Stroke;
-use super::thin::{Points, scatter, simplify};
+use crate::axis::Axis;
+use crate::clip::clip;
+use crate::drawing::{Element, hundredths};
+use crate::marker::Shape;
+use crate::style::Stroke;
+use crate::thin::{Points, scatter, simplify};
 
 /// How much of the colour of its outline an area has.
 const AREA_OPACITY: f64 = 0.1;
@@ -17,21 +17,21 @@ const RIM_WIDTH: f64 = 0.8;
 /// A marker takes as much of a file as so many points of a line.
 const POINTS_OF_A_MARKER: usize = 5;
 /// Length and height of a sample in the legend.
-pub(super) const SAMPLE_LENGTH: f64 = 40.0;
+pub(crate) const SAMPLE_LENGTH: f64 = 40.0;
 const SAMPLE_HEIGHT: f64 = 14.0;
 
 /// A curve, drawn in the order given: the first lies beneath.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Curve {
+pub(crate) struct Curve {
     /// Between two pieces there is a gap; the pieces of an area are closed, and one within another
     /// is a hole.
-    pub(super) pieces: Vec<Points>,
-    pub(super) form: Form,
+    pub(crate) pieces: Vec<Points>,
+    pub(crate) form: Form,
 }
 
 /// How the points of a curve are shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Form {
+pub(crate) enum Form {
     Line(Stroke),
     Area(Stroke),
     Markers {
@@ -43,123 +43,59 @@ pub(super) enum Form {
     },
 }
 
-/// Outline of a marker.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Shape {
-    Circle,
-    Square,
-    Triangle,
-    Diamond,
-    Plus,
-    Wedge,
-    Cross,
-    Star,
-}
-
-impl Shape {
-    /// The shape of the markers of a series. One more than colours, as with dashes.
-    pub(super) fn of_series(index: usize) -> Self {
-        let shapes = [
-            Self::Circle,
-            Self::Square,
-            Self::Triangle,
-            Self::Diamond,
-            Self::Plus,
-            Self::Wedge,
-            Self::Cross,
-            Self::Star,
-        ];
-        shapes[index % shapes.len()]
-    }
-
-    /// Corners around the origin, for a marker of about the area of a circle of radius 1.
-    fn corners(self) -> Vec<(f64, f64)> {
-        let around = |corners: u32, radius: fn(u32) -> f64, turn: f64| {
-            let corner = |i| {
-                let (y, x) = f64::sin_cos(
-                    std::f64::consts::TAU * (f64::from(i) / f64::from(corners) + turn),
-                );
-                (radius(i) * x, radius(i) * y)
-            };
-            (0..corners).map(corner).collect()
-        };
-        let bars = |turn: f64| {
-            let (sin, cos) = f64::sin_cos(turn);
-            let (long, thin) = (1.25, 0.38);
-            let quarter = [(long, -thin), (long, thin), (thin, thin)];
-            let quarters = (0..4).flat_map(|turns| {
-                quarter.map(|(x, y)| match turns {
-                    0 => (x, y),
-                    1 => (-y, x),
-                    2 => (-x, -y),
-                    _ => (y, -x),
-                })
-            });
-            quarters
-                .map(|(x, y)| (cos * x - sin * y, sin * x + cos * y))
-                .collect()
-        };
-        match self {
-            Self::Circle => Vec::new(),
-            Self::Square => around(4, |_| 1.25, 0.125),
-            Self::Triangle => around(3, |_| 1.4, -0.25),
-            Self::Wedge => around(3, |_| 1.4, 0.25),
-            Self::Diamond => around(4, |_| 1.35, 0.0),
-            Self::Plus => bars(0.0),
-            Self::Cross => bars(std::f64::consts::FRAC_PI_4),
-            Self::Star => around(10, |i| if i % 2 == 0 { 1.55 } else { 0.65 }, -0.25),
-        }
-    }
-
-    /// A marker of this shape as SVG path data relative to its middle; begins with `m`.
-    fn outline(self, radius: f64) -> String {
-        if self == Self::Circle {
-            let (r, across) = (radius, 2.0 * radius);
-            return format!("m-{r} 0a{r} {r} 0 1 0 {across} 0a{r} {r} 0 1 0-{across} 0z");
-        }
-        let mut outline = String::new();
-        let mut from = (0.0, 0.0);
-        for (x, y) in self.corners() {
-            // Rounded first, so that the steps end where they began.
-            let to = ((10.0 * radius * x).round(), (10.0 * radius * y).round());
-            let start = if outline.is_empty() { "m" } else { " " };
-            let (dx, dy) = ((to.0 - from.0) / 10.0, (to.1 - from.1) / 10.0);
-            let _ = write!(outline, "{start}{dx} {dy}");
-            from = to;
-        }
-        outline + "z"
-    }
-}
-
 /// Where a box lies, px.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct BoxEdges {
-    pub(super) left: f64,
-    pub(super) right: f64,
-    pub(super) top: f64,
-    pub(super) bottom: f64,
+pub(crate) struct BoxEdges {
+    pub(crate) left: f64,
+    pub(crate) right: f64,
+    pub(crate) top: f64,
+    pub(crate) bottom: f64,
+}
+
+impl BoxEdges {
+    /// The place of a share of the horizontal axis, px.
+    pub(crate) fn x(self, share: f64) -> f64 {
+        self.left + share * (self.right - self.left)
+    }
+
+    /// The place of a share of the vertical axis, px.
+    pub(crate) fn y(self, share: f64) -> f64 {
+        self.bottom - share * (self.bottom - self.top)
+    }
+
+    pub(crate) fn middle(self) -> (f64, f64) {
+        (self.x(0.5), self.y(0.5))
+    }
+
+    pub(crate) fn element(self) -> Element {
+        Element::new("rect")
+            .at("x", self.left)
+            .at("y", self.top)
+            .at("width", self.right - self.left)
+            .at("height", self.bottom - self.top)
+    }
 }
 
 /// What a curve is on the paper, from beneath to the top.
 #[derive(Debug, Default)]
-pub(super) struct Drawn {
+pub(crate) struct Drawn {
     /// Insides of areas, which must not tint the lines of others; to be cut off at the edge of the
     /// box.
-    pub(super) fills: Vec<Primitive>,
+    pub(crate) fills: Vec<Element>,
     /// To be cut off at the edge of the box.
-    pub(super) lines: Vec<Primitive>,
+    pub(crate) lines: Vec<Element>,
     /// Markers: their middles are in the box, and at its edge they are whole.
-    pub(super) markers: Vec<Primitive>,
+    pub(crate) markers: Vec<Element>,
 }
 
 impl Curve {
     /// All points of the curve.
-    pub(super) fn points(&self) -> impl Iterator<Item = (f64, f64)> {
+    pub(crate) fn points(&self) -> impl Iterator<Item = (f64, f64)> {
         self.pieces.iter().flatten().copied()
     }
 
     /// Whether any of it lies within axes.
-    pub(super) fn is_within(&self, x: &Axis, y: &Axis) -> bool {
+    pub(crate) fn is_within(&self, x: &Axis, y: &Axis) -> bool {
         !self.within(x, y).is_empty()
     }
 
@@ -180,7 +116,7 @@ impl Curve {
     }
 
     /// Draws the curve with about `most` points in all. `placed` are the middles of the panel's markers so far.
-    pub(super) fn draw(
+    pub(crate) fn draw(
         &self,
         x: &Axis,
         y: &Axis,
@@ -190,39 +126,11 @@ impl Curve {
     ) -> Drawn {
         let mut pieces = self.within(x, y);
         for (x, y) in pieces.iter_mut().flatten() {
-            *x = edges.left + *x * (edges.right - edges.left);
-            *y = edges.bottom - *y * (edges.bottom - edges.top);
+            (*x, *y) = (edges.x(*x), edges.y(*y));
         }
-        let mut drawn = Drawn::default();
         match self.form {
-            Form::Line(stroke) => {
-                // A gap on both sides of a point leaves no line to draw, and a line of more pieces
-                // than the paper has room for is a cloud.
-                let (mut dots, mut lines): (Vec<Points>, Vec<Points>) =
-                    pieces.into_iter().partition(|piece| piece.len() == 1);
-                if 4 * lines.len() > most {
-                    dots.append(&mut lines);
-                }
-                let lines = simplify_all(lines, most);
-                if !lines.is_empty() {
-                    drawn.lines.push(path(&lines, stroke));
-                }
-                let dots = scatter(dots.concat(), most / POINTS_OF_A_MARKER);
-                if !dots.is_empty() {
-                    let (colour, radius) = (stroke.colour, 0.7 * stroke.width);
-                    (drawn.markers).push(markers(&dots, Shape::Circle, radius, colour));
-                }
-            }
-            Form::Area(stroke) => {
-                let rings = simplify_all(pieces, most / 2);
-                if !rings.is_empty() {
-                    drawn.fills.push(fill(&rings, stroke.colour));
-                    let outline = rings.iter().flat_map(|ring| outline(ring, edges));
-                    drawn
-                        .lines
-                        .push(path(&outline.collect::<Vec<Points>>(), stroke));
-                }
-            }
+            Form::Line(stroke) => draw_lines(pieces, stroke, most),
+            Form::Area(stroke) => draw_areas(pieces, stroke, edges, most),
             Form::Markers {
                 colour,
                 shape,
@@ -234,18 +142,51 @@ impl Curve {
                     middles = apart(middles, 2.0 * radius + RIM_WIDTH, placed);
                 }
                 placed.extend(&middles);
+                let mut drawn = Drawn::default();
                 if !middles.is_empty() {
                     (drawn.markers).push(markers(&middles, shape, radius, colour));
                 }
+                drawn
             }
         }
-        drawn
     }
+}
+
+fn draw_lines(pieces: Vec<Points>, stroke: Stroke, most: usize) -> Drawn {
+    let mut drawn = Drawn::default();
+    // A gap on both sides of a point leaves no line to draw, and a line of more pieces than the paper has
+    // room for is a cloud.
+    let (mut dots, mut lines): (Vec<Points>, Vec<Points>) =
+        pieces.into_iter().partition(|piece| piece.len() == 1);
+    if 4 * lines.len() > most {
+        dots.append(&mut lines);
+    }
+    let lines = simplify_all(lines, most);
+    if !lines.is_empty() {
+        drawn.lines.push(path(&lines, stroke));
+    }
+    let dots = scatter(dots.concat(), most / POINTS_OF_A_MARKER);
+    if !dots.is_empty() {
+        let (colour, radius) = (stroke.colour, 0.7 * stroke.width);
+        (drawn.markers).push(markers(&dots, Shape::Circle, radius, colour));
+    }
+    drawn
+}
+
+fn draw_areas(pieces: Vec<Points>, stroke: Stroke, edges: BoxEdges, most: usize) -> Drawn {
+    let mut drawn = Drawn::default();
+    let rings = simplify_all(pieces, most / 2);
+    if !rings.is_empty() {
+        drawn.fills.push(fill(&rings, stroke.colour));
+        let outline = rings.iter().flat_map(|ring| outline(ring, edges));
+        (drawn.lines).push(path(&outline.collect::<Vec<Points>>(), stroke));
+    }
+    drawn
 }
 
 impl Form {
     /// What stands for the form in the legend, from `x` on and around the height `y`.
-    pub(super) fn sample(&self, x: f64, y: f64) -> Vec<Primitive> {
+    pub(crate) fn sample(&self, x: f64, y: f64) -> Vec<Element> {
         let end = x + SAMPLE_LENGTH;
         match *self {
             Self::Line(stroke) => vec![path(&[vec![(x, y), (end, y)]], stroke)],
@@ -332,26 +273,23 @@ fn simplify_all(pieces: Vec<Points>, most: usize) -> Vec<Points> {
         .collect()
 }
 
-fn path(pieces: &[Points], stroke: Stroke) -> Primitive {
-    Primitive::Path(Box::new(PathData {
-        d: path_data(pieces),
-        fill: None,
-        stroke: stroke.colour.into(),
-        stroke_width: stroke.width,
-        opacity: None,
-        stroke_dasharray: stroke.dash.map(str::to_owned),
-    }))
+fn path(pieces: &[Points], stroke: Stroke) -> Element {
+    let path = Element::new("path")
+        .with("d", path_data(pieces))
+        .with("stroke", stroke.colour)
+        .with("stroke-width", stroke.width)
+        .with("fill", "none");
+    match stroke.dash {
+        Some(dash) => path.with("stroke-dasharray", dash),
+        None => path,
+    }
 }
 
-fn fill(rings: &[Points], colour: &str) -> Primitive {
-    Primitive::Path(Box::new(PathData {
-        d: path_data(rings),
-        fill: Some(colour.into()),
-        stroke: "none".into(),
-        stroke_width: 0.0,
-        opacity: Some(AREA_OPACITY),
-        stroke_dasharray: None,
-    }))
+fn fill(rings: &[Points], colour: &str) -> Element {
+    Element::new("path")
+        .with("d", path_data(rings))
+        .with("fill", colour)
+        .with("fill-opacity", AREA_OPACITY)
 }
 
 fn path_data(pieces: &[Points]) -> String {
@@ -365,24 +303,17 @@ fn path_data(pieces: &[Points]) -> String {
     data
 }
 
-fn markers(middles: &[(f64, f64)], shape: Shape, radius: f64, colour: &str) -> Primitive {
+fn markers(middles: &[(f64, f64)], shape: Shape, radius: f64, colour: &str) -> Element {
     let outline = shape.outline(radius);
     let mut data = String::new();
     for (x, y) in middles {
         let _ = write!(data, "M{} {}{outline}", hundredths(*x), hundredths(*y));
     }
-    Primitive::Path(Box::new(PathData {
-        d: data,
-        fill: Some(colour.into()),
-        stroke: RIM.into(),
-        stroke_width: RIM_WIDTH,
-        opacity: None,
-        stroke_dasharray: None,
-    }))
-}
-
-fn hundredths(value: f64) -> f64 {
-    (100.0 * value).round() / 100.0
+    Element::new("path")
+        .with("d", data)
+        .with("stroke", RIM)
+        .with("stroke-width", RIM_WIDTH)
+        .with("fill", colour)
 }
 
 #[cfg(test)]
@@ -429,28 +360,5 @@ mod tests {
             }
         }
         assert!(apart(line, 9.0, &first).is_empty(), "all are covered");
-    }
-
-    #[test]
-    fn markers_are_of_like_size_and_end_where_they_began() {
-        let shapes: Vec<Shape> = (0..8).map(Shape::of_series).collect();
-        for (index, shape) in shapes.iter().enumerate() {
-            assert_eq!(shapes.iter().position(|other| other == shape), Some(index));
-            let corners = shape.corners();
-            let twice_area: f64 = (corners.iter().zip(corners.iter().cycle().skip(1)))
-                .map(|(a, b)| a.0 * b.1 - a.1 * b.0)
-                .sum();
-            let area = if corners.is_empty() {
-                std::f64::consts::PI
-            } else {
-                twice_area / 2.0
-            };
-            assert!((2.0..4.0).contains(&area), "{shape:?}: {area}");
-            let outline = shape.outline(4.0);
-            assert!(
-                outline.starts_with('m') && outline.ends_with('z'),
-                "{outline}"
-            );
-        }
     }
 }

@@ -5,19 +5,25 @@ mod axis;
 mod chart;
 mod clip;
 mod curve;
+mod drawing;
 mod error;
+mod marker;
 mod motion;
+mod over_time;
 mod page;
 mod panel;
-mod render;
+mod picture;
+#[cfg(feature = "png")]
+mod png;
 mod style;
 mod superscript;
 mod theory;
 mod thin;
+mod tick;
 
 pub use axis::Scale;
 pub use chart::{AxisSpec, Chart, ChartPage, Look, Series};
 pub use error::FigureError;
 pub use motion::MotionFigure;
-pub use render::Picture;
+pub use picture::Picture;
 pub use theory::{Conditions, Origin, Quantity, TheoryFigure};

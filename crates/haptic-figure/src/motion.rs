@@ -1,12 +1,12 @@
 //! Positions and forces of a run against time.
 
-use super::axis::Scale;
-use super::curve::Form;
-use super::page::{LegendEntry, Page, Row};
-use super::style::{BLUE, GREEN, INK, LARGE, Stroke, VERMILION};
-use super::theory::{curve, panel};
-use super::thin::{Keep, showable, thin};
-use super::{FigureError, Picture};
+use crate::axis::Scale;
+use crate::curve::{Curve, Form};
+use crate::over_time::{TimePanel, check_lengths, line};
+use crate::page::{LegendEntry, Page, Row};
+use crate::style::{BLUE, GREEN, INK, LARGE, Stroke, VERMILION};
+use crate::thin::{Keep, showable, thin};
+use crate::{FigureError, Picture};
 
 const BINS: usize = 450;
 const ROW_HEIGHT: f64 = 300.0;
@@ -68,50 +68,32 @@ impl MotionFigure<'_> {
     /// # Errors
     /// If there is no sample to draw, or the slices differ in length.
     pub fn draw(&self) -> Result<Picture, FigureError> {
-        let line = |what: &'static str, values: &[f64], factor: f64, stroke: Stroke| {
-            if values.len() != self.time_s.len() {
-                return Err(FigureError::Lengths {
-                    what,
-                    expected: self.time_s.len(),
-                    found: values.len(),
-                });
-            }
-            let values: Vec<f64> = values.iter().map(|value| factor * value).collect();
-            let points = showable(self.time_s, &values, Scale::Linear, Scale::Linear);
-            Ok(curve(
-                thin(&points, Scale::Linear, BINS, Keep::Shape),
-                stroke,
-            ))
-        };
+        check_lengths(
+            self.time_s,
+            &[
+                ("reference", self.reference_m),
+                ("indenter", self.indenter_position_m),
+                ("position", self.position_m),
+                ("force", self.force_n),
+                ("contact force", self.contact_force_n),
+            ],
+        )?;
         let positions = vec![
-            line("reference", self.reference_m, MM_PER_M, REFERENCE)?,
-            line("indenter", self.indenter_position_m, MM_PER_M, INDENTER)?,
-            line("position", self.position_m, MM_PER_M, RENDERING)?,
+            self.line(self.reference_m, MM_PER_M, REFERENCE),
+            self.line(self.indenter_position_m, MM_PER_M, INDENTER),
+            self.line(self.position_m, MM_PER_M, RENDERING),
         ];
         let forces = vec![
-            line("force", self.force_n, 1.0, FORCE)?,
-            line("contact force", self.contact_force_n, 1.0, CONTACT)?,
+            self.line(self.force_n, 1.0, FORCE),
+            self.line(self.contact_force_n, 1.0, CONTACT),
         ];
-        let curves = positions.iter().chain(&forces);
-        if curves.map(|curve| curve.points().count()).sum::<usize>() == 0 {
+        let mut curves = positions.iter().chain(&forces);
+        if curves.all(|curve| curve.points().next().is_none()) {
             return Err(FigureError::Empty {
                 what: "position or force",
                 samples: self.time_s.len(),
             });
         }
-        let row = |name, caption: &str, label, curves| Row {
-            height: ROW_HEIGHT,
-            columns: 1,
-            panels: vec![panel(
-                name,
-                caption.to_owned(),
-                Scale::Linear,
-                label,
-                curves,
-                None,
-                "no finite values",
-            )],
-        };
         let page = Page {
             title: self.title.to_owned(),
             subtitle: self.subtitle.to_owned(),
@@ -130,6 +112,29 @@ impl MotionFigure<'_> {
                 row('b', "force", "force / N", forces),
             ],
         };
-        Ok(page.draw())
+        page.draw()
+    }
+
+    fn line(&self, values: &[f64], factor: f64, stroke: Stroke) -> Curve {
+        let values: Vec<f64> = values.iter().map(|value| factor * value).collect();
+        let points = showable(self.time_s, &values, Scale::Linear, Scale::Linear);
+        line(thin(&points, Scale::Linear, BINS, Keep::Shape), stroke)
+    }
+}
+
+fn row(name: char, caption: &str, label: &'static str, curves: Vec<Curve>) -> Row {
+    let panel = TimePanel {
+        name,
+        caption: caption.to_owned(),
+        scale: Scale::Linear,
+        label,
+        curves,
+        floor: None,
+        note: "no finite values",
+    };
+    Row {
+        height: ROW_HEIGHT,
+        columns: 1,
+        panels: vec![panel.panel()],
     }
 }

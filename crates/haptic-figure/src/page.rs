@@ -3,17 +3,13 @@
 //! The legend stands above the panels, where it cannot cover a curve. Labels that all panels share
 //! and that are too long for one of them stand once, beside or below them all.
 
-use kuva::backend::svg::SvgBackend;
-use kuva::render::render::{Primitive, Scene};
-
-use super::curve::{BoxEdges, Form, SAMPLE_LENGTH};
-use super::panel::{Frame, Panel, middle_text, text};
-use super::render::Picture;
-use super::style::{
-    INK, LABEL_SIZE, MUTED_INK, PAGE_EDGE, PAGE_WIDTH, SUBTITLE_SIZE, Sizes, TITLE_SIZE, fit,
-    text_width,
+use crate::curve::{BoxEdges, Form, SAMPLE_LENGTH};
+use crate::drawing::{Anchor, Drawing, Element, Text};
+use crate::panel::{Frame, Panel};
+use crate::style::{
+    LABEL_SIZE, MUTED_INK, PAGE_EDGE, PAGE_WIDTH, SUBTITLE_SIZE, Sizes, TITLE_SIZE, fit, text_width,
 };
-use super::superscript::raise;
+use crate::{FigureError, Picture};
 
 const TITLE_BASELINE: f64 = 34.0;
 const SUBTITLE_BASELINE: f64 = 60.0;
@@ -36,22 +32,22 @@ const POINTS_OF_A_PAGE: usize = 20_000;
 
 /// A row of panels, whose boxes have equal width.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Row {
-    pub(super) height: f64,
+pub(crate) struct Row {
+    pub(crate) height: f64,
     /// Places for panels; those on the right may be free, but not in the first row.
-    pub(super) columns: usize,
-    pub(super) panels: Vec<Panel>,
+    pub(crate) columns: usize,
+    pub(crate) panels: Vec<Panel>,
 }
 
 /// A name in the legend and what it stands for, one over the other.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct LegendEntry {
-    pub(super) name: String,
-    pub(super) forms: Vec<Form>,
+pub(crate) struct LegendEntry {
+    pub(crate) name: String,
+    pub(crate) forms: Vec<Form>,
 }
 
 impl LegendEntry {
-    pub(super) fn new(name: &str, form: Form) -> Self {
+    pub(crate) fn new(name: &str, form: Form) -> Self {
         Self {
             name: name.to_owned(),
             forms: vec![form],
@@ -61,20 +57,20 @@ impl LegendEntry {
 
 /// A page; see the [module](self).
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Page {
-    pub(super) title: String,
-    pub(super) subtitle: String,
-    pub(super) legend: Vec<LegendEntry>,
-    pub(super) sizes: Sizes,
-    pub(super) rows: Vec<Row>,
+pub(crate) struct Page {
+    pub(crate) title: String,
+    pub(crate) subtitle: String,
+    pub(crate) legend: Vec<LegendEntry>,
+    pub(crate) sizes: Sizes,
+    pub(crate) rows: Vec<Row>,
     /// Labels of all horizontal and of all vertical axes; empty if these have their own.
-    pub(super) x_label: String,
-    pub(super) y_label: String,
+    pub(crate) x_label: String,
+    pub(crate) y_label: String,
 }
 
 impl Page {
     /// Draws the page as SVG.
-    pub(super) fn draw(mut self) -> Picture {
+    pub(crate) fn draw(mut self) -> Result<Picture, FigureError> {
         let legend = self.legend_lines();
         let header = match legend.len() {
             0 => self.title_end(),
@@ -88,14 +84,12 @@ impl Page {
             SHARED_LABEL
         };
         let height = panels_top + rows_height + below + PAGE_EDGE;
-        let mut scene = Scene::new(PAGE_WIDTH, height);
-        scene.font_family = Some("DejaVu Sans, Verdana, Arial, sans-serif".to_owned());
-        scene.text_color = Some(INK.to_owned());
-        self.add_header(&mut scene, &legend);
+        let mut drawing = Drawing::new(PAGE_WIDTH, height);
+        self.draw_header(&mut drawing, &legend);
         let frames = self.place();
-        self.add_shared_labels(&mut scene, &frames, panels_top, rows_height);
-        self.add_panels(&mut scene, &frames, panels_top);
-        Picture::new(raise(&SvgBackend::new().render_scene(&scene)))
+        self.draw_shared_labels(&mut drawing, &frames, panels_top, rows_height);
+        self.draw_panels(&mut drawing, &frames, panels_top);
+        drawing.finish()
     }
 
     /// Fits all axes and finds the frame of each panel with its left edge on the page.
@@ -179,7 +173,7 @@ impl Page {
             .collect()
     }
 
-    fn add_panels(&self, scene: &mut Scene, frames: &[Vec<(f64, Frame)>], top: f64) {
+    fn draw_panels(&self, drawing: &mut Drawing, frames: &[Vec<(f64, Frame)>], top: f64) {
         let alone = self.rows.iter().map(|row| row.panels.len()).sum::<usize>() == 1;
         let heading = |panel: &Panel| match panel.caption.as_str() {
             caption if alone => caption.to_owned(),
@@ -201,23 +195,20 @@ impl Page {
         let mut y = top;
         for (row, frames) in self.rows.iter().zip(frames) {
             for (column, (panel, (x, frame))) in row.panels.iter().zip(frames).enumerate() {
-                scene.add(Primitive::GroupStart {
-                    transform: Some(format!("translate({x:.2},{y:.2})")),
-                    title: None,
-                    extra_attrs: None,
-                });
                 let (heading, size) = fit(&heading(panel), size, room(frames, column));
-                panel.draw(scene, *frame, &heading, size);
-                scene.add(Primitive::GroupEnd);
+                let place = format!("translate({x:.2},{y:.2})");
+                drawing.within(Element::new("g").with("transform", place), |drawing| {
+                    panel.draw(drawing, *frame, &heading, size);
+                });
             }
             y += row.height;
         }
     }
 
     /// The labels that all panels share, around the middles of all boxes.
-    fn add_shared_labels(
+    fn draw_shared_labels(
         &self,
-        scene: &mut Scene,
+        drawing: &mut Drawing,
         frames: &[Vec<(f64, Frame)>],
         top: f64,
         rows_height: f64,
@@ -233,7 +224,7 @@ impl Page {
             let (label, size) = fit(&self.x_label, size, right - left);
             let x = (left + right) / 2.0;
             let y = top + rows_height + 0.9 * f64::from(size);
-            scene.add(middle_text(&label, x, y, size, false));
+            drawing.text(Text::new(&label, x, y, size).anchored(Anchor::Middle));
         }
         if !self.y_label.is_empty() {
             let bottom = frames.last().and_then(|row| row.last());
@@ -241,7 +232,11 @@ impl Page {
             let (top, bottom) = (top + first.edges.top, top + rows_height - below);
             let (label, size) = fit(&self.y_label, size, bottom - top);
             let x = PAGE_EDGE + f64::from(size);
-            scene.add(middle_text(&label, x, (top + bottom) / 2.0, size, true));
+            let text = Text::new(&label, x, (top + bottom) / 2.0, size).anchored(Anchor::Middle);
+            drawing.text(Text {
+                upright: true,
+                ..text
+            });
         }
     }
 
@@ -272,26 +267,30 @@ impl Page {
         lines
     }
 
-    fn add_header(&self, scene: &mut Scene, legend: &[Vec<(f64, &LegendEntry)>]) {
+    fn draw_header(&self, drawing: &mut Drawing, legend: &[Vec<(f64, &LegendEntry)>]) {
         let left = 2.0 * PAGE_EDGE;
         let room = PAGE_WIDTH - 2.0 * left;
         let (title, size) = fit(&self.title, TITLE_SIZE, room);
-        scene.add(text(&title, left, TITLE_BASELINE, size, INK));
+        drawing.text(Text::new(&title, left, TITLE_BASELINE, size));
         for (line, subtitle) in self.subtitle.lines().enumerate() {
             let (subtitle, size) = fit(subtitle, SUBTITLE_SIZE, room);
             let baseline = SUBTITLE_BASELINE + line as f64 * SUBTITLE_LINE;
-            scene.add(text(&subtitle, left, baseline, size, MUTED_INK));
+            drawing.text(Text {
+                colour: MUTED_INK,
+                ..Text::new(&subtitle, left, baseline, size)
+            });
         }
         for (line, entries) in legend.iter().enumerate() {
             let baseline = self.title_end() + LEGEND_BELOW + line as f64 * LEGEND_LINE;
             for (x, entry) in entries {
                 for form in &entry.forms {
                     let middle = baseline - 0.35 * f64::from(LABEL_SIZE);
-                    (scene.elements).append(&mut form.sample(*x, middle));
+                    let sample = form.sample(*x, middle).into_iter();
+                    sample.for_each(|element| drawing.add(element));
                 }
                 let x = x + SAMPLE_LENGTH + SAMPLE_GAP;
                 let (name, size) = fit(&entry.name, LABEL_SIZE, PAGE_WIDTH - left - x);
-                scene.add(text(&name, x, baseline, size, INK));
+                drawing.text(Text::new(&name, x, baseline, size));
             }
         }
     }

@@ -1,42 +1,37 @@
-//! Superscripts that Unicode does not have, above all μ in the unit N·s^μ/m.
-//!
-//! kuva knows none in an SVG, so they are put into its text: `s^μ` and `T^{2−μ}` become parts of
-//! the line that are smaller and higher.
+//! Superscripts that Unicode does not have, above all μ in the unit N·s^μ/m: `s^μ` and `T^{2−μ}`.
 
-/// Size of a superscript, and its height above the line over its own size and over that of the
-/// line.
-const SMALLER: &str = r#"<tspan dy="-0.5em" font-size="70%">"#;
-const BACK: &str = r#"<tspan dy="0.35em">"#;
-const END: &str = "</tspan>";
+/// A part of a line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Part<'a> {
+    Level(&'a str),
+    Raised(&'a str),
+}
 
-/// The SVG with its `^μ` and `^{…}` raised. A `^` before anything else stays.
-pub(super) fn raise(svg: &str) -> String {
-    let mut raised = String::with_capacity(svg.len());
-    let mut rest = svg;
-    while let Some(at) = rest.find('^') {
-        let (before, marked) = rest.split_at(at);
-        let Some((superscript, after)) = superscript(&marked[1..]) else {
-            raised.push_str(before);
-            raised.push('^');
-            rest = &marked[1..];
+/// The parts of a line, from left to right. A `^` before anything but a Greek letter or a pair of braces stays.
+pub(crate) fn parts(line: &str) -> Vec<Part<'_>> {
+    let mut parts = Vec::new();
+    let (mut rest, mut from) = (line, 0);
+    while let Some(at) = rest[from..].find('^').map(|at| from + at) {
+        let Some((raised, after)) = superscript(&rest[at + 1..]) else {
+            from = at + 1;
             continue;
         };
-        raised.extend([before, SMALLER, superscript, END]);
-        // The rest of the line comes down again, up to the next superscript.
-        let length = after.find(['^', '<']).unwrap_or(after.len());
-        if length > 0 {
-            raised.extend([BACK, &after[..length], END]);
+        if at > 0 {
+            parts.push(Part::Level(&rest[..at]));
         }
-        rest = &after[length..];
+        parts.push(Part::Raised(raised));
+        (rest, from) = (after, 0);
     }
-    raised + rest
+    if !rest.is_empty() {
+        parts.push(Part::Level(rest));
+    }
+    parts
 }
 
 /// What stands right after a `^`, if it is to be raised, and what follows.
 fn superscript(marked: &str) -> Option<(&str, &str)> {
     if let Some(braced) = marked.strip_prefix('{') {
-        let end = braced.find(['}', '<'])?;
-        return Some((&braced[..end], braced[end..].strip_prefix('}')?));
+        return braced.split_once('}');
     }
     let letter = marked
         .chars()
@@ -47,24 +42,24 @@ fn superscript(marked: &str) -> Option<(&str, &str)> {
 
 #[cfg(test)]
 mod tests {
+    use super::Part::{Level, Raised};
     use super::*;
 
     #[test]
     fn greek_letters_and_braces_are_raised_and_what_follows_is_not() {
+        assert_eq!(parts("N·s^μ/m"), [Level("N·s"), Raised("μ"), Level("/m")]);
+        assert_eq!(parts("T^{2−μ}"), [Level("T"), Raised("2−μ")]);
         assert_eq!(
-            raise("<text>N·s^μ/m</text>"),
-            r#"<text>N·s<tspan dy="-0.5em" font-size="70%">μ</tspan><tspan dy="0.35em">/m</tspan></text>"#
+            parts("a^μb^c^{2}"),
+            [Level("a"), Raised("μ"), Level("b^c"), Raised("2")]
         );
-        assert_eq!(
-            raise("<text>T^{2−μ}</text>"),
-            r#"<text>T<tspan dy="-0.5em" font-size="70%">2−μ</tspan></text>"#
-        );
+        assert!(parts("").is_empty());
     }
 
     #[test]
     fn any_other_caret_stays() {
-        for text in ["a^b", "^", "x^{open</text>", "<text>^</text>", "e^{"] {
-            assert_eq!(raise(text), text);
+        for text in ["a^b", "^", "x^{open", "^^", "e^{"] {
+            assert_eq!(parts(text), [Level(text)]);
         }
     }
 }

@@ -7,14 +7,15 @@
 //! below the largest lies below the panel. So does, in panel (b), the curve of a run where it falls
 //! more than a decade below the closed form everywhere, as short memory does.
 
-use super::FigureError;
-use super::axis::{Axis, Scale, extremes};
-use super::curve::{Curve, Form};
-use super::page::{LegendEntry, Page, Row};
-use super::panel::Panel;
-use super::render::Picture;
-use super::style::{DIFFERENCE, LARGE, RUN, Stroke, THEORY};
-use super::thin::{Keep, Points, showable, thin};
+use crate::FigureError;
+use crate::axis::{Scale, extremes};
+use crate::curve::Form;
+use crate::over_time::{TimePanel, check_lengths, line};
+use crate::page::{LegendEntry, Page, Row};
+use crate::panel::Panel;
+use crate::picture::Picture;
+use crate::style::{DIFFERENCE, LARGE, RUN, THEORY};
+use crate::thin::{Keep, showable, thin};
 
 /// Bins across a panel of half the page and across a whole one.
 const HALF_BINS: usize = 200;
@@ -113,6 +114,34 @@ impl Quantity {
 
 /// A quantity against time over its closed form, and the error below. The slices belong together sample by
 /// sample; what is not finite is left out, and so is what is not positive from the logarithmic panels.
+///
+/// ```
+/// use haptic_figure::{Conditions, Origin, Quantity, TheoryFigure};
+///
+/// let time_s: Vec<f64> = (1..=1000).map(|i| 1e-3 * f64::from(i)).collect();
+/// let closed_form: Vec<f64> = time_s.iter().map(|t| 3.0 * t.powf(-0.2247)).collect();
+/// let relative_error: Vec<f64> = time_s.iter().map(|t| 1e-3 * (60.0 * t).sin()).collect();
+/// let both = closed_form.iter().zip(&relative_error);
+/// let values: Vec<f64> = both.map(|(force, error)| force * (1.0 + error)).collect();
+/// let figure = TheoryFigure {
+///     title: "Relaxation",
+///     conditions: Conditions {
+///         tissue: "prostate, cancerous",
+///         order: 0.2247,
+///         device: "sim",
+///         scheme: "full:1e-6",
+///         remark: "",
+///     },
+///     quantity: Quantity::Force,
+///     origin: Origin::Simulated,
+///     time_s: &time_s,
+///     values: &values,
+///     closed_form: &closed_form,
+///     relative_error: &relative_error,
+/// };
+/// assert!(figure.draw()?.svg().contains("simulated force"));
+/// # Ok::<(), haptic_figure::FigureError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TheoryFigure<'a> {
     /// One line above the picture.
@@ -145,15 +174,7 @@ impl TheoryFigure<'_> {
             ("closed form", self.closed_form),
             ("relative error", self.relative_error),
         ];
-        for (what, slice) in slices {
-            if slice.len() != self.time_s.len() {
-                return Err(FigureError::Lengths {
-                    what,
-                    expected: self.time_s.len(),
-                    found: slice.len(),
-                });
-            }
-        }
+        check_lengths(self.time_s, &slices)?;
         let run = format!("{} {}", self.origin.word(), self.quantity.word());
         let page = Page {
             title: self.title.to_owned(),
@@ -186,7 +207,7 @@ impl TheoryFigure<'_> {
                 },
             ],
         };
-        Ok(page.draw())
+        page.draw()
     }
 
     /// The run over its closed form; a panel that has nothing to show on logarithmic axes says so.
@@ -204,15 +225,16 @@ impl TheoryFigure<'_> {
         // Where a curve passes through zero it would stretch a logarithmic axis without end.
         let lowest = extremes(theory.iter().map(|point| point.1)).0;
         let floor = (scale == Scale::Log && lowest.is_finite()).then_some(lowest / 10.0);
-        Ok(panel(
+        Ok(TimePanel {
             name,
             caption,
             scale,
-            self.quantity.label(),
-            vec![curve(theory, THEORY), curve(run, RUN)],
+            label: self.quantity.label(),
+            curves: vec![line(theory, THEORY), line(run, RUN)],
             floor,
-            "no positive values",
-        ))
+            note: "no positive values",
+        }
+        .panel())
     }
 
     fn error(&self) -> Panel {
@@ -229,54 +251,15 @@ impl TheoryFigure<'_> {
         } else {
             "no sample has a relative error"
         };
-        panel(
-            'c',
-            "relative error, largest in each step of log t".to_owned(),
-            Scale::Log,
-            "relative error",
-            vec![curve(envelope, DIFFERENCE)],
-            Some(largest / ERROR_SPAN),
+        TimePanel {
+            name: 'c',
+            caption: "relative error, largest in each step of log t".to_owned(),
+            scale: Scale::Log,
+            label: "relative error",
+            curves: vec![line(envelope, DIFFERENCE)],
+            floor: Some(largest / ERROR_SPAN),
             note,
-        )
-    }
-}
-
-/// A curve of these points.
-pub(super) fn curve(points: Points, stroke: Stroke) -> Curve {
-    Curve {
-        pieces: vec![points],
-        form: Form::Line(stroke),
-    }
-}
-
-/// A panel over time around its curves, with both axes of one scale; the vertical one begins no
-/// lower than `floor`.
-pub(super) fn panel(
-    name: char,
-    caption: String,
-    scale: Scale,
-    label: &str,
-    curves: Vec<Curve>,
-    floor: Option<f64>,
-    note: &str,
-) -> Panel {
-    let all = || curves.iter().flat_map(Curve::points);
-    let empty = all().next().is_none();
-    let (x, y) = if empty {
-        ((1.0, 10.0), (1.0, 10.0))
-    } else {
-        (
-            extremes(all().map(|point| point.0)),
-            extremes(all().map(|point| point.1)),
-        )
-    };
-    let y_low = floor.map_or(y.0, |floor| y.0.max(floor));
-    Panel {
-        name,
-        caption,
-        x: Axis::time(scale, x.0, x.1),
-        y: Axis::around(label, scale, y_low, y.1),
-        curves,
-        note: empty.then(|| note.to_owned()),
+        }
+        .panel()
     }
 }

@@ -13,7 +13,7 @@
 
 use std::collections::HashSet;
 
-use super::axis::Scale;
+use crate::axis::Scale;
 
 /// A point this far from a straight line, px, is seen on it: a tenth of a pixel of the PNG.
 const INVISIBLE: f64 = 0.05;
@@ -24,11 +24,11 @@ const FINEST_COLUMN: f64 = 0.125;
 const LONGEST_EXACT: usize = 6_000;
 
 /// Points of a curve, x and y.
-pub(super) type Points = Vec<(f64, f64)>;
+pub(crate) type Points = Vec<(f64, f64)>;
 
 /// Which points of a bin stay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Keep {
+pub(crate) enum Keep {
     /// First, lowest, highest, last: the curve as it is.
     Shape,
     /// The highest: an upper envelope.
@@ -36,7 +36,7 @@ pub(super) enum Keep {
 }
 
 /// The points of `(x, y)` that axes of these scales can show.
-pub(super) fn showable(x: &[f64], y: &[f64], x_scale: Scale, y_scale: Scale) -> Points {
+pub(crate) fn showable(x: &[f64], y: &[f64], x_scale: Scale, y_scale: Scale) -> Points {
     (x.iter().zip(y))
         .filter(|(x, y)| x_scale.can_show(**x) && y_scale.can_show(**y))
         .map(|(x, y)| (*x, *y))
@@ -44,7 +44,7 @@ pub(super) fn showable(x: &[f64], y: &[f64], x_scale: Scale, y_scale: Scale) -> 
 }
 
 /// Thins points to at most `4·bins` of them, or `bins` for an envelope, ordered by bin.
-pub(super) fn thin(points: &Points, x_scale: Scale, bins: usize, keep: Keep) -> Points {
+pub(crate) fn thin(points: &Points, x_scale: Scale, bins: usize, keep: Keep) -> Points {
     let most = match keep {
         Keep::Shape => 4 * bins,
         Keep::Highest => bins,
@@ -73,7 +73,7 @@ pub(super) fn thin(points: &Points, x_scale: Scale, bins: usize, keep: Keep) -> 
 }
 
 /// Thins a curve on the paper, in px, to at most `most` points, or 4 where that is less.
-pub(super) fn simplify(points: Points, most: usize) -> Points {
+pub(crate) fn simplify(points: Points, most: usize) -> Points {
     let most = most.max(4);
     let mut kept = points;
     let mut column = FINEST_COLUMN;
@@ -90,7 +90,7 @@ pub(super) fn simplify(points: Points, most: usize) -> Points {
 }
 
 /// Thins dots on the paper to at most `most` of them, or 1: of those that cover each other one stays.
-pub(super) fn scatter(points: Points, most: usize) -> Points {
+pub(crate) fn scatter(points: Points, most: usize) -> Points {
     let mut kept = points;
     let mut cell = FINEST_COLUMN;
     loop {

@@ -6,9 +6,11 @@ use haptic_figure::{
     Conditions, FigureError, MotionFigure, Origin, Picture, Quantity, TheoryFigure,
 };
 use picture::texts;
+#[cfg(feature = "png")]
 use resvg::tiny_skia::Pixmap;
 
 /// Pixels of a PNG per unit of the SVG.
+#[cfg(feature = "png")]
 const SCALE: u32 = 2;
 
 const CONDITIONS: Conditions<'static> = Conditions {
@@ -232,6 +234,7 @@ fn the_same_data_give_the_same_picture() {
     assert_eq!(data.draw().expect("draws"), data.draw().expect("draws"));
 }
 
+#[cfg(feature = "png")]
 #[test]
 fn the_png_has_its_size_and_its_text() {
     let picture = Relaxation::new(2_000).draw().expect("draws");

@@ -36,7 +36,7 @@ pub fn provenance() -> BTreeMap<String, String> {
     .into()
 }
 
-/// Saves a picture as SVG and PNG under the folder's own stem, and names the PNG.
+/// Saves a picture as SVG and PNG under the folder's own stem, and names the one to look at.
 ///
 /// # Errors
 /// If it cannot be drawn or the disk does not take it.
@@ -46,5 +46,5 @@ pub fn save_picture(
 ) -> Result<String, Failure> {
     let picture = picture.map_err(picture_file::PictureFileError::from)?;
     let saved = picture_file::save(&picture, &folder.stem(), folder.overwrite())?;
-    Ok(saved.png.display().to_string())
+    Ok(saved.shown().display().to_string())
 }

@@ -1,4 +1,5 @@
-//! The files of a picture: `STEM.svg` and `STEM.png`, both or neither.
+//! The files of a picture: `STEM.svg` and `STEM.png`, both or neither. A build without the feature `png` has only the
+//! first, and says so once.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -25,8 +26,16 @@ pub enum PictureFileError {
 pub struct SavedPicture {
     /// The drawing, to edit or to include in a paper.
     pub svg: PathBuf,
-    /// The pixels, to look at.
-    pub png: PathBuf,
+    /// The pixels, to look at; in a build with the feature `png`.
+    pub png: Option<PathBuf>,
+}
+
+impl SavedPicture {
+    /// The file to look at.
+    #[must_use]
+    pub fn shown(&self) -> &Path {
+        self.png.as_ref().unwrap_or(&self.svg)
+    }
 }
 
 /// Writes `STEM.svg` and `STEM.png`, both or neither. Existing files are refused unless `overwrite` is set, and
@@ -39,13 +48,49 @@ pub fn save(
     stem: &Path,
     overwrite: bool,
 ) -> Result<SavedPicture, PictureFileError> {
-    let [svg, png] = ["svg", "png"].map(|extension| with_suffix(stem, extension));
+    let svg = with_suffix(stem, "svg");
     // Both are staged before either gets its name.
     let staged_svg = stage(&svg, picture.svg().as_bytes(), overwrite)?;
-    let staged_png = stage(&png, &picture.png()?, overwrite)?;
+    let staged_png = stage_png(picture, stem, overwrite)?;
     staged_svg.publish()?;
-    staged_png.publish()?;
+    let png = match staged_png {
+        None => None,
+        Some(staged) => {
+            let png = staged.target().to_owned();
+            staged.publish()?;
+            Some(png)
+        }
+    };
     Ok(SavedPicture { svg, png })
+}
+
+#[cfg(feature = "png")]
+fn stage_png(
+    picture: &Picture,
+    stem: &Path,
+    overwrite: bool,
+) -> Result<Option<NewFile>, PictureFileError> {
+    let png = with_suffix(stem, "png");
+    Ok(Some(stage(&png, &picture.png()?, overwrite)?))
+}
+
+#[cfg(not(feature = "png"))]
+fn stage_png(
+    _: &Picture,
+    stem: &Path,
+    overwrite: bool,
+) -> Result<Option<NewFile>, PictureFileError> {
+    // One of an earlier run would pass for the pixels of this one.
+    let png = with_suffix(stem, "png");
+    if overwrite {
+        let _ = std::fs::remove_file(png);
+    } else if png.exists() {
+        return Err(NewFileError::Exists(png).into());
+    }
+    static SAID: std::sync::Once = std::sync::Once::new();
+    let text = "this build draws pictures as SVG only; build it with --features png for PNG";
+    SAID.call_once(|| crate::output::note("warning", text));
+    Ok(None)
 }
 
 /// `a-0.5` and `png` to `a-0.5.png`; `Path::with_extension` would make `a-0.png` of it.

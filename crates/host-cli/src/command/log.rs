@@ -418,17 +418,22 @@ fn plot(log: &Path, out: Option<&Path>, overwrite: bool, output: Output) -> Resu
         samples: ticks.len() as u64,
         complete,
         csv: None,
-        figure: Some(saved.png.display().to_string()),
+        figure: Some(saved.shown().display().to_string()),
     };
     output.summary(&made, |out| {
         writeln!(
             out,
-            "{} samples in {} (and .svg)",
+            "{} samples in {}{}",
             made.samples,
-            saved.png.display()
+            saved.shown().display(),
+            if saved.png.is_some() {
+                " (and .svg)"
+            } else {
+                ""
+            }
         )
     })?;
-    require_complete(complete, log, &saved.png)
+    require_complete(complete, log, saved.shown())
 }
 
 fn print_info(out: &mut dyn Write, log: &Path, summary: &LogSummary) -> io::Result<()> {

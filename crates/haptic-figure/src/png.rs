@@ -1,13 +1,15 @@
-//! A finished drawing: SVG as drawn, PNG through resvg.
+//! The pixels of a picture, through resvg.
 
 use std::sync::{Arc, LazyLock};
 
+use png::{BitDepth, ColorType, Encoder, EncodingError};
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb::Database};
 
-use super::FigureError;
-use super::style::PNG_SCALE;
+use crate::{FigureError, Picture};
 
+/// PNG pixels per CSS pixel: 1760 pixels, 250 per inch on a page 7 inches wide.
+const PIXELS: f32 = 2.0;
 /// The font of all pictures; licence in `assets/LICENSE-DejaVuSans.txt`.
 const FONT: &[u8] = include_bytes!("../assets/DejaVuSans.ttf");
 const FONT_FAMILY: &str = "DejaVu Sans";
@@ -21,22 +23,7 @@ static FONTS: LazyLock<Arc<Database>> = LazyLock::new(|| {
     Arc::new(fonts)
 });
 
-/// A finished drawing.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Picture {
-    svg: String,
-}
-
 impl Picture {
-    pub(super) fn new(svg: String) -> Self {
-        Self { svg }
-    }
-
-    /// The drawing as SVG text.
-    pub fn svg(&self) -> &str {
-        &self.svg
-    }
-
     /// The picture as PNG bytes, two pixels for each unit of the SVG.
     ///
     /// # Errors
@@ -47,14 +34,14 @@ impl Picture {
             fontdb: Arc::clone(&FONTS),
             ..Options::default()
         };
-        let tree = Tree::from_str(&self.svg, &options)
+        let tree = Tree::from_str(self.svg(), &options)
             .map_err(|error| FigureError::Render(error.to_string()))?;
         let size = (tree.size().to_int_size())
-            .scale_by(PNG_SCALE)
+            .scale_by(PIXELS)
             .ok_or_else(|| FigureError::Render("its size is not positive".to_owned()))?;
         let mut pixels = Pixmap::new(size.width(), size.height())
             .ok_or_else(|| FigureError::Render("its size is not positive".to_owned()))?;
-        let scale = Transform::from_scale(PNG_SCALE, PNG_SCALE);
+        let scale = Transform::from_scale(PIXELS, PIXELS);
         resvg::render(&tree, scale, &mut pixels.as_mut());
         encode(pixels, size.width(), size.height())
             .map_err(|error| FigureError::Render(error.to_string()))
@@ -62,11 +49,11 @@ impl Picture {
 }
 
 /// The pixels as PNG. `Pixmap::encode_png` would copy them all first: 10 MB of the memory of a run.
-fn encode(pixels: Pixmap, width: u32, height: u32) -> Result<Vec<u8>, png::EncodingError> {
+fn encode(pixels: Pixmap, width: u32, height: u32) -> Result<Vec<u8>, EncodingError> {
     let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, width, height);
-    encoder.set_color(png::ColorType::Rgba);
-    encoder.set_depth(png::BitDepth::Eight);
+    let mut encoder = Encoder::new(&mut bytes, width, height);
+    encoder.set_color(ColorType::Rgba);
+    encoder.set_depth(BitDepth::Eight);
     let mut writer = encoder.write_header()?;
     writer.write_image_data(&pixels.take_demultiplied())?;
     writer.finish()?;
