@@ -5,7 +5,7 @@ use crate::retained::Retained;
 use core::cell::RefCell;
 use critical_section::Mutex;
 use haptic_link::{FRAME_MAX, State};
-use haptic_remote::{Exclusive, Hardware, Session, TickSide};
+use haptic_remote::{DeviceSession, Exclusive, Hardware, TickSide};
 
 /// The device's loop, lent to one user at a time by a critical section.
 #[derive(Debug)]
@@ -73,7 +73,7 @@ impl<H: Hardware, T: TickTimer> Ticker<H, T> {
 #[inline(never)]
 pub fn serve<H: Hardware>(
     device: &Shared<H>,
-    session: &mut Session,
+    session: &mut DeviceSession,
     line: &mut impl Line,
     watchdog: &mut impl Watchdog,
     now_us: impl Fn() -> u64,

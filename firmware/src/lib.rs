@@ -3,7 +3,7 @@
 //! ```text
 //! tick interrupt:   Ticker ─▶ TickSide::tick ─▶ hardware.read ─▶ force ─▶ safety chain ─▶ hardware.write
 //! UART interrupts:  received bytes ─▶ queue          queue ─▶ sent bytes
-//! main loop:        queue ─▶ Session ─▶ queue;  watchdog, fed if ticks come;  sleep
+//! main loop:        queue ─▶ DeviceSession ─▶ queue;  watchdog, fed if ticks come;  sleep
 //! ```
 //! The loop, its states and the conversation with the host are `haptic_remote`: no control law here.
 //!

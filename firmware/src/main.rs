@@ -9,7 +9,7 @@ use cortex_m_rt::entry;
 use critical_section::Mutex;
 use firmware::{Parts, Retained, Shared, Ticker, chip};
 use haptic_loop::Fault;
-use haptic_remote::{Exclusive, Session, TickSide};
+use haptic_remote::{DeviceSession, Exclusive, TickSide};
 
 /// Major, minor, patch.
 const VERSION: [u8; 3] = [0, 1, 0];
@@ -34,7 +34,7 @@ static TICKER: Mutex<RefCell<Option<Ticker<chip::Board, chip::Timer>>>> =
 #[entry]
 fn main() -> ! {
     static mut DEVICE: MaybeUninit<Shared<chip::Board>> = MaybeUninit::uninit();
-    static mut SESSION: MaybeUninit<Session> = MaybeUninit::uninit();
+    static mut SESSION: MaybeUninit<DeviceSession> = MaybeUninit::uninit();
 
     let Parts {
         hardware,
@@ -52,7 +52,7 @@ fn main() -> ! {
             .replace(Ticker::new(device, timer));
     });
     chip::enable_interrupts();
-    let session = SESSION.write(Session::new(VERSION, retained.boot));
+    let session = SESSION.write(DeviceSession::new(VERSION, retained.boot));
     firmware::serve(device, session, &mut line, &mut watchdog, chip::now_us)
 }
 

@@ -15,8 +15,8 @@ use cortex_m_semihosting::hprintln;
 use haptic_link::{
     Capabilities, Configuration, Limits, OperatorForm, OperatorShape, Refusal, Simulation, Start,
 };
-use haptic_remote::{Hardware, TickSide, prepare};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
+use haptic_remote::{Hardware, TickSide, prepare};
 use nalgebra::SVector;
 
 /// Ticks of each run: the push into the wall, the saturated force, the way back out.

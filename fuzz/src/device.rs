@@ -7,7 +7,7 @@ use haptic_link::{
     OperatorForm, OperatorShape, Receiver, Report, Request, Scope, Simulation, Start, State,
     encode,
 };
-use haptic_remote::{COEFFICIENTS_MAX, Session, TickSide};
+use haptic_remote::{COEFFICIENTS_MAX, DeviceSession, TickSide};
 use serde::ser::{Serialize, SerializeTuple, Serializer};
 use std::cell::RefCell;
 
@@ -27,7 +27,7 @@ impl Serialize for Raw<'_> {
 /// Device, line, and a mirror of what is staged.
 pub struct Bench {
     device: RefCell<TickSide<Witness>>,
-    session: Session,
+    session: DeviceSession,
     from_device: Receiver<Report>,
     now_us: u64,
     sequence: u32,
@@ -46,7 +46,7 @@ impl Default for Bench {
         let digest = device.configuration().1;
         let mut bench = Self {
             device: RefCell::new(device),
-            session: Session::new([0, 1, 0], 1),
+            session: DeviceSession::new([0, 1, 0], 1),
             from_device: Receiver::new(Direction::FromDevice),
             now_us: 0,
             sequence: 0,

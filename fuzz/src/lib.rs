@@ -3,7 +3,7 @@
 
 mod device;
 mod script;
-#[path = "../../crates/haptic-loop/tests/remote/witness.rs"]
+#[path = "../../crates/haptic-remote/tests/remote/witness.rs"]
 mod witness;
 
 pub use device::Bench;

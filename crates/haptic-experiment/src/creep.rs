@@ -14,6 +14,7 @@ use super::track::{Track, operator};
 use crate::curves::{Published, Quantity, TheoryCurves};
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
+use crate::simulate::Sink;
 use fracdiff::{Differintegrator as _, Seconds};
 use haptic_loop::plant::RigDrive;
 use haptic_loop::units::{Metres, Pascals};
@@ -59,6 +60,18 @@ impl Creep {
         let drive = RigDrive::Force(push);
         let metadata = self.metadata(drive);
         (self.rendering).run(drive, samples, request, metadata, supervisor)
+    }
+
+    /// The same on the simulated rig in virtual time, without folder, log or clock: each sample goes to the sink. `true` if it
+    /// reached the end without a fault.
+    ///
+    /// # Errors
+    /// Bad parameters.
+    pub fn simulate(&self, sink: Sink<'_>) -> Result<bool, Failure> {
+        let push = self.rendering.specimen.force(Pascals(self.stress_pa));
+        let samples = self.check()?;
+        self.rendering
+            .simulate(RigDrive::Force(push), samples, sink)
     }
 
     /// Judges a run; the CSV goes beside its log.

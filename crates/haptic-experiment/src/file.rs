@@ -17,13 +17,15 @@ mod reader;
 use super::preflight::PreflightRequest;
 use super::pushed::TRIAL_SAMPLES;
 use super::remote::RemoteDevice;
-use super::rendering::{Contact, Precision, Rendering};
-use super::run::{Pace, SAMPLES};
-use super::safety::{GuardChoice, Safety};
+use super::rendering::Rendering;
+use super::run::SAMPLES;
+use super::safety::Safety;
+use super::schedule::Pace;
 use super::sensed::Sensors;
-use super::{Creep, Criterion, CriterionName, Relaxation, TrialPlan, Wall};
+use super::{Creep, Criterion, CriterionName, Relaxation, TrialPlan, WallExperiment};
 use crate::device::{DeviceName, Loop};
 use crate::modelled::ModelledTissue;
+use crate::parameters::{self, self as p};
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_link::Limits;
 use haptic_loop::Specimen;
@@ -34,7 +36,7 @@ use haptic_loop::units::{
 use haptic_tissue::Library;
 use haptic_tissue::read_text;
 pub use reader::FileError;
-use reader::{Document, Range, Table};
+use reader::{Document, Table};
 use std::ops::RangeInclusive;
 use std::path::Path;
 
@@ -46,89 +48,11 @@ pub enum ExperimentFile {
     /// `[creep]`.
     Creep(Creep),
     /// `[wall]`.
-    Wall(Wall),
+    Wall(WallExperiment),
 }
 
 /// Kinds of experiments.
 const KINDS: [&str; 3] = ["relax", "creep", "wall"];
-
-/// Keys of what is rendered and how.
-const RENDERING: [&str; 18] = [
-    "tissue",
-    "library",
-    "area_m2",
-    "thickness_m",
-    "scheme",
-    "precision",
-    "sample_time_s",
-    "device",
-    "loop",
-    "watchdog_s",
-    "late_ticks",
-    "max_age_ticks",
-    "contact",
-    "encoder_resolution_m",
-    "sensor_noise_m",
-    "seed",
-    "force_limit_n",
-    "force_rate_limit_n_per_s",
-];
-
-/// Keys of `[wall]`.
-const WALL: [&str; 29] = [
-    "device",
-    "loop",
-    "watchdog_s",
-    "late_ticks",
-    "max_age_ticks",
-    "mass_kg",
-    "damping_n_s_per_m",
-    "hand_stiffness_n_per_m",
-    "sample_time_s",
-    "delay_s",
-    "friction_n",
-    "current_lag_s",
-    "encoder_resolution_m",
-    "sensor_noise_m",
-    "seed",
-    "force_limit_n",
-    "force_rate_limit_n_per_s",
-    "order",
-    "scheme",
-    "stiffness_n_per_m",
-    "dissipation_n_s_mu_per_m",
-    "one_sided",
-    "criterion",
-    "impact_m_per_s",
-    "push_n",
-    "duration_s",
-    "window_s",
-    "threshold_m",
-    "must_be_stable",
-];
-
-/// Keys of the safety chain, for every experiment.
-const SAFETY: [&str; 17] = [
-    "guard",
-    "workspace_low_m",
-    "workspace_high_m",
-    "speed_limit_m_per_s",
-    "rise_time_s",
-    "braking_n_s_per_m",
-    "stop_time_s",
-    "brake_force_n",
-    "stuck_force_n",
-    "stuck_time_s",
-    "jump_m",
-    "device_mass_kg",
-    "device_damping_n_s_per_m",
-    "device_delay_least_s",
-    "device_delay_most_s",
-    "device_lag_s",
-    "device_noise_m",
-];
-
-const SAMPLE_TIME: Range = Range::Within(Seconds::MIN_SAMPLE_TIME, Seconds::MAX_SAMPLE_TIME);
 
 impl ExperimentFile {
     /// Reads and checks a file.
@@ -147,16 +71,11 @@ impl ExperimentFile {
     pub fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
         let document = Document::parse(path, text)?;
         let (kind, table) = document.only_table(&KINDS)?;
+        let table = table.with_keys(&parameters::of_kind(kind))?;
         match kind {
-            "relax" => {
-                let own = ["strain", "ramp_time_s", "duration_s"];
-                relax(&table.with_keys(&[&own, &RENDERING, &SAFETY])?).map(Self::Relax)
-            }
-            "creep" => {
-                let own = ["stress_pa", "duration_s"];
-                creep(&table.with_keys(&[&own, &RENDERING, &SAFETY])?).map(Self::Creep)
-            }
-            _ => wall(&table.with_keys(&[&WALL, &SAFETY])?).map(Self::Wall),
+            "relax" => relax(&table).map(Self::Relax),
+            "creep" => creep(&table).map(Self::Creep),
+            _ => wall(&table).map(Self::Wall),
         }
     }
 
@@ -243,14 +162,14 @@ impl ExperimentFile {
 }
 
 fn relax(table: &Table<'_>) -> Result<Relaxation, FileError> {
-    let duration_s = table.number("duration_s", Some(200.0), Range::Above(0.0))?;
-    let ramp_time_s = table.number("ramp_time_s", Some(1.0), Range::Above(0.0))?;
+    let duration_s = table.number(&p::RELAX_DURATION)?;
+    let ramp_time_s = table.number(&p::RAMP_TIME)?;
     if ramp_time_s >= duration_s {
         let reason = format!("ramp_time_s = {ramp_time_s} is not below duration_s = {duration_s}");
         return Err(table.fail_at("ramp_time_s", reason));
     }
     Ok(Relaxation {
-        strain: table.number("strain", Some(0.05), Range::AboveUpTo(0.0, 1.0))?,
+        strain: table.number(&p::STRAIN)?,
         ramp_time_s,
         duration_s,
         rendering: rendering(table, duration_s)?,
@@ -258,9 +177,9 @@ fn relax(table: &Table<'_>) -> Result<Relaxation, FileError> {
 }
 
 fn creep(table: &Table<'_>) -> Result<Creep, FileError> {
-    let duration_s = table.number("duration_s", Some(200.0), Range::Above(0.0))?;
+    let duration_s = table.number(&p::CREEP_DURATION)?;
     Ok(Creep {
-        stress_pa: table.number("stress_pa", Some(100.0), Range::AboveUpTo(0.0, 1e9))?,
+        stress_pa: table.number(&p::STRESS)?,
         duration_s,
         rendering: rendering(table, duration_s)?,
     })
@@ -268,13 +187,13 @@ fn creep(table: &Table<'_>) -> Result<Creep, FileError> {
 
 fn rendering(table: &Table<'_>, duration_s: f64) -> Result<Rendering, FileError> {
     let remote = remote(table)?;
-    let sample_time_s = table.number("sample_time_s", Some(1e-3), SAMPLE_TIME)?;
+    let sample_time_s = table.number(&p::SAMPLE_TIME)?;
     samples_fit(table, sample_time_s, duration_s, &SAMPLES)?;
-    let library = table.text("library", "")?;
+    let library = table.text(&p::LIBRARY)?;
     let folder = (!library.is_empty()).then(|| table.beside(library));
     let library = Library::load(folder.as_deref())
         .map_err(|error| table.fail_at("library", error.to_string()))?;
-    let name = table.text("tissue", "prostate-cancerous")?;
+    let name = table.text(&p::TISSUE)?;
     let beside = table.beside(name).to_string_lossy().into_owned();
     let is_path = Path::new(name).extension().is_some_and(|e| e == "toml");
     let material = library
@@ -282,8 +201,8 @@ fn rendering(table: &Table<'_>, duration_s: f64) -> Result<Rendering, FileError>
         .map_err(|error| table.fail_at("tissue", error.to_string()))?;
     let material = ModelledTissue::new(material)
         .map_err(|error| table.fail_at("tissue", error.to_string()))?;
-    let area = table.number("area_m2", Some(4e-4), Range::Above(0.0))?;
-    let thickness = table.number("thickness_m", Some(0.02), Range::Above(0.0))?;
+    let area = table.number(&p::AREA)?;
+    let thickness = table.number(&p::THICKNESS)?;
     let specimen = Specimen::new(SquareMetres(area), Metres(thickness))
         .map_err(|error| table.fail(error.to_string()))?;
     let scheme = scheme(table, material.tissue().order(), sample_time_s, duration_s)?;
@@ -292,57 +211,47 @@ fn rendering(table: &Table<'_>, duration_s: f64) -> Result<Rendering, FileError>
         material,
         specimen,
         scheme,
-        precision: table.choice("precision", Precision::F64)?,
+        precision: table.choice(&p::PRECISION)?,
         sample_time_s,
-        contact: table.choice("contact", Contact::Compliant)?,
+        contact: table.choice(&p::CONTACT)?,
         sensors: sensors(table)?,
-        force_limit_n: table.number("force_limit_n", Some(10.0), Range::Above(0.0))?,
-        force_rate_limit_n_per_s: table.number(
-            "force_rate_limit_n_per_s",
-            Some(1000.0),
-            Range::Above(0.0),
-        )?,
+        force_limit_n: table.number(&p::FORCE_LIMIT)?,
+        force_rate_limit_n_per_s: table.number(&p::FORCE_RATE_LIMIT)?,
         safety: safety(table)?,
         pace: Pace::Virtual,
         remote,
     })
 }
 
-fn wall(table: &Table<'_>) -> Result<Wall, FileError> {
+fn wall(table: &Table<'_>) -> Result<WallExperiment, FileError> {
     let remote = remote(table)?;
-    let at_least_0 = Range::AtLeast(0.0);
-    let sample_time_s = table.number("sample_time_s", None, SAMPLE_TIME)?;
-    let duration = Some(TrialPlan::DEFAULT.duration_s);
-    let duration_s = table.number("duration_s", duration, Range::Above(0.0))?;
+    let sample_time_s = table.required(&p::WALL_SAMPLE_TIME)?;
+    let duration_s = table.number(&p::TRIAL_DURATION)?;
     samples_fit(table, sample_time_s, duration_s, &TRIAL_SAMPLES)?;
-    let order = table.number("order", None, Range::Within(0.0, 2.0))?;
+    let order = table.required(&p::ORDER)?;
     let order = Order::new(order).map_err(|error| table.fail_at("order", error.to_string()))?;
     let device = MassDamperConfig {
-        mass: Kilograms(table.number("mass_kg", None, Range::Above(0.0))?),
-        damping: NewtonSecondsPerMetre(table.number("damping_n_s_per_m", None, at_least_0)?),
-        stiffness: NewtonsPerMetre(table.number(
-            "hand_stiffness_n_per_m",
-            Some(0.0),
-            at_least_0,
-        )?),
+        mass: Kilograms(table.required(&p::MASS)?),
+        damping: NewtonSecondsPerMetre(table.required(&p::DAMPING)?),
+        stiffness: NewtonsPerMetre(table.number(&p::HAND_STIFFNESS)?),
         sample_time: Seconds(sample_time_s),
-        delay: Seconds(table.number("delay_s", Some(0.0), at_least_0)?),
-        friction: Newtons(table.number("friction_n", Some(0.0), at_least_0)?),
+        delay: Seconds(table.number(&p::DELAY)?),
+        friction: Newtons(table.number(&p::FRICTION)?),
         saturation: None,
-        lag: Seconds(table.number("current_lag_s", Some(0.0), at_least_0)?),
+        lag: Seconds(table.number(&p::CURRENT_LAG)?),
     };
     let plan = plan(table, duration_s)?;
-    let wall = Wall {
+    let wall = WallExperiment {
         device,
         sensors: sensors(table)?,
         order,
         scheme: scheme(table, order, sample_time_s, duration_s)?,
-        stiffness_n_per_m: table.number("stiffness_n_per_m", None, at_least_0)?,
-        dissipation_n_s_mu_per_m: table.number("dissipation_n_s_mu_per_m", None, at_least_0)?,
-        one_sided: table.flag("one_sided", false)?,
+        stiffness_n_per_m: table.required(&p::STIFFNESS)?,
+        dissipation_n_s_mu_per_m: table.required(&p::DISSIPATION)?,
+        one_sided: table.flag(&p::ONE_SIDED)?,
         plan,
-        must_be_stable: table.flag("must_be_stable", false)?,
-        force_rate_limit_n_per_s: table.number_if("force_rate_limit_n_per_s", Range::Above(0.0))?,
+        must_be_stable: table.flag(&p::MUST_BE_STABLE)?,
+        force_rate_limit_n_per_s: table.number_if(&p::TRIAL_FORCE_RATE_LIMIT)?,
         safety: safety(table)?,
         pace: Pace::Virtual,
         remote,
@@ -355,8 +264,8 @@ fn wall(table: &Table<'_>) -> Result<Wall, FileError> {
 
 /// How a wall is tried and judged.
 fn plan(table: &Table<'_>, duration_s: f64) -> Result<TrialPlan, FileError> {
-    let name = table.choice("criterion", CriterionName::Settling)?;
-    let threshold = table.number_if("threshold_m", Range::Above(0.0))?;
+    let name = table.choice(&p::CRITERION)?;
+    let threshold = table.number_if(&p::THRESHOLD)?;
     let (default, criterion) = match (name, threshold) {
         (CriterionName::Settling, Some(threshold)) => {
             let reason = format!(
@@ -371,19 +280,15 @@ fn plan(table: &Table<'_>, duration_s: f64) -> Result<TrialPlan, FileError> {
             (TrialPlan::DISSERTATION, criterion)
         }
     };
-    let above_0 = Range::Above(0.0);
-    let number = |key, value| table.number(key, Some(value), above_0);
     let plan = TrialPlan {
         criterion,
-        impact_m_per_s: table.number(
-            "impact_m_per_s",
-            Some(default.impact_m_per_s),
-            Range::AtLeast(0.0),
-        )?,
-        push_n: number("push_n", default.push_n)?,
+        impact_m_per_s: table
+            .number_if(&p::IMPACT)?
+            .unwrap_or(default.impact_m_per_s),
+        push_n: table.number(&p::PUSH)?,
         duration_s,
-        window_s: number("window_s", default.window_s)?,
-        force_limit_n: number("force_limit_n", default.force_limit_n)?,
+        window_s: table.number(&p::WINDOW)?,
+        force_limit_n: table.number(&p::TRIAL_FORCE_LIMIT)?,
     };
     if plan.push_n >= plan.force_limit_n {
         let reason = format!(
@@ -417,19 +322,17 @@ fn samples_fit(
 
 /// The serial device; `None` for the simulated one.
 fn remote(table: &Table<'_>) -> Result<Option<RemoteDevice>, FileError> {
-    let device = table.text("device", "sim")?.parse::<DeviceName>();
+    let device = table.text(&p::DEVICE)?.parse::<DeviceName>();
     let device = device.map_err(|reason| table.fail_at("device", reason))?;
-    let loop_mode: Loop = table.choice("loop", Loop::Device)?;
-    let (least, most) = (Limits::WATCHDOG_MIN_MS, Limits::WATCHDOG_MAX_MS);
-    let range = Range::Within(1e-3 * f64::from(least), 1e-3 * f64::from(most));
-    let watchdog_s = table.number_if("watchdog_s", range)?;
+    let loop_mode: Loop = table.choice(&p::LOOP)?;
+    let watchdog_s = table.number_if(&p::WATCHDOG)?;
     if let Some(time) = watchdog_s.filter(|time| (1e3 * time - (1e3 * time).round()).abs() > 1e-6) {
         let reason = format!(
             "watchdog_s = {time} is not a whole number of milliseconds: write 0.005 for 5 ms"
         );
         return Err(table.fail_at("watchdog_s", reason));
     }
-    let late_ticks = table.count("late_ticks", u64::from(Limits::DEFAULT.late_ticks))?;
+    let late_ticks = table.count(&p::LATE_TICKS)?;
     let late_ticks = u16::try_from(late_ticks).map_err(|_| {
         table.fail_at(
             "late_ticks",
@@ -437,7 +340,7 @@ fn remote(table: &Table<'_>) -> Result<Option<RemoteDevice>, FileError> {
         )
     })?;
     let default = u64::from(Limits::DEFAULT.max_age_ticks);
-    let max_age_ticks = table.count("max_age_ticks", default)?;
+    let max_age_ticks = table.count(&p::MAX_AGE_TICKS)?;
     let most = Limits::MAX_AGE_TICKS;
     let max_age_ticks = u16::try_from(max_age_ticks)
         .ok()
@@ -460,13 +363,8 @@ fn remote(table: &Table<'_>) -> Result<Option<RemoteDevice>, FileError> {
 
 /// What else the safety chain does; a wall knows mass and damping of its device by other keys too.
 fn safety(table: &Table<'_>) -> Result<Safety, FileError> {
-    let finite = Range::Within(-1e3, 1e3);
-    let above_0 = Range::Above(0.0);
-    let [shortest, longest] = haptic_loop::Limits::STOP_TIME_S;
-    let stop_time = Range::Within(shortest, longest);
-    let brake_force = Range::Within(0.0, haptic_loop::Limits::BRAKE_FORCE_MAX_N);
-    let low = table.number_if("workspace_low_m", finite)?;
-    let high = table.number_if("workspace_high_m", finite)?;
+    let low = table.number_if(&p::WORKSPACE_LOW)?;
+    let high = table.number_if(&p::WORKSPACE_HIGH)?;
     let workspace_m = match (low, high) {
         (None, None) => None,
         (Some(low), Some(high)) if low < high => Some((low, high)),
@@ -483,9 +381,8 @@ fn safety(table: &Table<'_>) -> Result<Safety, FileError> {
             return Err(table.fail_at("workspace_high_m", reason));
         }
     };
-    let at_least_0 = Range::AtLeast(0.0);
-    let least = table.number_if("device_delay_least_s", at_least_0)?;
-    let most = table.number_if("device_delay_most_s", at_least_0)?;
+    let least = table.number_if(&p::DEVICE_DELAY_LEAST)?;
+    let most = table.number_if(&p::DEVICE_DELAY_MOST)?;
     let device_delay_s = match (least, most) {
         (None, None) => None,
         (Some(least), Some(most)) if least <= most => Some((least, most)),
@@ -506,33 +403,29 @@ fn safety(table: &Table<'_>) -> Result<Safety, FileError> {
         }
     };
     Ok(Safety {
-        guard: table.choice("guard", GuardChoice::Off)?,
+        guard: table.choice(&p::GUARD)?,
         workspace_m,
-        speed_limit_m_per_s: table.number_if("speed_limit_m_per_s", above_0)?,
-        rise_time_s: table.number_if("rise_time_s", above_0)?,
-        braking_n_s_per_m: table.number_if("braking_n_s_per_m", above_0)?,
-        stop_time_s: table.number_if("stop_time_s", stop_time)?,
-        brake_force_n: table.number_if("brake_force_n", brake_force)?,
-        stuck_force_n: table.number_if("stuck_force_n", Range::AtLeast(0.0))?,
-        stuck_time_s: table.number_if("stuck_time_s", Range::Within(1e-3, 10.0))?,
-        jump_m: table.number_if("jump_m", Range::AtLeast(0.0))?,
-        device_mass_kg: table.number_if("device_mass_kg", above_0)?,
-        device_damping_n_s_per_m: table.number_if("device_damping_n_s_per_m", above_0)?,
+        speed_limit_m_per_s: table.number_if(&p::SPEED_LIMIT)?,
+        rise_time_s: table.number_if(&p::RISE_TIME)?,
+        braking_n_s_per_m: table.number_if(&p::BRAKING)?,
+        stop_time_s: table.number_if(&p::STOP_TIME)?,
+        brake_force_n: table.number_if(&p::BRAKE_FORCE)?,
+        stuck_force_n: table.number_if(&p::STUCK_FORCE)?,
+        stuck_time_s: table.number_if(&p::STUCK_TIME)?,
+        jump_m: table.number_if(&p::JUMP)?,
+        device_mass_kg: table.number_if(&p::DEVICE_MASS)?,
+        device_damping_n_s_per_m: table.number_if(&p::DEVICE_DAMPING)?,
         device_delay_s,
-        device_lag_s: table.number_if("device_lag_s", at_least_0)?,
-        device_noise_m: table.number_if("device_noise_m", at_least_0)?,
+        device_lag_s: table.number_if(&p::DEVICE_LAG)?,
+        device_noise_m: table.number_if(&p::DEVICE_NOISE)?,
     })
 }
 
 fn sensors(table: &Table<'_>) -> Result<Sensors, FileError> {
     Ok(Sensors {
-        encoder_resolution_m: table.number(
-            "encoder_resolution_m",
-            Some(0.0),
-            Range::AtLeast(0.0),
-        )?,
-        noise_m: table.number("sensor_noise_m", Some(0.0), Range::AtLeast(0.0))?,
-        seed: table.count("seed", 1)?,
+        encoder_resolution_m: table.number(&p::ENCODER_RESOLUTION)?,
+        noise_m: table.number(&p::SENSOR_NOISE)?,
+        seed: table.count(&p::SEED)?,
     })
 }
 
@@ -544,8 +437,8 @@ fn scheme(
     duration_s: f64,
 ) -> Result<Scheme, FileError> {
     let fail = |error: fracdiff::SchemeError| table.fail_at("scheme", error.to_string());
-    let scheme: Scheme = table.text("scheme", "full")?.parse().map_err(fail)?;
-    let horizon = 1.05 * (duration_s / sample_time_s);
+    let scheme: Scheme = table.text(&p::SCHEME)?.parse().map_err(fail)?;
+    let horizon = crate::schedule::horizon((duration_s / sample_time_s) as u64);
     match scheme.build::<f64>(order, Seconds(sample_time_s), horizon) {
         Ok(_) => Ok(scheme),
         Err(error) => Err(fail(error)),

@@ -111,7 +111,7 @@ impl Preflight {
             order: self.order,
             sample_time_s: self.sample_time_s,
         })?;
-        let horizon = 1.05 * self.samples as f64;
+        let horizon = crate::schedule::horizon(self.samples);
         let operator = LoopOperator::new(self.scheme, self.order, sample_time, horizon)?;
         let scaled = |factor: f64| {
             SampledLoop::with_plant(plant, factor * wall.alpha, factor * wall.beta, &operator)

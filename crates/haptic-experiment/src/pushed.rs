@@ -8,13 +8,15 @@ use super::safety::{GuardedDevice, Safety};
 use super::sensed::{Sensed, Sensors};
 use super::settling::{Criterion, Judge, Scales, Tolerance};
 use crate::failure::Failure;
+use crate::parameters;
+use crate::simulate::simulate;
 use fracdiff::{Operator, Seconds};
 use haptic_analysis::Dynamics;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
 use haptic_loop::{Controller, Limits, ParameterError, SafetyChain, Wall};
 use nalgebra::SVector;
-use std::ops::RangeInclusive;
+use std::ops::{ControlFlow, RangeInclusive};
 
 /// A wall at the device's start position.
 pub(super) type VirtualWall = Wall<f64, Operator<f64>>;
@@ -46,11 +48,11 @@ impl TrialPlan {
     /// 0.1 m/s and 1 N for 5 s, judged over the last 0.4 s, up to 100 N.
     pub const DEFAULT: Self = Self {
         criterion: Criterion::Settling,
-        push_n: 1.0,
-        impact_m_per_s: 0.1,
-        duration_s: 5.0,
-        window_s: 0.4,
-        force_limit_n: 100.0,
+        push_n: parameters::PUSH.default_number(),
+        impact_m_per_s: parameters::IMPACT.default_number(),
+        duration_s: parameters::TRIAL_DURATION.default_number(),
+        window_s: parameters::WINDOW.default_number(),
+        force_limit_n: parameters::TRIAL_FORCE_LIMIT.default_number(),
     };
     /// The experiment of the dissertation's figure 4.3.
     pub const DISSERTATION: Self = Self {
@@ -154,22 +156,13 @@ pub(super) fn try_wall(
     samples: u64,
     judge: &mut Judge,
 ) -> bool {
-    for _ in 0..samples {
-        let sample = match controller.tick(device) {
-            Ok(sample) => sample,
-            Err(never) => match never {},
-        };
-        let reading = sample.reading;
-        let goes_on = judge.see(
-            reading.time_s,
-            reading.position_m[0],
-            sample.force.newtons()[0],
-        );
-        if !goes_on || controller.safety().fault().is_some() {
-            return false;
+    simulate(controller, device, samples, &mut |tick| {
+        if judge.see(tick.time_s, tick.position_m, tick.force_n) {
+            ControlFlow::Continue(())
+        } else {
+            ControlFlow::Break(())
         }
-    }
-    true
+    })
 }
 
 /// K in N/m and B in N·s^μ/m; one-sided it pushes but never pulls.

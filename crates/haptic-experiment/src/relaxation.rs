@@ -13,6 +13,8 @@ use super::track::Track;
 use crate::curves::{Published, Quantity, TheoryCurves};
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
+use crate::parameters;
+use crate::simulate::Sink;
 use fracdiff::Seconds;
 use haptic_loop::plant::{RampHold, RigDrive};
 use std::collections::BTreeMap;
@@ -34,6 +36,17 @@ pub struct Relaxation {
 }
 
 impl Relaxation {
+    /// With the defaults of the parameters.
+    #[must_use]
+    pub fn of(rendering: Rendering) -> Self {
+        Self {
+            rendering,
+            strain: parameters::STRAIN.default_number(),
+            ramp_time_s: parameters::RAMP_TIME.default_number(),
+            duration_s: parameters::RELAX_DURATION.default_number(),
+        }
+    }
+
     /// Runs the experiment; log and CSV go into the folder.
     ///
     /// # Errors
@@ -58,6 +71,17 @@ impl Relaxation {
         let drive = RigDrive::Position(self.profile()?);
         let metadata = self.metadata(drive);
         (self.rendering).run(drive, samples, request, metadata, supervisor)
+    }
+
+    /// The same on the simulated rig in virtual time, without folder, log or clock: each sample goes to the sink. `true` if it
+    /// reached the end without a fault.
+    ///
+    /// # Errors
+    /// Bad parameters.
+    pub fn simulate(&self, sink: Sink<'_>) -> Result<bool, Failure> {
+        let samples = self.check()?;
+        let drive = RigDrive::Position(self.profile()?);
+        self.rendering.simulate(drive, samples, sink)
     }
 
     /// The way of the indenter.
@@ -111,7 +135,8 @@ impl Relaxation {
     }
 
     /// Closed form of the force, N.
-    fn closed_form(&self, time_s: f64) -> f64 {
+    #[must_use]
+    pub fn closed_form(&self, time_s: f64) -> f64 {
         let Rendering {
             material, specimen, ..
         } = &self.rendering;

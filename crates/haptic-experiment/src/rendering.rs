@@ -6,19 +6,23 @@ use super::refused::parameter;
 use super::remote::{
     Kept, RemoteDevice, RemoteLaw, RemoteRun, host_limits, indentation, no_operator, portable, push,
 };
-use super::run::{Pace, Ran, SAMPLES, Schedule, Supervisor, run_logged};
+use super::run::{Ran, SAMPLES, Supervisor, run_logged};
 use super::safety::{GuardedDevice, Safety};
+use super::schedule::{Pace, Schedule};
 use super::sensed::{Sensed, Sensors};
 use super::track::{Track, operator};
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
+use crate::imperfections::Imperfections;
 use crate::modelled::ModelledTissue;
 use crate::named::Named;
+use crate::parameters;
+use crate::simulate::{Sink, simulate};
 use fracdiff::full_memory::Kernel;
 use fracdiff::{Operator, Real, Scheme, Seconds};
 use haptic_link::LoopMode;
 use haptic_loop::plant::{IndentationRig, RigConfig, RigContact, RigDrive};
-use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
+use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond, SquareMetres};
 use haptic_loop::{Contact as OneSided, Controller, KelvinVoigt, Limits, SafetyChain, Specimen};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -48,6 +52,9 @@ fn rig_values(rig: &RigConfig) -> impl Iterator<Item = (String, String)> + use<>
     let named = |(name, value): (&str, f64)| (format!("rig_{name}"), value.to_string());
     values.into_iter().map(named)
 }
+
+/// A one-sided virtual tissue that begins at 0.
+type VirtualTissue<F> = OneSided<F, KelvinVoigt<F, Operator<F>>, 1>;
 
 /// How the indenter touches the renderer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -119,6 +126,31 @@ pub struct Rendering {
 }
 
 impl Rendering {
+    /// A tissue with the defaults of the parameters, on the simulated rig in virtual time.
+    ///
+    /// # Errors
+    /// None: the defaults are within their ranges.
+    pub fn new(material: ModelledTissue) -> Result<Self, Failure> {
+        let area = SquareMetres(parameters::AREA.default_number());
+        let thickness = Metres(parameters::THICKNESS.default_number());
+        let scheme = parameters::SCHEME.shown.parse::<Scheme>();
+        Ok(Self {
+            material,
+            specimen: Specimen::new(area, thickness).map_err(Failure::input)?,
+            scheme: scheme.map_err(Failure::input)?,
+            precision: Precision::F64,
+            sample_time_s: parameters::SAMPLE_TIME.default_number(),
+            contact: Contact::Compliant,
+            sensors: Imperfections::NONE.sensors,
+            force_limit_n: parameters::FORCE_LIMIT.default_number(),
+            force_rate_limit_n_per_s: parameters::FORCE_RATE_LIMIT.default_number(),
+            safety: Safety::default(),
+            pace: Pace::Virtual,
+            remote: None,
+            preflight: PreflightRequest::default(),
+        })
+    }
+
     /// Number of samples from time 0 to `duration_s`, both included.
     ///
     /// # Errors
@@ -320,6 +352,34 @@ impl Rendering {
         }
     }
 
+    /// The same without folder, log or clock, on the simulated rig: each sample goes to the sink. `true` if it reached the end
+    /// without a fault.
+    ///
+    /// # Errors
+    /// Bad parameters.
+    pub fn simulate(&self, drive: RigDrive, samples: u64, sink: Sink<'_>) -> Result<bool, Failure> {
+        Ok(match self.precision {
+            Precision::F64 => {
+                let mut controller = self.controller::<f64>(drive, samples)?;
+                simulate(
+                    &mut controller,
+                    &mut self.rig_behind_sensors(drive)?,
+                    samples,
+                    sink,
+                )
+            }
+            Precision::F32 => {
+                let mut controller = self.controller::<f32>(drive, samples)?;
+                simulate(
+                    &mut controller,
+                    &mut self.rig_behind_sensors(drive)?,
+                    samples,
+                    sink,
+                )
+            }
+        })
+    }
+
     fn run_as<F: Real>(
         &self,
         drive: RigDrive,
@@ -328,25 +388,7 @@ impl Rendering {
         metadata: BTreeMap<String, String>,
         supervisor: Supervisor<'_>,
     ) -> Result<Ran, Failure> {
-        let t = Seconds(self.sample_time_s);
-        let operator: Operator<F> = self.operator(samples)?;
-        let tissue = KelvinVoigt::new(self.material.tissue(), &self.specimen, operator).map_err(
-            |error| {
-                Failure::input_with_advice(error, "change `area_m2`, `thickness_m` or `tissue`")
-            },
-        )?;
-        let environment = OneSided::at(Metres(0.0), tissue).map_err(Failure::input)?;
-        let limits = match &self.remote {
-            None => {
-                self.safety.acts()?;
-                self.limits_on_rig(drive)?
-            }
-            Some(remote) if remote.loop_mode == LoopMode::Host => host_limits(&self.limits(true)),
-            // The chain is the device's; this one runs only to be checked.
-            Some(_) => self.limits(true),
-        };
-        let chain = SafetyChain::from_limits(&limits, t).map_err(parameter)?;
-        let mut controller = Controller::new(environment, chain);
+        let mut controller = self.controller::<F>(drive, samples)?;
         let schedule = Schedule {
             samples,
             sample_time_s: self.sample_time_s,
@@ -369,8 +411,7 @@ impl Rendering {
             };
             return run.run(&mut controller, supervisor);
         }
-        let rig = IndentationRig::new(self.rig(drive)).map_err(Failure::input)?;
-        let mut device = Sensed::new(rig, self.sensors)?;
+        let mut device = self.rig_behind_sensors(drive)?;
         run_logged(
             &mut controller,
             &mut device,
@@ -379,6 +420,39 @@ impl Rendering {
             metadata,
             supervisor,
         )
+    }
+
+    /// The tissue behind the safety chain.
+    fn controller<F: Real>(
+        &self,
+        drive: RigDrive,
+        samples: u64,
+    ) -> Result<Controller<F, 1, VirtualTissue<F>>, Failure> {
+        let operator: Operator<F> = self.operator(samples)?;
+        let tissue = KelvinVoigt::new(self.material.tissue(), &self.specimen, operator).map_err(
+            |error| {
+                Failure::input_with_advice(error, "change `area_m2`, `thickness_m` or `tissue`")
+            },
+        )?;
+        let environment = OneSided::at(Metres(0.0), tissue).map_err(Failure::input)?;
+        let limits = match &self.remote {
+            None => {
+                self.safety.acts()?;
+                self.limits_on_rig(drive)?
+            }
+            Some(remote) if remote.loop_mode == LoopMode::Host => host_limits(&self.limits(true)),
+            // The chain is the device's; this one runs only to be checked.
+            Some(_) => self.limits(true),
+        };
+        let chain =
+            SafetyChain::from_limits(&limits, Seconds(self.sample_time_s)).map_err(parameter)?;
+        Ok(Controller::new(environment, chain))
+    }
+
+    /// The simulated rig.
+    fn rig_behind_sensors(&self, drive: RigDrive) -> Result<Sensed<IndentationRig>, Failure> {
+        let rig = IndentationRig::new(self.rig(drive)).map_err(Failure::input)?;
+        Sensed::new(rig, self.sensors)
     }
 
     /// Limits of the safety chain, without a guard.
@@ -422,7 +496,7 @@ impl Rendering {
     /// The operator, for so many samples.
     fn operator<F: Real>(&self, samples: u64) -> Result<Operator<F>, Failure> {
         // A little more than needed, so that the last weights are not at the very edge.
-        let horizon = 1.05 * samples as f64;
+        let horizon = crate::schedule::horizon(samples);
         self.scheme
             .build(
                 self.material.tissue().order(),

@@ -280,7 +280,7 @@ fn longer_watchdog(watchdog_ms: u16) -> String {
         );
     }
     let longer = watchdog_ms.saturating_mul(5).min(most);
-    let longer_s = f64::from(longer) * 1e-3;
+    let longer_s = f64::from(longer) / 1e3;
     format!("; if this machine was only busy, give it longer with `watchdog_s` = {longer_s}")
 }
 

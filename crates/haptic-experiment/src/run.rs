@@ -3,9 +3,11 @@
 use super::flight::FaultSeen;
 use super::kept::Record;
 use super::preflight::Verdict;
-use super::realtime::{RealtimeOptions, RealtimeSummary};
+use super::realtime::RealtimeSummary;
 use super::recorder::{Recorded, Recorder, Stopped};
+use super::schedule::{Pace, Schedule};
 use super::sensed::Sensed;
+use super::simulate::{Instrumented, message};
 use crate::device::Warn;
 use crate::failure::Failure;
 use crate::folder::{FolderRequest, OutputFolder};
@@ -13,33 +15,14 @@ use fracdiff::Real;
 use haptic_link::FaultReport;
 use haptic_log::live::{Live, LiveStreams};
 use haptic_log::record::{END, FinishedLog, RecordError, StartTime, TickMessage};
-use haptic_loop::plant::{IndentationRig, MassDamper};
-use haptic_loop::realtime::{Periodic, PeriodicConfig};
-use haptic_loop::{Controller, Device, Environment, Fault, ParameterError};
+use haptic_loop::realtime::Periodic;
+use haptic_loop::{Controller, Device, Environment, Fault, SafetyState};
 use haptic_remote::LinkError;
 use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant, SystemTime};
-
-/// How time passes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Pace {
-    /// As fast as the machine goes.
-    Virtual,
-    /// One tick each sample time, by the clock.
-    Realtime(RealtimeOptions),
-}
-
-impl std::fmt::Display for Pace {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Virtual => "virtual",
-            Self::Realtime(_) => "realtime",
-        })
-    }
-}
+use std::time::{Instant, SystemTime};
 
 /// Who watches a run: may stop it, hears how far it is, and sees the samples.
 #[derive(Clone, Copy)]
@@ -89,39 +72,6 @@ pub enum Ended {
     LinkLost(LinkError),
     /// The log could not be written.
     LogStopped,
-}
-
-/// How many ticks, how long each, and how they pass.
-#[derive(Clone, Copy, Debug)]
-pub struct Schedule {
-    /// Ticks, the one at time 0 included.
-    pub samples: u64,
-    /// T, s.
-    pub sample_time_s: f64,
-    /// How time passes.
-    pub pace: Pace,
-}
-
-impl Schedule {
-    /// The clock of this machine, if the run follows it.
-    fn clock(&self) -> Result<Option<PeriodicConfig>, ParameterError> {
-        let Pace::Realtime(options) = self.pace else {
-            return Ok(None);
-        };
-        // What is no duration is refused as what it becomes.
-        let period = Duration::try_from_secs_f64(self.sample_time_s).unwrap_or_default();
-        let config = PeriodicConfig {
-            thread: options.thread(),
-            ..PeriodicConfig::new(period)
-        };
-        config.checked().map(Some)
-    }
-}
-
-/// A simulated device with instruments of its own, beside the sensors that the loop reads.
-pub trait Instrumented {
-    /// What they show at the start of a tick: a message without what the loop itself knows.
-    fn observe(&self) -> TickMessage;
 }
 
 /// What a run leaves.
@@ -244,7 +194,7 @@ where
             // A recorder that has ended is seen at the tick.
             let _ = recorder.starts_at(StartTime::at(SystemTime::now()));
         }
-        let mut message = engaged.device().device().observe();
+        let observed = engaged.device().device().observe();
         let before = Instant::now();
         let sample = match engaged.tick() {
             Ok(sample) => sample,
@@ -254,15 +204,7 @@ where
         let controller = engaged.controller();
         record.tick_ns.saturating_record(took.max(1));
 
-        message.tick = sample.reading.tick;
-        message.time_s = sample.reading.time_s;
-        message.position_m = sample.reading.position_m[0].to_f64();
-        message.environment_force_n = sample.environment_force_n[0].to_f64();
-        message.force_n = sample.force.newtons()[0].to_f64();
-        message.limiters = sample.limiters.bits();
-        let energy = controller.guarded_energy_j();
-        message.observed_energy_j = energy.map_or(f64::NAN, Real::to_f64);
-        let time_s = message.time_s;
+        let message = message(observed, &sample, controller.guarded_energy_j());
         let logged = recorder.tick(message);
         tick += 1;
         if record.ended.is_some() {
@@ -275,24 +217,15 @@ where
             }
             continue;
         }
-        if let Err(Stopped) = logged {
-            record.ended = Some(Ended::LogStopped);
-        } else if let Some(fault) = controller.safety().fault() {
-            record.ended = Some(Ended::Fault(fault));
-            recorder.fault(FaultSeen {
-                code: fault.code(),
-                text: fault.to_string(),
-                tick: message.tick,
-                time_s,
-            });
-            // A recorder that has ended is seen when it is closed.
-            let _ = recorder.event(time_s, "fault", fault.to_string());
-        } else {
+        record.ended = ended(
+            &message,
+            logged,
+            controller.safety(),
+            recorder,
+            supervisor.stop,
+        );
+        if matches!(record.ended, None | Some(Ended::Interrupted)) {
             record.push(&message);
-            if supervisor.stop.load(Ordering::Relaxed) {
-                record.ended = Some(Ended::Interrupted);
-                let _ = recorder.event(time_s, "interrupted", "stop was asked for".to_owned());
-            }
         }
         if record.ended.is_some() {
             controller.stop();
@@ -302,14 +235,7 @@ where
         }
     }
     if let Some(periodic) = periodic {
-        let margin = periodic.spin_margin();
-        record.raised(periodic.thread());
-        let (timing, thread) = periodic.finish();
-        let summary = RealtimeSummary::of(&timing, &thread, margin);
-        drop(thread);
-        record.missed_deadlines = timing.overruns().cycles();
-        recorder.metadata("realtime", summary.metadata(&timing));
-        record.realtime = Some(summary);
+        told(periodic, &mut record, recorder);
     }
     (supervisor.progress)(tick);
     record.dropped = recorder.dropped();
@@ -317,25 +243,43 @@ where
     Ok(record)
 }
 
-impl Instrumented for IndentationRig {
-    fn observe(&self) -> TickMessage {
-        TickMessage {
-            // A force drive has no position to follow.
-            reference_m: self.reference().unwrap_or_else(|| self.indenter_position()),
-            indenter_position_m: self.indenter_position(),
-            contact_force_n: self.contact_force(),
-            ..TickMessage::default()
-        }
+/// Why a run is to end with this sample; fault and interruption go into the log.
+fn ended<F: Real>(
+    message: &TickMessage,
+    logged: Result<(), Stopped>,
+    safety: &SafetyState<F, 1>,
+    recorder: &mut Recorder,
+    stop: &AtomicBool,
+) -> Option<Ended> {
+    let time_s = message.time_s;
+    if let Err(Stopped) = logged {
+        return Some(Ended::LogStopped);
     }
+    // A recorder that has ended is seen when it is closed.
+    if let Some(fault) = safety.fault() {
+        recorder.fault(FaultSeen {
+            code: fault.code(),
+            text: fault.to_string(),
+            tick: message.tick,
+            time_s,
+        });
+        let _ = recorder.event(time_s, "fault", fault.to_string());
+        return Some(Ended::Fault(fault));
+    }
+    stop.load(Ordering::Relaxed).then(|| {
+        let _ = recorder.event(time_s, "interrupted", "stop was asked for".to_owned());
+        Ended::Interrupted
+    })
 }
 
-impl Instrumented for MassDamper<1> {
-    /// The true position, and the force that the actuator really makes.
-    fn observe(&self) -> TickMessage {
-        TickMessage {
-            indenter_position_m: self.position()[0],
-            contact_force_n: self.applied_force()[0],
-            ..TickMessage::default()
-        }
-    }
+/// What the clock says of the run, into record and log.
+fn told(periodic: Periodic, record: &mut Record, recorder: &mut Recorder) {
+    let margin = periodic.spin_margin();
+    record.raised(periodic.thread());
+    let (timing, thread) = periodic.finish();
+    let summary = RealtimeSummary::of(&timing, &thread, margin);
+    drop(thread);
+    record.missed_deadlines = timing.overruns().cycles();
+    recorder.metadata("realtime", summary.metadata(&timing));
+    record.realtime = Some(summary);
 }

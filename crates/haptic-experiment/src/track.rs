@@ -110,7 +110,7 @@ pub(super) fn operator(
         tolerance: TOLERANCE,
     };
     // A little more than needed, so that the last weights are not at the very edge.
-    let horizon = 1.05 * samples as f64;
+    let horizon = crate::schedule::horizon(samples);
     let operator = scheme.build(order, sample_time, horizon);
     Ok(Channel::new(operator.map_err(Failure::input)?))
 }

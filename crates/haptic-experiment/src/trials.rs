@@ -2,7 +2,7 @@
 
 use super::realtime::RealtimeOptions;
 use super::remote::{RemoteDevice, RemoteLaw, configuration, keep_within};
-use super::run::{Pace, Schedule};
+use super::schedule::{Pace, Schedule};
 use crate::device::{Warn, at_port};
 use crate::failure::Failure;
 use haptic_link::{Configuration, EventKind, LoopMode, Scope, Start};

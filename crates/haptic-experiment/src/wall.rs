@@ -25,8 +25,9 @@ use super::remote::{
     Kept, RemoteDevice, RemoteLaw, RemoteRun, device_name, host_limits, no_operator, portable, push,
 };
 use super::report::{Errors, Files, RunReport, Warnings};
-use super::run::{Pace, Ran, Schedule, Supervisor, run_logged};
+use super::run::{Ran, Supervisor, run_logged};
 use super::safety::{GuardChoice, GuardedDevice, Safety};
+use super::schedule::{Pace, Schedule};
 use super::sensed::{Sensed, Sensors};
 use super::settling::{Criterion, Judge, Settling};
 use super::thinned::Thinned;
@@ -47,7 +48,7 @@ use std::collections::BTreeMap;
 
 /// A wall experiment.
 #[derive(Clone, Debug)]
-pub struct Wall {
+pub struct WallExperiment {
     /// The device, the hand that holds it, and what makes it less than ideal.
     pub device: MassDamperConfig,
     /// Its sensors.
@@ -104,7 +105,7 @@ struct Parts {
     rest_m: Option<f64>,
 }
 
-impl Wall {
+impl WallExperiment {
     /// Runs the experiment; log and CSV go into the folder.
     ///
     /// # Errors
@@ -267,7 +268,7 @@ impl Wall {
         // A little more than needed, so that the last weights are not at the very edge.
         let operator: Operator<f64> = self
             .scheme
-            .build(self.order, t, 1.05 * samples as f64)
+            .build(self.order, t, crate::schedule::horizon(samples))
             .map_err(Failure::input)?;
         let rate = t.rate_to_the(self.order).map_err(Failure::input)?;
         let judge = plan.judge(
@@ -349,7 +350,7 @@ impl Wall {
         }
         let operator = match remote.loop_mode {
             LoopMode::Device => {
-                let horizon = 1.05 * samples as f64;
+                let horizon = crate::schedule::horizon(samples);
                 let built = self.scheme.build(self.order, t, horizon);
                 portable(&built.map_err(Failure::input)?)?
             }

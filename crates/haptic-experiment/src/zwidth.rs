@@ -21,6 +21,7 @@ use super::settling::CriterionName;
 use super::trials::Trials;
 use crate::device::Warn;
 use crate::failure::Failure;
+use crate::parameters;
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_loop::plant::MassDamperConfig;
 use rayon::prelude::*;
@@ -243,7 +244,9 @@ fn dissipation_unit(order: Order) -> &'static str {
 #[must_use]
 pub fn dissertation_device(sample_time: Seconds) -> MassDamperConfig {
     use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
-    MassDamperConfig::ideal(Kilograms(0.065), NewtonSecondsPerMetre(3.5), sample_time)
+    let mass = Kilograms(parameters::MASS.default_number());
+    let damping = NewtonSecondsPerMetre(parameters::DAMPING.default_number());
+    MassDamperConfig::ideal(mass, damping, sample_time)
 }
 
 #[cfg(test)]

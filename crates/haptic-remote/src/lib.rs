@@ -33,6 +33,6 @@ pub use prepared::operator_shape;
 pub use prepared::{
     COEFFICIENTS_MAX, DEGREE_MAX, DeviceOperator, DeviceWall, MODES_MAX, Prepared, prepare,
 };
-pub use session::Session;
+pub use session::DeviceSession;
 pub use simulated::SimulatedPlant;
 pub use tick_side::TickSide;

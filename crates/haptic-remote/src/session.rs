@@ -17,7 +17,7 @@ use haptic_link::{
 /// - *Memory*: about 1.6 KiB, of which 1 KiB staged coefficients. While a configuration for a run is in force, what was
 ///   set to last is kept there.
 #[derive(Debug)]
-pub struct Session {
+pub struct DeviceSession {
     receiver: Receiver<Request>,
     connections: Connections,
     /// Number of the next frame.
@@ -43,7 +43,7 @@ const _: () = assert!(
     "one bit a block"
 );
 
-impl Session {
+impl DeviceSession {
     /// At power-up. `boot` is another number after each power-up or reset, as far as the board can tell.
     #[must_use]
     pub const fn new(firmware: [u8; 3], boot: u32) -> Self {

@@ -3,72 +3,71 @@
 
 use haptic_experiment::Failure;
 use haptic_experiment::file::FileError;
+use haptic_experiment::parameters::is_key;
 
-/// A parameter of the libraries: its key, the option that sets it, and whether experiment files have the key.
-type Parameter = (&'static str, &'static str, bool);
-
-const PARAMETERS: &[Parameter] = &[
-    ("area_m2", "--area", true),
-    ("brake_force_n", "--brake-force", true),
-    ("braking_n_s_per_m", "--braking", true),
-    ("contact", "--contact", true),
-    ("current_lag_s", "--current-lag", true),
-    ("damping_n_s_per_m", "--damping", true),
-    ("delay_s", "--delay", true),
-    ("device", "--device", true),
-    ("device_damping_n_s_per_m", "--device-damping", true),
-    ("device_delay_least_s", "--device-delay", true),
-    ("device_delay_most_s", "--device-delay", true),
-    ("device_lag_s", "--device-lag", true),
-    ("device_mass_kg", "--device-mass", true),
-    ("device_noise_m", "--device-noise", true),
-    ("duration_s", "--duration", true),
-    ("encoder_resolution_m", "--encoder-resolution", true),
-    ("force_limit_n", "--force-limit", true),
-    ("force_rate_limit_n_per_s", "--force-rate-limit", true),
-    ("force_unstable", "--force-unstable", false),
-    ("frequency_hz", "--frequency", false),
-    ("friction_n", "--friction", true),
-    ("gain_margin", "--gain-margin", false),
-    ("hand_stiffness_n_per_m", "--hand-stiffness", true),
-    ("jump_m", "--jump", true),
-    ("loop", "--loop", true),
-    ("mass_kg", "--mass", true),
-    ("orders", "--orders", false),
-    ("out", "--out", false),
-    ("overwrite", "--overwrite", false),
-    ("pin", "--pin", false),
-    ("ramp_time_s", "--ramp-time", true),
-    ("rate_hz", "--rate", false),
-    ("realtime", "--realtime", false),
-    ("rise_time_s", "--rise-time", true),
-    ("sample_time_s", "--sample-time", true),
-    ("scheme", "--scheme", true),
-    ("sensor_noise_m", "--sensor-noise", true),
-    ("speed_limit_m_per_s", "--speed-limit", true),
-    ("stop_time_s", "--stop-time", true),
-    ("strain", "--strain", true),
-    ("stress_pa", "--stress", true),
-    ("stuck_force_n", "--stuck-force", true),
-    ("stuck_time_s", "--stuck-time", true),
-    ("thickness_m", "--thickness", true),
-    ("tissue", "--tissue", true),
-    ("watchdog_s", "--watchdog", true),
-    ("workspace_high_m", "--workspace", true),
-    ("workspace_low_m", "--workspace", true),
+/// Keys of the libraries' parameters, each with the option that sets it.
+const OPTIONS: &[(&str, &str)] = &[
+    ("area_m2", "--area"),
+    ("brake_force_n", "--brake-force"),
+    ("braking_n_s_per_m", "--braking"),
+    ("contact", "--contact"),
+    ("current_lag_s", "--current-lag"),
+    ("damping_n_s_per_m", "--damping"),
+    ("delay_s", "--delay"),
+    ("device", "--device"),
+    ("device_damping_n_s_per_m", "--device-damping"),
+    ("device_delay_least_s", "--device-delay"),
+    ("device_delay_most_s", "--device-delay"),
+    ("device_lag_s", "--device-lag"),
+    ("device_mass_kg", "--device-mass"),
+    ("device_noise_m", "--device-noise"),
+    ("duration_s", "--duration"),
+    ("encoder_resolution_m", "--encoder-resolution"),
+    ("force_limit_n", "--force-limit"),
+    ("force_rate_limit_n_per_s", "--force-rate-limit"),
+    ("force_unstable", "--force-unstable"),
+    ("frequency_hz", "--frequency"),
+    ("friction_n", "--friction"),
+    ("gain_margin", "--gain-margin"),
+    ("hand_stiffness_n_per_m", "--hand-stiffness"),
+    ("jump_m", "--jump"),
+    ("loop", "--loop"),
+    ("mass_kg", "--mass"),
+    ("orders", "--orders"),
+    ("out", "--out"),
+    ("overwrite", "--overwrite"),
+    ("pin", "--pin"),
+    ("ramp_time_s", "--ramp-time"),
+    ("rate_hz", "--rate"),
+    ("realtime", "--realtime"),
+    ("rise_time_s", "--rise-time"),
+    ("sample_time_s", "--sample-time"),
+    ("scheme", "--scheme"),
+    ("sensor_noise_m", "--sensor-noise"),
+    ("speed_limit_m_per_s", "--speed-limit"),
+    ("stop_time_s", "--stop-time"),
+    ("strain", "--strain"),
+    ("stress_pa", "--stress"),
+    ("stuck_force_n", "--stuck-force"),
+    ("stuck_time_s", "--stuck-time"),
+    ("thickness_m", "--thickness"),
+    ("tissue", "--tissue"),
+    ("watchdog_s", "--watchdog"),
+    ("workspace_high_m", "--workspace"),
+    ("workspace_low_m", "--workspace"),
 ];
 
 /// A message of a library with options in place of its parameters; `` `loop` = host `` becomes `--loop host`.
 #[must_use]
 pub fn with_options(message: &str) -> String {
     let mut text = message.to_owned();
-    for (key, option, in_file) in PARAMETERS {
+    for (key, option) in OPTIONS {
         let named = format!("`{key}`");
         if !text.contains(&named) {
             continue;
         }
         text = text.replace(&format!("{named} = "), &format!("{option} "));
-        let shown = if *in_file && option.trim_start_matches('-') != *key {
+        let shown = if is_key(key) && option.trim_start_matches('-') != *key {
             format!("{option} ({key} in a file)")
         } else {
             (*option).to_owned()
@@ -111,6 +110,42 @@ mod tests {
     }
 
     #[test]
+    fn a_default_is_shown_as_the_number_it_is() {
+        use crate::quantity::{
+            Area, Damping, Force, ForceRate, Length, Mass, Stiffness, Strain, Stress, Time,
+        };
+        use haptic_experiment::parameters::{CREEP, RELAX, RENDERING, Value, WALL, WALL_REQUIRED};
+        let mut numbers = 0;
+        for parameter in [RELAX, CREEP, RENDERING, WALL_REQUIRED, WALL].concat() {
+            let (Value::Number(Some(default), _), false) =
+                (parameter.value, parameter.shown.is_empty())
+            else {
+                continue;
+            };
+            let (shown, key) = (parameter.shown, parameter.key);
+            let number = match key {
+                "strain" => shown.parse::<Strain>().map(|x| x.0),
+                key if key.ends_with("_n_per_s") => shown.parse::<ForceRate>().map(|x| x.0),
+                key if key.ends_with("_n_s_per_m") => shown.parse::<Damping>().map(|x| x.0),
+                key if key.ends_with("_n_per_m") => shown.parse::<Stiffness>().map(|x| x.0),
+                key if key.ends_with("_pa") => shown.parse::<Stress>().map(|x| x.0),
+                key if key.ends_with("_kg") => shown.parse::<Mass>().map(|x| x.0),
+                key if key.ends_with("_m2") => shown.parse::<Area>().map(|x| x.0),
+                key if key.ends_with("_n") => shown.parse::<Force>().map(|x| x.0),
+                key if key.ends_with("_s") => shown.parse::<Time>().map(|x| x.0),
+                _ => shown.parse::<Length>().map(|x| x.0),
+            };
+            let number = number.expect("a quantity");
+            assert!(
+                (number - default).abs() <= 1e-15 * default.abs(),
+                "{key}: {shown} is {number}, not {default}"
+            );
+            numbers += 1;
+        }
+        assert!(numbers > 15, "{numbers}");
+    }
+
+    #[test]
     fn every_option_is_one_of_the_command() {
         fn options(command: &clap::Command, all: &mut Vec<String>) {
             all.extend(
@@ -124,7 +159,7 @@ mod tests {
         }
         let mut all = Vec::new();
         options(&crate::cli::Cli::command(), &mut all);
-        for (key, option, _) in PARAMETERS {
+        for (key, option) in OPTIONS {
             assert!(all.iter().any(|known| known == option), "{key}: {option}");
         }
     }

@@ -5,7 +5,7 @@
 use haptic_loop::Fault;
 use haptic_remote::{FLIGHT_SAMPLES, QUEUE_SAMPLES};
 use serde_json::Value;
-use std::io::{BufRead as _, BufReader};
+use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -35,7 +35,7 @@ impl Emulator {
             .args(line.split_whitespace())
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
-            .stderr(Stdio::null())
+            .stderr(Stdio::piped())
             .spawn()
             .expect("the emulator starts");
         let mut first = String::new();
@@ -50,6 +50,22 @@ impl Emulator {
             child,
             port,
         }
+    }
+}
+
+impl Emulator {
+    /// Ends it, and asks how many frames nobody fetched: a machine that is too busy loses them behind the line.
+    fn unread(mut self) -> u64 {
+        let ended = Command::new("kill")
+            .args(["-INT", &self.child.id().to_string()])
+            .status();
+        assert!(ended.expect("kill runs").success());
+        let mut said = String::new();
+        let mut stderr = self.child.stderr.take().expect("piped");
+        stderr.read_to_string(&mut said).expect("is text");
+        let before = said.split(" were not fetched").next();
+        let count = before.and_then(|text| text.rsplit(' ').next());
+        count.and_then(|count| count.parse().ok()).expect(&said)
     }
 }
 
@@ -154,25 +170,31 @@ fn a_python_host_gets_every_sample_over_a_good_line() {
 #[test]
 fn a_python_host_survives_a_bad_line_and_counts_what_is_missing() {
     let line = "--corrupt 2% --drop 1% --duplicate 1% --line-seed 1";
-    let Some((summary, _emulator)) = client(line, TICKS, "--stiffness 500") else {
+    let Some((summary, emulator)) = client(line, TICKS, "--stiffness 500") else {
         return;
     };
+    let unread = emulator.unread();
     let number = |name: &str| summary[name].as_u64().expect("a number");
     let (samples, missing) = (number("samples"), number("lost_ticks"));
     assert_eq!(samples + missing, TICKS);
-    // 3 % of the frames do not arrive whole; five standard deviations around that.
-    assert!((215..=385).contains(&missing), "{summary}");
+    // 3 % of the frames do not arrive whole; five standard deviations around that, and what was not fetched.
+    assert!(
+        (215..=385 + unread).contains(&missing),
+        "{unread} {summary}"
+    );
     // Every sample that is missing left a gap in the numbers; so did a few answers.
     let lost = count(&summary, "link", "lost");
     assert!((missing..missing + 100).contains(&lost), "{summary}");
-    // 2 % and 1 % of 10 000.
+    // 2 % and 1 % of the 10 000 that were fetched.
+    let unread = unread.min(TICKS);
+    let least = |count: u64| count * (TICKS - unread) / TICKS;
     assert!(
-        (130..=300).contains(&count(&summary, "link", "corrupt")),
-        "{summary}"
+        (least(130)..=300).contains(&count(&summary, "link", "corrupt")),
+        "{unread} {summary}"
     );
     assert!(
-        (50..=150).contains(&count(&summary, "link", "duplicate")),
-        "{summary}"
+        (least(50)..=150).contains(&count(&summary, "link", "duplicate")),
+        "{unread} {summary}"
     );
     assert!(count(&summary, "link", "retries") > 0, "{summary}");
     // Of the few hundred requests and keep-alives some were damaged, none was acted on: what was set was

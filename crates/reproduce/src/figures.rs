@@ -1,7 +1,7 @@
 //! The figures of the dissertation, as data and picture.
 
 use super::evidence::{SENSITIVITY_WALL, passive_boundary};
-use super::figure::{Axis, Curve, Figure, Panel, per_order, refused, share_axes};
+use super::figure::{Axis, Curve, Figure, Panel, per_order, share_axes};
 use super::relaxation::relax;
 use super::walls::{ALPHA, BETA, border, region_matrix, regions};
 use super::{DAMPING_N_S_PER_M, DELTA, Kind, ORDERS, SAMPLE_TIME_S};
@@ -323,8 +323,8 @@ fn transparency() -> Result<Figure, Failure> {
 }
 
 fn relaxation() -> Result<Figure, Failure> {
-    let exact = relax(Kind::Exact).map_err(refused)?;
-    let muir = relax(Kind::Muir).map_err(refused)?;
+    let exact = relax(Kind::Exact)?;
+    let muir = relax(Kind::Muir)?;
     // Points at equal steps of log t: what a picture can show of 200 001 samples.
     let last = exact.time_s.len() - 1;
     let mut picked: Vec<usize> = logarithmic(1.0, last as f64, 600)

@@ -6,8 +6,8 @@ use crate::board::nucleo_f446re::{
 };
 use cortex_m::peripheral::DWT;
 use haptic_link::{Capabilities, Field, Refusal, Simulation, SimulationKind};
-use haptic_remote::{COEFFICIENTS_MAX, DEGREE_MAX, FLIGHT_SAMPLES, Hardware, MODES_MAX};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
+use haptic_remote::{COEFFICIENTS_MAX, DEGREE_MAX, FLIGHT_SAMPLES, Hardware, MODES_MAX};
 use nalgebra::SVector;
 use stm32f4xx_hal::adc::Adc;
 use stm32f4xx_hal::gpio::{Input, Output, PC7, PC8};

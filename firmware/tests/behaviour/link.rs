@@ -7,7 +7,7 @@ use haptic_link::{
     OperatorForm, OperatorShape, Report, Request, Scope, Simulation, Start, State,
 };
 use haptic_loop::Fault;
-use haptic_remote::{Conversation, Incoming, Session, SimulatedPlant, TickSide};
+use haptic_remote::{Conversation, DeviceSession, Incoming, SimulatedPlant, TickSide};
 
 pub(crate) const TESTS: [Test; 2] = [
     ("a_run_from_hello_to_a_latched_fault_and_on", run),
@@ -17,7 +17,7 @@ pub(crate) const TESTS: [Test; 2] = [
 /// Device and host, a line without loss between them, and one clock.
 struct World {
     device: RefCell<TickSide<SimulatedPlant>>,
-    session: Session,
+    session: DeviceSession,
     host: Conversation,
     now_us: u64,
     samples: u32,
@@ -31,7 +31,7 @@ impl World {
         let plant = SimulatedPlant::new("test", || 0);
         Self {
             device: RefCell::new(TickSide::new(plant).expect("a board")),
-            session: Session::new([1, 2, 3], 7),
+            session: DeviceSession::new([1, 2, 3], 7),
             host: Conversation::new(50_000),
             now_us: 0,
             samples: 0,

@@ -7,8 +7,8 @@ use cortex_m_rt::exception;
 use critical_section::Mutex;
 use firmware::{Shared, Ticker, chip};
 use haptic_link::{Capabilities, Refusal, Simulation, State};
-use haptic_remote::{Exclusive, Hardware, SimulatedPlant, TickSide, prepare};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
+use haptic_remote::{Exclusive, Hardware, SimulatedPlant, TickSide, prepare};
 
 pub(crate) const TESTS: [Test; 1] = [(
     "ticks_follow_their_period_and_one_that_takes_too_long_latches_a_fault",

@@ -2,7 +2,7 @@
 
 use super::{Candidate, Design};
 use crate::failure::Failure;
-use crate::{Pace, Safety, Settling, TrialPlan, TrialVerdict, Wall};
+use crate::{Pace, Safety, Settling, TrialPlan, TrialVerdict, WallExperiment};
 use fracdiff::Order;
 
 /// Push, N, as long as the device can hold four times as much.
@@ -20,7 +20,10 @@ impl Design {
     ///
     /// # Errors
     /// A candidate without a wall.
-    pub(super) fn trial(&self, candidate: &Candidate) -> Result<(Wall, Settling), Failure> {
+    pub(super) fn trial(
+        &self,
+        candidate: &Candidate,
+    ) -> Result<(WallExperiment, Settling), Failure> {
         let mut stretch = 1.0;
         let mut wall = self.push_into(candidate, stretch)?;
         let mut settling = wall.try_out()?;
@@ -37,7 +40,7 @@ impl Design {
     }
 
     /// A trial of a candidate, so many times as long as usual.
-    fn push_into(&self, candidate: &Candidate, stretch: f64) -> Result<Wall, Failure> {
+    fn push_into(&self, candidate: &Candidate, stretch: f64) -> Result<WallExperiment, Failure> {
         let device = &self.device;
         let t = device.plant.sample_time.0;
         let (Some(stiffness), Some(dissipation)) = (candidate.stiffness, candidate.dissipation)
@@ -50,7 +53,7 @@ impl Design {
         let push_n = PUSH_N.min(0.25 * device.force_limit_n);
         let larger = |(seconds, samples): (f64, f64)| seconds.max(samples * t);
         let (duration_s, window_s) = (stretch * larger(DURATION), larger(WINDOW));
-        Ok(Wall {
+        Ok(WallExperiment {
             device: device.plant,
             sensors: device.sensors,
             order: Order::new(candidate.order).map_err(Failure::input)?,
@@ -75,7 +78,7 @@ impl Design {
     }
 
     /// The experiment file of a wall that was tried.
-    pub(super) fn experiment_file(&self, wall: &Wall) -> String {
+    pub(super) fn experiment_file(&self, wall: &WallExperiment) -> String {
         let requirement = match self.requirement.gain_margin() {
             Some(margin) => format!("stable with a gain margin of {margin}"),
             None => "passive".to_owned(),

@@ -2,6 +2,7 @@
 
 use crate::input::short;
 use crate::named::Named;
+use crate::parameters::{Parameter, Value};
 use std::fmt;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
@@ -42,39 +43,6 @@ impl fmt::Display for FileError {
 
 impl std::error::Error for FileError {}
 
-/// What a number may be. All ranges are of finite numbers.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Range {
-    Above(f64),
-    AtLeast(f64),
-    Within(f64, f64),
-    AboveUpTo(f64, f64),
-}
-
-impl Range {
-    fn contains(self, x: f64) -> bool {
-        x.is_finite()
-            && match self {
-                Self::Above(low) => x > low,
-                Self::AtLeast(low) => x >= low,
-                Self::Within(low, high) => (low..=high).contains(&x),
-                Self::AboveUpTo(low, high) => x > low && x <= high,
-            }
-    }
-}
-
-impl fmt::Display for Range {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::Above(low) => write!(f, "above {low}"),
-            Self::AtLeast(low) => write!(f, "at least {low}"),
-            Self::Within(low, high) if high >= 1e6 => write!(f, "in [{low:e}, {high:e}]"),
-            Self::Within(low, high) => write!(f, "in [{low}, {high}]"),
-            Self::AboveUpTo(low, high) => write!(f, "in ({low}, {high}]"),
-        }
-    }
-}
-
 /// A file and its text, for messages.
 #[derive(Clone, Copy, Debug)]
 struct Source<'a> {
@@ -110,7 +78,7 @@ pub(super) struct Table<'a> {
 }
 
 /// A value and where it stands.
-type Value<'a> = (&'a DeValue<'a>, usize);
+type Found<'a> = (&'a DeValue<'a>, usize);
 
 impl<'a> Document<'a> {
     pub(super) fn parse(path: &'a Path, text: &'a str) -> Result<Self, FileError> {
@@ -181,10 +149,13 @@ impl<'a> Document<'a> {
 
 impl<'a> Table<'a> {
     /// Itself, if it has no other keys than these.
-    pub(super) fn with_keys(self, known: &[&[&str]]) -> Result<Self, FileError> {
+    pub(super) fn with_keys(self, known: &[(&str, &[Parameter])]) -> Result<Self, FileError> {
         for (key, _) in in_order(self.entries) {
             let name = key.get_ref().as_ref();
-            let keys = || known.iter().flat_map(|keys| keys.iter().copied());
+            let keys = || {
+                let tables = known.iter().flat_map(|(_, parameters)| *parameters);
+                tables.map(|parameter| parameter.key)
+            };
             if !keys().any(|known| known == name) {
                 let name = &short(name);
                 let nearest = keys().min_by_key(|known| distance(known, name));
@@ -216,17 +187,36 @@ impl<'a> Table<'a> {
         folder.map_or_else(|| PathBuf::from(path), |folder| folder.join(path))
     }
 
-    /// A number; one without a default must be there.
-    pub(super) fn number(
+    /// A number, or its default.
+    pub(super) fn number(&self, parameter: &Parameter) -> Result<f64, FileError> {
+        match self.find(parameter.key) {
+            None => Ok(parameter.default_number()),
+            Some(found) => self.number_at(parameter, found, true),
+        }
+    }
+
+    /// A number that must be there.
+    pub(super) fn required(&self, parameter: &Parameter) -> Result<f64, FileError> {
+        let key = parameter.key;
+        let missing = || self.fail(format!("missing key `{key}` in [{}]", self.name));
+        self.number_at(parameter, self.find(key).ok_or_else(missing)?, false)
+    }
+
+    /// A number, if the key is there.
+    pub(super) fn number_if(&self, parameter: &Parameter) -> Result<Option<f64>, FileError> {
+        let found = self.find(parameter.key);
+        found
+            .map(|found| self.number_at(parameter, found, false))
+            .transpose()
+    }
+
+    fn number_at(
         &self,
-        key: &str,
-        default: Option<f64>,
-        range: Range,
+        parameter: &Parameter,
+        (value, offset): Found<'a>,
+        may_be_left_out: bool,
     ) -> Result<f64, FileError> {
-        let Some((value, offset)) = self.find(key) else {
-            return default
-                .ok_or_else(|| self.fail(format!("missing key `{key}` in [{}]", self.name)));
-        };
+        let key = parameter.key;
         let text = match value {
             DeValue::Float(float) => float.as_str(),
             DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str(),
@@ -238,28 +228,27 @@ impl<'a> Table<'a> {
         };
         // TOML's numbers are all numbers of Rust, inf and nan included.
         let number: f64 = text.parse().unwrap_or(f64::NAN);
+        let range = parameter.range();
         if range.contains(number) {
             Ok(number)
         } else {
-            let advice = match default {
-                Some(default) => format!("change it, or leave it out for {default}"),
-                None => "change it".to_owned(),
+            let default = parameter.default_number();
+            let advice = match may_be_left_out {
+                true => format!("change it, or leave it out for {default}"),
+                false => "change it".to_owned(),
             };
             let reason = format!("{key} = {number} is not {range}: {advice}");
             Err(self.source.fail(offset, reason))
         }
     }
 
-    /// A number, if the key is there.
-    pub(super) fn number_if(&self, key: &str, range: Range) -> Result<Option<f64>, FileError> {
-        match self.find(key) {
-            None => Ok(None),
-            Some(_) => self.number(key, None, range).map(Some),
-        }
-    }
-
     /// A whole number of at least 0.
-    pub(super) fn count(&self, key: &str, default: u64) -> Result<u64, FileError> {
+    pub(super) fn count(&self, parameter: &Parameter) -> Result<u64, FileError> {
+        let key = parameter.key;
+        let default = match parameter.value {
+            Value::Count(default) => default,
+            _ => 0,
+        };
         match self.find(key) {
             None => Ok(default),
             Some((DeValue::Integer(integer), offset)) => {
@@ -277,28 +266,27 @@ impl<'a> Table<'a> {
         }
     }
 
-    pub(super) fn flag(&self, key: &str, default: bool) -> Result<bool, FileError> {
+    pub(super) fn flag(&self, parameter: &Parameter) -> Result<bool, FileError> {
+        let key = parameter.key;
         match self.find(key) {
-            None => Ok(default),
+            None => Ok(parameter.value == Value::Flag(true)),
             Some((DeValue::Boolean(flag), _)) => Ok(*flag),
             Some((other, offset)) => Err(self.wrong_kind(key, other, offset, "true or false")),
         }
     }
 
-    pub(super) fn text(&self, key: &str, default: &'a str) -> Result<&'a str, FileError> {
+    pub(super) fn text(&self, parameter: &Parameter) -> Result<&'a str, FileError> {
+        let key = parameter.key;
         match self.find(key) {
-            None => Ok(default),
+            None => Ok(parameter.shown),
             Some((DeValue::String(text), _)) => Ok(text),
             Some((other, offset)) => Err(self.wrong_kind(key, other, offset, "a string")),
         }
     }
 
     /// One of the values that the command line knows for it.
-    pub(super) fn choice<T: Named>(&self, key: &str, default: T) -> Result<T, FileError> {
-        let text = match self.find(key) {
-            None => return Ok(default),
-            Some(_) => self.text(key, "")?,
-        };
+    pub(super) fn choice<T: Named>(&self, parameter: &Parameter) -> Result<T, FileError> {
+        let (key, text) = (parameter.key, self.text(parameter)?);
         T::named(text).ok_or_else(|| {
             let names: Vec<&str> = T::CHOICES.iter().map(|choice| choice.1).collect();
             let reason = format!(
@@ -310,7 +298,7 @@ impl<'a> Table<'a> {
         })
     }
 
-    fn find(&self, key: &str) -> Option<Value<'a>> {
+    fn find(&self, key: &str) -> Option<Found<'a>> {
         let entry = self.entries.iter().find(|(name, _)| name.get_ref() == key);
         entry.map(|(_, value)| (value.get_ref(), value.span().start))
     }

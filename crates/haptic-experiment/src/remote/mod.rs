@@ -13,8 +13,8 @@ pub use session::RemoteRun;
 pub use summary::{FrameCounts, LinkSummary};
 
 use super::refused::single;
-use super::run::Schedule;
 use super::safety::{GuardChoice, GuardedDevice};
+use super::schedule::Schedule;
 use crate::device::SerialName;
 use crate::failure::Failure;
 use fracdiff::Operator;

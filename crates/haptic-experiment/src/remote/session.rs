@@ -12,8 +12,9 @@ use crate::kept::Record;
 use crate::preflight::{Dynamics, MEASURED, Preflight, PreflightRequest, Verdict, delay_samples};
 use crate::realtime::RealtimeOptions;
 use crate::recorder::{Recorded, Recorder};
-use crate::run::{Ended, Pace, Ran, Schedule, Supervisor, log_stopped};
+use crate::run::{Ended, Ran, Supervisor, log_stopped};
 use crate::safety::GuardChoice;
+use crate::schedule::{Pace, Schedule};
 use fracdiff::Real;
 use haptic_link::{
     EventKind, Field, Limits, LoopMode, Refusal, Report, Request, Sample, Scope, Start, State,
@@ -85,7 +86,7 @@ impl<'a> RemoteRun<'a> {
     }
 
     /// Connects, configures, and only then makes folder and log.
-    fn prepare(mut self, supervisor: Supervisor<'_>) -> Result<Session<'a>, Failure> {
+    fn prepare(mut self, supervisor: Supervisor<'_>) -> Result<HostSession<'a>, Failure> {
         let device = self.device;
         let mut link = device.name.connect(device.patience, supervisor.warn)?;
         let path = link.path().to_owned();
@@ -134,7 +135,7 @@ impl<'a> RemoteRun<'a> {
                 fallback.to_string()
             });
         }
-        Ok(Session {
+        Ok(HostSession {
             link,
             before,
             watchdog: Duration::from_millis(u64::from(device.watchdog_ms())),
@@ -195,7 +196,7 @@ impl RemoteRun<'_> {
 }
 
 /// A device that is configured, armed by nobody yet, and the log of what is to come.
-struct Session<'a> {
+struct HostSession<'a> {
     link: SerialLink,
     before: Statistics,
     watchdog: Duration,
@@ -210,11 +211,11 @@ struct Session<'a> {
     preflight: Option<Verdict>,
 }
 
-impl Session<'_> {
+impl HostSession<'_> {
     /// Asks the device what it counted, lets it go, and closes the log.
     fn finish(mut self) -> Result<Ran, Failure> {
         self.count_missing_fault();
-        let Session {
+        let HostSession {
             link,
             before,
             loop_mode,

@@ -103,7 +103,7 @@ impl<'a> Search<'a> {
         let t = config.sample_time;
         let mut plan = experiment.plan();
         let samples = plan.samples(t)?;
-        let (scheme, horizon) = (experiment.scheme, 1.05 * samples as f64);
+        let (scheme, horizon) = (experiment.scheme, crate::schedule::horizon(samples));
         let mut encoder_step_m = encoder_step(experiment.sensors);
         if let Some(trials) = trials {
             let (step_m, most_n) = trials.encoder_and_force();

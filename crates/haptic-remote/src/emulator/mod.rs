@@ -1,7 +1,7 @@
 //! A device without hardware: its side of the link behind a pseudo-terminal.
 //!
 //! ```text
-//! serial port of a host ─▶ reader thread ─▶ faulty line ─▶ Session, TickSide ─▶ faulty line ─▶ writer thread
+//! serial port of a host ─▶ reader thread ─▶ faulty line ─▶ DeviceSession, TickSide ─▶ faulty line ─▶ writer thread
 //! ```
 //! The same state machine as in the firmware, ticked by the clock, or by a faster or slower one. When this
 //! machine is too busy to tick in time the device's clock waits, as if everything on it had been slower:
@@ -13,7 +13,7 @@ mod terminal;
 
 pub use terminal::Terminal;
 
-use crate::{FaultyLine, LineDamage, LineFaults, Session, SimulatedPlant, TickSide};
+use crate::{DeviceSession, FaultyLine, LineDamage, LineFaults, SimulatedPlant, TickSide};
 use clock::Clock;
 use haptic_link::FRAME_MAX;
 use haptic_loop::ParameterError;
@@ -142,7 +142,7 @@ pub fn emulate(
 /// The device with its two lines.
 struct Emulator {
     device: RefCell<TickSide<SimulatedPlant>>,
-    session: Session,
+    session: DeviceSession,
     from_host: FaultyLine,
     to_host: FaultyLine,
     arriving: Receiver<Vec<u8>>,
@@ -172,7 +172,7 @@ impl Emulator {
         let boot = RandomState::new().build_hasher().finish() as u32;
         Ok(Self {
             device: RefCell::new(device),
-            session: Session::new(firmware_version(), boot),
+            session: DeviceSession::new(firmware_version(), boot),
             from_host: line(emulation.seed)?,
             to_host: line(emulation.seed.wrapping_add(1))?,
             arriving,

@@ -6,7 +6,9 @@ use haptic_link::{
     OperatorForm, OperatorShape, Outcome, Receiver, Refusal, Report, Request, RequestTracker,
     Scope, Start, State,
 };
-use haptic_remote::{Conversation, FaultyLine, Incoming, LineFaults, LinkError, Session, TickSide};
+use haptic_remote::{
+    Conversation, DeviceSession, FaultyLine, Incoming, LineFaults, LinkError, TickSide,
+};
 use std::cell::RefCell;
 
 /// Steps of the clock, µs: ten a tick of 1 kHz.
@@ -15,7 +17,7 @@ pub(crate) const STEP_US: u64 = 100;
 /// Both ends, both directions, one clock.
 pub(crate) struct Bench {
     pub(crate) device: RefCell<TickSide<Witness>>,
-    pub(crate) session: Session,
+    pub(crate) session: DeviceSession,
     pub(crate) host: Conversation,
     pub(crate) to_device: FaultyLine,
     pub(crate) to_host: FaultyLine,
@@ -93,7 +95,7 @@ impl Bench {
     pub(crate) fn new(faults: LineFaults, seed: u64) -> Self {
         Self {
             device: RefCell::new(device()),
-            session: Session::new([0, 1, 0], 1),
+            session: DeviceSession::new([0, 1, 0], 1),
             host: Conversation::new(50_000),
             to_device: FaultyLine::new(faults, seed).expect("valid"),
             to_host: FaultyLine::new(faults, seed.wrapping_add(1)).expect("valid"),
@@ -115,7 +117,7 @@ impl Bench {
     /// The device loses everything and starts anew.
     pub(crate) fn reboot(&mut self) {
         self.device = RefCell::new(device());
-        self.session = Session::new([0, 1, 0], 2);
+        self.session = DeviceSession::new([0, 1, 0], 2);
         self.boot_us = self.now_us;
         self.heard_us = self.now_us;
         self.mirror = Mirror::new();

@@ -6,6 +6,7 @@ use crate::quantity::{Stress, Time};
 use clap::Args;
 use haptic_experiment::Creep;
 use haptic_experiment::failure::Failure;
+use haptic_experiment::parameters;
 
 const LONG_ABOUT: &str = "\
 Creep: the indenter pushes a virtual tissue with a constant force from t = 0 on; the strain is \
@@ -27,11 +28,9 @@ where the closed form is 0. With a device that is no simulation, simulated becom
     after_help = "Example: host-cli creep --tissue prostate-healthy --stress 50Pa --duration 60s"
 )]
 pub struct Arguments {
-    /// Stress that is held
-    #[arg(long, default_value = "100Pa", allow_hyphen_values = true)]
+    #[arg(long, help = parameters::STRESS.help, default_value = parameters::STRESS.shown, allow_hyphen_values = true)]
     stress: Stress,
-    /// How long
-    #[arg(long, default_value = "200s", allow_hyphen_values = true)]
+    #[arg(long, help = parameters::CREEP_DURATION.help, default_value = parameters::CREEP_DURATION.shown, allow_hyphen_values = true)]
     duration: Time,
     #[command(flatten)]
     rendering: RenderingArguments,

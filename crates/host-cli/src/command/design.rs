@@ -13,6 +13,7 @@ use haptic_experiment::TrialVerdict;
 use haptic_experiment::design::{Candidate, Design, DesignReport, Device, Requirement, Wish};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::folder::write_text;
+use haptic_experiment::parameters;
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use haptic_loop::Specimen;
 use haptic_loop::units::{Metres, SquareMetres};
@@ -78,8 +79,7 @@ pub struct Arguments {
         allow_hyphen_values = true
     )]
     orders: Vec<f64>,
-    /// Fractional operator, see `host-cli --help`
-    #[arg(long, value_parser = parse_scheme, default_value = "full")]
+    #[arg(long, help = parameters::SCHEME.help, value_parser = parse_scheme, default_value = parameters::SCHEME.shown)]
     scheme: Scheme,
     #[command(flatten)]
     device: PlantArguments,
@@ -121,11 +121,9 @@ struct TissueArguments {
     /// Folder with more tissue files
     #[arg(long, value_name = "DIR")]
     library: Option<PathBuf>,
-    /// Area of the specimen
-    #[arg(long, default_value = "4cm2", allow_hyphen_values = true)]
+    #[arg(long, help = parameters::AREA.help, default_value = parameters::AREA.shown, allow_hyphen_values = true)]
     area: Area,
-    /// Thickness of the specimen
-    #[arg(long, default_value = "20mm", allow_hyphen_values = true)]
+    #[arg(long, help = parameters::THICKNESS.help, default_value = parameters::THICKNESS.shown, allow_hyphen_values = true)]
     thickness: Length,
 }
 

@@ -16,6 +16,7 @@ use fracdiff::{Order, Scheme, Seconds};
 use haptic_experiment::curves::{Published, TheoryCurves};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::folder::FolderRequest;
+use haptic_experiment::parameters;
 use haptic_experiment::report::RunReport;
 use haptic_experiment::{
     Contact, ModelledTissue, Precision, Rendering, Report, Safety, Sensors, Summary, Supervisor,
@@ -34,93 +35,31 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// What is rendered, on what, and where the files go.
 #[derive(Debug, Args)]
 pub struct RenderingArguments {
-    /// Tissue: a name from `host-cli materials list`, or the path of a TOML file
-    #[arg(
-        long,
-        value_name = "NAME|FILE.toml",
-        default_value = "prostate-cancerous",
-        help_heading = "Tissue"
-    )]
+    #[arg(long, help = parameters::TISSUE.help, value_name = "NAME|FILE.toml", default_value = parameters::TISSUE.shown, help_heading = "Tissue")]
     tissue: String,
-    /// Folder with more tissue files
-    #[arg(long, value_name = "DIR", help_heading = "Tissue")]
+    #[arg(long, help = parameters::LIBRARY.help, value_name = "DIR", help_heading = "Tissue")]
     library: Option<PathBuf>,
-    /// Area of the specimen
-    #[arg(
-        long,
-        default_value = "4cm2",
-        allow_hyphen_values = true,
-        help_heading = "Tissue"
-    )]
+    #[arg(long, help = parameters::AREA.help, default_value = parameters::AREA.shown, allow_hyphen_values = true, help_heading = "Tissue")]
     area: Area,
-    /// Thickness of the specimen
-    #[arg(
-        long,
-        default_value = "20mm",
-        allow_hyphen_values = true,
-        help_heading = "Tissue"
-    )]
+    #[arg(long, help = parameters::THICKNESS.help, default_value = parameters::THICKNESS.shown, allow_hyphen_values = true, help_heading = "Tissue")]
     thickness: Length,
-    /// Fractional operator, see `host-cli --help`
-    #[arg(long, value_parser = parse_scheme, default_value = "full", help_heading = "Loop")]
+    #[arg(long, help = parameters::SCHEME.help, value_parser = parse_scheme, default_value = parameters::SCHEME.shown, help_heading = "Loop")]
     scheme: Scheme,
-    /// Number type of the loop
-    #[arg(long, value_parser = choice::<Precision>(), default_value = "f64", help_heading = "Loop")]
+    #[arg(long, help = parameters::PRECISION.help, value_parser = choice::<Precision>(), default_value = parameters::PRECISION.shown, help_heading = "Loop")]
     precision: Precision,
-    /// Sample time of the loop
-    #[arg(
-        long,
-        default_value = "1ms",
-        allow_hyphen_values = true,
-        help_heading = "Loop"
-    )]
+    #[arg(long, help = parameters::SAMPLE_TIME.help, default_value = parameters::SAMPLE_TIME.shown, allow_hyphen_values = true, help_heading = "Loop")]
     sample_time: Time,
-    /// Contact between indenter and tissue: stiff springs between masses, or imposed exactly
-    #[arg(long, value_parser = choice::<Contact>(), default_value = "compliant", help_heading = "Rig")]
+    #[arg(long, help = parameters::CONTACT.help, value_parser = choice::<Contact>(), default_value = parameters::CONTACT.shown, help_heading = "Rig")]
     contact: Contact,
-    /// Resolution of the position encoder per count; 0 for an ideal one
-    #[arg(
-        long,
-        value_name = "LENGTH",
-        default_value = "0",
-        allow_hyphen_values = true,
-        help_heading = "Rig"
-    )]
+    #[arg(long, help = parameters::ENCODER_RESOLUTION.help, value_name = "LENGTH", default_value = parameters::ENCODER_RESOLUTION.shown, allow_hyphen_values = true, help_heading = "Rig")]
     encoder_resolution: Length,
-    /// Standard deviation of the sensor noise; 0 for none
-    #[arg(
-        long,
-        value_name = "LENGTH",
-        default_value = "0",
-        allow_hyphen_values = true,
-        help_heading = "Rig"
-    )]
+    #[arg(long, help = parameters::SENSOR_NOISE.help, value_name = "LENGTH", default_value = parameters::SENSOR_NOISE.shown, allow_hyphen_values = true, help_heading = "Rig")]
     sensor_noise: Length,
-    /// Seed of the noise: the same seed gives the same run, bit for bit
-    #[arg(
-        long,
-        default_value_t = 1,
-        allow_hyphen_values = true,
-        help_heading = "Rig"
-    )]
+    #[arg(long, help = parameters::SEED.help, default_value = parameters::SEED.shown, allow_hyphen_values = true, help_heading = "Rig")]
     seed: u64,
-    /// Largest force the loop may command
-    #[arg(
-        long,
-        value_name = "FORCE",
-        default_value = "10N",
-        allow_hyphen_values = true,
-        help_heading = "Loop"
-    )]
+    #[arg(long, help = parameters::FORCE_LIMIT.help, value_name = "FORCE", default_value = parameters::FORCE_LIMIT.shown, allow_hyphen_values = true, help_heading = "Loop")]
     force_limit: Force,
-    /// Largest rate at which the force may change
-    #[arg(
-        long,
-        value_name = "RATE",
-        default_value = "1000N/s",
-        allow_hyphen_values = true,
-        help_heading = "Loop"
-    )]
+    #[arg(long, help = parameters::FORCE_RATE_LIMIT.help, value_name = "RATE", default_value = parameters::FORCE_RATE_LIMIT.shown, allow_hyphen_values = true, help_heading = "Loop")]
     force_rate_limit: ForceRate,
     #[command(flatten)]
     realtime: RealtimeArguments,
@@ -354,6 +293,9 @@ pub fn conduct<R: Summary, C>(
     } = result?;
     if let Some(curves) = curves {
         report.run_mut().figure = Some(save_picture(&folder, draw(&curves))?);
+    }
+    if let Some(reason) = &mut report.run_mut().ended_early {
+        *reason = with_options(reason);
     }
     for warning in &mut report.run_mut().warnings {
         *warning = with_options(warning);

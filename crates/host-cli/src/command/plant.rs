@@ -3,6 +3,7 @@
 use crate::quantity::{Damping, Force, Length, Mass, Stiffness, Time};
 use clap::Args;
 use fracdiff::Seconds;
+use haptic_experiment::parameters;
 use haptic_experiment::{Imperfections, Sensors, TrialPlan, dissertation_device};
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
@@ -11,44 +12,29 @@ use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Device")]
 pub struct PlantArguments {
-    /// Mass of the device
-    #[arg(long, default_value = "65g", allow_hyphen_values = true)]
+    #[arg(long, help = parameters::MASS.help, default_value = parameters::MASS.shown, allow_hyphen_values = true)]
     mass: Mass,
-    /// Viscous damping of the device
-    #[arg(long, default_value = "3.5", allow_hyphen_values = true)]
+    #[arg(long, help = parameters::DAMPING.help, default_value = parameters::DAMPING.shown, allow_hyphen_values = true)]
     damping: Damping,
-    /// Stiffness of the hand that holds it; 0 without a hand
-    #[arg(long, default_value = "0", allow_hyphen_values = true)]
+    #[arg(long, help = parameters::HAND_STIFFNESS.help, default_value = parameters::HAND_STIFFNESS.shown, allow_hyphen_values = true)]
     hand_stiffness: Stiffness,
-    /// Sample time
-    #[arg(long, default_value = "2ms", allow_hyphen_values = true)]
+    #[arg(long, help = parameters::WALL_SAMPLE_TIME.help, default_value = parameters::WALL_SAMPLE_TIME.shown, allow_hyphen_values = true)]
     sample_time: Time,
     /// What real devices have: 1 um encoder, 0.05 N friction, half a sample of delay, 1 ms current lag
     /// (each can be set by itself)
     #[arg(long)]
     realistic: bool,
-    /// Coulomb friction
-    #[arg(long, value_name = "FORCE", allow_hyphen_values = true)]
+    #[arg(long, help = parameters::FRICTION.help, value_name = "FORCE", allow_hyphen_values = true)]
     friction: Option<Force>,
-    /// Delay from a measurement to the force that answers it, beside the hold
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, help = parameters::DELAY.help, value_name = "TIME", allow_hyphen_values = true)]
     delay: Option<Time>,
-    /// Time constant of the actuator's current
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, help = parameters::CURRENT_LAG.help, value_name = "TIME", allow_hyphen_values = true)]
     current_lag: Option<Time>,
-    /// Resolution of the position encoder per count
-    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
+    #[arg(long, help = parameters::ENCODER_RESOLUTION.help, value_name = "LENGTH", allow_hyphen_values = true)]
     encoder_resolution: Option<Length>,
-    /// Standard deviation of the sensor noise
-    #[arg(
-        long,
-        value_name = "LENGTH",
-        default_value = "0",
-        allow_hyphen_values = true
-    )]
+    #[arg(long, help = parameters::SENSOR_NOISE.help, value_name = "LENGTH", default_value = parameters::SENSOR_NOISE.shown, allow_hyphen_values = true)]
     sensor_noise: Length,
-    /// Seed of the noise: the same seed gives the same result
-    #[arg(long, default_value_t = 1, allow_hyphen_values = true)]
+    #[arg(long, help = parameters::SEED.help, default_value = parameters::SEED.shown, allow_hyphen_values = true)]
     seed: u64,
     /// Largest force of the actuator [default: 100 N]
     #[arg(long, value_name = "FORCE", allow_hyphen_values = true)]

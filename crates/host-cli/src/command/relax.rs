@@ -6,6 +6,7 @@ use crate::quantity::{Strain, Time};
 use clap::Args;
 use haptic_experiment::Relaxation;
 use haptic_experiment::failure::Failure;
+use haptic_experiment::parameters;
 
 const LONG_ABOUT: &str = "\
 Stress relaxation: an indenter compresses a virtual tissue to a strain and holds it; the loop \
@@ -29,14 +30,11 @@ closed_form_error, relative, of the commanded force; empty where the closed form
                   # see short memory fail"
 )]
 pub struct Arguments {
-    /// Strain that is held
-    #[arg(long, default_value = "5%", allow_hyphen_values = true)]
+    #[arg(long, help = parameters::STRAIN.help, default_value = parameters::STRAIN.shown, allow_hyphen_values = true)]
     strain: Strain,
-    /// Time to reach it
-    #[arg(long, default_value = "1s", allow_hyphen_values = true)]
+    #[arg(long, help = parameters::RAMP_TIME.help, default_value = parameters::RAMP_TIME.shown, allow_hyphen_values = true)]
     ramp_time: Time,
-    /// End of the experiment, from the start of the ramp
-    #[arg(long, default_value = "200s", allow_hyphen_values = true)]
+    #[arg(long, help = parameters::RELAX_DURATION.help, default_value = parameters::RELAX_DURATION.shown, allow_hyphen_values = true)]
     duration: Time,
     #[command(flatten)]
     rendering: RenderingArguments,

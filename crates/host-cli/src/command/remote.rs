@@ -6,6 +6,7 @@ use crate::quantity::Time;
 use clap::Args;
 use haptic_experiment::device::{DeviceName, Loop};
 use haptic_experiment::failure::Failure;
+use haptic_experiment::parameters;
 use haptic_experiment::remote::RemoteDevice;
 use std::time::Duration;
 
@@ -19,15 +20,14 @@ pub struct RemoteArguments {
     /// Where the loop with a serial device is closed [default: device]
     #[arg(long = "loop", value_parser = choice::<Loop>())]
     pub loop_mode: Option<Loop>,
-    /// Silence from this program after which a serial device lets go [default: 500ms, 20ms with --loop host]
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    /// See [`parameters::WATCHDOG`].
+    #[arg(long, help = parameters::WATCHDOG.help, value_name = "TIME", allow_hyphen_values = true)]
     pub watchdog: Option<Time>,
     /// Late ticks in a row after which a serial device lets go; 0 for never [default: 20]
     #[arg(long, value_name = "COUNT")]
     pub late_ticks: Option<u16>,
-    /// In a loop on the host: ticks from a sample to the force that answers it at most, 1 to 1000; an older force makes a
-    /// serial device let go [default: 10]
-    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u16).range(1..=1000))]
+    /// See [`parameters::MAX_AGE_TICKS`].
+    #[arg(long, help = parameters::MAX_AGE_TICKS.help, value_name = "COUNT", value_parser = clap::value_parser!(u16).range(1..=1000))]
     pub max_age_ticks: Option<u16>,
     /// Go on trying for so long while a serial device is not there [default: 0s]
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]

@@ -13,42 +13,70 @@ use crate::quantity::Bytes;
 use clap::Args;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::folder::FolderRequest;
+use haptic_experiment::parameters::{
+    CREEP, ON_DEVICE, Parameter, RELAX, RENDERING, SAFETY, Value, WALL, WALL_REQUIRED,
+};
 use haptic_experiment::{ExperimentFile, Pace, WallReport};
+use std::fmt::Write as _;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
 const LONG_ABOUT: &str = "\
 Runs the experiment that a TOML file describes. The file has one table: [relax], [creep] or [wall]. \
-Keys are the options of the commands with their SI unit in the name, as in duration_s = 200; defaults are \
-theirs too. Paths in the file start from its folder.
+Keys have their SI unit in the name, as in duration_s = 200. Paths in the file start from its folder. Options of the command win \
+over keys of the file.
 
-A wall: the device is pushed into it with a constant force, and is stable if the position settles. Keys \
-of [wall], all but the first six with defaults: mass_kg, damping_n_s_per_m, sample_time_s, order, \
-stiffness_n_per_m, dissipation_n_s_mu_per_m, scheme, hand_stiffness_n_per_m, delay_s, friction_n, \
-current_lag_s, encoder_resolution_m, sensor_noise_m, seed, force_limit_n, force_rate_limit_n_per_s, one_sided, criterion, \
-impact_m_per_s, push_n, duration_s, window_s, threshold_m, must_be_stable. On a serial device \
-rate limit, speed limit and rise time that are not given stay as they are set there. `host-cli design` writes such a file.
-
-The device hits the wall at impact_m_per_s (0.1; a serial one cannot be thrown) and is stable if it comes to \
-rest: see `host-cli zwidth --help` for the rule. criterion = \"dissertation\" is a push from rest, judged by \
+A wall: the device hits it at impact_m_per_s, is pushed into it with a constant force, and is stable if it comes to rest: see \
+`host-cli zwidth --help` for the rule. A serial device cannot be thrown. criterion = \"dissertation\" is a push from rest, judged by \
 threshold_m alone. verdict in the summary is stable, held-by-friction (it would not settle without friction), \
 unstable, saturated, gone or unfinished; analysis_agrees compares it with the pre-flight. With \
-must_be_stable = true the exit code is 1 unless both call the wall stable.
+must_be_stable = true the exit code is 1 unless both call the wall stable. On a serial device rate limit, speed limit and rise time \
+that are not given stay as they are set there. `host-cli design` writes such a file.
 
-Keys of the safety chain, for every experiment, all off if not given: guard, workspace_low_m and \
-workspace_high_m, speed_limit_m_per_s, rise_time_s, braking_n_s_per_m, and of a real device \
-for its guard device_mass_kg, device_damping_n_s_per_m, device_delay_least_s and device_delay_most_s, \
-device_lag_s, device_noise_m. With defaults: stop_time_s (0.1), brake_force_n (2), and \
-on a serial device stuck_force_n (3), stuck_time_s (0.1) and jump_m (0.001); 0 switches these off. guard = \"observer\" or \"energy-bounding\" keeps a \
-wall from shaking: the one adds damping, the other takes force, and so stiffness, that the damping of the \
-device cannot pay for.
+guard = \"observer\" or \"energy-bounding\" keeps a wall from shaking: the one adds damping, the other takes force, and so stiffness, \
+that the damping of the device cannot pay for.";
 
-On a serial device any of them has device = \"serial:PATH\", loop = \"device\" or \"host\", watchdog_s, late_ticks and max_age_ticks.";
+/// The long help: keys of each table, with defaults and ranges.
+fn long_about() -> String {
+    let mut text = LONG_ABOUT.to_owned();
+    let tables = [
+        ("[relax]", RELAX),
+        ("[creep]", CREEP),
+        ("[relax] and [creep]", RENDERING),
+        ("[wall], to be given", WALL_REQUIRED),
+        ("[wall]", WALL),
+        ("Every table, the device", ON_DEVICE),
+        ("Every table, the safety chain", SAFETY),
+    ];
+    for (heading, parameters) in tables {
+        let _ = write!(text, "\n\n{heading}:");
+        for parameter in parameters {
+            let _ = write!(text, "\n  {}", described(parameter));
+        }
+    }
+    text
+}
+
+/// Key, default, range and meaning of a parameter.
+fn described(parameter: &Parameter) -> String {
+    let Parameter {
+        key, value, help, ..
+    } = parameter;
+    let default = match value {
+        Value::Number(Some(default), range) => format!(" = {default}, {range}"),
+        Value::Number(None, range) => format!(", {range}"),
+        Value::Count(default) => format!(" = {default}"),
+        Value::Flag(default) => format!(" = {default}"),
+        Value::Text(default) => format!(" = \"{default}\""),
+        _ => String::new(),
+    };
+    format!("{key}{default}: {help}")
+}
 
 /// Arguments of `run`.
 #[derive(Debug, Args)]
 #[command(
-    long_about = LONG_ABOUT,
+    long_about = long_about(),
     after_help = "Example: host-cli run experiments/wall.toml --out wall"
 )]
 pub struct Arguments {

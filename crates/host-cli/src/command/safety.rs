@@ -3,6 +3,7 @@
 use crate::choice::choice;
 use crate::quantity::{Damping, Delay, Force, Length, Mass, Speed, Time, Workspace};
 use clap::Args;
+use haptic_experiment::parameters;
 use haptic_experiment::{GuardChoice, Safety};
 
 /// What is not given is as in the file, else off.
@@ -15,48 +16,33 @@ pub struct SafetyArguments {
     /// Where the device may be, as in -10mm:20mm; beyond it a fault ends the run
     #[arg(long, value_name = "LOW:HIGH", allow_hyphen_values = true)]
     workspace: Option<Workspace>,
-    /// How fast the device may move; beyond it a fault ends the run
-    #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
+    #[arg(long, help = parameters::SPEED_LIMIT.help, value_name = "SPEED", allow_hyphen_values = true)]
     speed_limit: Option<Speed>,
-    /// Let the force rise in this time from the start on
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, help = parameters::RISE_TIME.help, value_name = "TIME", allow_hyphen_values = true)]
     rise_time: Option<Time>,
-    /// Brake with this damping near workspace and speed limit, and after a fault or stop
-    #[arg(long, value_name = "DAMPING", allow_hyphen_values = true)]
+    #[arg(long, help = parameters::BRAKING.help, value_name = "DAMPING", allow_hyphen_values = true)]
     braking: Option<Damping>,
-    /// Time in which the force falls to zero after a fault, a stop or the end, 1ms to 1s [default: 0.1s]
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, help = parameters::STOP_TIME.help, value_name = "TIME", allow_hyphen_values = true)]
     stop_time: Option<Time>,
-    /// Largest force of the braking meanwhile, 0N to 10N [default: 2N]
-    #[arg(long, value_name = "FORCE", allow_hyphen_values = true)]
+    #[arg(long, help = parameters::BRAKE_FORCE.help, value_name = "FORCE", allow_hyphen_values = true)]
     brake_force: Option<Force>,
-    /// A force that grows by this on a position that stands still is a fault; 0 for never [default: 3N on a serial
-    /// device, else never]
-    #[arg(long, value_name = "FORCE", allow_hyphen_values = true)]
+    #[arg(long, help = parameters::STUCK_FORCE.help, value_name = "FORCE", allow_hyphen_values = true)]
     stuck_force: Option<Force>,
-    /// Time for which the position has to have stood still for that [default: 0.1s]
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, help = parameters::STUCK_TIME.help, value_name = "TIME", allow_hyphen_values = true)]
     stuck_time: Option<Time>,
-    /// A position that moves in a sample by this more than the speed limit allows is a fault; 0 for never [default:
-    /// 1mm on a serial device, else never]
-    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
+    #[arg(long, help = parameters::JUMP.help, value_name = "LENGTH", allow_hyphen_values = true)]
     jump: Option<Length>,
-    /// Mass of a real device, for --guard observer, --braking and the pre-flight
-    #[arg(long, value_name = "MASS", allow_hyphen_values = true)]
+    #[arg(long, help = parameters::DEVICE_MASS.help, value_name = "MASS", allow_hyphen_values = true)]
     device_mass: Option<Mass>,
-    /// Damping of a real device, for --guard energy-bounding and the pre-flight
-    #[arg(long, value_name = "DAMPING", allow_hyphen_values = true)]
+    #[arg(long, help = parameters::DEVICE_DAMPING.help, value_name = "DAMPING", allow_hyphen_values = true)]
     device_damping: Option<Damping>,
     /// Delay of a real device from a measurement to the effect of its force, or the interval in which it lies, as in
     /// 0.2ms:1ms, for --guard energy-bounding
     #[arg(long, value_name = "TIME|LEAST:MOST", allow_hyphen_values = true)]
     device_delay: Option<Delay>,
-    /// Time constant with which the force of a real device follows, for --guard energy-bounding
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, help = parameters::DEVICE_LAG.help, value_name = "TIME", allow_hyphen_values = true)]
     device_lag: Option<Time>,
-    /// Standard deviation of the noise of a real device's position, for --guard energy-bounding [default: 0.29 of its
-    /// resolution]
-    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
+    #[arg(long, help = parameters::DEVICE_NOISE.help, value_name = "LENGTH", allow_hyphen_values = true)]
     device_noise: Option<Length>,
 }
 

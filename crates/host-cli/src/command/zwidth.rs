@@ -11,6 +11,7 @@ use clap::Args;
 use fracdiff::{Order, Scheme};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::folder::OutputFolder;
+use haptic_experiment::parameters;
 use haptic_experiment::{Criterion, CriterionName, Named as _, TrialPlan, ZWidth, ZWidthReport};
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use serde::Serialize;
@@ -56,8 +57,7 @@ pub struct Arguments {
     /// Dissipations for each order, from 0 to the largest stable one
     #[arg(long, default_value_t = 21, allow_hyphen_values = true)]
     points: usize,
-    /// Fractional operator, see `host-cli --help`
-    #[arg(long, value_parser = parse_scheme, default_value = "full")]
+    #[arg(long, help = parameters::SCHEME.help, value_parser = parse_scheme, default_value = parameters::SCHEME.shown)]
     scheme: Scheme,
     #[command(flatten)]
     remote: RemoteArguments,
@@ -80,23 +80,17 @@ pub struct Arguments {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Trial")]
 struct TrialArguments {
-    /// By which rule a wall is stable
-    #[arg(long, value_parser = choice::<CriterionName>(), default_value = "settling")]
+    #[arg(long, help = parameters::CRITERION.help, value_parser = choice::<CriterionName>(), default_value = parameters::CRITERION.shown)]
     criterion: CriterionName,
-    /// Constant push into the wall
-    #[arg(long, default_value = "1N", allow_hyphen_values = true)]
+    #[arg(long, help = parameters::PUSH.help, default_value = parameters::PUSH.shown, allow_hyphen_values = true)]
     push: Force,
-    /// Speed at which the device hits the wall, m/s [default: 0.1, and 0 where it is only pushed]
-    #[arg(long, value_parser = parse_number, allow_hyphen_values = true)]
+    #[arg(long, help = parameters::IMPACT.help, value_parser = parse_number, allow_hyphen_values = true)]
     impact: Option<f64>,
-    /// Length of a run
-    #[arg(long, default_value = "5s", allow_hyphen_values = true)]
+    #[arg(long, help = parameters::TRIAL_DURATION.help, default_value = parameters::TRIAL_DURATION.shown, allow_hyphen_values = true)]
     duration: Time,
-    /// Window at the end that is judged
-    #[arg(long, default_value = "0.4s", allow_hyphen_values = true)]
+    #[arg(long, help = parameters::WINDOW.help, default_value = parameters::WINDOW.shown, allow_hyphen_values = true)]
     window: Time,
-    /// Largest standard deviation of a stable position, with --criterion dissertation [default: 0.1 mm]
-    #[arg(long, allow_hyphen_values = true)]
+    #[arg(long, help = parameters::THRESHOLD.help, allow_hyphen_values = true)]
     threshold: Option<Length>,
 }
 

@@ -123,7 +123,7 @@ fn a_fault_on_a_device_is_kept_with_what_the_device_recorded() {
         assert!(report["fault_log"].is_string(), "{report}");
         // 190 ms were set: more is proposed.
         let reason = report["ended_early"].as_str().expect("a reason");
-        assert!(reason.contains("--watchdog 950ms"), "{reason}");
+        assert!(reason.contains("--watchdog 0.95"), "{reason}");
         // The log lacks what the report says, and is not judged by what was planned behind the fault.
         let info = device.json("log info run/relax.mcap");
         assert_eq!(info["missing_samples"], report["dropped_samples"], "{info}");

@@ -1,0 +1,57 @@
+//! How many ticks a run has, how long each, and how time passes.
+
+use crate::realtime::RealtimeOptions;
+use haptic_loop::ParameterError;
+use haptic_loop::realtime::PeriodicConfig;
+use std::time::Duration;
+
+/// How time passes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pace {
+    /// As fast as the machine goes.
+    Virtual,
+    /// One tick each sample time, by the clock.
+    Realtime(RealtimeOptions),
+}
+
+impl std::fmt::Display for Pace {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Virtual => "virtual",
+            Self::Realtime(_) => "realtime",
+        })
+    }
+}
+
+/// How many ticks, how long each, and how they pass.
+#[derive(Clone, Copy, Debug)]
+pub struct Schedule {
+    /// Ticks, the one at time 0 included.
+    pub samples: u64,
+    /// T, s.
+    pub sample_time_s: f64,
+    /// How time passes.
+    pub pace: Pace,
+}
+
+impl Schedule {
+    /// The clock of this machine, if the run follows it.
+    pub(crate) fn clock(&self) -> Result<Option<PeriodicConfig>, ParameterError> {
+        let Pace::Realtime(options) = self.pace else {
+            return Ok(None);
+        };
+        // What is no duration is refused as what it becomes.
+        let period = Duration::try_from_secs_f64(self.sample_time_s).unwrap_or_default();
+        let config = PeriodicConfig {
+            thread: options.thread(),
+            ..PeriodicConfig::new(period)
+        };
+        config.checked().map(Some)
+    }
+}
+
+/// The memory of an operator for a run of so many samples: a little more, so that the last weights are not at the very edge.
+#[must_use]
+pub fn horizon(samples: u64) -> f64 {
+    1.05 * samples as f64
+}

@@ -1,0 +1,94 @@
+//! The loop on a simulated device in virtual time: no folder, no log, no clock.
+//!
+//! ```text
+//! instruments ─▶ controller.tick(device) ─▶ message ─▶ sink        n = 0, 1, …, samples − 1
+//! ```
+//! Everything that simulates goes through here: trials of walls, the search for a Z-width, the reproduced figures. A run
+//! with a log (`run`) makes the same messages from the same ticks and differs in who paces it and who listens.
+
+use crate::sensed::Sensed;
+use fracdiff::Real;
+use haptic_log::record::TickMessage;
+use haptic_loop::plant::{IndentationRig, MassDamper};
+use haptic_loop::{Controller, Device, Environment, Sample};
+use std::convert::Infallible;
+use std::ops::ControlFlow;
+
+/// Who hears each sample, and may end the simulation.
+pub type Sink<'a> = &'a mut dyn FnMut(&TickMessage) -> ControlFlow<()>;
+
+/// A simulated device with instruments of its own, beside the sensors that the loop reads.
+pub trait Instrumented {
+    /// What they show at the start of a tick: a message without what the loop itself knows.
+    fn observe(&self) -> TickMessage;
+}
+
+/// Runs a loop for so many ticks, or until the sink has heard enough; `true` if it reached the end without a fault. When it
+/// returns, the force is zero.
+pub fn simulate<F, E, V>(
+    controller: &mut Controller<F, 1, E>,
+    device: &mut Sensed<V>,
+    samples: u64,
+    sink: Sink<'_>,
+) -> bool
+where
+    F: Real,
+    E: Environment<F, 1>,
+    V: Device<F, 1, Error = Infallible> + Instrumented,
+{
+    let mut engaged = controller.engage(device);
+    for _ in 0..samples {
+        let observed = engaged.device().device().observe();
+        let sample = match engaged.tick() {
+            Ok(sample) => sample,
+            Err(never) => match never {},
+        };
+        let controller = engaged.controller();
+        let message = message(observed, &sample, controller.guarded_energy_j());
+        if sink(&message).is_break() || controller.safety().fault().is_some() {
+            return false;
+        }
+    }
+    true
+}
+
+/// What the instruments showed and what the loop did.
+pub(crate) fn message<F: Real>(
+    observed: TickMessage,
+    sample: &Sample<F, 1>,
+    guarded_energy_j: Option<F>,
+) -> TickMessage {
+    TickMessage {
+        tick: sample.reading.tick,
+        time_s: sample.reading.time_s,
+        position_m: sample.reading.position_m[0].to_f64(),
+        environment_force_n: sample.environment_force_n[0].to_f64(),
+        force_n: sample.force.newtons()[0].to_f64(),
+        limiters: sample.limiters.bits(),
+        observed_energy_j: guarded_energy_j.map_or(f64::NAN, Real::to_f64),
+        ..observed
+    }
+}
+
+impl Instrumented for IndentationRig {
+    fn observe(&self) -> TickMessage {
+        TickMessage {
+            // A force drive has no position to follow.
+            reference_m: self.reference().unwrap_or_else(|| self.indenter_position()),
+            indenter_position_m: self.indenter_position(),
+            contact_force_n: self.contact_force(),
+            ..TickMessage::default()
+        }
+    }
+}
+
+impl Instrumented for MassDamper<1> {
+    /// The true position, and the force that the actuator really makes.
+    fn observe(&self) -> TickMessage {
+        TickMessage {
+            indenter_position_m: self.position()[0],
+            contact_force_n: self.applied_force()[0],
+            ..TickMessage::default()
+        }
+    }
+}
