@@ -1,7 +1,8 @@
 //! The operator P(w) as the analysis sees it.
 
 use crate::AnalysisError;
-use crate::curve::{Bounds, Cascade, Jet, Modes, Place, Polynomial, Power};
+use crate::curve::{Bounds, Jet, Place};
+use crate::functions::{Cascade, Curve, Modes, Polynomial, Power};
 use fracdiff::full_memory::{Design, HORIZON_MIN};
 use fracdiff::scheme::{FULL_MODES, FULL_TAPS};
 use fracdiff::{FrequencyResponse, Order, Scheme, Seconds, grunwald_weights, muir_coefficients};
@@ -34,35 +35,6 @@ pub struct LoopOperator {
     denominator: Polynomial,
     /// Numerator and denominator multiplied out, where there are any.
     polynomials: Option<(Vec<f64>, Vec<f64>)>,
-}
-
-/// One of the functions an operator is made of.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Curve {
-    Polynomial(Polynomial),
-    Power(Power),
-    Modes(Modes),
-    Cascade(Cascade),
-}
-
-impl Curve {
-    pub(crate) fn jet(&self, place: &Place) -> Jet {
-        match self {
-            Self::Polynomial(curve) => curve.jet(place),
-            Self::Power(curve) => curve.jet(place),
-            Self::Modes(curve) => curve.jet(place),
-            Self::Cascade(curve) => curve.jet(place),
-        }
-    }
-
-    pub(crate) fn bounds(&self, a: (&Place, &Jet), b: (&Place, &Jet)) -> Bounds {
-        match self {
-            Self::Polynomial(curve) => curve.bounds(a.1, b.1, b.0.theta - a.0.theta),
-            Self::Power(curve) => curve.bounds(a, b),
-            Self::Modes(curve) => curve.bounds(a, b),
-            Self::Cascade(curve) => curve.bounds(a, b),
-        }
-    }
 }
 
 /// Numerator and denominator of P at one place.

@@ -2,9 +2,9 @@
 
 use crate::AnalysisError;
 use crate::arrangement::{Edge, Piece, distance, middle, near};
+use crate::boundary::{Polygon, boundary_point};
 use crate::circle::Circle;
 use crate::decomposition::{Decomposition, Sample};
-use crate::region::{Polygon, boundary_point};
 use core::f64::consts::PI;
 
 /// All that is needed to find the boundary.

@@ -1,10 +1,10 @@
 //! The device with its hand behind a zero-order hold, as the loop sees it once a sample.
 
-use crate::error::{not_negative, positive};
 use crate::linear;
 use crate::operator::multiply;
 use crate::transition::numerator;
 use crate::{AnalysisError, ForcePath};
+use fracdiff::parameter::{not_negative, positive};
 use nalgebra::{DMatrix, DVector, RowDVector};
 
 /// A plant behind a zero-order hold, sampled exactly: G(w) = w^(d+1)·N(w)/A(w), w = z^(−1).

@@ -1,9 +1,9 @@
 //! What the hand feels: the closed loop read as a spring and a damper.
 
 use crate::environment::{Effective, Environment};
-use crate::error::{not_negative, positive};
 use crate::{AnalysisError, ForcePath, Loop};
 use fracdiff::FrequencyResponse;
+use fracdiff::parameter::{not_negative, positive};
 use num_complex::Complex;
 
 /// Device, zero-order hold and virtual environment, as the hand meets them.
