@@ -26,8 +26,6 @@ pub(crate) const STILL: &[(Rule, &str, &str)] = &[
     (Rule::Circle, "fracdiff", "scheme"),
     (Rule::Circle, "fracdiff", "scheme::operator"),
     (Rule::Circle, "fracdiff", "tustin_muir"),
-    (Rule::Circle, "haptic-loop", "controller"),
-    (Rule::Circle, "haptic-loop", "engaged"),
     (Rule::Circle, "haptic-loop", "remote::limits"),
     (Rule::Circle, "haptic-loop", "remote::prepared"),
     (Rule::Circle, "haptic-loop", "remote::serial"),
