@@ -350,51 +350,56 @@ mod tests {
                 plant,
                 operator: &operator,
             };
-            for (low, high) in [(0.0, 0.01), (0.1, 0.5), (1.0, 1.2), (2.5, PI)] {
-                let (a, b) = (characteristic.node(low), characteristic.node(high));
-                let bounds = [
-                    characteristic.plant_bounds(&a, &b),
-                    characteristic.gain_bounds(&a, &b),
-                ];
-                let jets = |theta| {
-                    let node = characteristic.node(theta);
-                    [node.plant, node.gain]
-                };
-                let mut travel = [0.0; 2];
-                let mut last = jets(low);
-                for i in 1..=200_u32 {
-                    let theta = low + (high - low) * f64::from(i) / 200.0;
-                    let (here, h) = (jets(theta), 1e-5 * theta);
-                    // Rounding errors of the values, of 1e-15 each, over h.
-                    let noise = 1e-6 + 2e-15 / h;
-                    let before = jets(theta - h);
-                    for k in 0..2 {
-                        let what = format!("d + h = {delay}, τ = {lag}, term {k} at {theta}");
-                        let bound = &bounds[k];
-                        travel[k] += (here[k].value - last[k].value).norm();
-                        assert!(here[k].value.norm() <= bound.size * (1.0 + 1e-9), "{what}");
-                        assert!(here[k].rate.norm() <= bound.rate * (1.0 + 1e-9), "{what}");
-                        let bend = (here[k].rate - before[k].rate).norm() / h;
-                        assert!(
-                            bend <= bound.bend * (1.0 + 1e-3) + noise * bound.bend.max(1.0),
-                            "{what}"
-                        );
-                        // The derivative is that of the value.
-                        let slope = (here[k].value - before[k].value) / h;
-                        assert!(
-                            (slope - here[k].rate).norm() <= h * bound.bend + noise,
-                            "{what}"
-                        );
-                    }
-                    last = here;
-                }
-                for k in 0..2 {
-                    assert!(
-                        travel[k] <= bounds[k].travel * (1.0 + 1e-9),
-                        "{k}: {travel:?}"
-                    );
-                }
+            for interval in [(0.0, 0.01), (0.1, 0.5), (1.0, 1.2), (2.5, PI)] {
+                let name = format!("d + h = {delay}, τ = {lag}");
+                assert_bounded(&characteristic, interval, &name);
             }
+        }
+    }
+
+    fn assert_bounded(characteristic: &Characteristic, (low, high): (f64, f64), name: &str) {
+        let (a, b) = (characteristic.node(low), characteristic.node(high));
+        let bounds = [
+            characteristic.plant_bounds(&a, &b),
+            characteristic.gain_bounds(&a, &b),
+        ];
+        let jets = |theta| {
+            let node = characteristic.node(theta);
+            [node.plant, node.gain]
+        };
+        let mut travel = [0.0; 2];
+        let mut last = jets(low);
+        for i in 1..=200_u32 {
+            let theta = low + (high - low) * f64::from(i) / 200.0;
+            let (here, h) = (jets(theta), 1e-5 * theta);
+            // Rounding errors of the values, of 1e-15 each, over h.
+            let noise = 1e-6 + 2e-15 / h;
+            let before = jets(theta - h);
+            for k in 0..2 {
+                let what = format!("{name}, term {k} at {theta}");
+                let bound = &bounds[k];
+                travel[k] += (here[k].value - last[k].value).norm();
+                assert!(here[k].value.norm() <= bound.size * (1.0 + 1e-9), "{what}");
+                assert!(here[k].rate.norm() <= bound.rate * (1.0 + 1e-9), "{what}");
+                let bend = (here[k].rate - before[k].rate).norm() / h;
+                assert!(
+                    bend <= bound.bend * (1.0 + 1e-3) + noise * bound.bend.max(1.0),
+                    "{what}"
+                );
+                // The derivative is that of the value.
+                let slope = (here[k].value - before[k].value) / h;
+                assert!(
+                    (slope - here[k].rate).norm() <= h * bound.bend + noise,
+                    "{what}"
+                );
+            }
+            last = here;
+        }
+        for k in 0..2 {
+            assert!(
+                travel[k] <= bounds[k].travel * (1.0 + 1e-9),
+                "{k}: {travel:?}"
+            );
         }
     }
 }

@@ -18,14 +18,17 @@ mod largest;
 mod least_damping;
 mod linear;
 mod margin;
+mod mass_damper;
 mod operator;
 mod outline;
+mod own_operator;
 mod parameters;
 mod passivity;
 mod path;
 mod plant;
 mod region;
 mod required;
+mod schemes;
 mod stability;
 mod strip;
 mod theorem;
@@ -51,3 +54,6 @@ pub use region::{StabilityRegion, StableArea};
 pub use required::{RequiredDamping, RequiredDelta};
 pub use stability::{SampledLoop, Verdict};
 pub use transparency::{ClosedLoop, DelayedLoop};
+
+/// Complex numbers of the responses.
+pub use num_complex;

@@ -247,22 +247,7 @@ fn edges(decomposition: &Decomposition) -> Result<Vec<Edge>, AnalysisError> {
         decomposition.reach / decomposition.direct_gain,
     );
     for (p, c, theta, stable_side) in lines {
-        // α = c − pβ with 0 ≤ β ≤ its end and 0 ≤ α ≤ its end.
-        let (mut low, mut high) = (0.0_f64, beta_end);
-        if p == 0.0 {
-            if !(0.0..=alpha_end).contains(&c) {
-                continue;
-            }
-        } else {
-            let (one, other) = (c / p, (c - alpha_end) / p);
-            low = low.max(one.min(other));
-            high = high.min(one.max(other));
-        }
-        let ends = [
-            [(c - p * low).max(0.0), low],
-            [(c - p * high).max(0.0), high],
-        ];
-        if low < high && !near(ends[0], ends[1]) {
+        if let Some(ends) = cut_to_box((p, c), (alpha_end, beta_end)) {
             edges.push(Edge::Straight(Straight {
                 ends,
                 normal: [1.0, p],
@@ -284,6 +269,25 @@ fn edges(decomposition: &Decomposition) -> Result<Vec<Edge>, AnalysisError> {
     edges.push(axis([alpha_end, 0.0], [0.0, 1.0], None));
     edges.push(axis([0.0, beta_end], [1.0, 0.0], rest_on_axis));
     Ok(edges)
+}
+
+/// The ends of the line α = c − pβ with 0 ≤ β ≤ its end and 0 ≤ α ≤ its end, if it has a length there.
+fn cut_to_box((p, c): (f64, f64), (alpha_end, beta_end): (f64, f64)) -> Option<[[f64; 2]; 2]> {
+    let (mut low, mut high) = (0.0_f64, beta_end);
+    if p == 0.0 {
+        if !(0.0..=alpha_end).contains(&c) {
+            return None;
+        }
+    } else {
+        let (one, other) = (c / p, (c - alpha_end) / p);
+        low = low.max(one.min(other));
+        high = high.min(one.max(other));
+    }
+    let ends = [
+        [(c - p * low).max(0.0), low],
+        [(c - p * high).max(0.0), high],
+    ];
+    (low < high && !near(ends[0], ends[1])).then_some(ends)
 }
 
 fn summary(mut polygons: Vec<Polygon>, searched: f64, at_rest: (f64, f64)) -> StabilityRegion {
