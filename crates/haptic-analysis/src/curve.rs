@@ -127,3 +127,31 @@ impl Bounds {
 pub(crate) fn product(x: f64, y: f64) -> f64 {
     if x == 0.0 || y == 0.0 { 0.0 } else { x * y }
 }
+
+/// A real function of θ with its derivative.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Real {
+    pub(crate) value: f64,
+    pub(crate) rate: f64,
+}
+
+pub(crate) fn imaginary(jet: Jet) -> Real {
+    Real {
+        value: jet.value.im,
+        rate: jet.rate.im,
+    }
+}
+
+pub(crate) fn real(jet: Jet) -> Real {
+    Real {
+        value: jet.value.re,
+        rate: jet.rate.re,
+    }
+}
+
+pub(crate) fn times(a: Real, b: Real) -> Real {
+    Real {
+        value: a.value * b.value,
+        rate: a.rate * b.value + a.value * b.rate,
+    }
+}

@@ -3,6 +3,7 @@
 
 mod arrangement;
 mod boundary;
+mod characteristic;
 mod circle;
 mod corollary;
 mod coupling;
@@ -30,6 +31,7 @@ mod region;
 mod required;
 mod schemes;
 mod stability;
+mod straight;
 mod strip;
 mod theorem;
 mod transition;

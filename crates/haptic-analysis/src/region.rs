@@ -20,11 +20,12 @@
 //! Sources: Yu. I. Neimark, *D-partition and robust stability*, Comput. Math. Model. 9, 1998;
 //! O. Tokatlı, *Fractional Order Control in Haptics*, §4.3.
 
-use crate::arrangement::{Edge, Straight, monotone, near, pieces};
+use crate::arrangement::{Edge, monotone, pieces};
 use crate::boundary::Polygon;
-use crate::circle::Characteristic;
+use crate::characteristic::Characteristic;
 use crate::decomposition::Decomposition;
 use crate::outline::Outline;
+use crate::straight::{Straight, near};
 use crate::{AnalysisError, LoopOperator, SampledPlant};
 use core::f64::consts::PI;
 
