@@ -157,7 +157,10 @@ fn every_dependency_is_justified_and_every_justified_one_is_there() {
         assert!(!why.is_empty(), "{row}");
         // Without what stands in brackets behind a name.
         let names = names.split(',').map(|name| name.split(" (").next());
-        justified.extend(names.flatten().map(|name| name.trim().to_owned()));
+        for name in names.flatten().map(str::trim) {
+            let is_new = justified.insert(name.to_owned());
+            assert!(is_new, "{name} has two rows in ARCHITECTURE.md");
+        }
     }
     justified.remove("crate");
     let manifests = ["Cargo.toml", "firmware/Cargo.toml", "fuzz/Cargo.toml"];

@@ -16,6 +16,7 @@ mod integer_part;
 mod muir;
 mod order;
 mod oustaloup;
+pub mod parameter;
 #[cfg(feature = "alloc")]
 mod partitioned;
 pub mod portable;

@@ -2,8 +2,8 @@
 
 use crate::AnalysisError;
 use crate::environment::finite;
-use crate::error::{not_negative, positive};
 use crate::least_damping::{LeastDamping, Shares, exact, hold};
+use fracdiff::parameter::{not_negative, positive};
 use fracdiff::{FrequencyResponse, Order};
 use num_complex::Complex;
 use std::f64::consts::PI;

@@ -14,8 +14,8 @@
 //! than a tenth of a right angle in each.
 
 use crate::AnalysisError;
-use crate::circle::{Characteristic, Node};
-use crate::curve::{Bounds, Jet};
+use crate::characteristic::{Characteristic, Node};
+use crate::curve::{Bounds, Jet, Real, imaginary, real, times};
 use core::f64::consts::PI;
 
 /// Where the curve begins and ends: below this angle (and above π less it) it is within about 1e-12
@@ -38,13 +38,6 @@ pub(crate) struct Sample {
     /// The sign of W, that is of Im P. Where it is positive, crossing the curve to the left of
     /// increasing θ takes a pair of zeros of F out of the unit disc: two unstable poles fewer.
     pub(crate) leftward: bool,
-}
-
-/// A real function of θ with its derivative.
-#[derive(Clone, Copy, Debug)]
-struct Real {
-    value: f64,
-    rate: f64,
 }
 
 /// X, Y, W at one angle.
@@ -379,26 +372,5 @@ fn negative(jet: Jet) -> Jet {
     Jet {
         value: -jet.value,
         rate: -jet.rate,
-    }
-}
-
-fn imaginary(jet: Jet) -> Real {
-    Real {
-        value: jet.value.im,
-        rate: jet.rate.im,
-    }
-}
-
-fn real(jet: Jet) -> Real {
-    Real {
-        value: jet.value.re,
-        rate: jet.rate.re,
-    }
-}
-
-fn times(a: Real, b: Real) -> Real {
-    Real {
-        value: a.value * b.value,
-        rate: a.rate * b.value + a.value * b.rate,
     }
 }

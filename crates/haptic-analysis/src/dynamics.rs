@@ -1,10 +1,10 @@
 //! A device with its hand, its delay and its motor, in SI units.
 
-use crate::error::{not_negative, positive};
 use crate::{
     AnalysisError, Environment, ForcePath, LoopOperator, Nondimensional, OnePort, SampledLoop,
     SampledPlant,
 };
+use fracdiff::parameter::{not_negative, positive};
 
 /// A device as every analysis takes it.
 ///

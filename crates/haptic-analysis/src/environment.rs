@@ -1,7 +1,7 @@
 //! What the virtual environment alone feels like at one frequency.
 
-use crate::error::{not_negative, positive};
 use crate::{AnalysisError, Loop};
+use fracdiff::parameter::{not_negative, positive};
 use fracdiff::{FrequencyResponse, Order};
 use num_complex::Complex;
 use std::f64::consts::PI;

@@ -1,5 +1,6 @@
 //! What an analysis refuses.
 
+use fracdiff::parameter::RangeError;
 use std::fmt;
 
 /// A question that has no answer, in words.
@@ -45,72 +46,43 @@ impl From<fracdiff::ParameterError> for AnalysisError {
     }
 }
 
+impl From<RangeError> for AnalysisError {
+    fn from(error: RangeError) -> Self {
+        let RangeError {
+            what,
+            value,
+            allowed,
+            unit,
+        } = error;
+        Self::Range {
+            what,
+            value,
+            allowed,
+            unit,
+        }
+    }
+}
+
 impl fmt::Display for AnalysisError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
+        match *self {
             Self::Range {
                 what,
                 value,
                 allowed,
                 unit,
-            } => {
-                let space = if unit.is_empty() { "" } else { " " };
-                // A number that `{}` writes with hundreds of digits is written with an exponent.
-                let short = *value == 0.0 || (1e-6..1e15).contains(&value.abs());
-                if short {
-                    write!(f, "{what} {value}{space}{unit} is not {allowed}")?;
-                } else {
-                    write!(f, "{what} {value:e}{space}{unit} is not {allowed}")?;
-                }
-                // A range in words has no unit behind it.
-                if allowed.ends_with(|last: char| last.is_ascii_digit() || "])π".contains(last)) {
-                    write!(f, "{space}{unit}")?;
-                }
-                Ok(())
+            } => RangeError {
+                what,
+                value,
+                allowed,
+                unit,
             }
+            .fmt(f),
             Self::Unresolved { what, why } => write!(f, "{what} cannot be computed: {why}"),
             Self::NotStable { what } => write!(f, "the loop is not stable: it has no {what}"),
-            Self::Operator(error) => error.fmt(f),
+            Self::Operator(ref error) => error.fmt(f),
         }
     }
 }
 
 impl std::error::Error for AnalysisError {}
-
-/// Accepts a finite value above zero.
-pub(crate) fn positive(
-    what: &'static str,
-    value: f64,
-    unit: &'static str,
-) -> Result<f64, AnalysisError> {
-    check(what, value, value > 0.0, "above 0", unit)
-}
-
-/// Accepts a finite value of at least zero.
-pub(crate) fn not_negative(
-    what: &'static str,
-    value: f64,
-    unit: &'static str,
-) -> Result<f64, AnalysisError> {
-    check(what, value, value >= 0.0, "at least 0", unit)
-}
-
-/// Accepts a finite value that was found to be in its range.
-pub(crate) fn check(
-    what: &'static str,
-    value: f64,
-    accepted: bool,
-    allowed: &'static str,
-    unit: &'static str,
-) -> Result<f64, AnalysisError> {
-    if accepted && value.is_finite() {
-        Ok(value)
-    } else {
-        Err(AnalysisError::Range {
-            what,
-            value,
-            allowed,
-            unit,
-        })
-    }
-}

@@ -2,7 +2,10 @@
 #![forbid(unsafe_code)]
 
 mod arrangement;
+mod boundary;
+mod characteristic;
 mod circle;
+mod corollary;
 mod coupling;
 mod curve;
 mod decomposition;
@@ -10,23 +13,32 @@ mod dynamics;
 mod environment;
 mod error;
 mod extremum;
+mod functions;
 mod jury;
 mod largest;
 mod least_damping;
 mod linear;
 mod margin;
+mod mass_damper;
 mod operator;
 mod outline;
+mod own_operator;
 mod parameters;
 mod passivity;
 mod path;
 mod plant;
 mod region;
+mod required;
+mod schemes;
 mod stability;
+mod straight;
 mod strip;
+mod theorem;
 mod transition;
 mod transparency;
 
+pub use boundary::{BoundaryPoint, Polygon};
+pub use corollary::corollary_delta;
 pub use coupling::{Coupler, HybridMatrix, Llewellyn};
 pub use dynamics::Dynamics;
 pub use environment::{Effective, Environment};
@@ -37,9 +49,13 @@ pub use least_damping::LeastDamping;
 pub use margin::{AtAngle, Margins};
 pub use operator::LoopOperator;
 pub use parameters::{Loop, Nondimensional};
-pub use passivity::{OnePort, RequiredDamping, RequiredDelta, corollary_delta};
+pub use passivity::OnePort;
 pub use path::ForcePath;
 pub use plant::SampledPlant;
-pub use region::{BoundaryPoint, Polygon, StabilityRegion, StableArea};
+pub use region::{StabilityRegion, StableArea};
+pub use required::{RequiredDamping, RequiredDelta};
 pub use stability::{SampledLoop, Verdict};
 pub use transparency::{ClosedLoop, DelayedLoop};
+
+/// Complex numbers of the responses.
+pub use num_complex;

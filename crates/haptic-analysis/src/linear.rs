@@ -28,43 +28,8 @@ pub(crate) fn scaled(
     path: ForcePath,
 ) -> Result<Matrices, AnalysisError> {
     let lag = usize::from(path.lag_samples() > 0.0);
+    check_lists(a, b, c, lag)?;
     let n = b.len();
-    let most = STATES_MAX - lag;
-    if n == 0 || n > most {
-        return Err(AnalysisError::Range {
-            what: "states of a plant",
-            value: n as f64,
-            allowed: if lag == 0 {
-                "from 1 to 8"
-            } else {
-                "from 1 to 7 with a current lag"
-            },
-            unit: "",
-        });
-    }
-    for (what, length, wanted) in [
-        ("entries of A", a.len(), n * n),
-        ("entries of C", c.len(), n),
-    ] {
-        if length != wanted {
-            return Err(AnalysisError::Range {
-                what,
-                value: length as f64,
-                allowed: "as many as the entries of B ask for",
-                unit: "",
-            });
-        }
-    }
-    for (what, list) in [("entry of A", a), ("entry of B", b), ("entry of C", c)] {
-        if let Some(&value) = list.iter().find(|x| !x.is_finite()) {
-            return Err(AnalysisError::Range {
-                what,
-                value,
-                allowed: "finite",
-                unit: "",
-            });
-        }
-    }
     let size = n + lag;
     let mut matrix = DMatrix::zeros(size, size);
     let mut input = DVector::zeros(size);
@@ -103,6 +68,48 @@ pub(crate) fn scaled(
         });
     }
     Ok((matrix, input, output))
+}
+
+/// Whether the lists are square, as long as one another and finite.
+fn check_lists(a: &[f64], b: &[f64], c: &[f64], lag: usize) -> Result<(), AnalysisError> {
+    let n = b.len();
+    let most = STATES_MAX - lag;
+    if n == 0 || n > most {
+        return Err(AnalysisError::Range {
+            what: "states of a plant",
+            value: n as f64,
+            allowed: if lag == 0 {
+                "from 1 to 8"
+            } else {
+                "from 1 to 7 with a current lag"
+            },
+            unit: "",
+        });
+    }
+    for (what, length, wanted) in [
+        ("entries of A", a.len(), n * n),
+        ("entries of C", c.len(), n),
+    ] {
+        if length != wanted {
+            return Err(AnalysisError::Range {
+                what,
+                value: length as f64,
+                allowed: "as many as the entries of B ask for",
+                unit: "",
+            });
+        }
+    }
+    for (what, list) in [("entry of A", a), ("entry of B", b), ("entry of C", c)] {
+        if let Some(&value) = list.iter().find(|x| !x.is_finite()) {
+            return Err(AnalysisError::Range {
+                what,
+                value,
+                allowed: "finite",
+                unit: "",
+            });
+        }
+    }
+    Ok(())
 }
 
 /// Units of the states, powers of two, in which rows and columns of A are about as large.

@@ -1,6 +1,6 @@
 //! How far a stable loop is from the edge: gain margins, delay margin, sensitivity.
 
-use crate::circle::{Characteristic, Node};
+use crate::characteristic::{Characteristic, Node};
 use crate::curve::{Bounds, product};
 use crate::{AnalysisError, SampledLoop};
 use core::f64::consts::PI;

@@ -1,10 +1,8 @@
 //! The operator P(w) as the analysis sees it.
 
-use crate::AnalysisError;
-use crate::curve::{Bounds, Cascade, Jet, Modes, Place, Polynomial, Power};
-use fracdiff::full_memory::{Design, HORIZON_MIN};
-use fracdiff::scheme::{FULL_MODES, FULL_TAPS};
-use fracdiff::{FrequencyResponse, Order, Scheme, Seconds, grunwald_weights, muir_coefficients};
+use crate::curve::{Bounds, Jet, Place};
+use crate::functions::{Curve, Polynomial, Power};
+use fracdiff::{FrequencyResponse, Order};
 use num_complex::Complex;
 
 /// An operator D^μ ≈ T^(−μ)·P(w), 0 ≤ μ ≤ 2, with everything a proof about its loop needs.
@@ -16,6 +14,9 @@ use num_complex::Complex;
 /// full, piecewise-linear    P = (1 − w)^⌈μ⌉ [Σ k_j w^j + Σ_q W_q/(1 − r_q w)]
 /// oustaloup                 P = (1 − w)^n g·Π (v + z_i(2 − v))/(v + p_i(2 − v)),   v = 1 − w
 /// ```
+/// One's own: [`from_polynomials`](Self::from_polynomials), [`from_modes`](Self::from_modes), and from any
+/// [`FrequencyResponse`] whose memory fades, [`from_response`](Self::from_response).
+///
 /// All are analytic in |w| < 1 and bounded on the circle, which the argument principle needs; so
 /// integrals (μ < 0, a pole at w = 1) are refused.
 ///
@@ -29,40 +30,11 @@ use num_complex::Complex;
 pub struct LoopOperator {
     order: Order,
     /// n of the factor (1 − w)^n in front of the numerator.
-    differences: Power,
+    pub(crate) differences: Power,
     numerator: Curve,
     denominator: Polynomial,
     /// Numerator and denominator multiplied out, where there are any.
-    polynomials: Option<(Vec<f64>, Vec<f64>)>,
-}
-
-/// One of the functions an operator is made of.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Curve {
-    Polynomial(Polynomial),
-    Power(Power),
-    Modes(Modes),
-    Cascade(Cascade),
-}
-
-impl Curve {
-    pub(crate) fn jet(&self, place: &Place) -> Jet {
-        match self {
-            Self::Polynomial(curve) => curve.jet(place),
-            Self::Power(curve) => curve.jet(place),
-            Self::Modes(curve) => curve.jet(place),
-            Self::Cascade(curve) => curve.jet(place),
-        }
-    }
-
-    pub(crate) fn bounds(&self, a: (&Place, &Jet), b: (&Place, &Jet)) -> Bounds {
-        match self {
-            Self::Polynomial(curve) => curve.bounds(a.1, b.1, b.0.theta - a.0.theta),
-            Self::Power(curve) => curve.bounds(a, b),
-            Self::Modes(curve) => curve.bounds(a, b),
-            Self::Cascade(curve) => curve.bounds(a, b),
-        }
-    }
+    pub(crate) polynomials: Option<(Vec<f64>, Vec<f64>)>,
 }
 
 /// Numerator and denominator of P at one place.
@@ -75,105 +47,15 @@ pub(crate) struct OperatorNode {
 }
 
 impl LoopOperator {
-    /// From a scheme. `sample_time` matters only to `oustaloup`, whose corners are in Hz;
-    /// `horizon`, in samples, only to the full memories.
-    ///
-    /// # Errors
-    /// Unless 0 ≤ μ ≤ 2; a parameter of the scheme outside its range.
-    pub fn new(
-        scheme: Scheme,
-        order: Order,
-        sample_time: Seconds,
-        horizon: f64,
-    ) -> Result<Self, AnalysisError> {
-        if order.get() < 0.0 {
-            return Err(AnalysisError::Range {
-                what: "order",
-                value: order.get(),
-                allowed: "from 0 to 2: in a loop an integral has a pole at rest",
-                unit: "",
-            });
-        }
-        let (integer, fraction) = order.split();
-        let differences = f64::from(integer);
-        match scheme {
-            Scheme::Exact => Ok(Self::exact(order)),
-            Scheme::Grunwald { length } => {
-                scheme.build::<f64>(order, sample_time, horizon)?;
-                Ok(Self::polynomial(
-                    order,
-                    grunwald_weights(order).take(length).collect(),
-                ))
-            }
-            Scheme::Muir { degree } => {
-                scheme.build::<f64>(order, sample_time, horizon)?;
-                let mut coefficients = vec![0.0; degree + 1];
-                muir_coefficients(order, &mut coefficients);
-                Ok(Self::polynomial(order, coefficients))
-            }
-            Scheme::TustinMuir { degree } => {
-                scheme.build::<f64>(order, sample_time, horizon)?;
-                let mut above = vec![0.0; degree + 1];
-                let mut below = above.clone();
-                muir_coefficients(Order::new(fraction)?, &mut above);
-                muir_coefficients(Order::new(-fraction)?, &mut below);
-                let gain = libm::pow(2.0, fraction);
-                above.iter_mut().for_each(|b| *b *= gain);
-                let mut operator = Self::rational(order, above.clone(), below.clone());
-                operator.differences = Power(differences);
-                for _ in 0..integer {
-                    above = multiply(&above, &[1.0, -1.0]);
-                }
-                operator.polynomials = Some((above, below));
-                Ok(operator)
-            }
-            Scheme::Full { kernel, tolerance } => {
-                let horizon = horizon.max(HORIZON_MIN);
-                let design =
-                    Design::<FULL_TAPS, FULL_MODES>::pruned(kernel, order, tolerance, horizon)
-                        .map_err(fracdiff::SchemeError::from)?;
-                let core = Curve::Modes(full_memory(&design));
-                let (differences, _) = order.split_up();
-                Ok(Self::irrational(order, f64::from(differences), core))
-            }
-            Scheme::Oustaloup { sections, band } => {
-                scheme.build::<f64>(order, sample_time, horizon)?;
-                // ω = 2πfT, ω'_i and ω_i = ω_l·r^((2i − 1 ∓ φ)/(2m)); halves of them for s/2.
-                let rate = 2.0 * core::f64::consts::PI * sample_time.0;
-                let (low, high) = (rate * band.low_hz, rate * band.high_hz);
-                let corner = |i: usize, sign: f64| {
-                    let exponent =
-                        (2.0 * i as f64 - 1.0 + sign * fraction) / (2.0 * sections as f64);
-                    0.5 * low * libm::pow(high / low, exponent)
-                };
-                let cascade = Cascade {
-                    gain: libm::pow(high, fraction),
-                    corners: (1..=sections)
-                        .map(|i| (corner(i, -1.0), corner(i, 1.0)))
-                        .collect(),
-                };
-                Ok(Self::irrational(
-                    order,
-                    differences,
-                    Curve::Cascade(cascade),
-                ))
-            }
-            // `Scheme` may grow.
-            _ => Err(AnalysisError::Operator(fracdiff::SchemeError::Unknown(
-                scheme.to_string(),
-            ))),
-        }
-    }
-
-    fn exact(order: Order) -> Self {
+    pub(crate) fn exact(order: Order) -> Self {
         Self::irrational(order, 0.0, Curve::Power(Power(order.get())))
     }
 
-    fn polynomial(order: Order, coefficients: Vec<f64>) -> Self {
+    pub(crate) fn polynomial(order: Order, coefficients: Vec<f64>) -> Self {
         Self::rational(order, coefficients, vec![1.0])
     }
 
-    fn rational(order: Order, numerator: Vec<f64>, denominator: Vec<f64>) -> Self {
+    pub(crate) fn rational(order: Order, numerator: Vec<f64>, denominator: Vec<f64>) -> Self {
         let (numerator, denominator) = (Polynomial::new(numerator), Polynomial::new(denominator));
         let polynomials = (
             numerator.coefficients.clone(),
@@ -188,7 +70,7 @@ impl LoopOperator {
         }
     }
 
-    fn irrational(order: Order, differences: f64, core: Curve) -> Self {
+    pub(crate) fn irrational(order: Order, differences: f64, core: Curve) -> Self {
         Self {
             order,
             differences: Power(differences),
@@ -391,21 +273,4 @@ pub(crate) fn multiply(a: &[f64], b: &[f64]) -> Vec<f64> {
         }
     }
     product
-}
-
-/// `c_j = k_j + Σ_q w_q e^(−j·s_q)`, the modes from lag 0 on, the taps what is left of the true weight.
-fn full_memory(design: &Design<FULL_TAPS, FULL_MODES>) -> Modes {
-    let taps = (0..FULL_TAPS as u64).map(|lag| {
-        let modes = design.modes().iter();
-        let covered: f64 = modes
-            .map(|mode| mode.weight * libm::exp(-(lag as f64) * mode.rate))
-            .sum();
-        design.core_weight(lag) - covered
-    });
-    Modes {
-        taps: Polynomial::new(taps.collect()),
-        modes: (design.modes().iter())
-            .map(|mode| (mode.weight, -libm::expm1(-mode.rate)))
-            .collect(),
-    }
 }

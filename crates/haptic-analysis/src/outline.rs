@@ -1,10 +1,11 @@
 //! From pieces to polygons: which pieces bound the stable region, and how they join.
 
 use crate::AnalysisError;
-use crate::arrangement::{Edge, Piece, distance, middle, near};
+use crate::arrangement::{Edge, Piece, middle};
+use crate::boundary::{Polygon, boundary_point};
 use crate::circle::Circle;
 use crate::decomposition::{Decomposition, Sample};
-use crate::region::{Polygon, boundary_point};
+use crate::straight::{distance, near};
 use core::f64::consts::PI;
 
 /// All that is needed to find the boundary.

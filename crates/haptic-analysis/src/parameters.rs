@@ -5,9 +5,9 @@
 //! ```
 //! Source: O. Tokatlı, *Fractional Order Control in Haptics*, eq. 3.9.
 
-use crate::error::{check, not_negative, positive};
 use crate::{AnalysisError, SampledPlant};
 use fracdiff::Order;
+use fracdiff::parameter::{not_negative, positive, range};
 
 /// A haptic loop with units: device (with the hand, when coupled), sampling, virtual environment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,7 +80,7 @@ impl Nondimensional {
             ("delta", self.delta, damping, "from 0 to 1e6"),
             ("gamma", self.gamma, hand, allowed),
         ] {
-            check(what, value, (0.0..=most).contains(&value), allowed, "")?;
+            range(what, value, (0.0..=most).contains(&value), allowed, "")?;
         }
         Ok(self)
     }

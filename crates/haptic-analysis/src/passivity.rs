@@ -1,37 +1,17 @@
 //! Passivity of the one port: how much device damping a virtual wall asks for, by Theorem 1.
 
+use crate::corollary::{check_order, corollary_delta};
 use crate::environment::finite;
-use crate::error::{not_negative, positive};
 use crate::extremum::{Grid, Maximum};
 use crate::largest::{Largest, largest};
 use crate::path::Profile;
+use crate::required::{RequiredDamping, RequiredDelta};
+use crate::theorem::At;
 use crate::{AnalysisError, ForcePath};
+use fracdiff::parameter::{not_negative, positive};
 use fracdiff::{FrequencyResponse, Order, Seconds};
 use num_complex::Complex;
 use std::f64::consts::PI;
-
-/// Corollary 1, nondimensional: δ > α/2 + β·2^(μ−1); with units b > KT/2 + B(T/2)^(1−μ).
-///
-/// Equal to Theorem 1 for the exact operator (1 − w)^μ without extra delay and 0 ≤ μ ≤ 2 (in fact for
-/// every μ ≥ 0; worst at θ = π). It says nothing about another operator: the Muir polynomial of the
-/// dissertation needs up to a third more on the β term. Nor about a delay: d samples make the α term
-/// 2d + 1 times as large, and the β term larger where μ < 1 (where μ ≥ 1 it stays sufficient).
-///
-/// # Errors
-/// α or β below 0, or μ < 0.
-///
-/// Source: O. Tokatlı, *Fractional Order Control in Haptics*, eqs. 5.1, 5.2.
-pub fn corollary_delta(order: Order, alpha: f64, beta: f64) -> Result<f64, AnalysisError> {
-    check_order(order)?;
-    let alpha = not_negative("alpha", alpha, "")?;
-    let beta = not_negative("beta", beta, "")?;
-    // α/2 + β·2^(μ−1)
-    finite(
-        "least delta",
-        0.5 * alpha + beta * libm::pow(2.0, order.get() - 1.0),
-        "",
-    )
-}
 
 /// A device under a sampled wall K + B·T^(−μ)·P(w), with the operator P that really runs, behind a
 /// delay and a current lag.
@@ -89,56 +69,6 @@ pub struct OnePort<'a, P: ?Sized> {
 
 /// A gain at rest above minus this counts as 0: a full memory leaves about its tolerance.
 const REST_NOISE: f64 = 1e-4;
-
-/// What Theorem 1 asks for, without units, and Corollary 1 beside it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RequiredDelta {
-    /// The loop is passive for δ above this, and only then.
-    pub delta: f64,
-    /// θ that asks for it, rad/sample; of several π, then 0, then the largest.
-    pub worst_theta: f64,
-    /// What Corollary 1 asks for: [`corollary_delta`].
-    pub corollary_delta: f64,
-    /// α + βP(1) < 0: a negative spring at rest, which no damping makes passive. Theorem 1 looks at
-    /// θ > 0 only and cannot see it; A₃ with μ > 1 does this, P(1) = (1−μ)(3−μ)/3.
-    pub negative_at_rest: bool,
-}
-
-/// The same with units.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RequiredDamping {
-    /// The loop is passive for b above this, N·s/m, and only then.
-    pub damping_n_s_per_m: f64,
-    /// ω that asks for it, rad/s.
-    pub worst_rad_s: f64,
-    /// What Corollary 1 asks for, N·s/m.
-    pub corollary_n_s_per_m: f64,
-    /// K + B·T^(−μ)·P(1) < 0, see [`RequiredDelta::negative_at_rest`].
-    pub negative_at_rest: bool,
-}
-
-impl RequiredDelta {
-    /// Is a loop of this δ passive? Strict, as the theorem; never with a negative spring at rest.
-    #[must_use]
-    pub fn passive(&self, delta: f64) -> bool {
-        delta > self.delta && !self.negative_at_rest
-    }
-
-    /// How many times more than the corollary promises; `None` where that promises 0.
-    #[must_use]
-    pub fn excess(&self) -> Option<f64> {
-        let ratio = self.delta / self.corollary_delta;
-        ratio.is_finite().then_some(ratio)
-    }
-}
-
-impl RequiredDamping {
-    /// Is a device of this damping, N·s/m, passive? Strict, as the theorem.
-    #[must_use]
-    pub fn passive(&self, damping_n_s_per_m: f64) -> bool {
-        damping_n_s_per_m > self.damping_n_s_per_m && !self.negative_at_rest
-    }
-}
 
 impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
     /// The longest extra delay, in samples.
@@ -458,95 +388,4 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
         }
         Ok(v)
     }
-}
-
-/// Theorem 1 at one frequency.
-#[derive(Clone, Copy, Debug)]
-struct At {
-    /// Re{(1 − w)M}/|1 − w|² and Re{(1 − w)MP}/|1 − w|².
-    u: f64,
-    v: f64,
-    p: Complex<f64>,
-    /// V/|1 − w|².
-    spread: f64,
-}
-
-impl At {
-    /// δ = (r + √(r² + s|q|²))/2,   r = αu + βv,  q = α + βP,  s = V/|1 − w|²
-    fn needed(&self, alpha: f64, beta: f64) -> f64 {
-        let r = weighted(alpha, self.u) + weighted(beta, self.v);
-        if self.spread == 0.0 {
-            return r;
-        }
-        let p = if beta > 0.0 {
-            self.p * beta
-        } else {
-            0.0.into()
-        };
-        larger_root(r, self.spread * (p + alpha).norm_sqr())
-    }
-
-    /// Slope and value at 0 of the tangent of δ at `x`, for r = x·r₁ + `given`·r₂ and q = x·q₁ + `given`·q₂;
-    /// of the asymptote for an infinite x.
-    fn tangent(
-        &self,
-        [(r1, q1), (r2, q2)]: [(f64, Complex<f64>); 2],
-        x: f64,
-        given: f64,
-    ) -> (f64, f64) {
-        let rest = weighted(given, r2);
-        if self.spread == 0.0 {
-            return (r1, rest);
-        }
-        // ρ² = x²A + 2xC + …,  A = r₁² + s|q₁|²,  C = r₁r₀ + s·Re(q₁·q₀*),  r₀ and q₀ without x
-        let other = if given > 0.0 { q2 * given } else { 0.0.into() };
-        let squared = r1 * r1 + self.spread * q1.norm_sqr();
-        let cross = r1 * rest + self.spread * (q1 * other.conj()).re;
-        if x.is_infinite() {
-            let root = libm::sqrt(squared);
-            let mixed = if root > 0.0 { cross / root } else { 0.0 };
-            return (0.5 * (r1 + root), 0.5 * (rest + mixed));
-        }
-        let r = x * r1 + rest;
-        let square = self.spread * (q1 * x + other).norm_sqr();
-        let root = libm::sqrt(r * r + square);
-        let value = larger_root(r, square);
-        let slope = if root > 0.0 && root.is_finite() {
-            0.5 * (r1 + (x * squared + cross) / root)
-        } else {
-            0.0
-        };
-        (slope, value - x * slope)
-    }
-}
-
-/// (r + √(r² + square))/2 without cancellation.
-fn larger_root(r: f64, square: f64) -> f64 {
-    let root = libm::sqrt(r * r + square);
-    if r >= 0.0 {
-        0.5 * (r + root)
-    } else if root.is_infinite() {
-        0.0
-    } else {
-        0.5 * square / (root - r)
-    }
-}
-
-/// factor·x, 0 for the factor 0 whatever x.
-fn weighted(factor: f64, x: f64) -> f64 {
-    if factor > 0.0 { factor * x } else { 0.0 }
-}
-
-/// Theorem 1 has a bound for derivatives only.
-fn check_order(order: Order) -> Result<(), AnalysisError> {
-    let value = order.get();
-    if value < 0.0 {
-        return Err(AnalysisError::Range {
-            what: "order",
-            value,
-            allowed: "in [0, 2], where the passivity theorem has a bound",
-            unit: "",
-        });
-    }
-    Ok(())
 }

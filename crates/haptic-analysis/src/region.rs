@@ -20,33 +20,14 @@
 //! Sources: Yu. I. Neimark, *D-partition and robust stability*, Comput. Math. Model. 9, 1998;
 //! O. Tokatlı, *Fractional Order Control in Haptics*, §4.3.
 
-use crate::arrangement::{Edge, Straight, monotone, near, pieces};
-use crate::circle::Characteristic;
-use crate::decomposition::{Decomposition, Sample};
+use crate::arrangement::{Edge, monotone, pieces};
+use crate::boundary::Polygon;
+use crate::characteristic::Characteristic;
+use crate::decomposition::Decomposition;
 use crate::outline::Outline;
+use crate::straight::{Straight, near};
 use crate::{AnalysisError, LoopOperator, SampledPlant};
 use core::f64::consts::PI;
-
-/// One corner or point of a boundary.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BoundaryPoint {
-    /// α.
-    pub alpha: f64,
-    /// β.
-    pub beta: f64,
-    /// The angle at which a pole crosses the circle there, rad/sample; `None` on an axis.
-    pub theta: Option<f64>,
-}
-
-/// A closed boundary; the last point is followed by the first. The region lies to its left: an
-/// outer boundary runs anticlockwise, that of a hole clockwise.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Polygon {
-    /// In order.
-    pub points: Vec<BoundaryPoint>,
-    /// Enclosed area, negative for a hole; by cubics between the points, not by chords.
-    pub area: f64,
-}
 
 /// The α, β ≥ 0 for which a loop is stable.
 #[derive(Clone, Debug, PartialEq)]
@@ -181,23 +162,6 @@ impl StabilityRegion {
     }
 }
 
-impl Polygon {
-    fn contains(&self, alpha: f64, beta: f64) -> bool {
-        let mut inside = false;
-        let Some(mut a) = self.points.last() else {
-            return false;
-        };
-        for b in &self.points {
-            if (a.beta > beta) != (b.beta > beta) {
-                let share = (beta - a.beta) / (b.beta - a.beta);
-                inside ^= alpha < a.alpha + share * (b.alpha - a.alpha);
-            }
-            a = b;
-        }
-        inside
-    }
-}
-
 /// R, see the module's step 1.
 fn reach(characteristic: &Characteristic) -> Result<f64, AnalysisError> {
     let Characteristic { plant, operator } = characteristic;
@@ -284,22 +248,7 @@ fn edges(decomposition: &Decomposition) -> Result<Vec<Edge>, AnalysisError> {
         decomposition.reach / decomposition.direct_gain,
     );
     for (p, c, theta, stable_side) in lines {
-        // α = c − pβ with 0 ≤ β ≤ its end and 0 ≤ α ≤ its end.
-        let (mut low, mut high) = (0.0_f64, beta_end);
-        if p == 0.0 {
-            if !(0.0..=alpha_end).contains(&c) {
-                continue;
-            }
-        } else {
-            let (one, other) = (c / p, (c - alpha_end) / p);
-            low = low.max(one.min(other));
-            high = high.min(one.max(other));
-        }
-        let ends = [
-            [(c - p * low).max(0.0), low],
-            [(c - p * high).max(0.0), high],
-        ];
-        if low < high && !near(ends[0], ends[1]) {
+        if let Some(ends) = cut_to_box((p, c), (alpha_end, beta_end)) {
             edges.push(Edge::Straight(Straight {
                 ends,
                 normal: [1.0, p],
@@ -323,6 +272,25 @@ fn edges(decomposition: &Decomposition) -> Result<Vec<Edge>, AnalysisError> {
     Ok(edges)
 }
 
+/// The ends of the line α = c − pβ with 0 ≤ β ≤ its end and 0 ≤ α ≤ its end, if it has a length there.
+fn cut_to_box((p, c): (f64, f64), (alpha_end, beta_end): (f64, f64)) -> Option<[[f64; 2]; 2]> {
+    let (mut low, mut high) = (0.0_f64, beta_end);
+    if p == 0.0 {
+        if !(0.0..=alpha_end).contains(&c) {
+            return None;
+        }
+    } else {
+        let (one, other) = (c / p, (c - alpha_end) / p);
+        low = low.max(one.min(other));
+        high = high.min(one.max(other));
+    }
+    let ends = [
+        [(c - p * low).max(0.0), low],
+        [(c - p * high).max(0.0), high],
+    ];
+    (low < high && !near(ends[0], ends[1])).then_some(ends)
+}
+
 fn summary(mut polygons: Vec<Polygon>, searched: f64, at_rest: (f64, f64)) -> StabilityRegion {
     polygons.retain(|polygon| polygon.points.len() > 2);
     polygons.sort_by(|a, b| b.area.total_cmp(&a.area));
@@ -340,13 +308,4 @@ fn summary(mut polygons: Vec<Polygon>, searched: f64, at_rest: (f64, f64)) -> St
         searched,
         at_rest,
     })
-}
-
-/// A point for a picture, from a sample.
-pub(crate) fn boundary_point(sample: &Sample) -> BoundaryPoint {
-    BoundaryPoint {
-        alpha: sample.point[0].max(0.0),
-        beta: sample.point[1].max(0.0),
-        theta: (!sample.theta.is_nan()).then_some(sample.theta),
-    }
 }

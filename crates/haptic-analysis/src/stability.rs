@@ -1,6 +1,7 @@
 //! Stability of the sampled loop: three ways that must agree.
 
-use crate::circle::{Characteristic, Count};
+use crate::characteristic::Characteristic;
+use crate::circle::Count;
 use crate::jury::{Jury, companion_eigenvalues, jury};
 use crate::operator::multiply;
 use crate::{AnalysisError, ForcePath, LoopOperator, Nondimensional, SampledPlant};

@@ -1,7 +1,7 @@
 //! The region for μ = 0, where P is a number p and F depends on κ = α + pβ alone: strips.
 
+use crate::boundary::{BoundaryPoint, Polygon};
 use crate::decomposition::Decomposition;
-use crate::region::{BoundaryPoint, Polygon};
 use core::f64::consts::PI;
 
 /// The strips κ₁ < α + pβ < κ₂ of stable loops, cut to the quadrant.

@@ -1,9 +1,9 @@
 //! What the hand feels: the closed loop read as a spring and a damper.
 
 use crate::environment::{Effective, Environment};
-use crate::error::{not_negative, positive};
 use crate::{AnalysisError, ForcePath, Loop};
 use fracdiff::FrequencyResponse;
+use fracdiff::parameter::{not_negative, positive, range};
 use num_complex::Complex;
 
 /// Device, zero-order hold and virtual environment, as the hand meets them.
@@ -154,6 +154,34 @@ impl DelayedLoop {
         let inertia = self.closed.mass_kg * omega * omega;
         let damping = self.closed.damping_n_s_per_m + acting.im / omega;
         Effective::new(omega, acting.re - inertia, damping)
+    }
+}
+
+impl Environment {
+    /// The same on any linear device: Z = Z_d + H·e^(−jωT/2)·e^(−jωTd)/((1 + jωτ)·jω).
+    ///
+    /// `impedance` is Z_d(jω), N·s/m, velocity in and force out: jωm + b for a mass on a damper; of a plant with the
+    /// transfer function G from force to position, 1/(jω·G(jω)).
+    ///
+    /// # Errors
+    /// A parameter or ω outside its range, an impedance that is not finite, or a result too large for a number.
+    pub fn felt_on(
+        &self,
+        impedance: Complex<f64>,
+        path: ForcePath,
+        operator: &(impl FrequencyResponse + ?Sized),
+        omega_rad_s: f64,
+    ) -> Result<Effective, AnalysisError> {
+        let omega = omega_rad_s;
+        let theta = self.checked()?.theta(omega)?;
+        for part in [impedance.re, impedance.im] {
+            range("impedance of the device", part, true, "finite", "N·s/m")?;
+        }
+        let (sin, cos) = libm::sincos(0.5 * theta);
+        let acting =
+            self.response(operator, theta) * Complex::new(cos, -sin) * path.continuous(theta);
+        let damping = impedance.re + acting.im / omega;
+        Effective::new(omega, acting.re - omega * impedance.im, damping)
     }
 }
 

@@ -1,7 +1,7 @@
 //! What the environment and the closed loop feel like, against the definitions and their limits.
 
 use fracdiff::{ExactDifference, MuirPolynomial, Order, Seconds};
-use haptic_analysis::{ClosedLoop, Effective, Environment, Loop};
+use haptic_analysis::{ClosedLoop, Effective, Environment, ForcePath, Loop};
 use num_complex::Complex;
 use proptest::prelude::*;
 use std::f64::consts::PI;
@@ -302,4 +302,63 @@ proptest! {
             prop_assert!(gain(with, without) >= -1e-9 * with.stiffness_n_per_m.abs());
         }
     }
+}
+
+#[test]
+fn any_linear_device_is_felt_as_its_impedance_says() {
+    let order = Order::new(0.5).expect("in range");
+    let environment = Environment {
+        stiffness_n_per_m: 500.0,
+        dissipation_n_s_mu_per_m: 3.0,
+        order,
+        sample_time_s: 1e-3,
+    };
+    let (mass, damping) = (0.065, 3.5);
+    let path = ForcePath::new(1.3, 0.7).expect("in range");
+    let operator = ExactDifference(order);
+    let closed = ClosedLoop {
+        mass_kg: mass,
+        damping_n_s_per_m: damping,
+        environment,
+        delay_samples: 0,
+    };
+    for omega in [1e-2, 1.0, 70.0, 900.0, 3000.0] {
+        let own = Complex::new(damping, omega * mass);
+        let have = environment
+            .felt_on(own, path, &operator, omega)
+            .expect("felt");
+        let want = closed
+            .through(path)
+            .sampled(&operator, omega)
+            .expect("felt");
+        let scale = want.stiffness_n_per_m.abs().max(500.0);
+        assert!((have.stiffness_n_per_m - want.stiffness_n_per_m).abs() < 1e-12 * scale);
+        assert!(
+            (have.damping_n_s_per_m - want.damping_n_s_per_m).abs()
+                < 1e-12 * scale / omega.min(1.0)
+        );
+    }
+    // A second mass behind a spring: Z = b + jωm + 1/(1/(jωM) + jω/κ), in resonance with the first no mass at all.
+    let (second, spring) = (0.02, 300.0);
+    let omega = f64::sqrt(spring * (mass + second) / (mass * second));
+    let behind =
+        (Complex::new(0.0, omega * second).inv() + Complex::new(0.0, omega / spring)).inv();
+    let device = Complex::new(damping, omega * mass) + behind;
+    let felt = environment
+        .felt_on(device, ForcePath::NONE, &operator, omega)
+        .expect("felt");
+    let massless = ClosedLoop {
+        mass_kg: 1e-12,
+        ..closed
+    };
+    let want = massless.sampled(&operator, omega).expect("felt");
+    assert!(
+        (felt.stiffness_n_per_m - want.stiffness_n_per_m).abs() < 1e-6 * want.stiffness_n_per_m
+    );
+    let broken = environment.felt_on(Complex::new(f64::NAN, 0.0), path, &operator, 1.0);
+    let text = broken.expect_err("refused").to_string();
+    assert!(
+        text.contains("impedance of the device NaN N·s/m is not finite"),
+        "{text}"
+    );
 }

@@ -2,26 +2,46 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+mod answer;
+mod coefficients;
 mod configuration;
+mod current_keys;
+mod digest;
+mod field;
 mod frame;
+mod identity;
 mod keys;
+mod limits;
+mod loop_mode;
 mod report;
 mod request;
+mod sample;
 mod sequence;
+mod simulation;
+mod statistics;
+mod status;
 mod tightened;
 
-pub use configuration::{
-    COEFFICIENTS_PER_BLOCK, Configuration, DigestBuilder, Field, Guard, GuardKind, Limits,
-    LoopMode, OperatorForm, OperatorShape, Simulation, SimulationKind, block_count,
+pub use answer::{Ack, Outcome, Refusal};
+pub use coefficients::{
+    COEFFICIENTS_PER_BLOCK, CoefficientBlock, OperatorForm, OperatorShape, block_count,
 };
+pub use configuration::Configuration;
+pub use current_keys::{REPORT_KEYS, REQUEST_KEYS};
+pub use digest::DigestBuilder;
+pub use field::Field;
 pub use frame::{
     Direction, EncodeError, FRAME_MAX, FrameError, Header, LineCounters, PROTOCOL_VERSION,
     Receiver, encode, greet_version_1,
 };
-pub use keys::{KEYS_MAX, Keys, MessageKey, REPORT_KEYS, REQUEST_KEYS};
-pub use report::{
-    Ack, Alive, BATCH_MAX, Batch, BatchItem, Capabilities, Event, EventKind, FaultReport, Flight,
-    Hello, Outcome, Refusal, Report, Sample, State, Statistics, Status,
-};
-pub use request::{CoefficientBlock, Request, Scope, Start};
+pub use identity::{Capabilities, Hello};
+pub use keys::{KEYS_MAX, Keys, MessageKey};
+pub use limits::{Guard, GuardKind, Limits};
+pub use loop_mode::LoopMode;
+pub use report::Report;
+pub use request::{Request, Scope, Start};
+pub use sample::{BATCH_MAX, Batch, BatchItem, Flight, Sample};
 pub use sequence::{Arrival, RequestTracker, SequenceTracker};
+pub use simulation::{Simulation, SimulationKind};
+pub use statistics::Statistics;
+pub use status::{Alive, Event, EventKind, FaultReport, State, Status};

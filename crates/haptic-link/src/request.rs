@@ -1,6 +1,7 @@
 //! What a host says to a device.
 
-use crate::configuration::{COEFFICIENTS_PER_BLOCK, Configuration};
+use crate::coefficients::CoefficientBlock;
+use crate::configuration::Configuration;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -151,16 +152,6 @@ impl Request {
     pub const fn name(&self) -> &'static str {
         Self::NAMES[self.number() as usize]
     }
-}
-
-/// Sixteen coefficients of the operator; the last block is filled up with zeros.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
-pub struct CoefficientBlock {
-    /// Of the first one, a multiple of 16.
-    #[serde(with = "postcard::fixint::le")]
-    pub offset: u16,
-    /// In the order of [`OperatorForm`](crate::OperatorForm).
-    pub values: [f32; COEFFICIENTS_PER_BLOCK],
 }
 
 /// A run to begin: history at rest, tick 0.

@@ -1,6 +1,8 @@
 //! Limits of a run beside those that were set to last: a run may only tighten them.
 
-use crate::configuration::{Configuration, Field, Guard, GuardKind, Limits};
+use crate::configuration::Configuration;
+use crate::field::Field;
+use crate::limits::{Guard, GuardKind, Limits};
 
 /// The first limit that was looser.
 #[derive(Default)]

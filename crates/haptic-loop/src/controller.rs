@@ -7,7 +7,6 @@
 //! Sensor to force first, everything else after.
 
 use crate::device::{Device, Reading};
-use crate::engaged::Engaged;
 use crate::environment::Environment;
 use crate::safety::{Fault, Limiters, SafeForce, SafetyChain, SafetyState, StartRefused};
 use fracdiff::Real;
@@ -30,6 +29,26 @@ pub struct Sample<F, const D: usize> {
 
 /// An environment behind a safety chain, with the state of both.
 ///
+/// ```
+/// use fracdiff::{Order, Seconds, ShortMemory};
+/// use haptic_loop::plant::{MassDamper, MassDamperConfig};
+/// use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
+/// use haptic_loop::{Controller, SafetyChain, SpringDamper};
+///
+/// let t = Seconds(1e-3);
+/// let operator = ShortMemory::<f64, 64>::new(Order::new(0.5)?, t)?;
+/// let wall = SpringDamper::new(500.0, 2.0, operator)?; // K in N/m, B in N·s^μ/m
+/// let chain = SafetyChain::new(Newtons(10.0), NewtonsPerSecond(1e4), t)?;
+/// let mut controller = Controller::<_, 1, _>::new(wall, chain);
+/// let testbed = MassDamperConfig::ideal(Kilograms(0.065), NewtonSecondsPerMetre(3.5), t);
+/// let mut device = MassDamper::<1>::new(testbed)?;
+/// for _ in 0..100 {
+///     let sample = controller.tick(&mut device).unwrap_or_else(|never| match never {});
+///     assert!(sample.force.newtons()[0].abs() <= 10.0);
+/// }
+/// # Ok::<(), haptic_loop::ParameterError>(())
+/// ```
+///
 /// *Start-up*: history at rest, force zero. *Cost* of a tick: the device's read and write, the
 /// environment's force and advance, a few comparisons; no allocation, lock, formatting or panic.
 #[derive(Clone, Debug)]
@@ -40,6 +59,48 @@ pub struct Controller<F: Real, const D: usize, E: Environment<F, D>> {
     safety: SafetyState<F, D>,
     /// Number of the tick that comes next, if none is missing.
     next: u64,
+}
+
+/// A tick whose force is known and whose rest is still to come: see [`Controller::begin`].
+///
+/// It holds the controller, so nothing can come between the two halves: no other tick, stop or reset. *Dropped* it
+/// finishes too, so a tick that was given up half way leaves no gap in the history. Only `core::mem::forget` makes one,
+/// as a failed read does; the force of a gap is wrong, but the safety chain and its guard know all that was sent.
+#[must_use = "send its force, then finish it"]
+#[derive(Debug)]
+pub struct Begun<'a, F: Real, const D: usize, E: Environment<F, D>> {
+    controller: &'a mut Controller<F, D, E>,
+    sample: Sample<F, D>,
+    /// The force is the environment's own, which then takes the position into its history.
+    own: bool,
+}
+
+impl<F: Real, const D: usize, E: Environment<F, D>> Begun<'_, F, D, E> {
+    /// What to send to the device.
+    #[inline]
+    pub const fn force(&self) -> SafeForce<F, D> {
+        self.sample.force
+    }
+
+    /// The rest of the tick: the history takes the position in.
+    #[inline]
+    pub fn finish(self) -> Sample<F, D> {
+        self.sample
+    }
+}
+
+impl<F: Real, const D: usize, E: Environment<F, D>> Drop for Begun<'_, F, D, E> {
+    #[inline]
+    fn drop(&mut self) {
+        if self.own {
+            let Controller {
+                environment,
+                history,
+                ..
+            } = &mut *self.controller;
+            environment.advance(history, &self.sample.reading.position_m);
+        }
+    }
 }
 
 impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
@@ -72,14 +133,6 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
             self.safety.skip(missed);
         }
         self.next = tick.wrapping_add(1);
-    }
-
-    /// Closes the loop with a device until the value is dropped, which leaves no force behind.
-    pub const fn engage<'a, V: Device<F, D>>(
-        &'a mut self,
-        device: &'a mut V,
-    ) -> Engaged<'a, F, D, E, V> {
-        Engaged::new(self, device)
     }
 
     /// One tick.
@@ -141,6 +194,59 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
         reading: Reading<F, D>,
         commanded: Option<&SVector<F, D>>,
     ) -> Result<Sample<F, D>, V::Error> {
+        let begun = self.begin_either(reading, commanded);
+        let written = device.write(begun.force());
+        let sample = begun.finish();
+        written?;
+        Ok(sample)
+    }
+
+    /// The first half of a tick, for a device that cannot be written to inside one (DMA, async): the force for this
+    /// reading. Send it, then [`finish`](Begun::finish).
+    ///
+    /// With [`Device::write`] between the two halves it is [`tick`](Self::tick), bit for bit. The safety chain has
+    /// booked the force as sent: one that never gets to the device counts as a failed write.
+    ///
+    /// ```
+    /// use fracdiff::{Order, Seconds, ShortMemory};
+    /// use haptic_loop::units::{Newtons, NewtonsPerSecond};
+    /// use haptic_loop::{Controller, Reading, SafetyChain, SpringDamper};
+    /// use nalgebra::vector;
+    ///
+    /// let t = Seconds(1e-3);
+    /// let operator = ShortMemory::<f32, 64>::new(Order::new(0.5)?, t)?;
+    /// let wall = SpringDamper::new(500.0, 2.0, operator)?;
+    /// let chain = SafetyChain::new(Newtons(10.0), NewtonsPerSecond(1e6), t)?;
+    /// let mut controller = Controller::<_, 1, _>::new(wall, chain);
+    ///
+    /// let reading = Reading { tick: 0, time_s: 0.0, position_m: vector![1e-3_f32] };
+    /// let begun = controller.begin(reading);
+    /// let transfer = begun.force(); // start it, do not wait for its end
+    /// let sample = begun.finish(); // meanwhile the history takes the position in
+    /// assert_eq!(sample.force, transfer);
+    /// # Ok::<(), haptic_loop::ParameterError>(())
+    /// ```
+    #[inline]
+    pub fn begin(&mut self, reading: Reading<F, D>) -> Begun<'_, F, D, E> {
+        self.begin_either(reading, None)
+    }
+
+    /// As [`begin`](Self::begin), with a force that somebody else has computed, N.
+    #[inline]
+    pub fn begin_commanded(
+        &mut self,
+        reading: Reading<F, D>,
+        wanted: &SVector<F, D>,
+    ) -> Begun<'_, F, D, E> {
+        self.begin_either(reading, Some(wanted))
+    }
+
+    #[inline]
+    fn begin_either(
+        &mut self,
+        reading: Reading<F, D>,
+        commanded: Option<&SVector<F, D>>,
+    ) -> Begun<'_, F, D, E> {
         self.follow(reading.tick);
         let wanted = match commanded {
             Some(wanted) => *wanted,
@@ -149,19 +255,18 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
         let (force, limiters) = self
             .chain
             .apply(&mut self.safety, &reading.position_m, &wanted);
-        let written = device.write(force);
-        if commanded.is_none() {
-            self.environment
-                .advance(&mut self.history, &reading.position_m);
-        }
-        written?;
-        Ok(Sample {
+        let sample = Sample {
             reading,
             environment_force_n: wanted,
             force,
             limiters,
             observed_energy_j: self.safety.observed_energy_j(),
-        })
+        };
+        Begun {
+            controller: self,
+            sample,
+            own: commanded.is_none(),
+        }
     }
 
     /// Whether the device may be armed where it is: what the arming code asks before the first tick, and

@@ -16,11 +16,20 @@ pub struct Engaged<'a, F: Real, const D: usize, E: Environment<F, D>, V: Device<
     device: &'a mut V,
 }
 
-impl<'a, F: Real, const D: usize, E: Environment<F, D>, V: Device<F, D>> Engaged<'a, F, D, E, V> {
-    pub(crate) const fn new(controller: &'a mut Controller<F, D, E>, device: &'a mut V) -> Self {
-        Self { controller, device }
+impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
+    /// Closes the loop with a device until the value is dropped, which leaves no force behind.
+    pub const fn engage<'a, V: Device<F, D>>(
+        &'a mut self,
+        device: &'a mut V,
+    ) -> Engaged<'a, F, D, E, V> {
+        Engaged {
+            controller: self,
+            device,
+        }
     }
+}
 
+impl<F: Real, const D: usize, E: Environment<F, D>, V: Device<F, D>> Engaged<'_, F, D, E, V> {
     /// See [`Controller::tick`].
     ///
     /// # Errors

@@ -2,6 +2,7 @@
 
 use core::fmt;
 use fracdiff::Real;
+use fracdiff::parameter::{self, RangeError};
 
 /// A parameter outside its documented range: name, rejected value, allowed range, unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,35 +38,44 @@ impl From<fracdiff::ParameterError> for ParameterError {
     }
 }
 
+impl From<RangeError> for ParameterError {
+    fn from(error: RangeError) -> Self {
+        let RangeError {
+            what,
+            value,
+            allowed,
+            unit,
+        } = error;
+        Self::Range {
+            what,
+            value,
+            allowed,
+            unit,
+        }
+    }
+}
+
 impl fmt::Display for ParameterError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
+        match *self {
             Self::Range {
                 what,
                 value,
                 allowed,
                 unit,
-            } => {
-                let space = if unit.is_empty() { "" } else { " " };
-                // A number that `{}` writes with hundreds of digits is written with an exponent.
-                let short = *value == 0.0 || (1e-6..1e15).contains(&value.abs());
-                if short {
-                    write!(f, "{what} {value}{space}{unit} is not {allowed}")?;
-                } else {
-                    write!(f, "{what} {value:e}{space}{unit} is not {allowed}")?;
-                }
-                // A range in words has no unit behind it.
-                if allowed.ends_with(|last: char| last.is_ascii_digit() || "])π".contains(last)) {
-                    write!(f, "{space}{unit}")?;
-                }
-                Ok(())
+            } => RangeError {
+                what,
+                value,
+                allowed,
+                unit,
             }
+            .fmt(f),
             Self::Braking {
                 value_n_s_per_m,
                 most_n_s_per_m,
                 mass_known,
             } => {
-                let why = if *mass_known {
+                let why = if mass_known {
                     "half of what mass, delay and sample time bear: take less braking or a shorter sample time"
                 } else {
                     "the most for a device of unknown mass: give its mass, or take less braking"
@@ -75,7 +85,7 @@ impl fmt::Display for ParameterError {
                     "braking {value_n_s_per_m} N·s/m is not at most {most_n_s_per_m} N·s/m, {why}"
                 )
             }
-            Self::Operator(error) => error.fmt(f),
+            Self::Operator(ref error) => error.fmt(f),
         }
     }
 }
@@ -90,16 +100,7 @@ pub(crate) fn range(
     allowed: &'static str,
     unit: &'static str,
 ) -> Result<f64, ParameterError> {
-    if accepted && value.is_finite() {
-        Ok(value)
-    } else {
-        Err(ParameterError::Range {
-            what,
-            value,
-            allowed,
-            unit,
-        })
-    }
+    Ok(parameter::range(what, value, accepted, allowed, unit)?)
 }
 
 /// Rounds a checked value to the loop's precision; refuses one that overflows or vanishes there.
@@ -128,7 +129,7 @@ pub(crate) fn positive(
     value: f64,
     unit: &'static str,
 ) -> Result<f64, ParameterError> {
-    range(what, value, value > 0.0, "above 0", unit)
+    Ok(parameter::positive(what, value, unit)?)
 }
 
 /// Accepts a finite value of at least zero.
@@ -138,5 +139,5 @@ pub(crate) fn not_negative(
     value: f64,
     unit: &'static str,
 ) -> Result<f64, ParameterError> {
-    range(what, value, value >= 0.0, "at least 0", unit)
+    Ok(parameter::not_negative(what, value, unit)?)
 }

@@ -18,7 +18,7 @@ mod tissue;
 pub mod units;
 mod wall;
 
-pub use controller::{Controller, Sample};
+pub use controller::{Begun, Controller, Sample};
 pub use device::{Device, Reading};
 pub use engaged::Engaged;
 pub use environment::{Contact, Environment, SpringDamper};

@@ -1,7 +1,7 @@
 //! Energy bounding: the force is never larger than the energy at hand can pay for.
 
-use super::profile::{MAX_GUARD_DELAY_SAMPLES, MAX_GUARD_LAG_SAMPLES, Profile, Timing};
-use super::{GuardState, dot, keep};
+use super::profile::{MAX_GUARD_DELAY_SAMPLES, MAX_GUARD_LAG_SAMPLES, Profile, Timing, dot};
+use super::state::{GuardState, keep};
 use crate::error::{ParameterError, range, rounded};
 use crate::units::{Metres, NewtonSecondsPerMetre, Seconds};
 use fracdiff::Real;

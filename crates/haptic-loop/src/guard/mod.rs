@@ -18,18 +18,19 @@
 mod bounding;
 mod observer;
 mod profile;
+mod state;
 
 pub use bounding::EnergyBounding;
 pub use observer::PassivityObserver;
 pub use profile::{MAX_GUARD_DELAY_SAMPLES, MAX_GUARD_LAG_SAMPLES};
+pub(crate) use state::GuardState;
 
-use crate::error::{ParameterError, not_negative, range};
-use crate::units::Seconds;
+use crate::error::ParameterError;
 use bounding::Bounding;
 use fracdiff::Real;
 use nalgebra::SVector;
 use observer::Observer;
-use profile::{HISTORY, Sent};
+use profile::Sent;
 
 /// A choice of guard, in SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,63 +48,6 @@ pub(crate) enum GuardLaw<F> {
     Observer(Observer<F>),
     /// [`EnergyBounding`].
     Bounding(Bounding<F>),
-}
-
-/// Energy and the forces on their way, newest first.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct GuardState<F, const D: usize> {
-    energy: F,
-    /// What is still to be paid for noise, J.
-    owed: F,
-    sent: [Sent<F, D>; HISTORY],
-}
-
-impl<F: Real, const D: usize> GuardState<F, D> {
-    pub(crate) fn at_rest() -> Self {
-        Self {
-            energy: F::ZERO,
-            owed: F::ZERO,
-            sent: [Sent::none(); HISTORY],
-        }
-    }
-
-    /// E, J.
-    pub(crate) const fn energy(&self) -> F {
-        self.energy
-    }
-
-    /// E ← min(0, E).
-    pub(crate) fn forget_credit(&mut self) {
-        if self.energy > F::ZERO {
-            self.energy = F::ZERO;
-        }
-    }
-
-    /// The device has let go by itself: no force is on its way any more, and no credit is left.
-    pub(crate) fn let_go(&mut self) {
-        self.sent = [Sent::none(); HISTORY];
-        self.forget_credit();
-    }
-
-    /// Takes the energy of a sample, J. A sum that is not finite is no credit, and keeps a debt.
-    #[inline]
-    fn add(&mut self, work: F) {
-        let energy = self.energy + work;
-        if energy.is_finite() {
-            self.energy = energy;
-        } else {
-            self.forget_credit();
-        }
-    }
-
-    /// Keeps what goes to the device.
-    #[inline]
-    fn push(&mut self, sent: Sent<F, D>) {
-        for age in (1..HISTORY).rev() {
-            self.sent[age] = self.sent[age - 1];
-        }
-        self.sent[0] = sent;
-    }
 }
 
 impl<F: Real> GuardLaw<F> {
@@ -149,25 +93,4 @@ impl<F: Real> GuardLaw<F> {
             Self::Bounding(bounding) => bounding.bound(state, moved, force),
         }
     }
-}
-
-/// 1 − T/τ; 0 for τ = 0.
-fn keep<F: Real>(forget: Seconds, sample_time: f64) -> Result<F, ParameterError> {
-    let what = "time in which the guard forgets";
-    not_negative(what, forget.0, "s")?;
-    if forget.0 <= 0.0 {
-        return Ok(F::ZERO);
-    }
-    let whole = forget.0 >= sample_time;
-    range(what, forget.0, whole, "0 or at least the sample time", "s")?;
-    Ok(F::from_f64(1.0 - sample_time / forget.0))
-}
-
-#[inline]
-fn dot<F: Real, const D: usize>(left: &SVector<F, D>, right: &SVector<F, D>) -> F {
-    let mut sum = F::ZERO;
-    for (&left, &right) in left.iter().zip(right) {
-        sum += left * right;
-    }
-    sum
 }

@@ -1,6 +1,7 @@
 //! Time-domain passivity observer and controller.
 
-use super::{GuardState, dot, keep};
+use super::profile::dot;
+use super::state::{GuardState, keep};
 use crate::error::{ParameterError, positive, rounded};
 use crate::units::{Kilograms, NewtonSecondsPerMetre, Seconds};
 use core::array;

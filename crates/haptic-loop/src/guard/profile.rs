@@ -13,7 +13,6 @@
 //! ```
 //! Both are forms in s and r₀: exactly zero while a force is held. Coefficients are computed in `f64` and rounded once.
 
-use super::dot;
 use fracdiff::Real;
 use nalgebra::SVector;
 
@@ -233,4 +232,13 @@ impl<F: Real> Profile<F> {
             self.command_cost.rest * dot(actuator, actuator),
         ]
     }
+}
+
+#[inline]
+pub(super) fn dot<F: Real, const D: usize>(left: &SVector<F, D>, right: &SVector<F, D>) -> F {
+    let mut sum = F::ZERO;
+    for (&left, &right) in left.iter().zip(right) {
+        sum += left * right;
+    }
+    sum
 }

@@ -1,6 +1,6 @@
 //! Systems other than Linux: no priority, no locked memory, no pinning.
 
-use super::thread::{Refusal, System};
+use super::system::{Refusal, System};
 use super::waiter::{StdWaiter, Waiter};
 use std::time::Duration;
 use std::vec::Vec;

@@ -1,6 +1,6 @@
 //! Linux: clock, sleep, priority, affinity and locked memory.
 
-use super::thread::{Refusal, System};
+use super::system::{Refusal, System};
 use super::waiter::Waiter;
 use rustix::io::Errno;
 use rustix::mm::{MlockAllFlags, mlockall, munlockall};

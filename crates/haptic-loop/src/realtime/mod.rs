@@ -18,19 +18,24 @@
 //! [`RaisedThread::fallback`], and the loop runs without it. Elsewhere a thread sleeps as the standard library
 //! does, at normal priority.
 
-mod periodic;
+mod config;
 #[cfg(target_os = "linux")]
 #[path = "linux.rs"]
-mod system;
+mod here;
 #[cfg(not(target_os = "linux"))]
 #[path = "elsewhere.rs"]
+mod here;
+mod margin;
+mod periodic;
 mod system;
 mod thread;
 mod timing;
 mod waiter;
 
-pub use periodic::{Cycle, Periodic, PeriodicConfig, SpinMargin};
-pub use system::{SystemWaiter, allowed_cores, raise_thread};
-pub use thread::{Fallback, PRIORITIES, RaisedThread, Refusal, ThreadConfig};
+pub use config::{PeriodicConfig, SpinMargin};
+pub use here::{SystemWaiter, allowed_cores, raise_thread};
+pub use periodic::{Cycle, Periodic};
+pub use system::Refusal;
+pub use thread::{Fallback, PRIORITIES, RaisedThread, ThreadConfig};
 pub use timing::{Overruns, Percentiles, Timing, WorstCycle};
 pub use waiter::{StdWaiter, Waiter};

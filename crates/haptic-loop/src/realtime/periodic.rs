@@ -1,70 +1,13 @@
 //! The periodic loop and its overrun policy.
 
-use super::system::SystemWaiter;
-use super::thread::{RaisedThread, ThreadConfig};
+use super::config::{PeriodicConfig, SpinMargin};
+use super::here::SystemWaiter;
+use super::margin::measure_margin;
+use super::thread::RaisedThread;
 use super::timing::Timing;
 use super::waiter::Waiter;
 use crate::ParameterError;
 use std::time::Duration;
-
-/// Shortest and longest period, s.
-const PERIODS_S: core::ops::RangeInclusive<f64> = 1e-5..=1e3;
-/// Sleeps by which the margin is measured.
-const TRIAL_SLEEPS: usize = 50;
-
-/// For how long before it is due a cycle is waited for without sleeping.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum SpinMargin {
-    /// Measured on this machine at the start, a quarter of the period at most.
-    #[default]
-    Auto,
-    /// This, a quarter of the period at most; zero never spins.
-    Fixed(Duration),
-}
-
-/// A periodic loop.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PeriodicConfig {
-    /// T, 10 µs to 1000 s.
-    pub period: Duration,
-    /// What is asked for the thread.
-    pub thread: ThreadConfig,
-    /// How much of the waiting is spinning.
-    pub spin_margin: SpinMargin,
-}
-
-impl PeriodicConfig {
-    /// A normal thread, the margin measured.
-    #[must_use]
-    pub const fn new(period: Duration) -> Self {
-        Self {
-            period,
-            thread: ThreadConfig {
-                priority: None,
-                pin: None,
-                lock_memory: false,
-            },
-            spin_margin: SpinMargin::Auto,
-        }
-    }
-
-    /// Itself, if a loop can run by it.
-    ///
-    /// # Errors
-    /// A period outside 10 µs to 1000 s.
-    pub fn checked(self) -> Result<Self, ParameterError> {
-        let period_s = self.period.as_secs_f64();
-        if PERIODS_S.contains(&period_s) {
-            return Ok(self);
-        }
-        Err(ParameterError::Range {
-            what: "period",
-            value: period_s,
-            allowed: "in [1e-5, 1000]",
-            unit: "s",
-        })
-    }
-}
 
 /// A cycle that has begun.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -214,20 +157,6 @@ impl<W: Waiter> Periodic<W> {
     pub const fn spin_margin(&self) -> Duration {
         Duration::from_nanos(self.margin_ns)
     }
-}
-
-/// One and a half times the lateness that 9 of 10 sleeps keep, and 5 µs for the sleep's own cost.
-fn measure_margin(waiter: &mut impl Waiter, period: Duration) -> Duration {
-    // Long sleeps let a processor doze deeper; the period itself, in the range where it does not take too long.
-    let sleep = period.clamp(Duration::from_micros(100), Duration::from_millis(2));
-    let mut lateness = [Duration::ZERO; TRIAL_SLEEPS];
-    for late in &mut lateness {
-        let due = waiter.now() + sleep;
-        waiter.sleep_until(due);
-        *late = waiter.now().saturating_sub(due);
-    }
-    lateness.sort_unstable();
-    lateness[TRIAL_SLEEPS * 9 / 10] * 3 / 2 + Duration::from_micros(5)
 }
 
 /// 584 years fit.

@@ -1,6 +1,7 @@
 //! A thread that the system prefers to others, and what it refuses.
 
-use super::system::CurrentThread;
+use super::here::CurrentThread;
+use super::system::{Refusal, System};
 use core::fmt;
 use core::marker::PhantomData;
 
@@ -17,33 +18,6 @@ pub struct ThreadConfig {
     /// Keep the memory of the whole process out of the swap, and touched.
     pub lock_memory: bool,
 }
-
-/// Why the system did not do what was asked.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Refusal {
-    /// This user may not.
-    NotPermitted,
-    /// More than this user's limit.
-    Limit,
-    /// This system cannot.
-    Unsupported,
-    /// Its error code.
-    Other(i32),
-}
-
-impl fmt::Display for Refusal {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NotPermitted => f.write_str("not permitted"),
-            Self::Limit => f.write_str("above this user's limit"),
-            Self::Unsupported => f.write_str("not on this system"),
-            Self::Other(code) => write!(f, "error {code} of the system"),
-        }
-    }
-}
-
-impl core::error::Error for Refusal {}
 
 /// What was asked and refused; prints as one sentence that says what to do.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -85,14 +59,6 @@ impl fmt::Display for Fallback {
         }
         Ok(())
     }
-}
-
-/// What a system does for the calling thread.
-pub(super) trait System {
-    fn raise(&mut self, priority: u8) -> Result<(), Refusal>;
-    fn pin(&mut self, core: usize) -> Result<(), Refusal>;
-    fn lock_memory(&mut self) -> Result<(), Refusal>;
-    fn restore(&mut self);
 }
 
 /// Asks for everything, and gathers what is refused.

@@ -1,0 +1,127 @@
+//! The operators that have names.
+
+use crate::functions::{Cascade, Curve, Modes, Polynomial, Power};
+use crate::operator::multiply;
+use crate::{AnalysisError, LoopOperator};
+use fracdiff::full_memory::{Design, HORIZON_MIN, Kernel};
+use fracdiff::scheme::{FULL_MODES, FULL_TAPS};
+use fracdiff::{Band, Order, Scheme, Seconds, grunwald_weights, muir_coefficients};
+
+impl LoopOperator {
+    /// From a scheme. `sample_time` matters only to `oustaloup`, whose corners are in Hz;
+    /// `horizon`, in samples, only to the full memories.
+    ///
+    /// # Errors
+    /// Unless 0 ≤ μ ≤ 2; a parameter of the scheme outside its range.
+    pub fn new(
+        scheme: Scheme,
+        order: Order,
+        sample_time: Seconds,
+        horizon: f64,
+    ) -> Result<Self, AnalysisError> {
+        if order.get() < 0.0 {
+            return Err(AnalysisError::Range {
+                what: "order",
+                value: order.get(),
+                allowed: "from 0 to 2: in a loop an integral has a pole at rest",
+                unit: "",
+            });
+        }
+        match scheme {
+            Scheme::Exact => Ok(Self::exact(order)),
+            Scheme::Grunwald { length } => {
+                scheme.build::<f64>(order, sample_time, horizon)?;
+                Ok(Self::polynomial(
+                    order,
+                    grunwald_weights(order).take(length).collect(),
+                ))
+            }
+            Scheme::Muir { degree } => {
+                scheme.build::<f64>(order, sample_time, horizon)?;
+                let mut coefficients = vec![0.0; degree + 1];
+                muir_coefficients(order, &mut coefficients);
+                Ok(Self::polynomial(order, coefficients))
+            }
+            Scheme::TustinMuir { degree } => {
+                scheme.build::<f64>(order, sample_time, horizon)?;
+                Self::tustin_muir(order, degree)
+            }
+            Scheme::Full { kernel, tolerance } => {
+                Self::full_memory(order, kernel, tolerance, horizon.max(HORIZON_MIN))
+            }
+            Scheme::Oustaloup { sections, band } => {
+                scheme.build::<f64>(order, sample_time, horizon)?;
+                Ok(Self::oustaloup(order, sections, band, sample_time))
+            }
+            // `Scheme` may grow.
+            _ => Err(AnalysisError::Operator(fracdiff::SchemeError::Unknown(
+                scheme.to_string(),
+            ))),
+        }
+    }
+
+    fn tustin_muir(order: Order, degree: usize) -> Result<Self, AnalysisError> {
+        let (integer, fraction) = order.split();
+        let mut above = vec![0.0; degree + 1];
+        let mut below = above.clone();
+        muir_coefficients(Order::new(fraction)?, &mut above);
+        muir_coefficients(Order::new(-fraction)?, &mut below);
+        let gain = libm::pow(2.0, fraction);
+        above.iter_mut().for_each(|b| *b *= gain);
+        let mut operator = Self::rational(order, above.clone(), below.clone());
+        operator.differences = Power(f64::from(integer));
+        for _ in 0..integer {
+            above = multiply(&above, &[1.0, -1.0]);
+        }
+        operator.polynomials = Some((above, below));
+        Ok(operator)
+    }
+
+    fn full_memory(
+        order: Order,
+        kernel: Kernel,
+        tolerance: f64,
+        horizon: f64,
+    ) -> Result<Self, AnalysisError> {
+        let design = Design::<FULL_TAPS, FULL_MODES>::pruned(kernel, order, tolerance, horizon)
+            .map_err(fracdiff::SchemeError::from)?;
+        let core = Curve::Modes(taps_and_modes(&design));
+        let (differences, _) = order.split_up();
+        Ok(Self::irrational(order, f64::from(differences), core))
+    }
+
+    fn oustaloup(order: Order, sections: usize, band: Band, sample_time: Seconds) -> Self {
+        let (integer, fraction) = order.split();
+        // ω = 2πfT, ω'_i and ω_i = ω_l·r^((2i − 1 ∓ φ)/(2m)); halves of them for s/2.
+        let rate = 2.0 * core::f64::consts::PI * sample_time.0;
+        let (low, high) = (rate * band.low_hz, rate * band.high_hz);
+        let corner = |i: usize, sign: f64| {
+            let exponent = (2.0 * i as f64 - 1.0 + sign * fraction) / (2.0 * sections as f64);
+            0.5 * low * libm::pow(high / low, exponent)
+        };
+        let cascade = Cascade {
+            gain: libm::pow(high, fraction),
+            corners: (1..=sections)
+                .map(|i| (corner(i, -1.0), corner(i, 1.0)))
+                .collect(),
+        };
+        Self::irrational(order, f64::from(integer), Curve::Cascade(cascade))
+    }
+}
+
+/// `c_j = k_j + Σ_q w_q e^(−j·s_q)`, the modes from lag 0 on, the taps what is left of the true weight.
+fn taps_and_modes(design: &Design<FULL_TAPS, FULL_MODES>) -> Modes {
+    let taps = (0..FULL_TAPS as u64).map(|lag| {
+        let modes = design.modes().iter();
+        let covered: f64 = modes
+            .map(|mode| mode.weight * libm::exp(-(lag as f64) * mode.rate))
+            .sum();
+        design.core_weight(lag) - covered
+    });
+    Modes {
+        taps: Polynomial::new(taps.collect()),
+        modes: (design.modes().iter())
+            .map(|mode| (mode.weight, -libm::expm1(-mode.rate)))
+            .collect(),
+    }
+}

@@ -1,0 +1,44 @@
+//! The digest by which both ends know a configuration.
+
+use crate::configuration::Configuration;
+use crate::frame::CRC;
+
+/// Digest of a configuration and its coefficients: CRC-32 (as zlib's) over the bytes of the
+/// [`Configuration`] as they are on the wire, then each coefficient as four little-endian bytes.
+#[derive(Clone)]
+pub struct DigestBuilder(crc::Digest<'static, u32, crc::NoTable>);
+
+impl core::fmt::Debug for DigestBuilder {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("DigestBuilder").finish_non_exhaustive()
+    }
+}
+
+impl DigestBuilder {
+    /// Over the configuration; the coefficients follow.
+    #[must_use]
+    pub fn new(configuration: &Configuration) -> Self {
+        let mut digest = CRC.digest();
+        // Longer than any configuration can be on the wire.
+        let mut bytes = [0; 192];
+        // A message of fixed size into a buffer that is longer cannot fail.
+        let written = postcard::to_slice(configuration, &mut bytes).map_or(0, |bytes| bytes.len());
+        digest.update(&bytes[..written]);
+        Self(digest)
+    }
+
+    /// Adds coefficients.
+    #[must_use]
+    pub fn coefficients(mut self, values: &[f32]) -> Self {
+        for value in values {
+            self.0.update(&value.to_le_bytes());
+        }
+        self
+    }
+
+    /// The digest.
+    #[must_use]
+    pub fn finish(self) -> u32 {
+        self.0.finalize()
+    }
+}

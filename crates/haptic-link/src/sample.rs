@@ -1,0 +1,90 @@
+//! Ticks as a device reports them: one, several in a frame, or those around a fault.
+
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+/// Most samples in a [`Batch`].
+pub const BATCH_MAX: usize = 16;
+
+/// One tick. A frame of 31 bytes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Sample {
+    /// Number of the tick, from the start of the run, or from power-up before the first.
+    #[serde(with = "postcard::fixint::le")]
+    pub tick: u32,
+    /// The device's own time, µs, modulo 2³².
+    #[serde(with = "postcard::fixint::le")]
+    pub time_us: u32,
+    /// Position, m.
+    pub position_m: f32,
+    /// What the environment, or the host, wanted, N.
+    pub environment_force_n: f32,
+    /// What was applied, N.
+    pub force_n: f32,
+    /// Limiters that acted, bits: 1 magnitude, 2 rate, 4 fault, 8 stopping, 16 start-up, 32 workspace,
+    /// 64 velocity, 128 passivity guard.
+    pub limiters: u8,
+}
+
+/// Consecutive sent ticks, at least one.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Batch {
+    /// Tick of the first.
+    #[serde(with = "postcard::fixint::le")]
+    pub tick: u32,
+    /// Device time of the first, µs, modulo 2³².
+    #[serde(with = "postcard::fixint::le")]
+    pub time_us: u32,
+    /// Ticks from one to the next.
+    #[serde(with = "postcard::fixint::le")]
+    pub every: u16,
+    /// The samples.
+    pub items: heapless::Vec<BatchItem, BATCH_MAX>,
+}
+
+impl Batch {
+    /// The samples, for ticks of this period.
+    pub fn samples(&self, tick_period_us: u32) -> impl Iterator<Item = Sample> + '_ {
+        let every = u32::from(self.every);
+        self.items.iter().zip(0_u32..).map(move |(item, n)| {
+            let ticks = n.wrapping_mul(every);
+            Sample {
+                tick: self.tick.wrapping_add(ticks),
+                time_us: self
+                    .time_us
+                    .wrapping_add(ticks.wrapping_mul(tick_period_us)),
+                position_m: item.position_m,
+                environment_force_n: item.environment_force_n,
+                force_n: item.force_n,
+                limiters: item.limiters,
+            }
+        })
+    }
+}
+
+/// A tick in a [`Batch`]: 13 bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct BatchItem {
+    /// Position, m.
+    pub position_m: f32,
+    /// What the environment, or the host, wanted, N.
+    pub environment_force_n: f32,
+    /// What was applied, N.
+    pub force_n: f32,
+    /// As in [`Sample`].
+    pub limiters: u8,
+}
+
+/// A sample of the flight recorder.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Flight {
+    /// From 0, the oldest.
+    #[serde(with = "postcard::fixint::le")]
+    pub index: u16,
+    /// Samples kept, of ticks up to a while after the latched fault; 0 while there is none, and then the
+    /// sample is all zero.
+    #[serde(with = "postcard::fixint::le")]
+    pub count: u16,
+    /// The sample.
+    pub sample: Sample,
+}

@@ -1,0 +1,327 @@
+//! Takes a file apart: what it defines, what it brings in, which paths, macros and texts it has.
+
+use crate::source::{File, Module, Source};
+use proc_macro2::{TokenStream, TokenTree};
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use syn::visit::{self, Visit};
+
+/// Reads a crate from the folder that holds its `lib.rs` or `main.rs`.
+pub(crate) fn read(folder: &Path) -> Vec<Source> {
+    let roots = ["lib.rs", "main.rs"].map(|name| folder.join(name));
+    let roots = roots.into_iter().filter(|root| root.exists());
+    roots
+        .map(|root| {
+            let mut source = Source::default();
+            read_file(&mut source, &root, folder, &[]);
+            source.collect_paths();
+            source
+        })
+        .collect()
+}
+
+fn read_file(source: &mut Source, file: &Path, children: &Path, module: &[String]) {
+    let text =
+        std::fs::read_to_string(file).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
+    let parsed =
+        syn::parse_file(&text).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
+    let number = source.files.len();
+    let mut name = match module {
+        [] => "crate".to_owned(),
+        module => module.join("::"),
+    };
+    if source.files.iter().any(|file| file.name == name) {
+        let stem = file.file_stem().expect("a file").to_string_lossy();
+        name = format!("{name} ({stem})");
+    }
+    source.files.push(File {
+        name,
+        macros: BTreeSet::new(),
+        paths: BTreeSet::new(),
+        texts: Vec::new(),
+    });
+    let entry = source.modules.entry(module.to_vec()).or_default();
+    entry.files.insert(number);
+    let mut reader = Reader {
+        source,
+        file: number,
+        module: module.to_vec(),
+        folder: children.to_owned(),
+        beside: file.parent().expect("a folder").to_owned(),
+    };
+    reader.visit_file(&parsed);
+}
+
+/// Takes a file apart.
+struct Reader<'a> {
+    source: &'a mut Source,
+    file: usize,
+    module: Vec<String>,
+    /// Where the files of the modules declared here are.
+    folder: PathBuf,
+    /// Where a `#[path]` starts from.
+    beside: PathBuf,
+}
+
+impl Reader<'_> {
+    fn here(&mut self) -> &mut Module {
+        self.source.modules.entry(self.module.clone()).or_default()
+    }
+
+    fn define(&mut self, name: &syn::Ident) {
+        let file = self.file;
+        let items = &mut self.here().items;
+        items.entry(name.to_string()).or_default().insert(file);
+    }
+
+    fn uses(&mut self, path: Vec<String>) {
+        let file = self.file;
+        self.here().uses.push((file, path));
+    }
+
+    fn import(&mut self, before: &[String], tree: &syn::UseTree, for_itself: bool) {
+        let with = |name: &syn::Ident| [before, &[name.to_string()]].concat();
+        match tree {
+            syn::UseTree::Path(path) => self.import(&with(&path.ident), &path.tree, for_itself),
+            syn::UseTree::Group(group) => {
+                for tree in &group.items {
+                    self.import(before, tree, for_itself);
+                }
+            }
+            syn::UseTree::Glob(_) => {
+                self.here().globs.push(before.to_vec());
+                if for_itself {
+                    self.uses([before, &["*".to_owned()]].concat());
+                }
+            }
+            syn::UseTree::Name(name) if name.ident == "self" => {
+                let last = before.last().expect("a module before self").clone();
+                self.bind(last, before.to_vec(), for_itself);
+            }
+            syn::UseTree::Name(name) => {
+                self.bind(name.ident.to_string(), with(&name.ident), for_itself);
+            }
+            syn::UseTree::Rename(name) => {
+                self.bind(name.rename.to_string(), with(&name.ident), for_itself);
+            }
+        }
+    }
+
+    fn bind(&mut self, name: String, path: Vec<String>, for_itself: bool) {
+        if for_itself {
+            self.uses(path.clone());
+        }
+        self.here().names.entry(name).or_default().push(path);
+    }
+
+    /// Paths and texts in what a macro is given, which is not parsed.
+    fn tokens(&mut self, tokens: TokenStream) {
+        let mut path: Vec<String> = Vec::new();
+        let mut colons = 0;
+        for token in tokens {
+            match token {
+                TokenTree::Ident(name) => {
+                    if colons != 2 && !path.is_empty() {
+                        let path = std::mem::take(&mut path);
+                        self.uses(path);
+                    }
+                    path.push(name.to_string());
+                    colons = 0;
+                }
+                TokenTree::Punct(mark) if mark.as_char() == ':' => colons += 1,
+                other => {
+                    let called = matches!(&other, TokenTree::Punct(mark) if mark.as_char() == '!');
+                    if called && let Some(name) = path.last() {
+                        self.source.files[self.file].macros.insert(name.clone());
+                    }
+                    if !path.is_empty() {
+                        let path = std::mem::take(&mut path);
+                        self.uses(path);
+                    }
+                    colons = 0;
+                    match other {
+                        TokenTree::Group(group) => self.tokens(group.stream()),
+                        TokenTree::Literal(literal) => {
+                            self.source.files[self.file].texts.push(literal.to_string());
+                        }
+                        _ => {}
+                    }
+                }
+            }
+        }
+        if !path.is_empty() {
+            self.uses(path);
+        }
+    }
+}
+
+/// Whether an item is built for tests only.
+fn is_test(attributes: &[syn::Attribute]) -> bool {
+    attributes.iter().any(|attribute| match &attribute.meta {
+        syn::Meta::List(list) if list.path.is_ident("cfg") => {
+            let condition = list.tokens.to_string();
+            condition == "test" || condition.starts_with("all (test")
+        }
+        meta => meta.path().is_ident("test"),
+    })
+}
+
+fn attributes(item: &syn::Item) -> &[syn::Attribute] {
+    match item {
+        syn::Item::Const(item) => &item.attrs,
+        syn::Item::Fn(item) => &item.attrs,
+        syn::Item::Impl(item) => &item.attrs,
+        syn::Item::Mod(item) => &item.attrs,
+        syn::Item::Use(item) => &item.attrs,
+        syn::Item::Struct(item) => &item.attrs,
+        _ => &[],
+    }
+}
+
+impl<'ast> Visit<'ast> for Reader<'_> {
+    fn visit_item(&mut self, item: &'ast syn::Item) {
+        if is_test(attributes(item)) {
+            return;
+        }
+        visit::visit_item(self, item);
+    }
+
+    fn visit_item_mod(&mut self, item: &'ast syn::ItemMod) {
+        let name = item.ident.to_string();
+        let module = [&self.module[..], std::slice::from_ref(&name)].concat();
+        if let Some((_, items)) = &item.content {
+            let entry = self.source.modules.entry(module.clone()).or_default();
+            entry.files.insert(self.file);
+            let mut reader = Reader {
+                source: self.source,
+                file: self.file,
+                module,
+                folder: self.folder.join(&name),
+                beside: self.beside.clone(),
+            };
+            items.iter().for_each(|item| reader.visit_item(item));
+            return;
+        }
+        let elsewhere = item
+            .attrs
+            .iter()
+            .find_map(|attribute| match &attribute.meta {
+                syn::Meta::NameValue(pair) if pair.path.is_ident("path") => match &pair.value {
+                    syn::Expr::Lit(syn::ExprLit {
+                        lit: syn::Lit::Str(text),
+                        ..
+                    }) => Some(self.beside.join(text.value())),
+                    _ => None,
+                },
+                _ => None,
+            });
+        let (flat, nested) = (
+            self.folder.join(format!("{name}.rs")),
+            self.folder.join(&name).join("mod.rs"),
+        );
+        let file = elsewhere.unwrap_or(if flat.exists() { flat } else { nested });
+        let children = self.folder.join(&name);
+        read_file(self.source, &file, &children, &module);
+    }
+
+    fn visit_item_use(&mut self, item: &'ast syn::ItemUse) {
+        let for_itself = matches!(item.vis, syn::Visibility::Inherited);
+        self.import(&[], &item.tree, for_itself);
+    }
+
+    fn visit_path(&mut self, path: &'ast syn::Path) {
+        let names = path
+            .segments
+            .iter()
+            .map(|segment| segment.ident.to_string());
+        self.uses(names.collect());
+        visit::visit_path(self, path);
+    }
+
+    fn visit_macro(&mut self, called: &'ast syn::Macro) {
+        let name = called
+            .path
+            .segments
+            .last()
+            .expect("a name")
+            .ident
+            .to_string();
+        self.source.files[self.file].macros.insert(name);
+        self.uses(
+            called
+                .path
+                .segments
+                .iter()
+                .map(|s| s.ident.to_string())
+                .collect(),
+        );
+        self.tokens(called.tokens.clone());
+    }
+
+    fn visit_attribute(&mut self, attribute: &'ast syn::Attribute) {
+        // Documentation is none of the program; what clap or serde are told is.
+        if !attribute.path().is_ident("doc")
+            && let syn::Meta::List(list) = &attribute.meta
+        {
+            self.uses(
+                attribute
+                    .path()
+                    .segments
+                    .iter()
+                    .map(|s| s.ident.to_string())
+                    .collect(),
+            );
+            self.tokens(list.tokens.clone());
+        }
+    }
+
+    fn visit_vis_restricted(&mut self, _: &'ast syn::VisRestricted) {}
+
+    fn visit_lit_str(&mut self, text: &'ast syn::LitStr) {
+        self.source.files[self.file].texts.push(text.value());
+    }
+
+    fn visit_item_fn(&mut self, item: &'ast syn::ItemFn) {
+        self.define(&item.sig.ident);
+        visit::visit_item_fn(self, item);
+    }
+
+    fn visit_item_struct(&mut self, item: &'ast syn::ItemStruct) {
+        self.define(&item.ident);
+        visit::visit_item_struct(self, item);
+    }
+
+    fn visit_item_enum(&mut self, item: &'ast syn::ItemEnum) {
+        self.define(&item.ident);
+        visit::visit_item_enum(self, item);
+    }
+
+    fn visit_item_trait(&mut self, item: &'ast syn::ItemTrait) {
+        self.define(&item.ident);
+        visit::visit_item_trait(self, item);
+    }
+
+    fn visit_item_type(&mut self, item: &'ast syn::ItemType) {
+        self.define(&item.ident);
+        visit::visit_item_type(self, item);
+    }
+
+    fn visit_item_const(&mut self, item: &'ast syn::ItemConst) {
+        self.define(&item.ident);
+        visit::visit_item_const(self, item);
+    }
+
+    fn visit_item_static(&mut self, item: &'ast syn::ItemStatic) {
+        self.define(&item.ident);
+        visit::visit_item_static(self, item);
+    }
+
+    fn visit_item_macro(&mut self, item: &'ast syn::ItemMacro) {
+        if let Some(name) = &item.ident {
+            self.define(name);
+            self.tokens(item.mac.tokens.clone());
+            return;
+        }
+        visit::visit_item_macro(self, item);
+    }
+}
