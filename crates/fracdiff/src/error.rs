@@ -1,6 +1,7 @@
 //! Parameters outside their documented range.
 
-use crate::{Order, Seconds};
+use crate::Seconds;
+use crate::range::{HORIZON_MAX, HORIZON_MIN, ORDERS, TOLERANCE_MAX, TOLERANCE_MIN};
 use core::fmt;
 
 /// A parameter outside its documented range, with the rejected value.
@@ -51,12 +52,9 @@ pub(crate) fn check_length(
 impl fmt::Display for ParameterError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
-            Self::Order(order) => write!(
-                f,
-                "order {order} is not in [{}, {}]",
-                Order::MIN,
-                Order::MAX
-            ),
+            Self::Order(order) => {
+                write!(f, "order {order} is not in [{}, {}]", ORDERS[0], ORDERS[1])
+            }
             Self::SampleTime(sample_time) => write!(
                 f,
                 "sample time {sample_time} is not in [{:e}, {:e}] s",
@@ -78,14 +76,12 @@ impl fmt::Display for ParameterError {
             Self::Tolerance(tolerance) => write!(
                 f,
                 "tolerance {tolerance} is not in [{:e}, {:e}]",
-                crate::full_memory::TOLERANCE_MIN,
-                crate::full_memory::TOLERANCE_MAX
+                TOLERANCE_MIN, TOLERANCE_MAX
             ),
             Self::Horizon(horizon) => write!(
                 f,
                 "horizon of {horizon} samples is not in [{:e}, {:e}]",
-                crate::full_memory::HORIZON_MIN,
-                crate::full_memory::HORIZON_MAX
+                HORIZON_MIN, HORIZON_MAX
             ),
         }
     }

@@ -10,19 +10,24 @@ extern crate std;
 pub mod batch;
 mod differintegrator;
 mod error;
+#[cfg(feature = "alloc")]
+mod fft;
 mod fir;
 pub mod full_memory;
 mod integer_part;
+mod list;
 mod muir;
 mod order;
 mod oustaloup;
 #[cfg(feature = "alloc")]
 mod partitioned;
 pub mod portable;
+mod range;
 mod real;
 mod response;
 #[cfg(feature = "std")]
 pub mod scheme;
+mod seconds;
 mod short_memory;
 mod tustin_muir;
 mod weights;
@@ -33,7 +38,7 @@ pub use fir::FirHistory;
 pub use full_memory::{FullMemory, FullMemoryHistory};
 pub use integer_part::IntegerHistory;
 pub use muir::{MuirHistory, MuirPolynomial, muir_coefficients};
-pub use order::{Order, Seconds};
+pub use order::Order;
 pub use oustaloup::{Band, CascadeHistory, Oustaloup, OustaloupHistory};
 #[cfg(feature = "alloc")]
 pub use partitioned::{PartitionedHistory, PartitionedMemory};
@@ -42,8 +47,9 @@ pub use real::Real;
 pub use response::{ExactDifference, FrequencyResponse};
 #[cfg(feature = "std")]
 pub use scheme::{Operator, Scheme, SchemeError};
-pub use short_memory::{ShortHistory, ShortMemory};
 #[cfg(feature = "alloc")]
+pub use seconds::Seconds;
+pub use short_memory::{ShortHistory, ShortMemory};
 pub use short_memory::{ShortHistoryVec, ShortMemoryVec};
 pub use tustin_muir::{TustinMuir, TustinMuirHistory};
 pub use weights::{grunwald_weight, grunwald_weights, piecewise_linear_weight};

@@ -13,77 +13,10 @@
 use crate::fir::FirHistory;
 use crate::full_memory::{Bank, BankHistory, PORTABLE_TAPS};
 use crate::integer_part::{IntegerHistory, WithIntegerPart};
+pub use crate::list::{Form, ListError};
 use crate::oustaloup::{Cascade, CascadeHistory};
 use crate::tustin_muir::Recursion;
 use crate::{Differintegrator, Real};
-use core::fmt;
-
-/// What a list of values is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Form {
-    /// A finite impulse response.
-    Taps,
-    /// Recent taps and decaying modes.
-    Modes,
-    /// A recursive filter.
-    Recursion,
-    /// First-order sections in series.
-    Sections,
-}
-
-/// Why a list is no operator.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum ListError {
-    /// The integer part is not in −2 to 2, or not 0 for [`Form::Taps`].
-    IntegerPart(i8),
-    /// Not a number of values that this form can have, or more than there is room for.
-    Count {
-        /// How many there are.
-        count: usize,
-        /// How many this operator has room for, in this form.
-        most: usize,
-    },
-    /// A value that is not finite.
-    Value {
-        /// Which.
-        index: usize,
-        /// The value.
-        value: f64,
-    },
-    /// A decay outside (0, 1].
-    Decay {
-        /// Which.
-        index: usize,
-        /// The value.
-        value: f64,
-    },
-}
-
-impl fmt::Display for ListError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::IntegerPart(integer) => write!(
-                f,
-                "integer part {integer} is not in [-2, 2], or not 0 for a list of taps"
-            ),
-            Self::Count { count, most } => write!(
-                f,
-                "{count} coefficients are not what this form of operator has, or more than the {most} \
-                 there is room for"
-            ),
-            Self::Value { index, value } => {
-                write!(f, "coefficient {index} is {value}, which is not finite")
-            }
-            Self::Decay { index, value } => write!(
-                f,
-                "coefficient {index} is a decay of {value:e}, which is not in (0, 1]"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for ListError {}
 
 /// An operator from a list of values, of any [`Form`] within its capacity: TAPS taps, MODES modes (a
 /// multiple of 8), DEGREE degrees of a recursion or sections.
@@ -206,18 +139,6 @@ fn advance_apart<F: Real, C: Differintegrator<F>>(core: &C, history: &mut C::His
 #[inline(never)]
 fn advance_taps<F: Real, const TAPS: usize>(history: &mut FirHistory<F, TAPS>, taps: &[F], x: F) {
     history.advance(taps, x);
-}
-
-/// A decay of a low-pass must lie in (0, 1], or its state would grow.
-pub(crate) fn check_decay<F: Real>(decay: F, index: usize) -> Result<F, ListError> {
-    if decay > F::ZERO && decay <= F::ONE {
-        Ok(decay)
-    } else {
-        Err(ListError::Decay {
-            index,
-            value: decay.to_f64(),
-        })
-    }
 }
 
 impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize> Differintegrator<F>

@@ -4,7 +4,7 @@ use super::design::Design;
 use super::sweep::{LANES, advance_compensated, advance_plain};
 use crate::fir::sum_of_8;
 use crate::integer_part::{IntegerHistory, WithIntegerPart, operator_from_its_core};
-use crate::portable::{ListError, check_decay};
+use crate::list::{ListError, check_decay};
 use crate::response::{delay, geometric};
 use crate::{Differintegrator, FrequencyResponse, ParameterError, Real, Seconds};
 use num_complex::Complex;

@@ -1,7 +1,7 @@
 //! Finding the modes for a tolerance and a horizon, and measuring what they reach.
 
 use super::kernel::{Core, Kernel};
-use super::{HORIZON_MAX, HORIZON_MIN, TOLERANCE_MAX, TOLERANCE_MIN};
+use crate::range::{HORIZON_MAX, HORIZON_MIN, TOLERANCE_MAX, TOLERANCE_MIN};
 use crate::{Order, ParameterError};
 use core::f64::consts::PI;
 use core::fmt;

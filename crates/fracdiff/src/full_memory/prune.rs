@@ -2,8 +2,8 @@
 
 use super::design::{Design, DesignError, Grid, Mode, check_lags};
 use super::kernel::{Core, Kernel};
+use super::nnls;
 use crate::Order;
-use ndarray::{Array1, Array2};
 use std::vec::Vec;
 
 impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
@@ -69,9 +69,9 @@ fn fit(core: Core, grid: &Grid, taps: usize, horizon: f64, tolerance: f64) -> Ve
         let ((lag, importance), mode) = (lags[row], candidates[column]);
         importance * mode.weight * libm::exp(-lag * mode.rate) / core.weight(lag)
     };
-    let matrix = Array2::from_shape_fn((lags.len(), candidates.len()), |(i, q)| relative(i, q));
-    let target: Array1<f64> = lags.iter().map(|&(_, importance)| importance).collect();
-    let (factors, _) = nnls::nnls(matrix.view(), target.view());
+    let columns = (0..candidates.len()).map(|q| (0..lags.len()).map(|i| relative(i, q)).collect());
+    let target = lags.iter().map(|&(_, importance)| importance).collect();
+    let factors = nnls::solve(columns.collect(), target);
     let scaled = candidates.iter().zip(factors).map(|(mode, factor)| Mode {
         rate: mode.rate,
         weight: mode.weight * factor,

@@ -1,9 +1,7 @@
 //! Taps of one block length: a convolution by FFT whose work is dealt out over the ticks of a block.
 
-use super::transform::{
-    Bins, LANES, accumulate, factors, forward, forward_8, inverse, inverse_8, unit,
-};
 use crate::Real;
+use crate::fft::{Bins, LANES, accumulate, factors, forward, forward_8, inverse, inverse_8, unit};
 use alloc::{vec, vec::Vec};
 use core::f64::consts::FRAC_PI_2;
 

@@ -1,7 +1,6 @@
 //! A long finite memory at a fraction of its cost, the work spread evenly over the ticks.
 
 mod level;
-mod transform;
 
 use crate::response::polynomial;
 use crate::short_memory::truncation_bound;

@@ -1,7 +1,7 @@
 //! The operator a [`Scheme`](super::Scheme) makes.
 
 use super::{DEGREE_MAX, FULL_MODES, FULL_TAPS};
-use crate::portable::Form;
+use crate::list::Form;
 use crate::{
     Differintegrator, FrequencyResponse, FullMemory, FullMemoryHistory, MuirHistory,
     MuirPolynomial, Oustaloup, OustaloupHistory, PartitionedHistory, PartitionedMemory, Real,

@@ -1,0 +1,19 @@
+//! A time with its unit.
+
+/// A duration in seconds. Any number; the constructor that takes it checks the range it needs.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+pub struct Seconds(pub f64);
+
+impl Seconds {
+    /// Smallest sample time an operator accepts, in seconds.
+    pub const MIN_SAMPLE_TIME: f64 = 1e-9;
+    /// Largest sample time an operator accepts, in seconds.
+    pub const MAX_SAMPLE_TIME: f64 = 1e6;
+}
+
+impl core::fmt::Display for Seconds {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        self.0.fmt(f)?;
+        f.write_str(" s")
+    }
+}
