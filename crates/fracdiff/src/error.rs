@@ -34,6 +34,22 @@ pub enum ParameterError {
     Tolerance(f64),
     /// Horizon of a design in samples, not longer than the memory it extends, or too long.
     Horizon(f64),
+    /// A mode of a kernel of one's own.
+    #[non_exhaustive]
+    Mode {
+        /// Its rate, which must be above 0, per sample.
+        rate: f64,
+        /// Its weight, which must be finite.
+        weight: f64,
+    },
+    /// A weight of a kernel of one's own.
+    #[non_exhaustive]
+    Weight {
+        /// Its lag, samples.
+        lag: usize,
+        /// The weight, which must be finite.
+        weight: f64,
+    },
 }
 
 /// Accepts a length, degree or number of sections of 1 to `most`.
@@ -83,6 +99,14 @@ impl fmt::Display for ParameterError {
                 "horizon of {horizon} samples is not in [{:e}, {:e}]",
                 HORIZON_MIN, HORIZON_MAX
             ),
+
+            Self::Mode { rate, weight } => write!(
+                f,
+                "mode of rate {rate:e} and weight {weight:e}: the rate is not above 0, or one of the two not finite"
+            ),
+            Self::Weight { lag, weight } => {
+                write!(f, "weight {weight} of lag {lag} is not finite")
+            }
         }
     }
 }

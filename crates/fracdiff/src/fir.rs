@@ -138,6 +138,16 @@ impl<F: Real, const N: usize> FirHistory<F, N> {
         }
     }
 
+    /// A signal that has stood at x for ever.
+    pub(crate) fn settled(taps: &[F], x: F) -> Self {
+        let mut history = Self {
+            samples: [[x; N]; 2],
+            ..Self::at_rest()
+        };
+        history.advance(taps, x);
+        history
+    }
+
     /// Takes a sample in and sets S\[n\] from the taps of w¹, w², …; N of them at most.
     #[inline]
     pub(crate) fn advance(&mut self, taps: &[F], x: F) {

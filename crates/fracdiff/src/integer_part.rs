@@ -54,6 +54,20 @@ impl<F: Real, C: Differintegrator<F>> Differintegrator<F> for WithIntegerPart<C>
         }
     }
 
+    fn settled(&self, x: F) -> Option<Self::History> {
+        let rest = self.at_rest();
+        if self.integer < 0 {
+            return (x == F::ZERO).then_some(rest);
+        }
+        if self.integer > 0 {
+            // No increments for ever.
+            return Some(IntegerHistory { base: x, ..rest });
+        }
+        let core = self.core.settled(x)?;
+        let past = self.core.past(&core);
+        Some(IntegerHistory { core, past, ..rest })
+    }
+
     #[inline]
     fn direct_gain(&self) -> F {
         self.core.direct_gain()
@@ -142,40 +156,9 @@ macro_rules! operator_from_its_core {
         impl<F: $crate::Real, $(const $size: usize),+> $crate::Differintegrator<F>
             for $operator<F, $($size),+>
         {
-            type History = $history<F, $($size),+>;
-
-            fn at_rest(&self) -> Self::History {
-                self.0.at_rest()
-            }
-
-            #[inline]
-            fn direct_gain(&self) -> F {
-                self.0.direct_gain()
-            }
-
-            #[inline]
-            fn past(&self, history: &Self::History) -> F {
-                self.0.past(history)
-            }
-
-            #[inline]
-            fn output(&self, history: &Self::History, x: F) -> F {
-                self.0.output(history, x)
-            }
-
-            #[inline]
-            fn advance(&self, history: &mut Self::History, x: F) {
-                self.0.advance(history, x);
-            }
-
-            #[inline]
-            fn advance_many<const D: usize>(&self, histories: [&mut Self::History; D], x: [F; D]) {
-                self.0.advance_many(histories, x);
-            }
-
-            fn memory_length(&self) -> Option<usize> {
-                self.0.memory_length()
-            }
+            $crate::differintegrator::forward_differintegrator!(
+                $history<F, $($size),+>, self => self.0, many
+            );
         }
 
         impl<F: $crate::Real, $(const $size: usize),+> $crate::FrequencyResponse

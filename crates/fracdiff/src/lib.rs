@@ -12,6 +12,7 @@ mod differintegrator;
 mod error;
 #[cfg(feature = "alloc")]
 mod fft;
+mod finite;
 mod fir;
 pub mod full_memory;
 mod integer_part;
@@ -32,12 +33,15 @@ mod short_memory;
 mod tustin_muir;
 mod weights;
 
-pub use differintegrator::{Channel, Differintegrator};
+pub use differintegrator::{AnyChannel, Channel, Differintegrator};
 pub use error::ParameterError;
+pub use finite::Fir;
 pub use fir::FirHistory;
 pub use full_memory::{FullMemory, FullMemoryHistory};
 pub use integer_part::IntegerHistory;
 pub use muir::{MuirHistory, MuirPolynomial, muir_coefficients};
+/// The crate of [`Complex`](num_complex::Complex), which responses are.
+pub use num_complex;
 pub use order::Order;
 pub use oustaloup::{Band, CascadeHistory, Oustaloup, OustaloupHistory};
 #[cfg(feature = "alloc")]

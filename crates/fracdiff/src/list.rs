@@ -81,3 +81,14 @@ pub(crate) fn check_decay<F: Real>(decay: F, index: usize) -> Result<F, ListErro
         })
     }
 }
+
+/// Accepts values that are all finite.
+pub(crate) fn check_finite<F: Real>(values: &[F]) -> Result<(), ListError> {
+    match values.iter().position(|value| !value.is_finite()) {
+        None => Ok(()),
+        Some(index) => Err(ListError::Value {
+            index,
+            value: values[index].to_f64(),
+        }),
+    }
+}

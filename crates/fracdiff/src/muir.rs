@@ -1,5 +1,6 @@
 //! The Muir polynomial `A_n(w`, μ), and the operator that uses it alone.
 
+use crate::differintegrator::past_is_kept;
 use crate::error::check_length;
 use crate::fir::FirHistory;
 use crate::response::polynomial;
@@ -120,15 +121,11 @@ impl<F: Real, const N: usize> Differintegrator<F> for MuirPolynomial<F, N> {
         FirHistory::at_rest()
     }
 
-    #[inline]
-    fn direct_gain(&self) -> F {
-        self.direct
+    fn settled(&self, x: F) -> Option<Self::History> {
+        Some(FirHistory::settled(&self.taps[..self.degree], x))
     }
 
-    #[inline]
-    fn past(&self, history: &Self::History) -> F {
-        history.past
-    }
+    past_is_kept!(direct);
 
     #[inline]
     fn advance(&self, history: &mut Self::History, x: F) {

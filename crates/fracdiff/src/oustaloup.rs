@@ -1,5 +1,6 @@
 //! Band-limited operator after Oustaloup, as a cascade of first-order sections.
 
+use crate::differintegrator::past_is_kept;
 use crate::error::check_length;
 use crate::integer_part::{IntegerHistory, WithIntegerPart, operator_from_its_core};
 use crate::list::{ListError, check_decay};
@@ -200,15 +201,19 @@ impl<F: Real, const N: usize> Differintegrator<F> for Cascade<F, N> {
         }
     }
 
-    #[inline]
-    fn direct_gain(&self) -> F {
-        self.direct
+    fn settled(&self, x: F) -> Option<Self::History> {
+        let mut history = self.at_rest();
+        // v = x in each section, whose output goes into the next.
+        let mut signal = x;
+        for (section, (slow, _)) in self.sections.iter().zip(&mut history.slow).take(self.used) {
+            *slow = signal;
+            signal = (section.direct + section.slow) * signal;
+        }
+        self.advance(&mut history, x);
+        Some(history)
     }
 
-    #[inline]
-    fn past(&self, history: &Self::History) -> F {
-        history.past
-    }
+    past_is_kept!(direct);
 
     #[inline]
     fn advance(&self, history: &mut Self::History, x: F) {

@@ -13,10 +13,11 @@
 use crate::fir::FirHistory;
 use crate::full_memory::{Bank, BankHistory, PORTABLE_TAPS};
 use crate::integer_part::{IntegerHistory, WithIntegerPart};
+use crate::list::check_finite;
 pub use crate::list::{Form, ListError};
 use crate::oustaloup::{Cascade, CascadeHistory};
 use crate::tustin_muir::Recursion;
-use crate::{Differintegrator, Real};
+use crate::{Differintegrator, Fir, Real};
 
 /// An operator from a list of values, of any [`Form`] within its capacity: TAPS taps, MODES modes (a
 /// multiple of 8), DEGREE degrees of a recursion or sections.
@@ -46,11 +47,7 @@ pub enum PortableHistory<F, const TAPS: usize, const MODES: usize, const DEGREE:
 
 #[derive(Clone, Debug, PartialEq)]
 enum Core<F, const TAPS: usize, const MODES: usize, const DEGREE: usize> {
-    Taps {
-        used: usize,
-        direct: F,
-        taps: [F; TAPS],
-    },
+    Taps(Fir<F, TAPS>),
     Modes(WithIntegerPart<Bank<F, PORTABLE_TAPS, MODES>>),
     Recursion(WithIntegerPart<Recursion<F, DEGREE>>),
     Sections(WithIntegerPart<Cascade<F, DEGREE>>),
@@ -67,10 +64,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
         if !(-2..=2).contains(&integer) || (form == Form::Taps && integer != 0) {
             return Err(ListError::IntegerPart(integer));
         }
-        if let Some(index) = values.iter().position(|value| !value.is_finite()) {
-            let value = values[index].to_f64();
-            return Err(ListError::Value { index, value });
-        }
+        check_finite(values)?;
         let integer = i32::from(integer);
         match form {
             Form::Taps => Self::taps(values),
@@ -84,8 +78,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
     #[must_use]
     pub fn value(&self, index: usize) -> Option<F> {
         match &self.0 {
-            Core::Taps { direct, .. } if index == 0 => Some(*direct),
-            Core::Taps { used, taps, .. } => taps[..*used].get(index - 1).copied(),
+            Core::Taps(core) => core.coefficients().get(index).copied(),
             Core::Modes(core) => core.core.value(index),
             Core::Recursion(core) => core.core.value(index),
             Core::Sections(core) => core.core.value(index),
@@ -96,18 +89,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
 
     #[inline(never)]
     fn taps(values: &[F]) -> Result<Self, ListError> {
-        let count = values.len();
-        let (&direct, rest) = values
-            .split_first()
-            .filter(|_| count <= TAPS)
-            .ok_or(ListError::Count { count, most: TAPS })?;
-        let mut taps = [F::ZERO; TAPS];
-        taps[..rest.len()].copy_from_slice(rest);
-        Ok(Self(Core::Taps {
-            used: rest.len(),
-            direct,
-            taps,
-        }))
+        Ok(Self(Core::Taps(Fir::from_slice(values)?)))
     }
 
     #[inline(never)]
@@ -135,12 +117,6 @@ fn advance_apart<F: Real, C: Differintegrator<F>>(core: &C, history: &mut C::His
     core.advance(history, x);
 }
 
-/// The same of taps.
-#[inline(never)]
-fn advance_taps<F: Real, const TAPS: usize>(history: &mut FirHistory<F, TAPS>, taps: &[F], x: F) {
-    history.advance(taps, x);
-}
-
 impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize> Differintegrator<F>
     for PortableOperator<F, TAPS, MODES, DEGREE>
 {
@@ -148,17 +124,26 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize> Differ
 
     fn at_rest(&self) -> Self::History {
         match &self.0 {
-            Core::Taps { .. } => PortableHistory::Taps(FirHistory::at_rest()),
+            Core::Taps(core) => PortableHistory::Taps(core.at_rest()),
             Core::Modes(core) => PortableHistory::Modes(core.at_rest()),
             Core::Recursion(core) => PortableHistory::Recursion(core.at_rest()),
             Core::Sections(core) => PortableHistory::Sections(core.at_rest()),
         }
     }
 
+    fn settled(&self, x: F) -> Option<Self::History> {
+        Some(match &self.0 {
+            Core::Taps(core) => PortableHistory::Taps(core.settled(x)?),
+            Core::Modes(core) => PortableHistory::Modes(core.settled(x)?),
+            Core::Recursion(core) => PortableHistory::Recursion(core.settled(x)?),
+            Core::Sections(core) => PortableHistory::Sections(core.settled(x)?),
+        })
+    }
+
     #[inline]
     fn direct_gain(&self) -> F {
         match &self.0 {
-            Core::Taps { direct, .. } => *direct,
+            Core::Taps(core) => core.direct_gain(),
             Core::Modes(core) => core.direct_gain(),
             Core::Recursion(core) => core.direct_gain(),
             Core::Sections(core) => core.direct_gain(),
@@ -168,7 +153,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize> Differ
     #[inline]
     fn past(&self, history: &Self::History) -> F {
         match (&self.0, history) {
-            (Core::Taps { .. }, PortableHistory::Taps(own)) => own.past,
+            (Core::Taps(core), PortableHistory::Taps(own)) => core.past(own),
             (Core::Modes(core), PortableHistory::Modes(own)) => core.past(own),
             (Core::Recursion(core), PortableHistory::Recursion(own)) => core.past(own),
             (Core::Sections(core), PortableHistory::Sections(own)) => core.past(own),
@@ -179,7 +164,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize> Differ
     #[inline]
     fn output(&self, history: &Self::History, x: F) -> F {
         match (&self.0, history) {
-            (Core::Taps { direct, .. }, PortableHistory::Taps(own)) => *direct * x + own.past,
+            (Core::Taps(core), PortableHistory::Taps(own)) => core.output(own, x),
             (Core::Modes(core), PortableHistory::Modes(own)) => core.output(own, x),
             (Core::Recursion(core), PortableHistory::Recursion(own)) => core.output(own, x),
             (Core::Sections(core), PortableHistory::Sections(own)) => core.output(own, x),
@@ -190,9 +175,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize> Differ
     #[inline]
     fn advance(&self, history: &mut Self::History, x: F) {
         match (&self.0, history) {
-            (Core::Taps { used, taps, .. }, PortableHistory::Taps(own)) => {
-                advance_taps(own, &taps[..(*used).min(TAPS)], x);
-            }
+            (Core::Taps(core), PortableHistory::Taps(own)) => advance_apart(core, own, x),
             (Core::Modes(core), PortableHistory::Modes(own)) => advance_apart(core, own, x),
             (Core::Recursion(core), PortableHistory::Recursion(own)) => advance_apart(core, own, x),
             (Core::Sections(core), PortableHistory::Sections(own)) => advance_apart(core, own, x),
@@ -202,7 +185,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize> Differ
 
     fn memory_length(&self) -> Option<usize> {
         match &self.0 {
-            Core::Taps { used, .. } => Some(used + 1),
+            Core::Taps(core) => core.memory_length(),
             Core::Modes(core) => core.memory_length(),
             Core::Recursion(core) => core.memory_length(),
             Core::Sections(core) => core.memory_length(),

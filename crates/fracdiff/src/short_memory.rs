@@ -1,5 +1,6 @@
 //! Grünwald–Letnikov operator with a fixed memory of N samples (*short-memory principle*).
 
+use crate::differintegrator::past_is_kept;
 use crate::fir::FirHistory;
 use crate::response::polynomial;
 use crate::weights::{grunwald_closed_form, grunwald_weights};
@@ -82,15 +83,11 @@ impl<F: Real, const N: usize> Differintegrator<F> for ShortMemory<F, N> {
         FirHistory::at_rest()
     }
 
-    #[inline]
-    fn direct_gain(&self) -> F {
-        self.taps[0]
+    fn settled(&self, x: F) -> Option<Self::History> {
+        Some(FirHistory::settled(&self.taps[1..], x))
     }
 
-    #[inline]
-    fn past(&self, history: &Self::History) -> F {
-        history.past
-    }
+    past_is_kept!(taps[0]);
 
     #[inline]
     fn advance(&self, history: &mut Self::History, x: F) {
@@ -180,15 +177,14 @@ impl<F: Real> Differintegrator<F> for ShortMemoryVec<F> {
         }
     }
 
-    #[inline]
-    fn direct_gain(&self) -> F {
-        self.taps[0]
+    fn settled(&self, x: F) -> Option<Self::History> {
+        let mut history = self.at_rest();
+        history.samples.fill(x);
+        self.advance(&mut history, x);
+        Some(history)
     }
 
-    #[inline]
-    fn past(&self, history: &Self::History) -> F {
-        history.past
-    }
+    past_is_kept!(taps[0]);
 
     fn advance(&self, history: &mut Self::History, x: F) {
         if history.samples.len() != 2 * self.taps.len() {

@@ -136,6 +136,19 @@ impl<F: Real, const N: usize> Differintegrator<F> for Recursion<F, N> {
         [F::ZERO; N]
     }
 
+    fn settled(&self, x: F) -> Option<[F; N]> {
+        let sum = |first: F, rest: &[F; N]| rest.iter().fold(first, |sum, &c| sum + c);
+        // The gain at rest, P(1): the poles are inside the circle, so the lower sum is not zero.
+        let y = sum(self.direct, &self.forward) / sum(F::ONE, &self.backward) * x;
+        let mut state = self.at_rest();
+        let mut next = F::ZERO;
+        for i in (0..self.degree.min(N)).rev() {
+            next += self.forward[i] * x - self.backward[i] * y;
+            state[i] = next;
+        }
+        Some(state)
+    }
+
     #[inline]
     fn direct_gain(&self) -> F {
         self.direct

@@ -2,6 +2,7 @@
 
 use super::design::Design;
 use super::sweep::{LANES, advance_compensated, advance_plain};
+use crate::differintegrator::past_is_kept;
 use crate::fir::sum_of_8;
 use crate::integer_part::{IntegerHistory, WithIntegerPart, operator_from_its_core};
 use crate::list::{ListError, check_decay};
@@ -72,21 +73,21 @@ impl<F: Real, const TAPS: usize, const MODES: usize> FullMemory<F, TAPS, MODES> 
                 "the number of modes is a multiple of 8"
             );
         };
-        let core = design.core();
         let rate = sample_time.rate_to_the(design.order())?;
         let modes = design.modes();
-        let mut bank = Bank::empty(rate, F::from_f64(rate * core.weight(0.0)));
+        let mut bank = Bank::empty(rate, F::from_f64(rate * design.head()[0]));
         for (index, correction) in bank.corrections.iter_mut().enumerate().take(TAPS - 1) {
-            let lag = (index + 1) as f64;
-            *correction = F::from_f64(rate * (core.weight(lag) - design.mode_sum(lag)));
+            let lag = index + 1;
+            let left = design.head()[lag] - design.mode_sum(lag as f64);
+            *correction = F::from_f64(rate * left);
         }
         for (q, mode) in modes.iter().enumerate() {
             bank.decays[q] = F::from_f64(-libm::expm1(-mode.rate));
             bank.weights[q] = F::from_f64(rate * mode.weight * libm::exp(-mode.rate));
         }
-        bank.use_modes(modes.len(), core.integer);
+        bank.use_modes(modes.len(), design.integer());
         Ok(Self(WithIntegerPart {
-            integer: core.integer,
+            integer: design.integer(),
             core: bank,
         }))
     }
@@ -235,15 +236,20 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Differintegrator<F> for Ban
         }
     }
 
-    #[inline]
-    fn direct_gain(&self) -> F {
-        self.direct
+    fn settled(&self, x: F) -> Option<Self::History> {
+        let mut history = self.at_rest();
+        for i in (0..TAPS - 1).rev() {
+            history.due[i] = history.due[i + 1] + self.corrections[i] * x;
+        }
+        // z = x/d; a decay of zero is no mode.
+        for (state, &decay) in history.states.iter_mut().zip(&self.decays) {
+            *state = if decay > F::ZERO { x / decay } else { F::ZERO };
+        }
+        self.advance(&mut history, x);
+        Some(history)
     }
 
-    #[inline]
-    fn past(&self, history: &Self::History) -> F {
-        history.past
-    }
+    past_is_kept!(direct);
 
     #[inline]
     fn advance(&self, history: &mut Self::History, x: F) {

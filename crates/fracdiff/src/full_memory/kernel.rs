@@ -68,7 +68,17 @@ impl Core {
     }
 
     /// Number of taps without which the density does not describe the kernel.
-    pub(crate) const LEAST_TAPS: usize = 4;
+    const LEAST_TAPS: usize = 4;
+
+    /// Does not compile for fewer.
+    pub(crate) const fn check_taps<const TAPS: usize>() {
+        const {
+            assert!(
+                TAPS >= Core::LEAST_TAPS,
+                "a full memory has at least 4 taps"
+            );
+        };
+    }
 
     /// Weight of lag j ≥ 0, to about 1e-14 relative.
     pub(crate) fn weight(self, lag: f64) -> f64 {

@@ -18,7 +18,9 @@
 
 mod bank;
 mod design;
+mod grid;
 mod kernel;
+mod mode;
 #[cfg(feature = "std")]
 mod nnls;
 #[cfg(feature = "std")]
@@ -30,3 +32,4 @@ pub(crate) use bank::{Bank, PORTABLE_TAPS};
 pub use bank::{BankHistory, FullMemory, FullMemoryHistory};
 pub use design::{Design, DesignError};
 pub use kernel::Kernel;
+pub use mode::Mode;

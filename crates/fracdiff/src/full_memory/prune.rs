@@ -1,7 +1,9 @@
 //! Fewer modes for the same tolerance: weights fitted by non-negative least squares.
 
-use super::design::{Design, DesignError, Grid, Mode, check_lags};
+use super::design::{Design, DesignError, check_lags};
+use super::grid::Grid;
 use super::kernel::{Core, Kernel};
+use super::mode::Mode;
 use super::nnls;
 use crate::Order;
 use std::vec::Vec;
@@ -29,8 +31,8 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
         horizon: f64,
     ) -> Result<Self, DesignError> {
         let closed = Self::closed_form(kernel, order, tolerance, horizon);
-        let mut fitted = Self::empty(kernel, order, tolerance, horizon)?;
-        let core = fitted.core();
+        let core = Core::new(kernel, order);
+        let mut fitted = Self::empty(core, order, tolerance, horizon)?;
         if core.is_finite() {
             return closed;
         }
@@ -43,7 +45,7 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
             if modes.len() > MODES {
                 continue;
             }
-            fitted.refill(&modes, step);
+            fitted.refill(core, &modes, step);
             if fitted.error_bound() <= tolerance {
                 return match closed {
                     Ok(closed) if closed.modes().len() <= modes.len() => Ok(closed),

@@ -2,6 +2,7 @@
 
 mod level;
 
+use crate::differintegrator::past_is_kept;
 use crate::response::polynomial;
 use crate::short_memory::truncation_bound;
 use crate::weights::grunwald_weights;
@@ -125,15 +126,16 @@ impl<F: Real> Differintegrator<F> for PartitionedMemory<F> {
         }
     }
 
-    #[inline]
-    fn direct_gain(&self) -> F {
-        self.head[0]
+    fn settled(&self, x: F) -> Option<Self::History> {
+        let mut history = self.at_rest();
+        // All samples, and the two blocks that the last level is behind.
+        for _ in 0..3 * self.length {
+            self.advance(&mut history, x);
+        }
+        Some(history)
     }
 
-    #[inline]
-    fn past(&self, history: &Self::History) -> F {
-        history.past
-    }
+    past_is_kept!(head[0]);
 
     fn advance(&self, history: &mut Self::History, x: F) {
         let levels = self.levels.iter().zip(&mut history.levels);

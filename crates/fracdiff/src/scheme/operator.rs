@@ -127,6 +127,17 @@ impl<F: Real> Differintegrator<F> for Operator<F> {
         }
     }
 
+    fn settled(&self, x: F) -> Option<OperatorHistory<F>> {
+        Some(match self {
+            Self::ShortMemory(o) => OperatorHistory::ShortMemory(o.settled(x)?),
+            Self::PartitionedMemory(o) => OperatorHistory::PartitionedMemory(o.settled(x)?),
+            Self::MuirPolynomial(o) => OperatorHistory::MuirPolynomial(Box::new(o.settled(x)?)),
+            Self::TustinMuir(o) => OperatorHistory::TustinMuir(Box::new(o.settled(x)?)),
+            Self::Oustaloup(o) => OperatorHistory::Oustaloup(Box::new(o.settled(x)?)),
+            Self::FullMemory(o) => OperatorHistory::FullMemory(Box::new(o.settled(x)?)),
+        })
+    }
+
     #[inline]
     fn direct_gain(&self) -> F {
         each!(self, operator => operator.direct_gain())

@@ -7,6 +7,8 @@ mod full_memory;
 mod increments;
 mod operators;
 mod oracle;
+mod own_kernel;
+mod owners;
 mod partitioned;
 mod portable;
 mod weights;
