@@ -6,6 +6,7 @@ use core::fmt;
 
 /// A parameter outside its documented range, with the rejected value.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ParameterError {
     /// Order μ.
@@ -13,6 +14,7 @@ pub enum ParameterError {
     /// Sample time T.
     SampleTime(Seconds),
     /// Length of a memory, degree of a polynomial or number of sections.
+    #[non_exhaustive]
     Length {
         /// What was counted.
         what: &'static str,
@@ -22,6 +24,7 @@ pub enum ParameterError {
         most: usize,
     },
     /// Band of a band-limited operator.
+    #[non_exhaustive]
     Band {
         /// Lower corner, Hz.
         low_hz: f64,

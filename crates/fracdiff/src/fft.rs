@@ -13,6 +13,7 @@ pub(crate) const LANES: usize = 8;
 
 /// Eight neighbouring complex numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Bins<F> {
     pub(crate) re: [F; LANES],
     pub(crate) im: [F; LANES],

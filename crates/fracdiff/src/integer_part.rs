@@ -22,6 +22,7 @@ pub(crate) struct WithIntegerPart<C> {
 
 /// History of the core; x\[n−1\] and its difference, or the running sums; S\[n\].
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct IntegerHistory<F, H> {
     pub(crate) core: H,
     /// x\[n−1\] where differences are taken, else zero.

@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 #![no_std]
+#![cfg_attr(docsrs, feature(doc_cfg))]
 #![forbid(unsafe_code)]
 #[cfg(feature = "alloc")]
 extern crate alloc;
@@ -26,6 +27,10 @@ pub mod portable;
 mod range;
 mod real;
 mod response;
+#[cfg(feature = "alloc")]
+mod ring;
+#[cfg(feature = "serde")]
+mod saved;
 #[cfg(feature = "std")]
 pub mod scheme;
 mod seconds;
@@ -50,10 +55,10 @@ pub use portable::PortableOperator;
 pub use real::Real;
 pub use response::{ExactDifference, FrequencyResponse};
 #[cfg(feature = "std")]
-pub use scheme::{Operator, Scheme, SchemeError};
-#[cfg(feature = "alloc")]
+pub use scheme::{Operator, OperatorHistory, Scheme, SchemeError};
 pub use seconds::Seconds;
 pub use short_memory::{ShortHistory, ShortMemory};
+#[cfg(feature = "alloc")]
 pub use short_memory::{ShortHistoryVec, ShortMemoryVec};
-pub use tustin_muir::{TustinMuir, TustinMuirHistory};
+pub use tustin_muir::{RecursionHistory, TustinMuir, TustinMuirHistory};
 pub use weights::{grunwald_weight, grunwald_weights, piecewise_linear_weight};

@@ -3,8 +3,9 @@
 use crate::Real;
 use core::fmt;
 
-/// What a list of values is.
+/// What a list of values is. Exhaustive on purpose: who runs lists must know every form.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Form {
     /// A finite impulse response.
     Taps,
@@ -18,6 +19,7 @@ pub enum Form {
 
 /// Why a list is no operator.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ListError {
     /// The integer part is not in −2 to 2, or not 0 for [`Form::Taps`].

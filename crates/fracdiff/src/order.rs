@@ -7,6 +7,7 @@ use crate::{ParameterError, Seconds};
 ///
 /// Positive differentiates, zero is the identity, negative integrates. Checked once, here.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Order(f64);
 
 impl Order {

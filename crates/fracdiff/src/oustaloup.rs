@@ -37,6 +37,7 @@ pub struct Oustaloup<F, const N: usize>(WithIntegerPart<Cascade<F, N>>);
 
 /// A frequency band in Hz, lower corner first.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Band {
     /// Lower corner, Hz, above 0.
     pub low_hz: f64,
@@ -186,7 +187,16 @@ impl<F: Real, const N: usize> Oustaloup<F, N> {
 
 /// One slow state a section, with its compensation word, and S\[n\].
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "F: Real + serde::Serialize",
+        deserialize = "F: Real + serde::Deserialize<'de>"
+    ))
+)]
 pub struct CascadeHistory<F, const N: usize> {
+    #[cfg_attr(feature = "serde", serde(with = "crate::saved"))]
     slow: [(F, F); N],
     past: F,
 }

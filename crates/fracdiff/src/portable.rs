@@ -16,7 +16,7 @@ use crate::integer_part::{IntegerHistory, WithIntegerPart};
 use crate::list::check_finite;
 pub use crate::list::{Form, ListError};
 use crate::oustaloup::{Cascade, CascadeHistory};
-use crate::tustin_muir::Recursion;
+use crate::tustin_muir::{Recursion, RecursionHistory};
 use crate::{Differintegrator, Fir, Real};
 
 /// An operator from a list of values, of any [`Form`] within its capacity: TAPS taps, MODES modes (a
@@ -34,13 +34,22 @@ pub struct PortableOperator<F, const TAPS: usize, const MODES: usize, const DEGR
 
 /// History of [`PortableOperator`].
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "F: Real + serde::Serialize",
+        deserialize = "F: Real + serde::Deserialize<'de>"
+    ))
+)]
+#[non_exhaustive]
 pub enum PortableHistory<F, const TAPS: usize, const MODES: usize, const DEGREE: usize> {
     /// Of [`Form::Taps`].
     Taps(FirHistory<F, TAPS>),
     /// Of [`Form::Modes`].
     Modes(IntegerHistory<F, BankHistory<F, PORTABLE_TAPS, MODES>>),
     /// Of [`Form::Recursion`].
-    Recursion(IntegerHistory<F, [F; DEGREE]>),
+    Recursion(IntegerHistory<F, RecursionHistory<F, DEGREE>>),
     /// Of [`Form::Sections`].
     Sections(IntegerHistory<F, CascadeHistory<F, DEGREE>>),
 }

@@ -2,6 +2,7 @@
 
 /// A duration in seconds. Any number; the constructor that takes it checks the range it needs.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Seconds(pub f64);
 
 impl Seconds {

@@ -3,6 +3,8 @@
 use crate::differintegrator::past_is_kept;
 use crate::fir::FirHistory;
 use crate::response::polynomial;
+#[cfg(feature = "alloc")]
+use crate::ring::Ring;
 use crate::weights::{grunwald_closed_form, grunwald_weights};
 use crate::{Differintegrator, FrequencyResponse, Order, ParameterError, Real, Seconds};
 use num_complex::Complex;
@@ -126,9 +128,16 @@ pub struct ShortMemoryVec<F> {
 /// History of [`ShortMemoryVec`].
 #[cfg(feature = "alloc")]
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "F: Real + serde::Serialize",
+        deserialize = "F: Real + serde::Deserialize<'de>"
+    ))
+)]
 pub struct ShortHistoryVec<F> {
-    samples: alloc::vec::Vec<F>,
-    newest: usize,
+    ring: Ring<F>,
     past: F,
 }
 
@@ -171,15 +180,14 @@ impl<F: Real> Differintegrator<F> for ShortMemoryVec<F> {
 
     fn at_rest(&self) -> Self::History {
         ShortHistoryVec {
-            samples: alloc::vec![F::ZERO; 2 * self.taps.len()],
-            newest: 0,
+            ring: Ring::of(F::ZERO, self.taps.len()),
             past: F::ZERO,
         }
     }
 
     fn settled(&self, x: F) -> Option<Self::History> {
         let mut history = self.at_rest();
-        history.samples.fill(x);
+        history.ring = Ring::of(x, self.taps.len());
         self.advance(&mut history, x);
         Some(history)
     }
@@ -187,20 +195,21 @@ impl<F: Real> Differintegrator<F> for ShortMemoryVec<F> {
     past_is_kept!(taps[0]);
 
     fn advance(&self, history: &mut Self::History, x: F) {
-        if history.samples.len() != 2 * self.taps.len() {
+        if history.ring.length() != self.taps.len() {
             // The history of another length: never a panic, and nothing that looks like a result.
             history.past = F::from_f64(f64::NAN);
             return;
         }
-        let (samples, newest) = (&mut history.samples, &mut history.newest);
-        history.past = crate::fir::advance(samples, newest, &self.taps[1..], x);
+        history.past = history.ring.advance(&self.taps[1..], x);
     }
 
     fn advance_many<const D: usize>(&self, histories: [&mut Self::History; D], x: [F; D]) {
-        let length = 2 * self.taps.len();
-        if histories.iter().all(|own| own.samples.len() == length) {
-            let axes =
-                histories.map(|own| (own.samples.as_mut_slice(), &mut own.newest, &mut own.past));
+        let length = self.taps.len();
+        if histories.iter().all(|own| own.ring.length() == length) {
+            let axes = histories.map(|own| {
+                let (samples, newest) = own.ring.parts();
+                (samples, newest, &mut own.past)
+            });
             crate::fir::advance_many(axes, &self.taps[1..], x);
         } else {
             for (history, x) in histories.into_iter().zip(x) {

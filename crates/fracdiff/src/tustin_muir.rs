@@ -30,7 +30,7 @@ use num_complex::Complex;
 pub struct TustinMuir<F, const N: usize>(WithIntegerPart<Recursion<F, N>>);
 
 /// History of [`TustinMuir`].
-pub type TustinMuirHistory<F, const N: usize> = IntegerHistory<F, [F; N]>;
+pub type TustinMuirHistory<F, const N: usize> = IntegerHistory<F, RecursionHistory<F, N>>;
 
 impl<F: Real, const N: usize> TustinMuir<F, N> {
     /// Degree m = N.
@@ -129,24 +129,41 @@ impl<F: Real, const N: usize> TustinMuir<F, N> {
     }
 }
 
-impl<F: Real, const N: usize> Differintegrator<F> for Recursion<F, N> {
-    type History = [F; N];
+/// What one signal leaves behind in a recursive filter.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "F: Real + serde::Serialize",
+        deserialize = "F: Real + serde::Deserialize<'de>"
+    ))
+)]
+pub struct RecursionHistory<F, const N: usize> {
+    #[cfg_attr(feature = "serde", serde(with = "crate::saved"))]
+    state: [F; N],
+}
 
-    fn at_rest(&self) -> [F; N] {
-        [F::ZERO; N]
+impl<F: Real, const N: usize> Differintegrator<F> for Recursion<F, N> {
+    type History = RecursionHistory<F, N>;
+
+    fn at_rest(&self) -> Self::History {
+        RecursionHistory {
+            state: [F::ZERO; N],
+        }
     }
 
-    fn settled(&self, x: F) -> Option<[F; N]> {
+    fn settled(&self, x: F) -> Option<Self::History> {
         let sum = |first: F, rest: &[F; N]| rest.iter().fold(first, |sum, &c| sum + c);
         // The gain at rest, P(1): the poles are inside the circle, so the lower sum is not zero.
         let y = sum(self.direct, &self.forward) / sum(F::ONE, &self.backward) * x;
-        let mut state = self.at_rest();
+        let mut state = [F::ZERO; N];
         let mut next = F::ZERO;
         for i in (0..self.degree.min(N)).rev() {
             next += self.forward[i] * x - self.backward[i] * y;
             state[i] = next;
         }
-        Some(state)
+        Some(RecursionHistory { state })
     }
 
     #[inline]
@@ -155,13 +172,14 @@ impl<F: Real, const N: usize> Differintegrator<F> for Recursion<F, N> {
     }
 
     #[inline]
-    fn past(&self, state: &[F; N]) -> F {
-        state[0]
+    fn past(&self, history: &Self::History) -> F {
+        history.state[0]
     }
 
     #[inline]
-    fn advance(&self, state: &mut [F; N], x: F) {
-        let y = self.output(state, x);
+    fn advance(&self, history: &mut Self::History, x: F) {
+        let y = self.output(history, x);
+        let state = &mut history.state;
         let degree = self.degree.min(N);
         for i in 0..degree {
             let next = if i + 1 < degree {

@@ -197,14 +197,26 @@ impl<F: Real, const MODES: usize> FullMemory<F, PORTABLE_TAPS, MODES> {
 
 /// What one signal leaves behind: due contributions of recent inputs, and the modes.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(
+        try_from = "super::saved::Saved<F, TAPS, MODES>",
+        into = "super::saved::Saved<F, TAPS, MODES>",
+        bound(
+            serialize = "F: Real + serde::Serialize",
+            deserialize = "F: Real + serde::Deserialize<'de>"
+        )
+    )
+)]
 pub struct BankHistory<F, const TAPS: usize, const MODES: usize> {
     /// due\[i\] is what inputs so far contribute, by taps, to the output i + 1 ticks ahead.
-    due: [F; TAPS],
-    states: [F; MODES],
-    carries: [F; MODES],
+    pub(super) due: [F; TAPS],
+    pub(super) states: [F; MODES],
+    pub(super) carries: [F; MODES],
     /// The state that is looked at next, whether it has decayed.
-    turn: usize,
-    past: F,
+    pub(super) turn: usize,
+    pub(super) past: F,
 }
 
 impl<F: Real, const TAPS: usize, const MODES: usize> BankHistory<F, TAPS, MODES> {

@@ -36,11 +36,13 @@ pub struct Design<const TAPS: usize, const MODES: usize> {
 
 /// Why no design was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum DesignError {
     /// A parameter outside its range.
     Parameter(ParameterError),
     /// The tolerance takes more modes than there is room for.
+    #[non_exhaustive]
     TooManyModes {
         /// Modes that the tolerance takes.
         needed: usize,
@@ -48,6 +50,7 @@ pub enum DesignError {
         room: usize,
     },
     /// The tolerance cannot be reached in double precision.
+    #[non_exhaustive]
     Unreachable {
         /// The wish.
         tolerance: f64,
@@ -126,7 +129,7 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
     /// y[n] = T^(−μ)·Σ_j c_j·Δⁿx[n−j],   n = ⌈μ⌉,   c_j ≈ Σ_q w_q·e^(−j·s_q)   for j ≥ TAPS
     /// ```
     /// - `order`: μ, which sets the number n of differences (sums, where negative) and the unit s^(−μ).
-    /// - `weight`: c_j, dimensionless, at any whole lag j up to the horizon; the first TAPS are taken as they are.
+    /// - `weight`: `c_j`, dimensionless, at any whole lag j up to the horizon; the first TAPS are taken as they are.
     /// - `modes`: rates above 0, weights of either sign. Without a negative one, and with n = 1, the operator is passive
     ///   and loses nothing in single precision, as [`FullMemory`](super::FullMemory) says; else that is open.
     /// - `horizon`: up to this lag, samples, 1e2 to 1e12. [`error_bound`](Self::error_bound) is measured up to there,

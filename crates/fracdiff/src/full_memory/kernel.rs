@@ -9,6 +9,8 @@ use core::f64::consts::PI;
 
 /// What the samples are taken for, and so which weights the memory has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum Kernel {
     /// Backward differences, (1 − w)^μ: what the stability and passivity formulas assume. Its error
     /// is O(T). Weights Γ(j−μ)/(Γ(−μ)Γ(j+1)).

@@ -25,6 +25,8 @@ mod mode;
 mod nnls;
 #[cfg(feature = "std")]
 mod prune;
+#[cfg(feature = "serde")]
+mod saved;
 mod sweep;
 
 pub use crate::range::{HORIZON_MAX, HORIZON_MIN, TOLERANCE_MAX, TOLERANCE_MIN};

@@ -38,6 +38,7 @@ pub const DEFAULT_TOLERANCE: f64 = 1e-6;
 
 /// An operator by name and parameters, not yet made for an order and a sample time.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Scheme {
     /// `grunwald:N`.

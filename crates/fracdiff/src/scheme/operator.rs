@@ -34,6 +34,14 @@ pub enum Operator<F> {
 
 /// History of [`Operator`].
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "F: Real + serde::Serialize",
+        deserialize = "F: Real + serde::Deserialize<'de>"
+    ))
+)]
 #[non_exhaustive]
 pub enum OperatorHistory<F> {
     /// Of `grunwald:N`, short.
@@ -83,6 +91,7 @@ macro_rules! each_with_history {
 
 /// An operator as numbers, see [`portable`](crate::portable).
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct OperatorList<F> {
     /// What the values are.
     pub form: Form,

@@ -11,4 +11,5 @@ mod own_kernel;
 mod owners;
 mod partitioned;
 mod portable;
+mod saved;
 mod weights;

@@ -26,7 +26,8 @@ fn a_reference_and_a_box_are_the_operator_itself() {
         // Three axes at once through a reference keep their bits.
         let mut together = [operator.at_rest(), operator.at_rest(), operator.at_rest()];
         for &x in &x {
-            (&operator).advance_many(together.each_mut(), [x as f32, -x as f32, 1.0]);
+            let x = [x as f32, -x as f32, 1.0];
+            <&_ as Differintegrator<f32>>::advance_many(&&operator, together.each_mut(), x);
         }
         let mut alone = operator.at_rest();
         x.iter()
