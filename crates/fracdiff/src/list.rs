@@ -84,6 +84,15 @@ pub(crate) fn check_decay<F: Real>(decay: F, index: usize) -> Result<F, ListErro
     }
 }
 
+/// Accepts −2 to 2.
+pub(crate) fn check_integer(integer: i8) -> Result<i32, ListError> {
+    if (-2..=2).contains(&integer) {
+        Ok(i32::from(integer))
+    } else {
+        Err(ListError::IntegerPart(integer))
+    }
+}
+
 /// Accepts values that are all finite.
 pub(crate) fn check_finite<F: Real>(values: &[F]) -> Result<(), ListError> {
     match values.iter().position(|value| !value.is_finite()) {

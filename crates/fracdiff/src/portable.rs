@@ -13,8 +13,8 @@
 use crate::fir::FirHistory;
 use crate::full_memory::{Bank, BankHistory, PORTABLE_TAPS};
 use crate::integer_part::{IntegerHistory, WithIntegerPart};
-use crate::list::check_finite;
 pub use crate::list::{Form, ListError};
+use crate::list::{check_finite, check_integer};
 use crate::oustaloup::{Cascade, CascadeHistory};
 use crate::tustin_muir::{Recursion, RecursionHistory};
 use crate::{Differintegrator, Fir, Real};
@@ -70,11 +70,11 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
     /// # Errors
     /// A list that is none, see [`ListError`].
     pub fn new(form: Form, integer: i8, values: &[F]) -> Result<Self, ListError> {
-        if !(-2..=2).contains(&integer) || (form == Form::Taps && integer != 0) {
+        if form == Form::Taps && integer != 0 {
             return Err(ListError::IntegerPart(integer));
         }
+        let integer = check_integer(integer)?;
         check_finite(values)?;
-        let integer = i32::from(integer);
         match form {
             Form::Taps => Self::taps(values),
             Form::Modes => Self::modes(values, integer),

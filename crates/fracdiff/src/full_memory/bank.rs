@@ -5,7 +5,7 @@ use super::sweep::{LANES, advance_compensated, advance_plain};
 use crate::differintegrator::past_is_kept;
 use crate::fir::sum_of_8;
 use crate::integer_part::{IntegerHistory, WithIntegerPart, operator_from_its_core};
-use crate::list::{ListError, check_decay};
+use crate::list::{ListError, check_decay, check_finite, check_integer};
 use crate::response::{delay, geometric};
 use crate::{Differintegrator, FrequencyResponse, ParameterError, Real, Seconds};
 use num_complex::Complex;
@@ -186,9 +186,22 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
     }
 }
 
-#[cfg(feature = "std")]
 impl<F: Real, const MODES: usize> FullMemory<F, PORTABLE_TAPS, MODES> {
+    /// From the integer part and the values of [`Form::Modes`](crate::portable::Form::Modes), as
+    /// [`Operator::list`](crate::Operator::list) gives them: the same bits as the operator that the list is of, without
+    /// its design, so that a microcontroller needs no elementary functions.
+    ///
+    /// # Errors
+    /// A list that is none, see [`ListError`]. The response is not to be asked for: the rate is not in the list.
+    pub fn from_list(integer: i8, values: &[F]) -> Result<Self, ListError> {
+        let integer = check_integer(integer)?;
+        check_finite(values)?;
+        let core = Bank::from_list(values, integer)?;
+        Ok(Self(WithIntegerPart { integer, core }))
+    }
+
     /// Integer part, and the values of [`Form::Modes`](crate::portable::Form::Modes).
+    #[cfg(feature = "std")]
     pub(crate) fn list(&self) -> (i32, std::vec::Vec<F>) {
         let values = (0..).map_while(|index| self.0.core.value(index));
         (self.0.integer, values.collect())

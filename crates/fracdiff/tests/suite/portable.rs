@@ -1,7 +1,9 @@
 //! Operators as lists of numbers.
 
 use fracdiff::portable::{Form, ListError};
-use fracdiff::{Differintegrator, Operator, Order, PortableOperator, Real, Scheme, Seconds};
+use fracdiff::{
+    Differintegrator, FullMemory, Operator, Order, PortableOperator, Real, Scheme, Seconds,
+};
 
 type Portable<F> = PortableOperator<F, 256, 48, 16>;
 
@@ -62,6 +64,33 @@ fn a_list_makes_the_same_operator_bit_for_bit() {
             agrees::<f64>(scheme, mu);
         }
     }
+}
+
+#[test]
+fn a_full_memory_from_its_list_has_its_bits() {
+    for mu in [-1.3, 0.2247, 1.5] {
+        let original = operator::<f32>("full", mu);
+        let list = original.list();
+        let copy = FullMemory::<f32, 16, 24>::from_list(list.integer, &list.values).expect("fits");
+        let (mut one, mut other) = (original.at_rest(), copy.at_rest());
+        for n in 0..1000 {
+            let x = signal(n) as f32;
+            assert_eq!(
+                original.step(&mut one, x),
+                copy.step(&mut other, x),
+                "{mu} {n}"
+            );
+        }
+    }
+    type Full = FullMemory<f32, 16, 8>;
+    let refused = Full::from_list(3, &[0.0; 16]);
+    assert!(matches!(refused, Err(ListError::IntegerPart(3))));
+    assert!(matches!(
+        Full::from_list(0, &[0.0; 34]),
+        Err(ListError::Count { .. })
+    ));
+    let refused = Full::from_list(0, &[f32::NAN; 16]);
+    assert!(matches!(refused, Err(ListError::Value { index: 0, .. })));
 }
 
 #[test]
