@@ -125,14 +125,7 @@ pub(crate) fn sum_of_8<F: Real>(lanes: [F; 8]) -> F {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
     feature = "serde",
-    serde(
-        from = "Newest<F, N>",
-        into = "Newest<F, N>",
-        bound(
-            serialize = "F: Real + serde::Serialize",
-            deserialize = "F: Real + serde::Deserialize<'de>"
-        )
-    )
+    serde(from = "Newest<F, N>", into = "Newest<F, N>", bound = "F: Real")
 )]
 pub struct FirHistory<F, const N: usize> {
     samples: [[F; N]; 2],
@@ -144,10 +137,7 @@ pub struct FirHistory<F, const N: usize> {
 #[cfg(feature = "serde")]
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(rename = "FirHistory")]
-#[serde(bound(
-    serialize = "F: serde::Serialize",
-    deserialize = "F: Real + serde::Deserialize<'de>"
-))]
+#[serde(bound = "F: Real")]
 struct Newest<F, const N: usize> {
     #[serde(with = "crate::saved")]
     samples: [F; N],

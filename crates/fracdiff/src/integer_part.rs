@@ -109,6 +109,18 @@ impl<F: Real, C: Differintegrator<F>> Differintegrator<F> for WithIntegerPart<C>
     }
 }
 
+#[cfg(feature = "std")]
+impl<C> WithIntegerPart<C> {
+    /// Integer part, and the values of the core's list up to its end.
+    pub(crate) fn list<F>(
+        &self,
+        value: impl Fn(&C, usize) -> Option<F>,
+    ) -> (i32, std::vec::Vec<F>) {
+        let values = (0..).map_while(|index| value(&self.core, index));
+        (self.integer, values.collect())
+    }
+}
+
 impl<C> WithIntegerPart<C> {
     /// What the core takes in for x\[n\]: its n-th difference, or itself; running sums take in the core's output.
     #[inline]

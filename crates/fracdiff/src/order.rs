@@ -6,6 +6,14 @@ use crate::{ParameterError, Seconds};
 /// Order μ of a differintegral, dimensionless, finite, −2 ≤ μ ≤ 2.
 ///
 /// Positive differentiates, zero is the identity, negative integrates. Checked once, here.
+///
+/// ```
+/// use fracdiff::Order;
+///
+/// assert_eq!(Order::new(1.25)?.split(), (1, 0.25)); // a difference, and the quarter derivative of it
+/// assert_eq!(Order::new(2.5).unwrap_err().to_string(), "order 2.5 is not in [-2, 2]");
+/// # Ok::<(), fracdiff::ParameterError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Order(f64);

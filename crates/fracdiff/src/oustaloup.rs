@@ -30,6 +30,15 @@ use num_complex::Complex;
 /// - *Start-up*: zero for ever before. *Not finite*: spoils all outputs until reset.
 /// - *Cost*: `output` one multiply-add, `advance` about 5m. Memory m samples.
 ///
+/// ```
+/// use fracdiff::{Band, Channel, Order, Oustaloup, Seconds};
+///
+/// let band = Band { low_hz: 0.1, high_hz: 100.0 };
+/// let half = Oustaloup::<f32, 6>::new(Order::new(0.5)?, band, Seconds(1e-3))?;
+/// let mut axis = Channel::new(half);
+/// assert!(axis.step(1e-3) > axis.step(1e-3)); // a step relaxes
+/// # Ok::<(), fracdiff::ParameterError>(())
+/// ```
 /// Source: A. Oustaloup, F. Levron, B. Mathieu, F. Nanot, *Frequency-band complex noninteger
 /// differentiator*, IEEE Trans. Circuits Syst. I 47(1), 2000.
 #[derive(Clone, Debug, PartialEq)]
@@ -180,21 +189,14 @@ impl<F: Real, const N: usize> Cascade<F, N> {
 impl<F: Real, const N: usize> Oustaloup<F, N> {
     /// Integer part, and the values of [`Form::Sections`](crate::portable::Form::Sections).
     pub(crate) fn list(&self) -> (i32, std::vec::Vec<F>) {
-        let values = (0..).map_while(|index| self.0.core.value(index));
-        (self.0.integer, values.collect())
+        self.0.list(Cascade::value)
     }
 }
 
 /// One slow state a section, with its compensation word, and S\[n\].
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(
-    feature = "serde",
-    serde(bound(
-        serialize = "F: Real + serde::Serialize",
-        deserialize = "F: Real + serde::Deserialize<'de>"
-    ))
-)]
+#[cfg_attr(feature = "serde", serde(bound = "F: Real"))]
 pub struct CascadeHistory<F, const N: usize> {
     #[cfg_attr(feature = "serde", serde(with = "crate::saved"))]
     slow: [(F, F); N],

@@ -27,6 +27,19 @@ use crate::{Differintegrator, Fir, Real};
 ///   is D^μ cannot be seen from a list.
 /// - *Start-up, not finite, cost*: as the operator that the list is of. The history of another form gives
 ///   NaN, and never panics.
+///
+/// ```
+/// use fracdiff::portable::{Form, PortableOperator};
+/// use fracdiff::Differintegrator;
+///
+/// // As it came over a line: y[n] = 2·x[n] − x[n−1].
+/// let received = [2.0, -1.0];
+/// let operator = PortableOperator::<f32, 256, 48, 16>::new(Form::Taps, 0, &received)?;
+/// let mut history = operator.at_rest();
+/// operator.advance(&mut history, 1.0);
+/// assert_eq!(operator.output(&history, 3.0), 5.0);
+/// # Ok::<(), fracdiff::portable::ListError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct PortableOperator<F, const TAPS: usize, const MODES: usize, const DEGREE: usize>(
     Core<F, TAPS, MODES, DEGREE>,
@@ -35,13 +48,7 @@ pub struct PortableOperator<F, const TAPS: usize, const MODES: usize, const DEGR
 /// History of [`PortableOperator`].
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(
-    feature = "serde",
-    serde(bound(
-        serialize = "F: Real + serde::Serialize",
-        deserialize = "F: Real + serde::Deserialize<'de>"
-    ))
-)]
+#[cfg_attr(feature = "serde", serde(bound = "F: Real"))]
 #[non_exhaustive]
 pub enum PortableHistory<F, const TAPS: usize, const MODES: usize, const DEGREE: usize> {
     /// Of [`Form::Taps`].

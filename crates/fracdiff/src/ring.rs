@@ -9,14 +9,7 @@ use alloc::vec::Vec;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
     feature = "serde",
-    serde(
-        from = "Vec<F>",
-        into = "Vec<F>",
-        bound(
-            serialize = "F: Real + serde::Serialize",
-            deserialize = "F: Real + serde::Deserialize<'de>"
-        )
-    )
+    serde(from = "Vec<F>", into = "Vec<F>", bound = "F: Real")
 )]
 pub(crate) struct Ring<F> {
     twice: Vec<F>,

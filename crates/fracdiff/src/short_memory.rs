@@ -115,8 +115,17 @@ impl<F: Real, const N: usize> FrequencyResponse for ShortMemory<F, N> {
 
 /// [`ShortMemory`] whose length is known only at run time; the history is on the heap.
 ///
-/// Same numbers, bit for bit, as `ShortMemory<F, N>` with N = the length. Also holds any other
-/// finite impulse response.
+/// Same numbers, bit for bit, as `ShortMemory<F, N>` with N = the length.
+///
+/// ```
+/// use fracdiff::{Differintegrator, Order, Seconds, ShortMemoryVec};
+///
+/// let samples = 3 * 100; // only now known
+/// let half = ShortMemoryVec::<f64>::new(Order::new(0.5)?, samples, Seconds(1e-2))?;
+/// let mut history = half.at_rest();
+/// assert_eq!(half.step(&mut history, 1.0), 10.0);
+/// # Ok::<(), fracdiff::ParameterError>(())
+/// ```
 #[cfg(feature = "alloc")]
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShortMemoryVec<F> {
@@ -129,13 +138,7 @@ pub struct ShortMemoryVec<F> {
 #[cfg(feature = "alloc")]
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(
-    feature = "serde",
-    serde(bound(
-        serialize = "F: Real + serde::Serialize",
-        deserialize = "F: Real + serde::Deserialize<'de>"
-    ))
-)]
+#[cfg_attr(feature = "serde", serde(bound = "F: Real"))]
 pub struct ShortHistoryVec<F> {
     ring: Ring<F>,
     past: F,

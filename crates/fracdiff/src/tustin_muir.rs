@@ -25,6 +25,15 @@ use num_complex::Complex;
 /// - *Start-up*: zero for ever before. *Not finite*: spoils all outputs until reset.
 /// - *Cost*: `output` one multiply-add, `advance` 2m. Memory m samples.
 ///
+/// ```
+/// use fracdiff::{FrequencyResponse, Order, Seconds, TustinMuir};
+///
+/// // In the middle of its band it is √(jθ), an eighth of a turn ahead.
+/// let half = TustinMuir::<f32, 9>::new(Order::new(0.5)?, Seconds(1e-3))?;
+/// let turn = half.response(0.5).arg();
+/// assert!((turn - core::f64::consts::FRAC_PI_4).abs() < 0.05);
+/// # Ok::<(), fracdiff::ParameterError>(())
+/// ```
 /// Source: B. M. Vinagre, Y. Q. Chen, I. Petráš, J. Franklin Inst. 340, 2003, §4.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TustinMuir<F, const N: usize>(WithIntegerPart<Recursion<F, N>>);
@@ -124,21 +133,14 @@ impl<F: Real, const N: usize> Recursion<F, N> {
 impl<F: Real, const N: usize> TustinMuir<F, N> {
     /// Integer part, and the values of [`Form::Recursion`](crate::portable::Form::Recursion).
     pub(crate) fn list(&self) -> (i32, std::vec::Vec<F>) {
-        let values = (0..).map_while(|index| self.0.core.value(index));
-        (self.0.integer, values.collect())
+        self.0.list(Recursion::value)
     }
 }
 
 /// What one signal leaves behind in a recursive filter.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(
-    feature = "serde",
-    serde(bound(
-        serialize = "F: Real + serde::Serialize",
-        deserialize = "F: Real + serde::Deserialize<'de>"
-    ))
-)]
+#[cfg_attr(feature = "serde", serde(bound = "F: Real"))]
 pub struct RecursionHistory<F, const N: usize> {
     #[cfg_attr(feature = "serde", serde(with = "crate::saved"))]
     state: [F; N],

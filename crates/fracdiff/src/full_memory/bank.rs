@@ -203,8 +203,7 @@ impl<F: Real, const MODES: usize> FullMemory<F, PORTABLE_TAPS, MODES> {
     /// Integer part, and the values of [`Form::Modes`](crate::portable::Form::Modes).
     #[cfg(feature = "std")]
     pub(crate) fn list(&self) -> (i32, std::vec::Vec<F>) {
-        let values = (0..).map_while(|index| self.0.core.value(index));
-        (self.0.integer, values.collect())
+        self.0.list(Bank::value)
     }
 }
 
@@ -216,10 +215,7 @@ impl<F: Real, const MODES: usize> FullMemory<F, PORTABLE_TAPS, MODES> {
     serde(
         try_from = "super::saved::Saved<F, TAPS, MODES>",
         into = "super::saved::Saved<F, TAPS, MODES>",
-        bound(
-            serialize = "F: Real + serde::Serialize",
-            deserialize = "F: Real + serde::Deserialize<'de>"
-        )
+        bound = "F: Real"
     )
 )]
 pub struct BankHistory<F, const TAPS: usize, const MODES: usize> {

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 #[derive(Serialize, Deserialize)]
 #[serde(rename = "BankHistory")]
-#[serde(bound(serialize = "F: Serialize", deserialize = "F: Real + Deserialize<'de>"))]
+#[serde(bound = "F: Real")]
 pub(super) struct Saved<F, const TAPS: usize, const MODES: usize> {
     #[serde(with = "crate::saved")]
     due: [F; TAPS],

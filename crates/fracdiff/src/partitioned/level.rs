@@ -84,10 +84,7 @@ impl Schedule {
     serde(
         try_from = "super::saved::Saved<F>",
         into = "super::saved::Saved<F>",
-        bound(
-            serialize = "F: Real + serde::Serialize",
-            deserialize = "F: Real + serde::Deserialize<'de>"
-        )
+        bound = "F: Real"
     )
 )]
 pub(super) struct LevelHistory<F> {

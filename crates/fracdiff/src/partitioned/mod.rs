@@ -61,13 +61,7 @@ pub struct PartitionedMemory<F> {
 /// History of [`PartitionedMemory`].
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(
-    feature = "serde",
-    serde(bound(
-        serialize = "F: Real + serde::Serialize",
-        deserialize = "F: Real + serde::Deserialize<'de>"
-    ))
-)]
+#[cfg_attr(feature = "serde", serde(bound = "F: Real"))]
 pub struct PartitionedHistory<F> {
     ring: Ring<F>,
     levels: Vec<LevelHistory<F>>,

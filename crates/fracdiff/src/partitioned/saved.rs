@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 /// How much work is done and owed follows from the tick.
 #[derive(Serialize, Deserialize)]
 #[serde(rename = "LevelHistory")]
-#[serde(bound(serialize = "F: Serialize", deserialize = "F: Real + Deserialize<'de>"))]
+#[serde(bound = "F: Real")]
 pub(super) struct Saved<F> {
     before: Vec<F>,
     coming: Vec<Bins<F>>,

@@ -15,6 +15,17 @@ use std::vec::Vec;
 ///
 /// A history belongs to the operator that made it. Given the history of another kind, `output` is
 /// NaN and `advance` does nothing: no panic in a sample path, and nothing that looks like a result.
+///
+/// ```
+/// use fracdiff::{Differintegrator, Operator, Order, Scheme, Seconds};
+///
+/// let scheme: Scheme = "grunwald:100".parse()?;
+/// let operator: Operator<f64> = scheme.build(Order::new(1.0)?, Seconds(0.5), 1e3)?;
+/// let mut history = operator.at_rest();
+/// operator.advance(&mut history, 1.0);
+/// assert_eq!(operator.output(&history, 2.0), 2.0); // (2 − 1)/0.5 s
+/// # Ok::<(), fracdiff::SchemeError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Operator<F> {
@@ -35,13 +46,7 @@ pub enum Operator<F> {
 /// History of [`Operator`].
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(
-    feature = "serde",
-    serde(bound(
-        serialize = "F: Real + serde::Serialize",
-        deserialize = "F: Real + serde::Deserialize<'de>"
-    ))
-)]
+#[cfg_attr(feature = "serde", serde(bound = "F: Real"))]
 #[non_exhaustive]
 pub enum OperatorHistory<F> {
     /// Of `grunwald:N`, short.
