@@ -1,19 +1,20 @@
 //! Whole records at once, for files: the defining sums by FFT, in `f64`.
 //!
 //! ```text
-//! y[n] = T^(−μ) · Σ_{j=0}^{min(n, N−1)} w_j·x[n−j]     for every n
+//! y[n] = T^(−μ) · Σ_{j=0}^{min(n, N−1)} w_j·(x[n−j] − x₀)     for every n
 //! ```
-//! - *Start-up*: zero before the first sample. For Caputo give x − x₀.
-//! - *Accuracy*: rounding of about 1e-15 of the largest value, 1e-12 at most of T^(−μ)·Σ|`w_j`|·max|x|.
-//!   Not the same bits everywhere: the transform takes the instructions that the processor has.
+//! - *Start-up*: the signal stood at x₀ before the first sample: 0, a value, or the first sample itself (Caputo).
+//! - *Accuracy*: rounding of about 1e-15 of the largest value, 1e-12 at most of T^(−μ)·Σ|`w_j`|·max|x|. Same bits on
+//!   every machine.
 //! - *Cost*: O(n log N) time, some 100 bytes a sample for the full history, much less for a short one.
-//! - *Not finite*: a NaN or infinity spoils its whole block, earlier samples as well. Check before.
+//! - *Not finite*: a NaN or infinity makes exactly those outputs NaN that it reaches, itself first; see [`Batch::mask`].
 
 use crate::error::check_length;
+use crate::fft::{Bins, LANES, factors_from, forward_all, inverse_all, unit};
 use crate::full_memory::Kernel;
 use crate::weights::{grunwald_weights, piecewise_linear_weight};
 use crate::{Order, ParameterError, Seconds, ShortMemoryVec};
-use realfft::{FftError, RealFftPlanner};
+use core::f64::consts::FRAC_PI_2;
 use std::vec;
 use std::vec::Vec;
 
@@ -38,8 +39,7 @@ pub fn full_history(
     sample_time: Seconds,
     x: &[f64],
 ) -> Result<Vec<f64>, ParameterError> {
-    let rate = sample_time.rate_to_the(order)?;
-    Ok(scaled(rate, convolve(&weights(kernel, order, x.len()), x)))
+    Ok(Batch::full_history(kernel, order, sample_time)?.run(x))
 }
 
 /// What [`ShortMemoryVec`] of this length makes of the record, to rounding. Faster than running it from
@@ -54,103 +54,249 @@ pub fn short_memory(
     sample_time: Seconds,
     x: &[f64],
 ) -> Result<Vec<f64>, ParameterError> {
-    check_length("memory length", length, ShortMemoryVec::<f64>::MOST)?;
-    let rate = sample_time.rate_to_the(order)?;
-    let weights = weights(Kernel::Grunwald, order, length.min(x.len()));
-    Ok(scaled(rate, convolve(&weights, x)))
+    Ok(Batch::short_memory(order, length, sample_time)?.run(x))
 }
 
-fn scaled(rate: f64, mut y: Vec<f64>) -> Vec<f64> {
-    for y in &mut y {
-        *y *= rate;
+/// D^μ of whole records: kernel, memory and reference, for any number of channels.
+///
+/// ```
+/// use fracdiff::batch::Batch;
+/// use fracdiff::{Order, Seconds, full_memory::Kernel};
+///
+/// let half = Batch::full_history(Kernel::Grunwald, Order::new(0.5)?, Seconds(1e-3))?.caputo();
+/// // Two axes that start away from zero; the second has a gap.
+/// let (x, z) = ([2.0, 2.0, 2.5], [1.0, f64::NAN, 1.0]);
+/// let y = half.channels(&[&x, &z]);
+/// assert!(y[0][1].abs() < 1e-12 && y[0][2] > 0.0); // no jump at the start
+/// assert_eq!(half.mask(&z), [false, true, true]); // what not to look at
+/// assert!(y[1][0] == 0.0 && y[1][1].is_nan());
+/// # Ok::<(), fracdiff::ParameterError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Batch {
+    kernel: Kernel,
+    order: Order,
+    rate: f64,
+    /// Samples; `None` for all.
+    memory: Option<usize>,
+    reference: Reference,
+}
+
+/// Where the signal stood before the record, x₀.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Reference {
+    Value(f64),
+    FirstSample,
+}
+
+impl Batch {
+    /// No memory cut; x₀ = 0. From order 1 on both kernels are backward differences.
+    ///
+    /// # Errors
+    /// [`ParameterError::SampleTime`] unless 1e-9 s ≤ T ≤ 1e6 s.
+    pub fn full_history(
+        kernel: Kernel,
+        order: Order,
+        sample_time: Seconds,
+    ) -> Result<Self, ParameterError> {
+        Ok(Self {
+            kernel,
+            order,
+            rate: sample_time.rate_to_the(order)?,
+            memory: None,
+            reference: Reference::Value(0.0),
+        })
     }
-    y
-}
 
-/// The first weights of a kernel.
-fn weights(kernel: Kernel, order: Order, count: usize) -> Vec<f64> {
-    match kernel {
-        Kernel::PiecewiseLinear if order.get() < 1.0 => (0..count as u64)
-            .filter_map(|lag| piecewise_linear_weight(order, lag))
-            .collect(),
-        _ => grunwald_weights(order).take(count).collect(),
+    /// The newest `length` samples, as [`ShortMemoryVec`]; x₀ = 0.
+    ///
+    /// # Errors
+    /// [`ParameterError::SampleTime`] as above, [`ParameterError::Length`] unless 1 ≤ length ≤
+    /// [`ShortMemoryVec::MOST`].
+    pub fn short_memory(
+        order: Order,
+        length: usize,
+        sample_time: Seconds,
+    ) -> Result<Self, ParameterError> {
+        check_length("memory length", length, ShortMemoryVec::<f64>::MOST)?;
+        let full = Self::full_history(Kernel::Grunwald, order, sample_time)?;
+        Ok(Self {
+            memory: Some(length),
+            ..full
+        })
+    }
+
+    /// Takes x₀ from the record, its first sample: the Caputo derivative for 0 < μ < 1. Each channel has its own.
+    #[must_use]
+    pub fn caputo(self) -> Self {
+        Self {
+            reference: Reference::FirstSample,
+            ..self
+        }
+    }
+
+    /// Takes this x₀, in the unit of x.
+    #[must_use]
+    pub fn relative_to(self, reference: f64) -> Self {
+        Self {
+            reference: Reference::Value(reference),
+            ..self
+        }
+    }
+
+    /// The outputs of one channel, as many as samples.
+    #[must_use]
+    pub fn run(&self, x: &[f64]) -> Vec<f64> {
+        self.channels(&[x]).pop().unwrap_or_default()
+    }
+
+    /// The outputs of several channels, which may differ in length. The weights are transformed once for all.
+    #[must_use]
+    pub fn channels(&self, channels: &[&[f64]]) -> Vec<Vec<f64>> {
+        let longest = channels.iter().map(|x| x.len()).max().unwrap_or(0);
+        let weights = self.weights(longest);
+        let convolution = Convolution::new(&weights, longest);
+        let one = |x: &&[f64]| {
+            let x = self.shifted(x);
+            let finite: Vec<f64> = x
+                .iter()
+                .map(|&x| if x.is_finite() { x } else { 0.0 })
+                .collect();
+            let mut y = convolution.of(&finite);
+            for (y, spoiled) in y.iter_mut().zip(reached(&x, weights.len())) {
+                *y = if spoiled { f64::NAN } else { *y * self.rate };
+            }
+            y
+        };
+        channels.iter().map(one).collect()
+    }
+
+    /// True for the outputs that a sample which is not finite reaches: those are NaN.
+    #[must_use]
+    pub fn mask(&self, x: &[f64]) -> Vec<bool> {
+        reached(&self.shifted(x), self.weights(x.len()).len()).collect()
+    }
+
+    /// x − x₀
+    fn shifted(&self, x: &[f64]) -> Vec<f64> {
+        let reference = match self.reference {
+            Reference::Value(value) => value,
+            Reference::FirstSample => x.first().copied().unwrap_or(0.0),
+        };
+        x.iter().map(|x| x - reference).collect()
+    }
+
+    /// The weights of a record of so many samples, up to the last that is not zero.
+    fn weights(&self, samples: usize) -> Vec<f64> {
+        let count = self.memory.unwrap_or(samples).min(samples);
+        let mut weights: Vec<f64> = match self.kernel {
+            Kernel::PiecewiseLinear if self.order.get() < 1.0 => (0..count as u64)
+                .filter_map(|lag| piecewise_linear_weight(self.order, lag))
+                .collect(),
+            _ => grunwald_weights(self.order).take(count).collect(),
+        };
+        let last = weights.iter().rposition(|weight| *weight != 0.0);
+        weights.truncate(last.map_or(0, |last| last + 1));
+        weights
     }
 }
 
-/// The first `x.len()` values of the convolution.
-fn convolve(weights: &[f64], x: &[f64]) -> Vec<f64> {
-    // A transform fails for wrong lengths only, and these are right; if ever, nothing that looks like a result.
-    try_convolve(weights, x).unwrap_or_else(|_| vec![f64::NAN; x.len()])
+/// For each sample, whether one of the newest `memory` is not finite.
+fn reached(x: &[f64], memory: usize) -> impl Iterator<Item = bool> {
+    let mut left = 0;
+    x.iter().map(move |x| {
+        left = if x.is_finite() {
+            usize::saturating_sub(left, 1)
+        } else {
+            memory
+        };
+        left > 0
+    })
 }
 
-/// Blocks of a long record are this many times as long as a short memory.
+/// Blocks of a long record are about this many times as long as a short memory.
 const BLOCK: usize = 8;
 
-/// By overlap-add: each block of x is convolved with all weights, and the parts are added.
-fn try_convolve(weights: &[f64], x: &[f64]) -> Result<Vec<f64>, FftError> {
-    let block = if BLOCK * weights.len() < x.len() {
-        BLOCK * weights.len()
-    } else {
-        x.len()
-    };
-    let length = smooth_length(block + weights.len());
-    let mut planner = RealFftPlanner::<f64>::new();
-    let (forward, inverse) = (
-        planner.plan_fft_forward(length),
-        planner.plan_fft_inverse(length),
-    );
-    drop(planner);
-    let mut padded = forward.make_input_vec();
-    let mut scratch = forward.make_scratch_vec();
-    scratch.resize(
-        scratch.len().max(inverse.get_scratch_len()),
-        Default::default(),
-    );
-    let mut factors = forward.make_output_vec();
-    padded[..weights.len()].copy_from_slice(weights);
-    forward.process_with_scratch(&mut padded, &mut factors, &mut scratch)?;
-    let mut spectrum = forward.make_output_vec();
-    let mut y = vec![0.0; x.len()];
-    for (x, start) in x.chunks(block.max(1)).zip((0..).step_by(block.max(1))) {
-        padded.fill(0.0);
-        padded[..x.len()].copy_from_slice(x);
-        forward.process_with_scratch(&mut padded, &mut spectrum, &mut scratch)?;
-        for (bin, factor) in spectrum.iter_mut().zip(&factors) {
-            *bin *= factor / length as f64;
-        }
-        inverse.process_with_scratch(&mut spectrum, &mut padded, &mut scratch)?;
-        for (y, part) in y[start..].iter_mut().zip(&padded) {
-            *y += part;
-        }
-    }
-    Ok(y)
+/// Convolution of records with the same weights, by overlap-add: each block of a record is convolved with all weights,
+/// and the parts are added.
+///
+/// ```text
+/// z[i] = (x[i] + j·x[i + S])·e^(jπi/2S),  i < S:   Z = FFT z,   V = Z·H,   v = IFFT V
+/// y[i] + j·y[i + S] = v[i]·e^(−jπi/2S)
+/// ```
+/// is real convolution modulo X^2S + 1 by complex transforms of S numbers (R. E. Crandall and B. Fagin, *Discrete
+/// weighted transforms and large-integer arithmetic*, Math. Comp. 62, 1994); a block and the weights together are
+/// no longer than 2S, so nothing wraps.
+struct Convolution {
+    /// Samples of a block.
+    block: usize,
+    twist: Vec<(f64, f64)>,
+    factors: Vec<Bins<f64>>,
+    spectrum: Vec<Bins<f64>>,
 }
 
-/// The smallest even number of at least `least` without prime factors above 5, where an FFT is fast.
-fn smooth_length(least: usize) -> usize {
-    let is_smooth = |mut n: usize| {
-        for prime in [2, 3, 5] {
-            while n.is_multiple_of(prime) {
-                n /= prime;
+impl Convolution {
+    /// For records of at most so many samples.
+    fn new(weights: &[f64], samples: usize) -> Self {
+        let length = if BLOCK * weights.len() < samples {
+            BLOCK * weights.len()
+        } else {
+            samples + weights.len()
+        };
+        let size = length.div_ceil(2).max(LANES).next_power_of_two();
+        let phase = |i: usize| FRAC_PI_2 * i as f64 / size as f64;
+        let twist: Vec<(f64, f64)> = (0..size).map(|i| unit(phase(i))).collect();
+        let mut convolution = Self {
+            block: 2 * size - weights.len(),
+            factors: factors_from(&twist),
+            twist,
+            spectrum: Vec::new(),
+        };
+        // The inverse transform is not scaled: 1/S goes in here.
+        let scaled: Vec<f64> = weights.iter().map(|weight| weight / size as f64).collect();
+        convolution.spectrum = convolution.transform(&scaled);
+        convolution
+    }
+
+    /// Z of up to 2S samples.
+    fn transform(&self, x: &[f64]) -> Vec<Bins<f64>> {
+        let size = self.twist.len();
+        let at = |i: usize| x.get(i).copied().unwrap_or(0.0);
+        let mut bins = Bins::collect(size, |i| {
+            let ((cos, sin), re, im) = (self.twist[i], at(i), at(i + size));
+            (re * cos - im * sin, re * sin + im * cos)
+        });
+        forward_all(&mut bins, &self.factors);
+        bins
+    }
+
+    /// The first `x.len()` values of the convolution.
+    fn of(&self, x: &[f64]) -> Vec<f64> {
+        let mut y = vec![0.0; x.len()];
+        for (index, block) in x.chunks(self.block).enumerate() {
+            let mut bins = self.transform(block);
+            for (z, h) in bins.iter_mut().zip(&self.spectrum) {
+                let mut product = Bins::default();
+                product.add_product(z, h);
+                *z = product;
             }
+            inverse_all(&mut bins, &self.factors);
+            self.add(&bins, &mut y[index * self.block..]);
         }
-        n == 1
-    };
-    let mut length = least.next_multiple_of(2).max(2);
-    while !is_smooth(length) {
-        length += 2;
+        y
     }
-    length
-}
 
-#[cfg(test)]
-mod tests {
-    use super::smooth_length;
-
-    #[test]
-    fn smooth_lengths_are_the_next_ones() {
-        for (least, want) in [(0, 2), (1, 2), (7, 8), (14, 16), (2_000_000, 2_000_000)] {
-            assert_eq!(smooth_length(least), want);
+    /// Adds v·e^(−jπi/2S) to so many of its 2S places as there are.
+    fn add(&self, v: &[Bins<f64>], y: &mut [f64]) {
+        let size = self.twist.len();
+        let (early, late) = y.split_at_mut(size.min(y.len()));
+        let mut late = late.iter_mut();
+        for (i, (early, (cos, sin))) in early.iter_mut().zip(&self.twist).enumerate() {
+            let (re, im) = (v[i / LANES].re[i % LANES], v[i / LANES].im[i % LANES]);
+            *early += re * cos + im * sin;
+            if let Some(late) = late.next() {
+                *late += im * cos - re * sin;
+            }
         }
     }
 }

@@ -18,12 +18,34 @@ use core::fmt::Debug;
 ///   on, not finite: for the memory's length in a finite memory ([`ShortMemory`](crate::ShortMemory),
 ///   [`MuirPolynomial`](crate::MuirPolynomial)), until the history is reset in all others (of a whole
 ///   order, at most as many samples as they have taps or coefficients).
+/// - *By reference*: `&O` is an operator as O is, so one serves many owners; so is `Box<O>` (`alloc`).
+/// - *As `dyn`*: operators of one history type can be `&dyn Differintegrator<F, History = H>`; operators of any type are
+///   one type together with their signal, as [`dyn AnyChannel<F>`](AnyChannel).
+///
+/// ```
+/// use fracdiff::{Differintegrator, Fir, FirHistory};
+///
+/// let (slope, mean) = (Fir::<f32, 4>::from_slice(&[1.0, -1.0])?, Fir::<f32, 4>::new([0.25; 4])?);
+/// let both: [&dyn Differintegrator<f32, History = FirHistory<f32, 4>>; 2] = [&slope, &mean];
+/// assert_eq!(both.map(|operator| operator.output(&operator.at_rest(), 4.0)), [4.0, 1.0]);
+/// # Ok::<(), fracdiff::portable::ListError>(())
+/// ```
 pub trait Differintegrator<F: Real> {
     /// What one signal leaves behind.
     type History: Clone + Debug;
 
     /// The history of a signal that was always zero.
     fn at_rest(&self) -> Self::History;
+
+    /// The history of a signal that has stood at `x` for ever: a start without a bump. The next output for `x` is what
+    /// a constant gives, and stays so: exactly 0 for orders above 0 of [`FullMemory`](crate::FullMemory), and for whole
+    /// orders above 0 of any form; elsewhere the gain at rest that the coefficients have. To start from 0 whatever the operator
+    /// let it act on x − x₀, as [`Channel::reset_to`] does.
+    ///
+    /// `None` where the sum over such a past has no end, as in running sums (μ ≤ −1), or where an operator does not say.
+    fn settled(&self, x: F) -> Option<Self::History> {
+        (x == F::ZERO).then(|| self.at_rest())
+    }
 
     /// g, the factor of the newest sample, in s^(−μ).
     fn direct_gain(&self) -> F;
@@ -37,7 +59,10 @@ pub trait Differintegrator<F: Real> {
     /// [`advance`](Self::advance) of D axes at once, to the bit as one after the other. Operators with many
     /// coefficients read each once for all axes, so that an axis costs less than alone.
     #[inline]
-    fn advance_many<const D: usize>(&self, histories: [&mut Self::History; D], x: [F; D]) {
+    fn advance_many<const D: usize>(&self, histories: [&mut Self::History; D], x: [F; D])
+    where
+        Self: Sized,
+    {
         for (history, x) in histories.into_iter().zip(x) {
             self.advance(history, x);
         }
@@ -64,6 +89,127 @@ pub trait Differintegrator<F: Real> {
 
     /// Number of samples, the newest included, that reach the output: `None` if all of them do.
     fn memory_length(&self) -> Option<usize>;
+}
+
+/// For an operator whose history keeps S\[n\] as `past`: its direct gain, by the path to it, and S.
+macro_rules! past_is_kept {
+    ($($direct:tt)+) => {
+        #[inline]
+        fn direct_gain(&self) -> F {
+            self.$($direct)+
+        }
+
+        #[inline]
+        fn past(&self, history: &Self::History) -> F {
+            history.past
+        }
+    };
+}
+
+pub(crate) use past_is_kept;
+
+/// The calls of an operator that are those of another one.
+macro_rules! forward_differintegrator {
+    ($history:ty, $self:ident => $inner:expr) => {
+        type History = $history;
+
+        fn at_rest(&$self) -> Self::History {
+            $inner.at_rest()
+        }
+
+        fn settled(&$self, x: F) -> Option<Self::History> {
+            $inner.settled(x)
+        }
+
+        #[inline]
+        fn direct_gain(&$self) -> F {
+            $inner.direct_gain()
+        }
+
+        #[inline]
+        fn past(&$self, history: &Self::History) -> F {
+            $inner.past(history)
+        }
+
+        #[inline]
+        fn output(&$self, history: &Self::History, x: F) -> F {
+            $inner.output(history, x)
+        }
+
+        #[inline]
+        fn advance(&$self, history: &mut Self::History, x: F) {
+            $inner.advance(history, x);
+        }
+
+        fn memory_length(&$self) -> Option<usize> {
+            $inner.memory_length()
+        }
+    };
+    ($history:ty, $self:ident => $inner:expr, many) => {
+        $crate::differintegrator::forward_differintegrator!($history, $self => $inner);
+
+        #[inline]
+        fn advance_many<const D: usize>(&$self, histories: [&mut Self::History; D], x: [F; D]) {
+            $inner.advance_many(histories, x);
+        }
+    };
+}
+
+pub(crate) use forward_differintegrator;
+
+impl<F: Real, O: Differintegrator<F>> Differintegrator<F> for &O {
+    forward_differintegrator!(O::History, self => (**self), many);
+}
+
+#[cfg(feature = "alloc")]
+impl<F: Real, O: Differintegrator<F> + ?Sized> Differintegrator<F> for alloc::boxed::Box<O> {
+    forward_differintegrator!(O::History, self => (**self));
+}
+
+/// A [`Channel`] whatever its operator: what a program holds that chooses one at run time.
+///
+/// ```
+/// use fracdiff::{AnyChannel, Channel, Order, Seconds, ShortMemory, TustinMuir};
+///
+/// let (half, t) = (Order::new(0.5)?, Seconds(1e-3));
+/// let mut short = Channel::new(ShortMemory::<f32, 64>::new(half, t)?);
+/// let mut recursive = Channel::new(TustinMuir::<f32, 9>::new(half, t)?);
+/// let axes: [&mut dyn AnyChannel<f32>; 2] = [&mut short, &mut recursive];
+/// for axis in axes {
+///     assert!(axis.step(1e-3) > 0.0);
+/// }
+/// # Ok::<(), fracdiff::ParameterError>(())
+/// ```
+pub trait AnyChannel<F: Real> {
+    /// As [`Channel::output`].
+    fn output(&self, x: F) -> F;
+
+    /// As [`Channel::advance`].
+    fn advance(&mut self, x: F);
+
+    /// As [`Channel::step`].
+    fn step(&mut self, x: F) -> F {
+        let y = self.output(x);
+        self.advance(x);
+        y
+    }
+
+    /// As [`Channel::reset_to`].
+    fn reset_to(&mut self, reference: F);
+}
+
+impl<F: Real, O: Differintegrator<F>> AnyChannel<F> for Channel<F, O> {
+    fn output(&self, x: F) -> F {
+        self.output(x)
+    }
+
+    fn advance(&mut self, x: F) {
+        self.advance(x);
+    }
+
+    fn reset_to(&mut self, reference: F) {
+        self.reset_to(reference);
+    }
 }
 
 /// One signal and its operator: the convenient owner for a single axis.
@@ -129,6 +275,17 @@ impl<F: Real, O: Differintegrator<F>> Channel<F, O> {
     pub fn reset_to(&mut self, reference: F) {
         self.history = self.operator.at_rest();
         self.reference = reference;
+    }
+
+    /// Goes on from a history, kept or restored, and its reference value.
+    pub fn resume(&mut self, history: O::History, reference: F) {
+        self.history = history;
+        self.reference = reference;
+    }
+
+    /// What the signal has left behind, and the reference value.
+    pub const fn state(&self) -> (&O::History, F) {
+        (&self.history, self.reference)
     }
 
     /// The operator.

@@ -1,10 +1,12 @@
 //! Parameters outside their documented range.
 
-use crate::{Order, Seconds};
+use crate::Seconds;
+use crate::range::{HORIZON_MAX, HORIZON_MIN, ORDERS, TOLERANCE_MAX, TOLERANCE_MIN};
 use core::fmt;
 
 /// A parameter outside its documented range, with the rejected value.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ParameterError {
     /// Order μ.
@@ -12,6 +14,7 @@ pub enum ParameterError {
     /// Sample time T.
     SampleTime(Seconds),
     /// Length of a memory, degree of a polynomial or number of sections.
+    #[non_exhaustive]
     Length {
         /// What was counted.
         what: &'static str,
@@ -21,6 +24,7 @@ pub enum ParameterError {
         most: usize,
     },
     /// Band of a band-limited operator.
+    #[non_exhaustive]
     Band {
         /// Lower corner, Hz.
         low_hz: f64,
@@ -33,6 +37,22 @@ pub enum ParameterError {
     Tolerance(f64),
     /// Horizon of a design in samples, not longer than the memory it extends, or too long.
     Horizon(f64),
+    /// A mode of a kernel of one's own.
+    #[non_exhaustive]
+    Mode {
+        /// Its rate, which must be above 0, per sample.
+        rate: f64,
+        /// Its weight, which must be finite.
+        weight: f64,
+    },
+    /// A weight of a kernel of one's own.
+    #[non_exhaustive]
+    Weight {
+        /// Its lag, samples.
+        lag: usize,
+        /// The weight, which must be finite.
+        weight: f64,
+    },
 }
 
 /// Accepts a length, degree or number of sections of 1 to `most`.
@@ -51,12 +71,9 @@ pub(crate) fn check_length(
 impl fmt::Display for ParameterError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
-            Self::Order(order) => write!(
-                f,
-                "order {order} is not in [{}, {}]",
-                Order::MIN,
-                Order::MAX
-            ),
+            Self::Order(order) => {
+                write!(f, "order {order} is not in [{}, {}]", ORDERS[0], ORDERS[1])
+            }
             Self::SampleTime(sample_time) => write!(
                 f,
                 "sample time {sample_time} is not in [{:e}, {:e}] s",
@@ -78,15 +95,21 @@ impl fmt::Display for ParameterError {
             Self::Tolerance(tolerance) => write!(
                 f,
                 "tolerance {tolerance} is not in [{:e}, {:e}]",
-                crate::full_memory::TOLERANCE_MIN,
-                crate::full_memory::TOLERANCE_MAX
+                TOLERANCE_MIN, TOLERANCE_MAX
             ),
             Self::Horizon(horizon) => write!(
                 f,
                 "horizon of {horizon} samples is not in [{:e}, {:e}]",
-                crate::full_memory::HORIZON_MIN,
-                crate::full_memory::HORIZON_MAX
+                HORIZON_MIN, HORIZON_MAX
             ),
+
+            Self::Mode { rate, weight } => write!(
+                f,
+                "mode of rate {rate:e} and weight {weight:e}: the rate is not above 0, or one of the two not finite"
+            ),
+            Self::Weight { lag, weight } => {
+                write!(f, "weight {weight} of lag {lag} is not finite")
+            }
         }
     }
 }

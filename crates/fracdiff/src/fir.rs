@@ -122,10 +122,52 @@ pub(crate) fn sum_of_8<F: Real>(lanes: [F; 8]) -> F {
 
 /// The newest N samples of one signal, and what they contribute to the next output.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(from = "Newest<F, N>", into = "Newest<F, N>", bound = "F: Real")
+)]
 pub struct FirHistory<F, const N: usize> {
     samples: [[F; N]; 2],
     newest: usize,
     pub(crate) past: F,
+}
+
+/// The same as data: each sample once, newest first, wherever in the ring it lay.
+#[cfg(feature = "serde")]
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(rename = "FirHistory")]
+#[serde(bound = "F: Real")]
+struct Newest<F, const N: usize> {
+    #[serde(with = "crate::saved")]
+    samples: [F; N],
+    past: F,
+}
+
+#[cfg(feature = "serde")]
+impl<F: Real, const N: usize> From<FirHistory<F, N>> for Newest<F, N> {
+    fn from(history: FirHistory<F, N>) -> Self {
+        let newest = newest_samples(history.samples.as_flattened(), history.newest, N).iter();
+        let mut samples = [F::ZERO; N];
+        for (sample, newest) in samples.iter_mut().zip(newest) {
+            *sample = *newest;
+        }
+        Self {
+            samples,
+            past: history.past,
+        }
+    }
+}
+
+#[cfg(feature = "serde")]
+impl<F: Real, const N: usize> From<Newest<F, N>> for FirHistory<F, N> {
+    fn from(saved: Newest<F, N>) -> Self {
+        Self {
+            samples: [saved.samples; 2],
+            newest: 0,
+            past: saved.past,
+        }
+    }
 }
 
 impl<F: Real, const N: usize> FirHistory<F, N> {
@@ -136,6 +178,16 @@ impl<F: Real, const N: usize> FirHistory<F, N> {
             newest: 0,
             past: F::ZERO,
         }
+    }
+
+    /// A signal that has stood at x for ever.
+    pub(crate) fn settled(taps: &[F], x: F) -> Self {
+        let mut history = Self {
+            samples: [[x; N]; 2],
+            ..Self::at_rest()
+        };
+        history.advance(taps, x);
+        history
     }
 
     /// Takes a sample in and sets S\[n\] from the taps of w¹, w², …; N of them at most.

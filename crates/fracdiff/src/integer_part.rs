@@ -22,6 +22,7 @@ pub(crate) struct WithIntegerPart<C> {
 
 /// History of the core; x\[n−1\] and its difference, or the running sums; S\[n\].
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct IntegerHistory<F, H> {
     pub(crate) core: H,
     /// x\[n−1\] where differences are taken, else zero.
@@ -52,6 +53,20 @@ impl<F: Real, C: Differintegrator<F>> Differintegrator<F> for WithIntegerPart<C>
             sums: [(F::ZERO, F::ZERO); 2],
             past: F::ZERO,
         }
+    }
+
+    fn settled(&self, x: F) -> Option<Self::History> {
+        let rest = self.at_rest();
+        if self.integer < 0 {
+            return (x == F::ZERO).then_some(rest);
+        }
+        if self.integer > 0 {
+            // No increments for ever.
+            return Some(IntegerHistory { base: x, ..rest });
+        }
+        let core = self.core.settled(x)?;
+        let past = self.core.past(&core);
+        Some(IntegerHistory { core, past, ..rest })
     }
 
     #[inline]
@@ -91,6 +106,18 @@ impl<F: Real, C: Differintegrator<F>> Differintegrator<F> for WithIntegerPart<C>
             n @ 0.. => Some(self.core.memory_length()? + n.unsigned_abs() as usize),
             _ => None,
         }
+    }
+}
+
+#[cfg(feature = "std")]
+impl<C> WithIntegerPart<C> {
+    /// Integer part, and the values of the core's list up to its end.
+    pub(crate) fn list<F>(
+        &self,
+        value: impl Fn(&C, usize) -> Option<F>,
+    ) -> (i32, std::vec::Vec<F>) {
+        let values = (0..).map_while(|index| value(&self.core, index));
+        (self.integer, values.collect())
     }
 }
 
@@ -142,40 +169,9 @@ macro_rules! operator_from_its_core {
         impl<F: $crate::Real, $(const $size: usize),+> $crate::Differintegrator<F>
             for $operator<F, $($size),+>
         {
-            type History = $history<F, $($size),+>;
-
-            fn at_rest(&self) -> Self::History {
-                self.0.at_rest()
-            }
-
-            #[inline]
-            fn direct_gain(&self) -> F {
-                self.0.direct_gain()
-            }
-
-            #[inline]
-            fn past(&self, history: &Self::History) -> F {
-                self.0.past(history)
-            }
-
-            #[inline]
-            fn output(&self, history: &Self::History, x: F) -> F {
-                self.0.output(history, x)
-            }
-
-            #[inline]
-            fn advance(&self, history: &mut Self::History, x: F) {
-                self.0.advance(history, x);
-            }
-
-            #[inline]
-            fn advance_many<const D: usize>(&self, histories: [&mut Self::History; D], x: [F; D]) {
-                self.0.advance_many(histories, x);
-            }
-
-            fn memory_length(&self) -> Option<usize> {
-                self.0.memory_length()
-            }
+            $crate::differintegrator::forward_differintegrator!(
+                $history<F, $($size),+>, self => self.0, many
+            );
         }
 
         impl<F: $crate::Real, $(const $size: usize),+> $crate::FrequencyResponse

@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 #![no_std]
+#![cfg_attr(docsrs, feature(doc_cfg))]
 #![forbid(unsafe_code)]
 #[cfg(feature = "alloc")]
 extern crate alloc;
@@ -10,9 +11,13 @@ extern crate std;
 pub mod batch;
 mod differintegrator;
 mod error;
+#[cfg(feature = "alloc")]
+mod fft;
+mod finite;
 mod fir;
 pub mod full_memory;
 mod integer_part;
+mod list;
 mod muir;
 mod order;
 mod oustaloup;
@@ -20,21 +25,30 @@ pub mod parameter;
 #[cfg(feature = "alloc")]
 mod partitioned;
 pub mod portable;
+mod range;
 mod real;
 mod response;
+#[cfg(feature = "alloc")]
+mod ring;
+#[cfg(feature = "serde")]
+mod saved;
 #[cfg(feature = "std")]
 pub mod scheme;
+mod seconds;
 mod short_memory;
 mod tustin_muir;
 mod weights;
 
-pub use differintegrator::{Channel, Differintegrator};
+pub use differintegrator::{AnyChannel, Channel, Differintegrator};
 pub use error::ParameterError;
+pub use finite::Fir;
 pub use fir::FirHistory;
 pub use full_memory::{FullMemory, FullMemoryHistory};
 pub use integer_part::IntegerHistory;
 pub use muir::{MuirHistory, MuirPolynomial, muir_coefficients};
-pub use order::{Order, Seconds};
+/// The crate of [`Complex`](num_complex::Complex), which responses are.
+pub use num_complex;
+pub use order::Order;
 pub use oustaloup::{Band, CascadeHistory, Oustaloup, OustaloupHistory};
 #[cfg(feature = "alloc")]
 pub use partitioned::{PartitionedHistory, PartitionedMemory};
@@ -42,9 +56,10 @@ pub use portable::PortableOperator;
 pub use real::Real;
 pub use response::{ExactDifference, FrequencyResponse};
 #[cfg(feature = "std")]
-pub use scheme::{Operator, Scheme, SchemeError};
+pub use scheme::{Operator, OperatorHistory, Scheme, SchemeError};
+pub use seconds::Seconds;
 pub use short_memory::{ShortHistory, ShortMemory};
 #[cfg(feature = "alloc")]
 pub use short_memory::{ShortHistoryVec, ShortMemoryVec};
-pub use tustin_muir::{TustinMuir, TustinMuirHistory};
+pub use tustin_muir::{RecursionHistory, TustinMuir, TustinMuirHistory};
 pub use weights::{grunwald_weight, grunwald_weights, piecewise_linear_weight};

@@ -1,18 +1,28 @@
 //! Order μ and sample time T: the two numbers every operator is made from.
 
-use crate::ParameterError;
+use crate::range::ORDERS;
+use crate::{ParameterError, Seconds};
 
 /// Order μ of a differintegral, dimensionless, finite, −2 ≤ μ ≤ 2.
 ///
 /// Positive differentiates, zero is the identity, negative integrates. Checked once, here.
+///
+/// ```
+/// use fracdiff::Order;
+///
+/// assert_eq!(Order::new(1.25)?.split(), (1, 0.25)); // a difference, and the quarter derivative of it
+/// assert_eq!(Order::new(2.5).unwrap_err().to_string(), "order 2.5 is not in [-2, 2]");
+/// # Ok::<(), fracdiff::ParameterError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Order(f64);
 
 impl Order {
     /// Smallest order: the double integral.
-    pub const MIN: f64 = -2.0;
+    pub const MIN: f64 = ORDERS[0];
     /// Largest order: the second derivative.
-    pub const MAX: f64 = 2.0;
+    pub const MAX: f64 = ORDERS[1];
 
     /// Accepts −2 ≤ μ ≤ 2.
     ///
@@ -75,16 +85,7 @@ impl core::fmt::Display for Order {
     }
 }
 
-/// A duration in seconds. Any number; the constructor that takes it checks the range it needs.
-#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
-pub struct Seconds(pub f64);
-
 impl Seconds {
-    /// Smallest sample time an operator accepts, in seconds.
-    pub const MIN_SAMPLE_TIME: f64 = 1e-9;
-    /// Largest sample time an operator accepts, in seconds.
-    pub const MAX_SAMPLE_TIME: f64 = 1e6;
-
     /// T^(−μ), the factor between the dimensionless operator P and D^μ, in s^(−μ).
     ///
     /// # Errors
@@ -95,12 +96,5 @@ impl Seconds {
         } else {
             Err(ParameterError::SampleTime(self))
         }
-    }
-}
-
-impl core::fmt::Display for Seconds {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        self.0.fmt(f)?;
-        f.write_str(" s")
     }
 }

@@ -1,8 +1,9 @@
 //! Band-limited operator after Oustaloup, as a cascade of first-order sections.
 
+use crate::differintegrator::past_is_kept;
 use crate::error::check_length;
 use crate::integer_part::{IntegerHistory, WithIntegerPart, operator_from_its_core};
-use crate::portable::{ListError, check_decay};
+use crate::list::{ListError, check_decay};
 use crate::real::approach;
 use crate::response::low_pass;
 use crate::{Differintegrator, FrequencyResponse, Order, ParameterError, Real, Seconds};
@@ -29,6 +30,15 @@ use num_complex::Complex;
 /// - *Start-up*: zero for ever before. *Not finite*: spoils all outputs until reset.
 /// - *Cost*: `output` one multiply-add, `advance` about 5m. Memory m samples.
 ///
+/// ```
+/// use fracdiff::{Band, Channel, Order, Oustaloup, Seconds};
+///
+/// let band = Band { low_hz: 0.1, high_hz: 100.0 };
+/// let half = Oustaloup::<f32, 6>::new(Order::new(0.5)?, band, Seconds(1e-3))?;
+/// let mut axis = Channel::new(half);
+/// assert!(axis.step(1e-3) > axis.step(1e-3)); // a step relaxes
+/// # Ok::<(), fracdiff::ParameterError>(())
+/// ```
 /// Source: A. Oustaloup, F. Levron, B. Mathieu, F. Nanot, *Frequency-band complex noninteger
 /// differentiator*, IEEE Trans. Circuits Syst. I 47(1), 2000.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,6 +46,7 @@ pub struct Oustaloup<F, const N: usize>(WithIntegerPart<Cascade<F, N>>);
 
 /// A frequency band in Hz, lower corner first.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Band {
     /// Lower corner, Hz, above 0.
     pub low_hz: f64,
@@ -178,14 +189,16 @@ impl<F: Real, const N: usize> Cascade<F, N> {
 impl<F: Real, const N: usize> Oustaloup<F, N> {
     /// Integer part, and the values of [`Form::Sections`](crate::portable::Form::Sections).
     pub(crate) fn list(&self) -> (i32, std::vec::Vec<F>) {
-        let values = (0..).map_while(|index| self.0.core.value(index));
-        (self.0.integer, values.collect())
+        self.0.list(Cascade::value)
     }
 }
 
 /// One slow state a section, with its compensation word, and S\[n\].
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(bound = "F: Real"))]
 pub struct CascadeHistory<F, const N: usize> {
+    #[cfg_attr(feature = "serde", serde(with = "crate::saved"))]
     slow: [(F, F); N],
     past: F,
 }
@@ -200,15 +213,19 @@ impl<F: Real, const N: usize> Differintegrator<F> for Cascade<F, N> {
         }
     }
 
-    #[inline]
-    fn direct_gain(&self) -> F {
-        self.direct
+    fn settled(&self, x: F) -> Option<Self::History> {
+        let mut history = self.at_rest();
+        // v = x in each section, whose output goes into the next.
+        let mut signal = x;
+        for (section, (slow, _)) in self.sections.iter().zip(&mut history.slow).take(self.used) {
+            *slow = signal;
+            signal = (section.direct + section.slow) * signal;
+        }
+        self.advance(&mut history, x);
+        Some(history)
     }
 
-    #[inline]
-    fn past(&self, history: &Self::History) -> F {
-        history.past
-    }
+    past_is_kept!(direct);
 
     #[inline]
     fn advance(&self, history: &mut Self::History, x: F) {

@@ -13,77 +13,11 @@
 use crate::fir::FirHistory;
 use crate::full_memory::{Bank, BankHistory, PORTABLE_TAPS};
 use crate::integer_part::{IntegerHistory, WithIntegerPart};
+pub use crate::list::{Form, ListError};
+use crate::list::{check_finite, check_integer};
 use crate::oustaloup::{Cascade, CascadeHistory};
-use crate::tustin_muir::Recursion;
-use crate::{Differintegrator, Real};
-use core::fmt;
-
-/// What a list of values is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Form {
-    /// A finite impulse response.
-    Taps,
-    /// Recent taps and decaying modes.
-    Modes,
-    /// A recursive filter.
-    Recursion,
-    /// First-order sections in series.
-    Sections,
-}
-
-/// Why a list is no operator.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum ListError {
-    /// The integer part is not in −2 to 2, or not 0 for [`Form::Taps`].
-    IntegerPart(i8),
-    /// Not a number of values that this form can have, or more than there is room for.
-    Count {
-        /// How many there are.
-        count: usize,
-        /// How many this operator has room for, in this form.
-        most: usize,
-    },
-    /// A value that is not finite.
-    Value {
-        /// Which.
-        index: usize,
-        /// The value.
-        value: f64,
-    },
-    /// A decay outside (0, 1].
-    Decay {
-        /// Which.
-        index: usize,
-        /// The value.
-        value: f64,
-    },
-}
-
-impl fmt::Display for ListError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::IntegerPart(integer) => write!(
-                f,
-                "integer part {integer} is not in [-2, 2], or not 0 for a list of taps"
-            ),
-            Self::Count { count, most } => write!(
-                f,
-                "{count} coefficients are not what this form of operator has, or more than the {most} \
-                 there is room for"
-            ),
-            Self::Value { index, value } => {
-                write!(f, "coefficient {index} is {value}, which is not finite")
-            }
-            Self::Decay { index, value } => write!(
-                f,
-                "coefficient {index} is a decay of {value:e}, which is not in (0, 1]"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for ListError {}
+use crate::tustin_muir::{Recursion, RecursionHistory};
+use crate::{Differintegrator, Fir, Real};
 
 /// An operator from a list of values, of any [`Form`] within its capacity: TAPS taps, MODES modes (a
 /// multiple of 8), DEGREE degrees of a recursion or sections.
@@ -93,6 +27,19 @@ impl core::error::Error for ListError {}
 ///   is D^μ cannot be seen from a list.
 /// - *Start-up, not finite, cost*: as the operator that the list is of. The history of another form gives
 ///   NaN, and never panics.
+///
+/// ```
+/// use fracdiff::portable::{Form, PortableOperator};
+/// use fracdiff::Differintegrator;
+///
+/// // As it came over a line: y[n] = 2·x[n] − x[n−1].
+/// let received = [2.0, -1.0];
+/// let operator = PortableOperator::<f32, 256, 48, 16>::new(Form::Taps, 0, &received)?;
+/// let mut history = operator.at_rest();
+/// operator.advance(&mut history, 1.0);
+/// assert_eq!(operator.output(&history, 3.0), 5.0);
+/// # Ok::<(), fracdiff::portable::ListError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct PortableOperator<F, const TAPS: usize, const MODES: usize, const DEGREE: usize>(
     Core<F, TAPS, MODES, DEGREE>,
@@ -100,24 +47,23 @@ pub struct PortableOperator<F, const TAPS: usize, const MODES: usize, const DEGR
 
 /// History of [`PortableOperator`].
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(bound = "F: Real"))]
+#[non_exhaustive]
 pub enum PortableHistory<F, const TAPS: usize, const MODES: usize, const DEGREE: usize> {
     /// Of [`Form::Taps`].
     Taps(FirHistory<F, TAPS>),
     /// Of [`Form::Modes`].
     Modes(IntegerHistory<F, BankHistory<F, PORTABLE_TAPS, MODES>>),
     /// Of [`Form::Recursion`].
-    Recursion(IntegerHistory<F, [F; DEGREE]>),
+    Recursion(IntegerHistory<F, RecursionHistory<F, DEGREE>>),
     /// Of [`Form::Sections`].
     Sections(IntegerHistory<F, CascadeHistory<F, DEGREE>>),
 }
 
 #[derive(Clone, Debug, PartialEq)]
 enum Core<F, const TAPS: usize, const MODES: usize, const DEGREE: usize> {
-    Taps {
-        used: usize,
-        direct: F,
-        taps: [F; TAPS],
-    },
+    Taps(Fir<F, TAPS>),
     Modes(WithIntegerPart<Bank<F, PORTABLE_TAPS, MODES>>),
     Recursion(WithIntegerPart<Recursion<F, DEGREE>>),
     Sections(WithIntegerPart<Cascade<F, DEGREE>>),
@@ -131,14 +77,11 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
     /// # Errors
     /// A list that is none, see [`ListError`].
     pub fn new(form: Form, integer: i8, values: &[F]) -> Result<Self, ListError> {
-        if !(-2..=2).contains(&integer) || (form == Form::Taps && integer != 0) {
+        if form == Form::Taps && integer != 0 {
             return Err(ListError::IntegerPart(integer));
         }
-        if let Some(index) = values.iter().position(|value| !value.is_finite()) {
-            let value = values[index].to_f64();
-            return Err(ListError::Value { index, value });
-        }
-        let integer = i32::from(integer);
+        let integer = check_integer(integer)?;
+        check_finite(values)?;
         match form {
             Form::Taps => Self::taps(values),
             Form::Modes => Self::modes(values, integer),
@@ -151,8 +94,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
     #[must_use]
     pub fn value(&self, index: usize) -> Option<F> {
         match &self.0 {
-            Core::Taps { direct, .. } if index == 0 => Some(*direct),
-            Core::Taps { used, taps, .. } => taps[..*used].get(index - 1).copied(),
+            Core::Taps(core) => core.coefficients().get(index).copied(),
             Core::Modes(core) => core.core.value(index),
             Core::Recursion(core) => core.core.value(index),
             Core::Sections(core) => core.core.value(index),
@@ -163,18 +105,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
 
     #[inline(never)]
     fn taps(values: &[F]) -> Result<Self, ListError> {
-        let count = values.len();
-        let (&direct, rest) = values
-            .split_first()
-            .filter(|_| count <= TAPS)
-            .ok_or(ListError::Count { count, most: TAPS })?;
-        let mut taps = [F::ZERO; TAPS];
-        taps[..rest.len()].copy_from_slice(rest);
-        Ok(Self(Core::Taps {
-            used: rest.len(),
-            direct,
-            taps,
-        }))
+        Ok(Self(Core::Taps(Fir::from_slice(values)?)))
     }
 
     #[inline(never)]
@@ -202,24 +133,6 @@ fn advance_apart<F: Real, C: Differintegrator<F>>(core: &C, history: &mut C::His
     core.advance(history, x);
 }
 
-/// The same of taps.
-#[inline(never)]
-fn advance_taps<F: Real, const TAPS: usize>(history: &mut FirHistory<F, TAPS>, taps: &[F], x: F) {
-    history.advance(taps, x);
-}
-
-/// A decay of a low-pass must lie in (0, 1], or its state would grow.
-pub(crate) fn check_decay<F: Real>(decay: F, index: usize) -> Result<F, ListError> {
-    if decay > F::ZERO && decay <= F::ONE {
-        Ok(decay)
-    } else {
-        Err(ListError::Decay {
-            index,
-            value: decay.to_f64(),
-        })
-    }
-}
-
 impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize> Differintegrator<F>
     for PortableOperator<F, TAPS, MODES, DEGREE>
 {
@@ -227,17 +140,26 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize> Differ
 
     fn at_rest(&self) -> Self::History {
         match &self.0 {
-            Core::Taps { .. } => PortableHistory::Taps(FirHistory::at_rest()),
+            Core::Taps(core) => PortableHistory::Taps(core.at_rest()),
             Core::Modes(core) => PortableHistory::Modes(core.at_rest()),
             Core::Recursion(core) => PortableHistory::Recursion(core.at_rest()),
             Core::Sections(core) => PortableHistory::Sections(core.at_rest()),
         }
     }
 
+    fn settled(&self, x: F) -> Option<Self::History> {
+        Some(match &self.0 {
+            Core::Taps(core) => PortableHistory::Taps(core.settled(x)?),
+            Core::Modes(core) => PortableHistory::Modes(core.settled(x)?),
+            Core::Recursion(core) => PortableHistory::Recursion(core.settled(x)?),
+            Core::Sections(core) => PortableHistory::Sections(core.settled(x)?),
+        })
+    }
+
     #[inline]
     fn direct_gain(&self) -> F {
         match &self.0 {
-            Core::Taps { direct, .. } => *direct,
+            Core::Taps(core) => core.direct_gain(),
             Core::Modes(core) => core.direct_gain(),
             Core::Recursion(core) => core.direct_gain(),
             Core::Sections(core) => core.direct_gain(),
@@ -247,7 +169,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize> Differ
     #[inline]
     fn past(&self, history: &Self::History) -> F {
         match (&self.0, history) {
-            (Core::Taps { .. }, PortableHistory::Taps(own)) => own.past,
+            (Core::Taps(core), PortableHistory::Taps(own)) => core.past(own),
             (Core::Modes(core), PortableHistory::Modes(own)) => core.past(own),
             (Core::Recursion(core), PortableHistory::Recursion(own)) => core.past(own),
             (Core::Sections(core), PortableHistory::Sections(own)) => core.past(own),
@@ -258,7 +180,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize> Differ
     #[inline]
     fn output(&self, history: &Self::History, x: F) -> F {
         match (&self.0, history) {
-            (Core::Taps { direct, .. }, PortableHistory::Taps(own)) => *direct * x + own.past,
+            (Core::Taps(core), PortableHistory::Taps(own)) => core.output(own, x),
             (Core::Modes(core), PortableHistory::Modes(own)) => core.output(own, x),
             (Core::Recursion(core), PortableHistory::Recursion(own)) => core.output(own, x),
             (Core::Sections(core), PortableHistory::Sections(own)) => core.output(own, x),
@@ -269,9 +191,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize> Differ
     #[inline]
     fn advance(&self, history: &mut Self::History, x: F) {
         match (&self.0, history) {
-            (Core::Taps { used, taps, .. }, PortableHistory::Taps(own)) => {
-                advance_taps(own, &taps[..(*used).min(TAPS)], x);
-            }
+            (Core::Taps(core), PortableHistory::Taps(own)) => advance_apart(core, own, x),
             (Core::Modes(core), PortableHistory::Modes(own)) => advance_apart(core, own, x),
             (Core::Recursion(core), PortableHistory::Recursion(own)) => advance_apart(core, own, x),
             (Core::Sections(core), PortableHistory::Sections(own)) => advance_apart(core, own, x),
@@ -281,7 +201,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize> Differ
 
     fn memory_length(&self) -> Option<usize> {
         match &self.0 {
-            Core::Taps { used, .. } => Some(used + 1),
+            Core::Taps(core) => core.memory_length(),
             Core::Modes(core) => core.memory_length(),
             Core::Recursion(core) => core.memory_length(),
             Core::Sections(core) => core.memory_length(),

@@ -4,7 +4,11 @@ use core::fmt::{Debug, Display};
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 mod sealed {
+    #[cfg(not(feature = "serde"))]
     pub trait Sealed {}
+    /// Numbers are data.
+    #[cfg(feature = "serde")]
+    pub trait Sealed: serde::Serialize + serde::de::DeserializeOwned {}
     impl Sealed for f32 {}
     impl Sealed for f64 {}
 }

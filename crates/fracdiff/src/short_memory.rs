@@ -1,7 +1,10 @@
 //! Grünwald–Letnikov operator with a fixed memory of N samples (*short-memory principle*).
 
+use crate::differintegrator::past_is_kept;
 use crate::fir::FirHistory;
 use crate::response::polynomial;
+#[cfg(feature = "alloc")]
+use crate::ring::Ring;
 use crate::weights::{grunwald_closed_form, grunwald_weights};
 use crate::{Differintegrator, FrequencyResponse, Order, ParameterError, Real, Seconds};
 use num_complex::Complex;
@@ -82,15 +85,11 @@ impl<F: Real, const N: usize> Differintegrator<F> for ShortMemory<F, N> {
         FirHistory::at_rest()
     }
 
-    #[inline]
-    fn direct_gain(&self) -> F {
-        self.taps[0]
+    fn settled(&self, x: F) -> Option<Self::History> {
+        Some(FirHistory::settled(&self.taps[1..], x))
     }
 
-    #[inline]
-    fn past(&self, history: &Self::History) -> F {
-        history.past
-    }
+    past_is_kept!(taps[0]);
 
     #[inline]
     fn advance(&self, history: &mut Self::History, x: F) {
@@ -116,8 +115,17 @@ impl<F: Real, const N: usize> FrequencyResponse for ShortMemory<F, N> {
 
 /// [`ShortMemory`] whose length is known only at run time; the history is on the heap.
 ///
-/// Same numbers, bit for bit, as `ShortMemory<F, N>` with N = the length. Also holds any other
-/// finite impulse response.
+/// Same numbers, bit for bit, as `ShortMemory<F, N>` with N = the length.
+///
+/// ```
+/// use fracdiff::{Differintegrator, Order, Seconds, ShortMemoryVec};
+///
+/// let samples = 3 * 100; // only now known
+/// let half = ShortMemoryVec::<f64>::new(Order::new(0.5)?, samples, Seconds(1e-2))?;
+/// let mut history = half.at_rest();
+/// assert_eq!(half.step(&mut history, 1.0), 10.0);
+/// # Ok::<(), fracdiff::ParameterError>(())
+/// ```
 #[cfg(feature = "alloc")]
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShortMemoryVec<F> {
@@ -129,9 +137,10 @@ pub struct ShortMemoryVec<F> {
 /// History of [`ShortMemoryVec`].
 #[cfg(feature = "alloc")]
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(bound = "F: Real"))]
 pub struct ShortHistoryVec<F> {
-    samples: alloc::vec::Vec<F>,
-    newest: usize,
+    ring: Ring<F>,
     past: F,
 }
 
@@ -174,37 +183,36 @@ impl<F: Real> Differintegrator<F> for ShortMemoryVec<F> {
 
     fn at_rest(&self) -> Self::History {
         ShortHistoryVec {
-            samples: alloc::vec![F::ZERO; 2 * self.taps.len()],
-            newest: 0,
+            ring: Ring::of(F::ZERO, self.taps.len()),
             past: F::ZERO,
         }
     }
 
-    #[inline]
-    fn direct_gain(&self) -> F {
-        self.taps[0]
+    fn settled(&self, x: F) -> Option<Self::History> {
+        let mut history = self.at_rest();
+        history.ring = Ring::of(x, self.taps.len());
+        self.advance(&mut history, x);
+        Some(history)
     }
 
-    #[inline]
-    fn past(&self, history: &Self::History) -> F {
-        history.past
-    }
+    past_is_kept!(taps[0]);
 
     fn advance(&self, history: &mut Self::History, x: F) {
-        if history.samples.len() != 2 * self.taps.len() {
+        if history.ring.length() != self.taps.len() {
             // The history of another length: never a panic, and nothing that looks like a result.
             history.past = F::from_f64(f64::NAN);
             return;
         }
-        let (samples, newest) = (&mut history.samples, &mut history.newest);
-        history.past = crate::fir::advance(samples, newest, &self.taps[1..], x);
+        history.past = history.ring.advance(&self.taps[1..], x);
     }
 
     fn advance_many<const D: usize>(&self, histories: [&mut Self::History; D], x: [F; D]) {
-        let length = 2 * self.taps.len();
-        if histories.iter().all(|own| own.samples.len() == length) {
-            let axes =
-                histories.map(|own| (own.samples.as_mut_slice(), &mut own.newest, &mut own.past));
+        let length = self.taps.len();
+        if histories.iter().all(|own| own.ring.length() == length) {
+            let axes = histories.map(|own| {
+                let (samples, newest) = own.ring.parts();
+                (samples, newest, &mut own.past)
+            });
             crate::fir::advance_many(axes, &self.taps[1..], x);
         } else {
             for (history, x) in histories.into_iter().zip(x) {

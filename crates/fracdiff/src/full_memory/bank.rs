@@ -2,9 +2,10 @@
 
 use super::design::Design;
 use super::sweep::{LANES, advance_compensated, advance_plain};
+use crate::differintegrator::past_is_kept;
 use crate::fir::sum_of_8;
 use crate::integer_part::{IntegerHistory, WithIntegerPart, operator_from_its_core};
-use crate::portable::{ListError, check_decay};
+use crate::list::{ListError, check_decay, check_finite, check_integer};
 use crate::response::{delay, geometric};
 use crate::{Differintegrator, FrequencyResponse, ParameterError, Real, Seconds};
 use num_complex::Complex;
@@ -72,21 +73,21 @@ impl<F: Real, const TAPS: usize, const MODES: usize> FullMemory<F, TAPS, MODES> 
                 "the number of modes is a multiple of 8"
             );
         };
-        let core = design.core();
         let rate = sample_time.rate_to_the(design.order())?;
         let modes = design.modes();
-        let mut bank = Bank::empty(rate, F::from_f64(rate * core.weight(0.0)));
+        let mut bank = Bank::empty(rate, F::from_f64(rate * design.head()[0]));
         for (index, correction) in bank.corrections.iter_mut().enumerate().take(TAPS - 1) {
-            let lag = (index + 1) as f64;
-            *correction = F::from_f64(rate * (core.weight(lag) - design.mode_sum(lag)));
+            let lag = index + 1;
+            let left = design.head()[lag] - design.mode_sum(lag as f64);
+            *correction = F::from_f64(rate * left);
         }
         for (q, mode) in modes.iter().enumerate() {
             bank.decays[q] = F::from_f64(-libm::expm1(-mode.rate));
             bank.weights[q] = F::from_f64(rate * mode.weight * libm::exp(-mode.rate));
         }
-        bank.use_modes(modes.len(), core.integer);
+        bank.use_modes(modes.len(), design.integer());
         Ok(Self(WithIntegerPart {
-            integer: core.integer,
+            integer: design.integer(),
             core: bank,
         }))
     }
@@ -185,25 +186,46 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
     }
 }
 
-#[cfg(feature = "std")]
 impl<F: Real, const MODES: usize> FullMemory<F, PORTABLE_TAPS, MODES> {
+    /// From the integer part and the values of [`Form::Modes`](crate::portable::Form::Modes), as
+    /// [`Operator::list`](crate::Operator::list) gives them: the same bits as the operator that the list is of, without
+    /// its design, so that a microcontroller needs no elementary functions.
+    ///
+    /// # Errors
+    /// A list that is none, see [`ListError`]. The response is not to be asked for: the rate is not in the list.
+    pub fn from_list(integer: i8, values: &[F]) -> Result<Self, ListError> {
+        let integer = check_integer(integer)?;
+        check_finite(values)?;
+        let core = Bank::from_list(values, integer)?;
+        Ok(Self(WithIntegerPart { integer, core }))
+    }
+
     /// Integer part, and the values of [`Form::Modes`](crate::portable::Form::Modes).
+    #[cfg(feature = "std")]
     pub(crate) fn list(&self) -> (i32, std::vec::Vec<F>) {
-        let values = (0..).map_while(|index| self.0.core.value(index));
-        (self.0.integer, values.collect())
+        self.0.list(Bank::value)
     }
 }
 
 /// What one signal leaves behind: due contributions of recent inputs, and the modes.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(
+        try_from = "super::saved::Saved<F, TAPS, MODES>",
+        into = "super::saved::Saved<F, TAPS, MODES>",
+        bound = "F: Real"
+    )
+)]
 pub struct BankHistory<F, const TAPS: usize, const MODES: usize> {
     /// due\[i\] is what inputs so far contribute, by taps, to the output i + 1 ticks ahead.
-    due: [F; TAPS],
-    states: [F; MODES],
-    carries: [F; MODES],
+    pub(super) due: [F; TAPS],
+    pub(super) states: [F; MODES],
+    pub(super) carries: [F; MODES],
     /// The state that is looked at next, whether it has decayed.
-    turn: usize,
-    past: F,
+    pub(super) turn: usize,
+    pub(super) past: F,
 }
 
 impl<F: Real, const TAPS: usize, const MODES: usize> BankHistory<F, TAPS, MODES> {
@@ -235,15 +257,20 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Differintegrator<F> for Ban
         }
     }
 
-    #[inline]
-    fn direct_gain(&self) -> F {
-        self.direct
+    fn settled(&self, x: F) -> Option<Self::History> {
+        let mut history = self.at_rest();
+        for i in (0..TAPS - 1).rev() {
+            history.due[i] = history.due[i + 1] + self.corrections[i] * x;
+        }
+        // z = x/d; a decay of zero is no mode.
+        for (state, &decay) in history.states.iter_mut().zip(&self.decays) {
+            *state = if decay > F::ZERO { x / decay } else { F::ZERO };
+        }
+        self.advance(&mut history, x);
+        Some(history)
     }
 
-    #[inline]
-    fn past(&self, history: &Self::History) -> F {
-        history.past
-    }
+    past_is_kept!(direct);
 
     #[inline]
     fn advance(&self, history: &mut Self::History, x: F) {

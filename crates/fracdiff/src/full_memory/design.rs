@@ -1,19 +1,12 @@
 //! Finding the modes for a tolerance and a horizon, and measuring what they reach.
 
+use super::grid::Grid;
 use super::kernel::{Core, Kernel};
-use super::{HORIZON_MAX, HORIZON_MIN, TOLERANCE_MAX, TOLERANCE_MIN};
+use super::mode::Mode;
+use crate::range::{HORIZON_MAX, HORIZON_MIN, TOLERANCE_MAX, TOLERANCE_MIN};
 use crate::{Order, ParameterError};
 use core::f64::consts::PI;
 use core::fmt;
-
-/// A decaying mode: it adds weight·e^(−j·rate) to the weight of lag j.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Mode {
-    /// `s_q` > 0, per sample.
-    pub rate: f64,
-    /// `w_q` > 0, dimensionless.
-    pub weight: f64,
-}
 
 /// The modes of a [`FullMemory`](super::FullMemory), fastest first, with the error they reach.
 ///
@@ -28,10 +21,25 @@ pub struct Mode {
 /// ε is measured, not assumed: the relative error of every weight from lag TAPS to TAPS + 64 and from
 /// there on a geometric grid of 48 points per swing of the error curve, up to the horizon, against the
 /// true weights in closed form.
+///
+/// ```
+/// use fracdiff::Order;
+/// use fracdiff::full_memory::{Design, Kernel};
+///
+/// // Ten seconds at 1 kHz: how many modes for 1e-3, and for 1e-9?
+/// let order = Order::new(0.3)?;
+/// let rough = Design::<16, 64>::closed_form(Kernel::Grunwald, order, 1e-3, 1e4)?;
+/// let fine = Design::<16, 64>::closed_form(Kernel::Grunwald, order, 1e-9, 1e4)?;
+/// assert!(rough.modes().len() < fine.modes().len() && fine.error_bound() <= 1e-9);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Design<const TAPS: usize, const MODES: usize> {
     order: Order,
-    core: Core,
+    /// Differences (> 0) or sums (< 0) around the core.
+    integer: i32,
+    /// The true weights of the core, of lags 0 to TAPS − 1.
+    head: [f64; TAPS],
     horizon: f64,
     modes: [Mode; MODES],
     count: usize,
@@ -40,11 +48,13 @@ pub struct Design<const TAPS: usize, const MODES: usize> {
 
 /// Why no design was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum DesignError {
     /// A parameter outside its range.
     Parameter(ParameterError),
     /// The tolerance takes more modes than there is room for.
+    #[non_exhaustive]
     TooManyModes {
         /// Modes that the tolerance takes.
         needed: usize,
@@ -52,6 +62,7 @@ pub enum DesignError {
         room: usize,
     },
     /// The tolerance cannot be reached in double precision.
+    #[non_exhaustive]
     Unreachable {
         /// The wish.
         tolerance: f64,
@@ -105,15 +116,16 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
         tolerance: f64,
         horizon: f64,
     ) -> Result<Self, DesignError> {
-        let mut design = Self::empty(kernel, order, tolerance, horizon)?;
-        if design.core.is_finite() {
+        let core = Core::new(kernel, order);
+        let mut design = Self::empty(core, order, tolerance, horizon)?;
+        if core.is_finite() {
             return Ok(design);
         }
-        let mut step = Grid::step_for(design.core, tolerance);
+        let mut step = Grid::step_for(core, tolerance);
         let mut reached = f64::INFINITY;
         // The step formula is right to a few per cent; the rest is found by trying.
         for _ in 0..TRIES {
-            design.fill(Grid::new(design.core, TAPS, tolerance, horizon, step))?;
+            design.fill(core, &Grid::new(core, TAPS, tolerance, horizon, step))?;
             if design.error_bound <= tolerance {
                 return Ok(design);
             }
@@ -123,28 +135,93 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
         Err(DesignError::Unreachable { tolerance, reached })
     }
 
+    /// A kernel of one's own: its weights, and the modes that stand for them from lag TAPS on.
+    ///
+    /// ```text
+    /// y[n] = T^(−μ)·Σ_j c_j·Δⁿx[n−j],   n = ⌈μ⌉,   c_j ≈ Σ_q w_q·e^(−j·s_q)   for j ≥ TAPS
+    /// ```
+    /// - `order`: μ, which sets the number n of differences (sums, where negative) and the unit s^(−μ).
+    /// - `weight`: `c_j`, dimensionless, at any whole lag j up to the horizon; the first TAPS are taken as they are.
+    /// - `modes`: rates above 0, weights of either sign. Without a negative one, and with n = 1, the operator is passive
+    ///   and loses nothing in single precision, as [`FullMemory`](super::FullMemory) says; else that is open.
+    /// - `horizon`: up to this lag, samples, 1e2 to 1e12. [`error_bound`](Self::error_bound) is measured up to there,
+    ///   and nothing is refused for being large: look at it.
+    ///
+    /// ```
+    /// use fracdiff::full_memory::{Design, FullMemory, Kernel, Mode};
+    /// use fracdiff::{Order, Seconds, grunwald_weight};
+    ///
+    /// // Tempered: the memory of D^0.4 fades with e^(−λj) on top, so every rate is larger by λ.
+    /// let (order, rest, lambda) = (Order::new(0.4)?, Order::new(-0.6)?, 1e-3);
+    /// let plain = Design::<16, 40>::closed_form(Kernel::Grunwald, order, 1e-6, 1e5)?;
+    /// let faster = plain.modes().iter().map(|mode| Mode { rate: mode.rate + lambda, ..*mode });
+    /// let tempered = Design::<16, 40>::from_modes(
+    ///     order,
+    ///     |j| grunwald_weight(rest, j) * (-lambda * j as f64).exp(),
+    ///     &faster.collect::<Vec<_>>(),
+    ///     1e5,
+    /// )?;
+    /// assert!(tempered.error_bound() < 2e-6);
+    /// let operator = FullMemory::<f32, 16, 40>::new(&tempered, Seconds(1e-3))?;
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    /// # Errors
+    /// [`DesignError::TooManyModes`]; [`ParameterError::Mode`] for a rate that is not above 0 or a number that is not
+    /// finite, [`ParameterError::Weight`] for one of the first TAPS weights that is not finite, [`ParameterError::Horizon`].
+    pub fn from_modes(
+        order: Order,
+        weight: impl Fn(u64) -> f64,
+        modes: &[Mode],
+        horizon: f64,
+    ) -> Result<Self, DesignError> {
+        Core::check_taps::<TAPS>();
+        check_horizon(TAPS, horizon)?;
+        let (needed, room) = (modes.len(), MODES);
+        if needed > room {
+            return Err(DesignError::TooManyModes { needed, room });
+        }
+        let wrong =
+            |mode: &&Mode| !(mode.rate > 0.0 && mode.rate.is_finite() && mode.weight.is_finite());
+        if let Some(&Mode { rate, weight }) = modes.iter().find(wrong) {
+            return Err(ParameterError::Mode { rate, weight }.into());
+        }
+        let head: [f64; TAPS] = core::array::from_fn(|lag| weight(lag as u64));
+        if let Some(lag) = head.iter().position(|weight| !weight.is_finite()) {
+            let weight = head[lag];
+            return Err(ParameterError::Weight { lag, weight }.into());
+        }
+        let mut design = Self {
+            order,
+            integer: order.split_up().0,
+            head,
+            horizon,
+            modes: [Mode::default(); MODES],
+            count: 0,
+            error_bound: 0.0,
+        };
+        design.take(modes);
+        // Fastest first: compensation is a property of the slow end.
+        design.modes[..needed].sort_unstable_by(|a, b| b.rate.total_cmp(&a.rate));
+        design.error_bound = design.measure(|lag| weight(lag as u64), OWN_SWING);
+        Ok(design)
+    }
+
     /// No modes yet; checks the ranges.
     pub(super) fn empty(
-        kernel: Kernel,
+        core: Core,
         order: Order,
         tolerance: f64,
         horizon: f64,
     ) -> Result<Self, DesignError> {
-        const {
-            assert!(
-                TAPS >= Core::LEAST_TAPS,
-                "a full memory has at least 4 taps"
-            );
-        };
+        Core::check_taps::<TAPS>();
         if !(TOLERANCE_MIN..=TOLERANCE_MAX).contains(&tolerance) {
             return Err(ParameterError::Tolerance(tolerance).into());
         }
-        if !(HORIZON_MIN.max(TAPS as f64)..=HORIZON_MAX).contains(&horizon) {
-            return Err(ParameterError::Horizon(horizon).into());
-        }
+        check_horizon(TAPS, horizon)?;
         Ok(Self {
             order,
-            core: Core::new(kernel, order),
+            integer: core.integer,
+            head: core::array::from_fn(|lag| core.weight(lag as f64)),
             horizon,
             modes: [Mode::default(); MODES],
             count: 0,
@@ -153,7 +230,7 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
     }
 
     /// Takes all modes of a grid, then measures.
-    fn fill(&mut self, grid: Grid) -> Result<(), DesignError> {
+    fn fill(&mut self, core: Core, grid: &Grid) -> Result<(), DesignError> {
         let needed = grid.modes().count();
         if needed > MODES {
             return Err(DesignError::TooManyModes {
@@ -165,24 +242,29 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
         for (slot, mode) in self.modes.iter_mut().zip(grid.modes()) {
             *slot = mode;
         }
-        self.error_bound = self.measure(grid.step);
+        self.error_bound = self.measure(|lag| core.weight(lag), grid.step);
         Ok(())
     }
 
     /// Takes the given modes, fastest first, and measures them for swings of about `step` in ln j.
     #[cfg(feature = "std")]
-    pub(super) fn refill(&mut self, modes: &[Mode], step: f64) {
+    pub(super) fn refill(&mut self, core: Core, modes: &[Mode], step: f64) {
+        self.take(modes);
+        self.error_bound = self.measure(|lag| core.weight(lag), step);
+    }
+
+    /// Takes the given modes, as many as there is room for.
+    fn take(&mut self, modes: &[Mode]) {
         self.count = modes.len().min(MODES);
         self.modes = [Mode::default(); MODES];
         self.modes[..self.count].copy_from_slice(&modes[..self.count]);
-        self.error_bound = self.measure(step);
     }
 
     /// Largest relative error of a weight over the check grid, raised by what a peak between two
     /// points of it can hide: a swing of 48 points, cos(π/48). A NaN is an error of its own.
-    fn measure(&self, step: f64) -> f64 {
+    fn measure(&self, weight: impl Fn(f64) -> f64, step: f64) -> f64 {
         let worst = check_lags(TAPS, self.horizon, step / POINTS_A_SWING)
-            .map(|lag| (self.mode_sum(lag) / self.core.weight(lag) - 1.0).abs())
+            .map(|lag| relative_error(self.mode_sum(lag), weight(lag)))
             .fold(0.0, |worst, error| {
                 if error > worst || error.is_nan() {
                     error
@@ -201,8 +283,14 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
             .sum()
     }
 
-    pub(super) fn core(&self) -> Core {
-        self.core
+    /// Differences (> 0) or sums (< 0) around the core.
+    pub(super) fn integer(&self) -> i32 {
+        self.integer
+    }
+
+    /// The true weights of the core, of lags 0 to TAPS − 1.
+    pub(super) fn head(&self) -> &[f64; TAPS] {
+        &self.head
     }
 
     /// The modes, fastest first. None for an integer order, where taps alone are exact.
@@ -233,14 +321,38 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
     /// Weight j of the core as the design has it, of the fractional integral of order ν = ⌈μ⌉ − μ: exact for the taps, modes beyond.
     #[must_use]
     pub fn core_weight(&self, lag: u64) -> f64 {
-        let j = lag as f64;
-        if lag < TAPS as u64 || self.count == 0 {
-            self.core.weight(j)
-        } else {
-            self.mode_sum(j)
+        let head = usize::try_from(lag).ok().and_then(|lag| self.head.get(lag));
+        match head {
+            Some(weight) => *weight,
+            // A sum of no modes would be −0.
+            None if self.count == 0 => 0.0,
+            None => self.mode_sum(lag as f64),
         }
     }
 }
+
+/// Accepts 1e2 to 1e12 samples, no fewer than there are taps.
+fn check_horizon(taps: usize, horizon: f64) -> Result<(), ParameterError> {
+    if (HORIZON_MIN.max(taps as f64)..=HORIZON_MAX).contains(&horizon) {
+        Ok(())
+    } else {
+        Err(ParameterError::Horizon(horizon))
+    }
+}
+
+/// |have/want − 1|. Where both are next to nothing, as far out in a kernel that fades, there is no error.
+fn relative_error(have: f64, want: f64) -> f64 {
+    if libm::fmax(have.abs(), want.abs()) < NOTHING {
+        return 0.0;
+    }
+    (have / want - 1.0).abs()
+}
+
+/// Weights below this are next to nothing: no more than a share of 1e-100 of any weight that matters.
+const NOTHING: f64 = 1e-100;
+
+/// A swing of the error over ln j in a design of someone else: narrower than any of ours at 1e-11.
+const OWN_SWING: f64 = 0.3;
 
 /// Points of the check grid in one swing of the error over ln j.
 const POINTS_A_SWING: f64 = 48.0;
@@ -259,118 +371,4 @@ pub(super) fn check_lags(taps: usize, horizon: f64, step: f64) -> impl Iterator<
         .map(libm::round)
         .take_while(move |&lag| lag < horizon);
     dense.chain(sparse).chain(core::iter::once(horizon))
-}
-
-/// Nodes s = e^(kh) of the trapezoid rule that matter between the taps and the horizon.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Grid {
-    core: Core,
-    pub(super) step: f64,
-    /// Fastest node that still counts at the first lag after the taps.
-    first: i32,
-    /// Slowest node kept by itself; all slower ones are lumped.
-    last: i32,
-}
-
-impl Grid {
-    pub(super) fn new(core: Core, taps: usize, tolerance: f64, horizon: f64, step: f64) -> Self {
-        // Up to where a node adds less than a twentieth of the tolerance at the first lag after
-        // the taps.
-        let lag = taps as f64;
-        let negligible = 0.05 * tolerance * core.weight(lag) / step;
-        // Two Gauss nodes for e^(−js) on 0 ≤ s ≤ s₀ with the density s^(−ν) miss about
-        // (s₀j)^(5−ν)/4320 of the weight (remainder f⁗/4! times the squared norm of P₂).
-        let lumped = libm::pow(1000.0 * tolerance, 1.0 / (4.0 + core.exponent()));
-        let slowest = lumped.min(1.0) / horizon;
-        let mut fastest = 40.0 / lag;
-        // Next to ν = 1 no node may count: all that matters is slower than the horizon.
-        while fastest > slowest && core.density(fastest) * libm::exp(-lag * fastest) < negligible {
-            fastest *= 0.98;
-        }
-        let index = |s: f64| libm::floor(libm::log(s) / step) as i32;
-        Self {
-            core,
-            step,
-            first: index(fastest) + 1,
-            last: index(slowest) + 1,
-        }
-    }
-
-    /// The largest step that keeps the trapezoid error within half the tolerance.
-    pub(super) fn step_for(core: Core, tolerance: f64) -> f64 {
-        let exponent = core.exponent();
-        // 2|Γ(x+iy)|/Γ(x) = tolerance/2, x = 1 − ν, y = 2π/h, with |Γ(x+iy)| ≈ √(2π)·y^(x−½)·e^(−πy/2)
-        let scale = 4.0 * libm::sqrt(2.0 * PI) / (libm::tgamma(exponent) * tolerance);
-        let mut y = 10.0;
-        for _ in 0..20 {
-            y = libm::fmax(
-                (libm::log(scale) + (exponent - 0.5) * libm::log(y)) * 2.0 / PI,
-                2.0,
-            );
-        }
-        2.0 * PI / y
-    }
-
-    fn node(&self, index: i32) -> Mode {
-        let rate = libm::exp(f64::from(index) * self.step);
-        Mode {
-            rate,
-            weight: self.step * self.core.density(rate),
-        }
-    }
-
-    /// All modes, fastest first: nodes one by one, then two for the rest.
-    pub(super) fn modes(&self) -> impl Iterator<Item = Mode> + '_ {
-        let nodes = (self.last..=self.first).rev().map(|index| self.node(index));
-        nodes.chain(self.lump())
-    }
-
-    /// Two modes with the moments ∫ s^m dW, m = 0..3, of all nodes slower than the last.
-    fn lump(&self) -> [Mode; 2] {
-        // In units of the last node's rate, so that moments are of order one.
-        let unit = libm::exp(f64::from(self.last) * self.step);
-        let mut moments = [0.0; 4];
-        let mut index = self.last - 1;
-        loop {
-            let Mode { rate, weight } = self.node(index);
-            let s = rate / unit;
-            // Below 1e-18 the density is s^(1−ν) to rounding: the rest is a geometric series.
-            let done = rate < 1e-18;
-            let mut term = weight;
-            for (m, moment) in moments.iter_mut().enumerate() {
-                let exponent = self.core.exponent() + m as f64;
-                let tail = -libm::expm1(-self.step * exponent);
-                *moment += if done { term / tail } else { term };
-                term *= s;
-            }
-            if done {
-                break;
-            }
-            index -= 1;
-        }
-        gauss_pair(moments).map(|Mode { rate, weight }| Mode {
-            rate: rate * unit,
-            weight,
-        })
-    }
-}
-
-/// The two-node Gauss rule with the moments m₀ to m₃, faster node first.
-///
-/// The nodes are the roots of the orthogonal polynomial s² − p·s + q
-/// (W. Gautschi, *Orthogonal Polynomials: Computation and Approximation*, 2004, §1.4).
-fn gauss_pair([m0, m1, m2, m3]: [f64; 4]) -> [Mode; 2] {
-    let determinant = m0 * m2 - m1 * m1;
-    let p = (m0 * m3 - m1 * m2) / determinant;
-    let q = (m1 * m3 - m2 * m2) / determinant;
-    let fast = 0.5 * (p + libm::sqrt(p * p - 4.0 * q));
-    let slow = q / fast;
-    let weight = (m1 - slow * m0) / (fast - slow);
-    [
-        Mode { rate: fast, weight },
-        Mode {
-            rate: slow,
-            weight: m0 - weight,
-        },
-    ]
 }

@@ -9,6 +9,8 @@ use core::f64::consts::PI;
 
 /// What the samples are taken for, and so which weights the memory has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum Kernel {
     /// Backward differences, (1 − w)^μ: what the stability and passivity formulas assume. Its error
     /// is O(T). Weights Γ(j−μ)/(Γ(−μ)Γ(j+1)).
@@ -68,7 +70,17 @@ impl Core {
     }
 
     /// Number of taps without which the density does not describe the kernel.
-    pub(crate) const LEAST_TAPS: usize = 4;
+    const LEAST_TAPS: usize = 4;
+
+    /// Does not compile for fewer.
+    pub(crate) const fn check_taps<const TAPS: usize>() {
+        const {
+            assert!(
+                TAPS >= Core::LEAST_TAPS,
+                "a full memory has at least 4 taps"
+            );
+        };
+    }
 
     /// Weight of lag j ≥ 0, to about 1e-14 relative.
     pub(crate) fn weight(self, lag: f64) -> f64 {

@@ -18,21 +18,20 @@
 
 mod bank;
 mod design;
+mod grid;
 mod kernel;
+mod mode;
+#[cfg(feature = "std")]
+mod nnls;
 #[cfg(feature = "std")]
 mod prune;
+#[cfg(feature = "serde")]
+mod saved;
 mod sweep;
 
+pub use crate::range::{HORIZON_MAX, HORIZON_MIN, TOLERANCE_MAX, TOLERANCE_MIN};
 pub(crate) use bank::{Bank, PORTABLE_TAPS};
 pub use bank::{BankHistory, FullMemory, FullMemoryHistory};
 pub use design::{Design, DesignError};
 pub use kernel::Kernel;
-
-/// Smallest tolerance a design accepts.
-pub const TOLERANCE_MIN: f64 = 1e-11;
-/// Largest tolerance a design accepts.
-pub const TOLERANCE_MAX: f64 = 0.1;
-/// Shortest horizon a design accepts, samples.
-pub const HORIZON_MIN: f64 = 1e2;
-/// Longest horizon a design accepts, samples: 31 years at 1 kHz.
-pub const HORIZON_MAX: f64 = 1e12;
+pub use mode::Mode;

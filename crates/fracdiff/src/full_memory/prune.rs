@@ -1,9 +1,11 @@
 //! Fewer modes for the same tolerance: weights fitted by non-negative least squares.
 
-use super::design::{Design, DesignError, Grid, Mode, check_lags};
+use super::design::{Design, DesignError, check_lags};
+use super::grid::Grid;
 use super::kernel::{Core, Kernel};
+use super::mode::Mode;
+use super::nnls;
 use crate::Order;
-use ndarray::{Array1, Array2};
 use std::vec::Vec;
 
 impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
@@ -29,8 +31,8 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
         horizon: f64,
     ) -> Result<Self, DesignError> {
         let closed = Self::closed_form(kernel, order, tolerance, horizon);
-        let mut fitted = Self::empty(kernel, order, tolerance, horizon)?;
-        let core = fitted.core();
+        let core = Core::new(kernel, order);
+        let mut fitted = Self::empty(core, order, tolerance, horizon)?;
         if core.is_finite() {
             return closed;
         }
@@ -43,7 +45,7 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
             if modes.len() > MODES {
                 continue;
             }
-            fitted.refill(&modes, step);
+            fitted.refill(core, &modes, step);
             if fitted.error_bound() <= tolerance {
                 return match closed {
                     Ok(closed) if closed.modes().len() <= modes.len() => Ok(closed),
@@ -69,9 +71,9 @@ fn fit(core: Core, grid: &Grid, taps: usize, horizon: f64, tolerance: f64) -> Ve
         let ((lag, importance), mode) = (lags[row], candidates[column]);
         importance * mode.weight * libm::exp(-lag * mode.rate) / core.weight(lag)
     };
-    let matrix = Array2::from_shape_fn((lags.len(), candidates.len()), |(i, q)| relative(i, q));
-    let target: Array1<f64> = lags.iter().map(|&(_, importance)| importance).collect();
-    let (factors, _) = nnls::nnls(matrix.view(), target.view());
+    let columns = (0..candidates.len()).map(|q| (0..lags.len()).map(|i| relative(i, q)).collect());
+    let target = lags.iter().map(|&(_, importance)| importance).collect();
+    let factors = nnls::solve(columns.collect(), target);
     let scaled = candidates.iter().zip(factors).map(|(mode, factor)| Mode {
         rate: mode.rate,
         weight: mode.weight * factor,

@@ -1,9 +1,7 @@
 //! Taps of one block length: a convolution by FFT whose work is dealt out over the ticks of a block.
 
-use super::transform::{
-    Bins, LANES, accumulate, factors, forward, forward_8, inverse, inverse_8, unit,
-};
 use crate::Real;
+use crate::fft::{Bins, LANES, accumulate, factors, forward, forward_8, inverse, inverse_8, unit};
 use alloc::{vec, vec::Vec};
 use core::f64::consts::FRAC_PI_2;
 
@@ -37,7 +35,7 @@ pub(super) struct Level<F> {
 
 /// What has to be done in B ticks, in units of about the same cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Schedule {
+pub(super) struct Schedule {
     /// Blocks of eight bins, B/8; a power of two.
     blocks: usize,
     /// Passes over all blocks, one way.
@@ -51,7 +49,7 @@ struct Schedule {
 }
 
 impl Schedule {
-    fn new(blocks: usize, partitions: usize) -> Self {
+    pub(super) fn new(blocks: usize, partitions: usize) -> Self {
         let units = partitions.div_ceil(PRODUCTS).next_power_of_two();
         Self {
             blocks,
@@ -73,27 +71,36 @@ impl Schedule {
     }
 
     /// All units.
-    fn units(&self) -> usize {
+    pub(super) fn units(&self) -> usize {
         2 * self.transform() + self.product()
     }
 }
 
 /// What one signal leaves behind in a level.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(
+        try_from = "super::saved::Saved<F>",
+        into = "super::saved::Saved<F>",
+        bound = "F: Real"
+    )
+)]
 pub(super) struct LevelHistory<F> {
     /// The block before the one that is coming in; overwritten as samples come.
-    before: Vec<F>,
+    pub(super) before: Vec<F>,
     /// z, coming in; what is worked on; v, going out. They change places every B ticks.
-    coming: Vec<Bins<F>>,
-    work: Vec<Bins<F>>,
-    going: Vec<Bins<F>>,
+    pub(super) coming: Vec<Bins<F>>,
+    pub(super) work: Vec<Bins<F>>,
+    pub(super) going: Vec<Bins<F>>,
     /// Z of the last P blocks, block of bins by block of bins, in each a ring.
-    spectra: Vec<Bins<F>>,
-    newest: usize,
-    tick: usize,
-    unit: usize,
+    pub(super) spectra: Vec<Bins<F>>,
+    pub(super) newest: usize,
+    pub(super) tick: usize,
+    pub(super) unit: usize,
     /// Work owed, in units times B.
-    owed: usize,
+    pub(super) owed: usize,
 }
 
 impl<F: Real> Level<F> {

@@ -1,15 +1,17 @@
 //! A long finite memory at a fraction of its cost, the work spread evenly over the ticks.
 
 mod level;
-mod transform;
+#[cfg(feature = "serde")]
+mod saved;
 
+use crate::differintegrator::past_is_kept;
 use crate::response::polynomial;
+use crate::ring::Ring;
 use crate::short_memory::truncation_bound;
 use crate::weights::grunwald_weights;
 use crate::{
     Differintegrator, FrequencyResponse, Order, ParameterError, Real, Seconds, ShortMemoryVec,
 };
-use alloc::vec;
 use alloc::vec::Vec;
 use level::{Level, LevelHistory};
 use num_complex::Complex;
@@ -58,9 +60,10 @@ pub struct PartitionedMemory<F> {
 
 /// History of [`PartitionedMemory`].
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(bound = "F: Real"))]
 pub struct PartitionedHistory<F> {
-    samples: Vec<F>,
-    newest: usize,
+    ring: Ring<F>,
     levels: Vec<LevelHistory<F>>,
     past: F,
 }
@@ -119,26 +122,26 @@ impl<F: Real> Differintegrator<F> for PartitionedMemory<F> {
 
     fn at_rest(&self) -> Self::History {
         PartitionedHistory {
-            samples: vec![F::ZERO; 2 * self.head.len()],
-            newest: 0,
+            ring: Ring::of(F::ZERO, self.head.len()),
             levels: self.levels.iter().map(Level::at_rest).collect(),
             past: F::ZERO,
         }
     }
 
-    #[inline]
-    fn direct_gain(&self) -> F {
-        self.head[0]
+    fn settled(&self, x: F) -> Option<Self::History> {
+        let mut history = self.at_rest();
+        // All samples, and the two blocks that the last level is behind.
+        for _ in 0..3 * self.length {
+            self.advance(&mut history, x);
+        }
+        Some(history)
     }
 
-    #[inline]
-    fn past(&self, history: &Self::History) -> F {
-        history.past
-    }
+    past_is_kept!(head[0]);
 
     fn advance(&self, history: &mut Self::History, x: F) {
         let levels = self.levels.iter().zip(&mut history.levels);
-        if history.samples.len() != 2 * self.head.len() || self.levels.len() != levels.len() {
+        if history.ring.length() != self.head.len() || self.levels.len() != levels.len() {
             // The history of another length: never a panic, and nothing that looks like a result.
             history.past = F::from_f64(f64::NAN);
             return;
@@ -152,8 +155,7 @@ impl<F: Real> Differintegrator<F> for PartitionedMemory<F> {
             }
             past += level.advance(own, x);
         }
-        let (samples, newest) = (&mut history.samples, &mut history.newest);
-        history.past = past + crate::fir::advance(samples, newest, &self.head[1..], x);
+        history.past = past + history.ring.advance(&self.head[1..], x);
     }
 
     fn memory_length(&self) -> Option<usize> {

@@ -37,7 +37,18 @@ pub const FULL_MODES: usize = 112;
 pub const DEFAULT_TOLERANCE: f64 = 1e-6;
 
 /// An operator by name and parameters, not yet made for an order and a sample time.
+///
+/// ```
+/// use fracdiff::{Channel, Operator, Order, Scheme, Seconds};
+///
+/// let scheme: Scheme = "full:1e-4".parse()?; // as a user typed it
+/// let operator: Operator<f32> = scheme.build(Order::new(0.2247)?, Seconds(1e-3), 2e5)?;
+/// let mut axis = Channel::new(operator);
+/// assert!(axis.step(1e-3) > 0.0);
+/// # Ok::<(), fracdiff::SchemeError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Scheme {
     /// `grunwald:N`.

@@ -1,7 +1,7 @@
 //! The operator a [`Scheme`](super::Scheme) makes.
 
 use super::{DEGREE_MAX, FULL_MODES, FULL_TAPS};
-use crate::portable::Form;
+use crate::list::Form;
 use crate::{
     Differintegrator, FrequencyResponse, FullMemory, FullMemoryHistory, MuirHistory,
     MuirPolynomial, Oustaloup, OustaloupHistory, PartitionedHistory, PartitionedMemory, Real,
@@ -15,6 +15,17 @@ use std::vec::Vec;
 ///
 /// A history belongs to the operator that made it. Given the history of another kind, `output` is
 /// NaN and `advance` does nothing: no panic in a sample path, and nothing that looks like a result.
+///
+/// ```
+/// use fracdiff::{Differintegrator, Operator, Order, Scheme, Seconds};
+///
+/// let scheme: Scheme = "grunwald:100".parse()?;
+/// let operator: Operator<f64> = scheme.build(Order::new(1.0)?, Seconds(0.5), 1e3)?;
+/// let mut history = operator.at_rest();
+/// operator.advance(&mut history, 1.0);
+/// assert_eq!(operator.output(&history, 2.0), 2.0); // (2 − 1)/0.5 s
+/// # Ok::<(), fracdiff::SchemeError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Operator<F> {
@@ -34,6 +45,8 @@ pub enum Operator<F> {
 
 /// History of [`Operator`].
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(bound = "F: Real"))]
 #[non_exhaustive]
 pub enum OperatorHistory<F> {
     /// Of `grunwald:N`, short.
@@ -83,6 +96,7 @@ macro_rules! each_with_history {
 
 /// An operator as numbers, see [`portable`](crate::portable).
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct OperatorList<F> {
     /// What the values are.
     pub form: Form,
@@ -125,6 +139,17 @@ impl<F: Real> Differintegrator<F> for Operator<F> {
             Self::Oustaloup(o) => OperatorHistory::Oustaloup(Box::new(o.at_rest())),
             Self::FullMemory(o) => OperatorHistory::FullMemory(Box::new(o.at_rest())),
         }
+    }
+
+    fn settled(&self, x: F) -> Option<OperatorHistory<F>> {
+        Some(match self {
+            Self::ShortMemory(o) => OperatorHistory::ShortMemory(o.settled(x)?),
+            Self::PartitionedMemory(o) => OperatorHistory::PartitionedMemory(o.settled(x)?),
+            Self::MuirPolynomial(o) => OperatorHistory::MuirPolynomial(Box::new(o.settled(x)?)),
+            Self::TustinMuir(o) => OperatorHistory::TustinMuir(Box::new(o.settled(x)?)),
+            Self::Oustaloup(o) => OperatorHistory::Oustaloup(Box::new(o.settled(x)?)),
+            Self::FullMemory(o) => OperatorHistory::FullMemory(Box::new(o.settled(x)?)),
+        })
     }
 
     #[inline]

@@ -3,9 +3,11 @@
 use crate::oracle::{
     SAMPLE_TIME, assert_close, convolve, grunwald_sum, largest, lively, order, run,
 };
+use fracdiff::batch::Batch;
 use fracdiff::full_memory::Kernel;
 use fracdiff::{
-    ParameterError, Seconds, ShortMemoryVec, batch, grunwald_weights, piecewise_linear_weight,
+    Channel, ParameterError, Seconds, ShortMemoryVec, batch, grunwald_weights,
+    piecewise_linear_weight,
 };
 
 #[test]
@@ -67,4 +69,81 @@ fn bad_parameters_are_refused() {
     assert!(matches!(error, Err(ParameterError::SampleTime(_))));
     let error = batch::short_memory(order(0.5), 0, SAMPLE_TIME, &[1.0]);
     assert!(matches!(error, Err(ParameterError::Length { .. })));
+}
+
+#[test]
+fn the_samples_that_are_not_finite_spoil_what_they_reach_and_nothing_else() {
+    let clean = lively(2000);
+    let mut x = clean.clone();
+    (x[700], x[1500]) = (f64::NAN, f64::NEG_INFINITY);
+    let half = order(0.5);
+    let full = Batch::full_history(Kernel::Grunwald, half, SAMPLE_TIME).expect("valid");
+    let short = Batch::short_memory(half, 100, SAMPLE_TIME).expect("valid");
+    // A whole order reaches no further than its difference.
+    let second = Batch::full_history(Kernel::Grunwald, order(2.0), SAMPLE_TIME).expect("valid");
+    for (batch, memory) in [(full, 2000), (short, 100), (second, 3)] {
+        let reaches = |bad: usize, n: usize| (bad..bad + memory).contains(&n);
+        let want = batch.run(&clean);
+        let (have, mask) = (batch.run(&x), batch.mask(&x));
+        for n in 0..2000 {
+            let spoiled = reaches(700, n) || reaches(1500, n);
+            assert_eq!(
+                (mask[n], have[n].is_nan()),
+                (spoiled, spoiled),
+                "{memory} {n}"
+            );
+            // What a transform rounds, it rounds everywhere; and behind the gap of the full history all is spoiled.
+            let rounding = 1e-12 * largest(&want);
+            let close = (have[n] - want[n]).abs() <= rounding;
+            assert!(spoiled || close, "{memory} {n}: {} {}", have[n], want[n]);
+        }
+    }
+}
+
+#[test]
+fn behind_a_gap_a_short_memory_is_as_if_there_had_been_none() {
+    let mut x = lively(1000);
+    x[300] = f64::NAN;
+    let batch = Batch::short_memory(order(0.5), 50, SAMPLE_TIME).expect("valid");
+    let operator = ShortMemoryVec::<f64>::new(order(0.5), 50, SAMPLE_TIME).expect("valid");
+    let (have, want) = (batch.run(&x), run(&operator, &x));
+    for n in 0..1000 {
+        assert_eq!(have[n].is_nan(), want[n].is_nan(), "{n}");
+        assert!(
+            want[n].is_nan() || (have[n] - want[n]).abs() < 1e-12 * 30.0,
+            "{n}"
+        );
+    }
+}
+
+#[test]
+fn a_reference_is_where_the_signal_stood_before() {
+    let x = lively(600);
+    let batch = Batch::full_history(Kernel::Grunwald, order(0.5), SAMPLE_TIME).expect("valid");
+    let operator = ShortMemoryVec::<f64>::new(order(0.5), 600, SAMPLE_TIME).expect("valid");
+    for (batch, reference) in [
+        (batch.clone().caputo(), x[0]),
+        (batch.relative_to(-3.0), -3.0),
+    ] {
+        let mut channel = Channel::new(operator.clone());
+        channel.reset_to(reference);
+        let want: Vec<f64> = x.iter().map(|&x| channel.step(x)).collect();
+        assert_close(&batch.run(&x), &want, 1e-12 * largest(&want));
+    }
+}
+
+#[test]
+fn channels_together_are_channels_alone() {
+    let x = lively(900);
+    let channels = [&x[..], &x[200..], &x[..0], &x[5..6]];
+    let batch = Batch::short_memory(order(-0.5), 40, SAMPLE_TIME)
+        .expect("valid")
+        .caputo();
+    let together = batch.channels(&channels);
+    assert_eq!(together.len(), 4);
+    for (x, have) in channels.iter().zip(&together) {
+        let want = batch.run(x);
+        assert_close(have, &want, 1e-13 * largest(&want));
+    }
+    assert!(batch.channels(&[]).is_empty());
 }

@@ -201,7 +201,8 @@ fn it_refuses_what_it_cannot_reach() {
             many,
             DesignError::TooManyModes {
                 needed: 20..=80,
-                room: 8
+                room: 8,
+                ..
             }
         ),
         "{many}"

@@ -1,6 +1,8 @@
 //! What every operator must do: definitions, special orders, linearity, responses, bad input.
 
-use crate::oracle::{SAMPLE_TIME, assert_close, convolve, full, largest, lively, order, run};
+use crate::oracle::{
+    SAMPLE_TIME, SCHEMES, assert_close, build, convolve, full, largest, lively, order, run,
+};
 use core::f64::consts::PI;
 use fracdiff::full_memory::Kernel;
 use fracdiff::{
@@ -10,24 +12,6 @@ use fracdiff::{
 };
 use num_complex::Complex;
 use proptest::prelude::*;
-
-/// One of each kind, as users name them; the completeness of this list is checked below.
-const SCHEMES: [&str; 7] = [
-    "grunwald:100",
-    "grunwald:3000",
-    "muir:3",
-    "tustin-muir:9",
-    "oustaloup:9:0.01:100",
-    "full:1e-6",
-    "piecewise-linear:1e-6",
-];
-
-fn build<F: Real>(scheme: &str, mu: f64) -> Operator<F> {
-    let scheme: Scheme = scheme.parse().expect("valid scheme");
-    scheme
-        .build(order(mu), SAMPLE_TIME, 1e5)
-        .expect("valid operator")
-}
 
 #[test]
 fn every_kind_of_operator_is_in_the_list() {

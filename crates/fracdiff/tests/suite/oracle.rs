@@ -1,6 +1,8 @@
 //! Slow and certain: the definitions themselves, in `f64`.
 use fracdiff::full_memory::{Design, Kernel};
-use fracdiff::{Differintegrator, FullMemory, Order, Real, Seconds, grunwald_weights};
+use fracdiff::{
+    Differintegrator, FullMemory, Operator, Order, Real, Scheme, Seconds, grunwald_weights,
+};
 
 /// T of most tests: 1 kHz.
 pub(crate) const SAMPLE_TIME: Seconds = Seconds(1e-3);
@@ -38,6 +40,25 @@ pub(crate) fn run<F: Real>(operator: &impl Differintegrator<F>, x: &[f64]) -> Ve
 pub(crate) fn full<F: Real>(kernel: Kernel, mu: f64, tolerance: f64) -> FullMemory<F, 16, 64> {
     let design = Design::pruned(kernel, order(mu), tolerance, 1e6).expect("reachable");
     FullMemory::new(&design, SAMPLE_TIME).expect("valid sample time")
+}
+
+/// One of each kind of operator, as users name them.
+pub(crate) const SCHEMES: [&str; 7] = [
+    "grunwald:100",
+    "grunwald:3000",
+    "muir:3",
+    "tustin-muir:9",
+    "oustaloup:9:0.01:100",
+    "full:1e-6",
+    "piecewise-linear:1e-6",
+];
+
+/// An operator by name, designed for 100 s.
+pub(crate) fn build<F: Real>(scheme: &str, mu: f64) -> Operator<F> {
+    let scheme: Scheme = scheme.parse().expect("valid scheme");
+    scheme
+        .build(order(mu), SAMPLE_TIME, 1e5)
+        .expect("valid operator")
 }
 
 /// A lively signal that does not start at zero, of magnitude about 1.

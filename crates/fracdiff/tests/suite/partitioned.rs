@@ -91,11 +91,9 @@ fn it_has_the_response_and_the_refusals_of_short_memory() {
     assert_eq!(have.truncation_bound(), want.truncation_bound());
     let most = ShortMemoryVec::<f64>::MOST;
     for length in [0, most + 1] {
-        let what = "memory length";
-        assert_eq!(
-            PartitionedMemory::<f64>::new(order(0.5), length, SAMPLE_TIME),
-            Err(ParameterError::Length { what, length, most })
-        );
+        let refused = PartitionedMemory::<f64>::new(order(0.5), length, SAMPLE_TIME);
+        let want = format!("memory length {length} is not in [1, {most}]");
+        assert_eq!(refused.expect_err("no length").to_string(), want);
     }
     let error = PartitionedMemory::<f64>::new(order(0.5), 9, Seconds(0.0)).expect_err("no time");
     assert_eq!(error, ParameterError::SampleTime(Seconds(0.0)));

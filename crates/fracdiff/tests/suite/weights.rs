@@ -1,11 +1,11 @@
-//! Weights against 50-digit values (`tests/golden/make_golden.py`) and their own definitions.
+//! Weights against 50-digit values (`tests/golden/make_weights_golden.py`) and their own definitions.
 
 use crate::oracle::order;
 use fracdiff::full_memory::{Design, Kernel};
 use fracdiff::{grunwald_weight, grunwald_weights, muir_coefficients};
 use proptest::prelude::*;
 
-const GOLDEN: &str = include_str!("../../../../tests/golden/weights.csv");
+const GOLDEN: &str = include_str!("../golden/weights.csv");
 
 /// (kernel, μ, j, weight)
 fn golden() -> impl Iterator<Item = (&'static str, f64, u64, f64)> {

@@ -9,28 +9,33 @@ use alloc::vec::Vec;
 use core::f64::consts::{FRAC_1_SQRT_2, PI};
 
 /// Complex numbers side by side. Fixed, so that every target rounds alike.
-pub(super) const LANES: usize = 8;
+pub(crate) const LANES: usize = 8;
 
 /// Eight neighbouring complex numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Bins<F> {
-    pub(super) re: [F; LANES],
-    pub(super) im: [F; LANES],
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct Bins<F> {
+    pub(crate) re: [F; LANES],
+    pub(crate) im: [F; LANES],
 }
 
 impl<F: Real> Bins<F> {
     /// `n` complex numbers, n a multiple of eight, in blocks.
-    pub(super) fn collect(n: usize, value: impl Fn(usize) -> (f64, f64)) -> Vec<Self> {
-        let block = |b: usize| Self {
-            re: core::array::from_fn(|l| F::from_f64(value(LANES * b + l).0)),
-            im: core::array::from_fn(|l| F::from_f64(value(LANES * b + l).1)),
+    pub(crate) fn collect(n: usize, value: impl Fn(usize) -> (f64, f64)) -> Vec<Self> {
+        let block = |b: usize| {
+            let mut bins = Self::default();
+            for l in 0..LANES {
+                let (re, im) = value(LANES * b + l);
+                (bins.re[l], bins.im[l]) = (F::from_f64(re), F::from_f64(im));
+            }
+            bins
         };
         (0..n / LANES).map(block).collect()
     }
 
     /// self ← self + x·h, in each lane.
     #[inline(always)]
-    fn add_product(&mut self, x: &Self, h: &Self) {
+    pub(crate) fn add_product(&mut self, x: &Self, h: &Self) {
         for l in 0..LANES {
             self.re[l] += x.re[l] * h.re[l] - x.im[l] * h.im[l];
             self.im[l] += x.re[l] * h.im[l] + x.im[l] * h.re[l];
@@ -40,7 +45,7 @@ impl<F: Real> Bins<F> {
 
 /// acc ← acc + Σ x·h, first pair first.
 #[inline(never)]
-pub(super) fn accumulate<F: Real>(mut acc: Bins<F>, x: &[Bins<F>], h: &[Bins<F>]) -> Bins<F> {
+pub(crate) fn accumulate<F: Real>(mut acc: Bins<F>, x: &[Bins<F>], h: &[Bins<F>]) -> Bins<F> {
     for (x, h) in x.iter().zip(h) {
         acc.add_product(x, h);
     }
@@ -49,24 +54,41 @@ pub(super) fn accumulate<F: Real>(mut acc: Bins<F>, x: &[Bins<F>], h: &[Bins<F>]
 
 /// e^(−jπi/half) for i = 0, …, half − 1, of halves 8, 16, …, size/2 one after the other: those of the pass
 /// over distances of b blocks start at block b − 1.
-pub(super) fn factors<F: Real>(size: usize) -> Vec<Bins<F>> {
+pub(crate) fn factors<F: Real>(size: usize) -> Vec<Bins<F>> {
+    factors_by(size, |half, i| unit(-PI * i as f64 / half as f64))
+}
+
+/// The same from e^(jπk/2S), k = 0, …, S − 1: a table that is there already costs no sine.
+#[cfg(feature = "std")]
+pub(crate) fn factors_from(twist: &[(f64, f64)]) -> Vec<Bins<f64>> {
+    let size = twist.len();
+    factors_by(size, |half, i| {
+        let k = 2 * size * i / half;
+        match twist.get(k) {
+            Some((cos, sin)) => (*cos, -sin),
+            None => (-twist[k - size].1, -twist[k - size].0),
+        }
+    })
+}
+
+fn factors_by<F: Real>(size: usize, factor: impl Fn(usize, usize) -> (f64, f64)) -> Vec<Bins<F>> {
     let mut factors = Vec::with_capacity(size / LANES);
     let mut half = LANES;
     while half < size {
-        factors.extend(Bins::collect(half, |i| unit(-PI * i as f64 / half as f64)));
+        factors.extend(Bins::collect(half, |i| factor(half, i)));
         half *= 2;
     }
     factors
 }
 
 /// e^(jφ).
-pub(super) fn unit(phase: f64) -> (f64, f64) {
+pub(crate) fn unit(phase: f64) -> (f64, f64) {
     (libm::cos(phase), libm::sin(phase))
 }
 
 /// Forward butterflies: (a, b) ← (a + b, (a − b)·f).
 #[inline(never)]
-pub(super) fn forward<F: Real>(low: &mut [Bins<F>], high: &mut [Bins<F>], factors: &[Bins<F>]) {
+pub(crate) fn forward<F: Real>(low: &mut [Bins<F>], high: &mut [Bins<F>], factors: &[Bins<F>]) {
     for (a, (b, f)) in low.iter_mut().zip(high.iter_mut().zip(factors)) {
         for l in 0..LANES {
             let (re, im) = (a.re[l] - b.re[l], a.im[l] - b.im[l]);
@@ -80,7 +102,7 @@ pub(super) fn forward<F: Real>(low: &mut [Bins<F>], high: &mut [Bins<F>], factor
 
 /// Inverse butterflies: (a, b) ← (a + b·f*, a − b·f*).
 #[inline(never)]
-pub(super) fn inverse<F: Real>(low: &mut [Bins<F>], high: &mut [Bins<F>], factors: &[Bins<F>]) {
+pub(crate) fn inverse<F: Real>(low: &mut [Bins<F>], high: &mut [Bins<F>], factors: &[Bins<F>]) {
     for (a, (b, f)) in low.iter_mut().zip(high.iter_mut().zip(factors)) {
         for l in 0..LANES {
             let re = b.re[l] * f.re[l] + b.im[l] * f.im[l];
@@ -95,7 +117,7 @@ pub(super) fn inverse<F: Real>(low: &mut [Bins<F>], high: &mut [Bins<F>], factor
 
 /// The last three forward passes.
 #[inline]
-pub(super) fn forward_8<F: Real>(x: &mut Bins<F>) {
+pub(crate) fn forward_8<F: Real>(x: &mut Bins<F>) {
     let h = F::from_f64(FRAC_1_SQRT_2);
     let (r, i) = (x.re, x.im);
     // Distance 4, factors e^(−jπk/4).
@@ -145,7 +167,7 @@ fn forward_4<F: Real>(re: [F; 4], im: [F; 4]) -> [(F, F); 4] {
 
 /// The first three inverse passes.
 #[inline]
-pub(super) fn inverse_8<F: Real>(x: &mut Bins<F>) {
+pub(crate) fn inverse_8<F: Real>(x: &mut Bins<F>) {
     let h = F::from_f64(FRAC_1_SQRT_2);
     let (r, i) = (x.re, x.im);
     let s = inverse_4([r[0], r[1], r[2], r[3]], [i[0], i[1], i[2], i[3]]);
@@ -184,30 +206,45 @@ fn inverse_4<F: Real>(re: [F; 4], im: [F; 4]) -> [(F, F); 4] {
     ]
 }
 
-#[cfg(test)]
+/// All forward passes over 2^k blocks, with the [`factors`] of their size or more. Depth first, so that what is worked
+/// on soon fits the cache.
+#[cfg(feature = "std")]
+pub(crate) fn forward_all<F: Real>(x: &mut [Bins<F>], all: &[Bins<F>]) {
+    let half = x.len() / 2;
+    let (low, high) = x.split_at_mut(half);
+    if half == 0 {
+        high.iter_mut().for_each(forward_8);
+        return;
+    }
+    forward(low, high, &all[half - 1..2 * half - 1]);
+    forward_all(low, all);
+    forward_all(high, all);
+}
+
+/// All inverse passes, not scaled: [`forward_all`] backwards, times the number of complex numbers.
+#[cfg(feature = "std")]
+pub(crate) fn inverse_all<F: Real>(x: &mut [Bins<F>], all: &[Bins<F>]) {
+    let half = x.len() / 2;
+    let (low, high) = x.split_at_mut(half);
+    if half == 0 {
+        high.iter_mut().for_each(inverse_8);
+        return;
+    }
+    inverse_all(low, all);
+    inverse_all(high, all);
+    inverse(low, high, &all[half - 1..2 * half - 1]);
+}
+
+#[cfg(all(test, feature = "std"))]
 mod tests {
     use super::*;
-
-    /// All forward passes over a whole signal.
-    fn transform(bins: &mut [Bins<f64>]) {
-        let factors = factors(LANES * bins.len());
-        let mut half = bins.len() / 2;
-        while half > 0 {
-            for pair in bins.chunks_exact_mut(2 * half) {
-                let (low, high) = pair.split_at_mut(half);
-                forward(low, high, &factors[half - 1..2 * half - 1]);
-            }
-            half /= 2;
-        }
-        bins.iter_mut().for_each(forward_8);
-    }
 
     #[test]
     fn a_forward_transform_is_the_defining_sum_in_bit_reversed_order() {
         let size = 64;
         let signal = |n: usize| ((0.3 * n as f64).sin() + 0.1, (0.7 * n as f64).cos());
         let mut bins = Bins::<f64>::collect(size, signal);
-        transform(&mut bins);
+        forward_all(&mut bins, &factors(size));
         for k in 0..size {
             let (mut re, mut im) = (0.0, 0.0);
             for n in 0..size {
@@ -234,17 +271,9 @@ mod tests {
         let size = 128;
         let signal = |n: usize| ((0.3 * n as f64).sin(), 1.0 / (n + 1) as f64);
         let mut bins = Bins::<f64>::collect(size, signal);
-        transform(&mut bins);
-        bins.iter_mut().for_each(inverse_8);
         let factors = factors(size);
-        let mut half = 1;
-        while half < bins.len() {
-            for pair in bins.chunks_exact_mut(2 * half) {
-                let (low, high) = pair.split_at_mut(half);
-                inverse(low, high, &factors[half - 1..2 * half - 1]);
-            }
-            half *= 2;
-        }
+        forward_all(&mut bins, &factors);
+        inverse_all(&mut bins, &factors);
         for n in 0..size {
             let (have, want) = (bins[n / LANES].re[n % LANES] / size as f64, signal(n).0);
             assert!(
