@@ -21,7 +21,7 @@ pub enum Scale {
 }
 
 impl Scale {
-    /// Whether a value has a place on such an axis.
+    /// True if a value has a place on such an axis.
     pub(crate) fn can_show(self, value: f64) -> bool {
         match self {
             Self::Linear => value.abs() <= LARGEST,
@@ -49,7 +49,7 @@ pub(crate) struct Axis {
     pub(crate) high: f64,
     /// Length on the paper, px; infinite until [`Axis::fit`] knows it.
     pub(crate) length: f64,
-    /// How many times ticks were made fewer so that their labels fit.
+    /// Number of times that ticks were made fewer so that their labels fit.
     pub(crate) thinned: u32,
 }
 
@@ -141,7 +141,7 @@ impl Axis {
         }
     }
 
-    /// Where a value is, 0 at the low end of the axis and 1 at the high end.
+    /// Place of a value, 0 at the low end of the axis and 1 at the high end.
     pub(crate) fn fraction(&self, value: f64) -> f64 {
         let (low, high) = self.range();
         (self.scale.forward(value) - low) / (high - low)

@@ -27,7 +27,7 @@ const BROAD: f64 = 3.0;
 const EMPTY: &str = "empty";
 const OUTSIDE: &str = "outside the axes";
 
-/// What an axis shows.
+/// An axis: its quantity, scale and ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisSpec<'a> {
     /// Quantity and unit, as in `stiffness K / N·mm⁻¹` or `dissipation B / N·s^μ·m⁻¹`.
@@ -38,7 +38,7 @@ pub struct AxisSpec<'a> {
     pub range: Option<(f64, f64)>,
 }
 
-/// How a series is drawn.
+/// The look of a series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Look {
     /// A line in the dash of its colour, which is solid for colour 0: series of different colours
@@ -68,9 +68,9 @@ pub struct Series<'a> {
     pub name: &'a str,
     /// The points in the order in which they are joined.
     pub points: &'a [(f64, f64)],
-    /// How they are drawn.
+    /// Their look.
     pub look: Look,
-    /// Which of the colours of Okabe and Ito: 0 blue, 1 vermilion, 2 green, 3 orange, 4 purple,
+    /// Number of its colour, of those of Okabe and Ito: 0 blue, 1 vermilion, 2 green, 3 orange, 4 purple,
     /// 5 black, 6 light blue; further ones repeat these in other dashes and shapes.
     pub colour: usize,
 }
@@ -84,7 +84,7 @@ pub struct Chart<'a> {
     pub x: AxisSpec<'a>,
     /// Vertical axis.
     pub y: AxisSpec<'a>,
-    /// What is in the box.
+    /// The series in the box.
     pub series: Vec<Series<'a>>,
 }
 
@@ -268,7 +268,7 @@ impl<'a> AxisSpec<'a> {
         }
     }
 
-    /// Whether a value is in the given range.
+    /// True if a value is in the given range.
     fn shows(&self, value: f64) -> bool {
         self.range
             .is_none_or(|(low, high)| (low..=high).contains(&value))

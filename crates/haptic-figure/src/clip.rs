@@ -7,7 +7,7 @@
 
 use crate::thin::Points;
 
-/// How far outside the box the cut is, as a share of its sides: more than half a line's width.
+/// Distance of the cut from the box, as a share of its sides: more than half a line's width.
 const BEYOND: f64 = 0.1;
 
 /// The part of a curve inside and just outside the box; `closed` if its last point leads back to

@@ -1,4 +1,4 @@
-//! What stands in the box of a panel: lines, areas and markers, and their samples in the legend.
+//! Contents of a panel's box: lines, areas and markers, and their samples in the legend.
 
 use std::fmt::Write as _;
 
@@ -9,7 +9,7 @@ use crate::marker::Shape;
 use crate::style::Stroke;
 use crate::thin::{Points, scatter, simplify};
 
-/// How much of the colour of its outline an area has.
+/// Opacity of an area in the colour of its outline.
 const AREA_OPACITY: f64 = 0.1;
 /// The rim that sets a marker off from what lies beneath it.
 const RIM: &str = "white";
@@ -29,7 +29,7 @@ pub(crate) struct Curve {
     pub(crate) form: Form,
 }
 
-/// How the points of a curve are shown.
+/// The form in which the points of a curve are shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Form {
     Line(Stroke),
@@ -43,7 +43,7 @@ pub(crate) enum Form {
     },
 }
 
-/// Where a box lies, px.
+/// Edges of a box, px.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct BoxEdges {
     pub(crate) left: f64,
@@ -76,7 +76,7 @@ impl BoxEdges {
     }
 }
 
-/// What a curve is on the paper, from beneath to the top.
+/// A curve on the paper, from beneath to the top.
 #[derive(Debug, Default)]
 pub(crate) struct Drawn {
     /// Insides of areas, which must not tint the lines of others; to be cut off at the edge of the
@@ -94,7 +94,7 @@ impl Curve {
         self.pieces.iter().flatten().copied()
     }
 
-    /// Whether any of it lies within axes.
+    /// True if any of it lies within axes.
     pub(crate) fn is_within(&self, x: &Axis, y: &Axis) -> bool {
         !self.within(x, y).is_empty()
     }
@@ -185,7 +185,7 @@ fn draw_areas(pieces: Vec<Points>, stroke: Stroke, edges: BoxEdges, most: usize)
 }
 
 impl Form {
-    /// What stands for the form in the legend, from `x` on and around the height `y`.
+    /// The sample of the form in the legend, from `x` on and around the height `y`.
     pub(crate) fn sample(&self, x: f64, y: f64) -> Vec<Element> {
         let end = x + SAMPLE_LENGTH;
         match *self {

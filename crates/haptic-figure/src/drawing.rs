@@ -10,7 +10,7 @@ use crate::picture::Picture;
 use crate::style::INK;
 use crate::superscript::{Part, parts};
 
-/// Families named in the file; PNGs are set in the first, which the crate brings along.
+/// Families named in the file; a PNG is set in the first, which the crate brings along.
 const FONTS: &str = "DejaVu Sans, Verdana, Arial, sans-serif";
 /// Size of a superscript, and its height above the line over the line's size and over its own.
 const RAISED_SIZE: &str = "70%";
@@ -38,7 +38,7 @@ impl Element {
     }
 }
 
-/// Which part of a text its place is.
+/// The part of a text that stands at its place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Anchor {
     Start,

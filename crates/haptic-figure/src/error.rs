@@ -1,4 +1,4 @@
-//! What can go wrong with a picture.
+//! Errors of pictures.
 
 /// A picture that could not be drawn.
 #[derive(Debug, thiserror::Error)]
@@ -9,7 +9,7 @@ pub enum FigureError {
         "no {what} to draw: {samples} samples, none of them finite and within reach of its axes"
     )]
     Empty {
-        /// Which curve.
+        /// The curve that is missing.
         what: &'static str,
         /// Samples given.
         samples: usize,
@@ -25,7 +25,7 @@ pub enum FigureError {
     /// The slices of a figure belong together sample by sample and differ in length.
     #[error("{what} has {found} samples where time has {expected}; both need the same number")]
     Lengths {
-        /// Which slice.
+        /// The slice with another length.
         what: &'static str,
         /// Samples of time.
         expected: usize,

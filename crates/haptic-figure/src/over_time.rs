@@ -1,4 +1,4 @@
-//! What pictures over time share: slices that belong together and panels over time.
+//! Parts that pictures over time share: slices that belong together and panels over time.
 
 use crate::FigureError;
 use crate::axis::{Axis, Scale, extremes};

@@ -28,7 +28,7 @@ const GRID_WIDTH: f64 = 1.0;
 const ASCENT: f64 = 0.928;
 const HALF_DIGIT: f64 = 0.3645;
 
-/// Where a panel and its box lie.
+/// Size of a panel and place of its box, px.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Frame {
     pub(crate) width: f64,

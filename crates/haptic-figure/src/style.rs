@@ -58,7 +58,7 @@ pub(crate) fn series_dash(index: usize) -> Dash {
     SERIES_DASHES[index % SERIES_DASHES.len()]
 }
 
-/// How a curve is drawn.
+/// Colour, width in px and dash of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Stroke {
     pub(crate) colour: &'static str,

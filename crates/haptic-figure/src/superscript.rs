@@ -28,7 +28,7 @@ pub(crate) fn parts(line: &str) -> Vec<Part<'_>> {
     parts
 }
 
-/// What stands right after a `^`, if it is to be raised, and what follows.
+/// The text right after a `^`, if it is to be raised, and the rest.
 fn superscript(marked: &str) -> Option<(&str, &str)> {
     if let Some(braced) = marked.strip_prefix('{') {
         return braced.split_once('}');

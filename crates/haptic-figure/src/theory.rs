@@ -55,7 +55,7 @@ impl Conditions<'_> {
     }
 }
 
-/// Where a quantity comes from: the device decides. No instrument measured it.
+/// Source of a quantity: the device decides. No instrument measured it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
     /// A simulated device.
@@ -148,9 +148,9 @@ pub struct TheoryFigure<'a> {
     pub title: &'a str,
     /// Tissue, order, scheme.
     pub conditions: Conditions<'a>,
-    /// What is compared.
+    /// The quantity that is compared.
     pub quantity: Quantity,
-    /// Where it comes from.
+    /// Its source.
     pub origin: Origin,
     /// Time since contact or since the force was applied, s: a logarithmic axis begins at the first
     /// positive one.

@@ -26,7 +26,7 @@ const LONGEST_EXACT: usize = 6_000;
 /// Points of a curve, x and y.
 pub(crate) type Points = Vec<(f64, f64)>;
 
-/// Which points of a bin stay.
+/// The points of a bin that stay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Keep {
     /// First, lowest, highest, last: the curve as it is.
@@ -186,7 +186,7 @@ impl Bin {
         }
     }
 
-    /// What shows the shape of the curve in this bin, in order.
+    /// The points that show the shape of the curve in this bin, in order.
     fn shape(&self) -> impl Iterator<Item = usize> + use<> {
         let mut indices = self.0.map_or(Vec::new(), |bin| {
             vec![bin.first, bin.lowest, bin.highest, bin.last]

@@ -18,7 +18,7 @@ const AT_END: f64 = 1e-9;
 /// A tick; all large ones have a label, and some small ones.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Tick {
-    /// Where it is, 0 at the low end of the axis and 1 at the high end.
+    /// Place on the axis, 0 at the low end of the axis and 1 at the high end.
     pub(crate) fraction: f64,
     /// Between the powers of ten of a logarithmic axis.
     pub(crate) is_small: bool,
@@ -111,7 +111,7 @@ impl Axis {
         (self.high / self.low).log10()
     }
 
-    /// Whether all powers of ten on the axis are short enough in plain digits.
+    /// True if all powers of ten on the axis are short enough in plain digits.
     fn is_plain(&self) -> bool {
         let (low, high) = self.range();
         let lowest = (low + 1e-9).floor() as i32;

@@ -21,6 +21,13 @@ pub enum PictureFileError {
     File(#[from] NewFileError),
 }
 
+/// Said behind the name of the file to look at.
+pub const AND_SVG: &str = if cfg!(feature = "png") {
+    " (and .svg)"
+} else {
+    ""
+};
+
 /// The files of a picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SavedPicture {

@@ -519,7 +519,11 @@ pub fn print_end(out: &mut dyn Write, end: &RunReport) -> io::Result<()> {
         writeln!(out, "  csv               {csv}")?;
     }
     if let Some(figure) = &end.figure {
-        writeln!(out, "  figure            {figure} (and .svg)")?;
+        writeln!(
+            out,
+            "  figure            {figure}{}",
+            crate::picture_file::AND_SVG
+        )?;
     }
     Ok(())
 }

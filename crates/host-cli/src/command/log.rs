@@ -426,11 +426,7 @@ fn plot(log: &Path, out: Option<&Path>, overwrite: bool, output: Output) -> Resu
             "{} samples in {}{}",
             made.samples,
             saved.shown().display(),
-            if saved.png.is_some() {
-                " (and .svg)"
-            } else {
-                ""
-            }
+            picture_file::AND_SVG
         )
     })?;
     require_complete(complete, log, saved.shown())
