@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
+#![cfg_attr(docsrs, feature(doc_cfg))]
 
 mod arrangement;
 mod boundary;
@@ -57,5 +58,5 @@ pub use required::{RequiredDamping, RequiredDelta};
 pub use stability::{SampledLoop, Verdict};
 pub use transparency::{ClosedLoop, DelayedLoop};
 
-/// Complex numbers of the responses.
+/// Complex numbers: [`num_complex::Complex`].
 pub use num_complex;
