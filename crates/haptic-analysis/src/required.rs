@@ -2,6 +2,7 @@
 
 /// What Theorem 1 asks for, without units, and Corollary 1 beside it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct RequiredDelta {
     /// The loop is passive for δ above this, and only then.
     pub delta: f64,
@@ -31,6 +32,7 @@ impl RequiredDelta {
 
 /// The same with units.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct RequiredDamping {
     /// The loop is passive for b above this, N·s/m, and only then.
     pub damping_n_s_per_m: f64,

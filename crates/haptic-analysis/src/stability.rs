@@ -39,6 +39,7 @@ pub struct SampledLoop<'a> {
 
 /// Whether a loop is stable, and how clearly.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Verdict {
     /// No zero of F in |w| ≤ 1. Not so on the boundary, where `unstable_poles` is `None`.
     pub stable: bool,
