@@ -55,7 +55,7 @@ pub use path::ForcePath;
 pub use plant::SampledPlant;
 pub use region::{StabilityRegion, StableArea};
 pub use required::{RequiredDamping, RequiredDelta};
-pub use stability::{SampledLoop, Verdict};
+pub use stability::{SampledLoop, StabilityVerdict};
 pub use transparency::{ClosedLoop, DelayedLoop};
 
 /// Complex numbers: [`num_complex::Complex`].

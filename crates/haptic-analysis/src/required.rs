@@ -8,7 +8,7 @@ pub struct RequiredDelta {
     pub delta: f64,
     /// θ that asks for it, rad/sample; of several π, then 0, then the largest.
     pub worst_theta: f64,
-    /// What Corollary 1 asks for: [`corollary_delta`].
+    /// What Corollary 1 asks for: [`corollary_delta`](crate::corollary_delta).
     pub corollary_delta: f64,
     /// α + βP(1) < 0: a negative spring at rest, which no damping makes passive. Theorem 1 looks at
     /// θ > 0 only and cannot see it; A₃ with μ > 1 does this, P(1) = (1−μ)(3−μ)/3.
