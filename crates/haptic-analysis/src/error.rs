@@ -48,17 +48,11 @@ impl From<fracdiff::ParameterError> for AnalysisError {
 
 impl From<RangeError> for AnalysisError {
     fn from(error: RangeError) -> Self {
-        let RangeError {
-            what,
-            value,
-            allowed,
-            unit,
-        } = error;
         Self::Range {
-            what,
-            value,
-            allowed,
-            unit,
+            what: error.what,
+            value: error.value,
+            allowed: error.allowed,
+            unit: error.unit,
         }
     }
 }
@@ -71,13 +65,7 @@ impl fmt::Display for AnalysisError {
                 value,
                 allowed,
                 unit,
-            } => RangeError {
-                what,
-                value,
-                allowed,
-                unit,
-            }
-            .fmt(f),
+            } => RangeError::new(what, value, allowed, unit).fmt(f),
             Self::Unresolved { what, why } => write!(f, "{what} cannot be computed: {why}"),
             Self::NotStable { what } => write!(f, "the loop is not stable: it has no {what}"),
             Self::Operator(ref error) => error.fmt(f),

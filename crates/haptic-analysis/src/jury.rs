@@ -24,6 +24,13 @@ pub enum Jury {
 /// farther for several slow poles at once. Cost: n² multiply-adds.
 ///
 /// Source: E. I. Jury, *Theory and Application of the z-Transform Method*, Wiley, 1964, ch. 3.
+///
+/// ```
+/// use haptic_analysis::{Jury, jury};
+///
+/// assert_eq!(jury(&[1.0, -0.9]), Jury::Stable); // z = 0.9
+/// assert_eq!(jury(&[1.0, -1.1]), Jury::NotStable);
+/// ```
 #[must_use]
 pub fn jury(coefficients: &[f64]) -> Jury {
     let Some((&first, _)) = coefficients.split_first() else {

@@ -24,6 +24,7 @@ pub struct AtAngle {
 /// None of the crossings is missed: intervals of θ are dropped only where a bound of the second
 /// derivative proves that there is none.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Margins {
     /// The least factor above 1 on both stiffness and dissipation that takes the loop to the
     /// boundary; `None` if none does.

@@ -15,6 +15,15 @@ use num_complex::Complex;
 ///   a whole number is that number, so that 3 ms at 1 ms are 3 samples.
 /// - *Lag*: from 0 to [`LAG_MAX`](Self::LAG_MAX). Below 1e-13 it counts as none: it moves the force by
 ///   less than a rounding error.
+///
+/// ```
+/// use haptic_analysis::ForcePath;
+///
+/// let path = ForcePath::new(2.4, 0.7)?; // 2.4 samples late, a motor that follows within 0.7
+/// assert_eq!(path.whole_samples(), 2);
+/// assert!((path.fraction() - 0.4).abs() < 1e-12 && !path.is_whole());
+/// # Ok::<(), haptic_analysis::AnalysisError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ForcePath {
     whole: usize,

@@ -30,6 +30,18 @@ use crate::{AnalysisError, LoopOperator, SampledPlant};
 use core::f64::consts::PI;
 
 /// The α, β ≥ 0 for which a loop is stable.
+///
+/// ```
+/// use fracdiff::{Order, Scheme, Seconds};
+/// use haptic_analysis::{LoopOperator, SampledPlant, StabilityRegion};
+///
+/// let operator = LoopOperator::new(Scheme::Exact, Order::new(1.0)?, Seconds(1e-3), 1e4)?;
+/// let plant = SampledPlant::new(0.1, 0.0)?; // δ = bT/m = 0.1
+/// let region = StabilityRegion::new(plant, &operator, 0, 1000)?;
+/// let area = region.bounded().ok_or("no wall is stable")?;
+/// assert!((area.alpha_max - 0.82582).abs() < 1e-5 && region.contains(0.5, 0.8));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum StabilityRegion {
@@ -44,6 +56,7 @@ pub enum StabilityRegion {
 
 /// A region that is not empty.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct StableArea {
     /// Outer boundaries and holes, the largest first.
     pub polygons: Vec<Polygon>,

@@ -2,12 +2,13 @@
 
 /// What Theorem 1 asks for, without units, and Corollary 1 beside it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct RequiredDelta {
     /// The loop is passive for δ above this, and only then.
     pub delta: f64,
     /// θ that asks for it, rad/sample; of several π, then 0, then the largest.
     pub worst_theta: f64,
-    /// What Corollary 1 asks for: [`corollary_delta`].
+    /// What Corollary 1 asks for: [`corollary_delta`](crate::corollary_delta).
     pub corollary_delta: f64,
     /// α + βP(1) < 0: a negative spring at rest, which no damping makes passive. Theorem 1 looks at
     /// θ > 0 only and cannot see it; A₃ with μ > 1 does this, P(1) = (1−μ)(3−μ)/3.
@@ -31,6 +32,7 @@ impl RequiredDelta {
 
 /// The same with units.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct RequiredDamping {
     /// The loop is passive for b above this, N·s/m, and only then.
     pub damping_n_s_per_m: f64,

@@ -39,7 +39,8 @@ pub struct SampledLoop<'a> {
 
 /// Whether a loop is stable, and how clearly.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Verdict {
+#[non_exhaustive]
+pub struct StabilityVerdict {
     /// No zero of F in |w| ≤ 1. Not so on the boundary, where `unstable_poles` is `None`.
     pub stable: bool,
     /// Zeros of F in |w| < 1, each a pole with |z| > 1; `None` on the boundary, that is where
@@ -139,13 +140,13 @@ impl<'a> SampledLoop<'a> {
     /// The certified verdict, by encirclement. Cost: about 100 responses of the operator, some ten
     /// more for each decade that F comes closer to zero, and n³ for the poles of a polynomial.
     #[must_use]
-    pub fn verdict(&self) -> Verdict {
+    pub fn verdict(&self) -> StabilityVerdict {
         let Count {
             zeros,
             closest,
             theta,
         } = self.count();
-        Verdict {
+        StabilityVerdict {
             stable: zeros == Some(0),
             unstable_poles: zeros,
             distance: closest,

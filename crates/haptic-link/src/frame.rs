@@ -211,6 +211,17 @@ pub struct LineCounters {
 /// *Start-up*: what comes before the first zero may be the rest of a frame; if it is not whole it
 /// counts as corrupt. *Cost*: a byte is one store; the last byte of a frame decodes it, and encodes it again to see
 /// that it has its one form.
+///
+/// ```
+/// use haptic_link::{Direction, FRAME_MAX, Header, Receiver, Request, encode};
+///
+/// let mut frame = [0; FRAME_MAX];
+/// let length = encode(&Request::Stop, Header::from_host(1, 42), &mut frame)?;
+/// let mut receiver = Receiver::<Request>::new(Direction::FromHost);
+/// let arrived = frame[..length].iter().find_map(|&byte| receiver.push(byte));
+/// assert_eq!(arrived.map(|(_, request)| request), Some(Request::Stop));
+/// # Ok::<(), haptic_link::EncodeError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Receiver<M> {
     direction: Direction,

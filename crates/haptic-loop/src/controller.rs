@@ -14,6 +14,7 @@ use nalgebra::SVector;
 
 /// What one tick read and did: what a recorder keeps.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Sample<F, const D: usize> {
     /// Tick, time and position.
     pub reading: Reading<F, D>,

@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 #![no_std]
 #![forbid(unsafe_code)]
+#![cfg_attr(docsrs, feature(doc_cfg))]
 #[cfg(feature = "std")]
 extern crate std;
 
@@ -32,3 +33,6 @@ pub use safety::{
 };
 pub use tissue::{KelvinVoigt, Specimen, Tissue};
 pub use wall::{Wall, WallShape};
+
+/// Vectors of axes: [`nalgebra::SVector`].
+pub use nalgebra;

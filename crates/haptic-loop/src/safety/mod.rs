@@ -45,6 +45,24 @@ use nalgebra::SVector;
 use release::{Release, Released};
 
 /// The chain's immutable part.
+///
+/// ```
+/// use fracdiff::Seconds;
+/// use haptic_loop::units::{Newtons, NewtonsPerSecond};
+/// use haptic_loop::{Fault, Limiters, SafetyChain, SafetyState};
+/// use nalgebra::vector;
+///
+/// let chain = SafetyChain::new(Newtons(10.0), NewtonsPerSecond(1000.0), Seconds(1e-3))?;
+/// let mut state = SafetyState::default();
+/// // 50 N are wanted at once: 1 N a millisecond, and no more than 10 N.
+/// let (force, limiters) = chain.apply(&mut state, &vector![0.0], &vector![50.0]);
+/// assert_eq!(*force.newtons(), vector![1.0]);
+/// assert!(limiters.contains(Limiters::RATE));
+/// // What is not finite latches a fault, and the force falls to zero.
+/// chain.apply(&mut state, &vector![0.0], &vector![f64::NAN]);
+/// assert_eq!(state.fault(), Some(Fault::NonFiniteForce));
+/// # Ok::<(), haptic_loop::ParameterError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SafetyChain<F> {
     clamps: Clamps<F>,
