@@ -8,7 +8,7 @@ use fracdiff::{Order, Real, Seconds, ShortMemory};
 use haptic_loop::plant::{EncoderQuantiser, MassDamper, MassDamperConfig};
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
 use haptic_loop::{
-    Controller, Device, EnergyBounding, Guard, Limiters, Limits, PassivityObserver, Reading,
+    Controller, Device, EnergyBounding, Fault, Guard, Limiters, Limits, PassivityObserver, Reading,
     SafeForce, SafetyChain, SafetyState, SpringDamper,
 };
 use nalgebra::{SVector, vector};
@@ -437,6 +437,13 @@ fn an_energy_that_is_no_number_gives_no_force() {
         chain.apply(&mut state, &vector![x], &vector![100.0]);
     }
     assert!(state.observed_energy_j() <= 0.0);
+    // Work of −∞ is not "nothing is owed": no force follows from it.
+    let mut state = SafetyState::<f32, 1>::default();
+    for (x, wanted) in [(0.0, 0.0), (-1e10, 1e30), (-2e10, 1e30)] {
+        let (force, _) = chain.apply(&mut state, &vector![x], &vector![wanted]);
+        assert!(force.newtons()[0].abs() <= 0.0, "{x}");
+    }
+    assert_eq!(state.fault(), Some(Fault::NonFiniteForce));
 }
 
 #[test]
