@@ -110,6 +110,9 @@ pub(crate) struct Bank<F, const TAPS: usize, const MODES: usize> {
     blocks: usize,
 }
 
+/// Blocks of two arrays side by side.
+type Pairs<I> = Zip<I, I>;
+
 /// Taps of a bank that is given as a list of values.
 pub(crate) const PORTABLE_TAPS: usize = 16;
 
@@ -180,7 +183,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
 
     /// d and W of the blocks in use: those without compensation, those with it.
     #[inline]
-    fn blocks(&self) -> [Zip<Iter<'_, Block<F>>, Iter<'_, Block<F>>>; 2] {
+    fn blocks(&self) -> [Pairs<Iter<'_, Block<F>>>; 2] {
         let split = |values| {
             let (values, _) = <[F]>::as_chunks(values);
             let used = values.get(..self.blocks).unwrap_or_default();
@@ -214,23 +217,9 @@ pub struct BankHistory<F, const TAPS: usize, const MODES: usize> {
 }
 
 impl<F: Real, const TAPS: usize, const MODES: usize> BankHistory<F, TAPS, MODES> {
-    /// due\[i\] ← due\[i+1\] + k_{i+1}·x
-    #[inline]
-    fn take_taps(&mut self, corrections: &[F; TAPS], x: F) {
-        for i in 0..TAPS - 1 {
-            self.due[i] = self.due[i + 1] + corrections[i] * x;
-        }
-    }
-
     /// Blocks of states: the first `fast` of them, and all others with their compensation words.
     #[inline]
-    fn blocks(
-        &mut self,
-        fast: usize,
-    ) -> (
-        IterMut<'_, Block<F>>,
-        Zip<IterMut<'_, Block<F>>, IterMut<'_, Block<F>>>,
-    ) {
+    fn blocks(&mut self, fast: usize) -> (IterMut<'_, Block<F>>, Pairs<IterMut<'_, Block<F>>>) {
         let (states, _) = self.states.as_chunks_mut();
         let (carries, _) = self.carries.as_chunks_mut();
         let (states, slow) = states.split_at_mut_checked(fast).unwrap_or_default();
@@ -279,7 +268,10 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Differintegrator<F> for Ban
 
     #[inline]
     fn advance(&self, history: &mut Self::History, x: F) {
-        history.take_taps(&self.corrections, x);
+        // due[i] ← due[i+1] + k_{i+1}·x
+        for i in 0..TAPS - 1 {
+            history.due[i] = history.due[i + 1] + self.corrections[i] * x;
+        }
         let [fast, slow] = self.blocks();
         let (states, compensated) = history.blocks(self.fast_blocks);
         let mut sums = advance_plain(states.zip(fast), x);
