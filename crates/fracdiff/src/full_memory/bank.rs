@@ -309,6 +309,27 @@ mod tests {
     use crate::Order;
     use crate::full_memory::Kernel;
 
+    #[test]
+    fn blocks_are_compensated_from_the_first_that_has_a_slow_mode() {
+        for (integer, edge) in [(0, 1.0 / 64.0), (-1, 1.0 / 64.0), (1, 1.0 / 1024.0)] {
+            let mut decays = [edge as f32; 3 * LANES];
+            assert_eq!(fast_blocks(&decays, integer), 3);
+            decays[2 * LANES - 1] *= 0.999;
+            assert_eq!(fast_blocks(&decays, integer), 1);
+            assert_eq!(fast_blocks(&decays.map(f64::from), integer), 3);
+        }
+    }
+
+    #[test]
+    fn only_a_whole_order_forgets() {
+        for (order, length) in [(0.5, None), (1.0, Some(17)), (2.0, Some(18)), (-0.5, None)] {
+            let order = Order::new(order).expect("an order");
+            let design = Design::<16, 48>::closed_form(Kernel::Grunwald, order, 1e-6, 2e5);
+            let memory = FullMemory::<f32, 16, 48>::new(&design.expect("modes"), Seconds(1e-3));
+            assert_eq!(memory.expect("a time").memory_length(), length);
+        }
+    }
+
     /// Idle loops are fast because no number in them stays subnormal, however long they idle.
     #[test]
     fn a_number_is_subnormal_for_one_round_at_most_while_the_input_stands_still() {
