@@ -309,6 +309,15 @@ mod tests {
     use super::scale;
 
     #[test]
+    fn a_small_share_keeps_its_digits() {
+        // s² + s = 1e-6, with 1e-6 less than a digit of 1.
+        assert!((scale(1.0_f32, 1.0, 1e-6) / 1e-6 - 1.0).abs() < 2e-6);
+        // s² − s = 1e-8 is above 1, s² − 2s = −0.75 at neither: no energy to spare.
+        assert!((scale(1.0_f32, -1.0, 1e-8) - 1.0).abs() < 1e-6);
+        assert!(scale(1.0_f32, -2.0, -0.75).abs() <= 0.0);
+    }
+
+    #[test]
     fn forces_whose_products_overflow_let_nothing_through() {
         for along in [f32::NEG_INFINITY, f32::NAN, -1e30] {
             let through = scale(1.0_f32, along, 1.0);
