@@ -176,6 +176,9 @@ pub struct ResolvedLoop {
     pub delta_given: bool,
 }
 
+/// Parameters, or why they are none.
+type Checked = Result<Nondimensional, AnalysisError>;
+
 /// Whether α and β (or K and B) must be given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wall {
@@ -206,6 +209,34 @@ impl LoopArguments {
                  --dissipation",
             ));
         }
+        let (parameters, units) = self.parameters(mu, with_units, wall)?;
+        let parameters = parameters.map_err(|error| refused_parameter(error, with_units))?;
+        let sample_time_s = self.sample_time.map(|t| t.0);
+        if let Some(t) = sample_time_s.filter(|t| *t <= 0.0 || t.is_nan()) {
+            return Err(Failure::bad_input(format_args!(
+                "sample time {t} s is not above 0 s: change --sample-time"
+            )));
+        }
+        let sample_time = Seconds(sample_time_s.unwrap_or(1.0));
+        Ok(ResolvedLoop {
+            parameters,
+            order: mu,
+            operator: LoopOperator::new(self.scheme, mu, sample_time, HORIZON).map_err(refused)?,
+            scheme: self.scheme,
+            path: self.path.resolve(sample_time_s)?,
+            sample_time_s,
+            units,
+            delta_given: self.delta.is_some() || self.damping.is_some(),
+        })
+    }
+
+    /// The loop without units, checked, and m and T if it was given with units.
+    fn parameters(
+        &self,
+        mu: Order,
+        with_units: bool,
+        wall: Wall,
+    ) -> Result<(Checked, Option<(f64, f64)>), Failure> {
         let missing = |option: &str| {
             Failure::bad_input(format_args!(
                 "{option} is missing: give --alpha and --beta, or --mass, --sample-time, --stiffness \
@@ -217,7 +248,7 @@ impl LoopArguments {
             (None, Wall::Sought) => Ok(0.0),
             (None, Wall::Needed) => Err(missing(option)),
         };
-        let (parameters, units) = if with_units {
+        Ok(if with_units {
             let mass = self.mass.ok_or_else(|| missing("--mass"))?.0;
             let sample_time = self.sample_time.ok_or_else(|| missing("--sample-time"))?.0;
             let parameters = Loop {
@@ -238,24 +269,6 @@ impl LoopArguments {
                 gamma: self.gamma.unwrap_or(0.0),
             };
             (parameters.checked(), None)
-        };
-        let parameters = parameters.map_err(|error| refused_parameter(error, with_units))?;
-        let sample_time_s = self.sample_time.map(|t| t.0);
-        if let Some(t) = sample_time_s.filter(|t| *t <= 0.0 || t.is_nan()) {
-            return Err(Failure::bad_input(format_args!(
-                "sample time {t} s is not above 0 s: change --sample-time"
-            )));
-        }
-        let sample_time = Seconds(sample_time_s.unwrap_or(1.0));
-        Ok(ResolvedLoop {
-            parameters,
-            order: mu,
-            operator: LoopOperator::new(self.scheme, mu, sample_time, HORIZON).map_err(refused)?,
-            scheme: self.scheme,
-            path: self.path.resolve(sample_time_s)?,
-            sample_time_s,
-            units,
-            delta_given: self.delta.is_some() || self.damping.is_some(),
         })
     }
 }
@@ -349,6 +362,11 @@ impl Files {
         let picture = save_picture(&folder, Ok(picture))?;
         Ok(vec![table, picture])
     }
+}
+
+/// Amplitude ratio in decibel.
+pub(super) fn decibel(magnitude: f64) -> f64 {
+    20.0 * magnitude.log10()
 }
 
 /// `count` frequencies from `low` to `high`, equal steps of their logarithm.

@@ -1,8 +1,11 @@
 //! `analyze`: what is stable, passive and transparent, before any hardware.
 
 mod arguments;
+mod coupling;
 mod effective;
 mod passivity;
+mod region;
+mod sensitivity;
 mod stability;
 
 use crate::output::Output;
@@ -18,15 +21,15 @@ pub enum Command {
     /// Is this wall stable?
     Stability(stability::VerdictArguments),
     /// All stable walls: the region in the alpha-beta plane
-    StabilityRegion(stability::RegionArguments),
+    StabilityRegion(region::RegionArguments),
     /// Is this wall passive, and how much damping does that take?
     Passivity(passivity::PassivityArguments),
     /// Is a virtual coupler passive on both sides, and how much damping does that take?
-    Coupling(passivity::CouplingArguments),
+    Coupling(coupling::CouplingArguments),
     /// What the hand feels: effective stiffness and damping of the closed loop
     Transparency(effective::TransparencyArguments),
     /// How much the loop amplifies errors of its model: |1/(1 + GH)|
-    Sensitivity(stability::SensitivityArguments),
+    Sensitivity(sensitivity::SensitivityArguments),
 }
 
 impl Command {

@@ -1,0 +1,199 @@
+//! `analyze stability-region`: all walls that are stable on a device.
+
+use super::arguments::{Files, LoopArguments, PathResult, ResolvedLoop, Wall, refused};
+use crate::output::{Output, fixed, short};
+use clap::Args;
+use haptic_analysis::{BoundaryPoint, StabilityRegion};
+use haptic_experiment::failure::Failure;
+use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
+use serde::Serialize;
+use std::io::{self, Write};
+
+/// Arguments of `analyze stability-region`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example: host-cli analyze stability-region --order 1 --delta 0.1 --delay-samples 1 --out region"
+)]
+pub struct RegionArguments {
+    #[command(flatten)]
+    arguments: LoopArguments,
+    #[command(flatten)]
+    files: Files,
+}
+
+/// Result of `analyze stability-region`.
+#[derive(Serialize)]
+struct Region {
+    order: f64,
+    scheme: String,
+    delta: f64,
+    gamma: f64,
+    #[serde(flatten)]
+    path: PathResult,
+    empty: bool,
+    area: f64,
+    alpha_max: Option<f64>,
+    beta_at_alpha_max: Option<f64>,
+    beta_max: Option<f64>,
+    /// Outline of the largest part; others follow in `further_parts`.
+    boundary: Vec<Point>,
+    further_parts: Vec<Vec<Point>>,
+    files: Vec<String>,
+}
+
+#[derive(Clone, Copy, Serialize)]
+struct Point {
+    alpha: f64,
+    beta: f64,
+}
+
+/// A row of the region's CSV.
+#[derive(Serialize)]
+struct RegionRow {
+    part: usize,
+    alpha: f64,
+    beta: f64,
+    #[serde(rename = "theta_rad")]
+    theta: Option<f64>,
+}
+
+/// Points on the boundary of a region.
+const POINTS: usize = 1000;
+
+impl RegionArguments {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// A parameter outside its range; files that cannot be written.
+    pub fn run(self, output: Output) -> Result<(), Failure> {
+        let resolved = self.arguments.resolve(Wall::Sought)?;
+        let parameters = resolved.parameters;
+        let region = StabilityRegion::new(resolved.plant()?, &resolved.operator, 0, POINTS)
+            .map_err(refused)?;
+        let mut result = Region {
+            order: resolved.order.get(),
+            scheme: resolved.scheme.to_string(),
+            delta: parameters.delta,
+            gamma: parameters.gamma,
+            path: resolved.path_result(),
+            empty: region.is_empty(),
+            area: 0.0,
+            alpha_max: None,
+            beta_at_alpha_max: None,
+            beta_max: None,
+            boundary: Vec::new(),
+            further_parts: Vec::new(),
+            files: Vec::new(),
+        };
+        if let Some(area) = region.bounded() {
+            result.area = area.area;
+            result.alpha_max = Some(area.alpha_max);
+            result.beta_at_alpha_max = Some(area.beta_at_alpha_max);
+            result.beta_max = Some(area.beta_max);
+            let rows = area
+                .polygons
+                .iter()
+                .enumerate()
+                .flat_map(|(part, polygon)| {
+                    polygon.points.iter().map(move |p| RegionRow {
+                        part,
+                        alpha: p.alpha,
+                        beta: p.beta,
+                        theta: p.theta,
+                    })
+                });
+            let mut parts = area.polygons.iter().map(|polygon| outline(&polygon.points));
+            result.boundary = parts.next().unwrap_or_default();
+            result.further_parts = parts.collect();
+            result.files = self
+                .files
+                .write("region", rows, || draw_region(&result, &resolved))?;
+        }
+        output.print(&result, |out| result.print(out, resolved.units))
+    }
+}
+
+fn outline(points: &[BoundaryPoint]) -> Vec<Point> {
+    let points = points.iter();
+    points
+        .map(|p| Point {
+            alpha: p.alpha,
+            beta: p.beta,
+        })
+        .collect()
+}
+
+impl Region {
+    /// As a person reads it; `units` are m and T, where the loop was given with units.
+    fn print(&self, out: &mut dyn Write, units: Option<(f64, f64)>) -> io::Result<()> {
+        if self.empty {
+            return writeln!(
+                out,
+                "empty: no wall of this order is stable on this device (delta {}, {})",
+                short(self.delta),
+                self.path.words()
+            );
+        }
+        writeln!(out, "area               {:.9}", self.area)?;
+        if let (Some(alpha), Some(at), Some(beta)) =
+            (self.alpha_max, self.beta_at_alpha_max, self.beta_max)
+        {
+            writeln!(out, "largest alpha      {alpha:.9} at beta {at:.9}")?;
+            writeln!(out, "largest beta       {beta:.9}")?;
+            if let Some((m, t)) = units {
+                let stiffness = alpha * m / (t * t);
+                let unit = m / t.powf(2.0 - self.order);
+                writeln!(
+                    out,
+                    "stiffest wall      {} N/m at B = {} N·s^μ/m",
+                    fixed(stiffness, 6),
+                    fixed(at * unit, 6)
+                )?;
+            }
+        }
+        writeln!(
+            out,
+            "outline            {} points in {} parts (--json or --out for all)",
+            self.boundary.len() + self.further_parts.iter().map(Vec::len).sum::<usize>(),
+            1 + self.further_parts.len()
+        )?;
+        self.files
+            .iter()
+            .try_for_each(|file| writeln!(out, "written: {file}"))
+    }
+}
+
+fn draw_region(region: &Region, resolved: &ResolvedLoop) -> Result<Picture, FigureError> {
+    let outline = |points: &[Point]| -> Vec<(f64, f64)> {
+        let closed = points.iter().chain(points.first());
+        closed.map(|p| (p.beta, p.alpha)).collect()
+    };
+    let mut parts = vec![outline(&region.boundary)];
+    parts.extend(region.further_parts.iter().map(|part| outline(part)));
+    let subtitle = format!(
+        "order μ = {} · scheme {} · δ = {:.5} · γ = {:.5} · {}",
+        region.order,
+        resolved.scheme,
+        region.delta,
+        region.gamma,
+        region.path.words()
+    );
+    ChartPage {
+        title: "Stable walls",
+        subtitle: &subtitle,
+        columns: 1,
+        charts: vec![Chart {
+            caption: "",
+            x: AxisSpec::new("dissipation β = BT^{2−μ}/m", Scale::Linear),
+            y: AxisSpec::new("stiffness α = KT²/m", Scale::Linear),
+            series: parts
+                .iter()
+                .enumerate()
+                .map(|(n, part)| {
+                    Series::new(if n == 0 { "stable" } else { "" }, part, Look::Area, 0)
+                })
+                .collect(),
+        }],
+    }
+    .draw()
+}

@@ -1,0 +1,113 @@
+//! `analyze sensitivity`: how much a loop amplifies at each frequency.
+
+use super::arguments::{
+    Files, LoopArguments, PathResult, ResolvedLoop, Wall, decibel, logarithmic, refused,
+};
+use crate::output::Output;
+use clap::Args;
+use haptic_experiment::failure::Failure;
+use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
+use serde::Serialize;
+
+/// Arguments of `analyze sensitivity`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example: host-cli analyze sensitivity --order 0.5 --alpha 0.1 --beta 0.3 --delta 0.1 --out sensitivity"
+)]
+pub struct SensitivityArguments {
+    #[command(flatten)]
+    arguments: LoopArguments,
+    /// Number of frequencies
+    #[arg(long, default_value_t = 400, value_parser = clap::value_parser!(u32).range(2..=100_000))]
+    points: u32,
+    #[command(flatten)]
+    files: Files,
+}
+
+/// Result of `analyze sensitivity`.
+#[derive(Serialize)]
+struct Sensitivity {
+    order: f64,
+    scheme: String,
+    #[serde(flatten)]
+    path: PathResult,
+    points: Vec<SensitivityPoint>,
+    peak_db: f64,
+    theta_at_peak: f64,
+    files: Vec<String>,
+}
+
+#[derive(Clone, Copy, Serialize)]
+struct SensitivityPoint {
+    theta: f64,
+    magnitude_db: f64,
+}
+
+impl SensitivityArguments {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// A parameter outside its range; a loop that is not stable; files that cannot be written.
+    pub fn run(self, output: Output) -> Result<(), Failure> {
+        let resolved = self.arguments.resolve(Wall::Needed)?;
+        let sampled = resolved.sampled()?;
+        let peak = sampled.sensitivity_peak().map_err(refused)?;
+        let points: Vec<SensitivityPoint> = logarithmic(
+            1e-3 * std::f64::consts::PI,
+            std::f64::consts::PI,
+            self.points as usize,
+        )
+        .map(|theta| SensitivityPoint {
+            theta,
+            magnitude_db: decibel(sampled.sensitivity(theta)),
+        })
+        .collect();
+        let files =
+            (self.files).write("sensitivity", points.iter(), || draw(&points, &resolved))?;
+        let result = Sensitivity {
+            order: resolved.order.get(),
+            scheme: resolved.scheme.to_string(),
+            path: resolved.path_result(),
+            points,
+            peak_db: decibel(peak.value),
+            theta_at_peak: peak.theta,
+            files,
+        };
+        output.print(&result, |out| {
+            writeln!(
+                out,
+                "peak  {:.6} dB at theta = {:.6} rad",
+                result.peak_db, result.theta_at_peak
+            )?;
+            result
+                .files
+                .iter()
+                .try_for_each(|file| writeln!(out, "written: {file}"))
+        })
+    }
+}
+
+fn draw(points: &[SensitivityPoint], resolved: &ResolvedLoop) -> Result<Picture, FigureError> {
+    let curve: Vec<(f64, f64)> = points.iter().map(|p| (p.theta, p.magnitude_db)).collect();
+    let subtitle = format!(
+        "order μ = {} · scheme {} · α = {} · β = {} · δ = {:.5} · {}",
+        resolved.order,
+        resolved.scheme,
+        resolved.parameters.alpha,
+        resolved.parameters.beta,
+        resolved.parameters.delta,
+        resolved.path_result().words()
+    );
+    ChartPage {
+        title: "Sensitivity",
+        subtitle: &subtitle,
+        columns: 1,
+        charts: vec![Chart {
+            caption: "",
+            x: AxisSpec::new("digital frequency θ / rad", Scale::Log),
+            y: AxisSpec::new("|S| / dB", Scale::Linear),
+            series: vec![Series::new("|1/(1 + GH)|", &curve, Look::Line, 0)],
+        }],
+    }
+    .draw()
+}
