@@ -3,14 +3,14 @@
 #![forbid(unsafe_code)]
 
 use fractional_haptics_fuzz as _;
-use host_cli::command::differintegrate::read_column;
+use host_cli::column;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {
-    match read_column(bytes, "fuzz") {
-        Ok(column) => {
-            assert!(!column.is_empty());
-            assert!(column.iter().all(|value| value.is_finite()));
+    match column::read(bytes, "fuzz", "x") {
+        Ok(numbers) => {
+            assert!(!numbers.is_empty());
+            assert!(numbers.iter().all(|value| value.is_finite()));
         }
         Err(error) => {
             assert!(!error.to_string().is_empty());

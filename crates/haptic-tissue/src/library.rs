@@ -71,6 +71,34 @@ struct Parameters {
     order: Spanned<f64>,
 }
 
+impl Parameters {
+    /// E₀, η and α within their ranges; else where in the file, if it is one of them, and why.
+    fn checked(&self) -> Result<(f64, f64, f64), (Option<usize>, String)> {
+        let at_least_zero = |value: &Spanned<f64>, name: &str, unit: &str| {
+            let number = *value.get_ref();
+            if number >= 0.0 && number.is_finite() {
+                return Ok(number);
+            }
+            let reason = format!("{name} = {number} {unit} is not a finite number of at least 0");
+            Err((Some(value.span().start), reason))
+        };
+        let modulus = at_least_zero(&self.elastic_modulus_pa, "elastic_modulus_pa", "Pa")?;
+        let viscosity =
+            at_least_zero(&self.viscosity_pa_s_alpha, "viscosity_pa_s_alpha", "Pa·s^α")?;
+        let alpha = *self.order.get_ref();
+        if !(0.0..=1.0).contains(&alpha) {
+            let reason = format!("order = {alpha} is not in [0, 1]");
+            return Err((Some(self.order.span().start), reason));
+        }
+        if modulus == 0.0 && viscosity == 0.0 {
+            let reason =
+                "viscosity of a tissue without elastic modulus 0 Pa·s^α is not above 0 Pa·s^α";
+            return Err((None, reason.to_owned()));
+        }
+        Ok((modulus, viscosity, alpha))
+    }
+}
+
 /// A material that cannot be used.
 #[derive(Debug)]
 pub enum MaterialError {
@@ -163,36 +191,9 @@ impl Material {
             return Err(fail(file.name.span().start, reason));
         }
         let block = file.parameters.span().start;
-        let Parameters {
-            elastic_modulus_pa,
-            viscosity_pa_s_alpha,
-            order,
-        } = file.parameters.into_inner();
-        let line_of = [&elastic_modulus_pa, &viscosity_pa_s_alpha, &order].map(|p| p.span().start);
-        let at_least_zero = |value: &Spanned<f64>, name: &str, unit: &str| {
-            let number = *value.get_ref();
-            if number >= 0.0 && number.is_finite() {
-                Ok(number)
-            } else {
-                let reason =
-                    format!("{name} = {number} {unit} is not a finite number of at least 0");
-                Err(fail(value.span().start, reason))
-            }
-        };
-        let modulus = at_least_zero(&elastic_modulus_pa, "elastic_modulus_pa", "Pa")?;
-        let viscosity = at_least_zero(&viscosity_pa_s_alpha, "viscosity_pa_s_alpha", "Pa·s^α")?;
-        let alpha = *order.get_ref();
-        if !(0.0..=1.0).contains(&alpha) {
-            return Err(fail(
-                line_of[2],
-                format!("order = {alpha} is not in [0, 1]"),
-            ));
-        }
-        if modulus == 0.0 && viscosity == 0.0 {
-            let reason =
-                "viscosity of a tissue without elastic modulus 0 Pa·s^α is not above 0 Pa·s^α";
-            return Err(fail(block, reason.to_owned()));
-        }
+        let (modulus, viscosity, alpha) = (file.parameters.into_inner())
+            .checked()
+            .map_err(|(offset, reason)| fail(offset.unwrap_or(block), reason))?;
         Ok(Self {
             name: name.clone(),
             description: file.description,

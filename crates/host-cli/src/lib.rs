@@ -4,6 +4,7 @@
 
 pub mod choice;
 pub mod cli;
+pub mod column;
 pub mod command;
 pub mod files;
 pub mod log_plot;

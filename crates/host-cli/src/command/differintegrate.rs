@@ -1,16 +1,16 @@
 //! `differintegrate`: a column of a CSV file to a fractional order.
 
 use super::experiment::{order, parse_order, parse_scheme, rate};
+use crate::column;
 use crate::output::Output;
 use crate::quantity::Time;
 use clap::Args;
 use fracdiff::full_memory::Kernel;
 use fracdiff::{Channel, Operator, Order, Scheme, SchemeError, Seconds, batch};
 use haptic_experiment::failure::Failure;
-use haptic_experiment::input::{Rows, short};
 use serde::Serialize;
 use std::fs::File;
-use std::io::{self, Read};
+use std::io;
 use std::path::PathBuf;
 
 /// Arguments of `differintegrate`.
@@ -65,9 +65,9 @@ impl Arguments {
                 let file = File::open(path).map_err(|error| {
                     Failure::bad_input(format_args!("cannot read `{name}`: {error}"))
                 })?;
-                read_named_column(file, &name, &self.column)?
+                column::read(file, &name, &self.column)?
             }
-            _ => read_named_column(io::stdin().lock(), "standard input", &self.column)?,
+            _ => column::read(io::stdin().lock(), "standard input", &self.column)?,
         };
         let y = differintegrate(self.scheme, mu, t, &x, if self.caputo { x[0] } else { 0.0 });
         let y = y.map_err(Failure::input)?;
@@ -120,98 +120,6 @@ fn differintegrate(
             Ok(x.iter().map(|&x| channel.step(x)).collect())
         }
     }
-}
-
-/// All samples are in memory, input and output.
-const SAMPLES_MOST: usize = 100_000_000;
-
-/// The numbers of column `x`, at least one; `name` is that of the source, for messages.
-///
-/// # Errors
-/// A missing column, a missing or non-numeric cell, with its line.
-pub fn read_column(source: impl Read, name: &str) -> Result<Vec<f64>, Failure> {
-    read_named_column(source, name, "x")
-}
-
-/// The same for a column of any name.
-///
-/// # Errors
-/// A missing column, a missing or non-numeric cell, with its line.
-pub fn read_named_column(source: impl Read, name: &str, wanted: &str) -> Result<Vec<f64>, Failure> {
-    let shown = short(wanted);
-    let bad = |text: String| Failure::bad_input(format_args!("{name}: {text}"));
-    let (rows, length) = Rows::new(source);
-    let mut table = csv::ReaderBuilder::new()
-        .flexible(true)
-        .trim(csv::Trim::All)
-        .from_reader(rows);
-    let header = table.headers().map_err(|error| bad(error.to_string()))?;
-    if header.is_empty() {
-        return Err(bad(format!(
-            "the input is empty; give a header with a column {shown} and a number in each row"
-        )));
-    }
-    let column = header
-        .iter()
-        .position(|cell| cell == wanted)
-        .ok_or_else(|| {
-            let names: Vec<&str> = header.iter().collect();
-            bad(format!(
-                "line 1: no column {shown} in the header {:?}; give --column one of them",
-                short(&names.join(","))
-            ))
-        })?;
-    if header.iter().filter(|cell| *cell == wanted).count() > 1 {
-        return Err(bad(format!(
-            "line 1: more than one column is named {shown}; rename all but the one to take"
-        )));
-    }
-    let width = header.len();
-    let mut x = Vec::new();
-    let mut row = csv::StringRecord::new();
-    while table
-        .read_record(&mut row)
-        .map_err(|error| bad(error.to_string()))?
-    {
-        length.next_row();
-        if x.len() == SAMPLES_MOST {
-            return Err(bad(format!(
-                "more than {SAMPLES_MOST} rows below the header; cut the input into pieces"
-            )));
-        }
-        let line = row.position().map_or(0, csv::Position::line);
-        // The reader skips empty lines before a row; a row's own lines are one and those in its cells.
-        let breaks: usize = row.iter().map(|cell| cell.matches('\n').count()).sum();
-        let skipped = table.position().line() > line + 1 + breaks as u64;
-        if row.len() > width {
-            return Err(bad(format!(
-                "line {line}: {} cells under a header of {width}; is a comma meant as a decimal point?",
-                row.len()
-            )));
-        }
-        let cell = row.get(column).unwrap_or("");
-        if cell.is_empty() || skipped {
-            return Err(bad(format!(
-                "line {line}: no value in column {shown}; give a number in every row"
-            )));
-        }
-        let value: Option<f64> = cell.parse().ok();
-        match value.filter(|value| value.is_finite()) {
-            Some(value) => x.push(value),
-            None => {
-                return Err(bad(format!(
-                    "line {line}: {:?} in column {shown} is not a finite number",
-                    short(cell)
-                )));
-            }
-        }
-    }
-    if x.is_empty() {
-        return Err(bad(
-            "no rows below the header; there is nothing to do".to_owned()
-        ));
-    }
-    Ok(x)
 }
 
 #[cfg(test)]

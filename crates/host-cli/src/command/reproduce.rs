@@ -8,10 +8,12 @@ use clap::Args;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::folder::write_text;
 use reproduce::claims::{COUNT, judge_all};
+use reproduce::figure::Figure;
 use reproduce::figures::FIGURES;
 use reproduce::report::{ReportFigure, html, markdown};
 use reproduce::{Claim, Formulas};
 use serde::Serialize;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
@@ -52,7 +54,6 @@ impl Arguments {
     /// # Errors
     /// Files that cannot be written.
     pub fn run(self, output: Output) -> Result<(), Failure> {
-        let request = |stem: String| folder(Some(self.out.clone()), &stem, self.overwrite);
         let report = self.out.join("report.html");
         if report.exists() && !self.overwrite {
             return Err(Failure::bad_input(format_args!(
@@ -71,23 +72,9 @@ impl Arguments {
             if stopped() {
                 break;
             }
-            let picture = figure.draw().map_err(PictureFileError::from)?;
-            let folder = request(format!("figure-{}", figure.id)).prepare()?;
-            let data = folder.write_named_table("csv", &figure.columns(), figure.rows())?;
-            let saved = save_picture(&folder, Ok(picture.clone()))?;
-            shown.push(ReportFigure {
-                id: figure.id,
-                title: figure.title,
-                conditions: figure.conditions,
-                picture: file_name(&saved),
-                data: file_name(&data),
-                svg: picture.svg().to_owned(),
-            });
-            figures.push(Made {
-                id: figure.id,
-                picture: saved,
-                data,
-            });
+            let (made, in_report) = self.save(&figure)?;
+            figures.push(made);
+            shown.push(in_report);
             bar.inc(1);
         }
         let go_on = || {
@@ -112,17 +99,7 @@ impl Arguments {
             report: report.display().to_string(),
             ended_early: stopped().then_some("interrupted"),
         };
-        output.summary(&result, |out| {
-            for claim in &result.claims {
-                writeln!(out, "{:<4} {}", claim.id, claim.verdict.words())?;
-                writeln!(out, "     A₃     {}", claim.muir.numbers)?;
-                writeln!(out, "     exact  {}", claim.exact.numbers)?;
-            }
-            for figure in &result.figures {
-                writeln!(out, "figure {}: {}", figure.id, figure.picture)?;
-            }
-            writeln!(out, "report: {}", result.report)
-        })?;
+        output.summary(&result, |out| result.print(out))?;
         match result.ended_early {
             Some(reason) => Err(Failure::Run(anyhow::anyhow!(
                 "{reason}: {} of {} figures and {} of {COUNT} claims were done and are kept",
@@ -132,6 +109,47 @@ impl Arguments {
             ))),
             None => Ok(()),
         }
+    }
+}
+
+impl Arguments {
+    /// Data and picture of a figure, and what the report shows of it.
+    fn save(&self, figure: &Figure) -> Result<(Made, ReportFigure), Failure> {
+        let picture = figure.draw().map_err(PictureFileError::from)?;
+        let stem = format!("figure-{}", figure.id);
+        let folder = folder(Some(self.out.clone()), &stem, self.overwrite).prepare()?;
+        let data = folder.write_named_table("csv", &figure.columns(), figure.rows())?;
+        let svg = picture.svg().to_owned();
+        let saved = save_picture(&folder, Ok(picture))?;
+        let in_report = ReportFigure {
+            id: figure.id,
+            title: figure.title.clone(),
+            conditions: figure.conditions.clone(),
+            picture: file_name(&saved),
+            data: file_name(&data),
+            svg,
+        };
+        let made = Made {
+            id: figure.id,
+            picture: saved,
+            data,
+        };
+        Ok((made, in_report))
+    }
+}
+
+impl Reproduction {
+    /// As a person reads it.
+    fn print(&self, out: &mut dyn Write) -> io::Result<()> {
+        for claim in &self.claims {
+            writeln!(out, "{:<4} {}", claim.id, claim.verdict.words())?;
+            writeln!(out, "     A₃     {}", claim.muir.numbers)?;
+            writeln!(out, "     exact  {}", claim.exact.numbers)?;
+        }
+        for figure in &self.figures {
+            writeln!(out, "figure {}: {}", figure.id, figure.picture)?;
+        }
+        writeln!(out, "report: {}", self.report)
     }
 }
 

@@ -117,36 +117,34 @@ fn print(out: &mut dyn Write, report: &RtReport) -> io::Result<()> {
         "rate", "µs late:", "median", "99 %", "99.9 %", "longest", "overruns"
     )?;
     for rate in &report.rates {
-        let us = rate.lateness_us;
-        writeln!(
-            out,
-            "{:>6} Hz  {:>30}  {:>9.1} {:>9.1} {:>9.1} {:>9.1}  {:>8}",
-            rate.hz,
-            verdict(rate),
-            us.p50,
-            us.p99,
-            us.p999,
-            us.max,
-            rate.overruns
-        )?;
-        if let Some(plain) = rate.plain {
-            let us = plain.lateness_us;
-            writeln!(
-                out,
-                "{:>9}  {:>30}  {:>9.1} {:>9.1} {:>9.1} {:>9.1}  {:>8}  99.9 % is {:.1} times",
-                "",
-                "plain sleep",
-                us.p50,
-                us.p99,
-                us.p999,
-                us.max,
-                plain.overruns,
-                plain.ratio_p999
-            )?;
-        }
+        print_rate(out, rate)?;
     }
     for sentence in &report.advice {
         writeln!(out, "- {sentence}")?;
+    }
+    Ok(())
+}
+
+fn print_rate(out: &mut dyn Write, rate: &Rate) -> io::Result<()> {
+    let us = rate.lateness_us;
+    writeln!(
+        out,
+        "{:>6} Hz  {:>30}  {:>9.1} {:>9.1} {:>9.1} {:>9.1}  {:>8}",
+        rate.hz,
+        verdict(rate),
+        us.p50,
+        us.p99,
+        us.p999,
+        us.max,
+        rate.overruns
+    )?;
+    if let Some(plain) = rate.plain {
+        let us = plain.lateness_us;
+        writeln!(
+            out,
+            "{:>9}  {:>30}  {:>9.1} {:>9.1} {:>9.1} {:>9.1}  {:>8}  99.9 % is {:.1} times",
+            "", "plain sleep", us.p50, us.p99, us.p999, us.max, plain.overruns, plain.ratio_p999
+        )?;
     }
     Ok(())
 }

@@ -8,6 +8,7 @@ use haptic_analysis::{AnalysisError, LoopOperator};
 use haptic_experiment::design::coupler::{CouplerCandidate, stiffest_coupler};
 use haptic_experiment::failure::Failure;
 use serde::Serialize;
+use std::io::{self, Write};
 
 /// Result of `--wish coupler`.
 #[derive(Serialize)]
@@ -32,18 +33,13 @@ impl Arguments {
                 "frequency {frequency_hz} Hz is not above 0 Hz: give --frequency, as in 1Hz"
             )));
         }
-        let delayed = self.delay_samples.is_some_and(|samples| samples > 0);
-        let device = self.device.ideal();
-        if self.gain_margin.is_some()
-            || self.force_noise_limit.is_some()
-            || delayed
-            || self.device.is_less_than_ideal()
-        {
+        if self.asks_for_more_than_passivity() {
             return Err(Failure::bad_input(
                 "a coupler is judged passive on an ideal device: leave out --gain-margin, --force-noise-limit, \
                  --delay-samples, --delay, --current-lag, --friction, --encoder-resolution, --sensor-noise and --realistic",
             ));
         }
+        let device = self.device.ideal();
         let (b, t) = (device.damping.0, device.sample_time.0);
         let candidates = self
             .orders()?
@@ -77,42 +73,53 @@ impl Arguments {
                 .write_table("csv", report.candidates.iter())?;
             report.files.push(table);
         }
-        output.summary(&report, |out| {
-            writeln!(
-                out,
-                "{:>6} {:>16} {:>20} {:>18}",
-                "order", "k_c / N·s/m", "b_c / N·s^(1−μ)/m", "felt / N/m"
-            )?;
-            for c in &report.candidates {
-                match (
-                    c.stiffness,
-                    c.dissipation,
-                    c.felt_stiffness_n_per_m,
-                    &c.reason,
-                ) {
-                    (Some(k), Some(b), Some(felt), _) => {
-                        writeln!(out, "{:>6} {k:>16.6} {b:>20.6} {felt:>18.6}", c.order)?;
-                    }
-                    (_, _, _, Some(reason)) => writeln!(out, "{:>6} {reason}", c.order)?,
-                    _ => {}
+        output.summary(&report, |out| report.print(out))
+    }
+
+    fn asks_for_more_than_passivity(&self) -> bool {
+        self.gain_margin.is_some()
+            || self.force_noise_limit.is_some()
+            || self.delay_samples.is_some_and(|samples| samples > 0)
+            || self.device.is_less_than_ideal()
+    }
+}
+
+impl CouplerReport {
+    /// As a person reads it.
+    fn print(&self, out: &mut dyn Write) -> io::Result<()> {
+        writeln!(
+            out,
+            "{:>6} {:>16} {:>20} {:>18}",
+            "order", "k_c / N·s/m", "b_c / N·s^(1−μ)/m", "felt / N/m"
+        )?;
+        for c in &self.candidates {
+            match (
+                c.stiffness,
+                c.dissipation,
+                c.felt_stiffness_n_per_m,
+                &c.reason,
+            ) {
+                (Some(k), Some(b), Some(felt), _) => {
+                    writeln!(out, "{:>6} {k:>16.6} {b:>20.6} {felt:>18.6}", c.order)?;
                 }
+                (_, _, _, Some(reason)) => writeln!(out, "{:>6} {reason}", c.order)?,
+                _ => {}
             }
-            match &report.best {
-                Some(best) => writeln!(
-                    out,
-                    "best: order {}, as felt at {} Hz",
-                    best.order, report.frequency_hz
-                )?,
-                None => writeln!(out, "best: none")?,
-            }
-            writeln!(
+        }
+        match &self.best {
+            Some(best) => writeln!(
                 out,
-                "passive by Llewellyn's criterion; no experiment renders a coupler yet"
-            )?;
-            report
-                .files
-                .iter()
-                .try_for_each(|file| writeln!(out, "written: {file}"))
-        })
+                "best: order {}, as felt at {} Hz",
+                best.order, self.frequency_hz
+            )?,
+            None => writeln!(out, "best: none")?,
+        }
+        writeln!(
+            out,
+            "passive by Llewellyn's criterion; no experiment renders a coupler yet"
+        )?;
+        self.files
+            .iter()
+            .try_for_each(|file| writeln!(out, "written: {file}"))
     }
 }
