@@ -123,7 +123,7 @@ impl Arguments {
         let saved = save_picture(&folder, Ok(picture))?;
         let in_report = ReportFigure {
             id: figure.id,
-            title: figure.title.clone(),
+            title: figure.title,
             conditions: figure.conditions.clone(),
             picture: file_name(&saved),
             data: file_name(&data),
