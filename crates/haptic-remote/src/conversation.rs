@@ -1,9 +1,9 @@
 //! The host's half of the conversation: numbers, answers, retries, keep-alives, counters.
 
-use core::fmt;
+use crate::link_error::LinkError;
 use haptic_link::{
-    Alive, Direction, FaultReport, Header, Keys, LineCounters, Outcome, Receiver, Refusal, Report,
-    Request, SequenceTracker, Status, encode,
+    Alive, Direction, Header, Outcome, Receiver, Refusal, Report, Request, SequenceTracker, Status,
+    encode,
 };
 
 /// Tries of a request before the device counts as gone.
@@ -34,175 +34,6 @@ pub enum Incoming {
     },
     /// The device does not know this connection any more: it was reset, or somebody else has connected.
     Rebooted,
-}
-
-/// Why the conversation cannot go on.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum LinkError {
-    /// No answer, after several tries.
-    NoAnswer {
-        /// Name of the request.
-        request: &'static str,
-        /// What came instead.
-        line: LineCounters,
-    },
-    /// The device refused.
-    Refused {
-        /// Name of the request.
-        request: &'static str,
-        /// Why.
-        refusal: Refusal,
-    },
-    /// The device speaks another version of the protocol.
-    OtherVersion {
-        /// Its version.
-        version: u8,
-    },
-    /// The port sends back what it is sent.
-    Echo,
-    /// The device was built with another definition of a message.
-    OtherMessages {
-        /// Its firmware version.
-        firmware: [u8; 3],
-        /// Name of the first such message.
-        message: &'static str,
-    },
-    /// A fault latched on the device.
-    Faulted(FaultReport),
-    /// The device does not know this connection any more.
-    Rebooted,
-    /// No sample in the middle of a run for so long.
-    NoSamples {
-        /// Waited, ms.
-        waited_ms: u64,
-    },
-    /// The line is gone.
-    Gone,
-}
-
-impl fmt::Display for LinkError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NoAnswer { request, line } => {
-                write!(f, "no answer to \"{request}\": ")?;
-                explain_silence(f, line)
-            }
-            Self::Refused { request, refusal } => {
-                write!(f, "the device refused \"{request}\": ")?;
-                explain_refusal(f, refusal)
-            }
-            Self::OtherVersion { version } => write!(
-                f,
-                "the device speaks protocol version {version}, this program {}: flash the firmware of this \
-                 program, or take the program of that firmware",
-                haptic_link::PROTOCOL_VERSION
-            ),
-            Self::Echo => {
-                f.write_str("the port sends back what it is sent, so it is no device but an echo")
-            }
-            Self::OtherMessages {
-                firmware: [major, minor, patch],
-                message,
-            } => write!(
-                f,
-                "the device has firmware {major}.{minor}.{patch}, whose message \"{message}\" is not that of this \
-                 program: flash the firmware of this version, or take the program of that one"
-            ),
-            Self::Faulted(report) => match haptic_loop::Fault::from_code(report.status.fault) {
-                Some(fault) => write!(f, "the device latched a fault at tick {}: {fault}", report.tick),
-                None => write!(
-                    f,
-                    "the device latched fault {}, which this program does not know, at tick {}",
-                    report.status.fault, report.tick
-                ),
-            },
-            Self::Rebooted => f.write_str(
-                "the device does not know this connection any more: it was reset, or another program has \
-                 connected; connect again",
-            ),
-            Self::NoSamples { waited_ms } => write!(
-                f,
-                "no sample came for {waited_ms} ms in the middle of a run: the line or the device is stuck"
-            ),
-            Self::Gone => f.write_str("the line is gone: the device was unplugged or switched off"),
-        }
-    }
-}
-
-impl core::error::Error for LinkError {}
-
-/// What silence looks like.
-fn explain_silence(f: &mut fmt::Formatter<'_>, line: &LineCounters) -> fmt::Result {
-    match line {
-        LineCounters {
-            received: 0,
-            corrupt,
-            oversize,
-            ..
-        } if corrupt + oversize > 0 => write!(
-            f,
-            "{} pieces of garbage came instead; is this the right port, and the right baud rate?",
-            corrupt + oversize
-        ),
-        LineCounters { received: 0, .. } => f.write_str(
-            "nothing came; is this the right port, and is the device switched on and flashed?",
-        ),
-        _ => f.write_str("other frames came, so the line works, but the device does not answer"),
-    }
-}
-
-fn explain_refusal(f: &mut fmt::Formatter<'_>, refusal: &Refusal) -> fmt::Result {
-    match refusal {
-        Refusal::State(state) => write!(f, "not while it is {state}"),
-        Refusal::Range {
-            field,
-            value,
-            least,
-            most,
-        } => {
-            let open = *least > 0.0 && *least <= f32::MIN_POSITIVE;
-            write!(f, "{field} {value} is not ")?;
-            match (open, *most < f32::MAX) {
-                (true, true) => write!(f, "in (0, {most}]"),
-                (false, true) => write!(f, "in [{least}, {most}]"),
-                (true, false) => f.write_str("above 0"),
-                (false, false) if *least > -f32::MAX => write!(f, "a number of at least {least}"),
-                (false, false) => f.write_str("a finite number"),
-            }?;
-            f.write_str(" on this device")
-        }
-        Refusal::Digest => f.write_str("the parameters were damaged on the way; try again"),
-        Refusal::Incomplete => f.write_str("some of the parameters did not arrive; try again"),
-        Refusal::Unsupported(field) => {
-            write!(f, "{field} as asked for is not possible on this board")
-        }
-        Refusal::UnknownFault => {
-            f.write_str("a fault has latched in the meantime; look at its cause, then arm again")
-        }
-        Refusal::ForceNotZero => f.write_str("the force has not fallen to zero yet; try again"),
-        Refusal::ForceNotSmall {
-            wanted_n,
-            allowed_n,
-        } => write!(
-            f,
-            "at this position the force would start at {wanted_n} N, above the {allowed_n} N allowed: \
-             move the device out of the wall"
-        ),
-        Refusal::FaultPersists(code) => match haptic_loop::Fault::from_code(*code) {
-            Some(fault) => write!(f, "{fault}; mend that first"),
-            None => write!(f, "the cause of fault {code} is still there"),
-        },
-        Refusal::Connection => f.write_str(
-            "it does not know this connection, or another one has armed it: it was reset, or another program has \
-             connected; connect again",
-        ),
-        Refusal::Looser(field) => write!(
-            f,
-            "{field} is looser than what is set on the device, and a run may only tighten it: change what is set \
-             on the device first"
-        ),
-    }
 }
 
 /// A request that waits for its answer.
@@ -469,16 +300,5 @@ impl Conversation {
             late: self.tracker.late(),
             retries: self.retries,
         }
-    }
-}
-
-/// Checks that the device has every message of this program, in the same form.
-///
-/// # Errors
-/// [`LinkError::OtherMessages`].
-pub fn check_keys(keys: &Keys, firmware: [u8; 3]) -> Result<(), LinkError> {
-    match keys.first_unlike() {
-        None => Ok(()),
-        Some(message) => Err(LinkError::OtherMessages { firmware, message }),
     }
 }

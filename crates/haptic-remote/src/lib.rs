@@ -13,6 +13,7 @@ mod faulty_line;
 mod flight;
 mod hardware;
 mod limits;
+mod link_error;
 mod outbox;
 mod prepared;
 #[cfg(feature = "std")]
@@ -21,12 +22,13 @@ mod session;
 mod simulated;
 mod tick_side;
 
-pub use conversation::{Conversation, HostCounters, Incoming, LinkError, check_keys};
+pub use conversation::{Conversation, HostCounters, Incoming};
 #[cfg(feature = "std")]
 pub use faulty_line::{FaultyLine, LineDamage, LineFaults};
 pub use flight::FLIGHT_SAMPLES;
 pub use hardware::{Exclusive, Hardware};
 pub use limits::{wire_guard, wire_limits};
+pub use link_error::{LinkError, check_keys};
 pub use outbox::QUEUE_SAMPLES;
 #[cfg(feature = "std")]
 pub use prepared::operator_shape;

@@ -43,25 +43,12 @@ pub(super) fn chain_limits(
         0.1,
         1e4,
     )?;
-    let [least, most] = Limits::STOP_TIME_S;
-    let stop_time = within(
-        Field::StopTime,
-        limits.stop_time_s,
-        least as f32,
-        most as f32,
-    )?;
+    let stop_time = stop_time(limits)?;
     let most = Limits::BRAKE_FORCE_MAX_N as f32;
     let brake_force = within(Field::BrakeForce, limits.brake_force_n, 0.0, most)?;
-    let least = if limits.device_mass_kg > 0.0 {
-        1e-6
-    } else {
-        0.0
-    };
-    let mass = within(Field::DeviceMass, limits.device_mass_kg, least, 1e3)?;
-    let stuck_force = within(Field::StuckForce, limits.stuck_force_n, 0.0, f32::MAX)?;
-    let stuck_time = within(Field::StuckTime, limits.stuck_time_s, 1e-3, 10.0)?;
+    let device_mass = device_mass(limits)?;
+    let stuck = stuck(limits)?;
     let jump = zone(Field::Jump, limits.jump_m, 1.0)?;
-    let on = |value: f32| (value > 0.0).then_some(f64::from(value));
     let mut chain = Limits {
         norm: None,
         start_force: on(start).map(Newtons),
@@ -69,15 +56,11 @@ pub(super) fn chain_limits(
         workspace: workspace(limits)?,
         speed: speed(limits)?,
         velocity_bandwidth: Hertz(f64::from(bandwidth)),
-        // The least single-precision number in the range may lie below it.
-        stop_time: Seconds(f64::from(stop_time).max(Limits::STOP_TIME_S[0])),
+        stop_time,
         brake_force: Newtons(f64::from(brake_force)),
-        device_mass: on(mass).map(Kilograms),
+        device_mass,
         device_delay_samples: u32::from(limits.device_delay_ticks),
-        stuck: on(stuck_force).map(|force| Stuck {
-            force: Newtons(force),
-            time: Seconds(f64::from(stuck_time).max(1e-3)),
-        }),
+        stuck,
         jump: on(jump).map(Metres),
         guard: guard(&limits.guard, tick_period_us)?,
         ..Limits::bare(Newtons(f64::from(force)), NewtonsPerSecond(f64::from(rate)))
@@ -88,6 +71,42 @@ pub(super) fn chain_limits(
     // Rounding the bound may have taken it up.
     chain.braking = on(braking).map(|braking| NewtonSecondsPerMetre(braking.min(most.0)));
     Ok(chain)
+}
+
+/// A number that 0 turns off.
+fn on(value: f32) -> Option<f64> {
+    (value > 0.0).then_some(f64::from(value))
+}
+
+fn stop_time(limits: &haptic_link::Limits) -> Result<Seconds, Refusal> {
+    let [least, most] = Limits::STOP_TIME_S;
+    let time = within(
+        Field::StopTime,
+        limits.stop_time_s,
+        least as f32,
+        most as f32,
+    )?;
+    // The least single-precision number in the range may lie below it.
+    Ok(Seconds(f64::from(time).max(least)))
+}
+
+fn device_mass(limits: &haptic_link::Limits) -> Result<Option<Kilograms>, Refusal> {
+    let least = if limits.device_mass_kg > 0.0 {
+        1e-6
+    } else {
+        0.0
+    };
+    let mass = within(Field::DeviceMass, limits.device_mass_kg, least, 1e3)?;
+    Ok(on(mass).map(Kilograms))
+}
+
+fn stuck(limits: &haptic_link::Limits) -> Result<Option<Stuck>, Refusal> {
+    let force = within(Field::StuckForce, limits.stuck_force_n, 0.0, f32::MAX)?;
+    let time = within(Field::StuckTime, limits.stuck_time_s, 1e-3, 10.0)?;
+    Ok(on(force).map(|force| Stuck {
+        force: Newtons(force),
+        time: Seconds(f64::from(time).max(1e-3)),
+    }))
 }
 
 /// 0, or at least as wide as the narrowest zone.

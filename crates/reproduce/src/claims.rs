@@ -1,40 +1,11 @@
 //! The claims of the dissertation, judged by computing.
 
-use super::{Kind, evidence};
-use fracdiff::Order;
-use haptic_analysis::{AnalysisError, corollary_delta};
+use super::Kind;
+use super::evidence::{coupling, passivity, region, rendering, robustness, sensitivity};
+use haptic_analysis::AnalysisError;
 use serde::Serialize;
 
-/// The formulas of the dissertation under test. A test replaces one and sees a verdict change.
-#[derive(Clone, Copy, Debug)]
-pub struct Formulas {
-    /// Corollary 1 (5.1): least δ from μ, α, β.
-    pub passivity: fn(Order, f64, f64) -> Result<f64, AnalysisError>,
-    /// Corollary 2 (5.20): least b from μ, T, `k_c`, `b_c`.
-    pub coupling: fn(f64, f64, f64, f64) -> f64,
-    /// Closed form of the tissue's stress (theory of figure 7.2), as a factor on it.
-    pub stress_factor: f64,
-}
-
-impl Default for Formulas {
-    fn default() -> Self {
-        Self {
-            passivity: corollary_delta,
-            // 8b ≥ k_c + b_c(T/2)^μ
-            coupling: |mu, t, k, b| (k + b * (0.5 * t).powf(mu)) / 8.0,
-            stress_factor: 1.0,
-        }
-    }
-}
-
-/// What one operator says of a claim.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Evidence {
-    /// Whether the claim holds with it.
-    pub holds: bool,
-    /// The numbers that decide.
-    pub numbers: String,
-}
+pub use super::evidence::{Evidence, Formulas};
 
 /// What both say together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -102,79 +73,79 @@ const CLAIMS: [(&str, &str, &str, Judge); 13] = [
         "C1",
         "The stability area in the α–β plane grows with μ on [0, 2]. Read as: it increases at each step of 0.1 in μ, device of 4.4.",
         "4.3",
-        evidence::area_grows,
+        region::area_grows,
     ),
     (
         "C2",
         "The stiffest stable wall is at μ = 2. Read as: the largest α over μ in steps of 0.1 is at 2.",
         "4.3, 4.5",
-        evidence::stiffest_at_two,
+        region::stiffest_at_two,
     ),
     (
         "C3",
         "The largest β falls from μ = 1.5 to μ = 2.",
         "4.5",
-        evidence::largest_beta_falls,
+        region::largest_beta_falls,
     ),
     (
         "C4a",
         "For larger μ the region changes less with the sample time T. Read as: the relative change of its area in the plane of α = KT²/m and β = BT^(2−μ)/m with the varied T, from half to twice T, falls with μ over 0, 0.5, 1, 1.5, 2, with a hand of 500 N/m and without one.",
         "4.6",
-        evidence::robust_to_time,
+        robustness::robust_to_time,
     ),
     (
         "C4b",
         "For larger μ the region changes less with the damping b. Read as: the relative change of its area in the α–β plane, from half to twice b, falls with μ over 0, 0.5, 1, 1.5, 2, with a hand of 500 N/m and without one.",
         "4.6",
-        evidence::robust_to_damping,
+        robustness::robust_to_damping,
     ),
     (
         "C5",
         "The hand's stiffness k has no significant effect on the region. Read as: from k = 0 to 1000 N/m the area changes by less than 5 % for each of the five orders.",
         "4.6",
-        evidence::robust_to_hand,
+        robustness::robust_to_hand,
     ),
     (
         "C6",
         "A smaller μ lowers the peak of the sensitivity. Read as: the peak rises with μ over the five orders, at α = β = 0.05.",
         "4.7",
-        evidence::sensitivity_rises,
+        sensitivity::sensitivity_rises,
     ),
     (
         "C7",
         "The wall is passive if (5.1) holds, which is Colgate's condition at μ = 1. Read as: the damping of (5.1) is at least the least one by Theorem 1, over μ in steps of 0.1 and three walls, and equal to Colgate's at μ = 1.",
         "5.1",
-        evidence::corollary_one,
+        passivity::corollary_one,
     ),
     (
         "C8",
         "The passivity region is larger for 0 ≤ μ < 1 than at 1 and least as μ → 2. Read as: its area falls at each step of 0.25.",
         "5.1",
-        evidence::passivity_region,
+        passivity::passivity_region,
     ),
     (
         "C9",
         "(5.20) makes the coupled port passive for μ ≤ 1, and nothing does for μ > 1. Read as: at least Llewellyn's least damping for 25 couplers, and none exists for μ = 1.25, 1.5, 2.",
         "5.2",
-        evidence::corollary_two,
+        coupling::corollary_two,
     ),
     (
         "C10",
         "For μ ≤ 1 the B term never lowers the effective stiffness; for μ > 1 it can. Read as: the sign of Re P over all frequencies.",
         "3.5, 6",
-        evidence::effective_stiffness,
+        rendering::effective_stiffness,
     ),
     (
         "C11",
         "History decays exponentially, so short memory suffices. Read as: 200 s after a 1 s ramp the force from short memory is within 1 % (last 1000 samples of the exact operator; A₃ as it is).",
         "3.2",
-        evidence::short_memory,
+        rendering::short_memory,
     ),
     (
         "C12",
         "The rendered relaxation follows the tissue for 200 s. Read as: within 1 % of the closed form from 1.1 s on (full memory 1e-6 for the exact operator).",
         "7",
-        evidence::relaxation,
+        rendering::relaxation,
     ),
 ];
 
@@ -211,6 +182,8 @@ pub fn judge_all(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use fracdiff::Order;
+    use haptic_analysis::corollary_delta;
 
     fn verdict(claims: &[Claim], id: &str) -> Verdict {
         let claim = claims.iter().find(|claim| claim.id == id);
@@ -298,7 +271,7 @@ mod tests {
                 passivity,
                 ..Formulas::default()
             };
-            let evidence = evidence::corollary_one(kind, &formulas).expect("judges");
+            let evidence = passivity::corollary_one(kind, &formulas).expect("judges");
             evidence.holds
         };
         fn is_one(order: Order) -> bool {

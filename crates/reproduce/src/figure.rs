@@ -163,6 +163,12 @@ pub(super) fn refused(error: AnalysisError) -> Failure {
     Failure::Run(error.into())
 }
 
+/// `count` values from `low` to `high` in equal steps of their logarithm.
+pub(super) fn logarithmic(low: f64, high: f64, count: u32) -> impl Iterator<Item = f64> {
+    let ratio = (high / low).ln() / f64::from(count - 1);
+    (0..count).map(move |i| low * (ratio * f64::from(i)).exp())
+}
+
 /// One curve an order, in looks of their own from the `first` on.
 pub(super) fn per_order(
     orders: &[f64],

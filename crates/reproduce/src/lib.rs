@@ -10,9 +10,12 @@ pub mod figure;
 pub mod figures;
 pub mod relaxation;
 pub mod report;
+mod responses;
 mod walls;
+mod zwidth;
 
-pub use claims::{Claim, Evidence, Formulas, Verdict};
+pub use claims::{Claim, Verdict};
+pub use evidence::{Evidence, Formulas};
 
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::{AnalysisError, LoopOperator};

@@ -1,8 +1,10 @@
 //! Figure 7.2 made again: the loop renders the cancerous prostate on the simulated rig for 200 s.
 
 use super::Kind;
+use super::figure::{Axis, Curve, Figure, Panel, logarithmic};
 use haptic_analysis::AnalysisError;
 use haptic_experiment::{Failure, ModelledTissue, Relaxation, Rendering};
+use haptic_figure::{Look, Scale};
 use haptic_tissue::Library;
 use std::ops::ControlFlow;
 
@@ -71,4 +73,52 @@ fn constants(_: Failure) -> AnalysisError {
         allowed: "valid",
         unit: "",
     }
+}
+
+pub(super) fn relaxation() -> Result<Figure, Failure> {
+    let exact = relax(Kind::Exact)?;
+    let muir = relax(Kind::Muir)?;
+    // Points at equal steps of log t: what a picture can show of 200 001 samples.
+    let last = exact.time_s.len() - 1;
+    let mut picked: Vec<usize> = logarithmic(1.0, last as f64, 600)
+        .map(|n| (n.round() as usize).min(last))
+        .collect();
+    picked.dedup();
+    let curve = |name: &str, values: &[f64], look, colour| Curve {
+        name: name.to_owned(),
+        legend: name.to_owned(),
+        points: picked
+            .iter()
+            .map(|&n| (exact.time_s[n], values[n]))
+            .collect(),
+        look,
+        colour,
+    };
+    let curves = vec![
+        curve("tissue, closed form", &exact.theory_n, Look::Broad, 3),
+        curve("simulated, full memory", &exact.force_n, Look::Line, 0),
+        curve("simulated, A₃", &muir.force_n, Look::Line, 2),
+    ];
+    let panel = |caption: &str, scale| Panel {
+        caption: caption.to_owned(),
+        x: Axis {
+            scale,
+            ..Axis::linear("time / s", "time_s")
+        },
+        y: Axis {
+            scale,
+            ..Axis::linear("force / N", "force_n")
+        },
+        curves: curves.clone(),
+        repeats: scale == Scale::Log,
+    };
+    Ok(Figure {
+        id: "7.2",
+        title: "stress relaxation of the cancerous prostate",
+        conditions:
+            "5 % of 20 mm in 1 s, 4 cm², 1 kHz (our choices); simulated rig with compliant contact"
+                .to_owned(),
+        columns: 2,
+        panels: vec![panel("linear", Scale::Linear), panel("log–log", Scale::Log)],
+    })
 }

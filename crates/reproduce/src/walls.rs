@@ -1,6 +1,8 @@
-//! Figures 4.1 and 4.4: which walls are stable.
+//! Figures 4.1, 4.4 and 5.1: which walls are stable, which are passive.
 
-use super::evidence::{region, varied};
+use super::evidence::passivity::passive_boundary;
+use super::evidence::region::region;
+use super::evidence::robustness::varied;
 use super::figure::{Axis, Curve, Figure, Panel, per_order, refused, share_axes};
 use super::{DELTA, Kind, ORDERS};
 use haptic_analysis::AnalysisError;
@@ -130,6 +132,30 @@ pub(super) fn region_matrix() -> Result<Figure, Failure> {
             .to_owned(),
         columns: 3,
         panels,
+    })
+}
+
+pub(super) fn passivity() -> Result<Figure, Failure> {
+    let panel = |kind: Kind, caption: &str| {
+        Ok::<_, Failure>(Panel {
+            caption: caption.to_owned(),
+            x: BETA,
+            y: ALPHA,
+            curves: per_order(&ORDERS, 0, Look::Line, |mu| {
+                passive_boundary(kind, mu, DELTA, 100)
+            })?,
+            repeats: false,
+        })
+    };
+    Ok(Figure {
+        id: "5.1",
+        title: "passive walls for five orders",
+        conditions: format!("δ = {DELTA:.5} (the device of section 4.4; our choice)"),
+        columns: 2,
+        panels: vec![
+            panel(Kind::Muir, "with A₃, Theorem 1")?,
+            panel(Kind::Exact, "with the exact operator, = Corollary 1")?,
+        ],
     })
 }
 

@@ -23,9 +23,13 @@
 //! Every [`SYNC_INTERVAL`] a thread of its own brings what was handed over to the disk: a power failure
 //! costs that much, one chunk, and as long as the disk takes. No topics but these two survive [`recover()`].
 
+mod condition;
+mod entry;
 mod error;
 mod export;
+mod format;
 mod inspect;
+mod lengths;
 mod message;
 mod new_file;
 mod reader;
@@ -37,6 +41,8 @@ mod start_time;
 mod sync;
 mod writer;
 
+pub use condition::{Condition, Damage};
+pub use entry::{Entry, MetadataRecord};
 pub use error::RecordError;
 pub use export::{ExportSummary, export_csv, export_csv_to};
 pub use inspect::{Gap, LogSummary, inspect};
@@ -44,7 +50,7 @@ pub use inspect::{Gap, LogSummary, inspect};
 pub(crate) use message::LogMessage;
 pub use message::{EventMessage, MessageError, TickMessage};
 pub use new_file::{Leftover, NewFile, NewFileError, leftover_at};
-pub use reader::{Condition, Damage, Entry, LogReader, MetadataRecord};
+pub use reader::LogReader;
 pub use recover::{RECOVERED, RecoverySummary, recover};
 pub use roll::{CONTINUES, LogFiles, NEXT, ROLL_LEAST, RollingLog, nth_file};
 pub use run_end::{END, EndKind, RunEnd};

@@ -16,116 +16,17 @@ use mcap::McapError;
 use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
+use super::format::{EVENT_CHANNEL, LIBRARY_NAME, TICK_CHANNEL, nanoseconds};
+use super::lengths::texts_fit;
 use super::message::LogMessage;
-use super::writer::{EVENT_CHANNEL, LIBRARY_NAME, TICK_CHANNEL, nanoseconds};
-use super::{EventMessage, RecordError, StartTime, TickMessage};
+use super::{
+    Condition, Damage, Entry, EventMessage, MetadataRecord, RecordError, StartTime, TickMessage,
+};
 
 /// No record of a log is longer; a longer one is damage.
 const RECORD_LIMIT: usize = 1 << 25;
 /// At most this much is asked of the file at a time, so a wrong length cannot ask for more.
 const READ_BYTES: usize = 1 << 16;
-
-/// One thing in a log.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum Entry {
-    /// A control tick.
-    Tick(TickMessage),
-    /// An event.
-    Event(EventMessage),
-    /// A metadata record.
-    Metadata(MetadataRecord),
-}
-
-/// A named set of strings: parameters, versions, statistics.
-#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
-pub struct MetadataRecord {
-    /// What the strings are about.
-    pub name: String,
-    /// The strings by key.
-    pub values: BTreeMap<String, String>,
-}
-
-/// A part of a log that could not be read.
-#[derive(Clone, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Damage {
-    /// The file ends in the middle, as after a crash or with `.part` files.
-    Cut {
-        /// Bytes in the file.
-        at_byte: u64,
-    },
-    /// One chunk, up to 100 ms of samples, is damaged; reading went on behind it.
-    Chunk {
-        /// Where it ends, bytes from the start of the file; near enough to look at.
-        at_byte: u64,
-        /// What is wrong with it.
-        cause: String,
-    },
-    /// One record is damaged; reading went on behind it.
-    Record {
-        /// Where it ends, bytes from the start of the file.
-        at_byte: u64,
-        /// What is wrong with it.
-        cause: String,
-    },
-    /// The records no longer follow each other; nothing behind this place could be read.
-    Structure {
-        /// Bytes read up to here.
-        at_byte: u64,
-        /// What is wrong.
-        cause: String,
-    },
-    /// A file that the log goes on in is not there.
-    Missing {
-        /// The file.
-        file: PathBuf,
-    },
-    /// Everything could be read, but the checksum of the whole says that some byte has changed.
-    Checksum {
-        /// The two sums.
-        cause: String,
-    },
-}
-
-impl fmt::Display for Damage {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Cut { at_byte } => write!(f, "the file ends unfinished after {at_byte} bytes"),
-            Self::Chunk { at_byte, cause } => {
-                write!(
-                    f,
-                    "a chunk of samples near byte {at_byte} is damaged: {cause}"
-                )
-            }
-            Self::Record { at_byte, cause } => {
-                write!(f, "a record near byte {at_byte} is damaged: {cause}")
-            }
-            Self::Structure { at_byte, cause } => {
-                write!(f, "nothing after about byte {at_byte} can be read: {cause}")
-            }
-            Self::Missing { file } => {
-                write!(
-                    f,
-                    "the log goes on in `{}`, which is not there",
-                    file.display()
-                )
-            }
-            Self::Checksum { cause } => write!(f, "some byte has changed: {cause}"),
-        }
-    }
-}
-
-/// How a log was found, once it has been read to its end.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Condition {
-    /// The log was finished by its writer and no part of it is damaged.
-    pub complete: bool,
-    /// What could not be read.
-    pub damage: Vec<Damage>,
-    /// Messages on topics that are not ours; they are passed over.
-    pub foreign_messages: u64,
-}
 
 /// Iterates over the [entries](Entry) of a log; afterwards [`condition`](Self::condition) tells
 /// what is missing. An `Err` comes from the disk, never from damage, and is the last item.
@@ -428,54 +329,6 @@ fn device_time_ns(entry: &Entry) -> Option<u64> {
         Entry::Metadata(_) => return None,
     };
     nanoseconds(time_s).ok()
-}
-
-/// Whether the texts and maps of a record end where its bytes do, or before: the parser takes their lengths on
-/// trust and asks for up to 4 GiB.
-fn texts_fit(opcode: u8, data: &[u8]) -> bool {
-    let mut rest = Rest(data);
-    let fit = match opcode {
-        op::HEADER => rest.text().and_then(|()| rest.text()),
-        // Two numbers of the channel and its schema first.
-        op::CHANNEL => (rest.take(4))
-            .and_then(|_| rest.text())
-            .and_then(|()| rest.text())
-            .and_then(|()| rest.map()),
-        op::METADATA => rest.text().and_then(|()| rest.map()),
-        _ => Some(()),
-    };
-    fit.is_some()
-}
-
-/// What is left of a record.
-struct Rest<'a>(&'a [u8]);
-
-impl<'a> Rest<'a> {
-    fn take(&mut self, length: usize) -> Option<&'a [u8]> {
-        let (taken, rest) = self.0.split_at_checked(length)?;
-        self.0 = rest;
-        Some(taken)
-    }
-
-    /// Bytes behind their number.
-    fn counted(&mut self) -> Option<&'a [u8]> {
-        let (length, rest) = self.0.split_first_chunk()?;
-        self.0 = rest;
-        self.take(u32::from_le_bytes(*length) as usize)
-    }
-
-    fn text(&mut self) -> Option<()> {
-        self.counted().map(|_| ())
-    }
-
-    fn map(&mut self) -> Option<()> {
-        let mut pairs = Rest(self.counted()?);
-        while !pairs.0.is_empty() {
-            pairs.text()?;
-            pairs.text()?;
-        }
-        Some(())
-    }
 }
 
 /// The first bytes of a file that is not MCAP, for a person.

@@ -13,9 +13,9 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use mcap::records::{MessageHeader, Metadata};
-use mcap::{Compression, WriteOptions};
 
 use super::error::io_error;
+use super::format::{EVENT_CHANNEL, TICK_CHANNEL, add_channels, nanoseconds, options, start};
 use super::message::LogMessage;
 use super::sink::{Control, Sink};
 use super::sync::{SyncTimes, Syncer};
@@ -28,18 +28,6 @@ pub const FLUSH_INTERVAL_NS: u64 = 100_000_000;
 
 /// Chunks of a file that has an index: 1.8 hours.
 pub(super) const INDEXED_CHUNKS: u32 = 1 << 16;
-
-/// A chunk of this many bytes is closed early, whatever the time.
-const CHUNK_BYTES: u64 = 1 << 20;
-
-/// Who writes; readers of this crate trust the channel numbers below if a log says so.
-pub(crate) const LIBRARY: &str = concat!("host-cli ", env!("CARGO_PKG_VERSION"));
-/// How [`LIBRARY`] starts, whatever the version.
-pub(crate) const LIBRARY_NAME: &str = "host-cli ";
-/// MCAP channel of the ticks.
-pub(crate) const TICK_CHANNEL: u16 = 1;
-/// MCAP channel of the events.
-pub(crate) const EVENT_CHANNEL: u16 = 2;
 
 /// A log being written. Made by [`create`](LogWriter::create); call
 /// [`finish`](LogWriter::finish) at the end.
@@ -389,50 +377,4 @@ impl<W: Write + Seek> std::fmt::Debug for LogWriter<W> {
             .field("samples_safe", &self.samples_safe)
             .finish_non_exhaustive()
     }
-}
-
-/// Writes header, schemas and channels, and flushes them.
-fn start<W: Write + Seek>(sink: W) -> mcap::McapResult<mcap::Writer<W>> {
-    let mut mcap = options(true).create(sink)?;
-    add_channels(&mut mcap)?;
-    mcap.flush()?;
-    Ok(mcap)
-}
-
-/// How the library writes; without an index it leaves the summary out and the sum over the whole file.
-fn options(indexed: bool) -> WriteOptions {
-    WriteOptions::new()
-        .profile("ros2")
-        .library(LIBRARY)
-        .compression(Some(Compression::Lz4))
-        .chunk_size(Some(CHUNK_BYTES))
-        // Chunks are buffered and written whole, rather than patched afterwards.
-        .disable_seeking(true)
-        .emit_summary_records(indexed)
-        .emit_summary_offsets(indexed)
-        .repeat_channels(indexed)
-        .repeat_schemas(indexed)
-        .calculate_data_section_crc(indexed)
-}
-
-fn add_channels<W: Write + Seek>(mcap: &mut mcap::Writer<W>) -> mcap::McapResult<()> {
-    add_channel::<TickMessage, W>(mcap, TICK_CHANNEL)?;
-    add_channel::<EventMessage, W>(mcap, EVENT_CHANNEL)
-}
-
-fn add_channel<M: LogMessage, W: Write + Seek>(
-    mcap: &mut mcap::Writer<W>,
-    id: u16,
-) -> mcap::McapResult<()> {
-    let schema = mcap.add_schema(M::SCHEMA_NAME, "ros2msg", M::SCHEMA.as_bytes())?;
-    mcap.add_channel_with_id(id, schema, M::TOPIC, "cdr", &BTreeMap::new())?;
-    Ok(())
-}
-
-/// Device time in ns, rounded to the nearest.
-pub(super) fn nanoseconds(time_s: f64) -> Result<u64, RecordError> {
-    if !(0.0..=1.8e10).contains(&time_s) {
-        return Err(RecordError::Time { time_s });
-    }
-    Ok((time_s * 1e9).round() as u64)
 }

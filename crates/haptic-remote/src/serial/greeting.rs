@@ -4,7 +4,7 @@
 //!   some boards start anew when their port is opened. So a hello is sent again for [`GREETING`].
 //! - *Speed*: where none is asked for, the speeds of [`BAUDS`] take turns.
 
-use super::SerialError;
+use super::error::SerialError;
 use super::threads::write;
 use crate::{Conversation, Incoming, LinkError};
 use haptic_link::{FRAME_MAX, Hello, Report, Request, greet_version_1};

@@ -1,6 +1,6 @@
 //! Serial ports: which there are, opening one, its latency.
 
-use super::SerialError;
+use super::error::SerialError;
 use serialport::{ClearBuffer, ErrorKind, SerialPort, SerialPortType};
 use std::boxed::Box;
 use std::format;

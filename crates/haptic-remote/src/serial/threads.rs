@@ -1,6 +1,6 @@
 //! The two threads of a link.
 
-use super::{Command, Heard, Shared, lock};
+use super::shared::{Command, Heard, Shared, lock};
 use crate::{Incoming, LinkError};
 use haptic_link::{FRAME_MAX, Report};
 use serialport::SerialPort;

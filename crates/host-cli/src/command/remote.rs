@@ -1,6 +1,6 @@
 //! Which device an experiment runs on, and how the loop with it is closed.
 
-use super::device::set::watchdog_ms;
+use super::device::number::watchdog_ms;
 use crate::choice::choice;
 use crate::quantity::Time;
 use clap::Args;

@@ -4,8 +4,11 @@ pub mod emulate;
 pub mod flash;
 pub mod info;
 pub mod list;
+mod loosened;
 pub mod monitor;
+pub mod number;
 pub mod parameters;
+pub mod safety;
 pub mod set;
 
 use crate::output::Output;

@@ -1,13 +1,14 @@
 //! The device's half of the conversation: what runs in its main loop.
 
+mod staging;
+
 use crate::connections::{Arrived, Connections};
 use crate::hardware::{Exclusive, Hardware};
-use crate::prepared::{COEFFICIENTS_MAX, digest, prepare};
+use crate::prepared::COEFFICIENTS_MAX;
 use crate::tick_side::TickSide;
 use haptic_link::{
     Ack, Alive, COEFFICIENTS_PER_BLOCK, CoefficientBlock, Configuration, Direction, Field, Header,
-    Hello, Keys, Outcome, Receiver, Refusal, Report, Request, Scope, State, Statistics, Status,
-    encode,
+    Hello, Keys, Outcome, Receiver, Refusal, Report, Request, State, Statistics, Status, encode,
 };
 
 /// Takes bytes from the host, acts on them, and makes the bytes to send.
@@ -181,7 +182,7 @@ impl DeviceSession {
         if owns && !matches!(request, Request::Force { .. }) {
             self.feed(now_us, false, device);
         }
-        let done = match request {
+        match request {
             Request::Force { tick, force_n } => {
                 if owns && device.with(|device| device.command(tick, force_n)) {
                     self.feed(now_us, true, device);
@@ -189,49 +190,69 @@ impl DeviceSession {
                 return None;
             }
             Request::Hello { .. } => return None,
-            Request::GetKeys => return Some(keys()),
+            _ => {}
+        }
+        let done = match self.answer(&request, now_us, device) {
+            Some(Ok(report)) => return Some(report),
+            Some(Err(refusal)) => Err(refusal),
+            None => self.obey(request, now_us, device),
+        };
+        Some(ack(header, number, done))
+    }
+
+    /// The answer to a question; nothing if it is an order.
+    fn answer<H: Hardware>(
+        &self,
+        request: &Request,
+        now_us: u64,
+        device: &impl Exclusive<TickSide<H>>,
+    ) -> Option<Result<Report, Refusal>> {
+        Some(Ok(match *request {
+            Request::GetKeys => keys(),
             Request::GetCapabilities => {
-                let capabilities = device.with(|device| device.hardware().capabilities());
-                return Some(Report::Capabilities(capabilities));
+                Report::Capabilities(device.with(|device| device.hardware().capabilities()))
             }
-            Request::GetConfiguration => {
-                return Some(device.with(|device| {
-                    let (configuration, digest) = device.configuration();
-                    Report::Configuration {
-                        configuration: *configuration,
-                        digest,
-                    }
-                }));
-            }
-            Request::KeepAlive { token } => {
-                return Some(device.with(|device| {
-                    Report::Alive(Alive {
-                        token,
-                        time_us: now_us,
-                        status: device.status(),
-                        observed_energy_j: device.observed_energy_j(),
-                    })
-                }));
-            }
+            Request::GetConfiguration => device.with(|device| {
+                let (configuration, digest) = device.configuration();
+                Report::Configuration {
+                    configuration: *configuration,
+                    digest,
+                }
+            }),
+            Request::KeepAlive { token } => device.with(|device| {
+                Report::Alive(Alive {
+                    token,
+                    time_us: now_us,
+                    status: device.status(),
+                    observed_energy_j: device.observed_energy_j(),
+                })
+            }),
             Request::GetStatistics => {
                 let ticks = device.with(|device| *device.statistics());
-                return Some(Report::Statistics(self.statistics(ticks)));
+                Report::Statistics(self.statistics(ticks))
             }
             Request::GetCoefficients { offset } => {
-                match device.with(|device| coefficients(device, offset)) {
-                    Ok(block) => return Some(Report::Coefficients(block)),
-                    Err(refusal) => Err(refusal),
-                }
+                let block = device.with(|device| coefficients(device, offset));
+                return Some(block.map(Report::Coefficients));
             }
-            Request::ReadFlight { index } => match device.with(|device| device.flight(index)) {
-                Ok(flight) => return Some(Report::Flight(flight)),
-                Err(refusal) => Err(refusal),
-            },
-            Request::Configure(configuration) => self.put_back(device).map(|()| {
-                self.staged = Some(configuration);
-                self.values = [0.0; COEFFICIENTS_MAX];
-                self.blocks = 0;
-            }),
+            Request::ReadFlight { index } => {
+                let flight = device.with(|device| device.flight(index));
+                return Some(flight.map(Report::Flight));
+            }
+            _ => return None,
+        }))
+    }
+
+    /// Does what an order asks for.
+    fn obey<H: Hardware>(
+        &mut self,
+        request: Request,
+        now_us: u64,
+        device: &impl Exclusive<TickSide<H>>,
+    ) -> Result<(), Refusal> {
+        let owns = self.connections.is_owner();
+        match request {
+            Request::Configure(configuration) => self.configure(configuration, device),
             Request::Coefficients(block) => self.stage(&block),
             Request::Commit { digest, scope } => self.commit(digest, scope, device),
             Request::Arm { faults } => self.arm(faults, now_us, device),
@@ -249,8 +270,17 @@ impl DeviceSession {
             Request::Stream { every, batch } => {
                 device.with(|device| device.stream_idle(every, batch))
             }
-        };
-        Some(ack(header, number, done))
+            // Questions, and what gets no answer of this kind.
+            Request::Hello { .. }
+            | Request::Force { .. }
+            | Request::GetKeys
+            | Request::GetCapabilities
+            | Request::GetConfiguration
+            | Request::KeepAlive { .. }
+            | Request::GetStatistics
+            | Request::GetCoefficients { .. }
+            | Request::ReadFlight { .. } => Ok(()),
+        }
     }
 
     /// The host that armed is there.
@@ -283,122 +313,6 @@ impl DeviceSession {
         Ok(())
     }
 
-    fn stage(&mut self, block: &CoefficientBlock) -> Result<(), Refusal> {
-        let start = usize::from(block.offset);
-        if self.staged.is_none() || self.run_of != 0 {
-            return Err(Refusal::Incomplete);
-        }
-        let slots = self.values.get_mut(start..start + COEFFICIENTS_PER_BLOCK);
-        let aligned = start.is_multiple_of(COEFFICIENTS_PER_BLOCK);
-        let Some(slots) = slots.filter(|_| aligned) else {
-            return Err(Refusal::Range {
-                field: Field::Offset,
-                value: f32::from(block.offset),
-                least: 0.0,
-                most: (COEFFICIENTS_MAX - COEFFICIENTS_PER_BLOCK) as f32,
-            });
-        };
-        slots.copy_from_slice(&block.values);
-        self.blocks |= 1 << (start / COEFFICIENTS_PER_BLOCK);
-        Ok(())
-    }
-
-    fn commit<H: Hardware>(
-        &mut self,
-        digest: u32,
-        scope: Scope,
-        device: &impl Exclusive<TickSide<H>>,
-    ) -> Result<(), Refusal> {
-        let in_force = device.with(|device| device.configuration().1);
-        let for_run = scope == Scope::Run;
-        let Some(configuration) = self.whole(digest, in_force, for_run)? else {
-            return Ok(());
-        };
-        self.install(&configuration, for_run, device)?;
-        if !for_run {
-            self.staged = None;
-        }
-        Ok(())
-    }
-
-    /// What is staged, if all of it is there; nothing if that is in force already.
-    #[inline(never)]
-    fn whole(
-        &self,
-        wanted: u32,
-        in_force: u32,
-        for_run: bool,
-    ) -> Result<Option<Configuration>, Refusal> {
-        let Some(configuration) = self.staged.filter(|_| self.run_of == 0) else {
-            // Sent again because the answer was lost: true already.
-            return if in_force == wanted && for_run == (self.run_of != 0) {
-                Ok(None)
-            } else {
-                Err(Refusal::Incomplete)
-            };
-        };
-        let count = configuration.operator.count;
-        let Some(values) = self.values.get(..usize::from(count)) else {
-            return Err(Refusal::Range {
-                field: Field::CoefficientCount,
-                value: f32::from(count),
-                least: 1.0,
-                most: COEFFICIENTS_MAX as f32,
-            });
-        };
-        let needed = haptic_link::block_count(count);
-        if (0..needed).any(|block| self.blocks >> block & 1 == 0) {
-            return Err(Refusal::Incomplete);
-        }
-        if digest(&configuration, values) != wanted {
-            return Err(Refusal::Digest);
-        }
-        Ok(Some(configuration))
-    }
-
-    /// Makes what is staged the configuration in force; for a run, keeps what was set to last in its place. On its own,
-    /// so that only this needs room for what it prepares.
-    #[inline(never)]
-    fn install<H: Hardware>(
-        &mut self,
-        configuration: &Configuration,
-        for_run: bool,
-        device: &impl Exclusive<TickSide<H>>,
-    ) -> Result<(), Refusal> {
-        device.with(|device| device.may_install())?;
-        let capabilities = device.with(|device| device.hardware().capabilities());
-        let count = usize::from(configuration.operator.count);
-        let values = self.values.get(..count).unwrap_or_default();
-        let prepared = prepare::<H>(*configuration, values, &capabilities)?;
-        if for_run {
-            let set = device.with(|device| *device.configuration().0);
-            not_looser(configuration, &set)?;
-            for (index, slot) in self.values.iter_mut().enumerate() {
-                *slot = device
-                    .with(|device| device.coefficient(index))
-                    .unwrap_or_default();
-            }
-            self.staged = Some(set);
-            self.run_of = self.connections.current();
-        }
-        device.with(|device| device.install(prepared))
-    }
-
-    /// Puts what was set to last in force again, if a run has replaced it.
-    fn put_back<H: Hardware>(
-        &mut self,
-        device: &impl Exclusive<TickSide<H>>,
-    ) -> Result<(), Refusal> {
-        if self.run_of == 0 {
-            return Ok(());
-        }
-        if let Some(set) = self.staged {
-            self.install(&set, false, device)?;
-        }
-        (self.staged, self.run_of) = (None, 0);
-        Ok(())
-    }
-
     fn statistics(&self, ticks: Statistics) -> Statistics {
         let line = self.receiver.counters();
         Statistics {
@@ -415,13 +329,6 @@ impl DeviceSession {
             ..ticks
         }
     }
-}
-
-/// A run may only tighten what was set to last.
-#[inline(never)]
-fn not_looser(run: &Configuration, set: &Configuration) -> Result<(), Refusal> {
-    let (_, looser) = run.tightened(set);
-    looser.map_or(Ok(()), |field| Err(Refusal::Looser(field)))
 }
 
 /// The keys of all messages.

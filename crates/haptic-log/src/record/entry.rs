@@ -1,0 +1,26 @@
+//! What a log holds, one thing at a time.
+
+use std::collections::BTreeMap;
+
+use super::{EventMessage, TickMessage};
+
+/// One thing in a log.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Entry {
+    /// A control tick.
+    Tick(TickMessage),
+    /// An event.
+    Event(EventMessage),
+    /// A metadata record.
+    Metadata(MetadataRecord),
+}
+
+/// A named set of strings: parameters, versions, statistics.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct MetadataRecord {
+    /// What the strings are about.
+    pub name: String,
+    /// The strings by key.
+    pub values: BTreeMap<String, String>,
+}

@@ -1,0 +1,198 @@
+//! Connecting: the port is opened, the device greeted and brought to rest, two threads are started.
+
+use super::error::SerialError;
+use super::greeting::{BAUDS, greet};
+use super::link::SerialLink;
+use super::port;
+use super::shared::Shared;
+use super::threads::{Reader, Writer};
+use crate::{Conversation, LinkError, check_keys};
+use core::fmt::Display;
+use haptic_link::{Capabilities, Report, Request, State, Status};
+use hdrhistogram::Histogram;
+use std::string::ToString;
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64};
+use std::sync::mpsc::sync_channel;
+use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// Samples and notices that wait for whoever runs the experiment at most: a minute at 1 kHz.
+const HEARD_MOST: usize = 1 << 16;
+/// Requests and forces that wait for the port at most.
+const COMMANDS_MOST: usize = 256;
+/// An unanswered request is sent again after this time.
+const RETRY: Duration = Duration::from_millis(150);
+
+/// A device that has not said yet what it can do.
+const UNKNOWN: Capabilities = Capabilities {
+    board: [0; 16],
+    axes: 0,
+    simulated: false,
+    tick_period_min_us: 0,
+    tick_period_max_us: 0,
+    force_max_n: 0.0,
+    force_rate_max_n_per_s: 0.0,
+    position_resolution_m: 0.0,
+    coefficients_max: 0,
+    modes_max: 0,
+    degree_max: 0,
+    flight_samples: 0,
+};
+
+/// How to connect. By default [`BAUDS`], one attempt.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ConnectOptions {
+    /// Bits per second; `None` tries each of [`BAUDS`].
+    pub baud: Option<u32>,
+    /// How long to go on trying a port that is not there or does not answer.
+    pub patience: Duration,
+}
+
+impl SerialLink {
+    /// Opens the port, greets the device, brings it to rest and asks what it can do. Tries again with
+    /// growing pauses, 50 ms to 1 s, until the patience is over.
+    ///
+    /// # Errors
+    /// A port that is not there, is in use or may not be opened; no answer, garbage, an echo, another
+    /// protocol version.
+    pub fn connect(path: &str, options: ConnectOptions) -> Result<Self, SerialError> {
+        let began = Instant::now();
+        let mut pause = Duration::from_millis(50);
+        loop {
+            let error = match Self::connect_once(path, options.baud) {
+                Ok(link) => return Ok(link),
+                Err(error) => error,
+            };
+            // Another version does not go away by waiting.
+            let hopeless = matches!(
+                error,
+                SerialError::Link(
+                    LinkError::OtherMessages { .. }
+                        | LinkError::OtherVersion { .. }
+                        | LinkError::Echo
+                )
+            );
+            if hopeless || began.elapsed() + pause > options.patience {
+                return Err(error);
+            }
+            std::thread::sleep(pause);
+            pause = (2 * pause).min(Duration::from_secs(1));
+        }
+    }
+
+    fn connect_once(path: &str, baud: Option<u32>) -> Result<Self, SerialError> {
+        let latency_ms = port::shorten_latency(path);
+        let bauds = baud.as_ref().map_or(&BAUDS[..], std::slice::from_ref);
+        let mut port = port::open(path, bauds[0])?;
+        let mut conversation = Conversation::new(RETRY.as_micros() as u64);
+        let (hello, baud) = greet(port.as_mut(), &mut conversation, bauds)?;
+        let reading = port.try_clone().map_err(|error| SerialError::Open {
+            path: path.to_string(),
+            baud,
+            reason: error.to_string(),
+        })?;
+        let shared = Arc::new(shared(conversation, hello.status)?);
+        let (commands, to_send) = sync_channel(COMMANDS_MOST);
+        let (answered, answers) = sync_channel(8);
+        let (hear, heard) = sync_channel(HEARD_MOST);
+        let reader = Reader {
+            shared: Arc::clone(&shared),
+            answers: answered.clone(),
+            heard: hear.clone(),
+        };
+        let writer = Writer {
+            shared: Arc::clone(&shared),
+            answers: answered,
+            heard: hear,
+        };
+        let threads = [
+            spawn("link-reader", move || reader.run(reading))?,
+            spawn("link-writer", move || writer.run(port, &to_send))?,
+        ];
+        let mut link = Self {
+            shared,
+            commands: Some(commands),
+            answers,
+            heard,
+            threads: threads.into(),
+            hello,
+            capabilities: UNKNOWN,
+            latency_ms,
+            path: path.to_string(),
+            baud,
+            ahead: None,
+            running: None,
+            newest_tick: 0,
+            newest_limiters: 0,
+            heard_tick: 0,
+            forces_skipped: 0,
+        };
+        link.introduce()?;
+        Ok(link)
+    }
+
+    /// Keys, rest, capabilities.
+    fn introduce(&mut self) -> Result<(), SerialError> {
+        if let Report::Keys(keys) = self.ask(Request::GetKeys)? {
+            check_keys(&keys, self.hello.firmware)?;
+        }
+        // Somebody may have left it running.
+        if !matches!(self.hello.status.state, State::Idle | State::Fault) {
+            self.ask(Request::Disarm)?;
+            self.wait_for_rest();
+        }
+        if let Report::Capabilities(capabilities) = self.ask(Request::GetCapabilities)? {
+            self.capabilities = capabilities;
+        }
+        let (configuration, _) = self.configuration()?;
+        self.ticks_every(configuration.tick_period_us);
+        // Old samples and notices are none of this session.
+        while self.heard.try_recv().is_ok() {}
+        Ok(())
+    }
+
+    /// Waits until the force of a device that was told to let go has fallen to zero, and says whether it has.
+    pub fn wait_for_rest(&self) -> bool {
+        /// Longer than a force takes to fall.
+        const PATIENCE: Duration = Duration::from_secs(2);
+        let began = Instant::now();
+        let resting = || matches!(self.status().state, State::Idle | State::Fault);
+        // The last status is from before the request.
+        loop {
+            drop(self.measure_round_trip(Duration::from_millis(20)));
+            if resting() || began.elapsed() >= PATIENCE {
+                return resting();
+            }
+        }
+    }
+}
+
+/// What both threads have in common, before either runs.
+fn shared(conversation: Conversation, status: Status) -> Result<Shared, SerialError> {
+    // 1 µs to 10 s, two digits: these bounds are good, so there is always a histogram.
+    let histogram = Histogram::new_with_bounds(1, 10_000_000, 2);
+    Ok(Shared {
+        conversation: Mutex::new(conversation),
+        began: Instant::now(),
+        over: AtomicBool::new(false),
+        samples_dropped: AtomicU64::new(0),
+        forces_dropped: AtomicU64::new(0),
+        round_trip_us: Mutex::new(histogram.map_err(thread_error)?),
+        status: Mutex::new(status),
+        alives: AtomicU64::new(0),
+        energy_bits: AtomicU32::new(0),
+        period_us: AtomicU32::new(1000),
+    })
+}
+
+fn spawn(name: &str, run: impl FnOnce() + Send + 'static) -> Result<JoinHandle<()>, SerialError> {
+    let builder = std::thread::Builder::new().name(name.to_string());
+    builder.spawn(run).map_err(thread_error)
+}
+
+fn thread_error(error: impl Display) -> SerialError {
+    SerialError::Thread {
+        reason: error.to_string(),
+    }
+}

@@ -1,0 +1,153 @@
+//! A device that has answered, on an open port: what it is, what both ends have counted.
+
+use super::shared::{Command, Heard, Shared, lock};
+use crate::{HostCounters, LinkError};
+use haptic_link::{Capabilities, Hello, Report, Status};
+use haptic_loop::realtime::{self, raise_thread};
+use hdrhistogram::Histogram;
+use std::string::String;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::{Receiver, SyncSender};
+use std::thread::JoinHandle;
+use std::vec::Vec;
+
+/// What a link has counted.
+#[derive(Clone, Debug)]
+pub struct LinkReport {
+    /// Of the host's end.
+    pub host: HostCounters,
+    /// Samples that found the queue full.
+    pub samples_dropped: u64,
+    /// Forces that found the queue full.
+    pub forces_dropped: u64,
+    /// Forces that were not sent because a newer sample had come already.
+    pub forces_skipped: u64,
+    /// From sending a keep-alive to hearing the answer, µs.
+    pub round_trip_us: Histogram<u64>,
+}
+
+/// A device that has answered, on an open port.
+#[derive(Debug)]
+pub struct SerialLink {
+    pub(super) shared: Arc<Shared>,
+    pub(super) commands: Option<SyncSender<Command>>,
+    pub(super) answers: Receiver<Result<Report, LinkError>>,
+    pub(super) heard: Receiver<Heard>,
+    pub(super) threads: Vec<JoinHandle<()>>,
+    pub(super) hello: Hello,
+    pub(super) capabilities: Capabilities,
+    pub(super) latency_ms: Option<u32>,
+    pub(super) path: String,
+    pub(super) baud: u32,
+    /// Heard before its turn, to see whether a newer sample waits.
+    pub(super) ahead: Option<Heard>,
+    /// A run that was started and whose end was not heard yet, as of the alive of this number.
+    pub(super) running: Option<u64>,
+    pub(super) newest_tick: u32,
+    pub(super) newest_limiters: u8,
+    /// Tick of the last sample heard.
+    pub(super) heard_tick: u32,
+    pub(super) forces_skipped: u64,
+}
+
+impl SerialLink {
+    /// T, s.
+    #[must_use]
+    pub fn period_s(&self) -> f64 {
+        f64::from(self.shared.period_us.load(Ordering::Relaxed)) * 1e-6
+    }
+
+    pub(super) fn ticks_every(&self, period_us: u32) {
+        self.shared.period_us.store(period_us, Ordering::Relaxed);
+    }
+
+    /// Raises the threads that read and write to a real-time priority, so that keep-alives are sent on a busy machine.
+    ///
+    /// # Errors
+    /// What the system does not allow; they go on as they were.
+    pub fn raise(&self, priority: u8) -> Result<(), realtime::Refusal> {
+        self.threads
+            .iter()
+            .try_for_each(|thread| raise_thread(thread, priority))
+    }
+
+    /// What the device said at the first greeting.
+    #[must_use]
+    pub const fn hello(&self) -> &Hello {
+        &self.hello
+    }
+
+    /// What the device is and can do.
+    #[must_use]
+    pub const fn capabilities(&self) -> &Capabilities {
+        &self.capabilities
+    }
+
+    /// State and fault, as of the last keep-alive, event or fault.
+    #[must_use]
+    pub fn status(&self) -> Status {
+        *lock(&self.shared.status)
+    }
+
+    /// What the device's passivity guard has observed as of the last keep-alive, J; 0 without one.
+    #[must_use]
+    pub fn observed_energy_j(&self) -> f32 {
+        f32::from_bits(self.shared.energy_bits.load(Ordering::Relaxed))
+    }
+
+    /// The device's own limiters in the tick that was read last, bits as in a [`Sample`].
+    #[must_use]
+    pub const fn newest_limiters(&self) -> u8 {
+        self.newest_limiters
+    }
+
+    /// The speed at which the device answered, bits per second.
+    #[must_use]
+    pub const fn baud(&self) -> u32 {
+        self.baud
+    }
+
+    /// The port.
+    #[must_use]
+    pub fn path(&self) -> &str {
+        &self.path
+    }
+
+    /// How long the USB adapter holds bytes back, ms, where it says so.
+    #[must_use]
+    pub const fn latency_ms(&self) -> Option<u32> {
+        self.latency_ms
+    }
+
+    pub(super) fn alives(&self) -> u64 {
+        self.shared.alives.load(Ordering::Acquire)
+    }
+
+    /// All counters of this end.
+    #[must_use]
+    pub fn report(&self) -> LinkReport {
+        LinkReport {
+            host: self.shared.conversation().counters(),
+            samples_dropped: self.shared.samples_dropped.load(Ordering::Relaxed),
+            forces_dropped: self.shared.forces_dropped.load(Ordering::Relaxed),
+            forces_skipped: self.forces_skipped,
+            round_trip_us: lock(&self.shared.round_trip_us).clone(),
+        }
+    }
+}
+
+impl Drop for SerialLink {
+    fn drop(&mut self) {
+        // Best effort: a device that does not hear it trips its own watchdog.
+        if !self.shared.over.load(Ordering::Relaxed) {
+            let _ = self.disarm();
+        }
+        self.shared.over.store(true, Ordering::Relaxed);
+        self.commands = None;
+        for thread in self.threads.drain(..) {
+            // A panic in there has been printed; there is nothing left to save.
+            let _ = thread.join();
+        }
+    }
+}

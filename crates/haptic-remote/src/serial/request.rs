@@ -1,0 +1,154 @@
+//! Asking and setting: requests that wait for their answer.
+
+use super::error::SerialError;
+use super::link::SerialLink;
+use super::shared::{Command, lock};
+use crate::LinkError;
+use haptic_link::{
+    CoefficientBlock, Configuration, DigestBuilder, Field, Refusal, Report, Request, Scope, Start,
+    Statistics, block_count,
+};
+use hdrhistogram::Histogram;
+use std::time::Duration;
+use std::vec::Vec;
+
+impl SerialLink {
+    /// Asks, and waits for the answer.
+    ///
+    /// # Errors
+    /// No answer, a refusal, a line that is gone.
+    pub fn ask(&self, request: Request) -> Result<Report, SerialError> {
+        let commands = self.commands.as_ref().ok_or(LinkError::Gone)?;
+        // An answer that nobody waited for is none of this request.
+        while self.answers.try_recv().is_ok() {}
+        commands
+            .send(Command::Ask(request))
+            .map_err(|_| LinkError::Gone)?;
+        let answer = self.answers.recv().map_err(|_| LinkError::Gone)?;
+        answer.map_err(SerialError::Link)
+    }
+
+    /// Sets the whole configuration in one transaction, until it is replaced.
+    ///
+    /// # Errors
+    /// The refusal of the first parameter that is not as the device needs it; nothing has changed then.
+    pub fn set(&mut self, configuration: Configuration, values: &[f32]) -> Result<(), SerialError> {
+        self.set_for(configuration, values, Scope::Lasting)
+    }
+
+    /// Sets the whole configuration in one transaction; for a run, what was set to last comes back with the next
+    /// connection.
+    ///
+    /// # Errors
+    /// As [`set`](Self::set); for a run, a limit that is looser than what is set.
+    pub fn set_for(
+        &mut self,
+        configuration: Configuration,
+        values: &[f32],
+        scope: Scope,
+    ) -> Result<(), SerialError> {
+        let most = self.capabilities.coefficients_max;
+        if values.len() > usize::from(most) {
+            let refusal = Refusal::Range {
+                field: Field::CoefficientCount,
+                value: values.len() as f32,
+                least: 1.0,
+                most: f32::from(most),
+            };
+            let request = "configure";
+            return Err(LinkError::Refused { request, refusal }.into());
+        }
+        self.ask(Request::Configure(configuration))?;
+        for block in 0..block_count(values.len() as u16) {
+            let offset = block * haptic_link::COEFFICIENTS_PER_BLOCK as u16;
+            self.ask(Request::Coefficients(CoefficientBlock::of(values, offset)))?;
+        }
+        let digest = DigestBuilder::new(&configuration).coefficients(values);
+        let digest = digest.finish();
+        self.ask(Request::Commit { digest, scope })?;
+        self.ticks_every(configuration.tick_period_us);
+        Ok(())
+    }
+
+    /// The configuration in force, with its coefficients.
+    ///
+    /// # Errors
+    /// As [`ask`](Self::ask).
+    pub fn configuration(&self) -> Result<(Configuration, Vec<f32>), SerialError> {
+        let Report::Configuration { configuration, .. } = self.ask(Request::GetConfiguration)?
+        else {
+            return Err(LinkError::Gone.into());
+        };
+        let mut values = Vec::new();
+        for block in 0..block_count(configuration.operator.count) {
+            let offset = block * haptic_link::COEFFICIENTS_PER_BLOCK as u16;
+            if let Report::Coefficients(block) = self.ask(Request::GetCoefficients { offset })? {
+                values.extend(block.values);
+            }
+        }
+        values.truncate(usize::from(configuration.operator.count));
+        Ok((configuration, values))
+    }
+
+    /// The device's counters.
+    ///
+    /// # Errors
+    /// As [`ask`](Self::ask).
+    pub fn statistics(&self) -> Result<Statistics, SerialError> {
+        match self.ask(Request::GetStatistics)? {
+            Report::Statistics(statistics) => Ok(statistics),
+            _ => Err(LinkError::Gone.into()),
+        }
+    }
+
+    /// Sends keep-alives for this time, and returns how long their answers took, µs.
+    #[must_use]
+    pub fn measure_round_trip(&self, duration: Duration) -> Histogram<u64> {
+        self.shared.conversation().set_keep_alive(Some(5_000));
+        std::thread::sleep(duration);
+        self.shared.conversation().set_keep_alive(None);
+        lock(&self.shared.round_trip_us).clone()
+    }
+
+    /// Arms, keeping the device company from now on: a keep-alive after each quarter of its watchdog time.
+    /// Clears a fault that [`status`](Self::status) knows of.
+    ///
+    /// # Errors
+    /// As [`ask`](Self::ask).
+    pub fn arm(&self, watchdog: Duration) -> Result<(), SerialError> {
+        let quiet = (watchdog / 4).as_micros() as u64;
+        self.shared.conversation().set_keep_alive(Some(quiet));
+        let faults = self.status().faults;
+        self.ask(Request::Arm { faults }).map(|_| ())
+    }
+
+    /// Starts a run.
+    ///
+    /// # Errors
+    /// As [`ask`](Self::ask).
+    pub fn start(&mut self, start: Start) -> Result<(), SerialError> {
+        self.ask(Request::Start(start))?;
+        self.running = Some(self.alives());
+        Ok(())
+    }
+
+    /// Disarms, and lets the device be quiet.
+    ///
+    /// # Errors
+    /// As [`ask`](Self::ask).
+    pub fn disarm(&self) -> Result<(), SerialError> {
+        let disarmed = self.ask(Request::Disarm);
+        self.shared.conversation().set_keep_alive(None);
+        disarmed.map(|_| ())
+    }
+
+    /// Asks for a stream of samples outside of runs, and keeps company so that the end of it is noticed.
+    ///
+    /// # Errors
+    /// As [`ask`](Self::ask).
+    pub fn stream(&self, every: u16, batch: u8) -> Result<(), SerialError> {
+        let quiet = (every > 0).then_some(100_000);
+        self.shared.conversation().set_keep_alive(quiet);
+        self.ask(Request::Stream { every, batch }).map(|_| ())
+    }
+}

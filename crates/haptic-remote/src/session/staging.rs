@@ -1,0 +1,145 @@
+//! Configurations on their way: staged piece by piece, checked, and put in force all at once.
+
+use super::DeviceSession;
+use crate::hardware::{Exclusive, Hardware};
+use crate::prepared::{COEFFICIENTS_MAX, digest, prepare};
+use crate::tick_side::TickSide;
+use haptic_link::{COEFFICIENTS_PER_BLOCK, CoefficientBlock, Configuration, Field, Refusal, Scope};
+
+impl DeviceSession {
+    /// Begins to stage a configuration in the place of what was staged before.
+    pub(super) fn configure<H: Hardware>(
+        &mut self,
+        configuration: Configuration,
+        device: &impl Exclusive<TickSide<H>>,
+    ) -> Result<(), Refusal> {
+        self.put_back(device)?;
+        self.staged = Some(configuration);
+        self.values = [0.0; COEFFICIENTS_MAX];
+        self.blocks = 0;
+        Ok(())
+    }
+
+    pub(super) fn stage(&mut self, block: &CoefficientBlock) -> Result<(), Refusal> {
+        let start = usize::from(block.offset);
+        if self.staged.is_none() || self.run_of != 0 {
+            return Err(Refusal::Incomplete);
+        }
+        let slots = self.values.get_mut(start..start + COEFFICIENTS_PER_BLOCK);
+        let aligned = start.is_multiple_of(COEFFICIENTS_PER_BLOCK);
+        let Some(slots) = slots.filter(|_| aligned) else {
+            return Err(Refusal::Range {
+                field: Field::Offset,
+                value: f32::from(block.offset),
+                least: 0.0,
+                most: (COEFFICIENTS_MAX - COEFFICIENTS_PER_BLOCK) as f32,
+            });
+        };
+        slots.copy_from_slice(&block.values);
+        self.blocks |= 1 << (start / COEFFICIENTS_PER_BLOCK);
+        Ok(())
+    }
+
+    pub(super) fn commit<H: Hardware>(
+        &mut self,
+        digest: u32,
+        scope: Scope,
+        device: &impl Exclusive<TickSide<H>>,
+    ) -> Result<(), Refusal> {
+        let in_force = device.with(|device| device.configuration().1);
+        let for_run = scope == Scope::Run;
+        let Some(configuration) = self.whole(digest, in_force, for_run)? else {
+            return Ok(());
+        };
+        self.install(&configuration, for_run, device)?;
+        if !for_run {
+            self.staged = None;
+        }
+        Ok(())
+    }
+
+    /// What is staged, if all of it is there; nothing if that is in force already.
+    #[inline(never)]
+    fn whole(
+        &self,
+        wanted: u32,
+        in_force: u32,
+        for_run: bool,
+    ) -> Result<Option<Configuration>, Refusal> {
+        let Some(configuration) = self.staged.filter(|_| self.run_of == 0) else {
+            // Sent again because the answer was lost: true already.
+            return if in_force == wanted && for_run == (self.run_of != 0) {
+                Ok(None)
+            } else {
+                Err(Refusal::Incomplete)
+            };
+        };
+        let count = configuration.operator.count;
+        let Some(values) = self.values.get(..usize::from(count)) else {
+            return Err(Refusal::Range {
+                field: Field::CoefficientCount,
+                value: f32::from(count),
+                least: 1.0,
+                most: COEFFICIENTS_MAX as f32,
+            });
+        };
+        let needed = haptic_link::block_count(count);
+        if (0..needed).any(|block| self.blocks >> block & 1 == 0) {
+            return Err(Refusal::Incomplete);
+        }
+        if digest(&configuration, values) != wanted {
+            return Err(Refusal::Digest);
+        }
+        Ok(Some(configuration))
+    }
+
+    /// Makes what is staged the configuration in force; for a run, keeps what was set to last in its place. On its own,
+    /// so that only this needs room for what it prepares.
+    #[inline(never)]
+    fn install<H: Hardware>(
+        &mut self,
+        configuration: &Configuration,
+        for_run: bool,
+        device: &impl Exclusive<TickSide<H>>,
+    ) -> Result<(), Refusal> {
+        device.with(|device| device.may_install())?;
+        let capabilities = device.with(|device| device.hardware().capabilities());
+        let count = usize::from(configuration.operator.count);
+        let values = self.values.get(..count).unwrap_or_default();
+        let prepared = prepare::<H>(*configuration, values, &capabilities)?;
+        if for_run {
+            let set = device.with(|device| *device.configuration().0);
+            not_looser(configuration, &set)?;
+            for (index, slot) in self.values.iter_mut().enumerate() {
+                *slot = device
+                    .with(|device| device.coefficient(index))
+                    .unwrap_or_default();
+            }
+            self.staged = Some(set);
+            self.run_of = self.connections.current();
+        }
+        device.with(|device| device.install(prepared))
+    }
+
+    /// Puts what was set to last in force again, if a run has replaced it.
+    pub(super) fn put_back<H: Hardware>(
+        &mut self,
+        device: &impl Exclusive<TickSide<H>>,
+    ) -> Result<(), Refusal> {
+        if self.run_of == 0 {
+            return Ok(());
+        }
+        if let Some(set) = self.staged {
+            self.install(&set, false, device)?;
+        }
+        (self.staged, self.run_of) = (None, 0);
+        Ok(())
+    }
+}
+
+/// A run may only tighten what was set to last.
+#[inline(never)]
+fn not_looser(run: &Configuration, set: &Configuration) -> Result<(), Refusal> {
+    let (_, looser) = run.tightened(set);
+    looser.map_or(Ok(()), |field| Err(Refusal::Looser(field)))
+}

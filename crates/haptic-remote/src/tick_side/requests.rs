@@ -1,0 +1,201 @@
+//! The device's loop as a host moves it: arm, start, stop, forces, configurations.
+
+use super::{After, TickSide};
+use crate::hardware::Hardware;
+use crate::outbox::Stream;
+use crate::prepared::Prepared;
+use haptic_link::{EventKind, Field, LoopMode, Refusal, Start, State};
+use haptic_loop::Fault;
+
+impl<H: Hardware> TickSide<H> {
+    /// The host was heard at this time. While a host loop runs only its forces count.
+    pub fn heard(&mut self, now_us: u64, is_force: bool) {
+        let host_loop = self.configuration.loop_mode == LoopMode::Host;
+        if is_force || !(host_loop && self.state == State::Running) {
+            self.heard_us = self.heard_us.max(now_us);
+        }
+    }
+
+    /// See [`Request::Arm`](haptic_link::Request::Arm).
+    ///
+    /// # Errors
+    /// As there.
+    pub fn arm(&mut self, faults: u16) -> Result<(), Refusal> {
+        match self.state {
+            State::Armed => return Ok(()),
+            State::Idle | State::Fault => {}
+            state => return Err(Refusal::State(state)),
+        }
+        if faults != self.faults {
+            return Err(Refusal::UnknownFault);
+        }
+        if !self.controller.safety().is_at_rest() {
+            return Err(Refusal::ForceNotZero);
+        }
+        if let Some(fault) = self.hardware.persisting_fault() {
+            return Err(Refusal::FaultPersists(fault.code()));
+        }
+        self.controller.reset();
+        self.fault = None;
+        self.run = None;
+        self.flight.clear();
+        self.late_in_row = 0;
+        self.state = State::Armed;
+        self.event(EventKind::Armed);
+        Ok(())
+    }
+
+    /// See [`Request::Disarm`](haptic_link::Request::Disarm). A latched fault stays.
+    pub fn disarm(&mut self) {
+        match self.state {
+            State::Armed => {
+                self.state = State::Idle;
+                self.event(EventKind::Disarmed);
+            }
+            State::Running => self.end(After::Idle),
+            State::Stopping => self.after = After::Idle,
+            State::Idle | State::Fault => {}
+        }
+    }
+
+    /// See [`Request::Start`](haptic_link::Request::Start).
+    ///
+    /// # Errors
+    /// As there, and a stream that is none.
+    pub fn start(&mut self, start: Start) -> Result<(), Refusal> {
+        match self.state {
+            // Sent again because the answer was lost: true already, even if it has ended.
+            State::Armed | State::Running | State::Stopping if self.run == Some(start.run) => {
+                return Ok(());
+            }
+            State::Armed => {}
+            state => return Err(Refusal::State(state)),
+        }
+        let stream = Stream::new(start.every, start.batch)?;
+        if stream.every == 0 {
+            return Err(Refusal::Unsupported(Field::Every));
+        }
+        self.controller.reset();
+        self.hardware.restart();
+        self.may_start()?;
+        self.outbox.forget_samples();
+        self.flight.clear();
+        self.run = Some(start.run);
+        self.ticks_left = (start.ticks > 0).then_some(start.ticks);
+        self.run_stream = stream;
+        self.tick = 0;
+        (self.commanded_n, self.commanded_new) = (0.0, false);
+        self.state = State::Running;
+        self.event(EventKind::Started);
+        Ok(())
+    }
+
+    /// Whether the force of a device loop would be small where the device is now. A force of the host's is
+    /// zero at first.
+    #[inline(never)]
+    fn may_start(&mut self) -> Result<(), Refusal> {
+        if self.configuration.loop_mode == LoopMode::Host {
+            return Ok(());
+        }
+        let reading = match self.hardware.idle() {
+            Ok(reading) => reading,
+            Err(fault) => {
+                self.give_way(fault);
+                return Err(Refusal::State(State::Fault));
+            }
+        };
+        self.controller
+            .may_start(&reading)
+            .map_err(|refused| Refusal::ForceNotSmall {
+                wanted_n: refused.wanted_n as f32,
+                allowed_n: refused.allowed_n as f32,
+            })
+    }
+
+    /// See [`Request::Stop`](haptic_link::Request::Stop).
+    ///
+    /// # Errors
+    /// When idle or in a fault: nothing runs.
+    pub fn stop(&mut self) -> Result<(), Refusal> {
+        match self.state {
+            State::Running => {
+                self.end(After::Armed(EventKind::Stopped));
+                Ok(())
+            }
+            State::Stopping | State::Armed => Ok(()),
+            State::Idle | State::Fault => Err(Refusal::State(self.state)),
+        }
+    }
+
+    /// See [`Request::Force`](haptic_link::Request::Force). Ignored unless a host loop runs, and when it answers no
+    /// tick of this run. One that is older than [`Limits::max_age_ticks`](haptic_link::Limits) latches
+    /// [`Fault::StaleForce`]. Whether it will be applied.
+    pub fn command(&mut self, tick: u32, force_n: f32) -> bool {
+        let host_loop = self.configuration.loop_mode == LoopMode::Host;
+        if !(host_loop && self.state == State::Running) {
+            return false;
+        }
+        // From the tick that it answers to the one that applies it.
+        let age = self.tick.wrapping_sub(tick);
+        if age == 0 || age > u32::MAX / 2 {
+            return false;
+        }
+        if age > u32::from(self.configuration.limits.max_age_ticks) {
+            self.trip(Fault::StaleForce);
+            return false;
+        }
+        self.commanded_n = force_n;
+        self.commanded_new = true;
+        true
+    }
+
+    /// See [`Request::Stream`](haptic_link::Request::Stream).
+    ///
+    /// # Errors
+    /// A batch that is none.
+    pub fn stream_idle(&mut self, every: u16, batch: u8) -> Result<(), Refusal> {
+        self.idle_stream = Stream::new(every, batch)?;
+        if every == 0 && matches!(self.state, State::Idle | State::Armed | State::Fault) {
+            self.outbox.forget_samples();
+        }
+        Ok(())
+    }
+
+    /// Whether a configuration can take effect now.
+    ///
+    /// # Errors
+    /// While armed, running or stopping, and in a fault before the force is zero.
+    pub fn may_install(&self) -> Result<(), Refusal> {
+        match self.state {
+            State::Idle => Ok(()),
+            State::Fault if self.controller.safety().is_at_rest() => Ok(()),
+            State::Fault => Err(Refusal::ForceNotZero),
+            state => Err(Refusal::State(state)),
+        }
+    }
+
+    /// Makes a configuration take effect. A latched fault stays.
+    ///
+    /// # Errors
+    /// As [`may_install`](Self::may_install).
+    pub fn install(&mut self, prepared: Prepared<H::Setup>) -> Result<(), Refusal> {
+        self.may_install()?;
+        let Prepared {
+            configuration,
+            digest,
+            wall,
+            chain,
+            setup,
+        } = prepared;
+        self.controller.replace(wall, chain);
+        if let Some(fault) = self.fault {
+            self.controller.trip(fault);
+        }
+        self.configuration = configuration;
+        self.digest = digest;
+        self.judged = true;
+        self.hardware.install(setup, configuration.tick_period_us);
+        self.event(EventKind::Configured);
+        Ok(())
+    }
+}
