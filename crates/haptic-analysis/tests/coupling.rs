@@ -7,7 +7,7 @@ use num_complex::Complex;
 use proptest::prelude::*;
 use std::f64::consts::PI;
 
-const GOLDEN: &str = include_str!("../../../tests/golden/coupling.csv");
+const GOLDEN: &str = include_str!("golden/coupling.csv");
 const T: f64 = 1e-3;
 
 fn order(mu: f64) -> Order {

@@ -7,7 +7,7 @@ use haptic_analysis::{
     StabilityRegion,
 };
 
-const GOLDEN: &str = include_str!("../../../tests/golden/delayed_plant.csv");
+const GOLDEN: &str = include_str!("golden/delayed_plant.csv");
 
 /// Largest error of a coefficient, of their sum.
 const TOLERANCE: f64 = 1e-12;

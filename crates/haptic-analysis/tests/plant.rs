@@ -2,7 +2,7 @@
 
 use haptic_analysis::SampledPlant;
 
-const GOLDEN: &str = include_str!("../../../tests/golden/plant.csv");
+const GOLDEN: &str = include_str!("golden/plant.csv");
 
 /// Largest relative error the plant may have for δ and γ from 1e-9 to 10.
 const TOLERANCE: f64 = 1e-12;

@@ -41,7 +41,7 @@ struct Document {
 
 impl Document {
     fn read() -> Self {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/protocol.md");
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("protocol.md");
         let text = std::fs::read_to_string(path).expect("the document is there");
         let (mut sections, mut enumerations) = (BTreeMap::new(), BTreeMap::new());
         for part in text.split("\n### ").skip(1) {

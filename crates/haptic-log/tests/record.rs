@@ -728,7 +728,7 @@ fn foreign_readers_agree_with_the_csv_on_every_value() {
 
     let script: PathBuf = [
         env!("CARGO_MANIFEST_DIR"),
-        "../../tests/conformance/read_log.py",
+        "tests/read_log.py",
     ]
     .iter()
     .collect();
