@@ -32,7 +32,7 @@ use std::path::PathBuf;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// What is rendered, on what, and where the files go.
+/// Options of every experiment with a tissue: the tissue, the device, and the folder of the files.
 #[derive(Debug, Args)]
 pub struct RenderingArguments {
     #[arg(long, help = parameters::TISSUE.help, value_name = "NAME|FILE.toml", default_value = parameters::TISSUE.shown, help_heading = "Tissue")]

@@ -76,7 +76,7 @@ pub struct Arguments {
     overwrite: bool,
 }
 
-/// How a wall is tried and judged.
+/// Options of the trial of a wall and of its verdict.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Trial")]
 struct TrialArguments {
