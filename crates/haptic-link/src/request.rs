@@ -79,7 +79,7 @@ pub enum Request {
     },
     /// Which samples are sent while none but a run's are asked for, and how.
     Stream {
-        /// Each how manyth tick is sent; 0 none.
+        /// Send every n-th tick; 0 sends none.
         #[serde(with = "postcard::fixint::le")]
         every: u16,
         /// Samples in a frame: 1 sends [`Report::Sample`](crate::Report::Sample), 2 to [`BATCH_MAX`](crate::BATCH_MAX)
@@ -164,7 +164,7 @@ pub struct Start {
     /// Ticks until the device stops by itself; 0 for none.
     #[serde(with = "postcard::fixint::le")]
     pub ticks: u32,
-    /// Each how manyth tick is sent, at least 1.
+    /// Send every n-th tick, n at least 1.
     #[serde(with = "postcard::fixint::le")]
     pub every: u16,
     /// Samples in a frame, as in [`Request::Stream`].

@@ -190,7 +190,7 @@ impl RenderingArguments {
         let remote = self.remote.remote(None)?;
         if remote.is_some() && (self.encoder_resolution.0 > 0.0 || self.sensor_noise.0 > 0.0) {
             return Err(Failure::bad_input(
-                "--encoder-resolution and --sensor-noise are of the simulated rig: leave them away with a \
+                "--encoder-resolution and --sensor-noise are of the simulated rig: omit them with a \
                  serial device, which has its own",
             ));
         }

@@ -201,7 +201,7 @@ impl Arguments {
         if remote.is_some() && plant.is_less_than_ideal() {
             return Err(Failure::bad_input(
                 "--realistic, --friction, --delay, --current-lag, --encoder-resolution and --sensor-noise are \
-                 of the simulated device: leave them away with a serial one, which has its own",
+                 of the simulated device: omit them with a serial one, which has its own",
             ));
         }
         let imperfections = plant.imperfections();
