@@ -11,6 +11,8 @@
 //!   `skipped: …`; with `REQUIRE_ALL_CHECKS` in the environment it fails instead.
 //! - *A change over 3 %*, up or down, fails until it is declared: `--write` puts the new count, the old one
 //!   and the reason into the table.
+//! - *Idle loops*: a tick of a full memory whose input is exactly constant takes at most [`IDLE`] times the instructions
+//!   of one whose input moves. That none of its numbers becomes subnormal, and slow, is tested in `fracdiff`.
 
 mod catalogue;
 mod input;
@@ -32,6 +34,10 @@ const TOLERANCE: f64 = 0.03;
 /// Axes of the third count.
 const AXES: usize = 3;
 const PHASES: [&str; 3] = ["output", "tick", "tick of 3 axes"];
+/// Not in the table: an input that moves in each tick, and one that never does.
+const MOTIONS: [&str; 2] = ["busy tick", "idle tick"];
+/// Most instructions of an idle tick over those of a busy one: it looks for a state that has decayed.
+const IDLE: f64 = 1.1;
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
@@ -110,6 +116,9 @@ fn parent(reason: Option<&str>) -> Outcome<ExitCode> {
             }
             seen.push(key);
         }
+        if name.starts_with("FullMemory") {
+            complaints.extend(idle(name)?);
+        }
     }
     if reason.is_some() {
         rows.retain(|key, _| seen.contains(key));
@@ -153,6 +162,14 @@ fn skip(why: &str) -> Outcome<ExitCode> {
     } else {
         ExitCode::SUCCESS
     })
+}
+
+/// A complaint, if an idle tick takes more than a busy one and what is allowed.
+fn idle(name: &str) -> Outcome<Option<String>> {
+    let [busy, idle] = [count(name, MOTIONS[0])?, count(name, MOTIONS[1])?];
+    println!("{name:<36} idle/busy {:>9.3} (at most {IDLE})", idle / busy);
+    let over = idle > IDLE * busy;
+    Ok(over.then(|| format!("{name}: {idle} idle, {busy} busy")))
 }
 
 fn change(old: Option<f64>, new: f64) -> String {
@@ -239,7 +256,11 @@ impl Visitor for Child<'_> {
         let input = ramp_and_hold::<F>();
         let samples = input.iter().cycle().take(self.ticks);
         let mut histories: [O::History; AXES] = std::array::from_fn(|_| operator.at_rest());
-        match PHASES.iter().position(|phase| *phase == self.phase) {
+        match PHASES
+            .iter()
+            .chain(&MOTIONS)
+            .position(|phase| *phase == self.phase)
+        {
             Some(0) => {
                 for &x in samples {
                     black_box(black_box(operator).output(black_box(&histories[0]), x));
@@ -259,7 +280,15 @@ impl Visitor for Child<'_> {
                     operator.advance_many(black_box(&mut histories).each_mut(), [x; AXES]);
                 }
             }
-            _ => return Err(format!("no phase {:?}", self.phase).into()),
+            Some(phase) => {
+                // To and fro by a micrometre, or not at all.
+                let x = [1e-3, if phase == 3 { 1.001e-3 } else { 1e-3 }].map(F::from_f64);
+                for n in 0..self.ticks {
+                    let x = x[n % 2];
+                    black_box(black_box(operator).step(black_box(&mut histories[0]), x));
+                }
+            }
+            None => return Err(format!("no phase {:?}", self.phase).into()),
         }
         Ok(())
     }

@@ -11,6 +11,7 @@ use haptic_loop::units::{
 };
 use haptic_loop::{Controller, Device, SafeForce, SafetyChain, SpringDamper};
 use nalgebra::Vector1;
+use testkit::Random;
 
 const T: f64 = 1e-3;
 /// Samples after which a simulation is judged by its last windows.
@@ -19,27 +20,6 @@ const LONGEST: usize = 1_500_000;
 const HORIZON: f64 = 2e6;
 /// Distance from the edge, as a share of the gain.
 const BESIDE: f64 = 5e-3;
-
-/// `SplitMix64`, to uniform numbers in [0, 1).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut x = self.0;
-        x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((x ^ (x >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.next()
-    }
-
-    fn log_between(&mut self, low: f64, high: f64) -> f64 {
-        (low.ln() + (high / low).ln() * self.next()).exp()
-    }
-}
 
 /// One device, operator and direction of the wall.
 #[derive(Clone, Copy, Debug)]
@@ -58,7 +38,7 @@ impl Case {
     fn random(number: usize, random: &mut Random) -> Self {
         let mass_kg = random.log_between(0.02, 1.0);
         let delta = random.log_between(2e-3, 1.0);
-        let gamma = if random.next() < 0.5 {
+        let gamma = if random.share() < 0.5 {
             0.0
         } else {
             random.between(0.0, 0.05)

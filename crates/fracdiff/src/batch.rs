@@ -6,7 +6,7 @@
 //! - *Start-up*: the signal stood at x₀ before the first sample: 0, a value, or the first sample itself (Caputo).
 //! - *Accuracy*: rounding of about 1e-15 of the largest value, 1e-12 at most of T^(−μ)·Σ|`w_j`|·max|x|. Same bits on
 //!   every machine.
-//! - *Cost*: O(n log N) time, some 100 bytes a sample for the full history, much less for a short one.
+//! - *Cost*: O(n log N) time, 100 to 200 bytes a sample for the full history, much less for a short one.
 //! - *Not finite*: a NaN or infinity makes exactly those outputs NaN that it reaches, itself first; see [`Batch::mask`].
 
 use crate::error::check_length;
@@ -42,7 +42,7 @@ pub fn full_history(
     Ok(Batch::full_history(kernel, order, sample_time)?.run(x))
 }
 
-/// What [`ShortMemoryVec`] of this length makes of the record, to rounding. Faster than running it from
+/// The outputs of a [`ShortMemoryVec`] of this length for the record, to rounding. Faster than running it from
 /// some 500 samples of memory on.
 ///
 /// # Errors
@@ -82,7 +82,7 @@ pub struct Batch {
     reference: Reference,
 }
 
-/// Where the signal stood before the record, x₀.
+/// The value at which the signal stood before the record, x₀.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Reference {
     Value(f64),

@@ -31,18 +31,20 @@ use core::fmt::Debug;
 /// # Ok::<(), fracdiff::portable::ListError>(())
 /// ```
 pub trait Differintegrator<F: Real> {
-    /// What one signal leaves behind.
+    /// The past of one signal, as far as the operator remembers it.
     type History: Clone + Debug;
 
     /// The history of a signal that was always zero.
     fn at_rest(&self) -> Self::History;
 
-    /// The history of a signal that has stood at `x` for ever: a start without a bump. The next output for `x` is what
-    /// a constant gives, and stays so: exactly 0 for orders above 0 of [`FullMemory`](crate::FullMemory), and for whole
-    /// orders above 0 of any form; elsewhere the gain at rest that the coefficients have. To start from 0 whatever the operator
-    /// let it act on x − x₀, as [`Channel::reset_to`] does.
+    /// The history of a signal that has stood at `x` for ever: a start without a bump. The output for `x` is then that
+    /// of a constant, and stays so.
     ///
-    /// `None` where the sum over such a past has no end, as in running sums (μ ≤ −1), or where an operator does not say.
+    /// - Exactly 0 for orders above 0 of [`FullMemory`](crate::FullMemory), and for whole orders above 0 of all others but
+    ///   [`MuirPolynomial`](crate::MuirPolynomial).
+    /// - Elsewhere the gain at rest that the coefficients have. To start from 0 whatever the operator let it act on
+    ///   x − x₀, as [`Channel::reset_to`] does.
+    /// - `None` where the sum over such a past has no end, as in running sums (μ ≤ −1), or where an operator does not say.
     fn settled(&self, x: F) -> Option<Self::History> {
         (x == F::ZERO).then(|| self.at_rest())
     }
@@ -283,7 +285,7 @@ impl<F: Real, O: Differintegrator<F>> Channel<F, O> {
         self.reference = reference;
     }
 
-    /// What the signal has left behind, and the reference value.
+    /// The history of the signal, and the reference value.
     pub const fn state(&self) -> (&O::History, F) {
         (&self.history, self.reference)
     }

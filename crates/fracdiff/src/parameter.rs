@@ -22,6 +22,24 @@ pub struct RangeError {
     pub unit: &'static str,
 }
 
+impl RangeError {
+    /// From all four.
+    #[must_use]
+    pub const fn new(
+        what: &'static str,
+        value: f64,
+        allowed: &'static str,
+        unit: &'static str,
+    ) -> Self {
+        Self {
+            what,
+            value,
+            allowed,
+            unit,
+        }
+    }
+}
+
 impl fmt::Display for RangeError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {
@@ -63,12 +81,7 @@ pub fn range(
     if accepted && value.is_finite() {
         Ok(value)
     } else {
-        Err(RangeError {
-            what,
-            value,
-            allowed,
-            unit,
-        })
+        Err(RangeError::new(what, value, allowed, unit))
     }
 }
 

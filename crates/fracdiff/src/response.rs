@@ -14,6 +14,19 @@ pub trait FrequencyResponse {
     fn response(&self, theta: f64) -> Complex<f64>;
 }
 
+impl<P: FrequencyResponse + ?Sized> FrequencyResponse for &P {
+    fn response(&self, theta: f64) -> Complex<f64> {
+        (**self).response(theta)
+    }
+}
+
+#[cfg(feature = "alloc")]
+impl<P: FrequencyResponse + ?Sized> FrequencyResponse for alloc::boxed::Box<P> {
+    fn response(&self, theta: f64) -> Complex<f64> {
+        (**self).response(theta)
+    }
+}
+
 /// The exact backward-difference operator (1 − w)^μ, for analysis: irrational, so it cannot run
 /// as a filter of finite order.
 ///

@@ -25,6 +25,19 @@ use std::fmt;
 /// Source: O. Tokatlı, *Fractional Order Control in Haptics*, section 5.2, after R. J. Adams,
 /// B. Hannaford, *Stable haptic interaction with virtual environments*, IEEE Trans. Robotics and
 /// Automation 15(3), 1999.
+///
+/// ```
+/// use fracdiff::Order;
+/// use haptic_analysis::{Coupler, LeastDamping};
+///
+/// // k_c = 10 N·s/m, b_c = 2 N·s^0.5/m at 1 ms.
+/// let coupler = Coupler::exact(Order::new(0.5)?, 1e-3, 10.0, 2.0)?;
+/// let LeastDamping::Enough { damping_n_s_per_m, .. } = coupler.least_damping()? else {
+///     panic!("some damping is enough below order 1");
+/// };
+/// assert!(damping_n_s_per_m > coupler.corollary_damping()); // Corollary 2 promises too much
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy)]
 pub struct Coupler<'a> {
     stiffness: f64,
@@ -35,7 +48,7 @@ pub struct Coupler<'a> {
     inverse: Inverse<'a>,
 }
 
-/// Where (T/(1 − w))^μ comes from.
+/// The source of (T/(1 − w))^μ.
 #[derive(Clone, Copy)]
 enum Inverse<'a> {
     Exact,
@@ -61,6 +74,7 @@ pub struct HybridMatrix {
 
 /// The three numbers of Llewellyn's absolute stability at one frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Llewellyn {
     /// Re p₁₁, N·s/m; at least 0.
     pub re_p11: f64,

@@ -1,4 +1,4 @@
-//! What the virtual environment alone feels like at one frequency.
+//! The virtual environment alone, as it feels at one frequency.
 
 use crate::{AnalysisError, Loop};
 use fracdiff::parameter::{not_negative, positive};
@@ -15,6 +15,22 @@ use std::f64::consts::PI;
 /// [`ClosedLoop`](crate::ClosedLoop) hold for every order an [`Order`] can have; theorems about
 /// passivity do not.
 /// Source: O. Tokatlı, *Fractional Order Control in Haptics*, eq. 3.8.
+///
+/// ```
+/// use fracdiff::{ExactDifference, Order};
+/// use haptic_analysis::Environment;
+///
+/// let order = Order::new(0.5)?;
+/// let wall = Environment {
+///     stiffness_n_per_m: 500.0,
+///     dissipation_n_s_mu_per_m: 3.0,
+///     order,
+///     sample_time_s: 1e-3,
+/// };
+/// let felt = wall.effective(&ExactDifference(order), 10.0)?; // at 10 rad/s
+/// assert!((felt.stiffness_n_per_m - 506.7).abs() < 0.1); // K + B·ω^μ·cos(πμ/2)
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Environment {
     /// K, N/m, at least 0.
@@ -29,6 +45,7 @@ pub struct Environment {
 
 /// A complex impedance read as a spring and a damper at one frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Effective {
     /// ω, rad/s.
     pub omega_rad_s: f64,

@@ -1,4 +1,4 @@
-//! What an analysis refuses.
+//! The refusals of an analysis.
 
 use fracdiff::parameter::RangeError;
 use std::fmt;
@@ -9,7 +9,7 @@ use std::fmt;
 pub enum AnalysisError {
     /// A parameter outside its range: name, rejected value, allowed range, unit (empty for 1).
     Range {
-        /// What it is.
+        /// Its name.
         what: &'static str,
         /// The rejected value.
         value: f64,
@@ -20,14 +20,14 @@ pub enum AnalysisError {
     },
     /// Something that could not be computed to the accuracy promised.
     Unresolved {
-        /// What.
+        /// The subject.
         what: &'static str,
         /// Why.
         why: &'static str,
     },
     /// A question that only makes sense for a stable loop.
     NotStable {
-        /// What was asked for.
+        /// The thing asked for.
         what: &'static str,
     },
     /// A parameter of the operator.
@@ -48,17 +48,11 @@ impl From<fracdiff::ParameterError> for AnalysisError {
 
 impl From<RangeError> for AnalysisError {
     fn from(error: RangeError) -> Self {
-        let RangeError {
-            what,
-            value,
-            allowed,
-            unit,
-        } = error;
         Self::Range {
-            what,
-            value,
-            allowed,
-            unit,
+            what: error.what,
+            value: error.value,
+            allowed: error.allowed,
+            unit: error.unit,
         }
     }
 }
@@ -71,13 +65,7 @@ impl fmt::Display for AnalysisError {
                 value,
                 allowed,
                 unit,
-            } => RangeError {
-                what,
-                value,
-                allowed,
-                unit,
-            }
-            .fmt(f),
+            } => RangeError::new(what, value, allowed, unit).fmt(f),
             Self::Unresolved { what, why } => write!(f, "{what} cannot be computed: {why}"),
             Self::NotStable { what } => write!(f, "the loop is not stable: it has no {what}"),
             Self::Operator(ref error) => error.fmt(f),

@@ -2,7 +2,7 @@
 
 use nalgebra::{Complex, DMatrix, Schur};
 
-/// What the recursion decides.
+/// The outcome of the recursion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Jury {
@@ -14,7 +14,7 @@ pub enum Jury {
     Undecided,
 }
 
-/// Whether Σ `x_j` w^j has no zero in |w| ≤ 1, by the recursion of Schur and Cohn.
+/// Decides if Σ `x_j` w^j has no zero in |w| ≤ 1, by the recursion of Schur and Cohn.
 ///
 /// ```text
 /// k = x_n/x₀,   x_j ← (x_j − k·x_{n−j})/(1 − k²),   n ← n − 1;    no such zero ⇔ all |k| < 1
@@ -24,6 +24,13 @@ pub enum Jury {
 /// farther for several slow poles at once. Cost: n² multiply-adds.
 ///
 /// Source: E. I. Jury, *Theory and Application of the z-Transform Method*, Wiley, 1964, ch. 3.
+///
+/// ```
+/// use haptic_analysis::{Jury, jury};
+///
+/// assert_eq!(jury(&[1.0, -0.9]), Jury::Stable); // z = 0.9
+/// assert_eq!(jury(&[1.0, -1.1]), Jury::NotStable);
+/// ```
 #[must_use]
 pub fn jury(coefficients: &[f64]) -> Jury {
     let Some((&first, _)) = coefficients.split_first() else {

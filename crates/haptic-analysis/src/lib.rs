@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
+#![cfg_attr(docsrs, feature(doc_cfg))]
 
 mod arrangement;
 mod boundary;
@@ -54,8 +55,8 @@ pub use path::ForcePath;
 pub use plant::SampledPlant;
 pub use region::{StabilityRegion, StableArea};
 pub use required::{RequiredDamping, RequiredDelta};
-pub use stability::{SampledLoop, Verdict};
+pub use stability::{SampledLoop, StabilityVerdict};
 pub use transparency::{ClosedLoop, DelayedLoop};
 
-/// Complex numbers of the responses.
+/// Complex numbers: [`num_complex::Complex`].
 pub use num_complex;

@@ -26,6 +26,17 @@ use num_complex::Complex;
 ///   that a curve can be proved to avoid zero between samples ([`variation`](Self::variation)).
 /// - *Cost of a response*: one power and two sines for the exact operator, N multiply-adds for a
 ///   polynomial.
+///
+/// ```
+/// use fracdiff::{FrequencyResponse, Order, Scheme, Seconds};
+/// use haptic_analysis::LoopOperator;
+///
+/// let order = Order::new(0.5)?;
+/// let exact = LoopOperator::new(Scheme::Exact, order, Seconds(1e-3), 1e4)?;
+/// let full = LoopOperator::new("full:1e-6".parse()?, order, Seconds(1e-3), 1e5)?;
+/// assert!((exact.response(0.1) - full.response(0.1)).norm() < 1e-5);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoopOperator {
     order: Order,

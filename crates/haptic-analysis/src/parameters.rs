@@ -10,6 +10,25 @@ use fracdiff::Order;
 use fracdiff::parameter::{not_negative, positive, range};
 
 /// A haptic loop with units: device (with the hand, when coupled), sampling, virtual environment.
+///
+/// ```
+/// use fracdiff::Order;
+/// use haptic_analysis::Loop;
+///
+/// let testbed = Loop {
+///     mass_kg: 0.065,
+///     damping_n_s_per_m: 3.5,
+///     hand_stiffness_n_per_m: 0.0,
+///     sample_time_s: 2e-3,
+///     order: Order::new(1.0)?,
+///     stiffness_n_per_m: 1000.0,
+///     dissipation_n_s_mu_per_m: 10.0,
+/// };
+/// let without_units = testbed.nondimensional()?;
+/// assert!((without_units.delta - 0.10769).abs() < 1e-5);
+/// assert!((without_units.alpha - 0.06154).abs() < 1e-5);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Loop {
     /// m, kg, above 0.

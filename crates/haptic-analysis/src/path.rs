@@ -15,6 +15,15 @@ use num_complex::Complex;
 ///   a whole number is that number, so that 3 ms at 1 ms are 3 samples.
 /// - *Lag*: from 0 to [`LAG_MAX`](Self::LAG_MAX). Below 1e-13 it counts as none: it moves the force by
 ///   less than a rounding error.
+///
+/// ```
+/// use haptic_analysis::ForcePath;
+///
+/// let path = ForcePath::new(2.4, 0.7)?; // 2.4 samples late, a motor that follows within 0.7
+/// assert_eq!(path.whole_samples(), 2);
+/// assert!((path.fraction() - 0.4).abs() < 1e-12 && !path.is_whole());
+/// # Ok::<(), haptic_analysis::AnalysisError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ForcePath {
     whole: usize,
@@ -22,7 +31,7 @@ pub struct ForcePath {
     lag: f64,
 }
 
-/// What a command does to the force within a sample, at one frequency.
+/// The course of the force within a sample after a command, at one frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Profile {
     /// M, the mean of the force for the command e^(jθn).
@@ -115,7 +124,7 @@ impl ForcePath {
         self.lag
     }
 
-    /// Whether the force is constant within each sample: no fraction of delay and no lag.
+    /// True if the force is constant within each sample: no fraction of delay and no lag.
     #[must_use]
     pub fn is_whole(&self) -> bool {
         self.fraction == 0.0 && self.lag == 0.0
@@ -136,7 +145,7 @@ impl ForcePath {
         self.whole as f64 + (self.fraction + self.lag)
     }
 
-    /// What a force passes through at the angle θ = ωT as a continuous signal.
+    /// The response of the path to a force as a continuous signal, at the angle θ = ωT.
     ///
     /// ```text
     /// e^(−jθ(d + h))/(1 + jθτ/T)

@@ -45,6 +45,14 @@ use fracdiff::parameter::{not_negative, positive};
 ///
 /// Sources: O. Tokatlı, *Fractional Order Control in Haptics*, eq. 4.1 (which prints c₂ twice); E. I. Jury,
 /// *Theory and Application of the z-Transform Method*, Wiley, 1964 (the modified transform).
+///
+/// ```
+/// use haptic_analysis::SampledPlant;
+///
+/// let free = SampledPlant::new(0.0, 0.0)?; // a mass without damper or hand: (w + w²)/2/(1 − w)²
+/// assert_eq!((free.n1(), free.n0()), (0.5, 0.5));
+/// # Ok::<(), haptic_analysis::AnalysisError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SampledPlant {
     path: ForcePath,

@@ -30,6 +30,18 @@ use crate::{AnalysisError, LoopOperator, SampledPlant};
 use core::f64::consts::PI;
 
 /// The α, β ≥ 0 for which a loop is stable.
+///
+/// ```
+/// use fracdiff::{Order, Scheme, Seconds};
+/// use haptic_analysis::{LoopOperator, SampledPlant, StabilityRegion};
+///
+/// let operator = LoopOperator::new(Scheme::Exact, Order::new(1.0)?, Seconds(1e-3), 1e4)?;
+/// let plant = SampledPlant::new(0.1, 0.0)?; // δ = bT/m = 0.1
+/// let region = StabilityRegion::new(plant, &operator, 0, 1000)?;
+/// let area = region.bounded().ok_or("no wall is stable")?;
+/// assert!((area.alpha_max - 0.82582).abs() < 1e-5 && region.contains(0.5, 0.8));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum StabilityRegion {
@@ -44,6 +56,7 @@ pub enum StabilityRegion {
 
 /// A region that is not empty.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct StableArea {
     /// Outer boundaries and holes, the largest first.
     pub polygons: Vec<Polygon>,
@@ -128,7 +141,7 @@ impl StabilityRegion {
         Ok(summary(loops, searched, at_rest))
     }
 
-    /// Whether it is empty.
+    /// True if it is empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         matches!(self, Self::Empty { .. })
@@ -143,7 +156,7 @@ impl StabilityRegion {
         }
     }
 
-    /// Whether a loop with these α and β is stable, from the polygons: right up to their chords,
+    /// True if a loop with these α and β is stable, read from the polygons: right up to their chords,
     /// which with 2000 points are within about 1e-6 of the boundary. Cost: one comparison a point,
     /// far less than a verdict, so this is what maps are made from.
     #[must_use]

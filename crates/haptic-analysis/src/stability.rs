@@ -37,9 +37,10 @@ pub struct SampledLoop<'a> {
     pub(crate) beta: f64,
 }
 
-/// Whether a loop is stable, and how clearly.
+/// The verdict on a loop, stable or not, with its distance from the edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Verdict {
+#[non_exhaustive]
+pub struct StabilityVerdict {
     /// No zero of F in |w| ≤ 1. Not so on the boundary, where `unstable_poles` is `None`.
     pub stable: bool,
     /// Zeros of F in |w| < 1, each a pole with |z| > 1; `None` on the boundary, that is where
@@ -48,7 +49,7 @@ pub struct Verdict {
     /// The least |F|/(n₁ + n₀) met on the circle. It would take about this change of α, as a complex
     /// number, to reach the boundary. The margins proper are in [`Margins`](crate::Margins).
     pub distance: f64,
-    /// Where that was, rad/sample.
+    /// The angle at which that was, rad/sample.
     pub theta: f64,
     /// The largest |z| of a pole; for polynomial and rational operators with a characteristic
     /// polynomial of degree up to [`EIGENVALUE_DEGREE`](SampledLoop::EIGENVALUE_DEGREE).
@@ -139,13 +140,13 @@ impl<'a> SampledLoop<'a> {
     /// The certified verdict, by encirclement. Cost: about 100 responses of the operator, some ten
     /// more for each decade that F comes closer to zero, and n³ for the poles of a polynomial.
     #[must_use]
-    pub fn verdict(&self) -> Verdict {
+    pub fn verdict(&self) -> StabilityVerdict {
         let Count {
             zeros,
             closest,
             theta,
         } = self.count();
-        Verdict {
+        StabilityVerdict {
             stable: zeros == Some(0),
             unstable_poles: zeros,
             distance: closest,

@@ -1,4 +1,4 @@
-//! What the hand feels: the closed loop read as a spring and a damper.
+//! The closed loop as the hand feels it: read as a spring and a damper.
 
 use crate::environment::{Effective, Environment};
 use crate::{AnalysisError, ForcePath, Loop};
@@ -21,6 +21,29 @@ use num_complex::Complex;
 /// - Range of ω: 0 < ω ≤ π/T, rad/s, for the continuous form too.
 ///
 /// Source: O. Tokatlı, *Fractional Order Control in Haptics*, eqs. 6.1, 6.2.
+///
+/// ```
+/// use fracdiff::{ExactDifference, Order};
+/// use haptic_analysis::{ClosedLoop, Environment};
+///
+/// let order = Order::new(0.5)?;
+/// let closed = ClosedLoop {
+///     mass_kg: 0.065,
+///     damping_n_s_per_m: 3.5,
+///     environment: Environment {
+///         stiffness_n_per_m: 500.0,
+///         dissipation_n_s_mu_per_m: 0.0,
+///         order,
+///         sample_time_s: 1e-3,
+///     },
+///     delay_samples: 0,
+/// };
+/// let felt = closed.sampled(&ExactDifference(order), 10.0)?;
+/// // K − mω², and the half sample of the hold takes KT/2 of the damping away.
+/// assert!((felt.stiffness_n_per_m - (500.0 - 6.5)).abs() < 0.02);
+/// assert!((felt.damping_n_s_per_m - (3.5 - 0.25)).abs() < 1e-4);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClosedLoop {
     /// m, kg, above 0.
@@ -158,9 +181,9 @@ impl DelayedLoop {
 }
 
 impl Environment {
-    /// The same on any linear device: Z = Z_d + H·e^(−jωT/2)·e^(−jωTd)/((1 + jωτ)·jω).
+    /// The same on any linear device: `Z = Z_d + H·e^(−jωT/2)·e^(−jωTd)/((1 + jωτ)·jω)`.
     ///
-    /// `impedance` is Z_d(jω), N·s/m, velocity in and force out: jωm + b for a mass on a damper; of a plant with the
+    /// `impedance` is `Z_d(jω)`, N·s/m, velocity in and force out: jωm + b for a mass on a damper; of a plant with the
     /// transfer function G from force to position, 1/(jω·G(jω)).
     ///
     /// # Errors

@@ -1,18 +1,15 @@
 //! The coupled port against 50 digits (`tests/golden/make_coupling_golden.py`), brute force and
 //! Corollary 2.
 
-use fracdiff::{ExactDifference, FrequencyResponse, MuirPolynomial, Order, Scheme, Seconds};
+use fracdiff::{ExactDifference, FrequencyResponse, MuirPolynomial, Scheme, Seconds};
 use haptic_analysis::{Coupler, LeastDamping};
 use num_complex::Complex;
 use proptest::prelude::*;
 use std::f64::consts::PI;
+use testkit::operator::order;
+use testkit::{assert_relative, golden};
 
-const GOLDEN: &str = include_str!("golden/coupling.csv");
 const T: f64 = 1e-3;
-
-fn order(mu: f64) -> Order {
-    Order::new(mu).expect("tests use valid orders")
-}
 
 fn coupler(mu: f64, stiffness: f64, dissipation: f64) -> Coupler<'static> {
     Coupler::exact(order(mu), T, stiffness, dissipation).expect("valid")
@@ -27,19 +24,9 @@ fn enough(coupler: &Coupler<'_>) -> f64 {
     }
 }
 
-fn close(have: f64, want: f64, tolerance: f64, what: &str) {
-    // Negated, so that a NaN fails.
-    assert!(
-        (have - want).abs() <= tolerance * want.abs(),
-        "{what}: have {have:.15e}, want {want:.15e}, off by {:.1e}",
-        have / want - 1.0
-    );
-}
-
 #[test]
 fn least_damping_agrees_with_50_digits() {
-    for line in GOLDEN.lines().skip(1) {
-        let cells: Vec<&str> = line.split(',').collect();
+    for cells in golden::cells("coupling.csv") {
         let number = |i: usize| cells[i].parse::<f64>().expect("a number");
         let [mu, k, b, t, want, theta] = [1, 2, 3, 4, 5, 6].map(number);
         let coupler = Coupler::exact(order(mu), t, k, b).expect("valid");
@@ -63,13 +50,13 @@ fn least_damping_agrees_with_50_digits() {
             worst_theta,
         } = have
         else {
-            panic!("{line}: {have:?}");
+            panic!("{cells:?}: {have:?}");
         };
         let tolerance = if made.is_none() { 1e-12 } else { 1e-9 };
-        close(damping_n_s_per_m, want, tolerance, line);
+        assert_relative(&cells.join(","), damping_n_s_per_m, want, tolerance);
         assert!(
             (worst_theta - theta).abs() < 1e-4,
-            "{line}: θ {worst_theta}"
+            "{cells:?}: θ {worst_theta}"
         );
     }
 }
@@ -95,11 +82,11 @@ fn least_damping_agrees_with_a_dense_search() {
         (1.0, 3.0, 1000.0),
     ] {
         let want = brute_force(|w| k + b * T.powf(mu) * (1.0 - w).powf(-mu));
-        close(enough(&coupler(mu, k, b)), want, 1e-9, &format!("μ {mu}"));
+        assert_relative(&format!("μ {mu}"), enough(&coupler(mu, k, b)), want, 1e-9);
         // The same through the operator's response.
         let operator = ExactDifference(order(mu));
         let same = coupler(mu, k, b).with_operator(&operator, 1);
-        close(enough(&same), want, 1e-9, &format!("operator, μ {mu}"));
+        assert_relative(&format!("operator, μ {mu}"), enough(&same), want, 1e-9);
     }
 }
 
@@ -108,11 +95,11 @@ fn corollary_2_is_not_sufficient_by_finding_4() {
     // At μ = 1 without a damper: b_c·T/8 in the limit θ → 0, where the corollary says b_c·T/16.
     for (mu, factor, tolerance) in [(1.0, 2.0, 1e-12), (0.75, 1.30, 0.005), (0.5, 1.13, 0.005)] {
         let spring = coupler(mu, 0.0, 1000.0);
-        close(
+        assert_relative(
+            &format!("μ {mu}"),
             enough(&spring) / spring.corollary_damping(),
             factor,
             tolerance,
-            &format!("μ {mu}"),
         );
         assert!(
             !spring
@@ -123,8 +110,8 @@ fn corollary_2_is_not_sufficient_by_finding_4() {
     // Equal only without b_c, for any order.
     for mu in [0.0, 0.5, 1.0, 1.5, 2.0] {
         let damper = coupler(mu, 8.0, 0.0);
-        close(enough(&damper), 1.0, 1e-14, "k_c/8");
-        close(damper.corollary_damping(), 1.0, 1e-14, "k_c/8");
+        assert_relative("k_c/8", enough(&damper), 1.0, 1e-14);
+        assert_relative("k_c/8", damper.corollary_damping(), 1.0, 1e-14);
     }
     // The largest factor of all is 2: at μ = 1, k_c = 0.
     let mut largest: f64 = 0.0;
@@ -136,7 +123,7 @@ fn corollary_2_is_not_sufficient_by_finding_4() {
             largest = largest.max(factor);
         }
     }
-    close(largest, 2.0, 1e-12, "largest factor");
+    assert_relative("largest factor", largest, 2.0, 1e-12);
 }
 
 #[test]

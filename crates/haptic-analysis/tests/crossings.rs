@@ -1,31 +1,9 @@
 //! Margins of loops with many crossings, against every crossing found on a dense grid: the nearest counts.
 
-use fracdiff::{Order, Scheme, Seconds};
-use haptic_analysis::{ForcePath, LoopOperator, Nondimensional, SampledLoop, SampledPlant};
+use haptic_analysis::{ForcePath, Nondimensional, SampledLoop, SampledPlant};
 use std::f64::consts::PI;
-
-fn operator(scheme: &str, order: f64) -> LoopOperator {
-    let scheme: Scheme = scheme.parse().expect("a scheme");
-    let order = Order::new(order).expect("in range");
-    LoopOperator::new(scheme, order, Seconds(1e-3), 1e5).expect("an operator")
-}
-
-/// `SplitMix64`, to uniform numbers in [0, 1).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut x = self.0;
-        x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((x ^ (x >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.next()
-    }
-}
+use testkit::Random;
+use testkit::operator::operator;
 
 /// All g with 1 + g·GH = 0 on the circle, g > 0, by sign changes of Im GH on a grid and bisection.
 fn crossings(subject: &SampledLoop) -> Vec<f64> {

@@ -1,24 +1,9 @@
 //! Margins against bisection of verdicts, whole delays, and dense sampling.
 
-use fracdiff::{Order, Scheme, Seconds};
-use haptic_analysis::{LoopOperator, Nondimensional, SampledLoop};
+use haptic_analysis::SampledLoop;
 use proptest::prelude::*;
 use std::f64::consts::PI;
-
-fn operator(scheme: &str, order: f64) -> LoopOperator {
-    let scheme: Scheme = scheme.parse().expect("a scheme");
-    let order = Order::new(order).expect("in range");
-    LoopOperator::new(scheme, order, Seconds(1e-3), 1e5).expect("an operator")
-}
-
-fn wall(alpha: f64, beta: f64, delta: f64, gamma: f64) -> Nondimensional {
-    Nondimensional {
-        alpha,
-        beta,
-        delta,
-        gamma,
-    }
-}
+use testkit::operator::{operator, wall};
 
 #[test]
 fn a_spring_and_damper_on_a_free_mass_have_their_margins_in_closed_form() {

@@ -1,8 +1,7 @@
 //! Operators of one's own, judged as those that have names.
 
 use fracdiff::{
-    ExactDifference, FrequencyResponse, MuirPolynomial, Order, Scheme, Seconds, ShortMemory,
-    TustinMuir,
+    ExactDifference, FrequencyResponse, MuirPolynomial, Seconds, ShortMemory, TustinMuir,
 };
 use haptic_analysis::num_complex::Complex;
 use haptic_analysis::{
@@ -10,17 +9,9 @@ use haptic_analysis::{
     StabilityRegion,
 };
 use proptest::prelude::*;
+use testkit::operator::{operator, order};
 
 const T: Seconds = Seconds(1e-3);
-
-fn order(value: f64) -> Order {
-    Order::new(value).expect("in range")
-}
-
-fn scheme(text: &str, mu: f64) -> LoopOperator {
-    let scheme: Scheme = text.parse().expect("a scheme");
-    LoopOperator::new(scheme, order(mu), T, 1e3).expect("an operator")
-}
 
 fn assert_same_response(a: &LoopOperator, b: &LoopOperator, tolerance: f64) {
     for k in 0..=200_u32 {
@@ -36,7 +27,7 @@ fn a_finite_memory_is_found_again_from_its_response() {
         let short = ShortMemory::<f64, 20>::new(order(mu), T).expect("in range");
         let found = LoopOperator::from_response(order(mu), &short).expect("fades");
         let (have, below) = found.polynomials().expect("a polynomial");
-        let named = scheme("grunwald:20", mu);
+        let named = operator("grunwald:20", mu);
         let (want, _) = named.polynomials().expect("a polynomial");
         assert_eq!(below, [1.0]);
         // At a whole order the weights are zero beyond.
@@ -50,7 +41,7 @@ fn a_finite_memory_is_found_again_from_its_response() {
         }
         let muir = MuirPolynomial::<f64, 3>::new(order(mu), T).expect("in range");
         let found = LoopOperator::from_response(order(mu), &muir).expect("fades");
-        assert_same_response(&found, &scheme("muir:3", mu), 1e-14);
+        assert_same_response(&found, &operator("muir:3", mu), 1e-14);
     }
 }
 
@@ -110,7 +101,7 @@ fn taps_and_modes_of_ones_own_are_their_sum() {
 fn a_tustin_muir_filter_is_the_same_by_name_and_by_response() {
     let running = TustinMuir::<f64, 5>::new(order(0.5), T).expect("in range");
     let found = LoopOperator::from_response(order(0.5), &running).expect("fades");
-    assert_same_response(&found, &scheme("tustin-muir:5", 0.5), 1e-10);
+    assert_same_response(&found, &operator("tustin-muir:5", 0.5), 1e-10);
 }
 
 struct Constant(Complex<f64>);
@@ -164,7 +155,7 @@ proptest! {
         delta in 0.0..0.5_f64,
         delay in 0_usize..3,
     ) {
-        let named = scheme("grunwald:12", mu);
+        let named = operator("grunwald:12", mu);
         let short = ShortMemory::<f64, 12>::new(order(mu), T).expect("in range");
         let found = LoopOperator::from_response(order(mu), &short).expect("fades");
         let (above, below) = named.polynomials().expect("a polynomial");

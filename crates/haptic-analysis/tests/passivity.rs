@@ -2,23 +2,15 @@
 //! theorem itself.
 
 use fracdiff::full_memory::Kernel;
-use fracdiff::{
-    ExactDifference, FrequencyResponse, MuirPolynomial, Order, Scheme, Seconds, TustinMuir,
-};
+use fracdiff::{FrequencyResponse, MuirPolynomial, Order, Scheme, Seconds, TustinMuir};
 use haptic_analysis::{AnalysisError, Largest, OnePort, corollary_delta};
 use num_complex::Complex;
 use proptest::prelude::*;
 use std::f64::consts::PI;
+use testkit::assert_relative;
+use testkit::operator::{exact, order};
 
 const T: Seconds = Seconds(1e-3);
-
-fn order(mu: f64) -> Order {
-    Order::new(mu).expect("tests use valid orders")
-}
-
-fn exact(mu: f64) -> ExactDifference {
-    ExactDifference(order(mu))
-}
 
 fn muir(mu: f64) -> MuirPolynomial<f64, 3> {
     MuirPolynomial::new(order(mu), T).expect("valid")
@@ -48,15 +40,6 @@ fn brute_force(p: &impl FrequencyResponse, d: usize, alpha: f64, beta: f64, coun
     values.fold(f64::NEG_INFINITY, f64::max)
 }
 
-fn close(have: f64, want: f64, tolerance: f64, what: &str) {
-    // Negated, so that a NaN fails.
-    assert!(
-        (have - want).abs() <= tolerance * want.abs(),
-        "{what}: have {have:.15e}, want {want:.15e}, off by {:.1e}",
-        have / want - 1.0
-    );
-}
-
 #[test]
 fn corollary_1_is_theorem_1_for_the_exact_operator_without_delay() {
     for step in 0..=80 {
@@ -65,13 +48,13 @@ fn corollary_1_is_theorem_1_for_the_exact_operator_without_delay() {
         for (alpha, beta) in [(0.0, 1.0), (1.0, 0.0), (0.3, 0.7), (1e-6, 2.0), (5.0, 1e-6)] {
             let have = port(&p, mu, 0).required_delta(alpha, beta).expect("valid");
             let want = 0.5 * alpha + beta * 0.5_f64.powf(1.0 - mu);
-            close(
+            assert_relative(
+                &format!("μ {mu} α {alpha} β {beta}"),
                 have.delta,
                 want,
                 1e-12,
-                &format!("μ {mu} α {alpha} β {beta}"),
             );
-            close(have.corollary_delta, want, 1e-15, "corollary");
+            assert_relative("corollary", have.corollary_delta, want, 1e-15);
             assert_eq!(have.worst_theta.to_bits(), PI.to_bits(), "μ {mu}");
         }
     }
@@ -96,7 +79,7 @@ fn the_dissertations_muir_polynomial_needs_more_than_the_corollary_by_finding_3(
         let excess = required.excess().expect("β > 0");
         assert!((excess - factor).abs() <= 0.005, "μ {mu}: {excess}");
         let oracle = brute_force(&p, 0, 0.0, 1.0, 400_000);
-        close(required.delta, oracle, 1e-9, &format!("μ {mu}"));
+        assert_relative(&format!("μ {mu}"), required.delta, oracle, 1e-9);
         // Certified with (5.1), run with A₃: not passive.
         assert!(!required.passive(required.corollary_delta * 1.001));
         // Above order 1 the β term alone is a negative spring at rest.
@@ -111,14 +94,14 @@ fn colgates_condition_is_the_case_of_order_1() {
     for (k, b) in [(1000.0, 2.0), (1e4, 0.0), (0.0, 10.0)] {
         let p = exact(1.0);
         let have = port(&p, 1.0, 0).required_damping(T, k, b).expect("valid");
-        close(have.damping_n_s_per_m, 0.5 * k * T.0 + b, 1e-12, "b");
-        close(
+        assert_relative("b", have.damping_n_s_per_m, 0.5 * k * T.0 + b, 1e-12);
+        assert_relative(
+            "corollary",
             have.corollary_n_s_per_m,
             0.5 * k * T.0 + b,
             1e-12,
-            "corollary",
         );
-        close(have.worst_rad_s, PI / T.0, 1e-12, "ω");
+        assert_relative("ω", have.worst_rad_s, PI / T.0, 1e-12);
         assert!(have.passive(have.damping_n_s_per_m * 1.000_001));
         assert!(
             !have.passive(have.damping_n_s_per_m),
@@ -150,7 +133,7 @@ fn a_delayed_spring_and_damper_need_what_their_closed_form_says() {
             let have = port(&p, 1.0, d as usize)
                 .required_delta(alpha, beta)
                 .expect("valid");
-            close(have.delta, want, 1e-9, &format!("d {d} α {alpha} β {beta}"));
+            assert_relative(&format!("d {d} α {alpha} β {beta}"), have.delta, want, 1e-9);
         }
     }
 }
@@ -205,24 +188,24 @@ fn the_limit_at_rest_is_the_analytic_one() {
     for d in [1, 2, 9] {
         let p = exact(0.5);
         let have = port(&p, 0.5, d).required_delta(2.0, 0.0).expect("valid");
-        close(have.delta, 2.0 * d as f64 + 1.0, 1e-14, "spring");
+        assert_relative("spring", have.delta, 2.0 * d as f64 + 1.0, 1e-14);
         assert!(have.worst_theta <= 0.0, "{have:?}");
     }
     // Just above μ = 1 the term of β vanishes at rest, though only like θ^(μ−1); at μ = 1 it is −β.
     for mu in [1.0 + 1e-9, 1.0001, 1.5] {
         let p = exact(mu);
         let have = port(&p, mu, 3).required_delta(1.0, 0.1).expect("valid");
-        close(have.delta, 3.5, 1e-14, &format!("μ {mu}"));
+        assert_relative(&format!("μ {mu}"), have.delta, 3.5, 1e-14);
     }
     let p = exact(1.0);
     let have = port(&p, 1.0, 3).required_delta(1.0, 0.1).expect("valid");
-    close(have.delta, 3.4, 1e-12, "μ 1");
+    assert_relative("μ 1", have.delta, 3.4, 1e-12);
     // A polynomial: Σ p_k·D_{d+k}(0) = Σ p_k (2(d+k)+1)/2. A₃ at μ = 2: 1, −2, 4/3, −2/3.
     let p = muir(2.0);
     let want = 10.0 * 3.5 + 0.5 * (3.5 - 2.0 * 4.5 + 4.0 / 3.0 * 5.5 - 2.0 / 3.0 * 6.5);
     let have = port(&p, 2.0, 3).required_delta(10.0, 0.5).expect("valid");
     assert!(have.worst_theta <= 0.0, "{have:?}");
-    close(have.delta, want, 1e-13, "A₃");
+    assert_relative("A₃", have.delta, want, 1e-13);
 }
 
 #[test]
@@ -303,9 +286,9 @@ fn with_units_the_largest_are_those_of_the_corollary() {
         other => panic!("{other:?}"),
     };
     let have = below(port.largest_stiffness(T, b, dissipation).expect("valid"));
-    close(have, (b - dissipation * half.sqrt()) / half, 1e-12, "K");
+    assert_relative("K", have, (b - dissipation * half.sqrt()) / half, 1e-12);
     let have = below(port.largest_dissipation(T, b, stiffness).expect("valid"));
-    close(have, (b - stiffness * half) / half.sqrt(), 1e-12, "B");
+    assert_relative("B", have, (b - stiffness * half) / half.sqrt(), 1e-12);
     let none = port.largest_dissipation(T, b, 7001.0).expect("valid");
     assert_eq!(none, Largest::Empty);
     assert_eq!(
@@ -325,11 +308,11 @@ fn an_operator_in_single_precision_and_a_full_memory_are_judged_as_they_run() {
         let narrow = narrow.expect("valid");
         let want = corollary_delta(order(mu), 0.5, 0.5).expect("valid");
         let have = port(&wide, mu, 0).required_delta(0.5, 0.5).expect("valid");
-        close(have.delta, want, 1e-5, "f64");
+        assert_relative("f64", have.delta, want, 1e-5);
         let have = port(&narrow, mu, 0)
             .required_delta(0.5, 0.5)
             .expect("valid");
-        close(have.delta, want, 1e-5, "f32");
+        assert_relative("f32", have.delta, want, 1e-5);
     }
 }
 

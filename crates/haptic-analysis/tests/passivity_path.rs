@@ -1,19 +1,12 @@
 //! Passivity behind a delay that is no whole number of samples and a current lag: against the closed
 //! form of a spring, against quadrature in the time domain, and against the energy of all motions.
 
-use fracdiff::{ExactDifference, FrequencyResponse, Order, Seconds, grunwald_weights};
+use fracdiff::{ExactDifference, FrequencyResponse, Seconds, grunwald_weights};
 use haptic_analysis::{ForcePath, Largest, OnePort};
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex;
 use std::f64::consts::PI;
-
-fn order(mu: f64) -> Order {
-    Order::new(mu).expect("in range")
-}
-
-fn path(delay: f64, lag: f64) -> ForcePath {
-    ForcePath::new(delay, lag).expect("in range")
-}
+use testkit::operator::{order, path};
 
 fn port(operator: &ExactDifference, mu: f64, way: ForcePath) -> OnePort<'_, ExactDifference> {
     OnePort::new(operator, order(mu))

@@ -1,55 +1,24 @@
 //! Delay that is no whole number of samples, and a current lag: the sampled plant against thirty digits,
 //! plants from matrices, and verdicts that must agree.
 
-use fracdiff::{Order, Scheme, Seconds};
+use fracdiff::Order;
 use haptic_analysis::{
-    AnalysisError, Dynamics, Environment, ForcePath, Jury, LoopOperator, SampledLoop, SampledPlant,
+    AnalysisError, Dynamics, Environment, ForcePath, Jury, SampledLoop, SampledPlant,
     StabilityRegion,
 };
-
-const GOLDEN: &str = include_str!("golden/delayed_plant.csv");
+use testkit::operator::{operator, path};
+use testkit::{Random, golden};
 
 /// Largest error of a coefficient, of their sum.
 const TOLERANCE: f64 = 1e-12;
-
-fn operator(scheme: &str, order: f64) -> LoopOperator {
-    let scheme: Scheme = scheme.parse().expect("a scheme");
-    let order = Order::new(order).expect("in range");
-    LoopOperator::new(scheme, order, Seconds(1e-3), 1e5).expect("an operator")
-}
-
-fn path(delay: f64, lag: f64) -> ForcePath {
-    ForcePath::new(delay, lag).expect("in range")
-}
-
-/// `SplitMix64`, to uniform numbers in [0, 1).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut x = self.0;
-        x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((x ^ (x >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.next()
-    }
-}
 
 #[test]
 fn every_delayed_and_lagging_numerator_matches_thirty_digits() {
     let mut cases = 0;
     let mut worst: f64 = 0.0;
-    for line in GOLDEN.lines().skip(1) {
-        let row: Vec<f64> = line
-            .split(',')
-            .map(|x| x.parse().expect("a number"))
-            .collect();
+    for row in golden::rows("delayed_plant.csv") {
         let [delta, gamma, h, tau, ref want @ .., sum] = row[..] else {
-            panic!("{line}");
+            panic!("{row:?}");
         };
         let plant = SampledPlant::behind(delta, gamma, path(h, tau)).expect("in range");
         for (j, want) in want.iter().enumerate() {
@@ -62,7 +31,7 @@ fn every_delayed_and_lagging_numerator_matches_thirty_digits() {
             );
         }
         let error = (plant.numerator_sum() / sum - 1.0).abs();
-        assert!(error <= TOLERANCE, "{line}: {error:e}");
+        assert!(error <= TOLERANCE, "{row:?}: {error:e}");
         cases += 1;
     }
     println!("{cases} cases, worst {worst:.1e}");
@@ -236,15 +205,15 @@ fn encirclement_jury_and_eigenvalues_agree_behind_any_delay_and_lag() {
             random.between(0.0, 3.0)
         };
         let plant = SampledPlant::behind(
-            random.between(0.0, 1.0) * random.next(),
-            random.between(0.0, 0.3) * random.next(),
+            random.between(0.0, 1.0) * random.share(),
+            random.between(0.0, 0.3) * random.share(),
             path(delay, lag),
         )
         .expect("in range");
         let most = 1.0 / (1.0 + 3.0 * delay + 2.0 * lag);
         let (alpha, beta) = (
-            most * random.next() * random.next(),
-            2.0 * most * random.next(),
+            most * random.share() * random.share(),
+            2.0 * most * random.share(),
         );
         let name = ["muir:3", "grunwald:20", "tustin-muir:5"][case % 3];
         let operator = operator(name, random.between(0.0, 2.0));
@@ -293,8 +262,8 @@ fn regions_behind_delay_and_lag_agree_with_verdicts_on_both_sides_of_the_boundar
             let area = region.bounded().expect("not empty");
             for _ in 0..200 {
                 let (alpha, beta) = (
-                    1.2 * area.alpha_max * random.next(),
-                    1.2 * area.beta_max * random.next(),
+                    1.2 * area.alpha_max * random.share(),
+                    1.2 * area.beta_max * random.share(),
                 );
                 let subject =
                     SampledLoop::with_plant(plant, alpha, beta, &operator).expect("in range");

@@ -1,8 +1,7 @@
 //! The sampled plant against 50 digits.
 
 use haptic_analysis::SampledPlant;
-
-const GOLDEN: &str = include_str!("golden/plant.csv");
+use testkit::golden;
 
 /// Largest relative error the plant may have for δ and γ from 1e-9 to 10.
 const TOLERANCE: f64 = 1e-12;
@@ -11,13 +10,9 @@ const TOLERANCE: f64 = 1e-12;
 fn every_coefficient_matches_fifty_digits() {
     let mut cases = 0;
     let mut worst: (f64, String) = (0.0, String::new());
-    for line in GOLDEN.lines().skip(1) {
-        let row: Vec<f64> = line
-            .split(',')
-            .map(|x| x.parse().expect("a number"))
-            .collect();
+    for row in golden::rows("plant.csv") {
         let [delta, gamma, n1, n0, pole_sum, pole_product, rest] = row[..] else {
-            panic!("{line}");
+            panic!("{row:?}");
         };
         let plant = SampledPlant::new(delta, gamma).expect("in range");
         for (name, have, want) in [

@@ -1,16 +1,11 @@
 //! The stability region: anchors, closed forms, and agreement with point verdicts.
 
-use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::{
     LoopOperator, Nondimensional, SampledLoop, SampledPlant, StabilityRegion, StableArea,
 };
 use std::f64::consts::PI;
-
-fn operator(scheme: &str, order: f64) -> LoopOperator {
-    let scheme: Scheme = scheme.parse().expect("a scheme");
-    let order = Order::new(order).expect("in range");
-    LoopOperator::new(scheme, order, Seconds(1e-3), 1e5).expect("an operator")
-}
+use testkit::Random;
+use testkit::operator::operator;
 
 fn region_of(operator: &LoopOperator, delta: f64, gamma: f64, delay: usize) -> StabilityRegion {
     let plant = SampledPlant::new(delta, gamma).expect("in range");
@@ -98,21 +93,6 @@ fn spring_only_regions_are_triangles() {
     assert!(!empty.contains(0.1, 0.1));
 }
 
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        ((self.0 >> 11) as f64) / (1_u64 << 53) as f64
-    }
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.next()
-    }
-}
-
 #[test]
 fn membership_agrees_with_point_verdicts_everywhere() {
     let mut random = Random(5);
@@ -142,7 +122,7 @@ fn membership_agrees_with_point_verdicts_everywhere() {
         } else {
             random.between(0.0, 1.5)
         };
-        let delay = (random.next() * random.next() * 6.0) as usize;
+        let delay = (random.share() * random.share() * 6.0) as usize;
         let what =
             format!("case {case}: {scheme}, μ = {order}, δ = {delta}, γ = {gamma}, d = {delay}");
         let operator = operator(scheme, order);

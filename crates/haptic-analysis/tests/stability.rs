@@ -5,47 +5,8 @@ use fracdiff::{FrequencyResponse, Order, Scheme, Seconds};
 use haptic_analysis::{Jury, LoopOperator, Nondimensional, SampledLoop, SampledPlant};
 use nalgebra::{Complex, DMatrix};
 use proptest::prelude::*;
-
-fn operator(scheme: &str, order: f64) -> LoopOperator {
-    let scheme: Scheme = scheme.parse().expect("a scheme");
-    let order = Order::new(order).expect("in range");
-    LoopOperator::new(scheme, order, Seconds(1e-3), 1e5).expect("an operator")
-}
-
-fn wall(alpha: f64, beta: f64, delta: f64, gamma: f64) -> Nondimensional {
-    Nondimensional {
-        alpha,
-        beta,
-        delta,
-        gamma,
-    }
-}
-
-/// `SplitMix64`, to uniform numbers in [0, 1).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut x = self.0;
-        x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((x ^ (x >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.next()
-    }
-
-    /// 0 in a third of all cases.
-    fn or_nothing(&mut self, high: f64) -> f64 {
-        if self.next() < 1.0 / 3.0 {
-            0.0
-        } else {
-            self.between(0.0, high)
-        }
-    }
-}
+use testkit::Random;
+use testkit::operator::{operator, wall};
 
 /// The characteristic polynomial and its roots, with nothing from the crate: (4.1) and (4.2) as
 /// printed, with c₃ where the dissertation repeats c₂.
@@ -159,7 +120,7 @@ fn no_verdict_is_wrong_in_ten_thousand_random_loops() {
         // Stiffness about as large as the delay lets a loop bear, so that both verdicts are common.
         let most = 2.0 / (1.0 + 3.0 * delay as f64);
         let parameters = wall(
-            random.between(0.0, most) * random.next(),
+            random.between(0.0, most) * random.share(),
             random.between(0.0, most),
             random.or_nothing(2.0),
             random.or_nothing(2.0),

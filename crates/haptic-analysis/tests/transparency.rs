@@ -1,18 +1,12 @@
-//! What the environment and the closed loop feel like, against the definitions and their limits.
+//! The feel of the environment and the closed loop, against the definitions and their limits.
 
 use fracdiff::{ExactDifference, MuirPolynomial, Order, Seconds};
 use haptic_analysis::{ClosedLoop, Effective, Environment, ForcePath, Loop};
 use num_complex::Complex;
 use proptest::prelude::*;
 use std::f64::consts::PI;
-
-fn order(mu: f64) -> Order {
-    Order::new(mu).expect("tests use valid orders")
-}
-
-fn exact(mu: f64) -> ExactDifference {
-    ExactDifference(order(mu))
-}
+use testkit::assert_close;
+use testkit::operator::{exact, order};
 
 /// Figure 6.2: m = 0.65 kg, b = 3.5 N·s/m, K = 50 N/m, B = 1 N·s^μ/m; T is not given, 1 ms here.
 fn figure_6_2(mu: f64) -> ClosedLoop {
@@ -34,15 +28,6 @@ fn with_sample_time(mut closed: ClosedLoop, t: f64) -> ClosedLoop {
     closed
 }
 
-fn close(have: f64, want: f64, tolerance: f64, what: &str) {
-    // Negated, so that a NaN fails.
-    assert!(
-        (have - want).abs() <= tolerance,
-        "{what}: have {have:.15e}, want {want:.15e}, off by {:.1e}",
-        have - want
-    );
-}
-
 #[test]
 fn the_environment_is_the_closed_form_of_the_exact_operator() {
     // Figure 3.4: K = 10 N/mm, B = 0.1 N·s^μ/mm, T = 1 ms, with the T^(−μ) the dissertation drops.
@@ -61,17 +46,17 @@ fn the_environment_is_the_closed_form_of_the_exact_operator() {
             let have = environment.effective(&exact(mu), omega).expect("valid");
             let what = format!("μ {mu} ω {omega}");
             let scale = k + size;
-            close(
+            assert_close(
+                &what,
                 have.stiffness_n_per_m,
                 k + size * angle.cos(),
                 1e-12 * scale,
-                &what,
             );
-            close(
+            assert_close(
+                &what,
                 have.damping_n_s_per_m,
                 size * angle.sin() / omega,
                 1e-12 * scale / omega,
-                &what,
             );
         }
     }
@@ -91,11 +76,11 @@ fn a_muir_environment_shows_its_false_spring_at_rest() {
         let operator = MuirPolynomial::<f64, 3>::new(order(mu), Seconds(t)).expect("valid");
         let have = environment.effective(&operator, 1e-3).expect("valid");
         let want = t.powf(-mu) * (1.0 - mu) * (3.0 - mu) / 3.0;
-        close(
+        assert_close(
+            &format!("μ {mu}"),
             have.stiffness_n_per_m,
             want,
             1e-9 * t.powf(-mu),
-            &format!("μ {mu}"),
         );
     }
 }
@@ -123,8 +108,8 @@ fn the_closed_forms_are_the_definition_of_the_closed_loop() {
                     let have = have.expect("valid");
                     let what = format!("μ {mu} ω {omega} d {delay_samples}");
                     let scale = 1e-11 * (1.0 + z.norm());
-                    close(have.stiffness_n_per_m, -omega * z.im, scale * omega, &what);
-                    close(have.damping_n_s_per_m, z.re, scale, &what);
+                    assert_close(&what, have.stiffness_n_per_m, -omega * z.im, scale * omega);
+                    assert_close(&what, have.damping_n_s_per_m, z.re, scale);
                 }
             }
         }
@@ -189,15 +174,15 @@ fn at_low_frequency_the_hand_feels_the_spring_and_at_order_1_the_sum_of_both_dam
         let closed = figure_6_2(mu);
         for felt in [closed.continuous(omega), closed.sampled(&exact(mu), omega)] {
             let felt = felt.expect("valid");
-            close(felt.stiffness_n_per_m, 50.0, 0.02, &format!("μ {mu}"));
+            assert_close(&format!("μ {mu}"), felt.stiffness_n_per_m, 50.0, 0.02);
             if mu >= 1.0 {
                 // b − KT/2, and B beside it at μ = 1.
                 let damper = if mu > 1.0 { 0.0 } else { 1.0 };
-                close(
+                assert_close(
+                    &format!("μ {mu}"),
                     felt.damping_n_s_per_m,
                     3.5 + damper - 0.025,
                     0.02,
-                    &format!("μ {mu}"),
                 );
             }
         }

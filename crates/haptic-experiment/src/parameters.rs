@@ -188,7 +188,7 @@ pub const THICKNESS: Parameter = Parameter::number(
 pub const SCHEME: Parameter = Parameter::text(
     "scheme",
     "full",
-    "Fractional operator, see `host-cli --help`",
+    "Fractional operator by name, as full, grunwald:1000 or tustin-muir:5",
 );
 /// Number type of the loop.
 pub const PRECISION: Parameter = Parameter::text("precision", "f64", "Number type of the loop");

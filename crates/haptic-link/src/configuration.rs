@@ -9,9 +9,25 @@ use serde::{Deserialize, Serialize};
 
 /// The whole configuration but the coefficients. Applied in one transaction: stage this, stage the
 /// blocks of coefficients, commit with the digest of both.
+///
+/// ```
+/// use haptic_link::{CoefficientBlock, Configuration, OperatorForm, OperatorShape, block_count};
+///
+/// // 500 N/m and a backward difference: g and k₁ of D¹ at 1 kHz.
+/// let taps = [1000.0_f32, -1000.0];
+/// let configuration = Configuration {
+///     stiffness_n_per_m: 500.0,
+///     dissipation_n_s_mu_per_m: 2.0,
+///     order: 1.0,
+///     operator: OperatorShape { form: OperatorForm::Taps, integer: 0, count: 2 },
+///     ..Configuration::PASSIVE
+/// };
+/// assert_eq!(block_count(configuration.operator.count), 1);
+/// assert_eq!(CoefficientBlock::of(&taps, 0).values[..3], [1000.0, -1000.0, 0.0]);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Configuration {
-    /// Where the loop is closed.
+    /// The side on which the loop runs.
     pub loop_mode: LoopMode,
     /// T, µs.
     #[serde(with = "postcard::fixint::le")]

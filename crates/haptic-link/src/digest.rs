@@ -5,6 +5,15 @@ use crate::frame::CRC;
 
 /// Digest of a configuration and its coefficients: CRC-32 (as zlib's) over the bytes of the
 /// [`Configuration`] as they are on the wire, then each coefficient as four little-endian bytes.
+///
+/// ```
+/// use haptic_link::{Configuration, DigestBuilder};
+///
+/// let configuration = Configuration { stiffness_n_per_m: 500.0, ..Configuration::PASSIVE };
+/// let digest = DigestBuilder::new(&configuration).coefficients(&[1.0, -0.5]).finish();
+/// let other = DigestBuilder::new(&configuration).coefficients(&[1.0, -0.25]).finish();
+/// assert_ne!(digest, other);
+/// ```
 #[derive(Clone)]
 pub struct DigestBuilder(crc::Digest<'static, u32, crc::NoTable>);
 

@@ -4,7 +4,7 @@
 //! numbers its requests modulo 2³², and a device believes nobody ([`RequestTracker`]): at 1000 requests a second a
 //! captured one would look new again after 24 days.
 
-/// How a frame arrived.
+/// The arrival of a frame, by its number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Arrival {
     /// To be acted on; this many frames before it are missing.
@@ -19,7 +19,7 @@ pub enum Arrival {
 }
 
 impl Arrival {
-    /// Whether the frame may be acted on.
+    /// True if the frame may be acted on.
     #[must_use]
     pub const fn is_new(self) -> bool {
         matches!(self, Self::New { .. })
@@ -31,6 +31,15 @@ impl Arrival {
 /// A number up to 32 767 ahead of the last is new, others are late. Whoever starts to count anew says so
 /// (a hello) and calls [`restart`](Self::restart); [`RESTART_AFTER`](Self::RESTART_AFTER) late frames in a
 /// row, each the successor of the one before, are taken for a sender that has done so unheard.
+///
+/// ```
+/// use haptic_link::{Arrival, SequenceTracker};
+///
+/// let mut tracker = SequenceTracker::default();
+/// tracker.arrive(65_535);
+/// assert_eq!(tracker.arrive(1), Arrival::New { lost: 1 }); // 0 did not come
+/// assert_eq!(tracker.lost(), 1);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SequenceTracker {
     last: Option<u16>,
@@ -120,6 +129,14 @@ impl SequenceTracker {
 ///
 /// A number up to 2³¹ − 1 ahead of the last is new, others are late, however many of them come: a capture that is
 /// played again is nothing but late. A new connection may begin with any number.
+///
+/// ```
+/// use haptic_link::RequestTracker;
+///
+/// let mut tracker = RequestTracker::default();
+/// assert!(tracker.is_new(7) && !tracker.is_new(7) && !tracker.is_new(6));
+/// assert_eq!((tracker.duplicate(), tracker.late()), (1, 1));
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RequestTracker {
     last: Option<u32>,
@@ -137,7 +154,7 @@ impl RequestTracker {
         late: 0,
     };
 
-    /// Whether a request with this number may be acted on.
+    /// True if a request with this number may be acted on.
     pub fn is_new(&mut self, sequence: u32) -> bool {
         let ahead = self.last.map_or(1, |last| sequence.wrapping_sub(last));
         match ahead {

@@ -141,7 +141,7 @@ impl Document {
         resolved
     }
 
-    /// Whether the bytes at this row are the value.
+    /// True if the bytes at this row are the value.
     fn holds(&self, row: &Row, bytes: &[u8], value: &Value) -> bool {
         let bytes = &bytes[row.offset..row.offset + self.size(&row.kind)];
         let float = |bytes: &[u8]| f32::from_le_bytes(bytes.try_into().expect("four bytes"));

@@ -11,6 +11,28 @@ use fracdiff::Real;
 ///
 /// *Dropped* before the force is zero, by an early return or a panic, it writes a zero force: a force that nobody
 /// ticks any more would hold for ever, and nothing is left that could bring it down in steps.
+///
+/// ```
+/// use fracdiff::{Order, Seconds, ShortMemory};
+/// use haptic_loop::plant::{MassDamper, MassDamperConfig};
+/// use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
+/// use haptic_loop::{Controller, SafetyChain, SpringDamper};
+///
+/// let t = Seconds(1e-3);
+/// let wall = SpringDamper::new(500.0, 2.0, ShortMemory::<f64, 64>::new(Order::new(0.5)?, t)?)?;
+/// let chain = SafetyChain::new(Newtons(10.0), NewtonsPerSecond(1e4), t)?;
+/// let mut controller = Controller::<_, 1, _>::new(wall, chain);
+/// let testbed = MassDamperConfig::ideal(Kilograms(0.065), NewtonSecondsPerMetre(3.5), t);
+/// let mut device = MassDamper::<1>::new(testbed)?;
+/// {
+///     let mut engaged = controller.engage(&mut device);
+///     for _ in 0..100 {
+///         engaged.tick().unwrap_or_else(|never| match never {});
+///     }
+/// } // lets go here, whatever ended the loop
+/// assert!(controller.safety().is_at_rest());
+/// # Ok::<(), haptic_loop::ParameterError>(())
+/// ```
 pub struct Engaged<'a, F: Real, const D: usize, E: Environment<F, D>, V: Device<F, D>> {
     controller: &'a mut Controller<F, D, E>,
     device: &'a mut V,

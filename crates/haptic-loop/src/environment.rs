@@ -15,8 +15,24 @@ use nalgebra::SVector;
 ///   alone; [`advance`](Self::advance) takes the position into the history after the force is sent.
 /// - *Not finite*: a position that is not finite makes a force that is not finite, which the safety
 ///   chain turns into a fault. Nothing here panics.
+///
+/// ```
+/// use haptic_loop::{Environment, SpringDamper};
+/// use fracdiff::{Order, Seconds, ShortMemory};
+/// use nalgebra::{Vector1, vector};
+///
+/// let damper = ShortMemory::<f64, 8>::new(Order::new(1.0)?, Seconds(1e-3))?;
+/// let wall = SpringDamper::new(100.0, 2.0, damper)?;
+/// let mut history = Environment::<f64, 1>::at_rest(&wall);
+/// let x: Vector1<f64> = vector![1e-3];
+/// // From rest to 1 mm in 1 ms is 1 m/s: 0.1 N of the spring, 2 N of the damper.
+/// assert!((wall.force(&history, &x)[0] + 2.1).abs() < 1e-12);
+/// wall.advance(&mut history, &x);
+/// assert!((wall.force(&history, &x)[0] + 0.1).abs() < 1e-12);
+/// # Ok::<(), haptic_loop::ParameterError>(())
+/// ```
 pub trait Environment<F: Real, const D: usize> {
-    /// What the motion so far leaves behind.
+    /// The motion so far, as far as the environment remembers it.
     type History: Clone + Debug;
 
     /// The history of a device that always rested at zero.
@@ -38,6 +54,18 @@ pub trait Environment<F: Real, const D: usize> {
 /// *Cost*: `force` two multiply-adds an axis, `advance` that of the operator.
 ///
 /// Source: O. Tokatlı, *Fractional Order Control in Haptics*, eq. 3.8.
+///
+/// ```
+/// use fracdiff::{Order, Seconds, ShortMemory};
+/// use haptic_loop::SpringDamper;
+///
+/// let operator = ShortMemory::<f32, 256>::new(Order::new(0.5)?, Seconds(1e-3))?;
+/// let wall = SpringDamper::new(500.0, 3.0, operator.clone())?; // K = 500 N/m, B = 3 N·s^0.5/m
+/// let refused = SpringDamper::new(-1.0, 3.0, operator).unwrap_err();
+/// assert_eq!(refused.to_string(), "stiffness -1 N/m is not at least 0 N/m");
+/// # let _ = wall;
+/// # Ok::<(), haptic_loop::ParameterError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpringDamper<F, O> {
     stiffness: F,
@@ -120,6 +148,20 @@ impl<F: Real, O: Differintegrator<F>, const D: usize> Environment<F, D> for Spri
 /// ```
 /// The inner environment sees the penetration: zero outside, so its history forgets nothing and gains
 /// nothing while the device is away. With one degree of freedom n = +1.
+///
+/// ```
+/// use fracdiff::{Order, Seconds, ShortMemory};
+/// use haptic_loop::units::Metres;
+/// use haptic_loop::{Contact, Environment, SpringDamper};
+/// use nalgebra::vector;
+///
+/// let operator = ShortMemory::<f64, 64>::new(Order::new(0.5)?, Seconds(1e-3))?;
+/// let floor = Contact::new([0.0, -1.0], Metres(0.0), SpringDamper::new(500.0, 3.0, operator)?)?;
+/// let history = Environment::<f64, 2>::at_rest(&floor);
+/// assert_eq!(floor.force(&history, &vector![0.3, 0.1]), vector![0.0, 0.0]); // above it
+/// assert!(floor.force(&history, &vector![0.3, -1e-3])[1] > 0.5); // pushed up, never pulled
+/// # Ok::<(), haptic_loop::ParameterError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact<F, E, const D: usize> {
     inner: E,

@@ -10,7 +10,7 @@ use fracdiff::parameter::{self, RangeError};
 pub enum ParameterError {
     /// A quantity.
     Range {
-        /// What it is.
+        /// Its name.
         what: &'static str,
         /// The rejected value, in `unit`.
         value: f64,
@@ -40,17 +40,11 @@ impl From<fracdiff::ParameterError> for ParameterError {
 
 impl From<RangeError> for ParameterError {
     fn from(error: RangeError) -> Self {
-        let RangeError {
-            what,
-            value,
-            allowed,
-            unit,
-        } = error;
         Self::Range {
-            what,
-            value,
-            allowed,
-            unit,
+            what: error.what,
+            value: error.value,
+            allowed: error.allowed,
+            unit: error.unit,
         }
     }
 }
@@ -63,13 +57,7 @@ impl fmt::Display for ParameterError {
                 value,
                 allowed,
                 unit,
-            } => RangeError {
-                what,
-                value,
-                allowed,
-                unit,
-            }
-            .fmt(f),
+            } => RangeError::new(what, value, allowed, unit).fmt(f),
             Self::Braking {
                 value_n_s_per_m,
                 most_n_s_per_m,

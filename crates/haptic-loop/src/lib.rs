@@ -33,3 +33,6 @@ pub use safety::{
 };
 pub use tissue::{KelvinVoigt, Specimen, Tissue};
 pub use wall::{Wall, WallShape};
+
+/// Vectors of axes: [`nalgebra::SVector`].
+pub use nalgebra;

@@ -165,6 +165,25 @@ impl Specimen {
 /// f = −(A/ℓ)·(E₀·x + η·D^α x)
 /// ```
 /// A [`SpringDamper`] with K = A·E₀/ℓ and B = A·η/ℓ; the operator must have the tissue's order.
+///
+/// ```
+/// use fracdiff::full_memory::{Design, Kernel};
+/// use fracdiff::{FullMemory, Order, Seconds};
+/// use haptic_loop::units::{Metres, Pascals, SquareMetres};
+/// use haptic_loop::{KelvinVoigt, Specimen, Tissue};
+///
+/// let (order, t) = (Order::new(0.2247)?, Seconds(1e-3));
+/// let prostate = Tissue::new(Pascals(0.0), 8650.0, order)?; // cancerous, η in Pa·s^α
+/// let specimen = Specimen::new(SquareMetres(4e-4), Metres(0.02))?;
+/// // 5 % in a second, held for 200 s: a third of the stress is left.
+/// let [peak, held] = [1.0, 200.0].map(|time| prostate.relaxation_stress(0.05, 1.0, time).0);
+/// assert!((held / peak - 0.236).abs() < 0.01);
+/// // The same, rendered, with all of the past.
+/// let design = Design::<16, 40>::closed_form(Kernel::Grunwald, order, 1e-6, 2e5)?;
+/// let rendered = KelvinVoigt::new(&prostate, &specimen, FullMemory::<f32, 16, 40>::new(&design, t)?)?;
+/// # let _ = rendered;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KelvinVoigt<F, O>(SpringDamper<F, O>);
 

@@ -17,41 +17,10 @@ use haptic_loop::units::{
 };
 use haptic_loop::{EnergyBounding, Guard, Limits, SafetyChain, SafetyState, SpeedLimit};
 use nalgebra::SVector;
+use testkit::Random;
 
 /// Rounding, J.
 const ROUNDING: f64 = -1e-9;
-
-/// A small generator of numbers (SplitMix64): the same on every machine.
-#[derive(Clone, Debug)]
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-
-    /// In [low, high).
-    fn within(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * (self.next() >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    /// The same in the logarithm.
-    fn scaled(&mut self, low: f64, high: f64) -> f64 {
-        self.within(low.ln(), high.ln()).exp()
-    }
-
-    fn one_of<T: Copy>(&mut self, choices: &[T]) -> T {
-        choices[(self.next() % choices.len() as u64) as usize]
-    }
-
-    fn chance(&mut self, share: f64) -> bool {
-        self.within(0.0, 1.0) < share
-    }
-}
 
 /// A stretch of time between two events: its length, and g = u + p·e^(−t/τ) on each axis.
 #[derive(Clone, Debug)]
@@ -115,7 +84,7 @@ impl<const D: usize> Actuator<D> {
         self.due.push_back((at.max(last), force));
     }
 
-    /// What happens from one time to another.
+    /// The stretches of motion and force from one time to another.
     fn run(&mut self, from: f64, to: f64) -> Vec<Stretch<D>> {
         let mut stretches = Vec::new();
         let mut now = from;
@@ -148,7 +117,7 @@ impl<const D: usize> Actuator<D> {
     }
 }
 
-/// What the environment wants.
+/// The force that the environment wants.
 #[derive(Clone, Copy, Debug)]
 enum Wanted {
     /// −K·x − B·v, times the passive limit.
@@ -157,7 +126,7 @@ enum Wanted {
     Anything { most: f64 },
 }
 
-/// How the device is moved.
+/// The motion of the device.
 #[derive(Clone, Copy, Debug)]
 enum Motion {
     /// The displacement and shape that cost the loop most, sample by sample.
@@ -195,38 +164,38 @@ struct Case {
 
 impl Case {
     fn random(random: &mut Random) -> Self {
-        let sample_time = random.scaled(1e-4, 5e-3);
-        let damping = random.scaled(0.1, 20.0);
+        let sample_time = random.log_between(1e-4, 5e-3);
+        let damping = random.log_between(0.1, 20.0);
         let share = random.one_of(&[0.3, 0.8, 1.0]);
-        let least = match random.next() % 4 {
+        let least = match random.bits() % 4 {
             0 => 0.0,
             1 => random.one_of(&[1.0, 2.0, 3.0]),
-            _ => random.within(0.0, 3.0),
+            _ => random.between(0.0, 3.0),
         };
-        let wide = match random.next() % 3 {
-            0 => random.within(0.0, 4.0 - least),
+        let wide = match random.bits() % 3 {
+            0 => random.between(0.0, 4.0 - least),
             _ => 0.0,
         };
         let lag = if random.chance(0.5) {
-            random.scaled(0.02, 20.0)
+            random.log_between(0.02, 20.0)
         } else {
             0.0
         };
         let passive = 2.0 * share * damping / sample_time;
         let wanted = if random.chance(0.7) {
             Wanted::Wall {
-                stiffness: passive * random.within(0.5, 5.0),
+                stiffness: passive * random.between(0.5, 5.0),
                 dissipation: damping * random.one_of(&[0.0, 0.5, 5.0]),
             }
         } else {
             Wanted::Anything {
-                most: random.scaled(1.0, 100.0),
+                most: random.log_between(1.0, 100.0),
             }
         };
-        let force = random.scaled(3.0, 100.0);
+        let force = random.log_between(3.0, 100.0);
         let rate = random
             .chance(0.3)
-            .then(|| force / (random.within(1.0, 30.0) * sample_time));
+            .then(|| force / (random.between(1.0, 30.0) * sample_time));
         Self {
             sample_time,
             damping,
@@ -240,8 +209,8 @@ impl Case {
             limits: (force, rate),
             braking: random
                 .chance(0.3)
-                .then(|| damping * random.scaled(0.5, 20.0)),
-            seed: random.next(),
+                .then(|| damping * random.log_between(0.5, 20.0)),
+            seed: random.bits(),
         }
     }
 
@@ -259,8 +228,8 @@ impl Case {
     /// Ways to move it, some of them drawn at random.
     fn motions(random: &mut Random) -> [Motion; 7] {
         let mut store = || Motion::StoreThenExtract {
-            store: 1 + (random.next() % 30) as u32,
-            extract: 1 + (random.next() % 10) as u32,
+            store: 1 + (random.bits() % 30) as u32,
+            extract: 1 + (random.bits() % 10) as u32,
         };
         [
             store(),
@@ -270,12 +239,12 @@ impl Case {
             Motion::Random,
             Motion::Wild,
             Motion::Stroke {
-                samples: 1 + (random.next() % 20) as u32,
+                samples: 1 + (random.bits() % 20) as u32,
             },
         ]
     }
 
-    /// What the best of these motions draws.
+    /// The energy that the best of these motions draws.
     fn worst<F: Real, const D: usize>(
         &self,
         motions: &[Motion],
@@ -320,7 +289,7 @@ impl Case {
         let mut state = SafetyState::<F, D>::default();
         let mut random = Random(self.seed);
         let mut actuator = Actuator::<D>::new(self.lag);
-        let constant = random.within(self.delays.0, self.delays.1);
+        let constant = random.between(self.delays.0, self.delays.1);
         let damping = self.share * self.damping;
         let mut x = SVector::<f64, D>::zeros();
         let mut moved = SVector::<f64, D>::zeros();
@@ -338,7 +307,7 @@ impl Case {
             let sent = sent.newtons().map(F::to_f64);
             most = most.max(sent.norm());
             let delay = if self.jitters {
-                random.within(self.delays.0, self.delays.1)
+                random.between(self.delays.0, self.delays.1)
             } else {
                 constant
             };
@@ -371,7 +340,7 @@ impl Case {
                 stiffness,
                 dissipation,
             } => -(x * stiffness + moved * (dissipation / self.sample_time)),
-            Wanted::Anything { most } => SVector::from_fn(|_, _| random.within(-most, most)),
+            Wanted::Anything { most } => SVector::from_fn(|_, _| random.between(-most, most)),
         }
     }
 
@@ -387,7 +356,7 @@ impl Case {
         // A displacement that makes a wall of the passive limit push with a few newtons.
         let step = self.limits.0 * self.sample_time / (2.0 * self.damping);
         let some =
-            |random: &mut Random, most: f64| SVector::from_fn(|_, _| random.within(-most, most));
+            |random: &mut Random, most: f64| SVector::from_fn(|_, _| random.between(-most, most));
         match self.motion {
             Motion::Greedy => {
                 // Something has to be in the wall first.
@@ -412,8 +381,8 @@ impl Case {
             }
             Motion::Random => (some(random, step), e),
             Motion::Wild => {
-                let shape = e * random.within(-1.0, 3.0);
-                let most = step * random.within(0.0, 2.0);
+                let shape = e * random.between(-1.0, 3.0);
+                let most = step * random.between(0.0, 2.0);
                 (some(random, most), shape)
             }
             Motion::Stroke { samples } => {

@@ -8,7 +8,7 @@ use fracdiff::{Order, Real, Seconds, ShortMemory};
 use haptic_loop::plant::{EncoderQuantiser, MassDamper, MassDamperConfig};
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
 use haptic_loop::{
-    Controller, Device, EnergyBounding, Guard, Limiters, Limits, PassivityObserver, Reading,
+    Controller, Device, EnergyBounding, Fault, Guard, Limiters, Limits, PassivityObserver, Reading,
     SafeForce, SafetyChain, SafetyState, SpringDamper,
 };
 use nalgebra::{SVector, vector};
@@ -79,7 +79,7 @@ impl Device<f64, 1> for Sensed {
     }
 }
 
-/// How it ends: standard deviation and mean of the true position over the last 0.4 s, m.
+/// The end of a run: standard deviation and mean of the true position over the last 0.4 s, m.
 #[derive(Clone, Copy, Debug)]
 struct End {
     deviation: f64,
@@ -437,6 +437,43 @@ fn an_energy_that_is_no_number_gives_no_force() {
         chain.apply(&mut state, &vector![x], &vector![100.0]);
     }
     assert!(state.observed_energy_j() <= 0.0);
+    // Work of −∞ is not "nothing is owed": no force follows from it.
+    let mut state = SafetyState::<f32, 1>::default();
+    for (x, wanted) in [(0.0, 0.0), (-1e10, 1e30), (-2e10, 1e30)] {
+        let (force, _) = chain.apply(&mut state, &vector![x], &vector![wanted]);
+        assert!(force.newtons()[0].abs() <= 0.0, "{x}");
+    }
+    assert_eq!(state.fault(), Some(Fault::NonFiniteForce));
+}
+
+#[test]
+fn after_the_device_has_let_go_no_force_is_on_its_way_and_no_credit_is_left() {
+    let chain = bare::<f64>(late(2.5 * T.0, 2.5 * T.0, 0.0), T);
+    // The same motion, pushed or not: once it has let go, the books are the same, to the bit.
+    let [pushed, alone] = [-2.0, 0.0].map(|wanted| {
+        let mut state = SafetyState::<f64, 1>::default();
+        let tick = |state: &mut _, wanted: f64, n: i32| {
+            let position = vector![1e-3 * f64::from(n)];
+            let (force, _) = chain.apply(state, &position, &vector![wanted]);
+            force.newtons()[0]
+        };
+        let sent = (0..10).map(|n| tick(&mut state, wanted, n)).last();
+        assert_eq!(
+            sent.is_some_and(|sent| sent < -0.5),
+            wanted < 0.0,
+            "{sent:?}"
+        );
+        assert!(state.observed_energy_j() > 0.0);
+        state.let_go();
+        assert!(state.observed_energy_j() <= 0.0);
+        (10..20)
+            .map(|n| {
+                tick(&mut state, 0.0, n);
+                state.observed_energy_j().to_bits()
+            })
+            .collect::<Vec<_>>()
+    });
+    assert_eq!(pushed, alone);
 }
 
 #[test]
@@ -560,6 +597,54 @@ fn the_noise_of_a_sensor_is_no_motion() {
     let (taken, credited) = (let_through(1e-5), let_through(0.0));
     println!("noise said: {taken} N, not said: {credited} N");
     assert!(taken < 0.1 * credited, "{taken} {credited}");
+}
+
+#[test]
+fn noise_is_owed_for_a_thousand_samples_and_paid_only_with_energy_to_spare() {
+    const SIGMA: f64 = 1e-5;
+    // ρb/T; 2ρ(b/T)σ² a sample; what one sample leaves of a surplus.
+    let (damping, keep) = (0.8 * DAMPING / T.0, 1.0 - T.0 / 0.5);
+    let noise = 2.0 * damping * SIGMA * SIGMA;
+    let guard = EnergyBounding {
+        noise: Metres(SIGMA),
+        ..late(0.0, 0.0, 0.0)
+    };
+    let chain = bare::<f64>(guard, T);
+    let tick = |state: &mut _, x: f64, wanted: f64| {
+        let (force, _) = chain.apply(state, &vector![x], &vector![wanted]);
+        force.newtons()[0]
+    };
+    let mut state = SafetyState::<f64, 1>::default();
+    for _ in 0..5000 {
+        tick(&mut state, 0.0, 0.0);
+    }
+    // A motion that pays for half of what is owed leaves nothing, and no debt in the books.
+    tick(&mut state, (500.0 * noise / damping).sqrt(), 0.0);
+    assert!(state.observed_energy_j().abs() < 1e-9 * noise);
+    // Half is left, and a sample more has come to it. Twice that: the rest is a surplus.
+    let x = (500.0 * noise / damping).sqrt() + (1002.0 * noise / damping).sqrt();
+    tick(&mut state, x, 0.0);
+    let left = state.observed_energy_j() / (keep * noise);
+    assert!((left - 501.0).abs() < 1e-6, "{left}");
+    // All that is covered for a force is not spent on noise: it is held for a minute.
+    let sent = tick(&mut state, x, -10.0);
+    assert!((-10.0..-0.1).contains(&sent), "{sent}");
+    for _ in 0..30_000 {
+        let held = tick(&mut state, x, -10.0);
+        assert!((held - sent).abs() < 1e-9, "{held} {sent}");
+    }
+}
+
+#[test]
+fn a_force_that_was_bounded_has_no_surplus_to_forget() {
+    // f = 2ρ(b/T)·|Δ| of the first motion, and its energy ρ(b/T)·Δ² stays.
+    let chain = bare::<f64>(late(0.0, 0.0, 0.0), T);
+    let mut state = SafetyState::<f64, 1>::default();
+    for (x, wanted) in [(0.0, 0.0), (1e-3, -100.0)] {
+        chain.apply(&mut state, &vector![x], &vector![wanted]);
+    }
+    let energy = 0.8 * DAMPING / T.0 * 1e-6;
+    assert!((state.observed_energy_j() / energy - 1.0).abs() < 1e-12);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! What the plants refuse, by name, value, range and unit.
+//! The refusals of the plants, by name, value, range and unit.
 
 use fracdiff::Seconds;
 use haptic_loop::ParameterError;
@@ -7,22 +7,10 @@ use haptic_loop::plant::{
     MeasurementDelay, RampHold, RigConfig, RigContact, RigDrive, RigServo, SensorNoise,
 };
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
+use testkit::device::{DAMPING as B, MASS as M, ideal, with_hand};
 
-/// The dissertation's voice coil (section 4.4), at 1 kHz.
-const M: f64 = 0.065;
-const B: f64 = 3.5;
+/// At 1 kHz, s.
 const T: f64 = 1e-3;
-
-fn ideal(m: f64, b: f64, t: f64) -> MassDamperConfig {
-    MassDamperConfig::ideal(Kilograms(m), NewtonSecondsPerMetre(b), Seconds(t))
-}
-
-fn with_hand(m: f64, b: f64, k: f64, t: f64) -> MassDamperConfig {
-    MassDamperConfig {
-        stiffness: NewtonsPerMetre(k),
-        ..ideal(m, b, t)
-    }
-}
 
 fn drive() -> RigDrive {
     RigDrive::Position(RampHold::new(Metres(1e-3), Seconds(1.0)).expect("valid"))

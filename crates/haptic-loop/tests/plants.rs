@@ -2,59 +2,18 @@
 
 use fracdiff::{Real, Seconds};
 use haptic_loop::plant::{MassDamper, MassDamperConfig, SensorNoise};
-use haptic_loop::units::{
-    Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, NewtonsPerSecond,
-};
-use haptic_loop::{Device, Reading, SafeForce, SafetyChain, SafetyState};
-use nalgebra::{Matrix3, SVector, Vector1, Vector2, Vector3};
+use haptic_loop::units::{Metres, Newtons};
+use haptic_loop::{Device, Reading};
+use nalgebra::{Matrix3, Vector1, Vector2, Vector3};
 use proptest::prelude::*;
+use testkit::assert_close;
+use testkit::device::{DAMPING as B, MASS as M, ideal, plant, read, safe, with_hand, write};
 
-/// The dissertation's voice coil (section 4.4), at 1 kHz.
-const M: f64 = 0.065;
-const B: f64 = 3.5;
+/// At 1 kHz, s.
 const T: f64 = 1e-3;
-
-fn ideal(m: f64, b: f64, t: f64) -> MassDamperConfig {
-    MassDamperConfig::ideal(Kilograms(m), NewtonSecondsPerMetre(b), Seconds(t))
-}
-
-fn with_hand(m: f64, b: f64, k: f64, t: f64) -> MassDamperConfig {
-    MassDamperConfig {
-        stiffness: NewtonsPerMetre(k),
-        ..ideal(m, b, t)
-    }
-}
-
-fn plant(config: MassDamperConfig) -> MassDamper<1> {
-    MassDamper::new(config).expect("parameters within their ranges")
-}
-
-/// A force through a safety chain too wide to change it.
-fn safe<F: Real, const D: usize>(force: SVector<F, D>) -> SafeForce<F, D> {
-    let chain = SafetyChain::new(Newtons(1e9), NewtonsPerSecond(1e12), Seconds(1.0));
-    let mut state = SafetyState::default();
-    chain.expect("valid").apply(&mut state, &force, &force).0
-}
-
-fn write(plant: &mut impl Device<f64, 1, Error: core::fmt::Debug>, force: f64) {
-    plant.write(safe(Vector1::new(force))).expect("infallible");
-}
-
-fn read<const D: usize>(plant: &mut impl Device<f64, D>) -> Reading<f64, D> {
-    plant.read().expect("infallible")
-}
 
 fn state(plant: &MassDamper<1>) -> (f64, f64) {
     (plant.position()[0], plant.velocity()[0])
-}
-
-#[track_caller]
-fn assert_close(what: &str, have: f64, want: f64, tolerance: f64) {
-    let error = (have - want).abs();
-    assert!(
-        error <= tolerance,
-        "{what}: have {have:e}, want {want:e}, error {error:e} above {tolerance:e}"
-    );
 }
 
 /// Position and velocity t seconds after a constant force starts on a resting mass, k = 0.

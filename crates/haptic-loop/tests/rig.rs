@@ -2,9 +2,10 @@
 
 use fracdiff::{Real, Seconds};
 use haptic_loop::plant::{IndentationRig, RampHold, RigConfig, RigContact, RigDrive};
-use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
-use haptic_loop::{Device, SafeForce, SafetyChain, SafetyState};
+use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons};
+use haptic_loop::{Device, SafeForce};
 use nalgebra::Vector1;
+use testkit::assert_close;
 
 const T: f64 = 1e-3;
 const DEPTH: f64 = 1e-3;
@@ -22,12 +23,9 @@ fn rig(drive: RigDrive, contact: RigContact) -> IndentationRig {
     IndentationRig::new(RigConfig::new(drive, contact, Seconds(T))).expect("valid")
 }
 
-/// A force through a safety chain too wide to change it.
+/// A force that no limit changes.
 fn safe<F: Real>(force: F) -> SafeForce<F, 1> {
-    let chain = SafetyChain::new(Newtons(1e9), NewtonsPerSecond(1e12), Seconds(1.0));
-    let mut state = SafetyState::default();
-    let wanted = Vector1::new(force);
-    chain.expect("valid").apply(&mut state, &wanted, &wanted).0
+    testkit::device::safe(Vector1::new(force))
 }
 
 /// Runs `ticks` samples with the tissue's `force(x)`; `look` sees the rig after each.
@@ -43,15 +41,6 @@ fn run(
         rig.write(safe(force)).expect("infallible");
         look(reading.time_s + T, rig);
     }
-}
-
-#[track_caller]
-fn assert_close(what: &str, have: f64, want: f64, tolerance: f64) {
-    let error = (have - want).abs();
-    assert!(
-        error <= tolerance,
-        "{what}: have {have:e}, want {want:e}, error {error:e} above {tolerance:e}"
-    );
 }
 
 #[test]

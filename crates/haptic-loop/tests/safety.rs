@@ -51,6 +51,20 @@ fn the_force_rises_in_proportion_to_time_after_start_and_after_clear() {
 }
 
 #[test]
+fn the_start_is_over_with_the_sample_that_has_the_whole_force() {
+    // Quarters are exact.
+    let chain = chain(Limits {
+        rise_time: Some(Seconds(4e-3)),
+        ..BARE
+    });
+    let mut state = SafetyState::default();
+    for (share, bits) in [(0.0, 16), (0.25, 16), (0.5, 16), (0.75, 16), (1.0, 0)] {
+        let (force, limiters) = chain.apply(&mut state, &vector![0.0], &vector![2.0]);
+        assert_eq!((force.newtons()[0], limiters.bits()), (2.0 * share, bits));
+    }
+}
+
+#[test]
 fn a_start_is_refused_with_too_large_a_force() {
     let chain = chain(Limits {
         start_force: Some(Newtons(1.0)),
@@ -147,6 +161,90 @@ fn an_outward_motion_is_braked_in_the_soft_zone_and_beyond_it_is_a_fault() {
         chain.apply(&mut state, &beyond, &vector![2.0]);
         assert_eq!(state.fault(), Some(Fault::Workspace));
     }
+}
+
+#[test]
+fn each_limit_of_the_motion_is_kept_with_no_other_beside_it() {
+    let workspace = Workspace {
+        low: Metres(-0.1),
+        high: Metres(0.1),
+        soft: Metres(0.0),
+    };
+    let speed = SpeedLimit {
+        soft: MetresPerSecond(0.5),
+        hard: MetresPerSecond(1.0),
+    };
+    let stuck = Stuck {
+        force: Newtons(1.0),
+        time: Seconds(1e-3),
+    };
+    let (place, fast, still) = (Fault::Workspace, Fault::Velocity, Fault::PositionStuck);
+    for (workspace, speed, stuck, fault) in [
+        (Some(workspace), None, None, place),
+        (None, Some(speed), None, fast),
+        (None, None, Some(stuck), still),
+    ] {
+        let chain = chain(Limits {
+            workspace,
+            speed,
+            stuck,
+            ..BARE
+        });
+        let mut state = SafetyState::<f64, 1>::default();
+        // 20 m/s to 0.2 m, then a force that grows against a reading that does not change.
+        for tick in 0..40 {
+            let tick = f64::from(tick);
+            let wanted = vector![(tick - 15.0).max(0.0)];
+            chain.apply(&mut state, &vector![(0.02 * tick).min(0.2)], &wanted);
+        }
+        assert_eq!(state.fault(), Some(fault));
+    }
+}
+
+#[test]
+fn a_velocity_beyond_the_number_type_is_a_fault_though_the_way_is_not() {
+    let limits = Limits {
+        braking: Some(NewtonSecondsPerMetre(5.0)),
+        velocity_bandwidth: Hertz(1e5),
+        ..BARE
+    };
+    let chain = SafetyChain::<f32>::from_limits(&limits, T).expect("valid");
+    let mut state = SafetyState::<f32, 1>::default();
+    for x in [0.0, 1e36] {
+        chain.apply(&mut state, &vector![x], &vector![1.0]);
+    }
+    assert_eq!(state.fault(), Some(Fault::Velocity));
+    assert_eq!(state.velocity_m_per_s()[0], 0.0);
+}
+
+#[test]
+fn a_sensor_stands_still_if_the_force_grows_by_more_and_more_is_applied() {
+    let chain = chain(Limits {
+        stuck: Some(Stuck {
+            force: Newtons(3.0),
+            time: Seconds(2e-3),
+        }),
+        ..BARE
+    });
+    // From 1 N to 4 N is no more than 3 N; half a newton more is.
+    let mut state = SafetyState::<f64, 1>::default();
+    for wanted in [1.0, 1.0, 1.0, 2.0, 3.0, 4.0, 4.0, 4.0] {
+        chain.apply(&mut state, &vector![0.0], &vector![wanted]);
+        assert_eq!(state.fault(), None);
+    }
+    chain.apply(&mut state, &vector![0.0], &vector![4.5]);
+    assert_eq!(state.fault(), Some(Fault::PositionStuck));
+    // Wanted at once, 1 N a tick applied: not yet while the last that was applied is 3 N.
+    let mut state = SafetyState::<f64, 1>::default();
+    for _ in 0..3 {
+        chain.apply(&mut state, &vector![0.0], &vector![0.0]);
+    }
+    for applied in [1.0, 2.0, 3.0, 4.0] {
+        let (force, _) = chain.apply(&mut state, &vector![0.0], &vector![9.0]);
+        assert_eq!((force.newtons()[0], state.fault()), (applied, None));
+    }
+    chain.apply(&mut state, &vector![0.0], &vector![9.0]);
+    assert_eq!(state.fault(), Some(Fault::PositionStuck));
 }
 
 #[test]
@@ -391,7 +489,7 @@ fn number() -> impl Strategy<Value = f64> {
     ]
 }
 
-/// What a tick is given: position, wanted force, and now and then a fault, a stop or a clear.
+/// The inputs of a tick: position, wanted force, and now and then a fault, a stop or a clear.
 fn ticks() -> impl Strategy<Value = Vec<([f64; 3], [f64; 3], u8)>> {
     let three = || proptest::array::uniform3(number());
     proptest::collection::vec((three(), three(), 0u8..20), 1..150)

@@ -1,13 +1,14 @@
 //! The sensor wrappers around a simulated device.
 
-use fracdiff::{Real, Seconds};
+use fracdiff::Seconds;
 use haptic_loop::plant::{
     EncoderQuantiser, MAX_DELAY_SAMPLES, MassDamper, MassDamperConfig, MeasurementDelay,
     SensorNoise,
 };
-use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
-use haptic_loop::{Device, Reading, SafeForce, SafetyChain, SafetyState};
-use nalgebra::{SVector, Vector1};
+use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre};
+use nalgebra::Vector1;
+use testkit::assert_close;
+use testkit::device::{read, write};
 
 /// A free mass of 1 kg at `position` m with `velocity` m/s, one tick a second.
 fn plant(position: f64, velocity: f64) -> MassDamper<1> {
@@ -15,30 +16,6 @@ fn plant(position: f64, velocity: f64) -> MassDamper<1> {
     let mut plant = MassDamper::new(ideal).expect("valid");
     plant.set_state(Vector1::new(position), Vector1::new(velocity));
     plant
-}
-
-/// A force through a safety chain too wide to change it.
-fn safe<F: Real, const D: usize>(force: SVector<F, D>) -> SafeForce<F, D> {
-    let chain = SafetyChain::new(Newtons(1e9), NewtonsPerSecond(1e12), Seconds(1.0));
-    let mut state = SafetyState::default();
-    chain.expect("valid").apply(&mut state, &force, &force).0
-}
-
-fn write(plant: &mut impl Device<f64, 1, Error: core::fmt::Debug>, force: f64) {
-    plant.write(safe(Vector1::new(force))).expect("infallible");
-}
-
-fn read<const D: usize>(plant: &mut impl Device<f64, D>) -> Reading<f64, D> {
-    plant.read().expect("infallible")
-}
-
-#[track_caller]
-fn assert_close(what: &str, have: f64, want: f64, tolerance: f64) {
-    let error = (have - want).abs();
-    assert!(
-        error <= tolerance,
-        "{what}: have {have:e}, want {want:e}, error {error:e} above {tolerance:e}"
-    );
 }
 
 #[test]

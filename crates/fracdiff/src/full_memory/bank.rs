@@ -1,13 +1,15 @@
 //! The operator that runs a [`Design`].
 
 use super::design::Design;
-use super::sweep::{LANES, advance_compensated, advance_plain};
+use super::sweep::{Block, LANES, advance_compensated, advance_plain};
 use crate::differintegrator::past_is_kept;
 use crate::fir::sum_of_8;
 use crate::integer_part::{IntegerHistory, WithIntegerPart, operator_from_its_core};
 use crate::list::{ListError, check_decay, check_finite, check_integer};
 use crate::response::{delay, geometric};
 use crate::{Differintegrator, FrequencyResponse, ParameterError, Real, Seconds};
+use core::iter::Zip;
+use core::slice::{Iter, IterMut};
 use num_complex::Complex;
 
 /// Modes that decay faster than this per sample need no compensation word even in `f32`: a state stands still where
@@ -36,7 +38,7 @@ const FAST_INCREMENTS: f64 = 1.0 / 1024.0;
 ///   them the operator.
 /// - *Single precision*: all that is added up is of one sign for a motion in one direction; 200 s at 1 kHz agree with
 ///   `f64` to 2e-6 of the bound above. Blocks of slow modes keep a compensation word.
-/// - *Not finite*: spoils all outputs until reset; for a whole order, which has no modes, TAPS of them.
+/// - *Not finite*: no output is finite until reset. Whole orders have no modes: only the next TAPS outputs are not finite.
 /// - *Cost*: `output` two subtractions and a multiply-add; `advance` TAPS multiply-adds and 5 operations a mode, 8 with
 ///   compensation. TAPS ≥ 4 and MODES a multiple of 8, else it does not compile.
 ///
@@ -109,6 +111,9 @@ pub(crate) struct Bank<F, const TAPS: usize, const MODES: usize> {
     blocks: usize,
 }
 
+/// Blocks of two arrays side by side.
+type Pairs<I> = Zip<I, I>;
+
 /// Taps of a bank that is given as a list of values.
 pub(crate) const PORTABLE_TAPS: usize = 16;
 
@@ -177,12 +182,17 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
         Some(if second { self.weights[mode] } else { decay })
     }
 
-    /// The blocks in use: those without compensation, those with it.
+    /// d and W of the blocks in use: those without compensation, those with it.
     #[inline]
-    fn split<'a>(&self, values: &'a [F]) -> (&'a [[F; LANES]], &'a [[F; LANES]]) {
-        let used = values.as_chunks().0.get(..self.blocks);
-        let split = used.unwrap_or_default().split_at_checked(self.fast_blocks);
-        split.unwrap_or_default()
+    fn blocks(&self) -> [Pairs<Iter<'_, Block<F>>>; 2] {
+        let split = |values| {
+            let (values, _) = <[F]>::as_chunks(values);
+            let used = values.get(..self.blocks).unwrap_or_default();
+            used.split_at_checked(self.fast_blocks).unwrap_or_default()
+        };
+        let (fast, slow) = split(&self.decays);
+        let (fast_weights, slow_weights) = split(&self.weights);
+        [fast.iter().zip(fast_weights), slow.iter().zip(slow_weights)]
     }
 }
 
@@ -207,7 +217,7 @@ impl<F: Real, const MODES: usize> FullMemory<F, PORTABLE_TAPS, MODES> {
     }
 }
 
-/// What one signal leaves behind: due contributions of recent inputs, and the modes.
+/// The history of one signal: due contributions of recent inputs, and the modes.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
@@ -229,8 +239,19 @@ pub struct BankHistory<F, const TAPS: usize, const MODES: usize> {
 }
 
 impl<F: Real, const TAPS: usize, const MODES: usize> BankHistory<F, TAPS, MODES> {
+    /// Blocks of states: the first `fast` of them, and all others with their compensation words.
+    #[inline]
+    fn blocks(&mut self, fast: usize) -> (IterMut<'_, Block<F>>, Pairs<IterMut<'_, Block<F>>>) {
+        let (states, _) = self.states.as_chunks_mut();
+        let (carries, _) = self.carries.as_chunks_mut();
+        let (states, slow) = states.split_at_mut_checked(fast).unwrap_or_default();
+        let carries = carries.get_mut(fast..).unwrap_or_default();
+        (states.iter_mut(), slow.iter_mut().zip(carries))
+    }
+
     /// One state a sample without input, in turn: if it has decayed to next to nothing it becomes zero, before it could
-    /// become a subnormal number, which many processors are slow with. With input no state gets that small.
+    /// become a subnormal number, which many processors are slow with. The very fastest modes can get there before
+    /// their turn, and no longer than one round. With input no state gets that small.
     #[inline]
     fn flush_one(&mut self, used: usize) {
         let turn = self.turn;
@@ -274,77 +295,24 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Differintegrator<F> for Ban
 
     #[inline]
     fn advance(&self, history: &mut Self::History, x: F) {
-        self.advance_together([history], [x]);
-    }
-
-    #[inline]
-    fn advance_many<const D: usize>(&self, mut histories: [&mut Self::History; D], x: [F; D]) {
-        // Without compensation words there is too little work for each coefficient to gain from it.
-        let together = if F::COMPENSATED { D } else { 0 };
-        let (histories, alone) = histories.split_at_mut(together);
-        let (inputs, inputs_alone) = x.split_at(together);
-        // Two axes fill the registers.
-        let (pairs, last) = histories.as_chunks_mut::<2>();
-        let (pair_inputs, last_input) = inputs.as_chunks::<2>();
-        for ([first, second], x) in pairs.iter_mut().zip(pair_inputs) {
-            self.advance_together([first, second], *x);
+        // due[i] ← due[i+1] + k_{i+1}·x
+        for i in 0..TAPS - 1 {
+            history.due[i] = history.due[i + 1] + self.corrections[i] * x;
         }
-        let singles = last.iter_mut().chain(alone);
-        for (history, x) in singles.zip(last_input.iter().chain(inputs_alone)) {
-            self.advance_together([history], [*x]);
+        let [fast, slow] = self.blocks();
+        let (states, compensated) = history.blocks(self.fast_blocks);
+        let mut sums = advance_plain(states.zip(fast), x);
+        if F::COMPENSATED {
+            sums = advance_compensated(compensated.zip(slow), x, sums);
+        }
+        history.past = history.due[0] + sum_of_8(sums);
+        if x == F::ZERO {
+            history.flush_one(self.blocks * LANES);
         }
     }
 
     fn memory_length(&self) -> Option<usize> {
         (self.blocks == 0).then_some(TAPS)
-    }
-}
-
-impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
-    /// Takes one input of each of D axes in, all axes block by block.
-    #[inline]
-    fn advance_together<const D: usize>(
-        &self,
-        mut histories: [&mut BankHistory<F, TAPS, MODES>; D],
-        x: [F; D],
-    ) {
-        // due[i] ← due[i+1] + k_{i+1}·x
-        for (history, &x) in histories.iter_mut().zip(&x) {
-            for i in 0..TAPS - 1 {
-                history.due[i] = history.due[i + 1] + self.corrections[i] * x;
-            }
-        }
-        // z_q ← z_q + (x − d_q·z_q);  Σ W_q·z_q in lanes, then the lanes in pairs
-        let mut lanes = [[F::ZERO; LANES]; D];
-        let (fast_decays, slow_decays) = self.split(&self.decays);
-        let (fast_weights, slow_weights) = self.split(&self.weights);
-        let fast = self.fast_blocks;
-        let mut axes = histories.each_mut().map(|history| {
-            let carries = history.carries.as_chunks_mut().0;
-            (history.states.as_chunks_mut().0, carries)
-        });
-        if fast > 0 {
-            let states = axes.each_mut().map(|(states, _)| &mut **states);
-            advance_plain(states, fast_decays, fast_weights, x, &mut lanes);
-        }
-        if fast < self.blocks {
-            let slow = axes.map(|(states, carries)| {
-                let states = states.get_mut(fast..).unwrap_or_default();
-                (states, carries.get_mut(fast..).unwrap_or_default())
-            });
-            advance_compensated(slow, slow_decays, slow_weights, x, &mut lanes);
-        }
-        // LLVM otherwise shapes all its vectors after the pairwise sum of the lanes, two wide: right for `f64`, and
-        // half of what `f32` could have. A Cortex-M has no vectors of them.
-        if F::COMPENSATED && !cfg!(target_arch = "arm") {
-            lanes = core::hint::black_box(lanes);
-        }
-        for ((history, lanes), x) in histories.into_iter().zip(lanes).zip(x) {
-            history.past = history.due[0] + sum_of_8(lanes);
-            if x == F::ZERO {
-                history.flush_one(self.blocks * LANES);
-            }
-        }
     }
 }
 
@@ -359,5 +327,65 @@ impl<F: Real, const TAPS: usize, const MODES: usize> FrequencyResponse for Bank<
             .map(|(decay, weight)| geometric(theta, decay.to_f64()) * w * weight.to_f64())
             .sum();
         (recent + tail + self.direct.to_f64()) / self.rate
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Order;
+    use crate::full_memory::Kernel;
+
+    #[test]
+    fn blocks_are_compensated_from_the_first_that_has_a_slow_mode() {
+        for (integer, edge) in [(0, 1.0 / 64.0), (-1, 1.0 / 64.0), (1, 1.0 / 1024.0)] {
+            let mut decays = [edge as f32; 3 * LANES];
+            assert_eq!(fast_blocks(&decays, integer), 3);
+            decays[2 * LANES - 1] *= 0.999;
+            assert_eq!(fast_blocks(&decays, integer), 1);
+            assert_eq!(fast_blocks(&decays.map(f64::from), integer), 3);
+        }
+    }
+
+    #[test]
+    fn only_a_whole_order_forgets() {
+        for (order, length) in [(0.5, None), (1.0, Some(17)), (2.0, Some(18)), (-0.5, None)] {
+            let order = Order::new(order).expect("an order");
+            let design = Design::<16, 48>::closed_form(Kernel::Grunwald, order, 1e-6, 2e5);
+            let memory = FullMemory::<f32, 16, 48>::new(&design.expect("modes"), Seconds(1e-3));
+            assert_eq!(memory.expect("a time").memory_length(), length);
+        }
+    }
+
+    /// Idle loops are fast because no number in them stays subnormal, however long they idle.
+    #[test]
+    fn a_number_is_subnormal_for_one_round_at_most_while_the_input_stands_still() {
+        fn check<F: Real>(order: f64, size: f64, is_slow: fn(F) -> bool) {
+            let order = Order::new(order).expect("an order");
+            let design = Design::<16, 48>::closed_form(Kernel::Grunwald, order, 1e-6, 2e5);
+            let bank = FullMemory::<F, 16, 48>::new(&design.expect("modes"), Seconds(1e-3));
+            let bank = bank.expect("a time").0.core;
+            let mut history = bank.at_rest();
+            let mut slow_for = [0; 2 * 48 + 16];
+            for n in 0..40_000 {
+                // So small a motion that what it leaves soon counts as nothing, then none.
+                bank.advance(&mut history, F::from_f64(if n < 50 { size } else { 0.0 }));
+                let words = history.states.iter().chain(&history.carries);
+                for (slow_for, &word) in slow_for.iter_mut().zip(words.chain(&history.due)) {
+                    *slow_for = if is_slow(word) { *slow_for + 1 } else { 0 };
+                    assert!(
+                        *slow_for <= bank.blocks * LANES,
+                        "{order:?} {n}: {history:?}"
+                    );
+                }
+            }
+            assert!(history.states.contains(&F::ZERO) && history.states[..8] == [F::ZERO; 8]);
+        }
+        for order in [0.05, 0.2247, 0.5, 0.9, 1.5] {
+            for factor in [1.0, 1e-3, 1e-6] {
+                check::<f32>(order, 1e-20 * factor, f32::is_subnormal);
+                check::<f64>(order, 1e-263 * factor, f64::is_subnormal);
+            }
+        }
     }
 }

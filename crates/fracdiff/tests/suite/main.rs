@@ -11,5 +11,6 @@ mod own_kernel;
 mod owners;
 mod partitioned;
 mod portable;
+mod refusals;
 mod saved;
 mod weights;

@@ -23,6 +23,8 @@ fn a_reference_and_a_box_are_the_operator_itself() {
         let any: Any = Box::new(operator.clone());
         assert_eq!(run(&any, &x), want);
         assert_eq!(any.memory_length(), operator.memory_length());
+        let response: &dyn FrequencyResponse = &Box::new(&operator);
+        assert_eq!(response.response(0.3), operator.response(0.3));
         // Three axes at once through a reference keep their bits.
         let mut together = [operator.at_rest(), operator.at_rest(), operator.at_rest()];
         for &x in &x {
@@ -131,6 +133,16 @@ fn a_full_memory_that_has_settled_gives_exactly_nothing() {
     for mu in [0.05, 0.2247, 0.9, 1.0, 1.4, 2.0] {
         let operator = full::<f32>(Kernel::Grunwald, mu, 1e-6);
         assert_eq!(settled(&operator, 0.7), Some(vec![0.0; 5000]), "{mu}");
+    }
+}
+
+#[test]
+fn a_whole_order_that_has_settled_gives_exactly_nothing() {
+    for scheme in SCHEMES.into_iter().filter(|scheme| *scheme != "muir:3") {
+        for mu in [1.0, 2.0] {
+            let y = settled(&build::<f32>(scheme, mu), 0.7);
+            assert_eq!(y, Some(vec![0.0; 5000]), "{scheme} {mu}");
+        }
     }
 }
 

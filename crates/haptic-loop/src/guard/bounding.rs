@@ -77,7 +77,59 @@ impl EnergyBounding {
     }
 }
 
-/// What the longest delay may be.
+/// Refuses a parameter outside the range that its field states.
+fn check(bounding: &EnergyBounding, sample_time: f64) -> Result<(), ParameterError> {
+    let (share, noise) = (bounding.share, bounding.noise.0);
+    let (damping, lag) = (bounding.device_damping.0, bounding.lag.0);
+    let (least, most) = (bounding.delay_least.0, bounding.delay_most.0);
+    // With room for a rounding to single precision.
+    let reach = |samples: usize| (1.0 + 1e-6) * sample_time * samples as f64;
+    let late = most >= least && most <= reach(MAX_GUARD_DELAY_SAMPLES);
+    let slow = lag >= 0.0 && lag <= reach(MAX_GUARD_LAG_SAMPLES);
+    for (what, value, accepted, allowed, unit) in [
+        (
+            "damping of the device",
+            damping,
+            damping > 0.0,
+            "above 0",
+            "N·s/m",
+        ),
+        (
+            "share of the damping",
+            share,
+            share > 0.0 && share <= 1.0,
+            "in (0, 1]",
+            "",
+        ),
+        (
+            "noise for the guard",
+            noise,
+            noise >= 0.0,
+            "at least 0",
+            "m",
+        ),
+        (
+            "least delay of the guard",
+            least,
+            least >= 0.0,
+            "at least 0",
+            "s",
+        ),
+        ("delay of the guard", most, late, DELAYS, "s"),
+        (
+            "lag of the actuator",
+            lag,
+            slow,
+            "from 0 to 64 sample times",
+            "s",
+        ),
+    ] {
+        range(what, value, accepted, allowed, unit)?;
+    }
+    Ok(())
+}
+
+/// The range of the longest delay.
 const DELAYS: &str = "from the least delay to 4 sample times";
 
 /// Energy bounding, made of good parameters.
@@ -101,54 +153,11 @@ impl<F: Real> Bounding<F> {
     /// A parameter outside the range that its field states.
     #[inline(never)]
     pub(super) fn new(bounding: &EnergyBounding, sample_time: f64) -> Result<Self, ParameterError> {
+        check(bounding, sample_time)?;
         let t = sample_time;
         let (share, noise) = (bounding.share, bounding.noise.0);
         let (damping, lag) = (bounding.device_damping.0, bounding.lag.0);
         let (least, most) = (bounding.delay_least.0, bounding.delay_most.0);
-        // With room for a rounding to single precision.
-        let reach = |samples: usize| (1.0 + 1e-6) * t * samples as f64;
-        let late = most >= least && most <= reach(MAX_GUARD_DELAY_SAMPLES);
-        let slow = lag >= 0.0 && lag <= reach(MAX_GUARD_LAG_SAMPLES);
-        for (what, value, accepted, allowed, unit) in [
-            (
-                "damping of the device",
-                damping,
-                damping > 0.0,
-                "above 0",
-                "N·s/m",
-            ),
-            (
-                "share of the damping",
-                share,
-                share > 0.0 && share <= 1.0,
-                "in (0, 1]",
-                "",
-            ),
-            (
-                "noise for the guard",
-                noise,
-                noise >= 0.0,
-                "at least 0",
-                "m",
-            ),
-            (
-                "least delay of the guard",
-                least,
-                least >= 0.0,
-                "at least 0",
-                "s",
-            ),
-            ("delay of the guard", most, late, DELAYS, "s"),
-            (
-                "lag of the actuator",
-                lag,
-                slow,
-                "from 0 to 64 sample times",
-                "s",
-            ),
-        ] {
-            range(what, value, accepted, allowed, unit)?;
-        }
         let timing = Timing {
             delay: 0.5 * (least + most) / t,
             spread: 0.5 * (most - least) / t,
@@ -298,6 +307,15 @@ fn scale<F: Real>(square: F, along: F, spare: F) -> F {
 #[cfg(test)]
 mod tests {
     use super::scale;
+
+    #[test]
+    fn a_small_share_keeps_its_digits() {
+        // s² + s = 1e-6, with 1e-6 less than a digit of 1.
+        assert!((scale(1.0_f32, 1.0, 1e-6) / 1e-6 - 1.0).abs() < 2e-6);
+        // s² − s = 1e-8 is above 1, s² − 2s = −0.75 at neither: no energy to spare.
+        assert!((scale(1.0_f32, -1.0, 1e-8) - 1.0).abs() < 1e-6);
+        assert!(scale(1.0_f32, -2.0, -0.75).abs() <= 0.0);
+    }
 
     #[test]
     fn forces_whose_products_overflow_let_nothing_through() {

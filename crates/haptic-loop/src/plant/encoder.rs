@@ -13,6 +13,19 @@ use fracdiff::Real;
 /// - *Symbols*: q resolution, m per count, > 0. Halves round away from zero.
 /// - *Accuracy*: within q/2 of the true position, plus one rounding to the loop's precision.
 /// - *Cost*: one division and one rounding per axis.
+///
+/// ```
+/// use fracdiff::Seconds;
+/// use haptic_loop::plant::{EncoderQuantiser, MassDamper, MassDamperConfig, SensorNoise};
+/// use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre};
+///
+/// let ideal = MassDamperConfig::ideal(Kilograms(0.065), NewtonSecondsPerMetre(3.5), Seconds(1e-3));
+/// // Noise of 2 µm, then counts of 5 µm: wrappers may be stacked.
+/// let noisy = SensorNoise::new(MassDamper::<1>::new(ideal)?, Metres(2e-6), 1)?;
+/// let sensed = EncoderQuantiser::new(noisy, Metres(5e-6))?;
+/// # let _ = sensed;
+/// # Ok::<(), haptic_loop::ParameterError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct EncoderQuantiser<V> {
     device: V,

@@ -12,7 +12,7 @@ use nalgebra::{RowSVector, SMatrix, SVector};
 /// Steps per sample between which making and breaking contact is noticed.
 pub const SUB_STEPS: usize = 8;
 
-/// How the indenter touches the renderer.
+/// The contact of the indenter with the renderer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RigContact {
     /// An ideal indenter without mass: what drives it is imposed on the renderer exactly, for ever
@@ -39,7 +39,7 @@ impl RigContact {
     };
 }
 
-/// What moves the indenter.
+/// The drive of the indenter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RigDrive {
     /// A position profile, followed by the servo (relaxation experiment).
@@ -81,9 +81,9 @@ impl RigServo {
 /// Parameters of an [`IndentationRig`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RigConfig {
-    /// What moves the indenter.
+    /// The drive of the indenter.
     pub drive: RigDrive,
-    /// How it touches the renderer.
+    /// Its contact with the renderer.
     pub contact: RigContact,
     /// T > 0, the time from one write to the next.
     pub sample_time: Seconds,
@@ -139,6 +139,24 @@ impl RigConfig {
 /// - *Cost* per sample: [`SUB_STEPS`] 8×8 products; no allocation, no panic.
 ///
 /// Source: dissertation ch. VII.
+///
+/// ```
+/// use fracdiff::Seconds;
+/// use haptic_loop::plant::{IndentationRig, RampHold, RigConfig, RigContact, RigDrive};
+/// use haptic_loop::units::Metres;
+/// use haptic_loop::{Device, SafeForce};
+///
+/// // 1 mm in a second, then held.
+/// let ramp = RigDrive::Position(RampHold::new(Metres(1e-3), Seconds(1.0))?);
+/// let config = RigConfig::new(ramp, RigContact::Rigid, Seconds(1e-3));
+/// let mut rig = IndentationRig::new(config)?;
+/// for _ in 0..2000 {
+///     Device::<f64, 1>::write(&mut rig, SafeForce::zero()).unwrap_or_else(|never| match never {});
+/// }
+/// let reading = Device::<f64, 1>::read(&mut rig).unwrap_or_else(|never| match never {});
+/// assert!((reading.position_m[0] - 1e-3).abs() < 1e-12); // imposed exactly
+/// # Ok::<(), haptic_loop::ParameterError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct IndentationRig {
     config: RigConfig,
