@@ -24,7 +24,7 @@ impl<H: Hardware> Exclusive<TickSide<H>> for Shared<H> {
     }
 }
 
-/// What the tick interrupt does.
+/// The work of the tick interrupt.
 #[derive(Debug)]
 pub struct Ticker<H: Hardware + 'static, T> {
     device: &'static Shared<H>,

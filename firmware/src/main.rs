@@ -14,7 +14,7 @@ use haptic_remote::{DeviceSession, Exclusive, TickSide};
 /// Major, minor, patch.
 const VERSION: [u8; 3] = [0, 1, 0];
 
-/// What an image says of itself: a mark, the board's name in 16 bytes, the version. `host-cli device flash` reads it
+/// The image's identity: a mark, the board's name in 16 bytes, the version. `host-cli device flash` reads it
 /// and compares it with the device that answers afterwards.
 static IDENTITY: [u8; 39] = {
     const MARK: [u8; 20] = *b"haptic-device image\0";

@@ -1,11 +1,11 @@
-//! What the device needs of a chip.
+//! The parts of a chip that the device needs.
 
 /// The timer whose interrupt is the tick.
 pub trait TickTimer {
     /// The tick has begun: a further one that comes due from here on is [`pending`](Self::is_pending).
     fn acknowledge(&mut self);
 
-    /// Whether the next tick is due already.
+    /// True if the next tick is due already.
     fn is_pending(&self) -> bool;
 
     /// Ticks come at this period from now on, 100 µs to 10 ms.
@@ -27,7 +27,7 @@ pub trait Line {
     fn send(&mut self, bytes: &[u8]);
 }
 
-/// What resets the chip unless it is fed.
+/// Resets the chip unless it is fed.
 pub trait Watchdog {
     /// Everything is well.
     fn feed(&mut self);

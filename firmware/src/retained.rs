@@ -15,7 +15,7 @@ static BOOT: AtomicU32 = AtomicU32::new(0);
 #[unsafe(link_section = ".uninit.live")]
 static LIVE: AtomicU32 = AtomicU32::new(0);
 
-/// What was retained over the last reset.
+/// The memory retained over the last reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Retained {
     /// Another number after each reset; after power-up whatever the memory came up with. With the times of the hellos

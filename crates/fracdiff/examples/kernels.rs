@@ -12,13 +12,13 @@ use std::hint::black_box;
 type Short = ShortMemory<f32, 1024>;
 type Full = FullMemory<f32, 16, 40>;
 
-/// What lies between sensor and force.
+/// The part between sensor and force.
 #[inline(never)]
 fn short_output(operator: &Short, history: &ShortHistory<f32, 1024>, x: f32) -> f32 {
     operator.output(history, x)
 }
 
-/// What comes after the force.
+/// The part after the force.
 #[inline(never)]
 fn short_advance(operator: &Short, history: &mut ShortHistory<f32, 1024>, x: f32) {
     operator.advance(history, x);

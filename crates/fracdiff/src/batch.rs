@@ -42,7 +42,7 @@ pub fn full_history(
     Ok(Batch::full_history(kernel, order, sample_time)?.run(x))
 }
 
-/// What [`ShortMemoryVec`] of this length makes of the record, to rounding. Faster than running it from
+/// The outputs of a [`ShortMemoryVec`] of this length for the record, to rounding. Faster than running it from
 /// some 500 samples of memory on.
 ///
 /// # Errors
@@ -82,7 +82,7 @@ pub struct Batch {
     reference: Reference,
 }
 
-/// Where the signal stood before the record, x₀.
+/// The value at which the signal stood before the record, x₀.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Reference {
     Value(f64),

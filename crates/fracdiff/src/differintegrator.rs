@@ -31,7 +31,7 @@ use core::fmt::Debug;
 /// # Ok::<(), fracdiff::portable::ListError>(())
 /// ```
 pub trait Differintegrator<F: Real> {
-    /// What one signal leaves behind.
+    /// The past of one signal, as far as the operator remembers it.
     type History: Clone + Debug;
 
     /// The history of a signal that was always zero.
@@ -285,7 +285,7 @@ impl<F: Real, O: Differintegrator<F>> Channel<F, O> {
         self.reference = reference;
     }
 
-    /// What the signal has left behind, and the reference value.
+    /// The history of the signal, and the reference value.
     pub const fn state(&self) -> (&O::History, F) {
         (&self.history, self.reference)
     }

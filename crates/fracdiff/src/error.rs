@@ -16,7 +16,7 @@ pub enum ParameterError {
     /// Length of a memory, degree of a polynomial or number of sections.
     #[non_exhaustive]
     Length {
-        /// What was counted.
+        /// The things counted.
         what: &'static str,
         /// The rejected number.
         length: usize,

@@ -253,7 +253,7 @@ fn newest_samples<F>(twice: &[F], newest: usize, count: usize) -> &[F] {
     samples.get(..count).unwrap_or_default()
 }
 
-/// Where the newest of N samples goes in a buffer of 2N that holds each sample twice, N apart, so
+/// Place of the newest of N samples in a buffer of 2N that holds each sample twice, N apart, so
 /// that the newest N always lie in one piece, newest first. No modulo, no wrap in the dot product,
 /// and a summation order that does not depend on the position in the ring.
 #[inline]

@@ -122,7 +122,7 @@ impl<C> WithIntegerPart<C> {
 }
 
 impl<C> WithIntegerPart<C> {
-    /// What the core takes in for x\[n\]: its n-th difference, or itself; running sums take in the core's output.
+    /// The core's input for x\[n\]: its n-th difference, or itself; running sums take in the core's output.
     #[inline]
     fn before<F: Real>(&self, history: &mut IntegerHistory<F, C::History>, x: F) -> F
     where

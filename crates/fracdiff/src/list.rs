@@ -3,7 +3,7 @@
 use crate::Real;
 use core::fmt;
 
-/// What a list of values is. Exhaustive on purpose: who runs lists must know every form.
+/// The meaning of a list of values. Exhaustive on purpose: who runs lists must know every form.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Form {
@@ -26,21 +26,21 @@ pub enum ListError {
     IntegerPart(i8),
     /// Not a number of values that this form can have, or more than there is room for.
     Count {
-        /// How many there are.
+        /// Number of values.
         count: usize,
-        /// How many this operator has room for, in this form.
+        /// Number of values that this operator has room for, in this form.
         most: usize,
     },
     /// A value that is not finite.
     Value {
-        /// Which.
+        /// Its place in the list.
         index: usize,
         /// The value.
         value: f64,
     },
     /// A decay outside (0, 1].
     Decay {
-        /// Which.
+        /// Its place in the list.
         index: usize,
         /// The value.
         value: f64,

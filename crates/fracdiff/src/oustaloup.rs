@@ -27,7 +27,7 @@ use num_complex::Complex;
 ///   half the sample rate.
 /// - *Why sections*: poles lie close together on a logarithmic scale; one polynomial of degree m
 ///   would lose them to rounding, a cascade does not.
-/// - *Start-up*: zero for ever before. *Not finite*: spoils all outputs until reset.
+/// - *Start-up*: zero for ever before. *Not finite*: no output is finite until reset.
 /// - *Cost*: `output` one multiply-add, `advance` about 5m. Memory m samples.
 ///
 /// ```

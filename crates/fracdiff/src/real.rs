@@ -40,7 +40,7 @@ pub trait Real:
     const ZERO: Self;
     /// One.
     const ONE: Self;
-    /// Whether slow recursions need a second word to keep their increments: true for `f32`,
+    /// True if slow recursions need a second word to keep their increments: true for `f32`,
     /// false for `f64`.
     const COMPENSATED: bool;
     /// A decayed state below this counts as zero: 2^(−90), 8e-28, or 2^(−900), 1e-271. Far above the subnormal

@@ -22,7 +22,7 @@ use num_complex::Complex;
 /// - *Accuracy*: good in the middle of the band, from about π/m to π/2 rad/sample; at rest the gain is
 ///   not zero but (4/(m + 1))^φ·Γ((1 + φ)/2)/Γ((1 − φ)/2) for odd m and large, so it forgets a slow
 ///   relaxation.
-/// - *Start-up*: zero for ever before. *Not finite*: spoils all outputs until reset.
+/// - *Start-up*: zero for ever before. *Not finite*: no output is finite until reset.
 /// - *Cost*: `output` one multiply-add, `advance` 2m. Memory m samples.
 ///
 /// ```
@@ -137,7 +137,7 @@ impl<F: Real, const N: usize> TustinMuir<F, N> {
     }
 }
 
-/// What one signal leaves behind in a recursive filter.
+/// The history of one signal in a recursive filter.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(bound = "F: Real"))]

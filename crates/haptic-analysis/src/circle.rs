@@ -13,14 +13,14 @@ use crate::characteristic::{Characteristic, Node, Span};
 use core::f64::consts::PI;
 use num_complex::Complex;
 
-/// What the count found.
+/// The result of the count.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Count {
     /// Zeros in |w| < 1; `None` if F vanishes on the circle itself, within the tolerance.
     pub(crate) zeros: Option<usize>,
     /// The least |F|/(n₁ + n₀) met.
     pub(crate) closest: f64,
-    /// Where.
+    /// The angle at which that was, rad/sample.
     pub(crate) theta: f64,
 }
 

@@ -48,7 +48,7 @@ pub struct Coupler<'a> {
     inverse: Inverse<'a>,
 }
 
-/// Where (T/(1 − w))^μ comes from.
+/// The source of (T/(1 − w))^μ.
 #[derive(Clone, Copy)]
 enum Inverse<'a> {
     Exact,

@@ -18,7 +18,7 @@ use crate::characteristic::{Characteristic, Node};
 use crate::curve::{Bounds, Jet, Real, imaginary, real, times};
 use core::f64::consts::PI;
 
-/// Where the curve begins and ends: below this angle (and above π less it) it is within about 1e-12
+/// Ends of the curve: below this angle (and above π less it) it is within about 1e-12
 /// of the straight line it ends on.
 const END: f64 = 1e-6;
 
@@ -59,7 +59,7 @@ pub(crate) struct Decomposition<'a> {
     pub(crate) reach: f64,
 }
 
-/// What tracing found.
+/// The result of tracing.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Trace {
     /// Stretches of the curve, each gap-free, θ increasing.
@@ -94,7 +94,7 @@ impl Decomposition<'_> {
         self.homogeneous(theta).sample()
     }
 
-    /// Whether the curve provably stays out of the triangle between two angles.
+    /// True if the curve provably stays out of the triangle between two angles.
     fn outside(&self, a: &Homogeneous, b: &Homogeneous) -> bool {
         let (na, nb) = (&a.node, &b.node);
         let plant = self.characteristic.plant_bounds(na, nb);
@@ -298,7 +298,7 @@ impl Sample {
 struct Tracer<'a, 'b> {
     decomposition: &'a Decomposition<'b>,
     trace: &'a mut Trace,
-    /// Whether the last interval was kept.
+    /// True if the last interval was kept.
     open: bool,
     steps: usize,
 }
@@ -354,7 +354,7 @@ impl Tracer<'_, '_> {
     }
 }
 
-/// Whether the curve turns by less than about 0.15 rad between two samples, and does not pass
+/// True if the curve turns by less than about 0.15 rad between two samples, and does not pass
 /// through infinity.
 fn is_straight(a: &Sample, b: &Sample) -> bool {
     const COS: f64 = 0.99;

@@ -1,4 +1,4 @@
-//! What the virtual environment alone feels like at one frequency.
+//! The virtual environment alone, as it feels at one frequency.
 
 use crate::{AnalysisError, Loop};
 use fracdiff::parameter::{not_negative, positive};

@@ -1,4 +1,4 @@
-//! What an analysis refuses.
+//! The refusals of an analysis.
 
 use fracdiff::parameter::RangeError;
 use std::fmt;
@@ -9,7 +9,7 @@ use std::fmt;
 pub enum AnalysisError {
     /// A parameter outside its range: name, rejected value, allowed range, unit (empty for 1).
     Range {
-        /// What it is.
+        /// Its name.
         what: &'static str,
         /// The rejected value.
         value: f64,
@@ -20,14 +20,14 @@ pub enum AnalysisError {
     },
     /// Something that could not be computed to the accuracy promised.
     Unresolved {
-        /// What.
+        /// The subject.
         what: &'static str,
         /// Why.
         why: &'static str,
     },
     /// A question that only makes sense for a stable loop.
     NotStable {
-        /// What was asked for.
+        /// The thing asked for.
         what: &'static str,
     },
     /// A parameter of the operator.

@@ -2,7 +2,7 @@
 
 use nalgebra::{Complex, DMatrix, Schur};
 
-/// What the recursion decides.
+/// The outcome of the recursion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Jury {
@@ -14,7 +14,7 @@ pub enum Jury {
     Undecided,
 }
 
-/// Whether Σ `x_j` w^j has no zero in |w| ≤ 1, by the recursion of Schur and Cohn.
+/// Decides if Σ `x_j` w^j has no zero in |w| ≤ 1, by the recursion of Schur and Cohn.
 ///
 /// ```text
 /// k = x_n/x₀,   x_j ← (x_j − k·x_{n−j})/(1 − k²),   n ← n − 1;    no such zero ⇔ all |k| < 1

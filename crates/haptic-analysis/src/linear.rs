@@ -70,7 +70,7 @@ pub(crate) fn scaled(
     Ok((matrix, input, output))
 }
 
-/// Whether the lists are square, as long as one another and finite.
+/// Refuses lists that are not square, not as long as one another or not finite.
 fn check_lists(a: &[f64], b: &[f64], c: &[f64], lag: usize) -> Result<(), AnalysisError> {
     let n = b.len();
     let most = STATES_MAX - lag;

@@ -1,4 +1,4 @@
-//! How far a stable loop is from the edge: gain margins, delay margin, sensitivity.
+//! Distance of a stable loop from the edge: gain margins, delay margin, sensitivity.
 
 use crate::characteristic::{Characteristic, Node};
 use crate::curve::{Bounds, product};
@@ -43,7 +43,7 @@ pub struct Margins {
 const LEAST_ANGLE: f64 = 1e-6;
 /// Intervals narrower than this are not halved.
 const NARROW: f64 = 1e-12;
-/// How far above the peak found another one might be, relative.
+/// Relative height by which another peak might exceed the one found.
 const PEAK_TOLERANCE: f64 = 1e-6;
 
 impl SampledLoop<'_> {
@@ -254,7 +254,7 @@ impl SampledLoop<'_> {
     }
 }
 
-/// Where a condition that holds at the low end ceases to hold.
+/// The point at which a condition that holds at the low end ceases to hold.
 fn bisect(mut low: f64, mut high: f64, holds: impl Fn(f64) -> bool) -> f64 {
     for _ in 0..80 {
         let middle = 0.5 * (low + high);
@@ -327,7 +327,7 @@ impl Terms {
         (plant, feedback)
     }
 
-    /// Whether |A/F| ≤ `most` is proved for a whole interval: from the paths of A and F, or because
+    /// True if |A/F| ≤ `most` is proved for a whole interval: from the paths of A and F, or because
     /// `most`²|F|² − |A|² cannot reach 0 with the second derivative it has.
     fn stays_below(subject: &SampledLoop, a: &Self, b: &Self, most: f64) -> bool {
         let (plant, feedback) = Self::bounds(subject, a, b);

@@ -118,7 +118,7 @@ impl Outline<'_> {
         Some(arc)
     }
 
-    /// Whether the cell beside the middle of a piece is stable.
+    /// True if the cell beside the middle of a piece is stable.
     fn is_stable(&self, piece: &Piece, left: bool) -> bool {
         let samples = &piece.samples;
         let index = middle(samples);

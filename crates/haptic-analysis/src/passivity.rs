@@ -63,7 +63,7 @@ pub struct OnePort<'a, P: ?Sized> {
     v_at_rest: f64,
     /// P(θ → 0).
     p_at_rest: f64,
-    /// How far Re P(1) is below 0: the negative spring that the operator leaves at rest.
+    /// Distance of Re P(1) below 0: the negative spring that the operator leaves at rest.
     deficit: f64,
 }
 

@@ -31,7 +31,7 @@ pub struct ForcePath {
     lag: f64,
 }
 
-/// What a command does to the force within a sample, at one frequency.
+/// The course of the force within a sample after a command, at one frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Profile {
     /// M, the mean of the force for the command e^(jθn).
@@ -124,7 +124,7 @@ impl ForcePath {
         self.lag
     }
 
-    /// Whether the force is constant within each sample: no fraction of delay and no lag.
+    /// True if the force is constant within each sample: no fraction of delay and no lag.
     #[must_use]
     pub fn is_whole(&self) -> bool {
         self.fraction == 0.0 && self.lag == 0.0
@@ -145,7 +145,7 @@ impl ForcePath {
         self.whole as f64 + (self.fraction + self.lag)
     }
 
-    /// What a force passes through at the angle θ = ωT as a continuous signal.
+    /// The response of the path to a force as a continuous signal, at the angle θ = ωT.
     ///
     /// ```text
     /// e^(−jθ(d + h))/(1 + jθτ/T)

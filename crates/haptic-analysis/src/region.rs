@@ -141,7 +141,7 @@ impl StabilityRegion {
         Ok(summary(loops, searched, at_rest))
     }
 
-    /// Whether it is empty.
+    /// True if it is empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         matches!(self, Self::Empty { .. })
@@ -156,7 +156,7 @@ impl StabilityRegion {
         }
     }
 
-    /// Whether a loop with these α and β is stable, from the polygons: right up to their chords,
+    /// True if a loop with these α and β is stable, read from the polygons: right up to their chords,
     /// which with 2000 points are within about 1e-6 of the boundary. Cost: one comparison a point,
     /// far less than a verdict, so this is what maps are made from.
     #[must_use]

@@ -1,6 +1,6 @@
 //! The damping that Theorem 1 asks for, with Corollary 1 beside it.
 
-/// What Theorem 1 asks for, without units, and Corollary 1 beside it.
+/// The damping that Theorem 1 asks for, without units, and that of Corollary 1 beside it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct RequiredDelta {
@@ -8,7 +8,7 @@ pub struct RequiredDelta {
     pub delta: f64,
     /// θ that asks for it, rad/sample; of several π, then 0, then the largest.
     pub worst_theta: f64,
-    /// What Corollary 1 asks for: [`corollary_delta`](crate::corollary_delta).
+    /// The damping that Corollary 1 asks for: [`corollary_delta`](crate::corollary_delta).
     pub corollary_delta: f64,
     /// α + βP(1) < 0: a negative spring at rest, which no damping makes passive. Theorem 1 looks at
     /// θ > 0 only and cannot see it; A₃ with μ > 1 does this, P(1) = (1−μ)(3−μ)/3.
@@ -22,7 +22,7 @@ impl RequiredDelta {
         delta > self.delta && !self.negative_at_rest
     }
 
-    /// How many times more than the corollary promises; `None` where that promises 0.
+    /// Ratio to the damping that the corollary promises; `None` where that is 0.
     #[must_use]
     pub fn excess(&self) -> Option<f64> {
         let ratio = self.delta / self.corollary_delta;
@@ -38,7 +38,7 @@ pub struct RequiredDamping {
     pub damping_n_s_per_m: f64,
     /// ω that asks for it, rad/s.
     pub worst_rad_s: f64,
-    /// What Corollary 1 asks for, N·s/m.
+    /// The damping that Corollary 1 asks for, N·s/m.
     pub corollary_n_s_per_m: f64,
     /// K + B·T^(−μ)·P(1) < 0, see [`RequiredDelta::negative_at_rest`].
     pub negative_at_rest: bool,

@@ -37,7 +37,7 @@ pub struct SampledLoop<'a> {
     pub(crate) beta: f64,
 }
 
-/// Whether a loop is stable, and how clearly.
+/// The verdict on a loop, stable or not, with its distance from the edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct StabilityVerdict {
@@ -49,7 +49,7 @@ pub struct StabilityVerdict {
     /// The least |F|/(n₁ + n₀) met on the circle. It would take about this change of α, as a complex
     /// number, to reach the boundary. The margins proper are in [`Margins`](crate::Margins).
     pub distance: f64,
-    /// Where that was, rad/sample.
+    /// The angle at which that was, rad/sample.
     pub theta: f64,
     /// The largest |z| of a pole; for polynomial and rational operators with a characteristic
     /// polynomial of degree up to [`EIGENVALUE_DEGREE`](SampledLoop::EIGENVALUE_DEGREE).

@@ -10,7 +10,7 @@ pub(crate) struct Straight {
     pub(crate) offset: f64,
     /// The angle at which F = 0 on it; `None` for an axis.
     pub(crate) theta: Option<f64>,
-    /// Which side can be stable: that of the normal, the other, or (`None`) either.
+    /// The side that can be stable: that of the normal, the other, or (`None`) either.
     pub(crate) stable_side: Option<bool>,
 }
 
@@ -35,7 +35,7 @@ impl Straight {
         self.normal[0] * point[0] + self.normal[1] * point[1] - self.offset
     }
 
-    /// Where along the line a point of it is, 0 to 1 between the ends.
+    /// Place of a point along the line, 0 to 1 between the ends.
     pub(crate) fn share(&self, point: [f64; 2]) -> f64 {
         let [a, b] = self.ends;
         let (dx, dy) = (b[0] - a[0], b[1] - a[1]);

@@ -19,7 +19,7 @@ const TERMS: u32 = 16;
 pub(crate) struct Motion {
     /// exp(A·t) − 1.
     pub(crate) state: DMatrix<f64>,
-    /// Where a unit input takes the plant from rest.
+    /// The state to which a unit input takes the plant from rest.
     pub(crate) input: DVector<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! What the hand feels: the closed loop read as a spring and a damper.
+//! The closed loop as the hand feels it: read as a spring and a damper.
 
 use crate::environment::{Effective, Environment};
 use crate::{AnalysisError, ForcePath, Loop};

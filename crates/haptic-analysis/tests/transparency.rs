@@ -1,4 +1,4 @@
-//! What the environment and the closed loop feel like, against the definitions and their limits.
+//! The feel of the environment and the closed loop, against the definitions and their limits.
 
 use fracdiff::{ExactDifference, MuirPolynomial, Order, Seconds};
 use haptic_analysis::{ClosedLoop, Effective, Environment, ForcePath, Loop};

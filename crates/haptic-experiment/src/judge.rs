@@ -225,7 +225,7 @@ mod tests {
     #[test]
     fn creep_agrees_with_50_digits() {
         // tests/golden/make_golden.py: E_α(−z). With E₀ = 1, η = 1/z, t = 1 the argument is −z.
-        let golden = include_str!("../../../tests/golden/mittag_leffler.csv");
+        let golden = include_str!("../tests/golden/mittag_leffler.csv");
         for line in golden.lines().skip(1) {
             let cells: Vec<f64> = line
                 .split(',')

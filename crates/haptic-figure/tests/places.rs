@@ -1,4 +1,4 @@
-//! Where things stand: what is drawn against what its axes say, read from the SVG alone.
+//! Places in a picture: curves against the labels of their axes, read from the SVG alone.
 
 use haptic_figure::{AxisSpec, Chart, ChartPage, Look, Scale, Series};
 
@@ -39,7 +39,7 @@ fn elements<'a>(svg: &'a str, name: &str) -> Vec<&'a str> {
         .collect()
 }
 
-/// Where the horizontal or vertical axis has the tick of this label.
+/// The place of the tick with this label on the horizontal or vertical axis.
 fn tick(svg: &str, label: &str, is_horizontal: bool) -> f64 {
     let anchor = if is_horizontal { "middle" } else { "end" };
     let found: Vec<&str> = (svg.split("<text ").skip(1))

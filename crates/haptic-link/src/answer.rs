@@ -13,11 +13,11 @@ pub struct Ack {
     pub sequence: u16,
     /// First byte of the request.
     pub request: u8,
-    /// What became of it.
+    /// The fate of the request.
     pub outcome: Outcome,
 }
 
-/// What became of a request.
+/// The fate of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum Outcome {
     /// Done, or true already.
@@ -33,7 +33,7 @@ pub enum Refusal {
     State(State),
     /// A parameter outside the range of this device.
     Range {
-        /// Which.
+        /// The field.
         field: Field,
         /// As it was sent.
         value: f32,

@@ -12,7 +12,7 @@ pub const fn block_count(coefficients: u16) -> u16 {
     coefficients.div_ceil(COEFFICIENTS_PER_BLOCK as u16)
 }
 
-/// What a list of coefficients is.
+/// The meaning of a list of coefficients.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum OperatorForm {
     /// g, k₁, …: weights of the newest sample and of those before.
@@ -26,14 +26,14 @@ pub enum OperatorForm {
     Sections,
 }
 
-/// How to read the coefficients of an operator.
+/// The key to the coefficients of an operator.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct OperatorShape {
-    /// What they are.
+    /// Their meaning.
     pub form: OperatorForm,
     /// Differences (> 0) or sums (< 0) around them, −2 to 2.
     pub integer: i8,
-    /// How many.
+    /// Their number.
     #[serde(with = "postcard::fixint::le")]
     pub count: u16,
 }

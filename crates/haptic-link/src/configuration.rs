@@ -27,7 +27,7 @@ use serde::{Deserialize, Serialize};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Configuration {
-    /// Where the loop is closed.
+    /// The side on which the loop runs.
     pub loop_mode: LoopMode,
     /// T, µs.
     #[serde(with = "postcard::fixint::le")]

@@ -32,7 +32,7 @@ const CRC_BYTES: usize = 4;
 /// Without a table, which would take 1 KiB of a device's flash.
 pub(crate) static CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
-/// Who speaks: the highest bit of the first byte of a frame.
+/// The side that speaks: the highest bit of the first byte of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Direction {
     /// Requests, bit 7 clear.
@@ -58,10 +58,10 @@ impl Direction {
     }
 }
 
-/// What stands before a message.
+/// The fields before a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Header {
-    /// Who speaks.
+    /// The side that speaks.
     pub direction: Direction,
     /// Number of the frame: modulo 2³² from a host, modulo 2¹⁶ from a device.
     pub sequence: u32,
@@ -191,7 +191,7 @@ pub enum FrameError {
     },
 }
 
-/// What a receiver has seen, by kind.
+/// Bytes and frames that a receiver has seen, by kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LineCounters {
     /// Frames received whole.
@@ -284,7 +284,7 @@ impl<M: Serialize + DeserializeOwned> Receiver<M> {
         self.length = 0;
     }
 
-    /// What has been seen so far.
+    /// The counts so far.
     #[must_use]
     pub const fn counters(&self) -> LineCounters {
         self.counters

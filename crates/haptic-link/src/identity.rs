@@ -23,7 +23,7 @@ pub struct Hello {
     pub status: Status,
 }
 
-/// What a device is and can do.
+/// A device and its abilities.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Capabilities {
     /// Name of the board, UTF-8, filled up with zeros.

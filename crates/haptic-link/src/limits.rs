@@ -1,10 +1,10 @@
-//! What a device may do, and its passivity guard.
+//! Limits of a device, and its passivity guard.
 
 use crate::loop_mode::LoopMode;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// What the device may do. All numbers are finite; with one axis `force_n` limits the norm of the force too.
+/// Limits of force and motion. All numbers are finite; with one axis `force_n` limits the norm of the force too.
 ///
 /// ```
 /// use haptic_link::Limits;
@@ -130,14 +130,14 @@ impl Limits {
 /// The passivity guard: keeps the loop from feeding the device energy.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Guard {
-    /// Which. The other fields are not looked at when it is off.
+    /// The kind of guard. The other fields are not looked at when it is off.
     pub kind: GuardKind,
     /// N·s/m, 1e-6 to 1e6. Observer: the most damping that it adds. Energy bounding: viscous damping that the
     /// device surely has.
     pub damping_n_s_per_m: f32,
     /// Energy bounding: share of that damping that the loop may use up, 0.001 to 1.
     pub share: f32,
-    /// How long a credit of energy lasts, s, from a tick to 3600. Energy bounding: 0 gives it up at once.
+    /// Time that a credit of energy lasts, s, from a tick to 3600. Energy bounding: 0 gives it up at once.
     pub forget_s: f32,
     /// Energy bounding: least delay from a measurement to the effect of its force, ticks, 0 to `delay_most_samples`.
     pub delay_least_samples: f32,
@@ -163,7 +163,7 @@ impl Guard {
     };
 }
 
-/// Which passivity guard.
+/// The kind of passivity guard.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum GuardKind {
     /// None.

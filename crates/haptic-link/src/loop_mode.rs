@@ -1,9 +1,9 @@
-//! Where the loop is closed.
+//! The side on which the loop runs.
 
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// Where the loop is closed.
+/// The side on which the loop runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum LoopMode {
     /// On the device; the host sets parameters and records.

@@ -1,4 +1,4 @@
-//! What a device says to its host.
+//! Messages of a device to its host.
 
 use crate::answer::Ack;
 use crate::coefficients::CoefficientBlock;
@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 pub enum Report {
     /// Answers [`Request::Hello`](crate::Request::Hello).
     Hello(Hello),
-    /// What the device is and can do.
+    /// The device and its abilities.
     Capabilities(Capabilities),
     /// Answers every request without a report of its own, but not forces.
     Ack(Ack),

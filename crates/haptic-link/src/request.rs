@@ -1,4 +1,4 @@
-//! What a host says to a device.
+//! Messages of a host to a device.
 
 use crate::coefficients::CoefficientBlock;
 use crate::configuration::Configuration;
@@ -29,7 +29,7 @@ pub enum Request {
         /// See [`DigestBuilder`](crate::DigestBuilder).
         #[serde(with = "postcard::fixint::le")]
         digest: u32,
-        /// For how long.
+        /// The time for which it is in force.
         scope: Scope,
     },
     /// Answer: [`Report::Configuration`](crate::Report::Configuration).
@@ -77,9 +77,9 @@ pub enum Request {
         #[serde(with = "postcard::fixint::le")]
         index: u16,
     },
-    /// Which samples are sent while none but a run's are asked for, and how.
+    /// Selects the samples that are sent outside of runs, and their form.
     Stream {
-        /// Each how manyth tick is sent; 0 none.
+        /// Send every n-th tick; 0 sends none.
         #[serde(with = "postcard::fixint::le")]
         every: u16,
         /// Samples in a frame: 1 sends [`Report::Sample`](crate::Report::Sample), 2 to [`BATCH_MAX`](crate::BATCH_MAX)
@@ -90,7 +90,7 @@ pub enum Request {
     GetKeys,
 }
 
-/// How long a configuration is in force.
+/// The time for which a configuration is in force.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum Scope {
     /// Until another connection begins, or something else is staged; then what was set to last is in force again. No
@@ -164,7 +164,7 @@ pub struct Start {
     /// Ticks until the device stops by itself; 0 for none.
     #[serde(with = "postcard::fixint::le")]
     pub ticks: u32,
-    /// Each how manyth tick is sent, at least 1.
+    /// Send every n-th tick, n at least 1.
     #[serde(with = "postcard::fixint::le")]
     pub every: u16,
     /// Samples in a frame, as in [`Request::Stream`].

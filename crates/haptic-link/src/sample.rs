@@ -17,9 +17,9 @@ pub struct Sample {
     pub time_us: u32,
     /// Position, m.
     pub position_m: f32,
-    /// What the environment, or the host, wanted, N.
+    /// The force that the environment, or the host, wanted, N.
     pub environment_force_n: f32,
-    /// What was applied, N.
+    /// The force that was applied, N.
     pub force_n: f32,
     /// Limiters that acted, bits: 1 magnitude, 2 rate, 4 fault, 8 stopping, 16 start-up, 32 workspace,
     /// 64 velocity, 128 passivity guard.
@@ -67,9 +67,9 @@ impl Batch {
 pub struct BatchItem {
     /// Position, m.
     pub position_m: f32,
-    /// What the environment, or the host, wanted, N.
+    /// The force that the environment, or the host, wanted, N.
     pub environment_force_n: f32,
-    /// What was applied, N.
+    /// The force that was applied, N.
     pub force_n: f32,
     /// As in [`Sample`].
     pub limiters: u8,

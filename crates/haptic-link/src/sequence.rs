@@ -4,7 +4,7 @@
 //! numbers its requests modulo 2³², and a device believes nobody ([`RequestTracker`]): at 1000 requests a second a
 //! captured one would look new again after 24 days.
 
-/// How a frame arrived.
+/// The arrival of a frame, by its number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Arrival {
     /// To be acted on; this many frames before it are missing.
@@ -19,7 +19,7 @@ pub enum Arrival {
 }
 
 impl Arrival {
-    /// Whether the frame may be acted on.
+    /// True if the frame may be acted on.
     #[must_use]
     pub const fn is_new(self) -> bool {
         matches!(self, Self::New { .. })
@@ -154,7 +154,7 @@ impl RequestTracker {
         late: 0,
     };
 
-    /// Whether a request with this number may be acted on.
+    /// True if a request with this number may be acted on.
     pub fn is_new(&mut self, sequence: u32) -> bool {
         let ahead = self.last.map_or(1, |last| sequence.wrapping_sub(last));
         match ahead {

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// The plant of a simulated device.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Simulation {
-    /// What is simulated.
+    /// The simulated plant.
     pub kind: SimulationKind,
     /// Mass of the device, kg.
     pub mass_kg: f32,
@@ -43,7 +43,7 @@ impl Simulation {
     };
 }
 
-/// What a simulated device simulates.
+/// The plant of a simulated device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum SimulationKind {
     /// Nothing: a real device.

@@ -57,7 +57,7 @@ pub struct Statistics {
 }
 
 impl Statistics {
-    /// What was counted since `before`. Counters go round at 2³², so a device that was reset in between gives
+    /// The counts since `before`. Counters go round at 2³², so a device that was reset in between gives
     /// large numbers, never a failure. Longest and last tick are those of `self`.
     #[must_use]
     pub const fn since(&self, before: &Self) -> Self {

@@ -46,7 +46,7 @@ pub struct Status {
 /// Something happened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Event {
-    /// What.
+    /// The kind of event.
     pub kind: EventKind,
     /// At this tick.
     #[serde(with = "postcard::fixint::le")]
@@ -56,7 +56,7 @@ pub struct Event {
     pub time_us: u64,
 }
 
-/// What happened.
+/// The kind of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum EventKind {
     /// A configuration took effect.

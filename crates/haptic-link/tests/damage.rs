@@ -137,7 +137,7 @@ fn report(random: &mut Random) -> Report {
     }
 }
 
-/// What is done to a frame, its zero included.
+/// Damages a frame, its zero included.
 fn damage(frame: &mut Vec<u8>, other: &[u8], random: &mut Random) {
     let length = frame.len();
     match random.below(4) {
@@ -172,7 +172,7 @@ fn damage(frame: &mut Vec<u8>, other: &[u8], random: &mut Random) {
     }
 }
 
-/// What came of the frames on one line.
+/// The fate of the frames on one line.
 #[derive(Debug, Default)]
 struct Tally {
     sent: u32,

@@ -41,7 +41,7 @@ struct Document {
 
 impl Document {
     fn read() -> Self {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/protocol.md");
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("protocol.md");
         let text = std::fs::read_to_string(path).expect("the document is there");
         let (mut sections, mut enumerations) = (BTreeMap::new(), BTreeMap::new());
         for part in text.split("\n### ").skip(1) {
@@ -141,7 +141,7 @@ impl Document {
         resolved
     }
 
-    /// Whether the bytes at this row are the value.
+    /// True if the bytes at this row are the value.
     fn holds(&self, row: &Row, bytes: &[u8], value: &Value) -> bool {
         let bytes = &bytes[row.offset..row.offset + self.size(&row.kind)];
         let float = |bytes: &[u8]| f32::from_le_bytes(bytes.try_into().expect("four bytes"));

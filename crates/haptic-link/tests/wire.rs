@@ -425,7 +425,7 @@ fn a_device_believes_no_request_that_comes_again() {
     assert!(tracker.is_new(5));
 }
 
-/// What a receiver makes of a message that is framed well.
+/// The message that a receiver takes from a well-made frame, if it takes one.
 fn received<M>(body: &[u8], direction: Direction) -> Option<M>
 where
     M: serde::Serialize + serde::de::DeserializeOwned,

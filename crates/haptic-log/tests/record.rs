@@ -726,12 +726,9 @@ fn foreign_readers_agree_with_the_csv_on_every_value() {
     writer.finish().expect("finishes");
     export_csv(&log, &csv, false).expect("exports");
 
-    let script: PathBuf = [
-        env!("CARGO_MANIFEST_DIR"),
-        "../../tests/conformance/read_log.py",
-    ]
-    .iter()
-    .collect();
+    let script: PathBuf = [env!("CARGO_MANIFEST_DIR"), "tests/read_log.py"]
+        .iter()
+        .collect();
     let python = std::env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
     let missing = match std::process::Command::new(&python)
         .arg(script)

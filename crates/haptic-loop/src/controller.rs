@@ -12,19 +12,19 @@ use crate::safety::{Fault, Limiters, SafeForce, SafetyChain, SafetyState, StartR
 use fracdiff::Real;
 use nalgebra::SVector;
 
-/// What one tick read and did: what a recorder keeps.
+/// The readings and forces of one tick, for a recorder.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Sample<F, const D: usize> {
     /// Tick, time and position.
     pub reading: Reading<F, D>,
-    /// What the environment wanted, N.
+    /// The force that the environment wanted, N.
     pub environment_force_n: SVector<F, D>,
-    /// What was sent to the device, N.
+    /// The force that was sent to the device, N.
     pub force: SafeForce<F, D>,
-    /// What the safety chain did about it.
+    /// The limiters of the safety chain that acted on it.
     pub limiters: Limiters,
-    /// What its passivity guard observed, J: see [`SafetyState::observed_energy_j`].
+    /// The energy that its passivity guard observed, J: see [`SafetyState::observed_energy_j`].
     pub observed_energy_j: F,
 }
 
@@ -77,7 +77,7 @@ pub struct Begun<'a, F: Real, const D: usize, E: Environment<F, D>> {
 }
 
 impl<F: Real, const D: usize, E: Environment<F, D>> Begun<'_, F, D, E> {
-    /// What to send to the device.
+    /// The force to send to the device.
     #[inline]
     pub const fn force(&self) -> SafeForce<F, D> {
         self.sample.force
@@ -270,7 +270,7 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
         }
     }
 
-    /// Whether the device may be armed where it is: what the arming code asks before the first tick, and
+    /// Checks that the device may be armed in its place: the arming code asks before the first tick, and
     /// again before it clears a fault. Changes nothing.
     ///
     /// # Errors

@@ -1,11 +1,11 @@
-//! What the loop needs of a device.
+//! The loop's view of a device.
 
 use crate::SafeForce;
 use core::fmt::Debug;
 use fracdiff::Real;
 use nalgebra::SVector;
 
-/// What a device's sensors say at the start of a tick.
+/// The readings of a device's sensors at the start of a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading<F, const D: usize> {
     /// Number of the tick, from 0.

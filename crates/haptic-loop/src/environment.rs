@@ -32,7 +32,7 @@ use nalgebra::SVector;
 /// # Ok::<(), haptic_loop::ParameterError>(())
 /// ```
 pub trait Environment<F: Real, const D: usize> {
-    /// What the motion so far leaves behind.
+    /// The motion so far, as far as the environment remembers it.
     type History: Clone + Debug;
 
     /// The history of a device that always rested at zero.

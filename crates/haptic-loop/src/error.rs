@@ -10,7 +10,7 @@ use fracdiff::parameter::{self, RangeError};
 pub enum ParameterError {
     /// A quantity.
     Range {
-        /// What it is.
+        /// Its name.
         what: &'static str,
         /// The rejected value, in `unit`.
         value: f64,

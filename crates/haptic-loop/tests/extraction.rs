@@ -84,7 +84,7 @@ impl<const D: usize> Actuator<D> {
         self.due.push_back((at.max(last), force));
     }
 
-    /// What happens from one time to another.
+    /// The stretches of motion and force from one time to another.
     fn run(&mut self, from: f64, to: f64) -> Vec<Stretch<D>> {
         let mut stretches = Vec::new();
         let mut now = from;
@@ -117,7 +117,7 @@ impl<const D: usize> Actuator<D> {
     }
 }
 
-/// What the environment wants.
+/// The force that the environment wants.
 #[derive(Clone, Copy, Debug)]
 enum Wanted {
     /// −K·x − B·v, times the passive limit.
@@ -126,7 +126,7 @@ enum Wanted {
     Anything { most: f64 },
 }
 
-/// How the device is moved.
+/// The motion of the device.
 #[derive(Clone, Copy, Debug)]
 enum Motion {
     /// The displacement and shape that cost the loop most, sample by sample.
@@ -244,7 +244,7 @@ impl Case {
         ]
     }
 
-    /// What the best of these motions draws.
+    /// The energy that the best of these motions draws.
     fn worst<F: Real, const D: usize>(
         &self,
         motions: &[Motion],

@@ -79,7 +79,7 @@ impl Device<f64, 1> for Sensed {
     }
 }
 
-/// How it ends: standard deviation and mean of the true position over the last 0.4 s, m.
+/// The end of a run: standard deviation and mean of the true position over the last 0.4 s, m.
 #[derive(Clone, Copy, Debug)]
 struct End {
     deviation: f64,

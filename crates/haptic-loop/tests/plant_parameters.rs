@@ -1,4 +1,4 @@
-//! What the plants refuse, by name, value, range and unit.
+//! The refusals of the plants, by name, value, range and unit.
 
 use fracdiff::Seconds;
 use haptic_loop::ParameterError;

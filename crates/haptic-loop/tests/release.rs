@@ -366,7 +366,7 @@ impl Random {
     }
 }
 
-/// What the test itself knows of the way to zero.
+/// The test's own account of the way to zero.
 struct Envelope {
     from_n: f64,
     ticks: f64,

@@ -489,7 +489,7 @@ fn number() -> impl Strategy<Value = f64> {
     ]
 }
 
-/// What a tick is given: position, wanted force, and now and then a fault, a stop or a clear.
+/// The inputs of a tick: position, wanted force, and now and then a fault, a stop or a clear.
 fn ticks() -> impl Strategy<Value = Vec<([f64; 3], [f64; 3], u8)>> {
     let three = || proptest::array::uniform3(number());
     proptest::collection::vec((three(), three(), 0u8..20), 1..150)

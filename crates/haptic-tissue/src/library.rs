@@ -31,22 +31,22 @@ pub struct Material {
     pub viscosity_pa_s_alpha: f64,
     /// α.
     pub order: f64,
-    /// Where the numbers come from.
+    /// The origin of the numbers.
     pub source: Source,
     /// The text of its file.
     #[serde(skip)]
     pub text: String,
 }
 
-/// Where the parameters of a material come from.
+/// The origin of a material's parameters.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Source {
     /// Author, title, year, and where in it.
     pub citation: String,
-    /// How they were measured.
+    /// The conditions of the measurement.
     pub conditions: String,
-    /// Whether the numbers were compared with the cited source itself.
+    /// True if the numbers were compared with the cited source itself.
     pub checked: bool,
     /// Anything else.
     #[serde(default)]
@@ -108,7 +108,7 @@ pub enum MaterialError {
         path: PathBuf,
         /// The line, from 1.
         line: usize,
-        /// What is wrong with it.
+        /// The mistake in it.
         reason: String,
     },
     /// A file or folder that cannot be read.

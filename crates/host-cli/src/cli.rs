@@ -44,7 +44,7 @@ pub struct Cli {
     /// No progress and no summary; errors and warnings remain
     #[arg(long, short, global = true, help_heading = "Printing")]
     pub quiet: bool,
-    /// What to do
+    /// The task
     #[command(subcommand)]
     pub command: Command,
 }
@@ -56,7 +56,7 @@ pub enum Command {
     Relax(command::relax::Arguments),
     /// Creep: push a virtual tissue with a constant force, record the strain
     Creep(command::creep::Arguments),
-    /// What is stable, passive and transparent, before any hardware
+    /// Judge stability, passivity and transparency, before any hardware
     #[command(subcommand)]
     Analyze(command::analyze::Command),
     /// The stiffest wall, the most damping or the closest tissue for a device, and its order
@@ -92,7 +92,7 @@ impl Cli {
     /// Does what was asked.
     ///
     /// # Errors
-    /// What went wrong, with its exit code.
+    /// Any failure, with its exit code.
     pub fn run(self) -> Result<(), Failure> {
         let output = Output {
             json: self.json,

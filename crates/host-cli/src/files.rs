@@ -1,4 +1,4 @@
-//! Where results go: folders with their provenance, and pictures in them.
+//! Places of results: folders with their provenance, and pictures in them.
 
 use crate::picture_file;
 use haptic_experiment::Failure;

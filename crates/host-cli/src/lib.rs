@@ -1,4 +1,4 @@
-//! What the commands of `host-cli` are made of. The binary parses, runs and maps errors to exit
+//! The parts of the commands of `host-cli`. The binary parses, runs and maps errors to exit
 //! codes; this library exists so that tests reach the parts.
 #![forbid(unsafe_code)]
 

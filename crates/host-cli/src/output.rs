@@ -6,7 +6,7 @@ use haptic_experiment::input::without_bulk;
 use serde::Serialize;
 use std::io::{self, BufWriter, Write};
 
-/// How much to print, and how.
+/// The amount and form of what is printed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Output {
     /// One JSON object and nothing else on standard output.

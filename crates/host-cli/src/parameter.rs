@@ -77,7 +77,7 @@ pub fn with_options(message: &str) -> String {
     text
 }
 
-/// What went wrong, with options in place of parameters. An error about an experiment file keeps the keys of the file.
+/// The failure in words, with options in place of parameters. An error about an experiment file keeps the keys of the file.
 #[must_use]
 pub fn in_words(failure: &Failure) -> String {
     let about_file = match failure {

@@ -1,4 +1,4 @@
-//! How a picture gets onto the disk: both files or neither; SVG alone without the feature `png`.
+//! Saving a picture: both files or neither; SVG alone without the feature `png`.
 
 use std::fs;
 
@@ -6,7 +6,7 @@ use haptic_figure::{AxisSpec, Chart, ChartPage, Look, Picture, Scale, Series};
 use haptic_log::record::NewFileError;
 use host_cli::picture_file::{PictureFileError, save};
 
-/// What a PNG begins with.
+/// The first bytes of a PNG.
 #[cfg(feature = "png")]
 const PNG_SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 

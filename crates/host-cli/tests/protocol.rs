@@ -83,7 +83,7 @@ fn repository(path: &str) -> PathBuf {
         .join(path)
 }
 
-/// What the Python client says of a run with a device on such a line, and the device. `None` where there is no
+/// The Python client's summary of a run with a device on such a line, and the device. `None` where there is no
 /// Python, which is a failure in CI.
 fn client(line: &str, ticks: u64, options: &str) -> Option<(Value, Emulator)> {
     let python = std::env::var_os("PYTHON").unwrap_or_else(|| "python3".into());

@@ -21,7 +21,7 @@ pub fn cells(name: &str) -> Vec<Vec<String>> {
 /// The same where all are numbers.
 ///
 /// # Panics
-/// Where one is not.
+/// If one is not.
 #[must_use]
 pub fn rows(name: &str) -> Vec<Vec<f64>> {
     let number = |cell: &String| cell.parse().expect("a number");

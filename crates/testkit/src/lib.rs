@@ -1,4 +1,4 @@
-//! What the tests of several crates share. For integration tests only: a unit test would see its own crate twice.
+//! Shared by the tests of several crates. For integration tests only: a unit test would see its own crate twice.
 //!
 //! ```
 //! use testkit::{Random, assert_close};

@@ -118,7 +118,7 @@ pub fn enable_interrupts() {
     }
 }
 
-/// What a fault in the program leads to: nothing here makes a force, so start anew.
+/// The end after a fault in the program: nothing here makes a force, so start anew.
 pub fn give_up() -> ! {
     SCB::sys_reset()
 }

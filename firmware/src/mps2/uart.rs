@@ -45,7 +45,7 @@ impl Registers {
     };
 }
 
-/// What interrupts and main loop share.
+/// Shared by interrupts and main loop.
 #[derive(Debug)]
 struct Queues {
     received: Deque<u8, RECEIVED>,

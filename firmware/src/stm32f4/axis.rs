@@ -66,7 +66,7 @@ impl Axis {
         fault
     }
 
-    /// What has become wrong: said once, so that a loop that lets its force fall goes on.
+    /// A new fault of the axis, told once, so that a loop that lets its force fall goes on.
     fn check(&mut self) -> Result<(), Fault> {
         let was_stopped = core::mem::replace(&mut self.stopped, self.stop.is_high());
         if self.stopped && !was_stopped {

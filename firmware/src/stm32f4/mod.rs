@@ -185,7 +185,7 @@ pub fn enable_interrupts() {
     }
 }
 
-/// What a fault in the program leads to: the amplifier is disabled, then the watchdog resets the chip.
+/// The end after a fault in the program: the amplifier is disabled, then the watchdog resets the chip.
 pub fn give_up() -> ! {
     cortex_m::interrupt::disable();
     #[expect(unsafe_code, reason = "the pin is taken from whoever has it")]

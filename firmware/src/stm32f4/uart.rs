@@ -25,7 +25,7 @@ static RING: [AtomicU8; RECEIVED] = [const { AtomicU8::new(0) }; RECEIVED];
 /// Times that the DMA went round.
 static ROUNDS: AtomicU32 = AtomicU32::new(0);
 
-/// What the interrupt and the main loop share.
+/// Shared by the interrupt and the main loop.
 struct Sender {
     tx: Option<Tx<USART2>>,
     rx: Option<Rx<USART2>>,

@@ -41,7 +41,7 @@ impl World {
         }
     }
 
-    /// What the host makes of bytes from the device: its answer, if they hold one.
+    /// The host hears bytes from the device. Returns an answer to a request, if they hold one.
     fn hear(&mut self, bytes: &[u8]) -> Option<Incoming> {
         let mut answer = None;
         for &byte in bytes {

@@ -1,4 +1,4 @@
-//! What the device does, on the target: the safety chain, the link, ticks that take too long.
+//! Behaviour of the device on the target: the safety chain, the link, ticks that take too long.
 #![no_std]
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! What every on-target test needs: a way to end QEMU, whatever happens.
+//! Support of every on-target test: a way to end QEMU, whatever happens.
 #![expect(unsafe_code, reason = "the runtime wants the fault handler marked so")]
 
 use core::panic::PanicInfo;

@@ -38,7 +38,7 @@ const FAST_INCREMENTS: f64 = 1.0 / 1024.0;
 ///   them the operator.
 /// - *Single precision*: all that is added up is of one sign for a motion in one direction; 200 s at 1 kHz agree with
 ///   `f64` to 2e-6 of the bound above. Blocks of slow modes keep a compensation word.
-/// - *Not finite*: spoils all outputs until reset; for a whole order, which has no modes, TAPS of them.
+/// - *Not finite*: no output is finite until reset. Whole orders have no modes: only the next TAPS outputs are not finite.
 /// - *Cost*: `output` two subtractions and a multiply-add; `advance` TAPS multiply-adds and 5 operations a mode, 8 with
 ///   compensation. TAPS ≥ 4 and MODES a multiple of 8, else it does not compile.
 ///
@@ -217,7 +217,7 @@ impl<F: Real, const MODES: usize> FullMemory<F, PORTABLE_TAPS, MODES> {
     }
 }
 
-/// What one signal leaves behind: due contributions of recent inputs, and the modes.
+/// The history of one signal: due contributions of recent inputs, and the modes.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(

@@ -7,7 +7,7 @@ use crate::weights::{
 };
 use core::f64::consts::PI;
 
-/// What the samples are taken for, and so which weights the memory has.
+/// The signal that the samples stand for, which decides the weights of the memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -59,7 +59,7 @@ impl Core {
         }
     }
 
-    /// Whether the core is an integer difference or sum, so that taps alone are exact.
+    /// True if the core is an integer difference or sum, so that taps alone are exact.
     pub(crate) fn is_finite(self) -> bool {
         self.integral == 0.0
     }

@@ -136,7 +136,7 @@ impl Problem {
         x
     }
 
-    /// Which unknown becomes zero first on the way to the wanted ones, and at what share of it.
+    /// The unknown that becomes zero first on the way to the wanted ones, and the share of the way at which it does.
     fn first_to_vanish(&self, wanted: &[f64]) -> Option<(usize, f64)> {
         let mut first = None;
         for (place, (&column, &wanted)) in self.order.iter().zip(wanted).enumerate() {
@@ -180,7 +180,7 @@ impl Problem {
     }
 }
 
-/// Where the largest value is, if it is positive; the first of equals.
+/// Index of the largest value, if it is positive; the first of equals.
 fn steepest(descents: &[f64]) -> Option<usize> {
     let mut best = None;
     let mut most = 0.0;

@@ -33,7 +33,7 @@ pub(super) struct Level<F> {
     schedule: Schedule,
 }
 
-/// What has to be done in B ticks, in units of about the same cost.
+/// The work of B ticks, in units of about the same cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Schedule {
     /// Blocks of eight bins, B/8; a power of two.
@@ -76,7 +76,7 @@ impl Schedule {
     }
 }
 
-/// What one signal leaves behind in a level.
+/// The history of one signal in a level.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
@@ -165,7 +165,7 @@ impl<F: Real> Level<F> {
         }
     }
 
-    /// Whether a history is of this level's shape.
+    /// True if a history is of this level's shape.
     #[inline]
     pub(super) fn fits(&self, history: &LevelHistory<F>) -> bool {
         history.before.len() == self.twist.len() && history.spectra.len() == self.spectra.len()

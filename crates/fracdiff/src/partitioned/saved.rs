@@ -7,7 +7,7 @@ use crate::fft::{Bins, LANES};
 use alloc::vec::Vec;
 use serde::{Deserialize, Serialize};
 
-/// How much work is done and owed follows from the tick.
+/// The work done and owed follows from the tick.
 #[derive(Serialize, Deserialize)]
 #[serde(rename = "LevelHistory")]
 #[serde(bound = "F: Real")]

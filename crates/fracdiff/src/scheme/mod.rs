@@ -75,7 +75,7 @@ pub enum Scheme {
     },
     /// `full[:TOLERANCE]` or `piecewise-linear[:TOLERANCE]`.
     Full {
-        /// Which of the two.
+        /// The weights: Grünwald or piecewise linear.
         kernel: Kernel,
         /// ε of [`Design::error_bound`]: of the output, in units of T^(−μ)·Σ `c_j`·|Δⁿx|.
         tolerance: f64,

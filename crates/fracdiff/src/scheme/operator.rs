@@ -98,7 +98,7 @@ macro_rules! each_with_history {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct OperatorList<F> {
-    /// What the values are.
+    /// The meaning of the values.
     pub form: Form,
     /// Differences (> 0) or sums (< 0) around them.
     pub integer: i8,

@@ -1,4 +1,4 @@
-//! What every operator must do: definitions, special orders, linearity, responses.
+//! The duties of every operator: definitions, special orders, linearity, responses.
 
 use crate::oracle::{
     SAMPLE_TIME, SCHEMES, assert_close, build, convolve, full, largest, lively, order, run,

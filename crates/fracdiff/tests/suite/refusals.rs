@@ -1,4 +1,4 @@
-//! What is no number, no history or no parameter: never hidden, refused with value and range.
+//! Bad numbers, histories and parameters: never hidden, refused with value and range.
 
 use crate::oracle::{SAMPLE_TIME, SCHEMES, build, order, run};
 use fracdiff::{

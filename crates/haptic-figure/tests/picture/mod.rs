@@ -1,4 +1,4 @@
-//! What the tests of pictures share: the texts as the renderer sets them.
+//! Shared by the tests of pictures: the texts as the renderer sets them.
 
 use std::sync::Arc;
 

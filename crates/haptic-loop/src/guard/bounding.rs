@@ -77,7 +77,7 @@ impl EnergyBounding {
     }
 }
 
-/// Whether each parameter is within the range that its field states.
+/// Refuses a parameter outside the range that its field states.
 fn check(bounding: &EnergyBounding, sample_time: f64) -> Result<(), ParameterError> {
     let (share, noise) = (bounding.share, bounding.noise.0);
     let (damping, lag) = (bounding.device_damping.0, bounding.lag.0);
@@ -129,7 +129,7 @@ fn check(bounding: &EnergyBounding, sample_time: f64) -> Result<(), ParameterErr
     Ok(())
 }
 
-/// What the longest delay may be.
+/// The range of the longest delay.
 const DELAYS: &str = "from the least delay to 4 sample times";
 
 /// Energy bounding, made of good parameters.

@@ -79,7 +79,7 @@ impl<F: Real> GuardLaw<F> {
         })
     }
 
-    /// What the observer makes of a wanted force, and whether that is another. `moved` is Δ, m.
+    /// The observer's force for a wanted one, and true if the two differ. `moved` is Δ, m.
     #[inline(never)]
     pub(crate) fn steer<const D: usize>(
         &self,

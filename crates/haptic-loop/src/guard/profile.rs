@@ -59,7 +59,7 @@ pub(super) struct Form<F> {
 }
 
 impl<F: Real> Form<F> {
-    /// What is beyond the number type costs more than there is: no force follows from it.
+    /// A cost beyond the number type is more than there is: no force follows from it.
     fn new(unit: f64, terms: [f64; 3]) -> Self {
         let [square, cross, rest] = terms.map(|term| F::from_f64(unit * term));
         Self {
@@ -90,7 +90,7 @@ pub(super) struct Timing {
     pub(super) lag: f64,
 }
 
-/// What the forces on their way do and may cost.
+/// The effect and the possible cost of the forces on their way.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Profile<F> {
     /// d.

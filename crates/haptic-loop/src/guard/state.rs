@@ -9,7 +9,7 @@ use fracdiff::Real;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct GuardState<F, const D: usize> {
     pub(super) energy: F,
-    /// What is still to be paid for noise, J.
+    /// The energy still to be paid for noise, J.
     pub(super) owed: F,
     pub(super) sent: [Sent<F, D>; HISTORY],
 }

@@ -13,7 +13,7 @@
 //! Source: J. J. Moreau, "Unilateral contact and dry friction in finite freedom dynamics", 1988
 //! (time stepping for dry friction), for one scalar contact.
 
-/// What friction does in a step.
+/// The effect of friction in a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Friction {
     /// It can bring the velocity to zero at the end of the step, with this force, N.

@@ -12,7 +12,7 @@ use nalgebra::{RowSVector, SMatrix, SVector};
 /// Steps per sample between which making and breaking contact is noticed.
 pub const SUB_STEPS: usize = 8;
 
-/// How the indenter touches the renderer.
+/// The contact of the indenter with the renderer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RigContact {
     /// An ideal indenter without mass: what drives it is imposed on the renderer exactly, for ever
@@ -39,7 +39,7 @@ impl RigContact {
     };
 }
 
-/// What moves the indenter.
+/// The drive of the indenter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RigDrive {
     /// A position profile, followed by the servo (relaxation experiment).
@@ -81,9 +81,9 @@ impl RigServo {
 /// Parameters of an [`IndentationRig`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RigConfig {
-    /// What moves the indenter.
+    /// The drive of the indenter.
     pub drive: RigDrive,
-    /// How it touches the renderer.
+    /// Its contact with the renderer.
     pub contact: RigContact,
     /// T > 0, the time from one write to the next.
     pub sample_time: Seconds,

@@ -1,4 +1,4 @@
-//! How a periodic loop is to run.
+//! Settings of a periodic loop.
 
 use super::thread::ThreadConfig;
 use crate::ParameterError;
@@ -7,7 +7,7 @@ use std::time::Duration;
 /// Shortest and longest period, s.
 const PERIODS_S: core::ops::RangeInclusive<f64> = 1e-5..=1e3;
 
-/// How long before the deadline to stop sleeping and spin.
+/// Time before the deadline at which sleeping ends and spinning begins.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SpinMargin {
     /// Measured on this machine at the start, a quarter of the period at most.
@@ -22,9 +22,9 @@ pub enum SpinMargin {
 pub struct PeriodicConfig {
     /// T, 10 µs to 1000 s.
     pub period: Duration,
-    /// What is asked for the thread.
+    /// The wishes for the thread.
     pub thread: ThreadConfig,
-    /// How much of the waiting is spinning.
+    /// The part of the waiting that is spinning.
     pub spin_margin: SpinMargin,
 }
 

@@ -62,7 +62,7 @@ pub fn allowed_cores() -> Vec<usize> {
 /// Raises a thread of this process to `SCHED_FIFO` at a priority of 1 to 99.
 ///
 /// # Errors
-/// What the system does not allow.
+/// A wish that the system does not allow.
 pub fn raise_thread<T>(thread: &JoinHandle<T>, priority: u8) -> Result<(), Refusal> {
     fifo(thread.as_pthread_t() as ThreadId, priority)
 }

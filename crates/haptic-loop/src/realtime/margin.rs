@@ -1,4 +1,4 @@
-//! How late this machine wakes a thread.
+//! The lateness with which this machine wakes a thread.
 
 use super::waiter::Waiter;
 use std::time::Duration;

@@ -12,7 +12,7 @@ use std::time::Duration;
 /// A cycle that has begun.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cycle {
-    /// How many cycles ran before it.
+    /// Number of cycles that ran before it.
     pub number: u64,
     /// From when it was due to now.
     pub lateness: Duration,
@@ -140,7 +140,7 @@ impl<W: Waiter> Periodic<W> {
         (self.timing, self.thread)
     }
 
-    /// What was measured, up to the cycle that runs.
+    /// The measured times, up to the cycle that runs.
     #[must_use]
     pub const fn timing(&self) -> &Timing {
         &self.timing
@@ -152,7 +152,7 @@ impl<W: Waiter> Periodic<W> {
         &self.thread
     }
 
-    /// How much of the waiting is spinning.
+    /// The part of the waiting that is spinning.
     #[must_use]
     pub const fn spin_margin(&self) -> Duration {
         Duration::from_nanos(self.margin_ns)

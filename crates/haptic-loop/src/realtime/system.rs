@@ -1,4 +1,4 @@
-//! What a loop asks of a system, and why that may refuse.
+//! The services that a loop asks of a system, and the reasons for a refusal.
 
 use core::fmt;
 
@@ -29,7 +29,7 @@ impl fmt::Display for Refusal {
 
 impl core::error::Error for Refusal {}
 
-/// What a system does for the calling thread.
+/// The services of a system for the calling thread.
 pub(super) trait System {
     fn raise(&mut self, priority: u8) -> Result<(), Refusal>;
     fn pin(&mut self, core: usize) -> Result<(), Refusal>;

@@ -8,7 +8,7 @@ use core::marker::PhantomData;
 /// Priorities that a system may grant.
 pub const PRIORITIES: core::ops::RangeInclusive<u8> = 1..=99;
 
-/// What is asked for a thread.
+/// The wishes for a thread.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ThreadConfig {
     /// `SCHED_FIFO` at this priority, 1 to 99; `None` for the normal one.
@@ -19,7 +19,7 @@ pub struct ThreadConfig {
     pub lock_memory: bool,
 }
 
-/// What was asked and refused; prints as one sentence that says what to do.
+/// The wishes that were refused; prints as one sentence that says what to do.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Fallback {
     /// The priority.
@@ -108,7 +108,7 @@ impl RaisedThread {
         }
     }
 
-    /// What was refused.
+    /// The wishes that were refused.
     #[must_use]
     pub const fn fallback(&self) -> Option<Fallback> {
         self.fallback
@@ -130,7 +130,7 @@ impl RaisedThread {
         self.config.pin.filter(|_| !refused)
     }
 
-    /// Whether the memory is locked.
+    /// True if the memory is locked.
     #[must_use]
     pub fn memory_is_locked(&self) -> bool {
         let refused = self

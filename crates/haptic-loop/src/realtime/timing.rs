@@ -1,4 +1,4 @@
-//! What a periodic loop measured of itself.
+//! The times that a periodic loop measured of itself.
 
 use crate::ParameterError;
 use hdrhistogram::Histogram;
@@ -7,7 +7,7 @@ use std::time::Duration;
 /// Longest time that is told from longer ones, ns.
 const LONGEST_NS: u64 = 100_000_000_000;
 
-/// Where the time of each cycle went.
+/// The parts of the time of each cycle.
 #[derive(Clone, Debug)]
 pub struct Timing {
     lateness_ns: Histogram<u64>,
@@ -39,7 +39,7 @@ impl Overruns {
 /// The cycle that ended latest after it was due.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WorstCycle {
-    /// How many cycles ran before it.
+    /// Number of cycles that ran before it.
     pub number: u64,
     /// From when it was due to when it began.
     pub lateness: Duration,

@@ -1,4 +1,4 @@
-//! How time passes for a periodic loop.
+//! The passing of time for a periodic loop.
 
 use std::time::{Duration, Instant};
 

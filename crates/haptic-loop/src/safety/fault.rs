@@ -1,4 +1,4 @@
-//! What makes the safety chain give up.
+//! The reasons for which the safety chain gives up.
 
 /// Why the chain holds the force at zero. The numbers are those of the wire and of the log.
 ///
@@ -52,7 +52,7 @@ impl Fault {
         Self::StaleForce,
     ];
 
-    /// Whether a damper can still oppose the motion: it needs its sensor and its actuator.
+    /// True if a damper can still oppose the motion: it needs its sensor and its actuator.
     pub(crate) const fn leaves_braking(self) -> bool {
         !matches!(
             self,

@@ -1,4 +1,4 @@
-//! What comes out of the safety chain.
+//! The output of the safety chain.
 
 use fracdiff::Real;
 use nalgebra::SVector;
@@ -20,7 +20,7 @@ impl<F: Real, const D: usize> SafeForce<F, D> {
     }
 }
 
-/// Which limiters acted in a tick.
+/// The limiters that acted in a tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Limiters(u8);
 
@@ -51,7 +51,7 @@ impl Limiters {
         self.0
     }
 
-    /// Whether all of `other` acted.
+    /// True if all of `other` acted.
     #[must_use]
     pub const fn contains(self, other: Self) -> bool {
         self.0 & other.0 == other.0

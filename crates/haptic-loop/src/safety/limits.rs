@@ -41,9 +41,9 @@ pub struct Limits {
     /// From start or [`clear`](crate::SafetyState::clear) the share of the wanted force that is used rises from
     /// 0 to 1 in this time, above 0. *Default* 0.5 s: whoever lets go within 0.2 s has met less than half.
     pub rise_time: Option<Seconds>,
-    /// Where the device may be. *Default* off.
+    /// The range in which the device may move. *Default* off.
     pub workspace: Option<Workspace>,
-    /// How fast it may move. *Default* 1 and 1.5 m/s: an exploring hand stays below 0.5 m/s.
+    /// The speed at which it may move. *Default* 1 and 1.5 m/s: an exploring hand stays below 0.5 m/s.
     pub speed: Option<SpeedLimit>,
     /// ω/2π above 0, bandwidth of the velocity that is estimated from positions,
     /// v ← v + (1 − e^(−ωT))·(Δ/T − v). *Default* 50 Hz: at 1 kHz an encoder step of 10 µm is 3 mm/s, and a motion
@@ -63,7 +63,7 @@ pub struct Limits {
     pub device_mass: Option<Kilograms>,
     /// d, samples from a force to its effect, rounded up; a lag of the actuator counts as delay. *Default* 1.
     pub device_delay_samples: u32,
-    /// How a sensor is known that stands still. *Default* 3 N in 0.1 s; off in [`bare`](Self::bare).
+    /// The sign of a sensor that is stuck. *Default* 3 N in 0.1 s; off in [`bare`](Self::bare).
     pub stuck: Option<Stuck>,
     /// A position that moves in a sample by more than `speed` allows, T·hard, and by this much more, latches
     /// [`Fault::PositionJump`](crate::Fault::PositionJump), above 0; without `speed` none does. *Default* 1 mm, more
@@ -144,7 +144,7 @@ impl Limits {
     }
 }
 
-/// Where the device may be, the same interval on each axis.
+/// The range in which the device may move, the same interval on each axis.
 ///
 /// ```text
 /// low ─soft─▶ ················· ◀─soft─ high       beyond low or high: Fault::Workspace
@@ -160,7 +160,7 @@ pub struct Workspace {
     pub soft: Metres,
 }
 
-/// How fast the device may move on each axis.
+/// The speed at which the device may move on each axis.
 ///
 /// ```text
 /// f = −p·b·v,  p = 0 at the soft speed, 1 at the hard one       above the hard one: Fault::Velocity

@@ -130,12 +130,12 @@ impl<F: Real, const D: usize> SafetyState<F, D> {
         self.stopping = true;
     }
 
-    /// Whether the force is on its way to zero, or there.
+    /// True if the force is on its way to zero, or there.
     const fn is_released(&self) -> bool {
         self.fault.is_some() || self.stopping
     }
 
-    /// Whether the force has reached zero on every axis.
+    /// True if the force has reached zero on every axis.
     #[must_use]
     pub fn is_at_rest(&self) -> bool {
         self.force.iter().all(|&axis| axis == F::ZERO)
@@ -236,13 +236,13 @@ impl<F: Real> SafetyChain<F> {
         })
     }
 
-    /// Whether a passivity guard is part of it.
+    /// True if a passivity guard is part of it.
     #[must_use]
     pub const fn has_guard(&self) -> bool {
         self.guard.is_some()
     }
 
-    /// Whether a device may be armed with this wanted force, N.
+    /// Checks that a device may be armed with this wanted force, N.
     ///
     /// # Errors
     /// It is not finite, or its magnitude is above [`Limits::start_force`].
@@ -322,7 +322,7 @@ impl<F: Real> SafetyChain<F> {
         (SafeForce(state.force), limiters)
     }
 
-    /// What is wanted after a fault or stop. On its own: the way to zero is never in a hurry.
+    /// The force wanted after a fault or stop. A function of its own: the way to zero is never in a hurry.
     #[inline(never)]
     fn released<const D: usize>(&self, state: &mut SafetyState<F, D>) -> SVector<F, D> {
         let none = SVector::from([F::ZERO; D]);
@@ -339,7 +339,7 @@ impl<F: Real> SafetyChain<F> {
         }
     }
 
-    /// What is left of the wanted force, with the braking near limits.
+    /// The rest of the wanted force, with the braking near limits.
     #[inline]
     fn restrained<const D: usize>(
         &self,

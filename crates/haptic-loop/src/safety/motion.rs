@@ -9,7 +9,7 @@ use crate::error::{ParameterError, positive, range, rounded};
 use fracdiff::{Real, Seconds};
 use nalgebra::SVector;
 
-/// Where a motion is braked: nowhere below `from`, fully at from + 1/`per`.
+/// A zone in which motion is braked: not below `from`, fully at from + 1/`per`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Zone<F> {
     from: F,
@@ -33,7 +33,7 @@ impl<F: Real> Zone<F> {
         })
     }
 
-    /// How far into the zone, 0 to 1.
+    /// Depth into the zone, 0 to 1.
     #[inline]
     fn depth(&self, value: F) -> F {
         clamp((value - self.from) * self.per, F::ZERO, F::ONE)
@@ -135,7 +135,7 @@ impl<F: Real, const D: usize> Motion<F, D> {
         self.missed = samples;
     }
 
-    /// Where the device is, is not known, and a force that opposes its motion neither.
+    /// Forgets the position: it is not known any more, nor is a force that opposes the motion.
     pub(super) fn lose(&mut self) {
         *self = Self {
             brakes: false,
@@ -265,7 +265,7 @@ impl<F: Real> MotionLimits<F> {
         limiters
     }
 
-    /// Whether a reading stands still while the force grows: see [`Stuck`](super::Stuck). `wanted` is finite,
+    /// True if a reading stands still while the force grows: see [`Stuck`](super::Stuck). `wanted` is finite,
     /// `sent` the last force, `most` the limit of a force.
     #[inline]
     pub(super) fn stands_still<const D: usize>(

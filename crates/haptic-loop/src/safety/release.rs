@@ -26,7 +26,7 @@ pub(super) struct Release<F> {
 /// A force on its way to zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Released<F> {
-    /// Where the envelope begins, N.
+    /// The force at which the envelope begins, N.
     from: F,
     /// n − k.
     left: F,

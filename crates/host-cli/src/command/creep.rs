@@ -40,7 +40,7 @@ impl Arguments {
     /// Runs the command.
     ///
     /// # Errors
-    /// What went wrong, with its exit code.
+    /// Any failure, with its exit code.
     pub fn run(self, output: Output) -> Result<(), Failure> {
         let experiment = Creep {
             rendering: self.rendering.rendering()?,

@@ -59,13 +59,13 @@ force_noise_rms_n, largest_scale, reason}], best, tissue, simulated (as in `host
                   host-cli design --wish tissue prostate-cancerous"
 )]
 pub struct Arguments {
-    /// What is wanted most: stiffest-wall, most-damping, tissue NAME or coupler
+    /// Property wanted most: stiffest-wall, most-damping, tissue NAME or coupler
     #[arg(long, num_args = 1..=2, value_name = "WISH", default_value = "stiffest-wall")]
     wish: Vec<String>,
     /// Frequency of most-damping, and where orders are compared for a tissue [default there: 1 Hz]
     #[arg(long, allow_hyphen_values = true)]
     frequency: Option<Frequency>,
-    /// What the wall must be
+    /// Property that the wall must have
     #[arg(long, value_enum, default_value = "stable")]
     require: Require,
     /// Factor by which a stable wall could grow before it is unstable [default: 2]
@@ -105,7 +105,7 @@ pub struct Arguments {
     overwrite: bool,
 }
 
-/// What a wall must be.
+/// The property that a wall must have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Require {
     /// Passive, for the operator that really runs.
@@ -286,7 +286,7 @@ impl Arguments {
     }
 }
 
-/// What was wished for over the order, and the dissipation that allows it.
+/// A picture of the wish over the order, with the dissipation that allows it.
 fn draw(design: &Design, report: &DesignReport) -> Result<Picture, FigureError> {
     let (label, value): (&str, fn(&Candidate) -> Option<f64>) = match design.wish {
         Wish::StiffestWall => ("largest stiffness K / N·m⁻¹", |c| c.stiffness),

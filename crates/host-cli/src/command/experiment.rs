@@ -32,7 +32,7 @@ use std::path::PathBuf;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// What is rendered, on what, and where the files go.
+/// Options of every experiment with a tissue: the tissue, the device, and the folder of the files.
 #[derive(Debug, Args)]
 pub struct RenderingArguments {
     #[arg(long, help = parameters::TISSUE.help, value_name = "NAME|FILE.toml", default_value = parameters::TISSUE.shown, help_heading = "Tissue")]
@@ -190,7 +190,7 @@ impl RenderingArguments {
         let remote = self.remote.remote(None)?;
         if remote.is_some() && (self.encoder_resolution.0 > 0.0 || self.sensor_noise.0 > 0.0) {
             return Err(Failure::bad_input(
-                "--encoder-resolution and --sensor-noise are of the simulated rig: leave them away with a \
+                "--encoder-resolution and --sensor-noise are of the simulated rig: omit them with a \
                  serial device, which has its own",
             ));
         }

@@ -6,7 +6,7 @@ use haptic_experiment::failure::Failure;
 use haptic_log::live::{Live, LiveStreams, Teleplot};
 use std::net::SocketAddr;
 
-/// Who may watch a run.
+/// Live viewers of a run.
 #[derive(Clone, Copy, Debug, Args)]
 pub struct LiveArguments {
     /// Stream the samples over a WebSocket for Foxglove or PlotJuggler (Foxglove bridge), at

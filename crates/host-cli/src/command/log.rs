@@ -13,7 +13,7 @@ use serde::Serialize;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// What to do with a log.
+/// Tasks with a log.
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Say what is in a log: samples, times, conditions, events; exit code 0 for a damaged one too, `check` judges
@@ -217,7 +217,7 @@ fn place(
     }
 }
 
-/// What was made of a cut log is all there is, but not all there was: exit code 4.
+/// Exit code 4 for a file made of a cut log: it holds all there is, but not all there was.
 fn require_complete(complete: bool, log: &Path, made: &Path) -> Result<(), Failure> {
     if complete {
         Ok(())
@@ -312,7 +312,7 @@ fn print_missing(out: &mut dyn Write, summary: &LogSummary) -> io::Result<()> {
     Ok(())
 }
 
-/// How far the run came if not to its planned end, and which file the log begins with if not this one.
+/// The end of a run that did not reach its planned one, and the first file of the log if it is not this one.
 fn print_extent(out: &mut dyn Write, summary: &LogSummary) -> io::Result<()> {
     if let Some(end) = &summary.end
         && end.ended != EndKind::Finished

@@ -7,7 +7,7 @@ use haptic_tissue::{Library, Material};
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// What to do with the library.
+/// Tasks with the library.
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// List all tissues
@@ -22,13 +22,13 @@ pub enum Command {
     Show {
         /// A name from the list, or the path of a TOML file
         name: String,
-        /// Where more tissues are
+        /// Folder with more tissues
         #[command(flatten)]
         folder: Folder,
     },
 }
 
-/// Where more tissues are.
+/// The folder with more tissues.
 #[derive(Debug, Args)]
 pub struct Folder {
     /// Folder with more tissue files

@@ -20,7 +20,7 @@ pub struct PlantArguments {
     hand_stiffness: Stiffness,
     #[arg(long, help = parameters::WALL_SAMPLE_TIME.help, default_value = parameters::WALL_SAMPLE_TIME.shown, allow_hyphen_values = true)]
     sample_time: Time,
-    /// What real devices have: 1 um encoder, 0.05 N friction, half a sample of delay, 1 ms current lag
+    /// The faults of real devices: 1 um encoder, 0.05 N friction, half a sample of delay, 1 ms current lag
     /// (each can be set by itself)
     #[arg(long)]
     realistic: bool,
@@ -42,7 +42,7 @@ pub struct PlantArguments {
 }
 
 impl PlantArguments {
-    /// Whether anything of a real device is asked of the simulated one.
+    /// True if the simulated device is to have any fault of a real one.
     pub(super) fn is_less_than_ideal(&self) -> bool {
         self.realistic
             || self.friction.is_some()
@@ -62,7 +62,7 @@ impl PlantArguments {
         }
     }
 
-    /// What is less than ideal about it: what `--realistic` sets, unless it is given by itself.
+    /// Its faults: those that `--realistic` sets, unless one is given by itself.
     pub(super) fn imperfections(&self) -> Imperfections {
         let usual = if self.realistic {
             Imperfections::realistic(self.sample_time.0)

@@ -1,4 +1,4 @@
-//! What a user says of the pre-flight.
+//! Options of the pre-flight.
 
 use clap::Args;
 use haptic_experiment::failure::Failure;
@@ -14,7 +14,7 @@ pub struct PreflightArguments {
 }
 
 impl PreflightArguments {
-    /// What is asked of the pre-flight; `serial` says whether the experiment runs on a serial device. Mass and
+    /// The request for the pre-flight; `serial` is true for an experiment on a serial device. Mass and
     /// damping of a real one are those of the guard.
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-//! How a run follows the clock.
+//! Options of a run that follows the clock.
 
 use clap::Args;
 use haptic_experiment::failure::Failure;
@@ -16,7 +16,7 @@ pub struct RealtimeArguments {
     thread: ThreadArguments,
 }
 
-/// What is asked for a thread.
+/// Options of a thread.
 #[derive(Clone, Copy, Debug, Args)]
 pub struct ThreadArguments {
     /// Real-time priority of the loop (`SCHED_FIFO`, 1 to 99), its memory locked; `off` for a normal thread
@@ -57,7 +57,7 @@ fn parse_priority(text: &str) -> Result<Priority, String> {
 }
 
 impl ThreadArguments {
-    /// What is asked; `default` if nothing is said of the priority.
+    /// The options as typed; the priority `default` if nothing is said of it.
     ///
     /// # Errors
     /// A core that this process may not use.
@@ -86,13 +86,13 @@ impl ThreadArguments {
 }
 
 impl RealtimeArguments {
-    /// Whether the user asked for the clock.
+    /// True if the user asked for the clock.
     #[must_use]
     pub const fn is_realtime(&self) -> bool {
         self.realtime
     }
 
-    /// How time passes. A serial device has its own clock: then a priority is for the threads that speak with it,
+    /// The pace of the run. A serial device has its own clock: then a priority is for the threads that speak with it,
     /// and only if it is asked for.
     ///
     /// # Errors

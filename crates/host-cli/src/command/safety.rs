@@ -6,14 +6,14 @@ use clap::Args;
 use haptic_experiment::parameters;
 use haptic_experiment::{GuardChoice, Safety};
 
-/// What is not given is as in the file, else off.
+/// An option that is not given is as in the file, else off.
 #[derive(Clone, Copy, Debug, Args)]
 #[command(next_help_heading = "Safety")]
 pub struct SafetyArguments {
     /// Keep the loop from feeding the device energy [default: off]
     #[arg(long, value_parser = choice::<GuardChoice>())]
     guard: Option<GuardChoice>,
-    /// Where the device may be, as in -10mm:20mm; beyond it a fault ends the run
+    /// Range that the device may move in, as in -10mm:20mm; beyond it a fault ends the run
     #[arg(long, value_name = "LOW:HIGH", allow_hyphen_values = true)]
     workspace: Option<Workspace>,
     #[arg(long, help = parameters::SPEED_LIMIT.help, value_name = "SPEED", allow_hyphen_values = true)]
@@ -47,7 +47,7 @@ pub struct SafetyArguments {
 }
 
 impl SafetyArguments {
-    /// What is given in place of what is in the file.
+    /// The settings of the file, replaced by those given here.
     #[must_use]
     pub fn over(&self, file: Safety) -> Safety {
         let damping = self.device_damping.map(|damping| damping.0);

@@ -76,7 +76,7 @@ pub struct Arguments {
     overwrite: bool,
 }
 
-/// How a wall is tried and judged.
+/// Options of the trial of a wall and of its verdict.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Trial")]
 struct TrialArguments {
@@ -201,7 +201,7 @@ impl Arguments {
         if remote.is_some() && plant.is_less_than_ideal() {
             return Err(Failure::bad_input(
                 "--realistic, --friction, --delay, --current-lag, --encoder-resolution and --sensor-noise are \
-                 of the simulated device: leave them away with a serial one, which has its own",
+                 of the simulated device: omit them with a serial one, which has its own",
             ));
         }
         let imperfections = plant.imperfections();

@@ -245,7 +245,7 @@ fn a_fault_ends_the_run_with_its_name_and_a_whole_log() {
     assert_eq!(check.json()["events"][0]["kind"], "fault");
 }
 
-/// What must hold when the disk took only the first of `run/`.
+/// The promises for a disk that took only the first of `run/`.
 #[cfg(unix)]
 fn a_full_disk_was_survived(place: &Place, ended: Ended) {
     let ended = ended.refused(

@@ -1,6 +1,6 @@
 //! Runs that are killed at a random moment: what of their logs is left.
 //!
-//! How long a run had gone when it was killed is known from outside: its live stream tells the newest tick
+//! The moment of a kill is known from outside: the run's live stream tells the newest tick
 //! that the writer of the log had seen, and, since the stream is stamped with the time of day, the clock tells
 //! which tick was due. `KILLS=200 cargo test -p host-cli --test cli killed -- --nocapture` makes 200 kills
 //! instead of a few; `KILL_SEED` takes other moments.
@@ -24,7 +24,7 @@ const LATEST_MS: u64 = 1200;
 #[derive(Debug)]
 struct Kill {
     after_ms: u64,
-    /// Whether the log had been begun.
+    /// True if the log had been begun.
     begun: bool,
     /// Ticks saved.
     saved: f64,

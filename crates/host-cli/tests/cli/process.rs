@@ -134,7 +134,7 @@ impl Ended {
         self
     }
 
-    /// What is wrong with this failure, if anything: the exit code, or an error that is not exactly one
+    /// The mistake in this failure, if there is one: its exit code, or an error that is not exactly one
     /// line `error: …` behind warnings.
     fn fault_in_failure(&self, code: i32) -> Option<String> {
         let is_error = |line: &&str| line.starts_with("error: ");

@@ -62,7 +62,7 @@ fn rt_check_says_for_a_person_whether_each_rate_is_safe() {
     }
 }
 
-/// Where the time went in a run, whose parts must agree.
+/// The times of a run are complete, and their parts agree.
 fn is_whole(report: &Value) {
     let realtime = &report["realtime"];
     for part in ["lateness_us", "compute_us", "tick_us"] {

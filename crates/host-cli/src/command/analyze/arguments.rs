@@ -172,14 +172,14 @@ pub struct ResolvedLoop {
     pub sample_time_s: Option<f64>,
     /// m and T, where the loop was given with units.
     pub units: Option<(f64, f64)>,
-    /// Whether δ (or b) was given at all.
+    /// True if δ (or b) was given at all.
     pub delta_given: bool,
 }
 
 /// Parameters, or why they are none.
 type Checked = Result<Nondimensional, AnalysisError>;
 
-/// Whether α and β (or K and B) must be given.
+/// The need for α and β (or K and B).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wall {
     /// Both are needed.
@@ -329,7 +329,7 @@ fn refused_parameter(error: AnalysisError, with_units: bool) -> Failure {
     Failure::input_with_advice(error, advice)
 }
 
-/// Where pictures and tables go, if they are wanted.
+/// The folder of pictures and tables, if they are wanted.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Files")]
 pub struct Files {

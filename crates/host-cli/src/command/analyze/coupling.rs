@@ -48,7 +48,7 @@ struct Coupling {
     /// By Corollary 2, N·s/m.
     corollary_damping: f64,
     worst_theta: f64,
-    /// Whether the given b is enough; null without one, unless none is.
+    /// True if the given b is enough; null without one, unless none is.
     passive: Option<bool>,
     reason: Option<String>,
 }

@@ -13,7 +13,7 @@ pub use arguments::{Files, LoopArguments};
 use clap::Subcommand;
 use haptic_experiment::failure::Failure;
 
-/// Which question.
+/// The question asked.
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Effective stiffness and damping of a virtual environment
@@ -26,9 +26,9 @@ pub enum Command {
     Passivity(passivity::PassivityArguments),
     /// Is a virtual coupler passive on both sides, and how much damping does that take?
     Coupling(coupling::CouplingArguments),
-    /// What the hand feels: effective stiffness and damping of the closed loop
+    /// Effective stiffness and damping of the closed loop, as the hand feels them
     Transparency(effective::TransparencyArguments),
-    /// How much the loop amplifies errors of its model: |1/(1 + GH)|
+    /// Gain of the loop on errors of its model: |1/(1 + GH)|
     Sensitivity(sensitivity::SensitivityArguments),
 }
 

@@ -32,7 +32,7 @@ struct Passivity {
     /// By Corollary 1, which holds for the exact operator without delay.
     corollary_delta: f64,
     worst_theta: f64,
-    /// Whether the given δ is enough; null without one.
+    /// True if the given δ is enough; null without one.
     passive: Option<bool>,
     /// α + βP(1) < 0: then no damping is enough.
     negative_at_rest: bool,

@@ -1,0 +1,1 @@
+../../../tests/conformance/read_log.py
