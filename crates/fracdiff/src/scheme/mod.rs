@@ -11,6 +11,7 @@
 //! ```
 
 mod operator;
+mod sizes;
 
 use crate::error::check_length;
 use crate::full_memory::{Design, DesignError, Kernel};
@@ -21,18 +22,10 @@ use crate::{
 use core::fmt;
 use core::str::FromStr;
 pub use operator::{Operator, OperatorHistory, OperatorList};
+pub use sizes::{DEGREE_MAX, FULL_MODES, FULL_TAPS, SHORT_MOST};
 use std::boxed::Box;
 use std::string::{String, ToString};
 
-/// Longest `grunwald:N` that is summed directly, to the bit like [`ShortMemory`](crate::ShortMemory); from the
-/// next on it is a [`PartitionedMemory`], which agrees to rounding and takes a fraction of the time.
-pub const SHORT_MOST: usize = 2048;
-/// Largest degree or number of sections a scheme accepts.
-pub const DEGREE_MAX: usize = 64;
-/// Recent samples that a full memory keeps as they are.
-pub const FULL_TAPS: usize = 16;
-/// Room for modes: enough for a tolerance of 1e-11 over 1e12 samples.
-pub const FULL_MODES: usize = 112;
 /// Tolerance of `full` and `piecewise-linear` where none is given.
 pub const DEFAULT_TOLERANCE: f64 = 1e-6;
 

@@ -1,6 +1,6 @@
 //! The operator a [`Scheme`](super::Scheme) makes.
 
-use super::{DEGREE_MAX, FULL_MODES, FULL_TAPS};
+use super::sizes::{DEGREE_MAX, FULL_MODES, FULL_TAPS};
 use crate::list::Form;
 use crate::{
     Differintegrator, FrequencyResponse, FullMemory, FullMemoryHistory, MuirHistory,
@@ -29,7 +29,7 @@ use std::vec::Vec;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Operator<F> {
-    /// `grunwald:N`, N up to [`SHORT_MOST`](super::SHORT_MOST).
+    /// `grunwald:N`, N up to [`SHORT_MOST`](super::sizes::SHORT_MOST).
     ShortMemory(ShortMemoryVec<F>),
     /// `grunwald:N`, N beyond.
     PartitionedMemory(PartitionedMemory<F>),
