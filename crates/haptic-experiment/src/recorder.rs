@@ -262,6 +262,7 @@ fn write(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::path::Path;
     use std::sync::mpsc::{Receiver, Sender, channel};
 
     /// A viewer that holds the writer up: it says when it has the first sample, and goes on when it is told to.
@@ -295,17 +296,23 @@ mod tests {
         }
     }
 
+    /// A recorder that stands still at the first sample, which `Receiver` tells, until the `Sender` is dropped.
+    fn gated(folder: &Path, waits: bool) -> (Recorder, Receiver<()>, Sender<()>) {
+        let ((arrived, arrival), (open, gate)) = (channel(), channel());
+        let gate = Gate {
+            arrived,
+            open: gate,
+        };
+        let log = folder.join("log.mcap");
+        let live: Vec<Box<dyn Live>> = vec![Box::new(gate)];
+        let recorder = Recorder::start(&log, BTreeMap::new(), waits, false, live);
+        (recorder.expect("starts"), arrival, open)
+    }
+
     #[test]
     fn a_full_ring_drops_and_counts_in_real_time_and_never_waits() {
         let place = tempfile::tempdir().expect("a folder");
-        let log = place.path().join("log.mcap");
-        let ((arrived, arrival), (open, gate)) = (channel(), channel());
-        let live: Vec<Box<dyn Live>> = vec![Box::new(Gate {
-            arrived,
-            open: gate,
-        })];
-        let mut recorder =
-            Recorder::start(&log, BTreeMap::new(), false, false, live).expect("starts");
+        let (mut recorder, arrival, open) = gated(place.path(), false);
         recorder.tick(sample(0)).expect("records");
         arrival.recv().expect("arrives");
         // The writer takes nothing now: the ring holds its size, the rest is dropped.
@@ -321,14 +328,7 @@ mod tests {
     #[test]
     fn a_full_ring_waits_in_virtual_time_and_keeps_everything() {
         let place = tempfile::tempdir().expect("a folder");
-        let log = place.path().join("log.mcap");
-        let ((arrived, arrival), (open, gate)) = (channel(), channel());
-        let live: Vec<Box<dyn Live>> = vec![Box::new(Gate {
-            arrived,
-            open: gate,
-        })];
-        let mut recorder =
-            Recorder::start(&log, BTreeMap::new(), true, false, live).expect("starts");
+        let (mut recorder, arrival, open) = gated(place.path(), true);
         let opener = std::thread::spawn(move || {
             arrival.recv().expect("arrives");
             // Long enough for the ring to fill.

@@ -23,32 +23,31 @@ pub(super) fn chain_limits(
     capabilities: &Capabilities,
 ) -> Result<Limits, Refusal> {
     let positive = f32::MIN_POSITIVE;
-    let force = within(
-        Field::ForceLimit,
-        limits.force_n,
-        positive,
-        capabilities.force_max_n,
-    )?;
-    let rate = within(
-        Field::ForceRateLimit,
+    let most = capabilities.force_max_n;
+    let force = within(Field::ForceLimit, limits.force_n, positive, most)?;
+    let (asked, most) = (
         limits.force_rate_n_per_s,
-        positive,
         capabilities.force_rate_max_n_per_s,
-    )?;
+    );
+    let rate = within(Field::ForceRateLimit, asked, positive, most)?;
     let start = within(Field::StartForce, limits.start_force_n, 0.0, f32::MAX)?;
     let rise = within(Field::RiseTime, limits.rise_time_s, 0.0, 60.0)?;
-    let bandwidth = within(
-        Field::VelocityBandwidth,
-        limits.velocity_bandwidth_hz,
-        0.1,
-        1e4,
-    )?;
-    let stop_time = stop_time(limits)?;
+    let asked = limits.velocity_bandwidth_hz;
+    let bandwidth = within(Field::VelocityBandwidth, asked, 0.1, 1e4)?;
+    let [least, most] = Limits::STOP_TIME_S.map(|time| time as f32);
+    let stop_time = within(Field::StopTime, limits.stop_time_s, least, most)?;
     let most = Limits::BRAKE_FORCE_MAX_N as f32;
     let brake_force = within(Field::BrakeForce, limits.brake_force_n, 0.0, most)?;
-    let device_mass = device_mass(limits)?;
-    let stuck = stuck(limits)?;
+    let least = if limits.device_mass_kg > 0.0 {
+        1e-6
+    } else {
+        0.0
+    };
+    let mass = within(Field::DeviceMass, limits.device_mass_kg, least, 1e3)?;
+    let stuck_force = within(Field::StuckForce, limits.stuck_force_n, 0.0, f32::MAX)?;
+    let stuck_time = within(Field::StuckTime, limits.stuck_time_s, 1e-3, 10.0)?;
     let jump = zone(Field::Jump, limits.jump_m, 1.0)?;
+    let on = |value: f32| (value > 0.0).then_some(f64::from(value));
     let mut chain = Limits {
         norm: None,
         start_force: on(start).map(Newtons),
@@ -56,11 +55,15 @@ pub(super) fn chain_limits(
         workspace: workspace(limits)?,
         speed: speed(limits)?,
         velocity_bandwidth: Hertz(f64::from(bandwidth)),
-        stop_time,
+        // The least single-precision number in the range may lie below it.
+        stop_time: Seconds(f64::from(stop_time).max(Limits::STOP_TIME_S[0])),
         brake_force: Newtons(f64::from(brake_force)),
-        device_mass,
+        device_mass: on(mass).map(Kilograms),
         device_delay_samples: u32::from(limits.device_delay_ticks),
-        stuck,
+        stuck: on(stuck_force).map(|force| Stuck {
+            force: Newtons(force),
+            time: Seconds(f64::from(stuck_time).max(1e-3)),
+        }),
         jump: on(jump).map(Metres),
         guard: guard(&limits.guard, tick_period_us)?,
         ..Limits::bare(Newtons(f64::from(force)), NewtonsPerSecond(f64::from(rate)))
@@ -71,42 +74,6 @@ pub(super) fn chain_limits(
     // Rounding the bound may have taken it up.
     chain.braking = on(braking).map(|braking| NewtonSecondsPerMetre(braking.min(most.0)));
     Ok(chain)
-}
-
-/// A number that 0 turns off.
-fn on(value: f32) -> Option<f64> {
-    (value > 0.0).then_some(f64::from(value))
-}
-
-fn stop_time(limits: &haptic_link::Limits) -> Result<Seconds, Refusal> {
-    let [least, most] = Limits::STOP_TIME_S;
-    let time = within(
-        Field::StopTime,
-        limits.stop_time_s,
-        least as f32,
-        most as f32,
-    )?;
-    // The least single-precision number in the range may lie below it.
-    Ok(Seconds(f64::from(time).max(least)))
-}
-
-fn device_mass(limits: &haptic_link::Limits) -> Result<Option<Kilograms>, Refusal> {
-    let least = if limits.device_mass_kg > 0.0 {
-        1e-6
-    } else {
-        0.0
-    };
-    let mass = within(Field::DeviceMass, limits.device_mass_kg, least, 1e3)?;
-    Ok(on(mass).map(Kilograms))
-}
-
-fn stuck(limits: &haptic_link::Limits) -> Result<Option<Stuck>, Refusal> {
-    let force = within(Field::StuckForce, limits.stuck_force_n, 0.0, f32::MAX)?;
-    let time = within(Field::StuckTime, limits.stuck_time_s, 1e-3, 10.0)?;
-    Ok(on(force).map(|force| Stuck {
-        force: Newtons(force),
-        time: Seconds(f64::from(time).max(1e-3)),
-    }))
 }
 
 /// 0, or at least as wide as the narrowest zone.

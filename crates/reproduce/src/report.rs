@@ -1,6 +1,7 @@
 //! The report: Markdown, and the same as one self-contained HTML file.
 
 use super::claims::Claim;
+use super::evidence::Evidence;
 use std::fmt::Write as _;
 
 /// A figure as the report shows it.
@@ -32,18 +33,12 @@ pub fn markdown(claims: &[Claim], figures: &[ReportFigure]) -> String {
     text.push_str("|---|---|---|---|---|---|\n");
     for claim in claims {
         // A pipe would end the cell. Writing to a string cannot fail.
-        let cell = |text: &str| text.replace('|', "\\|");
+        let [statement, muir, exact] = cells(claim, |text| text.replace('|', "\\|"));
+        let Claim { id, section, .. } = claim;
+        let verdict = claim.verdict.words();
         let _ = writeln!(
             text,
-            "| {} | {} | {} | **{}** | {}: {} | {}: {} |",
-            claim.id,
-            claim.section,
-            cell(claim.statement),
-            claim.verdict.words(),
-            yes(claim.muir.holds),
-            cell(&claim.muir.numbers),
-            yes(claim.exact.holds),
-            cell(&claim.exact.numbers)
+            "| {id} | {section} | {statement} | **{verdict}** | {muir} | {exact} |"
         );
     }
     text.push_str("\n## Figures\n");
@@ -56,6 +51,17 @@ pub fn markdown(claims: &[Claim], figures: &[ReportFigure]) -> String {
         let _ = writeln!(text, "\n{}.", one_line(&figure.conditions));
     }
     text
+}
+
+/// The statement, and the evidence of either operator, fit for the page.
+fn cells(claim: &Claim, fit: impl Fn(&str) -> String) -> [String; 3] {
+    let evidence =
+        |evidence: &Evidence| format!("{}: {}", yes(evidence.holds), fit(&evidence.numbers));
+    [
+        fit(claim.statement),
+        evidence(&claim.muir),
+        evidence(&claim.exact),
+    ]
 }
 
 fn yes(holds: bool) -> &'static str {
@@ -85,17 +91,13 @@ pub fn html(claims: &[Claim], figures: &[ReportFigure]) -> String {
     );
     for claim in claims {
         let class = if claim.exact.holds { "holds" } else { "not" };
+        let [statement, muir, exact] = cells(claim, escape);
+        let Claim { id, section, .. } = claim;
+        let verdict = claim.verdict.words();
         let _ = writeln!(
             text,
-            "<tr><td>{}</td><td>{}</td><td>{}</td><td class=\"{class}\"><b>{}</b></td><td>{}: {}</td><td>{}: {}</td></tr>",
-            claim.id,
-            claim.section,
-            escape(claim.statement),
-            claim.verdict.words(),
-            yes(claim.muir.holds),
-            escape(&claim.muir.numbers),
-            yes(claim.exact.holds),
-            escape(&claim.exact.numbers)
+            "<tr><td>{id}</td><td>{section}</td><td>{statement}</td><td class=\"{class}\"><b>{verdict}</b></td>\
+             <td>{muir}</td><td>{exact}</td></tr>"
         );
     }
     text.push_str("</table>\n<h2>Figures</h2>\n");
@@ -137,7 +139,7 @@ fn own_ids(svg: &str, id: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::claims::{Evidence, Verdict};
+    use crate::claims::Verdict;
 
     #[test]
     fn the_report_names_every_claim_and_figure_and_escapes_what_it_must() {

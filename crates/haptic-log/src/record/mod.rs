@@ -24,6 +24,7 @@
 //! costs that much, one chunk, and as long as the disk takes. No topics but these two survive [`recover()`].
 
 mod condition;
+mod count;
 mod entry;
 mod error;
 mod export;
@@ -42,10 +43,11 @@ mod sync;
 mod writer;
 
 pub use condition::{Condition, Damage};
+pub use count::Gap;
 pub use entry::{Entry, MetadataRecord};
 pub use error::RecordError;
 pub use export::{ExportSummary, export_csv, export_csv_to};
-pub use inspect::{Gap, LogSummary, inspect};
+pub use inspect::{LogSummary, inspect};
 #[cfg(feature = "foxglove")]
 pub(crate) use message::LogMessage;
 pub use message::{EventMessage, MessageError, TickMessage};

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::inspect::TickCount;
+use super::count::{Gap, TickCount};
 use super::new_file::{refuse_being_written, refuse_own_source};
-use super::{Condition, Damage, Entry, Gap, Leftover, LogReader, LogWriter, RecordError};
+use super::{Condition, Damage, Entry, Leftover, LogReader, LogWriter, RecordError};
 
 /// Name of the metadata record that marks a recovered log.
 pub const RECOVERED: &str = "recovered";

@@ -8,21 +8,20 @@
 //! an emulated device never reports faults that it would not have.
 
 mod clock;
+mod error;
 mod port;
 mod terminal;
 
+pub use error::EmulatorError;
 pub use terminal::Terminal;
 
 use crate::{DeviceSession, FaultyLine, LineDamage, LineFaults, SimulatedPlant, TickSide};
 use clock::Clock;
 use haptic_link::FRAME_MAX;
-use haptic_loop::ParameterError;
 use std::cell::RefCell;
 use std::collections::hash_map::RandomState;
-use std::fmt;
 use std::hash::{BuildHasher as _, Hasher as _};
 use std::path::PathBuf;
-use std::string::String;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
 use std::time::{Duration, Instant};
@@ -68,42 +67,6 @@ pub struct Emulated {
     /// Frames that nobody fetched.
     pub unread: u64,
 }
-
-/// A device that could not be emulated.
-#[derive(Debug)]
-#[non_exhaustive]
-pub enum EmulatorError {
-    /// A fault of the line outside its range.
-    Faults(ParameterError),
-    /// The symbolic link could not be made.
-    Link {
-        /// Its name.
-        link: PathBuf,
-        /// Why.
-        error: std::io::Error,
-    },
-    /// The system gives no pseudo-terminal, or it cannot be shared.
-    Terminal(String),
-    /// The emulated device refused its own start-up configuration.
-    Device(haptic_link::Refusal),
-}
-
-impl fmt::Display for EmulatorError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Faults(error) => error.fmt(f),
-            Self::Link { link, error } => write!(
-                f,
-                "cannot make the link `{}`: {error}; choose another",
-                link.display()
-            ),
-            Self::Terminal(reason) => f.write_str(reason),
-            Self::Device(refusal) => write!(f, "the emulated device: {refusal:?}"),
-        }
-    }
-}
-
-impl core::error::Error for EmulatorError {}
 
 /// Runs the device until it is stopped or its time is over.
 ///

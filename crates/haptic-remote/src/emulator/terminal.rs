@@ -1,6 +1,6 @@
 //! The pseudo-terminal that stands for the port of a device.
 
-use super::EmulatorError;
+use super::error::EmulatorError;
 use serialport::{SerialPort as _, TTYPort};
 use std::borrow::ToOwned as _;
 use std::fmt;

@@ -192,22 +192,23 @@ impl DeviceSession {
             Request::Hello { .. } => return None,
             _ => {}
         }
-        let done = match self.answer(&request, now_us, device) {
-            Some(Ok(report)) => return Some(report),
-            Some(Err(refusal)) => Err(refusal),
-            None => self.obey(request, now_us, device),
-        };
+        if let Some(report) = self.answer(header, &request, now_us, device) {
+            return Some(report);
+        }
+        let done = self.obey(request, now_us, device);
         Some(ack(header, number, done))
     }
 
     /// The answer to a question; nothing if it is an order.
     fn answer<H: Hardware>(
         &self,
+        header: Header,
         request: &Request,
         now_us: u64,
         device: &impl Exclusive<TickSide<H>>,
-    ) -> Option<Result<Report, Refusal>> {
-        Some(Ok(match *request {
+    ) -> Option<Report> {
+        let refused = |refusal| ack(header, request.number(), Err(refusal));
+        Some(match *request {
             Request::GetKeys => keys(),
             Request::GetCapabilities => {
                 Report::Capabilities(device.with(|device| device.hardware().capabilities()))
@@ -231,16 +232,14 @@ impl DeviceSession {
                 let ticks = device.with(|device| *device.statistics());
                 Report::Statistics(self.statistics(ticks))
             }
-            Request::GetCoefficients { offset } => {
-                let block = device.with(|device| coefficients(device, offset));
-                return Some(block.map(Report::Coefficients));
-            }
-            Request::ReadFlight { index } => {
-                let flight = device.with(|device| device.flight(index));
-                return Some(flight.map(Report::Flight));
-            }
+            Request::GetCoefficients { offset } => device
+                .with(|device| coefficients(device, offset))
+                .map_or_else(refused, Report::Coefficients),
+            Request::ReadFlight { index } => device
+                .with(|device| device.flight(index))
+                .map_or_else(refused, Report::Flight),
             _ => return None,
-        }))
+        })
     }
 
     /// Does what an order asks for.

@@ -45,8 +45,8 @@ fn framed(message: &impl Serialize, sequence: u32, connection: u32) -> Vec<u8> {
     line[..length].to_vec()
 }
 
-/// The header in a frame, by the definition of COBS.
-fn header_of(frame: &[u8]) -> (u32, u32) {
+/// What is in a frame and a zero, by the definition of COBS.
+fn content_of(frame: &[u8]) -> Vec<u8> {
     let (mut content, mut at) = (Vec::new(), 0);
     while frame[at] != 0 {
         let next = at + usize::from(frame[at]);
@@ -54,6 +54,12 @@ fn header_of(frame: &[u8]) -> (u32, u32) {
         content.push(0);
         at = next;
     }
+    content
+}
+
+/// The header in a frame.
+fn header_of(frame: &[u8]) -> (u32, u32) {
+    let content = content_of(frame);
     let number =
         |from: usize| u32::from_le_bytes(content[from..from + 4].try_into().expect("four bytes"));
     (number(1), number(5))
@@ -174,13 +180,7 @@ fn any_request(random: &mut Random, faults: u16, tick: u32) -> Request {
 fn misspelt(request: &Request, random: &mut Random) -> Raw {
     let frame = framed(request, 0x0101_0101, 0x0101_0101);
     // Version and header have no zeros, so the first code byte skips what has none.
-    let (mut content, mut at) = (Vec::new(), 0);
-    while frame[at] != 0 {
-        let next = at + usize::from(frame[at]);
-        content.extend_from_slice(&frame[at + 1..next]);
-        content.push(0);
-        at = next;
-    }
+    let content = content_of(&frame);
     let mut body = content[9..content.len() - 5].to_vec();
     let at = if random.below(2) == 0 {
         0

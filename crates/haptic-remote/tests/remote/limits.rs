@@ -27,9 +27,7 @@ fn plain(stiffness_n_per_m: f32, limits: Limits) -> Configuration {
 
 fn set(bench: &mut Bench, configuration: Configuration) -> Result<Report, Refusal> {
     bench.hello();
-    bench
-        .configure(configuration, &[0.0])
-        .expect("the line works")
+    bench.set(configuration, &[0.0])
 }
 
 fn armed(configuration: Configuration) -> Bench {
@@ -54,217 +52,77 @@ const GUARD: Guard = Guard {
     ..Guard::OFF
 };
 
+/// One number of the limits.
+type Number = fn(&mut Limits) -> &mut f32;
+
+/// Each limit with numbers beyond its range, where everything is on.
+#[rustfmt::skip]
+const BEYOND: [(Field, Number, &[f32]); 22] = [
+    (Field::StartForce, |l| &mut l.start_force_n, &[-1.0, f32::NAN, f32::INFINITY]),
+    (Field::RiseTime, |l| &mut l.rise_time_s, &[-0.1, 60.1, f32::NAN]),
+    (Field::WorkspaceLow, |l| &mut l.workspace_low_m, &[-101.0, f32::NAN]),
+    (Field::WorkspaceHigh, |l| &mut l.workspace_high_m, &[-0.1, -0.2, 101.0, f32::NAN]),
+    (Field::WorkspaceSoft, |l| &mut l.workspace_soft_m, &[0.15, -0.01, 1e-7, f32::NAN]),
+    (Field::SpeedSoft, |l| &mut l.speed_soft_m_per_s, &[1.5, -0.1, f32::NAN]),
+    (Field::SpeedHard, |l| &mut l.speed_hard_m_per_s, &[-1.0, 1001.0, 1e-7, f32::NAN]),
+    (Field::VelocityBandwidth, |l| &mut l.velocity_bandwidth_hz, &[0.0, 1e5, f32::NAN]),
+    (Field::Braking, |l| &mut l.braking_n_s_per_m, &[-1.0, 5_f32.next_up(), f32::NAN]),
+    (Field::StopTime, |l| &mut l.stop_time_s, &[0.0, 1_f32.next_up(), f32::NAN]),
+    (Field::BrakeForce, |l| &mut l.brake_force_n, &[-0.1, 10_f32.next_up(), f32::NAN]),
+    (Field::DeviceMass, |l| &mut l.device_mass_kg, &[-1.0, 1001.0, f32::NAN]),
+    (Field::StuckForce, |l| &mut l.stuck_force_n, &[-1.0, f32::INFINITY, f32::NAN]),
+    (Field::StuckTime, |l| &mut l.stuck_time_s, &[0.0, 11.0, f32::NAN]),
+    (Field::Jump, |l| &mut l.jump_m, &[-1e-3, 1e-7, 1.1, f32::NAN]),
+    (Field::GuardDamping, |l| &mut l.guard.damping_n_s_per_m, &[0.0, 1e7, f32::NAN]),
+    (Field::GuardShare, |l| &mut l.guard.share, &[0.0, 1.1, f32::NAN]),
+    (Field::GuardForget, |l| &mut l.guard.forget_s, &[0.9e-3, 3601.0, f32::NAN]),
+    (Field::GuardDelayMost, |l| &mut l.guard.delay_most_samples, &[4.1, -0.1, f32::NAN]),
+    (Field::GuardDelayLeast, |l| &mut l.guard.delay_least_samples, &[0.1, -0.1, f32::NAN]),
+    (Field::GuardLag, |l| &mut l.guard.lag_s, &[-1e-6, 0.065, f32::NAN]),
+    (Field::GuardNoise, |l| &mut l.guard.noise_m, &[-1e-9, 0.02, f32::NAN]),
+];
+
+/// Numbers that are beyond the range of one limit because of others.
+#[rustfmt::skip]
+const BEYOND_TOGETHER: [(Field, fn(&mut Limits)); 5] = [
+    (Field::WorkspaceHigh, |l| (l.workspace_low_m, l.workspace_high_m) = (0.0, f32::NAN)),
+    (Field::WorkspaceSoft, |l| (l.workspace_low_m, l.workspace_high_m) = (0.0, 0.0)),
+    (Field::SpeedSoft, |l| l.speed_hard_m_per_s = 0.0),
+    // Half of what 65 g bear with a tick of delay.
+    (Field::Braking, |l| (l.device_mass_kg, l.braking_n_s_per_m) = (0.065, 21.667)),
+    (Field::GuardForget, |l| (l.guard.kind, l.guard.forget_s) = (GuardKind::Observer, 0.0)),
+];
+
+/// Everything is on.
+const ALL_ON: Limits = Limits {
+    workspace_low_m: -0.1,
+    workspace_high_m: 0.1,
+    workspace_soft_m: 0.02,
+    braking_n_s_per_m: 5.0,
+    guard: GUARD,
+    ..Limits::DEFAULT
+};
+
 #[test]
 fn every_limit_beyond_its_range_is_refused_by_name() {
-    type Change = fn(&mut Limits);
-    let cases: [(Field, &[Change]); 22] = [
-        (
-            Field::StartForce,
-            &[
-                |l| l.start_force_n = -1.0,
-                |l| l.start_force_n = f32::NAN,
-                |l| l.start_force_n = f32::INFINITY,
-            ],
-        ),
-        (
-            Field::RiseTime,
-            &[
-                |l| l.rise_time_s = -0.1,
-                |l| l.rise_time_s = 60.1,
-                |l| l.rise_time_s = f32::NAN,
-            ],
-        ),
-        (
-            Field::WorkspaceLow,
-            &[
-                |l| l.workspace_low_m = -101.0,
-                |l| l.workspace_low_m = f32::NAN,
-            ],
-        ),
-        (
-            Field::WorkspaceHigh,
-            &[
-                |l| l.workspace_high_m = -0.1,
-                |l| l.workspace_high_m = -0.2,
-                |l| l.workspace_high_m = 101.0,
-                |l| l.workspace_high_m = f32::NAN,
-                |l| (l.workspace_low_m, l.workspace_high_m) = (0.0, f32::NAN),
-            ],
-        ),
-        (
-            Field::WorkspaceSoft,
-            &[
-                |l| l.workspace_soft_m = 0.15,
-                |l| l.workspace_soft_m = -0.01,
-                |l| l.workspace_soft_m = 1e-7,
-                |l| l.workspace_soft_m = f32::NAN,
-                |l| (l.workspace_low_m, l.workspace_high_m) = (0.0, 0.0),
-            ],
-        ),
-        (
-            Field::SpeedSoft,
-            &[
-                |l| l.speed_soft_m_per_s = 1.5,
-                |l| l.speed_soft_m_per_s = -0.1,
-                |l| l.speed_soft_m_per_s = f32::NAN,
-                |l| l.speed_hard_m_per_s = 0.0,
-            ],
-        ),
-        (
-            Field::SpeedHard,
-            &[
-                |l| l.speed_hard_m_per_s = -1.0,
-                |l| l.speed_hard_m_per_s = 1001.0,
-                |l| l.speed_hard_m_per_s = 1e-7,
-                |l| l.speed_hard_m_per_s = f32::NAN,
-            ],
-        ),
-        (
-            Field::VelocityBandwidth,
-            &[
-                |l| l.velocity_bandwidth_hz = 0.0,
-                |l| l.velocity_bandwidth_hz = 1e5,
-                |l| l.velocity_bandwidth_hz = f32::NAN,
-            ],
-        ),
-        (
-            Field::Braking,
-            &[
-                |l| l.braking_n_s_per_m = -1.0,
-                |l| l.braking_n_s_per_m = 5_f32.next_up(),
-                // Half of what 65 g bear with a tick of delay.
-                |l| (l.device_mass_kg, l.braking_n_s_per_m) = (0.065, 21.667),
-                |l| l.braking_n_s_per_m = f32::NAN,
-            ],
-        ),
-        (
-            Field::StopTime,
-            &[
-                |l| l.stop_time_s = 0.0,
-                |l| l.stop_time_s = 1_f32.next_up(),
-                |l| l.stop_time_s = f32::NAN,
-            ],
-        ),
-        (
-            Field::BrakeForce,
-            &[
-                |l| l.brake_force_n = -0.1,
-                |l| l.brake_force_n = 10_f32.next_up(),
-                |l| l.brake_force_n = f32::NAN,
-            ],
-        ),
-        (
-            Field::DeviceMass,
-            &[
-                |l| l.device_mass_kg = -1.0,
-                |l| l.device_mass_kg = 1001.0,
-                |l| l.device_mass_kg = f32::NAN,
-            ],
-        ),
-        (
-            Field::StuckForce,
-            &[
-                |l| l.stuck_force_n = -1.0,
-                |l| l.stuck_force_n = f32::INFINITY,
-                |l| l.stuck_force_n = f32::NAN,
-            ],
-        ),
-        (
-            Field::StuckTime,
-            &[
-                |l| l.stuck_time_s = 0.0,
-                |l| l.stuck_time_s = 11.0,
-                |l| l.stuck_time_s = f32::NAN,
-            ],
-        ),
-        (
-            Field::Jump,
-            &[
-                |l| l.jump_m = -1e-3,
-                |l| l.jump_m = 1e-7,
-                |l| l.jump_m = 1.1,
-                |l| l.jump_m = f32::NAN,
-            ],
-        ),
-        (
-            Field::GuardDamping,
-            &[
-                |l| l.guard.damping_n_s_per_m = 0.0,
-                |l| l.guard.damping_n_s_per_m = 1e7,
-                |l| l.guard.damping_n_s_per_m = f32::NAN,
-            ],
-        ),
-        (
-            Field::GuardShare,
-            &[
-                |l| l.guard.share = 0.0,
-                |l| l.guard.share = 1.1,
-                |l| l.guard.share = f32::NAN,
-            ],
-        ),
-        (
-            Field::GuardForget,
-            &[
-                |l| l.guard.forget_s = 0.9e-3,
-                |l| l.guard.forget_s = 3601.0,
-                |l| l.guard.forget_s = f32::NAN,
-                |l| (l.guard.kind, l.guard.forget_s) = (GuardKind::Observer, 0.0),
-            ],
-        ),
-        (
-            Field::GuardDelayMost,
-            &[
-                |l| l.guard.delay_most_samples = 4.1,
-                |l| l.guard.delay_most_samples = -0.1,
-                |l| l.guard.delay_most_samples = f32::NAN,
-            ],
-        ),
-        (
-            Field::GuardDelayLeast,
-            &[
-                |l| l.guard.delay_least_samples = 0.1,
-                |l| l.guard.delay_least_samples = -0.1,
-                |l| l.guard.delay_least_samples = f32::NAN,
-            ],
-        ),
-        (
-            Field::GuardLag,
-            &[
-                |l| l.guard.lag_s = -1e-6,
-                |l| l.guard.lag_s = 0.065,
-                |l| l.guard.lag_s = f32::NAN,
-            ],
-        ),
-        (
-            Field::GuardNoise,
-            &[
-                |l| l.guard.noise_m = -1e-9,
-                |l| l.guard.noise_m = 0.02,
-                |l| l.guard.noise_m = f32::NAN,
-            ],
-        ),
-    ];
-    // Everything is on.
-    let good = Limits {
-        workspace_low_m: -0.1,
-        workspace_high_m: 0.1,
-        workspace_soft_m: 0.02,
-        braking_n_s_per_m: 5.0,
-        guard: GUARD,
-        ..Limits::DEFAULT
-    };
     let mut bench = Bench::ideal();
-    set(&mut bench, plain(100.0, good)).expect("good parameters");
+    set(&mut bench, plain(100.0, ALL_ON)).expect("good parameters");
     let before = bench.done(Request::GetConfiguration);
-    for (field, changes) in cases {
-        for (n, change) in changes.iter().enumerate() {
-            let mut limits = good;
-            change(&mut limits);
-            match set(&mut bench, plain(100.0, limits)) {
-                Err(Refusal::Range { field: named, .. }) => assert_eq!(named, field, "{n}"),
-                other => panic!("{field}, {n}: {other:?}"),
-            }
+    let mut refuse = |limits, field, case: f32| match set(&mut bench, plain(100.0, limits)) {
+        Err(Refusal::Range { field: named, .. }) => assert_eq!(named, field, "{case}"),
+        other => panic!("{field}, {case}: {other:?}"),
+    };
+    for (field, number, values) in BEYOND {
+        for &value in values {
+            let mut limits = ALL_ON;
+            *number(&mut limits) = value;
+            refuse(limits, field, value);
         }
+    }
+    for (n, (field, change)) in BEYOND_TOGETHER.iter().enumerate() {
+        let mut limits = ALL_ON;
+        change(&mut limits);
+        refuse(limits, *field, n as f32);
     }
     assert_eq!(bench.done(Request::GetConfiguration), before);
 }
@@ -350,44 +208,27 @@ fn what_a_chain_on_the_host_has_goes_over_the_wire_and_is_good() {
             ..haptic_loop::Limits::default()
         };
         let wire = haptic_remote::wire_limits(&limits, Seconds(1e-3));
-        assert_eq!(wire.force_n, 5.0, "the smaller of force and norm");
-        assert_eq!(
-            [
-                wire.force_rate_n_per_s,
-                wire.start_force_n,
-                wire.rise_time_s
-            ],
-            [1000.0, 1.0, 0.5]
-        );
-        assert_eq!(
-            [
-                wire.workspace_low_m,
-                wire.workspace_high_m,
-                wire.workspace_soft_m
-            ],
-            [-0.1, 0.1, 0.1]
-        );
-        assert_eq!(
-            [wire.speed_soft_m_per_s, wire.speed_hard_m_per_s],
-            [0.5, 2.0]
-        );
-        assert_eq!(
-            [
-                wire.velocity_bandwidth_hz,
-                wire.braking_n_s_per_m,
-                wire.stop_time_s
-            ],
-            [30.0, 5.0, 0.1]
-        );
-        assert_eq!(
-            [
-                wire.brake_force_n,
-                wire.stuck_force_n,
-                wire.stuck_time_s,
-                wire.jump_m
-            ],
-            [2.0, 3.0, 0.1, 1e-3]
-        );
+        let want = Limits {
+            // The smaller of force and norm.
+            force_n: 5.0,
+            force_rate_n_per_s: 1000.0,
+            start_force_n: 1.0,
+            rise_time_s: 0.5,
+            workspace_low_m: -0.1,
+            workspace_high_m: 0.1,
+            workspace_soft_m: 0.1,
+            speed_soft_m_per_s: 0.5,
+            speed_hard_m_per_s: 2.0,
+            velocity_bandwidth_hz: 30.0,
+            braking_n_s_per_m: 5.0,
+            stop_time_s: 0.1,
+            brake_force_n: 2.0,
+            stuck_force_n: 3.0,
+            stuck_time_s: 0.1,
+            jump_m: 1e-3,
+            ..wire
+        };
+        assert_eq!(wire, want);
         let mut bench = Bench::ideal();
         set(&mut bench, plain(100.0, wire)).expect("good parameters");
     }

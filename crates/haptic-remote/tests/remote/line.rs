@@ -291,6 +291,16 @@ impl Bench {
         self.configure_for(configuration, values, Scope::Lasting)
     }
 
+    /// Sends the whole configuration over a line that works.
+    pub(crate) fn set(
+        &mut self,
+        configuration: Configuration,
+        values: &[f32],
+    ) -> Result<Report, Refusal> {
+        self.configure(configuration, values)
+            .expect("the line works")
+    }
+
     /// The same for a run, or to last.
     pub(crate) fn configure_for(
         &mut self,

@@ -28,11 +28,36 @@ fn armed() -> Bench {
     let mut bench = Bench::ideal();
     bench.hello();
     let (configuration, values) = spring();
-    let set = bench.configure(configuration, &values);
-    set.expect("the line works")
+    bench
+        .set(configuration, &values)
         .expect("the parameters are good");
+    arm(&mut bench);
+    bench
+}
+
+/// Armed and kept alive.
+fn arm(bench: &mut Bench) {
     bench.host.set_keep_alive(Some(5_000));
     bench.done(Request::Arm { faults: 0 });
+}
+
+/// A loop on the host, which answers each position with this force, started.
+fn host_loop(law: fn(f32) -> f32) -> Bench {
+    let mut bench = Bench::ideal();
+    bench.hello();
+    let (mut configuration, values) = spring();
+    configuration.loop_mode = LoopMode::Host;
+    bench.set(configuration, &values).expect("good");
+    arm(&mut bench);
+    bench.law = Some(law);
+    bench.done(Request::Start(START));
+    bench
+}
+
+/// A run of so many ticks, started.
+fn started(start: Start) -> Bench {
+    let mut bench = armed();
+    bench.done(Request::Start(start));
     bench
 }
 
@@ -63,10 +88,7 @@ fn a_configuration_takes_effect_as_a_whole_and_reads_back() {
     let values: Vec<f32> = (0..40).map(|n| 1.0 / (1.0 + n as f32)).collect();
     let (mut configuration, _) = spring();
     configuration.operator.count = 40;
-    bench
-        .configure(configuration, &values)
-        .expect("the line works")
-        .expect("good");
+    bench.set(configuration, &values).expect("good");
     let Report::Configuration {
         configuration: have,
         ..
@@ -136,37 +158,34 @@ fn parameters_beyond_the_limits_of_the_device_are_refused_by_name() {
     for (field, change) in cases {
         let (mut configuration, values) = spring();
         change(&mut configuration);
-        let answer = bench
-            .configure(configuration, &values)
-            .expect("the line works");
+        let answer = bench.set(configuration, &values);
         match answer {
             Err(Refusal::Range { field: named, .. }) => assert_eq!(named, field),
             other => panic!("{field}: {other:?}"),
         }
     }
-    let (mut configuration, values) = spring();
-    configuration.operator.count = 300;
-    let answer = bench
-        .configure(configuration, &values)
-        .expect("the line works");
-    assert!(matches!(
-        answer,
-        Err(Refusal::Range {
-            field: Field::CoefficientCount,
-            ..
-        })
-    ));
-    let (configuration, _) = spring();
-    let answer = bench
-        .configure(configuration, &[1.0, f32::NAN])
-        .expect("the line works");
-    assert!(matches!(
-        answer,
-        Err(Refusal::Range {
-            field: Field::Coefficient,
-            ..
-        })
-    ));
+    assert_eq!(
+        bench.done(Request::GetConfiguration),
+        Bench::ideal_configuration()
+    );
+}
+
+#[test]
+fn coefficients_that_no_operator_has_are_refused_by_name() {
+    let mut bench = Bench::ideal();
+    bench.hello();
+    let (configuration, values) = spring();
+    let mut many = configuration;
+    many.operator.count = 300;
+    for (configuration, values, want) in [
+        (many, values, Field::CoefficientCount),
+        (configuration, [1.0, f32::NAN], Field::Coefficient),
+    ] {
+        match bench.set(configuration, &values) {
+            Err(Refusal::Range { field, .. }) => assert_eq!(field, want),
+            other => panic!("{want}: {other:?}"),
+        }
+    }
     // A decay of 1.5 lies outside the range that the refusal names.
     let (mut configuration, _) = spring();
     configuration.operator = OperatorShape {
@@ -174,9 +193,7 @@ fn parameters_beyond_the_limits_of_the_device_are_refused_by_name() {
         integer: 0,
         count: 5,
     };
-    let answer = bench
-        .configure(configuration, &[1.0, 1.0, 1.0, 1.5, 1.0])
-        .expect("the line works");
+    let answer = bench.set(configuration, &[1.0, 1.0, 1.0, 1.5, 1.0]);
     assert_eq!(
         answer.map(|_| ()),
         Err(Refusal::Range {
@@ -194,11 +211,10 @@ fn parameters_beyond_the_limits_of_the_device_are_refused_by_name() {
 
 #[test]
 fn a_run_sends_every_tick_and_ends_by_itself_with_zero_force() {
-    let mut bench = armed();
-    bench.done(Request::Start(Start {
+    let mut bench = started(Start {
         ticks: 200,
         ..START
-    }));
+    });
     bench.run_ms(150);
     assert_eq!(bench.state(), State::Running);
     assert!(bench.force_n() < -0.9, "{}", bench.force_n());
@@ -226,29 +242,26 @@ fn a_run_sends_every_tick_and_ends_by_itself_with_zero_force() {
 
 #[test]
 fn batches_carry_the_same_samples() {
-    let mut one = armed();
-    one.done(Request::Start(Start {
+    let mut one = started(Start {
         ticks: 100,
         ..START
-    }));
+    });
     one.run_ms(200);
     for batch in [2, 5, 16] {
-        let mut many = armed();
-        many.done(Request::Start(Start {
+        let mut many = started(Start {
             ticks: 100,
             batch,
             ..START
-        }));
+        });
         many.run_ms(200);
         assert_eq!(many.ticks(), one.ticks(), "batch {batch}");
     }
-    let mut third = armed();
-    third.done(Request::Start(Start {
+    let mut third = started(Start {
         ticks: 100,
         every: 3,
         batch: 4,
         ..START
-    }));
+    });
     third.run_ms(200);
     assert!(
         third
@@ -264,11 +277,10 @@ fn batches_carry_the_same_samples() {
 fn the_force_of_a_device_loop_is_that_of_the_same_loop_on_the_host() {
     use haptic_loop::units::{Newtons, NewtonsPerSecond, Seconds};
     use haptic_loop::{Controller, SafetyChain, Wall};
-    let mut bench = armed();
-    bench.done(Request::Start(Start {
+    let mut bench = started(Start {
         ticks: 500,
         ..START
-    }));
+    });
     bench.run_ms(700);
     let (configuration, values) = spring();
     let operator = DeviceOperator::new(fracdiff::portable::Form::Taps, 0, &values).expect("valid");
@@ -305,8 +317,7 @@ fn the_force_of_a_device_loop_is_that_of_the_same_loop_on_the_host() {
 
 #[test]
 fn silence_latches_a_fault_and_the_force_falls_to_zero() {
-    let mut bench = armed();
-    bench.done(Request::Start(START));
+    let mut bench = started(START);
     bench.run_ms(100);
     assert!(bench.force_n() < -0.9);
     bench.host_dead = true;
@@ -370,21 +381,16 @@ fn stop_and_disarm_work_in_every_state() {
 fn parameters_cannot_change_under_a_closed_loop() {
     let mut bench = armed();
     let (configuration, values) = spring();
-    let answer = bench
-        .configure(configuration, &values)
-        .expect("the line works");
+    let answer = bench.set(configuration, &values);
     assert_eq!(answer, Err(Refusal::State(State::Armed)));
     bench.done(Request::Start(START));
-    let answer = bench
-        .configure(configuration, &values)
-        .expect("the line works");
+    let answer = bench.set(configuration, &values);
     assert_eq!(answer, Err(Refusal::State(State::Running)));
 }
 
 #[test]
 fn a_start_that_is_sent_again_does_not_begin_anew() {
-    let mut bench = armed();
-    bench.done(Request::Start(START));
+    let mut bench = started(START);
     bench.run_ms(20);
     bench.done(Request::Start(START));
     bench.run_ms(20);
@@ -421,18 +427,7 @@ fn a_start_that_is_sent_again_after_its_run_has_ended_starts_nothing() {
 
 #[test]
 fn a_host_loop_applies_the_force_it_is_sent() {
-    let mut bench = Bench::ideal();
-    bench.hello();
-    let (mut configuration, values) = spring();
-    configuration.loop_mode = LoopMode::Host;
-    bench
-        .configure(configuration, &values)
-        .expect("the line works")
-        .expect("good");
-    bench.host.set_keep_alive(Some(5_000));
-    bench.done(Request::Arm { faults: 0 });
-    bench.law = Some(|x| -500.0 * x);
-    bench.done(Request::Start(START));
+    let mut bench = host_loop(|x| -500.0 * x);
     bench.run_ms(1500);
     assert_eq!(bench.state(), State::Running);
     // 1 N against 500 N/m at rest.
@@ -451,18 +446,7 @@ fn a_host_loop_applies_the_force_it_is_sent() {
 
 #[test]
 fn a_force_that_is_not_finite_latches_a_fault() {
-    let mut bench = Bench::ideal();
-    bench.hello();
-    let (mut configuration, values) = spring();
-    configuration.loop_mode = LoopMode::Host;
-    bench
-        .configure(configuration, &values)
-        .expect("the line works")
-        .expect("good");
-    bench.host.set_keep_alive(Some(5_000));
-    bench.done(Request::Arm { faults: 0 });
-    bench.law = Some(|_| f32::NAN);
-    bench.done(Request::Start(START));
+    let mut bench = host_loop(|_| f32::NAN);
     bench.run_ms(10);
     assert_eq!(fault(&bench), Some(Fault::NonFiniteForce));
     assert_eq!(bench.force_n(), 0.0);
@@ -470,8 +454,7 @@ fn a_force_that_is_not_finite_latches_a_fault() {
 
 #[test]
 fn late_ticks_in_a_row_latch_a_fault() {
-    let mut bench = armed();
-    bench.done(Request::Start(START));
+    let bench = started(START);
     for n in 0..20_u64 {
         bench.device.borrow_mut().overrun();
         assert_eq!(bench.state() == State::Fault, n == 19, "{n}");
@@ -480,8 +463,7 @@ fn late_ticks_in_a_row_latch_a_fault() {
 
 #[test]
 fn the_flight_recorder_keeps_what_led_to_a_fault() {
-    let mut bench = armed();
-    bench.done(Request::Start(START));
+    let mut bench = started(START);
     bench.run_ms(200);
     let nothing = |bench: &mut Bench| match bench.done(Request::ReadFlight { index: 0 }) {
         Report::Flight(flight) => flight.count == 0 && flight.sample == Sample::default(),
@@ -535,8 +517,7 @@ fn the_flight_recorder_keeps_what_led_to_a_fault() {
 
 #[test]
 fn a_device_that_reboots_is_noticed() {
-    let mut bench = armed();
-    bench.done(Request::Start(START));
+    let mut bench = started(START);
     bench.run_ms(100);
     bench.reboot();
     // Its numbers start anew, which takes eight keep-alives to believe.
@@ -582,12 +563,8 @@ fn an_indentation_is_imposed_by_the_device_itself() {
     configuration.simulation.kind = SimulationKind::RigidIndentation;
     configuration.simulation.depth_m = 1e-3;
     configuration.simulation.ramp_time_s = 0.1;
-    bench
-        .configure(configuration, &[1.0])
-        .expect("the line works")
-        .expect("good");
-    bench.host.set_keep_alive(Some(5_000));
-    bench.done(Request::Arm { faults: 0 });
+    bench.set(configuration, &[1.0]).expect("good");
+    arm(&mut bench);
     bench.done(Request::Start(START));
     bench.run_ms(300);
     for report in &bench.told {

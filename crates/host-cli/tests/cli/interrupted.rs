@@ -2,7 +2,7 @@
 
 use crate::experiments::SHORT;
 use crate::process::{Ended, PATIENCE, Place, number, skip, table, words};
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// Header of `log export`.
@@ -10,6 +10,40 @@ const TICKS: &str = "tick,time_s,reference_m,indenter_position_m,position_m,envi
                      force_n,contact_force_n,limiters,observed_energy_j";
 /// A limiter bit of the log: the loop is stopping.
 const STOPPING: u8 = 8;
+
+/// Starts `host-cli LINE`, and sends it a signal as soon as it is `ready`; before that does something else.
+#[cfg(unix)]
+fn start_and_signal(
+    place: &Place,
+    line: &str,
+    signal: &str,
+    ready: impl Fn(&Child) -> bool,
+    meanwhile: impl FnOnce(),
+) -> Ended {
+    let mut child = Command::new(crate::process::binary())
+        .args(words(line))
+        .current_dir(place.path(""))
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the binary starts");
+    let start = Instant::now();
+    while !ready(&child) {
+        let gone = child.try_wait().expect("can be waited for");
+        assert!(gone.is_none(), "ended before the signal: {gone:?}");
+        assert!(start.elapsed() < PATIENCE, "it is never ready");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    meanwhile();
+    // The shell has `kill` built in.
+    let sent = Command::new("sh")
+        .args(["-c", &format!("kill -{signal} {}", child.id())])
+        .status();
+    assert!(sent.expect("sh runs").success());
+    let output = child.wait_with_output().expect("ends");
+    Ended::new(format!("{line} & kill -{signal}"), &output)
+}
 
 /// Starts `host-cli LINE` and sends it a signal when the file `log` holds a few hundred samples.
 #[cfg(unix)]
@@ -26,30 +60,10 @@ fn run_and_meanwhile(
     signal: &str,
     meanwhile: impl FnOnce(),
 ) -> Ended {
-    let mut child = Command::new(crate::process::binary())
-        .args(words(line))
-        .current_dir(place.path(""))
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("the binary starts");
-    let start = Instant::now();
     // 100 ms are 8 kB.
-    while std::fs::metadata(place.path(log)).map_or(0, |file| file.len()) < 20_000 {
-        let gone = child.try_wait().expect("can be waited for");
-        assert!(gone.is_none(), "ended before the signal: {gone:?}");
-        assert!(start.elapsed() < PATIENCE, "the log does not grow");
-        std::thread::sleep(Duration::from_millis(5));
-    }
-    meanwhile();
-    // The shell has `kill` built in.
-    let sent = Command::new("sh")
-        .args(["-c", &format!("kill -{signal} {}", child.id())])
-        .status();
-    assert!(sent.expect("sh runs").success());
-    let output = child.wait_with_output().expect("ends");
-    Ended::new(format!("{line} & kill -{signal}"), &output)
+    let grown =
+        |_: &Child| std::fs::metadata(place.path(log)).map_or(0, |file| file.len()) >= 20_000;
+    start_and_signal(place, line, signal, grown, meanwhile)
 }
 
 /// The checks of a run that a signal has stopped.
@@ -176,36 +190,16 @@ fn an_interrupted_run_leaves_no_picture_of_the_run_it_overwrites() {
 /// Starts `host-cli LINE` and interrupts it as soon as it listens.
 #[cfg(target_os = "linux")]
 fn interrupt_when_it_listens(place: &Place, line: &str) -> Ended {
-    let mut child = Command::new(crate::process::binary())
-        .args(words(line))
-        .current_dir(place.path(""))
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("the binary starts");
-    let start = Instant::now();
-    let status = format!("/proc/{}/status", child.id());
     // Caught signals as a mask: bit 1 is SIGINT.
-    let listens = || {
-        let status = std::fs::read_to_string(&status).unwrap_or_default();
+    let listens = |child: &Child| {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", child.id()));
+        let status = status.unwrap_or_default();
         let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:"));
         caught.is_some_and(|mask| {
             u64::from_str_radix(mask.trim(), 16).is_ok_and(|mask| mask & 2 != 0)
         })
     };
-    while !listens() {
-        let gone = child.try_wait().expect("can be waited for");
-        assert!(gone.is_none(), "ended before the signal: {gone:?}");
-        assert!(start.elapsed() < PATIENCE, "it does not listen");
-        std::thread::sleep(Duration::from_millis(5));
-    }
-    let sent = Command::new("sh")
-        .args(["-c", &format!("kill -INT {}", child.id())])
-        .status();
-    assert!(sent.expect("sh runs").success());
-    let output = child.wait_with_output().expect("ends");
-    Ended::new(format!("{line} & kill -INT"), &output)
+    start_and_signal(place, line, "INT", listens, || ())
 }
 
 #[test]
@@ -271,16 +265,25 @@ fn a_full_disk_was_survived(place: &Place, ended: Ended) {
     assert_eq!(number(&check, "first_s"), 0.0);
 }
 
+/// Runs a line of the shell where no file may be longer than so many blocks of 512 bytes; nothing where the shell cannot
+/// limit it. Ignoring SIGXFSZ makes the write fail as on a full disk; messages are no files.
+#[cfg(unix)]
+fn with_short_files(place: &Place, blocks: u32, line: &str) -> Option<Ended> {
+    let ended = place.shell(&format!("trap '' XFSZ; ulimit -f {blocks} && {line}"));
+    if ended.stderr.contains("ulimit") {
+        skip("the shell cannot limit the file size");
+        return None;
+    }
+    Some(ended)
+}
+
 #[test]
 #[cfg(unix)]
 fn a_limit_on_the_file_size_ends_the_run_with_what_was_written() {
     let place = Place::new();
-    // Blocks of 512 bytes. Ignoring SIGXFSZ makes the write fail as on a full disk.
-    let ended = place.shell("trap '' XFSZ; ulimit -f 200 && exec \"$0\" relax --out run");
-    if ended.stderr.contains("ulimit") {
-        return skip("the shell cannot limit the file size");
+    if let Some(ended) = with_short_files(&place, 200, "exec \"$0\" relax --out run") {
+        a_full_disk_was_survived(&place, ended);
     }
-    a_full_disk_was_survived(&place, ended);
 }
 
 #[test]
@@ -310,10 +313,9 @@ fn a_disk_without_room_for_csv_and_picture_keeps_the_log() {
     let place = Place::new();
     // The log of 3001 samples takes 250 kB, the CSV 400 kB.
     let run = "exec \"$0\" relax --duration 3s --ramp-time 0.5s --out run";
-    let ended = place.shell(&format!("trap '' XFSZ; ulimit -f 640 && {run}"));
-    if ended.stderr.contains("ulimit") {
-        return skip("the shell cannot limit the file size");
-    }
+    let Some(ended) = with_short_files(&place, 640, run) else {
+        return;
+    };
     ended.refused(4, &["run/relax.csv", "the log is whole"]);
     assert_eq!(place.files(), ["run/", "run/relax.mcap"]);
     place.run("log check run/relax.mcap").succeeded();
@@ -325,10 +327,9 @@ fn a_disk_without_room_for_a_table_speaks_of_no_log_where_there_is_none() {
     let place = Place::new();
     // The table of 1000 frequencies takes 40 kB, and its picture is made before.
     let run = "exec \"$0\" analyze sensitivity --order 0.5 --alpha 0.01 --beta 0.01 --points 1000 --out s";
-    let ended = place.shell(&format!("trap '' XFSZ; ulimit -f 8 && {run}"));
-    if ended.stderr.contains("ulimit") {
-        return skip("the shell cannot limit the file size");
-    }
+    let Some(ended) = with_short_files(&place, 8, run) else {
+        return;
+    };
     assert!(!ended.stderr.contains("log"), "{ended}");
     ended.refused(4, &["s/sensitivity.csv", "make space and try again"]);
 }
@@ -387,11 +388,9 @@ fn a_full_disk_under_any_file_loses_data_and_says_so() {
         "analyze stability-region --order 0.5 --delta 0.1 --out region",
         "man pages",
     ] {
-        // Ignoring SIGXFSZ makes the write fail as on a full disk; messages are no files.
-        let ended = place.shell(&format!("trap '' XFSZ; ulimit -f 0 && exec \"$0\" {line}"));
-        if ended.stderr.contains("ulimit") {
-            return skip("the shell cannot limit the file size");
-        }
+        let Some(ended) = with_short_files(&place, 0, &format!("exec \"$0\" {line}")) else {
+            return;
+        };
         assert_eq!(ended.code, Some(4), "{ended}");
         assert_eq!(ended.error().lines().count(), 1, "{ended}");
     }

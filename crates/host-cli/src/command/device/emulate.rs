@@ -1,5 +1,6 @@
 //! `device emulate`.
 
+use super::port::duration;
 use crate::output::{Output, note};
 use crate::quantity::Time;
 use clap::Args;
@@ -8,7 +9,6 @@ use haptic_remote::LineFaults;
 use haptic_remote::emulator::{Emulated, Emulation, EmulatorError, Terminal, emulate};
 use serde::Serialize;
 use std::path::PathBuf;
-use std::time::Duration;
 
 const LONG_ABOUT: &str = "\
 Imitates a device: the same state machine as in the firmware, with a simulated plant, behind a \
@@ -116,14 +116,7 @@ impl Arguments {
                 self.speed
             )));
         }
-        let duration = match self.duration {
-            Some(time) => Some(Duration::try_from_secs_f64(time.0).map_err(|_| {
-                Failure::bad_input(format_args!(
-                    "duration {time} is not in [0, 1e9] s: give --duration, as in 1min"
-                ))
-            })?),
-            None => None,
-        };
+        let duration = duration(self.duration)?;
         let (faults, seed) = self.faults.faults()?;
         let stop = crate::command::experiment::stop_on_interrupt()?;
         let terminal = Terminal::open(self.link.as_deref()).map_err(failed)?;

@@ -1,6 +1,6 @@
 //! `device flash`: program a board through probe-rs.
 
-use super::PortArguments;
+use super::port::PortArguments;
 use crate::output::{Output, note, warn};
 use clap::Args;
 use haptic_experiment::device::firmware_version;

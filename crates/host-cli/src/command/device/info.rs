@@ -1,6 +1,6 @@
 //! `device info`.
 
-use super::PortArguments;
+use super::port::PortArguments;
 use crate::output::Output;
 use clap::Args;
 use haptic_experiment::device::{at_port, firmware_version};

@@ -8,16 +8,13 @@ mod loosened;
 pub mod monitor;
 pub mod number;
 pub mod parameters;
+pub mod port;
 pub mod safety;
 pub mod set;
 
 use crate::output::Output;
-use crate::output::warn;
-use clap::{Args, Subcommand};
-use haptic_experiment::device::{DeviceName, SerialName};
+use clap::Subcommand;
 use haptic_experiment::failure::Failure;
-use haptic_remote::serial::SerialLink;
-use std::time::Duration;
 
 /// `device …`.
 #[derive(Debug, Subcommand)]
@@ -53,51 +50,5 @@ impl Command {
             Self::Flash(arguments) => arguments.run(output),
             Self::Monitor(arguments) => arguments.run(output),
         }
-    }
-}
-
-/// Which device.
-#[derive(Debug, Args)]
-pub struct PortArguments {
-    /// Device: `serial:PATH[@BAUD]`, or `serial:auto` for the only one that answers
-    #[arg(long, value_name = "DEVICE", default_value = "serial:auto")]
-    device: DeviceName,
-    /// Go on trying for so long while the device is not there
-    #[arg(
-        long,
-        value_name = "TIME",
-        default_value = "0s",
-        allow_hyphen_values = true
-    )]
-    wait: crate::quantity::Time,
-}
-
-impl PortArguments {
-    fn name(&self) -> Result<&SerialName, Failure> {
-        match &self.device {
-            DeviceName::Serial(name) => Ok(name),
-            DeviceName::Simulated => Err(Failure::bad_input(
-                "device \"sim\" has no port: give --device serial:PATH, for example of host-cli device \
-                 emulate",
-            )),
-        }
-    }
-
-    fn patience(&self) -> Result<Duration, Failure> {
-        Duration::try_from_secs_f64(self.wait.0).map_err(|_| {
-            Failure::bad_input(format_args!(
-                "waiting time {} is not in [0, 1e9] s: give --wait, as in 10s",
-                self.wait
-            ))
-        })
-    }
-
-    /// One attempt.
-    fn connect_once(&self) -> Result<SerialLink, Failure> {
-        self.name()?.connect(Duration::ZERO, &warn)
-    }
-
-    fn connect(&self) -> Result<SerialLink, Failure> {
-        self.name()?.connect(self.patience()?, &warn)
     }
 }

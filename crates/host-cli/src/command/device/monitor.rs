@@ -1,7 +1,7 @@
 //! `device monitor`: watch a device, whatever happens to its line.
 
-use super::PortArguments;
 use super::info::fault_in_words;
+use super::port::{PortArguments, duration};
 use crate::command::experiment::stop_on_interrupt;
 use crate::command::live::LiveArguments;
 use crate::files::folder;
@@ -64,20 +64,49 @@ struct Watched {
     logs: Vec<String>,
 }
 
+impl Watched {
+    /// Says what was seen.
+    ///
+    /// # Errors
+    /// Exit code 4 if samples were lost.
+    fn report(&self, output: Output) -> Result<(), Failure> {
+        let missing = self.samples_lost + self.dropped_samples;
+        output.summary(self, |out| {
+            writeln!(
+                out,
+                "{}: {} samples, {missing} lost, {} faults, {} new sessions",
+                self.device, self.samples, self.faults, self.reconnected
+            )?;
+            self.logs
+                .iter()
+                .try_for_each(|log| writeln!(out, "  log               {log}"))
+        })?;
+        if missing > 0 {
+            return Err(Failure::DataLost(anyhow::anyhow!(
+                "{missing} samples are missing from the logs"
+            )));
+        }
+        Ok(())
+    }
+}
+
+/// What each log says of its device.
+fn metadata(device: &str, link: &SerialLink) -> BTreeMap<String, String> {
+    let metadata = [
+        ("experiment", "monitor".to_owned()),
+        ("device", device.to_owned()),
+        ("board", link.capabilities().board().to_owned()),
+    ];
+    metadata.map(|(key, value)| (key.to_owned(), value)).into()
+}
+
 impl Arguments {
     /// Runs the command.
     ///
     /// # Errors
     /// Exit code 3 if the device is not there at the beginning, 4 if samples were lost.
     pub fn run(self, output: Output) -> Result<(), Failure> {
-        let duration = match self.duration {
-            Some(time) => Some(Duration::try_from_secs_f64(time.0).map_err(|_| {
-                Failure::bad_input(format_args!(
-                    "duration {time} is not in [0, 1e9] s: give --duration, as in 1min"
-                ))
-            })?),
-            None => None,
-        };
+        let duration = duration(self.duration)?;
         let stop = stop_on_interrupt()?;
         let live = self.live.open(true, output)?;
         let mut link = self.port.connect()?;
@@ -93,18 +122,11 @@ impl Arguments {
             },
         };
         loop {
-            let sessions = watch.watched.logs.len();
-            let name = match sessions {
+            let name = match watch.watched.logs.len() {
                 0 => folder.file("mcap"),
-                _ => folder.further_file(&(sessions + 1).to_string(), "mcap"),
+                before => folder.further_file(&(before + 1).to_string(), "mcap"),
             };
-            let metadata = [
-                ("experiment", "monitor".to_owned()),
-                ("device", watch.watched.device.clone()),
-                ("board", link.capabilities().board().to_owned()),
-            ];
-            let metadata: BTreeMap<String, String> =
-                metadata.map(|(key, value)| (key.to_owned(), value)).into();
+            let metadata = metadata(&watch.watched.device, &link);
             // The streams show the first session; later ones are in their logs.
             let mut recorder =
                 Recorder::start(&name, metadata, false, folder.overwrite(), live.take())?;
@@ -128,29 +150,7 @@ impl Arguments {
             note("link", "the device is there again");
         }
         watch.bar.finish_and_clear();
-        let watched = watch.watched;
-        output.summary(&watched, |out| {
-            writeln!(
-                out,
-                "{}: {} samples, {} lost, {} faults, {} new sessions",
-                watched.device,
-                watched.samples,
-                watched.samples_lost + watched.dropped_samples,
-                watched.faults,
-                watched.reconnected
-            )?;
-            watched
-                .logs
-                .iter()
-                .try_for_each(|log| writeln!(out, "  log               {log}"))
-        })?;
-        let missing = watched.samples_lost + watched.dropped_samples;
-        if missing > 0 {
-            return Err(Failure::DataLost(anyhow::anyhow!(
-                "{missing} samples are missing from the logs"
-            )));
-        }
-        Ok(())
+        watch.watched.report(output)
     }
 
     /// Tries until the device is there again; `None` when the watching is over.

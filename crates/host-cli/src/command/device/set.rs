@@ -1,9 +1,9 @@
 //! `device get` and `device set`.
 
-use super::PortArguments;
 use super::loosened::loosened;
 use super::number::{microseconds, set_all, watchdog_ms};
 use super::parameters::{Parameters, print};
+use super::port::PortArguments;
 use super::safety::SafetyArguments;
 use crate::choice::choice;
 use crate::command::experiment::{order, parse_dissipation, parse_order, parse_scheme};

@@ -1,0 +1,42 @@
+//! Why a device cannot be emulated.
+
+use haptic_loop::ParameterError;
+use std::fmt;
+use std::path::PathBuf;
+use std::string::String;
+
+/// A device that could not be emulated.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum EmulatorError {
+    /// A fault of the line outside its range.
+    Faults(ParameterError),
+    /// The symbolic link could not be made.
+    Link {
+        /// Its name.
+        link: PathBuf,
+        /// Why.
+        error: std::io::Error,
+    },
+    /// The system gives no pseudo-terminal, or it cannot be shared.
+    Terminal(String),
+    /// The emulated device refused its own start-up configuration.
+    Device(haptic_link::Refusal),
+}
+
+impl fmt::Display for EmulatorError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Faults(error) => error.fmt(f),
+            Self::Link { link, error } => write!(
+                f,
+                "cannot make the link `{}`: {error}; choose another",
+                link.display()
+            ),
+            Self::Terminal(reason) => f.write_str(reason),
+            Self::Device(refusal) => write!(f, "the emulated device: {refusal:?}"),
+        }
+    }
+}
+
+impl core::error::Error for EmulatorError {}
