@@ -96,7 +96,7 @@ fn open_foxglove(address: SocketAddr, output: Output) -> Result<Box<dyn Live>, F
 #[cfg(not(feature = "foxglove"))]
 fn open_foxglove(_: SocketAddr, _: Output) -> Result<Box<dyn Live>, Failure> {
     Err(Failure::bad_input(
-        "--foxglove: this build has no Foxglove WebSocket; build it with --features foxglove",
+        "--foxglove: this build has no Foxglove WebSocket; build it with --features foxglove, or stream with --teleplot",
     ))
 }
 

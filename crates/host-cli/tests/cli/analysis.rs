@@ -46,6 +46,23 @@ fn a_wall_is_stable_below_the_known_boundary_and_not_above() {
     assert!(number(&muir, "spectral_radius") < 1.0, "{muir}");
 }
 
+/// Full memories of these orders had a small negative spring at rest once, and harmless walls were called unstable.
+#[test]
+fn a_full_memory_has_no_spring_at_rest_that_could_make_a_wall_unstable() {
+    for order in ["0.35", "0.4", "0.45", "0.7", "0.8"] {
+        for (scheme, spring) in [("full", "0"), ("full", "30"), ("full:1e-3", "0")] {
+            let report = analyze(&format!(
+                "stability --order {order} --scheme {scheme} --mass 65g --damping 3.5 --sample-time 2ms \
+                 --stiffness {spring} --dissipation 5"
+            ));
+            assert_eq!(
+                report["stable"], true,
+                "{order} {scheme} {spring}: {report}"
+            );
+        }
+    }
+}
+
 #[test]
 fn units_and_no_units_give_the_same_loop() {
     // m = 65 g, T = 2 ms: α = K·4e-6/0.065, β = B·T^1.5/m, δ = 3.5·0.002/0.065.
