@@ -67,7 +67,7 @@ impl Leftover {
     }
 }
 
-/// A file under construction; see the [module](self).
+/// A file under construction, which gets its name when it is whole.
 #[derive(Debug)]
 pub struct NewFile {
     target: PathBuf,
