@@ -1,44 +1,13 @@
 //! The claims of the dissertation, judged by computing.
 
+use super::formulas::{Evidence, Formulas};
 use super::{Kind, evidence};
-use fracdiff::Order;
-use haptic_analysis::{AnalysisError, corollary_delta};
+use haptic_analysis::AnalysisError;
 use serde::Serialize;
-
-/// The formulas of the dissertation under test. A test replaces one and sees a verdict change.
-#[derive(Clone, Copy, Debug)]
-pub struct Formulas {
-    /// Corollary 1 (5.1): least δ from μ, α, β.
-    pub passivity: fn(Order, f64, f64) -> Result<f64, AnalysisError>,
-    /// Corollary 2 (5.20): least b from μ, T, `k_c`, `b_c`.
-    pub coupling: fn(f64, f64, f64, f64) -> f64,
-    /// Closed form of the tissue's stress (theory of figure 7.2), as a factor on it.
-    pub stress_factor: f64,
-}
-
-impl Default for Formulas {
-    fn default() -> Self {
-        Self {
-            passivity: corollary_delta,
-            // 8b ≥ k_c + b_c(T/2)^μ
-            coupling: |mu, t, k, b| (k + b * (0.5 * t).powf(mu)) / 8.0,
-            stress_factor: 1.0,
-        }
-    }
-}
-
-/// What one operator says of a claim.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Evidence {
-    /// Whether the claim holds with it.
-    pub holds: bool,
-    /// The numbers that decide.
-    pub numbers: String,
-}
 
 /// What both say together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub enum Verdict {
+pub enum ClaimVerdict {
     /// With both.
     #[serde(rename = "holds")]
     Holds,
@@ -53,7 +22,7 @@ pub enum Verdict {
     No,
 }
 
-impl Verdict {
+impl ClaimVerdict {
     /// From the two.
     #[must_use]
     pub fn of(muir: bool, exact: bool) -> Self {
@@ -87,7 +56,7 @@ pub struct Claim {
     /// Where.
     pub section: &'static str,
     /// The verdict.
-    pub verdict: Verdict,
+    pub verdict: ClaimVerdict,
     /// With A₃.
     pub muir: Evidence,
     /// With the exact operator.
@@ -197,7 +166,7 @@ pub fn judge_all(
             id,
             statement,
             section,
-            verdict: Verdict::of(muir.holds, exact.holds),
+            verdict: ClaimVerdict::of(muir.holds, exact.holds),
             muir,
             exact,
         });
@@ -211,18 +180,20 @@ pub fn judge_all(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use fracdiff::Order;
+    use haptic_analysis::corollary_delta;
 
-    fn verdict(claims: &[Claim], id: &str) -> Verdict {
+    fn verdict(claims: &[Claim], id: &str) -> ClaimVerdict {
         let claim = claims.iter().find(|claim| claim.id == id);
         claim.expect("all are judged").verdict
     }
 
     #[test]
     fn verdicts_follow_from_the_two_operators() {
-        assert_eq!(Verdict::of(true, true), Verdict::Holds);
-        assert_eq!(Verdict::of(true, false), Verdict::OnlyWithMuir);
-        assert_eq!(Verdict::of(false, true), Verdict::OnlyExact);
-        assert_eq!(Verdict::of(false, false), Verdict::No);
+        assert_eq!(ClaimVerdict::of(true, true), ClaimVerdict::Holds);
+        assert_eq!(ClaimVerdict::of(true, false), ClaimVerdict::OnlyWithMuir);
+        assert_eq!(ClaimVerdict::of(false, true), ClaimVerdict::OnlyExact);
+        assert_eq!(ClaimVerdict::of(false, false), ClaimVerdict::No);
     }
 
     #[test]
@@ -230,22 +201,22 @@ mod tests {
         let truth = judge_all(&Formulas::default(), &|| true).expect("judges");
         assert_eq!(truth.len(), COUNT);
         // Finding 3: (5.1) holds for the exact operator alone. Finding 4: (5.20) for neither.
-        assert_eq!(verdict(&truth, "C7"), Verdict::OnlyExact);
-        assert_eq!(verdict(&truth, "C9"), Verdict::No);
+        assert_eq!(verdict(&truth, "C7"), ClaimVerdict::OnlyExact);
+        assert_eq!(verdict(&truth, "C9"), ClaimVerdict::No);
         // Finding 1: short memory fails; full memory follows the tissue, A₃ does not.
-        assert_eq!(verdict(&truth, "C11"), Verdict::No);
-        assert_eq!(verdict(&truth, "C12"), Verdict::OnlyExact);
+        assert_eq!(verdict(&truth, "C11"), ClaimVerdict::No);
+        assert_eq!(verdict(&truth, "C12"), ClaimVerdict::OnlyExact);
         // The rest, as the numbers have it: a slip in one of their formulas shows here.
         for (id, want) in [
-            ("C1", Verdict::OnlyExact),
-            ("C2", Verdict::Holds),
-            ("C3", Verdict::Holds),
-            ("C4a", Verdict::OnlyWithMuir),
-            ("C4b", Verdict::OnlyWithMuir),
-            ("C5", Verdict::No),
-            ("C6", Verdict::No),
-            ("C8", Verdict::Holds),
-            ("C10", Verdict::Holds),
+            ("C1", ClaimVerdict::OnlyExact),
+            ("C2", ClaimVerdict::Holds),
+            ("C3", ClaimVerdict::Holds),
+            ("C4a", ClaimVerdict::OnlyWithMuir),
+            ("C4b", ClaimVerdict::OnlyWithMuir),
+            ("C5", ClaimVerdict::No),
+            ("C6", ClaimVerdict::No),
+            ("C8", ClaimVerdict::Holds),
+            ("C10", ClaimVerdict::Holds),
         ] {
             assert_eq!(verdict(&truth, id), want, "{id}");
         }
@@ -280,9 +251,9 @@ mod tests {
             stress_factor: 1.05,
         };
         let claims = judge_all(&broken, &|| true).expect("judges");
-        assert_eq!(verdict(&claims, "C7"), Verdict::No);
-        assert_eq!(verdict(&claims, "C9"), Verdict::Holds);
-        assert_eq!(verdict(&claims, "C12"), Verdict::No);
+        assert_eq!(verdict(&claims, "C7"), ClaimVerdict::No);
+        assert_eq!(verdict(&claims, "C9"), ClaimVerdict::Holds);
+        assert_eq!(verdict(&claims, "C12"), ClaimVerdict::No);
         // The others do not use these formulas.
         for id in [
             "C1", "C2", "C3", "C4a", "C4b", "C5", "C6", "C8", "C10", "C11",

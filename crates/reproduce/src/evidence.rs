@@ -1,6 +1,6 @@
 //! What decides each claim: the numbers, with either operator.
 
-use super::claims::{Evidence, Formulas};
+use super::formulas::{Evidence, Formulas};
 use super::relaxation::relaxation_error;
 use super::{DELTA, Kind, MASS_KG, ORDERS, SAMPLE_TIME_S};
 use fracdiff::{FrequencyResponse, Order, grunwald_weight};

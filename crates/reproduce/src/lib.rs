@@ -8,11 +8,13 @@ pub mod claims;
 mod evidence;
 pub mod figure;
 pub mod figures;
+pub mod formulas;
 pub mod relaxation;
 pub mod report;
 mod walls;
 
-pub use claims::{Claim, Evidence, Formulas, Verdict};
+pub use claims::{Claim, ClaimVerdict};
+pub use formulas::{Evidence, Formulas};
 
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::{AnalysisError, LoopOperator};

@@ -50,7 +50,7 @@ pub struct SensitivityArguments {
 
 /// Result of `analyze stability`.
 #[derive(Serialize)]
-struct Verdict {
+struct StabilityVerdict {
     order: f64,
     scheme: String,
     alpha: f64,
@@ -154,7 +154,7 @@ impl VerdictArguments {
         } else {
             None
         };
-        let result = Verdict {
+        let result = StabilityVerdict {
             order: resolved.order.get(),
             scheme: resolved.scheme.to_string(),
             alpha: parameters.alpha,
