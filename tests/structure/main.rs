@@ -269,7 +269,7 @@ fn only_the_command_prints_reads_arguments_and_names_its_flags() {
         for source in reader::read(&folder.join("src")) {
             found.extend(words_of(&name, &source));
         }
-        if name != "host-cli"
+        if name != COMMAND
             && dependencies(&folder)
                 .iter()
                 .any(|used| used.starts_with("clap"))

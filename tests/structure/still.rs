@@ -18,16 +18,6 @@ pub(crate) enum Rule {
 
 /// Rule, crate, module: what is still allowed and has to go. An entry that nothing needs any more fails the test.
 pub(crate) const STILL: &[(Rule, &str, &str)] = &[
-    (Rule::Circle, "haptic-experiment", "design"),
-    (Rule::Circle, "haptic-experiment", "design::beside"),
-    (Rule::Circle, "haptic-experiment", "design::candidate"),
-    (Rule::Circle, "haptic-experiment", "kept"),
-    (Rule::Circle, "haptic-experiment", "run"),
-    (Rule::Circle, "haptic-experiment", "rt_check"),
-    (Rule::Circle, "haptic-experiment", "rt_check::machine"),
-    (Rule::Circle, "haptic-experiment", "zwidth"),
-    (Rule::Circle, "haptic-experiment", "zwidth::search"),
-    (Rule::Circle, "haptic-experiment", "zwidth::theory"),
     (Rule::Circle, "haptic-log", "record::inspect"),
     (Rule::Circle, "haptic-log", "record::recover"),
     (Rule::Circle, "haptic-remote", "emulator"),
@@ -35,8 +25,6 @@ pub(crate) const STILL: &[(Rule, &str, &str)] = &[
     (Rule::Circle, "haptic-remote", "serial"),
     (Rule::Circle, "haptic-remote", "serial::greeting"),
     (Rule::Circle, "haptic-remote", "serial::threads"),
-    (Rule::Circle, "reproduce", "claims"),
-    (Rule::Circle, "reproduce", "evidence"),
     (Rule::Circle, "host-cli", "command::device"),
     (Rule::Circle, "host-cli", "command::device::emulate"),
     (Rule::Circle, "host-cli", "command::device::flash"),

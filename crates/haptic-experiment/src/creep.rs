@@ -5,7 +5,7 @@
 //! the damping of the rig, 7 N·s/m together, slow the start down.
 
 use super::judge::creep_strain;
-use super::kept::{Sample, Samples};
+use super::kept::{KeptSample, Samples};
 use super::outcome::{Comparison, Judged, publish};
 use super::rendering::Rendering;
 use super::report::Report;
@@ -24,6 +24,25 @@ use std::collections::BTreeMap;
 const FROM_S: f64 = 1.0;
 
 /// A creep experiment.
+///
+/// ```
+/// use haptic_experiment::{Creep, ModelledTissue, Rendering};
+/// use std::ops::ControlFlow;
+///
+/// let tissue = haptic_tissue::Library::load(None)?.find("prostate-cancerous")?;
+/// let creep = Creep {
+///     rendering: Rendering::new(ModelledTissue::new(tissue)?)?,
+///     stress_pa: 100.0,
+///     duration_s: 0.2,
+/// };
+/// let mut position_m = 0.0;
+/// creep.simulate(&mut |sample| {
+///     position_m = sample.position_m;
+///     ControlFlow::Continue(())
+/// })?;
+/// assert!(position_m > 0.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Creep {
     /// What is rendered, and how.
@@ -103,7 +122,7 @@ impl Creep {
     }
 
     /// Judges sample by sample.
-    fn judge<'a>(&'a self, ran: &Ran) -> Result<impl FnMut(&Sample) -> Judged + 'a, Failure> {
+    fn judge<'a>(&'a self, ran: &Ran) -> Result<impl FnMut(&KeptSample) -> Judged + 'a, Failure> {
         let Rendering {
             material, specimen, ..
         } = &self.rendering;
@@ -120,7 +139,7 @@ impl Creep {
                 Ok(Box::new(move |_, _| strain()))
             },
         )?;
-        Ok(move |sample: &Sample| {
+        Ok(move |sample: &KeptSample| {
             let closed_form = creep_strain(material.tissue(), self.stress_pa, sample.time_s);
             let value = specimen.strain(Metres(sample.position_m));
             Judged {

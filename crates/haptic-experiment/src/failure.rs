@@ -81,6 +81,9 @@ impl fmt::Display for Failure {
     }
 }
 
+// The text has the whole chain, so there is no source beside it.
+impl std::error::Error for Failure {}
+
 impl From<RecordError> for Failure {
     fn from(error: RecordError) -> Self {
         match error {

@@ -15,6 +15,24 @@ const EXTENSIONS: [&str; 4] = ["mcap", "csv", "svg", "png"];
 const RESULTS: &str = "results";
 
 /// Where the user wants the files of an experiment; nothing is made or removed yet.
+///
+/// ```
+/// use haptic_experiment::folder::FolderRequest;
+/// use std::collections::BTreeMap;
+///
+/// let request = FolderRequest {
+///     out: Some(std::env::temp_dir().join(format!("haptic-{}", std::process::id()))),
+///     stem: "relax".to_owned(),
+///     overwrite: false,
+///     roll_bytes: None,
+///     provenance: BTreeMap::from([("program".to_owned(), "mine 1.0".to_owned())]),
+/// };
+/// let folder = request.prepare()?;
+/// assert_eq!(folder.file("csv").file_name(), Some("relax.csv".as_ref()));
+/// // Nothing was written, so the folder goes too.
+/// folder.discard();
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FolderRequest {
     /// The folder, or the next free `results/STEM-0001`.

@@ -6,9 +6,9 @@
 //! ```
 //! So memory does not grow with the length of a run.
 
+use super::ended::Ended;
 use super::realtime::RealtimeSummary;
 use super::remote::LinkSummary;
-use super::run::Ended;
 use crate::failure::Failure;
 use haptic_log::record::{EndKind, Entry, LogReader, RunEnd, TickMessage};
 use haptic_loop::realtime::RaisedThread;
@@ -20,7 +20,7 @@ pub const WHOLE_MOST: u64 = 1_000_000;
 
 /// A sample that counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sample {
+pub struct KeptSample {
     /// Its number.
     pub tick: u64,
     /// Its time, s.
@@ -31,7 +31,7 @@ pub struct Sample {
     pub force_n: f64,
 }
 
-impl Sample {
+impl KeptSample {
     /// Force that is opposed to an indentation, N: the negative of what is commanded.
     #[must_use]
     pub fn reaction_n(&self) -> f64 {
@@ -53,11 +53,11 @@ impl Sample {
 #[derive(Debug)]
 pub struct Record {
     /// The samples; `None` for a run of more than [`WHOLE_MOST`], whose samples are in its log.
-    pub whole: Option<Vec<Sample>>,
+    pub whole: Option<Vec<KeptSample>>,
     /// How many samples count.
     pub samples: u64,
     /// The last of them.
-    pub last: Option<Sample>,
+    pub last: Option<KeptSample>,
     /// Time that each tick took, ns, the simulated rig included.
     pub tick_ns: Histogram<u64>,
     /// Ticks that began one sample time late or more; 0 in virtual time.
@@ -152,7 +152,7 @@ impl Record {
 
     /// Adds a sample.
     pub(super) fn push(&mut self, message: &TickMessage) {
-        let sample = Sample::of(message);
+        let sample = KeptSample::of(message);
         self.limited += u64::from(message.limiters != 0);
         self.samples += 1;
         self.largest_force_n = sample.force_n.abs().max(self.largest_force_n);
@@ -167,7 +167,7 @@ impl Record {
 #[derive(Clone, Copy, Debug)]
 pub enum Samples<'a> {
     /// In memory.
-    Whole(&'a [Sample]),
+    Whole(&'a [KeptSample]),
     /// In the files of the log, up to this tick.
     Logged(&'a [PathBuf], u64),
 }
@@ -189,7 +189,7 @@ impl<'a> Samples<'a> {
     /// A log that cannot be read.
     pub fn for_each(
         self,
-        mut take: impl FnMut(&Sample) -> Result<(), Failure>,
+        mut take: impl FnMut(&KeptSample) -> Result<(), Failure>,
     ) -> Result<(), Failure> {
         match self {
             Self::Whole(samples) => samples.iter().try_for_each(take),
@@ -198,7 +198,7 @@ impl<'a> Samples<'a> {
                     for entry in LogReader::open(log)? {
                         match entry? {
                             Entry::Tick(message) if message.tick <= last_tick => {
-                                take(&Sample::of(&message))?;
+                                take(&KeptSample::of(&message))?;
                             }
                             _ => {}
                         }

@@ -1,12 +1,13 @@
 //! From a run and its theory to files and a report: what relaxation and creep share.
 
 use super::judge::{LargestError, relative_error};
-use super::kept::{Record, Sample, Samples, WHOLE_MOST};
+use super::kept::{KeptSample, Record, Samples, WHOLE_MOST};
 use super::rendering::Rendering;
-use super::report::{Errors, Files, Report, RunReport, Warnings};
+use super::report::{Errors, Files, Report, RunReport};
 use super::run::Ran;
 use super::thinned::Thinned;
 use super::track::TOLERANCE;
+use super::warnings::Warnings;
 use crate::curves::{Origin, Quantity, TheoryCurves};
 use crate::failure::Failure;
 use crate::folder::Table;
@@ -78,7 +79,7 @@ impl Compared {
         }
     }
 
-    fn add(&mut self, sample: &Sample, judged: &Judged) {
+    fn add(&mut self, sample: &KeptSample, judged: &Judged) {
         let time_s = sample.time_s;
         let pairs = [
             (
@@ -116,7 +117,7 @@ fn table(ran: &Ran, quantity: Quantity) -> Result<Table, Failure> {
 }
 
 /// A row of it. A sample without a relative error has an empty cell.
-fn row(quantity: Quantity, sample: &Sample, judged: &Judged, error: f64) -> Vec<Option<f64>> {
+fn row(quantity: Quantity, sample: &KeptSample, judged: &Judged, error: f64) -> Vec<Option<f64>> {
     let mut row = vec![
         Some(sample.time_s),
         Some(judged.ideal_position_m),
@@ -133,25 +134,29 @@ fn row(quantity: Quantity, sample: &Sample, judged: &Judged, error: f64) -> Vec<
     row
 }
 
-/// Judges every sample, writes CSV and picture, and reports. A run that was cut short leaves its log alone.
-///
-/// # Errors
-/// A log that cannot be read again, a file that cannot be written.
-pub(super) fn publish(
+/// What judging a run leaves.
+struct Seen {
+    compared: Compared,
+    curves: Thinned<3>,
+    last: Option<Judged>,
+    /// The table; `None` for a run that was cut short.
+    csv: Option<String>,
+}
+
+/// Judges every sample, and writes the table of a run that reached its end.
+fn see(
     comparison: Comparison<'_>,
-    rendering: &Rendering,
     ran: &Ran,
-    mut judge: impl FnMut(&Sample) -> Judged,
-) -> Result<(Report, Option<TheoryCurves>), Failure> {
+    mut judge: impl FnMut(&KeptSample) -> Judged,
+) -> Result<Seen, Failure> {
     let Comparison {
         quantity, from_s, ..
     } = comparison;
-    let Ran { record, folder, .. } = ran;
+    let record = &ran.record;
     let mut compared = Compared::new(quantity, from_s);
     let whole = record.whole.is_some();
     let mut curves = Thinned::new(if whole { WHOLE_MOST } else { 0 });
-    let finished = record.ended.is_none();
-    let mut csv = match finished {
+    let mut csv = match record.ended.is_none() {
         true => Some(table(ran, quantity)?),
         false => None,
     };
@@ -169,26 +174,49 @@ pub(super) fn publish(
         csv.row(row(quantity, sample, &judged, error))
     })?;
     curves.finish();
+    Ok(Seen {
+        compared,
+        curves,
+        last,
+        csv: csv.map(Table::finish).transpose()?,
+    })
+}
 
+/// Judges a run and reports. A run that was cut short leaves its log alone.
+///
+/// # Errors
+/// A log that cannot be read again, a file that cannot be written.
+pub(super) fn publish(
+    comparison: Comparison<'_>,
+    rendering: &Rendering,
+    ran: &Ran,
+    judge: impl FnMut(&KeptSample) -> Judged,
+) -> Result<(Report, Option<TheoryCurves>), Failure> {
+    let quantity = comparison.quantity;
+    let Ran { record, folder, .. } = ran;
+    let Seen {
+        compared,
+        curves,
+        last,
+        csv,
+    } = see(comparison, ran, judge)?;
     let final_over_theory = last
         .map(|last| last.value / last.closed_form)
         .filter(|ratio| ratio.is_finite());
     let memory_s = rendering.memory_s();
     let mut warnings = Warnings::default();
-    warnings.operator(
-        memory_s,
-        record.duration_s(),
-        final_over_theory,
-        quantity.word(),
-    );
+    let duration_s = record.duration_s();
+    warnings.operator(memory_s, duration_s, final_over_theory, quantity.word());
     warnings.limited(record.limited);
 
-    let mut files = Files::default();
-    if let Some(csv) = csv {
-        files.csv = Some(csv.finish()?);
-    } else {
+    let finished = csv.is_some();
+    if !finished {
         folder.remove_stale_results();
     }
+    let files = Files {
+        csv,
+        ..Files::default()
+    };
     let report = Report {
         tissue: rendering.material.name.clone(),
         order: rendering.material.order,
@@ -203,7 +231,7 @@ pub(super) fn publish(
         errors: Errors::new(compared.full_history.get(), compared.closed_form.get()),
         discretisation_error: compared.discretisation.get().largest,
         rig_error: compared.rig.get().largest,
-        reference_tolerance: (!whole).then_some(TOLERANCE),
+        reference_tolerance: record.whole.is_none().then_some(TOLERANCE),
         memory_s,
         final_over_theory,
         final_strain: (quantity == Quantity::Strain)

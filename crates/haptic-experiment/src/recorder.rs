@@ -141,6 +141,12 @@ impl Recorder {
         &self.flight
     }
 
+    /// Of a fault, what follows it is kept too: whether that is done, or there was none.
+    #[must_use]
+    pub fn has_aftermath(&self) -> bool {
+        self.flight.fault().is_none() || self.flight.is_full()
+    }
+
     /// Adds to it what a device's own recorder kept.
     pub fn fill_flight(&mut self, kept: impl IntoIterator<Item = TickMessage>) {
         self.flight.fill(kept);

@@ -4,7 +4,7 @@
 //! force of the virtual tissue. That force is the result. Source: O. Tokatlı, *Fractional Order
 //! Control in Haptics*, figure 7.2.
 
-use super::kept::{Sample, Samples};
+use super::kept::{KeptSample, Samples};
 use super::outcome::{Comparison, Judged, percent, publish};
 use super::rendering::Rendering;
 use super::report::Report;
@@ -23,6 +23,17 @@ use std::collections::BTreeMap;
 const AFTER_RAMP_S: f64 = 0.1;
 
 /// A relaxation experiment.
+///
+/// ```
+/// use haptic_experiment::{ModelledTissue, Relaxation, Rendering};
+///
+/// let tissue = haptic_tissue::Library::load(None)?.find("prostate-cancerous")?;
+/// let relaxation = Relaxation::of(Rendering::new(ModelledTissue::new(tissue)?)?);
+/// assert_eq!(relaxation.check()?, 200_001);
+/// // The tissue relaxes: the force falls after the ramp.
+/// assert!(relaxation.closed_form(200.0) < relaxation.closed_form(1.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Relaxation {
     /// What is rendered, and how.
@@ -151,7 +162,7 @@ impl Relaxation {
         &'a self,
         ran: &Ran,
         profile: RampHold,
-    ) -> Result<impl FnMut(&Sample) -> Judged + 'a, Failure> {
+    ) -> Result<impl FnMut(&KeptSample) -> Judged + 'a, Failure> {
         let rendering = &self.rendering;
         let samples = Samples::of(&ran.record, &ran.log.paths);
         let mut history = rendering.full_history(samples, self.duration_s)?;
@@ -170,7 +181,7 @@ impl Relaxation {
                 }))
             },
         )?;
-        Ok(move |sample: &Sample| {
+        Ok(move |sample: &KeptSample| {
             let full_history_force_n = history.at(sample);
             Judged {
                 ideal_position_m: profile.position(sample.time_s),

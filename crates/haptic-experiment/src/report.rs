@@ -1,13 +1,13 @@
 //! What an experiment reports: one JSON object, or a summary for a person.
 
-use super::judge::Compared;
-use super::kept::{Record, Sample};
-use super::preflight::Verdict;
-use super::realtime::RealtimeSummary;
-use super::remote::{FrameCounts, LinkSummary};
-use super::run::{Ended, Ran};
-use haptic_loop::Fault;
-use haptic_remote::LinkError;
+use crate::ended::Ended;
+use crate::judge::Compared;
+use crate::kept::{KeptSample, Record};
+use crate::preflight::PreflightVerdict;
+use crate::realtime::RealtimeSummary;
+use crate::remote::LinkSummary;
+use crate::run::Ran;
+use crate::warnings::Warnings;
 use serde::Serialize;
 
 /// Percentiles of the time that a tick took, ns, the simulated rig included.
@@ -59,7 +59,7 @@ pub struct RunReport {
     /// What the link to the device counted; null without one.
     pub link: Option<LinkSummary>,
     /// What the analysis said before the run; null if it was not asked.
-    pub preflight: Option<Verdict>,
+    pub preflight: Option<PreflightVerdict>,
     /// The log of the fault, 1000 samples before it and 100 after; null without a fault.
     pub fault_log: Option<String>,
     /// The link was lost in the middle of the run.
@@ -109,9 +109,9 @@ pub struct Report {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub final_strain: Option<f64>,
     /// Number type of the loop.
-    pub precision: super::Precision,
+    pub precision: crate::Precision,
     /// Contact between indenter and renderer.
-    pub contact: super::Contact,
+    pub contact: crate::Contact,
 }
 
 /// Two relative errors, dimensionless, and the samples that each is the largest of. An error without meaning
@@ -198,7 +198,7 @@ impl RunReport {
             samples: ran.log.samples,
             duration_s: record.duration_s(),
             peak_force_n: record.largest_force_n(),
-            final_force_n: record.last.as_ref().map_or(0.0, Sample::reaction_n),
+            final_force_n: record.last.as_ref().map_or(0.0, KeptSample::reaction_n),
             tick_ns: TickTimes::of(record),
             missed_deadlines: record.missed_deadlines,
             realtime: record.realtime,
@@ -221,10 +221,6 @@ impl RunReport {
     }
 }
 
-/// Sentences for the user.
-#[derive(Debug, Default)]
-pub struct Warnings(pub Vec<String>);
-
 impl TickTimes {
     /// Of a record.
     #[must_use]
@@ -234,170 +230,5 @@ impl TickTimes {
             p99: record.tick_ns.value_at_quantile(0.99),
             max: record.tick_ns.max(),
         })
-    }
-}
-
-impl Ended {
-    /// Whether the link did it.
-    #[must_use]
-    pub const fn is_link(self) -> bool {
-        matches!(self, Self::LinkLost(_))
-    }
-
-    /// Whether a fault did it.
-    #[must_use]
-    pub const fn is_fault(self) -> bool {
-        matches!(self, Self::Fault(_) | Self::DeviceFault(_))
-    }
-
-    /// In words; of a device that let go by its watchdog with a longer time than it had.
-    #[must_use]
-    pub fn reason(self, watchdog_ms: Option<u16>) -> String {
-        match self {
-            Self::Interrupted => "interrupted".to_owned(),
-            Self::Fault(fault) => format!("fault: {fault}"),
-            Self::DeviceFault(report) => {
-                let silent = report.status.fault == Fault::HostSilent.code();
-                let advice = watchdog_ms.filter(|_| silent).map(longer_watchdog);
-                format!(
-                    "{}{}",
-                    LinkError::Faulted(report),
-                    advice.unwrap_or_default()
-                )
-            }
-            Self::LinkLost(error) => error.to_string(),
-            Self::LogStopped => "the log could not be written".to_owned(),
-        }
-    }
-}
-
-/// Five times as long, as long as can be.
-fn longer_watchdog(watchdog_ms: u16) -> String {
-    let most = haptic_link::Limits::WATCHDOG_MAX_MS;
-    if watchdog_ms >= most {
-        return format!(
-            "; {watchdog_ms} ms is the longest watchdog time: look for what kept this machine or the line busy"
-        );
-    }
-    let longer = watchdog_ms.saturating_mul(5).min(most);
-    let longer_s = f64::from(longer) / 1e3;
-    format!("; if this machine was only busy, give it longer with `watchdog_s` = {longer_s}")
-}
-
-impl Warnings {
-    /// The operator remembers less than the experiment lasts, or is off for another reason.
-    pub fn operator(
-        &mut self,
-        memory_s: Option<f64>,
-        duration_s: f64,
-        over_theory: Option<f64>,
-        what: &str,
-    ) {
-        /// A final value further than this from theory deserves a sentence.
-        const NOTABLE: f64 = 0.02;
-        let notable = over_theory.filter(|ratio| (ratio - 1.0).abs() > NOTABLE);
-        let off = over_theory.map_or_else(String::new, |ratio| {
-            format!("at the end the {what} is {ratio:.3} times the closed form; ")
-        });
-        if let Some(memory_s) = memory_s.filter(|memory_s| *memory_s < duration_s) {
-            self.0.push(format!(
-                "the scheme remembers {} s, the experiment lasts {duration_s} s: {off}`scheme` = full \
-                 remembers everything",
-                (memory_s * 1e6).round() / 1e6
-            ));
-        } else if notable.is_some() {
-            self.0.push(format!(
-                "{off}the lines \"operator\" and \"closed form\" of the summary say what that is due to"
-            ));
-        }
-    }
-
-    /// The safety chain acted, so the force is not the tissue's.
-    pub fn limited(&mut self, samples: u64) {
-        if samples > 0 {
-            self.0.push(format!(
-                "the safety chain limited the force in {samples} samples: raise `force_limit_n` or \
-                 `force_rate_limit_n_per_s`, or render less stiffly"
-            ));
-        }
-    }
-
-    /// What happened to a run, of any experiment.
-    fn run(&mut self, ran: &Ran) {
-        let record = &ran.record;
-        self.0.extend(record.not_realtime.clone());
-        self.late(record);
-        self.dropped(record.dropped_by_disk());
-        self.link(record.link.as_ref());
-        self.0.extend_from_slice(&ran.live_warnings);
-    }
-
-    /// The loop was late.
-    fn late(&mut self, record: &Record) {
-        let (missed, samples) = (record.missed_deadlines, record.samples);
-        if missed == 0 {
-            return;
-        }
-        if let Some(link) = &record.link {
-            self.0.push(format!(
-                "of {samples} ticks of the device {} were a whole period late, and {} had no new force from \
-                 here: the device, the line or this machine was too slow for the sample time",
-                link.overruns, link.stale_forces
-            ));
-            return;
-        }
-        let cause = match record.realtime {
-            None => "this machine was busy, or the sample time is too short for it".to_owned(),
-            Some(realtime) => {
-                let causes = [
-                    (
-                        realtime.late_by_wake_up,
-                        "woken late (`host-cli rt-check` says what helps)",
-                    ),
-                    (
-                        realtime.late_by_compute,
-                        "the tick before took too long (give a longer `sample_time_s`)",
-                    ),
-                ];
-                let named = causes.into_iter().filter(|(count, _)| *count > 0);
-                let named: Vec<String> = named
-                    .map(|(count, cause)| format!("{count} {cause}"))
-                    .collect();
-                format!(
-                    "{}; {} periods were skipped",
-                    named.join(", "),
-                    realtime.skipped_periods
-                )
-            }
-        };
-        self.0.push(format!(
-            "{missed} of {samples} ticks were more than one sample time late: {cause}"
-        ));
-    }
-
-    /// What a link had to cope with, when it did.
-    fn link(&mut self, link: Option<&LinkSummary>) {
-        let Some(link) = link else {
-            return;
-        };
-        let (from, to) = (link.from_device, link.to_device);
-        let bad =
-            |frames: FrameCounts| frames.corrupt + frames.lost + frames.duplicate + frames.late;
-        if bad(from) + bad(to) > 0 {
-            self.0.push(format!(
-                "the line is not clean: of {} frames from the device {} did not come and {} were damaged, of \
-                 {} to it {} and {}; {} requests were sent again",
-                from.sent, from.lost, from.corrupt, to.sent, to.lost, to.corrupt, link.retries
-            ));
-        }
-    }
-
-    /// Samples did not reach the log.
-    fn dropped(&mut self, samples: u64) {
-        if samples > 0 {
-            self.0.push(format!(
-                "{samples} samples did not reach the log: the disk was slower than the loop"
-            ));
-        }
     }
 }

@@ -1,8 +1,9 @@
 //! Runs the loop against a simulated device, in virtual or real time, and hands every sample on.
 
+use super::ended::Ended;
 use super::flight::FaultSeen;
 use super::kept::Record;
-use super::preflight::Verdict;
+use super::preflight::PreflightVerdict;
 use super::realtime::RealtimeSummary;
 use super::recorder::{Recorded, Recorder, Stopped};
 use super::schedule::{Pace, Schedule};
@@ -12,12 +13,10 @@ use crate::device::Warn;
 use crate::failure::Failure;
 use crate::folder::{FolderRequest, OutputFolder};
 use fracdiff::Real;
-use haptic_link::FaultReport;
 use haptic_log::live::{Live, LiveStreams};
 use haptic_log::record::{END, FinishedLog, RecordError, StartTime, TickMessage};
 use haptic_loop::realtime::Periodic;
-use haptic_loop::{Controller, Device, Environment, Fault, SafetyState};
-use haptic_remote::LinkError;
+use haptic_loop::{Controller, Device, Engaged, Environment, SafetyState};
 use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::path::PathBuf;
@@ -59,21 +58,6 @@ impl std::fmt::Debug for Supervisor<'_> {
     }
 }
 
-/// Why a run ended before its time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Ended {
-    /// Somebody asked for it.
-    Interrupted,
-    /// The safety chain latched a fault.
-    Fault(Fault),
-    /// The device latched a fault.
-    DeviceFault(FaultReport),
-    /// The link to the device cannot be used any more.
-    LinkLost(LinkError),
-    /// The log could not be written.
-    LogStopped,
-}
-
 /// What a run leaves.
 #[derive(Debug)]
 pub struct Ran {
@@ -86,7 +70,7 @@ pub struct Ran {
     /// The log of a fault, if one latched.
     pub fault_log: Option<PathBuf>,
     /// What the pre-flight found; `None` if it was skipped.
-    pub preflight: Option<Verdict>,
+    pub preflight: Option<PreflightVerdict>,
     /// What live streams lost, a sentence each.
     pub live_warnings: Vec<String>,
 }
@@ -160,6 +144,9 @@ pub(super) fn log_stopped(error: RecordError, at_rest: bool) -> Failure {
 /// Fewest and most samples of an experiment: at 1 kHz, eleven days. The disk is full before.
 pub(super) const SAMPLES: std::ops::RangeInclusive<f64> = 10.0..=1e9;
 
+/// How often the supervisor hears of progress, in ticks.
+const REPORT: u64 = 1024;
+
 /// Runs a controller for a number of samples. Ends early, with the force ramped to zero, when
 /// asked, on a fault, or when the recorder has ended.
 ///
@@ -177,8 +164,6 @@ where
     E: Environment<F, 1>,
     V: Device<F, 1, Error = Infallible> + Instrumented,
 {
-    /// How often the supervisor is asked, in ticks.
-    const REPORT: u64 = 1024;
     let mut record = Record::with_room_for(schedule.samples)?;
     // Its thread is raised until the end of this function: what others run has been started.
     let mut periodic = schedule.clock()?.map(Periodic::new).transpose()?;
@@ -194,41 +179,23 @@ where
             // A recorder that has ended is seen at the tick.
             let _ = recorder.starts_at(StartTime::at(SystemTime::now()));
         }
-        let observed = engaged.device().device().observe();
-        let before = Instant::now();
-        let sample = match engaged.tick() {
-            Ok(sample) => sample,
-            Err(never) => match never {},
-        };
-        let took = u64::try_from(before.elapsed().as_nanos())?;
-        let controller = engaged.controller();
-        record.tick_ns.saturating_record(took.max(1));
-
-        let message = message(observed, &sample, controller.guarded_energy_j());
+        let message = timed_tick(&mut engaged, &mut record)?;
         let logged = recorder.tick(message);
         tick += 1;
         if record.ended.is_some() {
             // The force is on its way to zero: in the log, but no part of the result.
-            // Of a fault, what follows it is kept too.
-            let flight = recorder.flight();
-            let recorded = flight.fault().is_none() || flight.is_full();
-            if controller.safety().is_at_rest() && recorded {
+            if engaged.controller().safety().is_at_rest() && recorder.has_aftermath() {
                 break;
             }
             continue;
         }
-        record.ended = ended(
-            &message,
-            logged,
-            controller.safety(),
-            recorder,
-            supervisor.stop,
-        );
+        let safety = engaged.controller().safety();
+        record.ended = ended(&message, logged, safety, recorder, supervisor.stop);
         if matches!(record.ended, None | Some(Ended::Interrupted)) {
             record.push(&message);
         }
         if record.ended.is_some() {
-            controller.stop();
+            engaged.controller().stop();
         }
         if tick % REPORT == 0 {
             (supervisor.progress)(tick);
@@ -241,6 +208,28 @@ where
     record.dropped = recorder.dropped();
     recorder.metadata(END, record.end(schedule.samples, tick).metadata());
     Ok(record)
+}
+
+/// Runs a tick, and keeps how long it took.
+fn timed_tick<F, E, V>(
+    engaged: &mut Engaged<'_, F, 1, E, Sensed<V>>,
+    record: &mut Record,
+) -> anyhow::Result<TickMessage>
+where
+    F: Real,
+    E: Environment<F, 1>,
+    V: Device<F, 1, Error = Infallible> + Instrumented,
+{
+    let observed = engaged.device().device().observe();
+    let before = Instant::now();
+    let sample = match engaged.tick() {
+        Ok(sample) => sample,
+        Err(never) => match never {},
+    };
+    let took = u64::try_from(before.elapsed().as_nanos())?;
+    record.tick_ns.saturating_record(took.max(1));
+    let energy_j = engaged.controller().guarded_energy_j();
+    Ok(message(observed, &sample, energy_j))
 }
 
 /// Why a run is to end with this sample; fault and interruption go into the log.

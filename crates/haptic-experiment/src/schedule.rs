@@ -35,6 +35,14 @@ pub struct Schedule {
 }
 
 impl Schedule {
+    /// What is asked for the threads of a run.
+    pub(crate) const fn thread_options(&self) -> RealtimeOptions {
+        match self.pace {
+            Pace::Realtime(options) => options,
+            Pace::Virtual => RealtimeOptions::NORMAL,
+        }
+    }
+
     /// The clock of this machine, if the run follows it.
     pub(crate) fn clock(&self) -> Result<Option<PeriodicConfig>, ParameterError> {
         let Pace::Realtime(options) = self.pace else {

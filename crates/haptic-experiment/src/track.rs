@@ -3,7 +3,7 @@
 //! A run that is kept whole has it whole, by exact sums. A long one has it sample by sample, by an operator
 //! with full memory whose weights are right to a tolerance of [`TOLERANCE`].
 
-use super::kept::{Sample, Samples};
+use super::kept::{KeptSample, Samples};
 use crate::failure::Failure;
 use fracdiff::full_memory::Kernel;
 use fracdiff::{Channel, Operator, Order, Scheme, Seconds};
@@ -49,7 +49,7 @@ impl<'a> Track<'a> {
     }
 
     /// The value of this sample.
-    pub(super) fn at(&mut self, sample: &Sample) -> f64 {
+    pub(super) fn at(&mut self, sample: &KeptSample) -> f64 {
         match &mut self.0 {
             Source::Whole(values) => values.next().unwrap_or(f64::NAN),
             Source::Streamed {
@@ -75,7 +75,7 @@ impl<'a> Track<'a> {
 /// A function of the whole motion, where it was recorded. Positions of ticks that a link lost are
 /// taken from a straight line between their neighbours.
 fn of_every_tick(
-    samples: &[Sample],
+    samples: &[KeptSample],
     function: impl FnOnce(&[f64]) -> Result<Vec<f64>, Failure>,
 ) -> Result<Vec<f64>, Failure> {
     let mut position_m: Vec<f64> = Vec::with_capacity(samples.len());

@@ -9,7 +9,7 @@ pub use super::evidence::{Evidence, Formulas};
 
 /// What both say together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub enum Verdict {
+pub enum ClaimVerdict {
     /// With both.
     #[serde(rename = "holds")]
     Holds,
@@ -24,7 +24,7 @@ pub enum Verdict {
     No,
 }
 
-impl Verdict {
+impl ClaimVerdict {
     /// From the two.
     #[must_use]
     pub fn of(muir: bool, exact: bool) -> Self {
@@ -58,7 +58,7 @@ pub struct Claim {
     /// Where.
     pub section: &'static str,
     /// The verdict.
-    pub verdict: Verdict,
+    pub verdict: ClaimVerdict,
     /// With A₃.
     pub muir: Evidence,
     /// With the exact operator.
@@ -168,7 +168,7 @@ pub fn judge_all(
             id,
             statement,
             section,
-            verdict: Verdict::of(muir.holds, exact.holds),
+            verdict: ClaimVerdict::of(muir.holds, exact.holds),
             muir,
             exact,
         });
@@ -185,17 +185,17 @@ mod tests {
     use fracdiff::Order;
     use haptic_analysis::corollary_delta;
 
-    fn verdict(claims: &[Claim], id: &str) -> Verdict {
+    fn verdict(claims: &[Claim], id: &str) -> ClaimVerdict {
         let claim = claims.iter().find(|claim| claim.id == id);
         claim.expect("all are judged").verdict
     }
 
     #[test]
     fn verdicts_follow_from_the_two_operators() {
-        assert_eq!(Verdict::of(true, true), Verdict::Holds);
-        assert_eq!(Verdict::of(true, false), Verdict::OnlyWithMuir);
-        assert_eq!(Verdict::of(false, true), Verdict::OnlyExact);
-        assert_eq!(Verdict::of(false, false), Verdict::No);
+        assert_eq!(ClaimVerdict::of(true, true), ClaimVerdict::Holds);
+        assert_eq!(ClaimVerdict::of(true, false), ClaimVerdict::OnlyWithMuir);
+        assert_eq!(ClaimVerdict::of(false, true), ClaimVerdict::OnlyExact);
+        assert_eq!(ClaimVerdict::of(false, false), ClaimVerdict::No);
     }
 
     #[test]
@@ -203,22 +203,22 @@ mod tests {
         let truth = judge_all(&Formulas::default(), &|| true).expect("judges");
         assert_eq!(truth.len(), COUNT);
         // Finding 3: (5.1) holds for the exact operator alone. Finding 4: (5.20) for neither.
-        assert_eq!(verdict(&truth, "C7"), Verdict::OnlyExact);
-        assert_eq!(verdict(&truth, "C9"), Verdict::No);
+        assert_eq!(verdict(&truth, "C7"), ClaimVerdict::OnlyExact);
+        assert_eq!(verdict(&truth, "C9"), ClaimVerdict::No);
         // Finding 1: short memory fails; full memory follows the tissue, A₃ does not.
-        assert_eq!(verdict(&truth, "C11"), Verdict::No);
-        assert_eq!(verdict(&truth, "C12"), Verdict::OnlyExact);
+        assert_eq!(verdict(&truth, "C11"), ClaimVerdict::No);
+        assert_eq!(verdict(&truth, "C12"), ClaimVerdict::OnlyExact);
         // The rest, as the numbers have it: a slip in one of their formulas shows here.
         for (id, want) in [
-            ("C1", Verdict::OnlyExact),
-            ("C2", Verdict::Holds),
-            ("C3", Verdict::Holds),
-            ("C4a", Verdict::OnlyWithMuir),
-            ("C4b", Verdict::OnlyWithMuir),
-            ("C5", Verdict::No),
-            ("C6", Verdict::No),
-            ("C8", Verdict::Holds),
-            ("C10", Verdict::Holds),
+            ("C1", ClaimVerdict::OnlyExact),
+            ("C2", ClaimVerdict::Holds),
+            ("C3", ClaimVerdict::Holds),
+            ("C4a", ClaimVerdict::OnlyWithMuir),
+            ("C4b", ClaimVerdict::OnlyWithMuir),
+            ("C5", ClaimVerdict::No),
+            ("C6", ClaimVerdict::No),
+            ("C8", ClaimVerdict::Holds),
+            ("C10", ClaimVerdict::Holds),
         ] {
             assert_eq!(verdict(&truth, id), want, "{id}");
         }
@@ -253,9 +253,9 @@ mod tests {
             stress_factor: 1.05,
         };
         let claims = judge_all(&broken, &|| true).expect("judges");
-        assert_eq!(verdict(&claims, "C7"), Verdict::No);
-        assert_eq!(verdict(&claims, "C9"), Verdict::Holds);
-        assert_eq!(verdict(&claims, "C12"), Verdict::No);
+        assert_eq!(verdict(&claims, "C7"), ClaimVerdict::No);
+        assert_eq!(verdict(&claims, "C9"), ClaimVerdict::Holds);
+        assert_eq!(verdict(&claims, "C12"), ClaimVerdict::No);
         // The others do not use these formulas.
         for id in [
             "C1", "C2", "C3", "C4a", "C4b", "C5", "C6", "C8", "C10", "C11",

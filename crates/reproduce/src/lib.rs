@@ -14,7 +14,7 @@ mod responses;
 mod walls;
 mod zwidth;
 
-pub use claims::{Claim, Verdict};
+pub use claims::{Claim, ClaimVerdict};
 pub use evidence::{Evidence, Formulas};
 
 use fracdiff::{Order, Scheme, Seconds};

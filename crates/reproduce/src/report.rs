@@ -139,7 +139,7 @@ fn own_ids(svg: &str, id: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::claims::Verdict;
+    use crate::claims::ClaimVerdict;
 
     #[test]
     fn the_report_names_every_claim_and_figure_and_escapes_what_it_must() {
@@ -151,7 +151,7 @@ mod tests {
             id: "C1",
             statement: "a < b",
             section: "4.3",
-            verdict: Verdict::of(false, true),
+            verdict: ClaimVerdict::of(false, true),
             muir: evidence(false, "|S| = 1"),
             exact: evidence(true, "2 & 3"),
         }];

@@ -1,26 +1,10 @@
 //! A wall that was designed for an ideal device, tried on a realistic one.
 
-use super::{Candidate, Design};
+use super::candidate::{Candidate, RealisticTrial};
+use super::question::Design;
+use crate::Imperfections;
 use crate::failure::Failure;
-use crate::{Imperfections, Settling};
 use fracdiff::Order;
-use serde::Serialize;
-
-/// The best candidate on a realistic device. Keys of the report.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct RealisticTrial {
-    /// What is less than ideal about the device.
-    #[serde(flatten)]
-    pub imperfections: Imperfections,
-    /// Whether the analysis, which knows delay and current lag, calls it stable.
-    pub analysis_stable: bool,
-    /// Factor by which the wall may grow until it is unstable (below 1: must shrink); null if no factor does.
-    pub margin: Option<f64>,
-    /// Noise of the force that the encoder makes, rms N.
-    pub force_noise_rms_n: f64,
-    /// How the trial came out.
-    pub simulated: Settling,
-}
 
 impl Design {
     /// The same candidate on a realistic device.

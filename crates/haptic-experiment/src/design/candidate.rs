@@ -1,6 +1,5 @@
 //! What a design says of each order, and the whole answer.
 
-use super::RealisticTrial;
 use crate::{Imperfections, Settling};
 use fracdiff::Order;
 use serde::Serialize;
@@ -33,6 +32,22 @@ pub struct Candidate {
     pub largest_scale: Option<f64>,
     /// Why it will not do.
     pub reason: Option<String>,
+}
+
+/// The best candidate on a realistic device. Keys of the report.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct RealisticTrial {
+    /// What is less than ideal about the device.
+    #[serde(flatten)]
+    pub imperfections: Imperfections,
+    /// Whether the analysis, which knows delay and current lag, calls it stable.
+    pub analysis_stable: bool,
+    /// Factor by which the wall may grow until it is unstable (below 1: must shrink); null if no factor does.
+    pub margin: Option<f64>,
+    /// Noise of the force that the encoder makes, rms N.
+    pub force_noise_rms_n: f64,
+    /// How the trial came out.
+    pub simulated: Settling,
 }
 
 /// Whether a tissue can be rendered as it is.

@@ -80,7 +80,30 @@ pub fn stiffest_coupler(
             "a coupler of this order is active by itself: no damping makes the port passive",
         ));
     };
-    let scale = sample_time_s.powf(mu);
+    let (ratio, required) = cheapest(bare, sample_time_s.powf(mu), least)?;
+    let dissipation = INSIDE * damping / required;
+    let stiffness = ratio * dissipation;
+    // jω·Z_c with (T/(1 − w))^μ ≈ (jω)^(−μ)
+    let omega = 2.0 * PI * frequency_hz;
+    let (angle, size) = (-0.5 * PI * mu, dissipation * omega.powf(-mu));
+    let felt = omega * (stiffness + size * angle.cos()).hypot(size * angle.sin());
+    Ok(CouplerCandidate {
+        order: mu,
+        stiffness: Some(stiffness),
+        dissipation: Some(dissipation),
+        margin: Some(1.0 / INSIDE),
+        felt_stiffness_n_per_m: Some(felt),
+        reason: None,
+    })
+}
+
+/// The ratio `k_c/b_c` that needs the least damping, and that damping, which is `bare` without `k_c`: on a grid, then by golden
+/// sections.
+fn cheapest(
+    bare: f64,
+    scale: f64,
+    least: impl Fn(f64) -> Result<Option<f64>, AnalysisError>,
+) -> Result<(f64, f64), AnalysisError> {
     let ratio_at = |step: f64| scale * 10f64.powf(6.0 * step / f64::from(RATIOS) - 3.0);
     let needed =
         |step: f64| Ok::<f64, AnalysisError>(least(ratio_at(step))?.unwrap_or(f64::INFINITY));
@@ -107,21 +130,7 @@ pub fn stiffest_coupler(
         let middle = 0.5 * (low + high);
         best = (ratio_at(middle), needed(middle)?);
     }
-    let (ratio, required) = best;
-    let dissipation = INSIDE * damping / required;
-    let stiffness = ratio * dissipation;
-    // jω·Z_c with (T/(1 − w))^μ ≈ (jω)^(−μ)
-    let omega = 2.0 * PI * frequency_hz;
-    let (angle, size) = (-0.5 * PI * mu, dissipation * omega.powf(-mu));
-    let felt = omega * (stiffness + size * angle.cos()).hypot(size * angle.sin());
-    Ok(CouplerCandidate {
-        order: mu,
-        stiffness: Some(stiffness),
-        dissipation: Some(dissipation),
-        margin: Some(1.0 / INSIDE),
-        felt_stiffness_n_per_m: Some(felt),
-        reason: None,
-    })
+    Ok(best)
 }
 
 #[cfg(test)]

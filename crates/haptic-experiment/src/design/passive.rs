@@ -1,7 +1,8 @@
 //! The largest passive walls of one order, by Theorem 1.
 
+use super::bench::{Bench, INSIDE};
 use super::candidate::Point;
-use super::{Bench, INSIDE, Wish};
+use super::question::Wish;
 use haptic_analysis::{AnalysisError, Largest};
 
 /// Share of the largest β that a wall with the most damping has.

@@ -1,7 +1,8 @@
 //! The largest stable walls of one order, with a gain margin, from the stability region.
 
+use super::bench::{Bench, INSIDE};
 use super::candidate::Point;
-use super::{Bench, INSIDE, Wish};
+use super::question::Wish;
 use haptic_analysis::{AnalysisError, StabilityRegion, StableArea};
 
 /// Points on the boundary of a region.

@@ -6,10 +6,12 @@
 //! ```
 //! Time is the device's, n·T. What the line loses is counted, never made up.
 
+mod run;
+mod samples;
 mod session;
 mod summary;
 
-pub use session::RemoteRun;
+pub use run::RemoteRun;
 pub use summary::{FrameCounts, LinkSummary};
 
 use super::refused::single;

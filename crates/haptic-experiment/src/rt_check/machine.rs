@@ -1,6 +1,6 @@
 //! What a machine says of itself, and what could be better.
 
-use super::Rate;
+use super::rate::Rate;
 use haptic_loop::realtime::Fallback;
 use serde::Serialize;
 use std::collections::BTreeSet;
@@ -79,7 +79,7 @@ impl Machine {
         }
     }
 
-    /// What to change, the most useful first. What costs something is said only where a rate is not fit.
+    /// What to change, the most useful first.
     #[must_use]
     pub fn advice(
         &self,
@@ -109,14 +109,23 @@ impl Machine {
                 slow.join(", ")
             ));
         }
-        if unfit && self.preempt_rt == Some(false) {
+        if unfit {
+            advice.extend(self.costly_advice(stolen_ms));
+        }
+        advice
+    }
+
+    /// What costs something: said only where a rate is not fit.
+    fn costly_advice(&self, stolen_ms: u64) -> Vec<String> {
+        let mut advice = Vec::new();
+        if self.preempt_rt == Some(false) {
             advice.push(
                 "kernel: not PREEMPT_RT, so drivers and other system calls may hold the loop up: install a \
                  real-time kernel (linux-image-rt on Debian, the real-time kernel of Ubuntu Pro)"
                     .to_owned(),
             );
         }
-        if unfit && self.virtual_machine {
+        if self.virtual_machine {
             let stolen = if stolen_ms >= STOLEN_NOTABLE_MS {
                 format!("; it did for {stolen_ms} ms in this measurement")
             } else {
@@ -127,26 +136,26 @@ impl Machine {
                  run on the machine itself"
             ));
         }
-        if let Some(us) = self.idle_exit_us.filter(|us| unfit && *us > DEEP_SLEEP_US) {
+        if let Some(us) = self.idle_exit_us.filter(|us| *us > DEEP_SLEEP_US) {
             advice.push(format!(
                 "idle states: a processor may take {us} µs to wake: as root, cpupower idle-set -D {DEEP_SLEEP_US}"
             ));
         }
-        if let Some(runtime_us) = self.rt_runtime_us.filter(|us| *us >= 0 && unfit) {
+        if let Some(runtime_us) = self.rt_runtime_us.filter(|us| *us >= 0) {
             advice.push(format!(
                 "RT throttling: real-time threads that compute and spin for more than {} ms of a second are stopped \
                  for the rest of it: keep the tick short, or, as root, sysctl -w kernel.sched_rt_runtime_us=-1",
                 runtime_us / 1000
             ));
         }
-        if unfit && self.cores > 1 {
+        if self.cores > 1 {
             advice.push(
                 "interrupts: keep a core free for the loop with the kernel's isolcpus=N irqaffinity=…, and give \
                  `pin` = N"
                     .to_owned(),
             );
         }
-        if let Some(load) = self.load.filter(|load| unfit && *load > self.cores as f64) {
+        if let Some(load) = self.load.filter(|load| *load > self.cores as f64) {
             advice.push(format!(
                 "load: {load} processes wanted to run on {} cores in the last minute: stop what is not needed",
                 self.cores

@@ -1,21 +1,19 @@
 //! Whether this machine is fit for a loop at some rate: measures as `cyclictest` does, with the loop's own runner.
 
 mod machine;
+mod rate;
 
 pub use machine::Machine;
+pub use rate::{FIT_SHARE, Plain, Rate};
 
 use crate::RealtimeOptions;
 use crate::failure::Failure;
-use crate::realtime::{Microseconds, WorstTick, microseconds};
 use haptic_loop::realtime::{
     Fallback, Periodic, PeriodicConfig, SpinMargin, StdWaiter, ThreadConfig, Timing, Waiter,
 };
 use serde::Serialize;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
-
-/// A rate is fit if 999 of 1000 cycles begin within this share of the period, and none a period late.
-pub const FIT_SHARE: f64 = 0.1;
 
 /// What to measure.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,42 +51,6 @@ pub struct RtReport {
     pub machine: Machine,
     /// Time in which the host of a virtual machine ran others instead, all processors together, ms.
     pub stolen_ms: Option<u64>,
-}
-
-/// A rate.
-#[derive(Clone, Debug, Serialize)]
-pub struct Rate {
-    /// The rate.
-    pub hz: f64,
-    /// From when a cycle was due to when it began.
-    pub lateness_us: Microseconds,
-    /// Cycles that began a whole period late or more.
-    pub overruns: u64,
-    /// Periods that were skipped for it.
-    pub skipped_periods: u64,
-    /// Cycles that ran.
-    pub cycles: u64,
-    /// The cycle that ended latest.
-    pub worst_cycle: Option<WorstTick>,
-    /// For how long before it was due a cycle was waited for without sleeping, µs.
-    pub spin_margin_us: f64,
-    /// Whether a loop at this rate is safe here.
-    pub fit: bool,
-    /// The plain loop; null if none was asked for.
-    pub plain: Option<Plain>,
-}
-
-/// The plain loop beside.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct Plain {
-    /// From when a cycle was due to when it began.
-    pub lateness_us: Microseconds,
-    /// Cycles that began a whole period late or more.
-    pub overruns: u64,
-    /// Periods that were skipped for it.
-    pub skipped_periods: u64,
-    /// Its lateness, 99.9 %, over that of the runner.
-    pub ratio_p999: f64,
 }
 
 impl RtCheck {
@@ -187,31 +149,10 @@ impl RtCheck {
             }
         }
         let runner = runner.ok_or_else(|| Failure::bad_input("nothing to measure"))?;
-        let lateness_us = Microseconds::of(runner.lateness_ns());
-        let overruns = runner.overruns();
         let SpinMargin::Fixed(margin) = raised.spin_margin else {
             return Err(Failure::bad_input("nothing to measure"));
         };
-        Ok(Rate {
-            hz,
-            lateness_us,
-            overruns: overruns.cycles(),
-            skipped_periods: overruns.skipped_periods,
-            cycles: runner.lateness_ns().len(),
-            worst_cycle: runner.worst().map(WorstTick::from),
-            spin_margin_us: microseconds(margin),
-            fit: overruns.cycles() == 0 && lateness_us.p999 <= FIT_SHARE * 1e6 / hz,
-            plain: plain.map(|plain| {
-                let beside = Microseconds::of(plain.lateness_ns());
-                Plain {
-                    lateness_us: beside,
-                    overruns: plain.overruns().cycles(),
-                    skipped_periods: plain.overruns().skipped_periods,
-                    // The clock's resolution is 1 ns.
-                    ratio_p999: beside.p999 / lateness_us.p999.max(1e-3),
-                }
-            }),
-        })
+        Ok(Rate::of(hz, &runner, margin, plain.as_ref()))
     }
 }
 

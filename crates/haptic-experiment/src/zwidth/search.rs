@@ -1,7 +1,8 @@
 //! The search for the stiffest wall of one order.
 
+use super::report::BoundaryPoint;
+use super::specification::ZWidth;
 use super::theory::Theory;
-use super::{BoundaryPoint, ZWidth};
 use crate::failure::Failure;
 use crate::pushed::{
     TrialPlan, encoder_step, force_alone, force_limit, thrown, try_wall, wall_at_start,

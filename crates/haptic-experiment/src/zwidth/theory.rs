@@ -1,6 +1,6 @@
 //! What the analysis says of the walls that are tried.
 
-use super::ZWidth;
+use super::specification::ZWidth;
 use crate::pushed::dynamics;
 use fracdiff::Order;
 use haptic_analysis::{AnalysisError, LoopOperator, SampledLoop, SampledPlant, StabilityRegion};

@@ -20,7 +20,7 @@ pub struct VerdictArguments {
 
 /// Result of `analyze stability`.
 #[derive(Serialize)]
-struct Verdict {
+struct StabilityVerdict {
     order: f64,
     scheme: String,
     alpha: f64,
@@ -61,7 +61,7 @@ impl VerdictArguments {
         } else {
             None
         };
-        let result = Verdict {
+        let result = StabilityVerdict {
             order: resolved.order.get(),
             scheme: resolved.scheme.to_string(),
             alpha: parameters.alpha,

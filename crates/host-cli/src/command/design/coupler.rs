@@ -35,8 +35,8 @@ impl Arguments {
         }
         if self.asks_for_more_than_passivity() {
             return Err(Failure::bad_input(
-                "a coupler is judged passive on an ideal device: leave out --gain-margin, --force-noise-limit, \
-                 --delay-samples, --delay, --current-lag, --friction, --encoder-resolution, --sensor-noise and --realistic",
+                "a coupler is judged passive on an ideal device: leave out --gain-margin, --force-limit, \
+                 --force-noise-limit, --delay-samples, --delay, --current-lag, --friction, --encoder-resolution, --sensor-noise and --realistic",
             ));
         }
         let device = self.device.ideal();
@@ -80,6 +80,7 @@ impl Arguments {
         self.gain_margin.is_some()
             || self.force_noise_limit.is_some()
             || self.delay_samples.is_some_and(|samples| samples > 0)
+            || self.device.limits_the_force()
             || self.device.is_less_than_ideal()
     }
 }

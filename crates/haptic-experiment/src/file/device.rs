@@ -1,0 +1,95 @@
+//! Keys of every table: the device, its sensors, the operator, and how many samples there are.
+
+use super::reader::{FileError, Table};
+use crate::device::{DeviceName, Loop};
+use crate::parameters as p;
+use crate::remote::RemoteDevice;
+use crate::sensed::Sensors;
+use fracdiff::{Order, Scheme, Seconds};
+use haptic_link::Limits;
+use std::ops::RangeInclusive;
+
+/// The serial device; `None` for the simulated one.
+pub(super) fn remote(table: &Table<'_>) -> Result<Option<RemoteDevice>, FileError> {
+    let device = table.text(&p::DEVICE)?.parse::<DeviceName>();
+    let device = device.map_err(|reason| table.fail_at("device", reason))?;
+    let loop_mode: Loop = table.choice(&p::LOOP)?;
+    let watchdog_s = table.number_if(&p::WATCHDOG)?;
+    if let Some(time) = watchdog_s.filter(|time| (1e3 * time - (1e3 * time).round()).abs() > 1e-6) {
+        let reason = format!(
+            "watchdog_s = {time} is not a whole number of milliseconds: write 0.005 for 5 ms"
+        );
+        return Err(table.fail_at("watchdog_s", reason));
+    }
+    let late_ticks = table.count(&p::LATE_TICKS)?;
+    let late_ticks = u16::try_from(late_ticks).map_err(|_| {
+        table.fail_at(
+            "late_ticks",
+            format!("late_ticks = {late_ticks} is above 65535"),
+        )
+    })?;
+    let default = u64::from(Limits::DEFAULT.max_age_ticks);
+    let max_age_ticks = table.count(&p::MAX_AGE_TICKS)?;
+    let most = Limits::MAX_AGE_TICKS;
+    let max_age_ticks = u16::try_from(max_age_ticks)
+        .ok()
+        .filter(|ticks| (1..=most).contains(ticks));
+    let max_age_ticks = max_age_ticks.ok_or_else(|| {
+        let reason = format!("max_age_ticks is not in [1, {most}]: leave it away for {default}");
+        table.fail_at("max_age_ticks", reason)
+    })?;
+    Ok(match device {
+        DeviceName::Simulated => None,
+        DeviceName::Serial(name) => Some(RemoteDevice {
+            loop_mode: loop_mode.into(),
+            watchdog_ms: watchdog_s.map(|time| (1e3 * time).round() as u16),
+            late_ticks,
+            max_age_ticks,
+            ..RemoteDevice::new(name)
+        }),
+    })
+}
+
+pub(super) fn sensors(table: &Table<'_>) -> Result<Sensors, FileError> {
+    Ok(Sensors {
+        encoder_resolution_m: table.number(&p::ENCODER_RESOLUTION)?,
+        noise_m: table.number(&p::SENSOR_NOISE)?,
+        seed: table.count(&p::SEED)?,
+    })
+}
+
+/// As many samples as a run can have.
+pub(super) fn samples_fit(
+    table: &Table<'_>,
+    sample_time_s: f64,
+    duration_s: f64,
+    range: &RangeInclusive<f64>,
+) -> Result<(), FileError> {
+    let samples = (duration_s / sample_time_s).round() + 1.0;
+    if range.contains(&samples) {
+        return Ok(());
+    }
+    let reason = format!(
+        "duration_s = {duration_s} with sample_time_s = {sample_time_s} is {samples} samples, which is \
+         not in [{}, {:e}]",
+        range.start(),
+        range.end()
+    );
+    Err(table.fail_at("duration_s", reason))
+}
+
+/// A scheme that can be made for this order and sample time.
+pub(super) fn scheme(
+    table: &Table<'_>,
+    order: Order,
+    sample_time_s: f64,
+    duration_s: f64,
+) -> Result<Scheme, FileError> {
+    let fail = |error: fracdiff::SchemeError| table.fail_at("scheme", error.to_string());
+    let scheme: Scheme = table.text(&p::SCHEME)?.parse().map_err(fail)?;
+    let horizon = crate::schedule::horizon((duration_s / sample_time_s) as u64);
+    match scheme.build::<f64>(order, Seconds(sample_time_s), horizon) {
+        Ok(_) => Ok(scheme),
+        Err(error) => Err(fail(error)),
+    }
+}

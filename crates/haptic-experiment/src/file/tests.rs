@@ -1,0 +1,170 @@
+//! Good files, and what is said of bad ones.
+
+use super::ExperimentFile;
+use std::path::Path;
+
+const WALL: &str = "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 2e-3\n\
+                    order = 0.5\nstiffness_n_per_m = 3_000\ndissipation_n_s_mu_per_m = 60.0\n";
+
+fn read(text: &str) -> Result<ExperimentFile, String> {
+    ExperimentFile::parse(Path::new("lab/wall.toml"), text).map_err(|error| error.to_string())
+}
+
+#[test]
+fn a_wall_has_the_defaults_of_the_dissertation() {
+    let Ok(ExperimentFile::Wall(wall)) = read(WALL) else {
+        panic!("{:?}", read(WALL));
+    };
+    let have = [
+        wall.stiffness_n_per_m,
+        wall.plan.push_n,
+        wall.plan.duration_s,
+        wall.plan.window_s,
+    ];
+    assert!(
+        have.iter()
+            .zip([3000.0, 1.0, 5.0, 0.4])
+            .all(|(a, b)| a.to_bits() == f64::to_bits(b))
+    );
+    assert_eq!(wall.check().expect("valid"), 2501);
+}
+
+#[test]
+fn empty_tables_are_the_commands_defaults() {
+    for text in ["[relax]", "[creep]\n"] {
+        let file = read(text).expect("valid");
+        assert_eq!(file.samples().expect("valid"), 200_001, "{text}");
+    }
+}
+
+#[test]
+fn what_is_wrong_is_said_in_one_line_with_its_place() {
+    for (from, to, want) in [
+        (
+            "= 0.065",
+            "= -1",
+            "lab/wall.toml:2: mass_kg = -1 is not above 0",
+        ),
+        (
+            "= 0.065",
+            "= nan",
+            "lab/wall.toml:2: mass_kg = NaN is not above 0",
+        ),
+        (
+            "= 0.065",
+            "= \"x\"",
+            "lab/wall.toml:2: mass_kg = \"x\" is a string, not a number",
+        ),
+        (
+            "= 0.065",
+            "= 0x41",
+            "lab/wall.toml:2: mass_kg is not written as a decimal number",
+        ),
+        (
+            "order = 0.5",
+            "order = 2.5",
+            "lab/wall.toml:5: order = 2.5 is not in [0, 2]",
+        ),
+        (
+            "order = 0.5\n",
+            "",
+            "lab/wall.toml:1: missing key `order` in [wall]",
+        ),
+        (
+            "order =",
+            "ordre =",
+            "lab/wall.toml:5: unknown key `ordre` in [wall]: did you mean `order`?",
+        ),
+        (
+            "[wall]",
+            "[wal]",
+            "lab/wall.toml:1: unknown table [wal]: an experiment file has one of [relax], [creep], [wall]",
+        ),
+        (
+            "[wall]\n",
+            "[wall]\nscheme = \"exact\"\n",
+            "lab/wall.toml:2: scheme exact is for analysis only",
+        ),
+        (
+            "[wall]\n",
+            "[wall]\nseed = -1\n",
+            "lab/wall.toml:2: seed = -1 is not a whole number",
+        ),
+        (
+            "[wall]\n",
+            "[wall]\none_sided = 1\n",
+            "lab/wall.toml:2: one_sided = 1 is an integer, not true or false",
+        ),
+        (
+            "[wall]\n",
+            "[relax]\n[wall]\n",
+            "lab/wall.toml:2: a second table [wall]: an experiment file has one of",
+        ),
+        (
+            "[wall]\n",
+            "[wall]\npush_n = 200\n",
+            "lab/wall.toml:2: push_n = 200 is not below force_limit_n = 100",
+        ),
+        (
+            "[wall]\n",
+            "[wall]\nguard = \"on\"\n",
+            "lab/wall.toml:2: guard = \"on\" is not one of off, observer, energy-bounding",
+        ),
+        (
+            "damping_n_s_per_m = 3.5\n",
+            "damping_n_s_per_m = 0\nguard = \"energy-bounding\"\n",
+            "lab/wall.toml:1: damping of the device 0 N·s/m is not above 0",
+        ),
+        (
+            "[wall]\n",
+            "[wall]\nduration_s = 0.1\n",
+            "lab/wall.toml:1: window 0.4 s is not in [0.02, 0.1] s",
+        ),
+        (
+            "[wall]\n",
+            "[wall]\ndelay_s = 1\n",
+            "lab/wall.toml:1: force delay 1 s",
+        ),
+        ("[wall]", "[wall", "lab/wall.toml:1: "),
+        (
+            WALL,
+            "",
+            "lab/wall.toml:1: no experiment: an experiment file has one of [relax], [creep], [wall]",
+        ),
+        (
+            WALL,
+            "wall = 3",
+            "lab/wall.toml:1: `wall` is not a table: write [wall]",
+        ),
+        (
+            WALL,
+            "[relax]\nramp_time_s = 300",
+            "lab/wall.toml:2: ramp_time_s = 300 is not below duration_s = 200",
+        ),
+        (
+            WALL,
+            "[relax]\ncontact = \"soft\"",
+            "lab/wall.toml:2: contact = \"soft\" is not one of compliant, rigid",
+        ),
+        (
+            WALL,
+            "[creep]\n\ntissue = \"jelly\"",
+            "lab/wall.toml:3: tissue \"jelly\" is not in the library",
+        ),
+        (
+            WALL,
+            "[creep]\ntissue = \"a.toml\"",
+            "lab/wall.toml:2: cannot read the material file `lab/a.toml`",
+        ),
+        (
+            WALL,
+            "[relax]\nduration_s = 1e9",
+            "lab/wall.toml:2: duration_s = 1000000000 with sample_time_s = 0.001 is 1000000000001 samples",
+        ),
+    ] {
+        assert!(WALL.contains(from), "{from}");
+        let have = read(&WALL.replace(from, to)).expect_err(to);
+        assert!(have.starts_with(want), "have {have}\nwant {want}");
+        assert!(!have.contains('\n'), "{have}");
+    }
+}

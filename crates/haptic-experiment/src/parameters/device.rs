@@ -1,0 +1,25 @@
+//! Of every table: the device.
+
+use super::kind::{Parameter, Range, parameters};
+use haptic_link::Limits as Wire;
+
+parameters! {
+    /// The device.
+    DEVICE = text("device", "sim", "Device: `sim`, or `serial:PATH[@BAUD]`, or `serial:auto`");
+    /// Where the loop is closed.
+    LOOP = text("loop", "device", "Where the loop with a serial device is closed");
+    /// Watchdog of a serial device, s.
+    WATCHDOG = optional("watchdog_s", Range::Within(1e-3 * Wire::WATCHDOG_MIN_MS as f64, 1e-3 * Wire::WATCHDOG_MAX_MS as f64),
+        "Silence from this program after which a serial device lets go [default: 500ms, 20ms with a loop on the \
+         host]");
+    /// Late ticks of a serial device.
+    LATE_TICKS = count("late_ticks", Wire::DEFAULT.late_ticks as u64, "20",
+        "Late ticks in a row after which a serial device lets go; 0 for never");
+    /// Age of a force from the host, ticks.
+    MAX_AGE_TICKS = count("max_age_ticks", Wire::DEFAULT.max_age_ticks as u64, "10",
+        "In a loop on the host: ticks from a sample to the force that answers it at most, 1 to 1000; an older force \
+         makes a serial device let go [default: 10]");
+}
+
+/// Of every experiment on a device.
+pub const ON_DEVICE: &[Parameter] = &[DEVICE, LOOP, WATCHDOG, LATE_TICKS, MAX_AGE_TICKS];

@@ -1,0 +1,79 @@
+//! Of every table: the safety chain.
+
+use super::kind::{ABOVE_0, AT_LEAST_0, Parameter, Range, parameters};
+use haptic_loop::Limits;
+
+parameters! {
+    /// Passivity guard.
+    GUARD = text("guard", "off", "Keep the loop from feeding the device energy");
+    /// Low end of the workspace, m.
+    WORKSPACE_LOW = optional("workspace_low_m", Range::Within(-1e3, 1e3),
+        "Lowest position; below it a fault ends the run");
+    /// High end of the workspace, m.
+    WORKSPACE_HIGH = optional("workspace_high_m", Range::Within(-1e3, 1e3),
+        "Highest position; above it a fault ends the run");
+    /// Speed limit, m/s.
+    SPEED_LIMIT = optional("speed_limit_m_per_s", ABOVE_0,
+        "How fast the device may move; beyond it a fault ends the run");
+    /// Rise time, s.
+    RISE_TIME = optional("rise_time_s", ABOVE_0, "Let the force rise in this time from the start on");
+    /// Braking, N·s/m.
+    BRAKING = optional("braking_n_s_per_m", ABOVE_0,
+        "Brake with this damping near workspace and speed limit, and after a fault or stop");
+    /// Stop time, s.
+    STOP_TIME = optional("stop_time_s", Range::Within(Limits::STOP_TIME_S[0], Limits::STOP_TIME_S[1]),
+        "Time in which the force falls to zero after a fault, a stop or the end, 1ms to 1s [default: 0.1s]");
+    /// Brake force, N.
+    BRAKE_FORCE = optional("brake_force_n", Range::Within(0.0, Limits::BRAKE_FORCE_MAX_N),
+        "Largest force of the braking meanwhile, 0N to 10N [default: 2N]");
+    /// Stuck sensor, N.
+    STUCK_FORCE = optional("stuck_force_n", AT_LEAST_0,
+        "A force that grows by this on a position that stands still is a fault; 0 for never [default: 3N on a \
+         serial device, else never]");
+    /// Stuck sensor, s.
+    STUCK_TIME = optional("stuck_time_s", Range::Within(1e-3, 10.0),
+        "Time for which the position has to have stood still for that [default: 0.1s]");
+    /// Jump of a sensor, m.
+    JUMP = optional("jump_m", AT_LEAST_0,
+        "A position that moves in a sample by this more than the speed limit allows is a fault; 0 for never \
+         [default: 1mm on a serial device, else never]");
+    /// Mass of a real device, kg.
+    DEVICE_MASS = optional("device_mass_kg", ABOVE_0,
+        "Mass of a real device, for the guard observer, braking and the pre-flight");
+    /// Damping of a real device, N·s/m.
+    DEVICE_DAMPING = optional("device_damping_n_s_per_m", ABOVE_0,
+        "Damping of a real device, for the guard energy-bounding and the pre-flight");
+    /// Least delay of a real device, s.
+    DEVICE_DELAY_LEAST = optional("device_delay_least_s", AT_LEAST_0,
+        "Least delay of a real device from a measurement to the effect of its force, for the guard energy-bounding");
+    /// Largest delay of a real device, s.
+    DEVICE_DELAY_MOST = optional("device_delay_most_s", AT_LEAST_0, "Largest delay, the same if it is known");
+    /// Lag of a real device, s.
+    DEVICE_LAG = optional("device_lag_s", AT_LEAST_0,
+        "Time constant with which the force of a real device follows, for the guard energy-bounding");
+    /// Noise of a real device, m.
+    DEVICE_NOISE = optional("device_noise_m", AT_LEAST_0,
+        "Standard deviation of the noise of a real device's position, for the guard energy-bounding [default: 0.29 \
+         of its resolution]");
+}
+
+/// Of the safety chain, for every experiment.
+pub const SAFETY: &[Parameter] = &[
+    GUARD,
+    WORKSPACE_LOW,
+    WORKSPACE_HIGH,
+    SPEED_LIMIT,
+    RISE_TIME,
+    BRAKING,
+    STOP_TIME,
+    BRAKE_FORCE,
+    STUCK_FORCE,
+    STUCK_TIME,
+    JUMP,
+    DEVICE_MASS,
+    DEVICE_DAMPING,
+    DEVICE_DELAY_LEAST,
+    DEVICE_DELAY_MOST,
+    DEVICE_LAG,
+    DEVICE_NOISE,
+];

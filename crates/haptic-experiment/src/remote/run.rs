@@ -1,0 +1,221 @@
+//! A run to be made on a connected device: looked at, configured, then handed to its session.
+
+use super::session::HostSession;
+use crate::device::{Warn, at_port, firmware_version};
+use crate::failure::Failure;
+use crate::folder::FolderRequest;
+use crate::kept::Record;
+use crate::preflight::{
+    Dynamics, MEASURED, Preflight, PreflightRequest, PreflightVerdict, delay_samples,
+};
+use crate::recorder::Recorder;
+use crate::remote::{RemoteDevice, RemoteLaw, configuration, keep_within, loop_name};
+use crate::run::{Ran, Supervisor};
+use crate::safety::GuardChoice;
+use crate::schedule::Schedule;
+use fracdiff::Real;
+use haptic_link::{Field, Limits, LoopMode, Scope};
+use haptic_loop::realtime::Fallback;
+use haptic_loop::{Controller, Environment};
+use haptic_remote::serial::{SerialError, SerialLink};
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+/// A run to be made on a device.
+pub struct RemoteRun<'a> {
+    /// The device.
+    pub device: &'a RemoteDevice,
+    /// What it renders.
+    pub law: RemoteLaw,
+    /// How many ticks, how long each.
+    pub schedule: Schedule,
+    /// Where the indenter is told to be, m, at a time in s; not a number if nobody knows.
+    pub reference: &'a dyn Fn(f64) -> f64,
+    /// The same loop for the analysis; `None` if it is not closed through the device's motion.
+    pub preflight: Option<Preflight>,
+    /// What the user wants of that.
+    pub wanted: PreflightRequest,
+    /// Where the files go.
+    pub request: &'a FolderRequest,
+    /// Everything needed to repeat the run.
+    pub metadata: BTreeMap<String, String>,
+}
+
+impl std::fmt::Debug for RemoteRun<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("RemoteRun")
+            .field("device", self.device)
+            .field("law", &self.law)
+            .field("schedule", &self.schedule)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<'a> RemoteRun<'a> {
+    /// Runs where the device's loop mode says; `controller` closes a loop on the host.
+    ///
+    /// # Errors
+    /// A device that cannot be used, parameters that it refuses; a folder or log that cannot be written.
+    pub fn run<F: Real, E: Environment<F, 1>>(
+        self,
+        controller: &mut Controller<F, 1, E>,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Ran, Failure> {
+        let mode = self.device.loop_mode;
+        let mut session = self.prepare(supervisor)?;
+        let ended = match mode {
+            LoopMode::Device => session.listen(supervisor),
+            LoopMode::Host => session.control(controller, supervisor),
+        };
+        if let Err(error) = ended {
+            session.give_up(&error);
+        }
+        session.after_fault();
+        session.finish()
+    }
+
+    /// Connects, configures, and only then makes folder and log.
+    fn prepare(mut self, supervisor: Supervisor<'_>) -> Result<HostSession<'a>, Failure> {
+        let device = self.device;
+        let mut link = device.name.connect(device.patience, supervisor.warn)?;
+        let path = link.path().to_owned();
+        let problem = |error: SerialError| match error.is_refusal() {
+            true if error.is_about(Field::SimulationKind) => Failure::input_with_advice(
+                error,
+                "this board simulates no compliant contact, take `contact` = rigid",
+            ),
+            true => Failure::bad_input(error),
+            false => at_port(&path, &error),
+        };
+        let (set, _) = link.configuration().map_err(problem)?;
+        let can = link.capabilities();
+        let mut configuration = configuration(device, &self.law, self.schedule, can, &set.limits)?;
+        if let Some(text) = keep_within(&mut configuration, &set) {
+            (supervisor.warn)(&text);
+        }
+        describe_limits(&configuration.limits, &mut self.metadata);
+        link.set_for(configuration, &self.law.operator.1, Scope::Run)
+            .map_err(problem)?;
+        let before = link.statistics().map_err(problem)?;
+        describe(&link, device, &mut self.metadata);
+        let preflight = self.preflight(&link, supervisor.warn)?;
+
+        let folder = self.request.prepare()?;
+        let log = folder.file("mcap");
+        let live = supervisor.live_streams();
+        self.metadata.extend(self.request.provenance.clone());
+        let started = Recorder::start(&log, self.metadata, false, folder.overwrite(), live);
+        let mut recorder = started.inspect_err(|_| folder.discard())?;
+        recorder.roll_at(folder.roll_bytes());
+        let mut record = Record::with_room_for(self.schedule.samples).map_err(Failure::Run)?;
+        record.watchdog_ms = Some(device.watchdog_ms());
+        if let Some(priority) = self.schedule.thread_options().priority {
+            record.not_realtime = link.raise(priority).err().map(|refusal| {
+                let fallback = Fallback {
+                    priority: Some((priority, refusal)),
+                    ..Fallback::default()
+                };
+                fallback.to_string()
+            });
+        }
+        Ok(HostSession {
+            link,
+            before,
+            watchdog: Duration::from_millis(u64::from(device.watchdog_ms())),
+            loop_mode: device.loop_mode,
+            schedule: self.schedule,
+            reference: self.reference,
+            folder,
+            recorder,
+            record,
+            samples_lost: 0,
+            next_tick: 0,
+            preflight,
+        })
+    }
+}
+
+impl RemoteRun<'_> {
+    /// Looks at the loop before it is closed, and notes what it saw; `None` if it cannot be judged.
+    fn preflight(
+        &mut self,
+        link: &SerialLink,
+        warn: Warn<'_>,
+    ) -> Result<Option<PreflightVerdict>, Failure> {
+        let verdict = self.judged(link, warn)?;
+        match &verdict {
+            Some(verdict) => verdict.describe(&mut self.metadata),
+            None => {
+                (self.metadata).insert("preflight".to_owned(), "skipped".to_owned());
+            }
+        }
+        Ok(verdict)
+    }
+
+    fn judged(
+        &self,
+        link: &SerialLink,
+        warn: Warn<'_>,
+    ) -> Result<Option<PreflightVerdict>, Failure> {
+        let Some(subject) = self.preflight else {
+            return Ok(None);
+        };
+        let simulation = &self.law.simulation;
+        let dynamics = if link.capabilities().simulated {
+            Some(Dynamics {
+                mass_kg: f64::from(simulation.mass_kg),
+                damping_n_s_per_m: f64::from(simulation.damping_n_s_per_m),
+                hand_stiffness_n_per_m: f64::from(simulation.hand_stiffness_n_per_m),
+                delay_s: 0.0,
+                current_lag_s: 0.0,
+            })
+        } else {
+            self.wanted.dynamics
+        };
+        let Some(dynamics) = dynamics else {
+            warn(
+                "pre-flight: skipped, the mass and damping of the device are not known: give `device_mass_kg` \
+                 and `device_damping_n_s_per_m`",
+            );
+            return Ok(None);
+        };
+        let delay = match self.device.loop_mode {
+            LoopMode::Device => 0,
+            LoopMode::Host => {
+                let round_trip_us = link.measure_round_trip(MEASURED).value_at_quantile(0.9);
+                delay_samples(round_trip_us, self.schedule.sample_time_s)
+            }
+        };
+        let verdict = subject.verdict(dynamics, delay)?;
+        // Energy bounding promises passivity for the damping that the device was said to have.
+        let guarded = self.law.guard.0 == GuardChoice::EnergyBounding;
+        verdict.require_stable(self.wanted.force_unstable || guarded)?;
+        if let Some(warning) = verdict.warning(guarded) {
+            warn(&warning);
+        }
+        Ok(Some(verdict))
+    }
+}
+
+/// The limits that really hold, for the log.
+fn describe_limits(limits: &Limits, metadata: &mut BTreeMap<String, String>) {
+    let numbers = [
+        ("device_force_limit_n", limits.force_n),
+        ("device_force_rate_limit_n_per_s", limits.force_rate_n_per_s),
+        ("device_rise_time_s", limits.rise_time_s),
+        ("device_speed_limit_m_per_s", limits.speed_hard_m_per_s),
+    ];
+    metadata.extend(numbers.map(|(key, value)| (key.to_owned(), value.to_string())));
+}
+
+/// What only the connected device can tell.
+fn describe(link: &SerialLink, device: &RemoteDevice, metadata: &mut BTreeMap<String, String>) {
+    let mut add = |key: &str, value: String| metadata.insert(key.to_owned(), value);
+    add("board", link.capabilities().board().to_owned());
+    add("firmware", firmware_version(link.hello()));
+    add("loop", loop_name(device.loop_mode).to_owned());
+    add(
+        "watchdog_s",
+        (f64::from(device.watchdog_ms()) * 1e-3).to_string(),
+    );
+}

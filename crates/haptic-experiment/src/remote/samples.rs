@@ -1,0 +1,113 @@
+//! The samples of a session: each kept once, each that is missing counted.
+
+use super::session::HostSession;
+use crate::ended::Ended;
+use crate::flight::FaultSeen;
+use haptic_link::Sample;
+use haptic_log::record::TickMessage;
+use haptic_loop::Fault;
+
+impl HostSession<'_> {
+    pub(super) fn take_sample(&mut self, sample: &Sample) {
+        let message = self.message(sample);
+        let counted = message.tick < self.schedule.samples && self.record.ended.is_none();
+        self.gap(message.tick);
+        self.keep(message, counted);
+    }
+
+    /// A sample of the device as the log has it.
+    pub(super) fn message(&self, sample: &Sample) -> TickMessage {
+        let tick = u64::from(sample.tick);
+        let time_s = tick as f64 * self.schedule.sample_time_s;
+        TickMessage {
+            tick,
+            time_s,
+            position_m: f64::from(sample.position_m),
+            environment_force_n: f64::from(sample.environment_force_n),
+            force_n: f64::from(sample.force_n),
+            limiters: sample.limiters,
+            ..self.blank(time_s)
+        }
+    }
+
+    /// What is known without the device; the rest is not a number.
+    pub(super) fn blank(&self, time_s: f64) -> TickMessage {
+        TickMessage {
+            reference_m: (self.reference)(time_s),
+            indenter_position_m: f64::NAN,
+            contact_force_n: f64::NAN,
+            observed_energy_j: f64::NAN,
+            ..TickMessage::default()
+        }
+    }
+
+    /// Counts what is missing before this tick.
+    pub(super) fn gap(&mut self, tick: u64) {
+        self.came_until(tick);
+        self.next_tick = tick + 1;
+    }
+
+    /// Counts what did not come of the ticks before this one.
+    fn came_until(&mut self, tick: u64) {
+        // What follows a fault or the last tick is no part of the result, but of the log: what is missing there
+        // is lost.
+        if tick > self.next_tick {
+            let missing = tick - self.next_tick;
+            self.samples_lost += missing;
+            let time_s = tick as f64 * self.schedule.sample_time_s;
+            let text = format!("{missing} samples before tick {tick} did not come");
+            // A recorder that has ended is seen when it is closed.
+            let _ = self.recorder.event(time_s, "lost", text);
+            self.next_tick = tick;
+        }
+    }
+
+    /// A run that finished, but whose last samples did not come.
+    pub(super) fn count_missing_end(&mut self) {
+        if self.record.ended.is_none() {
+            self.came_until(self.schedule.samples);
+        }
+    }
+
+    /// A fault on the device whose tick did not come, nor any later one.
+    pub(super) fn count_missing_fault(&mut self) {
+        if let Some(Ended::DeviceFault(report)) = self.record.ended {
+            let made = u64::from(report.tick) + 1;
+            self.came_until(made.min(self.schedule.samples));
+        }
+    }
+
+    pub(super) fn keep(&mut self, message: TickMessage, counted: bool) {
+        let logged = self.recorder.tick(message);
+        if counted {
+            self.record.push(&message);
+        }
+        if logged.is_err() && self.record.ended.is_none() {
+            self.record.ended = Some(Ended::LogStopped);
+        }
+    }
+
+    pub(super) fn ends(&mut self, ended: Ended, kind: &str) {
+        if self.record.ended.is_none() {
+            self.record.ended = Some(ended);
+            let seen = match ended {
+                Ended::Fault(fault) => Some((fault.code(), self.next_tick.saturating_sub(1))),
+                Ended::DeviceFault(report) => Some((report.status.fault, u64::from(report.tick))),
+                Ended::Interrupted | Ended::LinkLost(_) | Ended::LogStopped => None,
+            };
+            if let Some((code, tick)) = seen {
+                let known = Fault::from_code(code).map(|fault| fault.to_string());
+                self.recorder.fault(FaultSeen {
+                    code,
+                    text: known.unwrap_or_else(|| format!("fault {code}")),
+                    tick,
+                    time_s: tick as f64 * self.schedule.sample_time_s,
+                });
+            }
+            let time_s = self.next_tick as f64 * self.schedule.sample_time_s;
+            let _ = self
+                .recorder
+                .event(time_s, kind, ended.reason(self.record.watchdog_ms));
+        }
+    }
+}

@@ -1,0 +1,47 @@
+//! The same tissue and drive for a device.
+
+use super::specification::{Contact, Rendering};
+use crate::failure::Failure;
+use crate::remote::{Kept, RemoteDevice, RemoteLaw, indentation, no_operator, portable, push};
+use crate::safety::GuardedDevice;
+use haptic_link::LoopMode;
+use haptic_loop::plant::RigDrive;
+
+impl Rendering {
+    /// The same tissue and drive for a device.
+    pub(super) fn law(
+        &self,
+        drive: RigDrive,
+        device: &RemoteDevice,
+        samples: u64,
+    ) -> Result<RemoteLaw, Failure> {
+        let (stiffness, dissipation) = self.spring_and_damper();
+        Ok(RemoteLaw {
+            stiffness_n_per_m: stiffness,
+            dissipation_n_s_mu_per_m: dissipation,
+            order: self.material.order,
+            one_sided: true,
+            operator: match device.loop_mode {
+                LoopMode::Device => portable(&self.operator(samples)?)?,
+                LoopMode::Host => no_operator(),
+            },
+            limits: self.limits(true),
+            kept: Kept {
+                speed: self.safety.speed_limit_m_per_s.is_none(),
+                ..Kept::default()
+            },
+            guard: (
+                self.safety.guard,
+                self.safety.guarded(GuardedDevice::default()),
+            ),
+            simulation: match drive {
+                RigDrive::Position(profile) => indentation(
+                    self.contact == Contact::Compliant,
+                    profile.depth().0,
+                    profile.ramp_time().0,
+                ),
+                RigDrive::Force(force) => push(force.0),
+            },
+        })
+    }
+}

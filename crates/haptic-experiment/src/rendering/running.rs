@@ -1,0 +1,198 @@
+//! The loop on the rig: simulated alone, or run with a log, here or on a device.
+
+use super::specification::{Contact, Precision, Rendering};
+use crate::failure::Failure;
+use crate::folder::FolderRequest;
+use crate::preflight::Preflight;
+use crate::refused::parameter;
+use crate::remote::{RemoteRun, host_limits};
+use crate::run::{Ran, Supervisor, run_logged};
+use crate::safety::GuardedDevice;
+use crate::schedule::Schedule;
+use crate::sensed::Sensed;
+use crate::simulate::{Sink, simulate};
+use fracdiff::{Operator, Real, Seconds};
+use haptic_link::LoopMode;
+use haptic_loop::plant::{IndentationRig, RigDrive};
+use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
+use haptic_loop::{Contact as OneSided, Controller, KelvinVoigt, Limits, SafetyChain};
+use std::collections::BTreeMap;
+
+/// A one-sided virtual tissue that begins at 0.
+type VirtualTissue<F> = OneSided<F, KelvinVoigt<F, Operator<F>>, 1>;
+
+impl Rendering {
+    /// Runs the loop on the rig and writes the log. Nothing is made in the folder before every
+    /// parameter is known to be good.
+    ///
+    /// # Errors
+    /// Bad parameters; a folder or log that cannot be written.
+    pub fn run(
+        &self,
+        drive: RigDrive,
+        samples: u64,
+        request: &FolderRequest,
+        metadata: BTreeMap<String, String>,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Ran, Failure> {
+        match self.precision {
+            Precision::F64 => self.run_as::<f64>(drive, samples, request, metadata, supervisor),
+            Precision::F32 => self.run_as::<f32>(drive, samples, request, metadata, supervisor),
+        }
+    }
+
+    /// The same without folder, log or clock, on the simulated rig: each sample goes to the sink. `true` if it reached the end
+    /// without a fault.
+    ///
+    /// # Errors
+    /// Bad parameters.
+    pub fn simulate(&self, drive: RigDrive, samples: u64, sink: Sink<'_>) -> Result<bool, Failure> {
+        Ok(match self.precision {
+            Precision::F64 => {
+                let mut controller = self.controller::<f64>(drive, samples)?;
+                simulate(
+                    &mut controller,
+                    &mut self.rig_behind_sensors(drive)?,
+                    samples,
+                    sink,
+                )
+            }
+            Precision::F32 => {
+                let mut controller = self.controller::<f32>(drive, samples)?;
+                simulate(
+                    &mut controller,
+                    &mut self.rig_behind_sensors(drive)?,
+                    samples,
+                    sink,
+                )
+            }
+        })
+    }
+
+    fn run_as<F: Real>(
+        &self,
+        drive: RigDrive,
+        samples: u64,
+        request: &FolderRequest,
+        metadata: BTreeMap<String, String>,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Ran, Failure> {
+        let mut controller = self.controller::<F>(drive, samples)?;
+        let schedule = Schedule {
+            samples,
+            sample_time_s: self.sample_time_s,
+            pace: self.pace,
+        };
+        if let Some(device) = &self.remote {
+            let reference = move |time_s: f64| match drive {
+                RigDrive::Position(profile) => profile.position(time_s),
+                RigDrive::Force(_) => f64::NAN,
+            };
+            let run = RemoteRun {
+                device,
+                law: self.law(drive, device, samples)?,
+                schedule,
+                reference: &reference,
+                preflight: self.preflight(drive, samples),
+                wanted: self.preflight,
+                request,
+                metadata,
+            };
+            return run.run(&mut controller, supervisor);
+        }
+        let mut device = self.rig_behind_sensors(drive)?;
+        run_logged(
+            &mut controller,
+            &mut device,
+            schedule,
+            request,
+            metadata,
+            supervisor,
+        )
+    }
+
+    /// The tissue behind the safety chain.
+    fn controller<F: Real>(
+        &self,
+        drive: RigDrive,
+        samples: u64,
+    ) -> Result<Controller<F, 1, VirtualTissue<F>>, Failure> {
+        let operator: Operator<F> = self.operator(samples)?;
+        let tissue = KelvinVoigt::new(self.material.tissue(), &self.specimen, operator).map_err(
+            |error| {
+                Failure::input_with_advice(error, "change `area_m2`, `thickness_m` or `tissue`")
+            },
+        )?;
+        let environment = OneSided::at(Metres(0.0), tissue).map_err(Failure::input)?;
+        let limits = match &self.remote {
+            None => self.limits_on_rig(drive)?,
+            Some(remote) if remote.loop_mode == LoopMode::Host => host_limits(&self.limits(true)),
+            // The chain is the device's; this one runs only to be checked.
+            Some(_) => self.limits(true),
+        };
+        let chain =
+            SafetyChain::from_limits(&limits, Seconds(self.sample_time_s)).map_err(parameter)?;
+        match &self.remote {
+            None => self.safety.acts()?,
+            Some(_) => self.safety.acts_on_device()?,
+        }
+        Ok(Controller::new(environment, chain))
+    }
+
+    /// The simulated rig.
+    fn rig_behind_sensors(&self, drive: RigDrive) -> Result<Sensed<IndentationRig>, Failure> {
+        let rig = IndentationRig::new(self.rig(drive)).map_err(Failure::input)?;
+        Sensed::new(rig, self.sensors)
+    }
+
+    /// Limits of the safety chain, without a guard.
+    pub(super) fn limits(&self, starts_small: bool) -> Limits {
+        let (force, rate) = (self.force_limit_n, self.force_rate_limit_n_per_s);
+        let limits = Limits::bare(Newtons(force), NewtonsPerSecond(rate));
+        self.safety.on(limits, starts_small)
+    }
+
+    /// The same on the simulated rig, with a guard made for its renderer.
+    fn limits_on_rig(&self, drive: RigDrive) -> Result<Limits, Failure> {
+        let rig = self.rig(drive);
+        let known = self.safety.guarded(GuardedDevice {
+            mass_kg: Some(rig.renderer_mass.0),
+            damping_n_s_per_m: Some(rig.renderer_damping.0),
+            delay_s: Some((0.0, 0.0)),
+            lag_s: Some(0.0),
+            noise_m: Some(self.sensors.deviation_m()),
+        });
+        Ok(Limits {
+            guard: self.safety.guard.of(&known, rig.sample_time)?,
+            ..(self.safety).braked(self.limits(false), rig.renderer_mass.0, 0)
+        })
+    }
+
+    /// The loop for the analysis: the tissue as a wall that is felt all the time. An indentation that is imposed
+    /// closes no loop.
+    fn preflight(&self, drive: RigDrive, samples: u64) -> Option<Preflight> {
+        let imposed = matches!(drive, RigDrive::Position(_)) && self.contact == Contact::Rigid;
+        let (stiffness, dissipation) = self.spring_and_damper();
+        (!imposed).then(|| Preflight {
+            stiffness_n_per_m: stiffness,
+            dissipation_n_s_mu_per_m: dissipation,
+            order: self.material.tissue().order(),
+            scheme: self.scheme,
+            sample_time_s: self.sample_time_s,
+            samples,
+        })
+    }
+
+    /// The operator, for so many samples.
+    pub(super) fn operator<F: Real>(&self, samples: u64) -> Result<Operator<F>, Failure> {
+        // A little more than needed, so that the last weights are not at the very edge.
+        let horizon = crate::schedule::horizon(samples);
+        self.scheme
+            .build(
+                self.material.tissue().order(),
+                Seconds(self.sample_time_s),
+                horizon,
+            )
+            .map_err(|error| Failure::input_with_advice(error, "change `scheme`"))
+    }
+}

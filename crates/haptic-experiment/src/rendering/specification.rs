@@ -1,0 +1,198 @@
+//! A tissue, the operator that renders it, and the rig it is rendered on.
+
+use crate::failure::Failure;
+use crate::imperfections::Imperfections;
+use crate::modelled::ModelledTissue;
+use crate::named::Named;
+use crate::parameters;
+use crate::preflight::PreflightRequest;
+use crate::remote::RemoteDevice;
+use crate::run::SAMPLES;
+use crate::safety::Safety;
+use crate::schedule::Pace;
+use crate::sensed::Sensors;
+use fracdiff::full_memory::Kernel;
+use fracdiff::{Scheme, Seconds};
+use haptic_link::LoopMode;
+use haptic_loop::Specimen;
+use haptic_loop::plant::{RigConfig, RigContact, RigDrive};
+use haptic_loop::units::{Metres, SquareMetres};
+use serde::Serialize;
+
+/// How the indenter touches the renderer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Contact {
+    /// A stiff, one-sided spring and damper between two masses, as on a real rig.
+    Compliant,
+    /// The indentation is imposed exactly.
+    Rigid,
+}
+
+impl Named for Contact {
+    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
+        (
+            Self::Compliant,
+            "compliant",
+            "A stiff, one-sided spring and damper between two masses, as on a real rig",
+        ),
+        (Self::Rigid, "rigid", "The indentation is imposed exactly"),
+    ];
+}
+
+/// The number type of the loop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Precision {
+    /// Double, 53 bits.
+    F64,
+    /// Single, 24 bits, as on a microcontroller.
+    F32,
+}
+
+impl Named for Precision {
+    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
+        (Self::F64, "f64", "Double, 53 bits"),
+        (Self::F32, "f32", "Single, 24 bits, as on a microcontroller"),
+    ];
+}
+
+/// A specimen of tissue, the operator that renders it, and the rig it is rendered on.
+#[derive(Clone, Debug)]
+pub struct Rendering {
+    /// The tissue.
+    pub material: ModelledTissue,
+    /// The piece of it.
+    pub specimen: Specimen,
+    /// The operator.
+    pub scheme: Scheme,
+    /// Number type of the loop.
+    pub precision: Precision,
+    /// T, s.
+    pub sample_time_s: f64,
+    /// Between indenter and renderer.
+    pub contact: Contact,
+    /// Between position and loop.
+    pub sensors: Sensors,
+    /// Largest force, N.
+    pub force_limit_n: f64,
+    /// Largest rate of force, N/s.
+    pub force_rate_limit_n_per_s: f64,
+    /// What else the safety chain does.
+    pub safety: Safety,
+    /// How time passes.
+    pub pace: Pace,
+    /// The serial device; `None` for the simulated rig.
+    pub remote: Option<RemoteDevice>,
+    /// What the pre-flight is to do.
+    pub preflight: PreflightRequest,
+}
+
+impl Rendering {
+    /// A tissue with the defaults of the parameters, on the simulated rig in virtual time.
+    ///
+    /// # Errors
+    /// None: the defaults are within their ranges.
+    pub fn new(material: ModelledTissue) -> Result<Self, Failure> {
+        let area = SquareMetres(parameters::AREA.default_number());
+        let thickness = Metres(parameters::THICKNESS.default_number());
+        let scheme = parameters::SCHEME.shown.parse::<Scheme>();
+        Ok(Self {
+            material,
+            specimen: Specimen::new(area, thickness).map_err(Failure::input)?,
+            scheme: scheme.map_err(Failure::input)?,
+            precision: Precision::F64,
+            sample_time_s: parameters::SAMPLE_TIME.default_number(),
+            contact: Contact::Compliant,
+            sensors: Imperfections::NONE.sensors,
+            force_limit_n: parameters::FORCE_LIMIT.default_number(),
+            force_rate_limit_n_per_s: parameters::FORCE_RATE_LIMIT.default_number(),
+            safety: Safety::default(),
+            pace: Pace::Virtual,
+            remote: None,
+            preflight: PreflightRequest::default(),
+        })
+    }
+
+    /// Number of samples from time 0 to `duration_s`, both included.
+    ///
+    /// # Errors
+    /// If that is too few or too many, or one of the two is not a number above 0.
+    pub fn samples(&self, duration_s: f64) -> Result<u64, Failure> {
+        let t = self.sample_time_s;
+        let (least, most) = (Seconds::MIN_SAMPLE_TIME, Seconds::MAX_SAMPLE_TIME);
+        if !(least..=most).contains(&t) {
+            return Err(Failure::bad_input(format_args!(
+                "sample time {t} s is not in [{least:e}, {most:e}] s: give `sample_time_s`, as in 0.001"
+            )));
+        }
+        let samples = (duration_s / t).round() + 1.0;
+        if duration_s > 0.0 && SAMPLES.contains(&samples) {
+            Ok(samples as u64)
+        } else {
+            Err(Failure::bad_input(format_args!(
+                "duration {duration_s} s at a sample time of {t} s is {samples} samples, which is not \
+                 in [{}, {:e}]: change `duration_s` or `sample_time_s`",
+                SAMPLES.start(),
+                SAMPLES.end()
+            )))
+        }
+    }
+
+    /// How long the operator remembers, s; `None` if all of it. For the recursive forms the time that
+    /// their slowest part takes to fade, about one period of the lower corner or N samples.
+    #[must_use]
+    pub fn memory_s(&self) -> Option<f64> {
+        let t = self.sample_time_s;
+        match self.scheme {
+            Scheme::Grunwald { length } => Some(length as f64 * t),
+            Scheme::Muir { degree } => Some((degree + 1) as f64 * t),
+            Scheme::TustinMuir { degree } => Some(degree as f64 * t),
+            Scheme::Oustaloup { band, .. } => Some(1.0 / band.low_hz),
+            _ => None,
+        }
+    }
+
+    /// The rig with this drive.
+    pub(super) fn rig(&self, drive: RigDrive) -> RigConfig {
+        let contact = match self.contact {
+            Contact::Compliant => RigContact::COMPLIANT,
+            Contact::Rigid => RigContact::Rigid,
+        };
+        RigConfig::new(drive, contact, Seconds(self.sample_time_s))
+    }
+
+    /// The kernel whose full history the force is compared with: the scheme's own, or Grünwald's.
+    #[must_use]
+    pub fn reference_kernel(&self) -> Kernel {
+        match self.scheme {
+            Scheme::Full { kernel, .. } => kernel,
+            _ => Kernel::Grunwald,
+        }
+    }
+
+    /// K in N/m and B in N·s^α/m of the specimen.
+    pub(super) fn spring_and_damper(&self) -> (f64, f64) {
+        let tissue = self.material.tissue();
+        let shape = self.specimen.area().0 / self.specimen.thickness().0;
+        (
+            shape * tissue.elastic_modulus().0,
+            shape * tissue.viscosity_pa_s_alpha(),
+        )
+    }
+
+    /// The number type that the force was computed in: that of the device, if the loop was closed there.
+    #[must_use]
+    pub fn precision_run(&self) -> Precision {
+        match &self.remote {
+            Some(remote) if remote.loop_mode == LoopMode::Device => Precision::F32,
+            _ => self.precision,
+        }
+    }
+
+    /// The device, as on the command line.
+    #[must_use]
+    pub fn device_name(&self) -> String {
+        crate::remote::device_name(self.remote.as_ref())
+    }
+}

@@ -1,0 +1,121 @@
+//! The rules, and how much a wall at rest may vary by each.
+
+use crate::named::Named;
+use serde::Serialize;
+
+/// Share of the deflection by which a position at rest may vary.
+const POSITION_SHARE: f64 = 0.01;
+
+/// Encoder steps by which it may vary.
+const STEPS: f64 = 2.0;
+
+/// Share of the push by which a force at rest may vary.
+const FORCE_SHARE: f64 = 0.05;
+
+/// Share of the push beyond which one encoder step through the operator is no excuse.
+const FORCE_STEP_SHARE: f64 = 0.25;
+
+/// Share of the samples in which the force may be at its limit.
+pub(super) const LIMITED_SHARE: f64 = 0.01;
+
+/// By which rule a trial is judged.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Criterion {
+    /// Position, force and the force limit, see the [module](self).
+    Settling,
+    /// The dissertation's: the standard deviation of the position alone.
+    Dissertation {
+        /// Largest standard deviation of a stable position, m.
+        threshold_m: f64,
+    },
+}
+
+/// Names of the rules, as files and options have them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum CriterionName {
+    /// Impact and push; position, force and saturation are judged.
+    #[default]
+    Settling,
+    /// Push alone; the position is judged against one threshold.
+    Dissertation,
+}
+
+impl Criterion {
+    /// Threshold of figure 4.3, m.
+    pub const DISSERTATION_THRESHOLD_M: f64 = 1e-4;
+    /// The rule of figure 4.3.
+    pub const DISSERTATION: Self = Self::Dissertation {
+        threshold_m: Self::DISSERTATION_THRESHOLD_M,
+    };
+
+    /// Its name.
+    #[must_use]
+    pub const fn name(self) -> CriterionName {
+        match self {
+            Self::Settling => CriterionName::Settling,
+            Self::Dissertation { .. } => CriterionName::Dissertation,
+        }
+    }
+}
+
+impl Named for CriterionName {
+    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
+        (
+            Self::Settling,
+            "settling",
+            "Impact and push; position, force and saturation are judged",
+        ),
+        (
+            Self::Dissertation,
+            "dissertation",
+            "Push alone; the position is judged against one threshold",
+        ),
+    ];
+}
+
+/// Everything about a wall that its tolerance depends on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Scales {
+    /// Constant push, N.
+    pub(crate) push_n: f64,
+    /// Wall and hand together, N/m.
+    pub(crate) spring_n_per_m: f64,
+    /// B·T^(−μ), N/m: force of a step of the position through the operator.
+    pub(crate) dissipation_step_n_per_m: f64,
+    /// Encoder step, or what stands for noise, m.
+    pub(crate) encoder_step_m: f64,
+}
+
+/// How much a wall at rest may vary; `None` for as much as it likes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Tolerance {
+    pub(super) position_std_m: Option<f64>,
+    pub(super) force_std_n: Option<f64>,
+    /// Share of the samples at the force limit.
+    pub(super) limited: Option<f64>,
+}
+
+impl Tolerance {
+    pub(crate) fn new(criterion: Criterion, scales: Scales) -> Self {
+        match criterion {
+            Criterion::Dissertation { threshold_m } => Self {
+                position_std_m: Some(threshold_m),
+                force_std_n: None,
+                limited: None,
+            },
+            Criterion::Settling => {
+                let step = scales.encoder_step_m;
+                let held = scales.spring_n_per_m > 0.0;
+                let deflection = scales.push_n / scales.spring_n_per_m;
+                let force_step =
+                    (scales.dissipation_step_n_per_m * step).min(FORCE_STEP_SHARE * scales.push_n);
+                Self {
+                    position_std_m: held.then(|| (STEPS * step).max(POSITION_SHARE * deflection)),
+                    force_std_n: Some(force_step.max(FORCE_SHARE * scales.push_n)),
+                    limited: Some(LIMITED_SHARE),
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,100 @@
+//! A wall experiment: device, wall, trial.
+
+use crate::preflight::{Dynamics, Preflight};
+use crate::pushed::TrialPlan;
+use crate::pushed::dynamics;
+use crate::remote::RemoteDevice;
+use crate::safety::Safety;
+use crate::schedule::Pace;
+use crate::sensed::Sensors;
+use fracdiff::{Order, Scheme};
+use haptic_loop::plant::MassDamperConfig;
+
+/// A wall experiment.
+///
+/// ```
+/// use fracdiff::{Order, Seconds};
+/// use haptic_experiment::{
+///     Imperfections, Pace, Safety, TrialPlan, WallExperiment, dissertation_device,
+/// };
+///
+/// let wall = WallExperiment {
+///     device: dissertation_device(Seconds(2e-3)),
+///     sensors: Imperfections::NONE.sensors,
+///     order: Order::new(0.5)?,
+///     scheme: "full".parse()?,
+///     stiffness_n_per_m: 1000.0,
+///     dissipation_n_s_mu_per_m: 20.0,
+///     one_sided: false,
+///     plan: TrialPlan::DEFAULT,
+///     must_be_stable: false,
+///     force_rate_limit_n_per_s: None,
+///     safety: Safety::default(),
+///     pace: Pace::Virtual,
+///     remote: None,
+///     force_unstable: false,
+/// };
+/// let settling = wall.try_out()?;
+/// assert!(settling.stable);
+/// // 1 N into 1000 N/m, and B·D^0.5 of a wall at rest is small.
+/// assert!(settling.deflection_m.is_some_and(|x| x > 0.5e-3 && x < 1.1e-3));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct WallExperiment {
+    /// The device, the hand that holds it, and what makes it less than ideal.
+    pub device: MassDamperConfig,
+    /// Its sensors.
+    pub sensors: Sensors,
+    /// μ, 0 to 2.
+    pub order: Order,
+    /// The operator.
+    pub scheme: Scheme,
+    /// K, N/m, at least 0.
+    pub stiffness_n_per_m: f64,
+    /// B, N·s^μ/m, at least 0.
+    pub dissipation_n_s_mu_per_m: f64,
+    /// A wall that pushes but never pulls.
+    pub one_sided: bool,
+    /// How it is tried and judged.
+    pub plan: TrialPlan,
+    /// A wall that is not stable by trial and analysis is a failure.
+    pub must_be_stable: bool,
+    /// Largest rate of the force, N/s; `None` for that of a serial device, and none on the simulated one.
+    pub force_rate_limit_n_per_s: Option<f64>,
+    /// What else the safety chain does.
+    pub safety: Safety,
+    /// How time passes.
+    pub pace: Pace,
+    /// The serial device; `None` for the simulated one.
+    pub remote: Option<RemoteDevice>,
+    /// Run on a serial device what the analysis calls unstable.
+    pub force_unstable: bool,
+}
+
+impl WallExperiment {
+    /// The loop for the analysis.
+    pub(super) fn preflight(&self, samples: u64) -> Preflight {
+        Preflight {
+            stiffness_n_per_m: self.stiffness_n_per_m,
+            dissipation_n_s_mu_per_m: self.dissipation_n_s_mu_per_m,
+            order: self.order,
+            scheme: self.scheme,
+            sample_time_s: self.device.sample_time.0,
+            samples,
+        }
+    }
+
+    /// Device and hand.
+    pub(super) fn dynamics(&self) -> Dynamics {
+        dynamics(&self.device)
+    }
+
+    /// As it is really tried: a serial device cannot be thrown.
+    pub(super) fn plan(&self) -> TrialPlan {
+        match self.remote {
+            Some(_) => self.plan.from_rest(),
+            None => self.plan,
+        }
+    }
+}

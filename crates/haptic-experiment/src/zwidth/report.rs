@@ -1,0 +1,79 @@
+//! The boundaries that were found. The keys are a contract of the command line.
+
+use crate::settling::CriterionName;
+use serde::Serialize;
+
+/// The result. The keys are a contract of the command line.
+#[derive(Clone, Debug, Serialize)]
+pub struct ZWidthReport {
+    /// One entry an order.
+    pub orders: Vec<OrderBoundary>,
+    /// Operator.
+    pub scheme: String,
+    /// Device.
+    pub device: String,
+    /// Sample time, s.
+    pub sample_time_s: f64,
+    /// δ = bT/m of the device.
+    pub delta: f64,
+    /// By which rule walls were judged.
+    pub criterion: CriterionName,
+    /// Speed at which the device hit them, m/s.
+    pub impact_m_per_s: f64,
+    /// Constant push, N.
+    pub push_n: f64,
+    /// Largest α that was looked at: a point this high is a bound of the search, not of the device.
+    pub alpha_searched: f64,
+    /// Runs made.
+    pub runs: u64,
+    /// Points where trial and analysis disagree by more than 5 % of the wall.
+    pub disagreements: usize,
+    /// Why the search ended early; null if it did not. The points that are there are whole.
+    pub ended_early: Option<&'static str>,
+}
+
+/// The boundary of one order.
+#[derive(Clone, Debug, Serialize)]
+pub struct OrderBoundary {
+    /// μ.
+    pub order: f64,
+    /// Unit of the dissipation.
+    pub dissipation_unit: &'static str,
+    /// The largest stable stiffness for each dissipation; dissipations without one are left out.
+    pub boundary: Vec<BoundaryPoint>,
+    /// Outline of the stable region by the analysis, as (β, α); empty if it has none.
+    #[serde(skip)]
+    pub outline: Vec<(f64, f64)>,
+    /// N/m of α = 1 and N·s^μ/m of β = 1.
+    #[serde(skip)]
+    pub units: (f64, f64),
+}
+
+/// One point of a boundary.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct BoundaryPoint {
+    /// B, N·s^μ/m.
+    pub dissipation: f64,
+    /// Largest stable K, N/m.
+    pub stiffness_max: f64,
+    /// K·T²/m.
+    pub alpha: f64,
+    /// B·T^(2−μ)/m.
+    pub beta: f64,
+    /// The largest stable K for this B by the analysis, N/m; null if it knows none.
+    pub analysis_stiffness_n_per_m: Option<f64>,
+    /// Whether the analysis calls this wall (its K, or K and B together) stable made 5 % weaker and unstable
+    /// made 5 % stronger; null if the search ended before, or the analysis does not know such a device.
+    pub analysis_agrees: Option<bool>,
+    /// The K up to which friction alone holds the device still, N/m; null without friction, and if it holds
+    /// nothing beyond `stiffness_max`.
+    pub held_by_friction_up_to_n_per_m: Option<f64>,
+}
+
+impl ZWidthReport {
+    /// Whether there is a point to draw.
+    #[must_use]
+    pub fn has_points(&self) -> bool {
+        self.orders.iter().any(|order| !order.boundary.is_empty())
+    }
+}
