@@ -39,6 +39,23 @@ enum After {
 ///   [`Fault::HostSilent`].
 /// - *Cost* of a tick: controller and hardware, and some 50 operations; no allocation, no panic. Memory:
 ///   about 7 KiB, of which the operator and its history 3 KiB.
+///
+/// ```
+/// use haptic_link::{Start, State};
+/// use haptic_remote::{SimulatedPlant, TickSide};
+///
+/// let plant = SimulatedPlant::new("demo", || 0);
+/// let mut device = TickSide::new(plant).expect("a simulated board always starts");
+/// device.arm(0).expect("nothing is wrong");
+/// device
+///     .start(Start { run: 1, ticks: 0, every: 1, batch: 1 })
+///     .expect("it is armed");
+/// for tick in 1..=10 {
+///     device.tick(1000 * tick);
+/// }
+/// assert_eq!(device.status().state, State::Running);
+/// assert_eq!(device.newest().tick, 9);
+/// ```
 #[derive(Debug)]
 pub struct TickSide<H: Hardware> {
     hardware: H,
