@@ -117,19 +117,13 @@ impl<H: Hardware> TickSide<H> {
 
     /// A device at power-up, with this configuration: where there is no room to build it twice.
     pub fn with(mut hardware: H, prepared: Prepared<H::Setup>) -> Self {
-        let Prepared {
-            configuration,
-            digest,
-            wall,
-            chain,
-            setup,
-        } = prepared;
-        hardware.install(setup, configuration.tick_period_us);
+        let configuration = prepared.configuration;
+        hardware.install(prepared.setup, configuration.tick_period_us);
         Self {
             hardware,
-            controller: Controller::new(wall, chain),
+            controller: Controller::new(prepared.wall, prepared.chain),
             configuration,
-            digest,
+            digest: prepared.digest,
             state: State::Idle,
             after: After::Idle,
             fault: None,
