@@ -9,14 +9,27 @@ use std::fs;
 use std::io::Cursor;
 use std::path::Path;
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus");
-    let write = |target: &str, name: &str, bytes: &[u8]| {
-        let folder = root.join(target);
-        fs::create_dir_all(&folder)?;
-        fs::write(folder.join(name), bytes)
-    };
+type Done = Result<(), Box<dyn Error>>;
 
+fn main() -> Done {
+    frames()?;
+    sessions()?;
+    logs()?;
+    files()?;
+    tables()
+}
+
+/// A file of the corpus.
+fn write(target: &str, name: &str, bytes: &[u8]) -> Done {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("corpus")
+        .join(target);
+    fs::create_dir_all(&folder)?;
+    Ok(fs::write(folder.join(name), bytes)?)
+}
+
+/// A request; reports, one of them cut.
+fn frames() -> Done {
     let mut line = [0; FRAME_MAX];
     let hello = Request::Hello { nonce: 1 };
     let length = encode(&hello, Header::from_host(0, 0), &mut line).map_err(|e| e.to_string())?;
@@ -25,7 +38,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let length = encode(&sample, Header::from_device(1), &mut line).map_err(|e| e.to_string())?;
     let twice = [&line[..length], &line[..length / 2], &[0], &line[..length]].concat();
     write("frame", "reports", &twice)?;
+    Ok(())
+}
 
+/// Sessions with a loop on the device and on the host.
+fn sessions() -> Done {
     // Numbers of steps as in script.rs: 0 ticks, 2 frame, 4 configure, 5 coefficients, 6 commit, 7 arm, 8 start,
     // 9 force, 10 keep-alive, 11 skip.
     let spring = [5, 0, 2, 125, 131, 6];
@@ -47,7 +64,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     ]
     .concat();
     write("session", "disarm", &disarm)?;
+    Ok(())
+}
 
+/// A log, whole, cut and damaged.
+fn logs() -> Done {
     let mut log = LogWriter::with_sink(Cursor::new(Vec::new()), Path::new("seed"))?;
     log.metadata("run", [("seed".to_owned(), "1".to_owned())].into())?;
     // Three chunks.
@@ -74,7 +95,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     // Found by this target: a length that nothing should be reserved for.
     let long = [&log[..name - 4], &[0xff; 4], &log[name..]].concat();
     write("log", "long-text", &long)?;
+    Ok(())
+}
 
+/// Experiments and materials as users have them.
+fn files() -> Done {
     let folder = |name: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(name);
     for name in ["wall", "relax", "creep"] {
         let text = fs::read(folder("experiments").join(format!("{name}.toml")))?;
@@ -88,6 +113,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         let text = fs::read(folder("materials").join(format!("{name}.toml")))?;
         write("material", name, &text)?;
     }
+    Ok(())
+}
+
+/// Tables with and without quotation marks.
+fn tables() -> Done {
     write("csv", "plain", b"t,x\n0,1.5\n1,-2e-3\n")?;
     write(
         "csv",

@@ -23,18 +23,18 @@ use stm32f4xx_hal::timer::PwmChannel;
 /// - *Cut*: an open emergency stop and a current that does not follow disable the amplifier at once, in
 ///   hardware's time and not at the rate limit, until the next run begins.
 pub struct Axis {
-    pub(super) encoder: Qei<TIM2>,
-    pub(super) command: PwmChannel<TIM1, 0>,
-    pub(super) enable: PC8<Output>,
-    pub(super) stop: PC7<Input>,
-    pub(super) monitor: Adc<ADC1>,
-    pub(super) tick: u64,
-    pub(super) commanded_a: f32,
-    pub(super) mismatched: u32,
+    encoder: Qei<TIM2>,
+    command: PwmChannel<TIM1, 0>,
+    enable: PC8<Output>,
+    stop: PC7<Input>,
+    monitor: Adc<ADC1>,
+    tick: u64,
+    commanded_a: f32,
+    mismatched: u32,
     /// Ticks that the current may be off its command.
-    pub(super) patience: u32,
-    pub(super) cut: bool,
-    pub(super) stopped: bool,
+    patience: u32,
+    cut: bool,
+    stopped: bool,
 }
 
 impl core::fmt::Debug for Axis {
@@ -47,6 +47,29 @@ impl core::fmt::Debug for Axis {
 }
 
 impl Axis {
+    /// At power-up: no force has been asked for yet, so none may act.
+    pub(super) const fn new(
+        encoder: Qei<TIM2>,
+        command: PwmChannel<TIM1, 0>,
+        enable: PC8<Output>,
+        stop: PC7<Input>,
+        monitor: Adc<ADC1>,
+    ) -> Self {
+        Self {
+            encoder,
+            command,
+            enable,
+            stop,
+            monitor,
+            tick: 0,
+            commanded_a: 0.0,
+            mismatched: 0,
+            patience: 1,
+            cut: true,
+            stopped: false,
+        }
+    }
+
     /// No current, and an amplifier that could make none.
     fn neutral(&mut self) {
         self.enable.set_low();

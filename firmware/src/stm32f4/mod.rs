@@ -19,7 +19,7 @@ use stm32f4xx_hal::adc::{self, Adc};
 use stm32f4xx_hal::dma::StreamsTuple;
 use stm32f4xx_hal::gpio::PinState;
 pub use stm32f4xx_hal::pac::interrupt;
-use stm32f4xx_hal::pac::{GPIOC, Interrupt, Peripherals, TIM5, TIM7};
+use stm32f4xx_hal::pac::{DBGMCU, GPIOC, IWDG, Interrupt, Peripherals, TIM5, TIM7};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::qei::Qei;
 use stm32f4xx_hal::rcc::Config;
@@ -141,37 +141,35 @@ pub fn start() -> Parts {
 
     core.DCB.enable_trace();
     core.DWT.enable_cycle_counter();
+    set_priorities(&mut core.NVIC);
+    let watchdog = watchdog(board.IWDG, &board.DBGMCU);
+    let timer = board.TIM7.counter_us(&mut rcc);
+    Parts {
+        hardware: Axis::new(encoder, command, enable, stop, monitor),
+        timer: TickCounter(timer),
+        line: Uart::start(tx, rx),
+        watchdog,
+    }
+}
+
+/// The tick interrupts the line, and nothing interrupts the tick.
+fn set_priorities(nvic: &mut NVIC) {
     #[expect(unsafe_code, reason = "priorities decide who interrupts whom")]
     // SAFETY: no interrupt is enabled yet, and no critical section depends on priorities.
     unsafe {
-        core.NVIC.set_priority(Interrupt::TIM7, TICK_PRIORITY);
-        core.NVIC.set_priority(Interrupt::USART2, UART_PRIORITY);
-        core.NVIC
-            .set_priority(Interrupt::DMA1_STREAM5, UART_PRIORITY);
+        nvic.set_priority(Interrupt::TIM7, TICK_PRIORITY);
+        nvic.set_priority(Interrupt::USART2, UART_PRIORITY);
+        nvic.set_priority(Interrupt::DMA1_STREAM5, UART_PRIORITY);
     }
-    let mut watchdog = IndependentWatchdog::new(board.IWDG);
+}
+
+/// The watchdog, running.
+fn watchdog(registers: IWDG, debug: &DBGMCU) -> Iwdg {
+    let mut watchdog = IndependentWatchdog::new(registers);
     // It runs on while a debugger holds the processor: the amplifier must not hold its force meanwhile.
-    watchdog.stop_on_debug(&board.DBGMCU, false);
+    watchdog.stop_on_debug(debug, false);
     watchdog.start(WATCHDOG_MS.millis());
-    let timer = board.TIM7.counter_us(&mut rcc);
-    Parts {
-        hardware: Axis {
-            encoder,
-            command,
-            enable,
-            stop,
-            monitor,
-            tick: 0,
-            commanded_a: 0.0,
-            mismatched: 0,
-            patience: 1,
-            cut: true,
-            stopped: false,
-        },
-        timer: TickCounter(timer),
-        line: Uart::start(tx, rx),
-        watchdog: Iwdg(watchdog),
-    }
+    Iwdg(watchdog)
 }
 
 /// Lets the interrupts come.

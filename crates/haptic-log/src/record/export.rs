@@ -36,6 +36,23 @@ pub struct ExportSummary {
 /// Numbers are written with as many digits as it takes to read the same `f64` again. A log without
 /// ticks gives a file with the header alone.
 ///
+/// ```
+/// # use haptic_log::record::{LogWriter, TickMessage};
+/// use haptic_log::record::export_csv;
+///
+/// # let folder = tempfile::tempdir()?;
+/// # let log = folder.path().join("run.mcap");
+/// # let table = folder.path().join("run.csv");
+/// # let mut writer = LogWriter::create(&log)?;
+/// # writer.tick(&TickMessage::default())?;
+/// # writer.finish()?;
+/// let exported = export_csv(&log, &table, false)?;
+/// assert_eq!(exported.rows, 1);
+/// assert!(exported.condition.complete);
+/// assert!(std::fs::read_to_string(&table)?.starts_with("tick,time_s,reference_m,"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 /// If the log cannot be read, or the target exists without `overwrite`, cannot be written, or is the log.
 pub fn export_csv(

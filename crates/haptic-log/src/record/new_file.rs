@@ -47,8 +47,9 @@ impl NewFileError {
     }
 }
 
-/// What becomes of the unfinished file when it is never published, and of one that is already
-/// there. The names differ, so that `NAME.part` can be recovered into `NAME`.
+/// What becomes of an unfinished file: when it is never published, and when one is already there.
+///
+/// The two kinds have different names, so that `NAME.part` can be recovered into `NAME`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Leftover {
     /// `NAME.part` holds data: it stays, and one that is already there is refused.
@@ -67,7 +68,25 @@ impl Leftover {
     }
 }
 
-/// A file under construction, which gets its name when it is whole.
+/// A file under construction, for logs, tables and pictures alike: it gets its name once it is whole.
+///
+/// Dropped without [`publish`](Self::publish), it leaves nothing ([`Leftover::Discard`]) or its data under the
+/// unfinished name ([`Leftover::Keep`]). A kept file is locked while its writer lives, so that others can tell a run
+/// that goes on from one that has died ([`leftover_at`]).
+///
+/// ```
+/// use haptic_log::record::{Leftover, NewFile};
+/// use std::io::Write as _;
+///
+/// let folder = tempfile::tempdir()?;
+/// let name = folder.path().join("table.csv");
+/// let (new_file, mut file) = NewFile::create(&name, Leftover::Discard, false)?;
+/// file.write_all(b"x\n1\n")?;
+/// assert!(!name.exists(), "half a table is no table");
+/// new_file.publish()?;
+/// assert_eq!(std::fs::read(&name)?, b"x\n1\n");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct NewFile {
     target: PathBuf,
@@ -78,10 +97,12 @@ pub struct NewFile {
 }
 
 impl NewFile {
-    /// Opens the unfinished file for writing. With `overwrite` the target may exist.
+    /// Opens the unfinished file for writing. With `overwrite` the target may exist, and stays until
+    /// [`publish`](Self::publish) replaces it.
     ///
     /// # Errors
-    /// A name that is taken, a file that cannot be made.
+    /// [`NewFileError::Exists`] if the name is taken; [`NewFileError::Leftover`] or [`NewFileError::BeingWritten`] if a kept
+    /// unfinished file is in the way; [`NewFileError::Io`] if the folder does not take the file.
     pub fn create(
         target: &Path,
         leftover: Leftover,
@@ -178,7 +199,8 @@ impl Drop for NewFile {
     }
 }
 
-/// The error for an unfinished file that is in the way: its writer is alive, or has left it.
+/// The error for an unfinished file that is in the way: [`NewFileError::BeingWritten`] while its writer lives,
+/// [`NewFileError::Leftover`] after that. Where a file system has no locks, always the latter.
 pub fn leftover_at(part: &Path) -> NewFileError {
     match refuse_being_written(part) {
         Err(error) => error,

@@ -30,6 +30,27 @@ const READ_BYTES: usize = 1 << 16;
 
 /// Iterates over the [entries](Entry) of a log; afterwards [`condition`](Self::condition) tells
 /// what is missing. An `Err` comes from the disk, never from damage, and is the last item.
+///
+/// ```
+/// # use haptic_log::record::{LogWriter, TickMessage};
+/// use haptic_log::record::{Entry, LogReader};
+///
+/// # let folder = tempfile::tempdir()?;
+/// # let path = folder.path().join("run.mcap");
+/// # let mut log = LogWriter::create(&path)?;
+/// # log.tick(&TickMessage { force_n: -2.0, ..TickMessage::default() })?;
+/// # log.finish()?;
+/// let mut log = LogReader::open(&path)?;
+/// let mut largest_n = 0.0_f64;
+/// for entry in log.by_ref() {
+///     if let Entry::Tick(tick) = entry? {
+///         largest_n = largest_n.max(tick.force_n.abs());
+///     }
+/// }
+/// assert_eq!(largest_n, 2.0);
+/// assert!(log.condition().complete, "{:?}", log.condition().damage);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct LogReader<R> {
     /// The first bytes, which were looked at already, and the rest.
     source: Chain<Cursor<Vec<u8>>, R>,

@@ -83,6 +83,22 @@ impl RecoverySummary {
 /// Copies everything readable in `source` into the new, finished log `target`, which gets one
 /// more metadata record, [`RECOVERED`]. The source is left as it is. With `overwrite` the target may exist.
 ///
+/// ```
+/// # use haptic_log::record::{LogWriter, TickMessage};
+/// use haptic_log::record::recover;
+///
+/// # let folder = tempfile::tempdir()?;
+/// # let (cut, saved) = (folder.path().join("run.mcap.part"), folder.path().join("saved.mcap"));
+/// # let mut writer = LogWriter::create(&folder.path().join("run.mcap"))?;
+/// # writer.tick(&TickMessage::default())?;
+/// // The process that wrote `run.mcap` died: `run.mcap.part` is left.
+/// drop(writer);
+/// let summary = recover(&cut, &saved, false)?;
+/// assert_eq!(summary.samples, 1);
+/// assert!(summary.lost_data(), "nobody knows what came after");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 /// If the source cannot be read, is not MCAP or is being written by another run, or the target exists or
 /// cannot be written, or is the source.

@@ -26,6 +26,24 @@ pub const ROLL_LEAST: u64 = 1_000_000;
 const FILES_MOST: usize = 9999;
 
 /// A log that goes on in another file when one is full. Brought to the disk as it grows.
+///
+/// ```
+/// use haptic_log::record::{LogFiles, RollingLog, TickMessage};
+///
+/// let folder = tempfile::tempdir()?;
+/// let first = folder.path().join("day.mcap");
+/// let mut log = RollingLog::create(&first, [("mu".to_owned(), "0.5".to_owned())].into(), false)?;
+/// // Files of 100 MB: day.mcap, day-0002.mcap, …
+/// log.roll_at(100_000_000);
+/// for tick in 0..100 {
+///     log.tick(&TickMessage { tick, time_s: 1e-3 * tick as f64, ..TickMessage::default() })?;
+/// }
+/// let finished = log.finish()?;
+/// assert_eq!(finished.paths, [first.clone()]);
+/// // 100 ticks and the metadata, however many files there are.
+/// assert_eq!(LogFiles::open(&first)?.count(), 101);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct RollingLog {
     log: LogWriter<BufWriter<File>>,

@@ -34,6 +34,24 @@ pub(super) const INDEXED_CHUNKS: u32 = 1 << 16;
 ///
 /// Dropped without `finish`, or after an error, it leaves a `.part` file without a footer: what
 /// was flushed is in it, and every reader can tell that it is not whole.
+///
+/// ```
+/// use haptic_log::record::{LogWriter, StartTime, TickMessage};
+/// use std::time::SystemTime;
+///
+/// let folder = tempfile::tempdir()?;
+/// let mut log = LogWriter::create(&folder.path().join("run.mcap"))?;
+/// log.metadata("experiment", [("stiffness_n_per_m".to_owned(), "1000".to_owned())].into())?;
+/// log.starts_at(StartTime::at(SystemTime::now()))?;
+/// for tick in 0..1000 {
+///     let time_s = 1e-3 * tick as f64;
+///     log.tick(&TickMessage { tick, time_s, position_m: 1e-3, force_n: -1.0, ..TickMessage::default() })?;
+/// }
+/// let finished = log.finish()?;
+/// assert_eq!(finished.samples, 1000);
+/// assert!(finished.path.ends_with("run.mcap"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct LogWriter<W: Write + Seek> {
     /// `None` only after `close`.
     mcap: Option<mcap::Writer<Sink<W>>>,

@@ -31,6 +31,27 @@ use std::vec::Vec;
 const WAITING_MOST: usize = 4096;
 
 /// How a device is emulated.
+///
+/// ```no_run
+/// use haptic_remote::LineFaults;
+/// use haptic_remote::emulator::{Emulation, Terminal, emulate};
+/// use std::sync::atomic::AtomicBool;
+///
+/// let terminal = Terminal::open(None)?;
+/// println!("a device is at {}", terminal.path().display());
+/// let emulation = Emulation {
+///     speed: 1.0,
+///     faults: LineFaults { drop: 0.01, ..LineFaults::default() },
+///     seed: 1,
+///     link: None,
+///     duration: None,
+/// };
+/// // Until somebody sets the flag.
+/// let stop = AtomicBool::new(false);
+/// let done = emulate(&terminal, &emulation, &stop)?;
+/// println!("{} ticks", done.ticks);
+/// # Ok::<(), haptic_remote::emulator::EmulatorError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Emulation {
     /// Device seconds in a second.

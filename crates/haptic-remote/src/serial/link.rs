@@ -28,6 +28,27 @@ pub struct LinkReport {
 }
 
 /// A device that has answered, on an open port.
+///
+/// ```no_run
+/// use haptic_link::{EventKind, Start};
+/// use haptic_remote::serial::{ConnectOptions, Heard, SerialLink};
+/// use std::time::Duration;
+///
+/// let mut link = SerialLink::connect("/dev/ttyACM0", ConnectOptions::default())?;
+/// println!("{}", link.capabilities().board());
+/// link.arm(Duration::from_millis(100))?;
+/// link.start(Start { run: 1, ticks: 1000, every: 1, batch: 1 })?;
+/// while let Some(heard) = link.hear(Duration::from_secs(1)) {
+///     match heard {
+///         Heard::Sample(sample) => println!("{} m, {} N", sample.position_m, sample.force_n),
+///         Heard::Event(event) if event.kind == EventKind::Finished => break,
+///         Heard::Fault(_) | Heard::Over(_) => break,
+///         Heard::Event(_) => {}
+///     }
+/// }
+/// link.disarm()?;
+/// # Ok::<(), haptic_remote::serial::SerialError>(())
+/// ```
 #[derive(Debug)]
 pub struct SerialLink {
     pub(super) shared: Arc<Shared>,

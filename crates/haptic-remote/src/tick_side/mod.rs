@@ -39,6 +39,23 @@ enum After {
 ///   [`Fault::HostSilent`].
 /// - *Cost* of a tick: controller and hardware, and some 50 operations; no allocation, no panic. Memory:
 ///   about 7 KiB, of which the operator and its history 3 KiB.
+///
+/// ```
+/// use haptic_link::{Start, State};
+/// use haptic_remote::{SimulatedPlant, TickSide};
+///
+/// let plant = SimulatedPlant::new("demo", || 0);
+/// let mut device = TickSide::new(plant).expect("a simulated board always starts");
+/// device.arm(0).expect("nothing is wrong");
+/// device
+///     .start(Start { run: 1, ticks: 0, every: 1, batch: 1 })
+///     .expect("it is armed");
+/// for tick in 1..=10 {
+///     device.tick(1000 * tick);
+/// }
+/// assert_eq!(device.status().state, State::Running);
+/// assert_eq!(device.newest().tick, 9);
+/// ```
 #[derive(Debug)]
 pub struct TickSide<H: Hardware> {
     hardware: H,
@@ -100,19 +117,13 @@ impl<H: Hardware> TickSide<H> {
 
     /// A device at power-up, with this configuration: where there is no room to build it twice.
     pub fn with(mut hardware: H, prepared: Prepared<H::Setup>) -> Self {
-        let Prepared {
-            configuration,
-            digest,
-            wall,
-            chain,
-            setup,
-        } = prepared;
-        hardware.install(setup, configuration.tick_period_us);
+        let configuration = prepared.configuration;
+        hardware.install(prepared.setup, configuration.tick_period_us);
         Self {
             hardware,
-            controller: Controller::new(wall, chain),
+            controller: Controller::new(prepared.wall, prepared.chain),
             configuration,
-            digest,
+            digest: prepared.digest,
             state: State::Idle,
             after: After::Idle,
             fault: None,
