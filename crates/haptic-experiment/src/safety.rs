@@ -208,18 +208,71 @@ impl Safety {
         }
     }
 
-    /// Refuses what would do nothing on a simulated device. A real one may have the speed limit set that is missing here.
+    /// Refuses what would do nothing on a simulated device. A real one may have the limits set that are missing here.
     ///
     /// # Errors
-    /// A jump without a speed limit.
+    /// A jump without a speed limit, the time of a stuck sensor without its force, a mass or damping that nobody asks for; what
+    /// [`acts_on_device`](Self::acts_on_device) refuses.
     pub fn acts(&self) -> Result<(), Failure> {
-        match (self.jump_m, self.speed_limit_m_per_s) {
-            (Some(jump), None) if jump > 0.0 => Err(Failure::bad_input(format_args!(
+        if let (Some(jump), None) = (self.jump_m, self.speed_limit_m_per_s)
+            && jump > 0.0
+        {
+            return Err(Failure::bad_input(format_args!(
                 "jump {jump:e} m has no effect without a speed limit: give `speed_limit_m_per_s` too, or leave \
                  `jump_m` out"
-            ))),
-            _ => Ok(()),
+            )));
         }
+        let stuck = self.stuck_force_n.is_some_and(|force| force > 0.0);
+        if let Some(time) = self.stuck_time_s.filter(|_| !stuck) {
+            return Err(Failure::bad_input(format_args!(
+                "stuck time {time} s has no effect without a stuck force above 0 N: give `stuck_force_n` too, or leave \
+                 `stuck_time_s` out"
+            )));
+        }
+        let asked = self.guard == GuardChoice::Observer || self.braking_n_s_per_m.is_some();
+        if let Some(mass) = self.device_mass_kg.filter(|_| !asked) {
+            return Err(Failure::bad_input(format_args!(
+                "device mass {mass} kg has no effect on a simulated device without the guard observer or braking: give \
+                 `guard` = observer or `braking_n_s_per_m` too, or leave `device_mass_kg` out"
+            )));
+        }
+        let bounded = self.guard == GuardChoice::EnergyBounding;
+        if let Some(damping) = self.device_damping_n_s_per_m.filter(|_| !bounded) {
+            return Err(Failure::bad_input(format_args!(
+                "device damping {damping} N·s/m has no effect on a simulated device without the guard energy-bounding: \
+                 give `guard` = energy-bounding too, or leave `device_damping_n_s_per_m` out"
+            )));
+        }
+        self.acts_on_device()
+    }
+
+    /// Refuses what would do nothing on any device.
+    ///
+    /// # Errors
+    /// Delay, lag or noise of the device without the guard that asks for it.
+    pub fn acts_on_device(&self) -> Result<(), Failure> {
+        if self.guard == GuardChoice::EnergyBounding {
+            return Ok(());
+        }
+        let told = [
+            (
+                self.device_delay_s.map(|delay| delay.1),
+                "delay",
+                "s",
+                "device_delay_most_s",
+            ),
+            (self.device_lag_s, "lag", "s", "device_lag_s"),
+            (self.device_noise_m, "noise", "m", "device_noise_m"),
+        ];
+        for (value, what, unit, key) in told {
+            if let Some(value) = value {
+                return Err(Failure::bad_input(format_args!(
+                    "device {what} {value} {unit} has no effect without the guard energy-bounding: give `guard` = \
+                     energy-bounding too, or leave `{key}` out"
+                )));
+            }
+        }
+        Ok(())
     }
 
     /// What is known of the device, where nobody says otherwise this.

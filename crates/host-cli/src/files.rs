@@ -5,7 +5,7 @@ use haptic_experiment::Failure;
 use haptic_experiment::folder::{FolderRequest, OutputFolder};
 use haptic_figure::{FigureError, Picture};
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// A folder for files of this stem, whose logs say what made them.
 #[must_use]
@@ -17,6 +17,19 @@ pub fn folder(out: Option<PathBuf>, stem: &str, overwrite: bool) -> FolderReques
         roll_bytes: None,
         provenance: provenance(),
     }
+}
+
+/// Refuses to overwrite where no folder is named: nothing is there yet.
+///
+/// # Errors
+/// Overwriting without a folder.
+pub fn overwrite_acts(out: Option<&Path>, overwrite: bool) -> Result<(), Failure> {
+    if overwrite && out.is_none() {
+        return Err(Failure::bad_input(
+            "overwriting has no effect without a folder of an earlier run: give --out too, or leave --overwrite out",
+        ));
+    }
+    Ok(())
 }
 
 /// Program and command line, as log metadata.

@@ -1,9 +1,9 @@
 //! From the names of the libraries to options: an error of a library names a parameter as an experiment file does,
 //! `` `force_limit_n` ``; the command says `--force-limit (force_limit_n in a file)`.
 
-use haptic_experiment::Failure;
 use haptic_experiment::file::FileError;
-use haptic_experiment::parameters::is_key;
+use haptic_experiment::parameters::{Parameter, is_key};
+use haptic_experiment::{Failure, Imperfections};
 
 /// Keys of the libraries' parameters, each with the option that sets it.
 const OPTIONS: &[(&str, &str)] = &[
@@ -29,6 +29,7 @@ const OPTIONS: &[(&str, &str)] = &[
     ("frequency_hz", "--frequency"),
     ("friction_n", "--friction"),
     ("gain_margin", "--gain-margin"),
+    ("guard", "--guard"),
     ("hand_stiffness_n_per_m", "--hand-stiffness"),
     ("jump_m", "--jump"),
     ("loop", "--loop"),
@@ -75,6 +76,26 @@ pub fn with_options(message: &str) -> String {
         text = text.replace(&named, &shown);
     }
     text
+}
+
+/// The help of an option whose default stands in the library, for those that have to know whether they were given.
+#[must_use]
+pub fn help_with_default(parameter: &Parameter) -> String {
+    format!("{} [default: {}]", parameter.help, parameter.shown)
+}
+
+/// The seed, if there is noise that it is for.
+///
+/// # Errors
+/// A seed without noise.
+pub fn seed_for(seed: Option<u64>, noise_m: f64) -> Result<u64, Failure> {
+    match seed {
+        Some(seed) if noise_m == 0.0 => Err(Failure::bad_input(format_args!(
+            "seed {seed} has no effect without noise: give --sensor-noise too, as in 1um, or leave --seed out"
+        ))),
+        Some(seed) => Ok(seed),
+        None => Ok(Imperfections::NONE.sensors.seed),
+    }
 }
 
 /// What went wrong, with options in place of parameters. An error about an experiment file keeps the keys of the file.

@@ -125,16 +125,17 @@ impl Rendering {
         )?;
         let environment = OneSided::at(Metres(0.0), tissue).map_err(Failure::input)?;
         let limits = match &self.remote {
-            None => {
-                self.safety.acts()?;
-                self.limits_on_rig(drive)?
-            }
+            None => self.limits_on_rig(drive)?,
             Some(remote) if remote.loop_mode == LoopMode::Host => host_limits(&self.limits(true)),
             // The chain is the device's; this one runs only to be checked.
             Some(_) => self.limits(true),
         };
         let chain =
             SafetyChain::from_limits(&limits, Seconds(self.sample_time_s)).map_err(parameter)?;
+        match &self.remote {
+            None => self.safety.acts()?,
+            Some(_) => self.safety.acts_on_device()?,
+        }
         Ok(Controller::new(environment, chain))
     }
 

@@ -180,11 +180,16 @@ impl WallExperiment {
         .map_err(Failure::input)?;
         let chain = match &self.remote {
             None => {
-                self.safety.acts()?;
                 let limits = self.force_and_rate();
-                safe_force_limit(limits, &self.device, self.sensors, &self.safety)?
+                let chain = safe_force_limit(limits, &self.device, self.sensors, &self.safety)?;
+                self.safety.acts()?;
+                chain
             }
-            Some(_) => SafetyChain::from_limits(&self.limits_here(), t).map_err(parameter)?,
+            Some(_) => {
+                let chain = SafetyChain::from_limits(&self.limits_here(), t).map_err(parameter)?;
+                self.safety.acts_on_device()?;
+                chain
+            }
         };
         Ok(Parts {
             controller: Controller::new(wall, chain),

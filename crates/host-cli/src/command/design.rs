@@ -4,8 +4,9 @@ mod coupler;
 
 use super::experiment::{modelled, parse_scheme, progress_bar, wall_order};
 use super::plant::PlantArguments;
-use crate::files::{folder, save_picture};
+use crate::files::{folder, overwrite_acts, save_picture};
 use crate::output::{Output, note};
+use crate::parameter::help_with_default;
 use crate::quantity::{Area, Force, Frequency, Length};
 use clap::{Args, ValueEnum};
 use fracdiff::{Order, Scheme};
@@ -121,10 +122,27 @@ struct TissueArguments {
     /// Folder with more tissue files
     #[arg(long, value_name = "DIR")]
     library: Option<PathBuf>,
-    #[arg(long, help = parameters::AREA.help, default_value = parameters::AREA.shown, allow_hyphen_values = true)]
-    area: Area,
-    #[arg(long, help = parameters::THICKNESS.help, default_value = parameters::THICKNESS.shown, allow_hyphen_values = true)]
-    thickness: Length,
+    #[arg(long, help = help_with_default(&parameters::AREA), allow_hyphen_values = true)]
+    area: Option<Area>,
+    #[arg(long, help = help_with_default(&parameters::THICKNESS), allow_hyphen_values = true)]
+    thickness: Option<Length>,
+}
+
+impl TissueArguments {
+    /// Refuses a specimen where no tissue is wished for.
+    fn are_absent(&self) -> Result<(), Failure> {
+        let given = [
+            (self.library.is_some(), "--library"),
+            (self.area.is_some(), "--area"),
+            (self.thickness.is_some(), "--thickness"),
+        ];
+        match given.into_iter().find(|(given, _)| *given) {
+            Some((_, option)) => Err(Failure::bad_input(format_args!(
+                "{option} has no effect without a tissue: give --wish tissue NAME, or leave it out"
+            ))),
+            None => Ok(()),
+        }
+    }
 }
 
 impl Arguments {
@@ -134,6 +152,10 @@ impl Arguments {
     /// A parameter outside its range; files that cannot be written; a best candidate that is not
     /// stable when it is tried.
     pub fn run(self, output: Output) -> Result<(), Failure> {
+        overwrite_acts(self.out.as_deref(), self.overwrite)?;
+        if self.wish.first().is_none_or(|wish| wish != "tissue") {
+            self.tissue.are_absent()?;
+        }
         if self.wish == ["coupler"] {
             return self.coupler(output);
         }
@@ -185,7 +207,7 @@ impl Arguments {
                 gain_margin: margin.unwrap_or(2.0),
             },
         };
-        let mut imperfections = self.device.imperfections();
+        let mut imperfections = self.device.imperfections()?;
         let ideal = self.device.ideal();
         if let Some(samples) = self.delay_samples {
             imperfections.delay_s = f64::from(samples) * ideal.sample_time.0;
@@ -230,9 +252,13 @@ impl Arguments {
             ["tissue", name] => {
                 let tissue = &self.tissue;
                 let library = Library::load(tissue.library.as_deref()).map_err(Failure::input)?;
-                let area = SquareMetres(tissue.area.0);
+                let area = tissue
+                    .area
+                    .map_or(parameters::AREA.default_number(), |area| area.0);
+                let thickness = tissue.thickness;
+                let thickness = thickness.map_or(parameters::THICKNESS.default_number(), |x| x.0);
                 let specimen =
-                    Specimen::new(area, Metres(tissue.thickness.0)).map_err(|error| {
+                    Specimen::new(SquareMetres(area), Metres(thickness)).map_err(|error| {
                         Failure::input_with_advice(
                             error,
                             "give --area 4cm2 --thickness 20mm, for example",

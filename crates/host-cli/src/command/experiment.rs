@@ -6,9 +6,9 @@ use super::realtime::RealtimeArguments;
 use super::remote::RemoteArguments;
 use super::safety::SafetyArguments;
 use crate::choice::choice;
-use crate::files::{folder, save_picture};
+use crate::files::{folder, overwrite_acts, save_picture};
 use crate::output::{Output, note, warn};
-use crate::parameter::with_options;
+use crate::parameter::{help_with_default, seed_for, with_options};
 use crate::picture::of_theory;
 use crate::quantity::{Area, Bytes, Force, ForceRate, Length, Time};
 use clap::Args;
@@ -22,6 +22,7 @@ use haptic_experiment::{
     Contact, ModelledTissue, Precision, Rendering, Report, Safety, Sensors, Summary, Supervisor,
 };
 use haptic_figure::{FigureError, Picture};
+use haptic_link::LoopMode;
 use haptic_log::record::ROLL_LEAST;
 use haptic_loop::Specimen;
 use haptic_loop::units::{Metres, SquareMetres};
@@ -45,8 +46,8 @@ pub struct RenderingArguments {
     thickness: Length,
     #[arg(long, help = parameters::SCHEME.help, value_parser = parse_scheme, default_value = parameters::SCHEME.shown, help_heading = "Loop")]
     scheme: Scheme,
-    #[arg(long, help = parameters::PRECISION.help, value_parser = choice::<Precision>(), default_value = parameters::PRECISION.shown, help_heading = "Loop")]
-    precision: Precision,
+    #[arg(long, help = help_with_default(&parameters::PRECISION), value_parser = choice::<Precision>(), help_heading = "Loop")]
+    precision: Option<Precision>,
     #[arg(long, help = parameters::SAMPLE_TIME.help, default_value = parameters::SAMPLE_TIME.shown, allow_hyphen_values = true, help_heading = "Loop")]
     sample_time: Time,
     #[arg(long, help = parameters::CONTACT.help, value_parser = choice::<Contact>(), default_value = parameters::CONTACT.shown, help_heading = "Rig")]
@@ -55,8 +56,8 @@ pub struct RenderingArguments {
     encoder_resolution: Length,
     #[arg(long, help = parameters::SENSOR_NOISE.help, value_name = "LENGTH", default_value = parameters::SENSOR_NOISE.shown, allow_hyphen_values = true, help_heading = "Rig")]
     sensor_noise: Length,
-    #[arg(long, help = parameters::SEED.help, default_value = parameters::SEED.shown, allow_hyphen_values = true, help_heading = "Rig")]
-    seed: u64,
+    #[arg(long, help = help_with_default(&parameters::SEED), allow_hyphen_values = true, help_heading = "Rig")]
+    seed: Option<u64>,
     #[arg(long, help = parameters::FORCE_LIMIT.help, value_name = "FORCE", default_value = parameters::FORCE_LIMIT.shown, allow_hyphen_values = true, help_heading = "Loop")]
     force_limit: Force,
     #[arg(long, help = parameters::FORCE_RATE_LIMIT.help, value_name = "RATE", default_value = parameters::FORCE_RATE_LIMIT.shown, allow_hyphen_values = true, help_heading = "Loop")]
@@ -194,6 +195,13 @@ impl RenderingArguments {
                  serial device, which has its own",
             ));
         }
+        let there = (remote.as_ref()).is_some_and(|remote| remote.loop_mode == LoopMode::Device);
+        if there && self.precision == Some(Precision::F64) {
+            return Err(Failure::bad_input(
+                "precision f64 has no effect in a loop on the device, which computes in f32: leave --precision out, or \
+                 close the loop here with --loop host",
+            ));
+        }
         if self.scheme == Scheme::Exact {
             return Err(Failure::input(fracdiff::SchemeError::AnalysisOnly));
         }
@@ -211,13 +219,13 @@ impl RenderingArguments {
             material,
             specimen,
             scheme: self.scheme,
-            precision: self.precision,
+            precision: self.precision.unwrap_or(Precision::F64),
             sample_time_s: self.sample_time.0,
             contact: self.contact,
             sensors: Sensors {
                 encoder_resolution_m: self.encoder_resolution.0,
                 noise_m: self.sensor_noise.0,
-                seed: self.seed,
+                seed: seed_for(self.seed, self.sensor_noise.0)?,
             },
             force_limit_n: self.force_limit.0,
             force_rate_limit_n_per_s: self.force_rate_limit.0,
@@ -241,6 +249,7 @@ impl RenderingArguments {
             Supervisor<'_>,
         ) -> Result<Published<Report, TheoryCurves>, Failure>,
     ) -> Result<(), Failure> {
+        overwrite_acts(self.out.as_deref(), self.overwrite)?;
         let roll_bytes = roll_bytes(self.roll)?;
         let request = FolderRequest {
             roll_bytes,

@@ -1,10 +1,11 @@
 //! The simulated device, as every command that simulates one asks for it.
 
+use crate::parameter::{help_with_default, seed_for};
 use crate::quantity::{Damping, Force, Length, Mass, Stiffness, Time};
 use clap::Args;
 use fracdiff::Seconds;
 use haptic_experiment::parameters;
-use haptic_experiment::{Imperfections, Sensors, TrialPlan, dissertation_device};
+use haptic_experiment::{Failure, Imperfections, Sensors, TrialPlan, dissertation_device};
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
 
@@ -34,8 +35,8 @@ pub struct PlantArguments {
     encoder_resolution: Option<Length>,
     #[arg(long, help = parameters::SENSOR_NOISE.help, value_name = "LENGTH", default_value = parameters::SENSOR_NOISE.shown, allow_hyphen_values = true)]
     sensor_noise: Length,
-    #[arg(long, help = parameters::SEED.help, default_value = parameters::SEED.shown, allow_hyphen_values = true)]
-    seed: u64,
+    #[arg(long, help = help_with_default(&parameters::SEED), allow_hyphen_values = true)]
+    seed: Option<u64>,
     /// Largest force of the actuator [default: 100 N]
     #[arg(long, value_name = "FORCE", allow_hyphen_values = true)]
     force_limit: Option<Force>,
@@ -63,23 +64,31 @@ impl PlantArguments {
     }
 
     /// What is less than ideal about it: what `--realistic` sets, unless it is given by itself.
-    pub(super) fn imperfections(&self) -> Imperfections {
+    ///
+    /// # Errors
+    /// A seed without noise.
+    pub(super) fn imperfections(&self) -> Result<Imperfections, Failure> {
         let usual = if self.realistic {
             Imperfections::realistic(self.sample_time.0)
         } else {
             Imperfections::NONE
         };
         let steps = usual.sensors.encoder_resolution_m;
-        Imperfections {
+        Ok(Imperfections {
             friction_n: self.friction.map_or(usual.friction_n, |force| force.0),
             delay_s: self.delay.map_or(usual.delay_s, |delay| delay.0),
             current_lag_s: self.current_lag.map_or(usual.current_lag_s, |lag| lag.0),
             sensors: Sensors {
                 encoder_resolution_m: self.encoder_resolution.map_or(steps, |step| step.0),
                 noise_m: self.sensor_noise.0,
-                seed: self.seed,
+                seed: seed_for(self.seed, self.sensor_noise.0)?,
             },
-        }
+        })
+    }
+
+    /// Whether a force limit was given.
+    pub(super) fn limits_the_force(&self) -> bool {
+        self.force_limit.is_some()
     }
 
     /// Largest force, N.

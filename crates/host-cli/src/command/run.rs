@@ -6,7 +6,7 @@ use super::preflight::PreflightArguments;
 use super::realtime::RealtimeArguments;
 use super::remote::RemoteArguments;
 use super::safety::SafetyArguments;
-use crate::files::folder;
+use crate::files::{folder, overwrite_acts};
 use crate::output::Output;
 use crate::picture::{of_theory, of_wall};
 use crate::quantity::Bytes;
@@ -120,6 +120,7 @@ impl Arguments {
         let wanted = self.preflight.wanted(serial, safety)?;
         let experiment = experiment.with_preflight(wanted);
         let samples = experiment.samples()?;
+        overwrite_acts(self.out.as_deref(), self.overwrite)?;
         let roll_bytes = roll_bytes(self.roll)?;
         let request = |stem: &str| FolderRequest {
             roll_bytes,

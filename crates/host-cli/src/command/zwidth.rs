@@ -4,7 +4,7 @@ use super::experiment::{parse_number, parse_scheme, progress_bar, stop_on_interr
 use super::plant::PlantArguments;
 use super::remote::RemoteArguments;
 use crate::choice::choice;
-use crate::files::{folder, save_picture};
+use crate::files::{folder, overwrite_acts, save_picture};
 use crate::output::{Output, note, warn};
 use crate::quantity::{Force, Length, Time};
 use clap::Args;
@@ -143,6 +143,7 @@ impl Arguments {
     /// # Errors
     /// A parameter outside its range; files that cannot be written.
     pub fn run(self, output: Output) -> Result<(), Failure> {
+        overwrite_acts(self.out.as_deref(), self.overwrite)?;
         let experiment = self.experiment()?;
         let bar = progress_bar(experiment.cells(), output);
         let stop = stop_on_interrupt()?;
@@ -204,7 +205,7 @@ impl Arguments {
                  of the simulated device: leave them away with a serial one, which has its own",
             ));
         }
-        let imperfections = plant.imperfections();
+        let imperfections = plant.imperfections()?;
         Ok(ZWidth {
             device: imperfections.on(plant.ideal()),
             sensors: imperfections.sensors,

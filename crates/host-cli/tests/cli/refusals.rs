@@ -382,6 +382,63 @@ fn limits_and_sensors_outside_their_range_are_refused() {
 }
 
 #[test]
+fn an_option_without_effect_is_refused_with_what_would_give_it_one() {
+    let seed: &[&str] = &["seed 7", "no effect", "--sensor-noise", "leave --seed out"];
+    let specimen: &[&str] = &["no effect", "--wish tissue NAME"];
+    let overwrite: &[&str] = &["no effect", "--out", "leave --overwrite out"];
+    let bounding: &[&str] = &["no effect", "--guard energy-bounding", "leave --device-"];
+    all_refused(
+        2,
+        &[
+            ("relax --seed 7", seed),
+            ("creep --encoder-resolution 1um --seed 7", seed),
+            ("zwidth --seed 7", seed),
+            ("design --realistic --seed 7", seed),
+            ("relax --overwrite", overwrite),
+            ("creep --overwrite", overwrite),
+            ("zwidth --overwrite", overwrite),
+            ("design --overwrite", overwrite),
+            (
+                "relax --jump 1mm",
+                &["jump 1e-3 m", "no effect", "--speed-limit", "leave --jump"],
+            ),
+            (
+                "relax --stuck-time 50ms",
+                &["0.05 s", "no effect", "--stuck-force", "leave --stuck-time"],
+            ),
+            (
+                "creep --stuck-time 50ms --stuck-force 0",
+                &["0.05 s", "no effect", "--stuck-force"],
+            ),
+            (
+                "relax --device-mass 65g",
+                &["0.065 kg", "no effect", "--guard observer", "--braking"],
+            ),
+            (
+                "relax --device-mass 65g --guard energy-bounding",
+                &["0.065 kg", "no effect", "--guard observer"],
+            ),
+            ("relax --device-damping 3.5", bounding),
+            ("relax --device-damping 3.5 --guard observer", bounding),
+            ("relax --device-delay 1ms", bounding),
+            ("creep --device-lag 1ms", bounding),
+            ("relax --device-noise 1um", bounding),
+            (
+                "relax --device serial:nowhere --precision f64",
+                &["f64", "no effect", "--loop host", "leave --precision out"],
+            ),
+            ("design --area 4cm2", specimen),
+            ("design --thickness 20mm", specimen),
+            ("design --wish coupler --library .", specimen),
+            (
+                "design --wish coupler --force-limit 3N",
+                &["ideal device", "leave out", "--force-limit"],
+            ),
+        ],
+    );
+}
+
+#[test]
 fn bad_usage_is_refused_in_one_line() {
     all_refused(
         2,

@@ -37,11 +37,12 @@ impl Arguments {
         if self.gain_margin.is_some()
             || self.force_noise_limit.is_some()
             || delayed
+            || self.device.limits_the_force()
             || self.device.is_less_than_ideal()
         {
             return Err(Failure::bad_input(
-                "a coupler is judged passive on an ideal device: leave out --gain-margin, --force-noise-limit, \
-                 --delay-samples, --delay, --current-lag, --friction, --encoder-resolution, --sensor-noise and --realistic",
+                "a coupler is judged passive on an ideal device: leave out --gain-margin, --force-limit, \
+                 --force-noise-limit, --delay-samples, --delay, --current-lag, --friction, --encoder-resolution, --sensor-noise and --realistic",
             ));
         }
         let (b, t) = (device.damping.0, device.sample_time.0);
