@@ -2,7 +2,7 @@
 
 use crate::command;
 use crate::output::Output;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory as _, Parser, Subcommand};
 use haptic_experiment::failure::Failure;
 
 const LONG_ABOUT: &str = "\
@@ -112,8 +112,8 @@ impl Cli {
             Command::Device(command) => command.run(output),
             Command::Materials(command) => command.run(output),
             Command::Log(command) => command.run(output),
-            Command::Completions(arguments) => arguments.run(output),
-            Command::Man(arguments) => arguments.run(output),
+            Command::Completions(arguments) => arguments.run(Self::command(), output),
+            Command::Man(arguments) => arguments.run(Self::command(), output),
         }
     }
 }
@@ -121,7 +121,6 @@ impl Cli {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory as _;
 
     #[test]
     fn the_command_line_is_well_formed() {

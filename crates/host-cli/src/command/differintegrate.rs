@@ -1,6 +1,6 @@
 //! `differintegrate`: a column of a CSV file to a fractional order.
 
-use super::experiment::{order, parse_order, parse_scheme, rate};
+use super::words::{order, parse_order, parse_scheme, rate};
 use crate::output::Output;
 use crate::quantity::Time;
 use clap::Args;
@@ -146,26 +146,7 @@ pub fn read_named_column(source: impl Read, name: &str, wanted: &str) -> Result<
         .trim(csv::Trim::All)
         .from_reader(rows);
     let header = table.headers().map_err(|error| bad(error.to_string()))?;
-    if header.is_empty() {
-        return Err(bad(format!(
-            "the input is empty; give a header with a column {shown} and a number in each row"
-        )));
-    }
-    let column = header
-        .iter()
-        .position(|cell| cell == wanted)
-        .ok_or_else(|| {
-            let names: Vec<&str> = header.iter().collect();
-            bad(format!(
-                "line 1: no column {shown} in the header {:?}; give --column one of them",
-                short(&names.join(","))
-            ))
-        })?;
-    if header.iter().filter(|cell| *cell == wanted).count() > 1 {
-        return Err(bad(format!(
-            "line 1: more than one column is named {shown}; rename all but the one to take"
-        )));
-    }
+    let column = column_of(header, wanted).map_err(bad)?;
     let width = header.len();
     let mut x = Vec::new();
     let mut row = csv::StringRecord::new();
@@ -212,6 +193,29 @@ pub fn read_named_column(source: impl Read, name: &str, wanted: &str) -> Result<
         ));
     }
     Ok(x)
+}
+
+/// Where the one column of this name is, or why there is none.
+fn column_of(header: &csv::StringRecord, wanted: &str) -> Result<usize, String> {
+    let shown = short(wanted);
+    if header.is_empty() {
+        return Err(format!(
+            "the input is empty; give a header with a column {shown} and a number in each row"
+        ));
+    }
+    if header.iter().filter(|cell| *cell == wanted).count() > 1 {
+        return Err(format!(
+            "line 1: more than one column is named {shown}; rename all but the one to take"
+        ));
+    }
+    let column = header.iter().position(|cell| cell == wanted);
+    column.ok_or_else(|| {
+        let names: Vec<&str> = header.iter().collect();
+        format!(
+            "line 1: no column {shown} in the header {:?}; give --column one of them",
+            short(&names.join(","))
+        )
+    })
 }
 
 #[cfg(test)]

@@ -1,6 +1,5 @@
 //! Which device an experiment runs on, and how the loop with it is closed.
 
-use super::device::set::watchdog_ms;
 use crate::choice::choice;
 use crate::quantity::Time;
 use clap::Args;
@@ -89,5 +88,23 @@ impl RemoteArguments {
             })?;
         }
         Ok(Some(remote))
+    }
+}
+
+/// A watchdog time in whole milliseconds.
+///
+/// # Errors
+/// Outside 5 ms to 1 s, or not a whole number of them.
+pub fn watchdog_ms(time: Time) -> Result<u16, Failure> {
+    use haptic_link::Limits;
+    let ms = (1e3 * time.0).round();
+    let whole = (1e3 * time.0 - ms).abs() < 1e-6;
+    let (least, most) = (Limits::WATCHDOG_MIN_MS, Limits::WATCHDOG_MAX_MS);
+    if whole && ms >= f64::from(least) && ms <= f64::from(most) {
+        Ok(ms as u16)
+    } else {
+        Err(Failure::bad_input(format_args!(
+            "watchdog time {time} is not a whole number of milliseconds in [{least} ms, {most} ms]: give --watchdog, as in 100ms"
+        )))
     }
 }

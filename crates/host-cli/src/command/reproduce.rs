@@ -1,19 +1,21 @@
 //! `reproduce`: every figure of the dissertation, and the verdict on each claim.
 
-use super::experiment::{progress_bar, stop_on_interrupt};
+use super::conduct::{progress_bar, stop_on_interrupt};
 use crate::files::{folder, save_picture};
 use crate::output::Output;
 use crate::picture_file::PictureFileError;
 use clap::Args;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::folder::write_text;
+use indicatif::ProgressBar;
 use reproduce::claims::{COUNT, judge_all};
 use reproduce::figures::FIGURES;
 use reproduce::report::{ReportFigure, html, markdown};
 use reproduce::{Claim, Formulas};
 use serde::Serialize;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Arguments of `reproduce`.
 #[derive(Debug, Args)]
@@ -52,7 +54,6 @@ impl Arguments {
     /// # Errors
     /// Files that cannot be written.
     pub fn run(self, output: Output) -> Result<(), Failure> {
-        let request = |stem: String| folder(Some(self.out.clone()), &stem, self.overwrite);
         let report = self.out.join("report.html");
         if report.exists() && !self.overwrite {
             return Err(Failure::bad_input(format_args!(
@@ -61,35 +62,9 @@ impl Arguments {
             )));
         }
         let bar = progress_bar((FIGURES.len() + COUNT) as u64, output);
-        let mut figures = Vec::new();
-        let mut shown = Vec::new();
         let stop = stop_on_interrupt()?;
         let stopped = || stop.load(Ordering::Relaxed);
-        for make in FIGURES {
-            let figure = make(stop)?;
-            // One that was cut short is not what it says.
-            if stopped() {
-                break;
-            }
-            let picture = figure.draw().map_err(PictureFileError::from)?;
-            let folder = request(format!("figure-{}", figure.id)).prepare()?;
-            let data = folder.write_named_table("csv", &figure.columns(), figure.rows())?;
-            let saved = save_picture(&folder, Ok(picture.clone()))?;
-            shown.push(ReportFigure {
-                id: figure.id,
-                title: figure.title,
-                conditions: figure.conditions,
-                picture: file_name(&saved),
-                data: file_name(&data),
-                svg: picture.svg().to_owned(),
-            });
-            figures.push(Made {
-                id: figure.id,
-                picture: saved,
-                data,
-            });
-            bar.inc(1);
-        }
+        let (figures, shown) = self.figures(stop, &bar)?;
         let go_on = || {
             bar.inc(1);
             !stopped()
@@ -112,17 +87,7 @@ impl Arguments {
             report: report.display().to_string(),
             ended_early: stopped().then_some("interrupted"),
         };
-        output.summary(&result, |out| {
-            for claim in &result.claims {
-                writeln!(out, "{:<4} {}", claim.id, claim.verdict.words())?;
-                writeln!(out, "     A₃     {}", claim.muir.numbers)?;
-                writeln!(out, "     exact  {}", claim.exact.numbers)?;
-            }
-            for figure in &result.figures {
-                writeln!(out, "figure {}: {}", figure.id, figure.picture)?;
-            }
-            writeln!(out, "report: {}", result.report)
-        })?;
+        output.summary(&result, |out| print(out, &result))?;
         match result.ended_early {
             Some(reason) => Err(Failure::Run(anyhow::anyhow!(
                 "{reason}: {} of {} figures and {} of {COUNT} claims were done and are kept",
@@ -133,6 +98,55 @@ impl Arguments {
             None => Ok(()),
         }
     }
+
+    /// Draws and writes every figure, until it is stopped.
+    fn figures(
+        &self,
+        stop: &AtomicBool,
+        bar: &ProgressBar,
+    ) -> Result<(Vec<Made>, Vec<ReportFigure>), Failure> {
+        let request = |stem: String| folder(Some(self.out.clone()), &stem, self.overwrite);
+        let (mut figures, mut shown) = (Vec::new(), Vec::new());
+        for make in FIGURES {
+            let figure = make(stop)?;
+            // One that was cut short is not what it says.
+            if stop.load(Ordering::Relaxed) {
+                break;
+            }
+            let picture = figure.draw().map_err(PictureFileError::from)?;
+            let folder = request(format!("figure-{}", figure.id)).prepare()?;
+            let data = folder.write_named_table("csv", &figure.columns(), figure.rows())?;
+            let saved = save_picture(&folder, Ok(picture.clone()))?;
+            shown.push(ReportFigure {
+                id: figure.id,
+                title: figure.title,
+                conditions: figure.conditions,
+                picture: file_name(&saved),
+                data: file_name(&data),
+                svg: picture.svg().to_owned(),
+            });
+            figures.push(Made {
+                id: figure.id,
+                picture: saved,
+                data,
+            });
+            bar.inc(1);
+        }
+        Ok((figures, shown))
+    }
+}
+
+/// The result as a person reads it.
+fn print(out: &mut dyn Write, result: &Reproduction) -> io::Result<()> {
+    for claim in &result.claims {
+        writeln!(out, "{:<4} {}", claim.id, claim.verdict.words())?;
+        writeln!(out, "     A₃     {}", claim.muir.numbers)?;
+        writeln!(out, "     exact  {}", claim.exact.numbers)?;
+    }
+    for figure in &result.figures {
+        writeln!(out, "figure {}: {}", figure.id, figure.picture)?;
+    }
+    writeln!(out, "report: {}", result.report)
 }
 
 fn file_name(path: &str) -> String {

@@ -1,6 +1,6 @@
 //! `rt-check`: is this machine fit for a loop at 1, 4 or 10 kHz?
 
-use super::experiment::{progress_bar, stop_on_interrupt};
+use super::conduct::{progress_bar, stop_on_interrupt};
 use super::realtime::ThreadArguments;
 use crate::output::Output;
 use crate::quantity::{Frequency, Time};
@@ -116,37 +116,37 @@ fn print(out: &mut dyn Write, report: &RtReport) -> io::Result<()> {
         "{:>9}  {:>30}  {:>9} {:>9} {:>9} {:>9}  {:>8}",
         "rate", "µs late:", "median", "99 %", "99.9 %", "longest", "overruns"
     )?;
-    for rate in &report.rates {
-        let us = rate.lateness_us;
-        writeln!(
-            out,
-            "{:>6} Hz  {:>30}  {:>9.1} {:>9.1} {:>9.1} {:>9.1}  {:>8}",
-            rate.hz,
-            verdict(rate),
-            us.p50,
-            us.p99,
-            us.p999,
-            us.max,
-            rate.overruns
-        )?;
-        if let Some(plain) = rate.plain {
-            let us = plain.lateness_us;
-            writeln!(
-                out,
-                "{:>9}  {:>30}  {:>9.1} {:>9.1} {:>9.1} {:>9.1}  {:>8}  99.9 % is {:.1} times",
-                "",
-                "plain sleep",
-                us.p50,
-                us.p99,
-                us.p999,
-                us.max,
-                plain.overruns,
-                plain.ratio_p999
-            )?;
-        }
-    }
+    report
+        .rates
+        .iter()
+        .try_for_each(|rate| print_rate(out, rate))?;
     for sentence in &report.advice {
         writeln!(out, "- {sentence}")?;
+    }
+    Ok(())
+}
+
+/// Its line, and that of the plain loop beside it.
+fn print_rate(out: &mut dyn Write, rate: &Rate) -> io::Result<()> {
+    let us = rate.lateness_us;
+    writeln!(
+        out,
+        "{:>6} Hz  {:>30}  {:>9.1} {:>9.1} {:>9.1} {:>9.1}  {:>8}",
+        rate.hz,
+        verdict(rate),
+        us.p50,
+        us.p99,
+        us.p999,
+        us.max,
+        rate.overruns
+    )?;
+    if let Some(plain) = rate.plain {
+        let us = plain.lateness_us;
+        writeln!(
+            out,
+            "{:>9}  {:>30}  {:>9.1} {:>9.1} {:>9.1} {:>9.1}  {:>8}  99.9 % is {:.1} times",
+            "", "plain sleep", us.p50, us.p99, us.p999, us.max, plain.overruns, plain.ratio_p999
+        )?;
     }
     Ok(())
 }

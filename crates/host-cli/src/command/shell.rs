@@ -1,8 +1,7 @@
 //! `completions` and `man`: for the shell.
 
-use crate::cli::Cli;
 use crate::output::Output;
-use clap::{Args, CommandFactory as _};
+use clap::{Args, Command};
 use haptic_experiment::failure::Failure;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -43,9 +42,9 @@ impl Completions {
     ///
     /// # Errors
     /// If standard output cannot be written.
-    pub fn run(self, output: Output) -> Result<(), Failure> {
+    pub fn run(self, mut command: Command, output: Output) -> Result<(), Failure> {
         let mut script = Vec::new();
-        clap_complete::generate(self.shell, &mut Cli::command(), "host-cli", &mut script);
+        clap_complete::generate(self.shell, &mut command, "host-cli", &mut script);
         let script = Script {
             shell: self.shell.to_string(),
             script: String::from_utf8_lossy(&script).into_owned(),
@@ -59,14 +58,14 @@ impl Man {
     ///
     /// # Errors
     /// If the folder cannot be written.
-    pub fn run(self, output: Output) -> Result<(), Failure> {
+    pub fn run(self, command: Command, output: Output) -> Result<(), Failure> {
         let fail = |error: std::io::Error| {
             let folder = self.directory.display();
             let what = format_args!("cannot write manual pages into `{folder}`");
             Failure::writing(error, what)
         };
         std::fs::create_dir_all(&self.directory).map_err(fail)?;
-        clap_mangen::generate_to(Cli::command(), &self.directory).map_err(fail)?;
+        clap_mangen::generate_to(command, &self.directory).map_err(fail)?;
         let mut pages = Vec::new();
         for entry in std::fs::read_dir(&self.directory).map_err(fail)? {
             let path = entry.map_err(fail)?.path();

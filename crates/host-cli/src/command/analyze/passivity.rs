@@ -1,7 +1,7 @@
 //! `analyze passivity` and `analyze coupling`: how much damping a port needs.
 
 use super::arguments::{LoopArguments, PathResult, Wall, refused};
-use crate::command::experiment::{parse_number, parse_order, parse_scheme, wall_order};
+use crate::command::words::{parse_number, parse_order, parse_scheme, wall_order};
 use crate::output::{Output, fixed, short};
 use crate::quantity::{Damping, Time};
 use clap::Args;
@@ -9,6 +9,7 @@ use fracdiff::{Scheme, Seconds};
 use haptic_analysis::{AnalysisError, Coupler, Largest, LeastDamping, LoopOperator, OnePort};
 use haptic_experiment::failure::Failure;
 use serde::Serialize;
+use std::io::{self, Write};
 
 /// Arguments of `analyze passivity`.
 #[derive(Debug, Args)]
@@ -133,72 +134,69 @@ impl PassivityArguments {
             worst_rad_s: resolved.units.map(|(_, t)| required.worst_theta / t),
         };
         output.print(&result, |out| {
-            writeln!(
-                out,
-                "required delta    {} (Theorem 1, the operator really used, {}), at theta = {:.6}",
-                fixed(result.required_delta, 9),
-                result.path.words(),
-                result.worst_theta
-            )?;
-            writeln!(
-                out,
-                "corollary delta   {} (Corollary 1, exact operator without delay)",
-                fixed(result.corollary_delta, 9)
-            )?;
-            if let (Some(b), Some(omega)) = (result.required_damping_n_s_per_m, result.worst_rad_s)
-            {
-                let (b, omega) = (fixed(b, 6), fixed(omega, 3));
-                writeln!(out, "required damping  {b} N·s/m, at {omega} rad/s")?;
-            }
-            if result.negative_at_rest {
-                writeln!(
-                    out,
-                    "at rest           a negative spring, alpha + beta P(1) < 0: no damping makes this wall passive"
-                )?;
-            }
-            match result.passive {
-                Some(true) => writeln!(
-                    out,
-                    "passive           yes, with delta = {}",
-                    short(parameters.delta)
-                ),
-                Some(false) => writeln!(
-                    out,
-                    "passive           no, with delta = {}",
-                    short(parameters.delta)
-                ),
-                None => writeln!(out, "passive           give --delta or --damping to know"),
-            }?;
-            // K = αm/T², B = βm/T^(2−μ)
-            let units = |power: f64| resolved.units.map_or(1.0, |(m, t)| m / t.powf(power));
-            let with_units = resolved.units.is_some();
-            if let Some(alpha) = result.largest_alpha {
-                let (name, unit) = if with_units {
-                    ("K", " N/m")
-                } else {
-                    ("alpha", "")
-                };
-                writeln!(
-                    out,
-                    "largest {name:<9} {}{unit}, with the rest as given",
-                    fixed(alpha * units(2.0), 9)
-                )?;
-            }
-            if let Some(beta) = result.largest_beta {
-                let (name, unit) = if with_units {
-                    ("B", " N·s^μ/m")
-                } else {
-                    ("beta", "")
-                };
-                let value = fixed(beta * units(2.0 - result.order), 9);
-                writeln!(
-                    out,
-                    "largest {name:<9} {value}{unit}, with the rest as given"
-                )?;
-            }
-            Ok(())
+            print_passivity(out, &result, parameters.delta, resolved.units)
         })
     }
+}
+
+/// The result as a person reads it.
+fn print_passivity(
+    out: &mut dyn Write,
+    result: &Passivity,
+    delta: f64,
+    units: Option<(f64, f64)>,
+) -> io::Result<()> {
+    writeln!(
+        out,
+        "required delta    {} (Theorem 1, the operator really used, {}), at theta = {:.6}",
+        fixed(result.required_delta, 9),
+        result.path.words(),
+        result.worst_theta
+    )?;
+    writeln!(
+        out,
+        "corollary delta   {} (Corollary 1, exact operator without delay)",
+        fixed(result.corollary_delta, 9)
+    )?;
+    if let (Some(b), Some(omega)) = (result.required_damping_n_s_per_m, result.worst_rad_s) {
+        let (b, omega) = (fixed(b, 6), fixed(omega, 3));
+        writeln!(out, "required damping  {b} N·s/m, at {omega} rad/s")?;
+    }
+    if result.negative_at_rest {
+        writeln!(
+            out,
+            "at rest           a negative spring, alpha + beta P(1) < 0: no damping makes this wall passive"
+        )?;
+    }
+    match result.passive {
+        Some(passive) => writeln!(
+            out,
+            "passive           {}, with delta = {}",
+            if passive { "yes" } else { "no" },
+            short(delta)
+        ),
+        None => writeln!(out, "passive           give --delta or --damping to know"),
+    }?;
+    // K = αm/T², B = βm/T^(2−μ)
+    let unit_of = |power: f64| units.map_or(1.0, |(m, t)| m / t.powf(power));
+    let with_units = units.is_some();
+    let (stiffness, dissipation) = match with_units {
+        true => (("K", " N/m"), ("B", " N·s^μ/m")),
+        false => (("alpha", ""), ("beta", "")),
+    };
+    for (value, power, (name, unit)) in [
+        (result.largest_alpha, 2.0, stiffness),
+        (result.largest_beta, 2.0 - result.order, dissipation),
+    ] {
+        if let Some(value) = value {
+            let value = fixed(value * unit_of(power), 9);
+            writeln!(
+                out,
+                "largest {name:<9} {value}{unit}, with the rest as given"
+            )?;
+        }
+    }
+    Ok(())
 }
 
 impl CouplingArguments {
@@ -255,27 +253,30 @@ impl CouplingArguments {
             passive,
             reason,
         };
-        output.print(&result, |out| {
-            match (&result.reason, result.required_damping) {
-                (Some(reason), _) => writeln!(out, "{reason}")?,
-                (None, Some(b)) => writeln!(
-                    out,
-                    "required damping   {b:.9} N·s/m (Llewellyn), at theta = {:.6}",
-                    result.worst_theta
-                )?,
-                (None, None) => {}
-            }
-            writeln!(
-                out,
-                "corollary damping  {:.9} N·s/m (Corollary 2, not sufficient)",
-                result.corollary_damping
-            )?;
-            match (result.passive, damping) {
-                (Some(true), Some(b)) => writeln!(out, "passive            yes, with {b} N·s/m"),
-                (Some(false), Some(b)) => writeln!(out, "passive            no, with {b} N·s/m"),
-                (Some(false), None) => writeln!(out, "passive            no"),
-                _ => writeln!(out, "passive            give --damping to know"),
-            }
-        })
+        output.print(&result, |out| print_coupling(out, &result, damping))
+    }
+}
+
+/// The result as a person reads it.
+fn print_coupling(out: &mut dyn Write, result: &Coupling, damping: Option<f64>) -> io::Result<()> {
+    match (&result.reason, result.required_damping) {
+        (Some(reason), _) => writeln!(out, "{reason}")?,
+        (None, Some(b)) => writeln!(
+            out,
+            "required damping   {b:.9} N·s/m (Llewellyn), at theta = {:.6}",
+            result.worst_theta
+        )?,
+        (None, None) => {}
+    }
+    writeln!(
+        out,
+        "corollary damping  {:.9} N·s/m (Corollary 2, not sufficient)",
+        result.corollary_damping
+    )?;
+    match (result.passive, damping) {
+        (Some(true), Some(b)) => writeln!(out, "passive            yes, with {b} N·s/m"),
+        (Some(false), Some(b)) => writeln!(out, "passive            no, with {b} N·s/m"),
+        (Some(false), None) => writeln!(out, "passive            no"),
+        _ => writeln!(out, "passive            give --damping to know"),
     }
 }

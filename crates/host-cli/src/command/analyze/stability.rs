@@ -9,6 +9,7 @@ use haptic_analysis::StabilityRegion;
 use haptic_experiment::failure::Failure;
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use serde::Serialize;
+use std::io::{self, Write};
 
 /// Arguments of `analyze stability`.
 #[derive(Debug, Args)]
@@ -172,56 +173,58 @@ impl VerdictArguments {
             delay_margin_samples: margins.and_then(|margins| margins.delay).map(|at| at.value),
             peak_sensitivity_db: margins.map(|margins| decibel(margins.sensitivity.value)),
         };
-        output.print(&result, |out| {
-            writeln!(
-                out,
-                "{}: order {}, scheme {}, alpha {}, beta {}, delta {}, gamma {}, {}",
-                match (result.stable, result.encirclements) {
-                    (true, _) => "stable",
-                    (false, Some(_)) => "unstable",
-                    (false, None) => "on the boundary",
-                },
-                result.order,
-                result.scheme,
-                short(result.alpha),
-                short(result.beta),
-                short(result.delta),
-                short(result.gamma),
-                result.path.words()
-            )?;
-            if result.drifts {
-                writeln!(
-                    out,
-                    "  without any spring: the device stays where it is left; judged with one of 1e-4 beta"
-                )?;
-            }
-            if let Some(poles) = result.encirclements.filter(|poles| *poles > 0) {
-                writeln!(out, "  unstable poles    {poles}")?;
-            }
-            if let Some(radius) = result.spectral_radius {
-                writeln!(out, "  spectral radius   {}", fixed(radius, 9))?;
-            }
-            if result.stable {
-                let or_any = |value: Option<f64>| {
-                    value.map_or_else(|| "any".to_owned(), |value| fixed(value, 6))
-                };
-                writeln!(
-                    out,
-                    "  gain margin       {} times the wall",
-                    or_any(result.gain_margin)
-                )?;
-                writeln!(
-                    out,
-                    "  delay margin      {} samples more",
-                    or_any(result.delay_margin_samples)
-                )?;
-            }
-            if let Some(peak) = result.peak_sensitivity_db {
-                writeln!(out, "  sensitivity peak  {peak:.3} dB")?;
-            }
-            Ok(())
-        })
+        output.print(&result, |out| print_verdict(out, &result))
     }
+}
+
+/// The result as a person reads it.
+fn print_verdict(out: &mut dyn Write, result: &StabilityVerdict) -> io::Result<()> {
+    writeln!(
+        out,
+        "{}: order {}, scheme {}, alpha {}, beta {}, delta {}, gamma {}, {}",
+        match (result.stable, result.encirclements) {
+            (true, _) => "stable",
+            (false, Some(_)) => "unstable",
+            (false, None) => "on the boundary",
+        },
+        result.order,
+        result.scheme,
+        short(result.alpha),
+        short(result.beta),
+        short(result.delta),
+        short(result.gamma),
+        result.path.words()
+    )?;
+    if result.drifts {
+        writeln!(
+            out,
+            "  without any spring: the device stays where it is left; judged with one of 1e-4 beta"
+        )?;
+    }
+    if let Some(poles) = result.encirclements.filter(|poles| *poles > 0) {
+        writeln!(out, "  unstable poles    {poles}")?;
+    }
+    if let Some(radius) = result.spectral_radius {
+        writeln!(out, "  spectral radius   {}", fixed(radius, 9))?;
+    }
+    if result.stable {
+        let or_any =
+            |value: Option<f64>| value.map_or_else(|| "any".to_owned(), |value| fixed(value, 6));
+        writeln!(
+            out,
+            "  gain margin       {} times the wall",
+            or_any(result.gain_margin)
+        )?;
+        writeln!(
+            out,
+            "  delay margin      {} samples more",
+            or_any(result.delay_margin_samples)
+        )?;
+    }
+    if let Some(peak) = result.peak_sensitivity_db {
+        writeln!(out, "  sensitivity peak  {peak:.3} dB")?;
+    }
+    Ok(())
 }
 
 impl RegionArguments {
@@ -281,44 +284,47 @@ impl RegionArguments {
                 .files
                 .write("region", rows, || draw_region(&result, &resolved))?;
         }
-        output.print(&result, |out| {
-            if result.empty {
-                return writeln!(
-                    out,
-                    "empty: no wall of this order is stable on this device (delta {}, {})",
-                    short(result.delta),
-                    result.path.words()
-                );
-            }
-            writeln!(out, "area               {:.9}", result.area)?;
-            if let (Some(alpha), Some(at), Some(beta)) =
-                (result.alpha_max, result.beta_at_alpha_max, result.beta_max)
-            {
-                writeln!(out, "largest alpha      {alpha:.9} at beta {at:.9}")?;
-                writeln!(out, "largest beta       {beta:.9}")?;
-                if let Some((m, t)) = resolved.units {
-                    let stiffness = alpha * m / (t * t);
-                    let unit = m / t.powf(2.0 - result.order);
-                    writeln!(
-                        out,
-                        "stiffest wall      {} N/m at B = {} N·s^μ/m",
-                        fixed(stiffness, 6),
-                        fixed(at * unit, 6)
-                    )?;
-                }
-            }
+        output.print(&result, |out| print_region(out, &result, resolved.units))
+    }
+}
+
+/// The result as a person reads it.
+fn print_region(out: &mut dyn Write, result: &Region, units: Option<(f64, f64)>) -> io::Result<()> {
+    if result.empty {
+        return writeln!(
+            out,
+            "empty: no wall of this order is stable on this device (delta {}, {})",
+            short(result.delta),
+            result.path.words()
+        );
+    }
+    writeln!(out, "area               {:.9}", result.area)?;
+    if let (Some(alpha), Some(at), Some(beta)) =
+        (result.alpha_max, result.beta_at_alpha_max, result.beta_max)
+    {
+        writeln!(out, "largest alpha      {alpha:.9} at beta {at:.9}")?;
+        writeln!(out, "largest beta       {beta:.9}")?;
+        if let Some((m, t)) = units {
+            let stiffness = alpha * m / (t * t);
+            let unit = m / t.powf(2.0 - result.order);
             writeln!(
                 out,
-                "outline            {} points in {} parts (--json or --out for all)",
-                result.boundary.len() + result.further_parts.iter().map(Vec::len).sum::<usize>(),
-                1 + result.further_parts.len()
+                "stiffest wall      {} N/m at B = {} N·s^μ/m",
+                fixed(stiffness, 6),
+                fixed(at * unit, 6)
             )?;
-            result
-                .files
-                .iter()
-                .try_for_each(|file| writeln!(out, "written: {file}"))
-        })
+        }
     }
+    writeln!(
+        out,
+        "outline            {} points in {} parts (--json or --out for all)",
+        result.boundary.len() + result.further_parts.iter().map(Vec::len).sum::<usize>(),
+        1 + result.further_parts.len()
+    )?;
+    result
+        .files
+        .iter()
+        .try_for_each(|file| writeln!(out, "written: {file}"))
 }
 
 fn draw_region(region: &Region, resolved: &ResolvedLoop) -> Result<Picture, FigureError> {

@@ -8,6 +8,7 @@ use haptic_analysis::{AnalysisError, LoopOperator};
 use haptic_experiment::design::coupler::{CouplerCandidate, stiffest_coupler};
 use haptic_experiment::failure::Failure;
 use serde::Serialize;
+use std::io::{self, Write};
 
 /// Result of `--wish coupler`.
 #[derive(Serialize)]
@@ -78,42 +79,45 @@ impl Arguments {
                 .write_table("csv", report.candidates.iter())?;
             report.files.push(table);
         }
-        output.summary(&report, |out| {
-            writeln!(
-                out,
-                "{:>6} {:>16} {:>20} {:>18}",
-                "order", "k_c / N·s/m", "b_c / N·s^(1−μ)/m", "felt / N/m"
-            )?;
-            for c in &report.candidates {
-                match (
-                    c.stiffness,
-                    c.dissipation,
-                    c.felt_stiffness_n_per_m,
-                    &c.reason,
-                ) {
-                    (Some(k), Some(b), Some(felt), _) => {
-                        writeln!(out, "{:>6} {k:>16.6} {b:>20.6} {felt:>18.6}", c.order)?;
-                    }
-                    (_, _, _, Some(reason)) => writeln!(out, "{:>6} {reason}", c.order)?,
-                    _ => {}
-                }
-            }
-            match &report.best {
-                Some(best) => writeln!(
-                    out,
-                    "best: order {}, as felt at {} Hz",
-                    best.order, report.frequency_hz
-                )?,
-                None => writeln!(out, "best: none")?,
-            }
-            writeln!(
-                out,
-                "passive by Llewellyn's criterion; no experiment renders a coupler yet"
-            )?;
-            report
-                .files
-                .iter()
-                .try_for_each(|file| writeln!(out, "written: {file}"))
-        })
+        output.summary(&report, |out| print(out, &report))
     }
+}
+
+/// The result as a person reads it.
+fn print(out: &mut dyn Write, report: &CouplerReport) -> io::Result<()> {
+    writeln!(
+        out,
+        "{:>6} {:>16} {:>20} {:>18}",
+        "order", "k_c / N·s/m", "b_c / N·s^(1−μ)/m", "felt / N/m"
+    )?;
+    for c in &report.candidates {
+        match (
+            c.stiffness,
+            c.dissipation,
+            c.felt_stiffness_n_per_m,
+            &c.reason,
+        ) {
+            (Some(k), Some(b), Some(felt), _) => {
+                writeln!(out, "{:>6} {k:>16.6} {b:>20.6} {felt:>18.6}", c.order)?;
+            }
+            (_, _, _, Some(reason)) => writeln!(out, "{:>6} {reason}", c.order)?,
+            _ => {}
+        }
+    }
+    match &report.best {
+        Some(best) => writeln!(
+            out,
+            "best: order {}, as felt at {} Hz",
+            best.order, report.frequency_hz
+        )?,
+        None => writeln!(out, "best: none")?,
+    }
+    writeln!(
+        out,
+        "passive by Llewellyn's criterion; no experiment renders a coupler yet"
+    )?;
+    report
+        .files
+        .iter()
+        .try_for_each(|file| writeln!(out, "written: {file}"))
 }

@@ -3,7 +3,8 @@
 use super::PortArguments;
 use super::parameters::{Parameters, SafetyParameters};
 use crate::choice::choice;
-use crate::command::experiment::{order, parse_dissipation, parse_order, parse_scheme};
+use crate::command::remote::watchdog_ms;
+use crate::command::words::{order, parse_dissipation, parse_order, parse_scheme};
 use crate::output::{Output, note};
 use crate::quantity::{
     Damping, Delay, Force, ForceRate, Length, Mass, Speed, Stiffness, Time, Workspace,
@@ -515,24 +516,6 @@ pub fn microseconds(what: &str, time: Time, least_s: f64, most_s: f64) -> Result
         Err(Failure::bad_input(format_args!(
             "{what} {time} is not a whole number of microseconds in [{least_s}, {most_s}] s, which a device \
              needs"
-        )))
-    }
-}
-
-/// A watchdog time in whole milliseconds.
-///
-/// # Errors
-/// Outside 5 ms to 1 s, or not a whole number of them.
-pub fn watchdog_ms(time: Time) -> Result<u16, Failure> {
-    use haptic_link::Limits;
-    let ms = (1e3 * time.0).round();
-    let whole = (1e3 * time.0 - ms).abs() < 1e-6;
-    let (least, most) = (Limits::WATCHDOG_MIN_MS, Limits::WATCHDOG_MAX_MS);
-    if whole && ms >= f64::from(least) && ms <= f64::from(most) {
-        Ok(ms as u16)
-    } else {
-        Err(Failure::bad_input(format_args!(
-            "watchdog time {time} is not a whole number of milliseconds in [{least} ms, {most} ms]: give --watchdog, as in 100ms"
         )))
     }
 }
