@@ -17,20 +17,4 @@ pub(crate) enum Rule {
 }
 
 /// Rule, crate, module: what is still allowed and has to go. An entry that nothing needs any more fails the test.
-pub(crate) const STILL: &[(Rule, &str, &str)] = &[
-    (Rule::Circle, "haptic-log", "record::inspect"),
-    (Rule::Circle, "haptic-log", "record::recover"),
-    (Rule::Circle, "haptic-remote", "emulator"),
-    (Rule::Circle, "haptic-remote", "emulator::terminal"),
-    (Rule::Circle, "haptic-remote", "serial"),
-    (Rule::Circle, "haptic-remote", "serial::greeting"),
-    (Rule::Circle, "haptic-remote", "serial::threads"),
-    (Rule::Circle, "host-cli", "command::device"),
-    (Rule::Circle, "host-cli", "command::device::emulate"),
-    (Rule::Circle, "host-cli", "command::device::flash"),
-    (Rule::Circle, "host-cli", "command::device::info"),
-    (Rule::Circle, "host-cli", "command::device::monitor"),
-    (Rule::Circle, "host-cli", "command::device::set"),
-    (Rule::Circle, "host-cli", "command::experiment"),
-    (Rule::Circle, "host-cli", "command::remote"),
-];
+pub(crate) const STILL: &[(Rule, &str, &str)] = &[];

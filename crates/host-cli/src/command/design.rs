@@ -1,25 +1,28 @@
 //! `design`: the stiffest wall, the most damping or the closest tissue, and which order does it.
 
 mod coupler;
+mod draw;
+mod print;
 
-use super::experiment::{modelled, parse_scheme, progress_bar, wall_order};
-use super::plant::PlantArguments;
+use crate::command::conduct::progress_bar;
+use crate::command::experiment::modelled;
+use crate::command::plant::PlantArguments;
+use crate::command::words::{parse_scheme, wall_order};
 use crate::files::{folder, overwrite_acts, save_picture};
 use crate::output::{Output, note};
 use crate::parameter::help_with_default;
 use crate::quantity::{Area, Force, Frequency, Length};
 use clap::{Args, ValueEnum};
+use draw::draw;
 use fracdiff::{Order, Scheme};
-use haptic_experiment::TrialVerdict;
-use haptic_experiment::design::{Candidate, Design, DesignReport, Device, Requirement, Wish};
+use haptic_experiment::design::{Design, DesignReport, Device, Requirement, Wish};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::folder::write_text;
-use haptic_experiment::parameters;
-use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
+use haptic_experiment::{TrialVerdict, parameters};
 use haptic_loop::Specimen;
 use haptic_loop::units::{Metres, SquareMetres};
 use haptic_tissue::Library;
-use std::io::{self, Write};
+use print::print;
 use std::path::PathBuf;
 
 const LONG_ABOUT: &str = "\
@@ -60,13 +63,13 @@ force_noise_rms_n, largest_scale, reason}], best, tissue, simulated (as in `host
                   host-cli design --wish tissue prostate-cancerous"
 )]
 pub struct Arguments {
-    /// Property wanted most: stiffest-wall, most-damping, tissue NAME or coupler
+    /// What is wanted most: stiffest-wall, most-damping, tissue NAME or coupler
     #[arg(long, num_args = 1..=2, value_name = "WISH", default_value = "stiffest-wall")]
     wish: Vec<String>,
     /// Frequency of most-damping, and where orders are compared for a tissue [default there: 1 Hz]
     #[arg(long, allow_hyphen_values = true)]
     frequency: Option<Frequency>,
-    /// Property that the wall must have
+    /// What the wall must be
     #[arg(long, value_enum, default_value = "stable")]
     require: Require,
     /// Factor by which a stable wall could grow before it is unstable [default: 2]
@@ -106,7 +109,7 @@ pub struct Arguments {
     overwrite: bool,
 }
 
-/// The property that a wall must have.
+/// What a wall must be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Require {
     /// Passive, for the operator that really runs.
@@ -310,198 +313,4 @@ impl Arguments {
         }
         Ok(())
     }
-}
-
-/// A picture of the wish over the order, with the dissipation that allows it.
-fn draw(design: &Design, report: &DesignReport) -> Result<Picture, FigureError> {
-    let (label, value): (&str, fn(&Candidate) -> Option<f64>) = match design.wish {
-        Wish::StiffestWall => ("largest stiffness K / N·m⁻¹", |c| c.stiffness),
-        Wish::MostDamping { .. } => ("effective damping / N·s·m⁻¹", |c| {
-            c.effective_damping_n_s_per_m
-        }),
-        Wish::Tissue { .. } => ("largest scale of the specimen", |c| c.largest_scale),
-    };
-    let points = |value: fn(&Candidate) -> Option<f64>, candidates: &[Candidate]| {
-        let mut points: Vec<(f64, f64)> = candidates
-            .iter()
-            .filter_map(|c| Some((c.order, value(c)?)))
-            .collect();
-        points.sort_by(|a, b| a.0.total_cmp(&b.0));
-        points
-    };
-    let beta: fn(&Candidate) -> Option<f64> = |c| c.beta;
-    let best = report.best.as_slice();
-    let (wished, wished_best) = (points(value, &report.candidates), points(value, best));
-    let (betas, beta_best) = (points(beta, &report.candidates), points(beta, best));
-    let requirement = match report.gain_margin {
-        Some(margin) => format!("stable, gain margin {margin}"),
-        None => "passive".to_owned(),
-    };
-    let subtitle = format!(
-        "m = {} kg · b = {} N·s/m · T = {} s · {} · scheme {}",
-        design.device.plant.mass.0,
-        design.device.plant.damping.0,
-        design.device.plant.sample_time.0,
-        report.imperfections.words(),
-        report.scheme
-    );
-    let axis = |label| AxisSpec {
-        label,
-        scale: Scale::Linear,
-        range: None,
-    };
-    let series = |name, points, look, colour| Series {
-        name,
-        points,
-        look,
-        colour,
-    };
-    let chart = |label, all, best| Chart {
-        caption: "",
-        x: axis("order μ"),
-        y: axis(label),
-        series: vec![
-            series("each order", all, Look::Line, 0),
-            series("best", best, Look::Markers, 1),
-        ],
-    };
-    ChartPage {
-        title: &format!("Design: {}, {requirement}", report.wish),
-        subtitle: &subtitle,
-        columns: 2,
-        charts: vec![
-            chart(label, &wished, &wished_best),
-            chart("dissipation β", &betas, &beta_best),
-        ],
-    }
-    .draw()
-}
-
-/// Text after a space and in brackets; nothing for none.
-fn in_brackets(text: Option<String>) -> String {
-    text.map_or_else(String::new, |text| format!(" ({text})"))
-}
-
-/// The answer as a person reads it.
-fn print(out: &mut dyn Write, report: &DesignReport) -> io::Result<()> {
-    let number = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |v| format!("{v:.6}"));
-    let frequency = report.frequency_hz;
-    write!(
-        out,
-        "{:>6} {:>16} {:>16} {:>10} {:>8}",
-        "order", "K / N/m", "B / N·s^μ/m", "margin", "passive"
-    )?;
-    let noisy = !report.imperfections.sensors.are_ideal();
-    if noisy {
-        write!(out, " {:>14}", "noise / N rms")?;
-    }
-    match (frequency, &report.tissue) {
-        (Some(_), Some(_)) => writeln!(out, " {:>16}", "largest scale")?,
-        (Some(frequency), None) => writeln!(out, " {:>16}", format!("ED({frequency} Hz)"))?,
-        _ => writeln!(out)?,
-    }
-    for candidate in &report.candidates {
-        if candidate.stiffness.is_none() {
-            let reason = candidate.reason.as_deref().unwrap_or("–");
-            writeln!(out, "{:>6} {reason}", candidate.order)?;
-            continue;
-        }
-        write!(
-            out,
-            "{:>6} {:>16} {:>16} {:>10} {:>8}",
-            candidate.order,
-            number(candidate.stiffness),
-            number(candidate.dissipation),
-            number(candidate.margin),
-            match candidate.passive {
-                Some(true) => "yes",
-                Some(false) => "no",
-                None => "–",
-            }
-        )?;
-        if noisy {
-            write!(out, " {:>14}", number(candidate.force_noise_rms_n))?;
-        }
-        match (frequency, &report.tissue) {
-            (Some(_), Some(_)) => writeln!(out, " {:>16}", number(candidate.largest_scale))?,
-            (Some(_), None) => {
-                writeln!(
-                    out,
-                    " {:>16}",
-                    number(candidate.effective_damping_n_s_per_m)
-                )?;
-            }
-            _ => writeln!(out)?,
-        }
-    }
-    print_verdicts(out, report)?;
-    for note in &report.notes {
-        writeln!(out, "{note}")?;
-    }
-    if let Some(experiment) = &report.experiment {
-        writeln!(
-            out,
-            "written: {experiment} (try it: host-cli run {experiment})"
-        )?;
-    }
-    report
-        .files
-        .iter()
-        .try_for_each(|file| writeln!(out, "written: {file}"))
-}
-
-/// The lines below the table: tissue, best, trial, device.
-fn print_verdicts(out: &mut dyn Write, report: &DesignReport) -> io::Result<()> {
-    if let Some(tissue) = &report.tissue {
-        writeln!(
-            out,
-            "{} at its own order {}: {}",
-            tissue.name,
-            tissue.order,
-            match (tissue.fits, tissue.largest_scale) {
-                (true, Some(scale)) =>
-                    format!("fits; the specimen may be {scale:.4} times as large"),
-                (_, Some(scale)) => format!("does not fit; {scale:.4} of the specimen would"),
-                _ => "does not fit at any size".to_owned(),
-            }
-        )?;
-    }
-    match (&report.best, &report.simulated) {
-        (Some(best), Some(simulated)) => writeln!(
-            out,
-            "best: order {}, {} when tried on the simulated device{}",
-            best.order,
-            simulated.verdict.words(),
-            in_brackets(simulated.reason())
-        )?,
-        _ => writeln!(out, "best: none")?,
-    }
-    writeln!(
-        out,
-        "{}",
-        if report.ideal_device_assumed {
-            "an ideal device was assumed: no friction, delay, current lag or encoder steps"
-                .to_owned()
-        } else {
-            format!("device with {}", report.imperfections.words())
-        }
-    )?;
-    if let Some(real) = &report.realistic {
-        writeln!(
-            out,
-            "on a realistic one ({}) the best is {} by the analysis{} and {} when tried{}, with {:.2e} N rms of force \
-             noise; --realistic designs for such a device",
-            real.imperfections.words(),
-            if real.analysis_stable {
-                "stable"
-            } else {
-                "unstable"
-            },
-            in_brackets(real.margin.map(|margin| format!("margin {margin:.3}"))),
-            real.simulated.verdict.words(),
-            in_brackets(real.simulated.reason()),
-            real.force_noise_rms_n
-        )?;
-    }
-    Ok(())
 }

@@ -1,6 +1,6 @@
 //! `differintegrate`: a column of a CSV file to a fractional order.
 
-use super::experiment::{order, parse_order, parse_scheme, rate};
+use super::words::{order, parse_order, parse_scheme, rate};
 use crate::column;
 use crate::output::Output;
 use crate::quantity::Time;

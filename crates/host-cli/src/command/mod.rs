@@ -1,6 +1,7 @@
 //! The commands: arguments, and what they print. The work is in the modules beside this one.
 
 pub mod analyze;
+pub mod conduct;
 pub mod creep;
 pub mod design;
 pub mod device;
@@ -19,5 +20,7 @@ pub mod rt_check;
 pub mod run;
 pub mod safety;
 pub mod shell;
+pub mod summary;
 pub mod weights;
+pub mod words;
 pub mod zwidth;

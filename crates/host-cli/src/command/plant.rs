@@ -21,7 +21,7 @@ pub struct PlantArguments {
     hand_stiffness: Stiffness,
     #[arg(long, help = parameters::WALL_SAMPLE_TIME.help, default_value = parameters::WALL_SAMPLE_TIME.shown, allow_hyphen_values = true)]
     sample_time: Time,
-    /// The faults of real devices: 1 um encoder, 0.05 N friction, half a sample of delay, 1 ms current lag
+    /// What real devices have: 1 um encoder, 0.05 N friction, half a sample of delay, 1 ms current lag
     /// (each can be set by itself)
     #[arg(long)]
     realistic: bool,
@@ -43,7 +43,7 @@ pub struct PlantArguments {
 }
 
 impl PlantArguments {
-    /// True if the simulated device is to have any fault of a real one.
+    /// Whether anything of a real device is asked of the simulated one.
     pub(super) fn is_less_than_ideal(&self) -> bool {
         self.realistic
             || self.friction.is_some()
@@ -63,7 +63,7 @@ impl PlantArguments {
         }
     }
 
-    /// Its faults: those that `--realistic` sets, unless one is given by itself.
+    /// What is less than ideal about it: what `--realistic` sets, unless it is given by itself.
     ///
     /// # Errors
     /// A seed without noise.

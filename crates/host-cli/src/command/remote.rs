@@ -1,4 +1,4 @@
-//! Options of the device that an experiment runs on, and of the loop with it.
+//! Which device an experiment runs on, and how the loop with it is closed.
 
 use super::device::number::watchdog_ms;
 use crate::choice::choice;
@@ -17,7 +17,7 @@ pub struct RemoteArguments {
     /// Device: `sim`, or `serial:PATH[@BAUD]`, or `serial:auto` [default: sim]
     #[arg(long, value_name = "DEVICE")]
     pub device: Option<DeviceName>,
-    /// Side on which the loop with a serial device runs [default: device]
+    /// Where the loop with a serial device is closed [default: device]
     #[arg(long = "loop", value_parser = choice::<Loop>())]
     pub loop_mode: Option<Loop>,
     /// See [`parameters::WATCHDOG`].
@@ -35,7 +35,7 @@ pub struct RemoteArguments {
 }
 
 impl RemoteArguments {
-    /// True if a serial device was named.
+    /// Whether a serial device was named.
     #[must_use]
     pub fn is_serial(&self) -> bool {
         matches!(self.device, Some(DeviceName::Serial(_)))

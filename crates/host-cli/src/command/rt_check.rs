@@ -1,6 +1,6 @@
 //! `rt-check`: is this machine fit for a loop at 1, 4 or 10 kHz?
 
-use super::experiment::{progress_bar, stop_on_interrupt};
+use super::conduct::{progress_bar, stop_on_interrupt};
 use super::realtime::ThreadArguments;
 use crate::output::Output;
 use crate::quantity::{Frequency, Time};

@@ -1,11 +1,13 @@
 //! `run`: any experiment, from a file.
 
-use super::experiment::{conduct, print_end, print_summary, roll_bytes};
+use super::conduct::conduct;
 use super::live::LiveArguments;
 use super::preflight::PreflightArguments;
 use super::realtime::RealtimeArguments;
 use super::remote::RemoteArguments;
 use super::safety::SafetyArguments;
+use super::summary::{print_end, print_summary};
+use super::words::roll_bytes;
 use crate::files::{folder, overwrite_acts};
 use crate::output::Output;
 use crate::picture::{of_theory, of_wall};
@@ -16,6 +18,7 @@ use haptic_experiment::folder::FolderRequest;
 use haptic_experiment::parameters::{
     CREEP, ON_DEVICE, Parameter, RELAX, RENDERING, SAFETY, Value, WALL, WALL_REQUIRED,
 };
+use haptic_experiment::report::Errors;
 use haptic_experiment::{ExperimentFile, Pace, WallReport};
 use std::fmt::Write as _;
 use std::io::{self, Write};
@@ -204,22 +207,24 @@ fn print_wall(out: &mut dyn Write, report: &WallReport) -> io::Result<()> {
         "  force             peak {:.4e} N, at the end {:.4e} N",
         run.peak_force_n, run.final_force_n
     )?;
-    match report.errors.max_relative_error {
+    print_operator(out, &report.errors)?;
+    print_end(out, run)
+}
+
+/// How far the commanded force is from the full history.
+fn print_operator(out: &mut dyn Write, errors: &Errors) -> io::Result<()> {
+    match errors.max_relative_error {
         Some(error) => writeln!(
             out,
             "  operator          off by {error:.2e} of the largest force at most from the full history, from {} s to {} s",
-            report.errors.max_relative_error_from_s.unwrap_or_default(),
-            report.errors.max_relative_error_to_s.unwrap_or_default()
+            errors.max_relative_error_from_s.unwrap_or_default(),
+            errors.max_relative_error_to_s.unwrap_or_default()
         )?,
         None => writeln!(
             out,
             "  operator          not compared: {}",
-            report
-                .errors
-                .max_relative_error_reason
-                .as_deref()
-                .unwrap_or("–")
+            errors.max_relative_error_reason.as_deref().unwrap_or("–")
         )?,
     }
-    print_end(out, run)
+    Ok(())
 }

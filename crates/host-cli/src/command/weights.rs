@@ -1,6 +1,6 @@
 //! `weights`: the impulse response of an operator.
 
-use super::experiment::{order, parse_order, parse_scheme, rate};
+use super::words::{order, parse_order, parse_scheme, rate};
 use crate::output::Output;
 use clap::Args;
 use fracdiff::{Channel, Operator, Scheme, Seconds, grunwald_weights};

@@ -1,8 +1,9 @@
 //! `zwidth`: how stiff a wall can be rendered, by trying.
 
-use super::experiment::{parse_number, parse_scheme, progress_bar, stop_on_interrupt, wall_order};
+use super::conduct::{progress_bar, stop_on_interrupt};
 use super::plant::PlantArguments;
 use super::remote::RemoteArguments;
+use super::words::{parse_number, parse_scheme, wall_order};
 use crate::choice::choice;
 use crate::files::{folder, overwrite_acts, save_picture};
 use crate::output::{Output, note, warn};

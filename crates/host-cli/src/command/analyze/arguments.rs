@@ -1,6 +1,6 @@
 //! Arguments that several analyses share: the loop, with units or without, and the files.
 
-use crate::command::experiment::{
+use crate::command::words::{
     parse_dissipation, parse_number, parse_order, parse_scheme, wall_order,
 };
 use crate::files::{folder, save_picture};

@@ -1,7 +1,7 @@
 //! `analyze coupling`: the damping that a virtual coupler needs.
 
 use super::arguments::{HORIZON, refused};
-use crate::command::experiment::{parse_number, parse_order, parse_scheme, wall_order};
+use crate::command::words::{parse_number, parse_order, parse_scheme, wall_order};
 use crate::output::Output;
 use crate::quantity::{Damping, Time};
 use clap::Args;

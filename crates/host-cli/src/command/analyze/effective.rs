@@ -1,7 +1,7 @@
 //! `analyze environment` and `analyze transparency`: effective stiffness and damping.
 
 use super::arguments::{Files, HORIZON, PathArguments, PathResult, logarithmic, refused};
-use crate::command::experiment::{
+use crate::command::words::{
     parse_dissipation, parse_number, parse_order, parse_scheme, wall_order,
 };
 use crate::output::Output;

@@ -83,7 +83,7 @@ impl VerdictArguments {
     }
 }
 
-impl Verdict {
+impl StabilityVerdict {
     /// As a person reads it.
     fn print(&self, out: &mut dyn Write) -> io::Result<()> {
         writeln!(

@@ -118,7 +118,7 @@ impl Arguments {
         }
         let duration = duration(self.duration)?;
         let (faults, seed) = self.faults.faults()?;
-        let stop = crate::command::experiment::stop_on_interrupt()?;
+        let stop = crate::command::conduct::stop_on_interrupt()?;
         let terminal = Terminal::open(self.link.as_deref()).map_err(failed)?;
         let started = Started {
             path: terminal.path().display().to_string(),

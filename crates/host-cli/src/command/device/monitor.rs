@@ -2,7 +2,7 @@
 
 use super::info::fault_in_words;
 use super::port::{PortArguments, duration};
-use crate::command::experiment::stop_on_interrupt;
+use crate::command::conduct::stop_on_interrupt;
 use crate::command::live::LiveArguments;
 use crate::files::folder;
 use crate::output::{Output, note};

@@ -6,7 +6,7 @@ use super::parameters::{Parameters, print};
 use super::port::PortArguments;
 use super::safety::SafetyArguments;
 use crate::choice::choice;
-use crate::command::experiment::{order, parse_dissipation, parse_order, parse_scheme};
+use crate::command::words::{order, parse_dissipation, parse_order, parse_scheme};
 use crate::output::{Output, note};
 use crate::quantity::{Damping, Force, ForceRate, Length, Mass, Stiffness, Time};
 use clap::Args;

@@ -1,0 +1,123 @@
+//! A run with a progress bar, stoppable by Ctrl-C, that is drawn and reported.
+
+use super::summary::plain;
+use crate::files::save_picture;
+use crate::output::{Output, note, warn};
+use crate::parameter::with_options;
+use haptic_experiment::curves::Published;
+use haptic_experiment::failure::Failure;
+use haptic_experiment::report::RunReport;
+use haptic_experiment::{Summary, Supervisor};
+use haptic_figure::{FigureError, Picture};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::io::{self, Write};
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Runs an experiment with a progress bar, stoppable by Ctrl-C, draws and reports.
+///
+/// # Errors
+/// Those of the experiment; an interrupted one, one with a fault, or with dropped samples.
+pub fn conduct<R: Summary, C>(
+    samples: u64,
+    output: Output,
+    print: impl FnOnce(&mut dyn Write, &R) -> io::Result<()>,
+    draw: impl FnOnce(&C) -> Result<Picture, FigureError>,
+    experiment: impl FnOnce(Supervisor<'_>) -> Result<Published<R, C>, Failure>,
+) -> Result<(), Failure> {
+    let stop = stop_on_interrupt()?;
+    let bar = progress_bar(samples, output);
+    let progress = |done| {
+        bar.set_position(done);
+        if done >= samples {
+            // A long run is read again from its log.
+            bar.set_message("judging");
+        }
+    };
+    let result = experiment(Supervisor {
+        stop,
+        progress: &progress,
+        live: None,
+        warn: &warn,
+    });
+    bar.finish_and_clear();
+    let Published {
+        mut report,
+        curves,
+        folder,
+    } = result?;
+    if let Some(curves) = curves {
+        report.run_mut().figure = Some(save_picture(&folder, draw(&curves))?);
+    }
+    if let Some(reason) = &mut report.run_mut().ended_early {
+        *reason = with_options(reason);
+    }
+    for warning in &mut report.run_mut().warnings {
+        *warning = with_options(warning);
+        note("warning", &*warning);
+    }
+    output.summary(&report, |out| print(out, &report))?;
+    let RunReport {
+        ended_early,
+        duration_s,
+        dropped_samples,
+        link_lost,
+        log,
+        ..
+    } = report.run();
+    if let (true, Some(reason)) = (*link_lost, ended_early) {
+        return Err(Failure::Device(anyhow::anyhow!(
+            "{reason}: the run ended at {} s, the device lets go by itself; the log is {log}",
+            plain(*duration_s)
+        )));
+    }
+    if let Some(reason) = ended_early {
+        return Err(Failure::Run(anyhow::anyhow!(
+            "{reason}: the run ended at {} s, the force ramped to zero; the log is {log}",
+            plain(*duration_s),
+        )));
+    }
+    if *dropped_samples > 0 {
+        return Err(Failure::DataLost(anyhow::anyhow!(
+            "{dropped_samples} samples are missing from the log {log}"
+        )));
+    }
+    Ok(())
+}
+
+/// The flag that Ctrl-C (or a termination signal) sets. The handler is installed once.
+///
+/// # Errors
+/// If the system does not let a program watch for it.
+pub fn stop_on_interrupt() -> Result<&'static AtomicBool, Failure> {
+    static STOP: AtomicBool = AtomicBool::new(false);
+    static INSTALLED: OnceLock<Result<(), String>> = OnceLock::new();
+    let installed = INSTALLED.get_or_init(|| {
+        ctrlc::set_handler(|| STOP.store(true, Ordering::Relaxed))
+            .map_err(|error| error.to_string())
+    });
+    match installed {
+        Ok(()) => Ok(&STOP),
+        Err(error) => Err(Failure::Run(anyhow::anyhow!(
+            "cannot watch for Ctrl-C, so a run could not be stopped safely: {error}"
+        ))),
+    }
+}
+
+/// A bar on a terminal; nothing elsewhere or for a quiet person.
+pub fn progress_bar(samples: u64, output: Output) -> ProgressBar {
+    let target = if output.quiet {
+        ProgressDrawTarget::hidden()
+    } else {
+        ProgressDrawTarget::stderr()
+    };
+    let bar = ProgressBar::with_draw_target(Some(samples), target);
+    let template = "{bar:40} {percent:>3} %  {human_pos} of {human_len}  {eta} left  {msg}";
+    // The template is a constant; the default serves if it were wrong.
+    bar.set_style(
+        ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()),
+    );
+    // Draws from a thread of its own, not from the loop.
+    bar.enable_steady_tick(std::time::Duration::from_millis(100));
+    bar
+}

@@ -1,0 +1,177 @@
+//! The report of a run as a person reads it.
+
+use fracdiff::Scheme;
+use haptic_experiment::Report;
+use haptic_experiment::report::RunReport;
+use std::io::{self, Write};
+
+/// The result as a person reads it.
+///
+/// # Errors
+/// Those of `out`.
+pub fn print_summary(out: &mut dyn Write, report: &Report) -> io::Result<()> {
+    let run = &report.run;
+    let quantity = if report.final_strain.is_some() {
+        "strain"
+    } else {
+        "force"
+    };
+    writeln!(
+        out,
+        "{} · order {} · scheme {} · {} · device {}",
+        report.tissue,
+        report.order,
+        report.scheme,
+        format!("{:?}", report.precision).to_lowercase(),
+        run.device
+    )?;
+    writeln!(
+        out,
+        "  {} samples, {} s at {} ms",
+        run.samples,
+        plain(run.duration_s),
+        plain(1e3 * run.sample_time_s)
+    )?;
+    if let Ok(Scheme::Full { tolerance, .. }) = report.scheme.parse() {
+        // |error| ≤ ε·T^(−μ)·Σ c_j|Δⁿx|
+        writeln!(
+            out,
+            "  tolerance         {tolerance:e} of the operator's output while x moves one way, of its gross sum otherwise"
+        )?;
+    }
+    writeln!(
+        out,
+        "  force             peak {:.4e} N, at the end {:.4e} N",
+        run.peak_force_n, run.final_force_n
+    )?;
+    if let Some(strain) = report.final_strain {
+        writeln!(out, "  strain            at the end {strain:.4e}")?;
+    }
+    if let Some(ratio) = report.final_over_theory {
+        writeln!(
+            out,
+            "  {quantity:<17} at the end {ratio:.6} times the closed form"
+        )?;
+    }
+    print_errors(out, report)?;
+    print_end(out, run)
+}
+
+/// The two errors, each with the samples that it is of.
+fn print_errors(out: &mut dyn Write, report: &Report) -> io::Result<()> {
+    let number = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |v| format!("{v:.2e}"));
+    let window = |from_s: Option<f64>, to_s: Option<f64>| {
+        let ends = from_s.zip(to_s);
+        ends.map_or_else(String::new, |(from, to)| {
+            format!(", from {from} s to {to} s")
+        })
+    };
+    let errors = &report.errors;
+    match &errors.max_relative_error_reason {
+        Some(reason) => writeln!(out, "  operator          not compared: {reason}")?,
+        None => writeln!(
+            out,
+            "  operator          off by {} at most from the full history of what was recorded{}{}",
+            number(errors.max_relative_error),
+            window(
+                errors.max_relative_error_from_s,
+                errors.max_relative_error_to_s
+            ),
+            report
+                .reference_tolerance
+                .map_or_else(String::new, |tolerance| {
+                    format!(" (by an operator, to {tolerance:.0e})")
+                })
+        )?,
+    }
+    match &errors.closed_form_error_reason {
+        Some(reason) => writeln!(out, "  closed form       not compared: {reason}"),
+        None => writeln!(
+            out,
+            "  closed form       off by {} at most{} (sampling alone {}, contact and rig alone {})",
+            number(errors.closed_form_error),
+            window(
+                errors.closed_form_error_from_s,
+                errors.closed_form_error_to_s
+            ),
+            number(report.discretisation_error),
+            number(report.rig_error)
+        ),
+    }
+}
+
+/// Prints what the summaries of all experiments end with.
+///
+/// # Errors
+/// Those of `out`.
+pub fn print_end(out: &mut dyn Write, end: &RunReport) -> io::Result<()> {
+    let plant = if end.link.is_some() {
+        ""
+    } else {
+        " and simulated device"
+    };
+    match end.tick_ns {
+        Some(tick) => writeln!(
+            out,
+            "  tick              {} ns median, {} ns 99 %, {} ns longest (loop{plant}); {} late",
+            tick.p50, tick.p99, tick.max, end.missed_deadlines
+        )?,
+        None => writeln!(
+            out,
+            "  tick              on the device, {} late",
+            end.missed_deadlines
+        )?,
+    }
+    if let Some(realtime) = &end.realtime {
+        crate::command::realtime::print(out, realtime)?;
+    }
+    if let Some(link) = &end.link {
+        let [p50, p99, max] = link.round_trip_us;
+        writeln!(
+            out,
+            "  link              board {}, loop on the {}; {} samples lost; frames {} from it, {} to it, {} \
+             damaged; round trip {p50} µs median, {p99} µs 99 %, {max} µs longest",
+            link.board,
+            link.loop_mode,
+            link.samples_lost + link.samples_dropped,
+            link.from_device.received,
+            link.to_device.received,
+            link.from_device.corrupt + link.to_device.corrupt
+        )?;
+    }
+    if let Some(verdict) = &end.preflight {
+        writeln!(out, "  pre-flight        {}", verdict.line())?;
+    }
+    print_files(out, end)
+}
+
+/// Where log, table and picture are.
+fn print_files(out: &mut dyn Write, end: &RunReport) -> io::Result<()> {
+    writeln!(out, "  log               {}", end.log)?;
+    if let [_, .., last] = end.logs.as_slice() {
+        writeln!(
+            out,
+            "                    in {} files, the last is {last}",
+            end.logs.len()
+        )?;
+    }
+    if let Some(log) = &end.fault_log {
+        writeln!(out, "  fault log         {log}")?;
+    }
+    if let Some(csv) = &end.csv {
+        writeln!(out, "  csv               {csv}")?;
+    }
+    if let Some(figure) = &end.figure {
+        writeln!(
+            out,
+            "  figure            {figure}{}",
+            crate::picture_file::AND_SVG
+        )?;
+    }
+    Ok(())
+}
+
+/// Without the digits that a binary fraction adds.
+pub fn plain(value: f64) -> f64 {
+    (value * 1e9).round() / 1e9
+}

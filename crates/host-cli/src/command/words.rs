@@ -1,0 +1,100 @@
+//! Words of a command line as values: orders, schemes, numbers, sizes.
+
+use crate::quantity::Bytes;
+use fracdiff::{Order, Scheme, Seconds};
+use haptic_experiment::failure::Failure;
+use haptic_log::record::ROLL_LEAST;
+
+/// The size that `--roll` gives, if it does.
+///
+/// # Errors
+/// A size outside its range.
+pub fn roll_bytes(size: Option<Bytes>) -> Result<Option<u64>, Failure> {
+    /// No disk has more.
+    const MOST: f64 = 1e15;
+    let least = ROLL_LEAST as f64;
+    match size {
+        None => Ok(None),
+        Some(Bytes(bytes)) if (least..=MOST).contains(&bytes) => Ok(Some(bytes as u64)),
+        Some(Bytes(bytes)) => Err(Failure::bad_input(format_args!(
+            "size {bytes} bytes is not in [{least:e}, {MOST:e}]: give --roll, as in 1GB"
+        ))),
+    }
+}
+
+/// Checks an order.
+///
+/// # Errors
+/// Outside −2 ≤ μ ≤ 2.
+pub fn order(mu: f64) -> Result<Order, Failure> {
+    Order::new(mu).map_err(|error| Failure::input_with_advice(error, "give --order within it"))
+}
+
+/// Checks an order of a wall or a coupler, which have no integral; `option` is where it was given.
+///
+/// # Errors
+/// Outside 0 ≤ μ ≤ 2.
+pub fn wall_order(mu: f64, option: &str) -> Result<Order, Failure> {
+    if (0.0..=Order::MAX).contains(&mu) {
+        return Order::new(mu).map_err(Failure::input);
+    }
+    Err(Failure::bad_input(format_args!(
+        "order {mu} is not in [0, {}], a wall has no integral: give {option} within it",
+        Order::MAX
+    )))
+}
+
+/// Reads a dissipation: a number, whose unit follows from the order.
+///
+/// # Errors
+/// If it is no number or not finite; a unit is explained.
+pub fn parse_dissipation(text: &str) -> Result<f64, String> {
+    parse_number(text).map_err(|error| {
+        // "1e3Ns/m" begins with a number as well: the unit begins with its first N.
+        match text.find('N').map(|unit| &text[..unit]) {
+            Some(start) if parse_number(start).is_ok() => format!(
+                "its unit, N·s^μ/m, follows from the order μ: give the number alone, {}",
+                start.trim()
+            ),
+            _ => error,
+        }
+    })
+}
+
+/// T^(−μ), if the sample time is in the range that operators take.
+///
+/// # Errors
+/// Outside that range.
+pub fn rate(sample_time: Seconds, mu: Order) -> Result<f64, Failure> {
+    sample_time
+        .rate_to_the(mu)
+        .map_err(|error| Failure::input_with_advice(error, "give --sample-time, as in 1ms"))
+}
+
+/// Reads a plain number.
+///
+/// # Errors
+/// If it is none, or not finite.
+pub fn parse_number(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(number) if number.is_finite() => Ok(number),
+        _ => Err("not a finite number".to_owned()),
+    }
+}
+
+/// Reads an order; its range is checked by [`order`].
+///
+/// # Errors
+/// If it is no number, or not finite.
+pub fn parse_order(text: &str) -> Result<f64, String> {
+    parse_number(text).map_err(|error| format!("{error} in [{}, {}]", Order::MIN, Order::MAX))
+}
+
+/// Reads a SCHEME.
+///
+/// # Errors
+/// In the scheme's own words.
+pub fn parse_scheme(text: &str) -> Result<Scheme, String> {
+    text.parse()
+        .map_err(|error: fracdiff::SchemeError| error.to_string())
+}
