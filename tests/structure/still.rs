@@ -28,7 +28,6 @@ pub(crate) const STILL: &[(Rule, &str, &str)] = &[
     (Rule::Circle, "haptic-remote", "serial::greeting"),
     (Rule::Circle, "haptic-remote", "serial::threads"),
     (Rule::Circle, "host-cli", "command::device"),
-    (Rule::Circle, "host-cli", "command::device::emulate"),
     (Rule::Circle, "host-cli", "command::device::flash"),
     (Rule::Circle, "host-cli", "command::device::info"),
     (Rule::Circle, "host-cli", "command::device::monitor"),
