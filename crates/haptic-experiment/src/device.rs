@@ -6,7 +6,8 @@ use haptic_link::{Hello, LoopMode};
 use haptic_remote::serial::{ConnectOptions, SerialError, SerialLink, ports};
 use std::fmt;
 use std::str::FromStr;
-use std::time::Duration;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 /// Hears what a user should know before a run is over, a sentence each.
 pub type Warn<'a> = &'a (dyn Fn(&str) + Sync);
@@ -80,19 +81,20 @@ impl fmt::Display for SerialName {
 }
 
 impl SerialName {
-    /// Connects, and tells `warn` what is worth saying about the port.
+    /// Connects, and tells `warn` what is worth saying about the port. A set `stop` ends the waiting.
     ///
     /// # Errors
     /// Exit code 3: no port, no device, no answer.
-    pub fn connect(&self, patience: Duration, warn: Warn<'_>) -> Result<SerialLink, Failure> {
+    pub fn connect(
+        &self,
+        patience: Duration,
+        warn: Warn<'_>,
+        stop: &AtomicBool,
+    ) -> Result<SerialLink, Failure> {
         let link = if self.path == "auto" {
             self.find()?
         } else {
-            let options = ConnectOptions {
-                baud: self.baud,
-                patience,
-            };
-            SerialLink::connect(&self.path, options).map_err(|error| at_port(&self.path, &error))?
+            self.wait(patience, stop)?
         };
         if let Some(latency_ms) = link.latency_ms().filter(|ms| *ms > 1) {
             warn(&format!(
@@ -103,6 +105,32 @@ impl SerialName {
             ));
         }
         Ok(link)
+    }
+
+    /// Tries for so long, a little at a time.
+    fn wait(&self, patience: Duration, stop: &AtomicBool) -> Result<SerialLink, Failure> {
+        let began = Instant::now();
+        loop {
+            let left = patience.saturating_sub(began.elapsed());
+            let options = ConnectOptions {
+                baud: self.baud,
+                patience: left.min(Duration::from_millis(250)),
+            };
+            let error = match SerialLink::connect(&self.path, options) {
+                Ok(link) => return Ok(link),
+                Err(error) => error,
+            };
+            if error.is_hopeless() || began.elapsed() >= patience {
+                return Err(at_port(&self.path, &error));
+            }
+            if stop.load(Ordering::Relaxed) {
+                return Err(Failure::Run(anyhow::anyhow!(
+                    "interrupted: {} was waited for in vain ({error})",
+                    self.path
+                )));
+            }
+            std::thread::sleep(Duration::from_millis(10));
+        }
     }
 
     /// The only port at which a device answers.

@@ -8,6 +8,7 @@ use crate::failure::Failure;
 use haptic_link::{Configuration, EventKind, LoopMode, Scope, Start};
 use haptic_remote::LinkError;
 use haptic_remote::serial::{Heard, SerialError, SerialLink};
+use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
@@ -29,13 +30,13 @@ impl<'a> Trials<'a> {
     ///
     /// # Errors
     /// A device that cannot be used; a loop on the host, which trials do not do.
-    pub fn new(remote: &RemoteDevice, warn: Warn<'a>) -> Result<Self, Failure> {
+    pub fn new(remote: &RemoteDevice, warn: Warn<'a>, stop: &AtomicBool) -> Result<Self, Failure> {
         if remote.loop_mode == LoopMode::Host {
             return Err(Failure::bad_input(
                 "a search runs in the device's own loop: leave `loop` = host away",
             ));
         }
-        let link = remote.name.connect(remote.patience, warn)?;
+        let link = remote.name.connect(remote.patience, warn, stop)?;
         let set = link.configuration();
         let (set, _) = set.map_err(|error| at_port(link.path(), &error))?;
         Ok(Self {

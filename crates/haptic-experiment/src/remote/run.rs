@@ -77,7 +77,7 @@ impl<'a> RemoteRun<'a> {
     /// Connects, configures, and only then makes folder and log.
     fn prepare(mut self, supervisor: Supervisor<'_>) -> Result<HostSession<'a>, Failure> {
         let device = self.device;
-        let mut link = device.name.connect(device.patience, supervisor.warn)?;
+        let mut link = (device.name).connect(device.patience, supervisor.warn, supervisor.stop)?;
         let path = link.path().to_owned();
         let problem = |error: SerialError| match error.is_refusal() {
             true if error.is_about(Field::SimulationKind) => Failure::input_with_advice(
@@ -94,6 +94,7 @@ impl<'a> RemoteRun<'a> {
             (supervisor.warn)(&text);
         }
         describe_limits(&configuration.limits, &mut self.metadata);
+        let force_limit_n = f64::from(configuration.limits.force_n);
         link.set_for(configuration, &self.law.operator.1, Scope::Run)
             .map_err(problem)?;
         let before = link.statistics().map_err(problem)?;
@@ -130,6 +131,7 @@ impl<'a> RemoteRun<'a> {
             record,
             samples_lost: 0,
             next_tick: 0,
+            force_limit_n,
             preflight,
         })
     }

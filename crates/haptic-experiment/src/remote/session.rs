@@ -35,6 +35,8 @@ pub(super) struct HostSession<'a> {
     pub(super) record: Record,
     pub(super) samples_lost: u64,
     pub(super) next_tick: u64,
+    /// Largest force that the device makes in this run, N.
+    pub(super) force_limit_n: f64,
     pub(super) preflight: Option<PreflightVerdict>,
 }
 
@@ -179,7 +181,7 @@ impl HostSession<'_> {
                 time_s: reading.time_s,
                 position_m: reading.position_m[0].to_f64(),
                 environment_force_n: done.environment_force_n[0].to_f64(),
-                force_n: done.force.newtons()[0].to_f64(),
+                force_n: self.applied_n(done.force.newtons()[0].to_f64()),
                 // The device limits what it is sent once more.
                 limiters: done.limiters.bits() | self.link.newest_limiters(),
                 ..self.blank(reading.time_s)
@@ -201,6 +203,16 @@ impl HostSession<'_> {
             }
         }
         self.link.disarm()
+    }
+
+    /// The force of a tick, N: the one commanded in answer to it, within the device's limit, and where the device's own chain
+    /// limits, the one it really applied. A log of forces that no device made would be judged as if it had.
+    fn applied_n(&self, commanded_n: f64) -> f64 {
+        if self.link.newest_limiters() == 0 {
+            commanded_n.min(self.force_limit_n).max(-self.force_limit_n)
+        } else {
+            f64::from(self.link.newest_force_n())
+        }
     }
 
     /// Which ticks come while nothing runs: each how manyth, 0 none.

@@ -9,6 +9,9 @@ const POSITION_SHARE: f64 = 0.01;
 /// Encoder steps by which it may vary.
 const STEPS: f64 = 2.0;
 
+/// A wall at rest lets the force swing by this share of the push from end to end: a force that is half the push too
+/// large or too small has let go of the device, however rarely.
+const FORCE_RANGE_SHARE: f64 = 1.0;
 /// Share of the push by which a force at rest may vary.
 const FORCE_SHARE: f64 = 0.05;
 
@@ -92,6 +95,8 @@ pub(crate) struct Scales {
 pub(crate) struct Tolerance {
     pub(super) position_std_m: Option<f64>,
     pub(super) force_std_n: Option<f64>,
+    /// From the least to the largest force, N.
+    pub(super) force_range_n: Option<f64>,
     /// Share of the samples at the force limit.
     pub(super) limited: Option<f64>,
 }
@@ -102,6 +107,7 @@ impl Tolerance {
             Criterion::Dissertation { threshold_m } => Self {
                 position_std_m: Some(threshold_m),
                 force_std_n: None,
+                force_range_n: None,
                 limited: None,
             },
             Criterion::Settling => {
@@ -113,6 +119,7 @@ impl Tolerance {
                 Self {
                     position_std_m: held.then(|| (STEPS * step).max(POSITION_SHARE * deflection)),
                     force_std_n: Some(force_step.max(FORCE_SHARE * scales.push_n)),
+                    force_range_n: Some(FORCE_RANGE_SHARE * scales.push_n),
                     limited: Some(LIMITED_SHARE),
                 }
             }

@@ -40,6 +40,8 @@ pub(crate) struct Judge {
     limited: u64,
     position: Moments,
     force: Moments,
+    /// Least and largest force in the window, N.
+    force_ends_n: (f64, f64),
     gone: bool,
 }
 
@@ -60,6 +62,7 @@ impl Judge {
             limited: 0,
             position: Moments::default(),
             force: Moments::default(),
+            force_ends_n: (f64::INFINITY, f64::NEG_INFINITY),
             gone: false,
         }
     }
@@ -72,6 +75,8 @@ impl Judge {
         if time_s >= self.from_s {
             self.position.add(position_m);
             self.force.add(force_n);
+            let (least, most) = self.force_ends_n;
+            self.force_ends_n = (least.min(force_n), most.max(force_n));
         }
         !self.gone
     }
@@ -81,6 +86,7 @@ impl Judge {
         let seen = whole && !self.gone && self.position.count > 0.0;
         let share = self.limited as f64 / self.samples as f64;
         let deviations = seen.then(|| (self.position.deviation(), self.force.deviation()));
+        let range = self.force_ends_n.1 - self.force_ends_n.0;
         let within = |have: f64, most: Option<f64>| most.is_none_or(|most| have <= most);
         let verdict = match deviations {
             _ if self.gone => TrialVerdict::Gone,
@@ -88,7 +94,8 @@ impl Judge {
             Some(_) if !within(share, self.tolerance.limited) => TrialVerdict::Saturated,
             Some((position, force))
                 if within(position, self.tolerance.position_std_m)
-                    && within(force, self.tolerance.force_std_n) =>
+                    && within(force, self.tolerance.force_std_n)
+                    && within(range, self.tolerance.force_range_n) =>
             {
                 TrialVerdict::Stable
             }
@@ -103,6 +110,8 @@ impl Judge {
             position_std_limit_m: self.tolerance.position_std_m,
             force_std_n: deviations.map(|(_, force)| force),
             force_std_limit_n: self.tolerance.force_std_n,
+            force_range_n: seen.then_some(range),
+            force_range_limit_n: self.tolerance.force_range_n,
             saturated_share: (self.samples > 0).then_some(share),
             deflection_m: seen.then_some(self.position.mean),
             expected_deflection_m,

@@ -80,6 +80,32 @@ fn a_step_of_more_than_a_quarter_of_the_push_is_no_excuse() {
 }
 
 #[test]
+fn a_force_that_swings_by_more_than_the_push_is_no_rest_however_rarely() {
+    // An encoder so coarse that a standard deviation of 0.25 N is excused: one sample of fifty swings by 1.1 N, 0.15 N rms.
+    let coarse = Scales {
+        encoder_step_m: 5e-6,
+        ..STIFF
+    };
+    for (swing_n, stable) in [(1.1, false), (0.9, true)] {
+        let swings = |n: u32| {
+            (
+                10e-6,
+                if n.is_multiple_of(50) {
+                    swing_n - 1.0
+                } else {
+                    -1.0
+                },
+            )
+        };
+        let settling = judged(Criterion::Settling, coarse, swings);
+        assert!(settling.force_std_n < Some(0.25), "{settling:?}");
+        assert_eq!(settling.stable, stable, "{settling:?}");
+        let range = settling.force_range_n.expect("seen");
+        assert!((range - swing_n).abs() < 1e-12, "{range}");
+    }
+}
+
+#[test]
 fn an_impact_may_reach_the_limit_for_a_hundredth_of_the_samples() {
     for (samples, stable) in [(50, true), (51, false)] {
         let motion = |n| (10e-6, if n < samples { -3.3 } else { -1.0 });

@@ -59,6 +59,10 @@ pub struct Settling {
     pub force_std_n: Option<f64>,
     /// The largest that counts as rest, N; null if the criterion does not ask.
     pub force_std_limit_n: Option<f64>,
+    /// From the least to the largest force of the window, N.
+    pub force_range_n: Option<f64>,
+    /// The largest that counts as rest, N; null if the criterion does not ask.
+    pub force_range_limit_n: Option<f64>,
     /// Share of all samples whose force was at its limit, 0 to 1.
     pub saturated_share: Option<f64>,
     /// Mean of the position over the window, m.
@@ -105,8 +109,12 @@ impl Settling {
                     over(of(self.force_std_n, self.force_std_limit_n)).map(|(have, most)| {
                         format!("the force varies by {have:.3e} N, more than {most:.3e} N")
                     });
-                let both: Vec<String> = position.into_iter().chain(force).collect();
-                Some(format!("at the end {}", both.join(", and ")))
+                let swing =
+                    over(of(self.force_range_n, self.force_range_limit_n)).map(|(have, most)| {
+                        format!("the force swings over {have:.3e} N, more than {most:.3e} N")
+                    });
+                let all: Vec<String> = position.into_iter().chain(force).chain(swing).collect();
+                Some(format!("at the end {}", all.join(", and ")))
             }
         }
     }

@@ -25,7 +25,9 @@ impl ZWidth {
     ) -> Result<ZWidthReport, Failure> {
         self.check()?;
         let remote = self.remote.as_ref();
-        let trials = remote.map(|remote| Trials::new(remote, warn)).transpose()?;
+        let trials = remote
+            .map(|remote| Trials::new(remote, warn, stop))
+            .transpose()?;
         let searches: Vec<Search> = self
             .orders
             .iter()

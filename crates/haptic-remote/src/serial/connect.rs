@@ -6,7 +6,7 @@ use super::link::SerialLink;
 use super::port;
 use super::shared::Shared;
 use super::threads::{Reader, Writer};
-use crate::{Conversation, LinkError, check_keys};
+use crate::{Conversation, check_keys};
 use core::fmt::Display;
 use haptic_link::{Capabilities, Report, Request, State, Status};
 use hdrhistogram::Histogram;
@@ -64,16 +64,7 @@ impl SerialLink {
                 Ok(link) => return Ok(link),
                 Err(error) => error,
             };
-            // Another version does not go away by waiting.
-            let hopeless = matches!(
-                error,
-                SerialError::Link(
-                    LinkError::OtherMessages { .. }
-                        | LinkError::OtherVersion { .. }
-                        | LinkError::Echo
-                )
-            );
-            if hopeless || began.elapsed() + pause > options.patience {
+            if error.is_hopeless() || began.elapsed() + pause > options.patience {
                 return Err(error);
             }
             std::thread::sleep(pause);
@@ -125,6 +116,7 @@ impl SerialLink {
             running: None,
             newest_tick: 0,
             newest_limiters: 0,
+            newest_force_n: 0.0,
             heard_tick: 0,
             forces_skipped: 0,
         };

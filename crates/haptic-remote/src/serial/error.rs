@@ -49,6 +49,17 @@ pub enum SerialError {
 }
 
 impl SerialError {
+    /// Whether trying again is in vain: another version does not go away by waiting.
+    #[must_use]
+    pub const fn is_hopeless(&self) -> bool {
+        matches!(
+            self,
+            Self::Link(
+                LinkError::OtherMessages { .. } | LinkError::OtherVersion { .. } | LinkError::Echo
+            )
+        )
+    }
+
     /// Whether the device does not have this.
     #[must_use]
     pub fn is_about(&self, field: haptic_link::Field) -> bool {

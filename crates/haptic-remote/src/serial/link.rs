@@ -67,6 +67,7 @@ pub struct SerialLink {
     pub(super) running: Option<u64>,
     pub(super) newest_tick: u32,
     pub(super) newest_limiters: u8,
+    pub(super) newest_force_n: f32,
     /// Tick of the last sample heard.
     pub(super) heard_tick: u32,
     pub(super) forces_skipped: u64,
@@ -121,6 +122,12 @@ impl SerialLink {
     #[must_use]
     pub const fn newest_limiters(&self) -> u8 {
         self.newest_limiters
+    }
+
+    /// The force that the device applied in the newest sample, N.
+    #[must_use]
+    pub const fn newest_force_n(&self) -> f32 {
+        self.newest_force_n
     }
 
     /// The speed at which the device answered, bits per second.

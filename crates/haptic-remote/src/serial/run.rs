@@ -131,6 +131,7 @@ impl<F: Real> Device<F, 1> for SerialLink {
                 Some(Heard::Sample(sample)) => {
                     self.newest_tick = sample.tick;
                     self.newest_limiters = sample.limiters;
+                    self.newest_force_n = sample.force_n;
                     return Ok(Reading {
                         tick: u64::from(sample.tick),
                         time_s: f64::from(sample.tick) * self.period_s(),

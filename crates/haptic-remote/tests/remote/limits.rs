@@ -82,9 +82,12 @@ const BEYOND: [(Field, Number, &[f32]); 22] = [
     (Field::GuardNoise, |l| &mut l.guard.noise_m, &[-1e-9, 0.02, f32::NAN]),
 ];
 
+/// Sets what makes a limit wrong.
+type Change = fn(&mut Limits);
+
 /// Numbers that are beyond the range of one limit because of others.
 #[rustfmt::skip]
-const BEYOND_TOGETHER: [(Field, fn(&mut Limits)); 5] = [
+const BEYOND_TOGETHER: [(Field, Change); 5] = [
     (Field::WorkspaceHigh, |l| (l.workspace_low_m, l.workspace_high_m) = (0.0, f32::NAN)),
     (Field::WorkspaceSoft, |l| (l.workspace_low_m, l.workspace_high_m) = (0.0, 0.0)),
     (Field::SpeedSoft, |l| l.speed_hard_m_per_s = 0.0),

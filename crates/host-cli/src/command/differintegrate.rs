@@ -71,6 +71,13 @@ impl Arguments {
         };
         let y = differintegrate(self.scheme, mu, t, &x, if self.caputo { x[0] } else { 0.0 });
         let y = y.map_err(Failure::input)?;
+        if let Some(n) = y.iter().position(|y| !y.is_finite()) {
+            return Err(Failure::bad_input(format_args!(
+                "the result of row {} below the header is beyond the largest number of 64 bits, 1.8e308: scale the \
+                 column down, or give a longer --sample-time",
+                n + 1
+            )));
+        }
         let result = Signals {
             order: mu.get(),
             scheme: self.scheme.to_string(),
@@ -80,12 +87,20 @@ impl Arguments {
         };
         output.print(&result, |out| {
             let mut table = csv::Writer::from_writer(out);
-            table.write_record(["x", "y"])?;
+            table.write_record(["x", "y"]).map_err(as_io)?;
             for row in result.x.iter().zip(&result.y) {
-                table.serialize(row).map_err(io::Error::from)?;
+                table.serialize(row).map_err(as_io)?;
             }
             table.flush()
         })
+    }
+}
+
+/// The error of the system below one of the table writer, so that a full disk or a closed pipe is known as such.
+fn as_io(error: csv::Error) -> io::Error {
+    match error.into_kind() {
+        csv::ErrorKind::Io(error) => error,
+        other => io::Error::other(format!("{other:?}")),
     }
 }
 

@@ -11,7 +11,7 @@ use std::net::SocketAddr;
 pub struct LiveArguments {
     /// Stream the samples over a WebSocket for Foxglove or PlotJuggler (Foxglove bridge), at
     /// 127.0.0.1:8765 if no address is given; port 0 takes a free one. Whoever reaches the address
-    /// may watch, and only watch
+    /// may watch, and only watch. Only in a build with the feature foxglove
     #[arg(
         long,
         value_name = "IP:PORT",

@@ -277,7 +277,7 @@ fn save(report: &ZWidthReport, folder: &OutputFolder) -> Result<Vec<String>, Fai
         })
     });
     let table = folder.write_table("csv", rows)?;
-    Ok(vec![table, save_picture(&folder, draw(report))?])
+    Ok(vec![table, save_picture(folder, draw(report))?])
 }
 
 /// A curve with what it needs to be drawn.

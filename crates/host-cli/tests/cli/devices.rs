@@ -176,6 +176,29 @@ fn a_z_width_can_be_found_on_a_device() {
 }
 
 #[test]
+fn the_log_of_a_host_loop_shows_no_force_beyond_what_the_device_makes() {
+    let device = Emulated::new("");
+    let place = &device.place;
+    device.json("device set --device serial:device --force-limit 2N --rise-time 0s");
+    // The tissue asks for 50 times as much. A machine that is too busy for the loop ends it: what was logged until then counts.
+    let line = "relax --device serial:device --loop host --contact rigid --area 100cm2 --thickness 5cm --strain 50% \
+                --duration 3s --watchdog 1s --max-age-ticks 1000 --out run --json";
+    let ended = place.run(line);
+    // A run that ended early keeps its log too.
+    let export = place.run("log export run/relax.mcap run.csv").succeeded();
+    let mut rows = csv::Reader::from_path(place.path("run.csv")).expect("a table");
+    let header = rows.headers().expect("a header").clone();
+    let column = header.iter().position(|name| name == "force_n");
+    let column = column.unwrap_or_else(|| panic!("{header:?} {export}"));
+    let forces = rows.records().map(|row| {
+        let row = row.expect("a row");
+        row[column].parse::<f64>().expect("a number").abs()
+    });
+    let most = forces.fold(0.0, f64::max);
+    assert!((1.0..=2.0 + 1e-6).contains(&most), "{most} N: {ended}");
+}
+
+#[test]
 fn parameters_are_set_as_a_whole_and_read_back() {
     let device = Emulated::new("");
     let on = "--device serial:device";

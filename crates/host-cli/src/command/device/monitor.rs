@@ -30,7 +30,7 @@ is closed, and the next one (monitor-2.mcap) begins when the device is there aga
 #[command(
     long_about = LONG_ABOUT,
     after_help = "Examples:\n  host-cli device monitor --device serial:/dev/ttyACM0 --duration 10s\n  \
-                  host-cli device monitor --device serial:/dev/ttyACM0 --foxglove"
+                  host-cli device monitor --device serial:/dev/ttyACM0 --teleplot"
 )]
 pub struct Arguments {
     #[command(flatten)]

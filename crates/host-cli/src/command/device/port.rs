@@ -6,7 +6,11 @@ use clap::Args;
 use haptic_experiment::device::{DeviceName, SerialName};
 use haptic_experiment::failure::Failure;
 use haptic_remote::serial::SerialLink;
+use std::sync::atomic::AtomicBool;
 use std::time::Duration;
+
+/// These commands watch for no interruption, so one ends them at once.
+static NEVER: AtomicBool = AtomicBool::new(false);
 
 /// Which device.
 #[derive(Debug, Args)]
@@ -46,11 +50,11 @@ impl PortArguments {
 
     /// One attempt.
     pub(super) fn connect_once(&self) -> Result<SerialLink, Failure> {
-        self.name()?.connect(Duration::ZERO, &warn)
+        self.name()?.connect(Duration::ZERO, &warn, &NEVER)
     }
 
     pub(super) fn connect(&self) -> Result<SerialLink, Failure> {
-        self.name()?.connect(self.patience()?, &warn)
+        self.name()?.connect(self.patience()?, &warn, &NEVER)
     }
 }
 
