@@ -80,7 +80,7 @@ impl TrialPlan {
         if !TRIAL_SAMPLES.contains(&samples) {
             return Err(Failure::bad_input(format_args!(
                 "duration {} s at a sample time of {sample_time} is {samples} samples, which is not in [{}, {:e}]: \
-                 change duration or sample time",
+                 change `duration_s` or `sample_time_s`",
                 self.duration_s,
                 TRIAL_SAMPLES.start(),
                 TRIAL_SAMPLES.end()
@@ -88,7 +88,7 @@ impl TrialPlan {
         }
         if !(self.window_s >= 10.0 * t && self.window_s <= self.duration_s) {
             return Err(Failure::bad_input(format_args!(
-                "window {} s is not in [{}, {}] s, from ten samples to the whole run: change window or duration",
+                "window {} s is not in [{}, {}] s, from ten samples to the whole run: change `window_s` or `duration_s`",
                 self.window_s,
                 10.0 * t,
                 self.duration_s

@@ -41,7 +41,8 @@ impl Warnings {
         if samples > 0 {
             self.0.push(format!(
                 "the safety chain limited the force in {samples} samples: raise `force_limit_n` or \
-                 `force_rate_limit_n_per_s`, or render less stiffly"
+                 `force_rate_limit_n_per_s`, or on a serial device its own limits and rise time (`host-cli device set`), \
+                 or render less stiffly"
             ));
         }
     }

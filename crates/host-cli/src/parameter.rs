@@ -54,6 +54,7 @@ const OPTIONS: &[(&str, &str)] = &[
     ("thickness_m", "--thickness"),
     ("tissue", "--tissue"),
     ("watchdog_s", "--watchdog"),
+    ("window_s", "--window"),
     ("workspace_high_m", "--workspace"),
     ("workspace_low_m", "--workspace"),
 ];
