@@ -230,7 +230,7 @@ impl<F: Real, const N: usize> Differintegrator<F> for Cascade<F, N> {
     #[inline]
     fn advance(&self, history: &mut Self::History, x: F) {
         let mut signal = x;
-        // What the cascade will give at the next tick for an input of zero.
+        // Output of the cascade at the next tick for an input of zero.
         let mut rest = F::ZERO;
         let states = history.slow.iter_mut();
         for (section, (slow, carry)) in self.sections.iter().zip(states).take(self.used) {

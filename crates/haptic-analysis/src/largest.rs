@@ -69,7 +69,7 @@ pub(crate) fn largest(
         // The frequency θ alone reaches δ at x = (δ − q)/p.
         let next = (delta - given) / slope;
         if slope <= 0.0 || next <= 0.0 {
-            // Where the tangent from above meets δ, the supremum has passed its minimum, or x is
+            // At the point where the tangent from above meets δ, the supremum has passed its minimum, or x is
             // negative: no x ≥ 0 is passive.
             return Ok(Largest::Empty);
         }

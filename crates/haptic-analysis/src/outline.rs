@@ -166,7 +166,7 @@ impl Outline<'_> {
                 .collect();
         }
         let mut filled = Vec::new();
-        // What the steps so far have left over or borrowed, so that the total comes out.
+        // Balance of the steps so far, left over or borrowed, so that the total is right.
         let mut due = 0.0;
         for pair in arc.samples.windows(2) {
             let (a, b) = (&pair[0], &pair[1]);

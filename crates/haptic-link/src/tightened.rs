@@ -167,7 +167,7 @@ impl Limits {
                 );
             }
         }
-        // Where the hard limit came from what was set, the zone before it has to fit.
+        // If the hard limit came from the set configuration, the zone before it has to fit.
         if tight.speed_hard_m_per_s > 0.0 && tight.speed_soft_m_per_s >= tight.speed_hard_m_per_s
             || self.speed_hard_m_per_s <= 0.0
         {

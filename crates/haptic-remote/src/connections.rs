@@ -11,7 +11,7 @@
 
 use haptic_link::{Header, RequestTracker};
 
-/// What a frame is to the device.
+/// Kind of a frame, as the device sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Arrived {
     /// To be acted on; the first of its connection, or a later one.
@@ -84,7 +84,7 @@ impl Connections {
         self.owner = self.current;
     }
 
-    /// Whether it was the current connection that armed the device.
+    /// True if the current connection armed the device.
     pub(super) const fn is_owner(&self) -> bool {
         self.owner != 0 && self.owner == self.current
     }

@@ -9,7 +9,7 @@ use haptic_link::{
 /// Tries of a request before the device counts as gone.
 const TRIES: u8 = 10;
 
-/// What the host hears.
+/// Message that the host hears.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Incoming {
     /// The answer to the outstanding request.
@@ -29,7 +29,7 @@ pub enum Incoming {
         round_trip_us: u64,
         /// State and fault.
         status: Status,
-        /// What the passivity guard has observed, J; 0 without one.
+        /// Energy that the passivity guard has observed, J; 0 without a guard.
         observed_energy_j: f32,
     },
     /// The device does not know this connection any more: it was reset, or somebody else has connected.
@@ -45,7 +45,7 @@ struct Outstanding {
     sent_us: u64,
 }
 
-/// What the host has counted.
+/// Counters of the host.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct HostCounters {
     /// Frames sent.
@@ -160,7 +160,7 @@ impl Conversation {
         length
     }
 
-    /// Whether an answer is still awaited.
+    /// True if an answer is still awaited.
     #[must_use]
     pub const fn is_waiting(&self) -> bool {
         self.outstanding.is_some()
@@ -272,7 +272,7 @@ impl Conversation {
         })
     }
 
-    /// Whether a report answers the outstanding request.
+    /// True if a report answers the outstanding request.
     fn is_answer(&self, report: &Report) -> bool {
         let Some(outstanding) = &self.outstanding else {
             return false;

@@ -7,7 +7,7 @@ use rand_pcg::Pcg32;
 use std::collections::VecDeque;
 use std::vec::Vec;
 
-/// What a line does to frames. All chances are per frame, in [0, 1].
+/// Faults of a line. All chances are per frame, in [0, 1].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LineFaults {
     /// Chance that a frame is lost.
@@ -22,11 +22,11 @@ pub struct LineFaults {
     pub delay_s: f64,
     /// Chance that the line stands still from this frame on.
     pub stall: f64,
-    /// How long it stands still, s.
+    /// Duration of a standstill, s.
     pub stall_s: f64,
 }
 
-/// What a line has done.
+/// Counts of the frames and faults of a line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LineDamage {
     /// Frames sent.
@@ -56,7 +56,7 @@ pub struct FaultyLine {
 }
 
 impl LineFaults {
-    /// Whether the line does nothing but carry.
+    /// True if the line only carries frames and has no fault.
     #[must_use]
     pub fn is_ideal(&self) -> bool {
         *self == Self::default()
@@ -119,7 +119,7 @@ impl FaultyLine {
         })
     }
 
-    /// What the line does to frames from now on; those on the way are not touched.
+    /// Sets the faults of the line from now on. Frames on the way are not touched.
     ///
     /// # Errors
     /// As [`LineFaults::check`].
@@ -176,7 +176,7 @@ impl FaultyLine {
         self.on_the_way.front().map(|(arrival, _)| *arrival)
     }
 
-    /// What the line has done so far.
+    /// Counts of the frames and faults of the line so far.
     #[must_use]
     pub const fn damage(&self) -> LineDamage {
         self.damage

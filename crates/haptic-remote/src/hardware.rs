@@ -1,4 +1,4 @@
-//! What the device's end of the link needs of a board.
+//! Functions of a board that the device's end of the link needs.
 
 use haptic_link::{Capabilities, Refusal, Simulation};
 use haptic_loop::{Device, Fault, Reading};
@@ -9,10 +9,10 @@ use haptic_loop::{Device, Fault, Reading};
 /// theirs is a fault that latches; the force then falls to zero through further reads and writes. So a
 /// board that goes on failing has to make itself forceless, and to say so once.
 pub trait Hardware: Device<f32, 1, Error = Fault> {
-    /// What [`prepare`](Self::prepare) makes.
+    /// Result of [`prepare`](Self::prepare).
     type Setup;
 
-    /// What the board is and can do.
+    /// Name and abilities of the board.
     fn capabilities(&self) -> Capabilities;
 
     /// Makes what a configuration asks of the plant; outside the tick, so it may take its time.
@@ -30,14 +30,14 @@ pub trait Hardware: Device<f32, 1, Error = Fault> {
     /// One tick while no force may act: makes sure of that, and reads. A simulated plant stands still.
     ///
     /// # Errors
-    /// What is wrong with the board.
+    /// Fault of the board.
     fn idle(&mut self) -> Result<Reading<f32, 1>, Fault>;
 
     /// No force from now on, whatever was written last: the loop cannot go on. Called at each tick whose
     /// [`read`](Device::read), [`write`](Device::write) or [`idle`](Self::idle) has failed.
     fn let_go(&mut self);
 
-    /// Whether the condition of a fault still holds, as an open emergency stop.
+    /// Fault whose condition still holds, such as an open emergency stop; `None` if there is no such fault.
     fn persisting_fault(&self) -> Option<Fault> {
         None
     }

@@ -11,7 +11,7 @@ pub enum LinkError {
     NoAnswer {
         /// Name of the request.
         request: &'static str,
-        /// What came instead.
+        /// Counts of the frames that came instead.
         line: LineCounters,
     },
     /// The device refused.
@@ -99,7 +99,7 @@ impl fmt::Display for LinkError {
 
 impl core::error::Error for LinkError {}
 
-/// What silence looks like.
+/// Explains a missing answer by the frames that came instead.
 fn explain_silence(f: &mut fmt::Formatter<'_>, line: &LineCounters) -> fmt::Result {
     match line {
         LineCounters {

@@ -1,4 +1,4 @@
-//! What a device has to say unasked: samples, events and faults, in the order in which they leave.
+//! Messages that a device sends unasked: samples, events and faults, in the order in which they leave.
 
 use haptic_link::{
     BATCH_MAX, Batch, BatchItem, Event, EventKind, FaultReport, Field, Refusal, Report, Sample,
@@ -10,10 +10,10 @@ pub const QUEUE_SAMPLES: usize = 32;
 /// Notices that wait to be sent at most.
 const QUEUE_NOTICES: usize = 8;
 
-/// Which samples are sent, and how.
+/// Choice of the samples to send, and their number in a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Stream {
-    /// Each how manyth tick; 0 none.
+    /// Sends every n-th tick; 0 for no ticks.
     pub(super) every: u16,
     /// Samples in a frame.
     pub(super) batch: u8,
@@ -78,7 +78,7 @@ impl Outbox {
     /// samples of the stream are still to come, so that a batch waits until it is full.
     pub(super) fn next(&mut self, stream: Stream, more: bool) -> Option<Report> {
         match self.notices.front() {
-            // What a run sampled goes out before its end is told.
+            // The samples of a run go out before the event of its end.
             Some(Notice::Event(event)) if self.samples.is_empty() || begins(event.kind) => {
                 let report = Report::Event(*event);
                 self.notices.pop_front();

@@ -46,7 +46,7 @@ pub fn prepare<H: Hardware>(
     capabilities: &Capabilities,
 ) -> Result<Prepared<H::Setup>, Refusal> {
     let limits = checked(&configuration, capabilities)?;
-    // What needs the most memory first, while nothing else is there.
+    // The setup needs the most memory. It comes first, while nothing else is there.
     let setup = H::prepare(&configuration.simulation, configuration.tick_period_us)?;
     let (wall, chain) = built(&configuration, coefficients, &limits)?;
     Ok(Prepared {

@@ -26,7 +26,7 @@ pub struct SimulatedPlant {
     tick_period_us: u32,
 }
 
-/// What is simulated.
+/// Kind of the simulated plant.
 #[derive(Clone, Debug)]
 #[expect(
     clippy::large_enum_variant,

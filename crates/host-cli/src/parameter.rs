@@ -99,7 +99,7 @@ pub fn seed_for(seed: Option<u64>, noise_m: f64) -> Result<u64, Failure> {
     }
 }
 
-/// What went wrong, with options in place of parameters. An error about an experiment file keeps the keys of the file.
+/// Text of an error, with options in place of parameters. An error about an experiment file keeps the keys of the file.
 #[must_use]
 pub fn in_words(failure: &Failure) -> String {
     let about_file = match failure {

@@ -38,7 +38,7 @@ pub struct Foxglove {
     events: Arc<RawChannel>,
     stamp: TimeOfDay,
     buffer: Vec<u8>,
-    /// Whether a viewer was too slow.
+    /// True if a viewer was too slow.
     overflowed: Arc<AtomicBool>,
     /// Sets it.
     watch: Dispatch,
@@ -85,7 +85,7 @@ impl Foxglove {
         })
     }
 
-    /// Where viewers connect.
+    /// Address to which viewers connect.
     #[must_use]
     pub const fn address(&self) -> SocketAddr {
         self.address

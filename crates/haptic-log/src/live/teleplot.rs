@@ -19,7 +19,7 @@ const SAMPLE_BYTES: usize = 275;
 /// Name, unit and value of what is sent.
 type Field = (&'static str, &'static str, fn(&TickMessage) -> f64);
 
-/// What is sent of a sample.
+/// Fields of a sample that are sent.
 const FIELDS: [Field; 8] = [
     ("reference_m", "m", |tick| tick.reference_m),
     ("indenter_position_m", "m", |tick| tick.indenter_position_m),

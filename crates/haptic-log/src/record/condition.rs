@@ -1,4 +1,4 @@
-//! How a log was found: whole, or what of it could not be read.
+//! Condition of a log: whole, or with parts that could not be read.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -14,23 +14,23 @@ pub enum Damage {
     },
     /// One chunk, up to 100 ms of samples, is damaged; reading went on behind it.
     Chunk {
-        /// Where it ends, bytes from the start of the file; near enough to look at.
+        /// End of the chunk, bytes from the start of the file; near enough to look at.
         at_byte: u64,
-        /// What is wrong with it.
+        /// Cause of the damage.
         cause: String,
     },
     /// One record is damaged; reading went on behind it.
     Record {
-        /// Where it ends, bytes from the start of the file.
+        /// End of the record, bytes from the start of the file.
         at_byte: u64,
-        /// What is wrong with it.
+        /// Cause of the damage.
         cause: String,
     },
     /// The records no longer follow each other; nothing behind this place could be read.
     Structure {
         /// Bytes read up to here.
         at_byte: u64,
-        /// What is wrong.
+        /// Cause of the damage.
         cause: String,
     },
     /// A file that the log goes on in is not there.
@@ -73,12 +73,12 @@ impl fmt::Display for Damage {
     }
 }
 
-/// How a log was found, once it has been read to its end.
+/// Condition of a log that has been read to its end.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Condition {
     /// The log was finished by its writer and no part of it is damaged.
     pub complete: bool,
-    /// What could not be read.
+    /// Damage: parts that could not be read.
     pub damage: Vec<Damage>,
     /// Messages on topics that are not ours; they are passed over.
     pub foreign_messages: u64,

@@ -11,7 +11,7 @@ pub struct Gap {
     pub after_tick: u64,
     /// The first tick behind it.
     pub before_tick: u64,
-    /// How many are missing.
+    /// Number of missing ticks.
     pub missing: u64,
 }
 
@@ -23,7 +23,7 @@ pub(crate) struct TickCount {
     pub(crate) last: Option<(u64, f64)>,
     pub(crate) gaps: Vec<Gap>,
     pub(crate) out_of_order: u64,
-    /// How the run ended, if the log says so.
+    /// End of the run, if the log says it.
     pub(crate) end: Option<RunEnd>,
     /// The first file of the log, if this is a later one.
     pub(crate) continues: Option<String>,

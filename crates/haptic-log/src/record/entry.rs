@@ -1,4 +1,4 @@
-//! What a log holds, one thing at a time.
+//! Contents of a log, one entry at a time.
 
 use std::collections::BTreeMap;
 
@@ -19,7 +19,7 @@ pub enum Entry {
 /// A named set of strings: parameters, versions, statistics.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct MetadataRecord {
-    /// What the strings are about.
+    /// Subject of the strings.
     pub name: String,
     /// The strings by key.
     pub values: BTreeMap<String, String>,

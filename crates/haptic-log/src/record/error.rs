@@ -1,4 +1,4 @@
-//! What can go wrong with a log.
+//! Errors of a log.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ pub enum RecordError {
         path: PathBuf,
         /// Samples up to the last chunk the operating system took.
         samples_safe: u64,
-        /// What the operating system said.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// A copy could not be written; the log it was made from is as it was.
@@ -30,7 +30,7 @@ pub enum RecordError {
     Copy {
         /// The file.
         path: PathBuf,
-        /// What the operating system said.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// Reading failed, as on a damaged disk; not used for damage inside a log.
@@ -38,7 +38,7 @@ pub enum RecordError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the operating system said.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// The file is something else.
@@ -46,7 +46,7 @@ pub enum RecordError {
     NotMcap {
         /// The file.
         path: PathBuf,
-        /// What it starts with instead.
+        /// Start of the file instead.
         found: String,
     },
     /// A message carries a time no log can hold.
@@ -65,7 +65,7 @@ pub enum RecordError {
     Csv {
         /// The file.
         path: PathBuf,
-        /// What the CSV writer said.
+        /// Error of the CSV writer.
         source: csv::Error,
     },
 }

@@ -20,14 +20,14 @@ const COLUMNS: [&str; 10] = [
     "observed_energy_j",
 ];
 
-/// What was exported.
+/// Result of an export.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExportSummary {
     /// The CSV file.
     pub path: PathBuf,
     /// Rows, without the header.
     pub rows: u64,
-    /// How the log was found; rows may be missing if it is not complete.
+    /// Condition of the log. Rows may be missing if it is not complete.
     pub condition: Condition,
 }
 

@@ -11,9 +11,9 @@ use super::{EventMessage, RecordError, TickMessage};
 /// A chunk of this many bytes is closed early, whatever the time.
 const CHUNK_BYTES: u64 = 1 << 20;
 
-/// Who writes; readers of this crate trust the channel numbers below if a log says so.
+/// Name of the writer. Readers of this crate trust the channel numbers below if a log has this name.
 pub(crate) const LIBRARY: &str = concat!("host-cli ", env!("CARGO_PKG_VERSION"));
-/// How [`LIBRARY`] starts, whatever the version.
+/// Start of [`LIBRARY`], the same in every version.
 pub(crate) const LIBRARY_NAME: &str = "host-cli ";
 /// MCAP channel of the ticks.
 pub(crate) const TICK_CHANNEL: u16 = 1;
@@ -28,7 +28,7 @@ pub(super) fn start<W: Write + Seek>(sink: W) -> mcap::McapResult<mcap::Writer<W
     Ok(mcap)
 }
 
-/// How the library writes; without an index it leaves the summary out and the sum over the whole file.
+/// Options of the MCAP writer. Without an index, it omits the summary and the checksum of the whole file.
 pub(super) fn options(indexed: bool) -> WriteOptions {
     WriteOptions::new()
         .profile("ros2")

@@ -1,4 +1,4 @@
-//! What is in a log: counts, times, gaps, metadata.
+//! Summary of a log: counts, times, gaps, metadata.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use super::{
     StartTime,
 };
 
-/// What is in a log. The first five keys are a contract of the command line.
+/// Summary of a log. The first five keys are a contract of the command line.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct LogSummary {
     /// Ticks in the log.
@@ -30,7 +30,7 @@ pub struct LogSummary {
     pub missing_at_end: u64,
     /// All missing ticks: those of the gaps, of the start and of the end.
     pub missing_samples: u64,
-    /// How the run ended; `None` in logs made before it was kept, and in those that were cut.
+    /// End of the run; `None` in logs made before it was kept, and in those that were cut.
     pub end: Option<RunEnd>,
     /// The first file of the log that this one goes on with; `None` for the first.
     pub continues: Option<String>,
@@ -39,10 +39,10 @@ pub struct LogSummary {
     pub complete: bool,
     /// Ticks whose number is not above that of the tick before.
     pub out_of_order: u64,
-    /// What is missing from the log that this one was recovered from; `None` if it is no recovered one
+    /// Parts that are missing from the log that this one was recovered from. `None` if this log was not recovered
     /// or nothing is missing.
     pub missing_since_recovery: Option<String>,
-    /// What could not be read, a sentence each.
+    /// Parts that could not be read, a sentence each.
     pub damage: Vec<String>,
     /// Messages on other topics.
     pub foreign_messages: u64,

@@ -2,7 +2,7 @@
 
 use mcap::records::op;
 
-/// Whether the texts and maps of a record end where its bytes do, or before: the parser takes their lengths on
+/// True if the texts and maps of a record end at the end of its bytes, or before. The parser takes their lengths on
 /// trust and asks for up to 4 GiB.
 pub(super) fn texts_fit(opcode: u8, data: &[u8]) -> bool {
     let mut rest = Rest(data);
@@ -19,7 +19,7 @@ pub(super) fn texts_fit(opcode: u8, data: &[u8]) -> bool {
     fit.is_some()
 }
 
-/// What is left of a record.
+/// Rest of a record.
 struct Rest<'a>(&'a [u8]);
 
 impl<'a> Rest<'a> {

@@ -1,4 +1,4 @@
-//! What a log holds: the two messages, their ROS 2 schemas, their CDR bytes.
+//! Contents of a log: the two messages, their ROS 2 schemas, their CDR bytes.
 //!
 //! A message on the wire is the 4-byte encapsulation header `00 01 00 00` (plain CDR, little
 //! endian, no options) and the fields in order, each aligned to its size counted from the end of
@@ -19,9 +19,9 @@ pub struct TickMessage {
     pub tick: u64,
     /// Device time, s.
     pub time_s: f64,
-    /// Where the indenter was told to be, m.
+    /// Commanded position of the indenter, m.
     pub reference_m: f64,
-    /// Where the indenter was, m.
+    /// Position of the indenter, m.
     pub indenter_position_m: f64,
     /// Position of the actuator that renders the environment, m.
     pub position_m: f64,
@@ -78,7 +78,7 @@ impl From<TickWithoutEnergy> for TickMessage {
 pub struct EventMessage {
     /// Device time, s.
     pub time_s: f64,
-    /// What sort of event: one word, lower case.
+    /// Kind of the event: one word, lower case.
     pub kind: String,
     /// The sentence.
     pub text: String,

@@ -26,7 +26,7 @@ pub enum NewFileError {
         .0.display()
     )]
     BeingWritten(PathBuf),
-    /// What is to be written is what is read.
+    /// The file to write is the file to read.
     #[error("`{}` would be written over the log it is made from; choose another name", .0.display())]
     OwnSource(PathBuf),
     /// The folder does not take the file.
@@ -34,7 +34,7 @@ pub enum NewFileError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the operating system said.
+        /// Error of the operating system.
         source: io::Error,
     },
 }
@@ -47,7 +47,7 @@ impl NewFileError {
     }
 }
 
-/// What becomes of an unfinished file: when it is never published, and when one is already there.
+/// Rule for an unfinished file: if it is never published, and if one is already there.
 ///
 /// The two kinds have different names, so that `NAME.part` can be recovered into `NAME`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -237,7 +237,7 @@ pub(crate) fn refuse_own_source(source: &Path, target: &Path) -> Result<(), NewF
     Ok(())
 }
 
-/// Whether two canonical paths are one file, be it by another hard link.
+/// True if two canonical paths are one file, also by another hard link.
 fn is_same(a: &Path, b: &Path) -> bool {
     #[cfg(unix)]
     {
@@ -316,7 +316,7 @@ mod tests {
         refuse_being_written(&part).expect("nobody writes it any more");
         let error = NewFile::create(&target, Leftover::Keep, false).expect_err("refuses");
         assert!(matches!(error, NewFileError::Leftover(_)), "{error}");
-        // What is not there is written by nobody.
+        // Nobody writes a file that is not there.
         refuse_being_written(&target).expect("nobody writes it");
     }
 

@@ -57,9 +57,9 @@ pub struct LogReader<R> {
     path: PathBuf,
     walk: LinearReader,
     bytes_read: u64,
-    /// Which message each channel number stands for.
+    /// Kind of message by channel number.
     channels: BTreeMap<u16, Kind>,
-    /// What is to be given out; messages with log time and device time, ns.
+    /// Entries to give out next; messages with log time and device time, ns.
     ready: VecDeque<(Option<(u64, u64)>, Entry)>,
     condition: Condition,
     /// Log time and device time of the newest message given out, ns.
@@ -75,7 +75,7 @@ enum Kind {
     Event,
 }
 
-/// What the walk through the file found.
+/// Result of one step of the walk through the file.
 enum Step {
     /// Bytes are needed.
     Need(usize),
@@ -134,7 +134,7 @@ impl<R: Read> LogReader<R> {
         })
     }
 
-    /// How the log was found; meaningful once the iteration has ended.
+    /// Condition of the log; valid once the iteration has ended.
     pub fn condition(&self) -> &Condition {
         &self.condition
     }

@@ -10,7 +10,7 @@ use super::{Condition, Damage, Entry, Leftover, LogReader, LogWriter, RecordErro
 /// Name of the metadata record that marks a recovered log.
 pub const RECOVERED: &str = "recovered";
 
-/// What was saved, and what was not.
+/// Result of a recovery: the saved data and the lost data.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RecoverySummary {
     /// The log that was read.
@@ -33,18 +33,18 @@ pub struct RecoverySummary {
     pub missing_at_start: u64,
     /// Ticks missing after the last saved, if the log says how its run ended.
     pub missing_at_end: u64,
-    /// How the source was found.
+    /// Condition of the source.
     pub condition: Condition,
 }
 
 impl RecoverySummary {
-    /// Whether anything is known to be missing.
+    /// True if anything is known to be missing.
     pub fn lost_data(&self) -> bool {
         let at_the_ends = self.missing_at_start + self.missing_at_end;
         !self.condition.complete || !self.gaps.is_empty() || at_the_ends > 0
     }
 
-    /// What is missing, a sentence each; empty if the source was whole.
+    /// Missing parts, a sentence each; empty if the source was whole.
     pub fn missing(&self) -> Vec<String> {
         let mut sentences: Vec<String> =
             (self.condition.damage.iter().map(ToString::to_string)).collect();

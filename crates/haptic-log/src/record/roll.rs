@@ -51,7 +51,7 @@ pub struct RollingLog {
     overwrite: bool,
     /// A file of so many bytes is full; `None` for one file however long.
     full_bytes: Option<u64>,
-    /// What every file begins with.
+    /// Metadata at the start of every file.
     metadata: BTreeMap<String, String>,
     started: Option<StartTime>,
     done: Vec<FinishedLog>,
@@ -219,7 +219,7 @@ impl LogFiles {
         })
     }
 
-    /// How the log was found, once the iteration has ended.
+    /// Condition of the log; valid once the iteration has ended.
     #[must_use]
     pub fn condition(&self) -> Condition {
         let Condition {

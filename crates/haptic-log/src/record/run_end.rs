@@ -1,4 +1,4 @@
-//! How a run ended, in its log: so that ticks lost before the first and after the last one kept are counted too.
+//! End of a run, in its log: so that ticks lost before the first and after the last one kept are counted too.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use super::MetadataRecord;
 /// Name of the metadata record that says how a run ended; the last of its log.
 pub const END: &str = "end";
 
-/// How a run ended.
+/// Kind of the end of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum EndKind {
@@ -36,10 +36,10 @@ impl EndKind {
     }
 }
 
-/// How a run ended and how many samples its log should have: the ticks from 0 on.
+/// End of a run, and number of samples that its log should have: the ticks from 0 on.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct RunEnd {
-    /// How.
+    /// Kind of the end.
     pub ended: EndKind,
     /// In words; empty for a run that finished.
     pub reason: String,

@@ -1,4 +1,4 @@
-//! Where the bytes of a log go: counted, and without those that a second writer on the same file repeats.
+//! Sink of the bytes of a log: counts them, and omits those that a second writer on the same file repeats.
 
 use std::io::{self, Seek, SeekFrom, Write};
 use std::sync::Arc;
@@ -18,7 +18,7 @@ pub(super) struct Control {
 }
 
 impl Control {
-    /// What is written from now on is dropped, or taken again.
+    /// Drops the bytes written from now on if `deaf`, or takes them again.
     pub(super) fn set_deaf(&self, deaf: bool) {
         self.deaf.store(deaf, Ordering::Relaxed);
     }

@@ -1,8 +1,8 @@
 //! Brings a growing log to the disk itself, from a thread of its own.
 //!
-//! What the writer has handed over survives the death of the process, but not a power cut: the operating
+//! Data that the writer has handed over survives the death of the process, but not a power cut. The operating
 //! system keeps it in memory for up to half a minute. A `sync_data` may take long, so the thread that
-//! writes does not wait for it; a kill in the middle of one costs no more than at any other time.
+//! writes does not wait for it. A kill in the middle of one costs no more than at any other time.
 
 use std::fs::File;
 use std::io;
@@ -13,10 +13,10 @@ use std::time::{Duration, Instant};
 /// Time between two syncs of a log that is being written.
 pub const SYNC_INTERVAL: Duration = Duration::from_secs(1);
 
-/// What the syncs of a log took.
+/// Number and durations of the syncs of a log.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SyncTimes {
-    /// How many there were.
+    /// Number of syncs.
     pub count: u32,
     /// All together.
     pub total: Duration,

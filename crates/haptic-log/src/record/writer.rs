@@ -75,7 +75,7 @@ pub struct LogWriter<W: Write + Seek> {
     failed: bool,
 }
 
-/// What [`LogWriter::finish`] leaves on the disk.
+/// Files that [`LogWriter::finish`] leaves on the disk.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FinishedLog {
     /// The file, the first if there are more.
@@ -86,7 +86,7 @@ pub struct FinishedLog {
     pub samples: u64,
     /// Its size.
     pub bytes: u64,
-    /// What bringing it to the disk as it grew took.
+    /// Number and durations of the syncs to the disk while the log grew.
     pub syncs: SyncTimes,
 }
 

@@ -199,7 +199,7 @@ impl<F: Real> Bounding<F> {
         if self.noise > F::ZERO {
             self.pay_for_noise(state, &actuator);
         }
-        // What f costs from now on: s²·square + s·along + zero for s·f.
+        // Cost of f from now on: s²·square + s·along + zero for s·f.
         let [square, along, zero] = profile.command(force, &actuator);
         let square = square + (step + step) * dot(force, force);
         let along = along - (step + step) * dot(force, &last.force);

@@ -103,7 +103,7 @@ impl System for CurrentThread {
         if raised.is_ok() {
             self.policy = before;
         } else {
-            // What helps without a privilege: the kernel may else put a wake-up off by 50 µs.
+            // A short timer slack needs no privilege. With the usual one, the kernel may delay a wake-up by 50 µs.
             self.timer_slack = current_timer_slack().ok();
             let _ = set_current_timer_slack(NonZeroU64::new(1));
         }

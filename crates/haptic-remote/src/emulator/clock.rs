@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-/// How far behind the clock the device may be before its own clock waits.
+/// Largest lag of the device behind the clock. With more lag, its own clock waits.
 const BEHIND_MOST: Duration = Duration::from_millis(5);
 
 /// The device's clock: real time, scaled, and held back when the machine is busy.

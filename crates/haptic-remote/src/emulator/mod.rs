@@ -30,7 +30,7 @@ use std::vec::Vec;
 /// Pieces of bytes that wait between the threads at most.
 const WAITING_MOST: usize = 4096;
 
-/// How a device is emulated.
+/// Settings of an emulated device.
 ///
 /// ```no_run
 /// use haptic_remote::LineFaults;
@@ -56,7 +56,7 @@ const WAITING_MOST: usize = 4096;
 pub struct Emulation {
     /// Device seconds in a second.
     pub speed: f64,
-    /// What the line does to frames, both ways.
+    /// Faults of the line, both ways.
     pub faults: LineFaults,
     /// Of the faults.
     pub seed: u64,
@@ -66,7 +66,7 @@ pub struct Emulation {
     pub duration: Option<Duration>,
 }
 
-/// What an emulated device did.
+/// Counts of an emulated device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Emulated {
     /// Ticks of the device.

@@ -51,7 +51,7 @@ impl Terminal {
         })
     }
 
-    /// What a host opens.
+    /// Path that a host opens.
     #[must_use]
     pub fn path(&self) -> &Path {
         self.link.as_deref().unwrap_or(&self.path)

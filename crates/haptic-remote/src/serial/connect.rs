@@ -40,12 +40,12 @@ const UNKNOWN: Capabilities = Capabilities {
     flight_samples: 0,
 };
 
-/// How to connect. By default [`BAUDS`], one attempt.
+/// Options of a connection. By default [`BAUDS`], one attempt.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ConnectOptions {
     /// Bits per second; `None` tries each of [`BAUDS`].
     pub baud: Option<u32>,
-    /// How long to go on trying a port that is not there or does not answer.
+    /// Time for further attempts at a port that is not there or does not answer.
     pub patience: Duration,
 }
 
@@ -160,7 +160,7 @@ impl SerialLink {
     }
 }
 
-/// What both threads have in common, before either runs.
+/// State that both threads share, before either runs.
 fn shared(conversation: Conversation, status: Status) -> Result<Shared, SerialError> {
     // 1 µs to 10 s, two digits: these bounds are good, so there is always a histogram.
     let histogram = Histogram::new_with_bounds(1, 10_000_000, 2);

@@ -1,4 +1,4 @@
-//! What can be wrong with a serial device.
+//! Errors of a serial device.
 
 use crate::LinkError;
 use core::fmt;
@@ -39,7 +39,7 @@ pub enum SerialError {
         /// In the words of the system.
         reason: String,
     },
-    /// What the conversation ran into.
+    /// Error of the conversation.
     Link(LinkError),
     /// A thread could not be started.
     Thread {
@@ -49,7 +49,7 @@ pub enum SerialError {
 }
 
 impl SerialError {
-    /// Whether trying again is in vain: another version does not go away by waiting.
+    /// True if another attempt is useless. A wrong version, for example, does not go away by waiting.
     #[must_use]
     pub const fn is_hopeless(&self) -> bool {
         matches!(
@@ -60,14 +60,14 @@ impl SerialError {
         )
     }
 
-    /// Whether the device does not have this.
+    /// True if the device refused this field because it does not support it.
     #[must_use]
     pub fn is_about(&self, field: haptic_link::Field) -> bool {
         let unsupported = haptic_link::Refusal::Unsupported(field);
         matches!(self, Self::Link(LinkError::Refused { refusal, .. }) if *refusal == unsupported)
     }
 
-    /// Whether the device is there and well, but does not do what it was asked.
+    /// True if the device is there and well, but refused the request.
     #[must_use]
     pub const fn is_refusal(&self) -> bool {
         matches!(self, Self::Link(LinkError::Refused { .. }))

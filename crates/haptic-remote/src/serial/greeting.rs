@@ -17,10 +17,10 @@ use std::time::{Duration, Instant};
 /// Speeds that boards have, bits per second; the first is that of a device without a board.
 pub const BAUDS: [u32; 2] = [460_800, 921_600];
 
-/// How long a port is greeted before nobody counts as there.
+/// Time to greet a port. After it without an answer, no device is there.
 pub const GREETING: Duration = Duration::from_millis(3500);
 
-/// How long a speed is tried before it is the turn of the next.
+/// Time to try one speed before the next.
 const TURN: Duration = Duration::from_millis(350);
 
 /// Greets until somebody answers; the first answer, and the speed at which it came.

@@ -12,7 +12,7 @@ use std::sync::mpsc::{Receiver, SyncSender};
 use std::thread::JoinHandle;
 use std::vec::Vec;
 
-/// What a link has counted.
+/// Counters of a link.
 #[derive(Clone, Debug)]
 pub struct LinkReport {
     /// Of the host's end.
@@ -87,20 +87,20 @@ impl SerialLink {
     /// Raises the threads that read and write to a real-time priority, so that keep-alives are sent on a busy machine.
     ///
     /// # Errors
-    /// What the system does not allow; they go on as they were.
+    /// The system does not allow the priority. A thread that was not raised goes on as it was.
     pub fn raise(&self, priority: u8) -> Result<(), realtime::Refusal> {
         self.threads
             .iter()
             .try_for_each(|thread| raise_thread(thread, priority))
     }
 
-    /// What the device said at the first greeting.
+    /// Answer of the device to the first greeting.
     #[must_use]
     pub const fn hello(&self) -> &Hello {
         &self.hello
     }
 
-    /// What the device is and can do.
+    /// Name and abilities of the device.
     #[must_use]
     pub const fn capabilities(&self) -> &Capabilities {
         &self.capabilities
@@ -112,7 +112,7 @@ impl SerialLink {
         *lock(&self.shared.status)
     }
 
-    /// What the device's passivity guard has observed as of the last keep-alive, J; 0 without one.
+    /// Energy that the device's passivity guard has observed up to the last keep-alive, J; 0 without a guard.
     #[must_use]
     pub fn observed_energy_j(&self) -> f32 {
         f32::from_bits(self.shared.energy_bits.load(Ordering::Relaxed))
@@ -142,7 +142,7 @@ impl SerialLink {
         &self.path
     }
 
-    /// How long the USB adapter holds bytes back, ms, where it says so.
+    /// Time for which the USB adapter holds bytes back, ms; `None` if it is not known.
     #[must_use]
     pub const fn latency_ms(&self) -> Option<u32> {
         self.latency_ms

@@ -17,11 +17,11 @@ const READ_TIMEOUT: Duration = Duration::from_millis(20);
 pub struct PortInfo {
     /// Path or name to open it by.
     pub path: String,
-    /// What is known of the adapter, for a person.
+    /// Description of the adapter, for a person.
     pub description: String,
     /// USB vendor and product number.
     pub usb: Option<(u16, u16)>,
-    /// How long the adapter holds bytes back, ms, if it says so.
+    /// Time for which the adapter holds bytes back, ms; `None` if it is not known.
     pub latency_ms: Option<u32>,
 }
 
@@ -64,7 +64,7 @@ pub(super) fn open(path: &str, baud: u32) -> Result<Box<dyn SerialPort>, SerialE
         let path = path.to_string();
         match error.kind() {
             _ if busy => SerialError::InUse { path },
-            // What the system says of a file that takes no speed.
+            // Message of the system for a file that has no baud rate.
             _ if text.contains("Not a typewriter") || text.contains("Inappropriate ioctl") => {
                 SerialError::NoPort { path }
             }
@@ -90,8 +90,8 @@ pub(super) fn open(path: &str, baud: u32) -> Result<Box<dyn SerialPort>, SerialE
     Ok(port)
 }
 
-/// How long a USB serial adapter holds bytes back before it sends them on, ms. Asks for 1 ms where that is
-/// allowed; the loop waits for it at every tick.
+/// Time for which a USB serial adapter holds bytes back before it sends them on, ms. Asks for 1 ms where that is
+/// allowed. The loop waits for this time at every tick.
 pub(super) fn shorten_latency(path: &str) -> Option<u32> {
     let before = latency_ms(path)?;
     if before > 1 {
@@ -106,7 +106,7 @@ fn latency_ms(path: &str) -> Option<u32> {
     text.trim().parse().ok()
 }
 
-/// Where Linux keeps the latency timer of FTDI adapters.
+/// File in which Linux keeps the latency timer of FTDI adapters.
 fn latency_file(path: &str) -> String {
     let name = path.rsplit('/').next().unwrap_or(path);
     format!("/sys/bus/usb-serial/devices/{name}/latency_timer")

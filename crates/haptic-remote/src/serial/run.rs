@@ -41,7 +41,7 @@ impl SerialLink {
         }
     }
 
-    /// Whether something waits to be heard.
+    /// Takes the next message if one is already there. Does not wait.
     pub fn try_hear(&mut self) -> Option<Heard> {
         if let Some(heard) = self.ahead.take() {
             return Some(self.noted(heard));
@@ -80,7 +80,7 @@ impl SerialLink {
         if self.alives() < newest + 2 {
             return None;
         }
-        // What came meanwhile goes first.
+        // Messages that came meanwhile go first.
         if let Some(heard) = self.try_hear() {
             return Some(heard);
         }

@@ -1,4 +1,4 @@
-//! What the threads of a link and the thread that ticks have in common.
+//! State that the threads of a link share with the thread that ticks.
 
 use crate::{Conversation, LinkError};
 use haptic_link::{Event, FaultReport, Request, Sample, Status};
@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
-/// What a device says unasked.
+/// Message that a device sends unasked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Heard {
     /// A tick.
@@ -37,7 +37,7 @@ pub(super) struct Shared {
     pub(super) status: Mutex<Status>,
     /// Answers to keep-alives so far: each brings the status of its moment.
     pub(super) alives: AtomicU64,
-    /// What the guard observed, bits of an `f32`.
+    /// Energy that the guard observed, J, as bits of an `f32`.
     pub(super) energy_bits: AtomicU32,
     pub(super) period_us: AtomicU32,
 }

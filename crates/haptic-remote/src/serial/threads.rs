@@ -100,7 +100,7 @@ pub(super) struct Writer {
 
 impl Writer {
     pub(super) fn run(self, mut port: Box<dyn SerialPort>, commands: &Receiver<Command>) {
-        /// How long it waits when nothing is due.
+        /// Time to wait when nothing is due.
         const IDLE: Duration = Duration::from_millis(50);
         let mut line = [0; FRAME_MAX];
         let mut broken = false;

@@ -53,7 +53,7 @@ pub struct DeviceSession {
     values: [f32; COEFFICIENTS_MAX],
     /// Bit i: block i is staged.
     blocks: u16,
-    /// What is staged is what was set to last, and this connection has replaced it for a run; 0 for none.
+    /// Connection that has replaced the set configuration for a run; 0 for none. If not 0, `staged` is the set one.
     run_of: u32,
     bytes_overrun: u32,
 }
@@ -140,12 +140,12 @@ impl DeviceSession {
         self.receiver.push(byte)
     }
 
-    /// Whether the frame that has just ended was that of a host of another version.
+    /// True if the frame that has just ended came from a host of another version.
     fn is_foreign(&mut self) -> bool {
         let counters = self.receiver.counters();
         let another = counters.foreign != self.foreign;
         self.foreign = counters.foreign;
-        // What a device says is an echo.
+        // A message of a device is an echo.
         another && counters.foreign_version & 0x80 == 0
     }
 

@@ -58,7 +58,7 @@ impl DeviceSession {
         Ok(())
     }
 
-    /// What is staged, if all of it is there; nothing if that is in force already.
+    /// Staged configuration, if all of it is there; `None` if it is in force already.
     #[inline(never)]
     fn whole(
         &self,

@@ -25,7 +25,7 @@ use nalgebra::SVector;
 /// So many ticks after a fault are sent unasked: what a host keeps of them must not depend on how soon it asks.
 const AFTERMATH_TICKS: u8 = 100;
 
-/// Where a stop leads.
+/// State after a stop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum After {
     Armed(EventKind),
@@ -97,7 +97,7 @@ impl<H: Hardware> TickSide<H> {
         Ok(Self::with(hardware, passive))
     }
 
-    /// What a board does without a configuration: no force, its plant at rest.
+    /// Prepared state of a board without a configuration: no force, its plant at rest.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -281,7 +281,7 @@ impl<H: Hardware> TickSide<H> {
     fn stream(&self) -> Stream {
         match self.state {
             State::Running | State::Stopping => self.run_stream,
-            // What follows a fault belongs to the run that it ended.
+            // Samples after a fault belong to the run that the fault ended.
             State::Fault if self.aftermath > 0 || !self.controller.safety().is_at_rest() => {
                 self.run_stream
             }
@@ -355,7 +355,7 @@ impl<H: Hardware> TickSide<H> {
         &mut self.hardware
     }
 
-    /// What this side has counted.
+    /// Counters of this side.
     #[must_use]
     pub const fn statistics(&self) -> &Statistics {
         &self.statistics

@@ -90,7 +90,7 @@ impl<H: Hardware> TickSide<H> {
         Ok(())
     }
 
-    /// Whether the force of a device loop would be small where the device is now. A force of the host's is
+    /// Checks that the force of a device loop would be small at the present position. The force of a host loop is
     /// zero at first.
     #[inline(never)]
     fn may_start(&mut self) -> Result<(), Refusal> {
@@ -161,7 +161,7 @@ impl<H: Hardware> TickSide<H> {
         Ok(())
     }
 
-    /// Whether a configuration can take effect now.
+    /// Checks that a configuration can take effect now.
     ///
     /// # Errors
     /// While armed, running or stopping, and in a fault before the force is zero.

@@ -43,7 +43,7 @@ pub struct PlantArguments {
 }
 
 impl PlantArguments {
-    /// Whether anything of a real device is asked of the simulated one.
+    /// True if the simulated device is to have any imperfection of a real one.
     pub(super) fn is_less_than_ideal(&self) -> bool {
         self.realistic
             || self.friction.is_some()
@@ -63,7 +63,7 @@ impl PlantArguments {
         }
     }
 
-    /// What is less than ideal about it: what `--realistic` sets, unless it is given by itself.
+    /// Imperfections of the simulated device. `--realistic` sets each one that is not given by its own option.
     ///
     /// # Errors
     /// A seed without noise.
@@ -86,7 +86,7 @@ impl PlantArguments {
         })
     }
 
-    /// Whether a force limit was given.
+    /// True if a force limit was given.
     pub(super) fn limits_the_force(&self) -> bool {
         self.force_limit.is_some()
     }

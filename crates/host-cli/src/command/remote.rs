@@ -1,4 +1,4 @@
-//! Which device an experiment runs on, and how the loop with it is closed.
+//! Device of an experiment, and the way in which the loop with it is closed.
 
 use super::device::number::watchdog_ms;
 use crate::choice::choice;
@@ -35,7 +35,7 @@ pub struct RemoteArguments {
 }
 
 impl RemoteArguments {
-    /// Whether a serial device was named.
+    /// True if a serial device was named.
     #[must_use]
     pub fn is_serial(&self) -> bool {
         matches!(self.device, Some(DeviceName::Serial(_)))

@@ -211,7 +211,7 @@ fn print_wall(out: &mut dyn Write, report: &WallReport) -> io::Result<()> {
     print_end(out, run)
 }
 
-/// How far the commanded force is from the full history.
+/// Prints the error of the commanded force against the full history.
 fn print_operator(out: &mut dyn Write, errors: &Errors) -> io::Result<()> {
     match errors.max_relative_error {
         Some(error) => writeln!(

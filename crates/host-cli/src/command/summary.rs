@@ -145,7 +145,7 @@ pub fn print_end(out: &mut dyn Write, end: &RunReport) -> io::Result<()> {
     print_files(out, end)
 }
 
-/// Where log, table and picture are.
+/// Prints the paths of log, table and picture.
 fn print_files(out: &mut dyn Write, end: &RunReport) -> io::Result<()> {
     writeln!(out, "  log               {}", end.log)?;
     if let [_, .., last] = end.logs.as_slice() {

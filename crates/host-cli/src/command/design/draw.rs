@@ -3,7 +3,7 @@
 use haptic_experiment::design::{Candidate, Design, DesignReport, Wish};
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 
-/// What was wished for over the order, and the dissipation that allows it.
+/// Draws the wished quantity over the order, and the dissipation that allows it.
 pub(super) fn draw(design: &Design, report: &DesignReport) -> Result<Picture, FigureError> {
     let (label, value): (&str, fn(&Candidate) -> Option<f64>) = match design.wish {
         Wish::StiffestWall => ("largest stiffness K / N·m⁻¹", |c| c.stiffness),

@@ -69,7 +69,7 @@ pub struct LineArguments {
 }
 
 impl LineArguments {
-    /// What the line does, and the seed.
+    /// Faults of the line, and the seed.
     ///
     /// # Errors
     /// A chance or time outside its range.

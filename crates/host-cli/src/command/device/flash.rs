@@ -170,7 +170,7 @@ impl std::fmt::Display for Identity {
 }
 
 impl Identity {
-    /// What stands before the 16 bytes of the board's name and the three of the version.
+    /// Mark before the 16 bytes of the board's name and the 3 bytes of the version.
     const MARK: &'static [u8] = b"haptic-device image\0";
 
     /// The first in these bytes.
@@ -192,7 +192,7 @@ impl Identity {
         })
     }
 
-    /// Whether the device that answers is what was programmed.
+    /// Checks that the device that answers is the one that was programmed.
     fn compare(&self, device: &Self) -> Result<(), Failure> {
         if self == device {
             return Ok(());
@@ -230,7 +230,7 @@ fn read_identity(board: Board, image: &Path) -> Result<Option<Identity>, Failure
     Ok(identity)
 }
 
-/// What the firmware is built for.
+/// Target for which the firmware is built.
 const TARGET: &str = "thumbv7em-none-eabihf";
 /// Its program.
 const BINARY: &str = "haptic-device";

@@ -20,7 +20,7 @@ pub struct Arguments {
     port: PortArguments,
 }
 
-/// What is known of a device.
+/// Facts about a device.
 #[derive(Serialize)]
 struct Info {
     device: String,

@@ -39,7 +39,7 @@ impl Command {
     /// Does what was asked.
     ///
     /// # Errors
-    /// What went wrong, with its exit code.
+    /// The error of the command, with its exit code.
     pub fn run(self, output: Output) -> Result<(), Failure> {
         match self {
             Self::List(arguments) => arguments.run(output),

@@ -51,7 +51,7 @@ pub struct Arguments {
     overwrite: bool,
 }
 
-/// What was seen.
+/// Summary of a session of `device monitor`.
 #[derive(Debug, Default, Serialize)]
 struct Watched {
     device: String,
@@ -90,7 +90,7 @@ impl Watched {
     }
 }
 
-/// What each log says of its device.
+/// Metadata of the device for each log.
 fn metadata(device: &str, link: &SerialLink) -> BTreeMap<String, String> {
     let metadata = [
         ("experiment", "monitor".to_owned()),

@@ -20,7 +20,7 @@ pub struct Parameters {
     pub order: f32,
     /// Pushes but never pulls.
     pub one_sided: bool,
-    /// Where it begins.
+    /// Position at which the wall begins.
     pub surface_m: f32,
     /// The operator.
     pub operator: OperatorParameters,
@@ -34,7 +34,7 @@ pub struct Parameters {
     pub late_ticks: u16,
     /// Ticks from a sample to the force that answers it at most.
     pub max_age_ticks: u16,
-    /// What else the safety chain does.
+    /// Other settings of the safety chain.
     pub safety: SafetyParameters,
     /// The simulated plant; null for a real device.
     pub simulation: Option<SimulationParameters>,
@@ -86,7 +86,7 @@ pub struct GuardParameters {
     pub damping_n_s_per_m: f32,
     /// Share of the damping of the device; only energy bounding uses it.
     pub share: f32,
-    /// How long a credit of energy lasts.
+    /// Time for which a credit of energy lasts.
     pub forget_s: f32,
     /// Least delay from a measurement to the effect of its force; only energy bounding uses what follows.
     pub delay_least_samples: f32,

@@ -58,7 +58,7 @@ impl PortArguments {
     }
 }
 
-/// How long a command lasts, if it ends by itself.
+/// Duration of a command, if it ends by itself.
 pub(super) fn duration(given: Option<Time>) -> Result<Option<Duration>, Failure> {
     let Some(time) = given else {
         return Ok(None);

@@ -168,7 +168,7 @@ impl SetArguments {
         self.change_operator(configuration, values)
     }
 
-    /// Where and how often the loop runs, and what it does with silence and lateness.
+    /// Changes the place and period of the loop, and its reaction to silence and lateness.
     fn change_loop(&self, configuration: &mut Configuration) -> Result<(), Failure> {
         if let Some(loop_mode) = self.loop_mode {
             let (before, after) = (configuration.loop_mode, LoopMode::from(loop_mode));
