@@ -45,11 +45,11 @@ const FROM_S: f64 = 1.0;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Creep {
-    /// What is rendered, and how.
+    /// The tissue, and how it is rendered.
     pub rendering: Rendering,
     /// σ₀, Pa, above 0.
     pub stress_pa: f64,
-    /// How long, s.
+    /// Duration, s.
     pub duration_s: f64,
 }
 

@@ -2,7 +2,7 @@
 
 use crate::folder::OutputFolder;
 
-/// Where a quantity comes from: the device decides. No instrument measured it.
+/// Origin of a quantity: the device decides. No instrument measured it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
     /// A simulated device.
@@ -65,11 +65,11 @@ pub struct TheoryCurves {
     pub device: String,
     /// The operator.
     pub scheme: String,
-    /// How the tissue was moved or loaded.
+    /// Motion or load of the tissue, in words.
     pub remark: String,
-    /// Which quantity.
+    /// Kind of the quantity.
     pub quantity: Quantity,
-    /// Where it comes from.
+    /// Its origin.
     pub origin: Origin,
     /// Time since contact or since the load, s.
     pub time_s: Vec<f64>,
@@ -86,7 +86,7 @@ pub struct TheoryCurves {
 pub struct WallCurves {
     /// One line: wall, device, operator, verdict.
     pub subtitle: String,
-    /// Where the force comes from.
+    /// Origin of the force.
     pub origin: Origin,
     /// Place of rest, m; `None` where no spring holds the push.
     pub expected_deflection_m: Option<f64>,
@@ -98,7 +98,7 @@ pub struct WallCurves {
     pub force_n: Vec<f64>,
 }
 
-/// What an experiment leaves: a report, and where its further files belong.
+/// Results of an experiment: a report, and the folder of its further files.
 #[derive(Debug)]
 pub struct Published<R, C> {
     /// The report. Whoever saves a picture names it there.

@@ -1,4 +1,4 @@
-//! Which device an experiment runs on: `sim`, or `serial:PATH[@BAUD]`.
+//! Device of an experiment: `sim`, or `serial:PATH[@BAUD]`.
 
 use crate::failure::Failure;
 use crate::named::Named;
@@ -182,7 +182,7 @@ pub fn at_port(path: &str, error: &SerialError) -> Failure {
     })
 }
 
-/// Where the loop is closed.
+/// Place where the loop is closed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Loop {
     /// On the device; this program sets parameters and records.

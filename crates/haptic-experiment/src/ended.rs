@@ -20,13 +20,13 @@ pub enum Ended {
 }
 
 impl Ended {
-    /// Whether the link did it.
+    /// True if the link ended the run.
     #[must_use]
     pub const fn is_link(self) -> bool {
         matches!(self, Self::LinkLost(_))
     }
 
-    /// Whether a fault did it.
+    /// True if a fault ended the run.
     #[must_use]
     pub const fn is_fault(self) -> bool {
         matches!(self, Self::Fault(_) | Self::DeviceFault(_))

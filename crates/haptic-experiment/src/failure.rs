@@ -1,4 +1,4 @@
-//! What a command can end with: an error and an exit code that scripts can rely on.
+//! Failure of a command: an error, and an exit code that scripts can rely on.
 
 use haptic_log::record::{NewFileError, RecordError};
 use std::fmt;
@@ -97,7 +97,7 @@ impl From<RecordError> for Failure {
     }
 }
 
-/// Whether the disk, or the share of it that one may use, is full.
+/// True if the disk, or the share of it that one may use, is full.
 fn is_full(error: &std::io::Error) -> bool {
     use std::io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull, WriteZero};
     matches!(

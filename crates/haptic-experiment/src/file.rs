@@ -110,7 +110,7 @@ impl ExperimentFile {
     /// The same, on another device.
     ///
     /// # Errors
-    /// What the experiment asks of the simulated device and no other has.
+    /// A serial device, if the experiment has settings that only the simulated device has.
     pub fn on(mut self, remote: Option<RemoteDevice>) -> Result<Self, Failure> {
         let sensors = match &mut self {
             Self::Relax(experiment) => {
@@ -135,7 +135,7 @@ impl ExperimentFile {
         Ok(self)
     }
 
-    /// What it asks of the safety chain.
+    /// Its settings of the safety chain.
     pub fn safety_mut(&mut self) -> &mut Safety {
         match self {
             Self::Relax(experiment) => &mut experiment.rendering.safety,

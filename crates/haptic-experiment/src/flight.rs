@@ -100,7 +100,7 @@ impl FlightRecorder {
         self.fault.as_ref()
     }
 
-    /// Whether a fault has latched and all that is kept after it is there.
+    /// True if a fault has latched and all that is kept after it is there.
     #[must_use]
     pub const fn is_full(&self) -> bool {
         self.fault.is_some() && self.after >= AFTER

@@ -1,4 +1,4 @@
-//! Where an experiment puts its files: one folder, one stem, nothing overwritten unasked.
+//! Files of an experiment: one folder, one stem, nothing overwritten unasked.
 
 use crate::failure::Failure;
 use haptic_log::record::{Leftover, NewFile, leftover_at, nth_file};
@@ -14,7 +14,7 @@ const EXTENSIONS: [&str; 4] = ["mcap", "csv", "svg", "png"];
 /// Folder for results where none is given.
 const RESULTS: &str = "results";
 
-/// Where the user wants the files of an experiment; nothing is made or removed yet.
+/// Request for the folder and the names of an experiment's files. Nothing is made or removed yet.
 ///
 /// ```
 /// use haptic_experiment::folder::FolderRequest;
@@ -39,11 +39,11 @@ pub struct FolderRequest {
     pub out: Option<PathBuf>,
     /// The name that all files share.
     pub stem: String,
-    /// Whether files of an earlier run may be replaced.
+    /// True if files of an earlier run may be replaced.
     pub overwrite: bool,
     /// A file of the log that has so many bytes is followed by another; `None` for one file.
     pub roll_bytes: Option<u64>,
-    /// What made the log, for its metadata: program, command line.
+    /// Maker of the log, for its metadata: program, command line.
     pub provenance: BTreeMap<String, String>,
 }
 
@@ -170,13 +170,13 @@ impl OutputFolder {
         }
     }
 
-    /// What the files of a picture are called, without their extensions.
+    /// Path of the files of a picture, without their extensions.
     #[must_use]
     pub fn stem(&self) -> PathBuf {
         self.path.join(&self.stem)
     }
 
-    /// Whether files of an earlier run may be replaced.
+    /// True if files of an earlier run may be replaced.
     #[must_use]
     pub const fn overwrite(&self) -> bool {
         self.overwrite

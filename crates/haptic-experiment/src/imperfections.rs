@@ -1,4 +1,4 @@
-//! What real devices have beside mass, damping and a hand.
+//! Imperfections of real devices, beside mass, damping and a hand.
 
 use super::sensed::Sensors;
 use haptic_loop::plant::MassDamperConfig;
@@ -47,7 +47,7 @@ impl Imperfections {
         }
     }
 
-    /// Whether there is none.
+    /// True if there is none.
     #[must_use]
     pub fn is_ideal(&self) -> bool {
         let none = self.friction_n + self.delay_s + self.current_lag_s <= 0.0;

@@ -1,4 +1,4 @@
-//! What comes from outside never takes more memory or more of a message than it may.
+//! Input from outside never takes more memory, or more of a message, than it may.
 
 use std::borrow::Cow;
 use std::cell::Cell;
@@ -12,7 +12,7 @@ const MESSAGE_MOST: usize = 4000;
 /// No row of a table is longer, bytes.
 pub const ROW_MOST: u64 = 1 << 20;
 
-/// What somebody gave, for a message: its beginning if it is long.
+/// Text that somebody gave, for a message: its beginning if it is long.
 #[must_use]
 pub fn short(text: &str) -> Cow<'_, str> {
     // Many a message shows it twice: as an argument, and as what is wrong with it.

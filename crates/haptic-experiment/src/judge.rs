@@ -1,4 +1,4 @@
-//! What the force should have been: the full history, and closed forms.
+//! Force as it should have been: the full history, and closed forms.
 
 use fracdiff::full_memory::Kernel;
 use fracdiff::{Order, Seconds, batch};

@@ -1,4 +1,4 @@
-//! What a run leaves in memory: the samples of a short one, sums of any.
+//! Memory of a run: the samples of a short one, sums of any.
 //!
 //! ```text
 //! up to 10⁶ samples    kept here; sums over the whole history are exact
@@ -49,12 +49,12 @@ impl KeptSample {
     }
 }
 
-/// What a run left, up to where it ended; everything else is in the log.
+/// Record of a run, up to where it ended; everything else is in the log.
 #[derive(Debug)]
 pub struct Record {
     /// The samples; `None` for a run of more than [`WHOLE_MOST`], whose samples are in its log.
     pub whole: Option<Vec<KeptSample>>,
-    /// How many samples count.
+    /// Number of samples that count.
     pub samples: u64,
     /// The last of them.
     pub last: Option<KeptSample>,
@@ -62,9 +62,9 @@ pub struct Record {
     pub tick_ns: Histogram<u64>,
     /// Ticks that began one sample time late or more; 0 in virtual time.
     pub missed_deadlines: u64,
-    /// Where the time went in a run by the clock of this machine.
+    /// Timing of a run by the clock of this machine.
     pub realtime: Option<RealtimeSummary>,
-    /// What was refused of a real-time thread, and how to get it: a sentence for the user.
+    /// Refused wishes for a real-time thread, and how to get them granted: a sentence for the user.
     pub not_realtime: Option<String>,
     /// Samples and events that the recorder had to drop.
     pub dropped: u64,
@@ -72,7 +72,7 @@ pub struct Record {
     pub limited: u64,
     /// Why the run ended before its time, if it did.
     pub ended: Option<Ended>,
-    /// What the link counted, if there was one.
+    /// Counts of the link, if there was one.
     pub link: Option<LinkSummary>,
     /// Silence after which the device at its other end lets go, ms.
     pub watchdog_ms: Option<u16>,
@@ -126,7 +126,7 @@ impl Record {
         self.dropped.saturating_sub(line)
     }
 
-    /// How the run ended, for its log: `planned` samples were to be made, `made` were.
+    /// End of the run, for its log: `planned` samples were to be made, `made` were.
     pub(super) fn end(&self, planned: u64, made: u64) -> RunEnd {
         let ended = match self.ended {
             None => EndKind::Finished,
@@ -163,7 +163,7 @@ impl Record {
     }
 }
 
-/// Where the samples of a run are.
+/// Place of the samples of a run.
 #[derive(Clone, Copy, Debug)]
 pub enum Samples<'a> {
     /// In memory.

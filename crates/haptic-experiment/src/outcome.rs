@@ -18,7 +18,7 @@ pub(super) const FROM_S: f64 = 0.01;
 /// A sample beside what theory says of it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Judged {
-    /// Where the renderer would be with an ideal rig, m.
+    /// Place of the renderer with an ideal rig, m.
     pub(super) ideal_position_m: f64,
     /// Force by the full history of the position really recorded, N.
     pub(super) full_history_force_n: f64,
@@ -32,20 +32,20 @@ pub(super) struct Judged {
     pub(super) with_rig: f64,
 }
 
-/// What is compared, and from when on.
+/// Quantity to compare, and from when on.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Comparison<'a> {
     /// The quantity.
     pub(super) quantity: Quantity,
     /// The comparison with the closed form begins here, s.
     pub(super) from_s: f64,
-    /// What the picture says of the experiment.
+    /// Text of the picture about the experiment.
     pub(super) title: &'a str,
     /// The same, below the title.
     pub(super) remark: &'a str,
 }
 
-/// Where the force of a run comes from: without a link, or with a device that simulates its plant, nothing
+/// Origin of the force of a run: without a link, or with a device that simulates its plant, nothing
 /// but a simulation.
 #[must_use]
 pub fn origin(record: &Record) -> Origin {
@@ -134,7 +134,7 @@ fn row(quantity: Quantity, sample: &KeptSample, judged: &Judged, error: f64) -> 
     row
 }
 
-/// What judging a run leaves.
+/// Results of judging a run.
 struct Seen {
     compared: Compared,
     curves: Thinned<3>,

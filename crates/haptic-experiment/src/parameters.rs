@@ -28,7 +28,7 @@ pub fn of_kind(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
     own.iter().copied().chain(common).collect()
 }
 
-/// Whether experiment files have this key.
+/// True if experiment files have this key.
 #[must_use]
 pub fn is_key(key: &str) -> bool {
     let all = [

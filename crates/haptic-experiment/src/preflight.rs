@@ -26,15 +26,15 @@ use haptic_analysis::{AnalysisError, Environment, LoopOperator, SampledLoop};
 use std::time::Duration;
 pub use verdict::PreflightVerdict;
 
-/// How long the round trip is measured.
+/// Time over which the round trip is measured.
 pub const MEASURED: Duration = Duration::from_millis(200);
 
-/// What the user wants of the pre-flight, and knows of the device.
+/// Request for the pre-flight, and the known dynamics of the device.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PreflightRequest {
     /// Run what is unstable, too.
     pub force_unstable: bool,
-    /// What is known of a real device; a simulated one tells its own numbers.
+    /// Known dynamics of a real device; a simulated one tells its own numbers.
     pub dynamics: Option<Dynamics>,
 }
 

@@ -21,7 +21,7 @@ use std::ops::{ControlFlow, RangeInclusive};
 /// A wall at the device's start position.
 pub(super) type VirtualWall = Wall<f64, Operator<f64>>;
 
-/// How a wall is tried, and by which rule it is judged.
+/// Plan of a trial: how a wall is tried, and by which rule it is judged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrialPlan {
     /// The rule.
@@ -31,7 +31,7 @@ pub struct TrialPlan {
     /// Speed at which the device hits the wall, m/s: 0 to 10. 0 with the dissertation's rule and on a serial
     /// device, which cannot be thrown.
     pub impact_m_per_s: f64,
-    /// How long, s.
+    /// Duration, s.
     pub duration_s: f64,
     /// Window at the end that is judged, s.
     pub window_s: f64,
@@ -183,7 +183,7 @@ pub(super) fn wall_at_start(
     )
 }
 
-/// What the analysis knows of a simulated device: all but friction.
+/// Dynamics that the analysis knows of a simulated device: all but friction.
 #[must_use]
 pub fn dynamics(device: &MassDamperConfig) -> Dynamics {
     Dynamics {

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::time::Duration;
 
-/// What is asked for the thread of the loop.
+/// Options for the thread of the loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RealtimeOptions {
     /// `SCHED_FIFO` at this priority; `None` for a normal thread.
@@ -76,14 +76,14 @@ pub(crate) fn microseconds(time: Duration) -> f64 {
     time.as_nanos() as f64 / 1e3
 }
 
-/// Where the time of a run by the clock went.
+/// Timing of a run by the clock.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct RealtimeSummary {
     /// Priority that was granted; null for a normal thread.
     pub priority: Option<u8>,
     /// The core that it was pinned to.
     pub pin: Option<usize>,
-    /// Whether the memory was locked.
+    /// True if the memory was locked.
     pub memory_locked: bool,
     /// For how long before it was due a tick was waited for without sleeping, µs.
     pub spin_margin_us: f64,

@@ -18,9 +18,9 @@ use std::time::Duration;
 /// Samples that wait in the queue at most: at 1 kHz, 8 s of a stalled disk.
 const QUEUE: usize = 8192;
 
-/// How long the writer sleeps when the ring is empty.
+/// Sleep of the writer when the ring is empty.
 const IDLE: Duration = Duration::from_millis(1);
-/// How long a loop in virtual time sleeps when the ring is full.
+/// Sleep of a loop in virtual time when the ring is full.
 const FULL: Duration = Duration::from_micros(200);
 
 /// Writes a log from another thread, as the run goes.
@@ -48,14 +48,14 @@ enum Entry {
     Metadata(String, BTreeMap<String, String>),
 }
 
-/// What [`Recorder::finish`] leaves.
+/// Results of [`Recorder::finish`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Recorded {
     /// The log.
     pub log: FinishedLog,
     /// The log of a fault, if one latched.
     pub fault_log: Option<PathBuf>,
-    /// What live streams lost, and why there is no log of a fault, a sentence each.
+    /// Losses of live streams, and why there is no log of a fault, a sentence each.
     pub warnings: Vec<String>,
 }
 
@@ -65,7 +65,7 @@ pub struct Stopped;
 
 impl Recorder {
     /// Starts the log with its metadata. With `waits` a full queue waits, else it drops and counts;
-    /// with `overwrite` the finished log may replace another. What is logged goes to `live` too.
+    /// with `overwrite` the finished log may replace another. Samples and events go to `live` too.
     ///
     /// # Errors
     /// If the file exists or cannot be made.
@@ -135,7 +135,7 @@ impl Recorder {
         self.flight.latch(fault);
     }
 
-    /// What is kept of the ticks around a fault.
+    /// Recorder of the ticks around a fault.
     #[must_use]
     pub const fn flight(&self) -> &FlightRecorder {
         &self.flight
@@ -193,7 +193,7 @@ impl Recorder {
     /// writes the flight recorder too, whatever became of the log.
     ///
     /// # Errors
-    /// What stopped the writer, as a full disk.
+    /// The error that stopped the writer, as a full disk.
     pub fn finish(self) -> Result<Recorded, RecordError> {
         drop(self.queue);
         let result = match self.writer.join() {

@@ -1,4 +1,4 @@
-//! What to change when the loop refuses a parameter, and numbers that no device can hold.
+//! Advice when the loop refuses a parameter, and a check for numbers that no device can hold.
 
 use crate::failure::Failure;
 use haptic_loop::ParameterError;
@@ -11,7 +11,7 @@ pub fn parameter(error: ParameterError) -> Failure {
     }
 }
 
-/// What to do about it; `None` for an error that says so itself.
+/// Advice on the error; `None` for an error that says so itself.
 fn advice(error: &ParameterError) -> Option<&'static str> {
     let ParameterError::Range { what, .. } = error else {
         return None;

@@ -36,7 +36,7 @@ const AFTER_RAMP_S: f64 = 0.1;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Relaxation {
-    /// What is rendered, and how.
+    /// The tissue, and how it is rendered.
     pub rendering: Rendering,
     /// ε₀, the strain that is held, above 0.
     pub strain: f64,

@@ -1,4 +1,4 @@
-//! What an experiment reports: one JSON object, or a summary for a person.
+//! Report of an experiment: one JSON object, or a summary for a person.
 
 use crate::ended::Ended;
 use crate::judge::Compared;
@@ -21,7 +21,7 @@ pub struct TickTimes {
     pub max: u64,
 }
 
-/// What every experiment reports of its run. The keys are a contract of the command line.
+/// Report of a run, the same in every experiment. The keys are a contract of the command line.
 #[derive(Clone, Debug, Serialize)]
 pub struct RunReport {
     /// Device.
@@ -38,7 +38,7 @@ pub struct RunReport {
     pub tick_ns: Option<TickTimes>,
     /// Ticks more than one sample time late; 0 in virtual time.
     pub missed_deadlines: u64,
-    /// Where the time went in a run by the clock of this machine; null in another.
+    /// Timing of a run by the clock of this machine; null in another.
     pub realtime: Option<RealtimeSummary>,
     /// The log, or the first of its files.
     pub log: String,
@@ -56,20 +56,20 @@ pub struct RunReport {
     pub dropped_samples: u64,
     /// Why the run ended early; null if it did not.
     pub ended_early: Option<String>,
-    /// What the link to the device counted; null without one.
+    /// Counts of the link to the device; null without one.
     pub link: Option<LinkSummary>,
-    /// What the analysis said before the run; null if it was not asked.
+    /// Verdict of the analysis before the run; null if it was not asked.
     pub preflight: Option<PreflightVerdict>,
     /// The log of the fault, 1000 samples before it and 100 after; null without a fault.
     pub fault_log: Option<String>,
     /// The link was lost in the middle of the run.
     #[serde(skip)]
     pub link_lost: bool,
-    /// What a user should know about these numbers, a sentence each.
+    /// Warnings to the user about these numbers, a sentence each.
     pub warnings: Vec<String>,
 }
 
-/// What a run leaves beside its log, unless it was cut short.
+/// Files of a run beside its log, unless it was cut short.
 #[derive(Clone, Debug, Default)]
 pub struct Files {
     /// The table.
@@ -93,15 +93,15 @@ pub struct Report {
     /// The two errors, each with the samples that it is of.
     #[serde(flatten)]
     pub errors: Errors,
-    /// What of `closed_form_error` is left with an ideal indenter and the full history, over the same samples:
+    /// Part of `closed_form_error` that is left with an ideal indenter and the full history, over the same samples:
     /// the sampling.
     pub discretisation_error: Option<f64>,
-    /// What of it comes from contact, servo, masses and sensors of the rig.
+    /// Part of `closed_form_error` that comes from contact, servo, masses and sensors of the rig.
     pub rig_error: Option<f64>,
-    /// What stood for the full history: null for exact sums; in a run of more than 10⁶ samples, an operator
-    /// whose weights are right to this relative tolerance.
+    /// Relative tolerance of the weights that stand for the full history in a run of more than 10⁶ samples; null
+    /// for exact sums.
     pub reference_tolerance: Option<f64>,
-    /// How long the operator remembers, s; null for everything.
+    /// Memory of the operator, s; null for everything.
     pub memory_s: Option<f64>,
     /// Final value over its closed form: force in a relaxation, strain in a creep test.
     pub final_over_theory: Option<f64>,

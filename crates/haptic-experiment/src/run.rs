@@ -23,7 +23,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Instant, SystemTime};
 
-/// Who watches a run: may stop it, hears how far it is, and sees the samples.
+/// Watcher of a run: may stop it, hears how far it is, and sees the samples.
 #[derive(Clone, Copy)]
 pub struct Supervisor<'a> {
     /// Set to stop the run: the force ramps to zero, the log is closed.
@@ -58,20 +58,20 @@ impl std::fmt::Debug for Supervisor<'_> {
     }
 }
 
-/// What a run leaves.
+/// Results of a run.
 #[derive(Debug)]
 pub struct Ran {
     /// The samples.
     pub record: Record,
     /// The log.
     pub log: FinishedLog,
-    /// Where it lies.
+    /// Folder of the log.
     pub folder: OutputFolder,
     /// The log of a fault, if one latched.
     pub fault_log: Option<PathBuf>,
-    /// What the pre-flight found; `None` if it was skipped.
+    /// Findings of the pre-flight; `None` if it was skipped.
     pub preflight: Option<PreflightVerdict>,
-    /// What live streams lost, a sentence each.
+    /// Losses of live streams, a sentence each.
     pub live_warnings: Vec<String>,
 }
 
@@ -144,7 +144,7 @@ pub(super) fn log_stopped(error: RecordError, at_rest: bool) -> Failure {
 /// Fewest and most samples of an experiment: at 1 kHz, eleven days. The disk is full before.
 pub(super) const SAMPLES: std::ops::RangeInclusive<f64> = 10.0..=1e9;
 
-/// How often the supervisor hears of progress, in ticks.
+/// Ticks from one report of progress to the next, for the supervisor.
 const REPORT: u64 = 1024;
 
 /// Runs a controller for a number of samples. Ends early, with the force ramped to zero, when
@@ -261,7 +261,7 @@ fn ended<F: Real>(
     })
 }
 
-/// What the clock says of the run, into record and log.
+/// Writes what the clock says of the run into record and log.
 fn told(periodic: Periodic, record: &mut Record, recorder: &mut Recorder) {
     let margin = periodic.spin_margin();
     record.raised(periodic.thread());

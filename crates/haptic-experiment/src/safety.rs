@@ -1,4 +1,4 @@
-//! What an experiment asks of the safety chain beyond force and rate.
+//! Settings of the safety chain beyond force and rate, as an experiment asks for them.
 
 use super::sensed::Sensors;
 use crate::failure::Failure;
@@ -12,7 +12,7 @@ use haptic_loop::{EnergyBounding, Guard, Limits, PassivityObserver, SpeedLimit, 
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// What keeps a wall from feeding the device energy.
+/// Guard that keeps a wall from feeding the device energy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum GuardChoice {
@@ -41,7 +41,7 @@ impl Named for GuardChoice {
     ];
 }
 
-/// What a guard is made for.
+/// Device that a guard is made for.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GuardedDevice {
     /// Mass, kg, if known.
@@ -69,7 +69,7 @@ impl GuardedDevice {
         }
     }
 
-    /// What a board tells of its sensor: it rounds to its resolution.
+    /// Facts that a board tells of its sensor: it rounds to its resolution.
     #[must_use]
     pub fn read_by(capabilities: &Capabilities) -> Self {
         let sensors = Sensors {
@@ -83,7 +83,7 @@ impl GuardedDevice {
         }
     }
 
-    /// What this one knows, and the other where it does not.
+    /// Values of this one; where it has none, those of the other.
     #[must_use]
     pub fn or(self, other: Self) -> Self {
         Self {
@@ -140,7 +140,7 @@ impl GuardChoice {
     }
 }
 
-/// What an experiment asks for; by default nothing.
+/// Settings that an experiment asks for; by default none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Safety {
     /// Passivity guard.
@@ -275,7 +275,7 @@ impl Safety {
         Ok(())
     }
 
-    /// What is known of the device, where nobody says otherwise this.
+    /// Facts of the device as the experiment gives them; where it gives none, those of `device`.
     #[must_use]
     pub fn guarded(&self, device: GuardedDevice) -> GuardedDevice {
         let said = GuardedDevice {
@@ -298,7 +298,7 @@ impl Safety {
         }
     }
 
-    /// What was asked for, for the metadata of a log.
+    /// Adds the settings that were asked for to the metadata of a log.
     pub fn describe(&self, metadata: &mut BTreeMap<String, String>) {
         if self.guard != GuardChoice::Off {
             metadata.insert("guard".to_owned(), self.guard.name().to_owned());

@@ -1,11 +1,11 @@
-//! How many ticks a run has, how long each, and how time passes.
+//! Schedule of a run: the number of ticks, the time of each, and the pace of time.
 
 use crate::realtime::RealtimeOptions;
 use haptic_loop::ParameterError;
 use haptic_loop::realtime::PeriodicConfig;
 use std::time::Duration;
 
-/// How time passes.
+/// Pace of time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pace {
     /// As fast as the machine goes.
@@ -23,19 +23,19 @@ impl std::fmt::Display for Pace {
     }
 }
 
-/// How many ticks, how long each, and how they pass.
+/// Number of ticks, the time of each, and their pace.
 #[derive(Clone, Copy, Debug)]
 pub struct Schedule {
     /// Ticks, the one at time 0 included.
     pub samples: u64,
     /// T, s.
     pub sample_time_s: f64,
-    /// How time passes.
+    /// Pace of time.
     pub pace: Pace,
 }
 
 impl Schedule {
-    /// What is asked for the threads of a run.
+    /// Options for the threads of a run.
     pub(crate) const fn thread_options(&self) -> RealtimeOptions {
         match self.pace {
             Pace::Realtime(options) => options,
@@ -48,7 +48,7 @@ impl Schedule {
         let Pace::Realtime(options) = self.pace else {
             return Ok(None);
         };
-        // What is no duration is refused as what it becomes.
+        // A number that is no duration becomes 0, and 0 is refused.
         let period = Duration::try_from_secs_f64(self.sample_time_s).unwrap_or_default();
         let config = PeriodicConfig {
             thread: options.thread(),

@@ -7,7 +7,7 @@ use haptic_loop::units::Metres;
 use haptic_loop::{Device, Reading, SafeForce};
 use serde::Serialize;
 
-/// What lies between the position and the loop.
+/// Sensors between the position and the loop.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Sensors {
     /// Encoder resolution, m per count; 0 for none.
@@ -20,7 +20,7 @@ pub struct Sensors {
 }
 
 impl Sensors {
-    /// Whether the loop reads the true position.
+    /// True if the loop reads the true position.
     #[must_use]
     pub fn are_ideal(&self) -> bool {
         !(self.encoder_resolution_m > 0.0 || self.noise_m > 0.0)

@@ -14,12 +14,12 @@ use haptic_loop::{Controller, Device, Environment, Sample};
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 
-/// Who hears each sample, and may end the simulation.
+/// Receiver of each sample; it may end the simulation.
 pub type Sink<'a> = &'a mut dyn FnMut(&TickMessage) -> ControlFlow<()>;
 
 /// A simulated device with instruments of its own, beside the sensors that the loop reads.
 pub trait Instrumented {
-    /// What they show at the start of a tick: a message without what the loop itself knows.
+    /// Readings at the start of a tick: a message without what the loop itself knows.
     fn observe(&self) -> TickMessage;
 }
 
@@ -52,7 +52,7 @@ where
     true
 }
 
-/// What the instruments showed and what the loop did.
+/// Message of a tick: what the instruments showed and what the loop did.
 pub(crate) fn message<F: Real>(
     observed: TickMessage,
     sample: &Sample<F, 1>,

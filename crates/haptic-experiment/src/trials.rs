@@ -16,7 +16,7 @@ use std::time::Duration;
 pub struct Trials<'a> {
     remote: RemoteDevice,
     link: Mutex<SerialLink>,
-    /// What is set on the device: no trial loosens it.
+    /// Settings of the device: no trial loosens them.
     set: Configuration,
     told: std::sync::Once,
     warn: Warn<'a>,

@@ -1,4 +1,4 @@
-//! What a user should know about the numbers of a run.
+//! Warnings to the user about the numbers of a run.
 
 use crate::kept::Record;
 use crate::remote::{FrameCounts, LinkSummary};
@@ -47,7 +47,7 @@ impl Warnings {
         }
     }
 
-    /// What happened to a run, of any experiment.
+    /// Adds the warnings about a run, of any experiment.
     pub(super) fn run(&mut self, ran: &Ran) {
         let record = &ran.record;
         self.0.extend(record.not_realtime.clone());
@@ -100,7 +100,7 @@ impl Warnings {
         ));
     }
 
-    /// What a link had to cope with, when it did.
+    /// Adds the troubles of a link, if it had any.
     fn link(&mut self, link: Option<&LinkSummary>) {
         let Some(link) = link else {
             return;

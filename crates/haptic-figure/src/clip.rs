@@ -17,7 +17,7 @@ pub(crate) fn clip(points: &[(f64, f64)], closed: bool) -> Points {
     for side in [Side::Left, Side::Right, Side::Bottom, Side::Top] {
         kept = cut(&kept, closed, side);
     }
-    // What is left of a curve beyond one side is a walk outside it.
+    // A remainder that lies wholly beyond one side is a walk outside it.
     let outside = |side: Side| kept.iter().all(|point| side.depth(*point) < BEYOND);
     if [Side::Left, Side::Right, Side::Bottom, Side::Top]
         .into_iter()

@@ -222,7 +222,7 @@ impl TheoryFigure<'_> {
                 samples: self.time_s.len(),
             });
         }
-        // Where a curve passes through zero it would stretch a logarithmic axis without end.
+        // A curve that passes through zero would stretch a logarithmic axis without end.
         let lowest = extremes(theory.iter().map(|point| point.1)).0;
         let floor = (scale == Scale::Log && lowest.is_finite()).then_some(lowest / 10.0);
         Ok(TimePanel {

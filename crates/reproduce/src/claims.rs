@@ -7,7 +7,7 @@ use serde::Serialize;
 
 pub use super::evidence::{Evidence, Formulas};
 
-/// What both say together.
+/// Verdict of both operators together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum ClaimVerdict {
     /// With both.
@@ -53,9 +53,9 @@ impl ClaimVerdict {
 pub struct Claim {
     /// C1 to C12, C4 in two.
     pub id: &'static str,
-    /// What the dissertation says, and how that is read here.
+    /// Statement of the dissertation, and how it is read here.
     pub statement: &'static str,
-    /// Where.
+    /// Section of the dissertation.
     pub section: &'static str,
     /// The verdict.
     pub verdict: ClaimVerdict,

@@ -14,16 +14,16 @@ pub struct Curve {
     pub legend: String,
     /// x, y.
     pub points: Vec<(f64, f64)>,
-    /// How it is drawn.
+    /// Look of the curve.
     pub look: Look,
-    /// Which colour.
+    /// Number of its colour.
     pub colour: usize,
 }
 
 /// A quantity along an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Axis {
-    /// What stands beside the axis, with the unit.
+    /// Label beside the axis, with the unit.
     pub label: &'static str,
     /// Its column in the data, with the unit.
     pub column: &'static str,
@@ -85,7 +85,7 @@ pub struct Panel {
 pub struct Figure {
     /// Its number there.
     pub id: &'static str,
-    /// What it shows.
+    /// Title: what it shows.
     pub title: &'static str,
     /// Parameters, and which of them are our choice; a line break where the picture has one.
     pub conditions: String,

@@ -31,7 +31,7 @@ pub const DELTA: f64 = DAMPING_N_S_PER_M * SAMPLE_TIME_S / MASS_KG;
 /// The orders the dissertation draws.
 pub const ORDERS: [f64; 5] = [0.0, 0.5, 1.0, 1.5, 2.0];
 
-/// Which operator a claim is computed with.
+/// Operator that a claim is computed with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// The dissertation's third-order Muir polynomial (4.2).

@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 pub struct ReportFigure {
     /// Its number.
     pub id: &'static str,
-    /// What it shows.
+    /// Title: what it shows.
     pub title: &'static str,
     /// Parameters.
     pub conditions: String,

@@ -68,7 +68,7 @@ impl Design {
         }
     }
 
-    /// What the wish measures of a candidate.
+    /// Merit of a candidate, as the wish measures it.
     fn merit(&self, candidate: &Candidate) -> Option<f64> {
         candidate.stiffness?;
         match &self.wish {
@@ -106,7 +106,7 @@ impl Design {
         })
     }
 
-    /// What a designer should know beside the numbers.
+    /// Notes for the designer beside the numbers.
     fn notes(&self, candidates: &[Candidate], best: Option<&Candidate>) -> Vec<String> {
         let mut notes = Vec::new();
         let passive = self.requirement == Requirement::Passive;

@@ -100,7 +100,7 @@ impl Bench<'_> {
         })
     }
 
-    /// Whether a wall is stable, and the factor that takes it to the edge.
+    /// Stability of a wall, and the factor that takes it to the edge.
     pub(super) fn stable_and_margin(
         &self,
         alpha: f64,

@@ -1,4 +1,4 @@
-//! What a design says of each order, and the whole answer.
+//! Answer of a design: a candidate for each order, and the whole report.
 
 use crate::{Imperfections, Settling};
 use fracdiff::Order;
@@ -19,7 +19,7 @@ pub struct Candidate {
     pub alpha: Option<f64>,
     /// B·T^(2−μ)/m.
     pub beta: Option<f64>,
-    /// Whether it is passive by Theorem 1.
+    /// True if it is passive by Theorem 1.
     pub passive: Option<bool>,
     /// The damping of the device that this takes, N·s/m.
     pub required_damping_n_s_per_m: Option<f64>,
@@ -37,27 +37,27 @@ pub struct Candidate {
 /// The best candidate on a realistic device. Keys of the report.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct RealisticTrial {
-    /// What is less than ideal about the device.
+    /// Imperfections of the device.
     #[serde(flatten)]
     pub imperfections: Imperfections,
-    /// Whether the analysis, which knows delay and current lag, calls it stable.
+    /// True if the analysis, which knows delay and current lag, calls it stable.
     pub analysis_stable: bool,
     /// Factor by which the wall may grow until it is unstable (below 1: must shrink); null if no factor does.
     pub margin: Option<f64>,
     /// Noise of the force that the encoder makes, rms N.
     pub force_noise_rms_n: f64,
-    /// How the trial came out.
+    /// Result of the trial.
     pub simulated: Settling,
 }
 
-/// Whether a tissue can be rendered as it is.
+/// Verdict on a tissue that is to be rendered as it is.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TissueVerdict {
     /// Its name.
     pub name: String,
     /// Its order.
     pub order: f64,
-    /// Whether the specimen meets the requirement.
+    /// True if the specimen meets the requirement.
     pub fits: bool,
     /// Factor by which it may grow.
     pub largest_scale: Option<f64>,
@@ -66,7 +66,7 @@ pub struct TissueVerdict {
 /// The answer. The keys are a contract of the command line.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DesignReport {
-    /// What was wished.
+    /// The wish.
     pub wish: String,
     /// Under which requirement.
     pub require: String,
@@ -80,7 +80,7 @@ pub struct DesignReport {
     pub force_noise_limit_n: Option<f64>,
     /// Nothing of a real device was given: friction, delay, current lag and encoder steps are none.
     pub ideal_device_assumed: bool,
-    /// What was given of it.
+    /// Imperfections of the device, as far as they were given.
     pub imperfections: Imperfections,
     /// If an ideal device was assumed: the best one tried on a realistic one.
     pub realistic: Option<RealisticTrial>,
@@ -99,7 +99,7 @@ pub struct DesignReport {
     pub experiment: Option<String>,
     /// Table and picture, if they were written.
     pub files: Vec<String>,
-    /// What a designer should know, a sentence each.
+    /// Notes for the designer, a sentence each.
     pub notes: Vec<String>,
 }
 

@@ -25,7 +25,7 @@ impl Bench<'_> {
         }
         if let Wish::MostDamping { .. } = self.design.wish {
             let (mut ratio, mut least) = minimum(|s| required(s, 1.0))?;
-            // What is passive is convex: where the best ratio leaves a negative spring, the bound is best.
+            // The set of passive walls is convex: where the best ratio leaves a negative spring, the bound is best.
             if let Some(softest) = port.largest_ratio().map(|most| 1.0 / (INSIDE * most))
                 && ratio < softest
             {
@@ -36,7 +36,7 @@ impl Bench<'_> {
             }
             let beta = (MOST_DAMPING * self.delta / least).min(quiet);
             return Ok(match port.largest_alpha(self.delta, beta)? {
-                // What is passive is convex, so the middle is.
+                // The set of passive walls is convex, so the middle is passive.
                 Largest::Below { value, .. } => wall(0.5 * (ratio * beta + value), beta),
                 _ => Point::None(self.nothing()),
             });
@@ -54,7 +54,7 @@ impl Bench<'_> {
         if ratio * alpha <= quiet {
             return Ok(wall(alpha, ratio * alpha));
         }
-        // What is passive is convex, so the stiffest quiet wall is as noisy as it may be.
+        // The set of passive walls is convex, so the stiffest quiet wall is as noisy as it may be.
         Ok(match port.largest_alpha(self.delta, quiet)? {
             Largest::Below { value, .. } => wall(value, quiet),
             _ => Point::None(self.nothing()),
@@ -75,7 +75,7 @@ impl Bench<'_> {
     }
 }
 
-/// Where a convex function of t ≥ 0 is least, and its value; t = 0 if nothing else is better by 1e-9.
+/// Minimum of a convex function of t ≥ 0: its place and its value; t = 0 if nothing else is better by 1e-9.
 fn minimum(
     function: impl Fn(f64) -> Result<f64, AnalysisError>,
 ) -> Result<(f64, f64), AnalysisError> {

@@ -20,7 +20,7 @@ pub struct Device {
     pub force_limit_n: f64,
 }
 
-/// What a wall must be.
+/// Requirement on a wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Requirement {
     /// Passive by Theorem 1, for the operator really used.
@@ -32,7 +32,7 @@ pub enum Requirement {
     },
 }
 
-/// What is wanted most.
+/// Aim of a design.
 #[derive(Clone, Debug, PartialEq)]
 #[expect(clippy::large_enum_variant, reason = "there is one of them in a run")]
 pub enum Wish {
@@ -49,7 +49,7 @@ pub enum Wish {
         material: ModelledTissue,
         /// The piece of it.
         specimen: Specimen,
-        /// Where other orders are made equal to it, Hz.
+        /// Frequency at which other orders are made equal to it, Hz.
         frequency_hz: f64,
     },
 }
@@ -89,7 +89,7 @@ pub struct Design {
     pub orders: Vec<Order>,
     /// Under which requirement.
     pub requirement: Requirement,
-    /// What for.
+    /// The aim.
     pub wish: Wish,
     /// Largest noise of the force that encoder and sensor noise may make, rms N; `None` for any.
     pub force_noise_limit_n: Option<f64>,
@@ -107,12 +107,12 @@ impl Device {
         self.plant.mass.0 / self.plant.sample_time.0.powf(2.0 - order.get())
     }
 
-    /// What the analysis knows of it.
+    /// Dynamics that the analysis knows of it.
     pub(super) fn dynamics(&self) -> Dynamics {
         dynamics(&self.plant)
     }
 
-    /// What is less than ideal about it.
+    /// Its imperfections.
     #[must_use]
     pub fn imperfections(&self) -> Imperfections {
         Imperfections {

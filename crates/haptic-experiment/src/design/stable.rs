@@ -42,7 +42,7 @@ impl Bench<'_> {
         Ok(Point::None(self.nothing()))
     }
 
-    /// Whether a wall is stable, also when all of it is weaker or stronger by up to g. A device with
+    /// True if a wall is stable, also when all of it is weaker or stronger by up to g. A device with
     /// delay may need the wall in order to be stable at high order, so both ways count.
     fn has_margin(&self, alpha: f64, beta: f64, g: f64) -> Result<bool, AnalysisError> {
         let closed = self.closed(alpha, beta)?;
@@ -88,7 +88,7 @@ fn stiffest(area: &StableArea, quiet: f64) -> Vec<(f64, f64)> {
     edge
 }
 
-/// Where the boundary has this β, from the least α on.
+/// Values of α at which the boundary has this β, the least first.
 fn crossings(area: &StableArea, beta: f64) -> Vec<f64> {
     let mut crossings: Vec<f64> = Vec::new();
     for polygon in &area.polygons {

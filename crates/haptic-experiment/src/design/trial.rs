@@ -28,7 +28,7 @@ impl Design {
         let mut wall = self.push_into(candidate, stretch)?;
         let mut settling = wall.try_out()?;
         for _ in 0..DOUBLINGS {
-            // What left or beats against the force limit does not settle later.
+            // A device that left or beats against the force limit does not settle later.
             if !matches!(settling.verdict, TrialVerdict::Unstable) {
                 break;
             }

@@ -4,7 +4,7 @@ use super::reader::{FileError, Table};
 use crate::parameters as p;
 use crate::safety::Safety;
 
-/// What else the safety chain does; a wall knows mass and damping of its device by other keys too.
+/// Reads the further settings of the safety chain. A wall knows mass and damping of its device by other keys too.
 pub(super) fn safety(table: &Table<'_>) -> Result<Safety, FileError> {
     let low = table.number_if(&p::WORKSPACE_LOW)?;
     let high = table.number_if(&p::WORKSPACE_HIGH)?;

@@ -49,7 +49,7 @@ pub(super) fn wall(table: &Table<'_>) -> Result<WallExperiment, FileError> {
     Ok(wall)
 }
 
-/// How a wall is tried and judged.
+/// Reads the plan of a trial: how a wall is tried and judged.
 fn plan(table: &Table<'_>, duration_s: f64) -> Result<TrialPlan, FileError> {
     let name = table.choice(&p::CRITERION)?;
     let threshold = table.number_if(&p::THRESHOLD)?;

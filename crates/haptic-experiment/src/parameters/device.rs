@@ -6,7 +6,7 @@ use haptic_link::Limits as Wire;
 parameters! {
     /// The device.
     DEVICE = text("device", "sim", "Device: `sim`, or `serial:PATH[@BAUD]`, or `serial:auto`");
-    /// Where the loop is closed.
+    /// Place where the loop is closed.
     LOOP = text("loop", "device", "Where the loop with a serial device is closed");
     /// Watchdog of a serial device, s.
     WATCHDOG = optional("watchdog_s", Range::Within(1e-3 * Wire::WATCHDOG_MIN_MS as f64, 1e-3 * Wire::WATCHDOG_MAX_MS as f64),

@@ -51,7 +51,7 @@ parameters! {
 pub const RELAX: &[Parameter] = &[STRAIN, RAMP_TIME, RELAX_DURATION];
 /// Of `[creep]`, beside [`RENDERING`].
 pub const CREEP: &[Parameter] = &[STRESS, CREEP_DURATION];
-/// What is rendered, and how.
+/// Of the rendering: the tissue, and how it is rendered.
 pub const RENDERING: &[Parameter] = &[
     TISSUE,
     LIBRARY,

@@ -3,7 +3,7 @@
 use fracdiff::Seconds;
 use std::fmt;
 
-/// What a number may be. All ranges are of finite numbers.
+/// Range of a number. All ranges are of finite numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Range {
     /// x > low.
@@ -17,7 +17,7 @@ pub enum Range {
 }
 
 impl Range {
-    /// Whether a number is in it; none that is not finite is.
+    /// True if a number is in it. A number that is not finite never is.
     #[must_use]
     pub fn contains(self, x: f64) -> bool {
         x.is_finite()

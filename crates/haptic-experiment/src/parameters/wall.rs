@@ -26,7 +26,7 @@ parameters! {
     STIFFNESS = optional("stiffness_n_per_m", AT_LEAST_0, "Stiffness K of the wall");
     /// Dissipation of a wall, N·s^μ/m.
     DISSIPATION = optional("dissipation_n_s_mu_per_m", AT_LEAST_0, "Dissipation B of the wall, N·s^μ/m");
-    /// Whether a wall only pushes.
+    /// True if a wall only pushes.
     ONE_SIDED = flag("one_sided",
         "A wall that pushes but never pulls; without this it is linear, as the theory assumes");
     /// Rule of a trial.
@@ -48,7 +48,7 @@ parameters! {
     /// Rate limit of a trial, N/s.
     TRIAL_FORCE_RATE_LIMIT = optional("force_rate_limit_n_per_s", ABOVE_0,
         "Largest rate at which the force may change [default: that of a serial device, none on the simulated one]");
-    /// Whether an unstable wall is a failure.
+    /// True if an unstable wall is a failure.
     MUST_BE_STABLE = flag("must_be_stable", "A wall that is not stable by trial and analysis is a failure");
 }
 

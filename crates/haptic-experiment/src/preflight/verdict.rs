@@ -4,7 +4,7 @@ use crate::failure::Failure;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// What was found. Keys of reports and, with `preflight.` before them, of the log's metadata.
+/// Findings of the pre-flight. Keys of reports and, with `preflight.` before them, of the log's metadata.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PreflightVerdict {
     /// No pole on or outside the unit circle.

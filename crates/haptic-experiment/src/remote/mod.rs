@@ -4,7 +4,7 @@
 //! device loop:  set parameters ─▶ arm ─▶ start ─▶ samples ─▶ log        the device ticks
 //! host loop:    ... sample ─▶ controller of this program ─▶ force ...   the device only measures and applies
 //! ```
-//! Time is the device's, n·T. What the line loses is counted, never made up.
+//! Time is the device's, n·T. Samples that the line loses are counted, never made up.
 
 mod run;
 mod samples;
@@ -33,7 +33,7 @@ use std::time::Duration;
 pub struct RemoteDevice {
     /// The port.
     pub name: SerialName,
-    /// Where the loop is closed.
+    /// Place where the loop is closed.
     pub loop_mode: LoopMode,
     /// Silence after which the device lets go, ms; `None` for that of the loop mode.
     pub watchdog_ms: Option<u16>,
@@ -41,7 +41,7 @@ pub struct RemoteDevice {
     pub late_ticks: u16,
     /// Ticks from a sample to the force that answers it at most, in a loop on the host.
     pub max_age_ticks: u16,
-    /// How long to wait for the device to be there.
+    /// Longest wait for the device to be there.
     pub patience: Duration,
 }
 
@@ -67,7 +67,7 @@ impl RemoteDevice {
     }
 }
 
-/// What the device renders, and what it simulates if it is simulated.
+/// Law that the device renders, and the plant that it simulates if it is simulated.
 #[derive(Clone, Debug)]
 pub struct RemoteLaw {
     /// K, N/m.
@@ -82,7 +82,7 @@ pub struct RemoteLaw {
     pub operator: (OperatorShape, Vec<f32>),
     /// Limits of the safety chain, without a guard.
     pub limits: haptic_loop::Limits,
-    /// Which of them stay as they are on the device.
+    /// Limits that stay as they are on the device.
     pub kept: Kept,
     /// The guard, and what is known of a real device.
     pub guard: (GuardChoice, GuardedDevice),

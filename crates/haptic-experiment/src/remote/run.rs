@@ -25,17 +25,17 @@ use std::time::Duration;
 pub struct RemoteRun<'a> {
     /// The device.
     pub device: &'a RemoteDevice,
-    /// What it renders.
+    /// Law that it renders.
     pub law: RemoteLaw,
-    /// How many ticks, how long each.
+    /// Number of ticks, and the time of each.
     pub schedule: Schedule,
-    /// Where the indenter is told to be, m, at a time in s; not a number if nobody knows.
+    /// Place that the indenter is told to take, m, at a time in s; not a number if nobody knows.
     pub reference: &'a dyn Fn(f64) -> f64,
     /// The same loop for the analysis; `None` if it is not closed through the device's motion.
     pub preflight: Option<Preflight>,
-    /// What the user wants of that.
+    /// Request for the pre-flight.
     pub wanted: PreflightRequest,
-    /// Where the files go.
+    /// Folder of the files.
     pub request: &'a FolderRequest,
     /// Everything needed to repeat the run.
     pub metadata: BTreeMap<String, String>,
@@ -210,7 +210,7 @@ fn describe_limits(limits: &Limits, metadata: &mut BTreeMap<String, String>) {
     metadata.extend(numbers.map(|(key, value)| (key.to_owned(), value.to_string())));
 }
 
-/// What only the connected device can tell.
+/// Adds the facts that only the connected device can tell.
 fn describe(link: &SerialLink, device: &RemoteDevice, metadata: &mut BTreeMap<String, String>) {
     let mut add = |key: &str, value: String| metadata.insert(key.to_owned(), value);
     add("board", link.capabilities().board().to_owned());

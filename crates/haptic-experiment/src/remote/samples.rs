@@ -30,7 +30,7 @@ impl HostSession<'_> {
         }
     }
 
-    /// What is known without the device; the rest is not a number.
+    /// Sample of what is known without the device; the rest is not a number.
     pub(super) fn blank(&self, time_s: f64) -> TickMessage {
         TickMessage {
             reference_m: (self.reference)(time_s),
@@ -49,8 +49,8 @@ impl HostSession<'_> {
 
     /// Counts what did not come of the ticks before this one.
     fn came_until(&mut self, tick: u64) {
-        // What follows a fault or the last tick is no part of the result, but of the log: what is missing there
-        // is lost.
+        // Samples after a fault or the last tick are no part of the result, but of the log: those that are missing
+        // there are lost.
         if tick > self.next_tick {
             let missing = tick - self.next_tick;
             self.samples_lost += missing;

@@ -19,7 +19,7 @@ use haptic_remote::serial::{Heard, SerialError, SerialLink};
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant, SystemTime};
 
-/// What is still to be heard after a fault, when nothing comes for so long.
+/// Longest silence after a fault in which the rest is still waited for.
 const AFTER_FAULT: Duration = Duration::from_millis(200);
 
 /// A device that is configured, armed by nobody yet, and the log of what is to come.
@@ -215,7 +215,7 @@ impl HostSession<'_> {
         }
     }
 
-    /// Which ticks come while nothing runs: each how manyth, 0 none.
+    /// Asks for every n-th tick while nothing runs; 0 for none.
     fn stream_after_fault(&self, every: u16) {
         let batch = self.batch();
         // A device that does not answer has nothing more to tell.
@@ -274,7 +274,7 @@ impl HostSession<'_> {
                 self.ends(Ended::DeviceFault(*report), "fault");
             }
             SerialError::Link(error) => self.ends(Ended::LinkLost(*error), "link"),
-            // What opening can meet; this port was open.
+            // Errors that only opening can meet; this port was open.
             _ => self.ends(Ended::LinkLost(LinkError::Gone), "link"),
         }
     }

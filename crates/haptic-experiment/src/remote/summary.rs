@@ -1,4 +1,4 @@
-//! What a link counted over a run, for the report and for the log.
+//! Counts of a link over a run, for the report and for the log.
 
 use super::loop_name;
 use crate::device::firmware_version;
@@ -6,7 +6,7 @@ use haptic_link::{LoopMode, Statistics};
 use haptic_remote::serial::SerialLink;
 use std::collections::BTreeMap;
 
-/// What the link of a run counted.
+/// Counts of the link of a run.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct LinkSummary {
     /// Board.

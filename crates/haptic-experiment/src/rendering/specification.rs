@@ -19,7 +19,7 @@ use haptic_loop::plant::{RigConfig, RigContact, RigDrive};
 use haptic_loop::units::{Metres, SquareMetres};
 use serde::Serialize;
 
-/// How the indenter touches the renderer.
+/// Contact of the indenter with the renderer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Contact {
@@ -78,13 +78,13 @@ pub struct Rendering {
     pub force_limit_n: f64,
     /// Largest rate of force, N/s.
     pub force_rate_limit_n_per_s: f64,
-    /// What else the safety chain does.
+    /// Further settings of the safety chain.
     pub safety: Safety,
-    /// How time passes.
+    /// Pace of time.
     pub pace: Pace,
     /// The serial device; `None` for the simulated rig.
     pub remote: Option<RemoteDevice>,
-    /// What the pre-flight is to do.
+    /// Request for the pre-flight.
     pub preflight: PreflightRequest,
 }
 
@@ -139,7 +139,7 @@ impl Rendering {
         }
     }
 
-    /// How long the operator remembers, s; `None` if all of it. For the recursive forms the time that
+    /// Memory of the operator, s; `None` for all of the past. For the recursive forms the time that
     /// their slowest part takes to fade, about one period of the lower corner or N samples.
     #[must_use]
     pub fn memory_s(&self) -> Option<f64> {

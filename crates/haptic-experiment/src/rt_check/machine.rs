@@ -1,4 +1,4 @@
-//! What a machine says of itself, and what could be better.
+//! Facts of a machine, and what could be better.
 
 use super::rate::Rate;
 use haptic_loop::realtime::Fallback;
@@ -12,20 +12,20 @@ const DEEP_SLEEP_US: u32 = 30;
 /// Time stolen by the host that is worth a sentence, ms.
 const STOLEN_NOTABLE_MS: u64 = 10;
 
-/// What was found; what a system does not say is null or empty.
+/// Facts of the machine. Those that a system does not tell are null or empty.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Machine {
     /// Release of the kernel.
     pub kernel: Option<String>,
-    /// Whether the kernel is `PREEMPT_RT`.
+    /// True if the kernel is `PREEMPT_RT`.
     pub preempt_rt: Option<bool>,
     /// Processors that this process may use.
     pub cores: usize,
-    /// Whether the processor says that it is virtual.
+    /// True if the processor says that it is virtual.
     pub virtual_machine: bool,
     /// Frequency governors in use.
     pub governors: Vec<String>,
-    /// How long real-time threads may run in each 1 s, µs; −1 for always.
+    /// Time that real-time threads may run in each 1 s, µs; −1 for always.
     pub rt_runtime_us: Option<i64>,
     /// Longest time to wake from an idle state that is enabled, µs.
     pub idle_exit_us: Option<u32>,
@@ -79,7 +79,7 @@ impl Machine {
         }
     }
 
-    /// What to change, the most useful first.
+    /// Changes to make, the most useful first.
     #[must_use]
     pub fn advice(
         &self,
@@ -115,7 +115,7 @@ impl Machine {
         advice
     }
 
-    /// What costs something: said only where a rate is not fit.
+    /// Changes that cost something: said only where a rate is not fit.
     fn costly_advice(&self, stolen_ms: u64) -> Vec<String> {
         let mut advice = Vec::new();
         if self.preempt_rt == Some(false) {

@@ -1,4 +1,4 @@
-//! Whether this machine is fit for a loop at some rate: measures as `cyclictest` does, with the loop's own runner.
+//! Check of this machine for a loop at some rate: measures as `cyclictest` does, with the loop's own runner.
 
 mod machine;
 mod rate;
@@ -15,14 +15,14 @@ use serde::Serialize;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// What to measure.
+/// Settings of a check.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RtCheck {
     /// For each rate.
     pub duration: Duration,
     /// Rates, Hz.
     pub rates_hz: Vec<f64>,
-    /// What is asked for the thread.
+    /// Options for the thread.
     pub thread: RealtimeOptions,
     /// Busy threads beside it, at normal priority.
     pub busy: usize,
@@ -30,24 +30,24 @@ pub struct RtCheck {
     pub compare: bool,
 }
 
-/// What was measured.
+/// Results of a check.
 #[derive(Clone, Debug, Serialize)]
 pub struct RtReport {
     /// One for each rate.
     pub rates: Vec<Rate>,
-    /// What to change, a sentence each; empty if nothing is left to.
+    /// Changes to make, a sentence each; empty if nothing is left to change.
     pub advice: Vec<String>,
     /// The priority that was granted; null for a normal thread.
     pub priority: Option<u8>,
     /// The core that it was pinned to.
     pub pin: Option<usize>,
-    /// Whether the memory was locked.
+    /// True if the memory was locked.
     pub memory_locked: bool,
     /// Busy threads beside it.
     pub busy: usize,
     /// For each rate, s.
     pub duration_s: f64,
-    /// What was found of the machine.
+    /// Facts of the machine.
     pub machine: Machine,
     /// Time in which the host of a virtual machine ran others instead, all processors together, ms.
     pub stolen_ms: Option<u64>,
@@ -156,7 +156,7 @@ impl RtCheck {
     }
 }
 
-/// What the system granted.
+/// Options that the system granted.
 #[derive(Clone, Copy, Debug, Default)]
 struct Granted {
     fallback: Option<Fallback>,

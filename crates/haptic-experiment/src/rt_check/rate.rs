@@ -1,4 +1,4 @@
-//! What was measured at one rate.
+//! Results at one rate.
 
 use crate::realtime::{Microseconds, WorstTick, microseconds};
 use haptic_loop::realtime::Timing;
@@ -25,7 +25,7 @@ pub struct Rate {
     pub worst_cycle: Option<WorstTick>,
     /// For how long before it was due a cycle was waited for without sleeping, µs.
     pub spin_margin_us: f64,
-    /// Whether a loop at this rate is safe here.
+    /// True if a loop at this rate is safe here.
     pub fit: bool,
     /// The plain loop; null if none was asked for.
     pub plain: Option<Plain>,

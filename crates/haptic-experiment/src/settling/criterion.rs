@@ -90,7 +90,7 @@ pub(crate) struct Scales {
     pub(crate) encoder_step_m: f64,
 }
 
-/// How much a wall at rest may vary; `None` for as much as it likes.
+/// Largest variation of a wall at rest; `None` for any.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Tolerance {
     pub(super) position_std_m: Option<f64>,

@@ -39,12 +39,12 @@ impl TrialVerdict {
     }
 }
 
-/// Where the device is at the end, and whether it is at rest there. Keys of reports.
+/// State of the device at the end, and whether it is at rest there. Keys of reports.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Settling {
-    /// Whether it is at rest, and not by friction alone.
+    /// True if it is at rest, and not by friction alone.
     pub stable: bool,
-    /// What happened.
+    /// Verdict on the trial.
     pub verdict: TrialVerdict,
     /// By which rule.
     pub criterion: CriterionName,
@@ -67,7 +67,7 @@ pub struct Settling {
     pub saturated_share: Option<f64>,
     /// Mean of the position over the window, m.
     pub deflection_m: Option<f64>,
-    /// Where the push is in balance with wall and hand, m; null without a spring.
+    /// Position at which the push is in balance with wall and hand, m; null without a spring.
     pub expected_deflection_m: Option<f64>,
 }
 

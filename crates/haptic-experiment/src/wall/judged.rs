@@ -28,7 +28,7 @@ struct Row {
     reaction_force_n: f64,
 }
 
-/// What becomes of a run that reached its end.
+/// Results of a run that reached its end.
 struct Judged {
     csv: String,
     curves: Thinned<2>,
@@ -243,7 +243,7 @@ impl WallExperiment {
     }
 }
 
-/// What to say of a trial, and of the analysis beside it.
+/// Warnings about a trial, and about the analysis beside it.
 fn warnings(settling: &Settling, agrees: Option<bool>, record: &Record) -> Warnings {
     let mut warnings = Warnings::default();
     match settling.reason() {
@@ -273,6 +273,6 @@ fn warnings(settling: &Settling, agrees: Option<bool>, record: &Record) -> Warni
 
 /// To six significant digits, as a subtitle shows a number.
 fn six_digits(value: f64) -> f64 {
-    // What a format made of a number is a number.
+    // A formatted number is a number again.
     format!("{value:.5e}").parse().unwrap_or(value)
 }

@@ -1,4 +1,4 @@
-//! What a wall experiment reports.
+//! Report of a wall experiment.
 
 use crate::Settling;
 use crate::report::{Errors, RunReport, Summary};
@@ -20,12 +20,12 @@ pub struct WallReport {
     /// one-sided wall or a limited force; the mean deflection against push/(K + k), not for an unstable wall.
     #[serde(flatten)]
     pub errors: Errors,
-    /// What stood for the full history; see the report of a relaxation.
+    /// Tolerance of the reference for the full history; see the report of a relaxation.
     pub reference_tolerance: Option<f64>,
-    /// Whether and where it came to rest.
+    /// Rest of the device: if it came to rest, and where.
     #[serde(flatten)]
     pub settling: Settling,
-    /// Whether trial and analysis come to the same verdict; null if one of them has none.
+    /// True if trial and analysis come to the same verdict; null if one of them has none.
     pub analysis_agrees: Option<bool>,
     /// K, N/m.
     pub stiffness_n_per_m: f64,

@@ -56,15 +56,15 @@ pub struct WallExperiment {
     pub dissipation_n_s_mu_per_m: f64,
     /// A wall that pushes but never pulls.
     pub one_sided: bool,
-    /// How it is tried and judged.
+    /// Plan of the trial.
     pub plan: TrialPlan,
     /// A wall that is not stable by trial and analysis is a failure.
     pub must_be_stable: bool,
     /// Largest rate of the force, N/s; `None` for that of a serial device, and none on the simulated one.
     pub force_rate_limit_n_per_s: Option<f64>,
-    /// What else the safety chain does.
+    /// Further settings of the safety chain.
     pub safety: Safety,
-    /// How time passes.
+    /// Pace of time.
     pub pace: Pace,
     /// The serial device; `None` for the simulated one.
     pub remote: Option<RemoteDevice>,

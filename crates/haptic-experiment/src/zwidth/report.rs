@@ -62,7 +62,7 @@ pub struct BoundaryPoint {
     pub beta: f64,
     /// The largest stable K for this B by the analysis, N/m; null if it knows none.
     pub analysis_stiffness_n_per_m: Option<f64>,
-    /// Whether the analysis calls this wall (its K, or K and B together) stable made 5 % weaker and unstable
+    /// True if the analysis calls this wall (its K, or K and B together) stable made 5 % weaker and unstable
     /// made 5 % stronger; null if the search ended before, or the analysis does not know such a device.
     pub analysis_agrees: Option<bool>,
     /// The K up to which friction alone holds the device still, N/m; null without friction, and if it holds
@@ -71,7 +71,7 @@ pub struct BoundaryPoint {
 }
 
 impl ZWidthReport {
-    /// Whether there is a point to draw.
+    /// True if there is a point to draw.
     #[must_use]
     pub fn has_points(&self) -> bool {
         self.orders.iter().any(|order| !order.boundary.is_empty())

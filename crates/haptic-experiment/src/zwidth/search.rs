@@ -23,7 +23,7 @@ const BISECTIONS: u32 = 12;
 /// Share by which the wall of a trial may be off from the boundary of the analysis, up or down.
 const AGREES_WITHIN: f64 = 0.05;
 
-/// How far a search goes: beyond the largest α and β of any region that was computed, which are 4 without
+/// Limit of a search: beyond the largest α and β of any region that was computed. These are 4 without
 /// damping and below 4(1 + δ) with it.
 pub(super) fn search_limit(delta: f64) -> f64 {
     f64::max(5.0, 4.0 * (1.0 + delta))
@@ -57,7 +57,7 @@ fn largest(most: f64, stable: impl Fn(f64) -> bool) -> Option<f64> {
     Some(low)
 }
 
-/// What was found for one dissipation, as α.
+/// Result for one dissipation, as α.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cell {
     stable: f64,
@@ -197,7 +197,7 @@ impl<'a> Search<'a> {
         self.whole(Cell { stable, held })
     }
 
-    /// What was found, unless the search was stopped on the way.
+    /// The result, unless the search was stopped on the way.
     fn whole<T>(&self, found: T) -> Option<T> {
         (!self.stop.load(Ordering::Relaxed)).then_some(found)
     }
@@ -213,7 +213,7 @@ impl<'a> Search<'a> {
         self.whole(largest(self.most, any_stiffness).unwrap_or(0.0))
     }
 
-    /// Whether a wall settles, also without friction.
+    /// True if a wall settles, also without friction.
     fn is_stable(&self, alpha: f64, beta: f64) -> bool {
         let smooth = self.smooth.as_ref();
         smooth.is_none_or(|device| self.settles(device, alpha, beta, 0))

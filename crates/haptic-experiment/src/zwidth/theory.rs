@@ -1,4 +1,4 @@
-//! What the analysis says of the walls that are tried.
+//! Verdict of the analysis on the walls that are tried.
 
 use super::specification::ZWidth;
 use crate::pushed::dynamics;
@@ -27,7 +27,7 @@ impl Theory {
         if experiment.remote.is_some() {
             return None;
         }
-        // What cannot be analysed can still be tried.
+        // A wall that cannot be analysed can still be tried.
         Self::of(experiment, order).ok()
     }
 
@@ -84,7 +84,7 @@ impl Theory {
         largest
     }
 
-    /// Whether the edge is within a share of this wall: with its K, or K and B together, made weaker by the
+    /// True if the edge is within a share of this wall: with its K, or K and B together, made weaker by the
     /// share it is stable, and made stronger unstable. Both ways, because an edge may run along one of them.
     /// `None` if that cannot be told.
     pub(super) fn has_edge_within(&self, alpha: f64, beta: f64, share: f64) -> Option<bool> {

@@ -1,4 +1,4 @@
-//! What decides each claim: the numbers, with either operator.
+//! Evidence on each claim: the numbers that decide it, with either operator.
 
 pub(crate) mod coupling;
 pub(crate) mod passivity;
@@ -33,10 +33,10 @@ impl Default for Formulas {
     }
 }
 
-/// What one operator says of a claim.
+/// Evidence on a claim with one operator.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Evidence {
-    /// Whether the claim holds with it.
+    /// True if the claim holds with it.
     pub holds: bool,
     /// The numbers that decide.
     pub numbers: String,
@@ -53,7 +53,7 @@ fn list(values: impl IntoIterator<Item = f64>) -> String {
     texts.join(", ")
 }
 
-/// Whether the values fall strictly.
+/// True if the values fall strictly.
 fn falls(values: &[f64]) -> bool {
     values.windows(2).all(|pair| pair[1] < pair[0])
 }

@@ -5,7 +5,7 @@ use super::{Evidence, Formulas, falls, list};
 use crate::{DELTA, Kind, MASS_KG, ORDERS, SAMPLE_TIME_S};
 use haptic_analysis::AnalysisError;
 
-/// Where the values fall strictly, in words.
+/// Range in which the values fall strictly, in words.
 fn falling(values: &[f64]) -> String {
     let last = values.len() - 1;
     let from = (0..last).find(|&start| falls(&values[start..]));
@@ -44,7 +44,7 @@ fn area_changes(
     ORDERS.into_iter().map(change).collect()
 }
 
-/// Whether the areas change less and less with μ, with the hand (1) and without one (0).
+/// True if the areas change less and less with μ, with the hand (1) and without one (0); and the changes in words.
 fn robust(
     kind: Kind,
     at: impl Fn(f64, f64) -> (f64, f64),
