@@ -24,7 +24,7 @@ pub(super) const LIMITED_SHARE: f64 = 0.01;
 /// By which rule a trial is judged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Criterion {
-    /// Position, force and the force limit, see the [module](self).
+    /// Position, force and the force limit, see the [module](crate::settling).
     Settling,
     /// The dissertation's: the standard deviation of the position alone.
     Dissertation {

@@ -118,7 +118,7 @@ impl SerialLink {
         f32::from_bits(self.shared.energy_bits.load(Ordering::Relaxed))
     }
 
-    /// The device's own limiters in the tick that was read last, bits as in a [`Sample`].
+    /// The device's own limiters in the tick that was read last, bits as in a [`Sample`](haptic_link::Sample).
     #[must_use]
     pub const fn newest_limiters(&self) -> u8 {
         self.newest_limiters
