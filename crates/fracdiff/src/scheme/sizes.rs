@@ -1,7 +1,7 @@
 //! Sizes of the operators that schemes make.
 
 /// Longest `grunwald:N` that is summed directly, to the bit like [`ShortMemory`](crate::ShortMemory); from the
-/// next on it is a [`PartitionedMemory`], which agrees to rounding and takes a fraction of the time.
+/// next on it is a [`PartitionedMemory`](crate::PartitionedMemory), which agrees to rounding and takes a fraction of the time.
 pub const SHORT_MOST: usize = 2048;
 /// Largest degree or number of sections a scheme accepts.
 pub const DEGREE_MAX: usize = 64;
