@@ -49,6 +49,15 @@ impl Quantity {
             Self::Strain => "strain",
         }
     }
+
+    /// Its axis label, with the unit.
+    #[must_use]
+    pub const fn label(self) -> &'static str {
+        match self {
+            Self::Force => "force / N",
+            Self::Strain => "strain",
+        }
+    }
 }
 
 /// A run beside its closed form. The slices belong together point by point; long runs are thinned without losing a
@@ -115,6 +124,22 @@ impl<R, C> Published<R, C> {
             report,
             curves,
             folder,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_device_decides_between_simulated_and_rendered() {
+        for (simulates, word) in [
+            (None, "simulated"),
+            (Some(true), "simulated"),
+            (Some(false), "rendered"),
+        ] {
+            assert_eq!(Origin::of_device(simulates).word(), word);
         }
     }
 }

@@ -55,68 +55,11 @@ impl Conditions<'_> {
     }
 }
 
-/// Source of a quantity: the device decides. No instrument measured it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Origin {
-    /// A simulated device.
-    Simulated,
-    /// A device's own record of what it commanded and read.
-    Rendered,
-}
-
-impl Origin {
-    /// Of a device that says whether it simulates its plant; `None` without a link, which is a simulation too.
-    #[must_use]
-    pub const fn of_device(simulates: Option<bool>) -> Self {
-        match simulates {
-            None | Some(true) => Self::Simulated,
-            Some(false) => Self::Rendered,
-        }
-    }
-
-    /// The word for it.
-    #[must_use]
-    pub const fn word(self) -> &'static str {
-        match self {
-            Self::Simulated => "simulated",
-            Self::Rendered => "rendered",
-        }
-    }
-}
-
-/// The quantity that is held against its closed form.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Quantity {
-    /// Force, N.
-    Force,
-    /// Strain, dimensionless.
-    Strain,
-}
-
-impl Quantity {
-    /// The word for it.
-    #[must_use]
-    pub const fn word(self) -> &'static str {
-        match self {
-            Self::Force => "force",
-            Self::Strain => "strain",
-        }
-    }
-
-    /// Its axis label, with the unit.
-    const fn label(self) -> &'static str {
-        match self {
-            Self::Force => "force / N",
-            Self::Strain => "strain",
-        }
-    }
-}
-
 /// A quantity against time over its closed form, and the error below. The slices belong together sample by
 /// sample; what is not finite is left out, and so is what is not positive from the logarithmic panels.
 ///
 /// ```
-/// use haptic_figure::{Conditions, Origin, Quantity, TheoryFigure};
+/// use haptic_figure::{Conditions, TheoryFigure};
 ///
 /// let time_s: Vec<f64> = (1..=1000).map(|i| 1e-3 * f64::from(i)).collect();
 /// let closed_form: Vec<f64> = time_s.iter().map(|t| 3.0 * t.powf(-0.2247)).collect();
@@ -132,8 +75,9 @@ impl Quantity {
 ///         scheme: "full:1e-6",
 ///         remark: "",
 ///     },
-///     quantity: Quantity::Force,
-///     origin: Origin::Simulated,
+///     quantity: "force",
+///     label: "force / N",
+///     origin: "simulated",
 ///     time_s: &time_s,
 ///     values: &values,
 ///     closed_form: &closed_form,
@@ -148,10 +92,12 @@ pub struct TheoryFigure<'a> {
     pub title: &'a str,
     /// Tissue, order, scheme.
     pub conditions: Conditions<'a>,
-    /// The quantity that is compared.
-    pub quantity: Quantity,
-    /// Its source.
-    pub origin: Origin,
+    /// The quantity that is compared, as in `force`.
+    pub quantity: &'static str,
+    /// Its axis label, with the unit, as in `force / N`.
+    pub label: &'static str,
+    /// Its source, as in `simulated` or `rendered`.
+    pub origin: &'a str,
     /// Time since contact or since the force was applied, s: a logarithmic axis begins at the first
     /// positive one.
     pub time_s: &'a [f64],
@@ -170,12 +116,12 @@ impl TheoryFigure<'_> {
     /// If there is no sample to draw, or the slices differ in length.
     pub fn draw(&self) -> Result<Picture, FigureError> {
         let slices = [
-            (self.quantity.word(), self.values),
+            (self.quantity, self.values),
             ("closed form", self.closed_form),
             ("relative error", self.relative_error),
         ];
         check_lengths(self.time_s, &slices)?;
-        let run = format!("{} {}", self.origin.word(), self.quantity.word());
+        let run = format!("{} {}", self.origin, self.quantity);
         let page = Page {
             title: self.title.to_owned(),
             subtitle: self.conditions.subtitle(),
@@ -192,12 +138,8 @@ impl TheoryFigure<'_> {
                     height: TOP_ROW_HEIGHT,
                     columns: 2,
                     panels: vec![
-                        self.curves('a', self.quantity.word().to_owned(), Scale::Linear)?,
-                        self.curves(
-                            'b',
-                            format!("{}, log–log", self.quantity.word()),
-                            Scale::Log,
-                        )?,
+                        self.curves('a', self.quantity.to_owned(), Scale::Linear)?,
+                        self.curves('b', format!("{}, log–log", self.quantity), Scale::Log)?,
                     ],
                 },
                 Row {
@@ -218,7 +160,7 @@ impl TheoryFigure<'_> {
         });
         if run.is_empty() && scale == Scale::Linear {
             return Err(FigureError::Empty {
-                what: self.quantity.word(),
+                what: self.quantity,
                 samples: self.time_s.len(),
             });
         }
@@ -229,7 +171,7 @@ impl TheoryFigure<'_> {
             name,
             caption,
             scale,
-            label: self.quantity.label(),
+            label: self.label,
             curves: vec![line(theory, THEORY), line(run, RUN)],
             floor,
             note: "no positive values",

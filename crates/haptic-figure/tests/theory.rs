@@ -2,9 +2,7 @@
 
 mod picture;
 
-use haptic_figure::{
-    Conditions, FigureError, MotionFigure, Origin, Picture, Quantity, TheoryFigure,
-};
+use haptic_figure::{Conditions, FigureError, MotionFigure, Picture, TheoryFigure};
 use picture::texts;
 #[cfg(feature = "png")]
 use resvg::tiny_skia::Pixmap;
@@ -58,8 +56,9 @@ impl Relaxation {
         TheoryFigure {
             title,
             conditions,
-            quantity: Quantity::Force,
-            origin: Origin::Rendered,
+            quantity: "force",
+            label: "force / N",
+            origin: "rendered",
             time_s: &self.time_s,
             values: &self.force_n,
             closed_form: &self.theory_n,
@@ -117,8 +116,9 @@ fn the_creep_and_motion_pictures_say_what_is_on_their_axes() {
     let creep = TheoryFigure {
         title: "Creep",
         conditions: CONDITIONS,
-        quantity: Quantity::Strain,
-        origin: Origin::Simulated,
+        quantity: "strain",
+        label: "strain",
+        origin: "simulated",
         time_s: &data.time_s,
         values: &data.force_n,
         closed_form: &data.theory_n,
@@ -133,17 +133,6 @@ fn the_creep_and_motion_pictures_say_what_is_on_their_axes() {
     let motion = motion.draw().expect("draws");
     assert!(motion.svg().contains("position / mm") && motion.svg().contains("force / N"));
     assert_sound(&motion, "motion");
-}
-
-#[test]
-fn the_device_decides_between_simulated_and_rendered() {
-    for (simulates, word) in [
-        (None, "simulated"),
-        (Some(true), "simulated"),
-        (Some(false), "rendered"),
-    ] {
-        assert_eq!(Origin::of_device(simulates).word(), word);
-    }
 }
 
 #[test]

@@ -1,9 +1,8 @@
 //! Pictures of what experiments leave.
 
-use haptic_experiment::curves::{self, TheoryCurves, WallCurves};
+use haptic_experiment::curves::{TheoryCurves, WallCurves};
 use haptic_figure::{
-    AxisSpec, Chart, ChartPage, Conditions, FigureError, Look, Origin, Picture, Quantity, Scale,
-    Series, TheoryFigure,
+    AxisSpec, Chart, ChartPage, Conditions, FigureError, Look, Picture, Scale, Series, TheoryFigure,
 };
 
 /// A run beside its closed form.
@@ -20,14 +19,9 @@ pub fn of_theory(curves: &TheoryCurves) -> Result<Picture, FigureError> {
             scheme: &curves.scheme,
             remark: &curves.remark,
         },
-        quantity: match curves.quantity {
-            curves::Quantity::Force => Quantity::Force,
-            curves::Quantity::Strain => Quantity::Strain,
-        },
-        origin: match curves.origin {
-            curves::Origin::Simulated => Origin::Simulated,
-            curves::Origin::Rendered => Origin::Rendered,
-        },
+        quantity: curves.quantity.word(),
+        label: curves.quantity.label(),
+        origin: curves.origin.word(),
         time_s: &curves.time_s,
         values: &curves.values,
         closed_form: &curves.closed_form,
