@@ -2,7 +2,9 @@
 #![forbid(unsafe_code)]
 
 mod library;
+mod model;
 mod text_file;
 
 pub use library::{Library, Material, MaterialError, Source};
+pub use model::{Form, MaxwellBranch, Model, ModelError, SpringPot};
 pub use text_file::{TEXT_MOST, read_text};

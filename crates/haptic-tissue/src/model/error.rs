@@ -1,0 +1,56 @@
+//! Parameters that make no model.
+
+use std::fmt;
+
+/// A parameter outside its range, or parameters that do not go together.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum ModelError {
+    /// A number outside its range.
+    #[non_exhaustive]
+    Range {
+        /// The parameter, as in a tissue file.
+        name: &'static str,
+        /// The number.
+        value: f64,
+        /// The range in words.
+        allowed: &'static str,
+        /// Its unit.
+        unit: &'static str,
+    },
+    /// Two elements in series with the same order: together they are one.
+    SameOrder(f64),
+    /// A generalised Maxwell model without a spring and without a branch.
+    Empty,
+}
+
+impl fmt::Display for ModelError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Range {
+                name,
+                value,
+                allowed,
+                unit,
+            } => {
+                let unit = if unit.is_empty() {
+                    String::new()
+                } else {
+                    format!(" {unit}")
+                };
+                write!(f, "{name} = {value}{unit} is not {allowed}")
+            }
+            Self::SameOrder(order) => write!(
+                f,
+                "both elements have the order {order}: together they are one spring-pot; take that model, or two \
+                 orders that differ"
+            ),
+            Self::Empty => write!(
+                f,
+                "a generalised Maxwell model needs `elastic_modulus_pa` above 0 Pa or at least one branch"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for ModelError {}
