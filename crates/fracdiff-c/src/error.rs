@@ -30,7 +30,7 @@ impl fmt::Display for HeaderError {
             Self::Name(name) => write!(
                 f,
                 "name \"{name}\" is not a C identifier of 1 to 24 letters, digits and underscores that begins with a \
-                 letter and is no keyword: give `name`, as in half"
+                 letter and is no keyword"
             ),
             Self::List { count, integer } => write!(
                 f,

@@ -61,9 +61,13 @@ fn source(name: &str) -> PathBuf {
         .join(name)
 }
 
-/// True if a program is here. One that a full check needs has to be.
+/// True if a program is here. Where `REQUIRE_COMPILERS` is set, all have to be.
 fn is_here(program: &str) -> bool {
     let here = Command::new(program).arg("--version").output().is_ok();
+    assert!(
+        here || std::env::var_os("REQUIRE_COMPILERS").is_none(),
+        "{program} is not installed"
+    );
     if !here {
         println!("skipped: {program} is not installed");
     }
