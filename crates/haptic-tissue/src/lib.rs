@@ -6,5 +6,7 @@ mod model;
 mod text_file;
 
 pub use library::{Library, Material, MaterialError, Source};
-pub use model::{Form, MaxwellBranch, Model, ModelError, SpringPot};
+pub use model::{
+    Form, MaxwellBranch, Model, ModelError, ModelKind, Parameter, ParameterRange, SpringPot,
+};
 pub use text_file::{TEXT_MOST, read_text};
