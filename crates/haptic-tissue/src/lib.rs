@@ -2,10 +2,12 @@
 #![forbid(unsafe_code)]
 
 mod library;
+mod material;
 mod model;
 mod text_file;
 
-pub use library::{Library, Material, MaterialError, Source};
+pub use library::Library;
+pub use material::{Material, MaterialError, Source, ValidRange};
 pub use model::{
     Form, MaxwellBranch, Model, ModelError, ModelKind, Parameter, ParameterRange, SpringPot,
 };
