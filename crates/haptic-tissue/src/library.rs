@@ -4,7 +4,11 @@ use crate::material::{Material, MaterialError};
 use std::path::{Path, PathBuf};
 
 /// Files that come with the program: name for messages, content.
-const BUILT_IN: [(&str, &str); 2] = [
+const BUILT_IN: [(&str, &str); 3] = [
+    (
+        "materials/fish-muscle.toml",
+        include_str!("../materials/fish-muscle.toml"),
+    ),
     (
         "materials/prostate-cancerous.toml",
         include_str!("../materials/prostate-cancerous.toml"),
@@ -98,27 +102,58 @@ mod tests {
     }
 
     #[test]
-    fn the_library_that_comes_with_the_program_is_the_dissertations() {
+    fn the_library_that_comes_with_the_program_has_its_sources() {
         let library = Library::load(None).expect("valid");
-        let numbers: Vec<_> = library
+        let names: Vec<_> = library
             .materials()
             .iter()
-            .map(|m| {
-                (
-                    m.name.as_str(),
-                    m.viscosity_pa_s_alpha().expect("two elements"),
-                    m.order().expect("two elements"),
-                    m.source.checked,
-                )
-            })
+            .map(|m| m.name.as_str())
             .collect();
         assert_eq!(
-            numbers,
-            [
-                ("prostate-cancerous", 8650.0, 0.2247, false),
-                ("prostate-healthy", 3610.0, 0.2154, false)
-            ]
+            names,
+            ["fish-muscle", "prostate-cancerous", "prostate-healthy"]
         );
+        // No table of a source was seen yet.
+        assert!(library.materials().iter().all(|m| !m.source.checked));
+        for (name, viscosity, order) in [
+            ("prostate-cancerous", 8650.0, 0.2247),
+            ("prostate-healthy", 3610.0, 0.2154),
+        ] {
+            let prostate = library.find(name).expect("known");
+            let numbers = (
+                prostate.elastic_modulus_pa(),
+                prostate.viscosity_pa_s_alpha(),
+            );
+            assert_eq!(numbers, (Some(0.0), Some(viscosity)));
+            assert_eq!(prostate.order(), Some(order));
+        }
+    }
+
+    #[test]
+    fn fish_muscle_is_within_half_a_percent_of_its_record() {
+        let muscle = Library::load(None).and_then(|all| all.find("fish-muscle"));
+        let muscle = muscle.expect("known");
+        let record = include_str!("../records/fish-muscle-relaxation.tsv").lines();
+        let rows = record.skip(1).map(|line| {
+            let (time, modulus) = line.split_once('\t').expect("two columns");
+            (
+                time.parse::<f64>().expect("a time"),
+                modulus.parse::<f64>().expect("a modulus"),
+            )
+        });
+        let (times, moduli): (Vec<f64>, Vec<f64>) = rows.unzip();
+        assert_eq!(times.len(), 566);
+        let errors = muscle
+            .model
+            .relaxation_moduli(&times)
+            .into_iter()
+            .zip(&moduli);
+        let squares = errors.map(|(have, want)| libm::pow(libm::log(have / want), 2.0));
+        let rms = libm::sqrt(squares.sum::<f64>() / 566.0);
+        assert!(rms < 0.0046, "{rms}");
+        let range = muscle.range;
+        assert_eq!(range.time_from_s, times.first().copied());
+        assert!(range.time_to_s >= times.last().copied().map(libm::floor));
     }
 
     #[test]
