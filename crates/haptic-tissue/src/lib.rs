@@ -2,9 +2,13 @@
 #![forbid(unsafe_code)]
 
 mod library;
+mod material;
 mod model;
 mod text_file;
 
-pub use library::{Library, Material, MaterialError, Source};
-pub use model::{Form, MaxwellBranch, Model, ModelError, SpringPot};
+pub use library::Library;
+pub use material::{Material, MaterialError, Source, ValidRange};
+pub use model::{
+    Form, MaxwellBranch, Model, ModelError, ModelKind, Parameter, ParameterRange, SpringPot,
+};
 pub use text_file::{TEXT_MOST, read_text};
