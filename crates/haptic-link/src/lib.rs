@@ -4,6 +4,7 @@
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
 mod answer;
+mod bytes;
 mod coefficients;
 mod configuration;
 mod current_keys;
