@@ -2,14 +2,13 @@
 #![no_std]
 #![no_main]
 
+use boards::{Parts, Retained, Shared, Ticker, chip, power_up, serve};
 use core::cell::RefCell;
 use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
 use cortex_m_rt::entry;
 use critical_section::Mutex;
-use firmware::{Parts, Retained, Shared, Ticker, chip};
-use haptic_loop::Fault;
-use haptic_remote::{DeviceSession, Exclusive, TickSide};
+use haptic_remote::DeviceSession;
 
 /// Major, minor, patch.
 const VERSION: [u8; 3] = [0, 1, 0];
@@ -53,24 +52,7 @@ fn main() -> ! {
     });
     chip::enable_interrupts();
     let session = SESSION.write(DeviceSession::new(VERSION, retained.boot));
-    firmware::serve(device, session, &mut line, &mut watchdog, chip::now_us)
-}
-
-/// Makes the device in its place. On its own, so that what it needs of the stack is free again.
-#[inline(never)]
-fn power_up(
-    place: &'static mut MaybeUninit<Shared<chip::Board>>,
-    hardware: chip::Board,
-    retained: Retained,
-) -> &'static Shared<chip::Board> {
-    let Ok(passive) = TickSide::passive(&hardware) else {
-        chip::give_up();
-    };
-    let device = place.write(Shared::new(TickSide::with(hardware, passive)));
-    if retained.was_armed {
-        device.with(|device| device.trip(Fault::Reset));
-    }
-    device
+    serve(device, session, &mut line, &mut watchdog)
 }
 
 fn tick() {

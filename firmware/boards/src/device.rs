@@ -1,10 +1,13 @@
 //! Tick interrupt and main loop, the same on every board.
 
-use crate::parts::{Line, TickTimer, Watchdog};
+use crate::chip;
+use crate::parts::{Line as _, TickTimer, Watchdog as _};
 use crate::retained::Retained;
 use core::cell::RefCell;
+use core::mem::MaybeUninit;
 use critical_section::Mutex;
 use haptic_link::{FRAME_MAX, State};
+use haptic_loop::Fault;
 use haptic_remote::{DeviceSession, Exclusive, Hardware, TickSide};
 
 /// The device's loop, lent to one user at a time by a critical section.
@@ -65,18 +68,34 @@ impl<H: Hardware, T: TickTimer> Ticker<H, T> {
     }
 }
 
+/// Makes the device in its place. On its own, so that what it needs of the stack is free again.
+#[inline(never)]
+pub fn power_up(
+    place: &'static mut MaybeUninit<Shared<chip::Board>>,
+    hardware: chip::Board,
+    retained: Retained,
+) -> &'static Shared<chip::Board> {
+    let Ok(passive) = TickSide::passive(&hardware) else {
+        chip::give_up();
+    };
+    let device = place.write(Shared::new(TickSide::with(hardware, passive)));
+    if retained.was_armed {
+        device.with(|device| device.trip(Fault::Reset));
+    }
+    device
+}
+
 /// The main loop: answers the host, sends what the loop has to say, feeds the watchdog, sleeps.
 ///
 /// - *Watchdog*: fed here, so this loop runs, and only after a further tick, so that one runs too.
 /// - *Nothing waits*: a request is read only when there is room for its answer; until then bytes wait in
 ///   the line's queue, and if that is full they are counted as lost.
 #[inline(never)]
-pub fn serve<H: Hardware>(
-    device: &Shared<H>,
+pub fn serve(
+    device: &Shared<chip::Board>,
     session: &mut DeviceSession,
-    line: &mut impl Line,
-    watchdog: &mut impl Watchdog,
-    now_us: impl Fn() -> u64,
+    line: &mut chip::Uart,
+    watchdog: &mut chip::Watchdog,
 ) -> ! {
     let mut frame = [0; FRAME_MAX];
     let mut ticks = 0;
@@ -86,7 +105,7 @@ pub fn serve<H: Hardware>(
             && let Some(byte) = line.receive()
         {
             idle = false;
-            let length = session.receive(byte, now_us(), device, &mut frame);
+            let length = session.receive(byte, chip::now_us(), device, &mut frame);
             line.send(&frame[..length]);
         }
         session.bytes_lost(line.take_lost());
