@@ -2,13 +2,14 @@
 #![no_std]
 #![no_main]
 
-use boards::{Parts, Retained, Shared, Ticker, chip, power_up, serve};
+use boards::{Parts, Retained, Shared, Ticker, chip, serve};
 use core::cell::RefCell;
 use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
 use cortex_m_rt::entry;
 use critical_section::Mutex;
-use haptic_remote::DeviceSession;
+use haptic_loop::Fault;
+use haptic_remote::{DeviceSession, Exclusive as _, TickSide};
 
 /// Major, minor, patch.
 const VERSION: [u8; 3] = [0, 1, 0];
@@ -53,6 +54,24 @@ fn main() -> ! {
     chip::enable_interrupts();
     let session = SESSION.write(DeviceSession::new(VERSION, retained.boot));
     serve(device, session, &mut line, &mut watchdog)
+}
+
+/// Makes the device in its place. On its own, so that what it needs of the stack is free again; and here, as it needs three
+/// times as much where it is compiled for size.
+#[inline(never)]
+fn power_up(
+    place: &'static mut MaybeUninit<Shared<chip::Board>>,
+    hardware: chip::Board,
+    retained: Retained,
+) -> &'static Shared<chip::Board> {
+    let Ok(passive) = TickSide::passive(&hardware) else {
+        chip::give_up();
+    };
+    let device = place.write(Shared::new(TickSide::with(hardware, passive)));
+    if retained.was_armed {
+        device.with(|device| device.trip(Fault::Reset));
+    }
+    device
 }
 
 fn tick() {

@@ -12,6 +12,7 @@ mod digest;
 mod field;
 mod frame;
 mod identity;
+mod in_order;
 mod keys;
 mod limits;
 mod loop_mode;

@@ -4,10 +4,8 @@ use crate::chip;
 use crate::parts::{Line as _, TickTimer, Watchdog as _};
 use crate::retained::Retained;
 use core::cell::RefCell;
-use core::mem::MaybeUninit;
 use critical_section::Mutex;
 use haptic_link::{FRAME_MAX, State};
-use haptic_loop::Fault;
 use haptic_remote::{DeviceSession, Exclusive, Hardware, TickSide};
 
 /// The device's loop, lent to one user at a time by a critical section.
@@ -66,23 +64,6 @@ impl<H: Hardware, T: TickTimer> Ticker<H, T> {
             self.timer.set_period_us(period_us);
         }
     }
-}
-
-/// Makes the device in its place. On its own, so that what it needs of the stack is free again.
-#[inline(never)]
-pub fn power_up(
-    place: &'static mut MaybeUninit<Shared<chip::Board>>,
-    hardware: chip::Board,
-    retained: Retained,
-) -> &'static Shared<chip::Board> {
-    let Ok(passive) = TickSide::passive(&hardware) else {
-        chip::give_up();
-    };
-    let device = place.write(Shared::new(TickSide::with(hardware, passive)));
-    if retained.was_armed {
-        device.with(|device| device.trip(Fault::Reset));
-    }
-    device
 }
 
 /// The main loop: answers the host, sends what the loop has to say, feeds the watchdog, sleeps.

@@ -32,7 +32,7 @@ mod retained;
 pub mod stm32f4;
 
 pub use clock::Clock;
-pub use device::{Shared, Ticker, power_up, serve};
+pub use device::{Shared, Ticker, serve};
 
 pub use parts::{Line, Parts, TickTimer, Watchdog};
 pub use retained::Retained;
