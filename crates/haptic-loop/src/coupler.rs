@@ -236,6 +236,13 @@ impl<F: Real, O: Differintegrator<F>> VirtualCoupler<F, O> {
         })
     }
 
+    /// Force of a sudden step of the position, N for each m: the direct gain of coupler and object.
+    pub fn step_stiffness_n_per_m(&self) -> f64 {
+        let direct =
+            self.step.to_f64() + self.dissipation.to_f64() * self.operator.direct_gain().to_f64();
+        direct * self.share.to_f64()
+    }
+
     /// D^(1−μ).
     pub const fn operator(&self) -> &O {
         &self.operator
