@@ -141,7 +141,7 @@ impl Preflight {
 
 /// The largest factor below 1 known to be stable, to three digits and rounded down; `None` if a millionth is
 /// not.
-fn softer(
+pub(crate) fn softer(
     stable: impl Fn(f64) -> Result<bool, AnalysisError>,
 ) -> Result<Option<f64>, AnalysisError> {
     let (mut good, mut bad) = (0.5, 1.0);
