@@ -1,7 +1,7 @@
 //! A fractional virtual coupler between the device and a simulated object.
 
 use crate::Environment;
-use crate::error::{ParameterError, not_negative, positive, rounded};
+use crate::error::{Checks, ParameterError, not_negative, positive};
 use crate::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre, Seconds};
 use core::array;
 use fracdiff::{Differintegrator, Order, Real};
@@ -198,16 +198,17 @@ impl<F: Real, O: Differintegrator<F>> VirtualCoupler<F, O> {
         object: VirtualObject,
         sample_time: Seconds,
     ) -> Result<Self, ParameterError> {
-        not_negative("coupler stiffness", stiffness, "N·s/m")?;
-        not_negative("coupler dissipation", dissipation, "N·s^(1−μ)/m")?;
+        let mut checks = Checks::default();
+        checks.not_negative("coupler stiffness", stiffness, "N·s/m");
+        checks.not_negative("coupler dissipation", dissipation, "N·s^(1−μ)/m");
         if stiffness <= 0.0 {
-            positive(
+            checks.positive(
                 "coupler dissipation of a coupler without stiffness",
                 dissipation,
                 "N·s^(1−μ)/m",
-            )?;
+            );
         }
-        let t = positive("sample time", sample_time.0, "s")?;
+        let t = checks.positive("sample time", sample_time.0, "s");
         let VirtualObject {
             mass,
             damping,
@@ -218,22 +219,20 @@ impl<F: Real, O: Differintegrator<F>> VirtualCoupler<F, O> {
         let give = t * mobility;
         let step = stiffness / t;
         let direct = step + dissipation * operator.direct_gain().to_f64();
-        Ok(Self {
-            step: rounded("coupler stiffness over the sample time", step, "N/m")?,
-            dissipation: rounded("coupler dissipation", dissipation, "N·s^(1−μ)/m")?,
-            share: rounded(
-                "share of the coupler's force",
-                1.0 / (1.0 + give * direct),
-                "",
-            )?,
-            mobility: rounded("mobility of the object", mobility, "m/(N·s)")?,
-            give: rounded("give of the object in a sample", give, "m/N")?,
-            stiffness: rounded("object stiffness", spring, "N/m")?,
-            momentum: rounded("object mass over the sample time", 4.0 * mass / t, "N·s/m")?,
-            sample_time: rounded("sample time", t, "s")?,
+        let share = 1.0 / (1.0 + give * direct);
+        let coupler = Self {
+            step: checks.rounded("coupler stiffness over the sample time", step, "N/m"),
+            dissipation: checks.rounded("coupler dissipation", dissipation, "N·s^(1−μ)/m"),
+            share: checks.rounded("share of the coupler's force", share, ""),
+            mobility: checks.rounded("mobility of the object", mobility, "m/(N·s)"),
+            give: checks.rounded("give of the object in a sample", give, "m/N"),
+            stiffness: checks.rounded("object stiffness", spring, "N/m"),
+            momentum: checks.rounded("object mass over the sample time", 4.0 * mass / t, "N·s/m"),
+            sample_time: checks.rounded("sample time", t, "s"),
             half: F::from_f64(0.5 * t),
             operator,
-        })
+        };
+        checks.done().map(|()| coupler)
     }
 
     /// Force of a sudden step of the position, N for each m: the direct gain of coupler and object.
