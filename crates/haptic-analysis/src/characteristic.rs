@@ -9,8 +9,8 @@
 //! F·D = A·e·D + (A·u + S·e)·(αvD + βN),   v = 1 − w,   e/u the object
 //! ```
 
+use crate::behind::Behind;
 use crate::curve::{Bounds, Jet, Place, bounds_in_v, jet_in_v, powers_in_v, product, size_in_v};
-use crate::object::Behind;
 use crate::operator::OperatorNode;
 use crate::{LoopOperator, SampledPlant};
 use core::f64::consts::PI;

@@ -3,6 +3,7 @@
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
 mod arrangement;
+mod behind;
 mod boundary;
 mod characteristic;
 mod circle;

@@ -134,3 +134,29 @@ fn a_wall_is_judged_alike() {
     }
     say_what_they_compare_with(reports);
 }
+
+#[test]
+fn a_coupler_is_judged_alike() {
+    for order in [0.5, 1.0] {
+        let text = format!(
+            "[coupler]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 0.002\norder = {order}\n\
+             coupler_stiffness_n_s_per_m = 1\ncoupler_dissipation_n_s_1_minus_mu_per_m = 200\n"
+        );
+        let [(whole, rows), (logged, again)] = twice(&text);
+        rows_agree([&rows, &again], None);
+        let reports = [&whole, &logged];
+        close(reports, "max_relative_error");
+        for key in [
+            "position_std_m",
+            "deflection_m",
+            "stable",
+            "object_position_m",
+        ] {
+            assert_eq!(whole[key], logged[key], "{key}");
+        }
+        // Nothing was compared with itself.
+        let error = whole["max_relative_error"].as_f64().expect("a number");
+        assert!(error > 0.0 && error < 1e-5, "order {order}: {error:e}");
+        say_what_they_compare_with(reports);
+    }
+}

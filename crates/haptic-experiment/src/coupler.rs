@@ -8,16 +8,18 @@
 //! - *Below order 1* nothing holds the push: the coupler creeps as t^(1−μ) under it. There is no place of rest then, and the force
 //!   alone is judged, as for a wall without a spring.
 //! - *The rule* by which all is at rest is that of a wall, [`settling`](super::settling).
-//! - *Before the run* Llewellyn's criterion and the sampled loop are looked at, see [`preflight`](super::preflight).
+//! - *Before the run* Llewellyn's criterion and the sampled loop are looked at, see [`CouplerPreflight`].
 //! - *The object* is in no log: it follows from the positions, and the table of the run has it.
 //! - *A loop on a device* cannot carry it: its firmware renders walls. The loop on the host can.
 //!
 //! Source: O. Tokatlı, *Fractional Order Control in Haptics*, chapter V.
 
 mod judged;
+mod preflight;
 mod report;
 mod running;
 mod specification;
 
+pub use preflight::CouplerPreflight;
 pub use report::CouplerReport;
 pub use specification::CouplerExperiment;

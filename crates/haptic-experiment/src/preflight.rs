@@ -15,16 +15,16 @@
 //!   rounded up to whole samples, since the device writes once a sample. The current lag of the motor likewise.
 //! - *Margin*: the factor on K and B together that takes the loop to the edge of stability.
 
-mod coupler;
+mod llewellyn;
 #[cfg(test)]
 mod tests;
 mod verdict;
 
 use crate::failure::Failure;
-pub use coupler::{CouplerPreflight, CouplerVerdict};
 use fracdiff::{Order, Scheme, Seconds};
 pub use haptic_analysis::Dynamics;
 use haptic_analysis::{AnalysisError, Environment, LoopOperator, SampledLoop};
+pub use llewellyn::CouplerVerdict;
 use std::time::Duration;
 pub use verdict::PreflightVerdict;
 
@@ -78,7 +78,7 @@ impl PreflightSubject for Preflight {
     }
 }
 
-fn refused(error: &AnalysisError) -> Failure {
+pub(crate) fn refused(error: &AnalysisError) -> Failure {
     Failure::input_with_advice(
         format_args!("pre-flight: {error}"),
         "check mass, damping, delay, current lag and sample time",

@@ -95,7 +95,7 @@ pub fn deflection_order(order: Order) -> Result<Order, ParameterError> {
 /// Z_c = k_c + b_c·(T/(1 − w))^μ        velocity in, force out: k_c N·s/m ≥ 0, b_c N·s^(1−μ)/m ≥ 0, 0 ≤ μ ≤ 1
 /// F = Z_c·(v_h − v_e) = Z_o·v_e        v_h = (1 − w)x/T of the device, v_e of the object;  f = −F on the device
 /// ```
-/// At μ = 1 `k_c` is the damper and `b_c` the spring. Both sides are integrated once, exactly: with q = T·v_e/(1 − w) and the
+/// At μ = 1 `k_c` is the damper and `b_c` the spring. Both sides are integrated once, exactly: with q = `T·v_e`/(1 − w) and the
 /// deflection y = x − q
 /// ```text
 /// F[n] = k_c·(y[n] − y[n−1])/T + b_c·D^(1−μ) y[n]                  the operator has the order 1 − μ

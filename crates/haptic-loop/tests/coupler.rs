@@ -72,7 +72,11 @@ fn motion(random: &mut Random, samples: usize) -> Vec<f64> {
     steps.collect()
 }
 
-/// Z_c and Z_o by their sums, velocity by velocity: F = k_c·u + b_c·T^μ·Σ c_j(−μ)·u[n−j], and the object by the trapezoidal rule.
+/// Coupler and object by their sums, velocity by velocity, and the object by the trapezoidal rule.
+///
+/// ```text
+/// F = k_c·u + b_c·T^μ·Σ c_j(−μ)·u[n−j]
+/// ```
 fn by_sums(mu: f64, [k_c, b_c]: [f64; 2], behind: [f64; 3], positions: &[f64]) -> Vec<[f64; 2]> {
     let [m, b, k] = behind;
     let t = T.0;

@@ -129,7 +129,7 @@ fn of_trial(trial: &Trial<'_>) -> Result<Picture, FigureError> {
             chart(
                 &format!("force of the {}", trial.what),
                 "force / N",
-                vec![series(run, &force, Look::Line, 0)],
+                vec![series(&device, &force, Look::Line, 0)],
             ),
         ],
     }

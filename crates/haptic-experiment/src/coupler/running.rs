@@ -15,9 +15,9 @@ use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{Controller, VirtualCoupler, VirtualObject, deflection_order};
 
 /// The coupler of an experiment.
-pub(super) type Law = VirtualCoupler<f64, Operator<f64>>;
+pub(crate) type Law = VirtualCoupler<f64, Operator<f64>>;
 /// The coupler behind the safety chain and the device behind its sensors.
-pub(super) type Parts = pushed::Parts<Law>;
+pub(crate) type Parts = pushed::Parts<Law>;
 
 impl CouplerExperiment {
     /// Runs the experiment; log and CSV go into the folder.
@@ -29,6 +29,7 @@ impl CouplerExperiment {
         request: &FolderRequest,
         supervisor: Supervisor<'_>,
     ) -> Result<Published<CouplerReport, CouplerCurves>, Failure> {
+        self.check()?;
         let mut parts = self.parts()?;
         let (judge, rest_m) = (parts.judge, parts.rest_m);
         let ran = self.record(&mut parts, request, supervisor)?;
@@ -121,6 +122,11 @@ impl CouplerExperiment {
     /// # Errors
     /// A parameter outside its range; a loop on a device, which cannot carry it.
     pub fn check(&self) -> Result<u64, Failure> {
+        if let Some(LoopMode::Device) = self.remote.as_ref().map(|remote| remote.loop_mode) {
+            return Err(Failure::bad_input(
+                "a loop on the device cannot carry a coupler, its firmware renders walls: give `loop` = host",
+            ));
+        }
         self.parts().map(|parts| parts.samples)
     }
 
@@ -156,13 +162,9 @@ impl CouplerExperiment {
         })
     }
 
-    pub(super) fn parts(&self) -> Result<Parts, Failure> {
+    /// The loop, wherever it is to be closed.
+    pub(crate) fn parts(&self) -> Result<Parts, Failure> {
         let setup = self.setup();
-        if let Some(LoopMode::Device) = setup.remote.map(|remote| remote.loop_mode) {
-            return Err(Failure::bad_input(
-                "a loop on the device cannot carry a coupler, its firmware renders walls: give `loop` = host",
-            ));
-        }
         let plan = setup.plan();
         let samples = plan.samples(self.device.sample_time)?;
         let device = setup.sensed()?;

@@ -1,6 +1,7 @@
 //! A coupler experiment: device, coupler, object, trial.
 
-use crate::preflight::{CouplerPreflight, Dynamics};
+use super::preflight::CouplerPreflight;
+use crate::preflight::Dynamics;
 use crate::pushed::{Setup, TrialPlan, dynamics};
 use crate::remote::RemoteDevice;
 use crate::safety::Safety;

@@ -38,8 +38,9 @@ pub(super) fn coupler(table: &Table<'_>) -> Result<CouplerExperiment, FileError>
         remote,
         force_unstable: false,
     };
+    // The command may still say where the loop is closed.
     coupler
-        .check()
+        .parts()
         .map_err(|error| table.fail(error.to_string()))?;
     Ok(coupler)
 }

@@ -78,7 +78,7 @@ fn what_is_wrong_is_said_in_one_line_with_its_place() {
         (
             "[wall]",
             "[wal]",
-            "lab/wall.toml:1: unknown table [wal]: an experiment file has one of [relax], [creep], [wall]",
+            "lab/wall.toml:1: unknown table [wal]: an experiment file has one of [relax], [creep], [wall], [coupler]",
         ),
         (
             "[wall]\n",
@@ -129,7 +129,7 @@ fn what_is_wrong_is_said_in_one_line_with_its_place() {
         (
             WALL,
             "",
-            "lab/wall.toml:1: no experiment: an experiment file has one of [relax], [creep], [wall]",
+            "lab/wall.toml:1: no experiment: an experiment file has one of [relax], [creep], [wall], [coupler]",
         ),
         (
             WALL,
@@ -166,5 +166,42 @@ fn what_is_wrong_is_said_in_one_line_with_its_place() {
         let have = read(&WALL.replace(from, to)).expect_err(to);
         assert!(have.starts_with(want), "have {have}\nwant {want}");
         assert!(!have.contains('\n'), "{have}");
+    }
+}
+
+const COUPLER: &str = "[coupler]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 1e-3\norder = 0.75\n\
+                       coupler_stiffness_n_s_per_m = 1\ncoupler_dissipation_n_s_1_minus_mu_per_m = 500\n";
+
+#[test]
+fn a_coupler_has_an_object_by_default_and_no_loop_on_a_device() {
+    let Ok(ExperimentFile::Coupler(coupler)) = read(COUPLER) else {
+        panic!("{:?}", read(COUPLER));
+    };
+    assert_eq!(
+        coupler.object,
+        crate::design::coupler::CouplerDesign::OBJECT
+    );
+    assert_eq!(coupler.check().expect("valid"), 5001);
+    // The command may still ask for a loop on the host.
+    let serial = format!("{COUPLER}device = \"serial:x\"\n");
+    let there = read(&serial).expect("a good file");
+    let refused = there.samples().expect_err("no loop there").to_string();
+    assert!(refused.contains("give `loop` = host"), "{refused}");
+    let here = read(&format!("{serial}loop = \"host\"\n")).expect("a good file");
+    assert_eq!(here.samples().expect("valid"), 5001);
+    for (from, to, want) in [
+        (
+            "0.75",
+            "1.01",
+            "lab/wall.toml:5: order = 1.01 is not in [0, 1]",
+        ),
+        (
+            "= 500",
+            "= -5",
+            "lab/wall.toml:7: coupler_dissipation_n_s_1_minus_mu_per_m = -5 is not at least 0",
+        ),
+    ] {
+        let error = read(&COUPLER.replace(from, to)).expect_err("wrong");
+        assert!(error.starts_with(want), "{error}");
     }
 }

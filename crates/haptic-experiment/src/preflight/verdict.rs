@@ -1,6 +1,6 @@
 //! The verdict of a pre-flight, in numbers and in words.
 
-use super::coupler::CouplerVerdict;
+use super::llewellyn::{CouplerVerdict, Sampled, three_digits_down};
 use crate::failure::Failure;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -45,7 +45,7 @@ impl PreflightVerdict {
             return Ok(());
         }
         if let Some(coupler) = &self.coupler {
-            return coupler.require(self);
+            return coupler.require(&self.sampled());
         }
         if self.stable {
             return Ok(());
@@ -70,7 +70,7 @@ impl PreflightVerdict {
     #[must_use]
     pub fn warning(&self, guarded: bool) -> Option<String> {
         if let (Some(coupler), true) = (&self.coupler, self.stable) {
-            return coupler.warning(self).filter(|_| !guarded);
+            return coupler.warning(&self.sampled()).filter(|_| !guarded);
         }
         if !self.stable {
             return Some(format!(
@@ -103,7 +103,7 @@ impl PreflightVerdict {
     #[must_use]
     pub fn line(&self) -> String {
         if let Some(coupler) = &self.coupler {
-            return coupler.line(self);
+            return coupler.line(&self.sampled());
         }
         let word = match (self.stable, self.passive) {
             (false, _) => "unstable by the analysis",
@@ -116,7 +116,16 @@ impl PreflightVerdict {
         format!("{word}, {}{needed}", self.numbers())
     }
 
-    pub(super) fn numbers(&self) -> String {
+    fn sampled(&self) -> Sampled {
+        Sampled {
+            stable: self.stable,
+            margin: self.margin,
+            passive: self.passive,
+            numbers: self.numbers(),
+        }
+    }
+
+    fn numbers(&self) -> String {
         let margin = self
             .margin
             .map_or_else(|| "any".to_owned(), |factor| format!("{factor:.3}"));
@@ -176,9 +185,4 @@ impl PreflightVerdict {
 /// Rounded for a message.
 fn three_digits(value: f64) -> f64 {
     (value * 1e3).round() / 1e3
-}
-
-/// As a message shows a factor that must not be exceeded.
-pub(super) fn three_digits_down(factor: f64) -> f64 {
-    (factor * 1e3).floor() / 1e3
 }

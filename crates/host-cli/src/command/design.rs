@@ -17,7 +17,7 @@ use draw::draw;
 use fracdiff::{Order, Scheme};
 use haptic_experiment::design::{Design, DesignReport, Device, Requirement, Wish};
 use haptic_experiment::failure::Failure;
-use haptic_experiment::folder::write_text;
+use haptic_experiment::folder::{OutputFolder, write_text};
 use haptic_experiment::{TrialVerdict, parameters};
 use haptic_loop::Specimen;
 use haptic_loop::units::{Metres, SquareMetres};
@@ -40,17 +40,26 @@ Wishes:
   most-damping    the largest effective damping of the wall at --frequency
   tissue NAME     K, B and order of a specimen: does it fit, how much larger may it be, and which \
 order of the grid is the closest that fits (equal at --frequency) if it does not
-  coupler         the stiffest virtual coupler that is passive on both sides, as felt at --frequency; by \
-Llewellyn's criterion for the scheme given; only damping and sample time of the device matter
+  coupler         the stiffest virtual coupler k_c + b_c (T/(1-w))^mu as felt at --frequency (default 1 Hz), that Llewellyn's criterion \
+passes on this damping and sample time, for every passive hand and object. His device acts half a sample earlier than a real one, so the \
+loop that is really sampled (mass, hand, an object of 100 g, 1 N s/m, 500 N/m) must be stable too, also with a coupler twice as large: \
+where it is not, both parts are made smaller (share below 1). --require passive asks instead for passivity of the sampled device with \
+every hand and object, four times the damping and more. The device is ideal
 
 With --out it writes design.toml, which `host-cli run` takes (exit code 0 only if trial and analysis call the \
-wall stable), design.csv and a picture. The default device is that of the dissertation's section 4.4.
+wall stable; a coupler must pass Llewellyn's criterion too), design.csv and, but for a coupler, a picture. The default device is that of the \
+dissertation's section 4.4.
+
+Exit code 0 means that there is a best candidate and that it came to rest when it was tried (a passive one may ring on, with a warning). \
+Without any, best is null and the exit code is 1, whatever the wish; the report is printed all the same.
 
 JSON: wish, require, gain_margin, frequency_hz, scheme, force_noise_limit_n, ideal_device_assumed, \
 imperfections{friction_n, delay_s, current_lag_s, encoder_resolution_m, sensor_noise_m, seed}, \
 realistic{the same, analysis_stable, margin, force_noise_rms_n, simulated}, candidates[{order, stiffness (N/m), \
 dissipation (N.s^mu/m), margin, alpha, beta, passive, required_damping_n_s_per_m, effective_damping_n_s_per_m, \
-force_noise_rms_n, largest_scale, reason}], best, tissue, simulated (as in `host-cli run`), experiment, files, notes.";
+force_noise_rms_n, largest_scale, reason}], best, tissue, simulated (as in `host-cli run`), experiment, files, notes. Of a coupler: \
+wish, require (llewellyn or passive), scheme, frequency_hz, candidates[{order, stiffness (k_c, N.s/m), dissipation (b_c, N.s^(1-mu)/m), \
+margin, felt_stiffness_n_per_m, share, loop_margin, sampled_damping_n_s_per_m, reason}], best, simulated, experiment, files.";
 
 /// Arguments of `design`.
 #[derive(Debug, Args)]
@@ -69,9 +78,9 @@ pub struct Arguments {
     /// Frequency of most-damping, and where orders are compared for a tissue [default there: 1 Hz]
     #[arg(long, allow_hyphen_values = true)]
     frequency: Option<Frequency>,
-    /// What the wall must be
-    #[arg(long, value_enum, default_value = "stable")]
-    require: Require,
+    /// What the wall must be [default: stable]
+    #[arg(long, value_enum)]
+    require: Option<Require>,
     /// Factor by which a stable wall could grow before it is unstable [default: 2]
     #[arg(long, value_name = "FACTOR", allow_hyphen_values = true)]
     gain_margin: Option<f64>,
@@ -172,7 +181,7 @@ impl Arguments {
         match (&report.best, &report.simulated) {
             (Some(best), Some(simulated))
                 if simulated.verdict == TrialVerdict::Unstable
-                    && self.require == Require::Passive
+                    && self.requirement() == Require::Passive
                     && report.imperfections.sensors.are_ideal() =>
             {
                 note(
@@ -194,12 +203,22 @@ impl Arguments {
                     simulated.reason().unwrap_or_default()
                 )))
             }
+            (None, _) => Err(nothing_found(
+                report
+                    .notes
+                    .last()
+                    .map_or("nothing does it", String::as_str),
+            )),
             _ => Ok(()),
         }
     }
 
+    fn requirement(&self) -> Require {
+        self.require.unwrap_or(Require::Stable)
+    }
+
     fn design(&self) -> Result<Design, Failure> {
-        let requirement = match (self.require, self.gain_margin) {
+        let requirement = match (self.requirement(), self.gain_margin) {
             (Require::Passive, None) => Requirement::Passive,
             (Require::Passive, Some(_)) => {
                 return Err(Failure::bad_input(
@@ -289,18 +308,7 @@ impl Arguments {
             return Ok(());
         };
         let folder = folder(Some(out.clone()), "design", self.overwrite).prepare()?;
-        let file = folder.file("toml");
-        match &report.experiment_text {
-            Some(text) => {
-                write_text(&file, text, self.overwrite)?;
-                report.experiment = Some(file.display().to_string());
-            }
-            // An experiment of an earlier design would pass for one of this.
-            None if self.overwrite => {
-                let _ = std::fs::remove_file(&file);
-            }
-            None => {}
-        }
+        report.experiment = self.write_experiment(&folder, report.experiment_text.as_deref())?;
         let table = folder.write_table("csv", report.candidates.iter())?;
         report.files.push(table);
         if report.best.is_some() {
@@ -313,4 +321,33 @@ impl Arguments {
         }
         Ok(())
     }
+
+    /// Writes the experiment of a design, if there is one, and returns its path.
+    fn write_experiment(
+        &self,
+        folder: &OutputFolder,
+        text: Option<&str>,
+    ) -> Result<Option<String>, Failure> {
+        let file = folder.file("toml");
+        match text {
+            Some(text) => {
+                write_text(&file, text, self.overwrite)?;
+                Ok(Some(file.display().to_string()))
+            }
+            None => {
+                // An experiment of an earlier design would pass for one of this.
+                if self.overwrite {
+                    let _ = std::fs::remove_file(&file);
+                }
+                Ok(None)
+            }
+        }
+    }
+}
+
+/// A design without a candidate, after its report.
+fn nothing_found(why: &str) -> Failure {
+    Failure::Run(anyhow::anyhow!(
+        "no candidate fulfils the wish: {why}; ask for less, or take other --orders or another device"
+    ))
 }

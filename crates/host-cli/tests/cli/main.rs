@@ -3,6 +3,7 @@
 #![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
 
 mod analysis;
+mod coupler;
 mod data;
 mod delay;
 mod design;

@@ -1,11 +1,11 @@
-//! `design --wish coupler`: the stiffest passive coupler of each order.
+//! `design --wish coupler`: the stiffest coupler of each order.
 
-use super::Arguments;
+use super::{Arguments, Require, nothing_found};
 use crate::files::folder;
 use crate::output::Output;
-use fracdiff::Seconds;
-use haptic_analysis::{AnalysisError, LoopOperator};
-use haptic_experiment::design::coupler::{CouplerCandidate, stiffest_coupler};
+use haptic_experiment::design::coupler::{
+    CouplerAnswer, CouplerCandidate, CouplerCriterion, CouplerDesign,
+};
 use haptic_experiment::failure::Failure;
 use serde::Serialize;
 use std::io::{self, Write};
@@ -17,9 +17,9 @@ struct CouplerReport {
     require: &'static str,
     scheme: String,
     frequency_hz: f64,
-    candidates: Vec<CouplerCandidate>,
-    best: Option<CouplerCandidate>,
-    /// No experiment renders a coupler yet.
+    #[serde(flatten)]
+    answer: CouplerAnswer,
+    /// The experiment that was written.
     experiment: Option<String>,
     files: Vec<String>,
 }
@@ -27,56 +27,51 @@ struct CouplerReport {
 impl Arguments {
     /// The stiffest coupler of each order.
     pub(super) fn coupler(&self, output: Output) -> Result<(), Failure> {
-        let frequency_hz = self.frequency.map_or(1.0, |frequency| frequency.0);
-        if frequency_hz <= 0.0 {
-            return Err(Failure::bad_input(format_args!(
-                "frequency {frequency_hz} Hz is not above 0 Hz: give --frequency, as in 1Hz"
-            )));
-        }
-        if self.asks_for_more_than_passivity() {
+        if self.asks_for_a_real_device() {
             return Err(Failure::bad_input(
-                "a coupler is judged passive on an ideal device: leave out --gain-margin, --force-limit, \
+                "a coupler is designed for an ideal device: leave out --gain-margin, --force-limit, \
                  --force-noise-limit, --delay-samples, --delay, --current-lag, --friction, --encoder-resolution, --sensor-noise and --realistic",
             ));
         }
-        let device = self.device.ideal();
-        let (b, t) = (device.damping.0, device.sample_time.0);
-        let candidates = self
-            .orders()?
-            .into_iter()
-            .map(|order| {
-                let operator = LoopOperator::new(self.scheme, order, Seconds(t), 1e6)?;
-                stiffest_coupler(&operator, b, t, frequency_hz)
-            })
-            .map(|candidate: Result<_, AnalysisError>| candidate.map_err(Failure::input))
-            .collect::<Result<Vec<_>, _>>()?;
-        let felt = |c: &CouplerCandidate| c.felt_stiffness_n_per_m.unwrap_or(0.0);
-        let best = candidates
-            .iter()
-            .filter(|c| c.dissipation.is_some())
-            .max_by(|a, b| felt(a).total_cmp(&felt(b)))
-            .cloned();
+        let criterion = match self.require {
+            None => CouplerCriterion::Llewellyn,
+            Some(Require::Passive) => CouplerCriterion::Passive,
+            Some(Require::Stable) => {
+                return Err(Failure::bad_input(
+                    "--require stable is what a coupler must be anyway, beside Llewellyn's criterion: leave it out, or give --require \
+                     passive for every hand and object of the sampled device",
+                ));
+            }
+        };
+        let design = CouplerDesign {
+            device: self.device.ideal(),
+            object: CouplerDesign::OBJECT,
+            scheme: self.scheme,
+            orders: self.orders()?,
+            criterion,
+            frequency_hz: self.frequency.map_or(1.0, |frequency| frequency.0),
+        };
         let mut report = CouplerReport {
             wish: "coupler",
-            require: "passive",
+            require: criterion.name(),
             scheme: self.scheme.to_string(),
-            frequency_hz,
-            candidates,
-            best,
+            frequency_hz: design.frequency_hz,
+            answer: design.answer()?,
             experiment: None,
             files: Vec::new(),
         };
         if let Some(out) = &self.out {
-            let request = folder(Some(out.clone()), "design", self.overwrite);
-            let table = request
-                .prepare()?
-                .write_table("csv", report.candidates.iter())?;
+            let folder = folder(Some(out.clone()), "design", self.overwrite).prepare()?;
+            let text = report.answer.experiment_text.as_deref();
+            report.experiment = self.write_experiment(&folder, text)?;
+            let table = folder.write_table("csv", report.answer.candidates.iter())?;
             report.files.push(table);
         }
-        output.summary(&report, |out| report.print(out))
+        output.summary(&report, |out| report.print(out))?;
+        report.ended()
     }
 
-    fn asks_for_more_than_passivity(&self) -> bool {
+    fn asks_for_a_real_device(&self) -> bool {
         self.gain_margin.is_some()
             || self.force_noise_limit.is_some()
             || self.delay_samples.is_some_and(|samples| samples > 0)
@@ -86,28 +81,42 @@ impl Arguments {
 }
 
 impl CouplerReport {
+    /// A best coupler that came to rest when it was tried.
+    fn ended(&self) -> Result<(), Failure> {
+        let CouplerAnswer {
+            candidates,
+            best,
+            simulated,
+            ..
+        } = &self.answer;
+        match (best, simulated) {
+            (None, _) => {
+                let reasons = candidates.iter().find_map(|c| c.reason.as_deref());
+                Err(nothing_found(reasons.unwrap_or("nothing does it")))
+            }
+            (Some(best), Some(simulated)) if !simulated.stable => {
+                Err(Failure::Run(anyhow::anyhow!(
+                    "the best candidate, order {}, is {} when it is tried: {}; take a device with more damping, or other --orders",
+                    best.order,
+                    simulated.verdict.words(),
+                    simulated.reason().unwrap_or_default()
+                )))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// As a person reads it.
     fn print(&self, out: &mut dyn Write) -> io::Result<()> {
         writeln!(
             out,
-            "{:>6} {:>16} {:>20} {:>18}",
-            "order", "k_c / N·s/m", "b_c / N·s^(1−μ)/m", "felt / N/m"
+            "{:>6} {:>16} {:>20} {:>18} {:>8} {:>12}",
+            "order", "k_c / N·s/m", "b_c / N·s^(1−μ)/m", "felt / N/m", "share", "loop margin"
         )?;
-        for c in &self.candidates {
-            match (
-                c.stiffness,
-                c.dissipation,
-                c.felt_stiffness_n_per_m,
-                &c.reason,
-            ) {
-                (Some(k), Some(b), Some(felt), _) => {
-                    writeln!(out, "{:>6} {k:>16.6} {b:>20.6} {felt:>18.6}", c.order)?;
-                }
-                (_, _, _, Some(reason)) => writeln!(out, "{:>6} {reason}", c.order)?,
-                _ => {}
-            }
+        for c in &self.answer.candidates {
+            print_candidate(out, c)?;
         }
-        match &self.best {
+        match &self.answer.best {
             Some(best) => writeln!(
                 out,
                 "best: order {}, as felt at {} Hz",
@@ -115,12 +124,54 @@ impl CouplerReport {
             )?,
             None => writeln!(out, "best: none")?,
         }
-        writeln!(
-            out,
-            "passive by Llewellyn's criterion; no experiment renders a coupler yet"
-        )?;
+        match self.require {
+            "passive" => writeln!(
+                out,
+                "passive in the sampled loop with every passive hand and object"
+            )?,
+            _ => writeln!(
+                out,
+                "passive by Llewellyn's criterion, whose device acts half a sample earlier than a real one; stable in the sampled loop \
+                 with this device and hand"
+            )?,
+        }
+        if let (Some(best), "llewellyn") = (&self.answer.best, self.require)
+            && let Some(needed) = best.sampled_damping_n_s_per_m
+        {
+            writeln!(
+                out,
+                "for every hand and object the sampled device needs {needed:.4} N·s/m with the best: --require passive"
+            )?;
+        }
+        if let Some(simulated) = &self.answer.simulated {
+            writeln!(out, "tried: {}", simulated.verdict.words())?;
+        }
+        if let Some(experiment) = &self.experiment {
+            writeln!(
+                out,
+                "written: {experiment} (try it: host-cli run {experiment})"
+            )?;
+        }
         self.files
             .iter()
             .try_for_each(|file| writeln!(out, "written: {file}"))
     }
+}
+
+/// Its line of the table.
+fn print_candidate(out: &mut dyn Write, c: &CouplerCandidate) -> io::Result<()> {
+    let (Some(k), Some(b), Some(felt)) = (c.stiffness, c.dissipation, c.felt_stiffness_n_per_m)
+    else {
+        let reason = c.reason.as_deref().unwrap_or("–");
+        return writeln!(out, "{:>6} {reason}", c.order);
+    };
+    let margin = c
+        .loop_margin
+        .map_or_else(|| "any".to_owned(), |margin| format!("{margin:.3}"));
+    writeln!(
+        out,
+        "{:>6} {k:>16.6} {b:>20.6} {felt:>18.6} {:>8.4} {margin:>12}",
+        c.order,
+        c.share.unwrap_or(f64::NAN)
+    )
 }
