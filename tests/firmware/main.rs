@@ -28,8 +28,8 @@ use std::path::PathBuf;
 const FLASH_MAX: u32 = 56 * 1024;
 /// RAM that its variables may take.
 const STATIC_MAX: u32 = 12 * 1024;
-/// And its stack: most of it for the matrices of a simulated plant, in a commit.
-const STACK_MAX: u32 = 32 * 1024;
+/// And its stack: most of it for copies of the operator and its history, at power-up and in a commit.
+const STACK_MAX: u32 = 24 * 1024;
 /// Instructions of a whole tick with full memory.
 const TICK_MAX: u32 = 1600;
 /// Instructions from sensor to force, with limits of force and rate.

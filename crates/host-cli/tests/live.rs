@@ -164,6 +164,7 @@ fn a_bad_address_is_refused_before_any_file_is_made() {
     }
 }
 
+// `.ci/run` tests with the feature, and asks a command without it the same.
 #[cfg(not(feature = "foxglove"))]
 #[test]
 fn a_build_without_foxglove_says_so() {
