@@ -1,11 +1,13 @@
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 
+mod export;
 mod library;
 mod material;
 mod model;
 mod text_file;
 
+pub use export::{ExportError, ExportFormat, PronyFit};
 pub use library::Library;
 pub use material::{Material, MaterialError, Source, ValidRange};
 pub use model::{

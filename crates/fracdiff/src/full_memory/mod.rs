@@ -37,3 +37,5 @@ pub use bank::{BankHistory, FullMemory, FullMemoryHistory};
 pub use design::{Design, DesignError};
 pub use kernel::Kernel;
 pub use mode::Mode;
+#[cfg(feature = "std")]
+pub use nnls::non_negative_least_squares;

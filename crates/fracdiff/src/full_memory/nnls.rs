@@ -17,8 +17,20 @@ const INDEPENDENT: f64 = 0.01;
 /// Columns may enter this many times each; Lawson and Hanson give three.
 const ENTRIES_A_COLUMN: usize = 10;
 
-/// x of the problem with these columns of A, each as long as b. All zero where there is nothing to fit.
-pub(super) fn solve(columns: Vec<Vec<f64>>, target: Vec<f64>) -> Vec<f64> {
+/// x ≥ 0 with the least |A·x − b|², of the columns of A, each as long as b; all zero where there is nothing to fit.
+///
+/// Algorithm NNLS of C. L. Lawson and R. J. Hanson, *Solving Least Squares Problems*, 1974, ch. 23, by plain loops, so the
+/// same bits on every machine. Numbers that are no numbers give a result without meaning, never an endless loop.
+///
+/// ```
+/// use fracdiff::full_memory::non_negative_least_squares;
+///
+/// // b = 2·(1, 0) − (0, 1): the second share would be negative.
+/// let shares = non_negative_least_squares(vec![vec![1.0, 0.0], vec![0.0, 1.0]], vec![2.0, -1.0]);
+/// assert_eq!(shares, [2.0, 0.0]);
+/// ```
+#[must_use]
+pub fn non_negative_least_squares(columns: Vec<Vec<f64>>, target: Vec<f64>) -> Vec<f64> {
     let mut problem = Problem {
         solution: vec![0.0; columns.len()],
         order: (0..columns.len()).collect(),
@@ -279,7 +291,7 @@ impl Rotation {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::non_negative_least_squares as solve;
 
     /// Name, columns of A, b, and x of another solver.
     type Golden = (&'static str, Vec<Vec<f64>>, Vec<f64>, Vec<f64>);

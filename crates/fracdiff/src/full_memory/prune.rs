@@ -4,7 +4,7 @@ use super::design::{Design, DesignError, check_lags};
 use super::grid::Grid;
 use super::kernel::{Core, Kernel};
 use super::mode::Mode;
-use super::nnls;
+use super::nnls::non_negative_least_squares;
 use crate::Order;
 use std::vec::Vec;
 
@@ -73,7 +73,7 @@ fn fit(core: Core, grid: &Grid, taps: usize, horizon: f64, tolerance: f64) -> Ve
     };
     let columns = (0..candidates.len()).map(|q| (0..lags.len()).map(|i| relative(i, q)).collect());
     let target = lags.iter().map(|&(_, importance)| importance).collect();
-    let factors = nnls::solve(columns.collect(), target);
+    let factors = non_negative_least_squares(columns.collect(), target);
     let scaled = candidates.iter().zip(factors).map(|(mode, factor)| Mode {
         rate: mode.rate,
         weight: mode.weight * factor,

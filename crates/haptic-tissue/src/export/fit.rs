@@ -1,0 +1,308 @@
+//! A Prony series of few branches for any model, over a band of times.
+
+use crate::model::{Form, MaxwellBranch, Model, ModelError};
+use fracdiff::full_memory::non_negative_least_squares;
+use std::fmt;
+
+/// Times of the fit for each decade; the error is looked for at four times as many.
+const TIMES_A_DECADE: f64 = 20.0;
+/// Branches at most.
+const BRANCHES_MOST: usize = 100;
+/// Decades at most.
+const DECADES_MOST: f64 = 30.0;
+
+/// A Prony series over a band of times.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct PronyFit {
+    /// The spring that is left at the end of the band, Pa; 0 without one.
+    pub elastic_modulus_pa: f64,
+    /// The branches, fastest first.
+    pub branches: Vec<MaxwellBranch>,
+    /// Shortest time of the band, s.
+    pub shortest_s: f64,
+    /// Longest time of the band, s.
+    pub horizon_s: f64,
+    /// Largest relative error of G over the band.
+    pub max_relative_error: f64,
+}
+
+/// A band or a model without such a series.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum ExportError {
+    /// A number of branches out of range.
+    Branches(usize),
+    /// Times that are no band.
+    #[non_exhaustive]
+    Band {
+        /// s.
+        shortest_s: f64,
+        /// s.
+        horizon_s: f64,
+    },
+    /// A dashpot beside the rest: its stress is an impulse, which no branch has.
+    Impulse(&'static str),
+    /// G has fallen to nothing within the band.
+    Vanished {
+        /// The time, s.
+        time_s: f64,
+    },
+    /// More terms than the format has.
+    #[non_exhaustive]
+    Terms {
+        /// The number of them.
+        given: usize,
+        /// The largest number.
+        most: usize,
+    },
+    /// A format that refers to the long-term modulus, and a series without one.
+    NoLongTermModulus,
+    /// A series that is no model.
+    Model(ModelError),
+}
+
+impl fmt::Display for ExportError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Branches(given) => write!(
+                f,
+                "`branches` = {given} is not from 1 to {BRANCHES_MOST}: 2 for each decade give about 1 %"
+            ),
+            Self::Band {
+                shortest_s,
+                horizon_s,
+            } => write!(
+                f,
+                "times from `shortest_s` = {shortest_s} s to `horizon_s` = {horizon_s} s are no band: both above 0 s, the \
+                 second larger, at most {DECADES_MOST} decades"
+            ),
+            Self::Impulse(kind) => write!(
+                f,
+                "the model {kind} has a dashpot beside the rest, whose stress is an impulse at a step of strain; no Prony series has that: give \
+                 the dashpot to the other program by itself"
+            ),
+            Self::Vanished { time_s } => write!(
+                f,
+                "the modulus has fallen to nothing at {time_s} s: take a `horizon_s` below it"
+            ),
+            Self::Terms { given, most } => write!(
+                f,
+                "the format takes {most} branches, the series has {given}: take `branches` = {most}"
+            ),
+            Self::NoLongTermModulus => write!(
+                f,
+                "the series has no long-term modulus, to which this format refers: take the format table"
+            ),
+            Self::Model(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for ExportError {}
+
+impl PronyFit {
+    /// Fits up to so many branches to G(t), `shortest_s` ≤ t ≤ `horizon_s`.
+    ///
+    /// Relaxation times at even distances in log τ; moduli by least squares of the relative error without negative ones,
+    /// so there may be fewer branches than asked for. The first and the last τ are those with the least largest error.
+    /// A Prony series of no more branches stays as it is. Cost: 10 ms.
+    ///
+    /// ```
+    /// use haptic_tissue::{Library, PronyFit};
+    ///
+    /// let muscle = Library::load(None)?.find("fish-muscle")?;
+    /// let series = PronyFit::new(&muscle.model, 12, 1e-3, 1000.0)?;
+    /// assert!(series.max_relative_error < 0.01);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`ExportError`] says.
+    pub fn new(
+        model: &Model,
+        branches: usize,
+        shortest_s: f64,
+        horizon_s: f64,
+    ) -> Result<Self, ExportError> {
+        if !(1..=BRANCHES_MOST).contains(&branches) {
+            return Err(ExportError::Branches(branches));
+        }
+        let decades = libm::log10(horizon_s / shortest_s);
+        let is_band = shortest_s > 0.0 && horizon_s.is_finite();
+        if !(is_band && decades > 0.0 && decades <= DECADES_MOST) {
+            return Err(ExportError::Band {
+                shortest_s,
+                horizon_s,
+            });
+        }
+        if has_impulse(model) {
+            return Err(ExportError::Impulse(model.kind().name()));
+        }
+        if let Form::Prony {
+            elastic_modulus_pa,
+            branches: own,
+        } = model.form()
+            && own.len() <= branches
+        {
+            return Ok(Self {
+                elastic_modulus_pa: *elastic_modulus_pa,
+                branches: own.clone(),
+                shortest_s,
+                horizon_s,
+                max_relative_error: 0.0,
+            });
+        }
+        let band = Band::new(model, shortest_s, horizon_s, decades)?;
+        Ok(band.best(branches))
+    }
+
+    /// The series as a model.
+    ///
+    /// # Errors
+    /// Without a spring and a branch.
+    pub fn model(&self) -> Result<Model, ExportError> {
+        Model::new(Form::Prony {
+            elastic_modulus_pa: self.elastic_modulus_pa,
+            branches: self.branches.clone(),
+        })
+        .map_err(ExportError::Model)
+    }
+
+    /// G(0) of the series, Pa.
+    #[must_use]
+    pub fn instantaneous_modulus_pa(&self) -> f64 {
+        let moduli = self.branches.iter().map(|one| one.elastic_modulus_pa);
+        moduli.fold(self.elastic_modulus_pa, |sum, one| sum + one)
+    }
+}
+
+fn has_impulse(model: &Model) -> bool {
+    match model.form() {
+        Form::SpringPot(one) => one.order() >= 1.0,
+        Form::FractionalKelvinVoigt { first, .. } => first.order() >= 1.0,
+        _ => false,
+    }
+}
+
+/// G over the band.
+struct Band {
+    shortest_s: f64,
+    horizon_s: f64,
+    times: Vec<f64>,
+    moduli: Vec<f64>,
+    fine_times: Vec<f64>,
+    fine_moduli: Vec<f64>,
+}
+
+impl Band {
+    fn new(
+        model: &Model,
+        shortest_s: f64,
+        horizon_s: f64,
+        decades: f64,
+    ) -> Result<Self, ExportError> {
+        let times = |a_decade: f64| -> Vec<f64> {
+            let count = libm::ceil(decades * a_decade).max(8.0);
+            (0..=count as usize)
+                .map(|at| shortest_s * libm::pow(10.0, decades * at as f64 / count))
+                .collect()
+        };
+        let (times, fine_times) = (times(TIMES_A_DECADE), times(4.0 * TIMES_A_DECADE));
+        let fine_moduli = model.relaxation_moduli(&fine_times);
+        let vanished = |g: &f64| !(*g > 1e-250 && g.is_finite());
+        if let Some(at) = fine_moduli.iter().position(vanished) {
+            return Err(ExportError::Vanished {
+                time_s: fine_times[at],
+            });
+        }
+        Ok(Self {
+            shortest_s,
+            horizon_s,
+            moduli: model.relaxation_moduli(&times),
+            times,
+            fine_times,
+            fine_moduli,
+        })
+    }
+
+    /// The first and the last τ, in decades from the ends of the band: coarse steps, then finer ones about the best.
+    fn best(&self, branches: usize) -> PronyFit {
+        let (mut best, mut ends) = (self.fit(branches, 0.0, 0.0), [0.0, 0.0]);
+        for step in [0.3, 0.1, 0.03] {
+            let centre = ends;
+            for first in -4..=4 {
+                for last in -4..=4 {
+                    let first = centre[0] + step * f64::from(first);
+                    let last = centre[1] + step * f64::from(last);
+                    let fit = self.fit(branches, first, last);
+                    if fit.max_relative_error < best.max_relative_error {
+                        (best, ends) = (fit, [first, last]);
+                    }
+                }
+            }
+        }
+        best
+    }
+
+    fn fit(&self, branches: usize, first: f64, last: f64) -> PronyFit {
+        let low = libm::log10(self.shortest_s) + first;
+        let high = libm::log10(self.horizon_s) + last;
+        let steps = branches.max(2) - 1;
+        let relaxation_times: Vec<f64> = (0..branches)
+            .map(|at| {
+                let share = if branches == 1 {
+                    0.5
+                } else {
+                    at as f64 / steps as f64
+                };
+                libm::pow(10.0, low + (high - low) * share)
+            })
+            .collect();
+        // Columns: the spring, then the branches; each row divided by G, so the residuals are relative.
+        let relative = |value: &dyn Fn(f64) -> f64| -> Vec<f64> {
+            let rows = self.times.iter().zip(&self.moduli);
+            rows.map(|(&t, g)| value(t) * (self.moduli[0] / g))
+                .collect()
+        };
+        let mut columns = vec![relative(&|_| 1.0)];
+        columns.extend(
+            relaxation_times
+                .iter()
+                .map(|tau| relative(&|t| libm::exp(-t / tau))),
+        );
+        let target = vec![1.0; self.times.len()];
+        let shares = non_negative_least_squares(columns, target);
+        let moduli: Vec<f64> = shares.iter().map(|share| share * self.moduli[0]).collect();
+        let found = relaxation_times.iter().zip(&moduli[1..]);
+        let branches = found
+            .filter(|(tau, modulus)| **modulus > 0.0 && **tau > 0.0)
+            .map(|(&relaxation_time_s, &elastic_modulus_pa)| MaxwellBranch {
+                elastic_modulus_pa,
+                relaxation_time_s,
+            })
+            .collect();
+        let mut fit = PronyFit {
+            elastic_modulus_pa: moduli[0],
+            branches,
+            shortest_s: self.shortest_s,
+            horizon_s: self.horizon_s,
+            max_relative_error: 0.0,
+        };
+        fit.max_relative_error = self.error(&fit);
+        fit
+    }
+
+    fn error(&self, fit: &PronyFit) -> f64 {
+        let rows = self.fine_times.iter().zip(&self.fine_moduli);
+        rows.fold(0.0, |most, (&t, g)| {
+            let sum = fit
+                .branches
+                .iter()
+                .fold(fit.elastic_modulus_pa, |sum, one| {
+                    sum + one.elastic_modulus_pa * libm::exp(-t / one.relaxation_time_s)
+                });
+            f64::max(most, (sum / g - 1.0).abs())
+        })
+    }
+}

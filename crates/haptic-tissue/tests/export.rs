@@ -1,0 +1,197 @@
+//! Prony series of models, and their text for finite-element programs, read back.
+
+use haptic_tissue::{ExportFormat, Form, Library, MaxwellBranch, Model, ModelKind, PronyFit};
+
+fn model(kind: ModelKind, values: &[f64]) -> Model {
+    Model::from_parameters(kind, values).expect("valid")
+}
+
+fn muscle() -> Model {
+    let library = Library::load(None).expect("valid");
+    library.find("fish-muscle").expect("known").model
+}
+
+/// The largest relative error of a series over a band, at other times than those of the fit.
+fn error(model: &Model, series: &Model, shortest_s: f64, horizon_s: f64) -> f64 {
+    let decades = libm::log10(horizon_s / shortest_s);
+    let times: Vec<f64> = (0..=997)
+        .map(|i| shortest_s * libm::pow(10.0, decades * f64::from(i) / 997.0))
+        .collect();
+    let have = series.relaxation_moduli(&times).into_iter();
+    have.zip(model.relaxation_moduli(&times))
+        .fold(0.0, |most, (have, want)| {
+            f64::max(most, (have / want - 1.0).abs())
+        })
+}
+
+#[test]
+fn the_error_that_is_named_is_the_error() {
+    let prostate = model(ModelKind::SpringPot, &[8650.0, 0.2247]);
+    let gel = model(ModelKind::FractionalZener, &[500.0, 0.8, 3e4, 0.05, 100.0]);
+    for (model, branches, most) in [
+        (&muscle(), 12, 0.006),
+        (&muscle(), 6, 0.05),
+        (&prostate, 12, 0.006),
+        (&prostate, 1, 0.7),
+        (&gel, 10, 0.02),
+    ] {
+        let fit = PronyFit::new(model, branches, 1e-3, 1e3).expect("fits");
+        let series = fit.model().expect("valid");
+        let have = error(model, &series, 1e-3, 1e3);
+        let named = fit.max_relative_error;
+        assert!(named < most, "{branches}: {named}");
+        assert!(
+            have < 1.02 * named && have > 0.9 * named,
+            "{branches}: {have} {named}"
+        );
+        assert!(fit.branches.len() <= branches && fit.elastic_modulus_pa >= 0.0);
+    }
+}
+
+#[test]
+fn more_branches_are_closer() {
+    let errors: Vec<f64> = [3, 6, 12, 24]
+        .map(|branches| {
+            let fit = PronyFit::new(&muscle(), branches, 1e-3, 1e3);
+            fit.expect("fits").max_relative_error
+        })
+        .into();
+    assert!(
+        errors.windows(2).all(|pair| pair[1] < 0.5 * pair[0]),
+        "{errors:?}"
+    );
+}
+
+#[test]
+fn a_prony_series_stays_as_it_is() {
+    let branches = vec![
+        MaxwellBranch {
+            elastic_modulus_pa: 7.0,
+            relaxation_time_s: 0.1,
+        },
+        MaxwellBranch {
+            elastic_modulus_pa: 3.0,
+            relaxation_time_s: 5.0,
+        },
+    ];
+    let own = Model::new(Form::Prony {
+        elastic_modulus_pa: 2.0,
+        branches: branches.clone(),
+    })
+    .expect("valid");
+    let fit = PronyFit::new(&own, 2, 1e-3, 1e3).expect("fits");
+    assert_eq!(fit.branches, branches);
+    assert_eq!(fit.model().expect("valid"), own);
+}
+
+/// Numbers of a line, whatever stands between them.
+fn numbers(line: &str) -> Vec<f64> {
+    line.split([',', '<', '>', ' '])
+        .filter_map(|cell| cell.parse().ok())
+        .collect()
+}
+
+/// The model that a text describes by the convention it names.
+fn read_back(format: ExportFormat, text: &str, fit: &PronyFit) -> Model {
+    let comment = |line: &str| {
+        ["#", "!", "**", "<!--", "branch"]
+            .iter()
+            .any(|c| line.starts_with(c))
+    };
+    let lines: Vec<Vec<f64>> = text
+        .lines()
+        .filter(|line| !comment(line))
+        .map(numbers)
+        .collect();
+    let instantaneous = fit.instantaneous_modulus_pa();
+    let (unit, pairs): (f64, Vec<[f64; 2]>) = match format {
+        ExportFormat::Table => (1.0, lines[1..].iter().map(|row| [row[1], row[2]]).collect()),
+        // TB,PRONY,1,1,N,SHEAR and then TBDATA,first,six constants.
+        ExportFormat::Ansys => {
+            assert!(text.contains(&format!("\nTB,PRONY,1,1,{},SHEAR\n", fit.branches.len())));
+            let constants: Vec<f64> = lines[1..]
+                .iter()
+                .flat_map(|row| row[1..].to_vec())
+                .collect();
+            for (line, row) in lines[1..].iter().enumerate() {
+                assert_eq!(row[0] as usize, 1 + 6 * line, "{text}");
+                assert!(row.len() <= 7, "{text}");
+            }
+            (
+                instantaneous,
+                constants.chunks(2).map(|pair| [pair[0], pair[1]]).collect(),
+            )
+        }
+        ExportFormat::Abaqus => (
+            instantaneous,
+            lines[1..].iter().map(|row| [row[0], row[2]]).collect(),
+        ),
+        _ => {
+            assert!(text.contains("<g0>1</g0>\n<g1>"), "{text}");
+            (
+                fit.elastic_modulus_pa,
+                lines[1..].iter().map(|row| [row[0], row[1]]).collect(),
+            )
+        }
+    };
+    let branches = pairs.iter().map(|[modulus, time]| MaxwellBranch {
+        elastic_modulus_pa: modulus * unit,
+        relaxation_time_s: *time,
+    });
+    // In relative terms, what the branches leave of 1 is the spring.
+    let branches: Vec<MaxwellBranch> = branches.collect();
+    let sum = branches
+        .iter()
+        .fold(0.0, |sum, one| sum + one.elastic_modulus_pa);
+    let elastic_modulus_pa = match format {
+        ExportFormat::Table => lines[0][1],
+        ExportFormat::Ansys | ExportFormat::Abaqus => (instantaneous - sum).max(0.0),
+        _ => fit.elastic_modulus_pa,
+    };
+    Model::new(Form::Prony {
+        elastic_modulus_pa,
+        branches,
+    })
+    .expect("valid")
+}
+
+#[test]
+fn each_text_describes_the_series_by_the_convention_of_its_program() {
+    for format in ExportFormat::ALL {
+        let fit = PronyFit::new(&muscle(), 6, 1e-3, 1e3).expect("fits");
+        let text = fit.text(format, "fish muscle -- a\ntest").expect("text");
+        let back = read_back(format, &text, &fit);
+        let own = fit.model().expect("valid");
+        for t in [1e-3, 0.1, 7.0, 1e3] {
+            let error = (back.relaxation_modulus(t) / own.relaxation_modulus(t) - 1.0).abs();
+            assert!(error < 1e-10, "{format:?} {t}: {error:e}\n{text}");
+        }
+        assert!(text.contains("largest relative error"), "{text}");
+        assert!(
+            text.contains(&format!("{:.2e}", fit.max_relative_error)),
+            "{text}"
+        );
+    }
+}
+
+#[test]
+fn what_cannot_be_exported_is_refused_with_a_remedy() {
+    let refused = |model: &Model, branches, shortest_s, horizon_s| {
+        let error = PronyFit::new(model, branches, shortest_s, horizon_s);
+        error.expect_err("refused").to_string()
+    };
+    assert!(refused(&muscle(), 0, 1e-3, 1.0).starts_with("`branches` = 0 is not from 1 to 100"));
+    assert!(refused(&muscle(), 3, 1.0, 1e-3).contains("are no band"));
+    assert!(refused(&muscle(), 3, 0.0, 1.0).contains("are no band"));
+    assert!(refused(&muscle(), 3, f64::NAN, 1.0).contains("are no band"));
+    let voigt = model(ModelKind::KelvinVoigt, &[100.0, 5.0]);
+    assert!(refused(&voigt, 3, 1e-3, 1.0).contains("kelvin-voigt has a dashpot beside the rest"));
+    let maxwell = model(ModelKind::Maxwell, &[100.0, 5.0]);
+    assert!(refused(&maxwell, 3, 1e-3, 1e4).contains("has fallen to nothing"));
+    let twelve = PronyFit::new(&muscle(), 12, 1e-3, 1e3).expect("fits");
+    let error = twelve.text(ExportFormat::Febio, "").expect_err("six terms");
+    assert!(
+        error.to_string().ends_with("take `branches` = 6"),
+        "{error}"
+    );
+}
