@@ -11,7 +11,7 @@ use num_complex::Complex;
 /// Taps of the short filter. The weights left off sum to less than 1e-12 of all, for −2 ≤ μ ≤ 2.
 pub const BDF2_TAPS: usize = 28;
 
-/// Weights of ((3 − w)/2)^μ, the short factor of [`Bdf2Memory`]: f_j = 1.5^μ·c_j(μ)·3^(−j).
+/// Weights of ((3 − w)/2)^μ, the short factor of [`Bdf2Memory`]: `f_j = 1.5^μ·c_j(μ)·3^(−j)`.
 ///
 /// ```
 /// use fracdiff::{Order, bdf2_short_filter};
@@ -41,7 +41,7 @@ pub fn bdf2_short_filter(order: Order) -> [f64; BDF2_TAPS] {
 /// ```
 /// - *Units*: x any unit \[x\], y \[x\]·s^(−μ), T s. *Start-up*: zero for ever before.
 /// - *Convergence*: O(T²) for a signal that starts smoothly. A step lies between two samples: halve its first sample.
-/// - *Accuracy*: |error| ≤ ε·Σ|f_i| times the bound of the full memory, and Σ|f_i| ≤ 2·1.5^μ − 1 for 0 ≤ μ ≤ 1; with
+/// - *Accuracy*: |error| ≤ `ε·Σ|f_i|` times the bound of the full memory, and `Σ|f_i|` ≤ 2·1.5^μ − 1 for 0 ≤ μ ≤ 1; with
 ///   1e-12 for the taps left off.
 /// - *Passive*: Re P ≥ 0 on the circle for 0 < μ ≤ 1, as of any A-stable formula; of the weights held, to ε.
 /// - *At rest, not finite*: as [`FullMemory`].
