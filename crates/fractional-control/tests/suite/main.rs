@@ -1,5 +1,11 @@
 //! Tests of the public face of `fractional-control`, in one binary.
 
+#![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
+
+mod boundary;
+mod controllers;
 mod golden;
 mod notation;
+mod plants;
 mod streaming;
+mod windup;

@@ -1,7 +1,7 @@
 //! The notation: read, printed, refused.
 
+use fractional_control::num_complex::Complex;
 use fractional_control::{ControlError, FractionalTransferFunction, Term};
-use num_complex::Complex;
 use proptest::prelude::*;
 
 fn read(text: &str) -> Result<FractionalTransferFunction, ControlError> {

@@ -3,11 +3,11 @@
 use crate::golden::{Golden, podlubny, randoms};
 use core::f64::consts::PI;
 use fracdiff::{Differintegrator, FrequencyResponse, Seconds};
+use fractional_control::num_complex::Complex;
 use fractional_control::{
     FractionalTransferFunction, Memory, Rule, SampledTransferFunction, impulse_response,
     step_response,
 };
-use num_complex::Complex;
 
 fn memory(rule: Rule, tolerance: f64) -> Memory {
     Memory::new(rule, tolerance, 12.0)
