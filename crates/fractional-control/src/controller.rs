@@ -122,8 +122,8 @@ pub trait Controller<F: Real> {
     fn feedback_gain(&self) -> F;
 
     /// The history with which this controller goes on where another one of its kind stood: its next output is that of the other.
-    /// Histories are of signals, not of products with gains, so what has the same order keeps its past; the rest starts at
-    /// rest. A difference in the command is held and fades with the time of the [`Actuator`].
+    /// Histories are of signals, not of products with gains, so what has the same order keeps its past; another integral starts
+    /// at rest, another derivative as if its input always had been what it is now. A difference in the command is held and fades with the time of the [`Actuator`].
     fn take_over(
         &self,
         other: &Self,
@@ -274,7 +274,7 @@ macro_rules! controller_from_its_core {
                 measured: F,
             ) -> Self::History {
                 let wanted = other.core.wanted(history, reference, measured);
-                let mut next = self.core.keep(&other.core, history);
+                let mut next = (self.core).keep(&other.core, history, reference, measured);
                 next.bias += wanted - self.core.wanted(&next, reference, measured);
                 next
             }

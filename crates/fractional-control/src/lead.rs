@@ -171,6 +171,28 @@ impl<F: Real, const MODES: usize> LeadPower<F, MODES> {
         }
     }
 
+    /// The history of a constant that always was.
+    pub(crate) fn settled(&self, x: F) -> LeadPowerHistory<F, MODES> {
+        let mut history = self.at_rest();
+        let mut y = x;
+        for section in history.sections.iter_mut().take(self.sections) {
+            let next = y * (F::ONE - self.zero) / (F::ONE - self.pole);
+            *section = (y, next);
+            y = next;
+        }
+        if let Some(memories) = &self.memories {
+            history.last = y;
+            y = y * (F::ONE - self.zero);
+            for (memory, own) in memories.iter().zip(&mut history.memories) {
+                if let Some(memory) = memory {
+                    *own = memory.settled(y);
+                    y = own.as_ref().map_or(y, |own| memory.output(own, y));
+                }
+            }
+        }
+        history
+    }
+
     /// The output for x; the direct gain is 1.
     #[inline]
     pub(crate) fn output(&self, history: &LeadPowerHistory<F, MODES>, x: F) -> F {

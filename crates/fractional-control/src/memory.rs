@@ -10,7 +10,7 @@ use fracdiff::{
 use num_complex::Complex;
 
 /// Recent samples that each memory keeps as they are.
-pub const TAPS: usize = 16;
+pub(crate) const TAPS: usize = 16;
 
 /// The function of w that stands for s.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -153,6 +153,15 @@ impl<F: Real, const MODES: usize> Power<F, MODES> {
             Self::First(o) => PowerHistory::First(o.at_rest()),
             Self::Second(o) => PowerHistory::Second(o.at_rest()),
         }
+    }
+
+    /// The history of a constant that always was, where that has an end; else at rest.
+    pub(crate) fn settled(&self, x: F) -> PowerHistory<F, MODES> {
+        let settled = match self {
+            Self::First(o) => o.settled(x).map(PowerHistory::First),
+            Self::Second(o) => o.settled(x).map(PowerHistory::Second),
+        };
+        settled.unwrap_or_else(|| self.at_rest())
     }
 
     pub(crate) fn direct_gain(&self) -> F {

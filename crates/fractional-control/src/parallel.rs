@@ -185,23 +185,27 @@ impl<F: Real, const MODES: usize> Parallel<F, MODES> {
         }
     }
 
-    /// The histories of another one, where a branch of the same power has one.
+    /// The histories of another one, where a branch of the same power has one. Another derivative starts from what it sees
+    /// now, as if that always had been; another integral at rest.
     pub(crate) fn keep(
         &self,
         other: &Self,
         history: &ParallelHistory<F, MODES>,
+        r: F,
+        y: F,
     ) -> ParallelHistory<F, MODES> {
         let mut kept = self.at_rest();
         for (own, slot) in self.branches.iter().zip(&mut kept.powers) {
+            let Some(own) = own else { continue };
             let theirs = other.branches.iter().zip(&history.powers);
-            for (branch, past) in theirs {
-                if let (Some(own), Some(branch), Some(past)) = (own, branch, past)
-                    && own.power == branch.power
-                    && own.weight == branch.weight
-                {
-                    *slot = Some(past.clone());
-                }
-            }
+            let same = theirs.filter_map(|(branch, past)| {
+                let branch = branch.as_ref()?;
+                let same = own.power == branch.power && own.weight == branch.weight;
+                past.as_ref().filter(|_| same)
+            });
+            let power = own.power.as_ref().filter(|_| own.order > 0.0);
+            let new = power.map(|power| power.settled(own.error(r, y)));
+            *slot = same.last().cloned().or(new).or(slot.take());
         }
         kept
     }

@@ -74,12 +74,21 @@ impl<F: Real, const MODES: usize> Shaped<F, MODES> {
         self.operator.advance(&mut history.operator, r - y);
     }
 
-    fn keep(&self, other: &Self, history: &ShapedHistory<F, MODES>) -> ShapedHistory<F, MODES> {
-        let mut kept = self.at_rest();
-        if self.operator == other.operator {
-            kept.operator = history.operator.clone();
-        }
-        kept
+    fn keep(
+        &self,
+        other: &Self,
+        history: &ShapedHistory<F, MODES>,
+        r: F,
+        y: F,
+    ) -> ShapedHistory<F, MODES> {
+        let same = self.operator == other.operator;
+        let operator = if same {
+            history.operator.clone()
+        } else {
+            self.operator.settled(r - y)
+        };
+        let bias = F::ZERO;
+        ShapedHistory { operator, bias }
     }
 
     fn response(&self, theta: f64) -> Complex<f64> {

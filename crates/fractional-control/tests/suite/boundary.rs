@@ -69,13 +69,13 @@ fn growth(y: &[f64]) -> f64 {
     swing(&y[2 * third..]) / swing(&y[third..2 * third])
 }
 
-/// `CAMPAIGN_CASES`: loops to try, 60 by default.
+/// `CAMPAIGN_CASES`: loops to try, 300 by default.
 #[test]
 fn on_neither_side_of_the_boundary_the_verdict_is_wrong() {
     let cases = std::env::var("CAMPAIGN_CASES")
         .ok()
         .and_then(|text| text.parse().ok());
-    let cases: usize = cases.unwrap_or(60);
+    let cases: usize = cases.unwrap_or(300);
     let mut draw = Draw(14);
     let (mut judged, mut index) = (0, 0);
     while judged < cases {

@@ -297,7 +297,7 @@ fn parameters_change_without_a_bump() {
         },
         PidParameters {
             derivative_order: 0.3,
-            integral_order: 0.5,
+            integral_order: 0.95,
             ..GAINS
         },
     ];
