@@ -34,6 +34,8 @@ mod simulate;
 mod state_space;
 mod transfer;
 #[cfg(feature = "std")]
+pub mod tuning;
+#[cfg(feature = "std")]
 mod verdict;
 
 pub use controller::{Actuator, Controller, Mode, Station};

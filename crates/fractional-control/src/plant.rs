@@ -136,6 +136,26 @@ impl Plant {
         Some((above / below).ln() / (2.0 * h))
     }
 
+    /// The number of its poles with Re s > 0; 0 where that is not known.
+    #[must_use]
+    pub fn unstable_poles(&self) -> usize {
+        match &self.model {
+            Model::Transfer(function) => function.unstable_poles().unwrap_or(0),
+            Model::StateSpace(states) => states.unstable_poles(),
+            Model::Measured(_) => 0,
+        }
+    }
+
+    /// The sign of the plant: that of its gain at low frequency, where G ~ k·s^n.
+    pub(crate) fn sign(&self) -> f64 {
+        let low = self.band().0.max(1e-6) * 1.02;
+        let response = self.response(low).unwrap_or_default();
+        let order = self.slope(low).unwrap_or_default().re;
+        let (sin, cos) = libm::sincos(0.5 * core::f64::consts::PI * order);
+        let turned = (response * Complex::new(cos, -sin)).re;
+        if turned < 0.0 { -1.0 } else { 1.0 }
+    }
+
     /// Refuses a plant that is shown by itself and does not settle.
     ///
     /// # Errors

@@ -8,4 +8,5 @@ mod golden;
 mod notation;
 mod plants;
 mod streaming;
+mod tuning;
 mod windup;
