@@ -140,8 +140,11 @@ impl<F: Real, const MODES: usize> Parallel<F, MODES> {
     #[inline]
     pub(crate) fn advance(&self, history: &mut ParallelHistory<F, MODES>, r: F, y: F, applied: F) {
         let excess = applied - self.wanted(history, r, y);
-        // The reference that would have given what was applied.
-        let r = r + excess * self.inverse;
+        let mut r = r;
+        // A branch that is foreseen: the memories need not wait for the sum.
+        if excess != F::ZERO {
+            r = self.conditioned(r, excess);
+        }
         for (branch, own) in self.branches.iter().zip(&mut history.powers) {
             if let (Some(branch), Some(own)) = (branch, own)
                 && let Some(power) = &branch.power
@@ -150,6 +153,13 @@ impl<F: Real, const MODES: usize> Parallel<F, MODES> {
             }
         }
         history.bias = self.faded(history.bias);
+    }
+
+    /// The reference that would have given what was applied.
+    #[cold]
+    #[inline(never)]
+    fn conditioned(&self, r: F, excess: F) -> F {
+        r + excess * self.inverse
     }
 
     pub(crate) fn follow(&self, history: &mut ParallelHistory<F, MODES>, r: F, y: F, applied: F) {
