@@ -12,6 +12,8 @@ mod curves;
 #[cfg(feature = "std")]
 mod enclosure;
 mod error;
+#[cfg(feature = "std")]
+mod identify;
 mod lead;
 mod memory;
 mod notation;
@@ -42,6 +44,8 @@ pub use controller::{Actuator, Controller, Mode, Station};
 #[cfg(feature = "std")]
 pub use curves::ControllerParameters;
 pub use error::ControlError;
+#[cfg(feature = "std")]
+pub use identify::{FreeNumber, Identified, Record, identify};
 pub use memory::{Memory, Rule};
 pub use parallel::ParallelHistory;
 pub use pid::{FractionalPid, PidParameters, SetPoint, Tid, TidParameters};

@@ -5,6 +5,7 @@
 mod boundary;
 mod controllers;
 mod golden;
+mod identification;
 mod notation;
 mod plants;
 mod streaming;
