@@ -78,7 +78,7 @@ impl<F: Real, const MODES: usize> Chain<F, MODES> {
         outputs
     }
 
-    /// What the past contributes to the next output of each level.
+    /// The share of the past in the next output of each level.
     #[inline]
     pub(crate) fn past(&self, history: &ChainHistory<F, MODES>) -> [F; LEVELS] {
         let mut past = [F::ZERO; LEVELS];

@@ -1,4 +1,4 @@
-//! What all controllers share: two phases, limits, what was really applied, a change without a bump.
+//! The contract of all controllers: two phases, limits, what was really applied, a change without a bump.
 
 use crate::ControlError;
 use core::fmt::Debug;
@@ -71,7 +71,7 @@ impl Actuator {
 pub(crate) struct Stage<F> {
     low: F,
     high: F,
-    /// What is left of a bias after a sample.
+    /// The share of a bias that is left after a sample.
     pub(crate) keep: F,
 }
 
@@ -118,7 +118,7 @@ pub trait Controller<F: Real> {
     /// The same where somebody else commands: so that the next output continues what was applied.
     fn follow(&self, history: &mut Self::History, reference: F, measured: F, applied: F);
 
-    /// g_y: how much the command falls at once when the measurement rises by one.
+    /// `g_y`: how much the command falls at once when the measurement rises by one.
     fn feedback_gain(&self) -> F;
 
     /// The history with which this controller goes on where another one of its kind stood: its next output is that of the other.
@@ -133,7 +133,7 @@ pub trait Controller<F: Real> {
     ) -> Self::History;
 }
 
-/// Who commands.
+/// The one who commands.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Mode<F> {
     /// The controller.
@@ -207,7 +207,7 @@ impl<F: Real, C: Controller<F>> Station<F, C> {
         command
     }
 
-    /// Who commands from now on.
+    /// Sets who commands from now on.
     pub fn set_mode(&mut self, mode: Mode<F>) {
         self.mode = mode;
     }

@@ -89,15 +89,15 @@ impl Enclosed {
 /// One factor of a product.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Factor {
-    /// Σ c_j w^j.
+    /// `Σ c_j w^j`.
     InW(Vec<f64>),
-    /// Σ c_k v^k, v = 1 − w.
+    /// `Σ c_k v^k`, v = 1 − w.
     InV(Vec<f64>),
     /// v^n.
     Difference(i32),
     /// w^d.
     Delay(usize),
-    /// Σ k_j w^j + Σ W_q/(1 − r_q w): taps, and W_q with 1 − r_q.
+    /// `Σ k_j w^j + Σ W_q/(1 − r_q w)`: taps, and `W_q` with `1 − r_q`.
     Memory(Vec<f64>, Vec<(f64, f64)>),
 }
 
@@ -106,7 +106,7 @@ fn horner(coefficients: &[f64], x: Complex<f64>) -> Complex<f64> {
     coefficients.iter().rev().fold(zero, |sum, c| sum * x + c)
 }
 
-/// Σ j|c_j|·most^(j−1)
+/// `Σ j|c_j|·most^(j−1)`
 fn slope(coefficients: &[f64], most: f64) -> f64 {
     let terms = coefficients.iter().enumerate().skip(1);
     terms
@@ -227,8 +227,7 @@ pub(crate) fn count(f: impl Fn(&Arc) -> Enclosed) -> Count {
         if relative < closest {
             (closest, place) = (relative, 0.5 * (theta + next));
         }
-        // Negated, so that a NaN never counts as known.
-        if !(relative > ZERO) || width < 1e-13 {
+        if relative.is_nan() || relative <= ZERO || width < 1e-13 {
             return Count {
                 zeros: None,
                 closest,

@@ -47,7 +47,7 @@ pub enum ControlError {
     Notation {
         /// Place of the first character that does not fit, from 0.
         at: usize,
-        /// What may stand there.
+        /// Words for what may stand there.
         expected: &'static str,
     },
     /// Orders without a common divisor that is large enough.
@@ -77,7 +77,7 @@ pub enum ControlError {
     NotFound {
         /// The thing searched.
         what: &'static str,
-        /// Why, and the remedy.
+        /// The reason, and the remedy.
         why: &'static str,
     },
 }

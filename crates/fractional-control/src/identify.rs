@@ -114,7 +114,7 @@ pub fn identify(
     let mean = record.output.iter().sum::<f64>() / samples;
     let variance: f64 = record.output.iter().map(|y| (y - mean) * (y - mean)).sum();
     let left = residuals.norm_squared();
-    if !(left < variance) {
+    if left.is_nan() || left >= variance {
         return Err(unfit);
     }
     Ok(Identified {
@@ -128,7 +128,7 @@ pub fn identify(
 fn check(record: &Record<'_>, free: usize) -> Result<(), ControlError> {
     positive("sample time", record.sample_time.0, "s")?;
     let (inputs, outputs) = (record.input.len() as f64, record.output.len() as f64);
-    let same = inputs == outputs;
+    let same = record.input.len() == record.output.len();
     range(
         "samples of the output",
         outputs,
@@ -193,7 +193,7 @@ struct Fit<'a> {
     parameters: DVector<f64>,
     memory: Memory,
     record: &'a Record<'a>,
-    /// What the model is fed with.
+    /// The samples that the model is fed with.
     input: Vec<f64>,
 }
 

@@ -10,7 +10,7 @@ use fracdiff::{
 };
 use num_complex::Complex;
 
-/// ((1 + s/ω_b)/(1 + s/ω_h))^ν under the Tustin rule, ν from −2 to 2.
+/// `((1 + s/ω_b)/(1 + s/ω_h))^ν` under the Tustin rule, ν from −2 to 2.
 ///
 /// ```text
 /// 1 + s/ω → (1 + A)(1 − p·w)/(1 + w),   A = 2/(ωT),   p = (A − 1)/(A + 1):   the 1 + w of both cancel

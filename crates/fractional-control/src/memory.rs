@@ -127,10 +127,6 @@ impl Memory {
 
 /// D^μ by either rule.
 #[derive(Clone, Debug, PartialEq)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "without an allocator there is no box"
-)]
 pub(crate) enum Power<F, const MODES: usize> {
     First(FullMemory<F, TAPS, MODES>),
     Second(Bdf2Memory<F, TAPS, MODES>),
@@ -138,10 +134,6 @@ pub(crate) enum Power<F, const MODES: usize> {
 
 /// History of [`Power`].
 #[derive(Clone, Debug, PartialEq)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "without an allocator there is no box"
-)]
 pub(crate) enum PowerHistory<F, const MODES: usize> {
     First(FullMemoryHistory<F, TAPS, MODES>),
     Second(Bdf2History<F, TAPS, MODES>),

@@ -211,7 +211,8 @@ impl Reader<'_> {
         }
         let start = self.at;
         let exponent = self.exponent()?;
-        if exponent < 0.0 || exponent > 4.0 || libm::trunc(exponent) != exponent {
+        let whole = (libm::trunc(exponent) - exponent).abs() == 0.0;
+        if !whole || !(0.0..=4.0).contains(&exponent) {
             self.at = start;
             return Err(self.wrong("0, 1, 2, 3 or 4, the power of a bracket,"));
         }

@@ -33,7 +33,7 @@ struct Branch<F, const MODES: usize> {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Parallel<F, const MODES: usize> {
     branches: [Option<Branch<F, MODES>>; BRANCHES],
-    /// 1/g_r, or 0 where no reference reaches the command at once.
+    /// `1/g_r`, or 0 where no reference reaches the command at once.
     inverse: F,
     feedback: F,
     /// The branch of the lowest order, if that is below 0, and 1/(gain·g) of it.

@@ -7,7 +7,7 @@ use fracdiff::parameter::range;
 use fracdiff::{Real, Seconds};
 use num_complex::Complex;
 
-/// K_p + K_i s^(−λ) + K_d s^μ, as numbers.
+/// `K_p + K_i s^(−λ) + K_d s^μ`, as numbers.
 ///
 /// ```
 /// use fractional_control::PidParameters;
@@ -18,15 +18,15 @@ use num_complex::Complex;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PidParameters {
-    /// K_p, \[u\]/\[y\].
+    /// `K_p`, \[u\]/\[y\].
     pub proportional: f64,
-    /// K_i, \[u\]/\[y\]·s^(−λ).
+    /// `K_i`, \[u\]/\[y\]·s^(−λ).
     pub integral: f64,
-    /// λ, above 0 and at most 2; without a meaning where K_i is 0.
+    /// λ, above 0 and at most 2; without a meaning where `K_i` is 0.
     pub integral_order: f64,
-    /// K_d, \[u\]/\[y\]·s^μ.
+    /// `K_d`, \[u\]/\[y\]·s^μ.
     pub derivative: f64,
-    /// μ, above 0 and at most 2; without a meaning where K_d is 0.
+    /// μ, above 0 and at most 2; without a meaning where `K_d` is 0.
     pub derivative_order: f64,
 }
 
@@ -128,7 +128,7 @@ impl SetPoint {
     }
 }
 
-/// PI^λD^μ: u = K_p(b·r − y) + K_i I^λ(r − y) + K_d D^μ(c·r − y), limited.
+/// PI^λD^μ: `u = K_p(b·r − y) + K_i I^λ(r − y) + K_d D^μ(c·r − y)`, limited.
 ///
 /// - *Units*: r and y \[y\], u \[u\], T s; gains as in [`PidParameters`]. *Start-up*: zero for ever before.
 /// - *Memory*: of integral and derivative, by the rule of [`Memory`]; MODES a multiple of 8.
@@ -184,16 +184,16 @@ impl<F: Real, const MODES: usize> FractionalPid<F, MODES> {
 
 controller_from_its_core!(FractionalPid, ParallelHistory);
 
-/// K_t s^(−1/n) + K_i/s + K_d s, as numbers.
+/// `K_t s^(−1/n) + K_i/s + K_d s`, as numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TidParameters {
-    /// K_t, \[u\]/\[y\]·s^(−1/n).
+    /// `K_t`, \[u\]/\[y\]·s^(−1/n).
     pub tilt: f64,
     /// n of the tilt, at least 1 (2 and 3 are usual).
     pub tilt_divisor: f64,
-    /// K_i, \[u\]/\[y\]/s.
+    /// `K_i`, \[u\]/\[y\]/s.
     pub integral: f64,
-    /// K_d, \[u\]/\[y\]·s.
+    /// `K_d`, \[u\]/\[y\]·s.
     pub derivative: f64,
 }
 
@@ -240,7 +240,7 @@ impl TidParameters {
     }
 }
 
-/// Tilted-integral-derivative: u = K_t I^(1/n)(r − y) + K_i I(r − y) + K_d D(c·r − y), limited.
+/// Tilted-integral-derivative: `u = K_t I^(1/n)(r − y) + K_i I(r − y) + K_d D(c·r − y)`, limited.
 ///
 /// ```
 /// use fracdiff::Seconds;

@@ -4,6 +4,7 @@ use crate::{ControlError, FractionalTransferFunction, StateSpace};
 use core::str::FromStr;
 use fracdiff::parameter::{RangeError, not_negative, positive, range};
 use num_complex::Complex;
+use std::boxed::Box;
 use std::vec::Vec;
 
 /// A plant with a dead time.
@@ -24,7 +25,7 @@ pub struct Plant {
 
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Model {
-    Transfer(FractionalTransferFunction),
+    Transfer(Box<FractionalTransferFunction>),
     StateSpace(StateSpace),
     Measured(Measured),
 }
@@ -43,7 +44,7 @@ impl Plant {
         delay_s: f64,
     ) -> Result<Self, ControlError> {
         Ok(Self {
-            model: Model::Transfer(function),
+            model: Model::Transfer(Box::new(function)),
             delay_s: not_negative("dead time", delay_s, "s")?,
         })
     }

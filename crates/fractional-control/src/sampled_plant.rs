@@ -141,7 +141,7 @@ impl SampledPlant {
         }
     }
 
-    /// How much the output of now follows the command of now: above 0 only for a transfer function without a whole sample of dead
+    /// The share of the command of now in the output of now: above 0 only for a transfer function without a whole sample of dead
     /// time.
     #[must_use]
     pub fn direct_gain(&self) -> f64 {

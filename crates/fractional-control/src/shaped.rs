@@ -96,7 +96,7 @@ impl<F: Real, const MODES: usize> Shaped<F, MODES> {
     }
 }
 
-/// ((1 + jω/ω_b)/(1 + jω/ω_h))^ν: the power of a first-order lead, continuous along ω.
+/// `((1 + jω/ω_b)/(1 + jω/ω_h))^ν`: the power of a first-order lead, continuous along ω.
 fn lead_power(omega: f64, zero_rad_s: f64, pole_rad_s: f64, order: f64) -> Complex<f64> {
     let (a, b) = (omega / zero_rad_s, omega / pole_rad_s);
     let size = libm::pow(libm::hypot(1.0, a) / libm::hypot(1.0, b), order);
@@ -104,16 +104,16 @@ fn lead_power(omega: f64, zero_rad_s: f64, pole_rad_s: f64, order: f64) -> Compl
     Complex::new(size * cos, size * sin)
 }
 
-/// C₀((1 + s/ω_b)/(1 + s/ω_h))^ν, as numbers.
+/// `C₀((1 + s/ω_b)/(1 + s/ω_h))^ν`, as numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CroneParameters {
     /// C₀, \[u\]/\[y\], not 0.
     pub gain: f64,
     /// ν, −2 to 2.
     pub order: f64,
-    /// ω_b, rad/s.
+    /// `ω_b`, rad/s.
     pub low_rad_s: f64,
-    /// ω_h, rad/s, above ω_b.
+    /// `ω_h`, rad/s, above `ω_b`.
     pub high_rad_s: f64,
 }
 
@@ -125,7 +125,7 @@ impl CroneParameters {
     }
 }
 
-/// CRONE of the second generation: a phase νπ/2 that is flat in the band from ω_b to ω_h, on the error, limited.
+/// CRONE of the second generation: a phase νπ/2 that is flat in the band from `ω_b` to `ω_h`, on the error, limited.
 ///
 /// - *Units*: ω in rad/s, at most 2/T. *Start-up*: zero for ever before.
 /// - *Accuracy*: the Tustin rule, an error of O(T²), no warping at rest; each weight to the tolerance of [`Memory`].
@@ -153,7 +153,7 @@ impl<F: Real, const MODES: usize> Crone<F, MODES> {
     /// Coefficients in `f64`, rounded once.
     ///
     /// # Errors
-    /// A gain of 0, an order outside −2 to 2, corners that are not 0 < ω_b < ω_h ≤ 2/T.
+    /// A gain of 0, an order outside −2 to 2, corners that are not `0 < ω_b < ω_h ≤ 2/T`.
     pub fn new(
         parameters: CroneParameters,
         actuator: Actuator,

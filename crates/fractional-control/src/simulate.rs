@@ -85,7 +85,7 @@ impl Response {
         let outside = self
             .measured
             .iter()
-            .rposition(|y| !((y - 1.0).abs() <= 0.02));
+            .rposition(|y| (y - 1.0).abs() > 0.02 || y.is_nan());
         let settled = outside.map_or(0, |last| last + 1);
         Shape {
             overshoot: (most - 1.0).max(0.0),

@@ -128,7 +128,7 @@ impl StateSpace {
         let norm = inverse
             .as_ref()
             .map_or(f64::INFINITY, |inverse| inverse.norm());
-        if !(norm < 1e13) {
+        if norm.is_nan() || norm >= 1e13 {
             let allowed = "short enough for the fastest pole: leave that pole out, or sample 30 times in its time constant";
             return Err(RangeError::new("sample time", sample_time, allowed, "s").into());
         }

@@ -11,7 +11,7 @@ use num_complex::Complex;
 /// F(w) = A_C·A_G + k·B_C·B_G,   C = B_C/A_C,  G = B_G/A_G:   stable ⇔ no zero in |w| ≤ 1,  w = z⁻¹
 /// ```
 /// Zeros are counted by the turn of F along the circle, in steps short enough that a bound of F′ proves each
-/// (argument principle). A_C and A_G stay apart from B_C and B_G, so an unstable pole that a zero cancels is seen.
+/// (argument principle). `A_C` and `A_G` stay apart from `B_C` and `B_G`, so an unstable pole that a zero cancels is seen.
 ///
 /// - *Of*: the weights before they are rounded to the sample type, with the bound of their error from [`Memory`].
 /// - *Cost*: some hundred to some thousand evaluations, a millisecond to ten.
@@ -49,7 +49,7 @@ pub struct StabilityVerdict {
     pub unstable_poles: Option<usize>,
     /// The least |F| over the sum of the sizes of its terms that was met on the circle.
     pub distance: f64,
-    /// Where that was, rad/s.
+    /// The frequency of that, rad/s.
     pub omega_rad_s: f64,
 }
 

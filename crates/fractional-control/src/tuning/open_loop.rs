@@ -11,7 +11,7 @@ const POINTS: usize = 180;
 /// Decades below and above the crossover.
 const BELOW: f64 = 4.0;
 const ABOVE: f64 = 3.0;
-/// Times at which a step is looked at, from 0.4/ω_c over two decades.
+/// Times at which a step is looked at, from 0.4/`ω_c` over two decades.
 const TIMES: usize = 64;
 
 /// Everything about the plant and the rule that no parameter of the controller changes.
@@ -34,7 +34,7 @@ struct Point {
     plant: Complex<f64>,
 }
 
-/// What a controller makes of the loop.
+/// Peaks, spreads and stability of the loop with one controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Measures {

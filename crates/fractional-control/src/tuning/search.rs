@@ -14,11 +14,11 @@ use std::vec::Vec;
 pub struct Tuned {
     /// The controller.
     pub parameters: PidParameters,
-    /// |L(jω_c)|, 1 by construction.
+    /// `|L(jω_c)|`, 1 by construction.
     pub gain_at_crossover: f64,
-    /// Phase margin at ω_c, rad.
+    /// Phase margin at `ω_c`, rad.
     pub phase_margin_rad: f64,
-    /// dφ/d ln ω at ω_c, rad.
+    /// dφ/d ln ω at `ω_c`, rad.
     pub phase_slope_rad: f64,
     /// The rest.
     pub measures: Measures,
@@ -50,7 +50,7 @@ impl core::fmt::Display for Unmet {
 
 /// Tunes a PI^λD^μ: crossover, margin and flat phase exactly, the rest as well as can be.
 ///
-/// - *Gains*: K_p and K_i have the sign of the plant, K_d any.
+/// - *Gains*: `K_p` and `K_i` have the sign of the plant, `K_d` any.
 /// - *Cost*: some thousand trials, a few milliseconds to a tenth of a second.
 ///
 /// ```
@@ -115,7 +115,7 @@ const MET: f64 = 0.01;
 struct Search<'a> {
     open: OpenLoop,
     wishes: &'a Specification,
-    /// C(s_c) that crossover and margin ask for.
+    /// `C(s_c)` that crossover and margin ask for.
     target: Complex<f64>,
     sign: f64,
 }
@@ -146,7 +146,7 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// The three gains, if K_p and K_i have the sign of the plant. K_d may have any: a negative one of small order is a lag.
+    /// The three gains, if `K_p` and `K_i` have the sign of the plant. `K_d` may have any: a negative one of small order is a lag.
     fn gains(&self, [lambda, mu, slope]: [f64; 3]) -> Option<PidParameters> {
         let (ln_s, slope_s, _, slope_plant) = self.open.crossover;
         let powers = [0.0, -lambda, mu].map(|order| (order, (ln_s * order).exp() / self.target));

@@ -27,11 +27,11 @@ pub struct Bound {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Specification {
-    /// ω_c, where |L| is 1, rad/s.
+    /// `ω_c`, where |L| is 1, rad/s.
     pub crossover_rad_s: f64,
-    /// Phase margin at ω_c, rad.
+    /// Phase margin at `ω_c`, rad.
     pub phase_margin_rad: f64,
-    /// A flat phase at ω_c, dφ/dω = 0: the margin stays when the gain changes.
+    /// A flat phase at `ω_c`, dφ/dω = 0: the margin stays when the gain changes.
     pub iso_damping: bool,
     /// |T| at this frequency and above: what noise of the measurement does.
     pub noise: Option<Bound>,
@@ -67,7 +67,7 @@ impl Specification {
         }
     }
 
-    /// |S| and |T| at the crossover: 1/(2 sin(φ_m/2)).
+    /// |S| and |T| at the crossover: `1/(2 sin(φ_m/2))`.
     #[must_use]
     pub fn peak_at_crossover(&self) -> f64 {
         0.5 / libm::sin(0.5 * self.phase_margin_rad)
@@ -110,7 +110,11 @@ impl Specification {
             let Some(bound) = bound else { continue };
             positive("frequency of a bound", bound.omega_rad_s, "rad/s")?;
             positive("bound of a gain", bound.at_most, "")?;
-            let covers = (bound.omega_rad_s <= omega) == above || bound.omega_rad_s == omega;
+            let covers = if above {
+                bound.omega_rad_s <= omega
+            } else {
+                bound.omega_rad_s >= omega
+            };
             if covers && bound.at_most < here {
                 let first = if above { "noise" } else { "disturbance" };
                 return Err(against_crossover(first, bound));

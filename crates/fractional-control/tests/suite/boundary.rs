@@ -24,7 +24,7 @@ impl Draw {
 }
 
 fn plant(draw: &mut Draw, index: usize, t: f64) -> Plant {
-    let delay = if index % 2 == 0 {
+    let delay = if index.is_multiple_of(2) {
         0.0
     } else {
         draw.from(0.0, 6.0 * t)

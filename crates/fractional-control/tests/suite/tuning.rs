@@ -88,9 +88,9 @@ fn fifty_plants_are_tuned_to_every_wish_or_told_why_not() {
             println!("{text} at {omega:.3}, {margin}°: {unmet}");
         }
         if tuned.unmet.is_empty() {
-            met += 1
+            met += 1;
         } else {
-            named += 1
+            named += 1;
         }
     }
     println!(
