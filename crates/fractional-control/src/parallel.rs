@@ -42,7 +42,7 @@ pub(crate) struct Parallel<F, const MODES: usize> {
     sample_time: f64,
 }
 
-/// History of [`Parallel`].
+/// History of [`FractionalPid`](crate::FractionalPid) and [`Tid`](crate::Tid).
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParallelHistory<F, const MODES: usize> {
     powers: [Option<PowerHistory<F, MODES>>; BRANCHES],

@@ -26,11 +26,11 @@ const DELAY_MAX: f64 = 10_000.0;
 /// use fracdiff::Seconds;
 /// use fractional_control::{Memory, Plant, Rule, SampledPlant};
 ///
-/// let oven: Plant = "exp(-0.25s)/(s+1)".parse()?;
-/// let oven = SampledPlant::new(&oven, Memory::new(Rule::Bdf2, 1e-8, 100.0)?, Seconds(0.1))?;
+/// let oven: Plant = "exp(-0.27s)/(s+1)".parse()?;
+/// let oven = SampledPlant::new(&oven, Memory::new(Rule::Bdf2, 1e-8, 100.0)?, Seconds(0.05))?;
 /// let mut state = oven.at_rest();
-/// let y: Vec<f64> = (0..20).map(|_| oven.step(&mut state, 1.0)).collect();
-/// assert!((y[12] - (1.0 - f64::exp(-1.2 + 0.25))).abs() < 1e-3);
+/// let y: Vec<f64> = (0..40).map(|_| oven.step(&mut state, 1.0)).collect();
+/// assert!((y[24] - (1.0 - f64::exp(-1.2 + 0.27))).abs() < 1e-3);
 /// # Ok::<(), fractional_control::ControlError>(())
 /// ```
 #[derive(Clone, Debug)]
