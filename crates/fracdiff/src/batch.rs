@@ -13,7 +13,7 @@ use crate::error::check_length;
 use crate::fft::{Bins, LANES, factors_from, forward_all, inverse_all, unit};
 use crate::full_memory::Kernel;
 use crate::weights::{grunwald_weights, piecewise_linear_weight};
-use crate::{Order, ParameterError, Seconds, ShortMemoryVec};
+use crate::{Order, ParameterError, Seconds, ShortMemoryVec, bdf2_short_filter};
 use core::f64::consts::FRAC_PI_2;
 use std::vec;
 use std::vec::Vec;
@@ -40,6 +40,18 @@ pub fn full_history(
     x: &[f64],
 ) -> Result<Vec<f64>, ParameterError> {
     Ok(Batch::full_history(kernel, order, sample_time)?.run(x))
+}
+
+/// D^μ of a record by its full history with the weights of [`Bdf2Memory`](crate::Bdf2Memory): an error of O(T²).
+///
+/// # Errors
+/// [`ParameterError::SampleTime`] as above.
+pub fn full_bdf2(
+    order: Order,
+    sample_time: Seconds,
+    x: &[f64],
+) -> Result<Vec<f64>, ParameterError> {
+    Ok(Batch::full_bdf2(order, sample_time)?.run(x))
 }
 
 /// The outputs of a [`ShortMemoryVec`] of this length for the record, to rounding. Faster than running it from
@@ -74,12 +86,19 @@ pub fn short_memory(
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Batch {
-    kernel: Kernel,
+    weights: Weights,
     order: Order,
     rate: f64,
     /// Samples; `None` for all.
     memory: Option<usize>,
     reference: Reference,
+}
+
+/// The weights of a record.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Weights {
+    Of(Kernel),
+    Bdf2,
 }
 
 /// The value at which the signal stood before the record, x₀.
@@ -100,11 +119,23 @@ impl Batch {
         sample_time: Seconds,
     ) -> Result<Self, ParameterError> {
         Ok(Self {
-            kernel,
+            weights: Weights::Of(kernel),
             order,
             rate: sample_time.rate_to_the(order)?,
             memory: None,
             reference: Reference::Value(0.0),
+        })
+    }
+
+    /// The weights of [`Bdf2Memory`](crate::Bdf2Memory), of second order in T, no memory cut; x₀ = 0.
+    ///
+    /// # Errors
+    /// [`ParameterError::SampleTime`] as above.
+    pub fn full_bdf2(order: Order, sample_time: Seconds) -> Result<Self, ParameterError> {
+        let full = Self::full_history(Kernel::Grunwald, order, sample_time)?;
+        Ok(Self {
+            weights: Weights::Bdf2,
+            ..full
         })
     }
 
@@ -189,8 +220,9 @@ impl Batch {
     /// The weights of a record of so many samples, up to the last that is not zero.
     fn weights(&self, samples: usize) -> Vec<f64> {
         let count = self.memory.unwrap_or(samples).min(samples);
-        let mut weights: Vec<f64> = match self.kernel {
-            Kernel::PiecewiseLinear if self.order.get() < 1.0 => (0..count as u64)
+        let mut weights: Vec<f64> = match self.weights {
+            Weights::Bdf2 => bdf2_weights(self.order, count),
+            Weights::Of(Kernel::PiecewiseLinear) if self.order.get() < 1.0 => (0..count as u64)
                 .filter_map(|lag| piecewise_linear_weight(self.order, lag))
                 .collect(),
             _ => grunwald_weights(self.order).take(count).collect(),
@@ -199,6 +231,18 @@ impl Batch {
         weights.truncate(last.map_or(0, |last| last + 1));
         weights
     }
+}
+
+/// The first weights of (3/2 − 2w + w²/2)^μ: those of (1 − w)^μ behind the short filter.
+fn bdf2_weights(order: Order, count: usize) -> Vec<f64> {
+    let plain: Vec<f64> = grunwald_weights(order).take(count).collect();
+    let short = bdf2_short_filter(order);
+    (0..count)
+        .map(|lag| {
+            let newest = plain[..=lag].iter().rev();
+            newest.zip(&short).rev().map(|(c, f)| c * f).sum()
+        })
+        .collect()
 }
 
 /// For each sample, whether one of the newest `memory` is not finite.

@@ -85,6 +85,13 @@ impl<F: Real, const N: usize> Fir<F, N> {
         })
     }
 
+    /// Coefficients that are known to be finite; zeros at the end take no part.
+    pub(crate) fn of(coefficients: [F; N]) -> Self {
+        let last = coefficients.iter().rposition(|c| *c != F::ZERO);
+        let used = last.map_or(1, |last| last + 1);
+        Self { used, coefficients }
+    }
+
     /// The coefficients, that of the newest sample first.
     #[must_use]
     pub fn coefficients(&self) -> &[F] {

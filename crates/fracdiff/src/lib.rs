@@ -9,6 +9,7 @@ extern crate std;
 
 #[cfg(feature = "std")]
 pub mod batch;
+mod bdf2;
 mod differintegrator;
 mod error;
 #[cfg(feature = "alloc")]
@@ -39,6 +40,7 @@ mod short_memory;
 mod tustin_muir;
 mod weights;
 
+pub use bdf2::{BDF2_TAPS, Bdf2History, Bdf2Memory, ExactBdf2, bdf2_short_filter};
 pub use differintegrator::{AnyChannel, Channel, Differintegrator};
 pub use error::ParameterError;
 pub use finite::Fir;

@@ -9,6 +9,8 @@ pub(crate) enum Curve {
     Polynomial(Polynomial),
     Power(Power),
     Modes(Modes),
+    /// A memory behind a short filter.
+    Filtered(Modes, Polynomial),
     Cascade(Cascade),
 }
 
@@ -18,6 +20,7 @@ impl Curve {
             Self::Polynomial(curve) => curve.jet(place),
             Self::Power(curve) => curve.jet(place),
             Self::Modes(curve) => curve.jet(place),
+            Self::Filtered(curve, filter) => curve.jet(place).times(filter.jet(place)),
             Self::Cascade(curve) => curve.jet(place),
         }
     }
@@ -27,6 +30,11 @@ impl Curve {
             Self::Polynomial(curve) => curve.bounds(a.1, b.1, b.0.theta - a.0.theta),
             Self::Power(curve) => curve.bounds(a, b),
             Self::Modes(curve) => curve.bounds(a, b),
+            Self::Filtered(curve, filter) => {
+                let [near, far] = [a.0, b.0].map(|place| (curve.jet(place), filter.jet(place)));
+                let memory = curve.bounds((a.0, &near.0), (b.0, &far.0));
+                memory.times(filter.bounds(&near.1, &far.1, b.0.theta - a.0.theta))
+            }
             Self::Cascade(curve) => curve.bounds(a, b),
         }
     }
@@ -199,6 +207,12 @@ pub(crate) struct Modes {
 }
 
 impl Modes {
+    /// At w = 0.
+    pub(crate) fn at_zero(&self) -> f64 {
+        let weights = self.modes.iter().map(|(weight, _)| weight);
+        self.taps.coefficients[0] + weights.sum::<f64>()
+    }
+
     pub(crate) fn jet(&self, place: &Place) -> Jet {
         let mut jet = self.taps.jet(place);
         for &(weight, decay) in &self.modes {
@@ -294,6 +308,10 @@ mod tests {
             ("(1 - w)^0.3", Curve::Power(Power(0.3))),
             ("(1 - w)^1.6", Curve::Power(Power(1.6))),
             ("(1 - w)^2", Curve::Power(Power(2.0))),
+            (
+                "modes behind a filter",
+                Curve::Filtered(modes.clone(), Polynomial::new(vec![1.5, -0.4, -0.1])),
+            ),
             ("modes", Curve::Modes(modes)),
             ("cascade", Curve::Cascade(cascade)),
         ]

@@ -12,6 +12,7 @@ use num_complex::Complex;
 /// grunwald:N, muir:N        P = Σ_{j<N} c_j w^j, A_N(w, μ)          polynomial
 /// tustin-muir:N             P = 2^φ(1 − w)^n A_N(w, φ)/A_N(w, −φ)    rational, μ = n + φ
 /// full, piecewise-linear    P = (1 − w)^⌈μ⌉ [Σ k_j w^j + Σ_q W_q/(1 − r_q w)]
+/// full-bdf2                 that of full, times Σ_{j<28} f_j w^j
 /// oustaloup                 P = (1 − w)^n g·Π (v + z_i(2 − v))/(v + p_i(2 − v)),   v = 1 − w
 /// ```
 /// One's own: [`from_polynomials`](Self::from_polynomials), [`from_modes`](Self::from_modes), and from any
@@ -123,9 +124,8 @@ impl LoopOperator {
         let core = match &self.numerator {
             Curve::Polynomial(curve) => first(curve),
             Curve::Power(_) => 1.0,
-            Curve::Modes(curve) => {
-                first(&curve.taps) + curve.modes.iter().map(|(weight, _)| weight).sum::<f64>()
-            }
+            Curve::Modes(curve) => curve.at_zero(),
+            Curve::Filtered(curve, filter) => curve.at_zero() * first(filter),
             Curve::Cascade(curve) => {
                 let sections = curve.corners.iter();
                 curve.gain
@@ -211,6 +211,9 @@ impl LoopOperator {
         let taps = match &self.numerator {
             Curve::Polynomial(curve) => curve.coefficients.len() - 1,
             Curve::Modes(curve) => curve.taps.coefficients.len() - 1,
+            Curve::Filtered(curve, filter) => {
+                curve.taps.coefficients.len() + filter.coefficients.len() - 2
+            }
             Curve::Power(_) | Curve::Cascade(_) => 2,
         };
         taps.max(self.denominator.coefficients.len() - 1)

@@ -5,7 +5,9 @@ use crate::operator::multiply;
 use crate::{AnalysisError, LoopOperator};
 use fracdiff::full_memory::{Design, HORIZON_MIN, Kernel};
 use fracdiff::scheme::{FULL_MODES, FULL_TAPS};
-use fracdiff::{Band, Order, Scheme, Seconds, grunwald_weights, muir_coefficients};
+use fracdiff::{
+    Band, Order, Scheme, Seconds, bdf2_short_filter, grunwald_weights, muir_coefficients,
+};
 
 impl LoopOperator {
     /// From a scheme. `sample_time` matters only to `oustaloup`, whose corners are in Hz;
@@ -49,6 +51,9 @@ impl LoopOperator {
             Scheme::Full { kernel, tolerance } => {
                 Self::full_memory(order, kernel, tolerance, horizon.max(HORIZON_MIN))
             }
+            Scheme::FullBdf2 { tolerance } => {
+                Self::full_bdf2(order, tolerance, horizon.max(HORIZON_MIN))
+            }
             Scheme::Oustaloup { sections, band } => {
                 scheme.build::<f64>(order, sample_time, horizon)?;
                 Ok(Self::oustaloup(order, sections, band, sample_time))
@@ -83,10 +88,16 @@ impl LoopOperator {
         tolerance: f64,
         horizon: f64,
     ) -> Result<Self, AnalysisError> {
-        let design = Design::<FULL_TAPS, FULL_MODES>::pruned(kernel, order, tolerance, horizon)
-            .map_err(fracdiff::SchemeError::from)?;
-        let core = Curve::Modes(taps_and_modes(&design));
+        let core = Curve::Modes(memory(order, kernel, tolerance, horizon)?);
         let (differences, _) = order.split_up();
+        Ok(Self::irrational(order, f64::from(differences), core))
+    }
+
+    fn full_bdf2(order: Order, tolerance: f64, horizon: f64) -> Result<Self, AnalysisError> {
+        let memory = memory(order, Kernel::Grunwald, tolerance, horizon)?;
+        let filter = Polynomial::new(bdf2_short_filter(order).to_vec());
+        let (differences, _) = order.split_up();
+        let core = Curve::Filtered(memory, filter);
         Ok(Self::irrational(order, f64::from(differences), core))
     }
 
@@ -107,6 +118,18 @@ impl LoopOperator {
         };
         Self::irrational(order, f64::from(integer), Curve::Cascade(cascade))
     }
+}
+
+/// The core of a full memory, as designed for a scheme.
+fn memory(
+    order: Order,
+    kernel: Kernel,
+    tolerance: f64,
+    horizon: f64,
+) -> Result<Modes, AnalysisError> {
+    let design = Design::<FULL_TAPS, FULL_MODES>::pruned(kernel, order, tolerance, horizon)
+        .map_err(fracdiff::SchemeError::from)?;
+    Ok(taps_and_modes(&design))
 }
 
 /// `c_j = k_j + Σ_q w_q e^(−j·s_q)`, the modes from lag 0 on, the taps what is left of the true weight.

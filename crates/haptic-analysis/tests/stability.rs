@@ -349,6 +349,7 @@ fn the_running_operators_have_the_response_that_is_analysed() {
         "oustaloup:6:0.5:200",
         "full:1e-6",
         "piecewise-linear:1e-4",
+        "full-bdf2:1e-6",
     ] {
         for mu in [0.0, 0.25, 0.5, 1.0, 1.3, 1.8, 2.0] {
             let order = Order::new(mu).expect("in range");

@@ -147,12 +147,19 @@ fn safety_chain(
 /// The coefficients of an operator as they go over the wire.
 ///
 /// # Errors
-/// More of them than the wire can count: a memory that no device holds.
+/// More of them than the wire can count: a memory that no device holds. The scheme `full-bdf2`, which devices do not know.
 #[cfg(feature = "std")]
 pub fn operator_shape(
     operator: &fracdiff::Operator<f32>,
 ) -> Result<(haptic_link::OperatorShape, std::vec::Vec<f32>), haptic_loop::ParameterError> {
-    let list = operator.list();
+    let Some(list) = operator.list() else {
+        return Err(haptic_loop::ParameterError::Range {
+            what: "convergence order of the scheme",
+            value: 2.0,
+            allowed: "1, as of all that a device runs: take full in place of full-bdf2",
+            unit: "",
+        });
+    };
     let count = list.values.len();
     let shape = haptic_link::OperatorShape {
         form: match list.form {

@@ -13,6 +13,7 @@ Values are SI unless a unit is given: --strain 5%, --duration 200s, --sample-tim
 SCHEME names the fractional operator D^mu:
   full[:TOLERANCE]              full memory, Gruenwald kernel (default, tolerance 1e-6)
   piecewise-linear[:TOLERANCE]  full memory, Caputo L1 kernel
+  full-bdf2[:TOLERANCE]         full memory of second order in the sample time; not on a device
   grunwald:N                    ring buffer of the last N samples
   tustin-muir:N                 recursive filter of degree N
   oustaloup:N:LOW_HZ:HIGH_HZ    N first-order sections in a frequency band

@@ -7,6 +7,7 @@
 //! oustaloup:N:LOW_HZ:HIGH_HZ     N first-order sections between two corners   Oustaloup
 //! full[:TOLERANCE]               full memory, Grünwald kernel                 FullMemory
 //! piecewise-linear[:TOLERANCE]   full memory, Caputo L1 kernel                FullMemory
+//! full-bdf2[:TOLERANCE]          full memory of second order in T             Bdf2Memory
 //! exact                          (1 − w)^μ, for analysis only                 ExactDifference
 //! ```
 
@@ -16,8 +17,8 @@ mod sizes;
 use crate::error::check_length;
 use crate::full_memory::{Design, DesignError, Kernel};
 use crate::{
-    Band, FullMemory, MuirPolynomial, Order, Oustaloup, ParameterError, PartitionedMemory, Real,
-    Seconds, ShortMemoryVec, TustinMuir,
+    Band, Bdf2Memory, FullMemory, MuirPolynomial, Order, Oustaloup, ParameterError,
+    PartitionedMemory, Real, Seconds, ShortMemoryVec, TustinMuir,
 };
 use core::fmt;
 use core::str::FromStr;
@@ -26,7 +27,7 @@ pub use sizes::{DEGREE_MAX, FULL_MODES, FULL_TAPS, SHORT_MOST};
 use std::boxed::Box;
 use std::string::{String, ToString};
 
-/// Tolerance of `full` and `piecewise-linear` where none is given.
+/// Tolerance of `full`, `piecewise-linear` and `full-bdf2` where none is given.
 pub const DEFAULT_TOLERANCE: f64 = 1e-6;
 
 /// An operator by name and parameters, not yet made for an order and a sample time.
@@ -73,6 +74,11 @@ pub enum Scheme {
         /// ε of [`Design::error_bound`]: of the output, in units of T^(−μ)·Σ `c_j`·|Δⁿx|.
         tolerance: f64,
     },
+    /// `full-bdf2[:TOLERANCE]`.
+    FullBdf2 {
+        /// ε of the full memory in it, of the Grünwald kernel; see [`Bdf2Memory`] for the bound of the output.
+        tolerance: f64,
+    },
     /// `exact`.
     Exact,
 }
@@ -114,7 +120,8 @@ impl fmt::Display for SchemeError {
             Self::Unknown(text) => write!(
                 f,
                 "scheme \"{text}\" is not one of grunwald:N, muir:N, tustin-muir:N, \
-                 oustaloup:N:LOW_HZ:HIGH_HZ, full[:TOLERANCE], piecewise-linear[:TOLERANCE], exact"
+                 oustaloup:N:LOW_HZ:HIGH_HZ, full[:TOLERANCE], piecewise-linear[:TOLERANCE], \
+                 full-bdf2[:TOLERANCE], exact"
             ),
             Self::NotANumber(text) => {
                 write!(
@@ -162,8 +169,17 @@ impl FromStr for Scheme {
                     high_hz: number(high_hz)?,
                 },
             }),
-            ("full", rest @ ([] | [_])) => full(Kernel::Grunwald, rest),
-            ("piecewise-linear", rest @ ([] | [_])) => full(Kernel::PiecewiseLinear, rest),
+            ("full", rest @ ([] | [_])) => Ok(Self::Full {
+                kernel: Kernel::Grunwald,
+                tolerance: tolerance(rest)?,
+            }),
+            ("piecewise-linear", rest @ ([] | [_])) => Ok(Self::Full {
+                kernel: Kernel::PiecewiseLinear,
+                tolerance: tolerance(rest)?,
+            }),
+            ("full-bdf2", rest @ ([] | [_])) => Ok(Self::FullBdf2 {
+                tolerance: tolerance(rest)?,
+            }),
             ("exact", []) => Ok(Self::Exact),
             _ => Err(SchemeError::Unknown(text.to_string())),
         }
@@ -175,14 +191,15 @@ fn number<T: FromStr>(text: &str) -> Result<T, SchemeError> {
     parsed.map_err(|_| SchemeError::NotANumber(text.to_string()))
 }
 
-fn full(kernel: Kernel, parameters: &[&str]) -> Result<Scheme, SchemeError> {
+/// That of a full memory: the one parameter it may have.
+fn tolerance(parameters: &[&str]) -> Result<f64, SchemeError> {
     use crate::full_memory::{TOLERANCE_MAX, TOLERANCE_MIN};
     let tolerance = match parameters {
         [tolerance] => number(tolerance)?,
         _ => DEFAULT_TOLERANCE,
     };
     if (TOLERANCE_MIN..=TOLERANCE_MAX).contains(&tolerance) {
-        Ok(Scheme::Full { kernel, tolerance })
+        Ok(tolerance)
     } else {
         Err(ParameterError::Tolerance(tolerance).into())
     }
@@ -206,9 +223,21 @@ impl fmt::Display for Scheme {
                 kernel: Kernel::PiecewiseLinear,
                 tolerance,
             } => write!(f, "piecewise-linear:{tolerance:e}"),
+            Self::FullBdf2 { tolerance } => write!(f, "full-bdf2:{tolerance:e}"),
             Self::Exact => f.write_str("exact"),
         }
     }
+}
+
+/// With as few modes as the tolerance allows, for at least 100 samples.
+fn pruned(
+    kernel: Kernel,
+    order: Order,
+    tolerance: f64,
+    horizon: f64,
+) -> Result<Design<FULL_TAPS, FULL_MODES>, DesignError> {
+    let horizon = horizon.max(crate::full_memory::HORIZON_MIN);
+    Design::pruned(kernel, order, tolerance, horizon)
 }
 
 impl Scheme {
@@ -242,10 +271,12 @@ impl Scheme {
                 Oustaloup::with_sections(order, sections, band, sample_time)?,
             )),
             Self::Full { kernel, tolerance } => {
-                let horizon = horizon.max(crate::full_memory::HORIZON_MIN);
-                let design =
-                    Design::<FULL_TAPS, FULL_MODES>::pruned(kernel, order, tolerance, horizon)?;
+                let design = pruned(kernel, order, tolerance, horizon)?;
                 Operator::FullMemory(Box::new(FullMemory::new(&design, sample_time)?))
+            }
+            Self::FullBdf2 { tolerance } => {
+                let design = pruned(Kernel::Grunwald, order, tolerance, horizon)?;
+                Operator::Bdf2Memory(Box::new(Bdf2Memory::new(&design, sample_time)?))
             }
             Self::Exact => return Err(SchemeError::AnalysisOnly),
         })

@@ -3,9 +3,9 @@
 use super::sizes::{DEGREE_MAX, FULL_MODES, FULL_TAPS};
 use crate::list::Form;
 use crate::{
-    Differintegrator, FrequencyResponse, FullMemory, FullMemoryHistory, MuirHistory,
-    MuirPolynomial, Oustaloup, OustaloupHistory, PartitionedHistory, PartitionedMemory, Real,
-    ShortHistoryVec, ShortMemoryVec, TustinMuir, TustinMuirHistory,
+    Bdf2History, Bdf2Memory, Differintegrator, FrequencyResponse, FullMemory, FullMemoryHistory,
+    MuirHistory, MuirPolynomial, Oustaloup, OustaloupHistory, PartitionedHistory,
+    PartitionedMemory, Real, ShortHistoryVec, ShortMemoryVec, TustinMuir, TustinMuirHistory,
 };
 use num_complex::Complex;
 use std::boxed::Box;
@@ -41,6 +41,8 @@ pub enum Operator<F> {
     Oustaloup(Box<Oustaloup<F, DEGREE_MAX>>),
     /// `full` and `piecewise-linear`.
     FullMemory(Box<FullMemory<F, FULL_TAPS, FULL_MODES>>),
+    /// `full-bdf2`.
+    Bdf2Memory(Box<Bdf2Memory<F, FULL_TAPS, FULL_MODES>>),
 }
 
 /// History of [`Operator`].
@@ -61,6 +63,8 @@ pub enum OperatorHistory<F> {
     Oustaloup(Box<OustaloupHistory<F, DEGREE_MAX>>),
     /// Of `full` and `piecewise-linear`.
     FullMemory(Box<FullMemoryHistory<F, FULL_TAPS, FULL_MODES>>),
+    /// Of `full-bdf2`.
+    Bdf2Memory(Box<Bdf2History<F, FULL_TAPS, FULL_MODES>>),
 }
 
 /// Evaluates one expression for whichever operator it is.
@@ -73,6 +77,7 @@ macro_rules! each {
             Operator::TustinMuir($operator) => $value,
             Operator::Oustaloup($operator) => $value,
             Operator::FullMemory($operator) => $value,
+            Operator::Bdf2Memory($operator) => $value,
         }
     };
 }
@@ -89,6 +94,7 @@ macro_rules! each_with_history {
             (Operator::TustinMuir($operator), OperatorHistory::TustinMuir($own)) => $value,
             (Operator::Oustaloup($operator), OperatorHistory::Oustaloup($own)) => $value,
             (Operator::FullMemory($operator), OperatorHistory::FullMemory($own)) => $value,
+            (Operator::Bdf2Memory($operator), OperatorHistory::Bdf2Memory($own)) => $value,
             _ => $otherwise,
         }
     };
@@ -119,9 +125,10 @@ impl<F: Real> OperatorList<F> {
 }
 
 impl<F: Real> Operator<F> {
-    /// The operator as numbers, for [`PortableOperator`](crate::PortableOperator).
+    /// The operator as numbers, for [`PortableOperator`](crate::PortableOperator). `None` for `full-bdf2`: no form of
+    /// list holds its two parts.
     #[must_use]
-    pub fn list(&self) -> OperatorList<F> {
+    pub fn list(&self) -> Option<OperatorList<F>> {
         let (form, (integer, values)) = match self {
             Self::ShortMemory(o) => (Form::Taps, (0, o.list())),
             Self::PartitionedMemory(o) => (Form::Taps, (0, o.list())),
@@ -129,13 +136,14 @@ impl<F: Real> Operator<F> {
             Self::TustinMuir(o) => (Form::Recursion, o.list()),
             Self::Oustaloup(o) => (Form::Sections, o.list()),
             Self::FullMemory(o) => (Form::Modes, o.list()),
+            Self::Bdf2Memory(_) => return None,
         };
-        OperatorList {
+        Some(OperatorList {
             form,
             // −2 to 2, as orders are.
             integer: integer as i8,
             values,
-        }
+        })
     }
 }
 
@@ -150,6 +158,7 @@ impl<F: Real> Differintegrator<F> for Operator<F> {
             Self::TustinMuir(o) => OperatorHistory::TustinMuir(Box::new(o.at_rest())),
             Self::Oustaloup(o) => OperatorHistory::Oustaloup(Box::new(o.at_rest())),
             Self::FullMemory(o) => OperatorHistory::FullMemory(Box::new(o.at_rest())),
+            Self::Bdf2Memory(o) => OperatorHistory::Bdf2Memory(Box::new(o.at_rest())),
         }
     }
 
@@ -161,6 +170,7 @@ impl<F: Real> Differintegrator<F> for Operator<F> {
             Self::TustinMuir(o) => OperatorHistory::TustinMuir(Box::new(o.settled(x)?)),
             Self::Oustaloup(o) => OperatorHistory::Oustaloup(Box::new(o.settled(x)?)),
             Self::FullMemory(o) => OperatorHistory::FullMemory(Box::new(o.settled(x)?)),
+            Self::Bdf2Memory(o) => OperatorHistory::Bdf2Memory(Box::new(o.settled(x)?)),
         })
     }
 

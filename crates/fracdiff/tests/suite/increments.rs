@@ -277,7 +277,7 @@ fn wrapped_in_anything_it_is_the_same_operator_to_the_bit() {
     let chosen: Operator<f32> = scheme.build(order(mu), SAMPLE_TIME, 2e5).expect("valid");
     let design = Design::<16, 48>::pruned(Kernel::Grunwald, order(mu), 1e-6, 2e5).expect("fits");
     let own = FullMemory::<f32, 16, 48>::new(&design, SAMPLE_TIME).expect("valid");
-    let list = chosen.list();
+    let list = chosen.list().expect("portable");
     assert_eq!(list.integer, 1);
     let copy = PortableOperator::<f32, 16, 48, 1>::new(list.form, list.integer, &list.values)
         .expect("valid");

@@ -3,6 +3,7 @@
 #![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
 
 mod batch;
+mod bdf2;
 mod full_memory;
 mod increments;
 mod operators;

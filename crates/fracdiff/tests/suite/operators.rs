@@ -24,11 +24,12 @@ fn every_kind_of_operator_is_in_the_list() {
             Operator::Oustaloup(_) => 3,
             Operator::FullMemory(_) => 4,
             Operator::PartitionedMemory(_) => 5,
+            Operator::Bdf2Memory(_) => 6,
             _ => panic!("a new kind: add it to SCHEMES"),
         })
         .collect();
     kinds.dedup();
-    assert_eq!(kinds, [0, 5, 1, 2, 3, 4]);
+    assert_eq!(kinds, [0, 5, 1, 2, 3, 4, 6]);
 }
 
 #[test]

@@ -43,7 +43,7 @@ pub(crate) fn full<F: Real>(kernel: Kernel, mu: f64, tolerance: f64) -> FullMemo
 }
 
 /// One of each kind of operator, as users name them.
-pub(crate) const SCHEMES: [&str; 7] = [
+pub(crate) const SCHEMES: [&str; 8] = [
     "grunwald:100",
     "grunwald:3000",
     "muir:3",
@@ -51,6 +51,7 @@ pub(crate) const SCHEMES: [&str; 7] = [
     "oustaloup:9:0.01:100",
     "full:1e-6",
     "piecewise-linear:1e-6",
+    "full-bdf2:1e-6",
 ];
 
 /// An operator by name, designed for 100 s.

@@ -1,0 +1,294 @@
+//! The contract of all controllers: two phases, limits, what was really applied, a change without a bump.
+
+use crate::ControlError;
+use core::fmt::Debug;
+use fracdiff::parameter::{RangeError, positive};
+use fracdiff::{Real, Seconds};
+
+/// Limits of a command, and the time in which a bridged bump fades.
+///
+/// ```
+/// use fractional_control::Actuator;
+///
+/// let motor = Actuator::new(-3.3, 3.3)?.fading(0.5)?; // N, s
+/// assert!(Actuator::new(1.0, -1.0).is_err());
+/// # Ok::<(), fractional_control::ControlError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Actuator {
+    low: f64,
+    high: f64,
+    fade_s: f64,
+}
+
+impl Actuator {
+    /// No limits.
+    pub const UNLIMITED: Self = Self {
+        low: f64::NEG_INFINITY,
+        high: f64::INFINITY,
+        fade_s: 1.0,
+    };
+
+    /// From low to high, in the unit of the command; infinite where there is no limit. A bump fades with 1 s.
+    ///
+    /// # Errors
+    /// A NaN, or low not below high.
+    pub fn new(low: f64, high: f64) -> Result<Self, ControlError> {
+        if low.is_nan() || high.is_nan() || low >= high {
+            let allowed = "below the upper limit of the command";
+            return Err(RangeError::new("lower limit of the command", low, allowed, "").into());
+        }
+        Ok(Self {
+            low,
+            high,
+            fade_s: 1.0,
+        })
+    }
+
+    /// The time constant with which a command that was held over a change fades into the controller's own, s.
+    ///
+    /// # Errors
+    /// Unless above 0 and finite.
+    pub fn fading(self, fade_s: f64) -> Result<Self, ControlError> {
+        Ok(Self {
+            fade_s: positive("fade time", fade_s, "s")?,
+            ..self
+        })
+    }
+
+    /// In the sample type.
+    pub(crate) fn stage<F: Real>(&self, sample_time: Seconds) -> Stage<F> {
+        Stage {
+            low: F::from_f64(self.low),
+            high: F::from_f64(self.high),
+            keep: F::from_f64(libm::exp(-sample_time.0 / self.fade_s)),
+        }
+    }
+}
+
+/// [`Actuator`] as it is run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Stage<F> {
+    low: F,
+    high: F,
+    /// The share of a bias that is left after a sample.
+    pub(crate) keep: F,
+}
+
+impl<F: Real> Stage<F> {
+    /// A NaN stays one.
+    #[inline]
+    pub(crate) fn limit(&self, u: F) -> F {
+        if u < self.low {
+            self.low
+        } else if u > self.high {
+            self.high
+        } else {
+            u
+        }
+    }
+}
+
+/// A controller: immutable, apart from the history of its loop.
+///
+/// ```text
+/// u[n] = limit(g_r·r[n] − g_y·y[n] + S[n])      output: before the command leaves
+/// S[n+1] from r[n], y[n] and what was applied   advance: after it has left
+/// ```
+/// - *Anti-windup*: exact. Where what was applied differs from what was wanted, [`advance`](Self::advance) takes that reference
+///   into the history which would have given it (R. Hanus, M. Kinnaert, J.-L. Henrotte, *Conditioning technique, a general
+///   anti-windup and bumpless transfer method*, Automatica 23, 1987). Pass what the actuator really did, if it says so.
+/// - *Not finite*: in r or y, no command is finite until reset: the safety chain behind has to look.
+pub trait Controller<F: Real> {
+    /// The past of one loop.
+    type History: Clone + Debug;
+
+    /// The history of a loop that always was at zero.
+    fn at_rest(&self) -> Self::History;
+
+    /// The command before its limits, for reference r and measured y.
+    fn wanted(&self, history: &Self::History, reference: F, measured: F) -> F;
+
+    /// The command, within its limits.
+    fn output(&self, history: &Self::History, reference: F, measured: F) -> F;
+
+    /// Takes the sample into the history, with the command that was applied.
+    fn advance(&self, history: &mut Self::History, reference: F, measured: F, applied: F);
+
+    /// The same where somebody else commands: so that the next output continues what was applied.
+    fn follow(&self, history: &mut Self::History, reference: F, measured: F, applied: F);
+
+    /// `g_y`: how much the command falls at once when the measurement rises by one.
+    fn feedback_gain(&self) -> F;
+
+    /// The history with which this controller goes on where another one of its kind stood: its next output is that of the other.
+    /// Histories are of signals, not of products with gains, so what has the same order keeps its past; another integral starts
+    /// at rest, another derivative as if its input always had been what it is now. A difference in the command is held and fades with the time of the [`Actuator`].
+    fn take_over(
+        &self,
+        other: &Self,
+        history: &Self::History,
+        reference: F,
+        measured: F,
+    ) -> Self::History;
+}
+
+/// The one who commands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Mode<F> {
+    /// The controller.
+    Automatic,
+    /// Somebody, this command; the controller follows.
+    Manual(F),
+}
+
+/// A controller with the history of its one loop: automatic or manual, parameters changed without a bump.
+///
+/// ```
+/// use fracdiff::Seconds;
+/// use fractional_control::{
+///     Actuator, FractionalPid, Memory, Mode, PidParameters, Rule, SetPoint, Station,
+/// };
+///
+/// let memory = Memory::new(Rule::Grunwald, 1e-4, 100.0)?;
+/// let make = |proportional| {
+///     let gains = PidParameters { proportional, integral: 3.0, integral_order: 0.9, ..PidParameters::NONE };
+///     FractionalPid::<f64>::new(gains, SetPoint::DEFAULT, Actuator::new(-5.0, 5.0)?, memory, Seconds(0.01))
+/// };
+/// let mut station = Station::new(make(2.0)?);
+/// station.set_mode(Mode::Manual(1.5));
+/// assert_eq!(station.step(1.0, 0.2), 1.5);
+/// station.set_mode(Mode::Automatic); // no bump
+/// station.set_controller(make(4.0)?, 1.0, 0.2); // none here either
+/// # Ok::<(), fractional_control::ControlError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Station<F: Real, C: Controller<F>> {
+    controller: C,
+    history: C::History,
+    mode: Mode<F>,
+}
+
+impl<F: Real, C: Controller<F>> Station<F, C> {
+    /// At rest, automatic.
+    pub fn new(controller: C) -> Self {
+        let history = controller.at_rest();
+        Self {
+            controller,
+            history,
+            mode: Mode::Automatic,
+        }
+    }
+
+    /// The command now; leaves the history alone.
+    #[inline]
+    pub fn output(&self, reference: F, measured: F) -> F {
+        match self.mode {
+            Mode::Automatic => self.controller.output(&self.history, reference, measured),
+            Mode::Manual(command) => command,
+        }
+    }
+
+    /// Takes the sample in, with what was applied.
+    #[inline]
+    pub fn advance(&mut self, reference: F, measured: F, applied: F) {
+        let history = &mut self.history;
+        match self.mode {
+            Mode::Automatic => (self.controller).advance(history, reference, measured, applied),
+            Mode::Manual(_) => (self.controller).follow(history, reference, measured, applied),
+        }
+    }
+
+    /// Both, where the command is applied as it is.
+    #[inline]
+    pub fn step(&mut self, reference: F, measured: F) -> F {
+        let command = self.output(reference, measured);
+        self.advance(reference, measured, command);
+        command
+    }
+
+    /// Sets who commands from now on.
+    pub fn set_mode(&mut self, mode: Mode<F>) {
+        self.mode = mode;
+    }
+
+    /// Another controller from now on; at this reference and measurement its command is that of the present one.
+    pub fn set_controller(&mut self, controller: C, reference: F, measured: F) {
+        self.history = controller.take_over(&self.controller, &self.history, reference, measured);
+        self.controller = controller;
+    }
+
+    /// Forgets everything.
+    pub fn reset(&mut self) {
+        self.history = self.controller.at_rest();
+    }
+
+    /// The controller.
+    pub const fn controller(&self) -> &C {
+        &self.controller
+    }
+}
+
+/// Makes a newtype around something that controls a controller, with its response.
+macro_rules! controller_from_its_core {
+    ($controller:ident, $history:ident) => {
+        impl<F: fracdiff::Real, const MODES: usize> $crate::Controller<F>
+            for $controller<F, MODES>
+        {
+            type History = $history<F, MODES>;
+
+            fn at_rest(&self) -> Self::History {
+                self.core.at_rest()
+            }
+
+            #[inline]
+            fn wanted(&self, history: &Self::History, reference: F, measured: F) -> F {
+                self.core.wanted(history, reference, measured)
+            }
+
+            #[inline]
+            fn output(&self, history: &Self::History, reference: F, measured: F) -> F {
+                let wanted = self.core.wanted(history, reference, measured);
+                self.core.stage.limit(wanted)
+            }
+
+            #[inline]
+            fn advance(&self, history: &mut Self::History, reference: F, measured: F, applied: F) {
+                self.core.advance(history, reference, measured, applied);
+            }
+
+            fn follow(&self, history: &mut Self::History, reference: F, measured: F, applied: F) {
+                self.core.follow(history, reference, measured, applied);
+            }
+
+            #[inline]
+            fn feedback_gain(&self) -> F {
+                self.core.feedback_gain()
+            }
+
+            fn take_over(
+                &self,
+                other: &Self,
+                history: &Self::History,
+                reference: F,
+                measured: F,
+            ) -> Self::History {
+                let wanted = other.core.wanted(history, reference, measured);
+                let mut next = (self.core).keep(&other.core, history, reference, measured);
+                next.bias += wanted - self.core.wanted(&next, reference, measured);
+                next
+            }
+        }
+
+        impl<F: fracdiff::Real, const MODES: usize> fracdiff::FrequencyResponse
+            for $controller<F, MODES>
+        {
+            /// −u/y at the angle θ, of the weights held.
+            fn response(&self, theta: f64) -> num_complex::Complex<f64> {
+                self.core.response(theta)
+            }
+        }
+    };
+}
+
+pub(crate) use controller_from_its_core;

@@ -1,0 +1,207 @@
+//! Controllers and transfer functions as functions on the circle, of the weights that really run.
+
+use crate::enclosure::{Factor, Fraction, Product, Sum};
+use crate::memory::{Rule, TAPS};
+use crate::parallel::BranchParameters;
+use crate::records::MODES;
+use crate::sampled::entries;
+use crate::{ControlError, FractionalTransferFunction, Memory, SetPoint};
+use crate::{CroneParameters, LeadLagParameters, PidParameters, TidParameters};
+use fracdiff::full_memory::Design;
+use fracdiff::{Order, Seconds};
+use num_complex::Complex;
+use std::vec;
+use std::vec::Vec;
+
+/// Parameters of any controller of this crate.
+///
+/// ```
+/// use fractional_control::{ControllerParameters, PidParameters};
+///
+/// let p = PidParameters { proportional: 2.0, ..PidParameters::NONE };
+/// assert_eq!(ControllerParameters::from(p).response(3.0).re, 2.0);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum ControllerParameters {
+    /// Of a [`FractionalPid`](crate::FractionalPid).
+    Pid(PidParameters),
+    /// Of a [`Tid`](crate::Tid).
+    Tid(TidParameters),
+    /// Of a [`Crone`](crate::Crone).
+    Crone(CroneParameters),
+    /// Of a [`LeadLag`](crate::LeadLag).
+    LeadLag(LeadLagParameters),
+}
+
+macro_rules! from_parameters {
+    ($($kind:ident($parameters:ident)),+) => {
+        $(impl From<$parameters> for ControllerParameters {
+            fn from(parameters: $parameters) -> Self {
+                Self::$kind(parameters)
+            }
+        })+
+    };
+}
+
+from_parameters!(
+    Pid(PidParameters),
+    Tid(TidParameters),
+    Crone(CroneParameters),
+    LeadLag(LeadLagParameters)
+);
+
+impl ControllerParameters {
+    /// C(jω), ω in rad/s.
+    #[must_use]
+    pub fn response(&self, omega: f64) -> Complex<f64> {
+        match self {
+            Self::Pid(own) => own.response(omega),
+            Self::Tid(own) => own.response(omega),
+            Self::Crone(own) => own.response(omega),
+            Self::LeadLag(own) => own.response(omega),
+        }
+    }
+
+    /// −u/y of the sampled controller, as numerator and denominator.
+    pub(crate) fn fraction(
+        &self,
+        memory: Memory,
+        sample_time: Seconds,
+    ) -> Result<Fraction, ControlError> {
+        match self {
+            Self::Pid(own) => {
+                let branches = own.checked()?.branches(SetPoint::ERROR);
+                parallel(&branches, memory, sample_time)
+            }
+            Self::Tid(own) => parallel(&own.branches(1.0)?, memory, sample_time),
+            Self::Crone(own) => {
+                let shape = (own.order, own.low_rad_s, own.high_rad_s);
+                lead(own.gain, shape, memory, sample_time)
+            }
+            Self::LeadLag(own) => {
+                let pole = 1.0 / (own.x * own.lambda_s);
+                let gain = own.gain * libm::pow(own.x, own.order);
+                lead(
+                    gain,
+                    (own.order, 1.0 / own.lambda_s, pole),
+                    memory,
+                    sample_time,
+                )
+            }
+        }
+    }
+}
+
+/// The core of a full memory as it runs: `c_j = k_j + Σ_q w_q e^(−j·s_q)`.
+fn memory_factor(design: &Design<TAPS, MODES>) -> Factor {
+    let modes = design.modes();
+    let taps = (0..TAPS as u64).map(|lag| {
+        let covered = modes.iter();
+        let covered: f64 = covered
+            .map(|mode| mode.weight * libm::exp(-(lag as f64) * mode.rate))
+            .sum();
+        design.core_weight(lag) - covered
+    });
+    let decays = modes.iter();
+    let decays = decays.map(|mode| (mode.weight, -libm::expm1(-mode.rate)));
+    Factor::Memory(taps.collect(), decays.collect())
+}
+
+/// `Σ k_i T^(−μ_i)(1 − w)^(μ_i)·f_i` over the power of 1 − w that running sums need.
+fn parallel(
+    branches: &[BranchParameters],
+    memory: Memory,
+    sample_time: Seconds,
+) -> Result<Fraction, ControlError> {
+    let used = branches.iter().filter(|branch| branch.gain != 0.0);
+    let mut parts: Vec<(i32, Product)> = Vec::new();
+    for branch in used {
+        let order = Order::new(branch.order)?;
+        let design = memory.design::<MODES>(order, sample_time)?;
+        let mut factors = vec![memory_factor(&design)];
+        if memory.rule() == Rule::Bdf2 {
+            factors.push(Factor::InW(fracdiff::bdf2_short_filter(order).to_vec()));
+        }
+        let scale = branch.gain * sample_time.rate_to_the(order)?;
+        parts.push((order.split_up().0, Product { scale, factors }));
+    }
+    let sums = parts.iter().map(|(n, _)| -n).max().unwrap_or(0).max(0);
+    let above = parts.into_iter().map(|(n, mut product)| {
+        product.factors.push(Factor::Difference(n + sums));
+        product
+    });
+    Ok(Fraction {
+        above: Sum(above.collect()),
+        below: Sum(vec![Product {
+            scale: 1.0,
+            factors: vec![Factor::Difference(sums)],
+        }]),
+    })
+}
+
+/// `k((1 − pw)/(1 − qw))^ν` as [`lead`](crate::lead) runs it.
+fn lead(
+    gain: f64,
+    (order, zero_rad_s, pole_rad_s): (f64, f64, f64),
+    memory: Memory,
+    sample_time: Seconds,
+) -> Result<Fraction, ControlError> {
+    let parts = crate::lead::parts::<MODES>(order, zero_rad_s, pole_rad_s, &memory, sample_time)?;
+    let mut above = Product {
+        scale: gain * parts.gain,
+        factors: Vec::new(),
+    };
+    let mut below = Product {
+        scale: 1.0,
+        factors: Vec::new(),
+    };
+    for _ in 0..parts.sections {
+        above.factors.push(Factor::InW(vec![1.0, -parts.zero]));
+        below.factors.push(Factor::InW(vec![1.0, -parts.pole]));
+    }
+    if let Some(memories) = &parts.memories {
+        above.factors.push(Factor::InW(vec![1.0, -parts.zero]));
+        let memories = memories.iter().flatten().map(memory_factor);
+        above.factors.extend(memories);
+    }
+    Ok(Fraction {
+        above: Sum(vec![above]),
+        below: Sum(vec![below]),
+    })
+}
+
+/// Numerator and denominator of a [`SampledTransferFunction`](crate::SampledTransferFunction), both times (1 − w) to the number of its
+/// running sums.
+pub(crate) fn transfer_fraction(
+    function: &FractionalTransferFunction,
+    memory: Memory,
+    sample_time: Seconds,
+) -> Result<Fraction, ControlError> {
+    let (entries, count) = entries(function)?;
+    let entries = &entries[..count];
+    let sums = entries.iter().map(|entry| entry.level).max().unwrap_or(0);
+    let (mut above, mut below) = (Vec::new(), Vec::new());
+    for entry in entries {
+        let (taps, used) = memory.filter(entry.order);
+        let left = i32::try_from(sums - entry.level).unwrap_or(0);
+        let mut factors = vec![Factor::Difference(left), Factor::InW(taps[..used].to_vec())];
+        if entry.fraction > 0.0 {
+            let order = Order::new(-entry.fraction)?;
+            factors.push(memory_factor(&memory.design(order, sample_time)?));
+        }
+        let scale = libm::pow(sample_time.0, entry.fraction + entry.level as f64);
+        for (side, coefficient) in [(&mut above, entry.above), (&mut below, entry.below)] {
+            if coefficient != 0.0 {
+                side.push(Product {
+                    scale: scale * coefficient,
+                    factors: factors.clone(),
+                });
+            }
+        }
+    }
+    Ok(Fraction {
+        above: Sum(above),
+        below: Sum(below),
+    })
+}

@@ -1,0 +1,74 @@
+#![doc = include_str!("../README.md")]
+#![no_std]
+#![cfg_attr(docsrs, feature(doc_cfg))]
+#![forbid(unsafe_code)]
+#[cfg(feature = "std")]
+extern crate std;
+
+mod chain;
+mod controller;
+#[cfg(feature = "std")]
+mod curves;
+#[cfg(feature = "std")]
+mod enclosure;
+mod error;
+#[cfg(feature = "std")]
+mod identify;
+mod lead;
+mod memory;
+mod notation;
+mod parallel;
+mod pid;
+#[cfg(feature = "std")]
+mod plant;
+#[cfg(feature = "std")]
+mod poles;
+mod polynomial;
+#[cfg(feature = "std")]
+mod records;
+mod sampled;
+#[cfg(feature = "std")]
+mod sampled_plant;
+mod shaped;
+#[cfg(feature = "std")]
+mod simulate;
+#[cfg(feature = "std")]
+mod state_space;
+mod transfer;
+#[cfg(feature = "std")]
+pub mod tuning;
+#[cfg(feature = "std")]
+mod verdict;
+
+pub use controller::{Actuator, Controller, Mode, Station};
+#[cfg(feature = "std")]
+pub use curves::ControllerParameters;
+pub use error::ControlError;
+#[cfg(feature = "std")]
+pub use identify::{FreeNumber, Identified, Record, identify};
+pub use memory::{Memory, Rule};
+pub use parallel::ParallelHistory;
+pub use pid::{FractionalPid, PidParameters, SetPoint, Tid, TidParameters};
+#[cfg(feature = "std")]
+pub use plant::Plant;
+#[cfg(feature = "std")]
+pub use poles::Commensurate;
+pub use polynomial::{FractionalPolynomial, ORDER_MAX, TERMS_MAX, Term};
+#[cfg(feature = "std")]
+pub use records::{impulse_response, respond, step_response};
+pub use sampled::{ORDERS_MAX, PARTS_MAX, SampledHistory, SampledTransferFunction};
+#[cfg(feature = "std")]
+pub use sampled_plant::{PlantState, SampledPlant};
+pub use shaped::{Crone, CroneParameters, LeadLag, LeadLagParameters, ShapedHistory};
+#[cfg(feature = "std")]
+pub use simulate::{Response, Shape, simulate};
+#[cfg(feature = "std")]
+pub use state_space::StateSpace;
+pub use transfer::FractionalTransferFunction;
+#[cfg(feature = "std")]
+pub use verdict::{SampledLoop, StabilityVerdict};
+
+/// The crate of operators, whose types this crate's interface has.
+pub use fracdiff;
+/// The crate of complex numbers, which responses are.
+pub use num_complex;

@@ -1,0 +1,235 @@
+//! Powers of s side by side, each with its gain and set-point weight: the core of PID and TID.
+
+use crate::controller::Stage;
+use crate::memory::{Power, PowerHistory};
+use crate::{Actuator, ControlError, Memory};
+use fracdiff::{Order, Real, Seconds};
+use num_complex::Complex;
+
+/// Powers side by side at most.
+pub(crate) const BRANCHES: usize = 3;
+
+/// k·s^μ of (weight·r − y).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct BranchParameters {
+    pub(crate) gain: f64,
+    /// μ, −2 to 2.
+    pub(crate) order: f64,
+    pub(crate) weight: f64,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct Branch<F, const MODES: usize> {
+    gain: F,
+    weight: F,
+    order: f64,
+    /// `None` for order 0.
+    power: Option<Power<F, MODES>>,
+    /// gain·g of the power.
+    direct: F,
+}
+
+/// `Σ k_i·D^(μ_i)(w_i·r − y)`.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Parallel<F, const MODES: usize> {
+    branches: [Option<Branch<F, MODES>>; BRANCHES],
+    /// `1/g_r`, or 0 where no reference reaches the command at once.
+    inverse: F,
+    feedback: F,
+    /// The branch of the lowest order, if that is below 0, and 1/(gain·g) of it.
+    integral: Option<(usize, F)>,
+    pub(crate) stage: Stage<F>,
+    sample_time: f64,
+}
+
+/// History of [`FractionalPid`](crate::FractionalPid) and [`Tid`](crate::Tid).
+#[derive(Clone, Debug, PartialEq)]
+pub struct ParallelHistory<F, const MODES: usize> {
+    powers: [Option<PowerHistory<F, MODES>>; BRANCHES],
+    /// Held over a change; fades.
+    pub(crate) bias: F,
+}
+
+impl<F: Real, const MODES: usize> Branch<F, MODES> {
+    /// The input that the branch sees.
+    #[inline]
+    fn error(&self, reference: F, measured: F) -> F {
+        self.weight * reference - measured
+    }
+
+    #[inline]
+    fn output(&self, history: Option<&PowerHistory<F, MODES>>, error: F) -> F {
+        match (&self.power, history) {
+            (Some(power), Some(history)) => self.gain * power.output(history, error),
+            _ => self.gain * error,
+        }
+    }
+}
+
+impl<F: Real, const MODES: usize> Parallel<F, MODES> {
+    /// Branches with a gain of 0 are left out.
+    pub(crate) fn new(
+        parameters: [BranchParameters; BRANCHES],
+        actuator: Actuator,
+        memory: Memory,
+        sample_time: Seconds,
+    ) -> Result<Self, ControlError> {
+        let mut branches: [Option<Branch<F, MODES>>; BRANCHES] = [const { None }; BRANCHES];
+        let (mut forward, mut feedback) = (0.0, 0.0);
+        let mut integral: Option<(usize, f64, F)> = None;
+        // Also where no branch has a power.
+        sample_time.rate_to_the(Order::new(0.0)?)?;
+        let used = parameters.iter().filter(|p| p.gain != 0.0);
+        for (index, (slot, own)) in branches.iter_mut().zip(used).enumerate() {
+            let power = match own.order == 0.0 {
+                true => None,
+                false => Some(memory.power::<F, MODES>(Order::new(own.order)?, sample_time)?),
+            };
+            let direct = power.as_ref().map_or(F::ONE, Power::direct_gain);
+            let direct = own.gain * direct.to_f64();
+            forward += own.weight * direct;
+            feedback += direct;
+            if own.order < integral.map_or(0.0, |(_, order, _)| order) {
+                integral = Some((index, own.order, F::from_f64(1.0 / direct)));
+            }
+            *slot = Some(Branch {
+                gain: F::from_f64(own.gain),
+                weight: F::from_f64(own.weight),
+                order: own.order,
+                power,
+                direct: F::from_f64(direct),
+            });
+        }
+        let inverse = if forward == 0.0 { 0.0 } else { 1.0 / forward };
+        Ok(Self {
+            branches,
+            inverse: F::from_f64(inverse),
+            feedback: F::from_f64(feedback),
+            integral: integral.map(|(index, _, inverse)| (index, inverse)),
+            stage: actuator.stage(sample_time),
+            sample_time: sample_time.0,
+        })
+    }
+
+    pub(crate) fn at_rest(&self) -> ParallelHistory<F, MODES> {
+        ParallelHistory {
+            powers: self.branches.each_ref().map(|branch| {
+                let power = branch.as_ref()?.power.as_ref();
+                power.map(Power::at_rest)
+            }),
+            bias: F::ZERO,
+        }
+    }
+
+    #[inline]
+    pub(crate) fn feedback_gain(&self) -> F {
+        self.feedback
+    }
+
+    #[inline]
+    pub(crate) fn wanted(&self, history: &ParallelHistory<F, MODES>, r: F, y: F) -> F {
+        let mut sum = history.bias;
+        for (branch, own) in self.branches.iter().zip(&history.powers) {
+            if let Some(branch) = branch {
+                sum += branch.output(own.as_ref(), branch.error(r, y));
+            }
+        }
+        sum
+    }
+
+    #[inline]
+    pub(crate) fn advance(&self, history: &mut ParallelHistory<F, MODES>, r: F, y: F, applied: F) {
+        let excess = applied - self.wanted(history, r, y);
+        let mut r = r;
+        // A branch that is foreseen: the memories need not wait for the sum.
+        if excess != F::ZERO {
+            r = self.conditioned(r, excess);
+        }
+        for (branch, own) in self.branches.iter().zip(&mut history.powers) {
+            if let (Some(branch), Some(own)) = (branch, own)
+                && let Some(power) = &branch.power
+            {
+                power.advance(own, branch.error(r, y));
+            }
+        }
+        history.bias = self.faded(history.bias);
+    }
+
+    /// The reference that would have given what was applied.
+    #[cold]
+    #[inline(never)]
+    fn conditioned(&self, r: F, excess: F) -> F {
+        r + excess * self.inverse
+    }
+
+    pub(crate) fn follow(&self, history: &mut ParallelHistory<F, MODES>, r: F, y: F, applied: F) {
+        let excess = applied - self.wanted(history, r, y);
+        for (index, (branch, own)) in self.branches.iter().zip(&mut history.powers).enumerate() {
+            if let (Some(branch), Some(own)) = (branch, own)
+                && let Some(power) = &branch.power
+            {
+                let mut error = branch.error(r, y);
+                if let Some((integral, inverse)) = self.integral
+                    && integral == index
+                {
+                    // The error with whose integral the command is what was applied.
+                    error += excess * inverse;
+                }
+                power.advance(own, error);
+            }
+        }
+        if self.integral.is_none() {
+            history.bias += excess;
+        } else {
+            history.bias = self.faded(history.bias);
+        }
+    }
+
+    #[inline]
+    fn faded(&self, bias: F) -> F {
+        let bias = bias * self.stage.keep;
+        if bias.abs() < F::NEGLIGIBLE {
+            F::ZERO
+        } else {
+            bias
+        }
+    }
+
+    /// The histories of another one, where a branch of the same power has one. Another derivative starts from what it sees
+    /// now, as if that always had been; another integral at rest.
+    pub(crate) fn keep(
+        &self,
+        other: &Self,
+        history: &ParallelHistory<F, MODES>,
+        r: F,
+        y: F,
+    ) -> ParallelHistory<F, MODES> {
+        let mut kept = self.at_rest();
+        for (own, slot) in self.branches.iter().zip(&mut kept.powers) {
+            let Some(own) = own else { continue };
+            let theirs = other.branches.iter().zip(&history.powers);
+            let same = theirs.filter_map(|(branch, past)| {
+                let branch = branch.as_ref()?;
+                let same = own.power == branch.power && own.weight == branch.weight;
+                past.as_ref().filter(|_| same)
+            });
+            let power = own.power.as_ref().filter(|_| own.order > 0.0);
+            let new = power.map(|power| power.settled(own.error(r, y)));
+            *slot = same.last().cloned().or(new).or(slot.take());
+        }
+        kept
+    }
+
+    pub(crate) fn response(&self, theta: f64) -> Complex<f64> {
+        let branches = self.branches.iter().flatten();
+        branches
+            .map(|branch| match &branch.power {
+                None => Complex::new(branch.gain.to_f64(), 0.0),
+                Some(power) => {
+                    let rate = libm::pow(self.sample_time, -branch.order);
+                    power.response(theta) * (rate * branch.gain.to_f64())
+                }
+            })
+            .sum()
+    }
+}

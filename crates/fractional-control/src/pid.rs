@@ -1,0 +1,282 @@
+//! PI^λD^μ and TID.
+
+use crate::controller::controller_from_its_core;
+use crate::parallel::{BranchParameters, Parallel, ParallelHistory};
+use crate::{Actuator, ControlError, Memory};
+use fracdiff::parameter::range;
+use fracdiff::{Real, Seconds};
+use num_complex::Complex;
+
+/// `K_p + K_i s^(−λ) + K_d s^μ`, as numbers.
+///
+/// ```
+/// use fractional_control::PidParameters;
+///
+/// // Podlubny's PD^μ.
+/// let pd = PidParameters { proportional: 20.5, derivative: 3.7343, derivative_order: 1.15, ..PidParameters::NONE };
+/// assert!((pd.response(1e-9).re - 20.5).abs() < 1e-6);
+/// // Far above, the phase is μ·90°.
+/// assert!((pd.response(1e9).arg().to_degrees() - 1.15 * 90.0).abs() < 1e-6);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PidParameters {
+    /// `K_p`, \[u\]/\[y\].
+    pub proportional: f64,
+    /// `K_i`, \[u\]/\[y\]·s^(−λ).
+    pub integral: f64,
+    /// λ, above 0 and at most 2; without a meaning where `K_i` is 0.
+    pub integral_order: f64,
+    /// `K_d`, \[u\]/\[y\]·s^μ.
+    pub derivative: f64,
+    /// μ, above 0 and at most 2; without a meaning where `K_d` is 0.
+    pub derivative_order: f64,
+}
+
+impl PidParameters {
+    /// No gain; orders 1.
+    pub const NONE: Self = Self {
+        proportional: 0.0,
+        integral: 0.0,
+        integral_order: 1.0,
+        derivative: 0.0,
+        derivative_order: 1.0,
+    };
+
+    /// C(jω), ω in rad/s.
+    #[must_use]
+    pub fn response(&self, omega: f64) -> Complex<f64> {
+        let power = |gain: f64, order: f64| {
+            if gain == 0.0 {
+                return Complex::new(0.0, 0.0);
+            }
+            let (sin, cos) = libm::sincos(0.5 * core::f64::consts::PI * order);
+            Complex::new(cos, sin) * (gain * libm::pow(omega, order))
+        };
+        power(self.integral, -self.integral_order)
+            + power(self.derivative, self.derivative_order)
+            + self.proportional
+    }
+
+    /// Itself, if all is in range.
+    pub(crate) fn checked(self) -> Result<Self, ControlError> {
+        for (what, gain) in [
+            ("proportional gain", self.proportional),
+            ("integral gain", self.integral),
+            ("derivative gain", self.derivative),
+        ] {
+            range(what, gain, true, "finite", "")?;
+        }
+        let orders = [
+            ("order of the integral", self.integral_order, self.integral),
+            (
+                "order of the derivative",
+                self.derivative_order,
+                self.derivative,
+            ),
+        ];
+        for (what, order, gain) in orders {
+            let inside = gain == 0.0 || (order > 0.0 && order <= 2.0);
+            range(what, order, inside, "above 0 and at most 2", "")?;
+        }
+        Ok(self)
+    }
+
+    pub(crate) fn branches(&self, set_point: SetPoint) -> [BranchParameters; 3] {
+        [
+            BranchParameters {
+                gain: self.proportional,
+                order: 0.0,
+                weight: set_point.proportional,
+            },
+            BranchParameters {
+                gain: self.integral,
+                order: -self.integral_order,
+                weight: 1.0,
+            },
+            BranchParameters {
+                gain: self.derivative,
+                order: self.derivative_order,
+                weight: set_point.derivative,
+            },
+        ]
+    }
+}
+
+/// The share of the reference that each part sees: b·r − y and c·r − y. The integral sees all of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SetPoint {
+    /// b, of the proportional part.
+    pub proportional: f64,
+    /// c, of the derivative; 0 differentiates the measurement alone.
+    pub derivative: f64,
+}
+
+impl SetPoint {
+    /// b = 1, c = 0: the derivative of the measurement, no kick by a step of the reference.
+    pub const DEFAULT: Self = Self {
+        proportional: 1.0,
+        derivative: 0.0,
+    };
+    /// b = c = 1: everything acts on the error.
+    pub const ERROR: Self = Self {
+        proportional: 1.0,
+        derivative: 1.0,
+    };
+
+    fn checked(self) -> Result<Self, ControlError> {
+        range("set-point weight b", self.proportional, true, "finite", "")?;
+        range("set-point weight c", self.derivative, true, "finite", "")?;
+        Ok(self)
+    }
+}
+
+/// PI^λD^μ: `u = K_p(b·r − y) + K_i I^λ(r − y) + K_d D^μ(c·r − y)`, limited.
+///
+/// - *Units*: r and y \[y\], u \[u\], T s; gains as in [`PidParameters`]. *Start-up*: zero for ever before.
+/// - *Memory*: of integral and derivative, by the rule of [`Memory`]; MODES a multiple of 8.
+/// - *Limits, anti-windup, changes*: see [`Controller`](crate::Controller).
+/// - *Cost*: `output` three multiply-adds, `advance` as two full memories.
+///
+/// ```
+/// use fracdiff::Seconds;
+/// use fractional_control::{
+///     Actuator, Controller, FractionalPid, Memory, PidParameters, Rule, SetPoint,
+/// };
+///
+/// let gains = PidParameters {
+///     proportional: 2.0,
+///     integral: 1.0,
+///     integral_order: 0.8,
+///     derivative: 0.1,
+///     derivative_order: 0.6,
+/// };
+/// let memory = Memory::new(Rule::Grunwald, 1e-4, 200.0)?;
+/// let pid = FractionalPid::<f32>::new(gains, SetPoint::DEFAULT, Actuator::new(-3.0, 3.0)?, memory, Seconds(1e-3))?;
+/// let mut history = pid.at_rest();
+/// let command = pid.output(&history, 5.0, 0.0); // sends this at once,
+/// assert_eq!(command, 3.0);
+/// pid.advance(&mut history, 5.0, 0.0, command); // then does the history, which winds up by nothing
+/// # Ok::<(), fractional_control::ControlError>(())
+/// ```
+/// Source: I. Podlubny, *Fractional-order systems and PI^λD^μ-controllers*, IEEE Trans. Automatic Control 44(1), 1999.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FractionalPid<F, const MODES: usize = 48> {
+    core: Parallel<F, MODES>,
+}
+
+impl<F: Real, const MODES: usize> FractionalPid<F, MODES> {
+    /// Coefficients in `f64`, rounded once.
+    ///
+    /// # Errors
+    /// A gain or weight that is not finite, an order outside its range, a memory that MODES modes do not reach, a sample
+    /// time outside 1e-9 s to 1e6 s.
+    pub fn new(
+        parameters: PidParameters,
+        set_point: SetPoint,
+        actuator: Actuator,
+        memory: Memory,
+        sample_time: Seconds,
+    ) -> Result<Self, ControlError> {
+        let branches = parameters.checked()?.branches(set_point.checked()?);
+        Ok(Self {
+            core: Parallel::new(branches, actuator, memory, sample_time)?,
+        })
+    }
+}
+
+controller_from_its_core!(FractionalPid, ParallelHistory);
+
+/// `K_t s^(−1/n) + K_i/s + K_d s`, as numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TidParameters {
+    /// `K_t`, \[u\]/\[y\]·s^(−1/n).
+    pub tilt: f64,
+    /// n of the tilt, at least 1 (2 and 3 are usual).
+    pub tilt_divisor: f64,
+    /// `K_i`, \[u\]/\[y\]/s.
+    pub integral: f64,
+    /// `K_d`, \[u\]/\[y\]·s.
+    pub derivative: f64,
+}
+
+impl TidParameters {
+    /// C(jω), ω in rad/s.
+    #[must_use]
+    pub fn response(&self, omega: f64) -> Complex<f64> {
+        let order = 1.0 / self.tilt_divisor;
+        let (sin, cos) = libm::sincos(0.5 * core::f64::consts::PI * order);
+        let tilt = Complex::new(cos, -sin) * (self.tilt * libm::pow(omega, -order));
+        tilt + Complex::new(0.0, self.derivative * omega - self.integral / omega)
+    }
+
+    pub(crate) fn branches(
+        &self,
+        derivative_weight: f64,
+    ) -> Result<[BranchParameters; 3], ControlError> {
+        let inside = self.tilt_divisor >= 1.0;
+        range(
+            "divisor of the tilt",
+            self.tilt_divisor,
+            inside,
+            "at least 1",
+            "",
+        )?;
+        for (what, gain) in [
+            ("tilt gain", self.tilt),
+            ("integral gain", self.integral),
+            ("derivative gain", self.derivative),
+            ("set-point weight c", derivative_weight),
+        ] {
+            range(what, gain, true, "finite", "")?;
+        }
+        let branch = |gain, order, weight| BranchParameters {
+            gain,
+            order,
+            weight,
+        };
+        Ok([
+            branch(self.tilt, -1.0 / self.tilt_divisor, 1.0),
+            branch(self.integral, -1.0, 1.0),
+            branch(self.derivative, 1.0, derivative_weight),
+        ])
+    }
+}
+
+/// Tilted-integral-derivative: `u = K_t I^(1/n)(r − y) + K_i I(r − y) + K_d D(c·r − y)`, limited.
+///
+/// ```
+/// use fracdiff::Seconds;
+/// use fractional_control::{Actuator, Controller, Memory, Rule, Tid, TidParameters};
+///
+/// let gains = TidParameters { tilt: 2.0, tilt_divisor: 3.0, integral: 0.5, derivative: 0.1 };
+/// let memory = Memory::new(Rule::Grunwald, 1e-4, 100.0)?;
+/// let tid = Tid::<f64>::new(gains, 0.0, Actuator::UNLIMITED, memory, Seconds(0.01))?;
+/// assert!(tid.output(&tid.at_rest(), 1.0, 0.0) > 0.0);
+/// # Ok::<(), fractional_control::ControlError>(())
+/// ```
+/// Source: B. J. Lurie, *Three-parameter tunable tilt-integral-derivative (TID) controller*, US patent 5 371 670, 1994.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tid<F, const MODES: usize = 48> {
+    core: Parallel<F, MODES>,
+}
+
+impl<F: Real, const MODES: usize> Tid<F, MODES> {
+    /// `derivative_weight`: c, as in [`SetPoint`].
+    ///
+    /// # Errors
+    /// As [`FractionalPid::new`]; n below 1.
+    pub fn new(
+        parameters: TidParameters,
+        derivative_weight: f64,
+        actuator: Actuator,
+        memory: Memory,
+        sample_time: Seconds,
+    ) -> Result<Self, ControlError> {
+        let branches = parameters.branches(derivative_weight)?;
+        Ok(Self {
+            core: Parallel::new(branches, actuator, memory, sample_time)?,
+        })
+    }
+}
+
+controller_from_its_core!(Tid, ParallelHistory);

@@ -1,0 +1,203 @@
+//! The thing to be controlled: a transfer function, matrices, or a measured response, each with a dead time.
+
+use crate::{ControlError, FractionalTransferFunction, StateSpace};
+use core::str::FromStr;
+use fracdiff::parameter::{RangeError, not_negative, positive, range};
+use num_complex::Complex;
+use std::boxed::Box;
+use std::vec::Vec;
+
+/// A plant with a dead time.
+///
+/// ```
+/// use fractional_control::Plant;
+///
+/// let oven: Plant = "3.13*exp(-50s)/(433.33s+1)".parse()?;
+/// let response = oven.response(0.008).expect("at any frequency");
+/// assert!((response.norm() - 3.13 / (433.33_f64 * 0.008).hypot(1.0)).abs() < 1e-12);
+/// # Ok::<(), fractional_control::ControlError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plant {
+    pub(crate) model: Model,
+    pub(crate) delay_s: f64,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Model {
+    Transfer(Box<FractionalTransferFunction>),
+    StateSpace(StateSpace),
+    Measured(Measured),
+}
+
+/// ln ω, ln |G| and the unwrapped phase, ω rising.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Measured(Vec<[f64; 3]>);
+
+impl Plant {
+    /// A transfer function behind a dead time, s.
+    ///
+    /// # Errors
+    /// A negative dead time.
+    pub fn transfer(
+        function: FractionalTransferFunction,
+        delay_s: f64,
+    ) -> Result<Self, ControlError> {
+        Ok(Self {
+            model: Model::Transfer(Box::new(function)),
+            delay_s: not_negative("dead time", delay_s, "s")?,
+        })
+    }
+
+    /// Matrices behind a dead time, s.
+    ///
+    /// # Errors
+    /// A negative dead time.
+    pub fn state_space(states: StateSpace, delay_s: f64) -> Result<Self, ControlError> {
+        Ok(Self {
+            model: Model::StateSpace(states),
+            delay_s: not_negative("dead time", delay_s, "s")?,
+        })
+    }
+
+    /// A measured response, dead time included: (ω in rad/s, G(jω)), in any order. Between two points ln |G| and the phase are straight
+    /// lines over ln ω, so neighbours must be less than half a turn apart. It can be tuned for, but not run.
+    ///
+    /// # Errors
+    /// Fewer than three points, a frequency not above 0 or twice the same, a response that is 0 or not finite.
+    pub fn measured(points: &[(f64, Complex<f64>)]) -> Result<Self, ControlError> {
+        let count = points.len() as f64;
+        range(
+            "number of frequencies",
+            count,
+            count >= 3.0,
+            "at least 3",
+            "",
+        )?;
+        let mut sorted = points.to_vec();
+        sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut rows: Vec<[f64; 3]> = Vec::new();
+        for (omega, response) in sorted {
+            positive("frequency", omega, "rad/s")?;
+            positive("measured gain", response.norm(), "")?;
+            let mut phase = response.arg();
+            if let Some(&[last, _, before]) = rows.last() {
+                let next = libm::log(omega);
+                range("frequency", omega, next > last, "given once", "rad/s")?;
+                let turn = 2.0 * core::f64::consts::PI;
+                phase += turn * libm::round((before - phase) / turn);
+            }
+            rows.push([libm::log(omega), libm::log(response.norm()), phase]);
+        }
+        Ok(Self {
+            model: Model::Measured(Measured(rows)),
+            delay_s: 0.0,
+        })
+    }
+
+    /// Dead time, s. Of a measured response it is in the response.
+    #[must_use]
+    pub fn delay_s(&self) -> f64 {
+        self.delay_s
+    }
+
+    /// G(jω) with the dead time; `None` outside the band of a measured response.
+    #[must_use]
+    pub fn response(&self, omega: f64) -> Option<Complex<f64>> {
+        let response = match &self.model {
+            Model::Transfer(function) => function.response(omega),
+            Model::StateSpace(states) => states.response(omega),
+            Model::Measured(measured) => return measured.at(omega),
+        };
+        let (sin, cos) = libm::sincos(omega * self.delay_s);
+        Some(response * Complex::new(cos, -sin))
+    }
+
+    /// The lowest and the highest frequency at which something is known, rad/s.
+    #[must_use]
+    pub fn band(&self) -> (f64, f64) {
+        match &self.model {
+            Model::Measured(Measured(rows)) => {
+                let at = |row: Option<&[f64; 3]>| row.map_or(0.0, |row| libm::exp(row[0]));
+                (at(rows.first()), at(rows.last()))
+            }
+            _ => (0.0, f64::INFINITY),
+        }
+    }
+
+    /// d ln G/d ln ω at ω, by a central difference.
+    pub(crate) fn slope(&self, omega: f64) -> Option<Complex<f64>> {
+        let h = match &self.model {
+            // Across a kink between two straight lines.
+            Model::Measured(_) => 1e-2,
+            _ => 1e-5,
+        };
+        let above = self.response(omega * libm::exp(h))?;
+        let below = self.response(omega * libm::exp(-h))?;
+        Some((above / below).ln() / (2.0 * h))
+    }
+
+    /// The number of its poles with Re s > 0; 0 where that is not known.
+    #[must_use]
+    pub fn unstable_poles(&self) -> usize {
+        match &self.model {
+            Model::Transfer(function) => function.unstable_poles().unwrap_or(0),
+            Model::StateSpace(states) => states.unstable_poles(),
+            Model::Measured(_) => 0,
+        }
+    }
+
+    /// The sign of the plant: that of its gain at low frequency, where G ~ k·s^n.
+    pub(crate) fn sign(&self) -> f64 {
+        let low = self.band().0.max(1e-6) * 1.02;
+        let response = self.response(low).unwrap_or_default();
+        let order = self.slope(low).unwrap_or_default().re;
+        let (sin, cos) = libm::sincos(0.5 * core::f64::consts::PI * order);
+        let turned = (response * Complex::new(cos, -sin)).re;
+        if turned < 0.0 { -1.0 } else { 1.0 }
+    }
+
+    /// Refuses a plant that is shown by itself and does not settle.
+    ///
+    /// # Errors
+    /// [`ControlError::UnstablePlant`].
+    pub fn stable_by_itself(&self) -> Result<(), ControlError> {
+        match &self.model {
+            Model::Transfer(function) => function.stable_by_itself(),
+            Model::StateSpace(states) => match states.unstable_poles() {
+                0 => Ok(()),
+                poles => Err(ControlError::UnstablePlant { poles }),
+            },
+            Model::Measured(_) => Ok(()),
+        }
+    }
+}
+
+impl Measured {
+    fn at(&self, omega: f64) -> Option<Complex<f64>> {
+        let x = libm::log(omega);
+        let above = self.0.iter().position(|row| row[0] >= x)?;
+        let pair = self.0.get(above.max(1) - 1..=above.max(1))?;
+        let [a, b] = pair else { return None };
+        let share = (x - a[0]) / (b[0] - a[0]);
+        if share < -1e-9 {
+            return None;
+        }
+        let between = |k: usize| a[k] + share * (b[k] - a[k]);
+        let (sin, cos) = libm::sincos(between(2));
+        Some(Complex::new(cos, sin) * libm::exp(between(1)))
+    }
+}
+
+impl FromStr for Plant {
+    type Err = ControlError;
+
+    /// As a transfer function, with `exp(-0.5s)` as a factor for a dead time of 0.5 s.
+    fn from_str(text: &str) -> Result<Self, ControlError> {
+        let (function, delay_s) = crate::notation::read(text)?;
+        if !delay_s.is_finite() {
+            return Err(RangeError::new("dead time", delay_s, "finite", "s").into());
+        }
+        Self::transfer(function, delay_s)
+    }
+}

@@ -1,0 +1,72 @@
+//! Whole responses of a transfer function: to a step, to an impulse, to any record.
+
+use crate::{ControlError, FractionalTransferFunction, Memory, SampledTransferFunction};
+use fracdiff::{Differintegrator, Seconds};
+use std::vec::Vec;
+
+/// Room for the modes of offline work: enough for a tolerance of 1e-11.
+pub(crate) const MODES: usize = 112;
+
+/// The response to u(t) = 1 for t > 0, at t = 0, T, 2T, …, as many samples as asked for.
+///
+/// With [`Rule::Bdf2`](crate::Rule::Bdf2) the error falls with T² at any fixed t > 0: the first sample is halved.
+///
+/// ```
+/// use fractional_control::{FractionalTransferFunction, Memory, Rule, step_response};
+/// use fracdiff::Seconds;
+///
+/// let lag: FractionalTransferFunction = "1/(s+1)".parse()?;
+/// let y = step_response(&lag, Memory::new(Rule::Bdf2, 1e-8, 10.0)?, Seconds(0.01), 101)?;
+/// assert!((y[100] - (1.0 - f64::exp(-1.0))).abs() < 2e-5);
+/// # Ok::<(), fractional_control::ControlError>(())
+/// ```
+/// # Errors
+/// As [`SampledTransferFunction::new`].
+pub fn step_response(
+    function: &FractionalTransferFunction,
+    memory: Memory,
+    sample_time: Seconds,
+    samples: usize,
+) -> Result<Vec<f64>, ControlError> {
+    let first = core::iter::once(0.5).chain(core::iter::repeat(1.0));
+    run(function, memory, sample_time, first.take(samples))
+}
+
+/// The response to a unit impulse at t = 0, at t = 0, T, 2T, …; in \[output\]/\[input\]/s. The value at t = 0 is that of the
+/// sampled function, where the true one may be infinite.
+///
+/// # Errors
+/// As [`SampledTransferFunction::new`].
+pub fn impulse_response(
+    function: &FractionalTransferFunction,
+    memory: Memory,
+    sample_time: Seconds,
+    samples: usize,
+) -> Result<Vec<f64>, ControlError> {
+    let first = core::iter::once(1.0 / sample_time.0).chain(core::iter::repeat(0.0));
+    run(function, memory, sample_time, first.take(samples))
+}
+
+/// The response to a record of samples, from rest.
+///
+/// # Errors
+/// As [`SampledTransferFunction::new`].
+pub fn respond(
+    function: &FractionalTransferFunction,
+    memory: Memory,
+    sample_time: Seconds,
+    input: &[f64],
+) -> Result<Vec<f64>, ControlError> {
+    run(function, memory, sample_time, input.iter().copied())
+}
+
+fn run(
+    function: &FractionalTransferFunction,
+    memory: Memory,
+    sample_time: Seconds,
+    input: impl Iterator<Item = f64>,
+) -> Result<Vec<f64>, ControlError> {
+    let running = SampledTransferFunction::<f64, MODES>::new(function, memory, sample_time)?;
+    let mut history = running.at_rest();
+    Ok(input.map(|u| running.step(&mut history, u)).collect())
+}

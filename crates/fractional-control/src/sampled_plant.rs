@@ -1,0 +1,223 @@
+//! A plant as a sampled loop sees it: held, late, exact where it can be.
+
+use crate::curves::transfer_fraction;
+use crate::enclosure::{Factor, Fraction, Product, Sum};
+use crate::plant::Model;
+use crate::records::MODES;
+use crate::state_space::SampledStates;
+use crate::{ControlError, Memory, Plant, SampledHistory, SampledTransferFunction};
+use fracdiff::parameter::{RangeError, range};
+use fracdiff::{Differintegrator, Seconds};
+use nalgebra::DVector;
+use std::collections::VecDeque;
+use std::vec;
+
+/// Longest delay, samples.
+const DELAY_MAX: f64 = 10_000.0;
+
+/// A [`Plant`] behind a hold and its dead time (d + h)T, 0 ≤ h < 1, sampled with T.
+///
+/// - *Matrices*: exactly, by matrix exponentials of the two parts of a sample.
+/// - *Transfer functions*: by the rule of [`Memory`], fed with the held command as a hat function between neighbouring samples sees it,
+///   m\[n\] = p₀u\[n−d\] + p₁u\[n−d−1\] + p₂u\[n−d−2\] with p = ((1−h)²/2, 1/2 + h − h², h²/2): an error of O(T²) with
+///   [`Rule::Bdf2`](crate::Rule::Bdf2). Where p₀ acts at once the loop is solved for the command.
+///
+/// ```
+/// use fracdiff::Seconds;
+/// use fractional_control::{Memory, Plant, Rule, SampledPlant};
+///
+/// let oven: Plant = "exp(-0.27s)/(s+1)".parse()?;
+/// let oven = SampledPlant::new(&oven, Memory::new(Rule::Bdf2, 1e-8, 100.0)?, Seconds(0.05))?;
+/// let mut state = oven.at_rest();
+/// let y: Vec<f64> = (0..40).map(|_| oven.step(&mut state, 1.0)).collect();
+/// assert!((y[24] - (1.0 - f64::exp(-1.2 + 0.27))).abs() < 1e-3);
+/// # Ok::<(), fractional_control::ControlError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct SampledPlant {
+    kind: Kind,
+    delay: usize,
+    path: [f64; 3],
+    curve: Fraction,
+    sample_time: Seconds,
+}
+
+#[derive(Clone, Debug)]
+enum Kind {
+    Transfer(std::boxed::Box<SampledTransferFunction<f64, MODES>>),
+    States(SampledStates),
+}
+
+/// The state of a [`SampledPlant`].
+#[derive(Clone, Debug)]
+pub struct PlantState {
+    kind: KindState,
+    /// u\[n−1\], u\[n−2\], …
+    commands: VecDeque<f64>,
+}
+
+#[derive(Clone, Debug)]
+enum KindState {
+    Transfer(std::boxed::Box<SampledHistory<f64, MODES>>),
+    States(DVector<f64>),
+}
+
+impl SampledPlant {
+    /// The plant at this sample time.
+    ///
+    /// # Errors
+    /// A measured response, which does not run; a dead time of more than 10 000 samples; as
+    /// [`SampledTransferFunction::new`].
+    pub fn new(plant: &Plant, memory: Memory, sample_time: Seconds) -> Result<Self, ControlError> {
+        sample_time.rate_to_the(fracdiff::Order::new(0.0)?)?;
+        let samples = plant.delay_s / sample_time.0;
+        let inside = samples <= DELAY_MAX;
+        range("dead time", samples, inside, "at most 10000", "samples")?;
+        let nearest = libm::round(samples);
+        let samples = if (samples - nearest).abs() < 1e-9 {
+            nearest
+        } else {
+            samples
+        };
+        let delay = libm::floor(samples);
+        let h = samples - delay;
+        let delay = delay as usize;
+        let (kind, path, curve) = match &plant.model {
+            Model::Transfer(function) => {
+                let running = SampledTransferFunction::new(function, memory, sample_time)?;
+                let path = [0.5 * (1.0 - h) * (1.0 - h), 0.5 + h - h * h, 0.5 * h * h];
+                let curve = transfer_fraction(function, memory, sample_time)?;
+                let curve = Fraction {
+                    above: curve.above.with(&Factor::InW(path.to_vec())),
+                    below: curve.below,
+                };
+                (Kind::Transfer(std::boxed::Box::new(running)), path, curve)
+            }
+            Model::StateSpace(states) => {
+                let sampled = states.sampled(sample_time.0, h)?;
+                let curve = states_fraction(&sampled);
+                (Kind::States(sampled), [0.0; 3], curve)
+            }
+            Model::Measured(_) => {
+                let allowed = "a transfer function or matrices: a measured response can be tuned for, not run";
+                return Err(RangeError::new("kind of plant", 3.0, allowed, "").into());
+            }
+        };
+        let curve = Fraction {
+            above: curve.above.with(&Factor::Delay(delay)),
+            ..curve
+        };
+        Ok(Self {
+            kind,
+            delay,
+            path,
+            curve,
+            sample_time,
+        })
+    }
+
+    /// T.
+    #[must_use]
+    pub fn sample_time(&self) -> Seconds {
+        self.sample_time
+    }
+
+    /// Numerator and denominator on the circle.
+    pub(crate) fn curve(&self) -> &Fraction {
+        &self.curve
+    }
+
+    /// A plant that always was at rest.
+    #[must_use]
+    pub fn at_rest(&self) -> PlantState {
+        PlantState {
+            kind: match &self.kind {
+                Kind::Transfer(running) => {
+                    KindState::Transfer(std::boxed::Box::new(running.at_rest()))
+                }
+                Kind::States(states) => KindState::States(states.at_rest()),
+            },
+            commands: vec![0.0; self.delay + 2].into(),
+        }
+    }
+
+    /// The share of the command of now in the output of now: above 0 only for a transfer function without a whole sample of dead
+    /// time.
+    #[must_use]
+    pub fn direct_gain(&self) -> f64 {
+        match (&self.kind, self.delay) {
+            (Kind::Transfer(running), 0) => running.direct_gain() * self.path[0],
+            _ => 0.0,
+        }
+    }
+
+    /// The output of now for a command of 0.
+    #[must_use]
+    pub fn past(&self, state: &PlantState) -> f64 {
+        self.output(state, 0.0)
+    }
+
+    /// The output of now, for the command of now.
+    #[must_use]
+    pub fn output(&self, state: &PlantState, command: f64) -> f64 {
+        match (&self.kind, &state.kind) {
+            (Kind::Transfer(running), KindState::Transfer(own)) => {
+                running.output(own, self.held(state, command))
+            }
+            (Kind::States(states), KindState::States(own)) => states.output(own),
+            _ => f64::NAN,
+        }
+    }
+
+    /// m\[n\]
+    fn held(&self, state: &PlantState, command: f64) -> f64 {
+        let at = |lag: usize| match lag {
+            0 => command,
+            lag => state.commands.get(lag - 1).copied().unwrap_or(0.0),
+        };
+        let terms = self.path.iter().enumerate();
+        terms.map(|(j, p)| p * at(self.delay + j)).sum()
+    }
+
+    /// Takes the command of now in.
+    pub fn advance(&self, state: &mut PlantState, command: f64) {
+        let held = self.held(state, command);
+        let late = |lag: usize| match lag {
+            0 => command,
+            lag => state.commands.get(lag - 1).copied().unwrap_or(0.0),
+        };
+        let (newest, last) = (late(self.delay), late(self.delay + 1));
+        match (&self.kind, &mut state.kind) {
+            (Kind::Transfer(running), KindState::Transfer(own)) => running.advance(own, held),
+            (Kind::States(states), KindState::States(own)) => states.advance(own, newest, last),
+            _ => {}
+        }
+        state.commands.rotate_right(1);
+        if let Some(front) = state.commands.front_mut() {
+            *front = command;
+        }
+    }
+
+    /// [`output`](Self::output), then [`advance`](Self::advance).
+    pub fn step(&self, state: &mut PlantState, command: f64) -> f64 {
+        let y = self.output(state, command);
+        self.advance(state, command);
+        y
+    }
+}
+
+/// w·(num₀ + w·num₁)/det in powers of v.
+fn states_fraction(states: &SampledStates) -> Fraction {
+    let (denominator, [newest, last]) = states.in_v();
+    let term = |numerator, delay| Product {
+        scale: 1.0,
+        factors: vec![Factor::InV(numerator), Factor::Delay(delay)],
+    };
+    Fraction {
+        above: Sum(vec![term(newest, 1), term(last, 2)]),
+        below: Sum(vec![Product {
+            scale: 1.0,
+            factors: vec![Factor::InV(denominator)],
+        }]),
+    }
+}

@@ -1,0 +1,96 @@
+//! A controller and a plant, sample by sample.
+
+use crate::{Controller, SampledPlant};
+use std::vec::Vec;
+
+/// Reference, measurement and command of a loop, one of each a sample.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Response {
+    /// r.
+    pub reference: Vec<f64>,
+    /// y.
+    pub measured: Vec<f64>,
+    /// u, limited.
+    pub command: Vec<f64>,
+}
+
+/// The shape of the response to a step of height 1 from rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Shape {
+    /// Largest y above 1, as a share of the step; 0 without.
+    pub overshoot: f64,
+    /// The sample from which y stays within 2 % of 1; `None` where it does not.
+    pub settled: Option<usize>,
+    /// |1 − y| at the end.
+    pub final_error: f64,
+}
+
+/// Runs the loop from rest: y\[n\] measured, u\[n\] sent, r given for each sample. Where the plant answers at once, u\[n\] and y\[n\] are
+/// solved together.
+///
+/// ```text
+/// y = S + G·u,   u = limit(g_r·r − g_y·y + …):   u = limit((…)/(1 + g_y·G))
+/// ```
+/// ```
+/// use fracdiff::Seconds;
+/// use fractional_control::{
+///     Actuator, FractionalPid, Memory, PidParameters, Plant, Rule, SampledPlant, SetPoint, simulate,
+/// };
+///
+/// let (t, memory) = (Seconds(0.01), Memory::new(Rule::Bdf2, 1e-6, 20.0)?);
+/// let plant: Plant = "1/(s+1)".parse()?;
+/// let gains = PidParameters { proportional: 3.0, integral: 3.0, ..PidParameters::NONE };
+/// let pid = FractionalPid::<f64>::new(gains, SetPoint::DEFAULT, Actuator::UNLIMITED, memory, t)?;
+/// let run = simulate(&pid, &SampledPlant::new(&plant, memory, t)?, |_| 1.0, 2000);
+/// assert!(run.shape().final_error < 1e-6);
+/// # Ok::<(), fractional_control::ControlError>(())
+/// ```
+pub fn simulate<C: Controller<f64>>(
+    controller: &C,
+    plant: &SampledPlant,
+    reference: impl Fn(usize) -> f64,
+    samples: usize,
+) -> Response {
+    let (mut history, mut state) = (controller.at_rest(), plant.at_rest());
+    let mut run = Response::default();
+    let loop_gain = 1.0 + controller.feedback_gain() * plant.direct_gain();
+    for n in 0..samples {
+        let r = reference(n);
+        let past = plant.past(&state);
+        let free = controller.wanted(&history, r, past) / loop_gain;
+        let measured = past + plant.direct_gain() * free;
+        let command = controller.output(&history, r, measured);
+        // A command at its limit moves the plant less.
+        let measured = past + plant.direct_gain() * command;
+        let command = controller.output(&history, r, measured);
+        controller.advance(&mut history, r, measured, command);
+        plant.advance(&mut state, command);
+        run.reference.push(r);
+        run.measured.push(measured);
+        run.command.push(command);
+    }
+    run
+}
+
+impl Response {
+    /// The shape of y, as that of a step of height 1.
+    #[must_use]
+    pub fn shape(&self) -> Shape {
+        let most = self
+            .measured
+            .iter()
+            .fold(f64::NEG_INFINITY, |m, y| m.max(*y));
+        let outside = self
+            .measured
+            .iter()
+            .rposition(|y| (y - 1.0).abs() > 0.02 || y.is_nan());
+        let settled = outside.map_or(0, |last| last + 1);
+        Shape {
+            overshoot: (most - 1.0).max(0.0),
+            settled: (settled < self.measured.len()).then_some(settled),
+            final_error: self.measured.last().map_or(f64::NAN, |y| (y - 1.0).abs()),
+        }
+    }
+}

@@ -1,0 +1,214 @@
+//! Linear plants as matrices, and their exact samples behind a hold, a delay and a lag.
+
+use crate::ControlError;
+use fracdiff::parameter::{RangeError, not_negative, range};
+use nalgebra::{DMatrix, DVector, RowDVector};
+use num_complex::Complex;
+use std::vec;
+use std::vec::Vec;
+
+/// ẋ = Ax + Bu, y = Cx, strictly proper; u through an actuator of the time constant τ.
+///
+/// ```
+/// use fractional_control::StateSpace;
+/// use nalgebra::{DMatrix, DVector, RowDVector};
+///
+/// // 65 g and 3.5 N·s/m, position from force, a motor current that follows within 1 ms.
+/// let (m, b) = (0.065, 3.5);
+/// let device = StateSpace::new(
+///     DMatrix::from_row_slice(2, 2, &[0.0, 1.0, 0.0, -b / m]),
+///     DVector::from_column_slice(&[0.0, 1.0 / m]),
+///     RowDVector::from_row_slice(&[1.0, 0.0]),
+/// )?
+/// .behind_lag(1e-3)?;
+/// assert!((device.response(1.0).norm() * b - 1.0).abs() < 1e-3);
+/// # Ok::<(), fractional_control::ControlError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct StateSpace {
+    a: DMatrix<f64>,
+    b: DVector<f64>,
+    c: RowDVector<f64>,
+}
+
+/// Largest number of states.
+const STATES_MAX: f64 = 16.0;
+
+impl StateSpace {
+    /// From its matrices.
+    ///
+    /// # Errors
+    /// Sizes that do not fit, no state or more than 16, a number that is not finite.
+    pub fn new(a: DMatrix<f64>, b: DVector<f64>, c: RowDVector<f64>) -> Result<Self, ControlError> {
+        let states = a.nrows() as f64;
+        let fits = a.ncols() == a.nrows() && b.len() == a.nrows() && c.len() == a.nrows();
+        let inside = fits && (1.0..=STATES_MAX).contains(&states);
+        range(
+            "number of states",
+            states,
+            inside,
+            "1 to 16, the same in A, B and C",
+            "",
+        )?;
+        for value in a.iter().chain(b.iter()).chain(c.iter()) {
+            range("element of a matrix", *value, true, "finite", "")?;
+        }
+        Ok(Self { a, b, c })
+    }
+
+    /// The same behind an actuator: τ·ḟ = u − f, and f in place of u. A lag of 0 is none.
+    ///
+    /// # Errors
+    /// A negative lag.
+    pub fn behind_lag(self, lag_s: f64) -> Result<Self, ControlError> {
+        if not_negative("lag", lag_s, "s")? == 0.0 {
+            return Ok(self);
+        }
+        let n = self.a.nrows();
+        let mut a = DMatrix::zeros(n + 1, n + 1);
+        a.view_mut((0, 0), (n, n)).copy_from(&self.a);
+        a.view_mut((0, n), (n, 1)).copy_from(&self.b);
+        a[(n, n)] = -1.0 / lag_s;
+        let mut b = DVector::zeros(n + 1);
+        b[n] = 1.0 / lag_s;
+        let mut c = RowDVector::zeros(n + 1);
+        c.view_mut((0, 0), (1, n)).copy_from(&self.c);
+        Self::new(a, b, c)
+    }
+
+    /// C(jω − A)⁻¹B.
+    #[must_use]
+    pub fn response(&self, omega: f64) -> Complex<f64> {
+        let n = self.a.nrows();
+        let matrix = DMatrix::from_fn(n, n, |row, column| {
+            let diagonal = if row == column { omega } else { 0.0 };
+            Complex::new(-self.a[(row, column)], diagonal)
+        });
+        let b = self.b.map(|b| Complex::new(b, 0.0));
+        let nan = Complex::new(f64::NAN, f64::NAN);
+        let states = matrix.lu().solve(&b);
+        states.map_or(nan, |x| {
+            x.iter().zip(self.c.iter()).map(|(x, c)| x * c).sum()
+        })
+    }
+
+    /// Number of eigenvalues with Re s > 0.
+    #[must_use]
+    pub fn unstable_poles(&self) -> usize {
+        let poles = self.a.complex_eigenvalues();
+        poles.iter().filter(|pole| pole.re > 0.0).count()
+    }
+
+    /// e^(At) − 1 and ∫₀^t e^(As)B ds.
+    fn motion(&self, t: f64) -> (DMatrix<f64>, DVector<f64>) {
+        let n = self.a.nrows();
+        let mut generator = DMatrix::zeros(n + 1, n + 1);
+        generator.view_mut((0, 0), (n, n)).copy_from(&(&self.a * t));
+        generator.view_mut((0, n), (n, 1)).copy_from(&(&self.b * t));
+        let moved = exponential_less_one(&generator);
+        (
+            moved.view((0, 0), (n, n)).into_owned(),
+            moved.view((0, n), (n, 1)).column(0).into_owned(),
+        )
+    }
+
+    /// The exact samples behind a hold, for a delay of `fraction` of a sample.
+    pub(crate) fn sampled(
+        &self,
+        sample_time: f64,
+        fraction: f64,
+    ) -> Result<SampledStates, ControlError> {
+        let n = self.a.nrows();
+        let (moved, _) = self.motion(sample_time);
+        let (late_moved, newest) = self.motion((1.0 - fraction) * sample_time);
+        let (_, early) = self.motion(fraction * sample_time);
+        let last = &early + &late_moved * &early;
+        let transition = &moved + DMatrix::identity(n, n);
+        let inverse = transition.clone().try_inverse();
+        let norm = inverse
+            .as_ref()
+            .map_or(f64::INFINITY, |inverse| inverse.norm());
+        if norm.is_nan() || norm >= 1e13 {
+            let allowed = "short enough for the fastest pole: leave that pole out, or sample 30 times in its time constant";
+            return Err(RangeError::new("sample time", sample_time, allowed, "s").into());
+        }
+        Ok(SampledStates {
+            moved,
+            newest,
+            last,
+            c: self.c.clone(),
+            inverse: inverse.unwrap_or_else(|| DMatrix::identity(n, n)),
+        })
+    }
+}
+
+/// x\[n+1\] = Φx\[n\] + Γ₀u\[n\] + Γ₁u\[n−1\], y = Cx.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct SampledStates {
+    /// Φ − 1.
+    moved: DMatrix<f64>,
+    newest: DVector<f64>,
+    last: DVector<f64>,
+    c: RowDVector<f64>,
+    /// Φ⁻¹.
+    inverse: DMatrix<f64>,
+}
+
+impl SampledStates {
+    pub(crate) fn at_rest(&self) -> DVector<f64> {
+        DVector::zeros(self.c.len())
+    }
+
+    pub(crate) fn output(&self, x: &DVector<f64>) -> f64 {
+        (&self.c * x)[0]
+    }
+
+    pub(crate) fn advance(&self, x: &mut DVector<f64>, newest: f64, last: f64) {
+        let change = &self.moved * &*x + &self.newest * newest + &self.last * last;
+        *x += change;
+    }
+
+    /// Denominator, and numerators of Γ₀ and Γ₁, in powers of v = 1 − w, each beside one more factor w:
+    ///
+    /// ```text
+    /// C(1 − wΦ)⁻¹Γw = w·C·adj(v − X)Φ⁻¹Γ/det(v − X),   X = 1 − Φ⁻¹ = Φ⁻¹(Φ − 1)
+    /// adj(v − X) = Σ v^k·N_{k+1},   N_n = 1, N_k = X·N_{k+1} + c_k,   c_{n−k} = −tr(X·N)/k     (Faddeev–Le Verrier)
+    /// ```
+    pub(crate) fn in_v(&self) -> (Vec<f64>, [Vec<f64>; 2]) {
+        let n = self.c.len();
+        let x = &self.inverse * &self.moved;
+        let inputs = [&self.inverse * &self.newest, &self.inverse * &self.last];
+        let mut denominator = vec![0.0; n + 1];
+        denominator[n] = 1.0;
+        let mut numerators = [vec![0.0; n], vec![0.0; n]];
+        let mut adjoint = DMatrix::<f64>::identity(n, n);
+        for step in 1..=n {
+            for (numerator, input) in numerators.iter_mut().zip(&inputs) {
+                numerator[n - step] = (&self.c * &adjoint * input)[0];
+            }
+            let product = &x * &adjoint;
+            denominator[n - step] = -product.trace() / step as f64;
+            adjoint = product + DMatrix::identity(n, n) * denominator[n - step];
+        }
+        (denominator, numerators)
+    }
+}
+
+/// exp(M) − 1: halved until small, a series, doubled by E ← 2E + E².
+fn exponential_less_one(matrix: &DMatrix<f64>) -> DMatrix<f64> {
+    let columns = matrix.column_iter();
+    let norm = columns
+        .map(|column| column.iter().map(|x| x.abs()).sum::<f64>())
+        .fold(0.0, f64::max);
+    let halvings = if norm < 0.5 {
+        0
+    } else {
+        (libm::ilogb(norm) + 2).min(60)
+    };
+    let small = matrix * libm::ldexp(1.0, -halvings);
+    let identity = DMatrix::identity(matrix.nrows(), matrix.nrows());
+    let inner = (2..=14).rev().fold(identity.clone(), |sum, k| {
+        &identity + &small * sum / f64::from(k)
+    });
+    (0..halvings).fold(small * inner, |e, _| &e * 2.0 + &e * &e)
+}

@@ -1,0 +1,300 @@
+//! The open loop on a grid of frequencies, and what can be read from it.
+
+use super::specification::{Sampling, Specification};
+use crate::{ControlError, PidParameters, Plant, Rule};
+use core::f64::consts::PI;
+use num_complex::Complex;
+use std::vec::Vec;
+
+/// Frequencies of the grid, below and above the crossover: 60 a decade near it would be 4 %.
+const POINTS: usize = 180;
+/// Decades below and above the crossover.
+const BELOW: f64 = 4.0;
+const ABOVE: f64 = 3.0;
+/// Times at which a step is looked at, from 0.4/`ω_c` over two decades.
+const TIMES: usize = 64;
+
+/// Everything about the plant and the rule that no parameter of the controller changes.
+#[derive(Clone, Debug)]
+pub(crate) struct OpenLoop {
+    points: Vec<Point>,
+    /// At the crossover: ln s, its slope over ln ω, G with the hold, and the slope of its logarithm.
+    pub(crate) crossover: (Complex<f64>, Complex<f64>, Complex<f64>, Complex<f64>),
+    pub(crate) omega: f64,
+    unstable_poles: f64,
+    /// Rows that make y(t) of Re T on the grid, one for each time.
+    steps: Vec<Vec<f64>>,
+}
+
+/// One frequency: ω, ln s, G with the hold.
+#[derive(Clone, Copy, Debug)]
+struct Point {
+    omega: f64,
+    ln_s: Complex<f64>,
+    plant: Complex<f64>,
+}
+
+/// Peaks, spreads and stability of the loop with one controller.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Measures {
+    /// Largest |S| and |T|.
+    pub sensitivity_peak: f64,
+    /// Largest |T|.
+    pub complementary_peak: f64,
+    /// Largest |T| from the frequency of the noise on, if one was given: |L|/(1 − |L|), its bound for any phase, where |L| is
+    /// below 1/2.
+    pub noise: Option<f64>,
+    /// Largest |S| up to the frequency of the disturbance, if one was given.
+    pub disturbance: Option<f64>,
+    /// Largest less least overshoot of the step response while the gain goes from half to double, by the inverse transform of
+    /// T on the grid, to some 1e-3; [`robustness`](super::robustness) simulates it.
+    pub overshoot_spread: f64,
+    /// Largest change of the phase margin while the gain goes from half to double, rad.
+    pub margin_spread_rad: f64,
+    /// The closed loop is stable by Nyquist's count on the grid; the verdict that counts is [`SampledLoop`](crate::SampledLoop)'s.
+    pub stable: bool,
+}
+
+/// ln of the function of w that stands for s.
+fn ln_s(omega: f64, sampling: Option<Sampling>) -> Complex<f64> {
+    let Some(Sampling { sample_time, rule }) = sampling else {
+        return Complex::new(libm::log(omega), 0.5 * PI);
+    };
+    let (s, c) = libm::sincos(0.5 * omega * sample_time.0);
+    let v = Complex::new(2.0 * s * s, 2.0 * s * c);
+    let s = match rule {
+        Rule::Grunwald => v,
+        Rule::Bdf2 => v * (v * 0.5 + 1.0),
+    };
+    (s / sample_time.0).ln()
+}
+
+/// G(jω) behind a hold of T: (1 − e^(−jωT))/(jωT).
+fn held(plant: &Plant, omega: f64, sampling: Option<Sampling>) -> Option<Complex<f64>> {
+    let response = plant.response(omega)?;
+    let Some(sampling) = sampling else {
+        return Some(response);
+    };
+    let half = 0.5 * omega * sampling.sample_time.0;
+    let (sin, cos) = libm::sincos(half);
+    Some(response * Complex::new(cos, -sin) * (sin / half))
+}
+
+impl OpenLoop {
+    pub(crate) fn new(
+        plant: &Plant,
+        wishes: &Specification,
+        sampling: Option<Sampling>,
+    ) -> Result<Self, ControlError> {
+        let omega = wishes.crossover_rad_s;
+        let unknown = ControlError::NotFound {
+            what: "the response of the plant at the crossover",
+            why: "measure on both sides of it",
+        };
+        let (low, high) = plant.band();
+        let nyquist = sampling.map_or(f64::INFINITY, |own| 0.999 * PI / own.sample_time.0);
+        let low = (omega * libm::pow(10.0, -BELOW)).max(low * (1.0 + 1e-9));
+        let high = (omega * libm::pow(10.0, ABOVE))
+            .min(high * (1.0 - 1e-9))
+            .min(nyquist);
+        let ratio = libm::log(high / low) / (POINTS - 1) as f64;
+        let grid = (0..POINTS).map(|k| low * libm::exp(ratio * k as f64));
+        let bounds = [wishes.noise, wishes.disturbance].into_iter().flatten();
+        let bounds = bounds.map(|bound| bound.omega_rad_s);
+        let bounds = bounds.filter(|omega| *omega > low && *omega < high);
+        let mut grid: Vec<f64> = grid.chain(bounds).collect();
+        grid.sort_by(f64::total_cmp);
+        grid.dedup();
+        let points = grid.into_iter().filter_map(|omega| {
+            let plant = held(plant, omega, sampling)?;
+            let ln_s = ln_s(omega, sampling);
+            Some(Point { omega, ln_s, plant })
+        });
+        let points: Vec<Point> = points.collect();
+        let here = held(plant, omega, sampling).ok_or(unknown)?;
+        // Slopes by central differences.
+        let h = 1e-5;
+        let (above, below) = (omega * libm::exp(h), omega * libm::exp(-h));
+        let slope_s = (ln_s(above, sampling) - ln_s(below, sampling)) / (2.0 * h);
+        let hold = |omega: f64| sampling.map_or(0.0, |own| -0.5 * omega * own.sample_time.0);
+        // The phase of the hold; its gain is flat to (ωT)²/12.
+        let slope_plant = plant.slope(omega).ok_or(unknown)? + Complex::new(0.0, hold(omega));
+        let frequencies: Vec<f64> = points.iter().map(|point| point.omega).collect();
+        let times =
+            (0..TIMES).map(|k| libm::pow(10.0, -0.4 + 2.0 * k as f64 / TIMES as f64) / omega);
+        Ok(Self {
+            steps: times.map(|t| step_row(&frequencies, t)).collect(),
+            points,
+            crossover: (ln_s(omega, sampling), slope_s, here, slope_plant),
+            omega,
+            unstable_poles: plant.unstable_poles() as f64,
+        })
+    }
+
+    /// The phase of the plant at the crossover, followed from low frequencies on, rad.
+    pub(crate) fn plant_phase(&self) -> f64 {
+        let below = self.points.iter().filter(|point| point.omega < self.omega);
+        let mut last: Option<Complex<f64>> = None;
+        let mut phase = 0.0;
+        for next in below.map(|point| point.plant).chain([self.crossover.2]) {
+            phase += match last {
+                Some(last) => (next / last).arg(),
+                None => next.arg(),
+            };
+            last = Some(next);
+        }
+        phase
+    }
+
+    /// Reads the loop of this controller.
+    pub(crate) fn measure(&self, gains: &PidParameters, wishes: &Specification) -> Measures {
+        let open = self
+            .points
+            .iter()
+            .map(|point| at(gains, point.ln_s) * point.plant);
+        let open: Vec<Complex<f64>> = open.collect();
+        let (mut s_most, mut t_most) = (0.0_f64, 0.0_f64);
+        let (mut noise, mut disturbance) = (0.0_f64, 0.0_f64);
+        for (point, l) in self.points.iter().zip(&open) {
+            let s = (*l + 1.0).inv();
+            let (s, t) = (s.norm(), (s * l).norm());
+            (s_most, t_most) = (s_most.max(s), t_most.max(t));
+            if wishes.noise.is_some_and(|b| point.omega >= b.omega_rad_s) {
+                // Whatever a dead time makes of the phase before the next point.
+                let size = l.norm();
+                noise = noise.max(if size < 0.5 { size / (1.0 - size) } else { t });
+            }
+            if wishes
+                .disturbance
+                .is_some_and(|b| point.omega <= b.omega_rad_s)
+            {
+                disturbance = disturbance.max(s);
+            }
+        }
+        Measures {
+            sensitivity_peak: s_most,
+            complementary_peak: t_most,
+            noise: wishes.noise.map(|_| noise),
+            disturbance: wishes.disturbance.map(|_| disturbance),
+            overshoot_spread: self.overshoot_spread(&open),
+            margin_spread_rad: self.margin_spread(&open, wishes.phase_margin_rad),
+            stable: self.is_stable(&open),
+        }
+    }
+
+    fn overshoot_spread(&self, open: &[Complex<f64>]) -> f64 {
+        let overshoots = super::GAINS.map(|gain| {
+            let real: Vec<f64> = open
+                .iter()
+                .map(|l| (l * gain / (l * gain + 1.0)).re)
+                .collect();
+            let step = |row: &Vec<f64>| -> f64 { row.iter().zip(&real).map(|(w, r)| w * r).sum() };
+            let highest = self
+                .steps
+                .iter()
+                .map(step)
+                .fold(f64::NEG_INFINITY, f64::max);
+            (highest - 1.0).max(0.0)
+        });
+        let (low, high) = overshoots
+            .into_iter()
+            .fold((f64::INFINITY, 0.0_f64), |(low, high), o| {
+                (low.min(o), high.max(o))
+            });
+        high - low
+    }
+
+    /// The largest change of the margin where |L| is 1/k, for k from 1/2 to 2.
+    fn margin_spread(&self, open: &[Complex<f64>], margin: f64) -> f64 {
+        let mut spread = 0.0_f64;
+        for gain in [0.5, 0.7, 1.4, 2.0] {
+            // The highest frequency at which |L|·k falls through 1.
+            let falls =
+                |pair: &[Complex<f64>]| pair[0].norm() * gain >= 1.0 && pair[1].norm() * gain < 1.0;
+            let Some(at) = open.windows(2).rposition(falls) else {
+                return PI;
+            };
+            let (a, b) = (open[at], open[at + 1]);
+            let (high, low) = (libm::log(a.norm() * gain), libm::log(b.norm() * gain));
+            let share = high / (high - low);
+            let phase = (-a).arg() + share * (b / a).arg();
+            spread = spread.max((phase - margin).abs());
+        }
+        spread
+    }
+
+    /// Nyquist: from the highest frequency, where L is small, down to the lowest 1 + L turns by −k₀π/2 and −π for each unstable pole
+    /// of the plant, L ~ ω^(−k₀).
+    fn is_stable(&self, open: &[Complex<f64>]) -> bool {
+        let (Some(first), Some(second), Some(last)) = (open.first(), open.get(1), open.last())
+        else {
+            return false;
+        };
+        if last.norm() > 0.7 || !last.norm().is_finite() {
+            return false;
+        }
+        let ratio = libm::log(self.points[1].omega / self.points[0].omega);
+        let order = libm::log(first.norm() / second.norm()) / ratio;
+        let mut turn = (*last + 1.0).arg();
+        for pair in open.windows(2).rev() {
+            turn += ((pair[0] + 1.0) / (pair[1] + 1.0)).arg();
+        }
+        let order = if first.norm() > 10.0 {
+            order
+        } else {
+            return (turn + PI * self.unstable_poles).abs() < 1.0;
+        };
+        (turn + 0.5 * PI * order + PI * self.unstable_poles).abs() < 1.0
+    }
+}
+
+/// y(t) = (2/π)∫ Re T(jω)·sin(ωt)/ω dω as a row of weights of Re T, which is constant below the first frequency and where Re T/ω is a straight line
+/// between two (L. N. G. Filon's rule).
+///
+/// ```text
+/// ∫ sin(ωt)·(ω − a)/(b − a) dω over [a, b] = (sin bt − sin at)/((b − a)t²) − cos bt/t,   and the rest by symmetry
+/// ```
+fn step_row(frequencies: &[f64], t: f64) -> Vec<f64> {
+    let mut row: Vec<f64> = frequencies.iter().map(|_| 0.0).collect();
+    for (k, pair) in frequencies.windows(2).enumerate() {
+        let [a, b] = pair else { continue };
+        let width = b - a;
+        let angle = width * t;
+        let ((sin_a, cos_a), (sin_b, cos_b)) = (libm::sincos(a * t), libm::sincos(b * t));
+        let (rising, falling) = if angle < 0.05 {
+            // The rule of Simpson: exact to angle⁴/2880.
+            let middle = libm::sin(0.5 * (a + b) * t);
+            let sixth = width / 6.0;
+            (
+                sixth * (2.0 * middle + sin_b),
+                sixth * (2.0 * middle + sin_a),
+            )
+        } else {
+            let slope = (sin_b - sin_a) / (width * t * t);
+            (slope - cos_b / t, cos_a / t - slope)
+        };
+        row[k] += falling / a;
+        row[k + 1] += rising / b;
+    }
+    if let (Some(weight), Some(first)) = (row.first_mut(), frequencies.first()) {
+        // ∫ sin(ωt)/ω from 0 on.
+        *weight += first * t;
+    }
+    row.iter_mut().for_each(|weight| *weight *= 2.0 / PI);
+    row
+}
+
+/// C at s.
+pub(crate) fn at(gains: &PidParameters, ln_s: Complex<f64>) -> Complex<f64> {
+    let power = |gain: f64, order: f64| {
+        if gain == 0.0 {
+            Complex::new(0.0, 0.0)
+        } else {
+            (ln_s * order).exp() * gain
+        }
+    };
+    power(gains.integral, -gains.integral_order)
+        + power(gains.derivative, gains.derivative_order)
+        + gains.proportional
+}

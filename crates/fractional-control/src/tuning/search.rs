@@ -1,0 +1,349 @@
+//! Orders and slope by search, gains by three linear equations.
+
+use super::open_loop::{Measures, OpenLoop, at};
+use super::specification::{Sampling, Specification};
+use crate::{ControlError, PidParameters, Plant};
+use core::f64::consts::PI;
+use nalgebra::{Matrix3, Vector3};
+use num_complex::Complex;
+use std::vec::Vec;
+
+/// A controller that was tuned, and what it reaches.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Tuned {
+    /// The controller.
+    pub parameters: PidParameters,
+    /// `|L(jω_c)|`, 1 by construction.
+    pub gain_at_crossover: f64,
+    /// Phase margin at `ω_c`, rad.
+    pub phase_margin_rad: f64,
+    /// dφ/d ln ω at `ω_c`, rad.
+    pub phase_slope_rad: f64,
+    /// The rest.
+    pub measures: Measures,
+    /// Wishes that are missed by more than 1 %; empty if all are met.
+    pub unmet: Vec<Unmet>,
+}
+
+/// A wish that was not met.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Unmet {
+    /// Field of the [`Specification`].
+    pub what: &'static str,
+    /// The wish.
+    pub wanted: f64,
+    /// The best that was found.
+    pub reached: f64,
+}
+
+impl core::fmt::Display for Unmet {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(
+            f,
+            "`{}` {:.4} is not reached: {:.4} is the best with the others met; allow more, or move `crossover_rad_s`",
+            self.what, self.wanted, self.reached
+        )
+    }
+}
+
+/// Tunes a PI^λD^μ: crossover, margin and flat phase exactly, the rest as well as can be.
+///
+/// - *Gains*: `K_p` and `K_i` have the sign of the plant, `K_d` any.
+/// - *Cost*: some thousand trials, a few milliseconds to a tenth of a second.
+///
+/// ```
+/// use fractional_control::Plant;
+/// use fractional_control::tuning::{Specification, tune};
+///
+/// // Monje's tank: 0.55·e^(−s)/(62 s + 1)… and a margin of 70° at 0.05 rad/s, flat.
+/// let plant: Plant = "0.55exp(-s)/(62s+1)".parse()?;
+/// let tuned = tune(&plant, None, &Specification::new(0.05, 70_f64.to_radians()))?;
+/// assert!(tuned.unmet.is_empty() && tuned.measures.stable);
+/// let open = tuned.parameters.response(0.05) * plant.response(0.05).unwrap();
+/// assert!((open.norm() - 1.0).abs() < 1e-9);
+/// # Ok::<(), fractional_control::ControlError>(())
+/// ```
+/// # Errors
+/// Wishes that contradict each other, named; no controller of this kind with this crossover and margin.
+pub fn tune(
+    plant: &Plant,
+    sampling: Option<Sampling>,
+    wishes: &Specification,
+) -> Result<Tuned, ControlError> {
+    wishes.check(plant, sampling)?;
+    let search = Search::new(plant, sampling, wishes)?;
+    let orders = || (1..=19).map(|k| 0.1 * f64::from(k));
+    let slopes: &[f64] = if wishes.iso_damping { &[0.0] } else { &SLOPES };
+    let mut trials: Vec<Trial> = Vec::new();
+    for lambda in orders() {
+        for mu in orders() {
+            let places = slopes.iter().map(|slope| [lambda, mu, *slope]);
+            trials.extend(places.filter_map(|place| search.trial(place)));
+        }
+    }
+    search.finish(trials, [true, true, !wishes.iso_damping])
+}
+
+/// The PID of order 1 with this crossover and margin that comes closest to the rest.
+///
+/// # Errors
+/// As [`tune`].
+pub fn tune_integer(
+    plant: &Plant,
+    sampling: Option<Sampling>,
+    wishes: &Specification,
+) -> Result<Tuned, ControlError> {
+    wishes.check(plant, sampling)?;
+    let search = Search::new(plant, sampling, wishes)?;
+    let slopes = (-150..=50).map(|k| 0.02 * f64::from(k));
+    let trials = slopes.filter_map(|slope| search.trial([1.0, 1.0, slope]));
+    search.finish(trials.collect(), [false, false, true])
+}
+
+/// Slopes of the phase, rad per unit of ln ω, where it need not be flat.
+const SLOPES: [f64; 9] = [-2.0, -1.4, -1.0, -0.7, -0.5, -0.3, -0.15, 0.0, 0.2];
+/// Orders that are searched.
+const ORDERS: [f64; 2] = [0.02, 1.98];
+/// Starts that are refined.
+const STARTS: usize = 4;
+/// A wish missed by less than this share is met.
+const MET: f64 = 0.01;
+
+#[derive(Clone, Debug)]
+struct Search<'a> {
+    open: OpenLoop,
+    wishes: &'a Specification,
+    /// `C(s_c)` that crossover and margin ask for.
+    target: Complex<f64>,
+    sign: f64,
+}
+
+/// λ, μ, ψ; the controller; how bad it is.
+#[derive(Clone, Copy, Debug)]
+struct Trial {
+    place: [f64; 3],
+    gains: PidParameters,
+    measures: Measures,
+    cost: f64,
+}
+
+impl<'a> Search<'a> {
+    fn new(
+        plant: &Plant,
+        sampling: Option<Sampling>,
+        wishes: &'a Specification,
+    ) -> Result<Self, ControlError> {
+        let open = OpenLoop::new(plant, wishes, sampling)?;
+        let (_, _, response, _) = open.crossover;
+        let target = Complex::from_polar(1.0, wishes.phase_margin_rad - PI) / response;
+        Ok(Self {
+            open,
+            wishes,
+            target,
+            sign: plant.sign(),
+        })
+    }
+
+    /// The three gains, if `K_p` and `K_i` have the sign of the plant. `K_d` may have any: a negative one of small order is a lag.
+    fn gains(&self, [lambda, mu, slope]: [f64; 3]) -> Option<PidParameters> {
+        let (ln_s, slope_s, _, slope_plant) = self.open.crossover;
+        let powers = [0.0, -lambda, mu].map(|order| (order, (ln_s * order).exp() / self.target));
+        // Σ k·s^μ/R = 1,   Im(σ·Σ k·μ·s^μ/R) = ψ − Im(G′/G)
+        let row = |value: &dyn Fn(f64, Complex<f64>) -> f64| {
+            powers.map(|(order, power)| value(order, power))
+        };
+        let rows = [
+            row(&|_, power| power.re),
+            row(&|_, power| power.im),
+            row(&|order, power| (power * slope_s * order).im),
+        ];
+        let matrix = Matrix3::from_fn(|i, j| rows[i][j]);
+        let wanted = Vector3::new(1.0, 0.0, slope - slope_plant.im);
+        let gains = matrix.lu().solve(&wanted)?;
+        let with_plant = gains[0] * self.sign >= 0.0 && gains[1] * self.sign >= 0.0;
+        let usable = with_plant && gains.iter().all(|gain| gain.is_finite());
+        usable.then_some(PidParameters {
+            proportional: gains[0],
+            integral: gains[1],
+            integral_order: lambda,
+            derivative: gains[2],
+            derivative_order: mu,
+        })
+    }
+
+    fn trial(&self, place: [f64; 3]) -> Option<Trial> {
+        let within = |order: &f64| (ORDERS[0]..=ORDERS[1]).contains(order);
+        if !place[..2].iter().all(within) {
+            return None;
+        }
+        let gains = self.gains(place)?;
+        let measures = self.open.measure(&gains, self.wishes);
+        let missed: f64 = self
+            .bounds(&measures)
+            .map(|(_, wanted, reached)| (reached / wanted - 1.0).max(0.0))
+            .sum();
+        let mut cost =
+            100.0 * missed + measures.overshoot_spread + 0.01 * measures.margin_spread_rad;
+        // Among unstable ones none is better.
+        if !measures.stable {
+            cost += 1e6;
+        }
+        cost.is_finite().then_some(Trial {
+            place,
+            gains,
+            measures,
+            cost,
+        })
+    }
+
+    /// Name, wish and what is reached, of each bound.
+    fn bounds(&self, measures: &Measures) -> impl Iterator<Item = (&'static str, f64, f64)> {
+        let wishes = self.wishes;
+        let noise = wishes.noise.zip(measures.noise);
+        let disturbance = wishes.disturbance.zip(measures.disturbance);
+        let peaks = [
+            wishes
+                .sensitivity_peak
+                .map(|peak| ("sensitivity_peak", peak, measures.sensitivity_peak)),
+            wishes
+                .complementary_peak
+                .map(|peak| ("complementary_peak", peak, measures.complementary_peak)),
+            noise.map(|(bound, reached)| ("noise", bound.at_most, reached)),
+            disturbance.map(|(bound, reached)| ("disturbance", bound.at_most, reached)),
+        ];
+        peaks.into_iter().flatten()
+    }
+
+    /// Refines the best starts that are not neighbours, then the report.
+    fn finish(&self, mut trials: Vec<Trial>, free: [bool; 3]) -> Result<Tuned, ControlError> {
+        trials.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        let mut starts: Vec<Trial> = Vec::new();
+        for trial in trials {
+            let near = |start: &Trial| {
+                let pairs = start.place.iter().zip(&trial.place);
+                pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) < 0.25
+            };
+            if starts.len() < STARTS && !starts.iter().any(near) {
+                starts.push(trial);
+            }
+        }
+        let refined = starts.into_iter().map(|start| self.refine(start, free));
+        let best = refined.min_by(|a, b| a.cost.total_cmp(&b.cost));
+        let best = best.ok_or_else(|| self.none())?;
+        if best.measures.stable {
+            return Ok(self.report(&best));
+        }
+        if self.lead() > 0.5 * PI * ORDERS[1] {
+            return Err(self.none());
+        }
+        Err(ControlError::NotFound {
+            what: "a stable controller with this crossover and margin",
+            why: "every one that was tried crosses over again: lower `crossover_rad_s` or ask for less margin",
+        })
+    }
+
+    /// Steps to all sides, halved where none helps.
+    fn refine(&self, mut best: Trial, free: [bool; 3]) -> Trial {
+        let mut step = 0.05;
+        while step > 1e-4 {
+            let before = best.cost;
+            for (axis, _) in free.iter().enumerate().filter(|(_, free)| **free) {
+                for direction in [-step, step] {
+                    let mut place = best.place;
+                    place[axis] += direction;
+                    if let Some(trial) = self.trial(place)
+                        && trial.cost < best.cost
+                    {
+                        best = trial;
+                    }
+                }
+            }
+            if best.cost >= before {
+                step *= 0.5;
+            }
+        }
+        best
+    }
+
+    fn report(&self, best: &Trial) -> Tuned {
+        let (ln_s, slope_s, response, slope_plant) = self.open.crossover;
+        let own = at(&best.gains, ln_s);
+        // d ln C/d ln ω
+        let gains = &best.gains;
+        let integral =
+            (ln_s * -gains.integral_order).exp() * (-gains.integral_order * gains.integral);
+        let derivative =
+            (ln_s * gains.derivative_order).exp() * (gains.derivative_order * gains.derivative);
+        let slope = (integral + derivative) * slope_s / own + slope_plant;
+        let open = own * response;
+        let margin = (-open).arg();
+        let wishes = self.wishes;
+        let mut unmet: Vec<Unmet> = self
+            .bounds(&best.measures)
+            .filter(|(_, wanted, reached)| reached / wanted > 1.0 + MET)
+            .map(|(what, wanted, reached)| Unmet {
+                what,
+                wanted,
+                reached,
+            })
+            .collect();
+        let exact = [
+            ("crossover_rad_s", 1.0, open.norm()),
+            ("phase_margin_rad", wishes.phase_margin_rad, margin),
+        ];
+        let missed = exact
+            .into_iter()
+            .filter(|(_, wanted, reached)| (reached / wanted - 1.0).abs() > MET);
+        unmet.extend(missed.map(|(what, wanted, reached)| Unmet {
+            what,
+            wanted,
+            reached,
+        }));
+        if wishes.iso_damping && slope.im.abs() > MET {
+            unmet.push(Unmet {
+                what: "iso_damping",
+                wanted: 0.0,
+                reached: slope.im,
+            });
+        }
+        Tuned {
+            parameters: best.gains,
+            gain_at_crossover: open.norm(),
+            phase_margin_rad: margin,
+            phase_slope_rad: slope.im,
+            measures: best.measures,
+            unmet,
+        }
+    }
+
+    /// The phase by which the controller has to lead, rad.
+    fn lead(&self) -> f64 {
+        let turned = if self.sign < 0.0 { PI } else { 0.0 };
+        let lead = self.wishes.phase_margin_rad - PI - self.open.plant_phase();
+        // The sign turns by half a turn, to the side that is nearer.
+        if (lead - turned).abs() < (lead + turned).abs() {
+            lead - turned
+        } else {
+            lead + turned
+        }
+    }
+
+    /// The reason why there is no controller.
+    fn none(&self) -> ControlError {
+        if self.lead().abs() > 0.5 * PI * ORDERS[1] {
+            return ControlError::Contradiction {
+                first: "phase_margin_rad",
+                first_value: self.wishes.phase_margin_rad,
+                second: "crossover_rad_s",
+                second_value: self.open.omega,
+                remedy: "the controller would have to turn the phase by more than half a turn: lower one of the two",
+            };
+        }
+        ControlError::NotFound {
+            what: "a pair of gains of the sign of the plant with this crossover, margin and slope of the phase",
+            why: "lower `crossover_rad_s` (dead time makes the phase fall), change `phase_margin_rad`, or give up `iso_damping`",
+        }
+    }
+}

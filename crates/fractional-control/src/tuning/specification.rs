@@ -1,0 +1,154 @@
+//! Wishes for a loop, and which of them contradict each other.
+
+use crate::{ControlError, Plant, Rule};
+use core::f64::consts::PI;
+use fracdiff::Seconds;
+use fracdiff::parameter::{positive, range};
+
+/// A bound of a gain on one side of a frequency.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bound {
+    /// The frequency, rad/s.
+    pub omega_rad_s: f64,
+    /// The gain is at most this.
+    pub at_most: f64,
+}
+
+/// Wishes for a loop of plant and PI^λD^μ.
+///
+/// ```
+/// use fractional_control::tuning::{Bound, Specification};
+///
+/// let wishes = Specification {
+///     noise: Some(Bound { omega_rad_s: 10.0, at_most: 0.2 }),
+///     ..Specification::new(0.5, 60_f64.to_radians())
+/// };
+/// assert!(wishes.iso_damping);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Specification {
+    /// `ω_c`, where |L| is 1, rad/s.
+    pub crossover_rad_s: f64,
+    /// Phase margin at `ω_c`, rad.
+    pub phase_margin_rad: f64,
+    /// A flat phase at `ω_c`, dφ/dω = 0: the margin stays when the gain changes.
+    pub iso_damping: bool,
+    /// |T| at this frequency and above: what noise of the measurement does.
+    pub noise: Option<Bound>,
+    /// |S| at this frequency and below: what is left of a disturbance.
+    pub disturbance: Option<Bound>,
+    /// The largest |S|.
+    pub sensitivity_peak: Option<f64>,
+    /// The largest |T|.
+    pub complementary_peak: Option<f64>,
+}
+
+/// The sample time for which a controller is tuned, with the rule of its powers. The hold is taken into account.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sampling {
+    /// T.
+    pub sample_time: Seconds,
+    /// The rule.
+    pub rule: Rule,
+}
+
+impl Specification {
+    /// Crossover in rad/s, phase margin in rad, flat phase; nothing else.
+    #[must_use]
+    pub const fn new(crossover_rad_s: f64, phase_margin_rad: f64) -> Self {
+        Self {
+            crossover_rad_s,
+            phase_margin_rad,
+            iso_damping: true,
+            noise: None,
+            disturbance: None,
+            sensitivity_peak: None,
+            complementary_peak: None,
+        }
+    }
+
+    /// |S| and |T| at the crossover: `1/(2 sin(φ_m/2))`.
+    #[must_use]
+    pub fn peak_at_crossover(&self) -> f64 {
+        0.5 / libm::sin(0.5 * self.phase_margin_rad)
+    }
+
+    /// Refuses what nothing can meet.
+    pub(crate) fn check(
+        &self,
+        plant: &Plant,
+        sampling: Option<Sampling>,
+    ) -> Result<(), ControlError> {
+        let omega = positive("crossover", self.crossover_rad_s, "rad/s")?;
+        let margin = self.phase_margin_rad;
+        let inside = margin > 0.0 && margin < PI;
+        range("phase margin", margin, inside, "above 0 and below π", "rad")?;
+        let (low, high) = plant.band();
+        let inside = omega > low && omega < high;
+        let allowed = "inside the band that was measured";
+        range("crossover", omega, inside, allowed, "rad/s")?;
+        if let Some(sampling) = sampling {
+            let nyquist = PI / sampling.sample_time.0;
+            positive("sample time", sampling.sample_time.0, "s")?;
+            let allowed = "below a third of half the sample rate: sample faster";
+            range("crossover", omega, omega < nyquist / 3.0, allowed, "rad/s")?;
+        }
+        self.check_bounds(omega)
+    }
+
+    fn check_bounds(&self, omega: f64) -> Result<(), ControlError> {
+        let here = self.peak_at_crossover();
+        let remedy = "at the crossover |S| and |T| are 1/(2 sin(margin/2)): move the frequency, allow more, or ask for more margin";
+        let against_crossover = |first, bound: Bound| ControlError::Contradiction {
+            first,
+            first_value: bound.at_most,
+            second: "crossover_rad_s",
+            second_value: omega,
+            remedy,
+        };
+        for (bound, above) in [(self.noise, true), (self.disturbance, false)] {
+            let Some(bound) = bound else { continue };
+            positive("frequency of a bound", bound.omega_rad_s, "rad/s")?;
+            positive("bound of a gain", bound.at_most, "")?;
+            let covers = if above {
+                bound.omega_rad_s <= omega
+            } else {
+                bound.omega_rad_s >= omega
+            };
+            if covers && bound.at_most < here {
+                let first = if above { "noise" } else { "disturbance" };
+                return Err(against_crossover(first, bound));
+            }
+        }
+        if let (Some(noise), Some(disturbance)) = (self.noise, self.disturbance) {
+            // S + T = 1
+            let overlap = noise.omega_rad_s <= disturbance.omega_rad_s;
+            if overlap && noise.at_most + disturbance.at_most < 1.0 {
+                return Err(ControlError::Contradiction {
+                    first: "noise",
+                    first_value: noise.at_most,
+                    second: "disturbance",
+                    second_value: disturbance.at_most,
+                    remedy: "S + T is 1: keep the two bands apart",
+                });
+            }
+        }
+        for (first, peak) in [
+            ("sensitivity_peak", self.sensitivity_peak),
+            ("complementary_peak", self.complementary_peak),
+        ] {
+            let Some(peak) = peak else { continue };
+            positive(first, peak, "")?;
+            if peak < here {
+                return Err(ControlError::Contradiction {
+                    first,
+                    first_value: peak,
+                    second: "phase_margin_rad",
+                    second_value: self.phase_margin_rad,
+                    remedy: "allow at least 1/(2 sin(margin/2))",
+                });
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,126 @@
+//! The verdict on a sampled loop, stable or not, as a proof.
+
+use crate::enclosure::{Arc, Count, Enclosed, Fraction, count};
+use crate::{ControlError, ControllerParameters, Memory, SampledPlant};
+use fracdiff::Seconds;
+use num_complex::Complex;
+
+/// The loop that is really run: the weights of the controller, the hold, the dead time, the sampled plant.
+///
+/// ```text
+/// F(w) = A_C·A_G + k·B_C·B_G,   C = B_C/A_C,  G = B_G/A_G:   stable ⇔ no zero in |w| ≤ 1,  w = z⁻¹
+/// ```
+/// Zeros are counted by the turn of F along the circle, in steps short enough that a bound of F′ proves each
+/// (argument principle). `A_C` and `A_G` stay apart from `B_C` and `B_G`, so an unstable pole that a zero cancels is seen.
+///
+/// - *Of*: the weights before they are rounded to the sample type, with the bound of their error from [`Memory`].
+/// - *Cost*: some hundred to some thousand evaluations, a millisecond to ten.
+///
+/// ```
+/// use fracdiff::Seconds;
+/// use fractional_control::{Memory, PidParameters, Plant, Rule, SampledLoop, SampledPlant};
+///
+/// let (t, memory) = (Seconds(0.01), Memory::new(Rule::Bdf2, 1e-6, 100.0)?);
+/// let plant: Plant = "exp(-0.1s)/(s+1)".parse()?;
+/// let plant = SampledPlant::new(&plant, memory, t)?;
+/// let gains = PidParameters { proportional: 5.0, integral: 2.0, integral_order: 0.9, ..PidParameters::NONE };
+/// let closed = SampledLoop::new(gains.into(), memory, &plant)?;
+/// let verdict = closed.verdict();
+/// assert!(verdict.stable);
+/// // It takes several times the gain to make it unstable.
+/// assert!(!closed.with_gain(6.0).verdict().stable);
+/// # Ok::<(), fractional_control::ControlError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct SampledLoop {
+    controller: Fraction,
+    plant: Fraction,
+    gain: f64,
+    sample_time: Seconds,
+}
+
+/// The verdict on a [`SampledLoop`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct StabilityVerdict {
+    /// No zero of F in |w| ≤ 1. Not so on the boundary, where `unstable_poles` is `None`.
+    pub stable: bool,
+    /// Zeros of F in |w| < 1, each a pole with |z| > 1; `None` on the boundary.
+    pub unstable_poles: Option<usize>,
+    /// The least |F| over the sum of the sizes of its terms that was met on the circle.
+    pub distance: f64,
+    /// The frequency of that, rad/s.
+    pub omega_rad_s: f64,
+}
+
+impl SampledLoop {
+    /// The controller's memory may differ from the one that the plant is sampled with.
+    ///
+    /// # Errors
+    /// Parameters outside their range, a memory that is not reached.
+    pub fn new(
+        controller: ControllerParameters,
+        memory: Memory,
+        plant: &SampledPlant,
+    ) -> Result<Self, ControlError> {
+        let sample_time = plant.sample_time();
+        Ok(Self {
+            controller: controller.fraction(memory, sample_time)?,
+            plant: plant.curve().clone(),
+            gain: 1.0,
+            sample_time,
+        })
+    }
+
+    /// The same with the gain of the plant times this.
+    #[must_use]
+    pub fn with_gain(&self, gain: f64) -> Self {
+        Self {
+            gain,
+            ..self.clone()
+        }
+    }
+
+    fn enclosed(&self, arc: &Arc) -> Enclosed {
+        let below = self
+            .controller
+            .below
+            .at(arc)
+            .times(self.plant.below.at(arc));
+        let above = self
+            .controller
+            .above
+            .at(arc)
+            .times(self.plant.above.at(arc));
+        below.plus(Enclosed {
+            value: above.value * self.gain,
+            size: above.size * self.gain.abs(),
+            rate: above.rate * self.gain.abs(),
+        })
+    }
+
+    /// The certified verdict.
+    #[must_use]
+    pub fn verdict(&self) -> StabilityVerdict {
+        let Count {
+            zeros,
+            closest,
+            theta,
+        } = count(|arc| self.enclosed(arc));
+        StabilityVerdict {
+            stable: zeros == Some(0),
+            unstable_poles: zeros,
+            distance: closest,
+            omega_rad_s: theta / self.sample_time.0,
+        }
+    }
+
+    /// C·G at the angle θ, of the weights held: the open loop.
+    #[must_use]
+    pub fn open(&self, theta: f64) -> Complex<f64> {
+        let arc = Arc::new(theta, theta);
+        let at =
+            |fraction: &Fraction| fraction.above.at(&arc).value / fraction.below.at(&arc).value;
+        at(&self.controller) * at(&self.plant) * self.gain
+    }
+}

@@ -1,0 +1,158 @@
+//! The certified verdict against simulation on both sides of the boundary.
+
+use fracdiff::Seconds;
+use fractional_control::{
+    Actuator, FractionalPid, Memory, PidParameters, Plant, Rule, SampledLoop, SampledPlant,
+    SetPoint, StateSpace, simulate,
+};
+use nalgebra::{DMatrix, DVector, RowDVector};
+
+/// Numbers from 0 to 1, the same in every run: a linear congruence (D. E. Knuth, MMIX).
+struct Draw(u64);
+
+impl Draw {
+    fn next(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+    fn from(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.next()
+    }
+}
+
+fn plant(draw: &mut Draw, index: usize, t: f64) -> Plant {
+    let delay = if index.is_multiple_of(2) {
+        0.0
+    } else {
+        draw.from(0.0, 6.0 * t)
+    };
+    match index % 3 {
+        0 => {
+            let (a, b) = (draw.from(1.1, 2.6), draw.from(0.2, 0.9));
+            let text = format!(
+                "1/({:.3}s^{a:.2}+{:.3}s^{b:.2}+{:.3})",
+                draw.from(0.3, 2.0),
+                draw.from(0.3, 2.0),
+                draw.from(0.3, 2.0)
+            );
+            Plant::transfer(text.parse().expect("valid"), delay).expect("valid")
+        }
+        1 => {
+            let text = format!("1/({:.3}s+1)", draw.from(0.2, 2.0));
+            Plant::transfer(text.parse().expect("valid"), delay + 2.0 * t).expect("valid")
+        }
+        _ => {
+            let (stiffness, damping) = (draw.from(0.0, 3.0), draw.from(0.2, 2.0));
+            let states = StateSpace::new(
+                DMatrix::from_row_slice(2, 2, &[0.0, 1.0, -stiffness, -damping]),
+                DVector::from_column_slice(&[0.0, 1.0]),
+                RowDVector::from_row_slice(&[1.0, 0.0]),
+            );
+            let states = states.and_then(|s| s.behind_lag(draw.from(0.5 * t, 5.0 * t)));
+            Plant::state_space(states.expect("valid"), delay).expect("valid")
+        }
+    }
+}
+
+/// The swing of y over the last of three thirds, over that of the second.
+fn growth(y: &[f64]) -> f64 {
+    let third = y.len() / 3;
+    let swing = |part: &[f64]| {
+        let (low, high) = part
+            .iter()
+            .fold((f64::MAX, f64::MIN), |(l, h), y| (l.min(*y), h.max(*y)));
+        high - low
+    };
+    swing(&y[2 * third..]) / swing(&y[third..2 * third])
+}
+
+/// `CAMPAIGN_CASES`: loops to try, 300 by default.
+#[test]
+fn on_neither_side_of_the_boundary_the_verdict_is_wrong() {
+    let cases = std::env::var("CAMPAIGN_CASES")
+        .ok()
+        .and_then(|text| text.parse().ok());
+    let cases: usize = cases.unwrap_or(300);
+    let mut draw = Draw(14);
+    let (mut judged, mut index) = (0, 0);
+    while judged < cases {
+        index += 1;
+        assert!(
+            index < 3 * cases + 30,
+            "only {judged} loops have a boundary"
+        );
+        let t = draw.from(0.01, 0.05);
+        let plant = plant(&mut draw, index, t);
+        let gains = PidParameters {
+            proportional: draw.from(0.2, 3.0),
+            integral: draw.from(0.0, 1.0),
+            integral_order: draw.from(0.3, 1.2),
+            derivative: draw.from(0.0, 0.5),
+            derivative_order: draw.from(0.3, 1.1),
+        };
+        let rule = if index % 4 < 2 {
+            Rule::Bdf2
+        } else {
+            Rule::Grunwald
+        };
+        let memory = Memory::new(rule, 1e-6, 400.0).expect("valid");
+        let sampled = SampledPlant::new(&plant, memory, Seconds(t)).expect("valid");
+        let closed = SampledLoop::new(gains.into(), memory, &sampled).expect("valid");
+        let stable = |gain: f64| closed.with_gain(gain).verdict().stable;
+        let Some((mut low, mut high)) = bracket(stable) else {
+            continue;
+        };
+        while high / low > 1.0005 {
+            let middle = (low * high).sqrt();
+            if stable(middle) {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        for (share, grows) in [(0.97, false), (1.03, true)] {
+            let scaled = PidParameters {
+                proportional: gains.proportional * low * share,
+                integral: gains.integral * low * share,
+                derivative: gains.derivative * low * share,
+                ..gains
+            };
+            let pid = FractionalPid::<f64, 64>::new(
+                scaled,
+                SetPoint::ERROR,
+                Actuator::UNLIMITED,
+                memory,
+                Seconds(t),
+            )
+            .expect("valid");
+            let run = simulate(&pid, &sampled, |n| f64::from(u8::from(n == 0)), 9000);
+            let growth = growth(&run.measured);
+            // A loop that has overflowed has grown.
+            let grew = growth > 1.0 || growth.is_nan();
+            assert_eq!(
+                grew, grows,
+                "loop {index}, {share}: {growth} {gains:?} {plant:?} {t} {rule:?}"
+            );
+        }
+        judged += 1;
+    }
+    println!("{judged} loops with a boundary, of {index}");
+}
+
+/// A stable gain and an unstable one, a factor 2 apart.
+fn bracket(stable: impl Fn(f64) -> bool) -> Option<(f64, f64)> {
+    if !stable(0.01) {
+        return None;
+    }
+    let mut low = 0.01;
+    while stable(2.0 * low) {
+        low *= 2.0;
+        if low > 1e4 {
+            return None;
+        }
+    }
+    Some((low, 2.0 * low))
+}

@@ -1,0 +1,426 @@
+//! Controllers: their equation, their response, changes without a bump, refusals.
+
+use crate::golden::podlubny;
+use core::f64::consts::PI;
+use fracdiff::{FrequencyResponse, Seconds};
+use fractional_control::num_complex::Complex;
+use fractional_control::{
+    Actuator, ControlError, Controller, Crone, CroneParameters, FractionalPid, LeadLag,
+    LeadLagParameters, Memory, Mode, PidParameters, Plant, Rule, SampledPlant, SetPoint, Station,
+    Tid, TidParameters, simulate,
+};
+
+const T: Seconds = Seconds(1e-3);
+
+const GAINS: PidParameters = PidParameters {
+    proportional: 2.0,
+    integral: 1.5,
+    integral_order: 0.8,
+    derivative: 0.3,
+    derivative_order: 0.6,
+};
+
+fn memory(rule: Rule) -> Memory {
+    Memory::new(rule, 1e-7, 200.0).expect("valid")
+}
+
+fn pid(gains: PidParameters, set_point: SetPoint, actuator: Actuator) -> FractionalPid<f64, 64> {
+    FractionalPid::new(gains, set_point, actuator, memory(Rule::Bdf2), T).expect("valid")
+}
+
+#[test]
+fn a_constant_error_gives_the_power_laws_of_integral_and_derivative() {
+    let pid = pid(GAINS, SetPoint::ERROR, Actuator::UNLIMITED);
+    let mut history = pid.at_rest();
+    for n in 0..=5000 {
+        // A step lies between two samples.
+        let r = if n == 0 { 0.5 } else { 1.0 };
+        let u = pid.output(&history, r, 0.0);
+        if n % 1000 == 500 {
+            let t = f64::from(n) * T.0;
+            let want = 2.0
+                + 1.5 * t.powf(0.8) / libm::tgamma(1.8)
+                + 0.3 * t.powf(-0.6) / libm::tgamma(0.4);
+            assert!((u - want).abs() < 1e-5, "{n}: {u} {want}");
+        }
+        pid.advance(&mut history, r, 0.0, u);
+    }
+}
+
+/// −u/y from the impulse response, on the circle.
+fn measured<C: Controller<f64>>(controller: &C, theta: f64) -> Complex<f64> {
+    let mut history = controller.at_rest();
+    let mut sum = Complex::new(0.0, 0.0);
+    for n in 0..60_000 {
+        let y = if n == 0 { -1.0 } else { 0.0 };
+        let u = controller.output(&history, 0.0, y);
+        controller.advance(&mut history, 0.0, y, u);
+        sum += Complex::from_polar(u, -theta * f64::from(n));
+    }
+    sum
+}
+
+#[test]
+fn each_controller_has_the_response_that_it_says_and_near_rest_the_continuous_one() {
+    let pid = pid(
+        PidParameters {
+            integral: 0.0,
+            ..GAINS
+        },
+        SetPoint::DEFAULT,
+        Actuator::UNLIMITED,
+    );
+    let shape = CroneParameters {
+        gain: 3.0,
+        order: 1.4,
+        low_rad_s: 5.0,
+        high_rad_s: 400.0,
+    };
+    let crone = Crone::<f64, 64>::new(shape, Actuator::UNLIMITED, memory(Rule::Grunwald), T)
+        .expect("valid");
+    let lag = LeadLagParameters {
+        gain: 2.0,
+        lambda_s: 0.02,
+        x: 7.0,
+        order: 0.6,
+    };
+    let lag_runs = LeadLag::<f64, 64>::new(lag, Actuator::UNLIMITED, memory(Rule::Grunwald), T)
+        .expect("valid");
+    for theta in [0.03, 0.4, 2.0, PI] {
+        for (name, have, want) in [
+            ("pid", pid.response(theta), measured(&pid, theta)),
+            ("crone", crone.response(theta), measured(&crone, theta)),
+            ("lag", lag_runs.response(theta), measured(&lag_runs, theta)),
+        ] {
+            // What is cut off of a power law after 60 s.
+            assert!(
+                (have - want).norm() < 1e-4 * have.norm(),
+                "{name} {theta}: {have} {want}"
+            );
+        }
+    }
+    for omega in [1.0, 10.0, 50.0] {
+        let theta = omega * T.0;
+        let near = |have: Complex<f64>, want: Complex<f64>, name| {
+            // O(T²): (ωT)²/3 at 50 rad/s.
+            assert!(
+                (have - want).norm() < 1.5e-3 * want.norm(),
+                "{name} {omega}: {have} {want}"
+            );
+        };
+        let gains = PidParameters {
+            integral: 0.0,
+            ..GAINS
+        };
+        near(pid.response(theta), gains.response(omega), "pid");
+        near(crone.response(theta), shape.response(omega), "crone");
+        near(lag_runs.response(theta), lag.response(omega), "lag");
+    }
+    let tid = TidParameters {
+        tilt: 2.0,
+        tilt_divisor: 3.0,
+        integral: 0.7,
+        derivative: 0.1,
+    };
+    let runs =
+        Tid::<f64, 64>::new(tid, 0.0, Actuator::UNLIMITED, memory(Rule::Bdf2), T).expect("valid");
+    let (have, want) = (runs.response(0.02), tid.response(20.0));
+    assert!((have - want).norm() < 1e-3 * want.norm(), "{have} {want}");
+}
+
+#[test]
+fn crone_keeps_its_phase_over_the_band_and_lead_of_order_one_is_the_plain_filter() {
+    let shape = CroneParameters {
+        gain: 1.0,
+        order: 0.5,
+        low_rad_s: 0.1,
+        high_rad_s: 1000.0,
+    };
+    let crone =
+        Crone::<f64>::new(shape, Actuator::UNLIMITED, memory(Rule::Grunwald), T).expect("valid");
+    let phases = [3.0, 10.0, 30.0].map(|omega: f64| crone.response(omega * T.0).arg().to_degrees());
+    for phase in phases {
+        // 45° less what the corners take: 0.5·(90° − atan 30 + atan 0.03).
+        assert!((phase - 45.0).abs() < 2.0, "{phases:?}");
+    }
+    let shape = LeadLagParameters {
+        gain: 4.0,
+        lambda_s: 0.1,
+        x: 0.2,
+        order: 1.0,
+    };
+    let lead =
+        LeadLag::<f64>::new(shape, Actuator::UNLIMITED, memory(Rule::Grunwald), T).expect("valid");
+    for theta in [0.0, 0.3, PI] {
+        // (s + 10)/(s + 50) with s = (2/T)(1 − w)/(1 + w), by hand.
+        let w = Complex::from_polar(1.0, -theta);
+        let s = |k: f64| (Complex::new(1.0, 0.0) - w) * 2000.0 + (w + 1.0) * k;
+        let want = s(10.0) / s(50.0) * 4.0;
+        let have = lead.response(theta);
+        assert!(
+            (have - want).norm() < 1e-9 * want.norm(),
+            "{theta}: {have} {want}"
+        );
+    }
+}
+
+#[test]
+fn podlubnys_loop_with_its_controller_converges_to_the_closed_form() {
+    let [_, golden] = podlubny();
+    let gains = PidParameters {
+        proportional: 20.5,
+        derivative: 3.7343,
+        derivative_order: 1.15,
+        ..PidParameters::NONE
+    };
+    let plant: Plant = "1/(0.8s^2.2+0.5s^0.9+1)".parse().expect("valid");
+    let error = |t: f64| {
+        let memory = memory(Rule::Bdf2);
+        let pid = FractionalPid::<f64, 64>::new(
+            gains,
+            SetPoint::ERROR,
+            Actuator::UNLIMITED,
+            memory,
+            Seconds(t),
+        )
+        .expect("valid");
+        let plant = SampledPlant::new(&plant, memory, Seconds(t)).expect("valid");
+        let run = simulate(&pid, &plant, |_| 1.0, (10.0 / t) as usize + 1);
+        let errors = golden
+            .points
+            .iter()
+            .map(|&(time, want)| (run.measured[(time / t).round() as usize] - want).abs());
+        errors.fold(0.0, f64::max)
+    };
+    let errors = [error(2e-3), error(1e-3)];
+    println!("held command, 2 and 1 ms: {errors:?}");
+    // The hold is half a sample late: first order, whatever the kernel.
+    assert!(
+        errors[1] < 2e-2 && (errors[0] / errors[1]).log2() > 0.8,
+        "{errors:?}"
+    );
+}
+
+#[test]
+fn a_step_of_the_reference_kicks_as_much_as_its_weights_say() {
+    let kick = |proportional, derivative| {
+        let weights = SetPoint {
+            proportional,
+            derivative,
+        };
+        let pid = pid(
+            PidParameters {
+                integral: 0.0,
+                ..GAINS
+            },
+            weights,
+            Actuator::UNLIMITED,
+        );
+        pid.output(&pid.at_rest(), 1.0, 0.0)
+    };
+    assert_eq!(kick(0.0, 0.0), 0.0);
+    assert_eq!(kick(1.0, 0.0), 2.0);
+    assert_eq!(kick(0.5, 0.0), 1.0);
+    assert!(kick(0.0, 1.0) > 10.0);
+}
+
+#[test]
+fn limits_hold_and_a_nan_is_not_hidden() {
+    let pid = pid(
+        GAINS,
+        SetPoint::DEFAULT,
+        Actuator::new(-1.0, 3.0).expect("valid"),
+    );
+    let history = pid.at_rest();
+    assert_eq!(pid.output(&history, 1e9, 0.0), 3.0);
+    assert_eq!(pid.output(&history, -1e9, 0.0), -1.0);
+    assert!(pid.output(&history, f64::NAN, 0.0).is_nan());
+    let mut spoiled = history;
+    pid.advance(&mut spoiled, 0.0, f64::NAN, 0.0);
+    assert!(pid.output(&spoiled, 0.0, 0.0).is_nan());
+}
+
+/// Largest jump of the command between neighbouring samples, around sample 3000, where something changes.
+fn bump(
+    change: impl FnOnce(&mut Station<f64, FractionalPid<f64, 64>>, f64),
+    manual_before: bool,
+) -> f64 {
+    let plant: Plant = "1/(0.2s+1)".parse().expect("valid");
+    let plant = SampledPlant::new(&plant, memory(Rule::Bdf2), T).expect("valid");
+    let mut state = plant.at_rest();
+    let mut station = Station::new(pid(GAINS, SetPoint::DEFAULT, Actuator::UNLIMITED));
+    if manual_before {
+        station.set_mode(Mode::Manual(0.7));
+    }
+    let (mut change, mut last, mut most) = (Some(change), 0.0, 0.0_f64);
+    for n in 0..15_000 {
+        let y = plant.past(&state);
+        if n == 3000 {
+            change.take().expect("once")(&mut station, y);
+        }
+        let u = station.step(1.0, y);
+        plant.advance(&mut state, u);
+        if n >= 3000 {
+            most = most.max((u - last).abs());
+        }
+        last = u;
+    }
+    // And it gets to the reference in the end.
+    let error = (plant.past(&state) - 1.0).abs();
+    assert!(error < 0.05 || manual_before, "{error}");
+    most
+}
+
+#[test]
+fn parameters_change_without_a_bump() {
+    let with = |gains| {
+        move |station: &mut Station<f64, FractionalPid<f64, 64>>, y: f64| {
+            station.set_controller(pid(gains, SetPoint::DEFAULT, Actuator::UNLIMITED), 1.0, y);
+        }
+    };
+    let all = [
+        PidParameters {
+            proportional: 6.0,
+            ..GAINS
+        },
+        PidParameters {
+            integral: 6.0,
+            ..GAINS
+        },
+        PidParameters {
+            derivative: 0.9,
+            ..GAINS
+        },
+        PidParameters {
+            integral_order: 1.0,
+            ..GAINS
+        },
+        PidParameters {
+            derivative_order: 0.3,
+            integral_order: 0.95,
+            ..GAINS
+        },
+    ];
+    for gains in all {
+        let bump = bump(with(gains), false);
+        println!("{gains:?}: {bump:.1e}");
+        // The command is about 1; a plain exchange of the histories jumps by a tenth to one.
+        assert!(bump < 1e-2, "{gains:?}: {bump}");
+    }
+}
+
+#[test]
+fn from_manual_to_automatic_the_command_goes_on() {
+    let bump = bump(|station, _| station.set_mode(Mode::Automatic), true);
+    assert!(bump < 2e-2, "{bump}");
+}
+
+#[test]
+fn single_precision_agrees_with_double() {
+    let actuator = Actuator::new(-4.0, 4.0).expect("valid");
+    let single = FractionalPid::<f32, 64>::new(
+        GAINS,
+        SetPoint::DEFAULT,
+        actuator,
+        memory(Rule::Grunwald),
+        T,
+    )
+    .expect("valid");
+    let double = FractionalPid::<f64, 64>::new(
+        GAINS,
+        SetPoint::DEFAULT,
+        actuator,
+        memory(Rule::Grunwald),
+        T,
+    )
+    .expect("valid");
+    let (mut s, mut d) = (single.at_rest(), double.at_rest());
+    for n in 0..50_000 {
+        let y = (f64::from(n) * 3e-3).sin();
+        let (a, b) = (single.output(&s, 0.5, y as f32), double.output(&d, 0.5, y));
+        assert!((f64::from(a) - b).abs() < 1e-4, "{n}: {a} {b}");
+        single.advance(&mut s, 0.5, y as f32, a);
+        double.advance(&mut d, 0.5, y, b);
+    }
+}
+
+#[test]
+fn bad_parameters_are_refused_in_one_line() {
+    let pid = |gains| {
+        FractionalPid::<f64, 64>::new(
+            gains,
+            SetPoint::DEFAULT,
+            Actuator::UNLIMITED,
+            memory(Rule::Bdf2),
+            T,
+        )
+        .expect_err("refused")
+    };
+    let crone = |low_rad_s, high_rad_s| {
+        let shape = CroneParameters {
+            gain: 1.0,
+            order: 0.5,
+            low_rad_s,
+            high_rad_s,
+        };
+        Crone::<f64>::new(shape, Actuator::UNLIMITED, memory(Rule::Bdf2), T).expect_err("refused")
+    };
+    let errors: [(ControlError, &str); 8] = [
+        (
+            pid(PidParameters {
+                proportional: f64::NAN,
+                ..GAINS
+            }),
+            "proportional gain NaN is not finite",
+        ),
+        (
+            pid(PidParameters {
+                integral_order: 0.0,
+                ..GAINS
+            }),
+            "order of the integral 0 is not above 0 and at most 2",
+        ),
+        (
+            pid(PidParameters {
+                derivative_order: 2.1,
+                ..GAINS
+            }),
+            "order of the derivative 2.1 is not above 0 and at most 2",
+        ),
+        (
+            crone(10.0, 1.0),
+            "lower corner 10 rad/s is not below the upper corner",
+        ),
+        (
+            crone(1.0, 5000.0),
+            "corner of the pole 5000 rad/s is not at most 2/T, twice the sample rate",
+        ),
+        (
+            crone(-1.0, 10.0),
+            "corner of the zero -1 rad/s is not above 0",
+        ),
+        (
+            Actuator::new(2.0, 1.0).expect_err("refused"),
+            "lower limit of the command 2 is not below the upper limit",
+        ),
+        (
+            Memory::new(Rule::Bdf2, 1e-6, 0.0).expect_err("refused"),
+            "horizon 0 s is not above 0 s",
+        ),
+    ];
+    for (error, text) in errors {
+        let error = error.to_string();
+        assert!(error.starts_with(text) && !error.contains('\n'), "{error}");
+    }
+    // Without gain of a part its order has no meaning.
+    let none = PidParameters {
+        integral: 0.0,
+        integral_order: 9.0,
+        ..GAINS
+    };
+    let memory = memory(Rule::Bdf2);
+    assert!(
+        FractionalPid::<f64, 64>::new(none, SetPoint::DEFAULT, Actuator::UNLIMITED, memory, T)
+            .is_ok()
+    );
+}

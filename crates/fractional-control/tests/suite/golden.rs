@@ -1,0 +1,40 @@
+//! The values that `golden/make_golden.py` made.
+
+use fractional_control::FractionalTransferFunction;
+
+/// A function and its step response at some times.
+#[derive(Debug)]
+pub(crate) struct Golden {
+    pub(crate) function: FractionalTransferFunction,
+    pub(crate) points: Vec<(f64, f64)>,
+}
+
+pub(crate) fn read(text: &str) -> Vec<Golden> {
+    let mut all: Vec<(String, Golden)> = Vec::new();
+    for line in text.lines().skip(1) {
+        let fields: Vec<&str> = line.split(',').collect();
+        let [name, t, y] = fields[..] else {
+            panic!("three fields: {line}");
+        };
+        let point = (t.parse().expect("a time"), y.parse().expect("a value"));
+        match all.last_mut() {
+            Some((last, golden)) if last == name => golden.points.push(point),
+            _ => {
+                let function = name.parse().expect("a transfer function");
+                let points = vec![point];
+                all.push((name.to_owned(), Golden { function, points }));
+            }
+        }
+    }
+    all.into_iter().map(|(_, golden)| golden).collect()
+}
+
+pub(crate) fn podlubny() -> [Golden; 2] {
+    read(include_str!("../golden/podlubny.csv"))
+        .try_into()
+        .expect("two functions")
+}
+
+pub(crate) fn randoms() -> Vec<Golden> {
+    read(include_str!("../golden/random.csv"))
+}

@@ -1,0 +1,13 @@
+//! Tests of the public face of `fractional-control`, in one binary.
+
+#![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
+
+mod boundary;
+mod controllers;
+mod golden;
+mod identification;
+mod notation;
+mod plants;
+mod streaming;
+mod tuning;
+mod windup;

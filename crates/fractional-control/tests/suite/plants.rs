@@ -1,0 +1,177 @@
+//! Plants in samples: matrices exactly, transfer functions to second order, measured responses between their points.
+
+use core::f64::consts::PI;
+use fracdiff::Seconds;
+use fractional_control::num_complex::Complex;
+use fractional_control::{
+    FractionalTransferFunction, Memory, PidParameters, Plant, Rule, SampledLoop, SampledPlant,
+    StateSpace,
+};
+use nalgebra::{DMatrix, DVector, RowDVector};
+
+fn memory() -> Memory {
+    Memory::new(Rule::Bdf2, 1e-9, 50.0).expect("valid")
+}
+
+/// 1/(s² + 0.6 s + 2) as matrices.
+fn second_order() -> StateSpace {
+    StateSpace::new(
+        DMatrix::from_row_slice(2, 2, &[0.0, 1.0, -2.0, -0.6]),
+        DVector::from_column_slice(&[0.0, 1.0]),
+        RowDVector::from_row_slice(&[1.0, 0.0]),
+    )
+    .expect("valid")
+}
+
+fn run(plant: &Plant, t: f64, input: impl Fn(usize) -> f64, samples: usize) -> Vec<f64> {
+    let plant = SampledPlant::new(plant, memory(), Seconds(t)).expect("valid");
+    let mut state = plant.at_rest();
+    (0..samples)
+        .map(|n| plant.step(&mut state, input(n)))
+        .collect()
+}
+
+#[test]
+fn matrices_are_sampled_exactly_whatever_the_delay_and_lag() {
+    // A late step at T = 0.2 is the same curve, moved; the lag multiplies by 1/(τs + 1).
+    let states = second_order().behind_lag(0.3).expect("valid");
+    let fine = run(
+        &Plant::state_space(states.clone(), 0.0).expect("valid"),
+        0.01,
+        |_| 1.0,
+        2000,
+    );
+    for delay in [0.0, 0.07, 0.2, 0.43] {
+        let plant = Plant::state_space(states.clone(), delay).expect("valid");
+        let coarse = run(&plant, 0.2, |_| 1.0, 90);
+        for (n, y) in coarse.iter().enumerate() {
+            let late = (n as f64 * 0.2 - delay) / 0.01;
+            let want = if late <= 0.0 {
+                0.0
+            } else {
+                fine[late.round() as usize]
+            };
+            assert!((y - want).abs() < 1e-12, "{delay} {n}: {y} {want}");
+        }
+    }
+}
+
+#[test]
+fn a_transfer_function_is_the_same_plant_to_second_order() {
+    let function: FractionalTransferFunction = "1/(s^2+0.6s+2)".parse().expect("valid");
+    for delay in [0.0, 0.013, 0.2] {
+        let exact = Plant::state_space(second_order(), delay).expect("valid");
+        let other = Plant::transfer(function, delay).expect("valid");
+        let error = |t: f64| {
+            let samples = (8.0 / t) as usize;
+            let input = |n: usize| (n as f64 * t * 1.7).sin();
+            let (a, b) = (
+                run(&exact, t, input, samples),
+                run(&other, t, input, samples),
+            );
+            a.iter()
+                .zip(&b)
+                .map(|(a, b)| (a - b).abs())
+                .fold(0.0, f64::max)
+        };
+        let (coarse, fine) = (error(0.02), error(0.01));
+        println!("{delay}: {coarse:.1e} {fine:.1e}");
+        // A few T².
+        assert!(
+            fine < 5e-4 && coarse / fine > 3.0,
+            "{delay}: {coarse} {fine}"
+        );
+    }
+}
+
+#[test]
+fn the_curve_of_the_verdict_is_the_plant_that_runs() {
+    let function: FractionalTransferFunction =
+        "(s^0.5+2)/(s^1.7+0.5s^0.9+1)".parse().expect("valid");
+    let plants = [
+        Plant::transfer(function, 0.13).expect("valid"),
+        Plant::state_space(second_order().behind_lag(0.05).expect("valid"), 0.13).expect("valid"),
+    ];
+    for plant in plants {
+        let (t, gain) = (
+            0.05,
+            PidParameters {
+                proportional: 1.0,
+                ..PidParameters::NONE
+            },
+        );
+        let sampled = SampledPlant::new(&plant, memory(), Seconds(t)).expect("valid");
+        let closed = SampledLoop::new(gain.into(), memory(), &sampled).expect("valid");
+        let weights = run(&plant, t, |n| f64::from(u8::from(n == 0)), 40_000);
+        for theta in [0.05, 0.4, 1.5, PI] {
+            let terms = weights.iter().enumerate();
+            let want: Complex<f64> = terms
+                .map(|(j, h)| Complex::from_polar(*h, -theta * j as f64))
+                .sum();
+            let have = closed.open(theta);
+            // What is cut off, a power law that oscillates.
+            let cut = 2.0 * weights[39_999].abs() / theta;
+            assert!((have - want).norm() < 1e-7 + cut, "{theta}: {have} {want}");
+        }
+        // Near rest it is the continuous plant behind half a sample of hold.
+        let omega = 0.2;
+        let want =
+            plant.response(omega).expect("known") * Complex::from_polar(1.0, -omega * t / 2.0);
+        let have = closed.open(omega * t);
+        assert!((have - want).norm() < 1e-4 * want.norm(), "{have} {want}");
+    }
+}
+
+#[test]
+fn a_measured_response_is_read_between_its_points() {
+    let plant: Plant = "2*exp(-0.3s)/(s^1.2+1)".parse().expect("valid");
+    let points: Vec<_> = (0..=200)
+        .map(|k| 0.01 * 1.04_f64.powi(k))
+        .map(|omega| (omega, plant.response(omega).expect("any")))
+        .collect();
+    let measured = Plant::measured(&points).expect("valid");
+    for omega in [0.0101, 0.3, 1.234, 20.0] {
+        let (have, want) = (
+            measured.response(omega).expect("inside"),
+            plant.response(omega).expect("any"),
+        );
+        // Straight lines across 4 %.
+        assert!((have / want - 1.0).norm() < 5e-3, "{omega}: {have} {want}");
+    }
+    assert_eq!(measured.response(0.009), None);
+    assert_eq!(measured.response(1e3), None);
+    for bad in [
+        &points[..2],
+        &[points[0], points[0], points[1]][..],
+        &[(0.0, points[0].1); 3][..],
+    ] {
+        assert!(Plant::measured(bad).is_err());
+    }
+    assert!(SampledPlant::new(&measured, memory(), Seconds(0.1)).is_err());
+}
+
+#[test]
+fn what_is_no_plant_is_refused() {
+    let text = |text: &str| text.parse::<Plant>().expect_err(text).to_string();
+    assert!(text("exp(0.5s)/(s+1)").starts_with("dead time -0.5 s is not at least 0"));
+    assert!(text("s^2/(s+1)").contains("is above 1"));
+    let unstable: Plant = "1/(s^1.5-1)".parse().expect("valid");
+    assert_eq!(
+        unstable
+            .stable_by_itself()
+            .expect_err("unstable")
+            .to_string(),
+        "the plant has 1 poles that do not decay: close the loop with a controller first"
+    );
+    let wrong = StateSpace::new(
+        DMatrix::zeros(2, 3),
+        DVector::zeros(2),
+        RowDVector::zeros(2),
+    );
+    assert!(wrong.is_err());
+    assert!(second_order().behind_lag(-1.0).is_err());
+    let fast = second_order().behind_lag(1e-6).expect("valid");
+    let fast = Plant::state_space(fast, 0.0).expect("valid");
+    let error = SampledPlant::new(&fast, memory(), Seconds(0.1)).expect_err("too fast");
+    assert!(error.to_string().contains("leave that pole out"), "{error}");
+}

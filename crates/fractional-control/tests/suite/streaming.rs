@@ -1,0 +1,223 @@
+//! Transfer functions sample by sample, against numerical inversion of the Laplace transform.
+
+use crate::golden::{Golden, podlubny, randoms};
+use core::f64::consts::PI;
+use fracdiff::{Differintegrator, FrequencyResponse, Seconds};
+use fractional_control::num_complex::Complex;
+use fractional_control::{
+    FractionalTransferFunction, Memory, Rule, SampledTransferFunction, impulse_response,
+    step_response,
+};
+
+fn memory(rule: Rule, tolerance: f64) -> Memory {
+    Memory::new(rule, tolerance, 12.0)
+        .expect("valid")
+        .fewest_modes()
+}
+
+/// Largest error at the golden times, over the largest of their values.
+fn error(golden: &Golden, rule: Rule, t: f64, tolerance: f64) -> f64 {
+    let last = golden.points.last().expect("points").0;
+    let samples = (last / t).round() as usize + 1;
+    let y = step_response(
+        &golden.function,
+        memory(rule, tolerance),
+        Seconds(t),
+        samples,
+    )
+    .unwrap_or_else(|error| panic!("{}: {error}", golden.function));
+    let largest = golden.points.iter().map(|p| p.1.abs()).fold(0.0, f64::max);
+    let errors = golden.points.iter().map(|&(time, want)| {
+        let have = y[(time / t).round() as usize];
+        (have - want).abs() / largest
+    });
+    errors.fold(0.0, f64::max)
+}
+
+#[test]
+fn podlubnys_plant_and_loop_agree_with_the_inverse_transform() {
+    for (index, golden) in podlubny().iter().enumerate() {
+        let of = |rule, t| error(golden, rule, t, 1e-9);
+        let (first, second) = (of(Rule::Grunwald, 1e-3), of(Rule::Bdf2, 1e-3));
+        println!("{index}: Grünwald {first:.2e}, BDF2 {second:.2e} at 1 ms");
+        assert!(first < 3e-3, "{first}");
+        assert!(second < 1e-5, "{second}");
+        let order = (of(Rule::Grunwald, 4e-3) / of(Rule::Grunwald, 2e-3)).log2();
+        assert!((order - 1.0).abs() < 0.1, "{order}");
+        let order = (of(Rule::Bdf2, 1e-2) / of(Rule::Bdf2, 5e-3)).log2();
+        assert!((order - 2.0).abs() < 0.1, "{order}");
+    }
+}
+
+/// The order of convergence: the sample time is halved until it is this one within 0.15. Before, terms of other orders count too.
+fn order_near(golden: &Golden, rule: Rule, want: f64) -> (f64, f64) {
+    let (mut t, mut coarse) = (0.02, error(golden, rule, 0.02, 1e-10));
+    loop {
+        t *= 0.5;
+        let fine = error(golden, rule, t, 1e-10);
+        let order = (coarse / fine).log2();
+        if (order - want).abs() < 0.15 || t < 1e-3 {
+            return (order, t);
+        }
+        coarse = fine;
+    }
+}
+
+#[test]
+fn random_functions_converge_with_orders_one_and_two() {
+    let all = randoms();
+    assert_eq!(all.len(), 200);
+    for (rule, want) in [(Rule::Grunwald, 1.0), (Rule::Bdf2, 2.0)] {
+        let found = all
+            .iter()
+            .map(|golden| (order_near(golden, rule, want), golden));
+        let mut worst = (0.0_f64, String::new());
+        let mut at_once = 0;
+        for ((order, t), golden) in found {
+            at_once += i32::from(t > 0.009);
+            if (order - want).abs() > worst.0 {
+                worst = (
+                    (order - want).abs(),
+                    format!("{order} at {t}: {}", golden.function),
+                );
+            }
+        }
+        println!("order {want}: {at_once} of 200 from 20 to 10 ms, worst {worst:?}");
+        assert!(worst.0 < 0.15, "{worst:?}");
+    }
+}
+
+#[test]
+fn the_sampled_response_is_that_of_the_impulse_response() {
+    let memory = Memory::new(Rule::Bdf2, 1e-9, 100.0).expect("valid");
+    for text in [
+        "1/(s^1.5+2s+1)",
+        "(s^0.5+2)/(0.3s^2.2+s^1.7+1)",
+        "(s+3)/(s+1)",
+    ] {
+        let function: FractionalTransferFunction = text.parse().expect("valid");
+        let t = Seconds(0.02);
+        let running =
+            SampledTransferFunction::<f64, 112>::new(&function, memory, t).expect("valid");
+        let mut history = running.at_rest();
+        let mut weights = vec![running.step(&mut history, 1.0)];
+        weights.extend((0..40_000).map(|_| running.step(&mut history, 0.0)));
+        for theta in [0.02, 0.3, 1.0, PI] {
+            let terms = weights.iter().enumerate();
+            let want: Complex<f64> = terms
+                .map(|(j, h)| Complex::from_polar(*h, -theta * j as f64))
+                .sum();
+            let have = running.response(theta);
+            // What is cut off, a power law that oscillates.
+            let cut = 2.0 * weights[40_000].abs() / theta;
+            assert!(
+                (have - want).norm() < 1e-9 + cut,
+                "{text} {theta}: {have} {want}"
+            );
+        }
+        // And near rest it is the function itself.
+        let omega = 0.05 / t.0;
+        let (have, want) = (running.response(0.05), function.response(omega));
+        assert!((have - want).norm() < 4e-3 * want.norm(), "{have} {want}");
+    }
+}
+
+#[test]
+fn single_precision_neither_drifts_nor_cancels() {
+    let memory = Memory::new(Rule::Bdf2, 1e-6, 200.0).expect("valid");
+    for text in [
+        "1/(0.8s^2.2+0.5s^0.9+1)",
+        "1/(s^3+2s^2+2s+1)",
+        "(s^0.5+1)/(s^1.5+s+0.5)",
+    ] {
+        let function: FractionalTransferFunction = text.parse().expect("valid");
+        let t = Seconds(1e-3);
+        let double = SampledTransferFunction::<f64>::new(&function, memory, t).expect("valid");
+        let single = SampledTransferFunction::<f32>::new(&function, memory, t).expect("valid");
+        let (mut d, mut s) = (double.at_rest(), single.at_rest());
+        let mut worst = 0.0_f64;
+        for _ in 0..200_000 {
+            let (want, have) = (double.step(&mut d, 1.0), single.step(&mut s, 1.0));
+            worst = worst.max((want - f64::from(have)).abs());
+        }
+        println!("{text}: {worst:.1e}");
+        assert!(worst < 2e-5, "{text}: {worst:e}");
+    }
+}
+
+#[test]
+fn orders_of_one_fraction_share_a_memory_and_agree_with_those_that_do_not() {
+    // 1/((s^0.5 + 1)(s^0.5 + 2)) = 1/(s + 3s^0.5 + 2): partial fractions 1/(s^0.5 + 1) − 1/(s^0.5 + 2).
+    let memory = memory(Rule::Bdf2, 1e-10);
+    let run = |text: &str| {
+        let function: FractionalTransferFunction = text.parse().expect("valid");
+        step_response(&function, memory, Seconds(1e-2), 1000).expect("valid")
+    };
+    let (whole, a, b) = (
+        run("1/(s+3s^0.5+2)"),
+        run("1/(s^0.5+1)"),
+        run("1/(s^0.5+2)"),
+    );
+    for n in 0..1000 {
+        // ε of the memories.
+        assert!((whole[n] - (a[n] - b[n])).abs() < 1e-8, "{n}");
+    }
+}
+
+#[test]
+fn the_impulse_response_is_the_slope_of_the_step_response() {
+    let function: FractionalTransferFunction = "1/(s^1.5+s+1)".parse().expect("valid");
+    let (memory, t) = (memory(Rule::Bdf2, 1e-9), 1e-2);
+    let step = step_response(&function, memory, Seconds(t), 501).expect("valid");
+    let impulse = impulse_response(&function, memory, Seconds(t), 501).expect("valid");
+    for n in [100, 200, 400] {
+        let slope = (step[n + 1] - step[n - 1]) / (2.0 * t);
+        // Two formulas of second order.
+        assert!(
+            (impulse[n] - slope).abs() < 1e-4,
+            "{n}: {} {slope}",
+            impulse[n]
+        );
+    }
+}
+
+#[test]
+fn poles_and_stability_of_commensurate_functions() {
+    let of = |text: &str| -> FractionalTransferFunction { text.parse().expect("valid") };
+    for (text, stable) in [
+        ("1/(s+1)", true),
+        ("1/(s-1)", false),
+        ("1/(s+0.4s^0.5+1)", true),
+        // λ² − 2cos(φ)·λ + 1, roots at ±φ: stable for φ > π/4.
+        ("1/(s-1.4s^0.5+1)", true),
+        ("1/(s-1.42s^0.5+1)", false),
+        ("1/(0.8s^2.2+0.5s^0.9+1)", true),
+        ("1/(s^3+s^2+s+0.99)", true),
+        ("1/(s^3+s^2+s+1.01)", false),
+        ("1/(s^0.5-1)", false),
+    ] {
+        let function = of(text);
+        let commensurate = function.commensurate().expect("commensurate");
+        assert_eq!(commensurate.is_stable(), stable, "{text}");
+        // Both criteria, by roots and by the turn of the denominator, agree.
+        assert_eq!(function.unstable_poles() == Some(0), stable, "{text}");
+        for pole in commensurate.poles() {
+            let residue = function.denominator().at(pole).norm();
+            assert!(residue < 1e-6, "{text}: {pole} {residue:e}");
+        }
+        assert_eq!(function.stable_by_itself().is_ok(), stable, "{text}");
+    }
+    let found = of("1/(s^1.5-2)")
+        .commensurate()
+        .expect("commensurate")
+        .poles();
+    assert!(
+        found
+            .iter()
+            .any(|s| (s - 2f64.powf(2.0 / 3.0)).norm() < 1e-12)
+    );
+    let irrational = of("1/(s^1.4142135623+s^0.577215664+1)").commensurate();
+    assert!(irrational.unwrap_err().to_string().contains("above 200"));
+    // An integrator neither decays nor grows: on the edge.
+    assert_eq!(of("1/(s^1.5+s)").unstable_poles(), None);
+}

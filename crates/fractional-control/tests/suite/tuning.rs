@@ -1,0 +1,357 @@
+//! Tuning: every wish met or named, robustness against the integer PID, refusals.
+
+use fracdiff::Seconds;
+use fractional_control::tuning::{
+    Bound, Sampling, Specification, Tuned, robustness, tune, tune_integer,
+};
+use fractional_control::{Memory, Plant, Rule, SampledLoop, SampledPlant, StateSpace};
+use nalgebra::{DMatrix, DVector, RowDVector};
+use std::time::Instant;
+
+/// Plant, crossover in rad/s, margin in degrees: 20 of first order with dead time, 15 of second order, 15 fractional.
+fn plants() -> Vec<(String, f64, f64)> {
+    let mut all = Vec::new();
+    for (k, tau) in [0.5_f64, 1.0, 4.0, 20.0, 62.0].into_iter().enumerate() {
+        for (i, late) in [0.05, 0.1, 0.2, 0.4].into_iter().enumerate() {
+            let delay = late * tau;
+            // Below the dead time, above the lag.
+            let omega = (0.45 / delay).min(6.0 / tau);
+            let gain = 0.5 + 0.7 * (k + i) as f64;
+            all.push((
+                format!("{gain:.2}*exp(-{delay}s)/({tau}s+1)"),
+                omega,
+                55.0 + 5.0 * i as f64,
+            ));
+        }
+    }
+    for (k, damping) in [0.3, 0.5, 0.7, 1.0, 1.6].into_iter().enumerate() {
+        for (i, omega) in [0.5_f64, 2.0, 10.0].into_iter().enumerate() {
+            let (a, b) = (1.0 / (omega * omega), 2.0 * damping / omega);
+            let gain = 0.8 + 0.4 * k as f64;
+            all.push((
+                format!("{gain}/({a}s^2+{b}s+1)"),
+                2.5 * omega,
+                50.0 + 7.0 * i as f64,
+            ));
+        }
+    }
+    for (k, order) in [0.6, 0.9, 1.2, 1.5, 1.9].into_iter().enumerate() {
+        for (i, coefficient) in [0.3, 0.8, 2.0].into_iter().enumerate() {
+            let inner = 0.4 * order;
+            let gain = 1.0 + 0.3 * i as f64;
+            all.push((
+                format!("{gain:.1}/(s^{order}+{coefficient}s^{inner:.2}+1)"),
+                3.0,
+                60.0 + 2.0 * k as f64,
+            ));
+        }
+    }
+    all
+}
+
+fn wishes(omega: f64, margin: f64) -> Specification {
+    Specification {
+        noise: Some(Bound {
+            omega_rad_s: 30.0 * omega,
+            at_most: 0.2,
+        }),
+        disturbance: Some(Bound {
+            omega_rad_s: 0.01 * omega,
+            at_most: 0.1,
+        }),
+        ..Specification::new(omega, margin.to_radians())
+    }
+}
+
+#[test]
+fn fifty_plants_are_tuned_to_every_wish_or_told_why_not() {
+    let all = plants();
+    assert_eq!(all.len(), 50);
+    let (mut met, mut named, mut refused) = (0, 0, 0);
+    let mut slowest = 0.0_f64;
+    for (text, omega, margin) in &all {
+        let plant: Plant = text.parse().expect("valid");
+        let wishes = wishes(*omega, *margin);
+        let start = Instant::now();
+        let tuned = tune(&plant, None, &wishes);
+        slowest = slowest.max(start.elapsed().as_secs_f64());
+        let tuned = match tuned {
+            Ok(tuned) => tuned,
+            Err(error) => {
+                println!("{text} at {omega:.3}, {margin}°: {error}");
+                refused += 1;
+                continue;
+            }
+        };
+        checked(&tuned, &plant, &wishes);
+        for unmet in &tuned.unmet {
+            println!("{text} at {omega:.3}, {margin}°: {unmet}");
+        }
+        if tuned.unmet.is_empty() {
+            met += 1;
+        } else {
+            named += 1;
+        }
+    }
+    println!(
+        "{met} met every wish, {named} named the one they miss, {refused} were refused; slowest {slowest:.3} s"
+    );
+    assert!(met >= 40, "{met}");
+}
+
+/// Crossover, margin and flatness from the plant and the controller alone, and the bounds on a fine grid.
+fn checked(tuned: &Tuned, plant: &Plant, wishes: &Specification) {
+    let open = |omega: f64| tuned.parameters.response(omega) * plant.response(omega).expect("any");
+    let here = wishes.crossover_rad_s;
+    assert!((open(here).norm() - 1.0).abs() < 0.01);
+    let margin = (-open(here)).arg();
+    assert!(
+        (margin / wishes.phase_margin_rad - 1.0).abs() < 0.01,
+        "{margin}"
+    );
+    let slope = (open(1.001 * here) / open(here / 1.001)).arg() / (2.0 * 1.001_f64.ln());
+    assert!(slope.abs() < 0.01, "{slope}");
+    let missed = |what| tuned.unmet.iter().any(|unmet| unmet.what == what);
+    for k in 0..=400 {
+        let omega = here * 10f64.powf(f64::from(k) / 100.0 - 1.0) * 30.0 / 10.0;
+        let t = open(omega) / (open(omega) + 1.0);
+        if let Some(bound) = wishes.noise
+            && omega >= bound.omega_rad_s
+            && omega <= 900.0 * here
+        {
+            // 1 % and the distance of two points of the tuner's grid.
+            assert!(
+                missed("noise") || t.norm() <= 1.02 * bound.at_most,
+                "{omega} {t}"
+            );
+        }
+        let omega = here * 0.01 * 10f64.powf(-f64::from(k) / 300.0);
+        let s = (open(omega) + 1.0).inv();
+        let bound = wishes.disturbance.expect("given");
+        assert!(
+            missed("disturbance") || s.norm() <= 1.02 * bound.at_most,
+            "{omega} {s}"
+        );
+    }
+}
+
+#[test]
+fn an_iso_damped_loop_overshoots_alike_where_the_integer_pid_does_not() {
+    let mut ratios = Vec::new();
+    for (text, omega, margin) in [
+        ("1/(0.4s+1)/(s+0.001)", 1.0, 60.0),
+        ("exp(-0.1s)/(s+0.05)", 1.0, 60.0),
+        ("0.55*exp(-1s)/(62s+1)", 0.1, 65.0),
+        ("1/(s^1.5+0.2s^0.7+0.1)", 2.0, 65.0),
+        ("1/(s^2+0.4s+0.04)", 1.5, 60.0),
+        ("1/(s^1.2+0.3)", 3.0, 65.0),
+    ] {
+        let plant: Plant = text.parse().expect("valid");
+        let t = Seconds(0.02 / omega);
+        let sampling = Some(Sampling {
+            sample_time: t,
+            rule: Rule::Bdf2,
+        });
+        // Both hold off disturbances: an integral that is next to nothing would leave them.
+        let wishes = Specification {
+            disturbance: Some(Bound {
+                omega_rad_s: 0.1 * omega,
+                at_most: 0.1,
+            }),
+            ..Specification::new(omega, f64::to_radians(margin))
+        };
+        let memory = Memory::new(Rule::Bdf2, 1e-6, 400.0 * t.0 * 50.0).expect("valid");
+        let spread = |tuned: &Tuned| {
+            let table = robustness(&tuned.parameters, &plant, memory, t, 4000).expect("runs");
+            assert!(table.iter().all(|row| row.verdict.stable), "{text}");
+            let all = table.iter().map(|row| row.shape.overshoot);
+            let (low, high) = all.fold((f64::MAX, f64::MIN), |(l, h), o| (l.min(o), h.max(o)));
+            (
+                high - low,
+                table
+                    .iter()
+                    .map(|row| row.shape.overshoot)
+                    .collect::<Vec<_>>(),
+            )
+        };
+        let fractional = tune(&plant, sampling, &wishes).expect(text);
+        let integer = tune_integer(&plant, sampling, &wishes);
+        let (own, list) = spread(&fractional);
+        match integer {
+            Ok(integer) => {
+                let (theirs, other) = spread(&integer);
+                println!(
+                    "{text}: {own:.4} {list:.3?} against {theirs:.4} {other:.3?}\n   {:?}\n   {:?}",
+                    fractional.parameters, integer.parameters
+                );
+                ratios.push((theirs / own, text));
+            }
+            Err(error) => println!("{text}: {own:.4} {list:.3?}, no integer PID: {error}"),
+        }
+    }
+    println!("{ratios:?}");
+    assert!(ratios.iter().all(|(ratio, _)| *ratio >= 3.0), "{ratios:?}");
+}
+
+#[test]
+fn the_sampled_loop_that_was_tuned_is_certified_stable_and_has_its_margin() {
+    let states = StateSpace::new(
+        DMatrix::from_row_slice(2, 2, &[0.0, 1.0, 0.0, -53.8]),
+        DVector::from_column_slice(&[0.0, 15.4]),
+        RowDVector::from_row_slice(&[1.0, 0.0]),
+    );
+    let states = states.and_then(|s| s.behind_lag(1e-3)).expect("valid");
+    let plants = [
+        Plant::state_space(states, 0.5e-3).expect("valid"),
+        "15.4*exp(-0.0005s)/(s^2+53.8s)".parse().expect("valid"),
+    ];
+    for plant in plants {
+        let (t, omega) = (Seconds(1e-3), 80.0);
+        let sampling = Sampling {
+            sample_time: t,
+            rule: Rule::Grunwald,
+        };
+        let tuned = tune(&plant, Some(sampling), &Specification::new(omega, 1.0)).expect("tuned");
+        assert!(tuned.unmet.is_empty(), "{:?}", tuned.unmet);
+        let memory = Memory::new(Rule::Grunwald, 1e-6, 50.0).expect("valid");
+        let second = Memory::new(Rule::Bdf2, 1e-6, 50.0).expect("valid");
+        let sampled = SampledPlant::new(&plant, second, t).expect("valid");
+        let closed = SampledLoop::new(tuned.parameters.into(), memory, &sampled).expect("valid");
+        assert!(closed.verdict().stable);
+        // What the plant folds back from above half the sample rate is not in the design.
+        let open = closed.open(omega * t.0);
+        assert!((open.norm() - 1.0).abs() < 0.01, "{open}");
+        assert!(((-open).arg() - 1.0).abs() < 0.01, "{open}");
+    }
+}
+
+#[test]
+fn a_measured_response_is_tuned_for_as_its_plant_is() {
+    let plant: Plant = "2*exp(-0.2s)/(3s+1)".parse().expect("valid");
+    let points: Vec<_> = (0..=300)
+        .map(|k| 1e-3 * 10f64.powf(f64::from(k) / 60.0))
+        .map(|omega| (omega, plant.response(omega).expect("any")))
+        .collect();
+    let measured = Plant::measured(&points).expect("valid");
+    let wishes = Specification::new(1.0, 1.1);
+    let (a, b) = (tune(&plant, None, &wishes), tune(&measured, None, &wishes));
+    let (a, b) = (a.expect("tuned"), b.expect("tuned"));
+    let (have, want) = (b.parameters.response(1.0), a.parameters.response(1.0));
+    assert!((have - want).norm() < 0.01 * want.norm(), "{have} {want}");
+}
+
+#[test]
+fn wishes_that_contradict_each_other_are_named() {
+    let plant: Plant = "exp(-0.1s)/(s+1)".parse().expect("valid");
+    let base = Specification::new(1.0, 1.0);
+    let bound = |omega_rad_s, at_most| {
+        Some(Bound {
+            omega_rad_s,
+            at_most,
+        })
+    };
+    let refused = |wishes: Specification| {
+        let error = tune(&plant, None, &wishes)
+            .expect_err("refused")
+            .to_string();
+        assert!(!error.contains('\n'));
+        error
+    };
+    for (wishes, parts) in [
+        (
+            Specification {
+                noise: bound(0.5, 0.1),
+                ..base
+            },
+            ["`noise` 0.1", "`crossover_rad_s` 1"],
+        ),
+        (
+            Specification {
+                disturbance: bound(2.0, 0.1),
+                ..base
+            },
+            ["`disturbance` 0.1", "`crossover_rad_s` 1"],
+        ),
+        (
+            Specification {
+                sensitivity_peak: Some(1.01),
+                ..base
+            },
+            ["`sensitivity_peak` 1.01", "`phase_margin_rad` 1"],
+        ),
+        (
+            Specification {
+                complementary_peak: Some(0.9),
+                ..base
+            },
+            ["`complementary_peak` 0.9", "`phase_margin_rad` 1"],
+        ),
+        (
+            Specification {
+                phase_margin_rad: 4.0,
+                ..base
+            },
+            ["phase margin 4 rad", "below π"],
+        ),
+        (
+            Specification {
+                crossover_rad_s: -1.0,
+                ..base
+            },
+            ["crossover -1 rad/s", "above 0"],
+        ),
+        (
+            Specification {
+                crossover_rad_s: f64::NAN,
+                ..base
+            },
+            ["crossover NaN", "above 0"],
+        ),
+        (
+            Specification {
+                crossover_rad_s: 60.0,
+                ..base
+            },
+            ["60", "lower one of the two"],
+        ),
+        (
+            Specification {
+                crossover_rad_s: 20.0,
+                ..base
+            },
+            ["was not found", "crossover_rad_s"],
+        ),
+    ] {
+        let error = refused(wishes);
+        for part in parts {
+            assert!(error.contains(part), "{error}");
+        }
+    }
+    let slow = Some(Sampling {
+        sample_time: Seconds(2.0),
+        rule: Rule::Bdf2,
+    });
+    assert!(
+        tune(&plant, slow, &base)
+            .expect_err("too slow")
+            .to_string()
+            .contains("sample faster")
+    );
+    let far = Specification {
+        crossover_rad_s: 5.0,
+        noise: bound(10.0, 1e-3),
+        ..base
+    };
+    let tuned = tune(&plant, None, &far).expect("tuned as well as can be");
+    assert!(
+        tuned
+            .unmet
+            .iter()
+            .any(|unmet| unmet.what == "noise" && unmet.reached > 1e-3)
+    );
+    assert!(
+        tuned.unmet[0]
+            .to_string()
+            .starts_with("`noise` 0.0010 is not reached")
+    );
+}
