@@ -5,6 +5,7 @@
 mod batch;
 mod full_memory;
 mod increments;
+mod memory;
 mod operators;
 mod oracle;
 mod own_kernel;
