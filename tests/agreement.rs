@@ -12,10 +12,9 @@ use haptic_loop::units::{
 use haptic_loop::{Controller, Device, SafeForce, SafetyChain, SpringDamper};
 use nalgebra::Vector1;
 use testkit::Random;
+use testkit::device::dies_out;
 
 const T: f64 = 1e-3;
-/// Samples after which a simulation is judged by its last windows.
-const LONGEST: usize = 1_500_000;
 /// Memory of a full-memory operator, samples.
 const HORIZON: f64 = 2e6;
 /// Distance from the edge, as a share of the gain.
@@ -136,35 +135,7 @@ impl Case {
         let mut controller = Controller::new(law, chain);
         let mut plant = self.plant();
         plant.set_state(Vector1::new(0.0), Vector1::new(1e-6));
-        // Windows of many periods of the slowest motion that could decide.
-        let period = std::f64::consts::TAU / theta.max(1e-3);
-        let window = (12.0 * period).ceil().max(256.0) as usize;
-        let mut levels: Vec<f64> = Vec::new();
-        for _ in 0..(LONGEST / window).max(24) {
-            let mut sum = 0.0;
-            for _ in 0..window {
-                match controller.tick(&mut plant) {
-                    // From 1 µm/s to a meganewton: it has grown.
-                    Ok(sample) if sample.limiters.bits() != 0 => return false,
-                    Ok(_) => {}
-                    Err(never) => match never {},
-                }
-                sum += plant.velocity()[0].powi(2);
-            }
-            let level = 0.5 * (sum / window as f64).ln();
-            levels.push(level);
-            let highest = levels.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            let lowest = levels.iter().copied().fold(f64::INFINITY, f64::min);
-            // A twentyfold growth from the lowest, or a decay to a millionth.
-            if level > lowest + 3.0 {
-                return false;
-            }
-            if level < highest - 14.0 {
-                return true;
-            }
-        }
-        let last = levels.len() - 1;
-        levels[last] < levels[last / 2]
+        dies_out(&mut controller, &mut plant, theta)
     }
 }
 

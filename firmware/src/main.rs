@@ -2,14 +2,14 @@
 #![no_std]
 #![no_main]
 
+use boards::{Parts, Retained, Shared, Ticker, chip, serve};
 use core::cell::RefCell;
 use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
 use cortex_m_rt::entry;
 use critical_section::Mutex;
-use firmware::{Parts, Retained, Shared, Ticker, chip};
 use haptic_loop::Fault;
-use haptic_remote::{DeviceSession, Exclusive, TickSide};
+use haptic_remote::{DeviceSession, Exclusive as _, TickSide};
 
 /// Major, minor, patch.
 const VERSION: [u8; 3] = [0, 1, 0];
@@ -53,10 +53,11 @@ fn main() -> ! {
     });
     chip::enable_interrupts();
     let session = SESSION.write(DeviceSession::new(VERSION, retained.boot));
-    firmware::serve(device, session, &mut line, &mut watchdog, chip::now_us)
+    serve(device, session, &mut line, &mut watchdog)
 }
 
-/// Makes the device in its place. On its own, so that what it needs of the stack is free again.
+/// Makes the device in its place. On its own, so that what it needs of the stack is free again; and here, as it needs three
+/// times as much where it is compiled for size.
 #[inline(never)]
 fn power_up(
     place: &'static mut MaybeUninit<Shared<chip::Board>>,

@@ -26,7 +26,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 /// Flash that the device may take.
-const FLASH_MAX: u32 = 64 * 1024;
+const FLASH_MAX: u32 = 56 * 1024;
 /// RAM that its variables may take.
 const STATIC_MAX: u32 = 12 * 1024;
 /// And its stack: most of it for the matrices of a simulated plant, in a commit.

@@ -3,8 +3,14 @@
 //! ```text
 //! F(w)·D(w) = A·D + S·(αD + βN),   P = N/D,   S = w^(d+1)(n₁ + n₀w + …),   w = e^(−jθ)
 //! ```
+//! With a simulated object [`Behind`] a coupler α(1 − w) + βP, as [`CoupledLoop`](crate::CoupledLoop) says,
+//!
+//! ```text
+//! F·D = A·e·D + (A·u + S·e)·(αvD + βN),   v = 1 − w,   e/u the object
+//! ```
 
-use crate::curve::{Bounds, Jet, Place, product};
+use crate::curve::{Bounds, Jet, Place, bounds_in_v, jet_in_v, powers_in_v, product, size_in_v};
+use crate::object::Behind;
 use crate::operator::OperatorNode;
 use crate::{LoopOperator, SampledPlant};
 use core::f64::consts::PI;
@@ -15,6 +21,8 @@ use num_complex::Complex;
 pub(crate) struct Characteristic<'a> {
     pub(crate) plant: SampledPlant,
     pub(crate) operator: &'a LoopOperator,
+    /// The object behind a coupler; `None` for a wall.
+    pub(crate) behind: Option<Behind>,
 }
 
 /// Everything known at one angle.
@@ -28,8 +36,8 @@ pub(crate) struct Node {
     pub(crate) operator: OperatorNode,
     /// A·D, S·D, S·N: G = terms · (1, α, β).
     pub(crate) terms: [Jet; 3],
-    /// Rounding error of the first term is this many ε.
-    pub(crate) rough: f64,
+    /// Rounding errors of the three terms are these many ε.
+    pub(crate) rough: [f64; 3],
 }
 
 /// Bounds of the three terms over an interval.
@@ -44,51 +52,73 @@ impl<'a> Characteristic<'a> {
         let place = Place::new(theta);
         let turn = place.w * Complex::new(0.0, 1.0); // dv/dθ = jw
         let own = self.plant.denominator_in_v();
-        let (value, slope) = powers(own, place.v);
-        let plant = Jet {
-            value,
-            rate: slope * turn,
-        };
+        let plant = jet_in_v(own, &place);
         let first = self.plant.path().whole_samples() + 1;
         let delays = place.w_to(first);
-        let (shape, slope) = powers(self.plant.numerator_in_v(), place.v);
+        let (shape, slope) = powers_in_v(self.plant.numerator_in_v(), place.v);
         let value = delays * shape;
         let gain = Jet {
             value,
             rate: value * Complex::new(0.0, -(first as f64)) + delays * turn * slope,
         };
         let operator = self.operator.node(&place);
-        let (above, below) = (operator.numerator, operator.denominator);
-        let terms = if self.operator.has_denominator() {
-            [plant.times(below), gain.times(below), gain.times(above)]
-        } else {
-            [plant, gain, gain.times(above)]
-        };
-        let size = own.iter().enumerate().fold(0.0, |sum, (k, a)| {
-            sum + (0..k).fold(a.abs(), |term, _| term * place.size_v)
-        });
+        let size = size_in_v(own, place.size_v);
+        let (terms, rough) = self.terms(&place, (plant, size), gain, &operator);
         Node {
             place,
             plant,
             gain,
             operator,
             terms,
-            rough: size * below.value.norm(),
+            rough,
         }
     }
 
-    pub(crate) fn plant_bounds(&self, a: &Node, b: &Node) -> Bounds {
-        let width = b.place.theta - a.place.theta;
-        // |A′| ≤ Σ k|a_k||v|^(k−1), |A″| ≤ that + Σ k(k − 1)|a_k||v|^(k−2), and |v| grows with θ.
-        let (mut rate, mut curl) = (0.0, 0.0);
-        for (k, a) in self.plant.denominator_in_v().iter().enumerate().skip(1) {
-            let most = |power: usize| (0..power).fold(a.abs(), |term, _| term * b.place.size_v);
-            rate += k as f64 * most(k - 1);
-            if k > 1 {
-                curl += (k * (k - 1)) as f64 * most(k - 2);
-            }
+    /// The three terms, and how many ε each may be off.
+    fn terms(
+        &self,
+        place: &Place,
+        (plant, size): (Jet, f64),
+        gain: Jet,
+        operator: &OperatorNode,
+    ) -> ([Jet; 3], [f64; 3]) {
+        let (above, below) = (operator.numerator, operator.denominator);
+        let divided = |jet: Jet| match self.operator.has_denominator() {
+            true => jet.times(below),
+            false => jet,
+        };
+        let denominator = below.value.norm();
+        if let Some(behind) = &self.behind {
+            let (e, u) = (jet_in_v(&behind.e, place), jet_in_v(&behind.u, place));
+            let sizes = [&behind.e[..], &behind.u[..]].map(|c| size_in_v(c, place.size_v));
+            let seen = plant.times(u).plus(gain.times(e));
+            let size_seen = size * sizes[1] + gain.value.norm() * sizes[0];
+            let v = jet_in_v(&[0.0, 1.0], place);
+            let terms = [
+                divided(plant.times(e)),
+                divided(seen.times(v)),
+                seen.times(above),
+            ];
+            let rough = [
+                size * sizes[0] * denominator,
+                size_seen * place.size_v * denominator,
+                size_seen * (above.value.norm() + 1.0),
+            ];
+            return (terms, rough);
         }
-        Bounds::from_ends(&a.plant, &b.plant, width, rate, rate + curl)
+        let terms = [divided(plant), divided(gain), gain.times(above)];
+        // A polynomial that cancels to nothing still has errors of its terms, about 1.
+        let rough = [
+            size * denominator,
+            terms[1].value.norm(),
+            terms[2].value.norm() + gain.value.norm(),
+        ];
+        (terms, rough)
+    }
+
+    pub(crate) fn plant_bounds(&self, a: &Node, b: &Node) -> Bounds {
+        let places = (&a.place, &b.place);
+        bounds_in_v(self.plant.denominator_in_v(), places, (&a.plant, &b.plant))
     }
 
     pub(crate) fn gain_bounds(&self, a: &Node, b: &Node) -> Bounds {
@@ -113,11 +143,25 @@ impl<'a> Characteristic<'a> {
         let plant = self.plant_bounds(a, b);
         let gain = self.gain_bounds(a, b);
         let [above, below] = self.operator_bounds(a, b);
-        if self.operator.has_denominator() {
-            [plant.times(below), gain.times(below), gain.times(above)]
-        } else {
-            [plant, gain, gain.times(above)]
-        }
+        let divided = |bounds: Bounds| match self.operator.has_denominator() {
+            true => bounds.times(below),
+            false => bounds,
+        };
+        let Some(behind) = &self.behind else {
+            return [divided(plant), divided(gain), gain.times(above)];
+        };
+        let places = (&a.place, &b.place);
+        let of = |coefficients: &[f64]| {
+            let jets = [places.0, places.1].map(|place| jet_in_v(coefficients, place));
+            bounds_in_v(coefficients, places, (&jets[0], &jets[1]))
+        };
+        let (e, u, v) = (of(&behind.e), of(&behind.u), of(&[0.0, 1.0]));
+        let seen = plant.times(u).plus(gain.times(e));
+        [
+            divided(plant.times(e)),
+            divided(seen.times(v)),
+            seen.times(above),
+        ]
     }
 
     pub(crate) fn span(&self, a: &Node, b: &Node) -> Span {
@@ -134,17 +178,6 @@ impl<'a> Characteristic<'a> {
         let fast = (1..=64).map(|k| PI * f64::from(k) / 64.0);
         core::iter::once(0.0).chain(slow).chain(fast)
     }
-}
-
-/// A polynomial and its derivative at v, the coefficient of v⁰ first.
-fn powers(coefficients: &[f64], v: Complex<f64>) -> (Complex<f64>, Complex<f64>) {
-    let horner = |factor: fn(usize) -> f64, skip: usize| {
-        let terms = coefficients.iter().enumerate().skip(skip).rev();
-        terms.fold(Complex::new(0.0, 0.0), |sum, (k, c)| {
-            sum * v + factor(k) * c
-        })
-    };
-    (horner(|_| 1.0, 0), horner(|k| k as f64, 1))
 }
 
 impl Node {
@@ -169,10 +202,8 @@ impl Node {
 
     /// An estimate of the rounding error of the value.
     pub(crate) fn noise(&self, alpha: f64, beta: f64) -> f64 {
-        let stiff = alpha * self.terms[1].value.norm();
-        // A polynomial that cancels to nothing still has errors of its terms, about 1.
-        let fractional = beta * (self.terms[2].value.norm() + self.gain.value.norm());
-        8.0 * f64::EPSILON * (self.rough + stiff + fractional)
+        let [one, stiff, fractional] = self.rough;
+        8.0 * f64::EPSILON * (one + alpha * stiff + beta * fractional)
     }
 }
 
@@ -210,6 +241,7 @@ mod tests {
             let characteristic = Characteristic {
                 plant,
                 operator: &operator,
+                behind: None,
             };
             for interval in [(0.0, 0.01), (0.1, 0.5), (1.0, 1.2), (2.5, PI)] {
                 let name = format!("d + h = {delay}, τ = {lag}");

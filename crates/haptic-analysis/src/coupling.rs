@@ -1,8 +1,8 @@
 //! The virtual coupler as a two port: hybrid matrix, Llewellyn's conditions, least device damping.
 
-use crate::AnalysisError;
 use crate::environment::finite;
-use crate::least_damping::{LeastDamping, Shares, exact, hold};
+use crate::least_damping::{LeastDamping, SampledHold, Shares, TustinHold, exact, hold};
+use crate::{AnalysisError, ForcePath};
 use fracdiff::parameter::{not_negative, positive};
 use fracdiff::{FrequencyResponse, Order};
 use num_complex::Complex;
@@ -247,17 +247,82 @@ impl<'a> Coupler<'a> {
     /// # Ok::<(), haptic_analysis::AnalysisError>(())
     /// ```
     pub fn least_damping(&self) -> Result<LeastDamping, AnalysisError> {
-        // In units of k_c + b_c·T^μ, so that no product of the two can overflow.
+        let (scale, shares) = self.shares();
+        let outcome = match self.inverse {
+            Inverse::Exact => shares.least_of_exact(self.order.get()),
+            Inverse::Operator { operator, memory } => {
+                shares.least_of(operator, memory, &TustinHold)
+            }
+        };
+        outcome?.times(scale)
+    }
+
+    /// The least b for which the *really sampled* device, its force held between samples, late and lagging by `path`, is passive
+    /// with the coupler and every passive object behind it: stable in every passive hand, then.
+    ///
+    /// ```text
+    /// b = sup over θ of h(θ)/(2 Re(1/Z_c)),   h = √(|M|² + V) − Re(wM),   h = 1 − cos((d + 1)θ) for d whole samples of delay
+    /// ```
+    /// M and V are mean and variance of the force within a sample. Llewellyn's h, cos(θ/2)(1 − cos(θ/2)), is less than a quarter
+    /// of it: his device is one under Tustin's rule, whose force acts half a sample earlier. So [`least_damping`]
+    /// (Self::least_damping) is not enough for a sampled device: a spring (μ = 1) needs four times as much, `b_c·T/2`, and a damper
+    /// eight times, `k_c`.
+    ///
+    /// *Derivation*: passivity of a sampled port asks b ≥ (Re(cZ) + √(Re²(cZ) + V|Z|²))/2, c = −wM, at each θ (Theorem 1 with
+    /// the variance within a sample), which is |bY − c/2|² ≥ (|c|² + V)/4 for Y = 1/Z. With an object Y = 1/Z_c + 1/Z_o, and a
+    /// passive Z_o can make it any Y with Re Y ≥ Re(1/Z_c): the circle has to lie outside of that half-plane.
+    ///
+    /// *Delays* up to some hundred samples; beyond, the limit at rest of a coupler of order 1 is not resolved.
+    ///
+    /// # Errors
+    /// An operator without a finite response.
+    ///
+    /// ```
+    /// use fracdiff::Order;
+    /// use haptic_analysis::{Coupler, ForcePath, LeastDamping};
+    ///
+    /// let damper = Coupler::exact(Order::new(1.0)?, 1e-3, 2.0, 0.0)?; // 2 N·s/m
+    /// let LeastDamping::Enough { damping_n_s_per_m, .. } = damper.sampled_damping(ForcePath::NONE)? else {
+    ///     unreachable!("a damper has a bound");
+    /// };
+    /// assert!((damping_n_s_per_m - 2.0).abs() < 1e-12); // Llewellyn says 0.25
+    /// # Ok::<(), haptic_analysis::AnalysisError>(())
+    /// ```
+    pub fn sampled_damping(&self, path: ForcePath) -> Result<LeastDamping, AnalysisError> {
+        let (scale, shares) = self.shares();
+        let hold = SampledHold(path);
+        let outcome = match self.inverse {
+            Inverse::Exact => shares.least_of(&ExactInverse(self.order.get()), 1, &hold),
+            Inverse::Operator { operator, memory } => shares.least_of(operator, memory, &hold),
+        };
+        outcome?.times(scale)
+    }
+
+    /// μ.
+    #[must_use]
+    pub const fn order(&self) -> Order {
+        self.order
+    }
+
+    /// T, s.
+    #[must_use]
+    pub const fn sample_time_s(&self) -> f64 {
+        self.sample_time_s
+    }
+
+    /// `k_c` and `b_c·T^μ`, N·s/m.
+    pub(crate) const fn gains(&self) -> (f64, f64) {
+        (self.stiffness, self.dissipation)
+    }
+
+    /// Both gains as shares of their sum, so that no product of the two can overflow, and that sum.
+    fn shares(&self) -> (f64, Shares) {
         let scale = self.stiffness + self.dissipation;
         let shares = Shares {
             stiffness: self.stiffness / scale,
             dissipation: self.dissipation / scale,
         };
-        let outcome = match self.inverse {
-            Inverse::Exact => shares.least_of_exact(self.order.get()),
-            Inverse::Operator { operator, memory } => shares.least_of(operator, memory),
-        };
-        outcome?.times(scale)
+        (scale, shares)
     }
 
     /// Is the port passive with a device of this damping, N·s/m, whatever passive hand and
@@ -281,6 +346,15 @@ impl<'a> Coupler<'a> {
             Inverse::Exact => exact(self.order.get(), theta),
             Inverse::Operator { operator, .. } => operator.response(theta),
         }
+    }
+}
+
+/// (1 − w)^μ with its digits near rest.
+struct ExactInverse(f64);
+
+impl FrequencyResponse for ExactInverse {
+    fn response(&self, theta: f64) -> Complex<f64> {
+        exact(self.0, theta)
     }
 }
 

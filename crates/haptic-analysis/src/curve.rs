@@ -67,6 +67,13 @@ impl Jet {
         }
     }
 
+    pub(crate) fn plus(self, other: Self) -> Self {
+        Self {
+            value: self.value + other.value,
+            rate: self.rate + other.rate,
+        }
+    }
+
     pub(crate) fn conj(self) -> Self {
         Self {
             value: self.value.conj(),
@@ -107,6 +114,15 @@ impl Bounds {
         }
     }
 
+    pub(crate) fn plus(self, other: Self) -> Self {
+        Self {
+            size: self.size + other.size,
+            rate: self.rate + other.rate,
+            bend: self.bend + other.bend,
+            travel: self.travel + other.travel,
+        }
+    }
+
     /// Of a function with these global bounds of rate and bend, from its jets at both ends.
     pub(crate) fn from_ends(a: &Jet, b: &Jet, width: f64, rate: f64, bend: f64) -> Self {
         let (rate_a, rate_b) = (a.rate.norm(), b.rate.norm());
@@ -126,6 +142,51 @@ impl Bounds {
 /// The product of two bounds, where nothing times anything is nothing.
 pub(crate) fn product(x: f64, y: f64) -> f64 {
     if x == 0.0 || y == 0.0 { 0.0 } else { x * y }
+}
+
+/// A polynomial and its derivative at v, the coefficient of v⁰ first.
+pub(crate) fn powers_in_v(coefficients: &[f64], v: Complex<f64>) -> (Complex<f64>, Complex<f64>) {
+    let horner = |factor: fn(usize) -> f64, skip: usize| {
+        let terms = coefficients.iter().enumerate().skip(skip).rev();
+        terms.fold(Complex::new(0.0, 0.0), |sum, (k, c)| {
+            sum * v + factor(k) * c
+        })
+    };
+    (horner(|_| 1.0, 0), horner(|k| k as f64, 1))
+}
+
+/// A polynomial in v as a function of θ: dv/dθ = jw.
+pub(crate) fn jet_in_v(coefficients: &[f64], place: &Place) -> Jet {
+    let (value, slope) = powers_in_v(coefficients, place.v);
+    Jet {
+        value,
+        rate: slope * (place.w * Complex::new(0.0, 1.0)),
+    }
+}
+
+/// `Σ|c_k||v|^k`.
+pub(crate) fn size_in_v(coefficients: &[f64], size_v: f64) -> f64 {
+    coefficients.iter().enumerate().fold(0.0, |sum, (k, c)| {
+        sum + (0..k).fold(c.abs(), |term, _| term * size_v)
+    })
+}
+
+/// Bounds of a polynomial in v between two places.
+pub(crate) fn bounds_in_v(
+    coefficients: &[f64],
+    (a, b): (&Place, &Place),
+    jets: (&Jet, &Jet),
+) -> Bounds {
+    // |A′| ≤ Σ k|a_k||v|^(k−1), |A″| ≤ that + Σ k(k − 1)|a_k||v|^(k−2), and |v| grows with θ.
+    let (mut rate, mut curl) = (0.0, 0.0);
+    for (k, c) in coefficients.iter().enumerate().skip(1) {
+        let most = |power: usize| (0..power).fold(c.abs(), |term, _| term * b.size_v);
+        rate += k as f64 * most(k - 1);
+        if k > 1 {
+            curl += (k * (k - 1)) as f64 * most(k - 2);
+        }
+    }
+    Bounds::from_ends(jets.0, jets.1, b.theta - a.theta, rate, rate + curl)
 }
 
 /// A real function of θ with its derivative.

@@ -1,9 +1,9 @@
 //! Least device damping of a coupled port: the supremum of Llewellyn's third condition over θ, and
 //! the cases that have none.
 
-use crate::AnalysisError;
 use crate::environment::finite;
 use crate::extremum::{Grid, Maximum};
+use crate::{AnalysisError, ForcePath};
 use fracdiff::FrequencyResponse;
 use num_complex::Complex;
 use std::f64::consts::PI;
@@ -63,8 +63,8 @@ impl Shares {
     }
 
     /// h/(2 Re(1/Z)) = h·|kP + g|²/(2(k|P|² + g·Re P)).
-    fn damping(self, theta: f64, p: Complex<f64>) -> f64 {
-        0.5 * hold(theta) * (p * self.stiffness + self.dissipation).norm_sqr() / self.real_part(p)
+    fn damping(self, hold: f64, p: Complex<f64>) -> f64 {
+        0.5 * hold * (p * self.stiffness + self.dissipation).norm_sqr() / self.real_part(p)
     }
 
     /// For (1 − w)^μ, in closed form.
@@ -88,7 +88,7 @@ impl Shares {
         } else {
             self.dissipation * self.dissipation / (8.0 * (2.0 * self.stiffness + self.dissipation))
         };
-        let value = |theta: f64| self.damping(theta, exact(mu, theta));
+        let value = |theta: f64| self.damping(hold(theta), exact(mu, theta));
         enough(Grid::new(1).maximum(at_zero, value))
     }
 
@@ -98,17 +98,21 @@ impl Shares {
         self,
         operator: &dyn FrequencyResponse,
         memory: usize,
+        hold: &dyn Hold,
     ) -> Result<LeastDamping, AnalysisError> {
         const NOISE: f64 = 1e-15;
-        /// Below this θ a value that rounding spoils is left out, and the limit extrapolated.
-        const LOW: f64 = 0.05;
         /// Accepted relative error of Re(1/Z) from rounding.
         const RESOLVED: f64 = 1e-10;
+        let grid = Grid::new(memory + hold.ripple());
         if self.dissipation == 0.0 {
-            return Ok(WITHOUT_DISSIPATION);
+            return match hold.of_damper() {
+                Some(known) => Ok(known),
+                None => enough(grid.maximum(0.0, |theta| 0.5 * hold.at(theta))),
+            };
         }
+        // Below this θ a value that rounding spoils is left out, and the limit extrapolated.
+        let low = hold.low();
         let noise = |p: Complex<f64>| NOISE * self.dissipation * p.norm().max(1.0);
-        let grid = Grid::new(memory);
         // Re(1/Z) < 0 beyond rounding: no damping.
         let negative = grid.maximum(f64::NEG_INFINITY, |theta| {
             let p = operator.response(theta);
@@ -121,16 +125,17 @@ impl Shares {
             }
             Some(_) => {}
         }
-        let resolved =
-            |theta: f64, p: Complex<f64>| theta >= LOW || noise(p) <= RESOLVED * self.real_part(p);
+        let resolved = |theta: f64, p: Complex<f64>| {
+            theta >= low || (hold.is_exact() && noise(p) <= RESOLVED * self.real_part(p))
+        };
         let value = |theta: f64| {
             let p = operator.response(theta);
             if !resolved(theta, p) {
                 f64::NEG_INFINITY
-            } else if self.real_part(p) <= 10.0 * noise(p) && theta < PI {
+            } else if self.real_part(p) <= 10.0 * noise(p) && hold.at(theta) > 0.0 {
                 f64::INFINITY
             } else {
-                self.damping(theta, p)
+                self.damping(hold.at(theta), p)
             }
         };
         let thetas = grid.thetas();
@@ -178,6 +183,81 @@ fn enough(found: Option<Maximum>) -> Result<LeastDamping, AnalysisError> {
         damping_n_s_per_m: finite("least damping", value, "N·s/m")?,
         worst_theta: theta,
     })
+}
+
+/// h, the energy that the hold can take at a frequency, as a share of the largest.
+pub(crate) trait Hold {
+    /// h(θ), at least 0.
+    fn at(&self, theta: f64) -> f64;
+    /// Samples in which it may ripple.
+    fn ripple(&self) -> usize;
+    /// θ from which on values are right to rounding.
+    fn low(&self) -> f64;
+    /// True if h keeps its digits below that, too.
+    fn is_exact(&self) -> bool;
+    /// The least damping of a pure damper of 1 N·s/m, if it is known.
+    fn of_damper(&self) -> Option<LeastDamping>;
+}
+
+/// The dissertation's device under Tustin's rule.
+pub(crate) struct TustinHold;
+
+impl Hold for TustinHold {
+    fn at(&self, theta: f64) -> f64 {
+        // 0 at π itself, where the cosine of the nearest number is not.
+        if theta < PI { hold(theta) } else { 0.0 }
+    }
+
+    fn ripple(&self) -> usize {
+        0
+    }
+
+    fn low(&self) -> f64 {
+        0.05
+    }
+
+    fn is_exact(&self) -> bool {
+        true
+    }
+
+    fn of_damper(&self) -> Option<LeastDamping> {
+        Some(WITHOUT_DISSIPATION)
+    }
+}
+
+/// A force that is really held, late and lagging.
+pub(crate) struct SampledHold(pub(crate) ForcePath);
+
+impl Hold for SampledHold {
+    fn at(&self, theta: f64) -> f64 {
+        if self.0.is_whole() {
+            // 1 − cos((d + 1)θ)
+            let turn = libm::sin(0.5 * (self.0.whole_samples() + 1) as f64 * theta);
+            return 2.0 * turn * turn;
+        }
+        // √(|M|² + V) − Re(wM)
+        let profile = self.0.profile(theta);
+        let (sin, cos) = libm::sincos(theta);
+        let square = 2.0 * (1.0 - cos) * profile.spread;
+        let late = Complex::new(cos, -sin) * profile.mean;
+        (libm::sqrt(profile.mean.norm_sqr() + square) - late.re).max(0.0)
+    }
+
+    fn ripple(&self) -> usize {
+        self.0.whole_samples() + 2
+    }
+
+    fn low(&self) -> f64 {
+        0.05 / (1.0 + self.0.mean_delay())
+    }
+
+    fn is_exact(&self) -> bool {
+        self.0.is_whole()
+    }
+
+    fn of_damper(&self) -> Option<LeastDamping> {
+        None
+    }
 }
 
 /// |p₁₂p₂₁| + Re(p₁₂p₂₁) = cos(θ/2)(1 − cos(θ/2)) = cos(θ/2)·2 sin²(θ/4).

@@ -92,7 +92,7 @@ impl SampledLoop<'_> {
         }
     }
 
-    fn gain_margins(&self) -> (Option<AtAngle>, Option<AtAngle>) {
+    pub(crate) fn gain_margins(&self) -> (Option<AtAngle>, Option<AtAngle>) {
         // GH is real: Im(A·(SH)*) = 0.
         let imaginary = |terms: &Terms| {
             let Terms {

@@ -117,7 +117,11 @@ impl StabilityRegion {
                 unit: "",
             });
         }
-        let characteristic = Characteristic { plant, operator };
+        let characteristic = Characteristic {
+            plant,
+            operator,
+            behind: None,
+        };
         let decomposition = Decomposition {
             characteristic,
             direct_gain: operator.direct_gain(),
@@ -177,7 +181,9 @@ impl StabilityRegion {
 
 /// R, see the module's step 1.
 fn reach(characteristic: &Characteristic) -> Result<f64, AnalysisError> {
-    let Characteristic { plant, operator } = characteristic;
+    let Characteristic {
+        plant, operator, ..
+    } = characteristic;
     let direct = operator.direct_gain();
     // sup |P| over the circle, generously: it enters as a logarithm.
     let (at_nyquist, _) = operator.response_and_rate(PI);

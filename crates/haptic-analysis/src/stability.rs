@@ -118,7 +118,11 @@ impl<'a> SampledLoop<'a> {
             }
         }
         Ok(Self {
-            characteristic: Characteristic { plant, operator },
+            characteristic: Characteristic {
+                plant,
+                operator,
+                behind: None,
+            },
             alpha: flushed(alpha),
             beta: flushed(beta),
         })

@@ -35,6 +35,7 @@ fn twice(text: &str) -> [(Value, Vec<Vec<f64>>); 2] {
             ExperimentFile::Relax(relaxation) => serde_json::to_value(relaxation.report(ran)?.0),
             ExperimentFile::Creep(creep) => serde_json::to_value(creep.report(ran)?.0),
             ExperimentFile::Wall(wall) => serde_json::to_value(wall.report(ran)?.0),
+            ExperimentFile::Coupler(coupler) => serde_json::to_value(coupler.report(ran)?.0),
         };
         Ok(value.expect("is JSON"))
     };
@@ -42,6 +43,7 @@ fn twice(text: &str) -> [(Value, Vec<Vec<f64>>); 2] {
         ExperimentFile::Relax(relaxation) => relaxation.record(&request, supervisor),
         ExperimentFile::Creep(creep) => creep.record(&request, supervisor),
         ExperimentFile::Wall(wall) => wall.run_alone(&request, supervisor),
+        ExperimentFile::Coupler(coupler) => coupler.run_alone(&request, supervisor),
     };
     let mut ran = ran.expect("runs");
     let table = || {

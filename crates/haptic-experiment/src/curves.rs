@@ -107,6 +107,25 @@ pub struct WallCurves {
     pub force_n: Vec<f64>,
 }
 
+/// The trial of a coupler.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CouplerCurves {
+    /// One line: coupler, object, device, operator, verdict.
+    pub subtitle: String,
+    /// Origin of the force.
+    pub origin: Origin,
+    /// Place of rest of the device, m; `None` where the coupler creeps or nothing holds the object.
+    pub expected_deflection_m: Option<f64>,
+    /// Time, s.
+    pub time_s: Vec<f64>,
+    /// Position of the device, m.
+    pub position_m: Vec<f64>,
+    /// Place of the object, m.
+    pub object_position_m: Vec<f64>,
+    /// Force of the coupler, opposed to the motion of the device, N.
+    pub force_n: Vec<f64>,
+}
+
 /// Results of an experiment: a report, and the folder of its further files.
 #[derive(Debug)]
 pub struct Published<R, C> {

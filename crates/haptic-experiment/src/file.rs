@@ -1,4 +1,4 @@
-//! Experiment files: TOML with one table, `[relax]`, `[creep]` or `[wall]`, units in the names of keys.
+//! Experiment files: TOML with one table, `[relax]`, `[creep]`, `[wall]` or `[coupler]`, units in the names of keys.
 //!
 //! ```toml
 //! [wall]
@@ -12,7 +12,9 @@
 //! Defaults are those of the commands. Whatever is wrong is refused in one line, `FILE:LINE: reason`;
 //! so are keys that are not known. Paths in a file start from the folder of the file.
 
+mod coupler;
 mod device;
+mod pushed;
 mod reader;
 mod rendering;
 mod safety;
@@ -25,7 +27,7 @@ use crate::preflight::PreflightRequest;
 use crate::remote::RemoteDevice;
 use crate::safety::Safety;
 use crate::schedule::Pace;
-use crate::{Creep, Relaxation, WallExperiment, parameters};
+use crate::{CouplerExperiment, Creep, Relaxation, WallExperiment, parameters};
 use haptic_tissue::read_text;
 use reader::Document;
 pub use reader::FileError;
@@ -55,10 +57,12 @@ pub enum ExperimentFile {
     Creep(Creep),
     /// `[wall]`.
     Wall(WallExperiment),
+    /// `[coupler]`.
+    Coupler(CouplerExperiment),
 }
 
 /// Kinds of experiments.
-const KINDS: [&str; 3] = ["relax", "creep", "wall"];
+const KINDS: [&str; 4] = ["relax", "creep", "wall", "coupler"];
 
 impl ExperimentFile {
     /// Reads and checks a file.
@@ -81,6 +85,7 @@ impl ExperimentFile {
         match kind {
             "relax" => rendering::relax(&table).map(Self::Relax),
             "creep" => rendering::creep(&table).map(Self::Creep),
+            "coupler" => coupler::coupler(&table).map(Self::Coupler),
             _ => wall::wall(&table).map(Self::Wall),
         }
     }
@@ -94,6 +99,7 @@ impl ExperimentFile {
             Self::Relax(experiment) => experiment.check(),
             Self::Creep(experiment) => experiment.check(),
             Self::Wall(experiment) => experiment.check(),
+            Self::Coupler(experiment) => experiment.check(),
         }
     }
 
@@ -104,6 +110,7 @@ impl ExperimentFile {
             Self::Relax(experiment) => experiment.rendering.remote.as_ref(),
             Self::Creep(experiment) => experiment.rendering.remote.as_ref(),
             Self::Wall(experiment) => experiment.remote.as_ref(),
+            Self::Coupler(experiment) => experiment.remote.as_ref(),
         }
     }
 
@@ -125,6 +132,10 @@ impl ExperimentFile {
                 experiment.remote = remote;
                 experiment.sensors
             }
+            Self::Coupler(experiment) => {
+                experiment.remote = remote;
+                experiment.sensors
+            }
         };
         if self.remote().is_some() && !sensors.are_ideal() {
             return Err(Failure::bad_input(
@@ -141,16 +152,18 @@ impl ExperimentFile {
             Self::Relax(experiment) => &mut experiment.rendering.safety,
             Self::Creep(experiment) => &mut experiment.rendering.safety,
             Self::Wall(experiment) => &mut experiment.safety,
+            Self::Coupler(experiment) => &mut experiment.safety,
         }
     }
 
-    /// The same, with this wish for the pre-flight. A wall knows its device; for the others it is told here.
+    /// The same, with this wish for the pre-flight. A wall and a coupler know their device; for the others it is told here.
     #[must_use]
     pub fn with_preflight(mut self, wanted: PreflightRequest) -> Self {
         match &mut self {
             Self::Relax(experiment) => experiment.rendering.preflight = wanted,
             Self::Creep(experiment) => experiment.rendering.preflight = wanted,
             Self::Wall(experiment) => experiment.force_unstable = wanted.force_unstable,
+            Self::Coupler(experiment) => experiment.force_unstable = wanted.force_unstable,
         }
         self
     }
@@ -162,6 +175,7 @@ impl ExperimentFile {
             Self::Relax(experiment) => experiment.rendering.pace = pace,
             Self::Creep(experiment) => experiment.rendering.pace = pace,
             Self::Wall(experiment) => experiment.pace = pace,
+            Self::Coupler(experiment) => experiment.pace = pace,
         }
         self
     }

@@ -3,6 +3,7 @@
 
 #[cfg(test)]
 mod bounded_tests;
+pub mod coupler;
 pub mod creep;
 pub mod curves;
 pub mod design;
@@ -43,6 +44,7 @@ pub mod wall;
 pub mod warnings;
 pub mod zwidth;
 
+pub use coupler::{CouplerExperiment, CouplerReport};
 pub use creep::Creep;
 pub use failure::Failure;
 pub use file::ExperimentFile;

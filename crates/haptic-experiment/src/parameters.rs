@@ -4,12 +4,14 @@
 //! Keys carry the SI unit of the value. `shown` is the default as a person writes it, and its value is the same (a test of the
 //! command holds each against the number).
 
+mod coupler;
 mod device;
 mod experiment;
 mod kind;
 mod safety;
 mod wall;
 
+pub use coupler::*;
 pub use device::*;
 pub use experiment::*;
 pub use kind::{Parameter, Range, Value};
@@ -23,6 +25,7 @@ pub fn of_kind(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
     let own: &[(&str, &[Parameter])] = match kind {
         "relax" => &[("relaxation", RELAX), ("rendering", RENDERING)],
         "creep" => &[("creep", CREEP), ("rendering", RENDERING)],
+        "coupler" => &[("required", COUPLER_REQUIRED), ("coupler", COUPLER)],
         _ => &[("required", WALL_REQUIRED), ("wall", WALL)],
     };
     own.iter().copied().chain(common).collect()
@@ -37,6 +40,8 @@ pub fn is_key(key: &str) -> bool {
         RENDERING,
         WALL_REQUIRED,
         WALL,
+        COUPLER_REQUIRED,
+        COUPLER,
         ON_DEVICE,
         SAFETY,
     ];
@@ -49,7 +54,7 @@ mod tests {
 
     #[test]
     fn a_table_has_no_key_twice_and_every_default_is_in_its_range() {
-        for kind in ["relax", "creep", "wall"] {
+        for kind in ["relax", "creep", "wall", "coupler"] {
             let all: Vec<Parameter> = of_kind(kind)
                 .iter()
                 .flat_map(|(_, table)| *table)

@@ -15,11 +15,13 @@
 //!   rounded up to whole samples, since the device writes once a sample. The current lag of the motor likewise.
 //! - *Margin*: the factor on K and B together that takes the loop to the edge of stability.
 
+mod coupler;
 #[cfg(test)]
 mod tests;
 mod verdict;
 
 use crate::failure::Failure;
+pub use coupler::{CouplerPreflight, CouplerVerdict};
 use fracdiff::{Order, Scheme, Seconds};
 pub use haptic_analysis::Dynamics;
 use haptic_analysis::{AnalysisError, Environment, LoopOperator, SampledLoop};
@@ -61,18 +63,35 @@ pub fn delay_samples(round_trip_us: u64, sample_time_s: f64) -> usize {
     (1e-6 * round_trip_us as f64 / sample_time_s + 1.0).ceil() as usize
 }
 
+/// A loop that the analysis can look at.
+pub trait PreflightSubject {
+    /// Looks at the loop with this device and `line` samples of delay beside its own.
+    ///
+    /// # Errors
+    /// A number that the analysis does not take.
+    fn verdict(&self, dynamics: Dynamics, line: usize) -> Result<PreflightVerdict, Failure>;
+}
+
+impl PreflightSubject for Preflight {
+    fn verdict(&self, dynamics: Dynamics, line: usize) -> Result<PreflightVerdict, Failure> {
+        Self::verdict(self, dynamics, line)
+    }
+}
+
+fn refused(error: &AnalysisError) -> Failure {
+    Failure::input_with_advice(
+        format_args!("pre-flight: {error}"),
+        "check mass, damping, delay, current lag and sample time",
+    )
+}
+
 impl Preflight {
     /// Looks at the loop with this device and `line` samples of delay beside its own.
     ///
     /// # Errors
     /// A number that the analysis does not take.
     pub fn verdict(&self, dynamics: Dynamics, line: usize) -> Result<PreflightVerdict, Failure> {
-        self.judge(dynamics, line).map_err(|error| {
-            Failure::input_with_advice(
-                format_args!("pre-flight: {error}"),
-                "check mass, damping, delay, current lag and sample time",
-            )
-        })
+        self.judge(dynamics, line).map_err(|error| refused(&error))
     }
 
     fn judge(&self, dynamics: Dynamics, line: usize) -> Result<PreflightVerdict, AnalysisError> {
@@ -115,13 +134,14 @@ impl Preflight {
             current_lag_s: dynamics.current_lag_s,
             alpha: wall.alpha,
             beta: wall.beta,
+            coupler: None,
         })
     }
 }
 
 /// The largest factor below 1 known to be stable, to three digits and rounded down; `None` if a millionth is
 /// not.
-fn softer(
+pub(crate) fn softer(
     stable: impl Fn(f64) -> Result<bool, AnalysisError>,
 ) -> Result<Option<f64>, AnalysisError> {
     let (mut good, mut bad) = (0.5, 1.0);

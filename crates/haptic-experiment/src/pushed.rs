@@ -3,6 +3,8 @@
 //! The device arrives from free flight: at time 0 it is at the wall with the speed of the impact, and the
 //! wall remembers nothing. From then on the push acts.
 
+mod setup;
+
 use super::refused::parameter;
 use super::safety::{GuardedDevice, Safety};
 use super::sensed::{Sensed, Sensors};
@@ -14,8 +16,9 @@ use fracdiff::{Operator, Seconds};
 use haptic_analysis::Dynamics;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
-use haptic_loop::{Controller, Limits, ParameterError, SafetyChain, Wall};
+use haptic_loop::{Controller, Environment, Limits, ParameterError, SafetyChain, Wall};
 use nalgebra::SVector;
+pub(super) use setup::{Parts, Setup, six_digits, warnings};
 use std::ops::{ControlFlow, RangeInclusive};
 
 /// A wall at the device's start position.
@@ -150,8 +153,8 @@ impl TrialPlan {
 
 /// Runs the loop in virtual time, without log or files, until the judge has seen enough; `true` if it
 /// reached the end without a fault.
-pub(super) fn try_wall(
-    controller: &mut Controller<f64, 1, VirtualWall>,
+pub(super) fn try_out<E: Environment<f64, 1>>(
+    controller: &mut Controller<f64, 1, E>,
     device: &mut Sensed<MassDamper<1>>,
     samples: u64,
     judge: &mut Judge,

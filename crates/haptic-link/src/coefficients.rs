@@ -45,6 +45,7 @@ pub struct CoefficientBlock {
     #[serde(with = "postcard::fixint::le")]
     pub offset: u16,
     /// In the order of [`OperatorForm`](crate::OperatorForm).
+    #[serde(deserialize_with = "crate::in_order::array")]
     pub values: [f32; COEFFICIENTS_PER_BLOCK],
 }
 

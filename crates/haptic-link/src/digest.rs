@@ -1,5 +1,6 @@
 //! The digest by which both ends know a configuration.
 
+use crate::bytes::written;
 use crate::configuration::Configuration;
 use crate::frame::CRC;
 
@@ -31,8 +32,7 @@ impl DigestBuilder {
         // Longer than any configuration can be on the wire.
         let mut bytes = [0; 192];
         // A message of fixed size into a buffer that is longer cannot fail.
-        let written = postcard::to_slice(configuration, &mut bytes).map_or(0, |bytes| bytes.len());
-        digest.update(&bytes[..written]);
+        digest.update(written(configuration, &mut bytes).unwrap_or_default());
         Self(digest)
     }
 

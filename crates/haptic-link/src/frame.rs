@@ -15,6 +15,7 @@
 //! - *After damage* the next zero byte begins anew: a good frame behind a bad one is found, unless the
 //!   damage took the zero between them.
 
+use crate::bytes::written;
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -148,7 +149,7 @@ pub fn encode<M: Serialize>(
     let (bytes, start) = header.bytes();
     content[..start].copy_from_slice(&bytes[..start]);
     let body = &mut content[start..CONTENT_MAX - CRC_BYTES];
-    let written = postcard::to_slice(message, body).map_err(|_| EncodeError::TooLong)?;
+    let written = written(message, body).ok_or(EncodeError::TooLong)?;
     let end = start + written.len();
     frame(&mut content[..end + CRC_BYTES], line)
 }
@@ -306,11 +307,15 @@ impl<M: Serialize + DeserializeOwned> Receiver<M> {
         let (header, body) = content
             .split_at_checked(self.direction.header_bytes())
             .ok_or(FrameError::Corrupt)?;
-        let message = postcard::from_bytes(body).map_err(|_| FrameError::Corrupt)?;
+        // Not by `?`, which would move the message once more.
+        let Ok(message) = postcard::from_bytes(body) else {
+            return Err(FrameError::Corrupt);
+        };
         let mut again = [0; CONTENT_MAX];
-        match postcard::to_slice(&message, &mut again) {
-            Ok(again) if again == body => Ok((Header::read(self.direction, header), message)),
-            _ => Err(FrameError::Corrupt),
+        if written(&message, &mut again) == Some(body) {
+            Ok((Header::read(self.direction, header), message))
+        } else {
+            Err(FrameError::Corrupt)
         }
     }
 

@@ -4,6 +4,7 @@
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
 mod answer;
+mod bytes;
 mod coefficients;
 mod configuration;
 mod current_keys;
@@ -11,6 +12,7 @@ mod digest;
 mod field;
 mod frame;
 mod identity;
+mod in_order;
 mod keys;
 mod limits;
 mod loop_mode;

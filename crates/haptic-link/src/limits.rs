@@ -1,5 +1,6 @@
 //! Limits of a device, and its passivity guard.
 
+use crate::in_order::{Blank, Fixed, blank, read_in_order};
 use crate::loop_mode::LoopMode;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -18,7 +19,7 @@ use serde::{Deserialize, Serialize};
 /// assert_eq!(force_n, 4.0);
 /// assert!(looser.is_some());
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Schema)]
 pub struct Limits {
     /// Largest force, N, above 0.
     pub force_n: f32,
@@ -76,6 +77,31 @@ pub struct Limits {
     pub guard: Guard,
 }
 
+read_in_order!(Limits {
+    force_n,
+    force_rate_n_per_s,
+    watchdog_ms as Fixed,
+    late_ticks as Fixed,
+    max_age_ticks as Fixed,
+    start_force_n,
+    rise_time_s,
+    workspace_low_m,
+    workspace_high_m,
+    workspace_soft_m,
+    speed_soft_m_per_s,
+    speed_hard_m_per_s,
+    velocity_bandwidth_hz,
+    braking_n_s_per_m,
+    stop_time_s,
+    brake_force_n,
+    device_mass_kg,
+    device_delay_ticks,
+    stuck_force_n,
+    stuck_time_s,
+    jump_m,
+    guard,
+});
+
 impl Limits {
     /// 10 N, 1000 N/s, 500 ms of silence, 20 late ticks, a start with at most 1 N that rises in 0.5 s, 1.5 m/s,
     /// a jump of 1 mm, 3 N in 0.1 s on a sensor that stands still. Workspace, braking and guard are off: they
@@ -128,7 +154,7 @@ impl Limits {
 }
 
 /// The passivity guard: keeps the loop from feeding the device energy.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Schema)]
 pub struct Guard {
     /// The kind of guard. The other fields are not looked at when it is off.
     pub kind: GuardKind,
@@ -148,6 +174,19 @@ pub struct Guard {
     /// Energy bounding: standard deviation of the noise of the position, m, 0 to 0.01.
     pub noise_m: f32,
 }
+
+read_in_order!(Guard {
+    kind,
+    damping_n_s_per_m,
+    share,
+    forget_s,
+    delay_least_samples,
+    delay_most_samples,
+    lag_s,
+    noise_m,
+});
+
+blank!(Guard: Self::OFF, GuardKind: Self::Off);
 
 impl Guard {
     /// None; the parameters are those with which energy bounding would begin, but for the damping.

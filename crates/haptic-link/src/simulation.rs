@@ -1,10 +1,11 @@
 //! The plant that a device simulates.
 
+use crate::in_order::{Blank, blank, read_in_order};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 /// The plant of a simulated device.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Schema)]
 pub struct Simulation {
     /// The simulated plant.
     pub kind: SimulationKind,
@@ -21,6 +22,18 @@ pub struct Simulation {
     /// Time to reach it, s.
     pub ramp_time_s: f32,
 }
+
+read_in_order!(Simulation {
+    kind,
+    mass_kg,
+    damping_n_s_per_m,
+    hand_stiffness_n_per_m,
+    push_n,
+    depth_m,
+    ramp_time_s,
+});
+
+blank!(SimulationKind: Self::Real);
 
 impl Simulation {
     /// A real device.

@@ -10,6 +10,7 @@ struct Looser(Option<Field>);
 
 impl Looser {
     /// The limit itself if it is on the tight side, else the other one. A number that is none is loose.
+    #[inline(never)]
     fn keep(&mut self, field: Field, tight: bool, value: f32, set: f32) -> f32 {
         if tight {
             return value;
@@ -18,15 +19,18 @@ impl Looser {
         set
     }
 
+    #[inline(never)]
     fn at_most(&mut self, field: Field, value: f32, set: f32) -> f32 {
         self.keep(field, value <= set, value, set)
     }
 
+    #[inline(never)]
     fn at_least(&mut self, field: Field, value: f32, set: f32) -> f32 {
         self.keep(field, value >= set, value, set)
     }
 
     /// 0 is no limit.
+    #[inline(never)]
     fn at_most_if_on(&mut self, field: Field, value: f32, set: f32) -> f32 {
         let tight = set <= 0.0 || (value > 0.0 && value <= set);
         self.keep(field, tight, value, set)

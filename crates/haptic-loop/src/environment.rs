@@ -1,6 +1,6 @@
 //! Virtual environments: control laws from position to force.
 
-use crate::error::{ParameterError, not_negative, positive, range, rounded};
+use crate::error::{Checks, ParameterError};
 use crate::units::Metres;
 use core::array;
 use core::fmt::Debug;
@@ -81,15 +81,14 @@ pub(crate) struct Gains<F> {
 }
 
 impl<F: Real> Gains<F> {
-    /// # Errors
-    /// As [`SpringDamper::new`].
-    pub(crate) fn new(stiffness: f64, dissipation: f64) -> Result<Self, ParameterError> {
-        not_negative("stiffness", stiffness, "N/m")?;
-        not_negative("dissipation", dissipation, "N·s^μ/m")?;
-        Ok(Self {
-            stiffness: rounded("stiffness", stiffness, "N/m")?,
-            dissipation: rounded("dissipation", dissipation, "N·s^μ/m")?,
-        })
+    /// Refuses as [`SpringDamper::new`].
+    pub(crate) fn new(stiffness: f64, dissipation: f64, checks: &mut Checks) -> Self {
+        checks.not_negative("stiffness", stiffness, "N/m");
+        checks.not_negative("dissipation", dissipation, "N·s^μ/m");
+        Self {
+            stiffness: checks.rounded("stiffness", stiffness, "N/m"),
+            dissipation: checks.rounded("dissipation", dissipation, "N·s^μ/m"),
+        }
     }
 }
 
@@ -99,7 +98,9 @@ impl<F: Real, O: Differintegrator<F>> SpringDamper<F, O> {
     /// # Errors
     /// Both must be finite and at least zero, in the precision of the loop too.
     pub fn new(stiffness: f64, dissipation: f64, operator: O) -> Result<Self, ParameterError> {
-        Gains::new(stiffness, dissipation).map(|gains| Self::of(gains, operator))
+        let mut checks = Checks::default();
+        let gains = Gains::new(stiffness, dissipation, &mut checks);
+        checks.done().map(|()| Self::of(gains, operator))
     }
 
     pub(crate) fn of(gains: Gains<F>, operator: O) -> Self {
@@ -177,16 +178,15 @@ pub(crate) struct Plane<F, const D: usize> {
 }
 
 impl<F: Real, const D: usize> Plane<F, D> {
-    /// # Errors
-    /// As [`Contact::new`].
-    pub(crate) fn new(direction: [f64; D], surface: Metres) -> Result<Self, ParameterError> {
+    /// Refuses as [`Contact::new`].
+    pub(crate) fn new(direction: [f64; D], surface: Metres, checks: &mut Checks) -> Self {
         let length = libm::sqrt(direction.iter().map(|n| n * n).sum());
-        positive("length of the contact's normal", length, "m")?;
-        range("contact surface", surface.0, true, "finite", "m")?;
-        Ok(Self {
+        checks.positive("length of the contact's normal", length, "m");
+        checks.range("contact surface", surface.0, true, "finite", "m");
+        Self {
             normal: SVector::from(direction.map(|n| F::from_f64(n / length))),
             surface: F::from_f64(surface.0),
-        })
+        }
     }
 }
 
@@ -207,7 +207,9 @@ impl<F: Real, E: Environment<F, 1>, const D: usize> Contact<F, E, D> {
     /// # Errors
     /// The direction must have a finite length above 0, the position must be finite.
     pub fn new(direction: [f64; D], surface: Metres, inner: E) -> Result<Self, ParameterError> {
-        Plane::new(direction, surface).map(|plane| Self::of(plane, inner))
+        let mut checks = Checks::default();
+        let plane = Plane::new(direction, surface, &mut checks);
+        checks.done().map(|()| Self::of(plane, inner))
     }
 
     pub(crate) fn of(plane: Plane<F, D>, inner: E) -> Self {

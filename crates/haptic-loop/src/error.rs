@@ -91,23 +91,75 @@ pub(crate) fn range(
     Ok(parameter::range(what, value, accepted, allowed, unit)?)
 }
 
-/// Rounds a checked value to the loop's precision; refuses one that overflows or vanishes there.
-#[inline(never)]
-pub(crate) fn rounded<F: Real>(
-    what: &'static str,
-    value: f64,
-    unit: &'static str,
-) -> Result<F, ParameterError> {
-    let rounded = F::from_f64(value);
-    let kept = rounded.is_finite() && (rounded.abs() > F::ZERO || value.abs() == 0.0);
-    range(
-        what,
-        value,
-        kept,
-        "within the range of the loop's number type",
-        unit,
-    )?;
-    Ok(rounded)
+/// The checks of a constructor with many parameters, one after another: the first that fails is kept, and told at the end.
+///
+/// Each way out in between would copy the error, on a microcontroller some 40 B of flash. What is computed meanwhile from
+/// a refused value is thrown away.
+#[derive(Debug, Default)]
+pub(crate) struct Checks {
+    first: Option<ParameterError>,
+}
+
+impl Checks {
+    /// Refuses.
+    #[inline(never)]
+    pub(crate) fn refuse(&mut self, error: ParameterError) {
+        self.first.get_or_insert(error);
+    }
+
+    /// A finite value that the caller has found to be in its range.
+    #[inline(never)]
+    pub(crate) fn range(
+        &mut self,
+        what: &'static str,
+        value: f64,
+        accepted: bool,
+        allowed: &'static str,
+        unit: &'static str,
+    ) -> f64 {
+        if let Err(error) = range(what, value, accepted, allowed, unit) {
+            self.refuse(error);
+        }
+        value
+    }
+
+    /// A finite value above zero.
+    #[inline(never)]
+    pub(crate) fn positive(&mut self, what: &'static str, value: f64, unit: &'static str) -> f64 {
+        self.range(what, value, value > 0.0, "above 0", unit)
+    }
+
+    /// A finite value of at least zero.
+    #[inline(never)]
+    pub(crate) fn not_negative(
+        &mut self,
+        what: &'static str,
+        value: f64,
+        unit: &'static str,
+    ) -> f64 {
+        self.range(what, value, value >= 0.0, "at least 0", unit)
+    }
+
+    /// A value rounded to the loop's precision, in which it neither overflows nor vanishes.
+    #[inline(never)]
+    pub(crate) fn rounded<F: Real>(
+        &mut self,
+        what: &'static str,
+        value: f64,
+        unit: &'static str,
+    ) -> F {
+        let rounded = F::from_f64(value);
+        let kept = rounded.is_finite() && (rounded.abs() > F::ZERO || value.abs() == 0.0);
+        let allowed = "within the range of the loop's number type";
+        self.range(what, value, kept, allowed, unit);
+        rounded
+    }
+
+    /// # Errors
+    /// The first refusal.
+    pub(crate) fn done(self) -> Result<(), ParameterError> {
+        self.first.map_or(Ok(()), Err)
+    }
 }
 
 /// Accepts a finite value above zero.

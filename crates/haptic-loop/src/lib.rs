@@ -6,6 +6,7 @@
 extern crate std;
 
 mod controller;
+mod coupler;
 mod device;
 mod engaged;
 mod environment;
@@ -20,6 +21,7 @@ pub mod units;
 mod wall;
 
 pub use controller::{Begun, Controller, Sample};
+pub use coupler::{CoupledHistory, VirtualCoupler, VirtualObject, deflection_order};
 pub use device::{Device, Reading};
 pub use engaged::Engaged;
 pub use environment::{Contact, Environment, SpringDamper};

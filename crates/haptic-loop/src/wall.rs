@@ -1,6 +1,7 @@
 //! A spring and a fractional damper on one axis, with or without a surface.
 
 use crate::environment::{Gains, Plane};
+use crate::error::Checks;
 use crate::units::Metres;
 use crate::{Contact, Environment, ParameterError, SpringDamper};
 use fracdiff::{Differintegrator, Real};
@@ -47,12 +48,12 @@ impl<F: Real> WallShape<F> {
         dissipation: f64,
         surface: Option<Metres>,
     ) -> Result<Self, ParameterError> {
-        Ok(Self {
-            gains: Gains::new(stiffness, dissipation)?,
-            plane: surface
-                .map(|surface| Plane::new([1.0], surface))
-                .transpose()?,
-        })
+        let mut checks = Checks::default();
+        let shape = Self {
+            gains: Gains::new(stiffness, dissipation, &mut checks),
+            plane: surface.map(|surface| Plane::new([1.0], surface, &mut checks)),
+        };
+        checks.done().map(|()| shape)
     }
 }
 
@@ -93,10 +94,8 @@ impl<F: Real, O: Differintegrator<F>> Environment<F, 1> for Wall<F, O> {
     type History = [O::History; 1];
 
     fn at_rest(&self) -> Self::History {
-        match self {
-            Self::Linear(wall) => Environment::<F, 1>::at_rest(wall),
-            Self::OneSided(contact) => contact.at_rest(),
-        }
+        // The surface has no past. Not through either kind: each would move the history, kilobytes, once more.
+        [self.operator().at_rest()]
     }
 
     #[inline]

@@ -13,47 +13,75 @@ const ZONE_MIN: f32 = 1e-6;
 /// Most noise of a position, m: with more of it nothing can be guarded.
 const NOISE_MAX: f32 = 0.01;
 
-/// The limits of the chain of a device, each within the range that its field states.
-///
-/// # Errors
-/// The first that is not.
+/// The fields of a configuration, looked at one after another: the first that is refused is kept, and told at the end.
+/// Each way out in between would cost some 20 B of flash.
+#[derive(Debug, Default)]
+pub(super) struct Fields {
+    first: Option<Refusal>,
+}
+
+impl Fields {
+    /// Accepts a value in [least, most].
+    #[inline(never)]
+    pub(super) fn within(&mut self, field: Field, value: f32, least: f32, most: f32) -> f32 {
+        let accepted = value >= least && value <= most;
+        if !accepted && self.first.is_none() {
+            self.first = Some(Refusal::Range {
+                field,
+                value,
+                least,
+                most,
+            });
+        }
+        value
+    }
+
+    /// # Errors
+    /// The first refusal.
+    pub(super) fn done(self) -> Result<(), Refusal> {
+        self.first.map_or(Ok(()), Err)
+    }
+}
+
+/// The limits of the chain of a device, each within the range that its field states, or refused.
 pub(super) fn chain_limits(
     limits: &haptic_link::Limits,
     tick_period_us: u32,
     capabilities: &Capabilities,
-) -> Result<Limits, Refusal> {
+    fields: &mut Fields,
+) -> Limits {
     let positive = f32::MIN_POSITIVE;
     let most = capabilities.force_max_n;
-    let force = within(Field::ForceLimit, limits.force_n, positive, most)?;
+    let force = fields.within(Field::ForceLimit, limits.force_n, positive, most);
     let (asked, most) = (
         limits.force_rate_n_per_s,
         capabilities.force_rate_max_n_per_s,
     );
-    let rate = within(Field::ForceRateLimit, asked, positive, most)?;
-    let start = within(Field::StartForce, limits.start_force_n, 0.0, f32::MAX)?;
-    let rise = within(Field::RiseTime, limits.rise_time_s, 0.0, 60.0)?;
+    let rate = fields.within(Field::ForceRateLimit, asked, positive, most);
+    let start = fields.within(Field::StartForce, limits.start_force_n, 0.0, f32::MAX);
+    let rise = fields.within(Field::RiseTime, limits.rise_time_s, 0.0, 60.0);
     let asked = limits.velocity_bandwidth_hz;
-    let bandwidth = within(Field::VelocityBandwidth, asked, 0.1, 1e4)?;
+    let bandwidth = fields.within(Field::VelocityBandwidth, asked, 0.1, 1e4);
     let [least, most] = Limits::STOP_TIME_S.map(|time| time as f32);
-    let stop_time = within(Field::StopTime, limits.stop_time_s, least, most)?;
+    let stop_time = fields.within(Field::StopTime, limits.stop_time_s, least, most);
     let most = Limits::BRAKE_FORCE_MAX_N as f32;
-    let brake_force = within(Field::BrakeForce, limits.brake_force_n, 0.0, most)?;
+    let brake_force = fields.within(Field::BrakeForce, limits.brake_force_n, 0.0, most);
     let least = if limits.device_mass_kg > 0.0 {
         1e-6
     } else {
         0.0
     };
-    let mass = within(Field::DeviceMass, limits.device_mass_kg, least, 1e3)?;
-    let stuck_force = within(Field::StuckForce, limits.stuck_force_n, 0.0, f32::MAX)?;
-    let stuck_time = within(Field::StuckTime, limits.stuck_time_s, 1e-3, 10.0)?;
-    let jump = zone(Field::Jump, limits.jump_m, 1.0)?;
+    let mass = fields.within(Field::DeviceMass, limits.device_mass_kg, least, 1e3);
+    let stuck_force = fields.within(Field::StuckForce, limits.stuck_force_n, 0.0, f32::MAX);
+    let stuck_time = fields.within(Field::StuckTime, limits.stuck_time_s, 1e-3, 10.0);
+    let jump = zone(Field::Jump, limits.jump_m, 1.0, fields);
     let on = |value: f32| (value > 0.0).then_some(f64::from(value));
     let mut chain = Limits {
         norm: None,
         start_force: on(start).map(Newtons),
         rise_time: on(rise).map(Seconds),
-        workspace: workspace(limits)?,
-        speed: speed(limits)?,
+        workspace: workspace(limits, fields),
+        speed: speed(limits, fields),
         velocity_bandwidth: Hertz(f64::from(bandwidth)),
         // The least single-precision number in the range may lie below it.
         stop_time: Seconds(f64::from(stop_time).max(Limits::STOP_TIME_S[0])),
@@ -65,95 +93,100 @@ pub(super) fn chain_limits(
             time: Seconds(f64::from(stuck_time).max(1e-3)),
         }),
         jump: on(jump).map(Metres),
-        guard: guard(&limits.guard, tick_period_us)?,
+        guard: guard(&limits.guard, tick_period_us, fields),
         ..Limits::bare(Newtons(f64::from(force)), NewtonsPerSecond(f64::from(rate)))
     };
     let most = chain.braking_max(Seconds(f64::from(tick_period_us) * 1e-6));
     let asked = limits.braking_n_s_per_m;
-    let braking = within(Field::Braking, asked, 0.0, most.0 as f32)?;
+    let braking = fields.within(Field::Braking, asked, 0.0, most.0 as f32);
     // Rounding the bound may have taken it up.
     chain.braking = on(braking).map(|braking| NewtonSecondsPerMetre(braking.min(most.0)));
-    Ok(chain)
+    chain
 }
 
 /// 0, or at least as wide as the narrowest zone.
-fn zone(field: Field, width: f32, most: f32) -> Result<f32, Refusal> {
+fn zone(field: Field, width: f32, most: f32, fields: &mut Fields) -> f32 {
     let least = if width > 0.0 { ZONE_MIN } else { 0.0 };
-    within(field, width, least, most)
+    fields.within(field, width, least, most)
 }
 
-fn workspace(limits: &haptic_link::Limits) -> Result<Option<Workspace>, Refusal> {
+fn workspace(limits: &haptic_link::Limits, fields: &mut Fields) -> Option<Workspace> {
     /// m.
     const FAR: f32 = 100.0;
     let (low, high) = (limits.workspace_low_m, limits.workspace_high_m);
-    let low = within(Field::WorkspaceLow, low, -FAR, FAR)?;
+    let low = fields.within(Field::WorkspaceLow, low, -FAR, FAR);
     if low.abs() + high.abs() <= 0.0 {
-        zone(Field::WorkspaceSoft, limits.workspace_soft_m, 0.0)?;
-        return Ok(None);
+        zone(Field::WorkspaceSoft, limits.workspace_soft_m, 0.0, fields);
+        return None;
     }
-    let high = within(Field::WorkspaceHigh, high, low.next_up(), FAR)?;
+    let high = fields.within(Field::WorkspaceHigh, high, low.next_up(), FAR);
     let half = 0.5 * (f64::from(high) - f64::from(low));
-    let soft = zone(Field::WorkspaceSoft, limits.workspace_soft_m, half as f32)?;
-    Ok(Some(Workspace {
+    let soft = zone(
+        Field::WorkspaceSoft,
+        limits.workspace_soft_m,
+        half as f32,
+        fields,
+    );
+    Some(Workspace {
         low: Metres(f64::from(low)),
         high: Metres(f64::from(high)),
         // Half the workspace may have been rounded up.
         soft: Metres(f64::from(soft).min(half)),
-    }))
+    })
 }
 
-fn speed(limits: &haptic_link::Limits) -> Result<Option<SpeedLimit>, Refusal> {
+fn speed(limits: &haptic_link::Limits, fields: &mut Fields) -> Option<SpeedLimit> {
     let hard = limits.speed_hard_m_per_s;
     let least = if hard > 0.0 { ZONE_MIN } else { 0.0 };
-    let hard = within(Field::SpeedHard, hard, least, 1e3)?;
+    let hard = fields.within(Field::SpeedHard, hard, least, 1e3);
     if hard <= 0.0 {
-        within(Field::SpeedSoft, limits.speed_soft_m_per_s, 0.0, 0.0)?;
-        return Ok(None);
+        fields.within(Field::SpeedSoft, limits.speed_soft_m_per_s, 0.0, 0.0);
+        return None;
     }
     // At the largest speeds single precision has no room for the narrowest zone.
     let most = (hard - ZONE_MIN).min(hard.next_down());
-    let soft = within(Field::SpeedSoft, limits.speed_soft_m_per_s, 0.0, most)?;
-    Ok(Some(SpeedLimit {
+    let soft = fields.within(Field::SpeedSoft, limits.speed_soft_m_per_s, 0.0, most);
+    Some(SpeedLimit {
         soft: MetresPerSecond(f64::from(soft)),
         hard: MetresPerSecond(f64::from(hard)),
-    }))
+    })
 }
 
-fn guard(guard: &haptic_link::Guard, tick_period_us: u32) -> Result<Option<Guard>, Refusal> {
+fn guard(guard: &haptic_link::Guard, tick_period_us: u32, fields: &mut Fields) -> Option<Guard> {
     if guard.kind == GuardKind::Off {
-        return Ok(None);
+        return None;
     }
-    let damping = within(Field::GuardDamping, guard.damping_n_s_per_m, 1e-6, 1e6)?;
+    let damping = fields.within(Field::GuardDamping, guard.damping_n_s_per_m, 1e-6, 1e6);
     let damping = NewtonSecondsPerMetre(f64::from(damping));
     // So that it is at least the sample time in double precision too.
     let tick = (tick_period_us as f32 * 1e-6).next_up();
     let bounding = guard.kind == GuardKind::EnergyBounding;
     let at_once = bounding && guard.forget_s.abs() <= 0.0;
     let least = if at_once { 0.0 } else { tick };
-    let forget = within(Field::GuardForget, guard.forget_s, least, 3600.0)?;
+    let forget = fields.within(Field::GuardForget, guard.forget_s, least, 3600.0);
     let forget = Seconds(f64::from(forget));
     if !bounding {
-        return Ok(Some(Guard::Observer(PassivityObserver {
+        return Some(Guard::Observer(PassivityObserver {
             damping_max: damping,
             forget,
-        })));
+        }));
     }
-    let share = within(Field::GuardShare, guard.share, 1e-3, 1.0)?;
+    let share = fields.within(Field::GuardShare, guard.share, 1e-3, 1.0);
     let longest = MAX_GUARD_DELAY_SAMPLES as f32;
-    let most = within(
+    let most = fields.within(
         Field::GuardDelayMost,
         guard.delay_most_samples,
         0.0,
         longest,
-    )?;
-    let least = within(Field::GuardDelayLeast, guard.delay_least_samples, 0.0, most)?;
+    );
+    let least = fields.within(Field::GuardDelayLeast, guard.delay_least_samples, 0.0, most);
     let slowest = MAX_GUARD_LAG_SAMPLES as f32 * tick;
-    let lag = within(Field::GuardLag, guard.lag_s, 0.0, slowest)?;
-    let noise = within(Field::GuardNoise, guard.noise_m, 0.0, NOISE_MAX)?;
+    let lag = fields.within(Field::GuardLag, guard.lag_s, 0.0, slowest);
+    let noise = fields.within(Field::GuardNoise, guard.noise_m, 0.0, NOISE_MAX);
     // Whole ticks have no rounding this way.
     let sample_time = f64::from(tick_period_us) * 1e-6;
     let delay = |samples: f32| Seconds(f64::from(samples) * sample_time);
-    Ok(Some(Guard::EnergyBounding(EnergyBounding {
+    Some(Guard::EnergyBounding(EnergyBounding {
         device_damping: damping,
         share: f64::from(share),
         forget,
@@ -161,7 +194,7 @@ fn guard(guard: &haptic_link::Guard, tick_period_us: u32) -> Result<Option<Guard
         delay_most: delay(most),
         lag: Seconds(f64::from(lag)),
         noise: Metres(f64::from(noise)),
-    })))
+    }))
 }
 
 /// The same limits on the wire for a tick of this time, with the watchdog and late ticks of
@@ -222,20 +255,5 @@ pub fn wire_guard(guard: &Guard, sample_time: Seconds) -> haptic_link::Guard {
             lag_s: bounding.lag.0 as f32,
             noise_m: bounding.noise.0 as f32,
         },
-    }
-}
-
-/// Accepts a value in [least, most].
-#[inline(never)]
-pub(super) fn within(field: Field, value: f32, least: f32, most: f32) -> Result<f32, Refusal> {
-    if value >= least && value <= most {
-        Ok(value)
-    } else {
-        Err(Refusal::Range {
-            field,
-            value,
-            least,
-            most,
-        })
     }
 }

@@ -66,6 +66,7 @@ impl Outbox {
     }
 
     /// Takes a notice. Without room the oldest goes: the newest say what the state is now.
+    #[inline(never)]
     pub(super) fn notify(&mut self, notice: Notice) {
         if self.notices.is_full() {
             self.notices.pop_front();

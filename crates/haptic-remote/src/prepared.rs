@@ -1,7 +1,7 @@
 //! From a configuration on the wire to a controller: everything that can be refused is refused here.
 
 use crate::hardware::Hardware;
-use crate::limits::{chain_limits, within};
+use crate::limits::{Fields, chain_limits};
 use fracdiff::PortableOperator;
 use fracdiff::portable::{Form, ListError};
 use haptic_link::{
@@ -65,35 +65,36 @@ fn checked(
     configuration: &Configuration,
     capabilities: &Capabilities,
 ) -> Result<haptic_loop::Limits, Refusal> {
+    let mut fields = Fields::default();
     let limits = &configuration.limits;
     let period = configuration.tick_period_us;
-    within(
+    fields.within(
         Field::TickPeriod,
         period as f32,
         capabilities.tick_period_min_us as f32,
         capabilities.tick_period_max_us as f32,
-    )?;
-    within(
+    );
+    fields.within(
         Field::Watchdog,
         f32::from(limits.watchdog_ms),
         f32::from(Limits::WATCHDOG_MIN_MS),
         f32::from(Limits::WATCHDOG_MAX_MS),
-    )?;
-    within(
+    );
+    fields.within(
         Field::MaxAge,
         f32::from(limits.max_age_ticks),
         1.0,
         f32::from(Limits::MAX_AGE_TICKS),
-    )?;
-    let chain = chain_limits(limits, period, capabilities)?;
+    );
+    let chain = chain_limits(limits, period, capabilities, &mut fields);
     let (stiffness, dissipation) = (
         configuration.stiffness_n_per_m,
         configuration.dissipation_n_s_mu_per_m,
     );
-    within(Field::Stiffness, stiffness, 0.0, f32::MAX)?;
-    within(Field::Dissipation, dissipation, 0.0, f32::MAX)?;
-    within(Field::Surface, configuration.surface_m, -f32::MAX, f32::MAX)?;
-    Ok(chain)
+    fields.within(Field::Stiffness, stiffness, 0.0, f32::MAX);
+    fields.within(Field::Dissipation, dissipation, 0.0, f32::MAX);
+    fields.within(Field::Surface, configuration.surface_m, -f32::MAX, f32::MAX);
+    fields.done().map(|()| chain)
 }
 
 /// Environment and safety chain of a configuration that was checked.

@@ -2,7 +2,7 @@
 
 use crate::flight::FLIGHT_SAMPLES;
 use crate::hardware::Hardware;
-use crate::limits::within;
+use crate::limits::Fields;
 use crate::prepared::{COEFFICIENTS_MAX, DEGREE_MAX, MODES_MAX};
 use haptic_link::{Capabilities, Field, Refusal, Simulation, SimulationKind};
 use haptic_loop::plant::{ImposedMotion, MassDamper, MassDamperConfig, RampHold};
@@ -65,42 +65,56 @@ impl SimulatedPlant {
     }
 }
 
+impl Fields {
+    fn positive(&mut self, field: Field, value: f32) -> f64 {
+        f64::from(self.within(field, value, f32::MIN_POSITIVE, f32::MAX))
+    }
+
+    fn not_negative(&mut self, field: Field, value: f32) -> f64 {
+        f64::from(self.within(field, value, 0.0, f32::MAX))
+    }
+
+    fn finite(&mut self, field: Field, value: f32) -> f64 {
+        f64::from(self.within(field, value, -f32::MAX, f32::MAX))
+    }
+}
+
 /// The plant of a configuration. On its own, for size, as [`prepare`](crate::prepare) is compiled with the tick.
 #[inline(never)]
 fn plant(simulation: &Simulation, sample_time: Seconds) -> Result<Plant, Refusal> {
-    let positive = |field, value| within(field, value, f32::MIN_POSITIVE, f32::MAX);
-    let not_negative = |field, value| within(field, value, 0.0, f32::MAX);
-    let finite = |field, value| within(field, value, -f32::MAX, f32::MAX);
+    let mut fields = Fields::default();
     // The one thing a plant finds that its fields do not show: a motion too fast for the tick.
     let too_fast = |_: ParameterError| Refusal::Unsupported(Field::TickPeriod);
-    let profile = || {
-        let depth = Metres(f64::from(finite(Field::Depth, simulation.depth_m)?));
-        let ramp = f64::from(positive(Field::RampTime, simulation.ramp_time_s)?);
-        RampHold::new(depth, Seconds(ramp)).map_err(too_fast)
+    let profile = |mut fields: Fields| {
+        let depth = fields.finite(Field::Depth, simulation.depth_m);
+        let ramp = fields.positive(Field::RampTime, simulation.ramp_time_s);
+        fields.done()?;
+        RampHold::new(Metres(depth), Seconds(ramp)).map_err(too_fast)
     };
     match simulation.kind {
         SimulationKind::Real => Ok(Plant::Still),
         SimulationKind::MassDamper => {
-            let mass = positive(Field::Mass, simulation.mass_kg)?;
-            let damping = not_negative(Field::Damping, simulation.damping_n_s_per_m)?;
-            let hand = not_negative(Field::HandStiffness, simulation.hand_stiffness_n_per_m)?;
-            let push = finite(Field::Push, simulation.push_n)?;
+            let mass = fields.positive(Field::Mass, simulation.mass_kg);
+            let damping = fields.not_negative(Field::Damping, simulation.damping_n_s_per_m);
+            let hand = fields.not_negative(Field::HandStiffness, simulation.hand_stiffness_n_per_m);
+            let push = fields.finite(Field::Push, simulation.push_n);
+            fields.done()?;
             let mut config = MassDamperConfig::ideal(
-                Kilograms(f64::from(mass)),
-                NewtonSecondsPerMetre(f64::from(damping)),
+                Kilograms(mass),
+                NewtonSecondsPerMetre(damping),
                 sample_time,
             );
-            config.stiffness = NewtonsPerMetre(f64::from(hand));
+            config.stiffness = NewtonsPerMetre(hand);
             let mut plant = MassDamper::new(config).map_err(too_fast)?;
-            plant.set_external_force(SVector::from([f64::from(push)]));
+            plant.set_external_force(SVector::from([push]));
             Ok(Plant::MassDamper(plant))
         }
-        SimulationKind::RigidIndentation => ImposedMotion::new(profile()?, sample_time)
+        SimulationKind::RigidIndentation => ImposedMotion::new(profile(fields)?, sample_time)
             .map(Plant::Imposed)
             .map_err(too_fast),
         #[cfg(feature = "std")]
         SimulationKind::CompliantIndentation => {
-            let drive = RigDrive::Position(profile()?);
+            let drive = RigDrive::Position(profile(fields)?);
             IndentationRig::new(RigConfig::new(drive, RigContact::COMPLIANT, sample_time))
                 .map(Plant::Rig)
                 .map_err(too_fast)

@@ -2,11 +2,15 @@
 #![forbid(unsafe_code)]
 
 mod library;
+mod material;
 mod model;
 mod rendering;
 mod text_file;
 
-pub use library::{Library, Material, MaterialError, Source};
-pub use model::{Form, MaxwellBranch, Model, ModelError, SpringPot};
+pub use library::Library;
+pub use material::{Material, MaterialError, Source, ValidRange};
+pub use model::{
+    Form, MaxwellBranch, Model, ModelError, ModelKind, Parameter, ParameterRange, SpringPot,
+};
 pub use rendering::{FullHistory, SampledModel};
 pub use text_file::{TEXT_MOST, read_text};

@@ -1,6 +1,6 @@
 //! Pictures of what experiments leave.
 
-use haptic_experiment::curves::{TheoryCurves, WallCurves};
+use haptic_experiment::curves::{CouplerCurves, TheoryCurves, WallCurves};
 use haptic_figure::{
     AxisSpec, Chart, ChartPage, Conditions, FigureError, Look, Picture, Scale, Series, TheoryFigure,
 };
@@ -35,15 +35,59 @@ pub fn of_theory(curves: &TheoryCurves) -> Result<Picture, FigureError> {
 /// # Errors
 /// If there is nothing to draw.
 pub fn of_wall(curves: &WallCurves) -> Result<Picture, FigureError> {
-    let time = &curves.time_s;
+    of_trial(&Trial {
+        what: "wall",
+        subtitle: &curves.subtitle,
+        run: curves.origin.word(),
+        rest_m: curves.expected_deflection_m,
+        time_s: &curves.time_s,
+        position_m: &curves.position_m,
+        object_m: None,
+        force_n: &curves.force_n,
+    })
+}
+
+/// The trial of a coupler: device and object over the device's place of rest, and the force below.
+///
+/// # Errors
+/// If there is nothing to draw.
+pub fn of_coupler(curves: &CouplerCurves) -> Result<Picture, FigureError> {
+    of_trial(&Trial {
+        what: "coupler",
+        subtitle: &curves.subtitle,
+        run: curves.origin.word(),
+        rest_m: curves.expected_deflection_m,
+        time_s: &curves.time_s,
+        position_m: &curves.position_m,
+        object_m: Some(&curves.object_position_m),
+        force_n: &curves.force_n,
+    })
+}
+
+/// A device that is pushed into a wall or a coupler.
+struct Trial<'a> {
+    what: &'a str,
+    subtitle: &'a str,
+    /// Simulated or rendered.
+    run: &'a str,
+    rest_m: Option<f64>,
+    time_s: &'a [f64],
+    position_m: &'a [f64],
+    object_m: Option<&'a [f64]>,
+    force_n: &'a [f64],
+}
+
+fn of_trial(trial: &Trial<'_>) -> Result<Picture, FigureError> {
+    let time = trial.time_s;
     let against_time = |values: &mut dyn Iterator<Item = f64>| -> Vec<(f64, f64)> {
         time.iter().copied().zip(values).collect()
     };
-    let position = against_time(&mut curves.position_m.iter().map(|x| 1e3 * x));
-    let force = against_time(&mut curves.force_n.iter().copied());
+    let position = against_time(&mut trial.position_m.iter().map(|x| 1e3 * x));
+    let object = (trial.object_m).map(|object| against_time(&mut object.iter().map(|x| 1e3 * x)));
+    let force = against_time(&mut trial.force_n.iter().copied());
     let ends = [time.first(), time.last()].into_iter().flatten();
-    let rest: Vec<(f64, f64)> = curves
-        .expected_deflection_m
+    let rest: Vec<(f64, f64)> = trial
+        .rest_m
         .map(|x| ends.map(|&t| (t, 1e3 * x)).collect())
         .unwrap_or_default();
     let series = |name, points, look, colour| Series {
@@ -52,8 +96,16 @@ pub fn of_wall(curves: &WallCurves) -> Result<Picture, FigureError> {
         look,
         colour,
     };
-    let run = curves.origin.word();
-    let mut positions = vec![series(run, &position, Look::Line, 0)];
+    let run = trial.run;
+    let device = if object.is_some() {
+        format!("device, {run}")
+    } else {
+        run.to_owned()
+    };
+    let mut positions = vec![series(&device, &position, Look::Line, 0)];
+    if let Some(object) = &object {
+        positions.push(series("object", object, Look::Line, 2));
+    }
     if !rest.is_empty() {
         positions.push(series("place of rest", &rest, Look::Dashed, 1));
     }
@@ -69,13 +121,13 @@ pub fn of_wall(curves: &WallCurves) -> Result<Picture, FigureError> {
         series,
     };
     ChartPage {
-        title: &format!("A trial of a wall, {run}"),
-        subtitle: &curves.subtitle,
+        title: &format!("A trial of a {}, {run}", trial.what),
+        subtitle: trial.subtitle,
         columns: 1,
         charts: vec![
             chart("position", "position / mm", positions),
             chart(
-                "force of the wall",
+                &format!("force of the {}", trial.what),
                 "force / N",
                 vec![series(run, &force, Look::Line, 0)],
             ),

@@ -6,7 +6,7 @@ use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{
     Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, NewtonsPerSecond,
 };
-use haptic_loop::{Device, Reading, SafeForce, SafetyChain, SafetyState};
+use haptic_loop::{Controller, Device, Environment, Reading, SafeForce, SafetyChain, SafetyState};
 use nalgebra::{SVector, Vector1};
 
 /// Mass of the dissertation's voice coil (section 4.4), kg.
@@ -71,4 +71,43 @@ pub fn write(device: &mut impl Device<f64, 1, Error: Debug>, force: f64) {
 /// If it fails.
 pub fn read<const D: usize>(device: &mut impl Device<f64, D>) -> Reading<f64, D> {
     device.read().expect("read")
+}
+
+/// Samples after which a simulation is judged by its last windows.
+const LONGEST: usize = 1_500_000;
+
+/// True if the motion of a device in a loop dies out: its velocity falls to a millionth before it grows twentyfold from its
+/// least. Judged by windows of many periods of the slowest motion that could decide, which has the angle θ, rad/sample. A force
+/// at a limit of the chain is growth.
+pub fn dies_out<E: Environment<f64, 1>>(
+    controller: &mut Controller<f64, 1, E>,
+    plant: &mut MassDamper<1>,
+    theta: f64,
+) -> bool {
+    let period = core::f64::consts::TAU / theta.max(1e-3);
+    let window = (12.0 * period).ceil().max(256.0) as usize;
+    let mut levels: Vec<f64> = Vec::new();
+    for _ in 0..(LONGEST / window).max(24) {
+        let mut sum = 0.0;
+        for _ in 0..window {
+            match controller.tick(plant) {
+                Ok(sample) if sample.limiters.bits() != 0 => return false,
+                Ok(_) => {}
+                Err(never) => match never {},
+            }
+            sum += plant.velocity()[0].powi(2);
+        }
+        let level = 0.5 * (sum / window as f64).ln();
+        levels.push(level);
+        let highest = levels.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let lowest = levels.iter().copied().fold(f64::INFINITY, f64::min);
+        if level > lowest + 3.0 {
+            return false;
+        }
+        if level < highest - 14.0 {
+            return true;
+        }
+    }
+    let last = levels.len() - 1;
+    levels[last] < levels[last / 2]
 }

@@ -1,11 +1,11 @@
 //! Ticks by the real timer interrupt: their period, and what happens when they take longer.
 
 use super::Test;
+use boards::{Shared, Ticker, chip};
 use core::cell::RefCell;
 use core::mem::MaybeUninit;
 use cortex_m_rt::exception;
 use critical_section::Mutex;
-use firmware::{Shared, Ticker, chip};
 use haptic_link::{Capabilities, Refusal, Simulation, State};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::{Exclusive, Hardware, SimulatedPlant, TickSide, prepare};

@@ -5,7 +5,7 @@ use core::panic::PanicInfo;
 use cortex_m_rt::{ExceptionFrame, exception};
 use cortex_m_semihosting::{debug, hprintln};
 // Brings the interrupt vectors.
-use firmware as _;
+use boards as _;
 
 /// Ends QEMU with exit code 0.
 pub(crate) fn pass() -> ! {

@@ -2,8 +2,9 @@
 
 use super::{Candidate, Design};
 use crate::failure::Failure;
-use crate::{Pace, Safety, Settling, TrialPlan, TrialVerdict, WallExperiment};
-use fracdiff::Order;
+use crate::{Pace, Safety, Sensors, Settling, TrialPlan, TrialVerdict, WallExperiment};
+use fracdiff::{Order, Seconds};
+use haptic_loop::plant::MassDamperConfig;
 
 /// Push, N, as long as the device can hold four times as much.
 const PUSH_N: f64 = 1.0;
@@ -24,25 +25,15 @@ impl Design {
         &self,
         candidate: &Candidate,
     ) -> Result<(WallExperiment, Settling), Failure> {
-        let mut stretch = 1.0;
-        let mut wall = self.push_into(candidate, stretch)?;
-        let mut settling = wall.try_out()?;
-        for _ in 0..DOUBLINGS {
-            // A device that left or beats against the force limit does not settle later.
-            if !matches!(settling.verdict, TrialVerdict::Unstable) {
-                break;
-            }
-            stretch *= 2.0;
-            wall = self.push_into(candidate, stretch)?;
-            settling = wall.try_out()?;
-        }
-        Ok((wall, settling))
+        until_settled(
+            |stretch| self.push_into(candidate, stretch),
+            WallExperiment::try_out,
+        )
     }
 
     /// A trial of a candidate, so many times as long as usual.
     fn push_into(&self, candidate: &Candidate, stretch: f64) -> Result<WallExperiment, Failure> {
         let device = &self.device;
-        let t = device.plant.sample_time.0;
         let (Some(stiffness), Some(dissipation)) = (candidate.stiffness, candidate.dissipation)
         else {
             return Err(Failure::bad_input(format_args!(
@@ -50,9 +41,6 @@ impl Design {
                 candidate.order
             )));
         };
-        let push_n = PUSH_N.min(0.25 * device.force_limit_n);
-        let larger = |(seconds, samples): (f64, f64)| seconds.max(samples * t);
-        let (duration_s, window_s) = (stretch * larger(DURATION), larger(WINDOW));
         Ok(WallExperiment {
             device: device.plant,
             sensors: device.sensors,
@@ -61,13 +49,7 @@ impl Design {
             stiffness_n_per_m: stiffness,
             dissipation_n_s_mu_per_m: dissipation,
             one_sided: false,
-            plan: TrialPlan {
-                push_n,
-                duration_s,
-                window_s,
-                force_limit_n: device.force_limit_n,
-                ..TrialPlan::DEFAULT
-            },
+            plan: plan(device.plant.sample_time, device.force_limit_n, stretch),
             must_be_stable: true,
             force_rate_limit_n_per_s: None,
             force_unstable: false,
@@ -83,54 +65,100 @@ impl Design {
             Some(margin) => format!("stable with a gain margin of {margin}"),
             None => "passive".to_owned(),
         };
-        let device = &wall.device;
         format!(
             "# Written by host-cli design: {wish}, {requirement}.\n\
              # host-cli run FILE tries the wall; it ends with 0 only if trial and analysis call it stable.\n\
              [wall]\n\
-             mass_kg = {:?}\n\
-             damping_n_s_per_m = {:?}\n\
-             hand_stiffness_n_per_m = {:?}\n\
-             sample_time_s = {:?}\n\
-             delay_s = {:?}\n\
-             current_lag_s = {:?}\n\
-             friction_n = {:?}\n\
-             encoder_resolution_m = {:?}\n\
-             sensor_noise_m = {:?}\n\
-             seed = {:?}\n\
-             force_limit_n = {:?}\n\
+             {device}\
              \n\
              order = {:?}\n\
              scheme = \"{}\"\n\
              stiffness_n_per_m = {:?}\n\
              dissipation_n_s_mu_per_m = {:?}\n\
              \n\
-             push_n = {:?}\n\
-             duration_s = {:?}\n\
-             window_s = {:?}\n\
-             impact_m_per_s = {:?}\n\
-             must_be_stable = {:?}\n",
-            device.mass.0,
-            device.damping.0,
-            device.stiffness.0,
-            device.sample_time.0,
-            device.delay.0,
-            device.lag.0,
-            device.friction.0,
-            wall.sensors.encoder_resolution_m,
-            wall.sensors.noise_m,
-            wall.sensors.seed,
-            wall.plan.force_limit_n,
+             {trial}",
             wall.order.get(),
             wall.scheme,
             wall.stiffness_n_per_m,
             wall.dissipation_n_s_mu_per_m,
-            wall.plan.push_n,
-            wall.plan.duration_s,
-            wall.plan.window_s,
-            wall.plan.impact_m_per_s,
-            wall.must_be_stable,
             wish = self.wish.name(),
+            device = device_keys(&wall.device, wall.sensors, &wall.plan),
+            trial = trial_keys(&wall.plan, wall.must_be_stable),
         )
     }
+}
+
+/// Tries an experiment, and makes it longer until it has settled.
+///
+/// # Errors
+/// Those of making or trying it.
+pub(super) fn until_settled<E>(
+    make: impl Fn(f64) -> Result<E, Failure>,
+    try_out: impl Fn(&E) -> Result<Settling, Failure>,
+) -> Result<(E, Settling), Failure> {
+    let mut stretch = 1.0;
+    let mut experiment = make(stretch)?;
+    let mut settling = try_out(&experiment)?;
+    for _ in 0..DOUBLINGS {
+        // A device that left or beats against the force limit does not settle later.
+        if !matches!(settling.verdict, TrialVerdict::Unstable) {
+            break;
+        }
+        stretch *= 2.0;
+        experiment = make(stretch)?;
+        settling = try_out(&experiment)?;
+    }
+    Ok((experiment, settling))
+}
+
+/// A push and how long it is looked at, so many times as long as usual.
+pub(super) fn plan(sample_time: Seconds, force_limit_n: f64, stretch: f64) -> TrialPlan {
+    let larger = |(seconds, samples): (f64, f64)| seconds.max(samples * sample_time.0);
+    TrialPlan {
+        push_n: PUSH_N.min(0.25 * force_limit_n),
+        duration_s: stretch * larger(DURATION),
+        window_s: larger(WINDOW),
+        force_limit_n,
+        ..TrialPlan::DEFAULT
+    }
+}
+
+/// The device as keys of an experiment file.
+pub(super) fn device_keys(device: &MassDamperConfig, sensors: Sensors, plan: &TrialPlan) -> String {
+    format!(
+        "mass_kg = {:?}\n\
+         damping_n_s_per_m = {:?}\n\
+         hand_stiffness_n_per_m = {:?}\n\
+         sample_time_s = {:?}\n\
+         delay_s = {:?}\n\
+         current_lag_s = {:?}\n\
+         friction_n = {:?}\n\
+         encoder_resolution_m = {:?}\n\
+         sensor_noise_m = {:?}\n\
+         seed = {:?}\n\
+         force_limit_n = {:?}\n",
+        device.mass.0,
+        device.damping.0,
+        device.stiffness.0,
+        device.sample_time.0,
+        device.delay.0,
+        device.lag.0,
+        device.friction.0,
+        sensors.encoder_resolution_m,
+        sensors.noise_m,
+        sensors.seed,
+        plan.force_limit_n,
+    )
+}
+
+/// The trial as keys of an experiment file.
+pub(super) fn trial_keys(plan: &TrialPlan, must_be_stable: bool) -> String {
+    format!(
+        "push_n = {:?}\n\
+         duration_s = {:?}\n\
+         window_s = {:?}\n\
+         impact_m_per_s = {:?}\n\
+         must_be_stable = {must_be_stable:?}\n",
+        plan.push_n, plan.duration_s, plan.window_s, plan.impact_m_per_s,
+    )
 }

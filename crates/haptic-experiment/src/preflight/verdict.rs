@@ -1,5 +1,6 @@
 //! The verdict of a pre-flight, in numbers and in words.
 
+use super::coupler::CouplerVerdict;
 use crate::failure::Failure;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -28,6 +29,10 @@ pub struct PreflightVerdict {
     pub alpha: f64,
     /// β = BT^(2−μ)/m.
     pub beta: f64,
+    /// Of a coupler: Llewellyn's verdict. Then `margin` is the factor on `k_c` and `b_c`, `passive` and `required_delta` are
+    /// those of the sampled port with any object, α = `k_c`T/m and β = `b_c`T^(1+μ)/m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub coupler: Option<CouplerVerdict>,
 }
 
 impl PreflightVerdict {
@@ -36,7 +41,13 @@ impl PreflightVerdict {
     /// # Errors
     /// Bad input, with the numbers and what to change.
     pub fn require_stable(&self, force: bool) -> Result<(), Failure> {
-        if self.stable || force {
+        if force {
+            return Ok(());
+        }
+        if let Some(coupler) = &self.coupler {
+            return coupler.require(self);
+        }
+        if self.stable {
             return Ok(());
         }
         let advice = match self.margin {
@@ -58,6 +69,9 @@ impl PreflightVerdict {
     /// that promises passivity looks after it.
     #[must_use]
     pub fn warning(&self, guarded: bool) -> Option<String> {
+        if let (Some(coupler), true) = (&self.coupler, self.stable) {
+            return coupler.warning(self).filter(|_| !guarded);
+        }
         if !self.stable {
             return Some(format!(
                 "pre-flight: the loop is unstable by the analysis, {}; {}",
@@ -88,6 +102,9 @@ impl PreflightVerdict {
     /// One line for a summary.
     #[must_use]
     pub fn line(&self) -> String {
+        if let Some(coupler) = &self.coupler {
+            return coupler.line(self);
+        }
         let word = match (self.stable, self.passive) {
             (false, _) => "unstable by the analysis",
             (true, false) => "stable, not passive",
@@ -99,7 +116,7 @@ impl PreflightVerdict {
         format!("{word}, {}{needed}", self.numbers())
     }
 
-    fn numbers(&self) -> String {
+    pub(super) fn numbers(&self) -> String {
         let margin = self
             .margin
             .map_or_else(|| "any".to_owned(), |factor| format!("{factor:.3}"));
@@ -148,6 +165,11 @@ impl PreflightVerdict {
         ] {
             metadata.insert(format!("preflight.{key}"), value);
         }
+        if let Some(coupler) = &self.coupler {
+            for (key, value) in coupler.entries() {
+                metadata.insert(format!("preflight.coupler.{key}"), value);
+            }
+        }
     }
 }
 
@@ -157,6 +179,6 @@ fn three_digits(value: f64) -> f64 {
 }
 
 /// As a message shows a factor that must not be exceeded.
-fn three_digits_down(factor: f64) -> f64 {
+pub(super) fn three_digits_down(factor: f64) -> f64 {
     (factor * 1e3).floor() / 1e3
 }

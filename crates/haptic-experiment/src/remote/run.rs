@@ -6,7 +6,7 @@ use crate::failure::Failure;
 use crate::folder::FolderRequest;
 use crate::kept::Record;
 use crate::preflight::{
-    Dynamics, MEASURED, Preflight, PreflightRequest, PreflightVerdict, delay_samples,
+    Dynamics, MEASURED, PreflightRequest, PreflightSubject, PreflightVerdict, delay_samples,
 };
 use crate::recorder::Recorder;
 use crate::remote::{RemoteDevice, RemoteLaw, configuration, keep_within, loop_name};
@@ -22,7 +22,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 /// A run to be made on a device.
-pub struct RemoteRun<'a> {
+pub struct RemoteRun<'a, P> {
     /// The device.
     pub device: &'a RemoteDevice,
     /// Law that it renders.
@@ -32,7 +32,7 @@ pub struct RemoteRun<'a> {
     /// Place that the indenter is told to take, m, at a time in s; not a number if nobody knows.
     pub reference: &'a dyn Fn(f64) -> f64,
     /// The same loop for the analysis; `None` if it is not closed through the device's motion.
-    pub preflight: Option<Preflight>,
+    pub preflight: Option<P>,
     /// Request for the pre-flight.
     pub wanted: PreflightRequest,
     /// Folder of the files.
@@ -41,7 +41,7 @@ pub struct RemoteRun<'a> {
     pub metadata: BTreeMap<String, String>,
 }
 
-impl std::fmt::Debug for RemoteRun<'_> {
+impl<P> std::fmt::Debug for RemoteRun<'_, P> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("RemoteRun")
             .field("device", self.device)
@@ -51,7 +51,7 @@ impl std::fmt::Debug for RemoteRun<'_> {
     }
 }
 
-impl<'a> RemoteRun<'a> {
+impl<'a, P: PreflightSubject> RemoteRun<'a, P> {
     /// Runs where the device's loop mode says; `controller` closes a loop on the host.
     ///
     /// # Errors
@@ -77,7 +77,8 @@ impl<'a> RemoteRun<'a> {
     /// Connects, configures, and only then makes folder and log.
     fn prepare(mut self, supervisor: Supervisor<'_>) -> Result<HostSession<'a>, Failure> {
         let device = self.device;
-        let mut link = (device.name).connect(device.patience, supervisor.warn, supervisor.stop)?;
+        let mut link =
+            (device.name).connect(device.patience, supervisor.warn, Some(supervisor.stop))?;
         let path = link.path().to_owned();
         let problem = |error: SerialError| match error.is_refusal() {
             true if error.is_about(Field::SimulationKind) => Failure::input_with_advice(
@@ -137,7 +138,7 @@ impl<'a> RemoteRun<'a> {
     }
 }
 
-impl RemoteRun<'_> {
+impl<P: PreflightSubject> RemoteRun<'_, P> {
     /// Looks at the loop before it is closed, and notes what it saw; `None` if it cannot be judged.
     fn preflight(
         &mut self,
@@ -159,7 +160,7 @@ impl RemoteRun<'_> {
         link: &SerialLink,
         warn: Warn<'_>,
     ) -> Result<Option<PreflightVerdict>, Failure> {
-        let Some(subject) = self.preflight else {
+        let Some(subject) = &self.preflight else {
             return Ok(None);
         };
         let simulation = &self.law.simulation;

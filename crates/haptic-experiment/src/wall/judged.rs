@@ -6,16 +6,14 @@ use crate::curves::{Origin, WallCurves};
 use crate::failure::Failure;
 use crate::judge::{Compared, full_history};
 use crate::kept::{Record, Samples, WHOLE_MOST};
-use crate::named::Named as _;
 use crate::outcome::origin;
+use crate::pushed::{Setup, six_digits, warnings};
 use crate::remote::device_name;
 use crate::report::{Errors, Files, RunReport};
 use crate::run::Ran;
-use crate::safety::GuardChoice;
 use crate::settling::{Judge, Settling};
 use crate::thinned::Thinned;
 use crate::track::{TOLERANCE, Track, operator};
-use crate::warnings::Warnings;
 use fracdiff::full_memory::Kernel;
 use fracdiff::{FrequencyResponse as _, Operator, Scheme};
 use serde::Serialize;
@@ -42,23 +40,6 @@ impl WallExperiment {
     pub(crate) fn report(&self, ran: &Ran) -> Result<(WallReport, Option<WallCurves>), Failure> {
         let parts = self.parts()?;
         self.publish(ran, parts.judge, parts.rest_m)
-    }
-
-    /// Judges a recorded run.
-    ///
-    /// # Errors
-    /// A log that cannot be read.
-    fn settling(
-        &self,
-        mut judge: Judge,
-        ran: &Ran,
-        rest_m: Option<f64>,
-    ) -> Result<Settling, Failure> {
-        Samples::of(&ran.record, &ran.log.paths).for_each(|sample| {
-            judge.see(sample.time_s, sample.position_m, sample.force_n);
-            Ok(())
-        })?;
-        self.named(judge.settling(ran.record.ended.is_none(), rest_m))
     }
 
     /// push/(K + k + B·T^(−μ)·P(1)), m: P(1), the gain of the operator at rest, is 1 for the identity, 0
@@ -115,13 +96,10 @@ impl WallExperiment {
 
     /// Mean deflection over the window at the end against push/(K + k).
     fn deflection_error(&self, record: &Record, settling: Settling) -> Compared {
-        let t = self.device.sample_time.0;
-        let judged = ((self.plan.window_s / t).round() as u64).min(record.samples);
-        let to_s = record.duration_s();
-        let from_s = to_s - judged.saturating_sub(1) as f64 * t;
+        let (window_s, judged) = self.setup().window(record);
         match (settling.deflection_m, settling.expected_deflection_m) {
             (Some(have), Some(want)) if settling.stable => {
-                Compared::of_window((have / want - 1.0).abs(), [from_s, to_s], judged)
+                Compared::of_window((have / want - 1.0).abs(), window_s, judged)
             }
             (Some(_), None) => Compared::without_meaning(
                 "no spring holds the push, so there is no place of rest".to_owned(),
@@ -138,10 +116,10 @@ impl WallExperiment {
     ) -> Result<(WallReport, Option<WallCurves>), Failure> {
         let Ran { record, folder, .. } = ran;
         let whole = record.ended.is_none();
-        let settling = self.settling(judge, ran, rest_m)?;
+        let settling = self.named(Setup::settling(judge, ran, rest_m)?)?;
         let agrees =
             (ran.preflight.filter(|_| whole)).map(|analysis| analysis.stable == settling.stable);
-        let warnings = warnings(&settling, agrees, record);
+        let warnings = warnings("wall", &settling, agrees, record);
         let mut files = Files::default();
         let mut curves = None;
         let mut operator_error = Compared::without_meaning("the run was cut short".to_owned());
@@ -219,18 +197,12 @@ impl WallExperiment {
     /// The curves, and what to say of them.
     fn drawn(&self, origin: Origin, curves: Thinned<2>, settling: Settling) -> WallCurves {
         let subtitle = format!(
-            "order μ = {} · K = {} N/m · B = {} N·s^μ/m · device {} · scheme {} · push {} N · {}",
+            "order μ = {} · K = {} N/m · B = {} N·s^μ/m · {}",
             self.order,
             six_digits(self.stiffness_n_per_m),
             six_digits(self.dissipation_n_s_mu_per_m),
-            device_name(self.remote.as_ref()),
-            self.scheme,
-            self.plan.push_n,
-            settling.verdict.words()
-        ) + &match self.safety.guard {
-            GuardChoice::Off => String::new(),
-            guard => format!(" · guard {}", guard.name()),
-        };
+            self.setup().words(self.scheme, &settling)
+        );
         let [position_m, force_n] = curves.curves;
         WallCurves {
             subtitle,
@@ -241,38 +213,4 @@ impl WallExperiment {
             force_n,
         }
     }
-}
-
-/// Warnings about a trial, and about the analysis beside it.
-fn warnings(settling: &Settling, agrees: Option<bool>, record: &Record) -> Warnings {
-    let mut warnings = Warnings::default();
-    match settling.reason() {
-        None => warnings.limited(record.limited),
-        Some(reason) if record.ended.is_none() => warnings.0.push(format!(
-            "the wall is {}: {reason}",
-            settling.verdict.words()
-        )),
-        Some(_) => {}
-    }
-    if agrees == Some(false) {
-        warnings.0.push(format!(
-            "trial and analysis disagree: {} by the trial, {} by the analysis; {}",
-            settling.verdict.words(),
-            if settling.stable { "unstable" } else { "stable" },
-            if settling.stable {
-                "what the analysis does not know (friction, encoder, force limit) holds the device, or the \
-                 wall grows unstable more slowly than the trial lasts"
-            } else {
-                "what the analysis does not know (encoder, force limit, a wall that only pushes) shakes the \
-                 device, or the wall settles more slowly than the trial lasts"
-            }
-        ));
-    }
-    warnings
-}
-
-/// To six significant digits, as a subtitle shows a number.
-fn six_digits(value: f64) -> f64 {
-    // A formatted number is a number again.
-    format!("{value:.5e}").parse().unwrap_or(value)
 }

@@ -5,28 +5,15 @@ use super::specification::WallExperiment;
 use crate::curves::{Published, WallCurves};
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
-use crate::preflight::PreflightRequest;
-use crate::pushed::{VirtualWall, encoder_step, safe_force_limit, thrown, try_wall, wall_at_start};
-use crate::refused::parameter;
-use crate::remote::RemoteRun;
-use crate::run::{Ran, Supervisor, run_logged};
-use crate::schedule::Schedule;
-use crate::sensed::Sensed;
-use crate::settling::{Criterion, Judge, Settling};
+use crate::pushed::{self, VirtualWall, encoder_step, wall_at_start};
+use crate::remote::RemoteDevice;
+use crate::run::{Ran, Supervisor};
+use crate::settling::Settling;
 use fracdiff::Operator;
-use haptic_loop::plant::MassDamper;
-use haptic_loop::units::Newtons;
-use haptic_loop::{Controller, SafetyChain};
+use haptic_loop::Controller;
 
-/// The wall behind the safety chain and the device behind its sensors: made of good parameters.
-pub(super) struct Parts {
-    pub(super) controller: Controller<f64, 1, VirtualWall>,
-    pub(super) device: Sensed<MassDamper<1>>,
-    pub(super) samples: u64,
-    pub(super) judge: Judge,
-    /// See [`Settling::expected_deflection_m`].
-    pub(super) rest_m: Option<f64>,
-}
+/// The wall behind the safety chain and the device behind its sensors.
+pub(super) type Parts = pushed::Parts<VirtualWall>;
 
 impl WallExperiment {
     /// Runs the experiment; log and CSV go into the folder.
@@ -52,48 +39,11 @@ impl WallExperiment {
         request: &FolderRequest,
         supervisor: Supervisor<'_>,
     ) -> Result<Ran, Failure> {
-        let schedule = Schedule {
-            samples: parts.samples,
-            sample_time_s: self.device.sample_time.0,
-            pace: self.pace,
-        };
-        let mut metadata = self.metadata();
-        let preflight = self.preflight(parts.samples);
-        match &self.remote {
-            None => {
-                // Nothing can break, so it is only noted.
-                let verdict = preflight.verdict(self.dynamics(), 0)?;
-                verdict.describe(&mut metadata);
-                let ran = run_logged(
-                    &mut parts.controller,
-                    &mut parts.device,
-                    schedule,
-                    request,
-                    metadata,
-                    supervisor,
-                )?;
-                Ok(Ran {
-                    preflight: Some(verdict),
-                    ..ran
-                })
-            }
-            Some(remote) => {
-                let run = RemoteRun {
-                    device: remote,
-                    law: self.law(remote, parts.samples)?,
-                    schedule,
-                    reference: &|_| 0.0,
-                    preflight: Some(preflight),
-                    wanted: PreflightRequest {
-                        force_unstable: self.force_unstable,
-                        dynamics: Some(self.dynamics()),
-                    },
-                    request,
-                    metadata,
-                };
-                run.run(&mut parts.controller, supervisor)
-            }
-        }
+        let preflight = (self.preflight(parts.samples), self.dynamics());
+        let samples = parts.samples;
+        let law = |remote: &RemoteDevice| self.law(remote, samples);
+        let files = (request, self.metadata());
+        (self.setup()).record(&mut parts, preflight, law, files, supervisor)
     }
 
     /// Runs without a report.
@@ -116,25 +66,18 @@ impl WallExperiment {
     }
 
     fn try_once(&self) -> Result<Settling, Failure> {
-        let mut parts = self.parts()?;
-        let (samples, judge) = (parts.samples, &mut parts.judge);
-        let whole = try_wall(&mut parts.controller, &mut parts.device, samples, judge);
-        Ok(judge.settling(whole, parts.rest_m))
+        Ok(self.parts()?.try_out())
     }
 
     /// The same judgement, unless friction alone holds the device: then it is called that.
     pub(super) fn named(&self, settling: Settling) -> Result<Settling, Failure> {
-        let simulated = self.remote.is_none() && self.device.friction.0 > 0.0;
-        if !(settling.stable && simulated && self.plan.criterion == Criterion::Settling) {
-            return Ok(settling);
-        }
-        let mut smooth = self.clone();
-        smooth.device.friction = Newtons(0.0);
-        if smooth.try_once()?.stable {
-            Ok(settling)
-        } else {
-            Ok(settling.by_friction())
-        }
+        self.setup().named(settling, |device| {
+            let smooth = Self {
+                device,
+                ..self.clone()
+            };
+            smooth.try_once()
+        })
     }
 
     /// The number of samples, if all parameters are good.
@@ -155,7 +98,7 @@ impl WallExperiment {
         }
         let plan = self.plan();
         let samples = plan.samples(t)?;
-        let device = Sensed::new(thrown(self.device, &plan)?, self.sensors)?;
+        let device = self.setup().sensed()?;
         // A little more than needed, so that the last weights are not at the very edge.
         let operator: Operator<f64> = self
             .scheme
@@ -178,19 +121,7 @@ impl WallExperiment {
             self.one_sided,
         )
         .map_err(Failure::input)?;
-        let chain = match &self.remote {
-            None => {
-                let limits = self.force_and_rate();
-                let chain = safe_force_limit(limits, &self.device, self.sensors, &self.safety)?;
-                self.safety.acts()?;
-                chain
-            }
-            Some(_) => {
-                let chain = SafetyChain::from_limits(&self.limits_here(), t).map_err(parameter)?;
-                self.safety.acts_on_device()?;
-                chain
-            }
-        };
+        let chain = self.setup().chain()?;
         Ok(Parts {
             controller: Controller::new(wall, chain),
             device,

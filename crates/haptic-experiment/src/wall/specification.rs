@@ -1,8 +1,7 @@
 //! A wall experiment: device, wall, trial.
 
 use crate::preflight::{Dynamics, Preflight};
-use crate::pushed::TrialPlan;
-use crate::pushed::dynamics;
+use crate::pushed::{Setup, TrialPlan, dynamics};
 use crate::remote::RemoteDevice;
 use crate::safety::Safety;
 use crate::schedule::Pace;
@@ -90,11 +89,22 @@ impl WallExperiment {
         dynamics(&self.device)
     }
 
-    /// As it is really tried: a serial device cannot be thrown.
-    pub(super) fn plan(&self) -> TrialPlan {
-        match self.remote {
-            Some(_) => self.plan.from_rest(),
-            None => self.plan,
+    /// All but the wall.
+    pub(super) fn setup(&self) -> Setup<'_> {
+        Setup {
+            device: &self.device,
+            sensors: self.sensors,
+            plan: self.plan,
+            force_rate_limit_n_per_s: self.force_rate_limit_n_per_s,
+            safety: &self.safety,
+            pace: self.pace,
+            remote: self.remote.as_ref(),
+            force_unstable: self.force_unstable,
         }
+    }
+
+    /// As it is really tried.
+    pub(super) fn plan(&self) -> TrialPlan {
+        self.setup().plan()
     }
 }

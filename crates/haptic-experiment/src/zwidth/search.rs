@@ -5,7 +5,7 @@ use super::specification::ZWidth;
 use super::theory::Theory;
 use crate::failure::Failure;
 use crate::pushed::{
-    TrialPlan, encoder_step, force_alone, force_limit, thrown, try_wall, wall_at_start,
+    TrialPlan, encoder_step, force_alone, force_limit, thrown, try_out, wall_at_start,
 };
 use crate::remote::{Kept, RemoteLaw, portable, push};
 use crate::sensed::{Sensed, Sensors};
@@ -246,7 +246,7 @@ impl<'a> Search<'a> {
             return false;
         };
         let mut controller = Controller::<f64, 1, _>::new(wall, self.chain);
-        let whole = try_wall(&mut controller, &mut device, self.samples, &mut judge);
+        let whole = try_out(&mut controller, &mut device, self.samples, &mut judge);
         judge.settling(whole, None).stable
     }
 

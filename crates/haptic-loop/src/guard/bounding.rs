@@ -2,7 +2,7 @@
 
 use super::profile::{MAX_GUARD_DELAY_SAMPLES, MAX_GUARD_LAG_SAMPLES, Profile, Timing, dot};
 use super::state::{GuardState, keep};
-use crate::error::{ParameterError, range, rounded};
+use crate::error::Checks;
 use crate::units::{Metres, NewtonSecondsPerMetre, Seconds};
 use fracdiff::Real;
 use nalgebra::SVector;
@@ -78,7 +78,7 @@ impl EnergyBounding {
 }
 
 /// Refuses a parameter outside the range that its field states.
-fn check(bounding: &EnergyBounding, sample_time: f64) -> Result<(), ParameterError> {
+fn check(bounding: &EnergyBounding, sample_time: f64, checks: &mut Checks) {
     let (share, noise) = (bounding.share, bounding.noise.0);
     let (damping, lag) = (bounding.device_damping.0, bounding.lag.0);
     let (least, most) = (bounding.delay_least.0, bounding.delay_most.0);
@@ -124,9 +124,8 @@ fn check(bounding: &EnergyBounding, sample_time: f64) -> Result<(), ParameterErr
             "s",
         ),
     ] {
-        range(what, value, accepted, allowed, unit)?;
+        checks.range(what, value, accepted, allowed, unit);
     }
-    Ok(())
 }
 
 /// The range of the longest delay.
@@ -149,11 +148,10 @@ pub(crate) struct Bounding<F> {
 }
 
 impl<F: Real> Bounding<F> {
-    /// # Errors
-    /// A parameter outside the range that its field states.
+    /// Refuses a parameter outside the range that its field states.
     #[inline(never)]
-    pub(super) fn new(bounding: &EnergyBounding, sample_time: f64) -> Result<Self, ParameterError> {
-        check(bounding, sample_time)?;
+    pub(super) fn new(bounding: &EnergyBounding, sample_time: f64, checks: &mut Checks) -> Self {
+        check(bounding, sample_time, checks);
         let t = sample_time;
         let (share, noise) = (bounding.share, bounding.noise.0);
         let (damping, lag) = (bounding.device_damping.0, bounding.lag.0);
@@ -173,14 +171,14 @@ impl<F: Real> Bounding<F> {
         // N·(W/2T)/(4ρ₂b/T), ρ₂ = ρ·root/(1 + root).
         let step = 0.25 * held * root * (1.0 + root) / whole;
         let name = "bound of the guard";
-        Ok(Self {
-            damping: rounded(name, damping, "N/m")?,
-            per_force: rounded(name, 0.5 / damping, "m/N")?,
+        Self {
+            damping: checks.rounded(name, damping, "N/m"),
+            per_force: checks.rounded(name, 0.5 / damping, "m/N"),
             noise: F::from_f64(2.0 * damping * noise * noise),
-            keep: keep(bounding.forget, sample_time)?,
+            keep: keep(bounding.forget, sample_time, checks),
             step: F::from_f64(step),
             profile: Profile::new(&timing, 0.25 / damping),
-        })
+        }
     }
 
     /// Bounds the force that is about to be sent, and keeps it; says whether it was made smaller. Not inlined: every tick

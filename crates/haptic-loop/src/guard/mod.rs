@@ -25,7 +25,7 @@ pub use observer::PassivityObserver;
 pub use profile::{MAX_GUARD_DELAY_SAMPLES, MAX_GUARD_LAG_SAMPLES};
 pub(crate) use state::GuardState;
 
-use crate::error::ParameterError;
+use crate::error::Checks;
 use bounding::Bounding;
 use fracdiff::Real;
 use nalgebra::SVector;
@@ -68,15 +68,16 @@ pub(crate) enum GuardLaw<F> {
 }
 
 impl<F: Real> GuardLaw<F> {
-    /// # Errors
-    /// A parameter outside the range that its field states.
-    pub(crate) fn new(guard: &Guard, sample_time: f64) -> Result<Self, ParameterError> {
-        Ok(match guard {
-            Guard::Observer(observer) => Self::Observer(Observer::new(observer, sample_time)?),
-            Guard::EnergyBounding(bounding) => {
-                Self::Bounding(Bounding::new(bounding, sample_time)?)
+    /// Refuses a parameter outside the range that its field states.
+    pub(crate) fn new(guard: &Guard, sample_time: f64, checks: &mut Checks) -> Self {
+        match guard {
+            Guard::Observer(observer) => {
+                Self::Observer(Observer::new(observer, sample_time, checks))
             }
-        })
+            Guard::EnergyBounding(bounding) => {
+                Self::Bounding(Bounding::new(bounding, sample_time, checks))
+            }
+        }
     }
 
     /// The observer's force for a wanted one, and true if the two differ. `moved` is Δ, m.

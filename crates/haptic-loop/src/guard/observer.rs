@@ -2,7 +2,7 @@
 
 use super::profile::dot;
 use super::state::{GuardState, keep};
-use crate::error::{ParameterError, positive, rounded};
+use crate::error::Checks;
 use crate::units::{Kilograms, NewtonSecondsPerMetre, Seconds};
 use core::array;
 use fracdiff::Real;
@@ -57,19 +57,15 @@ pub(crate) struct Observer<F> {
 }
 
 impl<F: Real> Observer<F> {
-    /// # Errors
-    /// A parameter outside the range that its field states.
-    pub(super) fn new(
-        observer: &PassivityObserver,
-        sample_time: f64,
-    ) -> Result<Self, ParameterError> {
+    /// Refuses a parameter outside the range that its field states.
+    pub(super) fn new(observer: &PassivityObserver, sample_time: f64, checks: &mut Checks) -> Self {
         let what = "most damping of the guard";
-        let damping = positive(what, observer.damping_max.0, "N·s/m")?;
-        positive("time in which the guard forgets", observer.forget.0, "s")?;
-        Ok(Self {
-            damping_max: rounded(what, damping / sample_time, "N/m")?,
-            keep: keep(observer.forget, sample_time)?,
-        })
+        let damping = checks.positive(what, observer.damping_max.0, "N·s/m");
+        checks.positive("time in which the guard forgets", observer.forget.0, "s");
+        Self {
+            damping_max: checks.rounded(what, damping / sample_time, "N/m"),
+            keep: keep(observer.forget, sample_time, checks),
+        }
     }
 
     /// The wanted force with damping along the last motion, and whether there is any.

@@ -1,7 +1,7 @@
 //! Energy and the forces on their way, as every guard keeps them.
 
 use super::profile::{HISTORY, Sent};
-use crate::error::{ParameterError, not_negative, range};
+use crate::error::Checks;
 use crate::units::Seconds;
 use fracdiff::Real;
 
@@ -63,13 +63,13 @@ impl<F: Real, const D: usize> GuardState<F, D> {
 }
 
 /// 1 − T/τ; 0 for τ = 0.
-pub(super) fn keep<F: Real>(forget: Seconds, sample_time: f64) -> Result<F, ParameterError> {
+pub(super) fn keep<F: Real>(forget: Seconds, sample_time: f64, checks: &mut Checks) -> F {
     let what = "time in which the guard forgets";
-    not_negative(what, forget.0, "s")?;
+    checks.not_negative(what, forget.0, "s");
     if forget.0 <= 0.0 {
-        return Ok(F::ZERO);
+        return F::ZERO;
     }
     let whole = forget.0 >= sample_time;
-    range(what, forget.0, whole, "0 or at least the sample time", "s")?;
-    Ok(F::from_f64(1.0 - sample_time / forget.0))
+    checks.range(what, forget.0, whole, "0 or at least the sample time", "s");
+    F::from_f64(1.0 - sample_time / forget.0)
 }

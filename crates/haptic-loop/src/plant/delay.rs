@@ -1,6 +1,6 @@
 //! Delays of a simulated device: of the force inside a plant, of the measurement around a device.
 
-use crate::error::not_negative;
+use crate::error::Checks;
 use crate::units::Seconds;
 use crate::{Device, ParameterError, Reading, SafeForce};
 use fracdiff::Real;
@@ -17,35 +17,29 @@ const LENGTH: usize = MAX_DELAY_SAMPLES + 1;
 /// A ratio within 1e-9 of a whole number is that number, so that 3e-3 s / 1e-3 s is 3 and not just
 /// below.
 ///
-/// # Errors
-/// Unless 0 ≤ delay ≤ [`MAX_DELAY_SAMPLES`] sample times.
+/// Refused unless 0 ≤ delay ≤ [`MAX_DELAY_SAMPLES`] sample times.
 pub(super) fn whole_and_fraction(
     what: &'static str,
     delay: Seconds,
     sample_time: f64,
-) -> Result<(usize, f64), ParameterError> {
-    let ratio = not_negative(what, delay.0, "s")? / sample_time;
+    checks: &mut Checks,
+) -> (usize, f64) {
+    let ratio = checks.not_negative(what, delay.0, "s") / sample_time;
     let nearest = libm::rint(ratio);
     let ratio = if (ratio - nearest).abs() < 1e-9 {
         nearest
     } else {
         ratio
     };
-    if ratio > MAX_DELAY_SAMPLES as f64 {
-        return Err(ParameterError::Range {
-            what,
-            value: delay.0,
-            allowed: "from 0 to 64 sample times",
-            unit: "s",
-        });
-    }
+    let short = ratio <= MAX_DELAY_SAMPLES as f64;
+    checks.range(what, delay.0, short, "from 0 to 64 sample times", "s");
     let whole = libm::floor(ratio);
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
         reason = "0 ≤ whole ≤ 64"
     )]
-    Ok((whole as usize, ratio - whole))
+    (whole as usize, ratio - whole)
 }
 
 /// The last commanded forces, N; zero before the first.

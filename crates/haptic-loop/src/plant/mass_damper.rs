@@ -4,7 +4,7 @@
 use super::delay::{ForceLine, whole_and_fraction};
 use super::discretise::transition;
 use super::friction::{Friction, coulomb};
-use crate::error::{not_negative, positive};
+use crate::error::Checks;
 use crate::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, Seconds};
 use crate::{Device, ParameterError, Reading, SafeForce};
 use core::convert::Infallible;
@@ -120,26 +120,23 @@ impl<const D: usize> MassDamper<D> {
     /// Each parameter must be finite and in the range its field states; and the fastest motion
     /// (b·T/m, k·T²/m, T/τ) must stay below 1e6 per sample.
     pub fn new(config: MassDamperConfig) -> Result<Self, ParameterError> {
-        let mass = positive("mass", config.mass.0, "kg")?;
-        not_negative("damping", config.damping.0, "N·s/m")?;
-        let sample_time = positive("sample time", config.sample_time.0, "s")?;
-        let stiffness = not_negative("stiffness of the hand", config.stiffness.0, "N/m")?;
-        let friction = not_negative("Coulomb friction", config.friction.0, "N")?;
-        not_negative("actuator time constant", config.lag.0, "s")?;
-        let limit = match config.saturation {
-            Some(limit) => positive("actuator saturation", limit.0, "N")?,
-            None => f64::INFINITY,
-        };
-        let (delay, fraction) = whole_and_fraction("force delay", config.delay, sample_time)?;
+        let mut checks = Checks::default();
+        let mass = checks.positive("mass", config.mass.0, "kg");
+        checks.not_negative("damping", config.damping.0, "N·s/m");
+        let sample_time = checks.positive("sample time", config.sample_time.0, "s");
+        let stiffness = checks.not_negative("stiffness of the hand", config.stiffness.0, "N/m");
+        let friction = checks.not_negative("Coulomb friction", config.friction.0, "N");
+        checks.not_negative("actuator time constant", config.lag.0, "s");
+        let limit = config.saturation.map_or(f64::INFINITY, |limit| {
+            checks.positive("actuator saturation", limit.0, "N")
+        });
+        let (delay, fraction) =
+            whole_and_fraction("force delay", config.delay, sample_time, &mut checks);
         // A held friction force must push the velocity its own way: sin(ω·T) > 0.
-        if friction > 0.0 && stiffness * sample_time * sample_time > mass {
-            return Err(ParameterError::Range {
-                what: "with friction, stiffness of the hand",
-                value: stiffness,
-                allowed: "at most m/T²",
-                unit: "N/m",
-            });
-        }
+        let pushes = !(friction > 0.0 && stiffness * sample_time * sample_time > mass);
+        let what = "with friction, stiffness of the hand";
+        checks.range(what, stiffness, pushes, "at most m/T²", "N/m");
+        checks.done()?;
         let before = if fraction > 0.0 {
             Some(Step::new(&config, fraction * sample_time)?)
         } else {

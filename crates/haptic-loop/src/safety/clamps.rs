@@ -2,7 +2,7 @@
 
 use super::force::Limiters;
 use super::limits::Limits;
-use crate::error::{ParameterError, positive, range, rounded};
+use crate::error::Checks;
 use fracdiff::Real;
 use nalgebra::SVector;
 
@@ -32,26 +32,20 @@ struct Norm<F> {
 }
 
 impl<F: Real> Clamps<F> {
-    /// # Errors
-    /// A limit outside the range that its field states.
-    pub(super) fn new(limits: &Limits, sample_time: f64) -> Result<Self, ParameterError> {
-        let magnitude = positive("force limit", limits.force.0, "N")?;
-        let rate = positive("force rate limit", limits.rate.0, "N/s")?;
-        let norm = match limits.norm {
-            Some(norm) => {
-                at_most_1e9("force limit", magnitude)?;
-                Some(Norm::new(at_most_1e9(
-                    "limit of the force's norm",
-                    norm.0,
-                )?)?)
-            }
-            None => None,
-        };
-        Ok(Self {
-            magnitude: rounded("force limit", magnitude, "N")?,
-            step: rounded("force step of a sample", rate * sample_time, "N")?,
+    /// Refuses a limit outside the range that its field states.
+    pub(super) fn new(limits: &Limits, sample_time: f64, checks: &mut Checks) -> Self {
+        let magnitude = checks.positive("force limit", limits.force.0, "N");
+        let rate = checks.positive("force rate limit", limits.rate.0, "N/s");
+        let norm = limits.norm.map(|norm| {
+            at_most_1e9("force limit", magnitude, checks);
+            at_most_1e9("limit of the force's norm", norm.0, checks);
+            Norm::new(norm.0, checks)
+        });
+        Self {
+            magnitude: checks.rounded("force limit", magnitude, "N"),
+            step: checks.rounded("force step of a sample", rate * sample_time, "N"),
             norm,
-        })
+        }
     }
 
     /// Largest force on an axis, N.
@@ -140,22 +134,22 @@ impl<F: Real> Clamps<F> {
 }
 
 impl<F: Real> Norm<F> {
-    fn new(limit: f64) -> Result<Self, ParameterError> {
+    fn new(limit: f64, checks: &mut Checks) -> Self {
         let what = "limit of the force's norm";
         let aim = limit * (1.0 - 1.0 / 1_048_576.0);
         let never = limit * (1.0 - 1.0 / 2_097_152.0);
-        Ok(Self {
-            aim: rounded(what, aim, "N")?,
-            aim_square: rounded(what, aim * aim, "N")?,
-            never_square: rounded(what, never * never, "N")?,
-        })
+        Self {
+            aim: checks.rounded(what, aim, "N"),
+            aim_square: checks.rounded(what, aim * aim, "N"),
+            never_square: checks.rounded(what, never * never, "N"),
+        }
     }
 }
 
 /// Above 0, and so small that its square is a number in single precision.
-fn at_most_1e9(what: &'static str, force: f64) -> Result<f64, ParameterError> {
+fn at_most_1e9(what: &'static str, force: f64, checks: &mut Checks) {
     let accepted = force > 0.0 && force <= 1e9;
-    range(what, force, accepted, "above 0 and at most 1e9", "N")
+    checks.range(what, force, accepted, "above 0 and at most 1e9", "N");
 }
 
 #[inline]

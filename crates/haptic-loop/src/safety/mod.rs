@@ -35,7 +35,7 @@ pub use fault::Fault;
 pub use force::{Limiters, SafeForce};
 pub use limits::{Limits, SpeedLimit, StartRefused, Stuck, Workspace};
 
-use crate::error::{ParameterError, positive, rounded};
+use crate::error::{Checks, ParameterError};
 use crate::guard::{GuardLaw, GuardState};
 use crate::units::{Newtons, NewtonsPerSecond, Seconds};
 use clamps::Clamps;
@@ -202,38 +202,34 @@ impl<F: Real> SafetyChain<F> {
     /// A limit outside the range that its field states, or that of the loop's number type; a sample time
     /// that is not above zero.
     pub fn from_limits(limits: &Limits, sample_time: Seconds) -> Result<Self, ParameterError> {
-        let sample_time = positive("sample time", sample_time.0, "s")?;
-        let clamps = Clamps::new(limits, sample_time)?;
-        let start_force = match limits.start_force {
-            Some(force) => positive("force allowed at the start", force.0, "N")?,
-            None => f64::INFINITY,
-        };
-        let rise = match limits.rise_time {
-            Some(time) => {
-                let share = sample_time / positive("rise time", time.0, "s")?;
-                Some(rounded("rise of a sample", f64::min(share, 1.0), "")?)
-            }
-            None => None,
-        };
+        let mut checks = Checks::default();
+        let chain = Self::checked(limits, sample_time, &mut checks);
+        checks.done().map(|()| chain)
+    }
+
+    /// The chain, if nothing is refused.
+    fn checked(limits: &Limits, sample_time: Seconds, checks: &mut Checks) -> Self {
+        let sample_time = checks.positive("sample time", sample_time.0, "s");
+        let clamps = Clamps::new(limits, sample_time, checks);
+        let start_force = limits.start_force.map_or(f64::INFINITY, |force| {
+            checks.positive("force allowed at the start", force.0, "N")
+        });
+        let rise = limits.rise_time.map(|time| {
+            let share = sample_time / checks.positive("rise time", time.0, "s");
+            checks.rounded("rise of a sample", f64::min(share, 1.0), "")
+        });
         let guard = limits.guard.as_ref();
         let moves = limits.workspace.is_some() || limits.speed.is_some() || limits.jump.is_some();
         let follows =
             moves || limits.braking.is_some() || limits.stuck.is_some() || guard.is_some();
-        let motion = if follows {
-            Some(MotionLimits::new(limits, sample_time)?)
-        } else {
-            None
-        };
-        Ok(Self {
+        Self {
             clamps,
             start_force,
             rise,
-            motion,
-            release: Release::new(limits, sample_time)?,
-            guard: guard
-                .map(|guard| GuardLaw::new(guard, sample_time))
-                .transpose()?,
-        })
+            motion: follows.then(|| MotionLimits::new(limits, sample_time, checks)),
+            release: Release::new(limits, sample_time, checks),
+            guard: guard.map(|guard| GuardLaw::new(guard, sample_time, checks)),
+        }
     }
 
     /// True if a passivity guard is part of it.

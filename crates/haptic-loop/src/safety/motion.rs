@@ -5,7 +5,7 @@ use super::fault::Fault;
 use super::force::Limiters;
 use super::limits::{Limits, SpeedLimit, Stuck, Workspace};
 use super::release::whole_ticks;
-use crate::error::{ParameterError, positive, range, rounded};
+use crate::error::{Checks, ParameterError};
 use fracdiff::{Real, Seconds};
 use nalgebra::SVector;
 
@@ -19,18 +19,20 @@ struct Zone<F> {
 
 impl<F: Real> Zone<F> {
     /// `soft` wide, up to `hard`; no zone if it has no width.
+    #[inline(never)]
     fn new(
         what: &'static str,
         hard: f64,
         soft: f64,
         unit: &'static str,
-    ) -> Result<Self, ParameterError> {
+        checks: &mut Checks,
+    ) -> Self {
         let per = if soft > 0.0 { 1.0 / soft } else { 0.0 };
-        Ok(Self {
-            from: rounded(what, hard - soft, unit)?,
-            per: rounded(what, per, unit)?,
-            hard: rounded(what, hard, unit)?,
-        })
+        Self {
+            from: checks.rounded(what, hard - soft, unit),
+            per: checks.rounded(what, per, unit),
+            hard: checks.rounded(what, hard, unit),
+        }
     }
 
     /// Depth into the zone, 0 to 1.
@@ -150,31 +152,28 @@ impl<F: Real, const D: usize> Motion<F, D> {
 }
 
 impl<F: Real> MotionLimits<F> {
-    /// # Errors
-    /// A limit outside the range that its field states.
-    pub(super) fn new(limits: &Limits, sample_time: f64) -> Result<Self, ParameterError> {
-        let bandwidth = positive(
+    /// Refuses a limit outside the range that its field states.
+    pub(super) fn new(limits: &Limits, sample_time: f64, checks: &mut Checks) -> Self {
+        let bandwidth = checks.positive(
             "bandwidth of the velocity",
             limits.velocity_bandwidth.0,
             "Hz",
-        )?;
-        let braking = match limits.braking {
-            Some(braking) => accepted_braking(limits, braking.0, sample_time)?,
-            None => F::ZERO,
-        };
+        );
+        let braking = limits.braking.map_or(F::ZERO, |braking| {
+            accepted_braking(limits, braking.0, sample_time, checks)
+        });
         let follow = -libm::expm1(-core::f64::consts::TAU * bandwidth * sample_time);
-        Ok(Self {
-            rate: rounded("sample rate", 1.0 / sample_time, "Hz")?,
-            follow: rounded("bandwidth of the velocity", follow, "of the sample rate")?,
-            workspace: limits.workspace.map(workspace).transpose()?,
-            speed: limits.speed.map(speed).transpose()?,
-            jump: jump(limits, sample_time)?,
+        Self {
+            rate: checks.rounded("sample rate", 1.0 / sample_time, "Hz"),
+            follow: checks.rounded("bandwidth of the velocity", follow, "of the sample rate"),
+            workspace: limits.workspace.map(|ends| workspace(ends, checks)),
+            speed: limits.speed.map(|ends| speed(ends, checks)),
+            jump: jump(limits, sample_time, checks),
             stuck: limits
                 .stuck
-                .map(|stuck| standstill(stuck, sample_time))
-                .transpose()?,
+                .map(|stuck| standstill(stuck, sample_time, checks)),
             braking,
-        })
+        }
     }
 
     /// Takes a finite position: Δ, and v ← v + (1 − e^(−ωT))·(Δ/T − v). A velocity beyond the number type is a
@@ -307,76 +306,72 @@ fn accepted_braking<F: Real>(
     limits: &Limits,
     braking: f64,
     sample_time: f64,
-) -> Result<F, ParameterError> {
+    checks: &mut Checks,
+) -> F {
     if let Some(mass) = limits.device_mass {
-        positive("mass of the device", mass.0, "kg")?;
+        checks.positive("mass of the device", mass.0, "kg");
     }
     let most = limits.braking_max(Seconds(sample_time)).0;
-    let braking = positive("braking", braking, "N·s/m")?;
+    checks.positive("braking", braking, "N·s/m");
     if braking > most {
-        return Err(ParameterError::Braking {
+        checks.refuse(ParameterError::Braking {
             value_n_s_per_m: braking,
             most_n_s_per_m: most,
             mass_known: limits.device_mass.is_some(),
         });
     }
-    rounded("braking", braking, "N·s/m")
+    checks.rounded("braking", braking, "N·s/m")
 }
 
-fn jump<F: Real>(limits: &Limits, sample_time: f64) -> Result<Option<Jump<F>>, ParameterError> {
-    let Some(jump) = limits.jump else {
-        return Ok(None);
-    };
-    let allowance = positive("jump of the position", jump.0, "m")?;
-    let Some(speed) = limits.speed else {
-        return Ok(None);
-    };
-    Ok(Some(Jump {
-        allowance: rounded("jump of the position", allowance, "m")?,
-        step: rounded("step at the speed limit", speed.hard.0 * sample_time, "m")?,
-    }))
-}
-
-fn standstill<F: Real>(stuck: Stuck, sample_time: f64) -> Result<Standstill<F>, ParameterError> {
-    let force = positive("stuck force", stuck.force.0, "N")?;
-    let time = stuck.time.0;
-    let within = (1e-3..=10.0).contains(&time);
-    range("stuck time", time, within, "in [0.001, 10]", "s")?;
-    let ticks = whole_ticks(time, sample_time);
-    Ok(Standstill {
-        force: rounded("stuck force", force, "N")?,
-        ticks: rounded("stuck time", ticks, "samples")?,
+fn jump<F: Real>(limits: &Limits, sample_time: f64, checks: &mut Checks) -> Option<Jump<F>> {
+    let allowance = checks.positive("jump of the position", limits.jump?.0, "m");
+    let hard = limits.speed?.hard.0;
+    Some(Jump {
+        allowance: checks.rounded("jump of the position", allowance, "m"),
+        step: checks.rounded("step at the speed limit", hard * sample_time, "m"),
     })
 }
 
-fn workspace<F: Real>(workspace: Workspace) -> Result<[Zone<F>; 2], ParameterError> {
+fn standstill<F: Real>(stuck: Stuck, sample_time: f64, checks: &mut Checks) -> Standstill<F> {
+    let force = checks.positive("stuck force", stuck.force.0, "N");
+    let time = stuck.time.0;
+    let within = (1e-3..=10.0).contains(&time);
+    checks.range("stuck time", time, within, "in [0.001, 10]", "s");
+    let ticks = whole_ticks(time, sample_time);
+    Standstill {
+        force: checks.rounded("stuck force", force, "N"),
+        ticks: checks.rounded("stuck time", ticks, "samples"),
+    }
+}
+
+fn workspace<F: Real>(workspace: Workspace, checks: &mut Checks) -> [Zone<F>; 2] {
     let (low, high, soft) = (workspace.low.0, workspace.high.0, workspace.soft.0);
-    range("low end of the workspace", low, true, "finite", "m")?;
-    range(
+    checks.range("low end of the workspace", low, true, "finite", "m");
+    checks.range(
         "high end of the workspace",
         high,
         high > low,
         "above the low one",
         "m",
-    )?;
+    );
     let fits = (0.0..=0.5 * (high - low)).contains(&soft);
     let allowed = "from 0 to half the workspace";
-    range("soft zone of the workspace", soft, fits, allowed, "m")?;
-    Ok([
-        Zone::new("high end of the workspace", high, soft, "m")?,
-        Zone::new("low end of the workspace", -low, soft, "m")?,
-    ])
+    checks.range("soft zone of the workspace", soft, fits, allowed, "m");
+    [
+        Zone::new("high end of the workspace", high, soft, "m", checks),
+        Zone::new("low end of the workspace", -low, soft, "m", checks),
+    ]
 }
 
-fn speed<F: Real>(speed: SpeedLimit) -> Result<Zone<F>, ParameterError> {
+fn speed<F: Real>(speed: SpeedLimit, checks: &mut Checks) -> Zone<F> {
     let (soft, hard) = (speed.soft.0, speed.hard.0);
-    range("soft speed limit", soft, soft >= 0.0, "at least 0", "m/s")?;
-    range(
+    checks.range("soft speed limit", soft, soft >= 0.0, "at least 0", "m/s");
+    checks.range(
         "speed limit",
         hard,
         hard > soft,
         "above the soft one",
         "m/s",
-    )?;
-    Zone::new("speed limit", hard, hard - soft, "m/s")
+    );
+    Zone::new("speed limit", hard, hard - soft, "m/s", checks)
 }

@@ -2,7 +2,7 @@
 
 use super::clamps::clamp;
 use super::limits::Limits;
-use crate::error::{ParameterError, range, rounded};
+use crate::error::Checks;
 use fracdiff::Real;
 use nalgebra::SVector;
 
@@ -40,21 +40,20 @@ impl<F: Real> Released<F> {
 }
 
 impl<F: Real> Release<F> {
-    /// # Errors
-    /// A time or force outside the range that its field states.
-    pub(super) fn new(limits: &Limits, sample_time: f64) -> Result<Self, ParameterError> {
+    /// Refuses a time or force outside the range that its field states.
+    pub(super) fn new(limits: &Limits, sample_time: f64, checks: &mut Checks) -> Self {
         let (stop, brake) = (limits.stop_time.0, limits.brake_force.0);
         let [least, most] = Limits::STOP_TIME_S;
         let within = (least..=most).contains(&stop);
-        range("stop time", stop, within, "in [0.001, 1]", "s")?;
+        checks.range("stop time", stop, within, "in [0.001, 1]", "s");
         let within = (0.0..=Limits::BRAKE_FORCE_MAX_N).contains(&brake);
-        range("brake force", brake, within, "in [0, 10]", "N")?;
+        checks.range("brake force", brake, within, "in [0, 10]", "N");
         let ticks = whole_ticks(stop, sample_time);
-        Ok(Self {
-            ticks: rounded("stop time", ticks, "samples")?,
-            share: rounded("stop time", 1.0 / ticks, "samples⁻¹")?,
-            brake_force: rounded("brake force", brake, "N")?,
-        })
+        Self {
+            ticks: checks.rounded("stop time", ticks, "samples"),
+            share: checks.rounded("stop time", 1.0 / ticks, "samples⁻¹"),
+            brake_force: checks.rounded("brake force", brake, "N"),
+        }
     }
 
     /// The share of the braking that is left before this tick, from 1 down.

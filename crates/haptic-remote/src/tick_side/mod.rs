@@ -180,7 +180,8 @@ impl<H: Hardware> TickSide<H> {
         self.late();
     }
 
-    /// A fault that something else has found.
+    /// A fault that something else has found. Not inlined: it happens once, and the tick would have a copy at each place.
+    #[inline(never)]
     pub fn trip(&mut self, fault: Fault) {
         if self.fault.is_some() {
             return;
@@ -200,6 +201,7 @@ impl<H: Hardware> TickSide<H> {
     }
 
     /// The board cannot measure or apply: no force at all, at once, because none can be computed.
+    #[inline(never)]
     fn give_way(&mut self, fault: Fault) {
         self.trip(fault);
         self.hardware.let_go();
@@ -220,6 +222,7 @@ impl<H: Hardware> TickSide<H> {
         }
     }
 
+    #[inline(never)]
     fn late(&mut self) {
         self.statistics.overruns = self.statistics.overruns.wrapping_add(1);
         self.late_in_row = self.late_in_row.saturating_add(1);
@@ -315,6 +318,7 @@ impl<H: Hardware> TickSide<H> {
         self.state = State::Stopping;
     }
 
+    #[inline(never)]
     fn event(&mut self, kind: EventKind) {
         self.outbox.notify(Notice::Event(Event {
             kind,

@@ -10,22 +10,23 @@ use super::summary::{print_end, print_summary};
 use super::words::roll_bytes;
 use crate::files::{folder, overwrite_acts};
 use crate::output::Output;
-use crate::picture::{of_theory, of_wall};
+use crate::picture::{of_coupler, of_theory, of_wall};
 use crate::quantity::Bytes;
 use clap::Args;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::folder::FolderRequest;
 use haptic_experiment::parameters::{
-    CREEP, ON_DEVICE, Parameter, RELAX, RENDERING, SAFETY, Value, WALL, WALL_REQUIRED,
+    COUPLER, COUPLER_REQUIRED, CREEP, ON_DEVICE, Parameter, RELAX, RENDERING, SAFETY, Value, WALL,
+    WALL_REQUIRED,
 };
-use haptic_experiment::report::Errors;
-use haptic_experiment::{ExperimentFile, Pace, WallReport};
+use haptic_experiment::report::{Errors, RunReport};
+use haptic_experiment::{CouplerReport, ExperimentFile, Pace, Settling, WallReport};
 use std::fmt::Write as _;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
 const LONG_ABOUT: &str = "\
-Runs the experiment that a TOML file describes. The file has one table: [relax], [creep] or [wall]. \
+Runs the experiment that a TOML file describes. The file has one table: [relax], [creep], [wall] or [coupler]. \
 Keys have their SI unit in the name, as in duration_s = 200. Paths in the file start from its folder. Options of the command win \
 over keys of the file.
 
@@ -35,6 +36,13 @@ threshold_m alone. verdict in the summary is stable, held-by-friction (it would 
 unstable, saturated, gone or unfinished; analysis_agrees compares it with the pre-flight. With \
 must_be_stable = true the exit code is 1 unless both call the wall stable. On a serial device rate limit, speed limit and rise time \
 that are not given stay as they are set there. `host-cli design` writes such a file.
+
+A coupler: the same trial, but between the device and a simulated object (mass, damper, spring to the ground) is a fractional \
+virtual coupler k_c + b_c (T/(1-w))^mu of order 0 to 1. At order 1 device and object come to rest where the springs balance the push; below 1 \
+the coupler creeps, and the force alone is judged. Before the run the loop that is really sampled must be stable with this device, hand and \
+object, and Llewellyn's criterion must be met; on the simulated device a refusal is a warning, a serial one does not start without \
+--force-unstable. Llewellyn alone is not enough: his device acts half a sample earlier than a real one, which needs at least four times the \
+damping for any hand and object. The CSV has the object's place too. A coupler needs --loop host on a serial device.
 
 guard = \"observer\" or \"energy-bounding\" keeps a wall from shaking: the one adds damping, the other takes force, and so stiffness, \
 that the damping of the device cannot pay for.";
@@ -48,6 +56,8 @@ fn long_about() -> String {
         ("[relax] and [creep]", RENDERING),
         ("[wall], to be given", WALL_REQUIRED),
         ("[wall]", WALL),
+        ("[coupler], to be given", COUPLER_REQUIRED),
+        ("[coupler]", COUPLER),
         ("Every table, the device", ON_DEVICE),
         ("Every table, the safety chain", SAFETY),
     ];
@@ -160,16 +170,38 @@ impl Arguments {
                     _ => Ok(()),
                 }
             }
+            ExperimentFile::Coupler(coupler) => {
+                let mut verdict = None;
+                conduct(samples, output, print_coupler, of_coupler, |supervisor| {
+                    let published = coupler.run(&request("coupler"), supervisor.watched(&live))?;
+                    let report = &published.report;
+                    verdict = Some((report.stable_by_all(), report.settling.verdict));
+                    Ok(published)
+                })?;
+                match verdict {
+                    Some((false, trial)) if coupler.must_be_stable => {
+                        Err(Failure::Run(anyhow::anyhow!(
+                            "must_be_stable: the coupler is not stable by trial ({}) and analysis and passed by Llewellyn's \
+                             criterion: design a weaker one, or take must_be_stable out of the file to run it all the same",
+                            trial.words()
+                        )))
+                    }
+                    _ => Ok(()),
+                }
+            }
         }
+    }
+}
+
+fn micrometres(x: Option<f64>) -> String {
+    match x {
+        Some(x) => format!("{:.4} µm", 1e6 * x),
+        None => "–".to_owned(),
     }
 }
 
 /// The result as a person reads it.
 fn print_wall(out: &mut dyn Write, report: &WallReport) -> io::Result<()> {
-    let micrometres = |x: Option<f64>| match x {
-        Some(x) => format!("{:.4} µm", 1e6 * x),
-        None => "–".to_owned(),
-    };
     let (run, settling) = (&report.run, &report.settling);
     writeln!(
         out,
@@ -180,6 +212,58 @@ fn print_wall(out: &mut dyn Write, report: &WallReport) -> io::Result<()> {
         report.dissipation_n_s_mu_per_m,
         run.device
     )?;
+    print_trial(out, run, settling)?;
+    writeln!(
+        out,
+        "  deflection        {}, at rest {} by push/(K + k)",
+        micrometres(settling.deflection_m),
+        micrometres(settling.expected_deflection_m)
+    )?;
+    writeln!(
+        out,
+        "  force             peak {:.4e} N, at the end {:.4e} N",
+        run.peak_force_n, run.final_force_n
+    )?;
+    print_operator(out, &report.errors)?;
+    print_end(out, run)
+}
+
+/// The result of a coupler as a person reads it.
+fn print_coupler(out: &mut dyn Write, report: &CouplerReport) -> io::Result<()> {
+    let (run, settling) = (&report.run, &report.settling);
+    writeln!(
+        out,
+        "coupler of order {} · scheme {} · k_c = {:.6} N·s/m · b_c = {:.6} N·s^(1−μ)/m · device {}",
+        report.order,
+        report.scheme,
+        report.coupler_stiffness_n_s_per_m,
+        report.coupler_dissipation_n_s_1_minus_mu_per_m,
+        run.device
+    )?;
+    writeln!(
+        out,
+        "  object            {} kg, {} N·s/m, {} N/m to the ground",
+        report.object_mass_kg, report.object_damping_n_s_per_m, report.object_stiffness_n_per_m
+    )?;
+    print_trial(out, run, settling)?;
+    writeln!(
+        out,
+        "  deflection        {}, at rest {} by the springs; object at the end {}",
+        micrometres(settling.deflection_m),
+        micrometres(settling.expected_deflection_m),
+        micrometres(report.object_position_m)
+    )?;
+    writeln!(
+        out,
+        "  force             peak {:.4e} N, at the end {:.4e} N",
+        run.peak_force_n, run.final_force_n
+    )?;
+    print_operator(out, &report.errors)?;
+    print_end(out, run)
+}
+
+/// Length of a trial, and its verdict.
+fn print_trial(out: &mut dyn Write, run: &RunReport, settling: &Settling) -> io::Result<()> {
     writeln!(
         out,
         "  {} samples, {} s at {} ms",
@@ -196,19 +280,7 @@ fn print_wall(out: &mut dyn Write, report: &WallReport) -> io::Result<()> {
             .force_std_n
             .map_or_else(|| "–".to_owned(), |f| format!("{f:.3e} N")),
     )?;
-    writeln!(
-        out,
-        "  deflection        {}, at rest {} by push/(K + k)",
-        micrometres(settling.deflection_m),
-        micrometres(settling.expected_deflection_m)
-    )?;
-    writeln!(
-        out,
-        "  force             peak {:.4e} N, at the end {:.4e} N",
-        run.peak_force_n, run.final_force_n
-    )?;
-    print_operator(out, &report.errors)?;
-    print_end(out, run)
+    Ok(())
 }
 
 /// Prints the error of the commanded force against the full history.

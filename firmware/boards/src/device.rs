@@ -1,6 +1,7 @@
 //! Tick interrupt and main loop, the same on every board.
 
-use crate::parts::{Line, TickTimer, Watchdog};
+use crate::chip;
+use crate::parts::{Line as _, TickTimer, Watchdog as _};
 use crate::retained::Retained;
 use core::cell::RefCell;
 use critical_section::Mutex;
@@ -71,12 +72,11 @@ impl<H: Hardware, T: TickTimer> Ticker<H, T> {
 /// - *Nothing waits*: a request is read only when there is room for its answer; until then bytes wait in
 ///   the line's queue, and if that is full they are counted as lost.
 #[inline(never)]
-pub fn serve<H: Hardware>(
-    device: &Shared<H>,
+pub fn serve(
+    device: &Shared<chip::Board>,
     session: &mut DeviceSession,
-    line: &mut impl Line,
-    watchdog: &mut impl Watchdog,
-    now_us: impl Fn() -> u64,
+    line: &mut chip::Uart,
+    watchdog: &mut chip::Watchdog,
 ) -> ! {
     let mut frame = [0; FRAME_MAX];
     let mut ticks = 0;
@@ -86,7 +86,7 @@ pub fn serve<H: Hardware>(
             && let Some(byte) = line.receive()
         {
             idle = false;
-            let length = session.receive(byte, now_us(), device, &mut frame);
+            let length = session.receive(byte, chip::now_us(), device, &mut frame);
             line.send(&frame[..length]);
         }
         session.bytes_lost(line.take_lost());

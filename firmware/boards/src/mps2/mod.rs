@@ -20,8 +20,10 @@ pub use vectors::interrupt;
 pub type Board = SimulatedPlant;
 /// Makes the ticks.
 pub type Timer = SysTick;
+/// Watches tick and main loop.
+pub type Watchdog = NoWatchdog;
 /// This board, at power-up.
-pub type Parts = parts::Parts<Board, SysTick, Uart, NoWatchdog>;
+pub type Parts = parts::Parts<Board, Timer, Uart, Watchdog>;
 
 /// Priority of the tick; smaller is more urgent.
 const TICK_PRIORITY: u8 = 0x40;

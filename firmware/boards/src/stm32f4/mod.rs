@@ -32,8 +32,10 @@ pub use uart::{Uart, on_round, on_uart};
 pub type Board = Axis;
 /// Makes the ticks.
 pub type Timer = TickCounter;
+/// Watches tick and main loop.
+pub type Watchdog = Iwdg;
 /// This board, at power-up.
-pub type Parts = parts::Parts<Axis, TickCounter, Uart, Iwdg>;
+pub type Parts = parts::Parts<Board, Timer, Uart, Watchdog>;
 
 /// Priority of the tick; smaller is more urgent.
 const TICK_PRIORITY: u8 = 0x40;

@@ -33,6 +33,7 @@ pub mod stm32f4;
 
 pub use clock::Clock;
 pub use device::{Shared, Ticker, serve};
+
 pub use parts::{Line, Parts, TickTimer, Watchdog};
 pub use retained::Retained;
 

@@ -1,0 +1,273 @@
+//! A simulated object behind a virtual coupler: the loop that a sampled device really closes over both.
+
+use crate::characteristic::Characteristic;
+use crate::circle::Count;
+use crate::operator::multiply;
+use crate::{
+    AnalysisError, AtAngle, Coupler, Dynamics, Jury, LoopOperator, SampledLoop,
+    companion_eigenvalues, jury,
+};
+use fracdiff::FrequencyResponse;
+use fracdiff::parameter::{not_negative, positive, range};
+use num_complex::Complex;
+
+/// A simulated object: a mass on a damper and a spring to the ground, under Tustin's rule.
+///
+/// ```text
+/// Z_o(w) = m_o·(2/T)(1 − w)/(1 + w) + b_o + k_o·(T/2)(1 + w)/(1 − w)        velocity in, force out
+/// ```
+/// All at least 0, one of them above 0; without mass it is the spring and the damper alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CoupledObject {
+    /// `m_o`, kg.
+    pub mass_kg: f64,
+    /// `b_o`, N·s/m.
+    pub damping_n_s_per_m: f64,
+    /// `k_o`, N/m.
+    pub stiffness_n_per_m: f64,
+}
+
+/// The object without units, e/u with e and u in powers of v = 1 − w, divided by the largest that e can be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Behind {
+    pub(crate) e: [f64; 3],
+    pub(crate) u: [f64; 2],
+}
+
+impl Behind {
+    /// From the shares of mass, damping and stiffness: `m_o/m`, `b_o·T/m`, `k_o·T²/m`.
+    fn new([mass, damping, stiffness]: [f64; 3]) -> Self {
+        let most = 8.0 * mass + 2.0 * damping + 2.0 * stiffness;
+        // With mass 2ρv² + δv(2 − v) + γ(2 − v)²/2 over 2 − v; without one both have the factor 2 − v.
+        let (e, u) = if mass > 0.0 {
+            let e = [
+                2.0 * stiffness,
+                2.0 * damping - 2.0 * stiffness,
+                2.0 * mass - damping + 0.5 * stiffness,
+            ];
+            (e, [2.0, -1.0])
+        } else {
+            ([stiffness, damping - 0.5 * stiffness, 0.0], [1.0, 0.0])
+        };
+        Self {
+            e: e.map(|c| c / most),
+            u: u.map(|c| c / most),
+        }
+    }
+}
+
+/// P = (1 − w)/Q: the operator of order μ whose inverse a coupler applies that runs Q, of order 1 − μ, on its deflection.
+///
+/// ```text
+/// Z_c = k_c + b_c·T^μ·Q(w)/(1 − w)
+/// ```
+/// For [`Coupler::with_operator`]: Llewellyn's conditions for the coupler that really runs.
+#[derive(Clone, Copy, Debug)]
+pub struct CouplerOperator<'a>(pub &'a LoopOperator);
+
+impl FrequencyResponse for CouplerOperator<'_> {
+    fn response(&self, theta: f64) -> Complex<f64> {
+        let (sin, cos) = libm::sincos(0.5 * theta);
+        Complex::new(2.0 * sin * sin, 2.0 * sin * cos) / self.0.response(theta)
+    }
+}
+
+/// A device, a fractional virtual coupler and a simulated object, as they are really sampled: device behind a zero-order hold,
+/// with its delay and lag and the hand that holds it.
+///
+/// ```text
+/// H_c = k_c·(1 − w)/T + b_c·T^(μ−1)·Q(w)         coupler, N/m of its deflection, Q of order 1 − μ, 0 ≤ μ ≤ 1
+/// H_o = Z_o·(1 − w)/T                            object
+/// H = H_c·H_o/(H_c + H_o)                        from the position of the device to the force that pushes it back
+/// F = A·e + (A·u + S·e)·T²·H_c/m,  H_o·T²/m = e/u,  A and S of the device as in SampledLoop
+/// ```
+/// F is, but for a factor without zeros, the determinant of all equations of the tick: its zeros in |w| < 1 are all unstable
+/// poles, none cancels unseen. They are counted with a certificate, as for a wall.
+///
+/// *Nothing that holds it*: where device or object can drift, F has a zero at w = 1. That is no instability; such a loop is
+/// judged with springs of 1e-4 of the coupler on both, as [`SampledLoop::held`].
+///
+/// *Llewellyn's criterion is another question.* It asks for every passive hand and object, but of a device under Tustin's rule,
+/// whose force acts half a sample earlier than a held one does. [`Coupler::sampled_damping`] asks the same of the sampled
+/// device. Neither implies the other's answer for one given hand, which is what is answered here.
+///
+/// ```
+/// use fracdiff::{Order, Scheme, Seconds};
+/// use haptic_analysis::{CoupledLoop, CoupledObject, Coupler, Dynamics, LoopOperator};
+///
+/// let (t, order) = (Seconds(1e-3), Order::new(1.0)?);
+/// let spring = LoopOperator::new(Scheme::Exact, Order::new(0.0)?, t, 1e3)?; // order 1 − μ
+/// let coupler = Coupler::exact(order, t.0, 2.0, 3000.0)?;
+/// let object = CoupledObject { mass_kg: 0.2, damping_n_s_per_m: 0.1, stiffness_n_per_m: 500.0 };
+/// let device = Dynamics::ideal(0.065, 3.5);
+/// let coupled = CoupledLoop::new(&device, &coupler, &object, &spring)?;
+/// assert!(coupled.is_stable());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct CoupledLoop<'a> {
+    inner: SampledLoop<'a>,
+    behind: Behind,
+    held: bool,
+}
+
+impl<'a> CoupledLoop<'a> {
+    /// With Q, the operator of order 1 − μ that runs.
+    ///
+    /// # Errors
+    /// A parameter outside its range; an operator of another order than 1 − μ.
+    pub fn new(
+        device: &Dynamics,
+        coupler: &Coupler<'_>,
+        object: &CoupledObject,
+        difference: &'a LoopOperator,
+    ) -> Result<Self, AnalysisError> {
+        let (order, t) = (coupler.order().get(), coupler.sample_time_s());
+        let wanted = 1.0 - order;
+        range(
+            "order of the coupler's operator",
+            difference.order().get(),
+            (difference.order().get() - wanted).abs() < 1e-12,
+            "1 less the order of the coupler, which is from 0 to 1",
+            "",
+        )?;
+        let m = positive("mass", device.mass_kg, "kg")?;
+        let mass = not_negative("object mass", object.mass_kg, "kg")?;
+        let damping = not_negative("object damping", object.damping_n_s_per_m, "N·s/m")?;
+        let stiffness = not_negative("object stiffness", object.stiffness_n_per_m, "N/m")?;
+        let mut shares = [mass / m, damping * t / m, stiffness * t * t / m];
+        positive("impedance of the object", shares.iter().sum(), "")?;
+        // α = k_c·T/m and β = b_c·T^(1+μ)/m, of v and Q.
+        let (damper, per_sample) = coupler.gains();
+        let (alpha, beta) = (damper * t / m, per_sample * t / m);
+        // Springs of hand, coupler and object at rest: of two places and the ground.
+        let between = beta * difference.response(0.0).re;
+        let hand = device.hand_stiffness_n_per_m * t * t / m;
+        let firm = hand * between + hand * shares[2] + between * shares[2];
+        let all = hand + between + shares[2];
+        let held = firm <= 1e-18 * all * all;
+        let mut device = *device;
+        if held {
+            let spring = SampledLoop::HOLDING_SPRING * (alpha + beta);
+            device.hand_stiffness_n_per_m += spring * m / (t * t);
+            shares[2] += spring;
+        }
+        let behind = Behind::new(shares);
+        let mut inner = SampledLoop::with_plant(device.plant(t)?, alpha, beta, difference)?;
+        inner.characteristic = Characteristic {
+            behind: Some(behind),
+            ..inner.characteristic
+        };
+        Ok(Self {
+            inner,
+            behind,
+            held,
+        })
+    }
+
+    /// The same with a coupler this many times as large, `k_c` and `b_c` alike.
+    #[must_use]
+    pub fn scaled(mut self, factor: f64) -> Self {
+        self.inner.alpha *= factor;
+        self.inner.beta *= factor;
+        self
+    }
+
+    /// True if weak springs hold device and object, which could drift otherwise.
+    #[must_use]
+    pub const fn is_held(&self) -> bool {
+        self.held
+    }
+
+    /// `k_c·T/m` and `b_c·T^(1+μ)/m`.
+    #[must_use]
+    pub const fn nondimensional(&self) -> (f64, f64) {
+        (self.inner.alpha, self.inner.beta)
+    }
+
+    /// F(e^(−jθ)), in units of the largest that e can be.
+    #[must_use]
+    pub fn characteristic(&self, theta: f64) -> Complex<f64> {
+        self.inner.characteristic(theta)
+    }
+
+    /// The certified verdict, by encirclement: no pole on or outside the unit circle. Cost: as that of
+    /// [`SampledLoop::verdict`], some three times for the longer terms.
+    #[must_use]
+    pub fn is_stable(&self) -> bool {
+        self.unstable_poles() == Some(0)
+    }
+
+    /// Poles outside the unit circle; `None` if one is on it, to what rounding errors let know.
+    #[must_use]
+    pub fn unstable_poles(&self) -> Option<usize> {
+        let circle = self.inner.characteristic.circle();
+        let Count { zeros, .. } = circle.count(self.inner.alpha, self.inner.beta, 0.0);
+        zeros
+    }
+
+    /// The least factor above 1 on `k_c` and `b_c` together that takes a stable loop to the edge; `None` if none does.
+    ///
+    /// # Errors
+    /// [`AnalysisError::NotStable`].
+    pub fn gain_margin(&self) -> Result<Option<AtAngle>, AnalysisError> {
+        if !self.is_stable() {
+            return Err(AnalysisError::NotStable { what: "margins" });
+        }
+        Ok(self.inner.gain_margins().0)
+    }
+
+    /// F·D in powers of w where Q = N/D is polynomial or rational.
+    #[must_use]
+    pub fn characteristic_polynomial(&self) -> Option<Vec<f64>> {
+        let (above, below) = self.inner.characteristic.operator.polynomials()?;
+        let plant = &self.inner.characteristic.plant;
+        let (alpha, beta) = self.nondimensional();
+        let e = in_powers_of_w(&self.behind.e);
+        let u = in_powers_of_w(&self.behind.u);
+        let mut coupler = multiply(&[alpha, -alpha], below);
+        coupler.resize(coupler.len().max(above.len()), 0.0);
+        for (sum, c) in coupler.iter_mut().zip(above) {
+            *sum += beta * c;
+        }
+        let delay = plant.path().whole_samples() + 1;
+        let mut seen = vec![0.0; delay];
+        seen.extend(multiply(plant.numerator(), &e));
+        add(&mut seen, &multiply(plant.denominator(), &u));
+        let mut sum = multiply(&multiply(plant.denominator(), &e), below);
+        add(&mut sum, &multiply(&seen, &coupler));
+        Some(sum)
+    }
+
+    /// The verdict of the Schur–Cohn recursion, for polynomial and rational operators.
+    #[must_use]
+    pub fn jury(&self) -> Option<Jury> {
+        Some(jury(&self.characteristic_polynomial()?))
+    }
+
+    /// The poles in z, for polynomial and rational operators; poles at z = 0 left out.
+    #[must_use]
+    pub fn poles(&self) -> Option<Vec<Complex<f64>>> {
+        companion_eigenvalues(&self.characteristic_polynomial()?)
+    }
+}
+
+fn add(sum: &mut Vec<f64>, more: &[f64]) {
+    sum.resize(sum.len().max(more.len()), 0.0);
+    for (sum, c) in sum.iter_mut().zip(more) {
+        *sum += c;
+    }
+}
+
+/// `Σ c_k (1 − w)^k` in powers of w.
+fn in_powers_of_w(coefficients: &[f64]) -> Vec<f64> {
+    (coefficients.iter().rev()).fold(Vec::new(), |polynomial, c| {
+        let mut next = if polynomial.is_empty() {
+            vec![0.0]
+        } else {
+            multiply(&polynomial, &[1.0, -1.0])
+        };
+        next[0] += c;
+        next
+    })
+}

@@ -1,0 +1,189 @@
+//! The loop of a coupler: made of good parameters, tried alone, or run with a log.
+
+use super::report::CouplerReport;
+use super::specification::CouplerExperiment;
+use crate::curves::{CouplerCurves, Published};
+use crate::failure::Failure;
+use crate::folder::FolderRequest;
+use crate::preflight::{PreflightSubject as _, PreflightVerdict};
+use crate::pushed::{self, encoder_step};
+use crate::run::{Ran, Supervisor};
+use crate::settling::Settling;
+use fracdiff::Operator;
+use haptic_link::LoopMode;
+use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
+use haptic_loop::{Controller, VirtualCoupler, VirtualObject, deflection_order};
+
+/// The coupler of an experiment.
+pub(super) type Law = VirtualCoupler<f64, Operator<f64>>;
+/// The coupler behind the safety chain and the device behind its sensors.
+pub(super) type Parts = pushed::Parts<Law>;
+
+impl CouplerExperiment {
+    /// Runs the experiment; log and CSV go into the folder.
+    ///
+    /// # Errors
+    /// Bad parameters, before any file is made; a log or CSV that cannot be written.
+    pub fn run(
+        &self,
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Published<CouplerReport, CouplerCurves>, Failure> {
+        let mut parts = self.parts()?;
+        let (judge, rest_m) = (parts.judge, parts.rest_m);
+        let ran = self.record(&mut parts, request, supervisor)?;
+        let reported = self.publish(&ran, judge, rest_m)?;
+        Ok(Published::new(reported, ran.folder))
+    }
+
+    /// Runs the loop and writes the log.
+    fn record(
+        &self,
+        parts: &mut Parts,
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Ran, Failure> {
+        let preflight = (self.preflight(parts.samples), self.dynamics());
+        // Only a loop on the host carries a coupler: the device renders nothing.
+        let setup = self.setup();
+        let files = (request, self.metadata());
+        setup.record(parts, preflight, |_| setup.law(), files, supervisor)
+    }
+
+    fn metadata(&self) -> std::collections::BTreeMap<String, String> {
+        let law = vec![
+            (
+                "coupler_stiffness_n_s_per_m",
+                self.coupler_stiffness_n_s_per_m.to_string(),
+            ),
+            (
+                "coupler_dissipation_n_s_1_minus_mu_per_m",
+                self.coupler_dissipation_n_s_1_minus_mu_per_m.to_string(),
+            ),
+            ("object_mass_kg", self.object.mass_kg.to_string()),
+            (
+                "object_damping_n_s_per_m",
+                self.object.damping_n_s_per_m.to_string(),
+            ),
+            (
+                "object_stiffness_n_per_m",
+                self.object.stiffness_n_per_m.to_string(),
+            ),
+        ];
+        (self.setup()).metadata("coupler", (self.order, self.scheme), law)
+    }
+
+    /// Runs without a report.
+    #[cfg(test)]
+    pub(crate) fn run_alone(
+        &self,
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Ran, Failure> {
+        self.record(&mut self.parts()?, request, supervisor)
+    }
+
+    /// The same without log or files: does it settle, and without friction too?
+    ///
+    /// # Errors
+    /// Bad parameters.
+    pub fn try_out(&self) -> Result<Settling, Failure> {
+        let settling = self.try_once()?;
+        self.named(settling)
+    }
+
+    fn try_once(&self) -> Result<Settling, Failure> {
+        Ok(self.parts()?.try_out())
+    }
+
+    /// The same judgement, unless friction alone holds the device: then it is called that.
+    pub(super) fn named(&self, settling: Settling) -> Result<Settling, Failure> {
+        self.setup().named(settling, |device| {
+            let smooth = Self {
+                device,
+                ..self.clone()
+            };
+            smooth.try_once()
+        })
+    }
+
+    /// What the analysis says of it on the simulated device.
+    ///
+    /// # Errors
+    /// Bad parameters.
+    pub fn look(&self) -> Result<PreflightVerdict, Failure> {
+        let samples = self.check()?;
+        self.preflight(samples).verdict(self.dynamics(), 0)
+    }
+
+    /// The number of samples, if all parameters are good.
+    ///
+    /// # Errors
+    /// A parameter outside its range; a loop on a device, which cannot carry it.
+    pub fn check(&self) -> Result<u64, Failure> {
+        self.parts().map(|parts| parts.samples)
+    }
+
+    /// The coupler with its object, for a run of so many samples.
+    pub(super) fn law(&self, samples: u64) -> Result<Law, Failure> {
+        let t = self.device.sample_time;
+        let order = deflection_order(self.order).map_err(Failure::input)?;
+        let horizon = crate::schedule::horizon(samples);
+        let operator = self.scheme.build(order, t, horizon);
+        let object = VirtualObject::new(
+            Kilograms(self.object.mass_kg),
+            NewtonSecondsPerMetre(self.object.damping_n_s_per_m),
+            NewtonsPerMetre(self.object.stiffness_n_per_m),
+        );
+        let object = object.map_err(|error| {
+            Failure::input_with_advice(
+                error,
+                "give `object_mass_kg`, `object_damping_n_s_per_m` or `object_stiffness_n_per_m` above 0",
+            )
+        })?;
+        VirtualCoupler::new(
+            self.coupler_stiffness_n_s_per_m,
+            self.coupler_dissipation_n_s_1_minus_mu_per_m,
+            operator.map_err(Failure::input)?,
+            object,
+            t,
+        )
+        .map_err(|error| {
+            Failure::input_with_advice(
+                error,
+                "give `coupler_stiffness_n_s_per_m` or `coupler_dissipation_n_s_1_minus_mu_per_m` above 0",
+            )
+        })
+    }
+
+    pub(super) fn parts(&self) -> Result<Parts, Failure> {
+        let setup = self.setup();
+        if let Some(LoopMode::Device) = setup.remote.map(|remote| remote.loop_mode) {
+            return Err(Failure::bad_input(
+                "a loop on the device cannot carry a coupler, its firmware renders walls: give `loop` = host",
+            ));
+        }
+        let plan = setup.plan();
+        let samples = plan.samples(self.device.sample_time)?;
+        let device = setup.sensed()?;
+        let law = self.law(samples)?;
+        let holding = self.holding_stiffness();
+        // A coupler that creeps has no place of rest, whatever the hand: the force alone is judged.
+        let spring = match holding > 0.0 {
+            true => holding + self.device.stiffness.0,
+            false => 0.0,
+        };
+        let judge = plan.judge(
+            (spring, law.step_stiffness_n_per_m()),
+            encoder_step(self.sensors),
+            self.device.sample_time.0,
+        );
+        Ok(Parts {
+            controller: Controller::new(law, setup.chain()?),
+            device,
+            samples,
+            judge,
+            rest_m: (spring > 0.0).then(|| self.plan.push_n / spring),
+        })
+    }
+}

@@ -1,0 +1,45 @@
+//! `[coupler]`: device, coupler, object and trial.
+
+use super::device::{remote, scheme, sensors};
+use super::pushed::{device, plan, times};
+use super::reader::{FileError, Table};
+use super::safety::safety;
+use crate::schedule::Pace;
+use crate::{CouplerExperiment, parameters as p};
+use fracdiff::Order;
+use haptic_analysis::CoupledObject;
+use haptic_loop::deflection_order;
+
+pub(super) fn coupler(table: &Table<'_>) -> Result<CouplerExperiment, FileError> {
+    let remote = remote(table)?;
+    let (sample_time_s, duration_s) = times(table)?;
+    let order = table.required(&p::COUPLER_ORDER)?;
+    let wrong = |reason: String| table.fail_at("order", reason);
+    let order = Order::new(order).map_err(|error| wrong(error.to_string()))?;
+    let run = deflection_order(order).map_err(|error| wrong(error.to_string()))?;
+    let device = device(table, sample_time_s)?;
+    let coupler = CouplerExperiment {
+        device,
+        sensors: sensors(table)?,
+        order,
+        scheme: scheme(table, run, sample_time_s, duration_s)?,
+        coupler_stiffness_n_s_per_m: table.required(&p::COUPLER_STIFFNESS)?,
+        coupler_dissipation_n_s_1_minus_mu_per_m: table.required(&p::COUPLER_DISSIPATION)?,
+        object: CoupledObject {
+            mass_kg: table.number(&p::OBJECT_MASS)?,
+            damping_n_s_per_m: table.number(&p::OBJECT_DAMPING)?,
+            stiffness_n_per_m: table.number(&p::OBJECT_STIFFNESS)?,
+        },
+        plan: plan(table, duration_s)?,
+        must_be_stable: table.flag(&p::COUPLER_MUST_BE_STABLE)?,
+        force_rate_limit_n_per_s: table.number_if(&p::TRIAL_FORCE_RATE_LIMIT)?,
+        safety: safety(table)?,
+        pace: Pace::Virtual,
+        remote,
+        force_unstable: false,
+    };
+    coupler
+        .check()
+        .map_err(|error| table.fail(error.to_string()))?;
+    Ok(coupler)
+}

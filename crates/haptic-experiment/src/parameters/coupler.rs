@@ -1,0 +1,63 @@
+//! Of `[coupler]`: coupler and object; device and trial are those of `[wall]`.
+
+use super::experiment::{ENCODER_RESOLUTION, SCHEME, SEED, SENSOR_NOISE};
+use super::kind::{AT_LEAST_0, Parameter, Range, parameters};
+use super::wall::{
+    CRITERION, CURRENT_LAG, DAMPING, DELAY, FRICTION, HAND_STIFFNESS, IMPACT, MASS, PUSH,
+    THRESHOLD, TRIAL_DURATION, TRIAL_FORCE_LIMIT, TRIAL_FORCE_RATE_LIMIT, WALL_SAMPLE_TIME, WINDOW,
+};
+
+parameters! {
+    /// Order of a coupler.
+    COUPLER_ORDER = optional("order", Range::Within(0.0, 1.0),
+        "Order of the coupler: 1 a spring b_c beside a damper k_c, below 1 it creeps; above 1 it would give energy by itself");
+    /// `k_c` of a coupler, N·s/m.
+    COUPLER_STIFFNESS = optional("coupler_stiffness_n_s_per_m", AT_LEAST_0,
+        "k_c of the coupler k_c + b_c (T/(1-w))^mu, velocity in, force out");
+    /// `b_c` of a coupler, N·s^(1−μ)/m.
+    COUPLER_DISSIPATION = optional("coupler_dissipation_n_s_1_minus_mu_per_m", AT_LEAST_0,
+        "b_c of the coupler, N·s^(1−μ)/m");
+    /// Mass of the object, kg.
+    OBJECT_MASS = number("object_mass_kg", 0.1, "100g", AT_LEAST_0, "Mass of the object behind the coupler");
+    /// Damping of the object, N·s/m.
+    OBJECT_DAMPING = number("object_damping_n_s_per_m", 1.0, "1", AT_LEAST_0, "Viscous damping of the object");
+    /// Spring of the object, N/m.
+    OBJECT_STIFFNESS = number("object_stiffness_n_per_m", 500.0, "500", AT_LEAST_0,
+        "Spring between the object and the ground; 0 for an object that drifts");
+    /// True if a refused coupler is a failure.
+    COUPLER_MUST_BE_STABLE = flag("must_be_stable",
+        "A coupler that is not stable by trial and analysis, or that Llewellyn's criterion refuses, is a failure");
+}
+
+/// Of `[coupler]` that have to be given in a file.
+pub const COUPLER_REQUIRED: &[Parameter] = &[
+    MASS,
+    DAMPING,
+    WALL_SAMPLE_TIME,
+    COUPLER_ORDER,
+    COUPLER_STIFFNESS,
+    COUPLER_DISSIPATION,
+];
+/// Of `[coupler]`, with defaults.
+pub const COUPLER: &[Parameter] = &[
+    OBJECT_MASS,
+    OBJECT_DAMPING,
+    OBJECT_STIFFNESS,
+    HAND_STIFFNESS,
+    DELAY,
+    FRICTION,
+    CURRENT_LAG,
+    ENCODER_RESOLUTION,
+    SENSOR_NOISE,
+    SEED,
+    TRIAL_FORCE_LIMIT,
+    TRIAL_FORCE_RATE_LIMIT,
+    SCHEME,
+    CRITERION,
+    IMPACT,
+    PUSH,
+    TRIAL_DURATION,
+    WINDOW,
+    THRESHOLD,
+    COUPLER_MUST_BE_STABLE,
+];

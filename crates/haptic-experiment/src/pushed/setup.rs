@@ -1,0 +1,384 @@
+//! All of an experiment on a pushed device but the law that it feels: what a wall and a coupler share.
+
+use super::{TrialPlan, force_alone, safe_force_limit, thrown, try_out};
+use crate::failure::Failure;
+use crate::folder::FolderRequest;
+use crate::kept::{Record, Samples};
+use crate::named::Named as _;
+use crate::preflight::{Dynamics, PreflightRequest, PreflightSubject};
+use crate::refused::parameter;
+use crate::remote::{
+    Kept, RemoteDevice, RemoteLaw, RemoteRun, device_name, host_limits, no_operator, push,
+};
+use crate::run::{Ran, Supervisor, run_logged};
+use crate::safety::{GuardChoice, GuardedDevice, Safety};
+use crate::schedule::{Pace, Schedule};
+use crate::sensed::{Sensed, Sensors};
+use crate::settling::{Criterion, Judge, Settling};
+use crate::warnings::Warnings;
+use fracdiff::{Order, Scheme};
+use haptic_link::{LoopMode, Simulation, SimulationKind};
+use haptic_loop::plant::{MassDamper, MassDamperConfig};
+use haptic_loop::units::{Newtons, NewtonsPerSecond};
+use haptic_loop::{Controller, Environment, Limits, SafetyChain};
+use std::collections::BTreeMap;
+
+/// Device, trial, safety and pace.
+#[derive(Clone, Copy)]
+pub(crate) struct Setup<'a> {
+    pub(crate) device: &'a MassDamperConfig,
+    pub(crate) sensors: Sensors,
+    pub(crate) plan: TrialPlan,
+    pub(crate) force_rate_limit_n_per_s: Option<f64>,
+    pub(crate) safety: &'a Safety,
+    pub(crate) pace: Pace,
+    pub(crate) remote: Option<&'a RemoteDevice>,
+    pub(crate) force_unstable: bool,
+}
+
+/// A loop made of good parameters: the law behind the safety chain, and the device behind its sensors.
+pub(crate) struct Parts<E: Environment<f64, 1>> {
+    pub(crate) controller: Controller<f64, 1, E>,
+    pub(crate) device: Sensed<MassDamper<1>>,
+    pub(crate) samples: u64,
+    pub(crate) judge: Judge,
+    /// See [`Settling::expected_deflection_m`].
+    pub(crate) rest_m: Option<f64>,
+}
+
+impl<E: Environment<f64, 1>> Parts<E> {
+    /// Runs it without log or files.
+    pub(crate) fn try_out(&mut self) -> Settling {
+        let Self {
+            controller,
+            device,
+            samples,
+            judge,
+            rest_m,
+        } = self;
+        let whole = try_out(controller, device, *samples, judge);
+        judge.settling(whole, *rest_m)
+    }
+}
+
+impl Setup<'_> {
+    /// As it is really tried: a serial device cannot be thrown.
+    pub(crate) fn plan(&self) -> TrialPlan {
+        match self.remote {
+            Some(_) => self.plan.from_rest(),
+            None => self.plan,
+        }
+    }
+
+    /// The device behind its sensors, pushed and thrown.
+    ///
+    /// # Errors
+    /// A parameter outside its range.
+    pub(crate) fn sensed(&self) -> Result<Sensed<MassDamper<1>>, Failure> {
+        Sensed::new(thrown(*self.device, &self.plan())?, self.sensors)
+    }
+
+    /// The safety chain of the loop that runs here.
+    ///
+    /// # Errors
+    /// A limit outside its range; settings that would have no effect.
+    pub(crate) fn chain(&self) -> Result<SafetyChain<f64>, Failure> {
+        let t = self.device.sample_time;
+        if self.remote.is_some() {
+            let chain = SafetyChain::from_limits(&self.limits_here(), t).map_err(parameter)?;
+            self.safety.acts_on_device()?;
+            return Ok(chain);
+        }
+        let limits = self.force_and_rate();
+        let chain = safe_force_limit(limits, self.device, self.sensors, self.safety)?;
+        self.safety.acts()?;
+        Ok(chain)
+    }
+
+    fn force_and_rate(&self) -> Limits {
+        let limits = force_alone(self.plan.force_limit_n, self.device.sample_time);
+        Limits {
+            rate: self
+                .force_rate_limit_n_per_s
+                .map_or(limits.rate, NewtonsPerSecond),
+            ..limits
+        }
+    }
+
+    /// Limits of the chain of a serial device, without its guard.
+    fn limits_there(&self) -> Limits {
+        let limits = self.safety.on(self.force_and_rate(), true);
+        let delay = limits.device_delay_samples;
+        self.safety.braked(limits, self.device.mass.0, delay)
+    }
+
+    /// Limits of the chain that runs here with a serial device: in a host loop the device does all but force
+    /// and rate, and with its own loop this chain runs only to be checked.
+    fn limits_here(&self) -> Limits {
+        match self.remote {
+            Some(remote) if remote.loop_mode == LoopMode::Host => host_limits(&self.limits_there()),
+            _ => self.limits_there(),
+        }
+    }
+
+    /// The push for a serial device, and no law at all: one of a loop on the host.
+    ///
+    /// # Errors
+    /// Settings that only the simulated device has.
+    pub(crate) fn law(&self) -> Result<RemoteLaw, Failure> {
+        let MassDamperConfig {
+            mass,
+            damping,
+            stiffness,
+            delay,
+            friction,
+            lag,
+            sample_time: _,
+            saturation: _,
+        } = *self.device;
+        if delay.0 > 0.0 || friction.0 > 0.0 || lag.0 > 0.0 {
+            return Err(Failure::bad_input(
+                "delay_s, friction_n and current_lag_s are of the simulated device: leave them away with a \
+                 serial one, which has its own",
+            ));
+        }
+        Ok(RemoteLaw {
+            stiffness_n_per_m: 0.0,
+            dissipation_n_s_mu_per_m: 0.0,
+            order: 0.0,
+            one_sided: false,
+            operator: no_operator(),
+            limits: self.limits_there(),
+            kept: Kept {
+                rate: self.force_rate_limit_n_per_s.is_none(),
+                speed: self.safety.speed_limit_m_per_s.is_none(),
+                rise: self.safety.rise_time_s.is_none(),
+            },
+            guard: (
+                self.safety.guard,
+                self.safety.guarded(GuardedDevice {
+                    mass_kg: Some(mass.0),
+                    damping_n_s_per_m: Some(damping.0),
+                    ..GuardedDevice::default()
+                }),
+            ),
+            simulation: Simulation {
+                kind: SimulationKind::MassDamper,
+                mass_kg: mass.0 as f32,
+                damping_n_s_per_m: damping.0 as f32,
+                hand_stiffness_n_per_m: stiffness.0 as f32,
+                ..push(self.plan.push_n)
+            },
+        })
+    }
+
+    /// Runs the loop and writes the log.
+    ///
+    /// # Errors
+    /// Those of the run.
+    pub(crate) fn record<E: Environment<f64, 1>, P: PreflightSubject>(
+        &self,
+        parts: &mut Parts<E>,
+        (preflight, dynamics): (P, Dynamics),
+        law: impl FnOnce(&RemoteDevice) -> Result<RemoteLaw, Failure>,
+        (request, mut metadata): (&FolderRequest, BTreeMap<String, String>),
+        supervisor: Supervisor<'_>,
+    ) -> Result<Ran, Failure> {
+        let schedule = Schedule {
+            samples: parts.samples,
+            sample_time_s: self.device.sample_time.0,
+            pace: self.pace,
+        };
+        let Some(remote) = self.remote else {
+            // Nothing can break, so it is only noted.
+            let verdict = preflight.verdict(dynamics, 0)?;
+            verdict.describe(&mut metadata);
+            let ran = run_logged(
+                &mut parts.controller,
+                &mut parts.device,
+                schedule,
+                request,
+                metadata,
+                supervisor,
+            )?;
+            return Ok(Ran {
+                preflight: Some(verdict),
+                ..ran
+            });
+        };
+        let run = RemoteRun {
+            device: remote,
+            law: law(remote)?,
+            schedule,
+            reference: &|_| 0.0,
+            preflight: Some(preflight),
+            wanted: PreflightRequest {
+                force_unstable: self.force_unstable,
+                dynamics: Some(dynamics),
+            },
+            request,
+            metadata,
+        };
+        run.run(&mut parts.controller, supervisor)
+    }
+
+    /// Judges a recorded run.
+    ///
+    /// # Errors
+    /// A log that cannot be read.
+    pub(crate) fn settling(
+        mut judge: Judge,
+        ran: &Ran,
+        rest_m: Option<f64>,
+    ) -> Result<Settling, Failure> {
+        Samples::of(&ran.record, &ran.log.paths).for_each(|sample| {
+            judge.see(sample.time_s, sample.position_m, sample.force_n);
+            Ok(())
+        })?;
+        Ok(judge.settling(ran.record.ended.is_none(), rest_m))
+    }
+
+    /// The same judgement, unless friction alone holds the device: then it is called that. `smooth` tries it on this device,
+    /// which has none.
+    ///
+    /// # Errors
+    /// Those of the trial.
+    pub(crate) fn named(
+        &self,
+        settling: Settling,
+        smooth: impl FnOnce(MassDamperConfig) -> Result<Settling, Failure>,
+    ) -> Result<Settling, Failure> {
+        let simulated = self.remote.is_none() && self.device.friction.0 > 0.0;
+        if !(settling.stable && simulated && self.plan.criterion == Criterion::Settling) {
+            return Ok(settling);
+        }
+        let without = MassDamperConfig {
+            friction: Newtons(0.0),
+            ..*self.device
+        };
+        if smooth(without)?.stable {
+            Ok(settling)
+        } else {
+            Ok(settling.by_friction())
+        }
+    }
+
+    /// Everything of it that is needed to repeat the run of this law.
+    pub(crate) fn metadata(
+        &self,
+        kind: &str,
+        (order, scheme): (Order, Scheme),
+        law: Vec<(&'static str, String)>,
+    ) -> BTreeMap<String, String> {
+        let (device, plan) = (self.device, self.plan());
+        let entries = [
+            ("experiment", kind.to_owned()),
+            ("device", device_name(self.remote)),
+            ("mass_kg", device.mass.0.to_string()),
+            ("damping_n_s_per_m", device.damping.0.to_string()),
+            ("hand_stiffness_n_per_m", device.stiffness.0.to_string()),
+            ("sample_time_s", device.sample_time.0.to_string()),
+            ("delay_s", device.delay.0.to_string()),
+            ("friction_n", device.friction.0.to_string()),
+            ("current_lag_s", device.lag.0.to_string()),
+            (
+                "encoder_resolution_m",
+                self.sensors.encoder_resolution_m.to_string(),
+            ),
+            ("sensor_noise_m", self.sensors.noise_m.to_string()),
+            ("seed", self.sensors.seed.to_string()),
+            ("order", order.to_string()),
+            ("scheme", scheme.to_string()),
+            ("criterion", plan.criterion.name().name().to_owned()),
+            ("impact_m_per_s", plan.impact_m_per_s.to_string()),
+            ("push_n", plan.push_n.to_string()),
+            ("duration_s", plan.duration_s.to_string()),
+            ("window_s", plan.window_s.to_string()),
+            ("force_limit_n", plan.force_limit_n.to_string()),
+            ("pace", self.pace.to_string()),
+        ];
+        let mut metadata: BTreeMap<String, String> = entries
+            .into_iter()
+            .chain(law)
+            .map(|(key, value)| (key.to_owned(), value))
+            .collect();
+        if let Criterion::Dissertation { threshold_m } = plan.criterion {
+            metadata.insert("threshold_m".to_owned(), threshold_m.to_string());
+        }
+        self.safety.describe(&mut metadata);
+        metadata
+    }
+
+    /// Device, operator, push, verdict and guard for the line below a picture.
+    pub(crate) fn words(&self, scheme: Scheme, settling: &Settling) -> String {
+        let guard = match self.safety.guard {
+            GuardChoice::Off => String::new(),
+            guard => format!(" · guard {}", guard.name()),
+        };
+        format!(
+            "device {} · scheme {scheme} · push {} N · {}{guard}",
+            device_name(self.remote),
+            self.plan.push_n,
+            settling.verdict.words()
+        )
+    }
+
+    /// First and last time of the window that is judged, s, and its samples.
+    pub(crate) fn window(&self, record: &Record) -> ([f64; 2], u64) {
+        let t = self.device.sample_time.0;
+        let judged = ((self.plan.window_s / t).round() as u64).min(record.samples);
+        let to_s = record.duration_s();
+        ([to_s - judged.saturating_sub(1) as f64 * t, to_s], judged)
+    }
+}
+
+/// Warnings about a trial of a wall or a coupler, and about the analysis beside it.
+pub(crate) fn warnings(
+    what: &str,
+    settling: &Settling,
+    agrees: Option<bool>,
+    record: &Record,
+) -> Warnings {
+    let mut warnings = Warnings::default();
+    match settling.reason() {
+        None => warnings.limited(record.limited),
+        Some(reason) if record.ended.is_none() => warnings.0.push(format!(
+            "the {what} is {}: {reason}",
+            settling.verdict.words()
+        )),
+        Some(_) => {}
+    }
+    if agrees == Some(false) {
+        let why = if settling.stable {
+            format!(
+                "what the analysis does not know (friction, encoder, force limit) holds the device, or the \
+                 {what} grows unstable more slowly than the trial lasts"
+            )
+        } else {
+            let contact = match what {
+                "wall" => ", a wall that only pushes",
+                _ => "",
+            };
+            format!(
+                "what the analysis does not know (encoder, force limit{contact}) shakes the \
+                 device, or the {what} settles more slowly than the trial lasts"
+            )
+        };
+        warnings.0.push(format!(
+            "trial and analysis disagree: {} by the trial, {} by the analysis; {why}",
+            settling.verdict.words(),
+            if settling.stable {
+                "unstable"
+            } else {
+                "stable"
+            },
+        ));
+    }
+    warnings
+}
+
+/// To six significant digits, as a subtitle shows a number.
+pub(crate) fn six_digits(value: f64) -> f64 {
+    // A formatted number is a number again.
+    format!("{value:.5e}").parse().unwrap_or(value)
+}

@@ -1,0 +1,213 @@
+//! `Deserialize` for structures of many numbers and for long arrays, small on a microcontroller.
+//!
+//! The derived one has a way out after each field, 28 B of code; this one reads all of them, what is missing as a blank, and
+//! tells at the end. The bytes are the same. It reads fields in their order only, as postcard writes them.
+
+use core::fmt;
+use core::marker::PhantomData;
+use serde::Deserialize;
+use serde::de::{Deserializer, Error, SeqAccess, Visitor};
+
+/// A value in place of one that is missing; nobody sees it.
+pub(crate) trait Blank {
+    const BLANK: Self;
+}
+
+macro_rules! blank {
+    ($($number:ty: $blank:expr),+) => {
+        $(impl Blank for $number {
+            const BLANK: Self = $blank;
+        })+
+    };
+}
+pub(crate) use blank;
+
+blank!(f32: 0.0, u8: 0, Fixed: Fixed(0));
+
+/// A number of two bytes, whatever its value.
+#[derive(Deserialize)]
+pub(crate) struct Fixed(#[serde(with = "postcard::fixint::le")] u16);
+
+impl From<Fixed> for u16 {
+    fn from(fixed: Fixed) -> Self {
+        fixed.0
+    }
+}
+
+/// The values of a sequence, one after another.
+pub(crate) struct Values<A> {
+    sequence: A,
+    whole: bool,
+}
+
+impl<'de, A: SeqAccess<'de>> Values<A> {
+    pub(crate) fn new(sequence: A) -> Self {
+        Self {
+            sequence,
+            whole: true,
+        }
+    }
+
+    #[inline(never)]
+    pub(crate) fn next<T: Deserialize<'de> + Blank>(&mut self) -> T {
+        if let Ok(Some(value)) = self.sequence.next_element() {
+            return value;
+        }
+        self.whole = false;
+        T::BLANK
+    }
+
+    /// `value`, if nothing was missing.
+    pub(crate) fn done<T>(self, value: T) -> Result<T, A::Error> {
+        if self.whole {
+            Ok(value)
+        } else {
+            Err(A::Error::custom("a value is missing"))
+        }
+    }
+}
+
+/// The next value of its field's type, or read as another and converted.
+macro_rules! next {
+    ($values:ident) => {
+        $values.next()
+    };
+    ($values:ident as $other:ty) => {
+        $values.next::<$other>().into()
+    };
+}
+pub(crate) use next;
+
+/// `Deserialize` of a structure; fields with `as TYPE` are read as that and converted.
+macro_rules! read_in_order {
+    ($structure:ident { $($field:ident $(as $other:ty)?),+ $(,)? }) => {
+        impl<'de> serde::Deserialize<'de> for $structure {
+            fn deserialize<D: serde::Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+                struct Fields;
+
+                impl<'de> serde::de::Visitor<'de> for Fields {
+                    type Value = $structure;
+
+                    fn expecting(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+                        f.write_str(concat!("the fields of ", stringify!($structure)))
+                    }
+
+                    fn visit_seq<A: serde::de::SeqAccess<'de>>(
+                        self,
+                        sequence: A,
+                    ) -> Result<$structure, A::Error> {
+                        let mut values = $crate::in_order::Values::new(sequence);
+                        let fields = $structure {
+                            $($field: $crate::in_order::next!(values $(as $other)?)),+
+                        };
+                        values.done(fields)
+                    }
+                }
+
+                from.deserialize_struct(stringify!($structure), &[$(stringify!($field)),+], Fields)
+            }
+        }
+    };
+}
+pub(crate) use read_in_order;
+
+/// As serde does it for an array, which reads each number in its own place.
+pub(crate) fn array<'de, D: Deserializer<'de>, const N: usize>(
+    from: D,
+) -> Result<[f32; N], D::Error> {
+    from.deserialize_tuple(N, Numbers(PhantomData))
+}
+
+struct Numbers<const N: usize>(PhantomData<[f32; N]>);
+
+impl<'de, const N: usize> Visitor<'de> for Numbers<N> {
+    type Value = [f32; N];
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{N} numbers")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, sequence: A) -> Result<[f32; N], A::Error> {
+        let mut values = Values::new(sequence);
+        let mut numbers = [0.0; N];
+        for number in &mut numbers {
+            *number = values.next();
+        }
+        values.done(numbers)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{CoefficientBlock, Configuration, Guard, GuardKind, Limits, Request, Simulation};
+
+    #[test]
+    fn what_is_cut_short_is_none_and_what_is_whole_is_what_was_written() {
+        // Every field another number, so that none can be taken for its neighbour.
+        let mut count = 0.0;
+        let mut next = || {
+            count += 1.5;
+            count
+        };
+        let limits = Limits {
+            force_n: next(),
+            force_rate_n_per_s: next(),
+            watchdog_ms: 401,
+            late_ticks: 7,
+            max_age_ticks: 300,
+            start_force_n: next(),
+            rise_time_s: next(),
+            workspace_low_m: next(),
+            workspace_high_m: next(),
+            workspace_soft_m: next(),
+            speed_soft_m_per_s: next(),
+            speed_hard_m_per_s: next(),
+            velocity_bandwidth_hz: next(),
+            braking_n_s_per_m: next(),
+            stop_time_s: next(),
+            brake_force_n: next(),
+            device_mass_kg: next(),
+            device_delay_ticks: 200,
+            stuck_force_n: next(),
+            stuck_time_s: next(),
+            jump_m: next(),
+            guard: Guard {
+                kind: GuardKind::EnergyBounding,
+                damping_n_s_per_m: next(),
+                share: next(),
+                forget_s: next(),
+                delay_least_samples: next(),
+                delay_most_samples: next(),
+                lag_s: next(),
+                noise_m: next(),
+            },
+        };
+        let simulation = Simulation {
+            depth_m: next(),
+            ramp_time_s: next(),
+            push_n: next(),
+            hand_stiffness_n_per_m: next(),
+            ..Simulation::TESTBED
+        };
+        let configuration = Configuration {
+            limits,
+            simulation,
+            ..Configuration::PASSIVE
+        };
+        let block = CoefficientBlock {
+            offset: 300,
+            values: core::array::from_fn(|_| next()),
+        };
+        let mut room = [0; 256];
+        for request in [
+            Request::Configure(configuration),
+            Request::Coefficients(block),
+        ] {
+            let bytes = postcard::to_slice(&request, &mut room).expect("fits");
+            assert_eq!(postcard::from_bytes::<Request>(bytes), Ok(request));
+            for short in 0..bytes.len() {
+                assert!(postcard::from_bytes::<Request>(&bytes[..short]).is_err());
+            }
+        }
+    }
+}
