@@ -9,7 +9,7 @@ pub(crate) struct List {
     pub(crate) bits: &'static [u32],
 }
 
-pub(crate) static LISTS: [List; 9] = [
+pub(crate) static LISTS: [List; 10] = [
     List {
         name: "spring",
         form: "taps",
@@ -149,6 +149,21 @@ pub(crate) static LISTS: [List; 9] = [
             0x408a2352, 0x3481e937, 0x404932bd, 0x3409b88f, 0x40124f46, 0x33920018, 0x3fd67b23,
             0x331ac70d, 0x3f9575ff, 0x32a41517, 0x3f88cdc1, 0x322df255, 0x3de03da4, 0x31b86762,
             0x3fa5a31a, 0x2f617486, 0x3f4ff3d1,
+        ],
+    },
+    List {
+        name: "fractional Maxwell 200 s",
+        form: "modes",
+        integer: 1,
+        bits: &[
+            0x3d5cd070, 0x3abeb4a4, 0x3a10c0ca, 0x3978b77c, 0x38e8082e, 0x3866ef7e, 0x37f1fa3a,
+            0x37838ea3, 0x37120da2, 0x36a2bb38, 0x3632ccc3, 0x35be23d7, 0x353f541e, 0x34b04565,
+            0x340be512, 0x3322e228, 0x3ebefe42, 0x3aea7a4e, 0x3e488afe, 0x3b34a3e5, 0x3dc6259e,
+            0x3b43997c, 0x3d3e09af, 0x3b439124, 0x3cb3b0f1, 0x3b3b3500, 0x3c28c637, 0x3b30715b,
+            0x3b9e0612, 0x3b2530e8, 0x3b13bda4, 0x3b1aefba, 0x3a8a083e, 0x3b12217b, 0x3a00eb96,
+            0x3b0b56cb, 0x3970c89a, 0x3b0705c6, 0x38e0d6de, 0x3b05cb4f, 0x3851f1ab, 0x3b083e2d,
+            0x37c40852, 0x3b10c2bf, 0x37370aa1, 0x3b0e0c4b, 0x36aae92e, 0x3b650396, 0x356010aa,
+            0x3bd8373b, 0x343681a5, 0x3a11ad3c,
         ],
     },
 ];

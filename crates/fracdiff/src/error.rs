@@ -53,6 +53,14 @@ pub enum ParameterError {
         /// The weight, which must be finite.
         weight: f64,
     },
+    /// A density of a memory of one's own.
+    #[non_exhaustive]
+    Density {
+        /// Its rate, per sample.
+        rate: f64,
+        /// The density, which must be finite and not negative.
+        density: f64,
+    },
 }
 
 /// Accepts a length, degree or number of sections of 1 to `most`.
@@ -110,6 +118,10 @@ impl fmt::Display for ParameterError {
             Self::Weight { lag, weight } => {
                 write!(f, "weight {weight} of lag {lag} is not finite")
             }
+            Self::Density { rate, density } => write!(
+                f,
+                "density {density} at a rate of {rate:e} per sample is negative or not finite: no memory that only fades"
+            ),
         }
     }
 }

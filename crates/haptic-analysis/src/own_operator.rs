@@ -3,6 +3,7 @@
 use crate::functions::{Curve, Modes, Polynomial};
 use crate::jury::{Jury, jury};
 use crate::{AnalysisError, LoopOperator, StabilityRegion};
+use fracdiff::full_memory::Design;
 use fracdiff::parameter::range;
 use fracdiff::{FrequencyResponse, Order};
 use num_complex::Complex;
@@ -65,6 +66,28 @@ impl LoopOperator {
                 .collect(),
         });
         Self::irrational(order, f64::from(differences), core).with_direct_gain()
+    }
+
+    /// A full memory of one's own, as [`FullMemory`](fracdiff::FullMemory) runs its design: of a tempered kernel, or of
+    /// all elements of a tissue at once.
+    ///
+    /// ```
+    /// use fracdiff::Order;
+    /// use fracdiff::full_memory::{Design, Kernel};
+    /// use haptic_analysis::LoopOperator;
+    ///
+    /// let design = Design::<16, 48>::closed_form(Kernel::Grunwald, Order::new(0.3)?, 1e-6, 1e5)?;
+    /// assert!((LoopOperator::from_design(&design)?.direct_gain() - 1.0).abs() < 1e-12);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`from_modes`](Self::from_modes).
+    pub fn from_design<const TAPS: usize, const MODES: usize>(
+        design: &Design<TAPS, MODES>,
+    ) -> Result<Self, AnalysisError> {
+        check(design.order(), &[1.0])?;
+        Self::full(design).with_direct_gain()
     }
 
     /// Anything that has a frequency response and whose memory fades: P is taken apart into its weights,

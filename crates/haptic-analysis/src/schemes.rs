@@ -88,9 +88,19 @@ impl LoopOperator {
         tolerance: f64,
         horizon: f64,
     ) -> Result<Self, AnalysisError> {
-        let core = Curve::Modes(memory(order, kernel, tolerance, horizon)?);
+        let design = Design::<FULL_TAPS, FULL_MODES>::pruned(kernel, order, tolerance, horizon)
+            .map_err(fracdiff::SchemeError::from)?;
+        Ok(Self::full(&design))
+    }
+
+    /// The memory that a design describes.
+    pub(crate) fn full<const TAPS: usize, const MODES: usize>(
+        design: &Design<TAPS, MODES>,
+    ) -> Self {
+        let order = design.order();
+        let core = Curve::Modes(taps_and_modes(design));
         let (differences, _) = order.split_up();
-        Ok(Self::irrational(order, f64::from(differences), core))
+        Self::irrational(order, f64::from(differences), core)
     }
 
     fn full_bdf2(order: Order, tolerance: f64, horizon: f64) -> Result<Self, AnalysisError> {
@@ -133,8 +143,8 @@ fn memory(
 }
 
 /// `c_j = k_j + Σ_q w_q e^(−j·s_q)`, the modes from lag 0 on, the taps what is left of the true weight.
-fn taps_and_modes(design: &Design<FULL_TAPS, FULL_MODES>) -> Modes {
-    let taps = (0..FULL_TAPS as u64).map(|lag| {
+fn taps_and_modes<const TAPS: usize, const MODES: usize>(design: &Design<TAPS, MODES>) -> Modes {
+    let taps = (0..TAPS as u64).map(|lag| {
         let modes = design.modes().iter();
         let covered: f64 = modes
             .map(|mode| mode.weight * libm::exp(-(lag as f64) * mode.rate))

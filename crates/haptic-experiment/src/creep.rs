@@ -4,18 +4,17 @@
 //! the virtual tissue, and both sink in. The closed form is that of the tissue alone; the masses and
 //! the damping of the rig, 7 N·s/m together, slow the start down.
 
-use super::judge::creep_strain;
 use super::kept::{KeptSample, Samples};
 use super::outcome::{Comparison, Judged, publish};
 use super::rendering::Rendering;
 use super::report::Report;
 use super::run::{Ran, Supervisor};
-use super::track::{Track, operator};
+use super::track::Track;
 use crate::curves::{Published, Quantity, TheoryCurves};
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
 use crate::simulate::Sink;
-use fracdiff::{Differintegrator as _, Seconds};
+use fracdiff::Seconds;
 use haptic_loop::plant::RigDrive;
 use haptic_loop::units::{Metres, Pascals};
 use std::collections::BTreeMap;
@@ -139,8 +138,10 @@ impl Creep {
                 Ok(Box::new(move |_, _| strain()))
             },
         )?;
+        let t = Seconds(self.rendering.sample_time_s);
+        let mut strain = material.creep(self.stress_pa, t);
         Ok(move |sample: &KeptSample| {
-            let closed_form = creep_strain(material.tissue(), self.stress_pa, sample.time_s);
+            let closed_form = strain(sample.tick, sample.time_s);
             let value = specimen.strain(Metres(sample.position_m));
             Judged {
                 ideal_position_m: specimen.displacement(closed_form).0,
@@ -157,20 +158,20 @@ impl Creep {
     /// whose stress is σ₀. The push acts from the first sample on, so the strain is never zero.
     ///
     /// ```text
-    /// σ₀ = E₀·ε[n] + η·(g·ε[n] + S[n])    ⇒    ε[n] = (σ₀ − η·S[n])/(E₀ + η·g)
+    /// σ₀ = g·ε[n] + S[n]    ⇒    ε[n] = (σ₀ − S[n])/g
     /// ```
     fn without_rig(&self, samples: u64) -> Result<impl FnMut() -> f64 + use<>, Failure> {
-        let tissue = self.rendering.material.tissue();
+        let Rendering { material, .. } = &self.rendering;
         let t = Seconds(self.rendering.sample_time_s);
         let kernel = self.rendering.reference_kernel();
-        let mut channel = operator(kernel, tissue.order(), t, samples)?;
-        let (modulus, viscosity) = (tissue.elastic_modulus().0, tissue.viscosity_pa_s_alpha());
-        let stiffness = modulus + viscosity * channel.operator().direct_gain();
+        // A piece of 1 m² and 1 m: stress for force, strain for depth.
+        let mut tissue = material.sampled(1.0, kernel, t, samples)?;
+        let gain = tissue.gain();
         let stress_pa = self.stress_pa;
         Ok(move || {
-            // The output for a strain of zero is the past alone.
-            let strain = (stress_pa - viscosity * channel.output(0.0)) / stiffness;
-            channel.advance(strain);
+            // The stress for a strain of zero is the past alone.
+            let strain = (stress_pa - tissue.force(0.0)) / gain;
+            tissue.advance(strain);
             strain
         })
     }

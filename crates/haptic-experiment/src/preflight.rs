@@ -21,10 +21,13 @@ mod tests;
 mod verdict;
 
 use crate::failure::Failure;
+use crate::modelled::loop_operator;
 use fracdiff::{Order, Scheme, Seconds};
 pub use haptic_analysis::Dynamics;
 use haptic_analysis::{AnalysisError, Environment, LoopOperator, SampledLoop};
+use haptic_tissue::Model;
 pub use llewellyn::CouplerVerdict;
+use std::fmt;
 use std::time::Duration;
 pub use verdict::PreflightVerdict;
 
@@ -42,13 +45,15 @@ pub struct PreflightRequest {
 
 /// A loop that is to be looked at.
 #[derive(Clone, Copy, Debug)]
-pub struct Preflight {
+pub struct Preflight<'a> {
     /// K, N/m.
     pub stiffness_n_per_m: f64,
     /// B, N·s^μ/m.
     pub dissipation_n_s_mu_per_m: f64,
     /// μ.
     pub order: Order,
+    /// The model whose memory the operator is; `None` for D^μ.
+    pub model: Option<&'a Model>,
     /// The operator.
     pub scheme: Scheme,
     /// T, s.
@@ -72,30 +77,39 @@ pub trait PreflightSubject {
     fn verdict(&self, dynamics: Dynamics, line: usize) -> Result<PreflightVerdict, Failure>;
 }
 
-impl PreflightSubject for Preflight {
+impl PreflightSubject for Preflight<'_> {
     fn verdict(&self, dynamics: Dynamics, line: usize) -> Result<PreflightVerdict, Failure> {
         Self::verdict(self, dynamics, line)
     }
 }
 
-pub(crate) fn refused(error: &AnalysisError) -> Failure {
+pub(crate) fn refused(error: &impl fmt::Display) -> Failure {
     Failure::input_with_advice(
         format_args!("pre-flight: {error}"),
         "check mass, damping, delay, current lag and sample time",
     )
 }
 
-impl Preflight {
+impl Preflight<'_> {
     /// Looks at the loop with this device and `line` samples of delay beside its own.
     ///
     /// # Errors
     /// A number that the analysis does not take.
     pub fn verdict(&self, dynamics: Dynamics, line: usize) -> Result<PreflightVerdict, Failure> {
-        self.judge(dynamics, line).map_err(|error| refused(&error))
+        let horizon = crate::schedule::horizon(self.samples);
+        let t = Seconds(self.sample_time_s);
+        let operator = loop_operator(self.model, self.scheme, self.order, t, horizon);
+        let operator = operator.map_err(|error| refused(&error))?;
+        self.judge(dynamics, line, &operator)
+            .map_err(|error| refused(&error))
     }
 
-    fn judge(&self, dynamics: Dynamics, line: usize) -> Result<PreflightVerdict, AnalysisError> {
-        let sample_time = Seconds(self.sample_time_s);
+    fn judge(
+        &self,
+        dynamics: Dynamics,
+        line: usize,
+        operator: &LoopOperator,
+    ) -> Result<PreflightVerdict, AnalysisError> {
         let dynamics = Dynamics {
             delay_s: dynamics.delay_s + line as f64 * self.sample_time_s,
             ..dynamics
@@ -107,10 +121,8 @@ impl Preflight {
             order: self.order,
             sample_time_s: self.sample_time_s,
         })?;
-        let horizon = crate::schedule::horizon(self.samples);
-        let operator = LoopOperator::new(self.scheme, self.order, sample_time, horizon)?;
         let scaled = |factor: f64| {
-            SampledLoop::with_plant(plant, factor * wall.alpha, factor * wall.beta, &operator)
+            SampledLoop::with_plant(plant, factor * wall.alpha, factor * wall.beta, operator)
                 .map(SampledLoop::held)
         };
         let sampled = scaled(1.0)?;
@@ -121,7 +133,7 @@ impl Preflight {
             softer(|factor| Ok(scaled(factor)?.is_stable()))?
         };
         let required = dynamics
-            .port(self.sample_time_s, &operator)?
+            .port(self.sample_time_s, operator)?
             .required_delta(wall.alpha, wall.beta)?;
         Ok(PreflightVerdict {
             stable,

@@ -17,6 +17,7 @@ use crate::parameters;
 use crate::simulate::Sink;
 use fracdiff::Seconds;
 use haptic_loop::plant::{RampHold, RigDrive};
+use haptic_loop::units::Pascals;
 use std::collections::BTreeMap;
 
 /// The comparison with the closed form begins this long after the end of the ramp, s.
@@ -151,10 +152,8 @@ impl Relaxation {
         let Rendering {
             material, specimen, ..
         } = &self.rendering;
-        let stress = material
-            .tissue()
-            .relaxation_stress(self.strain, self.ramp_time_s, time_s);
-        specimen.force(stress).0
+        let stress = material.relaxation_stress(self.strain, self.ramp_time_s, time_s);
+        specimen.force(Pascals(stress)).0
     }
 
     /// Judges sample by sample.
@@ -181,13 +180,16 @@ impl Relaxation {
                 }))
             },
         )?;
+        let tissue = &rendering.material;
+        let mut stress = tissue.relaxation(self.strain, self.ramp_time_s, Seconds(t));
         Ok(move |sample: &KeptSample| {
             let full_history_force_n = history.at(sample);
+            let stress = Pascals(stress(sample.tick, sample.time_s));
             Judged {
                 ideal_position_m: profile.position(sample.time_s),
                 full_history_force_n,
                 value: sample.reaction_n(),
-                closed_form: self.closed_form(sample.time_s),
+                closed_form: rendering.specimen.force(stress).0,
                 ideal: ideal.at(sample),
                 with_rig: full_history_force_n,
             }

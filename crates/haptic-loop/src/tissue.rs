@@ -193,10 +193,63 @@ impl<F: Real, O: Differintegrator<F>> KelvinVoigt<F, O> {
     /// # Errors
     /// If K or B overflows.
     pub fn new(tissue: &Tissue, specimen: &Specimen, operator: O) -> Result<Self, ParameterError> {
+        let (modulus, viscosity) = (tissue.elastic_modulus, tissue.viscosity_pa_s_alpha);
+        SpringDamper::of_specimen(modulus, viscosity, specimen, operator).map(Self)
+    }
+}
+
+impl<F: Real, O: Differintegrator<F>> SpringDamper<F, O> {
+    /// A specimen of any matter whose stress is a spring beside one operator: K = A·E/ℓ, B = A·B/ℓ.
+    ///
+    /// ```text
+    /// σ = E·ε + B·O(ε)        E Pa, B Pa·s^μ, O the operator in s^(−μ)
+    /// ```
+    /// Fractional Maxwell, Zener, Poynting–Thomson models and Prony series are of this form, for the memory of elements in
+    /// series is one operator too: `SampledModel` of the crate `haptic-tissue` gives E, B and its design.
+    ///
+    /// ```
+    /// use fracdiff::full_memory::{Design, FullMemory, Memory, Mode};
+    /// use fracdiff::{Order, Seconds};
+    /// use haptic_loop::units::{Metres, Pascals, SquareMetres};
+    /// use haptic_loop::{Contact, Specimen, SpringDamper};
+    ///
+    /// /// A Maxwell element that relaxes within τ, sampled at T: E·(1 + T/τ)^(−j−1) after a step, in units of η/T.
+    /// struct Maxwell(f64); // T/τ
+    /// impl Memory for Maxwell {
+    ///     fn first(&self) -> f64 {
+    ///         self.0 / (1.0 + self.0)
+    ///     }
+    ///     fn density(&self, _: f64) -> f64 {
+    ///         0.0
+    ///     }
+    ///     fn mode(&self, index: usize) -> Option<Mode> {
+    ///         let (rate, weight) = (self.0.ln_1p(), self.first());
+    ///         (index == 0).then_some(Mode { rate, weight })
+    ///     }
+    /// }
+    /// let (e, tau, t) = (20e3, 3.0, Seconds(1e-3));
+    /// let design = Design::<16, 8>::of_memory(Order::new(1.0)?, &Maxwell(t.0 / tau), 1e-6, 1e5)?;
+    /// let memory = FullMemory::<f32, 16, 8>::new(&design, t)?;
+    /// let specimen = Specimen::new(SquareMetres(4e-4), Metres(0.02))?;
+    /// let gel = SpringDamper::of_specimen(Pascals(0.0), e * tau, &specimen, memory)?;
+    /// let touched: Contact<f32, _, 1> = Contact::at(Metres(0.0), gel)?; // an Environment
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn of_specimen(
+        elastic_modulus: Pascals,
+        viscosity_pa_s_mu: f64,
+        specimen: &Specimen,
+        operator: O,
+    ) -> Result<Self, ParameterError> {
         let shape = specimen.area.0 / specimen.thickness.0;
-        let stiffness = shape * tissue.elastic_modulus.0;
-        let dissipation = shape * tissue.viscosity_pa_s_alpha;
-        SpringDamper::new(stiffness, dissipation, operator).map(Self)
+        Self::new(
+            shape * elastic_modulus.0,
+            shape * viscosity_pa_s_mu,
+            operator,
+        )
     }
 }
 

@@ -5,6 +5,7 @@ mod export;
 mod library;
 mod material;
 mod model;
+mod rendering;
 mod text_file;
 
 pub use export::{ExportError, ExportFormat, PronyFit};
@@ -13,4 +14,5 @@ pub use material::{Material, MaterialError, Source, ValidRange};
 pub use model::{
     Form, MaxwellBranch, Model, ModelError, ModelKind, Parameter, ParameterRange, SpringPot,
 };
+pub use rendering::{FullHistory, SampledModel};
 pub use text_file::{TEXT_MOST, read_text};

@@ -206,6 +206,23 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
         Ok(design)
     }
 
+    /// No modes yet, the taps as they are.
+    #[cfg(feature = "std")]
+    pub(super) fn with_head(
+        order: Order,
+        weight: impl Fn(u64) -> f64,
+        horizon: f64,
+    ) -> Result<Self, DesignError> {
+        Self::from_modes(order, weight, &[], horizon.max(TAPS as f64))
+    }
+
+    /// Takes the given modes, fastest first, and measures them against weights at lags.
+    #[cfg(feature = "std")]
+    pub(super) fn take_measured(&mut self, modes: &[Mode], weights: &[(f64, f64)]) {
+        self.take(modes);
+        self.error_bound = self.largest_error(weights.iter().copied());
+    }
+
     /// No modes yet; checks the ranges.
     pub(super) fn empty(
         core: Core,
@@ -214,9 +231,7 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
         horizon: f64,
     ) -> Result<Self, DesignError> {
         Core::check_taps::<TAPS>();
-        if !(TOLERANCE_MIN..=TOLERANCE_MAX).contains(&tolerance) {
-            return Err(ParameterError::Tolerance(tolerance).into());
-        }
+        check_tolerance(tolerance)?;
         check_horizon(TAPS, horizon)?;
         Ok(Self {
             order,
@@ -263,8 +278,14 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
     /// Largest relative error of a weight over the check grid, raised by what a peak between two
     /// points of it can hide: a swing of 48 points, cos(π/48). A NaN is an error of its own.
     fn measure(&self, weight: impl Fn(f64) -> f64, step: f64) -> f64 {
-        let worst = check_lags(TAPS, self.horizon, step / POINTS_A_SWING)
-            .map(|lag| relative_error(self.mode_sum(lag), weight(lag)))
+        let lags = check_lags(TAPS, self.horizon, step / POINTS_A_SWING);
+        self.largest_error(lags.map(|lag| (lag, weight(lag))))
+    }
+
+    /// The same from lags and their weights.
+    fn largest_error(&self, weights: impl Iterator<Item = (f64, f64)>) -> f64 {
+        let worst = weights
+            .map(|(lag, want)| relative_error(self.mode_sum(lag), want))
             .fold(0.0, |worst, error| {
                 if error > worst || error.is_nan() {
                     error
@@ -331,8 +352,17 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
     }
 }
 
+/// Accepts 1e-11 to 0.1.
+pub(super) fn check_tolerance(tolerance: f64) -> Result<(), ParameterError> {
+    if (TOLERANCE_MIN..=TOLERANCE_MAX).contains(&tolerance) {
+        Ok(())
+    } else {
+        Err(ParameterError::Tolerance(tolerance))
+    }
+}
+
 /// Accepts 1e2 to 1e12 samples, no fewer than there are taps.
-fn check_horizon(taps: usize, horizon: f64) -> Result<(), ParameterError> {
+pub(super) fn check_horizon(taps: usize, horizon: f64) -> Result<(), ParameterError> {
     if (HORIZON_MIN.max(taps as f64)..=HORIZON_MAX).contains(&horizon) {
         Ok(())
     } else {
@@ -349,13 +379,13 @@ fn relative_error(have: f64, want: f64) -> f64 {
 }
 
 /// Weights below this are next to nothing: no more than a share of 1e-100 of any weight that matters.
-const NOTHING: f64 = 1e-100;
+pub(super) const NOTHING: f64 = 1e-100;
 
 /// A swing of the error over ln j in a design of someone else: narrower than any of ours at 1e-11.
-const OWN_SWING: f64 = 0.3;
+pub(super) const OWN_SWING: f64 = 0.3;
 
 /// Points of the check grid in one swing of the error over ln j.
-const POINTS_A_SWING: f64 = 48.0;
+pub(super) const POINTS_A_SWING: f64 = 48.0;
 
 /// Attempts, each with a step 3 % smaller: together a factor 2.
 const TRIES: usize = 24;

@@ -41,7 +41,11 @@ impl Grid {
 
     /// The largest step that keeps the trapezoid error within half the tolerance.
     pub(super) fn step_for(core: Core, tolerance: f64) -> f64 {
-        let exponent = core.exponent();
+        Self::step_of(core.exponent(), tolerance)
+    }
+
+    /// The same for a density that rises like s^exponent over ln s.
+    pub(super) fn step_of(exponent: f64, tolerance: f64) -> f64 {
         // 2|Γ(x+iy)|/Γ(x) = tolerance/2, x = 1 − ν, y = 2π/h, with |Γ(x+iy)| ≈ √(2π)·y^(x−½)·e^(−πy/2)
         let scale = 4.0 * libm::sqrt(2.0 * PI) / (libm::tgamma(exponent) * tolerance);
         let mut y = 10.0;
@@ -102,7 +106,7 @@ impl Grid {
 ///
 /// The nodes are the roots of the orthogonal polynomial s² − p·s + q
 /// (W. Gautschi, *Orthogonal Polynomials: Computation and Approximation*, 2004, §1.4).
-fn gauss_pair([m0, m1, m2, m3]: [f64; 4]) -> [Mode; 2] {
+pub(super) fn gauss_pair([m0, m1, m2, m3]: [f64; 4]) -> [Mode; 2] {
     let determinant = m0 * m2 - m1 * m1;
     let p = (m0 * m3 - m1 * m2) / determinant;
     let q = (m1 * m3 - m2 * m2) / determinant;

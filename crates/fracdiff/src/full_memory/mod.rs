@@ -20,9 +20,13 @@ mod bank;
 mod design;
 mod grid;
 mod kernel;
+#[cfg(feature = "std")]
+mod memory;
 mod mode;
 #[cfg(feature = "std")]
 mod nnls;
+#[cfg(feature = "std")]
+mod of_memory;
 #[cfg(feature = "std")]
 mod prune;
 #[cfg(feature = "serde")]
@@ -36,6 +40,8 @@ pub(crate) use bank::{Bank, PORTABLE_TAPS};
 pub use bank::{BankHistory, FullMemory, FullMemoryHistory};
 pub use design::{Design, DesignError};
 pub use kernel::Kernel;
+#[cfg(feature = "std")]
+pub use memory::{Memory, MemoryWeights};
 pub use mode::Mode;
 #[cfg(feature = "std")]
 pub use nnls::non_negative_least_squares;

@@ -41,7 +41,9 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
         for twentieths in (12..=32).rev() {
             let step = fine * f64::from(twentieths) / 20.0;
             let grid = Grid::new(core, TAPS, tolerance, horizon, step);
-            let modes = fit(core, &grid, TAPS, horizon, tolerance);
+            let candidates: Vec<Mode> = grid.modes().collect();
+            let weight = |lag| core.weight(lag);
+            let modes = fit(&candidates, &[], weight, TAPS, horizon, tolerance, step);
             if modes.len() > MODES {
                 continue;
             }
@@ -57,22 +59,41 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
     }
 }
 
-/// The modes of a grid with fitted weights; those with the weight zero are left out.
-fn fit(core: Core, grid: &Grid, taps: usize, horizon: f64, tolerance: f64) -> Vec<Mode> {
-    let candidates: Vec<Mode> = grid.modes().collect();
+/// The candidates with weights fitted to what others leave of the true weights; those with the weight zero are left out.
+/// `step` is that of their grid in ln s. Lags of weight 0 do not count.
+pub(super) fn fit(
+    candidates: &[Mode],
+    others: &[Mode],
+    weight: impl Fn(f64) -> f64,
+    taps: usize,
+    horizon: f64,
+    tolerance: f64,
+    step: f64,
+) -> Vec<Mode> {
     // The taps cover lags below `taps`, whatever the modes give there. But a fast mode that is all
     // but gone at the first lag that counts must not take a huge weight, which the taps would have to
     // cancel and single precision would lose: a miss by the whole weight counts as the tolerance.
     let early = (1..taps).map(|lag| (lag as f64, tolerance));
-    let late = check_lags(taps, horizon, grid.step / 8.0).map(|lag| (lag, 1.0));
-    let lags: Vec<(f64, f64)> = early.chain(late).collect();
+    let late = check_lags(taps, horizon, step / 8.0).map(|lag| (lag, 1.0));
+    // Lag, importance, true weight.
+    let lags: Vec<(f64, f64, f64)> = early
+        .chain(late)
+        .map(|(lag, importance)| (lag, importance, weight(lag)))
+        .filter(|&(_, _, weight)| weight > 0.0)
+        .collect();
     // Columns in units of the closed-form weight, so that a solution near 1 is expected.
-    let relative = |row: usize, column: usize| {
-        let ((lag, importance), mode) = (lags[row], candidates[column]);
-        importance * mode.weight * libm::exp(-lag * mode.rate) / core.weight(lag)
+    let relative = |row: usize, mode: &Mode| {
+        let (lag, importance, weight) = lags[row];
+        importance * mode.weight * libm::exp(-lag * mode.rate) / weight
     };
-    let columns = (0..candidates.len()).map(|q| (0..lags.len()).map(|i| relative(i, q)).collect());
-    let target = lags.iter().map(|&(_, importance)| importance).collect();
+    let columns = candidates
+        .iter()
+        .map(|mode| (0..lags.len()).map(|row| relative(row, mode)).collect());
+    let left = |row: usize| {
+        let others = others.iter().map(|mode| relative(row, mode));
+        lags[row].1 - others.sum::<f64>()
+    };
+    let target = (0..lags.len()).map(left).collect();
     let factors = non_negative_least_squares(columns.collect(), target);
     let scaled = candidates.iter().zip(factors).map(|(mode, factor)| Mode {
         rate: mode.rate,

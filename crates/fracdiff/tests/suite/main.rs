@@ -6,6 +6,7 @@ mod batch;
 mod bdf2;
 mod full_memory;
 mod increments;
+mod memory;
 mod operators;
 mod oracle;
 mod own_kernel;

@@ -47,7 +47,10 @@ impl Design {
             candidates,
             best,
             simulated: trial.as_ref().map(|(_, settling)| *settling),
-            experiment_text: trial.map(|(wall, _)| self.experiment_file(&wall)),
+            // A wall file knows no models.
+            experiment_text: trial
+                .filter(|(wall, _)| wall.model.is_none())
+                .map(|(wall, _)| self.experiment_file(&wall)),
             experiment: None,
             files: Vec::new(),
         })
@@ -121,6 +124,13 @@ impl Design {
             notes.push(
                 "without delay no dissipation makes a passive wall stiffer: K is 2b/T for every order, \
                  and the order is free for something else"
+                    .to_owned(),
+            );
+        }
+        let order = best.and_then(|best| Order::new(best.order).ok());
+        if order.is_some_and(|order| self.model(order).is_some()) {
+            notes.push(
+                "no experiment file: a wall has one spring-pot, this tissue more elements; relax and creep render it"
                     .to_owned(),
             );
         }

@@ -4,6 +4,7 @@ use super::candidate::{Candidate, Point};
 use super::noise;
 use super::question::{Design, Requirement, Wish};
 use crate::failure::Failure;
+use crate::modelled::loop_operator;
 use fracdiff::Order;
 use haptic_analysis::{
     AnalysisError, Dynamics, Environment, LoopOperator, OnePort, SampledLoop, SampledPlant,
@@ -34,9 +35,10 @@ impl Design {
         let device = &self.device;
         let t = device.plant.sample_time;
         let dynamics = device.dynamics();
-        let operator = LoopOperator::new(self.scheme, order, t, HORIZON).map_err(Failure::input)?;
+        let model = self.model(order);
+        let operator = loop_operator(model, self.scheme, order, t, HORIZON)?;
         let noise_m = device.imperfections().position_noise_m();
-        let noise_n = noise_m * noise::amplification(self.scheme, order, t)?;
+        let noise_n = noise_m * noise::amplification(model, self.scheme, order, t)?;
         Ok(Bench {
             design: self,
             order,
@@ -78,11 +80,9 @@ impl Bench<'_> {
         };
         let device = &self.design.device;
         let shape = specimen.area().0 / specimen.thickness().0;
-        // |B'·(jω)^μ| = |B·(jω)^α|
-        let change = (2.0 * PI * frequency_hz).powf(material.order().get() - self.order.get());
         let alpha = shape * material.rest_modulus_pa() / device.stiffness_unit();
-        let beta =
-            shape * material.viscosity_pa_s_mu() * change / device.dissipation_unit(self.order);
+        let dissipation = material.dissipation_at(shape, self.order, 2.0 * PI * frequency_hz);
+        let beta = dissipation / device.dissipation_unit(self.order);
         let scale = match self.design.requirement {
             Requirement::Passive => self.largest_passive_scale(alpha, beta)?,
             Requirement::Stable { gain_margin } => self

@@ -8,7 +8,9 @@
 //! ```
 
 use crate::failure::Failure;
-use fracdiff::{Channel, Operator, Order, Scheme, Seconds};
+use crate::modelled::operator;
+use fracdiff::{Channel, Order, Scheme, Seconds};
+use haptic_tissue::Model;
 
 /// Weights that are summed: the rest falls like j^(−1−2μ).
 const WEIGHTS: usize = 4096;
@@ -18,14 +20,13 @@ const WEIGHTS: usize = 4096;
 /// # Errors
 /// A scheme that cannot be made for this order and sample time.
 pub(super) fn amplification(
+    model: Option<&Model>,
     scheme: Scheme,
     order: Order,
     sample_time: Seconds,
 ) -> Result<f64, Failure> {
-    let operator: Operator<f64> = scheme
-        .build(order, sample_time, 2.0 * WEIGHTS as f64)
-        .map_err(Failure::input)?;
-    let mut channel = Channel::new(operator);
+    let horizon = 2.0 * WEIGHTS as f64;
+    let mut channel = Channel::new(operator::<f64>(model, scheme, order, sample_time, horizon)?);
     let mut input = 1.0;
     let mut squares = 0.0;
     for _ in 0..WEIGHTS {
@@ -47,7 +48,7 @@ mod tests {
         for mu in [0.0, 0.3, 0.5, 1.0, 1.5, 2.0] {
             let order = Order::new(mu).expect("in range");
             let scheme = "full".parse().expect("a scheme");
-            let have = amplification(scheme, order, Seconds(t)).expect("builds");
+            let have = amplification(None, scheme, order, Seconds(t)).expect("builds");
             let squares = libm::tgamma(2.0 * mu + 1.0) / libm::tgamma(mu + 1.0).powi(2);
             let want = t.powf(-mu) * squares.sqrt();
             assert!((have / want - 1.0).abs() < 1e-5, "{mu}: {have} {want}");
@@ -58,7 +59,8 @@ mod tests {
     fn a_polynomial_has_its_own_weights() {
         // A₃ at μ = 1: 1, −1, 1/3, −1/3.
         let order = Order::new(1.0).expect("in range");
-        let have = amplification(Scheme::Muir { degree: 3 }, order, Seconds(1.0)).expect("builds");
+        let have =
+            amplification(None, Scheme::Muir { degree: 3 }, order, Seconds(1.0)).expect("builds");
         assert!(
             (have - (2.0 + 2.0 / 9.0_f64).sqrt()).abs() < 1e-12,
             "{have}"

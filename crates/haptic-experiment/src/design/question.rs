@@ -8,6 +8,7 @@ use fracdiff::{Order, Scheme};
 use haptic_analysis::Dynamics;
 use haptic_loop::Specimen;
 use haptic_loop::plant::MassDamperConfig;
+use haptic_tissue::Model;
 
 /// A device.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -130,11 +131,19 @@ impl Design {
     pub fn orders_to_try(&self) -> Vec<Order> {
         let mut orders = self.orders.clone();
         if let Wish::Tissue { material, .. } = &self.wish {
-            let own = material.tissue().order();
+            let own = material.order();
             orders.retain(|order| *order != own);
             orders.insert(0, own);
         }
         orders
+    }
+
+    /// The model whose memory is the operator of this order; `None` for D^μ.
+    pub(super) fn model(&self, order: Order) -> Option<&Model> {
+        match &self.wish {
+            Wish::Tissue { material, .. } if material.order() == order => material.composed(),
+            _ => None,
+        }
     }
 
     pub(super) fn check(&self) -> Result<(), Failure> {

@@ -41,10 +41,12 @@ impl Design {
                 candidate.order
             )));
         };
+        let order = Order::new(candidate.order).map_err(Failure::input)?;
         Ok(WallExperiment {
             device: device.plant,
             sensors: device.sensors,
-            order: Order::new(candidate.order).map_err(Failure::input)?,
+            order,
+            model: self.model(order).cloned(),
             scheme: self.scheme,
             stiffness_n_per_m: stiffness,
             dissipation_n_s_mu_per_m: dissipation,

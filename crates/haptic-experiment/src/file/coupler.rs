@@ -22,7 +22,7 @@ pub(super) fn coupler(table: &Table<'_>) -> Result<CouplerExperiment, FileError>
         device,
         sensors: sensors(table)?,
         order,
-        scheme: scheme(table, run, sample_time_s, duration_s)?,
+        scheme: scheme(table, None, run, sample_time_s, duration_s)?,
         coupler_stiffness_n_s_per_m: table.required(&p::COUPLER_STIFFNESS)?,
         coupler_dissipation_n_s_1_minus_mu_per_m: table.required(&p::COUPLER_DISSIPATION)?,
         object: CoupledObject {

@@ -2,11 +2,13 @@
 
 use super::reader::{FileError, Table};
 use crate::device::{DeviceName, Loop};
+use crate::modelled::operator;
 use crate::parameters as p;
 use crate::remote::RemoteDevice;
 use crate::sensed::Sensors;
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_link::Limits;
+use haptic_tissue::Model;
 use std::ops::RangeInclusive;
 
 /// The serial device; `None` for the simulated one.
@@ -78,18 +80,20 @@ pub(super) fn samples_fit(
     Err(table.fail_at("duration_s", reason))
 }
 
-/// A scheme that can be made for this order and sample time.
+/// A scheme that can be made for this order, or for a model, and sample time.
 pub(super) fn scheme(
     table: &Table<'_>,
+    model: Option<&Model>,
     order: Order,
     sample_time_s: f64,
     duration_s: f64,
 ) -> Result<Scheme, FileError> {
-    let fail = |error: fracdiff::SchemeError| table.fail_at("scheme", error.to_string());
-    let scheme: Scheme = table.text(&p::SCHEME)?.parse().map_err(fail)?;
+    let fail = |error: String| table.fail_at("scheme", error);
+    let scheme = table.text(&p::SCHEME)?.parse();
+    let scheme = scheme.map_err(|error: fracdiff::SchemeError| fail(error.to_string()))?;
     let horizon = crate::schedule::horizon((duration_s / sample_time_s) as u64);
-    match scheme.build::<f64>(order, Seconds(sample_time_s), horizon) {
+    match operator::<f64>(model, scheme, order, Seconds(sample_time_s), horizon) {
         Ok(_) => Ok(scheme),
-        Err(error) => Err(fail(error)),
+        Err(error) => Err(fail(error.to_string())),
     }
 }

@@ -58,7 +58,13 @@ fn rendering(table: &Table<'_>, duration_s: f64) -> Result<Rendering, FileError>
     let thickness = table.number(&p::THICKNESS)?;
     let specimen = Specimen::new(SquareMetres(area), Metres(thickness))
         .map_err(|error| table.fail(error.to_string()))?;
-    let scheme = scheme(table, material.tissue().order(), sample_time_s, duration_s)?;
+    let scheme = scheme(
+        table,
+        material.composed(),
+        material.order(),
+        sample_time_s,
+        duration_s,
+    )?;
     Ok(Rendering {
         preflight: PreflightRequest::default(),
         material,

@@ -6,11 +6,12 @@ use std::collections::BTreeMap;
 /// The dissertation's device.
 const TESTBED: Dynamics = Dynamics::ideal(0.065, 3.5);
 
-fn wall(order: f64, stiffness: f64, dissipation: f64) -> Preflight {
+fn wall(order: f64, stiffness: f64, dissipation: f64) -> Preflight<'static> {
     Preflight {
         stiffness_n_per_m: stiffness,
         dissipation_n_s_mu_per_m: dissipation,
         order: Order::new(order).expect("in range"),
+        model: None,
         scheme: Scheme::Exact,
         sample_time_s: 1e-3,
         samples: 5000,

@@ -3,7 +3,7 @@
 use super::specification::Rendering;
 use crate::failure::Failure;
 use crate::kept::Samples;
-use crate::track::{Track, operator};
+use crate::track::Track;
 use fracdiff::Seconds;
 
 impl Rendering {
@@ -16,15 +16,13 @@ impl Rendering {
     /// # Errors
     /// If the record cannot be transformed.
     pub fn full_history_force(&self, position_m: &[f64]) -> anyhow::Result<Vec<f64>> {
-        let tissue = self.material.tissue();
         // The virtual tissue begins at 0 and only pushes.
         let depth: Vec<f64> = position_m.iter().map(|x| x.max(0.0)).collect();
-        let t = Seconds(self.sample_time_s);
+        let (shape, t) = (self.shape(), Seconds(self.sample_time_s));
         let kernel = self.reference_kernel();
-        let derivative = crate::judge::full_history(kernel, tissue.order(), t, &depth)?;
-        let pushes = self.pushes();
-        let forces = depth.iter().zip(derivative).map(|(&x, d)| pushes(x, d));
-        Ok(forces.collect())
+        let forces = self.material.full_history(shape, kernel, t, &depth)?;
+        let pushes = depth.iter().zip(forces).map(|(&x, f)| pushes(x, f));
+        Ok(pushes.collect())
     }
 
     /// The same tick by tick, for a run too long to keep: from each position the force.
@@ -37,11 +35,12 @@ impl Rendering {
     ) -> Result<impl FnMut(f64) -> f64 + use<>, Failure> {
         let samples = self.samples(duration_s)?;
         let (kernel, t) = (self.reference_kernel(), Seconds(self.sample_time_s));
-        let mut channel = operator(kernel, self.material.tissue().order(), t, samples)?;
-        let pushes = self.pushes();
+        let mut tissue = self.material.sampled(self.shape(), kernel, t, samples)?;
         Ok(move |x: f64| {
             let depth = x.max(0.0);
-            pushes(depth, channel.step(depth))
+            let force = tissue.force(depth);
+            tissue.advance(depth);
+            pushes(depth, force)
         })
     }
 
@@ -63,16 +62,9 @@ impl Rendering {
             },
         )
     }
+}
 
-    /// The force at a depth of at least 0, m, and its derivative of order α, N.
-    fn pushes(&self) -> impl Fn(f64, f64) -> f64 + use<> {
-        let (stiffness, dissipation) = self.spring_and_damper();
-        move |depth, derivative| {
-            if depth > 0.0 {
-                (stiffness * depth + dissipation * derivative).max(0.0)
-            } else {
-                0.0
-            }
-        }
-    }
+/// The force of a tissue that only pushes, N, and only at a depth above 0, m.
+fn pushes(depth: f64, force: f64) -> f64 {
+    if depth > 0.0 { force.max(0.0) } else { 0.0 }
 }

@@ -38,15 +38,6 @@ impl Rendering {
             ("experiment", experiment.to_owned()),
             ("device", self.device_name()),
             ("tissue", self.material.name.clone()),
-            (
-                "elastic_modulus_pa",
-                self.material.rest_modulus_pa().to_string(),
-            ),
-            (
-                "viscosity_pa_s_alpha",
-                self.material.viscosity_pa_s_mu().to_string(),
-            ),
-            ("order", self.material.order().get().to_string()),
             ("area_m2", self.specimen.area().0.to_string()),
             ("thickness_m", self.specimen.thickness().0.to_string()),
             ("scheme", self.scheme.to_string()),
@@ -71,6 +62,7 @@ impl Rendering {
         ];
         let mut metadata: BTreeMap<String, String> =
             entries.map(|(key, value)| (key.to_owned(), value)).into();
+        metadata.extend(self.material.parameters());
         // The rig and the servo as they are built in.
         if self.remote.is_none() {
             metadata.extend(rig_values(&self.rig(drive)));

@@ -14,12 +14,12 @@ use crate::simulate::{Sink, simulate};
 use fracdiff::{Operator, Real, Seconds};
 use haptic_link::LoopMode;
 use haptic_loop::plant::{IndentationRig, RigDrive};
-use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
-use haptic_loop::{Contact as OneSided, Controller, KelvinVoigt, Limits, SafetyChain};
+use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond, Pascals};
+use haptic_loop::{Contact as OneSided, Controller, Limits, SafetyChain, SpringDamper};
 use std::collections::BTreeMap;
 
 /// A one-sided virtual tissue that begins at 0.
-type VirtualTissue<F> = OneSided<F, KelvinVoigt<F, Operator<F>>, 1>;
+type VirtualTissue<F> = OneSided<F, SpringDamper<F, Operator<F>>, 1>;
 
 impl Rendering {
     /// Runs the loop on the rig and writes the log. Nothing is made in the folder before every
@@ -118,11 +118,14 @@ impl Rendering {
         samples: u64,
     ) -> Result<Controller<F, 1, VirtualTissue<F>>, Failure> {
         let operator: Operator<F> = self.operator(samples)?;
-        let tissue = KelvinVoigt::new(self.material.tissue(), &self.specimen, operator).map_err(
-            |error| {
-                Failure::input_with_advice(error, "change `area_m2`, `thickness_m` or `tissue`")
-            },
-        )?;
+        let (modulus, viscosity) = (
+            Pascals(self.material.rest_modulus_pa()),
+            self.material.viscosity_pa_s_mu(),
+        );
+        let tissue = SpringDamper::of_specimen(modulus, viscosity, &self.specimen, operator);
+        let tissue = tissue.map_err(|error| {
+            Failure::input_with_advice(error, "change `area_m2`, `thickness_m` or `tissue`")
+        })?;
         let environment = OneSided::at(Metres(0.0), tissue).map_err(Failure::input)?;
         let limits = match &self.remote {
             None => self.limits_on_rig(drive)?,
@@ -170,13 +173,14 @@ impl Rendering {
 
     /// The loop for the analysis: the tissue as a wall that is felt all the time. An indentation that is imposed
     /// closes no loop.
-    fn preflight(&self, drive: RigDrive, samples: u64) -> Option<Preflight> {
+    fn preflight(&self, drive: RigDrive, samples: u64) -> Option<Preflight<'_>> {
         let imposed = matches!(drive, RigDrive::Position(_)) && self.contact == Contact::Rigid;
         let (stiffness, dissipation) = self.spring_and_damper();
         (!imposed).then(|| Preflight {
             stiffness_n_per_m: stiffness,
             dissipation_n_s_mu_per_m: dissipation,
-            order: self.material.tissue().order(),
+            order: self.material.order(),
+            model: self.material.composed(),
             scheme: self.scheme,
             sample_time_s: self.sample_time_s,
             samples,
@@ -185,14 +189,7 @@ impl Rendering {
 
     /// The operator, for so many samples.
     pub(super) fn operator<F: Real>(&self, samples: u64) -> Result<Operator<F>, Failure> {
-        // A little more than needed, so that the last weights are not at the very edge.
-        let horizon = crate::schedule::horizon(samples);
-        self.scheme
-            .build(
-                self.material.tissue().order(),
-                Seconds(self.sample_time_s),
-                horizon,
-            )
-            .map_err(|error| Failure::input_with_advice(error, "change `scheme`"))
+        let t = Seconds(self.sample_time_s);
+        self.material.operator(self.scheme, t, samples)
     }
 }

@@ -171,14 +171,14 @@ impl Rendering {
         }
     }
 
-    /// K in N/m and B in N·s^α/m of the specimen.
+    /// A/ℓ, m.
+    pub(super) fn shape(&self) -> f64 {
+        self.specimen.area().0 / self.specimen.thickness().0
+    }
+
+    /// K in N/m and B in N·s^μ/m of the specimen.
     pub(super) fn spring_and_damper(&self) -> (f64, f64) {
-        let tissue = self.material.tissue();
-        let shape = self.specimen.area().0 / self.specimen.thickness().0;
-        (
-            shape * tissue.elastic_modulus().0,
-            shape * tissue.viscosity_pa_s_alpha(),
-        )
+        self.material.spring_and_damper(self.shape())
     }
 
     /// The number type that the force was computed in: that of the device, if the loop was closed there.

@@ -10,11 +10,7 @@ impl WallExperiment {
     pub(super) fn law(&self, remote: &RemoteDevice, samples: u64) -> Result<RemoteLaw, Failure> {
         let law = self.setup().law()?;
         let operator = match remote.loop_mode {
-            LoopMode::Device => {
-                let horizon = crate::schedule::horizon(samples);
-                let built = (self.scheme).build(self.order, self.device.sample_time, horizon);
-                portable(&built.map_err(Failure::input)?)?
-            }
+            LoopMode::Device => portable(&self.operator(samples)?)?,
             LoopMode::Host => law.operator,
         };
         Ok(RemoteLaw {

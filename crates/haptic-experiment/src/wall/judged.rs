@@ -6,6 +6,7 @@ use crate::curves::{Origin, WallCurves};
 use crate::failure::Failure;
 use crate::judge::{Compared, full_history};
 use crate::kept::{Record, Samples, WHOLE_MOST};
+use crate::modelled::memory;
 use crate::outcome::origin;
 use crate::pushed::{Setup, six_digits, warnings};
 use crate::remote::device_name;
@@ -82,6 +83,22 @@ impl WallExperiment {
         }
         let t = self.device.sample_time;
         let samples = Samples::of(&ran.record, &ran.log.paths);
+        if let Some(model) = &self.model {
+            let memory = Track::new(
+                samples,
+                |x| {
+                    Ok(x.iter()
+                        .copied()
+                        .map(memory(model, t, x.len() as u64)?)
+                        .collect())
+                },
+                || {
+                    let mut step = memory(model, t, self.plan().samples(t)?)?;
+                    Ok(Box::new(move |_, x| step(x)))
+                },
+            )?;
+            return Ok(Ok(memory));
+        }
         let derivative = Track::new(
             samples,
             |x| full_history(kernel, self.order, t, x).map_err(Failure::Run),

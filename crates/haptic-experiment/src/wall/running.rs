@@ -5,11 +5,12 @@ use super::specification::WallExperiment;
 use crate::curves::{Published, WallCurves};
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
+use crate::modelled::operator;
 use crate::pushed::{self, VirtualWall, encoder_step, wall_at_start};
 use crate::remote::RemoteDevice;
 use crate::run::{Ran, Supervisor};
 use crate::settling::Settling;
-use fracdiff::Operator;
+use fracdiff::{Operator, Real};
 use haptic_loop::Controller;
 
 /// The wall behind the safety chain and the device behind its sensors.
@@ -88,6 +89,14 @@ impl WallExperiment {
         self.parts().map(|parts| parts.samples)
     }
 
+    /// The operator, for so many samples.
+    pub(super) fn operator<F: Real>(&self, samples: u64) -> Result<Operator<F>, Failure> {
+        let t = self.device.sample_time;
+        // A little more than needed, so that the last weights are not at the very edge.
+        let horizon = crate::schedule::horizon(samples);
+        operator(self.model.as_ref(), self.scheme, self.order, t, horizon)
+    }
+
     pub(super) fn parts(&self) -> Result<Parts, Failure> {
         let t = self.device.sample_time;
         if self.order.get() < 0.0 {
@@ -99,11 +108,7 @@ impl WallExperiment {
         let plan = self.plan();
         let samples = plan.samples(t)?;
         let device = self.setup().sensed()?;
-        // A little more than needed, so that the last weights are not at the very edge.
-        let operator: Operator<f64> = self
-            .scheme
-            .build(self.order, t, crate::schedule::horizon(samples))
-            .map_err(Failure::input)?;
+        let operator = self.operator::<f64>(samples)?;
         let rate = t.rate_to_the(self.order).map_err(Failure::input)?;
         let judge = plan.judge(
             (

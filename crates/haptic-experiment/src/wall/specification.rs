@@ -8,6 +8,7 @@ use crate::schedule::Pace;
 use crate::sensed::Sensors;
 use fracdiff::{Order, Scheme};
 use haptic_loop::plant::MassDamperConfig;
+use haptic_tissue::Model;
 
 /// A wall experiment.
 ///
@@ -21,6 +22,7 @@ use haptic_loop::plant::MassDamperConfig;
 ///     device: dissertation_device(Seconds(2e-3)),
 ///     sensors: Imperfections::NONE.sensors,
 ///     order: Order::new(0.5)?,
+///     model: None,
 ///     scheme: "full".parse()?,
 ///     stiffness_n_per_m: 1000.0,
 ///     dissipation_n_s_mu_per_m: 20.0,
@@ -47,6 +49,8 @@ pub struct WallExperiment {
     pub sensors: Sensors,
     /// μ, 0 to 2.
     pub order: Order,
+    /// The model whose memory the operator is, for slow motion of the order μ; `None` for D^μ.
+    pub model: Option<Model>,
     /// The operator.
     pub scheme: Scheme,
     /// K, N/m, at least 0.
@@ -73,11 +77,12 @@ pub struct WallExperiment {
 
 impl WallExperiment {
     /// The loop for the analysis.
-    pub(super) fn preflight(&self, samples: u64) -> Preflight {
+    pub(super) fn preflight(&self, samples: u64) -> Preflight<'_> {
         Preflight {
             stiffness_n_per_m: self.stiffness_n_per_m,
             dissipation_n_s_mu_per_m: self.dissipation_n_s_mu_per_m,
             order: self.order,
+            model: self.model.as_ref(),
             scheme: self.scheme,
             sample_time_s: self.device.sample_time.0,
             samples,

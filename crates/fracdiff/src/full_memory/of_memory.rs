@@ -1,0 +1,166 @@
+//! The modes that stand for any memory that only fades.
+
+use super::design::{Design, DesignError, NOTHING, OWN_SWING, check_lags};
+use super::grid::{Grid, gauss_pair};
+use super::memory::{Memory, MemoryWeights};
+use super::mode::Mode;
+use super::prune::fit;
+use crate::Order;
+use std::vec::Vec;
+
+impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
+    /// The fewest modes that stand for a [`Memory`] within a tolerance.
+    ///
+    /// ```text
+    /// y[n] = T^(−μ)·Σ_j c_j·Δⁿx[n−j],   n = ⌈μ⌉,     c_j the weights of the memory
+    /// min_w Σ_j (Σ_q w_q·e^(−j·s_q)/c_j − 1)²,   w_q ≥ 0,   its exact modes as they are
+    /// ```
+    /// - *Rates* of the other modes: ever finer geometric grids, finer still where the density is narrow, and two Gauss
+    ///   nodes for all that is slower than the horizon can tell apart.
+    /// - `order`: μ, which sets the number n of differences and the unit s^(−μ).
+    /// - `tolerance`: the largest relative error of a weight, 1e-11 to 0.1; `horizon`: up to this lag, samples, 1e2 to 1e12.
+    /// - No weight is negative. With n = 1 the operator is passive, and what [`FullMemory`](super::FullMemory) says of
+    ///   single precision holds.
+    /// - *Cost*: some ten to hundred milliseconds.
+    ///
+    /// ```
+    /// use fracdiff::full_memory::{Design, FullMemory, Memory};
+    /// use fracdiff::{Order, Seconds};
+    ///
+    /// /// Two power laws side by side, D^0.3 + D^0.6: (1 − w)^(−0.7) + (1 − w)^(−0.4).
+    /// struct Both;
+    /// impl Memory for Both {
+    ///     fn first(&self) -> f64 {
+    ///         2.0
+    ///     }
+    ///     fn density(&self, rate: f64) -> f64 {
+    ///         let law = |nu: f64| (std::f64::consts::PI * nu).sin() * rate.exp_m1().powf(-nu);
+    ///         rate * (law(0.7) + law(0.4)) / std::f64::consts::PI
+    ///     }
+    /// }
+    /// let design = Design::<16, 48>::of_memory(Order::new(0.3)?, &Both, 1e-6, 2e5)?;
+    /// assert!(design.error_bound() <= 1e-6 && design.modes().len() < 40);
+    /// let operator = FullMemory::<f32, 16, 48>::new(&design, Seconds(1e-3))?;
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    /// # Errors
+    /// As [`closed_form`](Self::closed_form) and [`MemoryWeights::new`].
+    pub fn of_memory(
+        order: Order,
+        memory: &impl Memory,
+        tolerance: f64,
+        horizon: f64,
+    ) -> Result<Self, DesignError> {
+        super::design::check_tolerance(tolerance)?;
+        let weights = MemoryWeights::new(memory, horizon)?;
+        let mut design = Self::with_head(order, |lag| weights.at(lag as f64), horizon)?;
+        let checked: Vec<(f64, f64)> = check_lags(TAPS, horizon, OWN_SWING_POINT)
+            .map(|lag| (lag, weights.at(lag)))
+            .collect();
+        let search = Search {
+            memory,
+            weights: &weights,
+            taps: TAPS,
+            tolerance,
+            horizon,
+            at_taps: weights.at(TAPS as f64),
+        };
+        let exact = search.exact();
+        let (mut needed, mut reached) = (None, f64::INFINITY);
+        let typical = Grid::step_of(0.5, tolerance);
+        // Coarse grids, so few modes, first.
+        for twentieths in (6..=34).rev() {
+            let modes = search.modes(typical * f64::from(twentieths) / 20.0, &exact);
+            if modes.len() > MODES {
+                needed = needed.or(Some(modes.len()));
+                continue;
+            }
+            design.take_measured(&modes, &checked);
+            if design.error_bound() <= tolerance {
+                return Ok(design);
+            }
+            reached = reached.min(design.error_bound());
+        }
+        Err(match needed {
+            Some(needed) => DesignError::TooManyModes {
+                needed,
+                room: MODES,
+            },
+            None => DesignError::Unreachable { tolerance, reached },
+        })
+    }
+}
+
+/// Points of the check grid, in ln j.
+const OWN_SWING_POINT: f64 = OWN_SWING / super::design::POINTS_A_SWING;
+
+/// The way from a step in ln s to modes.
+struct Search<'a, M> {
+    memory: &'a M,
+    weights: &'a MemoryWeights,
+    taps: usize,
+    tolerance: f64,
+    horizon: f64,
+    /// `c_TAPS`.
+    at_taps: f64,
+}
+
+impl<M: Memory> Search<'_, M> {
+    /// The exact modes that are still felt behind the taps.
+    fn exact(&self) -> Vec<Mode> {
+        let felt = |mode: &&Mode| !self.negligible(mode.rate, mode.weight);
+        self.weights.exact().iter().filter(felt).copied().collect()
+    }
+
+    /// True if a mode adds less than a twentieth of the tolerance at the first lag after the taps.
+    fn negligible(&self, rate: f64, weight: f64) -> bool {
+        weight * libm::exp(-(self.taps as f64) * rate) <= 0.05 * self.tolerance * self.at_taps
+    }
+
+    /// The modes of a grid with fitted weights beside the exact ones, fastest first.
+    fn modes(&self, step: f64, exact: &[Mode]) -> Vec<Mode> {
+        let candidates = self.candidates(step);
+        // Next to nothing counts as nothing, as in the error.
+        let weight = |lag: f64| Some(self.weights.at(lag)).filter(|weight| *weight > NOTHING);
+        let weight = |lag: f64| weight(lag).unwrap_or(0.0);
+        let mut modes = fit(
+            &candidates,
+            exact,
+            weight,
+            self.taps,
+            self.horizon,
+            self.tolerance,
+            step,
+        );
+        modes.extend(exact);
+        modes.sort_unstable_by(|a, b| b.rate.total_cmp(&a.rate));
+        modes
+    }
+
+    /// Rates that may get a weight, with the weight of the trapezoid rule.
+    fn candidates(&self, step: f64) -> Vec<Mode> {
+        let slowest = libm::pow(1000.0 * self.tolerance, 0.25).min(1.0) / self.horizon;
+        let index = |s: f64| libm::floor(libm::log(s) / step) as i32;
+        let last = libm::exp(f64::from(index(slowest) + 1) * step);
+        let grid = (index(slowest) + 1..=index(40.0 / self.taps as f64))
+            .map(|k| libm::exp(f64::from(k) * step));
+        let narrow = self.weights.narrow(step).filter(|&rate| rate > last);
+        let node = |rate: f64| Mode {
+            rate,
+            weight: step * self.memory.density(rate),
+        };
+        let mut candidates: Vec<Mode> = grid
+            .chain(narrow)
+            .map(node)
+            .filter(|mode| !self.negligible(mode.rate, mode.weight))
+            .collect();
+        let slow = gauss_pair(self.weights.moments_below(last)).map(|mode| Mode {
+            rate: mode.rate * last,
+            ..mode
+        });
+        let usable = |mode: &Mode| mode.rate > 0.0 && mode.weight > 0.0 && mode.weight.is_finite();
+        candidates.extend(slow.into_iter().filter(usable));
+        candidates.sort_unstable_by(|a, b| b.rate.total_cmp(&a.rate));
+        candidates
+    }
+}

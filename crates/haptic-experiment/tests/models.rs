@@ -1,0 +1,294 @@
+//! Every model is rendered: relaxation and creep on the simulated rig against their closed forms.
+
+use fracdiff::{Differintegrator as _, FullMemory, Seconds};
+use haptic_experiment::preflight::{Dynamics, Preflight};
+use haptic_experiment::{Contact, Creep, ModelledTissue, Precision, Relaxation, Rendering};
+use haptic_loop::units::Metres;
+use haptic_tissue::{Form, Material, MaxwellBranch, Model, SampledModel, Source, SpringPot};
+use std::ops::ControlFlow;
+use testkit::Random;
+use testkit::device::{DAMPING, MASS, plant, read, with_hand, write};
+
+fn pot(v: f64, order: f64) -> SpringPot {
+    SpringPot::new(v, order).expect("valid")
+}
+
+fn tissue(form: Form) -> ModelledTissue {
+    let model = Model::new(form).expect("valid");
+    let gel = Material::new("gel", "a gel", model, Source::default());
+    ModelledTissue::new(gel.expect("a name")).expect("sampled")
+}
+
+/// Each form with spring-pots, with a spring, with a dashpot and classical.
+fn forms(v: f64, g: f64) -> Vec<(String, Form)> {
+    let mut forms = vec![(
+        "spring-pot".to_owned(),
+        Form::SpringPot(pot(8650.0, 0.2247)),
+    )];
+    for (kind, alpha, beta) in [
+        ("of spring-pots", 0.675, 0.11),
+        ("with a spring", 0.675, 0.0),
+        ("with a dashpot", 1.0, 0.11),
+        ("classical", 1.0, 0.0),
+    ] {
+        let (first, second, elastic_modulus_pa) = (pot(v, alpha), pot(g, beta), 5e3);
+        let mut add = |name: &str, form| forms.push((format!("{name} {kind}"), form));
+        add("Maxwell", Form::FractionalMaxwell { first, second });
+        add(
+            "Kelvin-Voigt",
+            Form::FractionalKelvinVoigt { first, second },
+        );
+        add(
+            "Zener",
+            Form::FractionalZener {
+                first,
+                second,
+                elastic_modulus_pa,
+            },
+        );
+        add(
+            "Poynting-Thomson",
+            Form::FractionalPoyntingThomson {
+                first,
+                second,
+                elastic_modulus_pa: 40e3,
+            },
+        );
+    }
+    let branch = |relaxation_time_s| MaxwellBranch {
+        elastic_modulus_pa: 3e3,
+        relaxation_time_s,
+    };
+    let branches = [0.05, 0.3, 7.0, 120.0].map(branch).to_vec();
+    let elastic_modulus_pa = 2e3;
+    let prony = Form::Prony {
+        elastic_modulus_pa,
+        branches,
+    };
+    forms.push(("Prony".to_owned(), prony));
+    forms
+}
+
+fn relaxation(form: Form, precision: Precision) -> Relaxation {
+    let mut relaxation = Relaxation::of(Rendering::new(tissue(form)).expect("defaults"));
+    relaxation.rendering.contact = Contact::Rigid;
+    relaxation.rendering.precision = precision;
+    // Far from the limits of the safety chain.
+    relaxation.rendering.force_limit_n = 1e5;
+    relaxation.rendering.force_rate_limit_n_per_s = 1e9;
+    relaxation.strain = 0.05;
+    relaxation
+}
+
+/// Largest errors on the hold from 0.1 s after the ramp to 200 s, at every hundredth sample: as they are, and less what a
+/// backward difference costs, which is half a sample late at most.
+fn hold_errors(relaxation: &Relaxation) -> [f64; 2] {
+    let (mut worst, mut compared, mut peak) = ([0.0; 2], 0, 0.0);
+    let half = 0.5 * relaxation.rendering.sample_time_s;
+    let reached = relaxation.simulate(&mut |sample| {
+        let force = -sample.force_n;
+        peak = f64::max(peak, force);
+        if sample.time_s >= 1.1 && sample.tick.is_multiple_of(100) {
+            let want = relaxation.closed_form(sample.time_s);
+            let late = (relaxation.closed_form(sample.time_s - half) - want).abs();
+            // Of what has relaxed to next to nothing digits are left, but no share of it.
+            let size = want.max(1e-6 * peak);
+            let error = (force - want).abs();
+            worst[0] = f64::max(worst[0], error / size);
+            worst[1] = f64::max(worst[1], (error - late) / size);
+            compared += 1;
+        }
+        ControlFlow::Continue(())
+    });
+    assert!(reached.expect("valid"), "no fault");
+    assert_eq!(compared, 1990);
+    worst
+}
+
+#[test]
+fn relaxation_of_each_model_is_its_closed_form() {
+    for (name, form) in forms(876e3, 22.1e3) {
+        let [double, single] = [Precision::F64, Precision::F32]
+            .map(|precision| hold_errors(&relaxation(form.clone(), precision)));
+        println!("{name}: {double:?} in f64, {single:?} in f32");
+        for [plain, error] in [double, single] {
+            // An exponential fades as (1 + T/τ)^(−n), late by the share T/2τ of the time.
+            assert!(error <= 5e-5, "{name}: {error:e} beyond half a sample");
+            // High orders beside the rest change so fast at first that half a sample is felt.
+            let most = if name.starts_with("Kelvin-Voigt of")
+                || name.starts_with("Kelvin-Voigt with a spring")
+            {
+                1e-3
+            } else {
+                1e-4
+            };
+            assert!(plain <= most, "{name}: {plain:e}");
+        }
+    }
+}
+
+/// A push of 100 Pa on the rig against the closed form, from 1 s on.
+#[test]
+fn creep_of_each_model_is_its_closed_form() {
+    // A dashpot beside the rest that this rig can bear; elsewhere so much that the rig's own is felt little.
+    let beside = |name: &str| name.starts_with("Kelvin");
+    let soft = forms(3e3, 5e3).into_iter().filter(|(name, _)| beside(name));
+    let stiff = forms(1e5, 1e4)
+        .into_iter()
+        .filter(|(name, _)| !beside(name));
+    for (name, form) in soft.chain(stiff) {
+        let mut rendering = Rendering::new(tissue(form)).expect("defaults");
+        rendering.force_limit_n = 1e5;
+        rendering.force_rate_limit_n_per_s = 1e9;
+        let creep = Creep {
+            rendering,
+            stress_pa: 100.0,
+            duration_s: 20.0,
+        };
+        let mut worst = 0.0;
+        let mut sink = |sample: &haptic_log::record::TickMessage| {
+            if sample.time_s >= 5.0 && sample.tick.is_multiple_of(100) {
+                let strain = creep.rendering.specimen.strain(Metres(sample.position_m));
+                let want = creep.rendering.material.creep_strain(100.0, sample.time_s);
+                worst = f64::max(worst, (strain / want - 1.0).abs());
+            }
+            ControlFlow::Continue(())
+        };
+        assert!(creep.simulate(&mut sink).expect("valid"), "no fault");
+        println!("{name}: {worst:.1e}");
+        // The masses and the damping of the rig, 7 N·s/m, are not in the closed form.
+        assert!(worst < 1e-2, "{name}: {worst:e}");
+    }
+}
+
+#[test]
+fn only_full_memories_render_models_of_more_elements() {
+    let (first, second) = (pot(876e3, 0.675), pot(22.1e3, 0.11));
+    let muscle = || relaxation(Form::FractionalMaxwell { first, second }, Precision::F64);
+    let refused = |scheme: &str| {
+        let mut muscle = muscle();
+        muscle.rendering.scheme = scheme.parse().expect("a scheme");
+        let error = muscle.simulate(&mut |_| ControlFlow::Continue(()));
+        error.expect_err("not of this model").to_string()
+    };
+    for scheme in [
+        "grunwald:1000",
+        "muir:3",
+        "tustin-muir:9",
+        "oustaloup:5:0.1:100",
+        "piecewise-linear",
+    ] {
+        let error = refused(scheme);
+        assert!(error.contains("`scheme` = full"), "{error}");
+        assert_eq!(error.lines().count(), 1);
+    }
+    assert!(refused("exact").contains("for analysis only"));
+}
+
+/// A model drawn at random, a piece of it, and a hand on the device.
+struct Drawn {
+    model: Model,
+    shape: f64,
+    hand: f64,
+}
+
+fn drawn(random: &mut Random, case: usize) -> Drawn {
+    let beta = random.or_nothing(0.6);
+    let alpha = random.between(beta + 0.05, 1.0);
+    let first = pot(random.log_between(1e2, 1e5), alpha);
+    let second = pot(random.log_between(1e2, 1e5), beta);
+    let elastic_modulus_pa = random.log_between(1e2, 1e5);
+    let form = match case % 4 {
+        0 => Form::FractionalKelvinVoigt { first, second },
+        1 => Form::FractionalMaxwell { first, second },
+        2 => Form::FractionalZener {
+            first,
+            second,
+            elastic_modulus_pa,
+        },
+        _ => Form::FractionalPoyntingThomson {
+            first,
+            second,
+            elastic_modulus_pa,
+        },
+    };
+    Drawn {
+        model: Model::new(form).expect("valid"),
+        shape: random.log_between(1e-2, 1e2),
+        hand: random.log_between(10.0, 1e3),
+    }
+}
+
+const T: Seconds = Seconds(1e-3);
+
+/// Largest deflection after a short push, in the second twentieth of a run of 10 s and in the last; infinite if the device
+/// goes far away.
+fn deflections(drawn: &Drawn) -> [f64; 2] {
+    let sampled = SampledModel::new(&drawn.model, T).expect("valid");
+    let design = sampled.design::<16, 112>(1e-6, 2e4).expect("modes");
+    let memory = FullMemory::<f64, 16, 112>::new(&design, T).expect("valid");
+    let mut history = memory.at_rest();
+    let (k, b) = (
+        drawn.shape * sampled.elastic_modulus_pa(),
+        drawn.shape * sampled.viscosity_pa_s_mu(),
+    );
+    let mut device = plant(with_hand(MASS, DAMPING, drawn.hand, T.0));
+    let mut largest = [0.0; 2];
+    for n in 0..10_000 {
+        let x = read(&mut device).position_m[0];
+        let push = if n < 20 { 1.0 } else { 0.0 };
+        // The push moves it by centimetres.
+        if x.abs() > 10.0 {
+            return [largest[0], f64::INFINITY];
+        }
+        write(&mut device, push - k * x - b * memory.step(&mut history, x));
+        match n {
+            500..1000 => largest[0] = f64::max(largest[0], x.abs()),
+            9500.. => largest[1] = f64::max(largest[1], x.abs()),
+            _ => {}
+        }
+    }
+    largest
+}
+
+/// The analysis of the loop and a run of it agree, off the edge. More of them: `CAMPAIGN_CASES=200`.
+#[test]
+fn random_models_are_stable_as_the_analysis_says() {
+    let cases = std::env::var("CAMPAIGN_CASES").map_or(40, |n| n.parse().expect("a number"));
+    let mut random = Random(20_261_120);
+    let (mut stable, mut unstable) = (0, 0);
+    for case in 0..cases {
+        let drawn = drawn(&mut random, case);
+        let sampled = SampledModel::new(&drawn.model, T).expect("valid");
+        let loop_ = Preflight {
+            stiffness_n_per_m: drawn.shape * sampled.elastic_modulus_pa(),
+            dissipation_n_s_mu_per_m: drawn.shape * sampled.viscosity_pa_s_mu(),
+            order: sampled.order(),
+            model: Some(&drawn.model),
+            scheme: "full".parse().expect("a scheme"),
+            sample_time_s: T.0,
+            samples: 10_000,
+        };
+        let device = Dynamics {
+            mass_kg: MASS,
+            damping_n_s_per_m: DAMPING,
+            hand_stiffness_n_per_m: drawn.hand,
+            delay_s: 0.0,
+            current_lag_s: 0.0,
+        };
+        let verdict = loop_.verdict(device, 0).expect("judges");
+        let [early, late] = deflections(&drawn);
+        let margin = verdict.margin;
+        // Passive is stable with anything; so with this hand too.
+        assert!(!verdict.passive || verdict.stable, "{case}: {verdict:?}");
+        if verdict.stable && margin.is_none_or(|margin| margin > 1.05) {
+            assert!(late < early, "{case}: {early:e} {late:e} {verdict:?}");
+            stable += 1;
+        } else if margin.is_some_and(|margin| margin < 0.95) && !verdict.stable {
+            assert!(late.is_infinite(), "{case}: {early:e} {late:e} {verdict:?}");
+            unstable += 1;
+        }
+    }
+    println!("{stable} stable, {unstable} unstable of {cases}");
+    assert!(5 * stable > cases && 5 * unstable > cases);
+}

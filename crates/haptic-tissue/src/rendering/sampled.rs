@@ -1,0 +1,278 @@
+//! A model sampled: a spring, and one memory of increments of strain, whatever its elements.
+
+use super::branch::Branch;
+use crate::model::{Form, Model, ModelError, SpringPot};
+use core::f64::consts::PI;
+use fracdiff::full_memory::{Design, DesignError, Kernel, Memory, Mode};
+use fracdiff::{FrequencyResponse, Order, Seconds};
+use num_complex::Complex64;
+
+/// A model as backward differences see it: a spring beside one full memory of increments of strain.
+///
+/// ```text
+/// s → (1 − w)/T:   σ[n] = E·ε[n] + B·T^(−μ)·Σ_j c_j·(ε[n−j] − ε[n−j−1])
+/// E + B·s^μ = M(s) for slow motion,   Σ_j c_j w^j = (M((1−w)/T) − E)/(B·T^(−μ)·(1 − w))
+/// ```
+/// The relaxation modulus of springs, dashpots and spring-pots only fades, so that `c_j` = ∫ e^(−js) ρ(s) ds with
+///
+/// ```text
+/// ρ(s) = Im M(−(e^s − 1)/T + i0)/(π·(e^s − 1)·B·T^(−μ)) ≥ 0
+/// e^(−s) = 1/(1 + T/τ)      a mode that is exact, where spring and dashpot are in series
+/// ```
+/// and elements in series cost no more than one spring-pot: one operator for the whole model, which is a
+/// [`Memory`] and gives its [`Design`]. Its [`FrequencyResponse`] is P(w) = (M((1−w)/T) − E)/(B·T^(−μ)).
+///
+/// - *Units*: E Pa, B Pa·s^μ, T s, `c_j` dimensionless. `B·P` in Pa, times T^(−μ).
+/// - A *spring alone* has B = 0, μ = 1 and no memory.
+///
+/// ```
+/// use fracdiff::{Differintegrator, FullMemory, Seconds};
+/// use haptic_tissue::{Form, Model, SampledModel, SpringPot};
+///
+/// // Fish muscle: a fractional Maxwell model.
+/// let (first, second) = (SpringPot::new(876e3, 0.675)?, SpringPot::new(22.1e3, 0.110)?);
+/// let muscle = Model::new(Form::FractionalMaxwell { first, second })?;
+/// let sampled = SampledModel::new(&muscle, Seconds(1e-3))?;
+/// assert_eq!((sampled.elastic_modulus_pa(), sampled.viscosity_pa_s_mu()), (0.0, 876e3));
+/// // 200 s at 1 kHz, within 1e-6.
+/// let design = sampled.design::<16, 48>(1e-6, 2.1e5)?;
+/// let memory = FullMemory::<f32, 16, 48>::new(&design, Seconds(1e-3))?;
+/// // A step of 1 % strain, and the stress 10 ms later.
+/// let mut history = memory.at_rest();
+/// let stress = (0..=10).map(|_| 876e3 * memory.step(&mut history, 0.01)).last();
+/// assert!((stress.unwrap_or_default() - 339.6).abs() < 3.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct SampledModel {
+    sample_time_s: f64,
+    elastic_modulus_pa: f64,
+    viscosity_pa_s_mu: f64,
+    order: Order,
+    pub(super) branches: Vec<Branch>,
+    /// B·T^(−μ); 1 where B is 0.
+    scale_pa: f64,
+}
+
+impl SampledModel {
+    /// The model at sample time T.
+    ///
+    /// # Errors
+    /// Unless 1e-9 s ≤ T ≤ 1e6 s, or if the smallest order above 0 is below [`ORDER_MIN`](Self::ORDER_MIN).
+    pub fn new(model: &Model, sample_time: Seconds) -> Result<Self, ModelError> {
+        let (elastic_modulus_pa, branches) = branches(model.form())?;
+        let slowest = branches.iter().map(Branch::slow);
+        let order = slowest
+            .clone()
+            .fold(1.0, |least, pot| pot.order().min(least));
+        if order < Self::ORDER_MIN {
+            return Err(ModelError::Range {
+                name: "order",
+                value: order,
+                allowed: "0, a spring, or at least 1e-6",
+                unit: "",
+            });
+        }
+        let viscosity_pa_s_mu = slowest
+            .filter(|pot| pot.order() <= order)
+            .map(|pot| pot.viscosity_pa_s_alpha())
+            .sum();
+        let outside = |_| ModelError::Range {
+            name: "sample_time_s",
+            value: sample_time.0,
+            allowed: "in [1e-9, 1e6]",
+            unit: "s",
+        };
+        let order = Order::new(order).map_err(outside)?;
+        let rate = sample_time.rate_to_the(order).map_err(outside)?;
+        let scale_pa = if branches.is_empty() {
+            1.0
+        } else {
+            viscosity_pa_s_mu * rate
+        };
+        Ok(Self {
+            sample_time_s: sample_time.0,
+            elastic_modulus_pa,
+            viscosity_pa_s_mu,
+            order,
+            branches,
+            scale_pa,
+        })
+    }
+
+    /// Smallest order, above that of a spring, of an element that carries the slow motion.
+    pub const ORDER_MIN: f64 = 1e-6;
+
+    /// E, Pa: what is left of the modulus at rest.
+    #[must_use]
+    pub const fn elastic_modulus_pa(&self) -> f64 {
+        self.elastic_modulus_pa
+    }
+
+    /// B, Pa·s^μ.
+    #[must_use]
+    pub const fn viscosity_pa_s_mu(&self) -> f64 {
+        self.viscosity_pa_s_mu
+    }
+
+    /// μ, above 0 and at most 1: the order of the memory.
+    #[must_use]
+    pub const fn order(&self) -> Order {
+        self.order
+    }
+
+    /// T.
+    #[must_use]
+    pub const fn sample_time(&self) -> Seconds {
+        Seconds(self.sample_time_s)
+    }
+
+    /// The modes that stand for the memory, for a tolerance and a horizon in samples as
+    /// [`Design::of_memory`] takes them. Of one spring-pot beside a spring to the bit those of [`Design::pruned`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn design<const TAPS: usize, const MODES: usize>(
+        &self,
+        tolerance: f64,
+        horizon: f64,
+    ) -> Result<Design<TAPS, MODES>, DesignError> {
+        match self.branches.as_slice() {
+            [Branch::Pot(_)] => Design::pruned(Kernel::Grunwald, self.order, tolerance, horizon),
+            _ => Design::of_memory(self.order, self, tolerance, horizon),
+        }
+    }
+
+    /// M(s) − E, Pa.
+    fn dissipative(&self, s: Complex64) -> Complex64 {
+        let branches = self.branches.iter();
+        branches.fold(Complex64::new(0.0, 0.0), |sum, branch| {
+            sum + branch.modulus(s)
+        })
+    }
+}
+
+impl Memory for SampledModel {
+    fn first(&self) -> f64 {
+        let s = Complex64::new(1.0 / self.sample_time_s, 0.0);
+        self.dissipative(s).re / self.scale_pa
+    }
+
+    fn density(&self, rate: f64) -> f64 {
+        let growth = libm::expm1(rate);
+        let r = growth / self.sample_time_s;
+        let loss: f64 = self.branches.iter().map(|branch| branch.on_cut(r)).sum();
+        // s·Im M(−r + i0)/(π(e^s − 1))
+        rate / growth * loss / (PI * self.scale_pa)
+    }
+
+    fn slower(&self, rate: f64) -> Option<f64> {
+        // Cauchy's theorem around the cut: ∫₀^r Im M(−r')/(πr') dr' is the mean of M on the circle |s| = r, without poles
+        // inside.
+        let r = rate / self.sample_time_s;
+        let real = |angle: f64| self.dissipative(Complex64::from_polar(r, angle)).re;
+        let mean = |from: f64| {
+            let quarter = 0.25 * PI;
+            let pair = |&(place, share): &(f64, f64)| {
+                let aside = quarter * place;
+                0.25 * share * (real(from + quarter - aside) + real(from + quarter + aside))
+            };
+            LEGENDRE_8.iter().map(pair).sum::<f64>()
+        };
+        Some((mean(0.0) + mean(0.5 * PI)) / self.scale_pa)
+    }
+
+    fn mode(&self, index: usize) -> Option<Mode> {
+        let mut poles = self.branches.iter().filter_map(Branch::pole);
+        let (modulus_pa, r) = poles.nth(index)?;
+        // E·λ^(j+1), λ = 1/(1 + rT)
+        let growth = r * self.sample_time_s;
+        Some(Mode {
+            rate: libm::log1p(growth),
+            weight: modulus_pa / (1.0 + growth) / self.scale_pa,
+        })
+    }
+}
+
+impl FrequencyResponse for SampledModel {
+    fn response(&self, theta: f64) -> Complex64 {
+        // 1 − w = 2 sin²(θ/2) + j sin θ
+        let half = libm::sin(0.5 * theta);
+        let difference = Complex64::new(2.0 * half * half, libm::sin(theta));
+        self.dissipative(difference / self.sample_time_s) / self.scale_pa
+    }
+}
+
+/// Places and weights of the Gauss–Legendre rule of 8 nodes, the upper half.
+const LEGENDRE_8: [(f64, f64); 4] = [
+    (0.183_434_642_495_649_8, 0.362_683_783_378_362),
+    (0.525_532_409_916_329, 0.313_706_645_877_887_3),
+    (0.796_666_477_413_626_7, 0.222_381_034_453_374_5),
+    (0.960_289_856_497_536_3, 0.101_228_536_290_376_3),
+];
+
+/// E, and what is beside it.
+fn branches(form: &Form) -> Result<(f64, Vec<Branch>), ModelError> {
+    let side_by_side = |pots: &[SpringPot], spring: f64| {
+        let is_spring = |pot: &&SpringPot| pot.order() == 0.0;
+        let springs = pots.iter().filter(is_spring);
+        let sum: f64 = springs.map(SpringPot::viscosity_pa_s_alpha).sum();
+        let others = pots.iter().filter(|pot| !is_spring(pot)).copied();
+        (spring + sum, others.map(Branch::Pot).collect())
+    };
+    Ok(match form {
+        Form::SpringPot(one) => side_by_side(&[*one], 0.0),
+        Form::FractionalKelvinVoigt { first, second } => side_by_side(&[*first, *second], 0.0),
+        Form::FractionalMaxwell { first, second } => (0.0, vec![Branch::series(*first, *second)]),
+        Form::FractionalZener {
+            first,
+            second,
+            elastic_modulus_pa,
+        } => (*elastic_modulus_pa, vec![Branch::series(*first, *second)]),
+        Form::FractionalPoyntingThomson {
+            first,
+            second,
+            elastic_modulus_pa,
+        } if second.order() == 0.0 => standing(*first, second, *elastic_modulus_pa)?,
+        Form::FractionalPoyntingThomson {
+            first,
+            second,
+            elastic_modulus_pa,
+        } => {
+            let branch = Branch::Standing {
+                spring_pa: *elastic_modulus_pa,
+                first: *first,
+                second: *second,
+            };
+            (0.0, vec![branch])
+        }
+        Form::Prony {
+            elastic_modulus_pa,
+            branches,
+        } => {
+            let maxwell = branches.iter().map(|branch| {
+                let (e, tau) = (branch.elastic_modulus_pa, branch.relaxation_time_s);
+                let (dashpot, spring) = (SpringPot::dashpot(e * tau)?, SpringPot::spring(e)?);
+                Ok(Branch::series(dashpot, spring))
+            });
+            let maxwell: Result<_, ModelError> = maxwell.collect();
+            (*elastic_modulus_pa, maxwell?)
+        }
+    })
+}
+
+/// A spring E in series with a spring G beside V·s^α is a spring beside two elements in series:
+///
+/// ```text
+/// E·G/(E + G)  beside  V·k²·s^α in series with E²/(E + G),     k = E/(E + G)
+/// ```
+fn standing(
+    first: SpringPot,
+    second: &SpringPot,
+    e: f64,
+) -> Result<(f64, Vec<Branch>), ModelError> {
+    let g = second.viscosity_pa_s_alpha();
+    let k = e / (e + g);
+    let pot = SpringPot::new(first.viscosity_pa_s_alpha() * k * k, first.order())?;
+    Ok((g * k, vec![Branch::series(pot, SpringPot::spring(e * k)?)]))
+}

@@ -1,0 +1,270 @@
+//! Models as one memory against the sums of their elements.
+
+#![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
+
+use fracdiff::full_memory::{Design, Kernel, MemoryWeights};
+use fracdiff::{Differintegrator, FrequencyResponse, FullMemory, Real, Seconds};
+use haptic_tissue::{Form, FullHistory, MaxwellBranch, Model, SampledModel, SpringPot};
+
+const T: Seconds = Seconds(1e-3);
+
+fn pot(v: f64, order: f64) -> SpringPot {
+    SpringPot::new(v, order).expect("valid")
+}
+
+fn model(form: Form) -> Model {
+    Model::new(form).expect("valid")
+}
+
+fn sampled(model: &Model) -> SampledModel {
+    SampledModel::new(model, T).expect("valid")
+}
+
+/// Every form with spring-pots, with a spring, with a dashpot, and classical.
+fn models() -> Vec<(String, Model)> {
+    let (v, g, elastic_modulus_pa) = (876e3, 22.1e3, 5e3);
+    let mut all = vec![(
+        "spring-pot".to_owned(),
+        model(Form::SpringPot(pot(8650.0, 0.2247))),
+    )];
+    for (kind, alpha, beta) in [
+        ("spring-pots", 0.675, 0.11),
+        ("spring", 0.675, 0.0),
+        ("dashpot", 1.0, 0.11),
+        ("classical", 1.0, 0.0),
+        ("nearly classical", 0.999, 0.001),
+        ("nearly the same", 0.6, 0.599),
+    ] {
+        let (first, second) = (pot(v, alpha), pot(g, beta));
+        let mut add = |name: &str, form| all.push((format!("{name} {kind}"), model(form)));
+        add(
+            "Kelvin-Voigt",
+            Form::FractionalKelvinVoigt { first, second },
+        );
+        add("Maxwell", Form::FractionalMaxwell { first, second });
+        add(
+            "Zener",
+            Form::FractionalZener {
+                first,
+                second,
+                elastic_modulus_pa,
+            },
+        );
+        add(
+            "Poynting-Thomson",
+            Form::FractionalPoyntingThomson {
+                first,
+                second,
+                elastic_modulus_pa: 40e3,
+            },
+        );
+    }
+    let branch = |relaxation_time_s| MaxwellBranch {
+        elastic_modulus_pa: 3e3,
+        relaxation_time_s,
+    };
+    let branches = [0.01, 0.3, 7.0, 120.0].map(branch).to_vec();
+    let prony = Form::Prony {
+        elastic_modulus_pa,
+        branches,
+    };
+    all.push(("Prony".to_owned(), model(prony)));
+    all
+}
+
+/// A ramp to 5 % in a second, then held; as `f32` has it.
+fn ramp(n: u32) -> f64 {
+    f64::from((0.05 * (f64::from(n) * T.0).min(1.0)) as f32)
+}
+
+/// The law of a sampled model, run in F.
+fn law<F: Real>(model: &SampledModel, horizon: f64) -> impl FnMut(f64) -> f64 + use<F> {
+    let design = model.design::<16, 112>(1e-6, horizon).expect("modes");
+    let memory = FullMemory::<F, 16, 112>::new(&design, T).expect("valid");
+    let mut history = memory.at_rest();
+    let spring = F::from_f64(model.elastic_modulus_pa());
+    let viscosity = F::from_f64(model.viscosity_pa_s_mu());
+    move |strain| {
+        let strain = F::from_f64(strain);
+        (spring * strain + viscosity * memory.step(&mut history, strain)).to_f64()
+    }
+}
+
+/// Ramp and hold for 200 s at 1 kHz.
+#[test]
+fn one_operator_is_the_sums_of_all_elements() {
+    for (name, model) in models() {
+        let model = sampled(&model);
+        let mut sums = FullHistory::new(&model, 200_001).expect("valid");
+        let (mut double, mut single) = (law::<f64>(&model, 2.1e5), law::<f32>(&model, 2.1e5));
+        let mut worst = [0.0, 0.0];
+        for n in 0..=200_000 {
+            let want = sums.step(ramp(n));
+            // A dashpot alone gives nothing on the hold: rounding of what it gave before counts as nothing.
+            let size = want.abs().max(1e-9);
+            for (worst, have) in worst.iter_mut().zip([double(ramp(n)), single(ramp(n))]) {
+                *worst = f64::max(*worst, (have - want).abs() / size);
+            }
+        }
+        let [double, single] = worst;
+        println!("{name}: {double:.1e} in f64, {single:.1e} in f32");
+        assert!(double <= 2e-6, "{name}: {double:e} in f64");
+        assert!(single <= 2e-5, "{name}: {single:e} in f32");
+    }
+}
+
+/// Models drawn at random, any motion: the error is a share of what is added up in magnitude, which is the stress of a
+/// motion as long in one direction. More of them: `CAMPAIGN_CASES=200`.
+#[test]
+fn random_models_are_the_sums_of_their_elements() {
+    let mut random = testkit::Random(13);
+    let cases = std::env::var("CAMPAIGN_CASES").map_or(40, |n| n.parse().expect("a number"));
+    for case in 0..cases {
+        let mut decades = |low: f64, high: f64| 10_f64.powf(random.between(low, high));
+        let [v, g, elastic_modulus_pa] = [decades(2.0, 6.0), decades(2.0, 6.0), decades(2.0, 6.0)];
+        let beta = random.between(0.0, 0.8);
+        let (first, second) = (pot(v, random.between(beta + 0.02, 1.0)), pot(g, beta));
+        let form = match case % 4 {
+            0 => Form::FractionalKelvinVoigt { first, second },
+            1 => Form::FractionalMaxwell { first, second },
+            2 => Form::FractionalZener {
+                first,
+                second,
+                elastic_modulus_pa,
+            },
+            _ => Form::FractionalPoyntingThomson {
+                first,
+                second,
+                elastic_modulus_pa,
+            },
+        };
+        let model = sampled(&model(form));
+        let mut sums = FullHistory::new(&model, 3000).expect("valid");
+        let mut one_way = sums.clone();
+        let mut law = law::<f64>(&model, 1e5);
+        let (mut x, mut moved) = (0.0, 0.0);
+        for _ in 0..3000 {
+            let last = x;
+            x += random.between(-1e-3, 1e-3);
+            moved += (x - last).abs();
+            let most = one_way.step(moved);
+            let (have, want) = (law(x), sums.step(x));
+            assert!(
+                (have - want).abs() <= 1.01e-6 * most,
+                "{case}: {have:e} {want:e} {model:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn weights_are_the_power_series_of_the_recursion() {
+    for (name, model) in models() {
+        let model = sampled(&model);
+        let weights = MemoryWeights::new(&model, 1e5).expect("smooth");
+        // The stress of one increment of strain, that is, of a step.
+        let mut sums = FullHistory::new(&model, 10_001).expect("valid");
+        let scale = model.viscosity_pa_s_mu() * T.rate_to_the(model.order()).expect("valid");
+        let first = weights.weight(0);
+        for lag in 0..=10_000 {
+            let want = (sums.step(1.0) - model.elastic_modulus_pa()) / scale;
+            let have = weights.weight(lag);
+            // The recursion itself has rounding errors of all it adds up.
+            let most = 1e-10 * want + 1e-13 * (first + model.elastic_modulus_pa() / scale);
+            assert!(
+                (have - want).abs() <= most,
+                "{name} {lag}: {have:e} {want:e}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_response_is_that_of_the_weights() {
+    for (name, model) in models() {
+        let model = sampled(&model);
+        let design = model.design::<16, 112>(1e-9, 1e7).expect("modes");
+        let memory = FullMemory::<f64, 16, 112>::new(&design, T).expect("valid");
+        for theta in [1e-4, 1e-2, 0.3, 2.0, core::f64::consts::PI] {
+            let (have, want) = (memory.response(theta), model.response(theta));
+            let error = (have - want).norm() / want.norm();
+            // Beyond the horizon the modes fade; at these frequencies that is felt little.
+            assert!(error < 1e-6, "{name} at {theta}: {have} {want}, {error:e}");
+        }
+        assert_eq!(model.response(0.0).norm(), 0.0);
+    }
+}
+
+#[test]
+fn no_operator_gives_energy() {
+    let mut random = testkit::Random(20_261_120);
+    for (name, model) in models() {
+        let model = sampled(&model);
+        let design = model.design::<16, 112>(1e-6, 1e5).expect("modes");
+        let memory = FullMemory::<f64, 16, 112>::new(&design, T).expect("valid");
+        for k in 0..=1000 {
+            let theta = core::f64::consts::PI * f64::from(k) / 1000.0;
+            // Force over velocity: P/(1 − w).
+            let slope = num_complex::Complex64::new(1.0 - theta.cos(), theta.sin());
+            let real = (memory.response(theta) * slope.conj()).re;
+            assert!(
+                real >= -1e-12 * memory.response(theta).norm(),
+                "{name} at {theta}: {real:e}"
+            );
+        }
+        // To and fro at random, and back to the start.
+        let (mut history, mut last, mut energy, mut stored) = (memory.at_rest(), 0.0, 0.0, 0.0);
+        for _ in 0..20_000 {
+            let x = random.between(-1.0, 1.0);
+            let force = memory.step(&mut history, x);
+            energy += force * (x - last);
+            stored = f64::max(stored, energy);
+            assert!(energy >= -1e-9 * stored, "{name}: {energy:e}");
+            last = x;
+        }
+    }
+}
+
+#[test]
+fn a_model_of_one_spring_pot_has_the_bits_of_its_kernel() {
+    let order = fracdiff::Order::new(0.2247).expect("valid");
+    let own = Design::<16, 112>::pruned(Kernel::Grunwald, order, 1e-6, 2.1e5).expect("modes");
+    for model in [
+        model(Form::SpringPot(pot(8650.0, 0.2247))),
+        model(Form::FractionalKelvinVoigt {
+            first: pot(8650.0, 0.2247),
+            second: pot(700.0, 0.0),
+        }),
+    ] {
+        let sampled = sampled(&model);
+        assert_eq!(sampled.design(1e-6, 2.1e5).expect("modes"), own);
+        assert_eq!(sampled.viscosity_pa_s_mu(), 8650.0);
+    }
+}
+
+#[test]
+fn what_cannot_be_sampled_is_refused() {
+    let muscle = model(Form::FractionalMaxwell {
+        first: pot(876e3, 0.675),
+        second: pot(22.1e3, 0.11),
+    });
+    for t in [0.0, -1e-3, f64::NAN, 1e7] {
+        let error = SampledModel::new(&muscle, Seconds(t)).expect_err("no sample time");
+        assert!(error.to_string().contains("sample_time_s"), "{error}");
+    }
+    let slow = model(Form::SpringPot(pot(1e3, 1e-7)));
+    let error = SampledModel::new(&slow, T).expect_err("neither spring nor spring-pot");
+    assert!(error.to_string().contains("at least 1e-6"), "{error}");
+    let spring = sampled(&model(Form::SpringPot(pot(1e3, 0.0))));
+    assert_eq!(
+        (spring.elastic_modulus_pa(), spring.viscosity_pa_s_mu()),
+        (1e3, 0.0)
+    );
+    assert!(
+        spring
+            .design::<16, 8>(1e-6, 1e4)
+            .expect("nothing")
+            .modes()
+            .is_empty()
+    );
+}
