@@ -27,8 +27,14 @@ fn at_ends(fit: &Fit) -> Vec<String> {
     let ends = fit.parameters.iter().filter_map(|parameter| {
         let is_order = parameter.unit.is_empty();
         let sentence = match (is_order, parameter.value) {
-            (true, 0.0) => format!("`{}` is 0, the end of its range: this element is a spring", parameter.name),
-            (true, 1.0) => format!("`{}` is 1, the end of its range: this element is a dashpot", parameter.name),
+            (true, 0.0) => format!(
+                "`{}` is 0, the end of its range: this element is a spring",
+                parameter.name
+            ),
+            (true, 1.0) => format!(
+                "`{}` is 1, the end of its range: this element is a dashpot",
+                parameter.name
+            ),
             _ => return None,
         };
         Some(sentence)
@@ -63,7 +69,11 @@ fn together(fit: &Fit) -> Vec<String> {
 
 fn loose(fit: &Fit) -> Vec<String> {
     let loose = fit.parameters.iter().filter(|parameter| {
-        let least = if parameter.unit.is_empty() { LOOSE_ORDER } else { LOOSE * parameter.value };
+        let least = if parameter.unit.is_empty() {
+            LOOSE_ORDER
+        } else {
+            LOOSE * parameter.value
+        };
         parameter.standard_error.is_some_and(|error| error > least)
     });
     loose
@@ -74,13 +84,18 @@ fn loose(fit: &Fit) -> Vec<String> {
             } else {
                 format!("{:.0} % of its value", 100.0 * share)
             };
-            format!("the record hardly settles `{}`: its standard error is {size}", parameter.name)
+            format!(
+                "the record hardly settles `{}`: its standard error is {size}",
+                parameter.name
+            )
         })
         .collect()
 }
 
 fn simpler(fit: &Fit, fits: &[Fit]) -> Option<String> {
-    let fewer = fits.iter().filter(|other| other.candidate.parameters() < fit.candidate.parameters());
+    let fewer = fits
+        .iter()
+        .filter(|other| other.candidate.parameters() < fit.candidate.parameters());
     let good = fewer.filter(|other| other.bic <= fit.bic + AS_GOOD);
     let best = good.min_by(|a, b| a.bic.total_cmp(&b.bic))?;
     Some(format!(

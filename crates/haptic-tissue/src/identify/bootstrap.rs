@@ -55,7 +55,10 @@ pub(super) fn intervals(
         .into_par_iter()
         .filter_map(|record| {
             let drawn = draw(&residuals, block, seed.wrapping_add(record as u64));
-            let values = curve.iter().zip(drawn).map(|(curve, residual)| curve + residual);
+            let values = curve
+                .iter()
+                .zip(drawn)
+                .map(|(curve, residual)| curve + residual);
             let target = target.with_values(values.collect());
             let fit = minimise(candidate, &target, &ranges, &start, &free, FINE);
             progress(1);

@@ -55,7 +55,10 @@ impl Candidate {
 
     /// True if there is a spring beside or behind them.
     pub(super) const fn has_spring(self) -> bool {
-        matches!(self, Self::FractionalZener | Self::FractionalPoyntingThomson)
+        matches!(
+            self,
+            Self::FractionalZener | Self::FractionalPoyntingThomson
+        )
     }
 
     /// Number of parameters.
@@ -86,7 +89,10 @@ impl Candidate {
                 let side_by_side = e[0] + e[1];
                 let inverse = (side_by_side + e[2]).inv();
                 let (soft, spring) = (e[2] * inverse, side_by_side * inverse);
-                (side_by_side * soft, [soft * soft, soft * soft, spring * spring])
+                (
+                    side_by_side * soft,
+                    [soft * soft, soft * soft, spring * spring],
+                )
             }
         }
     }

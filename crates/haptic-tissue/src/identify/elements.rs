@@ -23,7 +23,9 @@ pub(super) enum Variable {
 /// The variables of a candidate: modulus and order of each spring-pot, then the modulus of the spring.
 pub(super) fn variables(candidate: Candidate) -> Vec<Variable> {
     let pots = (0..candidate.pots()).flat_map(|i| [Variable::Modulus(i), Variable::Order(i)]);
-    let spring = candidate.has_spring().then_some(Variable::Modulus(ELEMENTS - 1));
+    let spring = candidate
+        .has_spring()
+        .then_some(Variable::Modulus(ELEMENTS - 1));
     pots.chain(spring).collect()
 }
 
@@ -63,7 +65,12 @@ impl Elements {
     }
 
     /// The modulus of each element at s = e^(ln_size + i·angle)/t₀.
-    pub(super) fn at(&self, candidate: Candidate, ln_size: f64, angle: f64) -> [Complex64; ELEMENTS] {
+    pub(super) fn at(
+        &self,
+        candidate: Candidate,
+        ln_size: f64,
+        angle: f64,
+    ) -> [Complex64; ELEMENTS] {
         let mut e = [Complex64::new(0.0, 0.0); ELEMENTS];
         for (i, element) in e.iter_mut().enumerate() {
             if self.is_used(candidate, i) {

@@ -34,12 +34,19 @@ pub struct Fit {
 /// A fit with its errors, from the best minimum.
 pub(super) fn fit(candidate: Candidate, target: &Target, best: &Best) -> Fit {
     let Best {
-        elements, sum, free, ..
+        elements,
+        sum,
+        free,
+        ..
     } = best;
     let n = target.len();
     let (mut model, mut residuals) = (vec![0.0; n], vec![0.0; n]);
-    target.model(candidate, elements, |i, slope| model[i] = slope.value * target.scale);
-    target.residuals(candidate, elements, |i, _, slope| residuals[i] = slope.value * target.scale);
+    target.model(candidate, elements, |i, slope| {
+        model[i] = slope.value * target.scale
+    });
+    target.residuals(candidate, elements, |i, _, slope| {
+        residuals[i] = slope.value * target.scale
+    });
     let covariance = covariance(candidate, target, elements, free, *sum);
     let values = parameters(candidate, elements, target.unit_s);
     // A record without any noise is as good as one with noise in the last digits.
@@ -47,7 +54,12 @@ pub(super) fn fit(candidate: Candidate, target: &Target, best: &Best) -> Fit {
     let numbers = (free.len() + 1) as f64;
     Fit {
         candidate,
-        parameters: estimates(candidate, &values, covariance.as_ref(), n - free.len().min(n - 1)),
+        parameters: estimates(
+            candidate,
+            &values,
+            covariance.as_ref(),
+            n - free.len().min(n - 1),
+        ),
         correlation: covariance.as_ref().map(correlation).unwrap_or_default(),
         rms: libm::sqrt(residuals.iter().map(|r| r * r).sum::<f64>() / n as f64),
         aic: likelihood + 2.0 * numbers,
@@ -56,4 +68,3 @@ pub(super) fn fit(candidate: Candidate, target: &Target, best: &Best) -> Fit {
         neighbours: neighbours(&residuals),
     }
 }
-

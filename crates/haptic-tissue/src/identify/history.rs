@@ -42,23 +42,36 @@ impl History {
         let most = (PAIRS_MOST / knots.len().max(1)).clamp(OUTPUTS_LEAST, OUTPUTS_MOST);
         let step = (n - 1).div_ceil(most).max(1);
         let chosen: Vec<usize> = (1..n).step_by(step).collect();
-        let least = time_s.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
+        let least = time_s
+            .windows(2)
+            .map(|pair| pair[1] - pair[0])
+            .fold(f64::INFINITY, f64::min);
         let whole = time_s[n - 1] - time_s[0];
         let unit_s = libm::sqrt(least * whole);
         // Two nodes beyond each end for the cubic.
         let first_node = libm::log(least / unit_s) - 2.0 * SPACING;
         let nodes = (2.0 * libm::log(whole / unit_s) / SPACING) as usize + 6;
-        let mean_square = chosen.iter().map(|&i| stress_pa[i] * stress_pa[i]).sum::<f64>() / chosen.len() as f64;
+        let mean_square = chosen
+            .iter()
+            .map(|&i| stress_pa[i] * stress_pa[i])
+            .sum::<f64>()
+            / chosen.len() as f64;
         let stress_scale = libm::sqrt(mean_square);
         let mut history = Self {
             first_node,
             nodes,
             weights: Vec::with_capacity(chosen.len() * nodes),
-            wanted: chosen.iter().map(|&i| stress_pa[i] / stress_scale).collect(),
+            wanted: chosen
+                .iter()
+                .map(|&i| stress_pa[i] / stress_scale)
+                .collect(),
             chosen: Vec::new(),
             unit_s,
             stress_scale,
-            strain_scale: strain.iter().map(|x| (x - strain[0]).abs()).fold(0.0, f64::max),
+            strain_scale: strain
+                .iter()
+                .map(|x| (x - strain[0]).abs())
+                .fold(0.0, f64::max),
         };
         for &i in &chosen {
             let row = history.row(time_s[i], &knots);
@@ -120,7 +133,9 @@ impl History {
 
     /// Some of its outputs.
     pub(super) fn thinned(&self, chosen: &[usize]) -> Self {
-        let rows = chosen.iter().flat_map(|&i| &self.weights[i * self.nodes..(i + 1) * self.nodes]);
+        let rows = chosen
+            .iter()
+            .flat_map(|&i| &self.weights[i * self.nodes..(i + 1) * self.nodes]);
         Self {
             weights: rows.copied().collect(),
             chosen: chosen.iter().map(|&i| self.chosen[i]).collect(),
@@ -130,7 +145,12 @@ impl History {
     }
 
     /// Calls `each` with the stress of each output over its scale.
-    pub(super) fn model(&self, candidate: Candidate, elements: &Elements, mut each: impl FnMut(usize, Slope)) {
+    pub(super) fn model(
+        &self,
+        candidate: Candidate,
+        elements: &Elements,
+        mut each: impl FnMut(usize, Slope),
+    ) {
         let contour = Contour::new(candidate, Quantity::Integral, *elements);
         // From units of t₀ to s: rates are in 1/s.
         let scale = self.unit_s / self.stress_scale;
@@ -158,7 +178,8 @@ fn knots(time_s: &[f64], strain: &[f64]) -> Vec<(f64, f64)> {
     let mut rate = 0.0;
     for (times, strains) in time_s.windows(2).zip(strain.windows(2)) {
         let next = (strains[1] - strains[0]) / (times[1] - times[0]);
-        let rounding = 4.0 * f64::EPSILON * strains[0].abs().max(strains[1].abs()) / (times[1] - times[0]);
+        let rounding =
+            4.0 * f64::EPSILON * strains[0].abs().max(strains[1].abs()) / (times[1] - times[0]);
         if (next - rate).abs() > rounding {
             knots.push((times[0], next - rate));
             rate = next;

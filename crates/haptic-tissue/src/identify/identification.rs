@@ -15,6 +15,8 @@ use super::target::{Target, Weighting};
 pub struct Options {
     /// The candidates.
     pub candidates: Vec<Candidate>,
+    /// The one to choose, whatever the record says for others; without it, the record chooses.
+    pub chosen: Option<Candidate>,
     /// The weights of the samples.
     pub weighting: Weighting,
     /// Starts for each candidate, at least 1.
@@ -35,6 +37,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             candidates: Candidate::ALL.to_vec(),
+            chosen: None,
             weighting: Weighting::Equal,
             starts: Self::STARTS,
             bootstrap: 0,
@@ -75,20 +78,17 @@ pub fn identify(
     for &candidate in &options.candidates {
         match search(candidate, &target, options.starts.max(1)) {
             Ok(best) => fitted.push((fit(candidate, &target, &best), best)),
+            Err(error) if options.chosen == Some(candidate) => return Err(error),
             Err(error) => failed.push(error),
         }
     }
     fitted.sort_by(|a, b| a.0.bic.total_cmp(&b.0.bic));
-    let Some((least, _)) = fitted.first() else {
+    let fits = || fitted.iter().map(|fitted| &fitted.0);
+    let Some(place) = choose(fits(), options.chosen) else {
         return Err(failed.pop().unwrap_or_else(|| {
             IdentifyError::Record("there is no model to fit: give at least one".to_owned())
         }));
     };
-    let good = least.bic + AS_GOOD;
-    let chosen = (fitted.iter().enumerate())
-        .filter(|(_, (fit, _))| fit.bic <= good)
-        .min_by_key(|(_, (fit, _))| fit.candidate.parameters());
-    let place = chosen.map_or(0, |(place, _)| place);
     let first = fitted.remove(place);
     fitted.insert(0, first);
     let mut warnings: Vec<String> = failed.iter().map(ToString::to_string).collect();
@@ -109,6 +109,22 @@ pub fn identify(
     })
 }
 
+/// The place of the wanted one in fits by BIC; else of that with the fewest parameters of those as good as the best.
+fn choose<'a>(
+    fits: impl Iterator<Item = &'a Fit> + Clone,
+    wanted: Option<Candidate>,
+) -> Option<usize> {
+    let good = fits.clone().next()?.bic + AS_GOOD;
+    let mut places = fits.enumerate();
+    match wanted {
+        Some(wanted) => places.position(|(_, fit)| fit.candidate == wanted),
+        None => places
+            .filter(|(_, fit)| fit.bic <= good)
+            .min_by_key(|(_, fit)| fit.candidate.parameters())
+            .map(|(place, _)| place),
+    }
+}
+
 /// Intervals by bootstrap in place of those by standard errors.
 fn bootstrap(
     fit: &mut Fit,
@@ -118,7 +134,14 @@ fn bootstrap(
     progress: &(dyn Fn(usize) + Sync),
     warnings: &mut Vec<String>,
 ) {
-    let found = intervals(fit.candidate, target, best, options.bootstrap, options.seed, progress);
+    let found = intervals(
+        fit.candidate,
+        target,
+        best,
+        options.bootstrap,
+        options.seed,
+        progress,
+    );
     for (estimate, (low, high)) in fit.parameters.iter_mut().zip(found.ends) {
         estimate.low_95 = Some(low).filter(|x| x.is_finite());
         estimate.high_95 = Some(high).filter(|x| x.is_finite());
@@ -147,6 +170,8 @@ pub fn rms_of(record: &Record, candidate: Candidate, parameters: &[f64]) -> f64 
     }
     let elements = Elements::from_variables(candidate, &values);
     let mut sum = 0.0;
-    target.residuals(candidate, &elements, |_, _, slope| sum += slope.value * slope.value);
+    target.residuals(candidate, &elements, |_, _, slope| {
+        sum += slope.value * slope.value
+    });
     target.scale * libm::sqrt(sum / target.len() as f64)
 }

@@ -37,6 +37,7 @@ mod parameter;
 mod problem;
 mod record;
 mod search;
+pub mod table;
 mod target;
 
 pub use candidate::Candidate;

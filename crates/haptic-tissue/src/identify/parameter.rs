@@ -79,7 +79,9 @@ pub(super) fn covariance(
         return None;
     }
     let variance = sum / (n - p) as f64;
-    let inner = DMatrix::from_fn(p, p, |i, j| variance * inverse[(i, j)] / (size[i] * size[j]));
+    let inner = DMatrix::from_fn(p, p, |i, j| {
+        variance * inverse[(i, j)] / (size[i] * size[j])
+    });
     // ln V_i depends on a_i and α_i, an order on itself.
     let kinds = variables(candidate);
     let ln_unit = libm::log(target.unit_s);
@@ -110,7 +112,9 @@ pub(super) fn estimates(
     (names(candidate).into_iter().enumerate())
         .map(|(v, (name, unit))| {
             let value = values[v];
-            let error = covariance.map(|c| libm::sqrt(c[(v, v)])).filter(|e| e.is_finite());
+            let error = covariance
+                .map(|c| libm::sqrt(c[(v, v)]))
+                .filter(|e| e.is_finite());
             let is_order = matches!(kinds[v], Variable::Order(_));
             let end = |sign: f64| {
                 let error = error?;
@@ -125,7 +129,9 @@ pub(super) fn estimates(
                 name,
                 unit,
                 value,
-                standard_error: error.map(|e| if is_order { e } else { value * e }).filter(|e| e.is_finite()),
+                standard_error: error
+                    .map(|e| if is_order { e } else { value * e })
+                    .filter(|e| e.is_finite()),
                 low_95: end(-1.0),
                 high_95: end(1.0),
             }
@@ -136,7 +142,9 @@ pub(super) fn estimates(
 /// 97.5 % point of Student's t: a table, then the expansion of Cornish and Fisher (M. Abramowitz, I. Stegun, *Handbook of Mathematical
 /// Functions*, 26.7.5), within 2e-4.
 pub(super) fn student(freedom: usize) -> f64 {
-    const FEW: [f64; 8] = [12.7062, 4.3027, 3.1824, 2.7764, 2.5706, 2.4469, 2.3646, 2.3060];
+    const FEW: [f64; 8] = [
+        12.7062, 4.3027, 3.1824, 2.7764, 2.5706, 2.4469, 2.3646, 2.3060,
+    ];
     const Z: f64 = 1.959_963_984_540_054;
     if let Some(&t) = FEW.get(freedom.max(1) - 1) {
         return t;
@@ -153,6 +161,10 @@ pub(super) fn correlation(covariance: &DMatrix<f64>) -> Vec<Vec<f64>> {
     let p = covariance.nrows();
     let size: Vec<f64> = (0..p).map(|i| libm::sqrt(covariance[(i, i)])).collect();
     (0..p)
-        .map(|i| (0..p).map(|j| covariance[(i, j)] / (size[i] * size[j])).collect())
+        .map(|i| {
+            (0..p)
+                .map(|j| covariance[(i, j)] / (size[i] * size[j]))
+                .collect()
+        })
         .collect()
 }

@@ -134,7 +134,10 @@ pub(super) fn minimise(
         .with_patience(effort.patience);
     let (problem, report) = solver.minimize(problem);
     let converged = report.termination.was_successful()
-        || matches!(report.termination, TerminationReason::NoImprovementPossible(_));
+        || matches!(
+            report.termination,
+            TerminationReason::NoImprovementPossible(_)
+        );
     let sum = if problem.finite {
         problem.residuals.norm_squared()
     } else {

@@ -22,10 +22,26 @@ pub enum RecordKind {
 impl RecordKind {
     /// All of them, with their names and a few words.
     pub const ALL: [(Self, &'static str, &'static str); 4] = [
-        (Self::Relaxation, "relaxation", "stress after a step of strain, over that strain"),
-        (Self::Creep, "creep", "strain after a step of stress, over that stress"),
-        (Self::Oscillation, "oscillation", "storage and loss modulus over frequency"),
-        (Self::History, "record", "strain and stress over time, from rest"),
+        (
+            Self::Relaxation,
+            "relaxation",
+            "stress after a step of strain, over that strain",
+        ),
+        (
+            Self::Creep,
+            "creep",
+            "strain after a step of stress, over that stress",
+        ),
+        (
+            Self::Oscillation,
+            "oscillation",
+            "storage and loss modulus over frequency",
+        ),
+        (
+            Self::History,
+            "record",
+            "strain and stress over time, from rest",
+        ),
     ];
 
     /// Its name on the command line and in JSON.
@@ -113,7 +129,10 @@ impl Record {
             }
         }
         increasing(&time_s, "time", "s")?;
-        let range = strain.iter().map(|x| (x - strain[0]).abs()).fold(0.0, f64::max);
+        let range = strain
+            .iter()
+            .map(|x| (x - strain[0]).abs())
+            .fold(0.0, f64::max);
         if range == 0.0 {
             return Err(IdentifyError::Record(format!(
                 "the strain stays at {}: a record needs the loading too; give `kind` = relaxation and `strain`, or begin the record \
@@ -234,12 +253,14 @@ fn lengths(x: &[f64], first: &[f64], second: Option<&Vec<f64>>) -> Result<(), Id
     let n = x.len();
     if first.len() != n || second.is_some_and(|second| second.len() != n) {
         return Err(IdentifyError::Record(
-            "the columns have different lengths: give one number of each in every sample".to_owned(),
+            "the columns have different lengths: give one number of each in every sample"
+                .to_owned(),
         ));
     }
     if n == 0 {
         return Err(IdentifyError::Record(
-            "there is no sample: give at least as many as the model has parameters, and one more".to_owned(),
+            "there is no sample: give at least as many as the model has parameters, and one more"
+                .to_owned(),
         ));
     }
     if n > SAMPLES_MOST {

@@ -42,7 +42,11 @@ pub(super) struct Best {
 }
 
 /// Fits a candidate from so many starts.
-pub(super) fn search(candidate: Candidate, target: &Target, starts: usize) -> Result<Best, IdentifyError> {
+pub(super) fn search(
+    candidate: Candidate,
+    target: &Target,
+    starts: usize,
+) -> Result<Best, IdentifyError> {
     if target.len() <= candidate.parameters() {
         return Err(IdentifyError::TooFew {
             model: candidate.name(),
@@ -104,7 +108,10 @@ fn at_ends(candidate: Candidate, target: &Target, ranges: &[(f64, f64)], best: M
         free
     } else {
         // The pairs of the two spring-pots change places.
-        let mut swapped: Vec<usize> = free.iter().map(|&v| if v < 4 { v ^ 2 } else { v }).collect();
+        let mut swapped: Vec<usize> = free
+            .iter()
+            .map(|&v| if v < 4 { v ^ 2 } else { v })
+            .collect();
         swapped.sort_unstable();
         swapped
     };

@@ -80,7 +80,11 @@ impl Target {
                 }
             } else {
                 Rows::Step {
-                    quantity: if creep { Quantity::Creep } else { Quantity::Relaxation },
+                    quantity: if creep {
+                        Quantity::Creep
+                    } else {
+                        Quantity::Relaxation
+                    },
                     ln_time: relative,
                     ln_value,
                 }
@@ -113,7 +117,10 @@ impl Target {
         };
         let samples = self.len() / parts;
         let step = samples.div_ceil(most).max(1);
-        let chosen: Vec<usize> = (0..samples).step_by(step).chain(((samples - 1) % step != 0).then_some(samples - 1)).collect();
+        let chosen: Vec<usize> = (0..samples)
+            .step_by(step)
+            .chain(((samples - 1) % step != 0).then_some(samples - 1))
+            .collect();
         let of = |values: &[f64]| -> Vec<f64> {
             let part = |n: usize| chosen.iter().map(move |&i| values[n * samples + i]);
             (0..values.len() / samples).flat_map(part).collect()
@@ -187,7 +194,10 @@ impl Target {
             }
             _ => {
                 let parts = if record.second.is_empty() { 1 } else { 2 };
-                (record.x.repeat(parts), [&record.first[..], &record.second].concat())
+                (
+                    record.x.repeat(parts),
+                    [&record.first[..], &record.second].concat(),
+                )
             }
         }
     }
@@ -203,7 +213,12 @@ impl Target {
     }
 
     /// Calls `each` with number and value of the model, no logarithm taken; stresses over their scale.
-    pub(super) fn model(&self, candidate: Candidate, elements: &Elements, mut each: impl FnMut(usize, Slope)) {
+    pub(super) fn model(
+        &self,
+        candidate: Candidate,
+        elements: &Elements,
+        mut each: impl FnMut(usize, Slope),
+    ) {
         match &self.rows {
             Rows::Step {
                 quantity, ln_time, ..
@@ -258,7 +273,10 @@ fn logarithm(model: Slope, wanted: f64) -> Slope {
 
 fn ends(values: &[f64]) -> (f64, f64) {
     let low = values.iter().copied().fold(f64::INFINITY, f64::min);
-    (low, values.iter().copied().fold(f64::NEG_INFINITY, f64::max))
+    (
+        low,
+        values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+    )
 }
 
 /// √w of each sample, repeated for each part of the residuals.
