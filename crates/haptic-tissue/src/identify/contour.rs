@@ -155,3 +155,111 @@ pub(super) fn gathered(
         by,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// V, α and G, β: t₀ is 1 s, so a_i = ln V_i.
+    const ELEMENTS_OF_TEST: [(f64, f64); 3] = [(876e3, 0.675), (22.1e3, 0.11), (900.0, 0.0)];
+
+    fn elements(of: [(f64, f64); 3]) -> Elements {
+        Elements {
+            ln_modulus: of.map(|e| libm::log(e.0)),
+            order: of.map(|e| e.1),
+        }
+    }
+
+    fn relaxation((v, a): (f64, f64), t: f64) -> f64 {
+        v * t.powf(-a) / libm::tgamma(1.0 - a)
+    }
+
+    fn compliance((v, a): (f64, f64), t: f64) -> f64 {
+        t.powf(a) / (v * libm::tgamma(1.0 + a))
+    }
+
+    fn near(have: f64, want: f64) {
+        assert!((have / want - 1.0).abs() < 1e-11, "{have} {want}");
+    }
+
+    /// What has a closed form without a Mittag-Leffler function, over twelve decades.
+    #[test]
+    fn sums_of_power_laws_are_met() {
+        let of = ELEMENTS_OF_TEST;
+        for decade in -6..=6 {
+            let t = 10_f64.powi(decade);
+            let at = |candidate, quantity| {
+                Contour::new(candidate, quantity, elements(of))
+                    .at(t.ln())
+                    .value
+            };
+            near(
+                at(Candidate::SpringPot, Quantity::Relaxation),
+                relaxation(of[0], t),
+            );
+            near(
+                at(Candidate::SpringPot, Quantity::Creep),
+                compliance(of[0], t),
+            );
+            near(
+                at(Candidate::SpringPot, Quantity::Integral),
+                relaxation(of[0], t) * t / (1.0 - of[0].1),
+            );
+            let sum = |f: fn((f64, f64), f64) -> f64| f(of[0], t) + f(of[1], t);
+            near(
+                at(Candidate::FractionalKelvinVoigt, Quantity::Relaxation),
+                sum(relaxation),
+            );
+            near(
+                at(Candidate::FractionalMaxwell, Quantity::Creep),
+                sum(compliance),
+            );
+        }
+    }
+
+    /// A spring and a dashpot in series: e^(−t/τ), until it is lost in rounding.
+    #[test]
+    fn a_classical_maxwell_model_decays_exponentially() {
+        let of = elements([(100.0, 1.0), (50.0, 0.0), (1.0, 0.0)]);
+        let contour = Contour::new(Candidate::FractionalMaxwell, Quantity::Relaxation, of);
+        for t in [1e-3, 0.1, 1.0, 5.0, 20.0_f64] {
+            let error = contour.at(t.ln()).value - 50.0 * (-t / 2.0).exp();
+            assert!(error.abs() < 1e-10, "{t}: {error}");
+        }
+    }
+
+    #[test]
+    fn derivatives_are_those_of_the_values() {
+        const STEP: f64 = 1e-5;
+        for candidate in Candidate::ALL {
+            for quantity in [Quantity::Relaxation, Quantity::Creep, Quantity::Integral] {
+                let values = elements(ELEMENTS_OF_TEST).variables(candidate);
+                let at = |values: &[f64], ln_time: f64| {
+                    Contour::new(
+                        candidate,
+                        quantity,
+                        Elements::from_variables(candidate, values),
+                    )
+                    .at(ln_time)
+                };
+                for ln_time in [-6.0, 0.3, 5.0] {
+                    let slope = at(&values, ln_time);
+                    for v in 0..values.len() {
+                        let beside = [-STEP, STEP].map(|step| {
+                            let mut values = values.clone();
+                            values[v] += step;
+                            at(&values, ln_time).value
+                        });
+                        let want = (beside[1] - beside[0]) / (2.0 * STEP);
+                        let error = (slope.by[v] - want).abs();
+                        assert!(
+                            error <= 1e-8 * slope.value.abs(),
+                            "{candidate:?} {quantity:?} {v}: {} {want}",
+                            slope.by[v]
+                        );
+                    }
+                }
+            }
+        }
+    }
+}

@@ -292,3 +292,53 @@ fn roots(ln_x: &[f64], weighting: Weighting, parts: usize) -> Vec<f64> {
     };
     one.repeat(parts)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of an oscillation and of any motion; the contour's own are tested with it.
+    #[test]
+    fn derivatives_of_residuals_are_those_of_the_values() {
+        const STEP: f64 = 1e-6;
+        let times: Vec<f64> = (0..50).map(|i| 0.1 * f64::from(i)).collect();
+        let strain: Vec<f64> = times.iter().map(|t| 0.05 * libm::sin(*t)).collect();
+        let stress: Vec<f64> = strain.iter().map(|e| 2e4 * e).collect();
+        let history = Record::history(times, strain, stress).expect("valid");
+        let sweep = Record::oscillation(
+            vec![0.1, 1.0, 10.0],
+            vec![1e3, 2e3, 3e3],
+            vec![5e2, 1e3, 2e3],
+        );
+        for record in [history, sweep.expect("valid")] {
+            let target = Target::new(&record, Weighting::LogSpacing);
+            for candidate in Candidate::ALL {
+                let values = [9.0, 0.7, 8.5, 0.2, 8.0];
+                let at = |values: &[f64]| {
+                    let mut slopes = vec![Slope::default(); target.len()];
+                    let elements = Elements::from_variables(candidate, values);
+                    assert!(
+                        target.residuals(candidate, &elements, |n, _, slope| slopes[n] = slope)
+                    );
+                    slopes
+                };
+                for v in 0..candidate.parameters() {
+                    let beside = [-STEP, STEP].map(|step| {
+                        let mut values = values;
+                        values[v] += step;
+                        at(&values)
+                    });
+                    for (n, slope) in at(&values).iter().enumerate() {
+                        let want = (beside[1][n].value - beside[0][n].value) / (2.0 * STEP);
+                        let error = (slope.by[v] - want).abs();
+                        assert!(
+                            error < 1e-7,
+                            "{candidate:?} {v} {n}: {} {want}",
+                            slope.by[v]
+                        );
+                    }
+                }
+            }
+        }
+    }
+}

@@ -116,11 +116,12 @@ impl Arguments {
         });
         bar.finish_and_clear();
         let found = found.map_err(Failure::input)?;
-        let place = self.data.display().to_string();
+        let name = self.data.file_name().unwrap_or(self.data.as_os_str());
+        let place = name.to_string_lossy();
         let tissue = planned
             .map(|planned| planned.write(&found, &place))
             .transpose()?;
-        for said in &understood.notes {
+        for said in understood.notes.iter().filter(|_| !output.quiet) {
             note("note", with_options(said));
         }
         for warning in &found.warnings {

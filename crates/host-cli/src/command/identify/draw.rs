@@ -7,6 +7,8 @@ use haptic_tissue::identify::{Fit, Identification, RecordKind};
 /// Points of a curve or of the record.
 type Points = Vec<(f64, f64)>;
 
+/// Residuals are drawn of models up to so many times the rms of the chosen one.
+const GOOD: f64 = 5.0;
 /// Colour of the record: black.
 const RECORD: usize = 5;
 
@@ -77,7 +79,14 @@ pub(super) fn draw(found: &Identification, source: &str) -> Result<Picture, Figu
             .rev()
             .map(|(name, colour, curve, _)| Series::new(name, curve, Look::Line, *colour)),
     );
-    let lower = curves.iter().rev().map(|(name, colour, _, residuals)| {
+    // Poor models would flatten the residuals of the good ones; of markers that meet, the first stays.
+    let least = found.fits[0].rms;
+    let good = found
+        .fits
+        .iter()
+        .zip(&curves)
+        .filter(|(fit, _)| fit.rms <= GOOD * least);
+    let lower = good.map(|(_, (name, colour, _, residuals))| {
         Series::new(name, residuals, Look::MarkersApart, *colour)
     });
     ChartPage {
@@ -99,7 +108,7 @@ pub(super) fn draw(found: &Identification, source: &str) -> Result<Picture, Figu
                 series: upper,
             },
             Chart {
-                caption: "model less record",
+                caption: "model less record, of models within 5 times the rms of the first",
                 x: AxisSpec::new(words.x, words.scale),
                 y: AxisSpec::new(words.residual, Scale::Linear),
                 series: lower.collect(),

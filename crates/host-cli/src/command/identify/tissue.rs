@@ -99,7 +99,20 @@ impl Planned<'_> {
     /// The tissue file.
     fn text(&self, found: &Identification, source: &str) -> Result<String, Failure> {
         let date = StartTime::at(SystemTime::now()).rfc3339();
-        let _ = (&self.name, &self.arguments.conditions, found, source, date);
-        todo!("Material::to_toml")
+        let fit = &found.fits[0];
+        let mut text = format!(
+            "name = \"{}\"\ndescription = \"identified from {}\"\nmodel = \"{}\"\n\n[parameters]\n",
+            self.name,
+            source,
+            fit.candidate.name()
+        );
+        for parameter in &fit.parameters {
+            text += &format!("{} = {:?}\n", parameter.name, parameter.value);
+        }
+        text += &format!(
+            "\n[source]\ncitation = \"{date}\"\nconditions = \"{}\"\nchecked = false\n",
+            self.arguments.conditions
+        );
+        Ok(text)
     }
 }
