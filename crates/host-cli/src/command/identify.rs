@@ -10,8 +10,7 @@ use self::choices::{KindChoice, ModelChoice, WeightChoice};
 use crate::choice::choice;
 use crate::command::conduct::progress_bar;
 use crate::files::overwrite_acts;
-use crate::output::{Output, note, warn};
-use crate::parameter::with_options;
+use crate::output::{Output, warn};
 use crate::quantity::{Area, Length, Strain, Stress};
 use clap::Args;
 use haptic_experiment::failure::Failure;
@@ -121,13 +120,12 @@ impl Arguments {
         let tissue = planned
             .map(|planned| planned.write(&found, &place))
             .transpose()?;
-        for said in understood.notes.iter().filter(|_| !output.quiet) {
-            note("note", with_options(said));
-        }
         for warning in &found.warnings {
             warn(warning);
         }
         let result = print::Report::new(&found, &understood.notes, tissue);
-        output.summary(&result, |out| print::print(out, &found, &result))
+        output.summary(&result, |out| {
+            print::print(out, &found, &understood.notes, &result)
+        })
     }
 }

@@ -11,6 +11,8 @@ mod devices;
 mod experiments;
 #[cfg(unix)]
 mod faults;
+mod guide;
+mod identify;
 mod interrupted;
 #[cfg(unix)]
 mod killed;

@@ -94,7 +94,7 @@ SYNTHETIC = {
     "kelvin-voigt-oscillation": ("oscillation", "fractional-kelvin-voigt", [np.log(200.0), 0.7, np.log(2e3), 0.1], np.logspace(-2, 2, 40), 0.01),
     "zener-oscillation": ("oscillation", "fractional-zener", [np.log(2e4), 0.9, np.log(1e4), 0.2, np.log(8e2)], np.logspace(-3, 3, 50), 0.01),
 }
-MEASURED = {"fish-muscle": "relaxation", "chia": "oscillation"}
+MEASURED = {"fish-muscle": "relaxation", "chia": "oscillation", "perihepatic": "creep"}
 HEADERS = {
     "relaxation": ["time_s", "relaxation_modulus_pa"],
     "creep": ["time_s", "creep_compliance_per_pa"],

@@ -136,8 +136,12 @@ impl<'a> Report<'a> {
 pub(super) fn print(
     out: &mut dyn Write,
     found: &Identification,
+    notes: &[String],
     report: &Report<'_>,
 ) -> io::Result<()> {
+    for said in notes {
+        writeln!(out, "{}", with_options(said))?;
+    }
     let in_stress = found.kind == RecordKind::History;
     writeln!(out, "{}: {} samples", found.kind.name(), found.samples)?;
     let rms = if in_stress { "rms / Pa" } else { "rms of ln" };
