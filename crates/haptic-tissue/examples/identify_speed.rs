@@ -1,5 +1,5 @@
 //! Times the fits of the measured fish muscle on one core: `cargo run --release -p haptic-tissue --features identify --example
-//! identify_speed`. `benches/identify_against_scipy.py` at the root of the repository holds it against SciPy.
+//! identify_speed`. `benches/identify_against_scipy.py` at the root of the repository holds it against `SciPy`.
 
 use haptic_tissue::identify::{Candidate, Options, Record, identify};
 use std::time::Instant;

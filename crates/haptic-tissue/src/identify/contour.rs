@@ -1,11 +1,11 @@
 //! From the modulus M(s) to functions of time, by quadrature along a contour.
 //!
 //! ```text
-//! f(t) = (1/2πi) ∫ e^(st) F(s) ds ≈ Re Σ_k c_k F(z_k/t)/t        s = z/t on a Talbot contour
+//! f(t) = (1/2πi) ∫ e^(st) F(s) ds ≈ Re Σ_k cₖ F(zₖ/t)/t        s = z/t on a Talbot contour
 //! relaxation modulus  F = M(s)/s      creep compliance  F = 1/(s·M(s))      its integral  F = M(s)/s²
 //! ```
 //! Each F is analytic off the negative axis, for springs and dashpots as for spring-pots, so one contour serves all models and
-//! all times: only z_k^α changes with the model, only t^(−α) with the time. 28 points, half of them by symmetry, give 1e-12 of
+//! all times: only zₖ^α changes with the model, only t^(−α) with the time. 28 points, half of them by symmetry, give 1e-12 of
 //! F(1/t)/t; of a modulus that has fallen far below |M(1/t)|, as beyond a dashpot, correspondingly less.
 //!
 //! Source: L. N. Trefethen, J. A. C. Weideman, T. Schmelzer, *Talbot quadratures and rational approximations*, BIT 46, 2006,
@@ -37,11 +37,11 @@ pub(super) struct Contour {
     candidate: Candidate,
     quantity: Quantity,
     elements: Elements,
-    /// ln z_k as size and angle.
+    /// ln zₖ as size and angle.
     ln_z: [(f64, f64); HALF],
-    /// c_k/z_k, or c_k/z_k² for the integral.
+    /// cₖ/zₖ, or cₖ/zₖ² for the integral.
     weight: [Complex64; HALF],
-    /// z_k^α_i.
+    /// zₖ^αᵢ.
     power: [[Complex64; HALF]; ELEMENTS],
 }
 
@@ -89,7 +89,7 @@ impl Contour {
         }
     }
 
-    /// The quantity at t = t₀·e^(ln_time), and its derivatives by the variables; for the integral in units of t₀.
+    /// The quantity at t = t₀·exp(`ln_time`), and its derivatives by the variables; for the integral in units of t₀.
     pub(super) fn at(&self, ln_time: f64) -> Slope {
         let (candidate, zero) = (self.candidate, Complex64::new(0.0, 0.0));
         let mut size = [0.0; ELEMENTS];
@@ -120,7 +120,7 @@ impl Contour {
             };
             let ln_s = Complex64::new(self.ln_z[k].0 - ln_time, self.ln_z[k].1);
             for i in 0..ELEMENTS {
-                // ∂M/∂a_i = e_i·∂M/∂e_i,  ∂M/∂α_i = e_i·ln(s·t₀)·∂M/∂e_i.
+                // ∂M/∂aᵢ = eᵢ·∂M/∂eᵢ,  ∂M/∂αᵢ = eᵢ·ln(s·t₀)·∂M/∂eᵢ.
                 let term = outer * derivatives[i] * e[i];
                 by_modulus[i] += term.re;
                 by_order[i] += (term * ln_s).re;
@@ -160,7 +160,7 @@ pub(super) fn gathered(
 mod tests {
     use super::*;
 
-    /// V, α and G, β: t₀ is 1 s, so a_i = ln V_i.
+    /// V, α and G, β: t₀ is 1 s, so aᵢ = ln Vᵢ.
     const ELEMENTS_OF_TEST: [(f64, f64); 3] = [(876e3, 0.675), (22.1e3, 0.11), (900.0, 0.0)];
 
     fn elements(of: [(f64, f64); 3]) -> Elements {

@@ -3,13 +3,13 @@
 use super::candidate::{Candidate, ELEMENTS, VARIABLES};
 use num_complex::Complex64;
 
-/// Elements e_i(s) = exp(a_i)·(s·t₀)^α_i: a_i is the logarithm of the modulus at the rate 1/t₀ in the middle of the record, where
-/// it hangs together least with α_i. A spring has α = 0.
+/// Elements eᵢ(s) = exp(aᵢ)·(s·t₀)^αᵢ: aᵢ is the logarithm of the modulus at the rate 1/t₀ in the middle of the record, where
+/// it hangs together least with αᵢ. A spring has α = 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Elements {
-    /// a_i.
+    /// aᵢ.
     pub(super) ln_modulus: [f64; ELEMENTS],
-    /// α_i.
+    /// αᵢ.
     pub(super) order: [f64; ELEMENTS],
 }
 
@@ -64,7 +64,7 @@ impl Elements {
         self
     }
 
-    /// The modulus of each element at s = e^(ln_size + i·angle)/t₀.
+    /// The modulus of each element at s = exp(`ln_size` + i·angle)/t₀.
     pub(super) fn at(
         &self,
         candidate: Candidate,

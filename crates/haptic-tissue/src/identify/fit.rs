@@ -42,10 +42,10 @@ pub(super) fn fit(candidate: Candidate, target: &Target, best: &Best) -> Fit {
     let n = target.len();
     let (mut model, mut residuals) = (vec![0.0; n], vec![0.0; n]);
     target.model(candidate, elements, |i, slope| {
-        model[i] = slope.value * target.scale
+        model[i] = slope.value * target.scale;
     });
     target.residuals(candidate, elements, |i, _, slope| {
-        residuals[i] = slope.value * target.scale
+        residuals[i] = slope.value * target.scale;
     });
     let covariance = covariance(candidate, target, elements, free, *sum);
     let values = parameters(candidate, elements, target.unit_s);

@@ -1,8 +1,8 @@
 //! The stress of any strain, over its full history.
 //!
 //! ```text
-//! ε straight between samples:  σ(t_i) = Σ_{j < i} Δr_j·Q(t_i − t_j),   Q(t) = ∫₀ᵗ G,   Δr_j = change of the strain rate at t_j
-//! Q by cubic interpolation in ln t between nodes 1/20 apart:  σ_i = Σ_m W_im·Q(t_m)
+//! ε straight between samples:  σ(tᵢ) = Σ_{j < i} Δrⱼ·Q(tᵢ − tⱼ),   Q(t) = ∫₀ᵗ G,   Δrⱼ = change of the strain rate at tⱼ
+//! Q by cubic interpolation in ln t between nodes 1/20 apart:  σᵢ = Σ_m Wᵢₘ·Q(tₘ)
 //! ```
 //! W depends on the record alone. It is summed once over the full history; after that a model costs its nodes and one product with
 //! W. The error of the interpolation is below 1e-6 of Q. A step of strain between two samples is a ramp between them.

@@ -171,7 +171,7 @@ pub fn rms_of(record: &Record, candidate: Candidate, parameters: &[f64]) -> f64 
     let elements = Elements::from_variables(candidate, &values);
     let mut sum = 0.0;
     target.residuals(candidate, &elements, |_, _, slope| {
-        sum += slope.value * slope.value
+        sum += slope.value * slope.value;
     });
     target.scale * libm::sqrt(sum / target.len() as f64)
 }

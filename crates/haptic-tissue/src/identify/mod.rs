@@ -1,7 +1,7 @@
 //! Models from measured records: relaxation, creep, oscillation, or any motion.
 //!
 //! ```text
-//! minimise  S = Σ w_i r_i²     r the residual in log modulus (relaxation, creep, oscillation) or in stress (any motion)
+//! minimise  S = Σ wᵢ rᵢ²     r the residual in log modulus (relaxation, creep, oscillation) or in stress (any motion)
 //! ```
 //! by Levenberg–Marquardt from many starts, on logarithms of moduli and on orders in their range [0, 1], with exact derivatives. A model
 //! costs about 0.4 µs a sample: functions of time come from M(s) by quadrature along one contour for all models.

@@ -35,7 +35,7 @@ pub(super) fn names(candidate: Candidate) -> Vec<(&'static str, &'static str)> {
         .collect()
 }
 
-/// The parameters of the elements in SI units: ln V_i = a_i + α_i ln t₀ for a modulus, α_i for an order.
+/// The parameters of the elements in SI units: ln Vᵢ = aᵢ + αᵢ ln t₀ for a modulus, αᵢ for an order.
 pub(super) fn parameters(candidate: Candidate, elements: &Elements, unit_s: f64) -> Vec<f64> {
     let ln_unit = libm::log(unit_s);
     (variables(candidate).iter())
@@ -46,9 +46,9 @@ pub(super) fn parameters(candidate: Candidate, elements: &Elements, unit_s: f64)
         .collect()
 }
 
-/// Covariance of ln V_i and α_i, NaN in rows of what is fixed; none if the record does not settle them.
+/// Covariance of ln Vᵢ and αᵢ, NaN in rows of what is fixed; none if the record does not settle them.
 ///
-/// C = s²(JᵀJ)⁻¹, s² = S/(n − p), for the free variables; then from a_i to ln V_i.
+/// C = s²(JᵀJ)⁻¹, s² = S/(n − p), for the free variables; then from aᵢ to ln Vᵢ.
 pub(super) fn covariance(
     candidate: Candidate,
     target: &Target,
@@ -82,7 +82,7 @@ pub(super) fn covariance(
     let inner = DMatrix::from_fn(p, p, |i, j| {
         variance * inverse[(i, j)] / (size[i] * size[j])
     });
-    // ln V_i depends on a_i and α_i, an order on itself.
+    // ln Vᵢ depends on aᵢ and αᵢ, an order on itself.
     let kinds = variables(candidate);
     let ln_unit = libm::log(target.unit_s);
     let outer = DMatrix::from_fn(p, p, |i, j| match (kinds[free[i]], kinds[free[j]]) {
@@ -156,7 +156,7 @@ pub(super) fn student(freedom: usize) -> f64 {
         + (3.0 * z7 + 19.0 * z5 + 17.0 * z3 - 15.0 * Z) / (384.0 * n * n * n)
 }
 
-/// Correlations of ln V_i and α_i; NaN where a parameter is fixed.
+/// Correlations of ln Vᵢ and αᵢ; NaN where a parameter is fixed.
 pub(super) fn correlation(covariance: &DMatrix<f64>) -> Vec<Vec<f64>> {
     let p = covariance.nrows();
     let size: Vec<f64> = (0..p).map(|i| libm::sqrt(covariance[(i, i)])).collect();

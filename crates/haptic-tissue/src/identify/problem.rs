@@ -1,6 +1,6 @@
 //! The least-squares problem of a candidate and a record, for the solver.
 //!
-//! Variables are a_i and α_i of [`Elements`]. Each stays in its range by x = low + (high − low)(1 + sin u)/2, and the solver moves u.
+//! Variables are aᵢ and αᵢ of [`Elements`]. Each stays in its range by x = low + (high − low)(1 + sin u)/2, and the solver moves u.
 //! The sine reaches both ends, where a spring-pot becomes a spring or a dashpot.
 
 use super::candidate::Candidate;

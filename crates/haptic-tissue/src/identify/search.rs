@@ -122,8 +122,8 @@ fn at_ends(candidate: Candidate, target: &Target, ranges: &[(f64, f64)], best: M
     }
 }
 
-/// Start n: the fractional parts of n times the powers of 1/φ_d, which fill a cube of d dimensions evenly (M. Roberts, *The unreasonable
-/// effectiveness of quasirandom sequences*, 2018; φ_d^(d+1) = φ_d + 1). Start 0 is the middle.
+/// Start n: the fractional parts of n times the powers of 1/φ, which fill a cube of d dimensions evenly (M. Roberts, *The unreasonable
+/// effectiveness of quasirandom sequences*, 2018; φ^(d+1) = φ + 1). Start 0 is the middle.
 fn start(candidate: Candidate, target: &Target, n: usize) -> Vec<f64> {
     let variables = variables(candidate);
     let d = variables.len() as f64;

@@ -1,11 +1,11 @@
 //! Residuals of a record, with their derivatives.
 //!
 //! ```text
-//! relaxation, creep  r_i = ln f(t_i) − ln f_i
-//! oscillation        r_i = ln Re M(iω_i) − ln G'_i,  then the same of Im M and G''
-//! any motion         r_i = (σ(t_i) − σ_i)/σ_rms
+//! relaxation, creep  rᵢ = ln f(tᵢ) − ln fᵢ
+//! oscillation        rᵢ = ln Re M(iω_i) − ln G'_i,  then the same of Im M and G''
+//! any motion         rᵢ = (σ(tᵢ) − σᵢ)/σ_rms
 //! ```
-//! each times √w_i, where w is 1, or the spacing of the samples in ln t over its mean.
+//! each times √wᵢ, where w is 1, or the spacing of the samples in ln t over its mean.
 
 use super::candidate::{Candidate, ELEMENTS};
 use super::contour::{Contour, Quantity, gathered};
@@ -119,7 +119,7 @@ impl Target {
         let step = samples.div_ceil(most).max(1);
         let chosen: Vec<usize> = (0..samples)
             .step_by(step)
-            .chain(((samples - 1) % step != 0).then_some(samples - 1))
+            .chain((!(samples - 1).is_multiple_of(step)).then_some(samples - 1))
             .collect();
         let of = |values: &[f64]| -> Vec<f64> {
             let part = |n: usize| chosen.iter().map(move |&i| values[n * samples + i]);

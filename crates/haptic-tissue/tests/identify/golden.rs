@@ -1,4 +1,4 @@
-//! The best of 40 random starts of SciPy on the same residual, and the figures of the theory for fish muscle.
+//! The best of 40 random starts of `SciPy` on the same residual, and the figures of the theory for fish muscle.
 
 use crate::{candidate, fish, one};
 use haptic_tissue::identify::{Candidate, Identification, Options, Record, identify, rms_of};
@@ -35,7 +35,7 @@ fn record(name: &str, kind: &str) -> Record {
     .expect("valid")
 }
 
-/// Within 1 % of the best that SciPy finds from 40 random starts: relaxation, creep and oscillation, measured and synthetic, every model.
+/// Within 1 % of the best that `SciPy` finds from 40 random starts: relaxation, creep and oscillation, measured and synthetic, every model.
 #[test]
 fn no_fit_is_worse_than_the_best_of_forty_starts_of_scipy() {
     let mut worst = (0.0, String::new());

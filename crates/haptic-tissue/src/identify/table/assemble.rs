@@ -52,7 +52,7 @@ impl Columns {
     /// # Errors
     /// Columns that make no record of the kind, or of more than one; bad numbers, with their lines.
     pub fn record(mut self, reading: &Reading) -> Result<Understood, IdentifyError> {
-        self.to_strain_and_stress(&reading.loading)?;
+        self.divide_by_specimen(&reading.loading)?;
         let kind = match reading.kind {
             Some(kind) => kind,
             None => {
@@ -97,7 +97,7 @@ impl Columns {
     }
 
     /// Forces and positions become stresses and strains, if the specimen is known.
-    fn to_strain_and_stress(&mut self, loading: &Loading) -> Result<(), IdentifyError> {
+    fn divide_by_specimen(&mut self, loading: &Loading) -> Result<(), IdentifyError> {
         let sizes = [
             (
                 Column::Force,

@@ -127,25 +127,8 @@ impl Reader {
             if found.iter().any(|f| f.place == place) {
                 continue;
             }
-            let Heading { column, factor } = match understand(name) {
-                None => continue,
-                Some(Ok(heading)) => heading,
-                Some(Err(foreign)) if self.unit_of(foreign.column).is_some() => Heading {
-                    column: foreign.column,
-                    factor: None,
-                },
-                Some(Err(foreign)) => {
-                    return Err(IdentifyError::Line {
-                        line: table.header_line,
-                        column: Some(name.clone()),
-                        reason: format!(
-                            "unit \"{}\" is none of {}: {}",
-                            foreign.unit,
-                            foreign.column.name(),
-                            remedy(foreign.column.dimension(), foreign.column)
-                        ),
-                    });
-                }
+            let Some(Heading { column, factor }) = self.heading(table, name)? else {
+                continue;
             };
             match found.iter().position(|f| f.column == column) {
                 Some(other) if other < given => {}
@@ -169,6 +152,28 @@ impl Reader {
             }
         }
         Ok(found)
+    }
+
+    /// A header, understood; a unit that does not fit is refused, unless another one is given.
+    fn heading(&self, table: &TextTable, name: &str) -> Result<Option<Heading>, IdentifyError> {
+        match understand(name) {
+            None => Ok(None),
+            Some(Ok(heading)) => Ok(Some(heading)),
+            Some(Err(foreign)) if self.unit_of(foreign.column).is_some() => Ok(Some(Heading {
+                column: foreign.column,
+                factor: None,
+            })),
+            Some(Err(foreign)) => Err(IdentifyError::Line {
+                line: table.header_line,
+                column: Some(name.to_owned()),
+                reason: format!(
+                    "unit \"{}\" is none of {}: {}",
+                    foreign.unit,
+                    foreign.column.name(),
+                    remedy(foreign.column.dimension(), foreign.column)
+                ),
+            }),
+        }
     }
 
     fn unit_of(&self, column: Column) -> Option<&str> {

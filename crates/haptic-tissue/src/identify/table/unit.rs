@@ -16,76 +16,14 @@ const TURN: f64 = 2.0 * core::f64::consts::PI;
 
 impl Dimension {
     /// Spellings of units with what they are in SI, the SI unit first.
-    const fn units(self) -> &'static [(&'static str, f64)] {
-        match self {
-            Self::Time => &[
-                ("s", 1.0),
-                ("sec", 1.0),
-                ("seconds", 1.0),
-                ("ms", 1e-3),
-                ("us", 1e-6),
-                ("min", 60.0),
-                ("h", 3600.0),
-            ],
-            Self::Pressure => &[
-                ("Pa", 1.0),
-                ("kPa", 1e3),
-                ("MPa", 1e6),
-                ("GPa", 1e9),
-                ("mPa", 1e-3),
-                ("N/m2", 1.0),
-                ("N/mm2", 1e6),
-                ("dyn/cm2", 0.1),
-                ("psi", 6894.757_293_168),
-            ],
-            Self::PerPressure => &[
-                ("1/Pa", 1.0),
-                ("1/kPa", 1e-3),
-                ("1/MPa", 1e-6),
-                ("1/GPa", 1e-9),
-                ("Pa-1", 1.0),
-                ("kPa-1", 1e-3),
-                ("MPa-1", 1e-6),
-                ("GPa-1", 1e-9),
-            ],
-            Self::Ratio => &[
-                ("1", 1.0),
-                ("%", 1e-2),
-                ("", 1.0),
-                ("-", 1.0),
-                ("m/m", 1.0),
-                ("mm/mm", 1.0),
-                ("percent", 1e-2),
-            ],
-            Self::Force => &[
-                ("N", 1.0),
-                ("mN", 1e-3),
-                ("kN", 1e3),
-                ("uN", 1e-6),
-                ("gf", 9.806_65e-3),
-                ("kgf", 9.806_65),
-            ],
-            Self::Length => &[
-                ("m", 1.0),
-                ("mm", 1e-3),
-                ("um", 1e-6),
-                ("cm", 1e-2),
-                ("nm", 1e-9),
-            ],
-            Self::AngularFrequency => &[
-                ("rad/s", 1.0),
-                ("Hz", TURN),
-                ("1/s", 1.0),
-                ("s-1", 1.0),
-                ("rad s-1", 1.0),
-                ("kHz", 1e3 * TURN),
-            ],
-        }
+    fn units(self) -> Units {
+        let found = UNITS.iter().find(|known| known.0 == self);
+        found.map_or(&[], |known| known.1)
     }
 
     /// The SI unit.
-    pub(super) const fn si(self) -> &'static str {
-        self.units()[0].0
+    pub(super) fn si(self) -> &'static str {
+        self.units().first().map_or("", |unit| unit.0)
     }
 
     /// All units, for messages.
@@ -97,7 +35,7 @@ impl Dimension {
             .join(", ")
     }
 
-    /// How many SI units a unit is; capitals count only where they must, as in MPa and mPa.
+    /// How many SI units a unit is; capitals count only where they must, as in `MPa` and `mPa`.
     pub(super) fn factor(self, unit: &str) -> Option<f64> {
         let plain = plain(unit);
         let exact = self.units().iter().find(|known| known.0 == plain);
@@ -122,6 +60,95 @@ impl Dimension {
         (!unit.is_empty()).then(|| self.factor(&unit)).flatten()
     }
 }
+
+/// Units of one quantity.
+type Units = &'static [(&'static str, f64)];
+
+const UNITS: &[(Dimension, Units)] = &[
+    (
+        Dimension::Time,
+        &[
+            ("s", 1.0),
+            ("sec", 1.0),
+            ("seconds", 1.0),
+            ("ms", 1e-3),
+            ("us", 1e-6),
+            ("min", 60.0),
+            ("h", 3600.0),
+        ],
+    ),
+    (
+        Dimension::Pressure,
+        &[
+            ("Pa", 1.0),
+            ("kPa", 1e3),
+            ("MPa", 1e6),
+            ("GPa", 1e9),
+            ("mPa", 1e-3),
+            ("N/m2", 1.0),
+            ("N/mm2", 1e6),
+            ("dyn/cm2", 0.1),
+            ("psi", 6_894.757_293_168),
+        ],
+    ),
+    (
+        Dimension::PerPressure,
+        &[
+            ("1/Pa", 1.0),
+            ("1/kPa", 1e-3),
+            ("1/MPa", 1e-6),
+            ("1/GPa", 1e-9),
+            ("Pa-1", 1.0),
+            ("kPa-1", 1e-3),
+            ("MPa-1", 1e-6),
+            ("GPa-1", 1e-9),
+        ],
+    ),
+    (
+        Dimension::Ratio,
+        &[
+            ("1", 1.0),
+            ("%", 1e-2),
+            ("", 1.0),
+            ("-", 1.0),
+            ("m/m", 1.0),
+            ("mm/mm", 1.0),
+            ("percent", 1e-2),
+        ],
+    ),
+    (
+        Dimension::Force,
+        &[
+            ("N", 1.0),
+            ("mN", 1e-3),
+            ("kN", 1e3),
+            ("uN", 1e-6),
+            ("gf", 9.806_65e-3),
+            ("kgf", 9.806_65),
+        ],
+    ),
+    (
+        Dimension::Length,
+        &[
+            ("m", 1.0),
+            ("mm", 1e-3),
+            ("um", 1e-6),
+            ("cm", 1e-2),
+            ("nm", 1e-9),
+        ],
+    ),
+    (
+        Dimension::AngularFrequency,
+        &[
+            ("rad/s", 1.0),
+            ("Hz", TURN),
+            ("1/s", 1.0),
+            ("s-1", 1.0),
+            ("rad s-1", 1.0),
+            ("kHz", 1e3 * TURN),
+        ],
+    ),
+];
 
 /// One spelling for `Pa⁻¹`, `Pa^-1` and `Pa**-1`, `µm` and `μm`, `mm²` and `mm^2`.
 fn plain(unit: &str) -> String {
