@@ -1,6 +1,7 @@
 //! Plain sentences about a fit.
 
 use super::fit::{AS_GOOD, Fit};
+use super::record::Record;
 
 /// Two estimates that hang together so closely are one.
 const ONE: f64 = 0.99;
@@ -23,10 +24,27 @@ pub(super) fn about(fits: &[Fit]) -> Vec<String> {
     said
 }
 
+/// A record too long to be compared sample by sample.
+pub(super) fn about_length(compared: usize, record: &Record) -> Option<String> {
+    // The first sample of a motion is at rest.
+    (compared + 1 < record.samples()).then(|| {
+        format!(
+            "of {} samples {compared} are compared, half of them evenly in time and half evenly in its logarithm; the strain of all is taken",
+            record.samples()
+        )
+    })
+}
+
 fn at_ends(fit: &Fit) -> Vec<String> {
-    let ends = fit.parameters.iter().filter_map(|parameter| {
+    let ends = fit.parameters.iter().enumerate().filter_map(|(k, parameter)| {
         let is_order = parameter.unit.is_empty();
+        // A parameter that was fixed has no correlation, not even with itself.
+        let fixed = fit.correlation.get(k).is_some_and(|row| row[k].is_nan());
         let sentence = match (is_order, parameter.value) {
+            (false, _) if fixed => format!(
+                "`{}` has come to the end of its range: the record does not see this element, so take a model without it",
+                parameter.name
+            ),
             (true, 0.0) => format!(
                 "`{}` is 0, the end of its range: this element is a spring",
                 parameter.name

@@ -10,6 +10,7 @@
 use super::candidate::{Candidate, VARIABLES};
 use super::contour::{Contour, Quantity};
 use super::elements::{Elements, Slope};
+use rayon::prelude::*;
 
 /// Distance of the nodes in ln t.
 const SPACING: f64 = 0.05;
@@ -40,8 +41,8 @@ impl History {
         let n = time_s.len();
         let knots = knots(time_s, strain);
         let most = (PAIRS_MOST / knots.len().max(1)).clamp(OUTPUTS_LEAST, OUTPUTS_MOST);
-        let step = (n - 1).div_ceil(most).max(1);
-        let chosen: Vec<usize> = (1..n).step_by(step).collect();
+        let begin = knots.first().map_or(time_s[0], |knot| knot.0);
+        let chosen = chosen(time_s, begin, most);
         let least = time_s
             .windows(2)
             .map(|pair| pair[1] - pair[0])
@@ -60,7 +61,7 @@ impl History {
         let mut history = Self {
             first_node,
             nodes,
-            weights: Vec::with_capacity(chosen.len() * nodes),
+            weights: Vec::new(),
             wanted: chosen
                 .iter()
                 .map(|&i| stress_pa[i] / stress_scale)
@@ -73,10 +74,11 @@ impl History {
                 .map(|x| (x - strain[0]).abs())
                 .fold(0.0, f64::max),
         };
-        for &i in &chosen {
-            let row = history.row(time_s[i], &knots);
-            history.weights.extend(row);
-        }
+        // Rows are independent: the order of each sum does not depend on the threads.
+        let rows: Vec<Vec<f64>> = (chosen.par_iter())
+            .map(|&i| history.row(time_s[i], &knots))
+            .collect();
+        history.weights = rows.concat();
         history.chosen = chosen;
         history
     }
@@ -170,6 +172,28 @@ impl History {
             each(n, sum);
         }
     }
+}
+
+/// Samples to compare: all, or of a long record half of them evenly, and half evenly in the logarithm of the time since the motion
+/// began, where most happens.
+fn chosen(time_s: &[f64], begin_s: f64, most: usize) -> Vec<usize> {
+    let n = time_s.len();
+    if n - 1 <= most {
+        return (1..n).collect();
+    }
+    let half = most / 2;
+    let even = (0..half).map(|k| 1 + k * (n - 2) / (half - 1).max(1));
+    let first = time_s.partition_point(|&t| t <= begin_s).min(n - 1);
+    let (low, high) = (time_s[first] - begin_s, time_s[n - 1] - begin_s);
+    let logarithmic = (0..half).map(|k| {
+        let share = k as f64 / (half - 1).max(1) as f64;
+        let wanted = begin_s + low * libm::pow(high / low, share);
+        time_s.partition_point(|&t| t < wanted).clamp(first, n - 1)
+    });
+    let mut chosen: Vec<usize> = even.chain(logarithmic).collect();
+    chosen.sort_unstable();
+    chosen.dedup();
+    chosen
 }
 
 /// Where the strain rate changes, and by how much: time in s, change in 1/s. Rounding alone makes no knot.

@@ -96,6 +96,9 @@ pub fn identify(
         let (fit, best) = &mut fitted[0];
         bootstrap(fit, best, &target, options, progress, &mut warnings);
     }
+    if let Some(said) = advice::about_length(target.samples(), record) {
+        warnings.push(said);
+    }
     let fits: Vec<Fit> = fitted.into_iter().map(|(fit, _)| fit).collect();
     warnings.extend(advice::about(&fits));
     let (x, measured) = target.values(record);

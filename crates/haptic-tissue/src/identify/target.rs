@@ -109,6 +109,14 @@ impl Target {
         self.roots.len()
     }
 
+    /// Number of samples that are compared.
+    pub(super) fn samples(&self) -> usize {
+        match &self.rows {
+            Rows::Oscillation { ln_omega, .. } => ln_omega.len(),
+            _ => self.len(),
+        }
+    }
+
     /// At most about so many samples of it, evenly chosen.
     pub(super) fn thinned(&self, most: usize) -> Self {
         let parts = match &self.rows {

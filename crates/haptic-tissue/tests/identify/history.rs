@@ -51,3 +51,33 @@ fn uneven_samples_give_the_same_tissue() {
         "{viscosity} {order}"
     );
 }
+
+/// A long record with a strain that never rests: some samples are compared, with the strain of all.
+#[test]
+fn a_long_record_is_thinned_but_not_its_strain() {
+    let rate = 0.01;
+    let times: Vec<f64> = (0..30_001).map(|i| 1e-3 * f64::from(i)).collect();
+    // Strain t² has the stress 2·V·t^(2−α)/Γ(3−α).
+    let strain = times.iter().map(|t| rate * t * t).collect();
+    let gamma = libm::tgamma(3.0 - 0.3);
+    let stress = times
+        .iter()
+        .map(|t| 2.0 * 5e3 * rate * t.powf(1.7) / gamma)
+        .collect();
+    let record = Record::history(times, strain, stress).expect("valid");
+    let found = one(&record, candidate("spring-pot"));
+    let [viscosity, order] = [0, 1].map(|k| found.fits[0].parameters[k].value);
+    assert!(
+        (viscosity / 5e3 - 1.0).abs() < 1e-4 && (order - 0.3).abs() < 1e-4,
+        "{viscosity} {order}"
+    );
+    assert!(found.x.len() < 2500, "{}", found.x.len());
+    assert!(
+        found
+            .warnings
+            .iter()
+            .any(|said| said.contains("of 30001 samples")),
+        "{:?}",
+        found.warnings
+    );
+}
