@@ -219,7 +219,7 @@ pub(super) fn publish(
     };
     let report = Report {
         tissue: rendering.material.name.clone(),
-        order: rendering.material.order,
+        order: rendering.material.order().get(),
         scheme: rendering.scheme.to_string(),
         run: RunReport::new(
             ran,
@@ -255,7 +255,7 @@ fn drawn(
     TheoryCurves {
         title: format!("{}, {}", comparison.title, origin.word()),
         tissue: rendering.material.name.clone(),
-        order: rendering.material.order,
+        order: rendering.material.order().get(),
         device: rendering.device_name(),
         scheme: rendering.scheme.to_string(),
         remark: comparison.remark.to_owned(),

@@ -5,9 +5,13 @@
 #[cfg(feature = "identify")]
 pub mod identify;
 mod library;
+mod material;
 mod model;
 mod text_file;
 
-pub use library::{Library, Material, MaterialError, Source};
-pub use model::{Form, MaxwellBranch, Model, ModelError, SpringPot};
+pub use library::Library;
+pub use material::{Material, MaterialError, Source, ValidRange};
+pub use model::{
+    Form, MaxwellBranch, Model, ModelError, ModelKind, Parameter, ParameterRange, SpringPot,
+};
 pub use text_file::{TEXT_MOST, read_text};

@@ -29,7 +29,7 @@ pub struct Relaxed {
 pub fn relax(kind: Kind) -> Result<Relaxed, Failure> {
     let library = Library::load(None).map_err(Failure::input)?;
     let material = library.find("prostate-cancerous").map_err(Failure::input)?;
-    let material = ModelledTissue::new(material).map_err(Failure::input)?;
+    let material = ModelledTissue::new(material)?;
     let mut rendering = Rendering::new(material)?;
     if kind == Kind::Muir {
         rendering.scheme = kind.scheme();

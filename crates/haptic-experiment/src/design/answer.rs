@@ -77,7 +77,7 @@ impl Design {
             Wish::Tissue { material, .. } => candidate
                 .largest_scale
                 .filter(|scale| *scale >= 1.0)
-                .map(|_| -(candidate.order - material.order).abs()),
+                .map(|_| -(candidate.order - material.order().get()).abs()),
         }
     }
 

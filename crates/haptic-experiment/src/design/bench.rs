@@ -79,10 +79,10 @@ impl Bench<'_> {
         let device = &self.design.device;
         let shape = specimen.area().0 / specimen.thickness().0;
         // |B'·(jω)^μ| = |B·(jω)^α|
-        let change = (2.0 * PI * frequency_hz).powf(material.order - self.order.get());
-        let alpha = shape * material.elastic_modulus_pa / device.stiffness_unit();
+        let change = (2.0 * PI * frequency_hz).powf(material.order().get() - self.order.get());
+        let alpha = shape * material.rest_modulus_pa() / device.stiffness_unit();
         let beta =
-            shape * material.viscosity_pa_s_alpha * change / device.dissipation_unit(self.order);
+            shape * material.viscosity_pa_s_mu() * change / device.dissipation_unit(self.order);
         let scale = match self.design.requirement {
             Requirement::Passive => self.largest_passive_scale(alpha, beta)?,
             Requirement::Stable { gain_margin } => self

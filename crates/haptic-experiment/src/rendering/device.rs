@@ -19,7 +19,7 @@ impl Rendering {
         Ok(RemoteLaw {
             stiffness_n_per_m: stiffness,
             dissipation_n_s_mu_per_m: dissipation,
-            order: self.material.order,
+            order: self.material.order().get(),
             one_sided: true,
             operator: match device.loop_mode {
                 LoopMode::Device => portable(&self.operator(samples)?)?,

@@ -40,13 +40,13 @@ impl Rendering {
             ("tissue", self.material.name.clone()),
             (
                 "elastic_modulus_pa",
-                self.material.elastic_modulus_pa.to_string(),
+                self.material.rest_modulus_pa().to_string(),
             ),
             (
                 "viscosity_pa_s_alpha",
-                self.material.viscosity_pa_s_alpha.to_string(),
+                self.material.viscosity_pa_s_mu().to_string(),
             ),
-            ("order", self.material.order.to_string()),
+            ("order", self.material.order().get().to_string()),
             ("area_m2", self.specimen.area().0.to_string()),
             ("thickness_m", self.specimen.thickness().0.to_string()),
             ("scheme", self.scheme.to_string()),

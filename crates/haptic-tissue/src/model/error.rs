@@ -18,8 +18,26 @@ pub enum ModelError {
         /// Its unit.
         unit: &'static str,
     },
-    /// Two elements in series with the same order: together they are one.
+    /// Two elements with the same order: together they are one.
     SameOrder(f64),
+    /// The first element has the lower order.
+    #[non_exhaustive]
+    OrdersExchanged {
+        /// α.
+        order: f64,
+        /// β.
+        second_order: f64,
+    },
+    /// Another number of parameters than the model has.
+    #[non_exhaustive]
+    Count {
+        /// The name of the model.
+        model: &'static str,
+        /// The number of them.
+        given: usize,
+        /// The parameters that it has.
+        names: String,
+    },
     /// A generalised Maxwell model without a spring and without a branch.
     Empty,
 }
@@ -44,6 +62,21 @@ impl fmt::Display for ModelError {
                 f,
                 "both elements have the order {order}: together they are one spring-pot; take that model, or two \
                  orders that differ"
+            ),
+            Self::OrdersExchanged {
+                order,
+                second_order,
+            } => write!(
+                f,
+                "order = {order} is below second_order = {second_order}: exchange the two elements"
+            ),
+            Self::Count {
+                model,
+                given,
+                names,
+            } => write!(
+                f,
+                "{given} parameters are not those of the model {model}, which has {names}"
             ),
             Self::Empty => write!(
                 f,

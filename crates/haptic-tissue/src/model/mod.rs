@@ -8,10 +8,19 @@
 //! Source: A. Bonfanti, J. L. Kaplan, G. Charras, A. Kabla, *Fractional viscoelastic models for power-law materials*,
 //! Soft Matter 16, 2020, whose names are used.
 
+mod closed_form;
+mod cut;
 mod error;
+mod exponentials;
 mod form;
+mod kind;
+mod pole;
+mod prony;
+mod record;
+mod spectrum;
 mod spring_pot;
 
 pub use error::ModelError;
 pub use form::{Form, MaxwellBranch, Model};
+pub use kind::{ModelKind, Parameter, ParameterRange};
 pub use spring_pot::SpringPot;

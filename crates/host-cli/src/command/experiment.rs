@@ -172,5 +172,5 @@ impl RenderingArguments {
 /// A name that is not in it, a file that is wrong.
 pub fn modelled(library: &Library, name: &str) -> Result<ModelledTissue, Failure> {
     let material = library.find(name).map_err(Failure::input)?;
-    ModelledTissue::new(material).map_err(Failure::input)
+    ModelledTissue::new(material)
 }

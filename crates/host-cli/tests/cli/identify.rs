@@ -181,7 +181,7 @@ fn bad_input_is_refused_in_one_line_with_the_option_that_mends_it() {
     );
     place.write(
         "zero.csv",
-        "time_s,relaxation_modulus_pa\n0,4\n2,3\n4,2.5\n",
+        "time_s,relaxation_modulus_pa\n0,4\n2,3\n4,2.5\n8,2.1\n",
     );
     place.write(
         "word.csv",

@@ -1,0 +1,481 @@
+//! The models by name, and the parameters of each: the one table from which files, help and identification are made.
+
+use super::error::ModelError;
+use super::form::{Form, MaxwellBranch, Model};
+use super::spring_pot::SpringPot;
+use std::fmt;
+
+/// The numbers that a parameter may be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ParameterRange {
+    /// Above 0 and finite.
+    Positive,
+    /// At least 0 and finite.
+    NotNegative,
+    /// From 0 to 1.
+    Order,
+}
+
+impl ParameterRange {
+    /// True for a number within it.
+    #[must_use]
+    pub fn contains(self, value: f64) -> bool {
+        match self {
+            Self::Positive => value > 0.0 && value.is_finite(),
+            Self::NotNegative => value >= 0.0 && value.is_finite(),
+            Self::Order => (0.0..=1.0).contains(&value),
+        }
+    }
+
+    /// The range in words, to go after "is not".
+    #[must_use]
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Positive => "above 0 and finite",
+            Self::NotNegative => "a finite number of at least 0",
+            Self::Order => "in [0, 1]",
+        }
+    }
+}
+
+/// A parameter of a model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Parameter {
+    /// Its key in a tissue file; the unit stands in it.
+    pub name: &'static str,
+    /// Its unit; empty for a pure number.
+    pub unit: &'static str,
+    /// The numbers that it may be.
+    pub range: ParameterRange,
+    /// True where there is one for each branch of a Prony series: in a file a list.
+    pub for_each_branch: bool,
+    /// A few words for people.
+    pub help: &'static str,
+}
+
+const fn positive(name: &'static str, unit: &'static str, help: &'static str) -> Parameter {
+    Parameter {
+        name,
+        unit,
+        range: ParameterRange::Positive,
+        for_each_branch: false,
+        help,
+    }
+}
+
+const fn share(name: &'static str, help: &'static str) -> Parameter {
+    Parameter {
+        range: ParameterRange::Order,
+        ..positive(name, "", help)
+    }
+}
+
+const VISCOSITY: Parameter = positive("viscosity_pa_s_alpha", "Pa·s^α", "V of the first element");
+const ORDER: Parameter = share("order", "α of the first element");
+const SECOND_VISCOSITY: Parameter = positive(
+    "second_viscosity_pa_s_beta",
+    "Pa·s^β",
+    "G of the second element",
+);
+const SECOND_ORDER: Parameter = share("second_order", "β of the second element, below α");
+const SPRING: Parameter = positive("elastic_modulus_pa", "Pa", "E of the spring");
+const SECOND_SPRING: Parameter = positive(
+    "second_elastic_modulus_pa",
+    "Pa",
+    "E of the spring that the dashpot belongs to",
+);
+const DASHPOT: Parameter = positive("viscosity_pa_s", "Pa·s", "η of the dashpot");
+const BASE: Parameter = Parameter {
+    range: ParameterRange::NotNegative,
+    ..positive("elastic_modulus_pa", "Pa", "E of the spring, 0 Pa for none")
+};
+const BRANCH_MODULI: Parameter = Parameter {
+    for_each_branch: true,
+    ..positive("branch_moduli_pa", "Pa", "E of each branch")
+};
+const BRANCH_TIMES: Parameter = Parameter {
+    for_each_branch: true,
+    ..positive("branch_times_s", "s", "τ of each branch, rising")
+};
+
+/// The models that have names. The classical ones are those with α = 1 and β = 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum ModelKind {
+    /// σ = E·ε.
+    Spring,
+    /// σ = η·dε/dt.
+    Dashpot,
+    /// σ = V·D^α ε.
+    SpringPot,
+    /// A spring and a dashpot side by side.
+    KelvinVoigt,
+    /// Two spring-pots side by side.
+    FractionalKelvinVoigt,
+    /// A spring and a dashpot in series.
+    Maxwell,
+    /// Two spring-pots in series.
+    FractionalMaxwell,
+    /// A spring beside a Maxwell model.
+    Zener,
+    /// A spring beside a fractional Maxwell model.
+    FractionalZener,
+    /// A spring in series with a Kelvin–Voigt model.
+    PoyntingThomson,
+    /// A spring in series with a fractional Kelvin–Voigt model.
+    FractionalPoyntingThomson,
+    /// A spring and Maxwell branches side by side.
+    Prony,
+}
+
+impl ModelKind {
+    /// All of them, simple ones first.
+    pub const ALL: [Self; 12] = [
+        Self::Spring,
+        Self::Dashpot,
+        Self::SpringPot,
+        Self::KelvinVoigt,
+        Self::FractionalKelvinVoigt,
+        Self::Maxwell,
+        Self::FractionalMaxwell,
+        Self::Zener,
+        Self::FractionalZener,
+        Self::PoyntingThomson,
+        Self::FractionalPoyntingThomson,
+        Self::Prony,
+    ];
+
+    /// The name in tissue files and on the command line.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Spring => "spring",
+            Self::Dashpot => "dashpot",
+            Self::SpringPot => "spring-pot",
+            Self::KelvinVoigt => "kelvin-voigt",
+            Self::FractionalKelvinVoigt => "fractional-kelvin-voigt",
+            Self::Maxwell => "maxwell",
+            Self::FractionalMaxwell => "fractional-maxwell",
+            Self::Zener => "zener",
+            Self::FractionalZener => "fractional-zener",
+            Self::PoyntingThomson => "poynting-thomson",
+            Self::FractionalPoyntingThomson => "fractional-poynting-thomson",
+            Self::Prony => "prony",
+        }
+    }
+
+    /// The model of a name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.name() == name)
+    }
+
+    /// A few words for people.
+    #[must_use]
+    pub const fn description(self) -> &'static str {
+        match self {
+            Self::Spring => "one spring",
+            Self::Dashpot => "one dashpot",
+            Self::SpringPot => "one spring-pot",
+            Self::KelvinVoigt => "a spring and a dashpot side by side",
+            Self::FractionalKelvinVoigt => "two spring-pots side by side",
+            Self::Maxwell => "a spring and a dashpot in series",
+            Self::FractionalMaxwell => "two spring-pots in series",
+            Self::Zener => "a spring beside a Maxwell model",
+            Self::FractionalZener => "a spring beside a fractional Maxwell model",
+            Self::PoyntingThomson => "a spring in series with a Kelvin–Voigt model",
+            Self::FractionalPoyntingThomson => {
+                "a spring in series with a fractional Kelvin–Voigt model"
+            }
+            Self::Prony => "a spring and Maxwell branches side by side",
+        }
+    }
+
+    /// Its parameters, in the order of [`Model::from_parameters`]. Those for each branch of a Prony series come again and
+    /// again there: spring; modulus, time; modulus, time; …
+    #[must_use]
+    pub const fn parameters(self) -> &'static [Parameter] {
+        match self {
+            Self::Spring => &[SPRING],
+            Self::Dashpot => &[DASHPOT],
+            Self::SpringPot => &[VISCOSITY, ORDER],
+            Self::KelvinVoigt | Self::Maxwell => &[SPRING, DASHPOT],
+            Self::FractionalKelvinVoigt | Self::FractionalMaxwell => {
+                &[VISCOSITY, ORDER, SECOND_VISCOSITY, SECOND_ORDER]
+            }
+            Self::Zener | Self::PoyntingThomson => &[SPRING, SECOND_SPRING, DASHPOT],
+            Self::FractionalZener | Self::FractionalPoyntingThomson => {
+                &[VISCOSITY, ORDER, SECOND_VISCOSITY, SECOND_ORDER, SPRING]
+            }
+            Self::Prony => &[BASE, BRANCH_MODULI, BRANCH_TIMES],
+        }
+    }
+
+    /// The parameter of the value at a place.
+    fn parameter(self, place: usize) -> Option<&'static Parameter> {
+        let all = self.parameters();
+        match self {
+            Self::Prony if place > 0 => all.get(1 + (place - 1) % 2),
+            _ => all.get(place),
+        }
+    }
+}
+
+impl fmt::Display for ModelKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+impl Model {
+    /// A model by its kind and the values of [`ModelKind::parameters`], in that order.
+    ///
+    /// ```
+    /// use haptic_tissue::{Model, ModelKind};
+    ///
+    /// let muscle = Model::from_parameters(ModelKind::FractionalMaxwell, &[876e3, 0.675, 22.1e3, 0.110])?;
+    /// assert_eq!(muscle.kind().name(), "fractional-maxwell");
+    /// let error = Model::from_parameters(ModelKind::Maxwell, &[876e3, -1.0]).unwrap_err();
+    /// assert_eq!(error.to_string(), "viscosity_pa_s = -1 Pa·s is not above 0 and finite");
+    /// # Ok::<(), haptic_tissue::ModelError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Another number of values, a value outside its range, orders that do not fall.
+    pub fn from_parameters(kind: ModelKind, values: &[f64]) -> Result<Self, ModelError> {
+        let fits = match kind {
+            ModelKind::Prony => values.len() % 2 == 1,
+            _ => values.len() == kind.parameters().len(),
+        };
+        if !fits {
+            let names = kind.parameters().iter().map(|one| one.name);
+            return Err(ModelError::Count {
+                model: kind.name(),
+                given: values.len(),
+                names: names.collect::<Vec<_>>().join(", "),
+            });
+        }
+        for (place, &value) in values.iter().enumerate() {
+            let Some(parameter) = kind.parameter(place) else {
+                continue;
+            };
+            if !parameter.range.contains(value) {
+                return Err(ModelError::Range {
+                    name: parameter.name,
+                    value,
+                    allowed: parameter.range.words(),
+                    unit: parameter.unit,
+                });
+            }
+        }
+        Self::new(form(kind, values)?)
+    }
+
+    /// The kind: the classical name where the orders are exactly 1 and 0.
+    #[must_use]
+    pub fn kind(&self) -> ModelKind {
+        let classical =
+            |first: &SpringPot, second: &SpringPot| first.is_dashpot() && second.is_spring();
+        match self.form() {
+            Form::SpringPot(one) if one.is_spring() => ModelKind::Spring,
+            Form::SpringPot(one) if one.is_dashpot() => ModelKind::Dashpot,
+            Form::SpringPot(_) => ModelKind::SpringPot,
+            Form::FractionalKelvinVoigt { first, second } if classical(first, second) => {
+                ModelKind::KelvinVoigt
+            }
+            Form::FractionalKelvinVoigt { .. } => ModelKind::FractionalKelvinVoigt,
+            Form::FractionalMaxwell { first, second } if classical(first, second) => {
+                ModelKind::Maxwell
+            }
+            Form::FractionalMaxwell { .. } => ModelKind::FractionalMaxwell,
+            Form::FractionalZener { first, second, .. } if classical(first, second) => {
+                ModelKind::Zener
+            }
+            Form::FractionalZener { .. } => ModelKind::FractionalZener,
+            Form::FractionalPoyntingThomson { first, second, .. } if classical(first, second) => {
+                ModelKind::PoyntingThomson
+            }
+            Form::FractionalPoyntingThomson { .. } => ModelKind::FractionalPoyntingThomson,
+            Form::Prony { .. } => ModelKind::Prony,
+        }
+    }
+
+    /// The parameters of [`Model::kind`] with their values.
+    #[must_use]
+    pub fn parameters(&self) -> Vec<(&'static Parameter, f64)> {
+        let kind = self.kind();
+        let values = values(kind, self.form()).into_iter().enumerate();
+        values
+            .filter_map(|(place, value)| Some((kind.parameter(place)?, value)))
+            .collect()
+    }
+}
+
+/// The elements of a kind; `values` are as many as it has, and within their ranges.
+fn form(kind: ModelKind, values: &[f64]) -> Result<Form, ModelError> {
+    let value = |place: usize| values.get(place).copied().unwrap_or(f64::NAN);
+    let pots = || -> Result<_, ModelError> {
+        let second = SpringPot::new(value(2), value(3))?;
+        Ok((SpringPot::new(value(0), value(1))?, second))
+    };
+    let classical = |spring: usize, dashpot: usize| -> Result<_, ModelError> {
+        let second = SpringPot::spring(value(spring))?;
+        Ok((SpringPot::dashpot(value(dashpot))?, second))
+    };
+    Ok(match kind {
+        ModelKind::Spring => Form::SpringPot(SpringPot::spring(value(0))?),
+        ModelKind::Dashpot => Form::SpringPot(SpringPot::dashpot(value(0))?),
+        ModelKind::SpringPot => Form::SpringPot(SpringPot::new(value(0), value(1))?),
+        ModelKind::KelvinVoigt | ModelKind::FractionalKelvinVoigt => {
+            let (first, second) = match kind {
+                ModelKind::KelvinVoigt => classical(0, 1)?,
+                _ => pots()?,
+            };
+            Form::FractionalKelvinVoigt { first, second }
+        }
+        ModelKind::Maxwell | ModelKind::FractionalMaxwell => {
+            let (first, second) = match kind {
+                ModelKind::Maxwell => classical(0, 1)?,
+                _ => pots()?,
+            };
+            Form::FractionalMaxwell { first, second }
+        }
+        ModelKind::Zener | ModelKind::FractionalZener => {
+            let ((first, second), elastic_modulus_pa) = match kind {
+                ModelKind::Zener => (classical(1, 2)?, value(0)),
+                _ => (pots()?, value(4)),
+            };
+            Form::FractionalZener {
+                first,
+                second,
+                elastic_modulus_pa,
+            }
+        }
+        ModelKind::PoyntingThomson | ModelKind::FractionalPoyntingThomson => {
+            let ((first, second), elastic_modulus_pa) = match kind {
+                ModelKind::PoyntingThomson => (classical(1, 2)?, value(0)),
+                _ => (pots()?, value(4)),
+            };
+            Form::FractionalPoyntingThomson {
+                first,
+                second,
+                elastic_modulus_pa,
+            }
+        }
+        ModelKind::Prony => Form::Prony {
+            elastic_modulus_pa: value(0),
+            branches: values[1..]
+                .chunks_exact(2)
+                .map(|branch| MaxwellBranch {
+                    elastic_modulus_pa: branch[0],
+                    relaxation_time_s: branch[1],
+                })
+                .collect(),
+        },
+    })
+}
+
+/// The values of a model, in the order of its kind's parameters.
+fn values(kind: ModelKind, form: &Form) -> Vec<f64> {
+    let size = SpringPot::viscosity_pa_s_alpha;
+    let single = kind.parameters().len() == 1;
+    match form {
+        Form::SpringPot(one) if single => vec![size(one)],
+        Form::SpringPot(one) => vec![size(one), one.order()],
+        Form::FractionalKelvinVoigt { first, second }
+        | Form::FractionalMaxwell { first, second } => match kind {
+            ModelKind::KelvinVoigt | ModelKind::Maxwell => vec![size(second), size(first)],
+            _ => vec![size(first), first.order(), size(second), second.order()],
+        },
+        Form::FractionalZener {
+            first,
+            second,
+            elastic_modulus_pa: e,
+        }
+        | Form::FractionalPoyntingThomson {
+            first,
+            second,
+            elastic_modulus_pa: e,
+        } => match kind {
+            ModelKind::Zener | ModelKind::PoyntingThomson => vec![*e, size(second), size(first)],
+            _ => vec![size(first), first.order(), size(second), second.order(), *e],
+        },
+        Form::Prony {
+            elastic_modulus_pa,
+            branches,
+        } => {
+            let branches = branches
+                .iter()
+                .flat_map(|one| [one.elastic_modulus_pa, one.relaxation_time_s]);
+            std::iter::once(*elastic_modulus_pa)
+                .chain(branches)
+                .collect()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn example(kind: ModelKind) -> Vec<f64> {
+        match kind {
+            ModelKind::Prony => vec![0.0, 5.0, 0.1, 3.0, 2.0],
+            _ => {
+                let mut order = 0.9;
+                let one = |parameter: &Parameter| {
+                    if parameter.range == ParameterRange::Order {
+                        order -= 0.3;
+                        order
+                    } else {
+                        7.0
+                    }
+                };
+                kind.parameters().iter().map(one).collect()
+            }
+        }
+    }
+
+    #[test]
+    fn every_kind_comes_back_from_its_parameters_and_its_name() {
+        for kind in ModelKind::ALL {
+            let values = example(kind);
+            let model = Model::from_parameters(kind, &values).expect("valid");
+            assert_eq!(model.kind(), kind);
+            assert_eq!(ModelKind::from_name(kind.name()), Some(kind));
+            let back: Vec<f64> = model.parameters().iter().map(|(_, value)| *value).collect();
+            assert_eq!(back, values, "{kind}");
+        }
+        assert_eq!(ModelKind::from_name("jelly"), None);
+    }
+
+    #[test]
+    fn every_value_outside_its_range_is_refused_by_its_name() {
+        for kind in ModelKind::ALL {
+            let values = example(kind);
+            for place in 0..values.len() {
+                for wrong in [-1.0, f64::NAN, f64::INFINITY, 1.5] {
+                    let name = kind.parameter(place).expect("known");
+                    if name.range.contains(wrong) {
+                        continue;
+                    }
+                    let mut values = values.clone();
+                    values[place] = wrong;
+                    let error = Model::from_parameters(kind, &values).expect_err("refused");
+                    let start = format!("{} = ", name.name);
+                    assert!(error.to_string().starts_with(&start), "{error}");
+                }
+            }
+            let error = Model::from_parameters(kind, &values[1..]).expect_err("a count");
+            assert!(error.to_string().contains(kind.name()), "{error}");
+        }
+        let error = |values: &[f64]| {
+            let model = Model::from_parameters(ModelKind::FractionalMaxwell, values);
+            model.expect_err("orders").to_string()
+        };
+        assert!(error(&[1.0, 0.2, 1.0, 0.5]).ends_with("exchange the two elements"));
+        assert!(error(&[1.0, 0.5, 1.0, 0.5]).contains("together they are one spring-pot"));
+    }
+}

@@ -1,0 +1,156 @@
+//! The pole beside the cut.
+//!
+//! ```text
+//! D(s) = c₀ + c₁·s^p + c₂·s^q,      c₀, c₁ > 0,  c₂ ≥ 0,  0 ≤ q < p ≤ 1
+//! ```
+//! D has no zero with |arg s| < π, and at most one pair with π ≤ |arg s| < 3π/2: it lies on the negative axis for p = 1 and
+//! goes away from it, on the next sheet, as p falls. For c₂ = 0 its angle is π/p. The zero with the angle θ has
+//! Im D = 0, which gives |s| for each θ, and Re D changes its sign once between π/p and 3π/2.
+
+use super::spring_pot::turned;
+use core::f64::consts::{FRAC_PI_2, PI};
+use num_complex::Complex64;
+
+/// A term c·s^p.
+#[derive(Clone, Copy)]
+pub(super) struct Term {
+    pub(super) factor: f64,
+    pub(super) power: f64,
+}
+
+/// A zero of D: s = e^(`ln_r`)·e^(i(π + `beyond`)), and its conjugate.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pole {
+    pub(super) ln_r: f64,
+    /// Angle from the negative axis, 0 ≤ `beyond` < π/2.
+    pub(super) beyond: f64,
+}
+
+impl Pole {
+    /// Angle in half turns.
+    pub(super) fn half_turns(self) -> f64 {
+        1.0 + self.beyond / PI
+    }
+}
+
+/// The zero of c₀ + c₁·s^p + c₂·s^q within a quarter turn of the negative axis.
+pub(super) fn beside_the_cut(constant: f64, first: Term, second: Option<Term>) -> Option<Pole> {
+    let Some(second) = second else {
+        return two_terms(constant, first);
+    };
+    if second.power == 0.0 {
+        return two_terms(constant + second.factor, first);
+    }
+    // At π/p Re D < 0. Without a change of sign before 3π/2 there is no zero.
+    let most = f64::min(1.5 * PI, PI / second.power) - PI / first.power;
+    if most <= 0.0 {
+        return None;
+    }
+    let (mut low, mut high) = (-80.0, libm::log(most) - 1e-9);
+    if real_part(constant, first, second, libm::exp(high)).1 < 0.0 {
+        return None;
+    }
+    for _ in 0..44 {
+        let middle = 0.5 * (low + high);
+        if real_part(constant, first, second, libm::exp(middle)).1 < 0.0 {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    let over = libm::exp(high);
+    let start = if low <= -80.0 {
+        // The second term counts for nothing.
+        two_terms(constant, first)?
+    } else {
+        let ln_r = real_part(constant, first, second, over).0;
+        let beyond = PI * (1.0 / first.power - 1.0) + over;
+        Pole { ln_r, beyond }
+    };
+    let pole = polished(constant, first, second, start);
+    (pole.beyond < FRAC_PI_2).then_some(pole)
+}
+
+fn two_terms(constant: f64, first: Term) -> Option<Pole> {
+    let beyond = PI * (1.0 / first.power - 1.0);
+    let ln_r = (libm::log(constant) - libm::log(first.factor)) / first.power;
+    (beyond < FRAC_PI_2).then_some(Pole { ln_r, beyond })
+}
+
+/// ln |s| at which Im D = 0 for the angle π/p + `over`, and a number with the sign of Re D there.
+fn real_part(constant: f64, first: Term, second: Term, over: f64) -> (f64, f64) {
+    // sin(p·θ) = −sin(p·over), cos(p·θ) = −cos(p·over)
+    let (sin_p, cos_p) = libm::sincos(first.power * over);
+    let (sin_q, cos_q) = libm::sincos(second.power * (PI / first.power + over));
+    let ln_r =
+        (libm::log(second.factor) + libm::log(sin_q) - libm::log(first.factor) - libm::log(sin_p))
+            / (first.power - second.power);
+    let rest = constant * libm::exp(-first.power * ln_r)
+        + second.factor * cos_q * libm::exp((second.power - first.power) * ln_r);
+    let sum = rest - first.factor * cos_p;
+    // No number where the smallest |s| overflows: the constant counts alone there.
+    (ln_r, if sum.is_nan() { 1.0 } else { sum })
+}
+
+/// Newton's steps on ln s.
+fn polished(constant: f64, first: Term, second: Term, start: Pole) -> Pole {
+    let mut pole = start;
+    for _ in 0..4 {
+        let power = |term: Term| {
+            let size = term.factor / constant * libm::exp(term.power * pole.ln_r);
+            turned(term.power * pole.half_turns()) * size
+        };
+        let (a, b) = (power(first), power(second));
+        let step = (a + b + 1.0) / (a * first.power + b * second.power);
+        if !(step.re.is_finite() && step.im.is_finite()) || step.norm() > 0.1 {
+            break;
+        }
+        pole.ln_r -= step.re;
+        pole.beyond = f64::max(0.0, pole.beyond - step.im);
+    }
+    pole
+}
+
+/// Re(w·k) of a pair of conjugate terms whose sum that is.
+pub(super) fn real_product(a: Complex64, b: Complex64) -> f64 {
+    a.re * b.re - a.im * b.im
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn zeros_of_three_terms_are_zeros() {
+        let mut found = 0;
+        for p in [1.0, 0.9999, 0.99, 0.9, 0.8, 0.7, 0.6] {
+            for q in [0.0, 1e-6, 0.01, 0.3, 0.65] {
+                for ratio in [1e-12, 1e-3, 1.0, 1e3] {
+                    if q >= p {
+                        continue;
+                    }
+                    let first = Term {
+                        factor: 7.0,
+                        power: p,
+                    };
+                    let second = Term {
+                        factor: 7.0 * ratio,
+                        power: q,
+                    };
+                    let Some(pole) = beside_the_cut(3.0, first, Some(second)) else {
+                        continue;
+                    };
+                    found += 1;
+                    let term = |t: Term| {
+                        turned(t.power * pole.half_turns())
+                            * (t.factor * libm::exp(t.power * pole.ln_r))
+                    };
+                    let (a, b) = (term(first), term(second));
+                    let rest = (a + b + 3.0).norm() / (a.norm() + b.norm() + 3.0);
+                    assert!(rest < 1e-14, "p {p} q {q} ratio {ratio}: {rest:e} {pole:?}");
+                }
+            }
+        }
+        assert!(found > 60, "{found}");
+    }
+}

@@ -1,0 +1,305 @@
+//! The response to a record: straight lines between samples at any rising times.
+//!
+//! ```text
+//! σ(t) = ∫ G(t − s)·ε'(s) ds        each mode e^(−rt):       h ← h + m·(h − ε'/r),               m = e^(−rΔ) − 1
+//! ε(t) = ∫ J(t − s)·σ'(s) ds        each mode 1 − e^(−rt):   d ← d + m·(d − σ) + σ'·(rΔ + m)/r
+//! ```
+//! Exact for such input up to the error of the modes. Modes that hardly move within the record (r·T < 2^−20) act by the integrals of the
+//! input, modes that are at rest after each step (r·Δ > 60) by its slope or value. Cost: about 60 modes and 3 for each
+//! doubling of T/Δ, four operations each: 0.3 µs a sample, 0.5 µs at uneven distances (release, 566 and 10^5 samples).
+
+use super::exponentials::{LANES, Modes, Pair, Response, Spectrum, decayed};
+use super::form::{Model, inverse};
+use super::pole::real_product;
+use super::spectrum::spectrum;
+use num_complex::Complex64;
+
+/// r·T of modes that are taken by their Taylor series: the third term is below rounding.
+const SLOW: f64 = 1.0 / 1_048_576.0;
+/// r·Δ of modes that have forgotten everything by the next sample.
+const FAST: f64 = 60.0;
+
+impl Model {
+    /// Stress of a strain that is given at times and straight between them, Pa.
+    ///
+    /// Times in s, rising, at any distances; the specimen is at rest and unstrained before the first, so a strain that does
+    /// not begin at 0 begins with a step. Where such a step has no finite stress, the first value is infinite. From a time
+    /// that does not rise on, all values are NaN; the result is as long as the shorter of the two.
+    ///
+    /// A dashpot that bears the whole strain rate gives the stress of the line that ends at a sample.
+    /// Error against the closed form of a ramp 5e-15. Cost: 30 µs, and 0.3 to 0.5 µs a sample.
+    ///
+    /// ```
+    /// use haptic_tissue::{Form, Model, SpringPot};
+    ///
+    /// let gel = Model::new(Form::SpringPot(SpringPot::new(8650.0, 0.2247)?))?;
+    /// // To 10 % within 1 s, then held.
+    /// let stress = gel.stress(&[0.0, 1.0, 200.0], &[0.0, 0.1, 0.1]);
+    /// assert!(stress[1] > 3.0 * stress[2]);
+    /// # Ok::<(), haptic_tissue::ModelError>(())
+    /// ```
+    #[must_use]
+    pub fn stress(&self, time_s: &[f64], strain: &[f64]) -> Vec<f64> {
+        self.respond(Response::Relaxation, time_s, strain)
+    }
+
+    /// Strain of a stress in Pa that is given at times and straight between them; see [`Model::stress`].
+    #[must_use]
+    pub fn strain(&self, time_s: &[f64], stress_pa: &[f64]) -> Vec<f64> {
+        self.respond(Response::Creep, time_s, stress_pa)
+    }
+
+    fn respond(&self, response: Response, time_s: &[f64], input: &[f64]) -> Vec<f64> {
+        let count = usize::min(time_s.len(), input.len());
+        let (time_s, input) = (&time_s[..count], &input[..count]);
+        let Some((&start, &first)) = time_s.first().zip(input.first()) else {
+            return Vec::new();
+        };
+        let at_zero = match response {
+            Response::Relaxation => self.instantaneous_modulus(),
+            Response::Creep => self.instantaneous_compliance(),
+        };
+        let mut output = vec![f64::NAN; count];
+        if !start.is_finite() {
+            return output;
+        }
+        output[0] = if first == 0.0 { 0.0 } else { first * at_zero };
+        let rising = (time_s.windows(2))
+            .take_while(|pair| pair[1] > pair[0] && pair[1].is_finite())
+            .count();
+        if rising == 0 {
+            return output;
+        }
+        let steps = time_s[..=rising].windows(2).map(|pair| pair[1] - pair[0]);
+        let shortest = steps.fold(f64::INFINITY, f64::min);
+        let spectrum = spectrum(self.form(), response, shortest, time_s[rising] - start);
+        let mut state = State::new(&spectrum, shortest, time_s[rising] - start, first);
+        for at in 1..=rising {
+            output[at] = state.advance(time_s[at] - time_s[at - 1], input[at]);
+        }
+        output
+    }
+}
+
+/// Integrals and modes of an input up to a time.
+struct State<'a> {
+    response: Response,
+    constant: f64,
+    slope: f64,
+    /// Factors of the two integrals.
+    integrals: [f64; 2],
+    rates: &'a [f64],
+    weights: &'a [f64],
+    doubling: bool,
+    pair: Option<Pair>,
+    inverse_rates: Vec<f64>,
+    input: f64,
+    once: f64,
+    twice: f64,
+    modes: Vec<f64>,
+    pair_mode: Complex64,
+    /// Of the last step: its length, m and (rΔ + m)/r of each mode.
+    step: f64,
+    decay: Vec<f64>,
+    lag: Vec<f64>,
+}
+
+impl<'a> State<'a> {
+    fn new(spectrum: &'a Spectrum, shortest: f64, longest: f64, first: f64) -> Self {
+        let (mut constant, mut slope) = (spectrum.constant, spectrum.slope);
+        let mut integrals = [0.0; 2];
+        let relaxation = spectrum.response == Response::Relaxation;
+        let (rates, weights, doubling) = match &spectrum.modes {
+            Modes::Any { rates, weights } => {
+                if !relaxation {
+                    integrals[0] = core::mem::take(&mut slope);
+                }
+                (&rates[..], &weights[..], false)
+            }
+            Modes::Ladder(ladder) => {
+                let (rates, weights) = (&ladder.rates, &ladder.weights);
+                let begin = rates.partition_point(|r| r * longest < SLOW);
+                let end = rates.partition_point(|r| r * shortest < FAST).max(begin);
+                let sums = ladder.before(begin);
+                let fast = || rates[end..].iter().zip(&weights[end..]).rev();
+                // By the next sample h = ε'/r and d = σ − σ'/r.
+                let lagging = fast().fold(0.0, |sum, (r, w)| sum + w / r);
+                if relaxation {
+                    constant += sums[0];
+                    integrals = [-sums[1], 2.0 * sums[2]];
+                    slope += lagging;
+                } else {
+                    // B acts on the integral of the stress.
+                    integrals = [slope + sums[1], -2.0 * sums[2]];
+                    constant += fast().fold(0.0, |sum, (_, w)| sum + w);
+                    slope = -lagging;
+                }
+                (&rates[begin..end], &weights[begin..end], true)
+            }
+        };
+        let begin = if relaxation { first } else { 0.0 };
+        Self {
+            response: spectrum.response,
+            constant,
+            slope,
+            integrals,
+            rates,
+            weights,
+            doubling,
+            pair: spectrum.pair,
+            inverse_rates: rates.iter().map(|r| 1.0 / r).collect(),
+            input: first,
+            once: 0.0,
+            twice: 0.0,
+            modes: vec![begin; rates.len()],
+            pair_mode: Complex64::new(begin, 0.0),
+            step: f64::NAN,
+            decay: vec![-1.0; rates.len()],
+            lag: vec![0.0; rates.len()],
+        }
+    }
+
+    /// The response at the end of a step to an input that goes straight to `end`.
+    fn advance(&mut self, step: f64, end: f64) -> f64 {
+        let (begin, slope) = (self.input, (end - self.input) / step);
+        if step.to_bits() != self.step.to_bits() {
+            self.measure(step);
+        }
+        self.twice += step * self.once + step * step * (2.0 * begin + end) / 6.0;
+        self.once += step * (begin + end) / 2.0;
+        self.input = end;
+        let (modes, decay, weights) = (&mut self.modes[..], &self.decay[..], self.weights);
+        let sum = match self.response {
+            Response::Relaxation => advance(modes, decay, &self.inverse_rates, weights, {
+                |h, m, inverse| h + m * (h - slope * inverse)
+            }),
+            Response::Creep => advance(modes, decay, &self.lag, weights, |d, m, lag| {
+                d + m * (d - begin) + slope * lag
+            }),
+        };
+        let pair = self.pair.map_or(0.0, |pair| {
+            let m = decayed(pair.rate, step);
+            self.pair_mode = match self.response {
+                Response::Relaxation => {
+                    let h = self.pair_mode;
+                    h + m * (h - inverse(pair.rate) * slope)
+                }
+                Response::Creep => {
+                    let d = self.pair_mode;
+                    d + m * (d - begin) + lag(pair.rate, step, m) * slope
+                }
+            };
+            real_product(pair.weight, self.pair_mode)
+        });
+        self.constant * end
+            + self.slope * slope
+            + self.integrals[0] * self.once
+            + self.integrals[1] * self.twice
+            + (sum + pair)
+    }
+
+    /// m and (rΔ + m)/r of a step.
+    fn measure(&mut self, step: f64) {
+        self.step = step;
+        let values = self.decay.iter_mut().zip(&mut self.lag);
+        if !self.doubling {
+            for ((decay, out), rate) in values.zip(self.rates) {
+                *decay = libm::expm1(-rate * step);
+                *out = excess(rate * step, *decay) / rate;
+            }
+            return;
+        }
+        // m(2x) = m·(2 + m) and f(2x) = 2f + m² for f = x + m.
+        let (mut m, mut f) = ([0.0; LANES], [0.0; LANES]);
+        for lane in 0..usize::min(LANES, self.rates.len()) {
+            let x = self.rates[lane] * step;
+            m[lane] = libm::expm1(-x);
+            f[lane] = excess(x, m[lane]);
+        }
+        let chunks = self.decay.chunks_mut(LANES).zip(self.lag.chunks_mut(LANES));
+        for ((decay, lag), inverse) in chunks.zip(self.inverse_rates.chunks(LANES)) {
+            for lane in 0..decay.len() {
+                decay[lane] = m[lane];
+                lag[lane] = f[lane] * inverse[lane];
+                f[lane] = 2.0 * f[lane] + m[lane] * m[lane];
+                m[lane] *= 2.0 + m[lane];
+            }
+        }
+    }
+}
+
+/// Sums that run beside each other, so that none waits for the one before it.
+const PARTS: usize = 4;
+
+/// Takes each mode a step on; Σ w·mode.
+fn advance(
+    modes: &mut [f64],
+    decay: &[f64],
+    other: &[f64],
+    weights: &[f64],
+    next: impl Fn(f64, f64, f64) -> f64,
+) -> f64 {
+    let mut sums = [0.0; PARTS];
+    let (modes, last_modes) = modes.as_chunks_mut::<PARTS>();
+    let (decay, last_decay) = decay.as_chunks::<PARTS>();
+    let (other, last_other) = other.as_chunks::<PARTS>();
+    let (weights, last_weights) = weights.as_chunks::<PARTS>();
+    for (((mode, m), x), w) in modes.iter_mut().zip(decay).zip(other).zip(weights) {
+        for part in 0..PARTS {
+            mode[part] = next(mode[part], m[part], x[part]);
+            sums[part] += w[part] * mode[part];
+        }
+    }
+    let last = last_modes.iter_mut().zip(last_decay);
+    for ((mode, m), (x, w)) in last.zip(last_other.iter().zip(last_weights)) {
+        *mode = next(*mode, *m, *x);
+        sums[0] += w * *mode;
+    }
+    sums.iter().sum()
+}
+
+/// x + m for m = e^(−x) − 1, without cancellation.
+fn excess(x: f64, m: f64) -> f64 {
+    if x > 0.1 {
+        return x + m;
+    }
+    // x²/2 − x³/6 + …: twelve terms reach rounding at 0.1.
+    let mut sum = 0.0;
+    for n in (2..14).rev() {
+        sum = (1.0 - sum) * (x / f64::from(n));
+    }
+    sum * x
+}
+
+/// (rΔ + m)/r of a complex rate.
+fn lag(rate: Complex64, step: f64, m: Complex64) -> Complex64 {
+    let x = rate * step;
+    if x.norm() > 0.1 {
+        // Where the rate overflows, this is Δ.
+        return inverse(rate) * m + step;
+    }
+    let mut sum = Complex64::ZERO;
+    for n in (2..14).rev() {
+        sum = (-sum + 1.0) * x / f64::from(n);
+    }
+    sum * step
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_excess_of_small_steps_keeps_its_digits() {
+        for x in [1e-12, 1e-6, 1e-3, 0.0999] {
+            let want = x * x / 2.0 - x * x * x / 6.0 + x * x * x * x / 24.0
+                - libm::pow(x, 5.0) / 120.0
+                + libm::pow(x, 6.0) / 720.0
+                - libm::pow(x, 7.0) / 5040.0;
+            let have = excess(x, libm::expm1(-x));
+            assert!((have / want - 1.0).abs() < 1e-10, "{x}: {have} {want}");
+            let complex = lag(Complex64::new(x, 0.0), 1.0, Complex64::ZERO) * x;
+            assert!((complex.re / have - 1.0).abs() < 1e-14, "{x}");
+        }
+    }
+}

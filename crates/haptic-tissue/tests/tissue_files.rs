@@ -1,0 +1,227 @@
+//! Tissue files of every model: read, written, read back; refused with line and reason.
+
+use haptic_tissue::{Material, Model, ModelKind, ParameterRange, Source, ValidRange};
+use std::path::Path;
+
+/// Values that are no round numbers.
+fn model(kind: ModelKind, seed: f64) -> Model {
+    let mut order = 1.0;
+    let mut time = 1e-3;
+    let mut values = Vec::new();
+    let columns = kind.parameters();
+    let repeat = if kind == ModelKind::Prony { 5 } else { 1 };
+    for branch in 0..repeat {
+        for parameter in columns {
+            if branch > 0 && !parameter.for_each_branch {
+                continue;
+            }
+            order -= 0.3 * seed;
+            time *= 1.0 + 10.0 * seed;
+            values.push(match parameter.name {
+                "branch_times_s" => time,
+                _ if parameter.range == ParameterRange::Order => order,
+                _ => 1e4 * seed / time,
+            });
+        }
+    }
+    Model::from_parameters(kind, &values).expect("valid")
+}
+
+#[test]
+fn a_written_file_reads_back_to_the_same_bits() {
+    for kind in ModelKind::ALL {
+        for seed in [0.1, 1.0 / 3.0, 0.777] {
+            let source = Source {
+                citation: "me \"myself\" \\ and I".to_owned(),
+                conditions: "21 °C\ntwo lines\ttab".to_owned(),
+                checked: kind == ModelKind::Prony,
+                date: "2026-11-20".to_owned(),
+                sample: "one cube, 1 cm³".to_owned(),
+                residual: "rms 0.0045 in log modulus".to_owned(),
+                ..Source::default()
+            };
+            let range = ValidRange {
+                time_from_s: Some(seed * 1e-7),
+                time_to_s: Some(981.0),
+                strain_to: Some(0.1 / 3.0),
+                ..ValidRange::default()
+            };
+            let made = Material::new("gel-1", "a \"gel\" = 1", model(kind, seed), source);
+            let made = made.expect("valid").with_range(range);
+            let text = made.to_toml();
+            let read = Material::parse(Path::new("gel.toml"), &text).expect(&text);
+            assert_eq!(read, made, "{text}");
+            assert_eq!(read.to_toml(), text);
+        }
+    }
+}
+
+#[test]
+fn a_file_without_a_model_keeps_its_three_numbers() {
+    for (modulus, viscosity, order, kind) in [
+        ("0.0", "8650.0", "0.2247", ModelKind::SpringPot),
+        ("100.0", "5.0", "0.3", ModelKind::FractionalKelvinVoigt),
+        ("100.0", "5.0", "1.0", ModelKind::KelvinVoigt),
+        ("100.0", "5.0", "0.0", ModelKind::Spring),
+        ("100.0", "0.0", "0.5", ModelKind::Spring),
+    ] {
+        let text = format!(
+            "name = \"gel\"\ndescription = \"\"\n\n[parameters]\nelastic_modulus_pa = {modulus}\n\
+             viscosity_pa_s_alpha = {viscosity}\norder = {order}\n\n[source]\ncitation = \"\"\nconditions = \"\"\n\
+             checked = false\n"
+        );
+        let gel = Material::parse(Path::new("gel.toml"), &text).expect("valid");
+        let have = [
+            gel.elastic_modulus_pa(),
+            gel.viscosity_pa_s_alpha(),
+            gel.order(),
+        ];
+        let want = [modulus, viscosity, order].map(|number| number.parse().ok());
+        assert_eq!(have, want);
+        assert_eq!(gel.model.kind(), kind);
+        assert_eq!(gel.to_toml(), text);
+    }
+}
+
+const MUSCLE: &str = "name = \"muscle\"\ndescription = \"\"\nmodel = \"fractional-maxwell\"\n\n[parameters]\n\
+    viscosity_pa_s_alpha = 876e3\norder = 0.675\nsecond_viscosity_pa_s_beta = 22100\nsecond_order = 0.11\n\n\
+    [range]\ntime_from_s = 0.014\ntime_to_s = 981\n\n[source]\ncitation = \"\"\nconditions = \"\"\nchecked = false\n";
+
+const SERIES: &str = "name = \"rubber\"\ndescription = \"\"\nmodel = \"prony\"\n\n[parameters]\n\
+    elastic_modulus_pa = 0\nbranch_moduli_pa = [3, 2.5]\nbranch_times_s = [0.1, 7]\n\n[source]\ncitation = \"\"\n\
+    conditions = \"\"\nchecked = false\n";
+
+#[test]
+fn a_model_of_elements_in_series_has_no_elastic_modulus() {
+    let muscle = Material::parse(Path::new("muscle.toml"), MUSCLE).expect("valid");
+    assert_eq!(muscle.model.kind(), ModelKind::FractionalMaxwell);
+    assert_eq!(muscle.order(), None);
+    assert_eq!(muscle.range.time_to_s, Some(981.0));
+    assert!(Material::parse(Path::new("rubber.toml"), SERIES).is_ok());
+}
+
+#[test]
+fn a_wrong_file_of_a_model_is_refused_with_line_and_reason() {
+    for (text, from, to, want) in [
+        (
+            MUSCLE,
+            "fractional-maxwell",
+            "jelly",
+            "x.toml:3: model \"jelly\" is not known: take one of spring, dashpot,",
+        ),
+        (
+            MUSCLE,
+            "order = 0.675",
+            "order = 1.5",
+            "x.toml:7: order = 1.5 is not in [0, 1]",
+        ),
+        (
+            MUSCLE,
+            "= 22100",
+            "= -1",
+            "x.toml:8: second_viscosity_pa_s_beta = -1 Pa·s^β is not above 0 and finite",
+        ),
+        (
+            MUSCLE,
+            "= 22100",
+            "= nan",
+            "x.toml:8: second_viscosity_pa_s_beta = NaN Pa·s^β",
+        ),
+        (
+            MUSCLE,
+            "= 22100",
+            "= true",
+            "x.toml:8: invalid type: boolean `true`, expected a number or a list of numbers",
+        ),
+        (
+            MUSCLE,
+            "= 22100",
+            "= [1, 2]",
+            "x.toml:8: second_viscosity_pa_s_beta is a list: give one number",
+        ),
+        (
+            MUSCLE,
+            "second_order = 0.11\n",
+            "",
+            "x.toml:5: missing field `second_order` of the model fractional-maxwell",
+        ),
+        (
+            MUSCLE,
+            "second_order",
+            "secnd_order",
+            "x.toml:9: secnd_order is no parameter of the model fractional-maxwell, which has viscosity_pa_s_alpha, order,",
+        ),
+        (
+            MUSCLE,
+            "0.11",
+            "0.8",
+            "x.toml:5: order = 0.675 is below second_order = 0.8: exchange the two elements",
+        ),
+        (
+            MUSCLE,
+            "0.11",
+            "0.675",
+            "x.toml:5: both elements have the order 0.675",
+        ),
+        (
+            MUSCLE,
+            "= 981",
+            "= 0.001",
+            "x.toml:11: time_to_s = 0.001 is below time_from_s = 0.014: exchange them",
+        ),
+        (
+            MUSCLE,
+            "= 981",
+            "= inf",
+            "x.toml:11: time_to_s = inf is not a finite number of at least 0",
+        ),
+        (
+            MUSCLE,
+            "time_to_s",
+            "time_until_s",
+            "x.toml:13: unknown field `time_until_s`",
+        ),
+        (
+            SERIES,
+            "[0.1, 7]",
+            "[0.1]",
+            "x.toml:5: branch_moduli_pa has 2 numbers and branch_times_s 1: each branch has one of each",
+        ),
+        (
+            SERIES,
+            "[0.1, 7]",
+            "[7, 0.1]",
+            "x.toml:5: branch_times_s = 0.1 s is not above the one before it",
+        ),
+        (
+            SERIES,
+            "[0.1, 7]",
+            "7",
+            "x.toml:8: branch_times_s is not a list: give one number for each branch",
+        ),
+        (
+            SERIES,
+            "[3, 2.5]",
+            "[3, 0]",
+            "x.toml:7: branch_moduli_pa = 0 Pa is not above 0 and finite",
+        ),
+    ] {
+        assert!(text.contains(from), "{from}");
+        let error = Material::parse(Path::new("x.toml"), &text.replacen(from, to, 1));
+        let have = error.expect_err(to).to_string();
+        assert!(have.starts_with(want), "have {have}\nwant {want}");
+        assert!(!have.contains('\n'), "{have}");
+    }
+    let error = Material::new(
+        "Gel 1",
+        "",
+        model(ModelKind::Spring, 0.1),
+        Source::default(),
+    );
+    assert!(
+        error
+            .expect_err("a name")
+            .to_string()
+            .starts_with("name \"Gel 1\"")
+    );
+}
