@@ -1,7 +1,8 @@
 //! Times the fits of the measured fish muscle on one core: `cargo run --release -p haptic-tissue --features identify --example
 //! identify_speed`. `benches/identify_against_scipy.py` at the root of the repository holds it against `SciPy`.
 
-use haptic_tissue::identify::{Candidate, Options, Record, identify};
+use haptic_tissue::ModelKind;
+use haptic_tissue::identify::{Options, Record, identify};
 use std::time::Instant;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -16,7 +17,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     let record = Record::relaxation(time, modulus)?;
     let maxwell = Options {
-        candidates: vec![Candidate::FractionalMaxwell],
+        candidates: vec![ModelKind::FractionalMaxwell],
         ..Options::default()
     };
     for (what, options) in [

@@ -66,7 +66,7 @@ fn together(fit: &Fit) -> Vec<String> {
         return vec![format!(
             "the record does not settle the parameters of {}: other values fit as well; take a longer record or a model with fewer \
              parameters",
-            fit.candidate.name()
+            fit.kind
         )];
     }
     let names: Vec<&str> = fit.parameters.iter().map(|p| p.name).collect();
@@ -113,16 +113,16 @@ fn loose(fit: &Fit) -> Vec<String> {
 fn simpler(fit: &Fit, fits: &[Fit]) -> Option<String> {
     let fewer = fits
         .iter()
-        .filter(|other| other.candidate.parameters() < fit.candidate.parameters());
+        .filter(|other| other.parameters.len() < fit.parameters.len());
     let good = fewer.filter(|other| other.bic <= fit.bic + AS_GOOD);
     let best = good.min_by(|a, b| a.bic.total_cmp(&b.bic))?;
     Some(format!(
         "the simpler {} is as good: BIC {:.1} against {:.1} with {} parameters against {}",
-        best.candidate.name(),
+        best.kind,
         best.bic,
         fit.bic,
-        best.candidate.parameters(),
-        fit.candidate.parameters()
+        best.parameters.len(),
+        fit.parameters.len()
     ))
 }
 

@@ -1,5 +1,7 @@
 //! The models that are fitted, as elements and how they are joined.
 
+use super::error::IdentifyError;
+use crate::model::ModelKind;
 use num_complex::Complex64;
 
 /// The most elements of a candidate.
@@ -7,25 +9,28 @@ pub(super) const ELEMENTS: usize = 3;
 /// The most variables: modulus and order of two spring-pots, modulus of a spring.
 pub(super) const VARIABLES: usize = 5;
 
-/// A model that can be fitted.
+/// The models that are fitted, those with few parameters first.
+pub const CANDIDATES: [ModelKind; 5] = [
+    ModelKind::SpringPot,
+    ModelKind::FractionalKelvinVoigt,
+    ModelKind::FractionalMaxwell,
+    ModelKind::FractionalZener,
+    ModelKind::FractionalPoyntingThomson,
+];
+
+/// How the elements of a model that is fitted are joined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Candidate {
-    /// One spring-pot.
+pub(super) enum Candidate {
     SpringPot,
-    /// Two spring-pots side by side.
     FractionalKelvinVoigt,
-    /// Two spring-pots in series.
     FractionalMaxwell,
-    /// A spring beside two spring-pots in series.
     FractionalZener,
-    /// A spring in series with two spring-pots side by side.
     FractionalPoyntingThomson,
 }
 
 impl Candidate {
-    /// All, those with few parameters first.
-    pub const ALL: [Self; 5] = [
+    #[cfg(test)]
+    pub(super) const ALL: [Self; 5] = [
         Self::SpringPot,
         Self::FractionalKelvinVoigt,
         Self::FractionalMaxwell,
@@ -33,15 +38,28 @@ impl Candidate {
         Self::FractionalPoyntingThomson,
     ];
 
-    /// Its name, as in a tissue file.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
+    /// That of a kind of model.
+    pub(super) fn of(kind: ModelKind) -> Result<Self, IdentifyError> {
+        match kind {
+            ModelKind::SpringPot => Ok(Self::SpringPot),
+            ModelKind::FractionalKelvinVoigt => Ok(Self::FractionalKelvinVoigt),
+            ModelKind::FractionalMaxwell => Ok(Self::FractionalMaxwell),
+            ModelKind::FractionalZener => Ok(Self::FractionalZener),
+            ModelKind::FractionalPoyntingThomson => Ok(Self::FractionalPoyntingThomson),
+            _ => Err(IdentifyError::Record(format!(
+                "{kind} is not fitted by itself: take the fractional model that it is a case of; one of {}",
+                CANDIDATES.map(ModelKind::name).join(", ")
+            ))),
+        }
+    }
+
+    pub(super) const fn kind(self) -> ModelKind {
         match self {
-            Self::SpringPot => "spring-pot",
-            Self::FractionalKelvinVoigt => "fractional-kelvin-voigt",
-            Self::FractionalMaxwell => "fractional-maxwell",
-            Self::FractionalZener => "fractional-zener",
-            Self::FractionalPoyntingThomson => "fractional-poynting-thomson",
+            Self::SpringPot => ModelKind::SpringPot,
+            Self::FractionalKelvinVoigt => ModelKind::FractionalKelvinVoigt,
+            Self::FractionalMaxwell => ModelKind::FractionalMaxwell,
+            Self::FractionalZener => ModelKind::FractionalZener,
+            Self::FractionalPoyntingThomson => ModelKind::FractionalPoyntingThomson,
         }
     }
 
@@ -62,9 +80,8 @@ impl Candidate {
     }
 
     /// Number of parameters.
-    #[must_use]
-    pub const fn parameters(self) -> usize {
-        2 * self.pots() + self.has_spring() as usize
+    pub(super) const fn parameters(self) -> usize {
+        self.kind().parameters().len()
     }
 
     /// M and its derivatives by the moduli of the elements e₁, e₂ and the spring e₃.

@@ -5,6 +5,7 @@ use super::candidate::Candidate;
 use super::parameter::{Estimate, correlation, covariance, estimates, parameters};
 use super::search::Best;
 use super::target::Target;
+use crate::model::{Model, ModelError, ModelKind};
 
 /// A model with no more BIC than the best and this is as good: odds of less than 3 to 1 (R. Kass, A. Raftery, *Bayes factors*, 1995).
 pub(super) const AS_GOOD: f64 = 2.0;
@@ -12,8 +13,8 @@ pub(super) const AS_GOOD: f64 = 2.0;
 /// A model fitted to a record.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
-    /// The model.
-    pub candidate: Candidate,
+    /// The kind of the model.
+    pub kind: ModelKind,
     /// Its parameters in SI units, in the order of a tissue file.
     pub parameters: Vec<Estimate>,
     /// Correlations of the estimates, of the logarithm where it is a modulus; NaN where one is at an end of its range. Empty if the
@@ -26,9 +27,20 @@ pub struct Fit {
     /// n·ln(S/n) + (p + 1)·ln n.
     pub bic: f64,
     /// The model where the record has a value, in the order of [`measured`](super::Identification::measured).
-    pub model: Vec<f64>,
+    pub predicted: Vec<f64>,
     /// Correlation of neighbouring residuals; 0 for white noise.
     pub neighbours: f64,
+}
+
+impl Fit {
+    /// The model with the parameters of the fit.
+    ///
+    /// # Errors
+    /// If the fit has come down to a simpler model, as one with both orders equal.
+    pub fn to_model(&self) -> Result<Model, ModelError> {
+        let values: Vec<f64> = self.parameters.iter().map(|p| p.value).collect();
+        Model::from_parameters(self.kind, &values)
+    }
 }
 
 /// A fit with its errors, from the best minimum.
@@ -40,9 +52,9 @@ pub(super) fn fit(candidate: Candidate, target: &Target, best: &Best) -> Fit {
         ..
     } = best;
     let n = target.len();
-    let (mut model, mut residuals) = (vec![0.0; n], vec![0.0; n]);
+    let (mut predicted, mut residuals) = (vec![0.0; n], vec![0.0; n]);
     target.model(candidate, elements, |i, slope| {
-        model[i] = slope.value * target.scale;
+        predicted[i] = slope.value * target.scale;
     });
     target.residuals(candidate, elements, |i, _, slope| {
         residuals[i] = slope.value * target.scale;
@@ -53,7 +65,7 @@ pub(super) fn fit(candidate: Candidate, target: &Target, best: &Best) -> Fit {
     let likelihood = n as f64 * libm::log((sum / n as f64).max(1e-30));
     let numbers = (free.len() + 1) as f64;
     Fit {
-        candidate,
+        kind: candidate.kind(),
         parameters: estimates(
             candidate,
             &values,
@@ -64,7 +76,7 @@ pub(super) fn fit(candidate: Candidate, target: &Target, best: &Best) -> Fit {
         rms: libm::sqrt(residuals.iter().map(|r| r * r).sum::<f64>() / n as f64),
         aic: likelihood + 2.0 * numbers,
         bic: likelihood + numbers * libm::log(n as f64),
-        model,
+        predicted,
         neighbours: neighbours(&residuals),
     }
 }

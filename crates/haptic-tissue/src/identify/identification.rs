@@ -2,21 +2,22 @@
 
 use super::advice;
 use super::bootstrap::intervals;
-use super::candidate::Candidate;
+use super::candidate::{CANDIDATES, Candidate};
 use super::elements::Elements;
 use super::error::IdentifyError;
 use super::fit::{AS_GOOD, Fit, fit};
 use super::record::{Record, RecordKind};
 use super::search::{Best, search};
 use super::target::{Target, Weighting};
+use crate::model::ModelKind;
 
 /// How to identify.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
-    /// The candidates.
-    pub candidates: Vec<Candidate>,
+    /// The candidates, of [`CANDIDATES`](super::CANDIDATES).
+    pub candidates: Vec<ModelKind>,
     /// The one to choose, whatever the record says for others; without it, the record chooses.
-    pub chosen: Option<Candidate>,
+    pub chosen: Option<ModelKind>,
     /// The weights of the samples.
     pub weighting: Weighting,
     /// Starts for each candidate, at least 1.
@@ -36,7 +37,7 @@ impl Default for Options {
     /// All candidates, equal weights, 40 starts, no bootstrap.
     fn default() -> Self {
         Self {
-            candidates: Candidate::ALL.to_vec(),
+            candidates: CANDIDATES.to_vec(),
             chosen: None,
             weighting: Weighting::Equal,
             starts: Self::STARTS,
@@ -75,10 +76,11 @@ pub fn identify(
 ) -> Result<Identification, IdentifyError> {
     let target = Target::new(record, options.weighting);
     let (mut fitted, mut failed) = (Vec::new(), Vec::new());
-    for &candidate in &options.candidates {
+    for &kind in &options.candidates {
+        let candidate = Candidate::of(kind)?;
         match search(candidate, &target, options.starts.max(1)) {
             Ok(best) => fitted.push((fit(candidate, &target, &best), best)),
-            Err(error) if options.chosen == Some(candidate) => return Err(error),
+            Err(error) if options.chosen == Some(kind) => return Err(error),
             Err(error) => failed.push(error),
         }
     }
@@ -94,7 +96,16 @@ pub fn identify(
     let mut warnings: Vec<String> = failed.iter().map(ToString::to_string).collect();
     if options.bootstrap > 0 {
         let (fit, best) = &mut fitted[0];
-        bootstrap(fit, best, &target, options, progress, &mut warnings);
+        let candidate = Candidate::of(fit.kind)?;
+        bootstrap(
+            candidate,
+            fit,
+            best,
+            &target,
+            options,
+            progress,
+            &mut warnings,
+        );
     }
     if let Some(said) = advice::about_length(target.samples(), record) {
         warnings.push(said);
@@ -115,21 +126,22 @@ pub fn identify(
 /// The place of the wanted one in fits by BIC; else of that with the fewest parameters of those as good as the best.
 fn choose<'a>(
     fits: impl Iterator<Item = &'a Fit> + Clone,
-    wanted: Option<Candidate>,
+    wanted: Option<ModelKind>,
 ) -> Option<usize> {
     let good = fits.clone().next()?.bic + AS_GOOD;
     let mut places = fits.enumerate();
     match wanted {
-        Some(wanted) => places.position(|(_, fit)| fit.candidate == wanted),
+        Some(wanted) => places.position(|(_, fit)| fit.kind == wanted),
         None => places
             .filter(|(_, fit)| fit.bic <= good)
-            .min_by_key(|(_, fit)| fit.candidate.parameters())
+            .min_by_key(|(_, fit)| fit.parameters.len())
             .map(|(place, _)| place),
     }
 }
 
 /// Intervals by bootstrap in place of those by standard errors.
 fn bootstrap(
+    candidate: Candidate,
     fit: &mut Fit,
     best: &Best,
     target: &Target,
@@ -138,7 +150,7 @@ fn bootstrap(
     warnings: &mut Vec<String>,
 ) {
     let found = intervals(
-        fit.candidate,
+        candidate,
         target,
         best,
         options.bootstrap,
@@ -159,8 +171,18 @@ fn bootstrap(
 }
 
 /// The residual of a model at given parameters, in the order of a tissue file: what the fit makes small, root of the mean square.
-#[must_use]
-pub fn rms_of(record: &Record, candidate: Candidate, parameters: &[f64]) -> f64 {
+///
+/// # Errors
+/// A kind that is not fitted, or another number of parameters.
+pub fn rms_of(record: &Record, kind: ModelKind, parameters: &[f64]) -> Result<f64, IdentifyError> {
+    let candidate = Candidate::of(kind)?;
+    if parameters.len() != candidate.parameters() {
+        return Err(IdentifyError::Record(format!(
+            "{kind} has {} parameters, not {}: give all of them",
+            candidate.parameters(),
+            parameters.len()
+        )));
+    }
     let target = Target::new(record, Weighting::Equal);
     let ln_unit = libm::log(target.unit_s);
     let mut values = parameters.to_vec();
@@ -176,5 +198,5 @@ pub fn rms_of(record: &Record, candidate: Candidate, parameters: &[f64]) -> f64 
     target.residuals(candidate, &elements, |_, _, slope| {
         sum += slope.value * slope.value;
     });
-    target.scale * libm::sqrt(sum / target.len() as f64)
+    Ok(target.scale * libm::sqrt(sum / target.len() as f64))
 }

@@ -15,7 +15,7 @@
 //! let record = Record::relaxation(time_s, modulus_pa)?;
 //! let found = identify(&record, &Options::default(), &|_| ())?;
 //! let best = &found.fits[0];
-//! assert_eq!(best.candidate.name(), "spring-pot");
+//! assert_eq!(best.kind.name(), "spring-pot");
 //! assert!((best.parameters[0].value - 5000.0).abs() < 1e-6 && (best.parameters[1].value - 0.2).abs() < 1e-9);
 //! # Ok::<(), haptic_tissue::identify::IdentifyError>(())
 //! ```
@@ -40,7 +40,7 @@ mod search;
 pub mod table;
 mod target;
 
-pub use candidate::Candidate;
+pub use candidate::CANDIDATES;
 pub use error::IdentifyError;
 pub use fit::Fit;
 pub use identification::{Identification, Options, identify, rms_of};

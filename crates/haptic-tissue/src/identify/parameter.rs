@@ -1,6 +1,6 @@
 //! Parameters of a fit, with what the record says about their errors.
 
-use super::candidate::{Candidate, ELEMENTS};
+use super::candidate::Candidate;
 use super::elements::{Elements, Variable, variables};
 use super::target::Target;
 use nalgebra_of_fit::DMatrix;
@@ -20,19 +20,6 @@ pub struct Estimate {
     pub low_95: Option<f64>,
     /// High end.
     pub high_95: Option<f64>,
-}
-
-/// Name and unit of each variable.
-pub(super) fn names(candidate: Candidate) -> Vec<(&'static str, &'static str)> {
-    (variables(candidate).iter())
-        .map(|variable| match variable {
-            Variable::Modulus(0) => ("viscosity_pa_s_alpha", "Pa·s^α"),
-            Variable::Order(0) => ("order", ""),
-            Variable::Modulus(i) if *i < ELEMENTS - 1 => ("second_viscosity_pa_s_beta", "Pa·s^β"),
-            Variable::Order(_) => ("second_order", ""),
-            Variable::Modulus(_) => ("elastic_modulus_pa", "Pa"),
-        })
-        .collect()
 }
 
 /// The parameters of the elements in SI units: ln Vᵢ = aᵢ + αᵢ ln t₀ for a modulus, αᵢ for an order.
@@ -109,8 +96,8 @@ pub(super) fn estimates(
 ) -> Vec<Estimate> {
     let t = student(freedom);
     let kinds = variables(candidate);
-    (names(candidate).into_iter().enumerate())
-        .map(|(v, (name, unit))| {
+    (candidate.kind().parameters().iter().enumerate())
+        .map(|(v, parameter)| {
             let value = values[v];
             let error = covariance
                 .map(|c| libm::sqrt(c[(v, v)]))
@@ -126,8 +113,8 @@ pub(super) fn estimates(
                 .filter(|end| end.is_finite())
             };
             Estimate {
-                name,
-                unit,
+                name: parameter.name,
+                unit: parameter.unit,
                 value,
                 standard_error: error
                     .map(|e| if is_order { e } else { value * e })

@@ -49,7 +49,7 @@ pub(super) fn search(
 ) -> Result<Best, IdentifyError> {
     if target.len() <= candidate.parameters() {
         return Err(IdentifyError::TooFew {
-            model: candidate.name(),
+            model: candidate.kind().name(),
             numbers: target.len(),
             parameters: candidate.parameters(),
         });
@@ -75,7 +75,7 @@ pub(super) fn search(
         .map(|minimum| minimise(candidate, target, &ranges, &minimum.values, &all, FINE))
         .find(|minimum| minimum.converged);
     let best = best.ok_or(IdentifyError::NotConverged {
-        model: candidate.name(),
+        model: candidate.kind().name(),
     })?;
     Ok(at_ends(candidate, target, &ranges, best))
 }

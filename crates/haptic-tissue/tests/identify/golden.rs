@@ -1,7 +1,8 @@
 //! The best of 40 random starts of `SciPy` on the same residual, and the figures of the theory for fish muscle.
 
 use crate::{candidate, fish, one};
-use haptic_tissue::identify::{Candidate, Identification, Options, Record, identify, rms_of};
+use haptic_tissue::ModelKind;
+use haptic_tissue::identify::{Identification, Options, Record, identify, rms_of};
 
 /// A record beside `best.csv`.
 fn record(name: &str, kind: &str) -> Record {
@@ -72,7 +73,7 @@ fn value(found: &Identification, name: &str) -> f64 {
 
 #[test]
 fn fish_muscle_is_the_fractional_maxwell_model_of_the_theory() {
-    let found = one(&fish(), Candidate::FractionalMaxwell);
+    let found = one(&fish(), ModelKind::FractionalMaxwell);
     let fit = &found.fits[0];
     assert!(fit.rms <= 0.0046, "{}", fit.rms);
     for (name, wanted, within) in [
@@ -89,7 +90,8 @@ fn fish_muscle_is_the_fractional_maxwell_model_of_the_theory() {
     }
     // And it is a minimum: any other value of a parameter fits worse.
     let best: Vec<f64> = fit.parameters.iter().map(|p| p.value).collect();
-    let rms = |values: &[f64]| rms_of(&fish(), Candidate::FractionalMaxwell, values);
+    let rms =
+        |values: &[f64]| rms_of(&fish(), ModelKind::FractionalMaxwell, values).expect("a model");
     assert!((rms(&best) - fit.rms).abs() < 1e-12 * fit.rms);
     for k in 0..4 {
         for factor in [0.999, 1.001] {
@@ -109,7 +111,7 @@ fn the_record_chooses_and_says_what_it_cannot_tell() {
     let pot = found
         .fits
         .iter()
-        .find(|fit| fit.candidate == Candidate::SpringPot);
+        .find(|fit| fit.kind == ModelKind::SpringPot);
     assert!((pot.expect("there").rms - 0.15).abs() < 0.005);
     assert!(
         found.fits[1..]
@@ -126,13 +128,13 @@ fn the_record_chooses_and_says_what_it_cannot_tell() {
         .collect();
     let record = Record::relaxation(time, modulus).expect("valid");
     let options = Options {
-        chosen: Some(Candidate::FractionalMaxwell),
+        chosen: Some(ModelKind::FractionalMaxwell),
         ..Options::default()
     };
     let found = identify(&record, &options, &|_| ()).expect("converges");
-    assert_eq!(found.fits[0].candidate, Candidate::FractionalMaxwell);
+    assert_eq!(found.fits[0].kind, ModelKind::FractionalMaxwell);
     let said = found.warnings.join("\n");
     assert!(said.contains("the simpler spring-pot is as good"), "{said}");
     let auto = identify(&record, &Options::default(), &|_| ()).expect("converges");
-    assert_eq!(auto.fits[0].candidate, Candidate::SpringPot);
+    assert_eq!(auto.fits[0].kind, ModelKind::SpringPot);
 }

@@ -1,7 +1,8 @@
 //! Any motion: the strain that really was.
 
 use crate::{candidate, one};
-use haptic_tissue::identify::{Candidate, Record, rms_of};
+use haptic_tissue::ModelKind;
+use haptic_tissue::identify::{Record, rms_of};
 
 /// A spring-pot under ramp and hold in closed form: σ = V·r·(t^(1−α) − (t − T₀)^(1−α))/Γ(2−α).
 fn ramp_and_hold(times: &[f64], viscosity: f64, order: f64) -> (Vec<f64>, Vec<f64>) {
@@ -23,7 +24,7 @@ fn a_finite_ramp_costs_nothing() {
     let (strain, stress) = ramp_and_hold(&times, 8650.0, 0.2247);
     let record = Record::history(times.clone(), strain, stress.clone()).expect("valid");
     let largest = stress.iter().copied().fold(0.0, f64::max);
-    let rms = rms_of(&record, Candidate::SpringPot, &[8650.0, 0.2247]);
+    let rms = rms_of(&record, ModelKind::SpringPot, &[8650.0, 0.2247]).expect("a model");
     assert!(rms < 1e-6 * largest, "{rms} of {largest}");
     let found = one(&record, candidate("spring-pot"));
     let [viscosity, order] = [0, 1].map(|k| found.fits[0].parameters[k].value);

@@ -7,7 +7,8 @@ mod records;
 mod recovery;
 mod table;
 
-use haptic_tissue::identify::{Candidate, Identification, Options, Record, identify};
+use haptic_tissue::ModelKind;
+use haptic_tissue::identify::{Identification, Options, Record, identify};
 
 /// The measured relaxation of fish muscle.
 fn fish() -> Record {
@@ -27,7 +28,7 @@ fn fish() -> Record {
 }
 
 /// A fit of one model.
-fn one(record: &Record, candidate: Candidate) -> Identification {
+fn one(record: &Record, candidate: ModelKind) -> Identification {
     let options = Options {
         candidates: vec![candidate],
         ..Options::default()
@@ -35,9 +36,6 @@ fn one(record: &Record, candidate: Candidate) -> Identification {
     identify(record, &options, &|_| ()).expect("converges")
 }
 
-fn candidate(name: &str) -> Candidate {
-    let found = Candidate::ALL
-        .into_iter()
-        .find(|candidate| candidate.name() == name);
-    found.expect("a model")
+fn candidate(name: &str) -> ModelKind {
+    ModelKind::from_name(name).expect("a model")
 }

@@ -1,6 +1,7 @@
 //! Records that are refused.
 
-use haptic_tissue::identify::{Candidate, IdentifyError, Options, Record, identify};
+use haptic_tissue::ModelKind;
+use haptic_tissue::identify::{IdentifyError, Options, Record, identify};
 
 fn refused(record: Result<Record, IdentifyError>, wanted: &str) {
     let message = record.expect_err(wanted).to_string();
@@ -83,7 +84,7 @@ fn a_bad_record_is_refused_with_its_sample_and_the_remedy() {
 fn three_samples_for_four_parameters_are_too_few() {
     let record = Record::relaxation(vec![1.0, 2.0, 4.0], vec![4.0, 3.0, 2.5]).expect("valid");
     let options = Options {
-        chosen: Some(Candidate::FractionalMaxwell),
+        chosen: Some(ModelKind::FractionalMaxwell),
         ..Options::default()
     };
     let message = identify(&record, &options, &|_| ())

@@ -1,56 +1,29 @@
 //! Synthetic records with noise: the truth lies in the 95 % interval as often as it should.
 
 use crate::one;
-use haptic_tissue::identify::{Candidate, Options, Record, identify};
-use haptic_tissue::{Form, Model, SpringPot};
-use num_complex::Complex64;
+use haptic_tissue::identify::{Options, Record, identify};
+use haptic_tissue::{Model, ModelKind};
 use rand_distr::{Distribution as _, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng as _;
 
 /// Model and the values of its parameters; the two elements meet in the middle of the band.
-fn truths() -> [(Candidate, Vec<f64>); 5] {
+fn truths() -> [(ModelKind, Vec<f64>); 5] {
     [
-        (Candidate::SpringPot, vec![3610.0, 0.2154]),
-        (Candidate::FractionalKelvinVoigt, vec![2e3, 0.7, 2e3, 0.15]),
-        (Candidate::FractionalMaxwell, vec![3e4, 0.7, 3e4, 0.15]),
-        (Candidate::FractionalZener, vec![3e4, 0.75, 3e4, 0.15, 2e3]),
+        (ModelKind::SpringPot, vec![3610.0, 0.2154]),
+        (ModelKind::FractionalKelvinVoigt, vec![2e3, 0.7, 2e3, 0.15]),
+        (ModelKind::FractionalMaxwell, vec![3e4, 0.7, 3e4, 0.15]),
+        (ModelKind::FractionalZener, vec![3e4, 0.75, 3e4, 0.15, 2e3]),
         (
-            Candidate::FractionalPoyntingThomson,
+            ModelKind::FractionalPoyntingThomson,
             vec![2e3, 0.7, 2e3, 0.1, 8e3],
         ),
     ]
 }
 
-fn model(candidate: Candidate, p: &[f64]) -> Model {
-    let pot = |k: usize| SpringPot::new(p[k], p[k + 1]).expect("valid");
-    let form = match candidate {
-        Candidate::SpringPot => Form::SpringPot(pot(0)),
-        Candidate::FractionalKelvinVoigt => Form::FractionalKelvinVoigt {
-            first: pot(0),
-            second: pot(2),
-        },
-        Candidate::FractionalMaxwell => Form::FractionalMaxwell {
-            first: pot(0),
-            second: pot(2),
-        },
-        Candidate::FractionalZener => Form::FractionalZener {
-            first: pot(0),
-            second: pot(2),
-            elastic_modulus_pa: p[4],
-        },
-        _ => Form::FractionalPoyntingThomson {
-            first: pot(0),
-            second: pot(2),
-            elastic_modulus_pa: p[4],
-        },
-    };
-    Model::new(form).expect("valid")
-}
-
 /// Storage and loss modulus over five decades with 1 % of noise, from the library's own complex modulus.
-fn record(candidate: Candidate, parameters: &[f64], seed: u64) -> Record {
-    let model = model(candidate, parameters);
+fn record(candidate: ModelKind, parameters: &[f64], seed: u64) -> Record {
+    let model = Model::from_parameters(candidate, parameters).expect("valid");
     let mut generator = Pcg64::seed_from_u64(seed);
     let mut noisy = |value: f64| {
         let g: f64 = StandardNormal.sample(&mut generator);
@@ -60,7 +33,7 @@ fn record(candidate: Candidate, parameters: &[f64], seed: u64) -> Record {
         .map(|i| 10_f64.powf(-2.5 + 0.1 * f64::from(i)))
         .collect();
     let moduli: Vec<(f64, f64)> = (omega.iter())
-        .map(|&w| model.modulus(Complex64::new(0.0, w)))
+        .map(|&w| model.complex_modulus(w))
         .map(|m| (noisy(m.re), noisy(m.im)))
         .collect();
     let (storage, loss) = moduli.into_iter().unzip();
@@ -111,7 +84,7 @@ fn the_truth_is_inside_nine_to_ninety_nine_of_a_hundred_intervals() {
 /// The bootstrap agrees with the standard errors where the noise is white, and does not depend on the number of threads.
 #[test]
 fn bootstrap_intervals_are_those_of_the_standard_errors_for_white_noise() {
-    let (candidate, truth) = (Candidate::FractionalMaxwell, [3e4, 0.7, 3e4, 0.15]);
+    let (candidate, truth) = (ModelKind::FractionalMaxwell, [3e4, 0.7, 3e4, 0.15]);
     let record = record(candidate, &truth, 3);
     let plain = one(&record, candidate);
     let options = Options {

@@ -1,7 +1,8 @@
 //! Options that are one of several names.
 
 use haptic_experiment::Named;
-use haptic_tissue::identify::{Candidate, RecordKind, Weighting};
+use haptic_tissue::ModelKind;
+use haptic_tissue::identify::{CANDIDATES, RecordKind, Weighting};
 
 /// A kind of record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,7 +37,7 @@ impl Named for KindChoice {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ModelChoice {
     Auto,
-    One(Candidate),
+    One(ModelKind),
 }
 
 impl Named for ModelChoice {
@@ -47,27 +48,27 @@ impl Named for ModelChoice {
             "the simplest of those that the record supports best",
         ),
         (
-            Self::One(Candidate::SpringPot),
+            Self::One(ModelKind::SpringPot),
             "spring-pot",
             "one spring-pot",
         ),
         (
-            Self::One(Candidate::FractionalKelvinVoigt),
+            Self::One(ModelKind::FractionalKelvinVoigt),
             "fractional-kelvin-voigt",
             "two spring-pots side by side",
         ),
         (
-            Self::One(Candidate::FractionalMaxwell),
+            Self::One(ModelKind::FractionalMaxwell),
             "fractional-maxwell",
             "two spring-pots in series",
         ),
         (
-            Self::One(Candidate::FractionalZener),
+            Self::One(ModelKind::FractionalZener),
             "fractional-zener",
             "a spring beside a fractional Maxwell model",
         ),
         (
-            Self::One(Candidate::FractionalPoyntingThomson),
+            Self::One(ModelKind::FractionalPoyntingThomson),
             "fractional-poynting-thomson",
             "a spring in series with a fractional Kelvin-Voigt model",
         ),
@@ -76,16 +77,18 @@ impl Named for ModelChoice {
 
 impl ModelChoice {
     /// The models to fit: all, or the one and those with fewer parameters, to say if one of these is as good.
-    pub(super) fn candidates(self) -> Vec<Candidate> {
-        let wanted = |candidate: &Candidate| match self {
+    pub(super) fn candidates(self) -> Vec<ModelKind> {
+        let wanted = |candidate: &ModelKind| match self {
             Self::Auto => true,
-            Self::One(one) => *candidate == one || candidate.parameters() < one.parameters(),
+            Self::One(one) => {
+                *candidate == one || candidate.parameters().len() < one.parameters().len()
+            }
         };
-        Candidate::ALL.into_iter().filter(wanted).collect()
+        CANDIDATES.into_iter().filter(wanted).collect()
     }
 
     /// The model that was asked for, if it is one.
-    pub(super) const fn only(self) -> Option<Candidate> {
+    pub(super) const fn only(self) -> Option<ModelKind> {
         match self {
             Self::Auto => None,
             Self::One(one) => Some(one),

@@ -66,7 +66,7 @@ pub(super) fn draw(found: &Identification, source: &str) -> Result<Picture, Figu
             (
                 name(found.kind, fit),
                 colour,
-                gap(pairs(&found.x, &fit.model), half),
+                gap(pairs(&found.x, &fit.predicted), half),
                 residuals,
             )
         })
@@ -90,10 +90,7 @@ pub(super) fn draw(found: &Identification, source: &str) -> Result<Picture, Figu
         Series::new(name, residuals, Look::MarkersApart, *colour)
     });
     ChartPage {
-        title: &format!(
-            "Identified from a record: {}",
-            found.fits[0].candidate.name()
-        ),
+        title: &format!("Identified from a record: {}", found.fits[0].kind.name()),
         subtitle: &format!(
             "{source} · {} · {} samples",
             found.kind.name(),
@@ -120,9 +117,9 @@ pub(super) fn draw(found: &Identification, source: &str) -> Result<Picture, Figu
 
 fn name(kind: RecordKind, fit: &Fit) -> String {
     if kind == RecordKind::History {
-        format!("{}, rms {} Pa", fit.candidate.name(), digits(fit.rms))
+        format!("{}, rms {} Pa", fit.kind.name(), digits(fit.rms))
     } else {
-        format!("{}, rms {:.2} %", fit.candidate.name(), 100.0 * fit.rms)
+        format!("{}, rms {:.2} %", fit.kind.name(), 100.0 * fit.rms)
     }
 }
 
@@ -140,7 +137,7 @@ fn gap(mut points: Points, at: Option<usize>) -> Points {
 /// Model less record: of the logarithm in %, of a stress in Pa.
 fn residuals(found: &Identification, fit: &Fit) -> Points {
     let values = fit
-        .model
+        .predicted
         .iter()
         .zip(&found.measured)
         .map(|(model, measured)| match found.kind {

@@ -109,14 +109,14 @@ impl<'a> Report<'a> {
                 .collect()
         };
         let candidates = found.fits.iter().map(|fit| CandidateReport {
-            model: fit.candidate.name(),
+            model: fit.kind.name(),
             quality: Quality::of(found.kind, fit),
             parameters: Parameters(fit),
         });
         Self {
             kind: found.kind.name(),
             samples: found.samples,
-            model: fit.candidate.name(),
+            model: fit.kind.name(),
             parameters: Parameters(fit),
             quality: Quality::of(found.kind, fit),
             candidates: candidates.collect(),
@@ -155,15 +155,15 @@ pub(super) fn print(
             out,
             "{} {:<28} {:>10} {:>10} {:>12.1} {:>12.1}",
             if n == 0 { "*" } else { " " },
-            fit.candidate.name(),
-            fit.candidate.parameters(),
+            fit.kind.name(),
+            fit.parameters.len(),
             digits(fit.rms),
             fit.aic,
             fit.bic
         )?;
     }
     let fit = &found.fits[0];
-    writeln!(out, "{}", fit.candidate.name())?;
+    writeln!(out, "{}", fit.kind.name())?;
     writeln!(
         out,
         "  {:<28} {:>12} {:<8} {:>12}   95 % interval",

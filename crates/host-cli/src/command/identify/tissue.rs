@@ -1,12 +1,13 @@
 //! The tissue file, and its picture beside it.
 
 use super::draw::draw;
-use super::print::Written;
+use super::print::{Written, digits};
 use crate::picture_file;
 use clap::Args;
 use haptic_experiment::failure::Failure;
 use haptic_log::record::{Leftover, NewFile, NewFileError, StartTime};
-use haptic_tissue::identify::Identification;
+use haptic_tissue::identify::{Identification, RecordKind};
+use haptic_tissue::{Material, Source, ValidRange};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
@@ -96,23 +97,57 @@ impl Planned<'_> {
         })
     }
 
-    /// The tissue file.
-    fn text(&self, found: &Identification, source: &str) -> Result<String, Failure> {
-        let date = StartTime::at(SystemTime::now()).rfc3339();
+    /// The tissue file, with what it was made of.
+    fn text(&self, found: &Identification, record: &str) -> Result<String, Failure> {
         let fit = &found.fits[0];
-        let mut text = format!(
-            "name = \"{}\"\ndescription = \"identified from {}\"\nmodel = \"{}\"\n\n[parameters]\n",
-            self.name,
-            source,
-            fit.candidate.name()
-        );
-        for parameter in &fit.parameters {
-            text += &format!("{} = {:?}\n", parameter.name, parameter.value);
-        }
-        text += &format!(
-            "\n[source]\ncitation = \"{date}\"\nconditions = \"{}\"\nchecked = false\n",
-            self.arguments.conditions
-        );
-        Ok(text)
+        let model = fit.to_model().map_err(|error| {
+            Failure::input_with_advice(
+                format_args!("the fit of {} is no tissue: {error}", fit.kind),
+                "give another --model",
+            )
+        })?;
+        let (unit, of) = match found.kind {
+            RecordKind::History => (" Pa", "stress"),
+            RecordKind::Creep => ("", "log compliance"),
+            _ => ("", "log modulus"),
+        };
+        let date = StartTime::at(SystemTime::now()).rfc3339();
+        let source = Source {
+            citation: format!(
+                "{}'s fit to the {} record {record}",
+                env!("CARGO_PKG_NAME"),
+                found.kind.name()
+            ),
+            conditions: self.arguments.conditions.clone(),
+            checked: false,
+            date: date.split('T').next().unwrap_or_default().to_owned(),
+            residual: format!(
+                "rms {}{unit} in {of}, {} samples",
+                digits(fit.rms),
+                found.samples
+            ),
+            ..Source::default()
+        };
+        let description = format!("identified from {record}");
+        let material =
+            Material::new(&self.name, &description, model, source).map_err(Failure::input)?;
+        Ok(material.with_range(range(found)).to_toml())
     }
+}
+
+/// Where the record had samples.
+fn range(found: &Identification) -> ValidRange {
+    let ends = |values: &[f64]| {
+        let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+        (Some(low), Some(values.iter().copied().fold(low, f64::max)))
+    };
+    let (from, to) = ends(&found.x);
+    let mut range = ValidRange::default();
+    match found.kind {
+        RecordKind::Oscillation => (range.omega_from_rad_s, range.omega_to_rad_s) = (from, to),
+        // A motion begins somewhere on its clock; its length is what counts.
+        RecordKind::History => range.time_to_s = to.zip(from).map(|(to, from)| to - from),
+        _ => (range.time_from_s, range.time_to_s) = (from, to),
+    }
+    range
 }
