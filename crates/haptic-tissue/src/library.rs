@@ -6,16 +6,16 @@ use std::path::{Path, PathBuf};
 /// Files that come with the program: name for messages, content.
 const BUILT_IN: [(&str, &str); 3] = [
     (
-        "materials/fish-muscle.toml",
-        include_str!("../materials/fish-muscle.toml"),
-    ),
-    (
         "materials/prostate-cancerous.toml",
         include_str!("../materials/prostate-cancerous.toml"),
     ),
     (
         "materials/prostate-healthy.toml",
         include_str!("../materials/prostate-healthy.toml"),
+    ),
+    (
+        "materials/fish-muscle.toml",
+        include_str!("../materials/fish-muscle.toml"),
     ),
 ];
 
@@ -111,7 +111,7 @@ mod tests {
             .collect();
         assert_eq!(
             names,
-            ["fish-muscle", "prostate-cancerous", "prostate-healthy"]
+            ["prostate-cancerous", "prostate-healthy", "fish-muscle"]
         );
         // No table of a source was seen yet.
         assert!(library.materials().iter().all(|m| !m.source.checked));

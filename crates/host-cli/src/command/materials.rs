@@ -1,10 +1,11 @@
 //! `materials`: the tissue library.
 
-use crate::output::Output;
+use crate::output::{Output, short};
 use clap::{Args, Subcommand};
 use haptic_experiment::failure::Failure;
-use haptic_tissue::{Library, Material};
+use haptic_tissue::{Library, Material, ValidRange};
 use serde::Serialize;
+use std::io::{self, Write};
 use std::path::PathBuf;
 
 /// Tasks with the library.
@@ -53,22 +54,21 @@ impl Command {
                 let library = folder.load()?;
                 let materials = library.materials();
                 output.print(&List { materials }, |out| {
-                    writeln!(
+                    print_row(
                         out,
-                        "{:<22} {:>12} {:>16} {:>8}  {:<9} description",
-                        "name", "E0 / Pa", "eta / Pa·s^α", "order α", "checked"
+                        [
+                            "name",
+                            "model",
+                            "valid for",
+                            "checked",
+                            "description [source]",
+                        ],
                     )?;
                     for m in materials {
-                        writeln!(
-                            out,
-                            "{:<22} {:>12} {:>16} {:>8}  {:<9} {}",
-                            m.name,
-                            m.elastic_modulus_pa,
-                            m.viscosity_pa_s_alpha,
-                            m.order,
-                            if m.source.checked { "yes" } else { "no" },
-                            m.description
-                        )?;
+                        let what = format!("{} [{}]", m.description, m.source.citation);
+                        let checked = if m.source.checked { "yes" } else { "no" };
+                        let model = m.model.kind().name();
+                        print_row(out, [&m.name, model, &valid_for(&m.range), checked, &what])?;
                     }
                     Ok(())
                 })
@@ -78,6 +78,36 @@ impl Command {
                 output.print(&material, |out| write!(out, "{}", material.text))
             }
         }
+    }
+}
+
+fn print_row(out: &mut dyn Write, row: [&str; 5]) -> io::Result<()> {
+    let [name, model, range, checked, what] = row;
+    writeln!(
+        out,
+        "{name:<20} {model:<27} {range:<22} {checked:<7} {what}"
+    )
+}
+
+/// The times, frequencies and strains of the measurement, as far as they are known.
+fn valid_for(range: &ValidRange) -> String {
+    let span = |from: Option<f64>, to: Option<f64>, unit: &str| match (from, to) {
+        (Some(from), Some(to)) => Some(format!("{} to {} {unit}", short(from), short(to))),
+        (None, Some(to)) => Some(format!("up to {} {unit}", short(to))),
+        (Some(from), None) => Some(format!("from {} {unit}", short(from))),
+        (None, None) => None,
+    };
+    let strain = range.strain_to;
+    let known = [
+        span(range.time_from_s, range.time_to_s, "s"),
+        span(range.omega_from_rad_s, range.omega_to_rad_s, "rad/s"),
+        strain.map(|strain| format!("strain up to {}", short(strain))),
+    ];
+    let known: Vec<String> = known.into_iter().flatten().collect();
+    if known.is_empty() {
+        "not stated".to_owned()
+    } else {
+        known.join(", ")
     }
 }
 

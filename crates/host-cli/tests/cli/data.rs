@@ -251,12 +251,22 @@ fn materials_are_listed_with_those_of_the_user() {
         let name = |m: &Value| m["name"].as_str().expect("a name").to_owned();
         list.iter().map(name).collect()
     };
-    let own = ["prostate-cancerous", "prostate-healthy"];
+    let own = ["prostate-cancerous", "prostate-healthy", "fish-muscle"];
     assert_eq!(names("materials list --json"), own);
     let with_gel = names("materials list --library mine --json");
-    assert_eq!(with_gel, [own[0], own[1], "gel"]);
+    assert_eq!(with_gel, [own[0], own[1], own[2], "gel"]);
     let text = place.run("materials list --library mine").succeeded();
-    assert_eq!(text.stdout.lines().count(), 4, "{text}");
+    assert_eq!(text.stdout.lines().count(), 5, "{text}");
+    let muscle = text.stdout.lines().nth(3).expect("a line");
+    for word in [
+        "fish-muscle",
+        "fractional-maxwell",
+        "0.0139 to 981 s",
+        "no",
+        "pyRheo",
+    ] {
+        assert!(muscle.contains(word), "{muscle}");
+    }
     assert!(text.stdout.contains("gel"), "{text}");
 }
 
@@ -267,6 +277,12 @@ fn a_material_is_shown_with_its_source() {
     let gel = place.run("materials show gel.toml --json").succeeded();
     let gel = gel.json();
     assert_eq!(number(&gel, "viscosity_pa_s_alpha"), 5.0);
+    assert_eq!(gel["model"], "fractional-kelvin-voigt");
+    assert_eq!(number(&gel["parameters"], "second_order"), 0.0);
+    let muscle = place.run("materials show fish-muscle --json").succeeded();
+    let muscle = muscle.json();
+    assert_eq!(muscle["order"], Value::Null);
+    assert_eq!(number(&muscle["parameters"], "second_order"), 0.1102);
     assert_eq!(gel["source"]["checked"], Value::from(true));
     let show = place.run("materials show prostate-cancerous --json");
     let show = show.succeeded().json();
