@@ -18,6 +18,7 @@ const COMMAND: &str = "host-cli";
 const ARROWS: &[(&str, &[&str])] = &[
     ("fracdiff", &[]),
     ("fractional-control", &["fracdiff"]),
+    ("fracdiff-c", &["fracdiff"]),
     ("haptic-link", &[]),
     ("haptic-loop", &["fracdiff"]),
     ("haptic-remote", &["fracdiff", "haptic-loop", "haptic-link"]),

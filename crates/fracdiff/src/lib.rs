@@ -56,7 +56,7 @@ pub use portable::PortableOperator;
 pub use real::Real;
 pub use response::{ExactDifference, FrequencyResponse};
 #[cfg(feature = "std")]
-pub use scheme::{Operator, OperatorHistory, Scheme, SchemeError};
+pub use scheme::{Operator, OperatorHistory, OperatorList, Scheme, SchemeError};
 pub use seconds::Seconds;
 pub use short_memory::{ShortHistory, ShortMemory};
 #[cfg(feature = "alloc")]

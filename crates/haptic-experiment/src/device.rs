@@ -7,7 +7,7 @@ use haptic_remote::serial::{ConnectOptions, SerialError, SerialLink, ports};
 use std::fmt;
 use std::str::FromStr;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Hears what a user should know before a run is over, a sentence each.
 pub type Warn<'a> = &'a (dyn Fn(&str) + Sync);
@@ -89,12 +89,25 @@ impl SerialName {
         &self,
         patience: Duration,
         warn: Warn<'_>,
-        stop: &AtomicBool,
+        stop: Option<&AtomicBool>,
     ) -> Result<SerialLink, Failure> {
         let link = if self.path == "auto" {
             self.find()?
         } else {
-            self.wait(patience, stop)?
+            let options = ConnectOptions {
+                baud: self.baud,
+                patience,
+                stop,
+            };
+            SerialLink::connect(&self.path, options).map_err(|error| {
+                if stop.is_some_and(|stop| stop.load(Ordering::Relaxed)) {
+                    return Failure::Run(anyhow::anyhow!(
+                        "interrupted: {} was waited for in vain ({error})",
+                        self.path
+                    ));
+                }
+                at_port(&self.path, &error)
+            })?
         };
         if let Some(latency_ms) = link.latency_ms().filter(|ms| *ms > 1) {
             warn(&format!(
@@ -107,37 +120,11 @@ impl SerialName {
         Ok(link)
     }
 
-    /// Tries for so long, a little at a time.
-    fn wait(&self, patience: Duration, stop: &AtomicBool) -> Result<SerialLink, Failure> {
-        let began = Instant::now();
-        loop {
-            let left = patience.saturating_sub(began.elapsed());
-            let options = ConnectOptions {
-                baud: self.baud,
-                patience: left.min(Duration::from_millis(250)),
-            };
-            let error = match SerialLink::connect(&self.path, options) {
-                Ok(link) => return Ok(link),
-                Err(error) => error,
-            };
-            if error.is_hopeless() || began.elapsed() >= patience {
-                return Err(at_port(&self.path, &error));
-            }
-            if stop.load(Ordering::Relaxed) {
-                return Err(Failure::Run(anyhow::anyhow!(
-                    "interrupted: {} was waited for in vain ({error})",
-                    self.path
-                )));
-            }
-            std::thread::sleep(Duration::from_millis(10));
-        }
-    }
-
     /// The only port at which a device answers.
     fn find(&self) -> Result<SerialLink, Failure> {
         let options = ConnectOptions {
             baud: self.baud,
-            patience: Duration::ZERO,
+            ..ConnectOptions::default()
         };
         let ports = ports();
         let mut found = Vec::new();

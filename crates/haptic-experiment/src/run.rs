@@ -14,7 +14,7 @@ use crate::failure::Failure;
 use crate::folder::{FolderRequest, OutputFolder};
 use fracdiff::Real;
 use haptic_log::live::{Live, LiveStreams};
-use haptic_log::record::{END, FinishedLog, RecordError, StartTime, TickMessage};
+use haptic_log::record::{END, FinishedLog, StartTime, TickMessage};
 use haptic_loop::realtime::Periodic;
 use haptic_loop::{Controller, Device, Engaged, Environment, SafetyState};
 use std::collections::BTreeMap;
@@ -108,19 +108,12 @@ where
     recorder.roll_at(folder.roll_bytes());
     let record =
         run(controller, device, schedule, &mut recorder, supervisor).map_err(Failure::Run)?;
-    // A log that could not be written is the first thing to know.
-    let recorded = recorder.finish();
+    let at_rest = controller.safety().is_at_rest();
     let Recorded {
         log,
         fault_log,
         warnings,
-    } = match recorded {
-        Err(error) if record.ended == Some(Ended::LogStopped) => {
-            let at_rest = controller.safety().is_at_rest();
-            return Err(log_stopped(error, at_rest));
-        }
-        recorded => recorded?,
-    };
+    } = close(recorder, &record, at_rest)?;
     Ok(Ran {
         record,
         log,
@@ -131,14 +124,24 @@ where
     })
 }
 
-/// The log could not be written, and this is what became of the force.
-pub(super) fn log_stopped(error: RecordError, at_rest: bool) -> Failure {
-    let force = if at_rest {
-        "the run was ended, the force ramped to zero"
-    } else {
-        "the run was ended"
-    };
-    Failure::DataLost(anyhow::anyhow!("{error}; {force}"))
+/// Closes the log of a run. One that could not be written is the first thing to know, and what became of the force.
+pub(super) fn close(
+    recorder: Recorder,
+    record: &Record,
+    at_rest: bool,
+) -> Result<Recorded, Failure> {
+    let stopped = record.ended == Some(Ended::LogStopped);
+    recorder.finish().map_err(|error| {
+        if !stopped {
+            return error.into();
+        }
+        let force = if at_rest {
+            "the run was ended, the force ramped to zero"
+        } else {
+            "the run was ended"
+        };
+        Failure::DataLost(anyhow::anyhow!("{error}; {force}"))
+    })
 }
 
 /// Fewest and most samples of an experiment: at 1 kHz, eleven days. The disk is full before.

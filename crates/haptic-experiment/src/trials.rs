@@ -36,7 +36,7 @@ impl<'a> Trials<'a> {
                 "a search runs in the device's own loop: leave `loop` = host away",
             ));
         }
-        let link = remote.name.connect(remote.patience, warn, stop)?;
+        let link = remote.name.connect(remote.patience, warn, Some(stop))?;
         let set = link.configuration();
         let (set, _) = set.map_err(|error| at_port(link.path(), &error))?;
         Ok(Self {

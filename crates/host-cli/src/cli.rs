@@ -73,6 +73,8 @@ pub enum Command {
     Weights(command::weights::Arguments),
     /// Differentiate or integrate a CSV column to a fractional order
     Differintegrate(command::differintegrate::Arguments),
+    /// Write an operator as a header in C99, for any microcontroller
+    ExportC(command::export_c::Arguments),
     /// Find, inspect, configure, imitate, program and watch a device
     #[command(subcommand)]
     Device(command::device::Command),
@@ -111,6 +113,7 @@ impl Cli {
             Command::Reproduce(arguments) => arguments.run(output),
             Command::Weights(arguments) => arguments.run(output),
             Command::Differintegrate(arguments) => arguments.run(output),
+            Command::ExportC(arguments) => arguments.run(output),
             Command::Device(command) => command.run(output),
             Command::Materials(command) => command.run(output),
             Command::Identify(arguments) => arguments.run(output),

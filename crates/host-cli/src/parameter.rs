@@ -132,7 +132,10 @@ mod tests {
             with_options("leave `loop` = host away"),
             "leave --loop host away"
         );
-        assert_eq!(with_options("`/tmp/x` is taken"), "`/tmp/x` is taken");
+        assert_eq!(
+            with_options("`relax.mcap` is taken"),
+            "`relax.mcap` is taken"
+        );
     }
 
     #[test]

@@ -127,6 +127,14 @@ fn fast_blocks<F: Real>(decays: &[F], integer: i32) -> usize {
     slow.map_or(decays.len().div_ceil(LANES), |first| first / LANES)
 }
 
+/// The modes of a portable list in blocks that need no compensation.
+#[cfg(feature = "std")]
+pub(crate) fn plain_modes<F: Real>(values: &[F], integer: i32) -> usize {
+    let modes = values.get(PORTABLE_TAPS..).unwrap_or_default();
+    let decays: std::vec::Vec<F> = modes.iter().step_by(2).copied().collect();
+    LANES * fast_blocks(&decays, integer)
+}
+
 impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
     /// Without modes and corrections.
     fn empty(rate: f64, direct: F) -> Self {

@@ -30,6 +30,8 @@ mod saved;
 mod sweep;
 
 pub use crate::range::{HORIZON_MAX, HORIZON_MIN, TOLERANCE_MAX, TOLERANCE_MIN};
+#[cfg(feature = "std")]
+pub(crate) use bank::plain_modes;
 pub(crate) use bank::{Bank, PORTABLE_TAPS};
 pub use bank::{BankHistory, FullMemory, FullMemoryHistory};
 pub use design::{Design, DesignError};

@@ -250,4 +250,17 @@ impl Scheme {
             Self::Exact => return Err(SchemeError::AnalysisOnly),
         })
     }
+
+    /// ε of the full memory that [`build`](Self::build) makes, see [`Design::error_bound`]; `None` for the other schemes.
+    ///
+    /// # Errors
+    /// As [`build`](Self::build).
+    pub fn error_bound(self, order: Order, horizon: f64) -> Result<Option<f64>, SchemeError> {
+        let Self::Full { kernel, tolerance } = self else {
+            return Ok(None);
+        };
+        let horizon = horizon.max(crate::full_memory::HORIZON_MIN);
+        let design = Design::<FULL_TAPS, FULL_MODES>::pruned(kernel, order, tolerance, horizon)?;
+        Ok(Some(design.error_bound()))
+    }
 }

@@ -106,6 +106,18 @@ pub struct OperatorList<F> {
     pub values: Vec<F>,
 }
 
+impl<F: Real> OperatorList<F> {
+    /// Number of modes, fastest first, that are run without a compensation word, padding included; 0 for other forms.
+    /// Whoever runs a list with other code needs it for the same bits.
+    #[must_use]
+    pub fn plain_modes(&self) -> usize {
+        match self.form {
+            Form::Modes => crate::full_memory::plain_modes(&self.values, self.integer.into()),
+            _ => 0,
+        }
+    }
+}
+
 impl<F: Real> Operator<F> {
     /// The operator as numbers, for [`PortableOperator`](crate::PortableOperator).
     #[must_use]

@@ -77,7 +77,8 @@ impl<'a> RemoteRun<'a> {
     /// Connects, configures, and only then makes folder and log.
     fn prepare(mut self, supervisor: Supervisor<'_>) -> Result<HostSession<'a>, Failure> {
         let device = self.device;
-        let mut link = (device.name).connect(device.patience, supervisor.warn, supervisor.stop)?;
+        let mut link =
+            (device.name).connect(device.patience, supervisor.warn, Some(supervisor.stop))?;
         let path = link.path().to_owned();
         let problem = |error: SerialError| match error.is_refusal() {
             true if error.is_about(Field::SimulationKind) => Failure::input_with_advice(

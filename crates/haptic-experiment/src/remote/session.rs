@@ -7,7 +7,7 @@ use crate::kept::Record;
 use crate::preflight::PreflightVerdict;
 use crate::recorder::{Recorded, Recorder};
 use crate::remote::summary::{flat, summarise};
-use crate::run::{Ran, Supervisor, log_stopped};
+use crate::run::{Ran, Supervisor, close};
 use crate::schedule::Schedule;
 use fracdiff::Real;
 use haptic_link::{EventKind, LoopMode, Refusal, Report, Request, Start, State, Statistics};
@@ -70,17 +70,11 @@ impl HostSession<'_> {
         recorder.metadata("link", flat(&summary));
         record.link = Some(summary);
         recorder.metadata(END, record.end(schedule.samples, next_tick).metadata());
-        let recorded = recorder.finish();
         let Recorded {
             log,
             fault_log,
             warnings,
-        } = match recorded {
-            Err(error) if record.ended == Some(Ended::LogStopped) => {
-                return Err(log_stopped(error, let_go));
-            }
-            recorded => recorded?,
-        };
+        } = close(recorder, &record, let_go)?;
         Ok(Ran {
             record,
             log,

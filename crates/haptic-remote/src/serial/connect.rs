@@ -11,7 +11,7 @@ use core::fmt::Display;
 use haptic_link::{Capabilities, Report, Request, State, Status};
 use hdrhistogram::Histogram;
 use std::string::ToString;
-use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::mpsc::sync_channel;
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
@@ -41,22 +41,24 @@ const UNKNOWN: Capabilities = Capabilities {
 };
 
 /// Options of a connection. By default [`BAUDS`], one attempt.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct ConnectOptions {
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ConnectOptions<'a> {
     /// Bits per second; `None` tries each of [`BAUDS`].
     pub baud: Option<u32>,
     /// Time for further attempts at a port that is not there or does not answer.
     pub patience: Duration,
+    /// Ends the attempts when set.
+    pub stop: Option<&'a AtomicBool>,
 }
 
 impl SerialLink {
     /// Opens the port, greets the device, brings it to rest and asks what it can do. Tries again with
-    /// growing pauses, 50 ms to 1 s, until the patience is over.
+    /// growing pauses, 50 ms to 1 s, until the patience is over or `stop` is set.
     ///
     /// # Errors
     /// A port that is not there, is in use or may not be opened; no answer, garbage, an echo, another
     /// protocol version.
-    pub fn connect(path: &str, options: ConnectOptions) -> Result<Self, SerialError> {
+    pub fn connect(path: &str, options: ConnectOptions<'_>) -> Result<Self, SerialError> {
         let began = Instant::now();
         let mut pause = Duration::from_millis(50);
         loop {
@@ -64,10 +66,10 @@ impl SerialLink {
                 Ok(link) => return Ok(link),
                 Err(error) => error,
             };
-            if error.is_hopeless() || began.elapsed() + pause > options.patience {
+            let over = began.elapsed() + pause > options.patience;
+            if over || error.is_hopeless() || !sleep(pause, options.stop) {
                 return Err(error);
             }
-            std::thread::sleep(pause);
             pause = (2 * pause).min(Duration::from_secs(1));
         }
     }
@@ -158,6 +160,20 @@ impl SerialLink {
             }
         }
     }
+}
+
+/// Sleeps for so long; false if `stop` was set meanwhile, which is seen within 50 ms.
+fn sleep(time: Duration, stop: Option<&AtomicBool>) -> bool {
+    let stopped = || stop.is_some_and(|stop| stop.load(Ordering::Relaxed));
+    let until = Instant::now() + time;
+    while !stopped() {
+        let left = until.saturating_duration_since(Instant::now());
+        if left.is_zero() {
+            return true;
+        }
+        std::thread::sleep(left.min(Duration::from_millis(50)));
+    }
+    false
 }
 
 /// State that both threads share, before either runs.

@@ -50,8 +50,7 @@ pub enum SerialError {
 
 impl SerialError {
     /// True if another attempt is useless. A wrong version, for example, does not go away by waiting.
-    #[must_use]
-    pub const fn is_hopeless(&self) -> bool {
+    pub(super) const fn is_hopeless(&self) -> bool {
         matches!(
             self,
             Self::Link(

@@ -1,10 +1,15 @@
 //! Plain sentences about a fit.
 
 use super::fit::{AS_GOOD, Fit};
+use super::parameter::Estimate;
 use super::record::Record;
 
-/// Two estimates that hang together so closely are one.
+/// Two estimates that hang together so closely are one, if neither is settled.
 const ONE: f64 = 0.99;
+/// A standard error over the value, or of an order, below which a parameter is settled, whatever it hangs together with: a viscosity at
+/// 1 s and its order always do where the record is far from 1 s.
+const SETTLED: f64 = 0.1;
+const SETTLED_ORDER: f64 = 0.03;
 /// A standard error over the value, or of an order, from which a parameter is not settled.
 const LOOSE: f64 = 0.5;
 const LOOSE_ORDER: f64 = 0.2;
@@ -73,7 +78,8 @@ fn together(fit: &Fit) -> Vec<String> {
     let mut said = Vec::new();
     for (i, row) in fit.correlation.iter().enumerate() {
         for (j, correlation) in row.iter().enumerate().take(i) {
-            if correlation.abs() > ONE {
+            let loose = [i, j].iter().any(|&k| !is_settled(&fit.parameters[k]));
+            if correlation.abs() > ONE && loose {
                 said.push(format!(
                     "the record cannot tell `{}` and `{}` apart (correlation {correlation:.4}): a longer record or a wider band \
                      would",
@@ -83,6 +89,15 @@ fn together(fit: &Fit) -> Vec<String> {
         }
     }
     said
+}
+
+fn is_settled(parameter: &Estimate) -> bool {
+    let most = if parameter.unit.is_empty() {
+        SETTLED_ORDER
+    } else {
+        SETTLED * parameter.value
+    };
+    parameter.standard_error.is_some_and(|error| error <= most)
 }
 
 fn loose(fit: &Fit) -> Vec<String> {
@@ -129,8 +144,8 @@ fn simpler(fit: &Fit, fits: &[Fit]) -> Option<String> {
 fn alike(fit: &Fit) -> Option<String> {
     (fit.neighbours > ALIKE).then(|| {
         format!(
-            "neighbouring residuals are alike (correlation {:.2}): the model leaves something out or the noise is slow, so standard \
-             errors are too small; `bootstrap` draws blocks and is wider",
+            "neighbouring residuals are alike (correlation {:.2}): the model leaves something out or the noise is slow, so standard errors are \
+             too small; intervals by `bootstrap` are wider",
             fit.neighbours
         )
     })

@@ -7,6 +7,7 @@ pub mod design;
 pub mod device;
 pub mod differintegrate;
 pub mod experiment;
+pub mod export_c;
 pub mod identify;
 pub mod live;
 pub mod log;

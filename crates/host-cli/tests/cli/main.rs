@@ -10,6 +10,7 @@ mod design;
 mod devices;
 mod experiments;
 #[cfg(unix)]
+mod export;
 mod faults;
 mod guide;
 mod identify;

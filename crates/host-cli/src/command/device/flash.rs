@@ -8,7 +8,6 @@ use haptic_experiment::failure::Failure;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::atomic::AtomicBool;
 
 const LONG_ABOUT: &str = "\
 Builds the firmware for a board and programs it over a debug probe with probe-rs, then greets the \
@@ -95,10 +94,7 @@ impl Arguments {
             .port
             .patience()?
             .max(std::time::Duration::from_secs(10));
-        let link = self
-            .port
-            .name()?
-            .connect(patience, &warn, &AtomicBool::new(false))?;
+        let link = self.port.name()?.connect(patience, &warn, None)?;
         if let Some(identity) = &identity {
             identity.compare(&Identity {
                 board: link.capabilities().board().to_owned(),

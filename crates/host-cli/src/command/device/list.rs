@@ -6,7 +6,6 @@ use haptic_experiment::device::firmware_version;
 use haptic_experiment::failure::Failure;
 use haptic_remote::serial::{ConnectOptions, SerialLink, ports};
 use serde::Serialize;
-use std::time::Duration;
 
 /// Arguments of `device list`.
 #[derive(Debug, Args)]
@@ -47,7 +46,7 @@ impl Arguments {
     pub fn run(self, output: Output) -> Result<(), Failure> {
         let options = ConnectOptions {
             baud: self.baud,
-            patience: Duration::ZERO,
+            ..ConnectOptions::default()
         };
         let listed = ports().into_iter().map(|port| {
             let link = self.probe.then(|| SerialLink::connect(&port.path, options));

@@ -6,11 +6,7 @@ use clap::Args;
 use haptic_experiment::device::{DeviceName, SerialName};
 use haptic_experiment::failure::Failure;
 use haptic_remote::serial::SerialLink;
-use std::sync::atomic::AtomicBool;
 use std::time::Duration;
-
-/// These commands watch for no interruption, so one ends them at once.
-static NEVER: AtomicBool = AtomicBool::new(false);
 
 /// Which device.
 #[derive(Debug, Args)]
@@ -50,11 +46,11 @@ impl PortArguments {
 
     /// One attempt.
     pub(super) fn connect_once(&self) -> Result<SerialLink, Failure> {
-        self.name()?.connect(Duration::ZERO, &warn, &NEVER)
+        self.name()?.connect(Duration::ZERO, &warn, None)
     }
 
     pub(super) fn connect(&self) -> Result<SerialLink, Failure> {
-        self.name()?.connect(self.patience()?, &warn, &NEVER)
+        self.name()?.connect(self.patience()?, &warn, None)
     }
 }
 

@@ -142,7 +142,7 @@ fn residuals(found: &Identification, fit: &Fit) -> Points {
         .zip(&found.measured)
         .map(|(model, measured)| match found.kind {
             RecordKind::History => model - measured,
-            _ => 100.0 * libm::log(model / measured),
+            _ => 100.0 * (model / measured).ln(),
         });
     found.x.iter().copied().zip(values).collect()
 }

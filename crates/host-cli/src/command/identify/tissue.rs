@@ -114,8 +114,8 @@ impl Planned<'_> {
         let date = StartTime::at(SystemTime::now()).rfc3339();
         let source = Source {
             citation: format!(
-                "{}'s fit to the {} record {record}",
-                env!("CARGO_PKG_NAME"),
+                "fit by {} to the {} record {record}",
+                concat!("host-cli ", env!("CARGO_PKG_VERSION")),
                 found.kind.name()
             ),
             conditions: self.arguments.conditions.clone(),

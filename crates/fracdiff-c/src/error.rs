@@ -1,0 +1,47 @@
+//! Operators and names that give no header.
+
+use std::fmt;
+
+/// Why there is no header.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum HeaderError {
+    /// A name that C does not take, or one that ends as names of the system do.
+    Name(String),
+    /// A list of coefficients that no operator has.
+    List {
+        /// Number of values.
+        count: usize,
+        /// Differences (> 0) or sums (< 0) around them.
+        integer: i8,
+    },
+    /// A coefficient that is not finite.
+    Value {
+        /// Its place in the list.
+        index: usize,
+        /// The value.
+        value: f64,
+    },
+}
+
+impl fmt::Display for HeaderError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Name(name) => write!(
+                f,
+                "name \"{name}\" is not a C identifier of 1 to 24 letters, digits and underscores that begins with a \
+                 letter and is no keyword"
+            ),
+            Self::List { count, integer } => write!(
+                f,
+                "{count} coefficients with an integer part of {integer} are not what this form of operator has: take \
+                 the list of an operator"
+            ),
+            Self::Value { index, value } => {
+                write!(f, "coefficient {index} is {value}, which is not finite")
+            }
+        }
+    }
+}
+
+impl std::error::Error for HeaderError {}

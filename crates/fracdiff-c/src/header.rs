@@ -1,0 +1,244 @@
+//! The whole header: comment, tables, struct and functions.
+
+use crate::error::HeaderError;
+use crate::form::{self, Core, Field};
+use crate::name;
+use crate::number::{CNumber, literal};
+use fracdiff::OperatorList;
+use std::fmt;
+
+/// A header in C99 of one operator; `to_string` is its text.
+///
+/// ```text
+/// NAME_t                                  the history of one signal
+/// void NAME_init(NAME_t *self)            a signal that was zero for ever
+/// real NAME_output(const NAME_t *self, real x)      y[n], a multiply-add after the increment
+/// void NAME_advance(NAME_t *self, real x)           takes x[n] into the history
+/// real NAME_step(NAME_t *self, real x)              both
+/// ```
+/// - *Same bits* as the operator in Rust, if C computes as written: no fast math, no contraction.
+/// - *Not finite*: as in Rust no output is finite until `NAME_init`, or for as many samples as there are taps.
+/// - *Cost*: as in Rust; no heap, no libm, no other file than `stdint.h`.
+///
+/// ```
+/// use fracdiff::{Operator, Order, Scheme, Seconds};
+/// use fracdiff_c::Header;
+///
+/// let scheme: Scheme = "grunwald:3".parse()?;
+/// let slope: Operator<f32> = scheme.build(Order::new(1.0)?, Seconds(1e-3), 1e3)?;
+/// let header = Header::new("slope", &slope.list(), &[])?.to_string();
+/// assert!(header.contains("static inline float slope_step(slope_t *self, float x)"));
+/// assert!(Header::new("2nd", &slope.list(), &[]).is_err());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Header(String);
+
+impl Header {
+    /// - `name`: begins all names in the header; a C identifier of 24 characters at most.
+    /// - `list`: the operator, as [`Operator::list`](fracdiff::Operator::list) gives it, in `float` or `double`.
+    /// - `notes`: lines for the comment at its head: what it is, its error, how it was made.
+    ///
+    /// # Errors
+    /// A name that C does not take; a list that is of no operator.
+    pub fn new<F: CNumber>(
+        name: &str,
+        list: &OperatorList<F>,
+        notes: &[String],
+    ) -> Result<Self, HeaderError> {
+        let name = name::check(name)?;
+        let core = form::core(list)?;
+        let zero = literal(F::ZERO);
+        let functions = functions(&core, list.integer);
+        let comment = comment(name, &core, notes);
+        let tables = core.tables.clone();
+        let structure = structure(&fields(core, list.integer));
+        let code = tables + &structure + &functions;
+        let code = code
+            .replace("AS_WRITTEN", AS_WRITTEN)
+            .replace("ZERO", &zero)
+            .replace("real ", &format!("{} ", F::TYPE))
+            .replace('@', name);
+        let opening = opening(name);
+        Ok(Self(format!("{comment}{opening}{code}{CLOSING}")))
+    }
+}
+
+impl fmt::Display for Header {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+/// What a reader has to know first.
+fn comment(name: &str, core: &Core, notes: &[String]) -> String {
+    let mut text = format!("/* {name}: a fractional operator, {}.\n", core.words);
+    for note in notes {
+        // Nothing in a note ends the comment.
+        let note = note.replace("*/", "* /");
+        let words: Vec<&str> = note.split_whitespace().collect();
+        text.push_str(&format!(" * {}\n", words.join(" ")));
+    }
+    text + &USE.replace('@', name)
+}
+
+const USE: &str = " *
+ * @_t is the history of one signal. @_init(&h) first, then for each sample y = @_output(&h, x), which is
+ * cheap, and @_advance(&h, x) when y has been used; or both as @_step(&h, x).
+ * The same bits as in Rust: compile without -ffast-math and with -ffp-contract=off.
+ */
+";
+
+const CLOSING: &str = "
+#ifdef __cplusplus
+}
+#endif
+
+#endif
+";
+
+/// Guard, includes, C++.
+fn opening(name: &str) -> String {
+    let guard = name.to_ascii_uppercase();
+    format!(
+        "#ifndef {guard}_H\n#define {guard}_H\n\n#include <stdint.h>\n\n#ifdef __cplusplus\nextern \"C\" {{\n#endif\n\n"
+    )
+}
+
+/// All of the history.
+fn fields(core: Core, integer: i8) -> Vec<Field> {
+    let mut fields = core.fields;
+    let own: &[&str] = match integer {
+        2 => &["base", "slope"],
+        1 => &["base"],
+        -1 => &["core_past", "inner", "inner_carry"],
+        -2 => &["core_past", "inner", "inner_carry", "outer", "outer_carry"],
+        _ => &[],
+    };
+    fields.extend(own.iter().map(|name| Field::Real(name)));
+    fields.push(Field::Real("past"));
+    fields
+}
+
+/// The struct, and the function that puts it to rest.
+fn structure(fields: &[Field]) -> String {
+    let members = fields.iter().map(|field| match field {
+        Field::Real(name) => format!("    real {name};\n"),
+        Field::Reals(name, count) => format!("    real {name}[{count}];\n"),
+        Field::Index(name) => format!("    uint32_t {name};\n"),
+    });
+    let at_rest = fields.iter().map(|field| match field {
+        Field::Real(name) => format!("    self->{name} = ZERO;\n"),
+        Field::Index(name) => format!("    self->{name} = 0U;\n"),
+        Field::Reals(name, count) => {
+            format!(
+                "    for (i = 0U; i < {count}U; ++i) {{\n        self->{name}[i] = ZERO;\n    }}\n"
+            )
+        }
+    });
+    let loops = fields.iter().any(|field| matches!(field, Field::Reals(..)));
+    let index = if loops { "    uint32_t i;\n" } else { "" };
+    format!(
+        "\n/* The history of one signal. */\ntypedef struct {{\n{}}} @_t;\n\n\
+         /* A signal that was zero for ever. */\nstatic inline void @_init(@_t *self)\n{{\n{index}{}}}\n",
+        members.collect::<String>(),
+        at_rest.collect::<String>()
+    )
+}
+
+/// Knuth's two-sum, as fracdiff has it.
+const SUM: &str = "
+/* Adds to a sum, and keeps what rounding takes. */
+static inline void @_add(real *sum, real *carry, real increment)
+{
+    const real addend = increment + *carry;
+    const real total = *sum + addend;
+    const real virtual_addend = total - *sum;
+    *carry = (*sum - (total - virtual_addend)) + (addend - virtual_addend);
+    *sum = total;
+}
+";
+
+/// Clang contracts within an expression unless it is told not to.
+const AS_WRITTEN: &str = "\
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+";
+
+/// Initialisation, output, advance, step.
+fn functions(core: &Core, integer: i8) -> String {
+    let increment = match integer {
+        2 => "(x - self->base) - self->slope",
+        1 => "x - self->base",
+        _ => "x",
+    };
+    let direct = &core.direct;
+    let mut before = String::new();
+    let mut after = String::new();
+    if integer < 0 {
+        before = format!(
+            "    @_add(&self->inner, &self->inner_carry, {direct} * x + self->core_past);\n"
+        );
+    }
+    if integer > 1 {
+        after.push_str("    self->slope = x - self->base;\n");
+    }
+    if integer > 0 {
+        after.push_str("    self->base = x;\n");
+    }
+    if integer < 0 {
+        after.push_str("    self->core_past = past;\n");
+    }
+    if integer < -1 {
+        after.push_str("    @_add(&self->outer, &self->outer_carry, self->inner);\n");
+    }
+    after.push_str(match integer {
+        ..=-2 => "    self->past = (past + self->inner) + self->outer;\n",
+        -1 => "    self->past = (past + self->inner) + ZERO;\n",
+        // Never -0, as in Rust.
+        _ => "    self->past = past + ZERO;\n",
+    });
+    let sum = if integer < 0 { SUM } else { "" };
+    let (step, own) = (&core.step, &core.functions);
+    format!(
+        "{sum}{own}
+/* The output for the input x now; changes nothing. */
+static inline real @_output(const @_t *self, real x)
+{{
+AS_WRITTEN    return {direct} * ({increment}) + self->past;
+}}
+
+/* Takes the input x into the history. */
+static inline void @_advance(@_t *self, real x)
+{{
+AS_WRITTEN    const real u = {increment};
+    real past;
+    {{
+{step}    }}
+{after}}}
+
+/* Output and advance. */
+static inline real @_step(@_t *self, real x)
+{{
+    const real y = @_output(self, x);
+    @_advance(self, x);
+    return y;
+}}
+",
+        step = indented(&format!("{before}{step}")),
+    )
+}
+
+/// One level further in.
+fn indented(text: &str) -> String {
+    text.lines()
+        .map(|line| {
+            if line.is_empty() {
+                "\n".to_owned()
+            } else {
+                format!("    {line}\n")
+            }
+        })
+        .collect()
+}

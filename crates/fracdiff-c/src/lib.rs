@@ -1,0 +1,12 @@
+#![doc = include_str!("../README.md")]
+#![forbid(unsafe_code)]
+
+mod error;
+mod form;
+mod header;
+mod name;
+mod number;
+
+pub use error::HeaderError;
+pub use header::Header;
+pub use number::CNumber;

@@ -1,0 +1,75 @@
+//! The same bits over 100 000 samples, by every compiler that is here, without a warning or undefined behaviour.
+
+use super::{CASES, build, hash, header_of, is_here, output, source};
+use fracdiff_c::CNumber;
+use std::process::Command;
+
+/// Every warning that C programmers look at.
+const WARNINGS: &[&str] = &[
+    "-Wall",
+    "-Wextra",
+    "-Wpedantic",
+    "-Wshadow",
+    "-Wconversion",
+    "-Werror",
+];
+
+/// Compilers and their ways.
+const COMPILERS: &[(&str, &[&str])] = &[
+    ("cc", &["-std=c99", "-O2"]),
+    (
+        "cc",
+        &[
+            "-std=c99",
+            "-O1",
+            "-fsanitize=undefined",
+            "-fno-sanitize-recover",
+        ],
+    ),
+    (
+        "clang",
+        &[
+            "-std=gnu99",
+            "-O3",
+            "-fsanitize=undefined,address",
+            "-fno-sanitize-recover",
+        ],
+    ),
+    (
+        "c++",
+        &["-x", "c++", "-std=c++11", "-O3", "-ffp-contract=off"],
+    ),
+];
+
+#[test]
+fn float_has_the_same_bits_by_every_compiler() {
+    check::<f32>(COMPILERS);
+}
+
+#[test]
+fn double_has_the_same_bits() {
+    check::<f64>(&COMPILERS[..1]);
+}
+
+fn check<F: CNumber>(compilers: &[(&str, &[&str])]) {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (compiler, flags) in compilers.iter().filter(|(compiler, _)| is_here(compiler)) {
+        for &(scheme, order) in CASES {
+            let operator = build::<F>(scheme, order);
+            let header = header_of(&operator, folder.path());
+            let program = folder.path().join("run");
+            let mut compile = Command::new(compiler);
+            compile.args(*flags).args(WARNINGS);
+            compile.arg(format!("-DREAL={}", F::TYPE));
+            compile.arg("-include").arg(header);
+            compile.args([source("run.c"), source("host.c")]);
+            output(compile.arg("-o").arg(&program));
+            let have = output(&mut Command::new(&program));
+            assert_eq!(
+                have,
+                hash(&operator),
+                "{scheme} {order}, {compiler} {flags:?}"
+            );
+        }
+    }
+}

@@ -1,0 +1,110 @@
+//! Headers in C against operators in Rust.
+
+mod bits;
+mod refusals;
+mod target;
+
+use fracdiff::{Differintegrator as _, Operator, Order, Scheme, Seconds};
+use fracdiff_c::{CNumber, Header};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// Samples of a run, as in `run.c`.
+const SAMPLES: u32 = 100_000;
+
+/// One operator of each form, of each integer part, with and without compensated modes.
+const CASES: &[(&str, f64)] = &[
+    ("grunwald:1", 0.5),
+    ("grunwald:7", 0.5),
+    ("grunwald:100", -0.4),
+    ("muir:5", 0.3),
+    ("tustin-muir:1", 0.5),
+    ("tustin-muir:5", -0.7),
+    ("oustaloup:4:0.1:100", 0.6),
+    ("oustaloup:3:0.1:100", -1.6),
+    ("full", 0.05),
+    ("full", 0.5),
+    ("full", 1.0),
+    ("full", 1.7),
+    ("full", 2.0),
+    ("full", 0.0),
+    ("full", -0.5),
+    ("full", -1.0),
+    ("full", -1.5),
+    ("full:1e-3", 0.2247),
+    ("piecewise-linear", 0.5),
+];
+
+/// An operator at 1 kHz, for an hour.
+fn build<F: CNumber>(scheme: &str, order: f64) -> Operator<F> {
+    let scheme: Scheme = scheme.parse().expect("a scheme");
+    let order = Order::new(order).expect("an order");
+    scheme
+        .build(order, Seconds(1e-3), 3.6e6)
+        .expect("an operator")
+}
+
+/// Its header in a folder.
+fn header_of<F: CNumber>(operator: &Operator<F>, folder: &Path) -> PathBuf {
+    // Notes that would spoil the header, were they not only notes.
+    let notes = ["D^0.5 */ #error @ ZERO real ".to_owned()];
+    let header = Header::new("op", &operator.list(), &notes).expect("a header");
+    let path = folder.join("op.h");
+    std::fs::write(&path, header.to_string()).expect("writes");
+    path
+}
+
+/// A file of `tests/c`.
+fn source(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/c")
+        .join(name)
+}
+
+/// True if a program is here. Where `REQUIRE_COMPILERS` is set, all have to be.
+fn is_here(program: &str) -> bool {
+    let here = Command::new(program).arg("--version").output().is_ok();
+    assert!(
+        here || std::env::var_os("REQUIRE_COMPILERS").is_none(),
+        "{program} is not installed"
+    );
+    if !here {
+        println!("skipped: {program} is not installed");
+    }
+    here
+}
+
+/// What a program says, by either channel; it must succeed.
+fn output(command: &mut Command) -> String {
+    let Output {
+        status,
+        stdout,
+        stderr,
+    } = command.output().expect("starts");
+    let said = String::from_utf8_lossy(&stderr);
+    assert!(status.success(), "{command:?}: {said}");
+    let printed = String::from_utf8_lossy(&stdout);
+    format!("{printed}{said}").trim().to_owned()
+}
+
+/// FNV-1a of the bits of all outputs, for the input of `run.c`.
+fn hash<F: CNumber>(operator: &Operator<F>) -> String {
+    let mut history = operator.at_rest();
+    let (mut hash, mut state, mut x) = (14_695_981_039_346_656_037_u64, 1_u32, F::ZERO);
+    for n in 0..SAMPLES {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        if (n / 4000).is_multiple_of(2) {
+            x += F::from_f64((f64::from(state >> 16) - 32768.0) / 1_048_576.0);
+        }
+        let y = operator.step(&mut history, x).to_f64();
+        let bytes = if F::COMPENSATED {
+            (y as f32).to_le_bytes().to_vec()
+        } else {
+            y.to_le_bytes().to_vec()
+        };
+        for byte in bytes {
+            hash = (hash ^ u64::from(byte)).wrapping_mul(1_099_511_628_211);
+        }
+    }
+    format!("{hash:016x}")
+}

@@ -1,0 +1,179 @@
+//! `export-c`: an operator as one header in C99.
+
+use super::words::{order, parse_order, parse_scheme, rate};
+use crate::choice::choice;
+use crate::output::{Output, short};
+use crate::quantity::Time;
+use clap::Args;
+use fracdiff::{Operator, OperatorList, Order, Scheme, Seconds};
+use fracdiff_c::{CNumber, Header};
+use haptic_experiment::failure::Failure;
+use haptic_experiment::{Named as _, Precision};
+use haptic_log::record::{Leftover, NewFile, NewFileError};
+use serde::Serialize;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+/// Arguments of `export-c`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example: host-cli export-c --order 0.5 --sample-time 1ms --horizon 1h --name half --out half.h\n\
+                  The header needs no heap, no libm and no other file than stdint.h, and gives the same bits as this \
+                  program: half_init(&h), then y = half_output(&h, x) and half_advance(&h, x) for each sample. \
+                  Compile without -ffast-math and with -ffp-contract=off."
+)]
+pub struct Arguments {
+    /// Order mu, -2 to 2: positive differentiates, negative integrates
+    #[arg(long, allow_hyphen_values = true, value_parser = parse_order)]
+    order: f64,
+    /// Time between two samples
+    #[arg(long, allow_hyphen_values = true)]
+    sample_time: Time,
+    /// Fractional operator, see `host-cli --help`
+    #[arg(long, value_parser = parse_scheme, default_value = "full")]
+    scheme: Scheme,
+    /// How far back a full memory keeps its accuracy
+    #[arg(
+        long,
+        value_name = "TIME",
+        default_value = "1h",
+        allow_hyphen_values = true
+    )]
+    horizon: Time,
+    /// Number type
+    #[arg(long, value_parser = choice::<Precision>(), default_value = "f32")]
+    precision: Precision,
+    /// Begins all names in the header
+    #[arg(long, default_value = "operator_d")]
+    name: String,
+    /// The header; standard output if absent
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Write over a header that is there
+    #[arg(long, requires = "out")]
+    overwrite: bool,
+}
+
+/// The result.
+#[derive(Serialize)]
+struct Exported {
+    name: String,
+    order: f64,
+    sample_time_s: f64,
+    scheme: String,
+    horizon_s: f64,
+    precision: &'static str,
+    coefficients: usize,
+    /// Of a full memory: the error of the output in units of the sum of its weighted increments.
+    error_bound: Option<f64>,
+    /// The file; null if the header is in `header`.
+    file: Option<String>,
+    header: Option<String>,
+}
+
+impl Arguments {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// Bad parameters; a file that is there, or cannot be written.
+    pub fn run(self, output: Output) -> Result<(), Failure> {
+        let mu = order(self.order)?;
+        let t = Seconds(self.sample_time.0);
+        rate(t, mu)?;
+        let horizon = self.horizon_samples()?;
+        let error_bound = (self.scheme.error_bound(mu, horizon))
+            .map_err(|error| Failure::input_with_advice(error, "give another --scheme"))?;
+        let (header, coefficients) = match self.precision {
+            Precision::F32 => self.header::<f32>(mu, horizon, error_bound)?,
+            Precision::F64 => self.header::<f64>(mu, horizon, error_bound)?,
+        };
+        if let Some(path) = &self.out {
+            write(path, &header, self.overwrite)?;
+        }
+        let in_file = self.out.is_some();
+        let exported = Exported {
+            name: self.name,
+            order: mu.get(),
+            sample_time_s: t.0,
+            scheme: self.scheme.to_string(),
+            horizon_s: self.horizon.0,
+            precision: self.precision.name(),
+            coefficients,
+            error_bound,
+            file: self.out.map(|path| path.display().to_string()),
+            header: (!in_file).then_some(header),
+        };
+        if let Some(header) = exported.header.as_deref().filter(|_| !output.json) {
+            return output.print(&exported, |out| out.write_all(header.as_bytes()));
+        }
+        output.summary(&exported, |out| {
+            exported
+                .file
+                .iter()
+                .try_for_each(|file| writeln!(out, "written: {file}, {coefficients} coefficients"))
+        })
+    }
+
+    /// The horizon in samples.
+    fn horizon_samples(&self) -> Result<f64, Failure> {
+        let samples = self.horizon.0 / self.sample_time.0;
+        if (1.0..=1e12).contains(&samples) {
+            return Ok(samples);
+        }
+        Err(Failure::bad_input(format_args!(
+            "horizon {} s at a sample time of {} s is {} samples, which is not in [1, 1e12]: give --horizon, as in 1h",
+            short(self.horizon.0),
+            short(self.sample_time.0),
+            short(samples)
+        )))
+    }
+
+    /// The text, and the number of coefficients in it.
+    fn header<F: CNumber>(
+        &self,
+        mu: Order,
+        horizon: f64,
+        error_bound: Option<f64>,
+    ) -> Result<(String, usize), Failure> {
+        let operator: Operator<F> = self
+            .scheme
+            .build(mu, Seconds(self.sample_time.0), horizon)
+            .map_err(|error| Failure::input_with_advice(error, "give another --scheme"))?;
+        let list: OperatorList<F> = operator.list();
+        let mut notes = vec![
+            format!(
+                "y = D^{mu} x, sample time {} s; y has the unit of x times s^-({mu}).",
+                self.sample_time.0
+            ),
+            format!("Scheme {}, {}.", self.scheme, self.precision.name()),
+        ];
+        if let Some(bound) = error_bound {
+            notes.push(format!(
+                "Error up to {} s: {bound:.1e} of the sum of all weighted increments of x, and rounding.",
+                self.horizon.0
+            ));
+        }
+        notes.push(format!(
+            "Made by host-cli {} export-c --order {mu} --sample-time {}s --scheme {} --horizon {}s --precision {} \
+             --name {}",
+            env!("CARGO_PKG_VERSION"),
+            self.sample_time.0,
+            self.scheme,
+            self.horizon.0,
+            self.precision.name(),
+            self.name
+        ));
+        let header = Header::new(&self.name, &list, &notes)
+            .map_err(|error| Failure::input_with_advice(error, "give --name, as in half"));
+        Ok((header?.to_string(), list.values.len()))
+    }
+}
+
+/// Writes the header under its name once it is whole.
+fn write(path: &Path, header: &str, overwrite: bool) -> Result<(), Failure> {
+    let (new_file, mut file) = NewFile::create(path, Leftover::Discard, overwrite)?;
+    file.write_all(header.as_bytes())
+        .map_err(|source| NewFileError::io(path, source))?;
+    new_file.publish()?;
+    Ok(())
+}
