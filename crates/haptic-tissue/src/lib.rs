@@ -1,7 +1,10 @@
 #![doc = include_str!("../README.md")]
+#![cfg_attr(docsrs, feature(doc_cfg))]
 #![forbid(unsafe_code)]
 
 mod export;
+#[cfg(feature = "identify")]
+pub mod identify;
 mod library;
 mod material;
 mod model;

@@ -82,6 +82,8 @@ pub enum Command {
     /// The tissue library
     #[command(subcommand)]
     Materials(command::materials::Command),
+    /// A tissue from a measured record: relaxation, creep, oscillation or any motion
+    Identify(command::identify::Arguments),
     /// Look into a log, verify it, save what a cut file still holds, turn it into CSV or a picture
     #[command(subcommand)]
     Log(command::log::Command),
@@ -115,6 +117,7 @@ impl Cli {
             Command::ExportC(arguments) => arguments.run(output),
             Command::Device(command) => command.run(output),
             Command::Materials(command) => command.run(output),
+            Command::Identify(arguments) => arguments.run(output),
             Command::Log(command) => command.run(output),
             Command::Completions(arguments) => arguments.run(Self::command(), output),
             Command::Man(arguments) => arguments.run(Self::command(), output),

@@ -8,6 +8,7 @@ pub mod device;
 pub mod differintegrate;
 pub mod experiment;
 pub mod export_c;
+pub mod identify;
 pub mod live;
 pub mod log;
 pub mod materials;

@@ -13,6 +13,8 @@ mod experiments;
 #[cfg(unix)]
 mod export;
 mod faults;
+mod guide;
+mod identify;
 mod interrupted;
 #[cfg(unix)]
 mod killed;

@@ -1,0 +1,152 @@
+//! Plain sentences about a fit.
+
+use super::fit::{AS_GOOD, Fit};
+use super::parameter::Estimate;
+use super::record::Record;
+
+/// Two estimates that hang together so closely are one, if neither is settled.
+const ONE: f64 = 0.99;
+/// A standard error over the value, or of an order, below which a parameter is settled, whatever it hangs together with: a viscosity at
+/// 1 s and its order always do where the record is far from 1 s.
+const SETTLED: f64 = 0.1;
+const SETTLED_ORDER: f64 = 0.03;
+/// A standard error over the value, or of an order, from which a parameter is not settled.
+const LOOSE: f64 = 0.5;
+const LOOSE_ORDER: f64 = 0.2;
+/// Neighbouring residuals that are so much alike are no white noise.
+const ALIKE: f64 = 0.3;
+
+/// Sentences about the first of these fits.
+pub(super) fn about(fits: &[Fit]) -> Vec<String> {
+    let Some(fit) = fits.first() else {
+        return Vec::new();
+    };
+    let mut said = at_ends(fit);
+    said.extend(together(fit));
+    said.extend(loose(fit));
+    said.extend(simpler(fit, fits));
+    said.extend(alike(fit));
+    said
+}
+
+/// A record too long to be compared sample by sample.
+pub(super) fn about_length(compared: usize, record: &Record) -> Option<String> {
+    // The first sample of a motion is at rest.
+    (compared + 1 < record.samples()).then(|| {
+        format!(
+            "of {} samples {compared} are compared, half of them evenly in time and half evenly in its logarithm; the strain of all is taken",
+            record.samples()
+        )
+    })
+}
+
+fn at_ends(fit: &Fit) -> Vec<String> {
+    let ends = fit.parameters.iter().enumerate().filter_map(|(k, parameter)| {
+        let is_order = parameter.unit.is_empty();
+        // A parameter that was fixed has no correlation, not even with itself.
+        let fixed = fit.correlation.get(k).is_some_and(|row| row[k].is_nan());
+        let sentence = match (is_order, parameter.value) {
+            (false, _) if fixed => format!(
+                "`{}` has come to the end of its range: the record does not see this element, so take a model without it",
+                parameter.name
+            ),
+            (true, 0.0) => format!(
+                "`{}` is 0, the end of its range: this element is a spring",
+                parameter.name
+            ),
+            (true, 1.0) => format!(
+                "`{}` is 1, the end of its range: this element is a dashpot",
+                parameter.name
+            ),
+            _ => return None,
+        };
+        Some(sentence)
+    });
+    ends.collect()
+}
+
+/// Pairs that the record cannot tell apart.
+fn together(fit: &Fit) -> Vec<String> {
+    if fit.correlation.is_empty() {
+        return vec![format!(
+            "the record does not settle the parameters of {}: other values fit as well; take a longer record or a model with fewer \
+             parameters",
+            fit.kind
+        )];
+    }
+    let names: Vec<&str> = fit.parameters.iter().map(|p| p.name).collect();
+    let mut said = Vec::new();
+    for (i, row) in fit.correlation.iter().enumerate() {
+        for (j, correlation) in row.iter().enumerate().take(i) {
+            let loose = [i, j].iter().any(|&k| !is_settled(&fit.parameters[k]));
+            if correlation.abs() > ONE && loose {
+                said.push(format!(
+                    "the record cannot tell `{}` and `{}` apart (correlation {correlation:.4}): a longer record or a wider band \
+                     would",
+                    names[j], names[i]
+                ));
+            }
+        }
+    }
+    said
+}
+
+fn is_settled(parameter: &Estimate) -> bool {
+    let most = if parameter.unit.is_empty() {
+        SETTLED_ORDER
+    } else {
+        SETTLED * parameter.value
+    };
+    parameter.standard_error.is_some_and(|error| error <= most)
+}
+
+fn loose(fit: &Fit) -> Vec<String> {
+    let loose = fit.parameters.iter().filter(|parameter| {
+        let least = if parameter.unit.is_empty() {
+            LOOSE_ORDER
+        } else {
+            LOOSE * parameter.value
+        };
+        parameter.standard_error.is_some_and(|error| error > least)
+    });
+    loose
+        .map(|parameter| {
+            let share = parameter.standard_error.unwrap_or(f64::INFINITY) / parameter.value;
+            let size = if share > 1.0 {
+                "larger than its value".to_owned()
+            } else {
+                format!("{:.0} % of its value", 100.0 * share)
+            };
+            format!(
+                "the record hardly settles `{}`: its standard error is {size}",
+                parameter.name
+            )
+        })
+        .collect()
+}
+
+fn simpler(fit: &Fit, fits: &[Fit]) -> Option<String> {
+    let fewer = fits
+        .iter()
+        .filter(|other| other.parameters.len() < fit.parameters.len());
+    let good = fewer.filter(|other| other.bic <= fit.bic + AS_GOOD);
+    let best = good.min_by(|a, b| a.bic.total_cmp(&b.bic))?;
+    Some(format!(
+        "the simpler {} is as good: BIC {:.1} against {:.1} with {} parameters against {}",
+        best.kind,
+        best.bic,
+        fit.bic,
+        best.parameters.len(),
+        fit.parameters.len()
+    ))
+}
+
+fn alike(fit: &Fit) -> Option<String> {
+    (fit.neighbours > ALIKE).then(|| {
+        format!(
+            "neighbouring residuals are alike (correlation {:.2}): the model leaves something out or the noise is slow, so standard errors are \
+             too small; intervals by `bootstrap` are wider",
+            fit.neighbours
+        )
+    })
+}

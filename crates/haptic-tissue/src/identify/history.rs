@@ -1,0 +1,213 @@
+//! The stress of any strain, over its full history.
+//!
+//! ```text
+//! ε straight between samples:  σ(tᵢ) = Σ_{j < i} Δrⱼ·Q(tᵢ − tⱼ),   Q(t) = ∫₀ᵗ G,   Δrⱼ = change of the strain rate at tⱼ
+//! Q by cubic interpolation in ln t between nodes 1/20 apart:  σᵢ = Σ_m Wᵢₘ·Q(tₘ)
+//! ```
+//! W depends on the record alone. It is summed once over the full history; after that a model costs its nodes and one product with
+//! W. The error of the interpolation is below 1e-6 of Q. A step of strain between two samples is a ramp between them.
+
+use super::candidate::{Candidate, VARIABLES};
+use super::contour::{Contour, Quantity};
+use super::elements::{Elements, Slope};
+use rayon::prelude::*;
+
+/// Distance of the nodes in ln t.
+const SPACING: f64 = 0.05;
+/// At most so many samples are compared, and so many pairs of samples summed.
+const OUTPUTS_MOST: usize = 2000;
+const OUTPUTS_LEAST: usize = 300;
+const PAIRS_MOST: usize = 30_000_000;
+
+/// A record of strain and stress, made ready.
+#[derive(Clone, Debug)]
+pub(super) struct History {
+    /// ln of the time of the first node, in units of `unit_s`.
+    first_node: f64,
+    nodes: usize,
+    /// W, row by row, in units of `unit_s`.
+    weights: Vec<f64>,
+    /// Numbers of the samples that are compared.
+    chosen: Vec<usize>,
+    /// Stress over its scale.
+    wanted: Vec<f64>,
+    unit_s: f64,
+    stress_scale: f64,
+    strain_scale: f64,
+}
+
+impl History {
+    pub(super) fn new(time_s: &[f64], strain: &[f64], stress_pa: &[f64]) -> Self {
+        let n = time_s.len();
+        let knots = knots(time_s, strain);
+        let most = (PAIRS_MOST / knots.len().max(1)).clamp(OUTPUTS_LEAST, OUTPUTS_MOST);
+        let begin = knots.first().map_or(time_s[0], |knot| knot.0);
+        let chosen = chosen(time_s, begin, most);
+        let least = time_s
+            .windows(2)
+            .map(|pair| pair[1] - pair[0])
+            .fold(f64::INFINITY, f64::min);
+        let whole = time_s[n - 1] - time_s[0];
+        let unit_s = libm::sqrt(least * whole);
+        // Two nodes beyond each end for the cubic.
+        let first_node = libm::log(least / unit_s) - 2.0 * SPACING;
+        let nodes = (2.0 * libm::log(whole / unit_s) / SPACING) as usize + 6;
+        let mean_square = chosen
+            .iter()
+            .map(|&i| stress_pa[i] * stress_pa[i])
+            .sum::<f64>()
+            / chosen.len() as f64;
+        let stress_scale = libm::sqrt(mean_square);
+        let mut history = Self {
+            first_node,
+            nodes,
+            weights: Vec::new(),
+            wanted: chosen
+                .iter()
+                .map(|&i| stress_pa[i] / stress_scale)
+                .collect(),
+            chosen: Vec::new(),
+            unit_s,
+            stress_scale,
+            strain_scale: strain
+                .iter()
+                .map(|x| (x - strain[0]).abs())
+                .fold(0.0, f64::max),
+        };
+        // Rows are independent: the order of each sum does not depend on the threads.
+        let rows: Vec<Vec<f64>> = (chosen.par_iter())
+            .map(|&i| history.row(time_s[i], &knots))
+            .collect();
+        history.weights = rows.concat();
+        history.chosen = chosen;
+        history
+    }
+
+    /// W of the stress at a time.
+    fn row(&self, time_s: f64, knots: &[(f64, f64)]) -> Vec<f64> {
+        let mut row = vec![0.0; self.nodes];
+        for &(knot_s, change) in knots.iter().take_while(|knot| knot.0 < time_s) {
+            let place = (libm::log((time_s - knot_s) / self.unit_s) - self.first_node) / SPACING;
+            let node = (place as usize).clamp(1, self.nodes - 3);
+            let x = place - node as f64;
+            // Lagrange's cubic through the nodes −1, 0, 1, 2.
+            let cubic = [
+                -x * (x - 1.0) * (x - 2.0) / 6.0,
+                (x + 1.0) * (x - 1.0) * (x - 2.0) / 2.0,
+                -(x + 1.0) * x * (x - 2.0) / 2.0,
+                (x + 1.0) * x * (x - 1.0) / 6.0,
+            ];
+            for (weight, part) in row[node - 1..].iter_mut().zip(cubic) {
+                *weight += change * part;
+            }
+        }
+        row
+    }
+
+    /// Numbers of the samples that are compared.
+    pub(super) fn chosen(&self) -> &[usize] {
+        &self.chosen
+    }
+
+    pub(super) fn outputs(&self) -> usize {
+        self.wanted.len()
+    }
+
+    pub(super) const fn unit_s(&self) -> f64 {
+        self.unit_s
+    }
+
+    pub(super) const fn stress_scale(&self) -> f64 {
+        self.stress_scale
+    }
+
+    pub(super) const fn strain_scale(&self) -> f64 {
+        self.strain_scale
+    }
+
+    pub(super) fn wanted(&self, n: usize) -> f64 {
+        self.wanted[n]
+    }
+
+    pub(super) fn set_wanted(&mut self, wanted: Vec<f64>) {
+        self.wanted = wanted;
+    }
+
+    /// Some of its outputs.
+    pub(super) fn thinned(&self, chosen: &[usize]) -> Self {
+        let rows = chosen
+            .iter()
+            .flat_map(|&i| &self.weights[i * self.nodes..(i + 1) * self.nodes]);
+        Self {
+            weights: rows.copied().collect(),
+            chosen: chosen.iter().map(|&i| self.chosen[i]).collect(),
+            wanted: chosen.iter().map(|&i| self.wanted[i]).collect(),
+            ..*self
+        }
+    }
+
+    /// Calls `each` with the stress of each output over its scale.
+    pub(super) fn model(
+        &self,
+        candidate: Candidate,
+        elements: &Elements,
+        mut each: impl FnMut(usize, Slope),
+    ) {
+        let contour = Contour::new(candidate, Quantity::Integral, *elements);
+        // From units of t₀ to s: rates are in 1/s.
+        let scale = self.unit_s / self.stress_scale;
+        let nodes: Vec<Slope> = (0..self.nodes)
+            .map(|m| contour.at(self.first_node + m as f64 * SPACING))
+            .collect();
+        for (n, row) in self.weights.chunks_exact(self.nodes).enumerate() {
+            let mut sum = Slope::default();
+            for (&weight, node) in row.iter().zip(&nodes) {
+                sum.value += weight * node.value;
+                for v in 0..VARIABLES {
+                    sum.by[v] += weight * node.by[v];
+                }
+            }
+            sum.value *= scale;
+            sum.by.iter_mut().for_each(|by| *by *= scale);
+            each(n, sum);
+        }
+    }
+}
+
+/// Samples to compare: all, or of a long record half of them evenly, and half evenly in the logarithm of the time since the motion
+/// began, where most happens.
+fn chosen(time_s: &[f64], begin_s: f64, most: usize) -> Vec<usize> {
+    let n = time_s.len();
+    if n - 1 <= most {
+        return (1..n).collect();
+    }
+    let half = most / 2;
+    let even = (0..half).map(|k| 1 + k * (n - 2) / (half - 1).max(1));
+    let first = time_s.partition_point(|&t| t <= begin_s).min(n - 1);
+    let (low, high) = (time_s[first] - begin_s, time_s[n - 1] - begin_s);
+    let logarithmic = (0..half).map(|k| {
+        let share = k as f64 / (half - 1).max(1) as f64;
+        let wanted = begin_s + low * libm::pow(high / low, share);
+        time_s.partition_point(|&t| t < wanted).clamp(first, n - 1)
+    });
+    let mut chosen: Vec<usize> = even.chain(logarithmic).collect();
+    chosen.sort_unstable();
+    chosen.dedup();
+    chosen
+}
+
+/// Where the strain rate changes, and by how much: time in s, change in 1/s. Rounding alone makes no knot.
+fn knots(time_s: &[f64], strain: &[f64]) -> Vec<(f64, f64)> {
+    let mut knots = Vec::new();
+    let mut rate = 0.0;
+    for (times, strains) in time_s.windows(2).zip(strain.windows(2)) {
+        let next = (strains[1] - strains[0]) / (times[1] - times[0]);
+        let rounding =
+            4.0 * f64::EPSILON * strains[0].abs().max(strains[1].abs()) / (times[1] - times[0]);
+        if (next - rate).abs() > rounding {
+            knots.push((times[0], next - rate));
+            rate = next;
+        }
+    }
+    knots
+}

@@ -1,0 +1,202 @@
+//! A record in, models with their errors out.
+
+use super::advice;
+use super::bootstrap::intervals;
+use super::candidate::{CANDIDATES, Candidate};
+use super::elements::Elements;
+use super::error::IdentifyError;
+use super::fit::{AS_GOOD, Fit, fit};
+use super::record::{Record, RecordKind};
+use super::search::{Best, search};
+use super::target::{Target, Weighting};
+use crate::model::ModelKind;
+
+/// How to identify.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// The candidates, of [`CANDIDATES`](super::CANDIDATES).
+    pub candidates: Vec<ModelKind>,
+    /// The one to choose, whatever the record says for others; without it, the record chooses.
+    pub chosen: Option<ModelKind>,
+    /// The weights of the samples.
+    pub weighting: Weighting,
+    /// Starts for each candidate, at least 1.
+    pub starts: usize,
+    /// Records of the bootstrap; 0 for intervals by the standard errors.
+    pub bootstrap: usize,
+    /// Seed of the bootstrap.
+    pub seed: u64,
+}
+
+impl Options {
+    /// Starts, unless said otherwise.
+    pub const STARTS: usize = 40;
+}
+
+impl Default for Options {
+    /// All candidates, equal weights, 40 starts, no bootstrap.
+    fn default() -> Self {
+        Self {
+            candidates: CANDIDATES.to_vec(),
+            chosen: None,
+            weighting: Weighting::Equal,
+            starts: Self::STARTS,
+            bootstrap: 0,
+            seed: 1,
+        }
+    }
+}
+
+/// Models fitted to a record, best first.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Identification {
+    /// The kind of the record.
+    pub kind: RecordKind,
+    /// Samples of the record.
+    pub samples: usize,
+    /// Fits that converged, the chosen one first, the others by BIC.
+    pub fits: Vec<Fit>,
+    /// Times in s, or angular frequencies in rad/s, of the values that were fitted. Of an oscillation all are there twice.
+    pub x: Vec<f64>,
+    /// The values: moduli, compliances, all storage and then all loss moduli, or stresses; of a long history some of them.
+    pub measured: Vec<f64>,
+    /// Sentences that a user should know.
+    pub warnings: Vec<String>,
+}
+
+/// Fits the candidates to a record. The chosen one has the least BIC; one with fewer parameters and a BIC within 2 of it goes first.
+/// `progress` is told how many records of the bootstrap are done, from any thread.
+///
+/// # Errors
+/// If no candidate can be fitted.
+pub fn identify(
+    record: &Record,
+    options: &Options,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Result<Identification, IdentifyError> {
+    let target = Target::new(record, options.weighting);
+    let (mut fitted, mut failed) = (Vec::new(), Vec::new());
+    for &kind in &options.candidates {
+        let candidate = Candidate::of(kind)?;
+        match search(candidate, &target, options.starts.max(1)) {
+            Ok(best) => fitted.push((fit(candidate, &target, &best), best)),
+            Err(error) if options.chosen == Some(kind) => return Err(error),
+            Err(error) => failed.push(error),
+        }
+    }
+    fitted.sort_by(|a, b| a.0.bic.total_cmp(&b.0.bic));
+    let fits = || fitted.iter().map(|fitted| &fitted.0);
+    let Some(place) = choose(fits(), options.chosen) else {
+        return Err(failed.pop().unwrap_or_else(|| {
+            IdentifyError::Record("there is no model to fit: give at least one".to_owned())
+        }));
+    };
+    let first = fitted.remove(place);
+    fitted.insert(0, first);
+    let mut warnings: Vec<String> = failed.iter().map(ToString::to_string).collect();
+    if options.bootstrap > 0 {
+        let (fit, best) = &mut fitted[0];
+        let candidate = Candidate::of(fit.kind)?;
+        bootstrap(
+            candidate,
+            fit,
+            best,
+            &target,
+            options,
+            progress,
+            &mut warnings,
+        );
+    }
+    if let Some(said) = advice::about_length(target.samples(), record) {
+        warnings.push(said);
+    }
+    let fits: Vec<Fit> = fitted.into_iter().map(|(fit, _)| fit).collect();
+    warnings.extend(advice::about(&fits));
+    let (x, measured) = target.values(record);
+    Ok(Identification {
+        kind: record.kind(),
+        samples: record.samples(),
+        fits,
+        x,
+        measured,
+        warnings,
+    })
+}
+
+/// The place of the wanted one in fits by BIC; else of that with the fewest parameters of those as good as the best.
+fn choose<'a>(
+    fits: impl Iterator<Item = &'a Fit> + Clone,
+    wanted: Option<ModelKind>,
+) -> Option<usize> {
+    let good = fits.clone().next()?.bic + AS_GOOD;
+    let mut places = fits.enumerate();
+    match wanted {
+        Some(wanted) => places.position(|(_, fit)| fit.kind == wanted),
+        None => places
+            .filter(|(_, fit)| fit.bic <= good)
+            .min_by_key(|(_, fit)| fit.parameters.len())
+            .map(|(place, _)| place),
+    }
+}
+
+/// Intervals by bootstrap in place of those by standard errors.
+fn bootstrap(
+    candidate: Candidate,
+    fit: &mut Fit,
+    best: &Best,
+    target: &Target,
+    options: &Options,
+    progress: &(dyn Fn(usize) + Sync),
+    warnings: &mut Vec<String>,
+) {
+    let found = intervals(
+        candidate,
+        target,
+        best,
+        options.bootstrap,
+        options.seed,
+        progress,
+    );
+    for (estimate, (low, high)) in fit.parameters.iter_mut().zip(found.ends) {
+        estimate.low_95 = Some(low).filter(|x| x.is_finite());
+        estimate.high_95 = Some(high).filter(|x| x.is_finite());
+    }
+    let lost = options.bootstrap - found.fitted;
+    if lost > 0 {
+        warnings.push(format!(
+            "{lost} of {} records of the bootstrap could not be fitted and are left out of the intervals",
+            options.bootstrap
+        ));
+    }
+}
+
+/// The residual of a model at given parameters, in the order of a tissue file: what the fit makes small, root of the mean square.
+///
+/// # Errors
+/// A kind that is not fitted, or another number of parameters.
+pub fn rms_of(record: &Record, kind: ModelKind, parameters: &[f64]) -> Result<f64, IdentifyError> {
+    let candidate = Candidate::of(kind)?;
+    if parameters.len() != candidate.parameters() {
+        return Err(IdentifyError::Record(format!(
+            "{kind} has {} parameters, not {}: give all of them",
+            candidate.parameters(),
+            parameters.len()
+        )));
+    }
+    let target = Target::new(record, Weighting::Equal);
+    let ln_unit = libm::log(target.unit_s);
+    let mut values = parameters.to_vec();
+    for i in 0..candidate.pots() {
+        values[2 * i] = libm::log(parameters[2 * i]) - parameters[2 * i + 1] * ln_unit;
+    }
+    if candidate.has_spring() {
+        let last = values.len() - 1;
+        values[last] = libm::log(parameters[last]);
+    }
+    let elements = Elements::from_variables(candidate, &values);
+    let mut sum = 0.0;
+    target.residuals(candidate, &elements, |_, _, slope| {
+        sum += slope.value * slope.value;
+    });
+    Ok(target.scale * libm::sqrt(sum / target.len() as f64))
+}

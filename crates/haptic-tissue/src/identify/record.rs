@@ -1,0 +1,312 @@
+//! Records of a specimen: valid numbers in SI units.
+
+use super::error::IdentifyError;
+
+/// No record is longer, samples.
+pub const SAMPLES_MOST: usize = 1_000_000;
+
+/// The four kinds of records.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum RecordKind {
+    /// Time after a step of strain, and stress over strain.
+    Relaxation,
+    /// Time after a step of stress, and strain over stress.
+    Creep,
+    /// Angular frequency, storage and loss modulus.
+    Oscillation,
+    /// Time, any strain that begins at rest, and stress.
+    History,
+}
+
+impl RecordKind {
+    /// All of them, with their names and a few words.
+    pub const ALL: [(Self, &'static str, &'static str); 4] = [
+        (
+            Self::Relaxation,
+            "relaxation",
+            "stress after a step of strain, over that strain",
+        ),
+        (
+            Self::Creep,
+            "creep",
+            "strain after a step of stress, over that stress",
+        ),
+        (
+            Self::Oscillation,
+            "oscillation",
+            "storage and loss modulus over frequency",
+        ),
+        (
+            Self::History,
+            "record",
+            "strain and stress over time, from rest",
+        ),
+    ];
+
+    /// Its name on the command line and in JSON.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        let found = Self::ALL.iter().find(|known| known.0 == self);
+        found.map_or("", |known| known.1)
+    }
+}
+
+/// A record that has been checked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Record {
+    pub(super) kind: RecordKind,
+    /// Times in s, or angular frequencies in rad/s; increasing.
+    pub(super) x: Vec<f64>,
+    /// Modulus, compliance, storage modulus, or strain.
+    pub(super) first: Vec<f64>,
+    /// Loss modulus, or stress.
+    pub(super) second: Vec<f64>,
+}
+
+impl Record {
+    /// Stress relaxation: times after the step, s, and the relaxation modulus, Pa.
+    ///
+    /// # Errors
+    /// Times that are not positive and increasing, moduli that are not positive, columns of different length, a modulus that does
+    /// not change or that grows.
+    pub fn relaxation(time_s: Vec<f64>, modulus_pa: Vec<f64>) -> Result<Self, IdentifyError> {
+        let record = Self::of_logarithms(RecordKind::Relaxation, time_s, modulus_pa, Vec::new())?;
+        if record.growth() > GROWTH {
+            return Err(IdentifyError::Record(
+                "the modulus grows with time, as a compliance does and no tissue that relaxes: give `kind` = creep, or look whether \
+                 the columns are in the right order"
+                    .to_owned(),
+            ));
+        }
+        Ok(record)
+    }
+
+    /// Creep: times after the step, s, and the creep compliance, 1/Pa.
+    ///
+    /// # Errors
+    /// As [`relaxation`](Self::relaxation); a compliance that falls.
+    pub fn creep(time_s: Vec<f64>, compliance_per_pa: Vec<f64>) -> Result<Self, IdentifyError> {
+        let record = Self::of_logarithms(RecordKind::Creep, time_s, compliance_per_pa, Vec::new())?;
+        if record.growth() < -GROWTH {
+            return Err(IdentifyError::Record(
+                "the compliance falls with time, as a relaxation modulus does and no tissue that creeps: give `kind` = relaxation, or \
+                 look whether the columns are in the right order"
+                    .to_owned(),
+            ));
+        }
+        Ok(record)
+    }
+
+    /// Oscillation: angular frequencies, rad/s, storage and loss modulus, Pa, in any order.
+    ///
+    /// # Errors
+    /// Frequencies or moduli that are not positive, a frequency that is there twice, columns of different length.
+    pub fn oscillation(
+        omega_rad_s: Vec<f64>,
+        storage_modulus_pa: Vec<f64>,
+        loss_modulus_pa: Vec<f64>,
+    ) -> Result<Self, IdentifyError> {
+        let kind = RecordKind::Oscillation;
+        Self::of_logarithms(kind, omega_rad_s, storage_modulus_pa, loss_modulus_pa)
+    }
+
+    /// Any motion from rest: times, s, strain and stress, Pa, at these times; between them the strain is taken as straight.
+    ///
+    /// # Errors
+    /// Times that do not increase, numbers that are not finite, a strain that does not begin at rest or does not move.
+    pub fn history(
+        time_s: Vec<f64>,
+        strain: Vec<f64>,
+        stress_pa: Vec<f64>,
+    ) -> Result<Self, IdentifyError> {
+        lengths(&time_s, &strain, Some(&stress_pa))?;
+        for (index, values) in time_s.iter().zip(&strain).zip(&stress_pa).enumerate() {
+            let ((&time, &strain), &stress) = values;
+            if ![time, strain, stress].iter().all(|x| x.is_finite()) {
+                let reason = "a number is not finite; leave the sample out".to_owned();
+                return Err(IdentifyError::Sample { index, reason });
+            }
+        }
+        increasing(&time_s, "time", "s")?;
+        let range = strain
+            .iter()
+            .map(|x| (x - strain[0]).abs())
+            .fold(0.0, f64::max);
+        if range == 0.0 {
+            return Err(IdentifyError::Record(format!(
+                "the strain stays at {}: a record needs the loading too; give `kind` = relaxation and `strain`, or begin the record \
+                 before the motion",
+                strain[0]
+            )));
+        }
+        if strain[0].abs() > REST * range {
+            return Err(IdentifyError::Record(format!(
+                "the strain begins at {}, not at rest: begin the record before the motion, or subtract the strain at rest",
+                strain[0]
+            )));
+        }
+        constant(&stress_pa, "the stress", "Pa")?;
+        Ok(Self {
+            kind: RecordKind::History,
+            x: time_s,
+            first: strain,
+            second: stress_pa,
+        })
+    }
+
+    /// Its kind.
+    #[must_use]
+    pub const fn kind(&self) -> RecordKind {
+        self.kind
+    }
+
+    /// Its samples.
+    #[must_use]
+    pub fn samples(&self) -> usize {
+        self.x.len()
+    }
+
+    /// Times in s, or angular frequencies in rad/s.
+    #[must_use]
+    pub fn x(&self) -> &[f64] {
+        &self.x
+    }
+
+    /// Relaxation modulus in Pa, creep compliance in 1/Pa, storage modulus in Pa, or strain.
+    #[must_use]
+    pub fn first(&self) -> &[f64] {
+        &self.first
+    }
+
+    /// Loss modulus in Pa, or stress in Pa; empty for relaxation and creep.
+    #[must_use]
+    pub fn second(&self) -> &[f64] {
+        &self.second
+    }
+
+    fn of_logarithms(
+        kind: RecordKind,
+        x: Vec<f64>,
+        first: Vec<f64>,
+        second: Vec<f64>,
+    ) -> Result<Self, IdentifyError> {
+        let oscillation = kind == RecordKind::Oscillation;
+        lengths(&x, &first, oscillation.then_some(&second))?;
+        let (what, unit) = if oscillation {
+            ("angular frequency", "rad/s")
+        } else {
+            ("time", "s")
+        };
+        let (one, other, of) = match kind {
+            RecordKind::Creep => ("compliance", "", "1/Pa"),
+            RecordKind::Oscillation => ("storage modulus", "loss modulus", "Pa"),
+            _ => ("modulus", "", "Pa"),
+        };
+        positive(&x, what, unit)?;
+        positive(&first, one, of)?;
+        positive(&second, other, of)?;
+        let mut record = Self {
+            kind,
+            x,
+            first,
+            second,
+        };
+        if oscillation {
+            record.sort();
+        }
+        increasing(&record.x, what, unit)?;
+        constant(&record.first, one, of)?;
+        Ok(record)
+    }
+
+    /// Frequency sweeps come upwards or downwards.
+    fn sort(&mut self) {
+        let mut order: Vec<usize> = (0..self.x.len()).collect();
+        order.sort_by(|&a, &b| self.x[a].total_cmp(&self.x[b]));
+        for column in [&mut self.x, &mut self.first, &mut self.second] {
+            *column = order.iter().map(|&i| column[i]).collect();
+        }
+    }
+
+    /// The slope of ln first over ln x by least squares.
+    pub(super) fn growth(&self) -> f64 {
+        let points = || {
+            let pairs = self.x.iter().zip(&self.first);
+            pairs.map(|(&x, &y)| (libm::log(x), libm::log(y)))
+        };
+        let n = self.x.len() as f64;
+        let (x, y) = points().fold((0.0, 0.0), |sum, p| (sum.0 + p.0 / n, sum.1 + p.1 / n));
+        let (xx, xy) = points().fold((0.0, 0.0), |sum, p| {
+            (sum.0 + (p.0 - x) * (p.0 - x), sum.1 + (p.0 - x) * (p.1 - y))
+        });
+        if xx > 0.0 { xy / xx } else { 0.0 }
+    }
+}
+
+/// A slope of the logarithms that no noise makes: the record is of the other kind.
+const GROWTH: f64 = 0.02;
+/// A strain below this share of its range counts as rest.
+const REST: f64 = 0.01;
+
+fn lengths(x: &[f64], first: &[f64], second: Option<&Vec<f64>>) -> Result<(), IdentifyError> {
+    let n = x.len();
+    if first.len() != n || second.is_some_and(|second| second.len() != n) {
+        return Err(IdentifyError::Record(
+            "the columns have different lengths: give one number of each in every sample"
+                .to_owned(),
+        ));
+    }
+    if n == 0 {
+        return Err(IdentifyError::Record(
+            "there is no sample: give at least as many as the model has parameters, and one more"
+                .to_owned(),
+        ));
+    }
+    if n > SAMPLES_MOST {
+        return Err(IdentifyError::Record(format!(
+            "{n} samples are more than {SAMPLES_MOST}: leave out every second one, or cut the record"
+        )));
+    }
+    Ok(())
+}
+
+fn positive(values: &[f64], what: &str, unit: &str) -> Result<(), IdentifyError> {
+    let wrong = values.iter().position(|&x| !(x > 0.0 && x.is_finite()));
+    match wrong {
+        None => Ok(()),
+        Some(index) => Err(IdentifyError::Sample {
+            index,
+            reason: format!(
+                "{what} {} {unit} is not above 0 {unit}, where its logarithm is taken: leave out the rows before, or correct it",
+                values[index]
+            ),
+        }),
+    }
+}
+
+fn increasing(x: &[f64], what: &str, unit: &str) -> Result<(), IdentifyError> {
+    let wrong = x.windows(2).position(|pair| pair[0] >= pair[1]);
+    match wrong {
+        None => Ok(()),
+        Some(before) => Err(IdentifyError::Sample {
+            index: before + 1,
+            reason: format!(
+                "{what} {} {unit} comes after {} {unit} and is not above it: sort the rows, and keep one of those that are equal",
+                x[before + 1],
+                x[before]
+            ),
+        }),
+    }
+}
+
+fn constant(values: &[f64], what: &str, unit: &str) -> Result<(), IdentifyError> {
+    if values.len() > 1 && values.iter().all(|x| x.to_bits() == values[0].to_bits()) {
+        return Err(IdentifyError::Record(format!(
+            "{what} is {} {unit} in every sample: nothing relaxes or creeps, so only a spring could be found; look whether this is the \
+             right column",
+            values[0]
+        )));
+    }
+    Ok(())
+}

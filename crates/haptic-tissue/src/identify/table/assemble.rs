@@ -1,0 +1,313 @@
+//! From columns to a record: which kind it is, and forces turned into stresses.
+
+use super::super::error::IdentifyError;
+use super::super::record::{Record, RecordKind};
+use super::column::Column;
+
+/// What a table does not say of the experiment.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Loading {
+    /// Held strain of a relaxation.
+    pub strain: Option<f64>,
+    /// Held stress of a creep test, Pa.
+    pub stress_pa: Option<f64>,
+    /// Area of the specimen, m²: stress = force/area.
+    pub area_m2: Option<f64>,
+    /// Thickness of the specimen, m: strain = position/thickness.
+    pub thickness_m: Option<f64>,
+}
+
+/// Columns of numbers in SI units, all of one length.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Columns {
+    /// Lines of the samples, for messages; empty where there are none.
+    pub lines: Vec<u64>,
+    /// The columns with their names.
+    pub values: Vec<(Column, String, Vec<f64>)>,
+    /// Said of the way here: guesses, units, what was left out.
+    pub notes: Vec<String>,
+}
+
+/// A record, and what was said on the way.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Understood {
+    /// The record.
+    pub record: Record,
+    /// Guesses and rows that were left out.
+    pub notes: Vec<String>,
+}
+
+/// The kind and the loading of a record.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Reading {
+    /// The kind; without it, it is guessed from the columns where that is clear.
+    pub kind: Option<RecordKind>,
+    /// What the table does not say.
+    pub loading: Loading,
+}
+
+impl Columns {
+    /// Makes a record of the columns.
+    ///
+    /// # Errors
+    /// Columns that make no record of the kind, or of more than one; bad numbers, with their lines.
+    pub fn record(mut self, reading: &Reading) -> Result<Understood, IdentifyError> {
+        self.divide_by_specimen(&reading.loading)?;
+        let kind = match reading.kind {
+            Some(kind) => kind,
+            None => {
+                let kind = self.guess(&reading.loading)?;
+                let names: Vec<&str> = self.values.iter().map(|value| value.1.as_str()).collect();
+                self.notes.push(format!(
+                    "kind {}, by the columns {}",
+                    kind.name(),
+                    names.join(", ")
+                ));
+                kind
+            }
+        };
+        let record = match kind {
+            RecordKind::Relaxation => self.relaxation(&reading.loading),
+            RecordKind::Creep => self.creep(&reading.loading),
+            RecordKind::Oscillation => self.oscillation(),
+            RecordKind::History => self.history(),
+        };
+        let lines = &self.lines;
+        let record = record.map_err(|error| match error {
+            IdentifyError::Sample { index, reason } if index < lines.len() => IdentifyError::Line {
+                line: lines[index],
+                column: None,
+                reason,
+            },
+            other => other,
+        })?;
+        Ok(Understood {
+            record,
+            notes: self.notes,
+        })
+    }
+
+    fn has(&self, column: Column) -> bool {
+        self.values.iter().any(|value| value.0 == column)
+    }
+
+    fn take(&mut self, column: Column) -> Option<Vec<f64>> {
+        let place = self.values.iter().position(|value| value.0 == column)?;
+        Some(self.values.remove(place).2)
+    }
+
+    /// Forces and positions become stresses and strains, if the specimen is known.
+    fn divide_by_specimen(&mut self, loading: &Loading) -> Result<(), IdentifyError> {
+        let sizes = [
+            (
+                Column::Force,
+                Column::Stress,
+                loading.area_m2,
+                "area_m2",
+                "m²",
+            ),
+            (
+                Column::Position,
+                Column::Strain,
+                loading.thickness_m,
+                "thickness_m",
+                "m",
+            ),
+        ];
+        for (from, to, size, parameter, unit) in sizes {
+            let Some(size) = size else { continue };
+            if !(size > 0.0 && size.is_finite()) {
+                return Err(IdentifyError::Record(format!(
+                    "`{parameter}` = {size} {unit} is not above 0 {unit} and finite: give the size of the specimen"
+                )));
+            }
+            if self.has(to) {
+                continue;
+            }
+            if let Some(value) = self.values.iter_mut().find(|value| value.0 == from) {
+                value.0 = to;
+                value.2.iter_mut().for_each(|x| *x /= size);
+            } else {
+                return Err(IdentifyError::Record(format!(
+                    "`{parameter}` has no effect without a column {}: leave it out, or name the column by `columns` {}=",
+                    from.header(),
+                    from.name()
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    fn guess(&self, loading: &Loading) -> Result<RecordKind, IdentifyError> {
+        let has = |column| self.has(column);
+        let moves = has(Column::Strain) || has(Column::Position);
+        let pushes = has(Column::Stress) || has(Column::Force);
+        let mut kinds = Vec::new();
+        if has(Column::Omega) && has(Column::Storage) && has(Column::Loss) {
+            kinds.push(RecordKind::Oscillation);
+        }
+        if has(Column::Time) {
+            if has(Column::Modulus) || (pushes && !moves && loading.strain.is_some()) {
+                kinds.push(RecordKind::Relaxation);
+            }
+            if has(Column::Compliance) || (moves && !pushes && loading.stress_pa.is_some()) {
+                kinds.push(RecordKind::Creep);
+            }
+            if moves && pushes && !has(Column::Modulus) && !has(Column::Compliance) {
+                kinds.push(match (loading.strain, loading.stress_pa) {
+                    (Some(_), None) => RecordKind::Relaxation,
+                    (None, Some(_)) => RecordKind::Creep,
+                    _ => RecordKind::History,
+                });
+            }
+        }
+        match kinds[..] {
+            [kind] => Ok(kind),
+            [] => Err(self.no_record()),
+            _ => Err(IdentifyError::Record(format!(
+                "the columns {} make more than one record: give `kind`",
+                self.names()
+            ))),
+        }
+    }
+
+    fn names(&self) -> String {
+        let names: Vec<String> = (self.values.iter())
+            .map(|(column, name, _)| format!("{name} ({})", column.name()))
+            .collect();
+        names.join(", ")
+    }
+
+    /// Columns that make no record, with what is missing.
+    fn no_record(&self) -> IdentifyError {
+        let missing = if self.has(Column::Time)
+            && (self.has(Column::Stress) || self.has(Column::Force))
+        {
+            "give `strain`, the held strain of a relaxation, or a column of the strain"
+        } else if self.has(Column::Time) && (self.has(Column::Strain) || self.has(Column::Position))
+        {
+            "give `stress_pa`, the held stress of a creep test, or a column of the stress"
+        } else {
+            "a record has time_s and relaxation_modulus_pa, creep_compliance_per_pa, or strain and stress_pa; or omega_rad_s, \
+             storage_modulus_pa and loss_modulus_pa; name other columns by `columns`, as in time=1,modulus=3"
+        };
+        let names = self.names();
+        let found = if names.is_empty() {
+            "none that is known".to_owned()
+        } else {
+            names
+        };
+        IdentifyError::Record(format!(
+            "the columns make no record, found {found}: {missing}"
+        ))
+    }
+
+    /// A column that the kind needs, or what to do.
+    fn need(&mut self, column: Column, kind: RecordKind) -> Result<Vec<f64>, IdentifyError> {
+        let names = self.names();
+        self.take(column).ok_or_else(|| {
+            let size = match column {
+                Column::Stress if names.contains("(force)") => ", or `area_m2` to turn the force into one",
+                Column::Strain if names.contains("(position)") => ", or `thickness_m` to turn the position into one",
+                _ => "",
+            };
+            IdentifyError::Record(format!(
+                "kind {} needs a column {}, and there is {names}: give another `kind`, name the column by `columns` {}={size}",
+                kind.name(),
+                column.header(),
+                column.name()
+            ))
+        })
+    }
+
+    fn relaxation(&mut self, loading: &Loading) -> Result<Record, IdentifyError> {
+        let kind = RecordKind::Relaxation;
+        let time = self.need(Column::Time, kind)?;
+        if self.has(Column::Modulus) {
+            let modulus = self.need(Column::Modulus, kind)?;
+            return Record::relaxation(time, modulus);
+        }
+        if !self.has(Column::Stress) {
+            return Err(self
+                .need(Column::Modulus, kind)
+                .err()
+                .unwrap_or_else(|| self.no_record()));
+        }
+        let stress = self.need(Column::Stress, kind)?;
+        let strain = held(loading.strain, self.take(Column::Strain), "strain", "")?;
+        Record::relaxation(time, stress.iter().map(|stress| stress / strain).collect())
+    }
+
+    fn creep(&mut self, loading: &Loading) -> Result<Record, IdentifyError> {
+        let kind = RecordKind::Creep;
+        let time = self.need(Column::Time, kind)?;
+        if self.has(Column::Compliance) {
+            let compliance = self.need(Column::Compliance, kind)?;
+            return Record::creep(time, compliance);
+        }
+        if !self.has(Column::Strain) {
+            return Err(self
+                .need(Column::Compliance, kind)
+                .err()
+                .unwrap_or_else(|| self.no_record()));
+        }
+        let strain = self.need(Column::Strain, kind)?;
+        let stress = held(
+            loading.stress_pa,
+            self.take(Column::Stress),
+            "stress_pa",
+            " Pa",
+        )?;
+        Record::creep(time, strain.iter().map(|strain| strain / stress).collect())
+    }
+
+    fn oscillation(&mut self) -> Result<Record, IdentifyError> {
+        let kind = RecordKind::Oscillation;
+        let omega = self.need(Column::Omega, kind)?;
+        let storage = self.need(Column::Storage, kind)?;
+        let loss = self.need(Column::Loss, kind)?;
+        // Sweeps go up or down: sorted here, so that a message names the right line.
+        let mut order: Vec<usize> = (0..omega.len()).collect();
+        order.sort_by(|&a, &b| omega[a].total_cmp(&omega[b]));
+        let sorted = |values: &[f64]| order.iter().map(|&i| values[i]).collect();
+        if !self.lines.is_empty() {
+            self.lines = order.iter().map(|&i| self.lines[i]).collect();
+        }
+        Record::oscillation(sorted(&omega), sorted(&storage), sorted(&loss))
+    }
+
+    fn history(&mut self) -> Result<Record, IdentifyError> {
+        let kind = RecordKind::History;
+        let time = self.need(Column::Time, kind)?;
+        let strain = self.need(Column::Strain, kind)?;
+        let stress = self.need(Column::Stress, kind)?;
+        Record::history(time, strain, stress)
+    }
+}
+
+/// The held strain or stress: as given, or of a column that stays within 1 %.
+fn held(
+    given: Option<f64>,
+    column: Option<Vec<f64>>,
+    name: &str,
+    unit: &str,
+) -> Result<f64, IdentifyError> {
+    const STAYS: f64 = 0.01;
+    let value = given.or_else(|| {
+        let column = column?;
+        let mean = column.iter().sum::<f64>() / column.len() as f64;
+        let stays = column
+            .iter()
+            .all(|x| (x - mean).abs() <= STAYS * mean.abs());
+        stays.then_some(mean)
+    });
+    match value {
+        Some(value) if value.is_finite() && value != 0.0 => Ok(value),
+        Some(value) => Err(IdentifyError::Record(format!(
+            "`{name}` = {value}{unit} is not finite and other than 0{unit}: give the value that was held"
+        ))),
+        None => Err(IdentifyError::Record(format!(
+            "`{name}` is not known, or varies by more than 1 %: give the value that was held, or `kind` = record for any motion"
+        ))),
+    }
+}

@@ -1,0 +1,122 @@
+//! A header as quantity and unit: `Time [s]`, `G' (Pa)`, `Storage Modulus / kPa`, `stress_pa`.
+
+use super::column::Column;
+use super::unit::Dimension;
+
+/// A header, understood.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Heading {
+    pub(super) column: Column,
+    /// How many SI units one of the column is; none if the header names no unit.
+    pub(super) factor: Option<f64>,
+}
+
+/// A header with a unit that its quantity cannot have.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct ForeignUnit {
+    pub(super) column: Column,
+    pub(super) unit: String,
+}
+
+/// A header as name and unit, if it has one in brackets, behind a slash, a comma or the word *in*.
+pub(super) fn split(header: &str) -> (String, Option<String>) {
+    let header = header.trim();
+    for (open, close) in [('[', ']'), ('(', ')'), ('{', '}')] {
+        if let Some(inside) = header.strip_suffix(close)
+            && let Some((name, unit)) = inside.rsplit_once(open)
+            // G(t) is a name.
+            && !matches!(unit, "t" | "f")
+            && !name.trim().is_empty()
+        {
+            return (name.trim().to_owned(), Some(unit.trim().to_owned()));
+        }
+    }
+    for between in [" / ", "/", ", ", " in "] {
+        if let Some((name, unit)) = header.split_once(between)
+            && !name.trim().is_empty()
+        {
+            return (name.trim().to_owned(), Some(unit.trim().to_owned()));
+        }
+    }
+    (header.to_owned(), None)
+}
+
+/// One spelling of primes, spaces and capitals.
+fn plain(name: &str) -> String {
+    let primes = name
+        .replace(['′', '’', '´', '`'], "'")
+        .replace(['″', '”', '"'], "''")
+        .replace(['_', '-'], " ");
+    primes
+        .split_whitespace()
+        .collect::<Vec<_>>()
+        .join(" ")
+        .to_lowercase()
+}
+
+/// The quantity and unit of a header; none if it is no quantity of a record.
+pub(super) fn understand(header: &str) -> Option<Result<Heading, ForeignUnit>> {
+    let lower = header.trim().to_lowercase();
+    if let Some(column) = Column::ALL
+        .into_iter()
+        .find(|column| column.header() == lower)
+    {
+        let factor = Some(1.0);
+        return Some(Ok(Heading { column, factor }));
+    }
+    if let Some(heading) = with_suffix(&lower) {
+        return Some(Ok(heading));
+    }
+    let (name, unit) = split(header);
+    let name = plain(&name);
+    let known: Vec<Column> = (Column::ALL.into_iter())
+        .filter(|column| column.spellings().contains(&name.as_str()))
+        .collect();
+    let Some(unit) = unit else {
+        // A name of two quantities, as f, is none.
+        let [column] = known[..] else { return None };
+        return Some(Ok(Heading {
+            column,
+            factor: None,
+        }));
+    };
+    let fits = known
+        .iter()
+        .find_map(|&column| Some((column, column.dimension().factor(&unit)?)));
+    match (fits, known.first()) {
+        (Some((column, factor)), _) => Some(Ok(Heading {
+            column,
+            factor: Some(factor),
+        })),
+        (None, Some(&column)) => Some(Err(ForeignUnit { column, unit })),
+        (None, None) => None,
+    }
+}
+
+/// `modulus_kpa`: the unit behind an underscore.
+fn with_suffix(header: &str) -> Option<Heading> {
+    let marks = header.match_indices('_').map(|(place, _)| place);
+    marks.into_iter().find_map(|place| {
+        let (name, suffix) = (plain(&header[..place]), &header[place + 1..]);
+        let known = Column::ALL
+            .into_iter()
+            .filter(|column| column.spellings().contains(&name.as_str()));
+        known.into_iter().find_map(|column| {
+            let factor = column.dimension().factor_of_suffix(suffix)?;
+            Some(Heading {
+                column,
+                factor: Some(factor),
+            })
+        })
+    })
+}
+
+/// The remedy for a unit that does not fit.
+pub(super) fn remedy(dimension: Dimension, column: Column) -> String {
+    format!(
+        "give one of {} in the header, or `units` {}={}",
+        dimension.names(),
+        column.name(),
+        dimension.si()
+    )
+}

@@ -1,0 +1,13 @@
+//! Records out of tables as rheometers and testing machines write them.
+
+mod assemble;
+mod column;
+mod header;
+mod numbers;
+mod text;
+mod unit;
+
+pub use assemble::{Columns, Loading, Reading, Understood};
+pub use column::{Choice, Column};
+pub use numbers::Reader;
+pub use text::{TABLE_MOST, TextTable, read_table};

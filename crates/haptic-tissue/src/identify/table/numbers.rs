@@ -1,0 +1,304 @@
+//! From a table as text to columns of numbers in SI units.
+
+use super::super::error::IdentifyError;
+use super::assemble::Columns;
+use super::column::{Choice, Column};
+use super::header::{Heading, remedy, split, understand};
+use super::text::{Passed, TextTable, wrong};
+
+/// How a user says to read a table.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Reader {
+    /// Columns by place or name, where headers do not say it.
+    pub columns: Vec<(Column, Choice)>,
+    /// Units, where headers do not say them or say them wrong.
+    pub units: Vec<(Column, String)>,
+    /// Only rows from this time (or angular frequency) on.
+    pub from: Option<f64>,
+    /// Only rows up to this time (or angular frequency).
+    pub to: Option<f64>,
+}
+
+/// A column of the table that is wanted.
+struct Found {
+    column: Column,
+    place: usize,
+    name: String,
+    /// SI units in one of it; none until a unit is known.
+    factor: Option<f64>,
+}
+
+impl Reader {
+    /// The columns of a table that hold quantities of a record.
+    ///
+    /// # Errors
+    /// Two columns of one quantity, a unit that does not fit, a cell that is no number, with line and column.
+    pub fn read(&self, mut table: TextTable) -> Result<Columns, IdentifyError> {
+        let mut notes = Vec::new();
+        if table
+            .header
+            .iter()
+            .all(|cell| number(cell, table.delimiter).is_some())
+        {
+            self.without_header(&mut table)?;
+        }
+        let mut found = self.find(&table)?;
+        self.units(&mut table, &mut found, &mut notes)?;
+        let mut columns = Columns {
+            values: found
+                .iter()
+                .map(|f| (f.column, f.name.clone(), Vec::new()))
+                .collect(),
+            ..Columns::default()
+        };
+        let (mut empty, mut outside) = (Passed::default(), Passed::default());
+        for (line, row) in &table.rows {
+            let Some(values) = self.row(&table, *line, row, &found)? else {
+                empty.lines.push(*line);
+                continue;
+            };
+            let clock = found
+                .iter()
+                .position(|f| matches!(f.column, Column::Time | Column::Omega));
+            let at = clock.map_or(0.0, |place| values[place]);
+            if self.from.is_some_and(|from| at < from) || self.to.is_some_and(|to| at > to) {
+                outside.lines.push(*line);
+                continue;
+            }
+            columns.lines.push(*line);
+            for (column, value) in columns.values.iter_mut().zip(values) {
+                column.2.push(value);
+            }
+        }
+        notes.extend(empty.note("a cell without a number"));
+        notes.extend(outside.note("outside the range asked for"));
+        if columns.lines.is_empty() {
+            return Err(IdentifyError::Record("no row with numbers is left: give at least as many as the model has parameters, and one more".to_owned()));
+        }
+        columns.notes = notes;
+        Ok(columns)
+    }
+
+    /// A table that begins with numbers: the first row is one of them, and columns must be named by number.
+    fn without_header(&self, table: &mut TextTable) -> Result<(), IdentifyError> {
+        let numbered = self
+            .columns
+            .iter()
+            .any(|choice| matches!(choice.1, Choice::Number(_)));
+        if !numbered {
+            return Err(wrong(
+                table.header_line,
+                "there is no header, only numbers: add one, as time_s,relaxation_modulus_pa, or name the columns by `columns`, as in \
+                 time=1,modulus=2",
+            ));
+        }
+        let names = (1..=table.header.len())
+            .map(|n| format!("column {n}"))
+            .collect();
+        let first = std::mem::replace(&mut table.header, names);
+        table
+            .rows
+            .insert(0, (table.header_line, first.into_iter().collect()));
+        Ok(())
+    }
+
+    /// Columns that a user named, then those with a header that is understood.
+    fn find(&self, table: &TextTable) -> Result<Vec<Found>, IdentifyError> {
+        let mut found: Vec<Found> = Vec::new();
+        for (column, choice) in &self.columns {
+            let place = place(table, choice)?;
+            let heading = understand(&table.header[place]).and_then(Result::ok);
+            let unit = split(&table.header[place])
+                .1
+                .and_then(|unit| column.dimension().factor(&unit));
+            found.push(Found {
+                column: *column,
+                place,
+                name: table.header[place].clone(),
+                factor: unit.or_else(|| {
+                    heading
+                        .filter(|h| h.column == *column)
+                        .and_then(|h| h.factor)
+                }),
+            });
+        }
+        let given = found.len();
+        for (place, name) in table.header.iter().enumerate() {
+            if found.iter().any(|f| f.place == place) {
+                continue;
+            }
+            let Some(Heading { column, factor }) = self.heading(table, name)? else {
+                continue;
+            };
+            match found.iter().position(|f| f.column == column) {
+                Some(other) if other < given => {}
+                Some(other) => {
+                    return Err(wrong(
+                        table.header_line,
+                        &format!(
+                            "the columns {} and {name} both look like {}: say which by `columns` {}=NAME",
+                            found[other].name,
+                            column.name(),
+                            column.name()
+                        ),
+                    ));
+                }
+                None => found.push(Found {
+                    column,
+                    place,
+                    name: name.clone(),
+                    factor,
+                }),
+            }
+        }
+        Ok(found)
+    }
+
+    /// A header, understood; a unit that does not fit is refused, unless another one is given.
+    fn heading(&self, table: &TextTable, name: &str) -> Result<Option<Heading>, IdentifyError> {
+        match understand(name) {
+            None => Ok(None),
+            Some(Ok(heading)) => Ok(Some(heading)),
+            Some(Err(foreign)) if self.unit_of(foreign.column).is_some() => Ok(Some(Heading {
+                column: foreign.column,
+                factor: None,
+            })),
+            Some(Err(foreign)) => Err(IdentifyError::Line {
+                line: table.header_line,
+                column: Some(name.to_owned()),
+                reason: format!(
+                    "unit \"{}\" is none of {}: {}",
+                    foreign.unit,
+                    foreign.column.name(),
+                    remedy(foreign.column.dimension(), foreign.column)
+                ),
+            }),
+        }
+    }
+
+    fn unit_of(&self, column: Column) -> Option<&str> {
+        let unit = self.units.iter().find(|unit| unit.0 == column);
+        unit.map(|unit| unit.1.as_str())
+    }
+
+    /// Units: as a user gives them, as a row of units below the header, else SI, and said.
+    fn units(
+        &self,
+        table: &mut TextTable,
+        found: &mut [Found],
+        notes: &mut Vec<String>,
+    ) -> Result<(), IdentifyError> {
+        let factor = |column: Column, unit: &str| {
+            column.dimension().factor(unit).ok_or_else(|| {
+                IdentifyError::Record(format!(
+                    "unit \"{unit}\" is none of {}: {}",
+                    column.name(),
+                    remedy(column.dimension(), column)
+                ))
+            })
+        };
+        let row = table.rows.first().filter(|(_, row)| {
+            let mut cells = found.iter().map(|f| row.get(f.place).unwrap_or(""));
+            !found.is_empty() && cells.all(|cell| number(cell, table.delimiter).is_none())
+        });
+        let below = row.map(|(_, row)| row.clone());
+        if below.is_some() {
+            table.rows.remove(0);
+        }
+        for f in found {
+            let cell = below.as_ref().and_then(|row| row.get(f.place));
+            let cell = cell.map(|cell| cell.trim_matches(['[', ']', '(', ')']).trim());
+            if let Some(unit) = self.unit_of(f.column) {
+                f.factor = Some(factor(f.column, unit)?);
+            } else if let Some(unit) = cell.filter(|cell| !cell.is_empty()) {
+                f.factor = Some(factor(f.column, unit)?);
+            } else if f.factor.is_none() {
+                f.factor = Some(1.0);
+                if f.column != Column::Strain {
+                    notes.push(format!(
+                        "column {} names no unit: taken as {}",
+                        f.name,
+                        f.column.dimension().si()
+                    ));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The numbers of a row in SI; none if a cell is empty.
+    fn row(
+        &self,
+        table: &TextTable,
+        line: u64,
+        row: &csv::StringRecord,
+        found: &[Found],
+    ) -> Result<Option<Vec<f64>>, IdentifyError> {
+        let mut values = Vec::with_capacity(found.len());
+        if row.len() > table.header.len() {
+            return Err(wrong(
+                line,
+                &format!(
+                    "{} cells under a header of {}: is a comma meant as a decimal point? Then separate cells by tabs or semicolons",
+                    row.len(),
+                    table.header.len()
+                ),
+            ));
+        }
+        for f in found {
+            let cell = row.get(f.place).unwrap_or("");
+            if matches!(
+                cell.to_ascii_lowercase().as_str(),
+                "" | "nan" | "na" | "n/a" | "-" | "null"
+            ) {
+                return Ok(None);
+            }
+            let value = number(cell, table.delimiter).ok_or_else(|| IdentifyError::Line {
+                line,
+                column: Some(f.name.clone()),
+                reason: format!(
+                    "\"{cell}\" is not a finite number: correct it, or leave the row out"
+                ),
+            })?;
+            values.push(value * f.factor.unwrap_or(1.0));
+        }
+        Ok(Some(values))
+    }
+}
+
+/// A finite number; with a decimal comma where commas do not separate cells.
+fn number(cell: &str, delimiter: u8) -> Option<f64> {
+    let value = match cell.parse::<f64>() {
+        Ok(value) => Some(value),
+        Err(_) if delimiter != b',' && cell.matches(',').count() == 1 => {
+            cell.replace(',', ".").parse().ok()
+        }
+        Err(_) => None,
+    };
+    value.filter(|value| value.is_finite())
+}
+
+fn place(table: &TextTable, choice: &Choice) -> Result<usize, IdentifyError> {
+    let found = match choice {
+        Choice::Number(n) => (1..=table.header.len()).contains(n).then(|| n - 1),
+        Choice::Name(name) => {
+            let same =
+                |header: &String| header == name || split(header).0.eq_ignore_ascii_case(name);
+            table.header.iter().position(same)
+        }
+    };
+    found.ok_or_else(|| {
+        let wanted = match choice {
+            Choice::Number(n) => n.to_string(),
+            Choice::Name(name) => format!("\"{name}\""),
+        };
+        wrong(
+            table.header_line,
+            &format!(
+                "there is no column {wanted}: give `columns` one of 1 to {} or of {}",
+                table.header.len(),
+                table.header.join(", ")
+            ),
+        )
+    })
+}

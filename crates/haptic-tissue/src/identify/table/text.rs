@@ -1,0 +1,162 @@
+//! The text of a table: delimiter, header, rows, and what is passed over.
+
+use super::super::error::IdentifyError;
+use super::super::record::SAMPLES_MOST;
+use csv::StringRecord;
+
+/// No table is longer, bytes.
+pub const TABLE_MOST: u64 = 1 << 28;
+
+/// Rows that were passed over: why, how many, and the first few lines.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct Passed {
+    pub(super) lines: Vec<u64>,
+}
+
+impl Passed {
+    pub(super) fn note(&self, why: &str) -> Option<String> {
+        const NAMED: usize = 5;
+        let count = self.lines.len();
+        let named: Vec<String> = self
+            .lines
+            .iter()
+            .take(NAMED)
+            .map(ToString::to_string)
+            .collect();
+        let more = if count > NAMED { ", …" } else { "" };
+        let (rows, lines) = if count == 1 {
+            ("row", "line")
+        } else {
+            ("rows", "lines")
+        };
+        (count > 0).then(|| {
+            format!(
+                "{count} {rows} left out, {why}: {lines} {}{more}",
+                named.join(", ")
+            )
+        })
+    }
+}
+
+/// A table as text.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TextTable {
+    /// Its cells' separator.
+    pub(super) delimiter: u8,
+    pub(super) header_line: u64,
+    pub(super) header: Vec<String>,
+    /// Line and cells.
+    pub(super) rows: Vec<(u64, StringRecord)>,
+}
+
+/// Reads CSV or TSV: cells apart by tabs, semicolons or commas, as the header has them. Lines that begin with `#` and empty lines are
+/// passed over.
+///
+/// # Errors
+/// Text that is not UTF-8, empty or too long; a header with one column.
+pub fn read_table(bytes: &[u8]) -> Result<TextTable, IdentifyError> {
+    if bytes.len() as u64 > TABLE_MOST {
+        return Err(IdentifyError::Record(format!(
+            "the table is longer than {TABLE_MOST} bytes: leave out columns that are not needed, or every second row"
+        )));
+    }
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let text = std::str::from_utf8(bytes).map_err(|error| {
+        let line = 1 + bytes[..error.valid_up_to()]
+            .iter()
+            .filter(|&&b| b == b'\n')
+            .count();
+        wrong(
+            line as u64,
+            "the text is not UTF-8: save the table as UTF-8",
+        )
+    })?;
+    let is_data = |line: &&str| !line.trim().is_empty() && !line.trim_start().starts_with('#');
+    let first = text.lines().find(is_data).ok_or_else(|| {
+        IdentifyError::Record(
+            "the table is empty: give a header and rows of numbers below it".to_owned(),
+        )
+    })?;
+    let delimiter = [b'\t', b';', b',']
+        .into_iter()
+        .find(|&mark| first.as_bytes().contains(&mark))
+        .unwrap_or(b',');
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .flexible(true)
+        .delimiter(delimiter)
+        .comment(Some(b'#'))
+        .trim(csv::Trim::All)
+        .from_reader(bytes);
+    let (mut rows, mut lines, mut row) = (Vec::new(), Lines::new(bytes), StringRecord::new());
+    while (reader.read_record(&mut row)).map_err(|error| {
+        wrong(
+            error.position().map_or(1, csv::Position::line),
+            &format!("{error}: correct the row"),
+        )
+    })? {
+        let line = lines.of_row_before(reader.position().byte(), &row);
+        if rows.len() > SAMPLES_MOST + 1 {
+            let reason = format!(
+                "more than {SAMPLES_MOST} rows: leave out every second one, or cut the record"
+            );
+            return Err(wrong(line, &reason));
+        }
+        if row.iter().any(|cell| !cell.is_empty()) {
+            rows.push((line, row.clone()));
+        }
+    }
+    let mut rows = rows.into_iter();
+    let (header_line, header) = rows.next().unwrap_or_default();
+    let header: Vec<String> = header.iter().map(ToOwned::to_owned).collect();
+    if header.len() < 2 {
+        return Err(wrong(
+            header_line,
+            "there is one column only: give at least two, apart by tabs, commas or semicolons",
+        ));
+    }
+    Ok(TextTable {
+        delimiter,
+        header_line,
+        header,
+        rows: rows.collect(),
+    })
+}
+
+/// Lines of rows: the reader's own count does not know of empty lines before a row.
+struct Lines<'a> {
+    bytes: &'a [u8],
+    seen: usize,
+    breaks: usize,
+}
+
+impl<'a> Lines<'a> {
+    const fn new(bytes: &'a [u8]) -> Self {
+        Self {
+            bytes,
+            seen: 0,
+            breaks: 0,
+        }
+    }
+
+    /// The line, from 1, of the row that ends before this byte.
+    fn of_row_before(&mut self, end: u64, row: &StringRecord) -> u64 {
+        let count = |bytes: &[u8]| bytes.iter().filter(|&&b| b == b'\n').count();
+        let end = usize::try_from(end).map_or(self.bytes.len(), |end| end.min(self.bytes.len()));
+        let part = &self.bytes[self.seen.min(end)..end];
+        let inside: usize = row.iter().map(|cell| count(cell.as_bytes())).sum();
+        let line =
+            1 + self.breaks + count(part.trim_ascii_end()) - inside.min(self.breaks + count(part));
+        self.breaks += count(part);
+        self.seen = end;
+        line as u64
+    }
+}
+
+pub(super) fn wrong(line: u64, reason: &str) -> IdentifyError {
+    IdentifyError::Line {
+        line,
+        column: None,
+        reason: reason.to_owned(),
+    }
+}

@@ -1,0 +1,352 @@
+//! Residuals of a record, with their derivatives.
+//!
+//! ```text
+//! relaxation, creep  rᵢ = ln f(tᵢ) − ln fᵢ
+//! oscillation        rᵢ = ln Re M(iω_i) − ln G'_i,  then the same of Im M and G''
+//! any motion         rᵢ = (σ(tᵢ) − σᵢ)/σ_rms
+//! ```
+//! each times √wᵢ, where w is 1, or the spacing of the samples in ln t over its mean.
+
+use super::candidate::{Candidate, ELEMENTS};
+use super::contour::{Contour, Quantity, gathered};
+use super::elements::{Elements, Slope};
+use super::history::History;
+use super::record::{Record, RecordKind};
+
+/// The weights of the samples.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Weighting {
+    /// Each sample counts alike.
+    #[default]
+    Equal,
+    /// Each sample counts as much as it covers of ln t (or ln ω): for samples that crowd at one end.
+    LogSpacing,
+}
+
+/// A record made ready for a fit.
+#[derive(Clone, Debug)]
+pub(super) struct Target {
+    rows: Rows,
+    /// √w for each residual.
+    roots: Vec<f64>,
+    /// Unit of time, s: 1/t₀ is in the middle of the record.
+    pub(super) unit_s: f64,
+    /// Unit of the residuals: 1, or the root of the mean square of the stress, Pa.
+    pub(super) scale: f64,
+    /// ln of a modulus in the middle of the record, and of the span of moduli.
+    pub(super) middle: f64,
+    pub(super) span: f64,
+}
+
+#[derive(Clone, Debug)]
+enum Rows {
+    Step {
+        quantity: Quantity,
+        ln_time: Vec<f64>,
+        ln_value: Vec<f64>,
+    },
+    Oscillation {
+        ln_omega: Vec<f64>,
+        /// All storage moduli, then all loss moduli.
+        ln_value: Vec<f64>,
+    },
+    History(History),
+}
+
+impl Target {
+    pub(super) fn new(record: &Record, weighting: Weighting) -> Self {
+        if record.kind == RecordKind::History {
+            return Self::of_history(record);
+        }
+        let ln_x: Vec<f64> = record.x.iter().map(|&x| libm::log(x)).collect();
+        let middle = 0.5 * (ln_x[0] + ln_x[ln_x.len() - 1]);
+        let relative: Vec<f64> = ln_x.iter().map(|x| x - middle).collect();
+        let values = record.first.iter().chain(&record.second);
+        let ln_value: Vec<f64> = values.map(|&x| libm::log(x)).collect();
+        let (low, high) = ends(&ln_value);
+        let roots = roots(&relative, weighting, ln_value.len() / relative.len());
+        let oscillation = record.kind == RecordKind::Oscillation;
+        let creep = record.kind == RecordKind::Creep;
+        Self {
+            roots,
+            unit_s: libm::exp(if oscillation { -middle } else { middle }),
+            scale: 1.0,
+            middle: 0.5 * (low + high) * if creep { -1.0 } else { 1.0 },
+            span: high - low,
+            rows: if oscillation {
+                Rows::Oscillation {
+                    ln_omega: relative,
+                    ln_value,
+                }
+            } else {
+                Rows::Step {
+                    quantity: if creep {
+                        Quantity::Creep
+                    } else {
+                        Quantity::Relaxation
+                    },
+                    ln_time: relative,
+                    ln_value,
+                }
+            },
+        }
+    }
+
+    fn of_history(record: &Record) -> Self {
+        let history = History::new(&record.x, &record.first, &record.second);
+        Self {
+            roots: vec![1.0; history.outputs()],
+            unit_s: history.unit_s(),
+            scale: history.stress_scale(),
+            middle: libm::log(history.stress_scale() / history.strain_scale()),
+            span: 2.0,
+            rows: Rows::History(history),
+        }
+    }
+
+    /// Number of residuals.
+    pub(super) fn len(&self) -> usize {
+        self.roots.len()
+    }
+
+    /// Number of samples that are compared.
+    pub(super) fn samples(&self) -> usize {
+        match &self.rows {
+            Rows::Oscillation { ln_omega, .. } => ln_omega.len(),
+            _ => self.len(),
+        }
+    }
+
+    /// At most about so many samples of it, evenly chosen.
+    pub(super) fn thinned(&self, most: usize) -> Self {
+        let parts = match &self.rows {
+            Rows::Oscillation { .. } => 2,
+            _ => 1,
+        };
+        let samples = self.len() / parts;
+        let step = samples.div_ceil(most).max(1);
+        let chosen: Vec<usize> = (0..samples)
+            .step_by(step)
+            .chain((!(samples - 1).is_multiple_of(step)).then_some(samples - 1))
+            .collect();
+        let of = |values: &[f64]| -> Vec<f64> {
+            let part = |n: usize| chosen.iter().map(move |&i| values[n * samples + i]);
+            (0..values.len() / samples).flat_map(part).collect()
+        };
+        let rows = match &self.rows {
+            Rows::Step {
+                quantity,
+                ln_time,
+                ln_value,
+            } => Rows::Step {
+                quantity: *quantity,
+                ln_time: of(ln_time),
+                ln_value: of(ln_value),
+            },
+            Rows::Oscillation { ln_omega, ln_value } => Rows::Oscillation {
+                ln_omega: of(ln_omega),
+                ln_value: of(ln_value),
+            },
+            Rows::History(history) => Rows::History(history.thinned(&chosen)),
+        };
+        Self {
+            rows,
+            roots: of(&self.roots),
+            ..*self
+        }
+    }
+
+    /// Calls `each` with number, weight root, residual and its derivatives; false if a number is not finite.
+    pub(super) fn residuals(
+        &self,
+        candidate: Candidate,
+        elements: &Elements,
+        mut each: impl FnMut(usize, f64, Slope),
+    ) -> bool {
+        let mut finite = true;
+        self.model(candidate, elements, |n, model| {
+            let wanted = self.wanted(n);
+            let slope = if self.is_logarithmic() {
+                logarithm(model, wanted)
+            } else {
+                let mut slope = model;
+                slope.value -= wanted;
+                slope
+            };
+            finite &= slope.value.is_finite();
+            each(n, self.roots[n], slope);
+        });
+        finite
+    }
+
+    /// True if the residuals are those of logarithms.
+    pub(super) fn is_logarithmic(&self) -> bool {
+        !matches!(self.rows, Rows::History(_))
+    }
+
+    /// What the model is to reach: a logarithm, or a stress over its scale.
+    pub(super) fn wanted(&self, n: usize) -> f64 {
+        match &self.rows {
+            Rows::Step { ln_value, .. } | Rows::Oscillation { ln_value, .. } => ln_value[n],
+            Rows::History(history) => history.wanted(n),
+        }
+    }
+
+    /// Times or frequencies, and values as they were measured, of what is compared.
+    pub(super) fn values(&self, record: &Record) -> (Vec<f64>, Vec<f64>) {
+        match &self.rows {
+            Rows::History(history) => {
+                let chosen = history.chosen();
+                let of = |values: &[f64]| chosen.iter().map(|&i| values[i]).collect();
+                (of(&record.x), of(&record.second))
+            }
+            _ => {
+                let parts = if record.second.is_empty() { 1 } else { 2 };
+                (
+                    record.x.repeat(parts),
+                    [&record.first[..], &record.second].concat(),
+                )
+            }
+        }
+    }
+
+    /// The same record with other values: logarithms, or stresses over their scale.
+    pub(super) fn with_values(&self, values: Vec<f64>) -> Self {
+        let mut other = self.clone();
+        match &mut other.rows {
+            Rows::Step { ln_value, .. } | Rows::Oscillation { ln_value, .. } => *ln_value = values,
+            Rows::History(history) => history.set_wanted(values),
+        }
+        other
+    }
+
+    /// Calls `each` with number and value of the model, no logarithm taken; stresses over their scale.
+    pub(super) fn model(
+        &self,
+        candidate: Candidate,
+        elements: &Elements,
+        mut each: impl FnMut(usize, Slope),
+    ) {
+        match &self.rows {
+            Rows::Step {
+                quantity, ln_time, ..
+            } => {
+                let contour = Contour::new(candidate, *quantity, *elements);
+                for (n, &ln_time) in ln_time.iter().enumerate() {
+                    each(n, contour.at(ln_time));
+                }
+            }
+            Rows::Oscillation { ln_omega, .. } => {
+                for (n, &at) in ln_omega.iter().enumerate() {
+                    let (storage, loss) = oscillation(candidate, elements, at);
+                    each(n, storage);
+                    each(n + ln_omega.len(), loss);
+                }
+            }
+            Rows::History(history) => history.model(candidate, elements, each),
+        }
+    }
+}
+
+/// G' and G''.
+fn oscillation(candidate: Candidate, elements: &Elements, ln_omega: f64) -> (Slope, Slope) {
+    use core::f64::consts::FRAC_PI_2;
+    let e = elements.at(candidate, ln_omega, FRAC_PI_2);
+    let (modulus, derivatives) = candidate.join(e);
+    let ln_s = num_complex::Complex64::new(ln_omega, FRAC_PI_2);
+    let mut by = [[0.0; ELEMENTS]; 4];
+    for i in 0..ELEMENTS {
+        let term = derivatives[i] * e[i];
+        let turned = term * ln_s;
+        (by[0][i], by[1][i]) = (term.re, turned.re);
+        (by[2][i], by[3][i]) = (term.im, turned.im);
+    }
+    (
+        gathered(candidate, 1.0, modulus.re, by[0], by[1]),
+        gathered(candidate, 1.0, modulus.im, by[2], by[3]),
+    )
+}
+
+/// ln of a value less the wanted logarithm. A value that is not above 0, as rounding makes one of a modulus that has decayed, counts
+/// as the smallest there is.
+fn logarithm(model: Slope, wanted: f64) -> Slope {
+    let value = model.value.max(f64::MIN_POSITIVE);
+    let mut slope = model;
+    slope.value = libm::log(value) - wanted;
+    for by in &mut slope.by {
+        *by /= value;
+    }
+    slope
+}
+
+fn ends(values: &[f64]) -> (f64, f64) {
+    let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+    (
+        low,
+        values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+    )
+}
+
+/// √w of each sample, repeated for each part of the residuals.
+fn roots(ln_x: &[f64], weighting: Weighting, parts: usize) -> Vec<f64> {
+    let n = ln_x.len();
+    let one: Vec<f64> = match weighting {
+        Weighting::Equal => vec![1.0; n],
+        Weighting::LogSpacing => {
+            let covered = |i: usize| 0.5 * (ln_x[(i + 1).min(n - 1)] - ln_x[i.saturating_sub(1)]);
+            let mean = (0..n).map(covered).sum::<f64>() / n as f64;
+            (0..n).map(|i| libm::sqrt(covered(i) / mean)).collect()
+        }
+    };
+    one.repeat(parts)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of an oscillation and of any motion; the contour's own are tested with it.
+    #[test]
+    fn derivatives_of_residuals_are_those_of_the_values() {
+        const STEP: f64 = 1e-6;
+        let times: Vec<f64> = (0..50).map(|i| 0.1 * f64::from(i)).collect();
+        let strain: Vec<f64> = times.iter().map(|t| 0.05 * libm::sin(*t)).collect();
+        let stress: Vec<f64> = strain.iter().map(|e| 2e4 * e).collect();
+        let history = Record::history(times, strain, stress).expect("valid");
+        let sweep = Record::oscillation(
+            vec![0.1, 1.0, 10.0],
+            vec![1e3, 2e3, 3e3],
+            vec![5e2, 1e3, 2e3],
+        );
+        for record in [history, sweep.expect("valid")] {
+            let target = Target::new(&record, Weighting::LogSpacing);
+            for candidate in Candidate::ALL {
+                let values = [9.0, 0.7, 8.5, 0.2, 8.0];
+                let at = |values: &[f64]| {
+                    let mut slopes = vec![Slope::default(); target.len()];
+                    let elements = Elements::from_variables(candidate, values);
+                    assert!(
+                        target.residuals(candidate, &elements, |n, _, slope| slopes[n] = slope)
+                    );
+                    slopes
+                };
+                for v in 0..candidate.parameters() {
+                    let beside = [-STEP, STEP].map(|step| {
+                        let mut values = values;
+                        values[v] += step;
+                        at(&values)
+                    });
+                    for (n, slope) in at(&values).iter().enumerate() {
+                        let want = (beside[1][n].value - beside[0][n].value) / (2.0 * STEP);
+                        let error = (slope.by[v] - want).abs();
+                        assert!(
+                            error < 1e-7,
+                            "{candidate:?} {v} {n}: {} {want}",
+                            slope.by[v]
+                        );
+                    }
+                }
+            }
+        }
+    }
+}

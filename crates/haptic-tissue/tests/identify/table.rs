@@ -1,0 +1,296 @@
+//! Tables as rheometers and testing machines write them, and tables that are wrong.
+
+use haptic_tissue::identify::RecordKind;
+use haptic_tissue::identify::table::{
+    Choice, Column, Loading, Reader, Reading, Understood, read_table,
+};
+
+fn understand(text: &str, reader: &Reader, reading: &Reading) -> Result<Understood, String> {
+    let table = read_table(text.as_bytes()).map_err(|error| error.to_string())?;
+    let columns = reader.read(table).map_err(|error| error.to_string())?;
+    columns.record(reading).map_err(|error| error.to_string())
+}
+
+fn plain(text: &str) -> Understood {
+    understand(text, &Reader::default(), &Reading::default())
+        .unwrap_or_else(|error| panic!("{text}\n{error}"))
+}
+
+#[test]
+fn our_own_headers_need_no_word() {
+    for (text, kind) in [
+        (
+            "time_s\trelaxation_modulus_pa\n1\t5\n2\t4\n",
+            RecordKind::Relaxation,
+        ),
+        (
+            "time_s,creep_compliance_per_pa\n1,4\n2,5\n",
+            RecordKind::Creep,
+        ),
+        (
+            "omega_rad_s,storage_modulus_pa,loss_modulus_pa\n2,5,1\n1,4,2\n",
+            RecordKind::Oscillation,
+        ),
+        (
+            "time_s,strain,stress_pa\n0,0,0\n1,0.1,4\n",
+            RecordKind::History,
+        ),
+    ] {
+        let understood = plain(text);
+        assert_eq!(understood.record.kind(), kind, "{text}");
+        assert_eq!(understood.notes.len(), 1, "{:?}", understood.notes);
+        assert!(understood.notes[0].starts_with(&format!("kind {}, by the columns", kind.name())));
+    }
+}
+
+#[test]
+fn usual_spellings_and_units_of_other_programs_are_understood() {
+    for (header, rows, x, first) in [
+        ("Time [s]\tRelaxation Modulus [kPa]", "1\t5\n2\t4", 1.0, 5e3),
+        ("t;G(t) / MPa", "1,5;5,25\n2;4", 1.5, 5.25e6),
+        ("Time (ms),E(t) (Pa)", "1,5\n2,4", 1e-3, 5.0),
+        ("Test Time in min,Modulus", "1,5\n2,4", 60.0, 5.0),
+        (
+            "elapsed_time_ms,relaxation_modulus_kpa",
+            "1,5\n2,4",
+            1e-3,
+            5e3,
+        ),
+        ("Time,Creep Compliance (1/MPa)", "1,4\n2,5", 1.0, 4e-6),
+        ("Time,Compliance [Pa⁻¹]", "1,4\n2,5", 1.0, 4.0),
+        (
+            "Angular Frequency (rad/s),Storage Modulus (kPa),Loss Modulus (kPa)",
+            "1,4,1\n2,5,2",
+            1.0,
+            4e3,
+        ),
+        (
+            "Frequency (Hz)\tG' (Pa)\tG'' (Pa)",
+            "1\t4\t1\n2\t5\t2",
+            std::f64::consts::TAU,
+            4.0,
+        ),
+        ("ω [rad/s];E′ [MPa];E″ [MPa]", "1;4;1\n2;5;2", 1.0, 4e6),
+        (
+            "Angular Frequency,Storage Modulus,Loss Modulus\nrad/s,kPa,kPa",
+            "1,4,1\n2,5,2",
+            1.0,
+            4e3,
+        ),
+    ] {
+        let record = plain(&format!("{header}\n{rows}\n")).record;
+        let near = |have: f64, want: f64| (have / want - 1.0).abs() < 1e-12;
+        assert!(
+            near(record.x()[0], x) && near(record.first()[0], first),
+            "{header}: {record:?}"
+        );
+    }
+}
+
+#[test]
+fn forces_and_positions_become_stresses_and_strains() {
+    let loading = Loading {
+        area_m2: Some(4e-4),
+        thickness_m: Some(0.02),
+        ..Loading::default()
+    };
+    let reading = Reading {
+        kind: None,
+        loading,
+    };
+    let text = "Time (s),Extension (mm),Load (N)\n0,0,0\n1,1,2\n2,1,1.5\n";
+    let record = understand(text, &Reader::default(), &reading)
+        .expect("valid")
+        .record;
+    assert_eq!(record.kind(), RecordKind::History);
+    assert!((record.first()[1] - 0.05).abs() < 1e-15 && (record.second()[1] - 5000.0).abs() < 1e-9);
+    // A held strain makes a relaxation of it.
+    let held = Reading {
+        kind: None,
+        loading: Loading {
+            strain: Some(0.05),
+            area_m2: Some(4e-4),
+            ..Loading::default()
+        },
+    };
+    let record = understand("t,F (N)\n1,2\n2,1.5\n", &Reader::default(), &held)
+        .expect("valid")
+        .record;
+    assert_eq!(record.kind(), RecordKind::Relaxation);
+    assert!((record.first()[0] - 1e5).abs() < 1e-6);
+}
+
+#[test]
+fn columns_units_and_range_can_be_given() {
+    let reader = Reader {
+        columns: vec![
+            (Column::Time, Choice::Number(1)),
+            (Column::Modulus, Choice::Name("Value".to_owned())),
+        ],
+        units: vec![
+            (Column::Time, "ms".to_owned()),
+            (Column::Modulus, "kPa".to_owned()),
+        ],
+        from: Some(2e-3),
+        to: None,
+    };
+    let text = "# made by hand\na,Value,Temperature\n0,9,20\n1,8,20\n\n2,7,20\n3,,20\n4,6,20\n";
+    let understood = understand(text, &reader, &Reading::default()).expect("valid");
+    assert_eq!(understood.record.x(), [2e-3, 4e-3]);
+    assert_eq!(understood.record.first(), [7e3, 6e3]);
+    let said = understood.notes.join("\n");
+    assert!(
+        said.contains("1 row left out, a cell without a number: line 7"),
+        "{said}"
+    );
+    assert!(
+        said.contains("2 rows left out, outside the range asked for: lines 3, 4"),
+        "{said}"
+    );
+    // No header at all.
+    let reader = Reader {
+        columns: vec![
+            (Column::Time, Choice::Number(1)),
+            (Column::Modulus, Choice::Number(2)),
+        ],
+        ..Reader::default()
+    };
+    assert_eq!(
+        understand("1,8\n2,7\n", &reader, &Reading::default())
+            .expect("valid")
+            .record
+            .samples(),
+        2
+    );
+}
+
+#[test]
+fn a_bad_table_is_refused_with_line_column_and_remedy() {
+    let kind = |kind| Reading {
+        kind: Some(kind),
+        ..Reading::default()
+    };
+    let any = Reading::default();
+    let cases: &[(&str, Reading, &[&str])] = &[
+        ("", any, &["empty"]),
+        ("time_s\n1\n", any, &["line 1", "one column only"]),
+        ("1,2\n3,4\n", any, &["line 1", "no header", "`columns`"]),
+        (
+            "time_s,relaxation_modulus_pa\n",
+            any,
+            &["no row with numbers"],
+        ),
+        (
+            "time_s,relaxation_modulus_pa\n1,5\n2,four\n",
+            any,
+            &[
+                "line 3, column relaxation_modulus_pa",
+                "\"four\" is not a finite number",
+            ],
+        ),
+        (
+            "time_s,relaxation_modulus_pa\n1,5\n2,inf\n",
+            any,
+            &["line 3, column relaxation_modulus_pa", "\"inf\""],
+        ),
+        (
+            "time_s,relaxation_modulus_pa\n0,5\n1,4\n",
+            any,
+            &["line 2", "time 0 s is not above 0 s", "leave out the rows"],
+        ),
+        (
+            "time_s,relaxation_modulus_pa\n2,5\n\n1,4\n",
+            any,
+            &["line 4", "time 1 s comes after 2 s", "sort"],
+        ),
+        (
+            "time_s,relaxation_modulus_pa\n1,5\n2,-4\n",
+            any,
+            &["line 3", "modulus -4 Pa is not above 0 Pa"],
+        ),
+        (
+            "time_s,relaxation_modulus_pa\n1,5\n2,5\n",
+            any,
+            &["5 Pa in every sample"],
+        ),
+        (
+            "time_s,relaxation_modulus_pa\n1,4,5\n",
+            any,
+            &["line 2", "3 cells under a header of 2", "decimal point"],
+        ),
+        (
+            "Time [Pa],Modulus\n1,5\n",
+            any,
+            &[
+                "line 1, column Time [Pa]",
+                "unit \"Pa\" is none of time",
+                "`units` time=s",
+            ],
+        ),
+        (
+            "time_s,t [s],modulus\n1,1,5\n",
+            any,
+            &["line 1", "both look like time", "`columns`"],
+        ),
+        (
+            "time_s,stress_pa\n1,5\n2,4\n",
+            any,
+            &["stress_pa (stress)", "give `strain`"],
+        ),
+        ("time_s,strain\n1,5\n2,4\n", any, &["give `stress_pa`"]),
+        (
+            "time_s,temperature\n1,5\n2,4\n",
+            any,
+            &["the columns make no record", "relaxation_modulus_pa"],
+        ),
+        (
+            "time_s,relaxation_modulus_pa\n1,5\n2,4\n",
+            kind(RecordKind::Creep),
+            &[
+                "kind creep needs a column creep_compliance_per_pa",
+                "`kind`",
+            ],
+        ),
+        (
+            "time_s,creep_compliance_per_pa\n1,5\n2,4\n",
+            any,
+            &["compliance falls with time", "`kind` = relaxation"],
+        ),
+        (
+            "time_s,position_m,stress_pa\n0,0,5\n2,4,5\n",
+            kind(RecordKind::History),
+            &["needs a column strain", "`thickness_m`"],
+        ),
+        (
+            "omega_rad_s,storage_modulus_pa,loss_modulus_pa\n2,1,1\n1,2,2\n2,3,3\n",
+            any,
+            &["line 4", "angular frequency 2 rad/s"],
+        ),
+    ];
+    for (text, reading, wanted) in cases {
+        let message = understand(text, &Reader::default(), reading).expect_err(text);
+        for wanted in *wanted {
+            assert!(
+                message.contains(wanted),
+                "{text:?}\nhave {message}\nwant {wanted}"
+            );
+        }
+        assert!(!message.contains('\n'), "{message}");
+    }
+    let latin = read_table(b"time_s,modulus\n1,5 \xb5Pa\n")
+        .expect_err("not UTF-8")
+        .to_string();
+    assert!(
+        latin.contains("line 2") && latin.contains("UTF-8"),
+        "{latin}"
+    );
+    let unit = Reader {
+        units: vec![(Column::Time, "kPa".to_owned())],
+        ..Reader::default()
+    };
+    let message = understand("t,modulus\n1,5\n2,4\n", &unit, &any).expect_err("a unit of pressure");
+    assert!(
+        message.contains("unit \"kPa\" is none of time"),
+        "{message}"
+    );
+}

@@ -1,0 +1,131 @@
+//! `identify`: a tissue from a measured record.
+
+mod choices;
+mod draw;
+mod print;
+mod read;
+mod tissue;
+
+use self::choices::{KindChoice, ModelChoice, WeightChoice};
+use crate::choice::choice;
+use crate::command::conduct::progress_bar;
+use crate::files::overwrite_acts;
+use crate::output::{Output, warn};
+use crate::quantity::{Area, Length, Strain, Stress};
+use clap::Args;
+use haptic_experiment::failure::Failure;
+use haptic_tissue::identify::table::Loading;
+use haptic_tissue::identify::{Options, identify};
+use std::path::PathBuf;
+
+const LONG_ABOUT: &str = "\
+Finds a tissue in a measured record: fits fractional models to it, says how sure each parameter is and which model the \
+record asks for, and writes a tissue file that relax --tissue takes.
+
+DATA is a table with a header, CSV or TSV, or a log of this program (*.mcap). Headers that need no word: time_s, \
+relaxation_modulus_pa, creep_compliance_per_pa, strain, stress_pa, force_n, position_m, omega_rad_s, storage_modulus_pa, \
+loss_modulus_pa; and the usual ones of rheometers and testing machines, as Time [s], G' (kPa), Storage Modulus, Frequency (Hz). \
+Lines that begin with # are passed over.
+
+The fit is by least squares: in the logarithm of the modulus or compliance for relaxation, creep and oscillation, in the stress for \
+any other motion, whose strain is taken as it really was.";
+
+/// Arguments of `identify`.
+#[derive(Debug, Args)]
+#[command(
+    long_about = LONG_ABOUT,
+    after_help = "Examples:\n  host-cli identify relaxation.tsv\n  host-cli identify relaxation.csv --strain 5% --area 4cm2 \
+                  --out my-tissue.toml\n  host-cli identify sweep.csv --model fractional-maxwell --bootstrap 500 --json"
+)]
+pub struct Arguments {
+    /// The record: CSV or TSV with a header, or a log of this program (*.mcap)
+    #[arg(value_name = "DATA")]
+    data: PathBuf,
+    /// Kind of the record [default: by its columns]
+    #[arg(long, value_parser = choice::<KindChoice>())]
+    kind: Option<KindChoice>,
+    /// Model to fit; auto takes the one that the record asks for
+    #[arg(long, value_parser = choice::<ModelChoice>(), default_value = "auto")]
+    model: ModelChoice,
+    #[command(flatten)]
+    table: read::TableArguments,
+    /// Held strain of a relaxation, which turns stress into modulus
+    #[arg(long, allow_hyphen_values = true, help_heading = "Specimen")]
+    strain: Option<Strain>,
+    /// Held stress of a creep test, which turns strain into compliance
+    #[arg(long, allow_hyphen_values = true, help_heading = "Specimen")]
+    stress: Option<Stress>,
+    /// Area of the specimen, which turns force into stress
+    #[arg(long, allow_hyphen_values = true, help_heading = "Specimen")]
+    area: Option<Area>,
+    /// Thickness of the specimen, which turns position into strain
+    #[arg(long, allow_hyphen_values = true, help_heading = "Specimen")]
+    thickness: Option<Length>,
+    #[command(flatten)]
+    fit: FitArguments,
+    #[command(flatten)]
+    tissue: tissue::TissueArguments,
+}
+
+/// Options of the fit.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Fit")]
+struct FitArguments {
+    /// Weights of the samples
+    #[arg(long, value_parser = choice::<WeightChoice>(), default_value = "equal")]
+    weights: WeightChoice,
+    /// Starts for each model
+    #[arg(long, default_value_t = Options::STARTS as u32, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    starts: u32,
+    /// Records drawn for bootstrap intervals; 0 for intervals by the standard errors
+    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=100_000))]
+    bootstrap: u32,
+    /// Seed of the bootstrap
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+impl Arguments {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// A record that cannot be read or fitted, files that cannot be written.
+    pub fn run(self, output: Output) -> Result<(), Failure> {
+        overwrite_acts(self.tissue.out(), self.tissue.overwrite())?;
+        let planned = self.tissue.plan()?;
+        let loading = Loading {
+            strain: self.strain.map(|x| x.0),
+            stress_pa: self.stress.map(|x| x.0),
+            area_m2: self.area.map(|x| x.0),
+            thickness_m: self.thickness.map(|x| x.0),
+        };
+        let kind = self.kind.map(|kind| kind.0);
+        let understood = self.table.read(&self.data, kind, loading)?;
+        let options = Options {
+            candidates: self.model.candidates(),
+            chosen: self.model.only(),
+            weighting: self.fit.weights.0,
+            starts: self.fit.starts as usize,
+            bootstrap: self.fit.bootstrap as usize,
+            seed: self.fit.seed,
+        };
+        let bar = progress_bar(u64::from(self.fit.bootstrap), output);
+        let found = identify(&understood.record, &options, &|records| {
+            bar.inc(records as u64)
+        });
+        bar.finish_and_clear();
+        let found = found.map_err(Failure::input)?;
+        let name = self.data.file_name().unwrap_or(self.data.as_os_str());
+        let place = name.to_string_lossy();
+        let tissue = planned
+            .map(|planned| planned.write(&found, &place))
+            .transpose()?;
+        for warning in &found.warnings {
+            warn(warning);
+        }
+        let result = print::Report::new(&found, &understood.notes, tissue);
+        output.summary(&result, |out| {
+            print::print(out, &found, &understood.notes, &result)
+        })
+    }
+}

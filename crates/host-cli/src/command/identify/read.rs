@@ -1,0 +1,150 @@
+//! From the file to a record.
+
+use crate::quantity::Time;
+use clap::Args;
+use haptic_experiment::failure::Failure;
+use haptic_log::record::{Entry, LogReader};
+use haptic_tissue::identify::table::{
+    Choice, Column, Columns, Loading, Reader, Reading, TABLE_MOST, Understood, read_table,
+};
+use haptic_tissue::identify::{RecordKind, SAMPLES_MOST};
+use std::fs::File;
+use std::io::Read as _;
+use std::path::Path;
+
+/// Options of the table.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Table")]
+pub(super) struct TableArguments {
+    /// Columns by number from 1 or by header, as in time=1,modulus=3; of time, modulus, compliance, strain, stress, force, position,
+    /// omega, storage, loss
+    #[arg(long, value_name = "QUANTITY=COLUMN", value_delimiter = ',', value_parser = parse_column)]
+    columns: Vec<(Column, Choice)>,
+    /// Units of columns whose header does not say them, as in time=ms,stress=kPa
+    #[arg(long, value_name = "QUANTITY=UNIT", value_delimiter = ',', value_parser = parse_unit)]
+    units: Vec<(Column, String)>,
+    /// Only rows from this time on; of an oscillation from this angular frequency, rad/s
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    from: Option<Time>,
+    /// Only rows up to this time, or this angular frequency
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    to: Option<Time>,
+}
+
+impl TableArguments {
+    /// The record in a file.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or holds no record of the kind.
+    pub(super) fn read(
+        &self,
+        path: &Path,
+        kind: Option<RecordKind>,
+        loading: Loading,
+    ) -> Result<Understood, Failure> {
+        let columns = if path.extension().is_some_and(|e| e == "mcap") {
+            self.log(path, &loading)?
+        } else {
+            let reader = Reader {
+                columns: self.columns.clone(),
+                units: self.units.clone(),
+                from: self.from.map(|time| time.0),
+                to: self.to.map(|time| time.0),
+            };
+            let table = read_table(&bytes(path)?);
+            let read = table.and_then(|table| reader.read(table));
+            read.map_err(|error| in_file(path, &error))?
+        };
+        let understood = columns.record(&Reading { kind, loading });
+        understood.map_err(|error| in_file(path, &error))
+    }
+
+    /// Time, position and reaction force of a log; the force on the device is the other way round.
+    fn log(&self, path: &Path, loading: &Loading) -> Result<Columns, Failure> {
+        if !self.columns.is_empty() || !self.units.is_empty() {
+            return Err(Failure::bad_input(
+                "--columns and --units are of tables: leave them out with a log, whose columns are known",
+            ));
+        }
+        if loading.area_m2.is_none() || loading.thickness_m.is_none() {
+            return Err(Failure::bad_input(
+                "a log has positions and forces: give --area and --thickness of the specimen, as in --area 4cm2 --thickness 20mm",
+            ));
+        }
+        let (mut time, mut position, mut force, mut outside) =
+            (Vec::new(), Vec::new(), Vec::new(), 0_u64);
+        for entry in LogReader::open(path)? {
+            let Entry::Tick(tick) = entry? else { continue };
+            let early = self.from.is_some_and(|from| tick.time_s < from.0);
+            if early || self.to.is_some_and(|to| tick.time_s > to.0) {
+                outside += 1;
+                continue;
+            }
+            if time.len() == SAMPLES_MOST {
+                return Err(Failure::bad_input(format_args!(
+                    "{}: more than {SAMPLES_MOST} samples: give --from and --to, or export it and leave out rows",
+                    path.display()
+                )));
+            }
+            time.push(tick.time_s);
+            position.push(tick.position_m);
+            force.push(-tick.force_n);
+        }
+        let mut notes = vec!["stress is the force against the motion, −force_n".to_owned()];
+        if outside > 0 {
+            notes.push(format!(
+                "{outside} samples left out, outside the range asked for"
+            ));
+        }
+        Ok(Columns {
+            lines: Vec::new(),
+            values: vec![
+                (Column::Time, "time_s".to_owned(), time),
+                (Column::Position, "position_m".to_owned(), position),
+                (Column::Force, "force_n".to_owned(), force),
+            ],
+            notes,
+        })
+    }
+}
+
+/// A message with the file in front.
+fn in_file(path: &Path, error: &impl std::fmt::Display) -> Failure {
+    Failure::bad_input(format_args!("{}: {error}", path.display()))
+}
+
+fn bytes(path: &Path) -> Result<Vec<u8>, Failure> {
+    let mut bytes = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(TABLE_MOST + 1).read_to_end(&mut bytes));
+    read.map_err(|error| {
+        Failure::bad_input(format_args!(
+            "cannot read the record `{}`: {error}; give the path of a table or of a log",
+            path.display()
+        ))
+    })?;
+    Ok(bytes)
+}
+
+fn quantity(text: &str) -> Result<(Column, &str), String> {
+    let split = text
+        .split_once('=')
+        .and_then(|(name, value)| Some((Column::named(name.trim())?, value.trim())));
+    split.ok_or_else(|| {
+        let names: Vec<&str> = Column::ALL.iter().map(|column| column.name()).collect();
+        format!("is not NAME=VALUE with a name of {}", names.join(", "))
+    })
+}
+
+fn parse_column(text: &str) -> Result<(Column, Choice), String> {
+    let (column, value) = quantity(text)?;
+    let choice = match value.parse() {
+        Ok(number) => Choice::Number(number),
+        Err(_) => Choice::Name(value.to_owned()),
+    };
+    Ok((column, choice))
+}
+
+fn parse_unit(text: &str) -> Result<(Column, String), String> {
+    let (column, value) = quantity(text)?;
+    Ok((column, value.to_owned()))
+}

@@ -1,0 +1,153 @@
+//! The tissue file, and its picture beside it.
+
+use super::draw::draw;
+use super::print::{Written, digits};
+use crate::picture_file;
+use clap::Args;
+use haptic_experiment::failure::Failure;
+use haptic_log::record::{Leftover, NewFile, NewFileError, StartTime};
+use haptic_tissue::identify::{Identification, RecordKind};
+use haptic_tissue::{Material, Source, ValidRange};
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+/// Options of the tissue file.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Files")]
+pub(super) struct TissueArguments {
+    /// Tissue file to write, *.toml; a picture of the same name goes beside it
+    #[arg(long, value_name = "FILE.toml")]
+    out: Option<PathBuf>,
+    /// Replace the files of an earlier identification
+    #[arg(long)]
+    overwrite: bool,
+    /// Conditions of the measurement, for the tissue file: specimen, temperature, preparation
+    #[arg(long, value_name = "TEXT", default_value = "not given")]
+    conditions: String,
+}
+
+/// A tissue file that is to be written.
+pub(super) struct Planned<'a> {
+    arguments: &'a TissueArguments,
+    path: &'a Path,
+    name: String,
+}
+
+impl TissueArguments {
+    pub(super) fn out(&self) -> Option<&Path> {
+        self.out.as_deref()
+    }
+
+    pub(super) const fn overwrite(&self) -> bool {
+        self.overwrite
+    }
+
+    /// Checks the name of the file before anything is fitted.
+    ///
+    /// # Errors
+    /// A name that is no tissue's, a file that is there.
+    pub(super) fn plan(&self) -> Result<Option<Planned<'_>>, Failure> {
+        let Some(path) = self.out.as_deref() else {
+            return Ok(None);
+        };
+        let name = path
+            .file_stem()
+            .and_then(|stem| stem.to_str())
+            .unwrap_or("");
+        let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+        let is_toml = path
+            .extension()
+            .is_some_and(|extension| extension == "toml");
+        if !is_toml || name.is_empty() || !name.chars().all(plain) {
+            return Err(Failure::bad_input(format_args!(
+                "`{}` is no tissue file: give --out a name of lower-case letters, digits and hyphens that ends in .toml, as in \
+                 my-tissue.toml",
+                path.display()
+            )));
+        }
+        if !self.overwrite && path.symlink_metadata().is_ok() {
+            return Err(NewFileError::Exists(path.to_owned()).into());
+        }
+        Ok(Some(Planned {
+            arguments: self,
+            path,
+            name: name.to_owned(),
+        }))
+    }
+}
+
+impl Planned<'_> {
+    /// Writes tissue and picture.
+    ///
+    /// # Errors
+    /// If the disk does not take them.
+    pub(super) fn write(self, found: &Identification, source: &str) -> Result<Written, Failure> {
+        let text = self.text(found, source)?;
+        let picture = draw(found, source).map_err(picture_file::PictureFileError::from)?;
+        let overwrite = self.arguments.overwrite;
+        let (new_file, mut file) = NewFile::create(self.path, Leftover::Discard, overwrite)?;
+        file.write_all(text.as_bytes())
+            .map_err(|error| NewFileError::io(self.path, error))?;
+        let saved = picture_file::save(&picture, &self.path.with_extension(""), overwrite)?;
+        new_file.publish()?;
+        Ok(Written {
+            tissue: self.path.display().to_string(),
+            figure: saved.shown().display().to_string(),
+        })
+    }
+
+    /// The tissue file, with what it was made of.
+    fn text(&self, found: &Identification, record: &str) -> Result<String, Failure> {
+        let fit = &found.fits[0];
+        let model = fit.to_model().map_err(|error| {
+            Failure::input_with_advice(
+                format_args!("the fit of {} is no tissue: {error}", fit.kind),
+                "give another --model",
+            )
+        })?;
+        let (unit, of) = match found.kind {
+            RecordKind::History => (" Pa", "stress"),
+            RecordKind::Creep => ("", "log compliance"),
+            _ => ("", "log modulus"),
+        };
+        let date = StartTime::at(SystemTime::now()).rfc3339();
+        let source = Source {
+            citation: format!(
+                "fit by {} to the {} record {record}",
+                concat!("host-cli ", env!("CARGO_PKG_VERSION")),
+                found.kind.name()
+            ),
+            conditions: self.arguments.conditions.clone(),
+            checked: false,
+            date: date.split('T').next().unwrap_or_default().to_owned(),
+            residual: format!(
+                "rms {}{unit} in {of}, {} samples",
+                digits(fit.rms),
+                found.samples
+            ),
+            ..Source::default()
+        };
+        let description = format!("identified from {record}");
+        let material =
+            Material::new(&self.name, &description, model, source).map_err(Failure::input)?;
+        Ok(material.with_range(range(found)).to_toml())
+    }
+}
+
+/// Where the record had samples.
+fn range(found: &Identification) -> ValidRange {
+    let ends = |values: &[f64]| {
+        let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+        (Some(low), Some(values.iter().copied().fold(low, f64::max)))
+    };
+    let (from, to) = ends(&found.x);
+    let mut range = ValidRange::default();
+    match found.kind {
+        RecordKind::Oscillation => (range.omega_from_rad_s, range.omega_to_rad_s) = (from, to),
+        // A motion begins somewhere on its clock; its length is what counts.
+        RecordKind::History => range.time_to_s = to.zip(from).map(|(to, from)| to - from),
+        _ => (range.time_from_s, range.time_to_s) = (from, to),
+    }
+    range
+}

@@ -1,0 +1,48 @@
+//! Pages of the guide: every command on them runs.
+
+use crate::process::{Place, binary};
+
+/// The commands of a page: the blocks that are marked `sh`, line by line, without what stands behind a `#`.
+fn commands(page: &str) -> Vec<String> {
+    let mut inside = false;
+    let mut commands = Vec::new();
+    for line in page.lines() {
+        if line.starts_with("```") {
+            inside = line == "```sh";
+        } else if inside && !line.trim().is_empty() {
+            commands.push(line.split(" #").next().unwrap_or(line).trim().to_owned());
+        }
+    }
+    commands
+}
+
+#[test]
+fn your_own_tissue_runs_from_the_record_to_the_figure() {
+    let place = Place::new();
+    place.write(
+        "fish-muscle-relaxation.tsv",
+        include_str!("../../../haptic-tissue/records/fish-muscle-relaxation.tsv"),
+    );
+    let commands = commands(include_str!("../../../../docs/your-own-tissue.md"));
+    assert!(commands.len() >= 4, "{commands:?}");
+    for command in &commands {
+        let arguments = command
+            .strip_prefix("host-cli ")
+            .unwrap_or_else(|| panic!("{command}"));
+        // As a shell reads it, for quotes and redirections; a name without its path is the binary.
+        let script = format!("\"{}\" {arguments}", binary().display());
+        place.shell(&script).succeeded_with_warnings();
+    }
+    let files = place.files();
+    for wanted in [
+        "fish.toml",
+        "fish.png",
+        "muscle/relax.png",
+        "muscle/relax.csv",
+    ] {
+        assert!(
+            files.iter().any(|file| file == wanted),
+            "{wanted}: {files:?}"
+        );
+    }
+}
