@@ -26,9 +26,10 @@ use std::fmt;
 ///
 /// let scheme: Scheme = "grunwald:3".parse()?;
 /// let slope: Operator<f32> = scheme.build(Order::new(1.0)?, Seconds(1e-3), 1e3)?;
-/// let header = Header::new("slope", &slope.list(), &[])?.to_string();
+/// let list = slope.list().ok_or("a scheme without a list")?;
+/// let header = Header::new("slope", &list, &[])?.to_string();
 /// assert!(header.contains("static inline float slope_step(slope_t *self, float x)"));
-/// assert!(Header::new("2nd", &slope.list(), &[]).is_err());
+/// assert!(Header::new("2nd", &list, &[]).is_err());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]

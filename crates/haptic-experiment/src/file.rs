@@ -117,7 +117,8 @@ impl ExperimentFile {
     /// The same, on another device.
     ///
     /// # Errors
-    /// A serial device, if the experiment has settings that only the simulated device has.
+    /// A serial device, if the experiment has settings that only the simulated device has, or its loop, if that cannot carry the
+    /// experiment.
     pub fn on(mut self, remote: Option<RemoteDevice>) -> Result<Self, Failure> {
         let sensors = match &mut self {
             Self::Relax(experiment) => {
@@ -134,6 +135,7 @@ impl ExperimentFile {
             }
             Self::Coupler(experiment) => {
                 experiment.remote = remote;
+                experiment.check_loop()?;
                 experiment.sensors
             }
         };

@@ -48,7 +48,8 @@ fn build<F: CNumber>(scheme: &str, order: f64) -> Operator<F> {
 fn header_of<F: CNumber>(operator: &Operator<F>, folder: &Path) -> PathBuf {
     // Notes that would spoil the header, were they not only notes.
     let notes = ["D^0.5 */ #error @ ZERO real ".to_owned()];
-    let header = Header::new("op", &operator.list(), &notes).expect("a header");
+    let list = operator.list().expect("a list");
+    let header = Header::new("op", &list, &notes).expect("a header");
     let path = folder.join("op.h");
     std::fs::write(&path, header.to_string()).expect("writes");
     path

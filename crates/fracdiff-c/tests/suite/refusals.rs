@@ -5,7 +5,7 @@ use fracdiff_c::{Header, HeaderError};
 
 #[test]
 fn a_list_that_is_none_is_refused() {
-    let good = build::<f32>("full", 0.5).list();
+    let good = build::<f32>("full", 0.5).list().expect("a list");
     assert!(Header::new("half", &good, &[]).is_ok());
     let mut short = good.clone();
     short.values.pop();
@@ -22,7 +22,7 @@ fn a_list_that_is_none_is_refused() {
         error.to_string(),
         "coefficient 3 is inf, which is not finite"
     );
-    let mut taps = build::<f32>("muir:3", 0.5).list();
+    let mut taps = build::<f32>("muir:3", 0.5).list().expect("a list");
     taps.integer = 1;
     assert!(Header::new("half", &taps, &[]).is_err());
 }

@@ -12,6 +12,7 @@ use crate::pushed::{Setup, six_digits, warnings};
 use crate::remote::device_name;
 use crate::report::{Errors, Files, RunReport};
 use crate::run::Ran;
+use crate::safety::GuardChoice;
 use crate::settling::{Judge, Settling};
 use crate::thinned::Thinned;
 use crate::track::{TOLERANCE, operator};
@@ -191,10 +192,13 @@ impl CouplerExperiment {
         let agrees =
             (ran.preflight.filter(|_| whole)).map(|analysis| analysis.stable == settling.stable);
         let mut warnings = warnings("coupler", &settling, agrees, record);
+        // A serial device heard it before it was armed.
         let analysis = ran.preflight.filter(|_| self.remote.is_none());
+        // Energy bounding promises passivity for the damping of the device.
+        let guarded = self.safety.guard == GuardChoice::EnergyBounding;
         warnings
             .0
-            .extend(analysis.and_then(|analysis| analysis.warning(false)));
+            .extend(analysis.and_then(|analysis| analysis.warning(guarded)));
         let mut files = Files::default();
         let mut curves = None;
         let mut object_position_m = None;

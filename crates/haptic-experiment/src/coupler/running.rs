@@ -15,9 +15,9 @@ use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{Controller, VirtualCoupler, VirtualObject, deflection_order};
 
 /// The coupler of an experiment.
-pub(crate) type Law = VirtualCoupler<f64, Operator<f64>>;
+pub(super) type Law = VirtualCoupler<f64, Operator<f64>>;
 /// The coupler behind the safety chain and the device behind its sensors.
-pub(crate) type Parts = pushed::Parts<Law>;
+pub(super) type Parts = pushed::Parts<Law>;
 
 impl CouplerExperiment {
     /// Runs the experiment; log and CSV go into the folder.
@@ -29,7 +29,7 @@ impl CouplerExperiment {
         request: &FolderRequest,
         supervisor: Supervisor<'_>,
     ) -> Result<Published<CouplerReport, CouplerCurves>, Failure> {
-        self.check()?;
+        self.check_loop()?;
         let mut parts = self.parts()?;
         let (judge, rest_m) = (parts.judge, parts.rest_m);
         let ran = self.record(&mut parts, request, supervisor)?;
@@ -120,14 +120,22 @@ impl CouplerExperiment {
     /// The number of samples, if all parameters are good.
     ///
     /// # Errors
-    /// A parameter outside its range; a loop on a device, which cannot carry it.
+    /// A parameter outside its range.
     pub fn check(&self) -> Result<u64, Failure> {
-        if let Some(LoopMode::Device) = self.remote.as_ref().map(|remote| remote.loop_mode) {
-            return Err(Failure::bad_input(
-                "a loop on the device cannot carry a coupler, its firmware renders walls: give `loop` = host",
-            ));
-        }
         self.parts().map(|parts| parts.samples)
+    }
+
+    /// Refuses a loop on a device, which cannot carry it.
+    ///
+    /// # Errors
+    /// If the loop is closed there.
+    pub fn check_loop(&self) -> Result<(), Failure> {
+        match self.remote.as_ref().map(|remote| remote.loop_mode) {
+            Some(LoopMode::Device) => Err(Failure::bad_input(
+                "a loop on the device cannot carry a coupler, its firmware renders walls: give `loop` = host",
+            )),
+            _ => Ok(()),
+        }
     }
 
     /// The coupler with its object, for a run of so many samples.
@@ -162,8 +170,7 @@ impl CouplerExperiment {
         })
     }
 
-    /// The loop, wherever it is to be closed.
-    pub(crate) fn parts(&self) -> Result<Parts, Failure> {
+    pub(super) fn parts(&self) -> Result<Parts, Failure> {
         let setup = self.setup();
         let plan = setup.plan();
         let samples = plan.samples(self.device.sample_time)?;

@@ -40,7 +40,7 @@ pub(super) fn coupler(table: &Table<'_>) -> Result<CouplerExperiment, FileError>
     };
     // The command may still say where the loop is closed.
     coupler
-        .parts()
+        .check()
         .map_err(|error| table.fail(error.to_string()))?;
     Ok(coupler)
 }

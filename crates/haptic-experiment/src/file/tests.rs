@@ -185,10 +185,15 @@ fn a_coupler_has_an_object_by_default_and_no_loop_on_a_device() {
     // The command may still ask for a loop on the host.
     let serial = format!("{COUPLER}device = \"serial:x\"\n");
     let there = read(&serial).expect("a good file");
-    let refused = there.samples().expect_err("no loop there").to_string();
+    let device = there.remote().cloned();
+    let refused = there.on(device).expect_err("no loop there").to_string();
     assert!(refused.contains("give `loop` = host"), "{refused}");
     let here = read(&format!("{serial}loop = \"host\"\n")).expect("a good file");
-    assert_eq!(here.samples().expect("valid"), 5001);
+    let device = here.remote().cloned();
+    assert_eq!(
+        here.on(device).expect("valid").samples().expect("valid"),
+        5001
+    );
     for (from, to, want) in [
         (
             "0.75",

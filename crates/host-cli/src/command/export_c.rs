@@ -139,7 +139,12 @@ impl Arguments {
             .scheme
             .build(mu, Seconds(self.sample_time.0), horizon)
             .map_err(|error| Failure::input_with_advice(error, "give another --scheme"))?;
-        let list: OperatorList<F> = operator.list();
+        let list: OperatorList<F> = operator.list().ok_or_else(|| {
+            Failure::bad_input(format_args!(
+                "scheme {} has no form in C: give --scheme full, or another one",
+                self.scheme
+            ))
+        })?;
         let mut notes = vec![
             format!(
                 "y = D^{mu} x, sample time {} s; y has the unit of x times s^-({mu}).",

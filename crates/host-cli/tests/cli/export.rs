@@ -61,6 +61,10 @@ fn what_gives_no_header_is_refused_in_one_line() {
             &["exact", "full"],
         ),
         (
+            "--order 0.5 --sample-time 1ms --scheme full-bdf2",
+            &["full-bdf2", "no form in C", "--scheme full"],
+        ),
+        (
             "--order 3 --sample-time 1ms",
             &["order 3", "[-2, 2]", "--order"],
         ),
