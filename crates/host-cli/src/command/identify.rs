@@ -111,7 +111,7 @@ impl Arguments {
         };
         let bar = progress_bar(u64::from(self.fit.bootstrap), output);
         let found = identify(&understood.record, &options, &|records| {
-            bar.inc(records as u64)
+            bar.inc(records as u64);
         });
         bar.finish_and_clear();
         let found = found.map_err(Failure::input)?;
