@@ -56,7 +56,7 @@ fn lists() -> String {
     )
     .expect("a string");
     for (name, operator) in listed() {
-        let list = operator.list();
+        let list = operator.list().expect("portable");
         let form = match list.form {
             Form::Taps => "taps",
             Form::Modes => "modes",

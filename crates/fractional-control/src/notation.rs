@@ -10,6 +10,7 @@
 //! `exp(-0.5s)`, also `e^(-0.5s)`, is a dead time of 0.5 s; it stands only as a factor of the whole.
 
 use crate::{ControlError, FractionalPolynomial, FractionalTransferFunction, Term};
+use core::str::FromStr;
 use fracdiff::parameter::RangeError;
 
 /// Longest nesting of brackets.
@@ -31,6 +32,20 @@ pub(crate) fn read(text: &str) -> Result<(FractionalTransferFunction, f64), Cont
     }
     let function = FractionalTransferFunction::from_polynomials(value.above, value.below)?;
     Ok((function, value.delay_s))
+}
+
+impl FromStr for FractionalTransferFunction {
+    type Err = ControlError;
+
+    fn from_str(text: &str) -> Result<Self, ControlError> {
+        let (function, delay_s) = read(text)?;
+        if delay_s > 0.0 {
+            return Err(
+                RangeError::new("dead time", delay_s, "0: only a plant has one", "s").into(),
+            );
+        }
+        Ok(function)
+    }
 }
 
 /// A quotient with a dead time.

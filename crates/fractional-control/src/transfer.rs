@@ -2,7 +2,6 @@
 
 use crate::{ControlError, FractionalPolynomial, Term};
 use core::fmt;
-use core::str::FromStr;
 use num_complex::Complex;
 
 /// `G(s) = Σ b_j s^(β_j) / Σ a_i s^(α_i)`, proper, orders from 0 to 4.
@@ -10,7 +9,7 @@ use num_complex::Complex;
 /// - *Units*: s in rad/s; G has \[output\]/\[input\].
 /// - *Streaming*: [`SampledTransferFunction`](crate::SampledTransferFunction) runs it sample by sample.
 /// - *Notation*: read and printed as `1/(0.8s^2.2+0.5s^0.9+1)`; products, quotients, sums and brackets of such are read too. A
-///   dead time belongs to a [`Plant`](crate::Plant).
+///   dead time belongs to a `Plant`.
 ///
 /// ```
 /// use fractional_control::FractionalTransferFunction;
@@ -112,23 +111,5 @@ impl fmt::Display for FractionalTransferFunction {
                 write!(f, "/({})", self.denominator)
             }
         }
-    }
-}
-
-impl FromStr for FractionalTransferFunction {
-    type Err = ControlError;
-
-    fn from_str(text: &str) -> Result<Self, ControlError> {
-        let (function, delay_s) = crate::notation::read(text)?;
-        if delay_s > 0.0 {
-            return Err(fracdiff::parameter::RangeError::new(
-                "dead time",
-                delay_s,
-                "0: only a plant has one",
-                "s",
-            )
-            .into());
-        }
-        Ok(function)
     }
 }

@@ -163,9 +163,9 @@ impl Creep {
     fn without_rig(&self, samples: u64) -> Result<impl FnMut() -> f64 + use<>, Failure> {
         let Rendering { material, .. } = &self.rendering;
         let t = Seconds(self.rendering.sample_time_s);
-        let kernel = self.rendering.reference_kernel();
+        let reference = self.rendering.reference_kernel();
         // A piece of 1 m² and 1 m: stress for force, strain for depth.
-        let mut tissue = material.sampled(1.0, kernel, t, samples)?;
+        let mut tissue = material.sampled(1.0, reference, t, samples)?;
         let gain = tissue.gain();
         let stress_pa = self.stress_pa;
         Ok(move || {

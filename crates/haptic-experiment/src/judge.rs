@@ -1,7 +1,7 @@
 //! Force as it should have been: the full history, and closed forms.
 
 use fracdiff::full_memory::Kernel;
-use fracdiff::{Order, Seconds, batch};
+use fracdiff::{Order, Scheme, Seconds, batch};
 use haptic_loop::Tissue;
 
 /// D^μ of a whole record by its full history, no memory cut: [`batch::full_history`].
@@ -9,12 +9,45 @@ use haptic_loop::Tissue;
 /// # Errors
 /// If the kernel's weights cannot be made, which valid orders and sample times rule out.
 pub fn full_history(
-    kernel: Kernel,
+    reference: Reference,
     order: Order,
     sample_time: Seconds,
     x: &[f64],
 ) -> anyhow::Result<Vec<f64>> {
-    Ok(batch::full_history(kernel, order, sample_time, x)?)
+    Ok(match reference {
+        Reference::Kernel(kernel) => batch::full_history(kernel, order, sample_time, x)?,
+        Reference::Bdf2 => batch::full_bdf2(order, sample_time, x)?,
+    })
+}
+
+/// The weights whose full history a run is compared with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Reference {
+    /// Of a full memory.
+    Kernel(Kernel),
+    /// Of `full-bdf2`.
+    Bdf2,
+}
+
+impl Reference {
+    /// Those of the scheme itself where it has the full history, else Grünwald's.
+    #[must_use]
+    pub fn of(scheme: Scheme) -> Self {
+        match scheme {
+            Scheme::Full { kernel, .. } => Self::Kernel(kernel),
+            Scheme::FullBdf2 { .. } => Self::Bdf2,
+            _ => Self::Kernel(Kernel::Grunwald),
+        }
+    }
+
+    /// The scheme with these weights, of this tolerance.
+    pub(crate) fn scheme(self, tolerance: f64) -> Scheme {
+        match self {
+            Self::Kernel(kernel) => Scheme::Full { kernel, tolerance },
+            Self::Bdf2 => Scheme::FullBdf2 { tolerance },
+        }
+    }
 }
 
 /// A wanted value below this share of the largest one counts as nothing: what is left there is rounding, and a

@@ -5,8 +5,8 @@
 
 use super::kept::{KeptSample, Samples};
 use crate::failure::Failure;
-use fracdiff::full_memory::Kernel;
-use fracdiff::{Channel, Operator, Order, Scheme, Seconds};
+use crate::judge::Reference;
+use fracdiff::{Channel, Operator, Order, Seconds};
 
 /// Largest relative error of any weight of an operator that stands for the full history.
 pub(super) const TOLERANCE: f64 = 1e-9;
@@ -100,15 +100,12 @@ fn of_every_tick(
 /// # Errors
 /// An order and length for which there is none within the tolerance.
 pub(super) fn operator(
-    kernel: Kernel,
+    reference: Reference,
     order: Order,
     sample_time: Seconds,
     samples: u64,
 ) -> Result<Channel<f64, Operator<f64>>, Failure> {
-    let scheme = Scheme::Full {
-        kernel,
-        tolerance: TOLERANCE,
-    };
+    let scheme = reference.scheme(TOLERANCE);
     // A little more than needed, so that the last weights are not at the very edge.
     let horizon = crate::schedule::horizon(samples);
     let operator = scheme.build(order, sample_time, horizon);

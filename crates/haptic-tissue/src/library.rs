@@ -206,7 +206,7 @@ mod tests {
         let library = Library::load(Some(folder.path())).expect("valid");
         assert_eq!(library.find("gel").expect("known").order(), Some(0.3));
         let unknown = library.find("jelly").expect_err("unknown").to_string();
-        assert!(unknown.contains("prostate-healthy, gel"), "{unknown}");
+        assert!(unknown.contains("fish-muscle, gel"), "{unknown}");
         // A second of the same name.
         std::fs::write(folder.path().join("too.toml"), GOOD).expect("writes");
         assert!(matches!(

@@ -121,6 +121,65 @@ fn the_complex_modulus_is_the_modulus_at_i_omega() {
                 assert!(error < 1e-14, "{kind} {omega}: {error:e}");
                 assert!(want.re >= 0.0 && want.im >= 0.0);
             }
+            let at_rest = model.complex_modulus(0.0);
+            let want = model.equilibrium_modulus();
+            assert!(
+                (at_rest.re - want).abs() <= 1e-15 * want,
+                "{kind} at rest: {at_rest}"
+            );
+            assert!(at_rest.im.abs() <= 1e-300, "{kind} at rest: {at_rest}");
         }
     }
+}
+
+/// Whatever a search for parameters tries: G falls, J rises, and G·J ≤ 1 (N. W. Tschoegl, 1989, eq. 2.4-13).
+#[test]
+fn extreme_parameters_give_moduli_and_compliances() {
+    let times: Vec<f64> = (0..25)
+        .map(|i| libm::pow(10.0, f64::from(i) * 0.5 - 6.0))
+        .collect();
+    let kinds = [
+        "fractional-kelvin-voigt",
+        "fractional-maxwell",
+        "fractional-zener",
+        "fractional-poynting-thomson",
+    ];
+    let orders = [
+        (1.0, 0.0),
+        (1.0, 1e-9),
+        (1.0 - 1e-9, 0.0),
+        (1.0, 1.0 - 1e-6),
+        (0.5, 0.5 - 1e-6),
+        (1e-6, 0.0),
+        (0.67, 0.0),
+        (0.6667, 0.0001),
+    ];
+    let mut checked = 0;
+    for kind in kinds {
+        for (order, second_order) in orders {
+            for ratio in [1e-12, 1.0, 1e12] {
+                for spring in [1e-8, 1.0, 1e8] {
+                    let numbers = [1e4 * ratio, order, 1e4, second_order, 1e4 * spring];
+                    let model = model(kind, &numbers);
+                    let (g, j) = (
+                        model.relaxation_moduli(&times),
+                        model.creep_compliances(&times),
+                    );
+                    for at in 0..times.len() {
+                        let label =
+                            format!("{kind} {numbers:?} t {}: {} {}", times[at], g[at], j[at]);
+                        assert!(g[at] >= 0.0 && g[at].is_finite(), "{label}");
+                        assert!(j[at] > 0.0 && j[at].is_finite(), "{label}");
+                        assert!(g[at] * j[at] <= 1.0 + 1e-11, "{label}");
+                        if at > 0 {
+                            assert!(g[at] <= g[at - 1] * (1.0 + 1e-11), "{label}");
+                            assert!(j[at] >= j[at - 1] * (1.0 - 1e-11), "{label}");
+                        }
+                        checked += 1;
+                    }
+                }
+            }
+        }
+    }
+    assert_eq!(checked, 4 * 8 * 9 * 25);
 }

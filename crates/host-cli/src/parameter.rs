@@ -8,6 +8,7 @@ use haptic_experiment::{Failure, Imperfections};
 /// Keys of the libraries' parameters, each with the option that sets it.
 const OPTIONS: &[(&str, &str)] = &[
     ("area_m2", "--area"),
+    ("branches", "--prony"),
     ("brake_force_n", "--brake-force"),
     ("bootstrap", "--bootstrap"),
     ("braking_n_s_per_m", "--braking"),
@@ -33,6 +34,7 @@ const OPTIONS: &[(&str, &str)] = &[
     ("gain_margin", "--gain-margin"),
     ("guard", "--guard"),
     ("hand_stiffness_n_per_m", "--hand-stiffness"),
+    ("horizon_s", "--horizon"),
     ("jump_m", "--jump"),
     ("kind", "--kind"),
     ("loop", "--loop"),
@@ -48,6 +50,7 @@ const OPTIONS: &[(&str, &str)] = &[
     ("sample_time_s", "--sample-time"),
     ("scheme", "--scheme"),
     ("sensor_noise_m", "--sensor-noise"),
+    ("shortest_s", "--shortest"),
     ("speed_limit_m_per_s", "--speed-limit"),
     ("stop_time_s", "--stop-time"),
     ("strain", "--strain"),

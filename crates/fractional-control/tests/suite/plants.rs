@@ -1,11 +1,12 @@
 //! Plants in samples: matrices exactly, transfer functions to second order, measured responses between their points.
 
 use core::f64::consts::PI;
-use fracdiff::Seconds;
+use fracdiff::{FrequencyResponse, Seconds};
 use fractional_control::num_complex::Complex;
 use fractional_control::{
-    FractionalTransferFunction, Memory, PidParameters, Plant, Rule, SampledLoop, SampledPlant,
-    StateSpace,
+    Actuator, ControllerParameters, Crone, CroneParameters, FractionalPid,
+    FractionalTransferFunction, LeadLag, LeadLagParameters, Memory, PidParameters, Plant, Rule,
+    SampledLoop, SampledPlant, SetPoint, StateSpace, Tid, TidParameters,
 };
 use nalgebra::{DMatrix, DVector, RowDVector};
 
@@ -174,4 +175,83 @@ fn what_is_no_plant_is_refused() {
     let fast = Plant::state_space(fast, 0.0).expect("valid");
     let error = SampledPlant::new(&fast, memory(), Seconds(0.1)).expect_err("too fast");
     assert!(error.to_string().contains("leave that pole out"), "{error}");
+}
+
+#[test]
+fn the_curve_of_the_verdict_is_the_controller_that_runs() {
+    let t = Seconds(0.01);
+    // A gain of 1 that does nothing but be one sample late.
+    let lag: Plant = "exp(-0.03s)/(s+1)".parse().expect("valid");
+    let plant = SampledPlant::new(&lag, memory(), t).expect("valid");
+    let alone = PidParameters {
+        proportional: 1.0,
+        ..PidParameters::NONE
+    };
+    let of = |parameters: ControllerParameters| {
+        SampledLoop::new(parameters, memory(), &plant).expect("valid")
+    };
+    let (tid, crone, lead) = (
+        TidParameters {
+            tilt: 2.0,
+            tilt_divisor: 3.0,
+            integral: 0.7,
+            derivative: 0.1,
+        },
+        CroneParameters {
+            gain: 3.0,
+            order: -1.4,
+            low_rad_s: 0.5,
+            high_rad_s: 60.0,
+        },
+        LeadLagParameters {
+            gain: 2.0,
+            lambda_s: 0.2,
+            x: 0.1,
+            order: 0.6,
+        },
+    );
+    let pid = PidParameters {
+        proportional: 2.0,
+        integral: 1.5,
+        integral_order: 1.3,
+        derivative: 0.3,
+        derivative_order: 1.2,
+    };
+    let free = Actuator::UNLIMITED;
+    let runs: [(ControllerParameters, Box<dyn FrequencyResponse>); 4] = [
+        (
+            pid.into(),
+            Box::new(
+                FractionalPid::<f64, 112>::new(pid, SetPoint::DEFAULT, free, memory(), t)
+                    .expect("valid"),
+            ),
+        ),
+        (
+            tid.into(),
+            Box::new(Tid::<f64, 112>::new(tid, 0.0, free, memory(), t).expect("valid")),
+        ),
+        (
+            crone.into(),
+            Box::new(Crone::<f64, 112>::new(crone, free, memory(), t).expect("valid")),
+        ),
+        (
+            lead.into(),
+            Box::new(LeadLag::<f64, 112>::new(lead, free, memory(), t).expect("valid")),
+        ),
+    ];
+    for (parameters, runs) in runs {
+        let verdict = of(parameters).verdict();
+        assert!(
+            verdict.unstable_poles.is_some(),
+            "{parameters:?} {verdict:?}"
+        );
+        for theta in [1e-3, 0.05, 0.7, PI] {
+            let have = of(parameters).open(theta) / of(alone.into()).open(theta);
+            let want = runs.response(theta);
+            assert!(
+                (have - want).norm() < 1e-9 * want.norm(),
+                "{parameters:?} {theta}: {have} {want}"
+            );
+        }
+    }
 }

@@ -5,7 +5,7 @@ use super::running::Law;
 use super::specification::CouplerExperiment;
 use crate::curves::{CouplerCurves, Origin};
 use crate::failure::Failure;
-use crate::judge::{Compared, full_history};
+use crate::judge::{Compared, Reference, full_history};
 use crate::kept::{KeptSample, Record, Samples, WHOLE_MOST};
 use crate::outcome::origin;
 use crate::pushed::{Setup, six_digits, warnings};
@@ -17,7 +17,7 @@ use crate::settling::{Judge, Settling};
 use crate::thinned::Thinned;
 use crate::track::{TOLERANCE, operator};
 use fracdiff::full_memory::Kernel;
-use fracdiff::{Channel, Operator, Order, Scheme};
+use fracdiff::{Channel, Operator, Order};
 use haptic_loop::Environment;
 use nalgebra::Vector1;
 use serde::Serialize;
@@ -131,10 +131,7 @@ impl CouplerExperiment {
     /// D^(1−μ) of the deflection by its full history, or why the force is not the coupler's of it.
     fn history(&self, ran: &Ran) -> Result<Result<History, &'static str>, Failure> {
         let record = &ran.record;
-        let kernel = match self.scheme {
-            Scheme::Full { kernel, .. } => kernel,
-            _ => Kernel::Grunwald,
-        };
+        let reference = Reference::of(self.scheme);
         let order = Order::new(1.0 - self.order.get()).map_err(Failure::input)?;
         let t = self.device.sample_time;
         let reason = if record.limited > 0 {
@@ -143,7 +140,7 @@ impl CouplerExperiment {
             Some("samples are missing, so the object is not known")
         } else if self.remote.is_some() {
             Some("a serial device makes each force some samples after its position")
-        } else if kernel != Kernel::Grunwald && order.get() >= 1.0 {
+        } else if reference == Reference::Kernel(Kernel::PiecewiseLinear) && order.get() >= 1.0 {
             Some("the weights of this kernel are known in closed form below order 1 only")
         } else if record.largest_force_n() == 0.0 {
             Some("no force was commanded")
@@ -155,13 +152,15 @@ impl CouplerExperiment {
         }
         let Some(whole) = &record.whole else {
             let planned = self.setup().plan().samples(t)?;
-            return Ok(Ok(History::Streamed(operator(kernel, order, t, planned)?)));
+            return Ok(Ok(History::Streamed(operator(
+                reference, order, t, planned,
+            )?)));
         };
         let mut object = Object::default();
         let deflection: Vec<f64> = (whole.iter())
             .map(|sample| object.deflection(self, sample.position_m, -sample.force_n))
             .collect();
-        let values = full_history(kernel, order, t, &deflection).map_err(Failure::Run)?;
+        let values = full_history(reference, order, t, &deflection).map_err(Failure::Run)?;
         Ok(Ok(History::Whole(values.into_iter())))
     }
 

@@ -4,8 +4,8 @@
 
 use super::{Law, ModelledTissue};
 use crate::failure::Failure;
+use crate::judge::Reference;
 use crate::track::{self, TOLERANCE};
-use fracdiff::full_memory::Kernel;
 use fracdiff::{Channel, Differintegrator as _, FullMemory, Operator, Seconds};
 use haptic_tissue::{FullHistory, Model, SampledModel};
 
@@ -25,14 +25,14 @@ impl ModelledTissue {
     pub(crate) fn full_history(
         &self,
         shape: f64,
-        kernel: Kernel,
+        reference: Reference,
         t: Seconds,
         depth: &[f64],
     ) -> anyhow::Result<Vec<f64>> {
         match &self.law {
             Law::KelvinVoigt(tissue) => {
                 let (k, b) = self.spring_and_damper(shape);
-                let rates = crate::judge::full_history(kernel, tissue.order(), t, depth)?;
+                let rates = crate::judge::full_history(reference, tissue.order(), t, depth)?;
                 Ok(depth
                     .iter()
                     .zip(rates)
@@ -55,14 +55,14 @@ impl ModelledTissue {
     pub(crate) fn sampled(
         &self,
         shape: f64,
-        kernel: Kernel,
+        reference: Reference,
         t: Seconds,
         samples: u64,
     ) -> Result<Sampled, Failure> {
         let (k, b) = self.spring_and_damper(shape);
         let model = match &self.law {
             Law::KelvinVoigt(tissue) => {
-                let channel = track::operator(kernel, tissue.order(), t, samples)?;
+                let channel = track::operator(reference, tissue.order(), t, samples)?;
                 return Ok(Sampled::Derivative(k, b, channel));
             }
             Law::Composed { model, .. } => SampledModel::new(model, t).map_err(Failure::input)?,

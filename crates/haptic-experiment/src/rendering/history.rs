@@ -19,8 +19,8 @@ impl Rendering {
         // The virtual tissue begins at 0 and only pushes.
         let depth: Vec<f64> = position_m.iter().map(|x| x.max(0.0)).collect();
         let (shape, t) = (self.shape(), Seconds(self.sample_time_s));
-        let kernel = self.reference_kernel();
-        let forces = self.material.full_history(shape, kernel, t, &depth)?;
+        let reference = self.reference_kernel();
+        let forces = self.material.full_history(shape, reference, t, &depth)?;
         let pushes = depth.iter().zip(forces).map(|(&x, f)| pushes(x, f));
         Ok(pushes.collect())
     }
@@ -34,8 +34,8 @@ impl Rendering {
         duration_s: f64,
     ) -> Result<impl FnMut(f64) -> f64 + use<>, Failure> {
         let samples = self.samples(duration_s)?;
-        let (kernel, t) = (self.reference_kernel(), Seconds(self.sample_time_s));
-        let mut tissue = self.material.sampled(self.shape(), kernel, t, samples)?;
+        let (reference, t) = (self.reference_kernel(), Seconds(self.sample_time_s));
+        let mut tissue = self.material.sampled(self.shape(), reference, t, samples)?;
         Ok(move |x: f64| {
             let depth = x.max(0.0);
             let force = tissue.force(depth);

@@ -2,6 +2,7 @@
 
 use crate::failure::Failure;
 use crate::imperfections::Imperfections;
+use crate::judge::Reference;
 use crate::modelled::ModelledTissue;
 use crate::named::Named;
 use crate::parameters;
@@ -11,7 +12,6 @@ use crate::run::SAMPLES;
 use crate::safety::Safety;
 use crate::schedule::Pace;
 use crate::sensed::Sensors;
-use fracdiff::full_memory::Kernel;
 use fracdiff::{Scheme, Seconds};
 use haptic_link::LoopMode;
 use haptic_loop::Specimen;
@@ -164,11 +164,8 @@ impl Rendering {
 
     /// The kernel whose full history the force is compared with: the scheme's own, or Grünwald's.
     #[must_use]
-    pub fn reference_kernel(&self) -> Kernel {
-        match self.scheme {
-            Scheme::Full { kernel, .. } => kernel,
-            _ => Kernel::Grunwald,
-        }
+    pub fn reference_kernel(&self) -> Reference {
+        Reference::of(self.scheme)
     }
 
     /// A/ℓ, m.

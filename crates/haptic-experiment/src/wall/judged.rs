@@ -4,7 +4,7 @@ use super::report::WallReport;
 use super::specification::WallExperiment;
 use crate::curves::{Origin, WallCurves};
 use crate::failure::Failure;
-use crate::judge::{Compared, full_history};
+use crate::judge::{Compared, Reference, full_history};
 use crate::kept::{Record, Samples, WHOLE_MOST};
 use crate::modelled::memory;
 use crate::outcome::origin;
@@ -16,7 +16,7 @@ use crate::settling::{Judge, Settling};
 use crate::thinned::Thinned;
 use crate::track::{TOLERANCE, Track, operator};
 use fracdiff::full_memory::Kernel;
-use fracdiff::{FrequencyResponse as _, Operator, Scheme};
+use fracdiff::{FrequencyResponse as _, Operator};
 use serde::Serialize;
 
 /// A row of the CSV.
@@ -63,15 +63,12 @@ impl WallExperiment {
     /// D^μ x by the full history of x, or why the force is not −(K·x + B·D^μ x) of it.
     fn derivative(&self, ran: &Ran) -> Result<Result<Track<'_>, &'static str>, Failure> {
         let record = &ran.record;
-        let kernel = match self.scheme {
-            Scheme::Full { kernel, .. } => kernel,
-            _ => Kernel::Grunwald,
-        };
+        let kernel = Reference::of(self.scheme);
         let reason = if self.one_sided {
             Some("a one-sided wall is not compared")
         } else if record.limited > 0 {
             Some("the safety chain limited the force")
-        } else if kernel != Kernel::Grunwald && self.order.get() >= 1.0 {
+        } else if kernel == Reference::Kernel(Kernel::PiecewiseLinear) && self.order.get() >= 1.0 {
             Some("the weights of this kernel are known in closed form below order 1 only")
         } else if record.largest_force_n() == 0.0 {
             Some("no force was commanded")

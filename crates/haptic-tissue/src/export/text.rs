@@ -42,7 +42,55 @@ impl PronyFit {
     /// # Errors
     /// More branches than the program takes; a convention that needs a long-term modulus, and a series without one.
     pub fn text(&self, format: ExportFormat, title: &str) -> Result<String, ExportError> {
-        let mut comments = vec![
+        if format == ExportFormat::Febio {
+            if self.branches.len() > FEBIO_TERMS {
+                return Err(ExportError::Terms {
+                    given: self.branches.len(),
+                    most: FEBIO_TERMS,
+                });
+            }
+            if self.elastic_modulus_pa <= 0.0 {
+                return Err(ExportError::NoLongTermModulus);
+            }
+        }
+        let body = match format {
+            ExportFormat::Table => self.table(),
+            ExportFormat::Ansys => self.ansys(),
+            ExportFormat::Abaqus => self.abaqus(),
+            ExportFormat::Febio => self.febio(),
+        };
+        Ok(self.comments(format, title) + &body)
+    }
+
+    fn comments(&self, format: ExportFormat, title: &str) -> String {
+        let instantaneous = self.instantaneous_modulus_pa();
+        let (before, after, convention) = match format {
+            ExportFormat::Table => ("# ", "", "branch 0 is the spring E".to_owned()),
+            ExportFormat::Ansys => (
+                "! ",
+                "",
+                format!(
+                    "alpha_i = E_i/G(0) and tau_i in s; the elastic modulus is the instantaneous one, G(0) = {instantaneous:?} Pa"
+                ),
+            ),
+            ExportFormat::Abaqus => (
+                "** ",
+                "",
+                format!(
+                    "g_i = E_i/G_0, k_i = 0 (no relaxation in bulk), tau_i in s; use with *ELASTIC, MODULI=INSTANTANEOUS, \
+                     G_0 = {instantaneous:?} Pa"
+                ),
+            ),
+            ExportFormat::Febio => (
+                "<!-- ",
+                " -->",
+                format!(
+                    "g_i = E_i/E and t_i in s; put the elastic material inside, with the long-term modulus E = {:?} Pa",
+                    self.elastic_modulus_pa
+                ),
+            ),
+        };
+        let lines = [
             title.replace('\n', " "),
             format!(
                 "G(t) = E + sum E_i exp(-t/tau_i), {} branches, for t from {} s to {} s",
@@ -56,82 +104,60 @@ impl PronyFit {
             ),
             "G is stress over strain as in the tissue's source, in simple shear or along one axis"
                 .to_owned(),
+            convention,
         ];
-        let instantaneous = self.instantaneous_modulus_pa();
-        let relative = |to: f64| -> Vec<(f64, f64)> {
-            let each = self.branches.iter();
-            each.map(|one| (one.elastic_modulus_pa / to, one.relaxation_time_s))
-                .collect()
-        };
-        let mut text = String::new();
-        match format {
-            ExportFormat::Table => {
-                comments.push("branch 0 is the spring E".to_owned());
-                commented(&mut text, "# ", "", &comments);
-                text += "branch,modulus_pa,relaxation_time_s\n";
-                let _ = writeln!(text, "0,{:?},inf", self.elastic_modulus_pa);
-                for (at, one) in self.branches.iter().enumerate() {
-                    let (modulus, time) = (one.elastic_modulus_pa, one.relaxation_time_s);
-                    let _ = writeln!(text, "{},{modulus:?},{time:?}", at + 1);
-                }
-            }
-            ExportFormat::Ansys => {
-                comments.push(format!(
-                    "alpha_i = E_i/G(0) and tau_i in s; the elastic modulus is the instantaneous one, G(0) = {instantaneous:?} Pa"
-                ));
-                commented(&mut text, "! ", "", &comments);
-                let _ = writeln!(text, "TB,PRONY,1,1,{},SHEAR", self.branches.len());
-                // TBDATA takes six constants a line.
-                for (line, three) in relative(instantaneous).chunks(3).enumerate() {
-                    let _ = write!(text, "TBDATA,{}", 1 + 6 * line);
-                    for (alpha, tau) in three {
-                        let _ = write!(text, ",{alpha:.12e},{tau:.12e}");
-                    }
-                    text.push('\n');
-                }
-            }
-            ExportFormat::Abaqus => {
-                comments.push(format!(
-                    "g_i = E_i/G_0, k_i = 0 (no relaxation in bulk), tau_i in s; use with *ELASTIC, MODULI=INSTANTANEOUS, G_0 = {instantaneous:?} Pa"
-                ));
-                commented(&mut text, "** ", "", &comments);
-                text += "*VISCOELASTIC, TIME=PRONY\n";
-                for (g, tau) in relative(instantaneous) {
-                    let _ = writeln!(text, "{g:.12e}, 0., {tau:.12e}");
-                }
-            }
-            ExportFormat::Febio => {
-                if self.branches.len() > FEBIO_TERMS {
-                    return Err(ExportError::Terms {
-                        given: self.branches.len(),
-                        most: FEBIO_TERMS,
-                    });
-                }
-                if self.elastic_modulus_pa <= 0.0 {
-                    return Err(ExportError::NoLongTermModulus);
-                }
-                comments.push(format!(
-                    "g_i = E_i/E and t_i in s; put the elastic material inside, with the long-term modulus E = {:?} Pa",
-                    self.elastic_modulus_pa
-                ));
-                // No comment of XML has two hyphens.
-                let comments: Vec<String> = (comments.iter())
-                    .map(|line| line.replace("--", "- -"))
-                    .collect();
-                commented(&mut text, "<!-- ", " -->", &comments);
-                text += "<g0>1</g0>\n";
-                for (at, (g, t)) in relative(self.elastic_modulus_pa).iter().enumerate() {
-                    let n = at + 1;
-                    let _ = writeln!(text, "<g{n}>{g:.12e}</g{n}><t{n}>{t:.12e}</t{n}>");
-                }
-            }
-        }
-        Ok(text)
+        // No comment of XML has two hyphens.
+        let line = |line: &String| format!("{before}{}{after}\n", line.replace("--", "- -"));
+        lines.iter().map(line).collect()
     }
-}
 
-fn commented(text: &mut String, before: &str, after: &str, lines: &[String]) {
-    for line in lines {
-        let _ = writeln!(text, "{before}{line}{after}");
+    /// E_i over a modulus, and τ_i.
+    fn relative(&self, modulus_pa: f64) -> Vec<(f64, f64)> {
+        let each = self.branches.iter();
+        each.map(|one| (one.elastic_modulus_pa / modulus_pa, one.relaxation_time_s))
+            .collect()
+    }
+
+    fn table(&self) -> String {
+        let mut text = format!(
+            "branch,modulus_pa,relaxation_time_s\n0,{:?},inf\n",
+            self.elastic_modulus_pa
+        );
+        for (at, one) in self.branches.iter().enumerate() {
+            let (modulus, time) = (one.elastic_modulus_pa, one.relaxation_time_s);
+            let _ = writeln!(text, "{},{modulus:?},{time:?}", at + 1);
+        }
+        text
+    }
+
+    fn ansys(&self) -> String {
+        let mut text = format!("TB,PRONY,1,1,{},SHEAR\n", self.branches.len());
+        // TBDATA takes six constants a line.
+        let relative = self.relative(self.instantaneous_modulus_pa());
+        for (line, three) in relative.chunks(3).enumerate() {
+            let _ = write!(text, "TBDATA,{}", 1 + 6 * line);
+            for (alpha, tau) in three {
+                let _ = write!(text, ",{alpha:.12e},{tau:.12e}");
+            }
+            text.push('\n');
+        }
+        text
+    }
+
+    fn abaqus(&self) -> String {
+        let mut text = "*VISCOELASTIC, TIME=PRONY\n".to_owned();
+        for (g, tau) in self.relative(self.instantaneous_modulus_pa()) {
+            let _ = writeln!(text, "{g:.12e}, 0., {tau:.12e}");
+        }
+        text
+    }
+
+    fn febio(&self) -> String {
+        let mut text = "<g0>1</g0>\n".to_owned();
+        for (at, (g, t)) in self.relative(self.elastic_modulus_pa).iter().enumerate() {
+            let n = at + 1;
+            let _ = writeln!(text, "<g{n}>{g:.12e}</g{n}><t{n}>{t:.12e}</t{n}>");
+        }
+        text
     }
 }

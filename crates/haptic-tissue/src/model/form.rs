@@ -133,6 +133,10 @@ pub(super) fn inverse(z: Complex64) -> Complex64 {
 
 /// Compliances add; their imaginary parts have one sign, so nothing cancels.
 fn series(a: Complex64, b: Complex64) -> Complex64 {
+    // At rest a dashpot gives way to everything.
+    if a.norm_sqr() == 0.0 || b.norm_sqr() == 0.0 {
+        return Complex64::ZERO;
+    }
     inverse(inverse(a) + inverse(b))
 }
 

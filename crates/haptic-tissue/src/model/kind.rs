@@ -315,66 +315,70 @@ impl Model {
 
 /// The elements of a kind; `values` are as many as it has, and within their ranges.
 fn form(kind: ModelKind, values: &[f64]) -> Result<Form, ModelError> {
-    let value = |place: usize| values.get(place).copied().unwrap_or(f64::NAN);
-    let pots = || -> Result<_, ModelError> {
-        let second = SpringPot::new(value(2), value(3))?;
-        Ok((SpringPot::new(value(0), value(1))?, second))
-    };
-    let classical = |spring: usize, dashpot: usize| -> Result<_, ModelError> {
-        let second = SpringPot::spring(value(spring))?;
-        Ok((SpringPot::dashpot(value(dashpot))?, second))
-    };
-    Ok(match kind {
-        ModelKind::Spring => Form::SpringPot(SpringPot::spring(value(0))?),
-        ModelKind::Dashpot => Form::SpringPot(SpringPot::dashpot(value(0))?),
-        ModelKind::SpringPot => Form::SpringPot(SpringPot::new(value(0), value(1))?),
-        ModelKind::KelvinVoigt | ModelKind::FractionalKelvinVoigt => {
-            let (first, second) = match kind {
-                ModelKind::KelvinVoigt => classical(0, 1)?,
-                _ => pots()?,
-            };
-            Form::FractionalKelvinVoigt { first, second }
-        }
-        ModelKind::Maxwell | ModelKind::FractionalMaxwell => {
-            let (first, second) = match kind {
-                ModelKind::Maxwell => classical(0, 1)?,
-                _ => pots()?,
-            };
-            Form::FractionalMaxwell { first, second }
-        }
-        ModelKind::Zener | ModelKind::FractionalZener => {
-            let ((first, second), elastic_modulus_pa) = match kind {
-                ModelKind::Zener => (classical(1, 2)?, value(0)),
-                _ => (pots()?, value(4)),
-            };
-            Form::FractionalZener {
-                first,
-                second,
-                elastic_modulus_pa,
-            }
-        }
-        ModelKind::PoyntingThomson | ModelKind::FractionalPoyntingThomson => {
-            let ((first, second), elastic_modulus_pa) = match kind {
-                ModelKind::PoyntingThomson => (classical(1, 2)?, value(0)),
-                _ => (pots()?, value(4)),
-            };
-            Form::FractionalPoyntingThomson {
-                first,
-                second,
-                elastic_modulus_pa,
-            }
-        }
-        ModelKind::Prony => Form::Prony {
-            elastic_modulus_pa: value(0),
-            branches: values[1..]
-                .chunks_exact(2)
+    Ok(match (kind, values) {
+        (ModelKind::Spring, [modulus, ..]) => Form::SpringPot(SpringPot::spring(*modulus)?),
+        (ModelKind::Dashpot, [viscosity, ..]) => Form::SpringPot(SpringPot::dashpot(*viscosity)?),
+        (ModelKind::SpringPot, [v, order, ..]) => Form::SpringPot(SpringPot::new(*v, *order)?),
+        (ModelKind::Prony, [elastic_modulus_pa, rest @ ..]) => Form::Prony {
+            elastic_modulus_pa: *elastic_modulus_pa,
+            branches: (rest.chunks_exact(2))
                 .map(|branch| MaxwellBranch {
                     elastic_modulus_pa: branch[0],
                     relaxation_time_s: branch[1],
                 })
                 .collect(),
         },
+        _ => {
+            let (first, second, elastic_modulus_pa) = two_elements(values)?;
+            match kind {
+                ModelKind::Maxwell | ModelKind::FractionalMaxwell => {
+                    Form::FractionalMaxwell { first, second }
+                }
+                ModelKind::Zener | ModelKind::FractionalZener => Form::FractionalZener {
+                    first,
+                    second,
+                    elastic_modulus_pa,
+                },
+                ModelKind::PoyntingThomson | ModelKind::FractionalPoyntingThomson => {
+                    Form::FractionalPoyntingThomson {
+                        first,
+                        second,
+                        elastic_modulus_pa,
+                    }
+                }
+                _ => Form::FractionalKelvinVoigt { first, second },
+            }
+        }
     })
+}
+
+/// The two elements of a classical (2 or 3 values) or fractional (4 or 5) model, and the spring of those that have a third.
+fn two_elements(values: &[f64]) -> Result<(SpringPot, SpringPot, f64), ModelError> {
+    let (first, second, third) = match *values {
+        [spring, dashpot] => (
+            SpringPot::dashpot(dashpot)?,
+            SpringPot::spring(spring)?,
+            0.0,
+        ),
+        [third, spring, dashpot] => (
+            SpringPot::dashpot(dashpot)?,
+            SpringPot::spring(spring)?,
+            third,
+        ),
+        [v, order, g, second_order] => (
+            SpringPot::new(v, order)?,
+            SpringPot::new(g, second_order)?,
+            0.0,
+        ),
+        [v, order, g, second_order, third] => (
+            SpringPot::new(v, order)?,
+            SpringPot::new(g, second_order)?,
+            third,
+        ),
+        // The number of values was compared with that of the kind before.
+        _ => return Err(ModelError::Empty),
+    };
+    Ok((first, second, third))
 }
 
 /// The values of a model, in the order of its kind's parameters.

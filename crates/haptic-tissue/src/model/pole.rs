@@ -41,15 +41,39 @@ pub(super) fn beside_the_cut(constant: f64, first: Term, second: Option<Term>) -
     if second.power == 0.0 {
         return two_terms(constant + second.factor, first);
     }
+    if first.power <= 2.0 / 3.0 {
+        return None;
+    }
+    // Where one term counts for nothing, or both have nearly the same power, two terms are a good guess.
+    let sum = first.factor + second.factor;
+    let middle = Term {
+        factor: sum,
+        power: (first.factor * first.power + second.factor * second.power) / sum,
+    };
+    let guesses = [
+        two_terms(constant, first),
+        two_terms(constant, second),
+        two_terms(constant, middle),
+        by_halving(constant, first, second),
+    ];
+    let polished = (guesses.into_iter().flatten())
+        .map(|guess| polished(constant, first, second, guess))
+        .find(|(_, rest)| *rest < CLOSE);
+    let (pole, _) = polished?;
+    (pole.beyond < FRAC_PI_2).then_some(pole)
+}
+
+/// |D| over the sum of its terms' sizes, at a zero.
+const CLOSE: f64 = 1e-13;
+
+/// The zero as the change of sign of Re D along Im D = 0; rough where the powers are close.
+fn by_halving(constant: f64, first: Term, second: Term) -> Option<Pole> {
     // At π/p Re D < 0. Without a change of sign before 3π/2 there is no zero.
     let most = f64::min(1.5 * PI, PI / second.power) - PI / first.power;
     if most <= 0.0 {
         return None;
     }
     let (mut low, mut high) = (-80.0, libm::log(most) - 1e-9);
-    if real_part(constant, first, second, libm::exp(high)).1 < 0.0 {
-        return None;
-    }
     for _ in 0..44 {
         let middle = 0.5 * (low + high);
         if real_part(constant, first, second, libm::exp(middle)).1 < 0.0 {
@@ -59,16 +83,9 @@ pub(super) fn beside_the_cut(constant: f64, first: Term, second: Option<Term>) -
         }
     }
     let over = libm::exp(high);
-    let start = if low <= -80.0 {
-        // The second term counts for nothing.
-        two_terms(constant, first)?
-    } else {
-        let ln_r = real_part(constant, first, second, over).0;
-        let beyond = PI * (1.0 / first.power - 1.0) + over;
-        Pole { ln_r, beyond }
-    };
-    let pole = polished(constant, first, second, start);
-    (pole.beyond < FRAC_PI_2).then_some(pole)
+    let ln_r = real_part(constant, first, second, over).0;
+    let beyond = PI * (1.0 / first.power - 1.0) + over;
+    Some(Pole { ln_r, beyond })
 }
 
 fn two_terms(constant: f64, first: Term) -> Option<Pole> {
@@ -92,23 +109,28 @@ fn real_part(constant: f64, first: Term, second: Term, over: f64) -> (f64, f64) 
     (ln_r, if sum.is_nan() { 1.0 } else { sum })
 }
 
-/// Newton's steps on ln s.
-fn polished(constant: f64, first: Term, second: Term, start: Pole) -> Pole {
+/// Newton's steps on ln s, none longer than 1/2; and what is left of D.
+fn polished(constant: f64, first: Term, second: Term, start: Pole) -> (Pole, f64) {
     let mut pole = start;
-    for _ in 0..4 {
+    let mut rest = f64::INFINITY;
+    for _ in 0..40 {
         let power = |term: Term| {
             let size = term.factor / constant * libm::exp(term.power * pole.ln_r);
             turned(term.power * pole.half_turns()) * size
         };
         let (a, b) = (power(first), power(second));
-        let step = (a + b + 1.0) / (a * first.power + b * second.power);
-        if !(step.re.is_finite() && step.im.is_finite()) || step.norm() > 0.1 {
+        rest = (a + b + 1.0).norm() / (a.norm() + b.norm() + 1.0);
+        let mut step = (a + b + 1.0) / (a * first.power + b * second.power);
+        if !(step.re.is_finite() && step.im.is_finite()) || step.norm() < 1e-16 {
             break;
+        }
+        if step.norm() > 0.5 {
+            step *= 0.5 / step.norm();
         }
         pole.ln_r -= step.re;
         pole.beyond = f64::max(0.0, pole.beyond - step.im);
     }
-    pole
+    (pole, if rest.is_nan() { f64::INFINITY } else { rest })
 }
 
 /// Re(w·k) of a pair of conjugate terms whose sum that is.
@@ -124,8 +146,8 @@ mod tests {
     fn zeros_of_three_terms_are_zeros() {
         let mut found = 0;
         for p in [1.0, 0.9999, 0.99, 0.9, 0.8, 0.7, 0.6] {
-            for q in [0.0, 1e-6, 0.01, 0.3, 0.65] {
-                for ratio in [1e-12, 1e-3, 1.0, 1e3] {
+            for q in [0.0, 1e-6, 0.01, 0.3, 0.65, 0.9, p - 1e-9] {
+                for ratio in [1e-12, 1e-3, 1.0, 1e3, 1e9] {
                     if q >= p {
                         continue;
                     }

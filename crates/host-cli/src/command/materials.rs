@@ -1,5 +1,7 @@
 //! `materials`: the tissue library.
 
+mod export;
+
 use crate::output::{Output, short};
 use clap::{Args, Subcommand};
 use haptic_experiment::failure::Failure;
@@ -27,6 +29,8 @@ pub enum Command {
         #[command(flatten)]
         folder: Folder,
     },
+    /// Turn a tissue into a Prony series for ANSYS, Abaqus or FEBio
+    Export(export::Arguments),
 }
 
 /// The folder with more tissues.
@@ -77,6 +81,7 @@ impl Command {
                 let material = folder.load()?.find(&name).map_err(Failure::input)?;
                 output.print(&material, |out| write!(out, "{}", material.text))
             }
+            Self::Export(arguments) => arguments.run(output),
         }
     }
 }

@@ -303,6 +303,55 @@ fn what_show_prints_of_a_tissue_that_comes_along_is_a_file_to_start_from() {
 }
 
 #[test]
+fn a_tissue_is_exported_for_finite_elements_with_its_error() {
+    let place = Place::new();
+    let table = place.run("materials export fish-muscle --prony 12 --horizon 1000s");
+    let table = table.succeeded().stdout;
+    let rows: Vec<&str> = table
+        .lines()
+        .filter(|line| !line.starts_with('#'))
+        .collect();
+    assert_eq!(rows[0], "branch,modulus_pa,relaxation_time_s");
+    assert!(rows.len() <= 14, "{table}");
+    assert!(
+        table.contains("# largest relative error of G over this band: "),
+        "{table}"
+    );
+    let line = "materials export fish-muscle --prony 6 --format febio --out muscle.xml";
+    let said = place.run(line).succeeded().stdout;
+    assert!(
+        said.contains("muscle.xml: ") && said.contains("largest relative error"),
+        "{said}"
+    );
+    let written = std::fs::read_to_string(place.path("muscle.xml")).expect("a file");
+    assert!(written.contains("<g0>1</g0>"), "{written}");
+    place.run(line).refused(2, &["muscle.xml"]);
+    place.run(&format!("{line} --overwrite")).succeeded();
+    let json = place.run("materials export prostate-healthy --format abaqus --json");
+    let json = json.succeeded().json();
+    assert!(number(&json, "max_relative_error") < 0.01);
+    assert_eq!(
+        json["branch_moduli_pa"].as_array().map(Vec::len),
+        json["branch_times_s"].as_array().map(Vec::len)
+    );
+    assert_eq!(json["file"], Value::Null);
+    for (line, words) in [
+        ("fish-muscle --format febio", &["take --prony", "6"][..]),
+        ("fish-muscle --prony 0", &["--prony", "1 to 100"]),
+        ("fish-muscle --horizon 1us", &["--horizon", "--shortest"]),
+        (
+            "fish-muscle --format nastran",
+            &["table, ansys, abaqus, febio"],
+        ),
+        ("jelly", &["jelly", "fish-muscle"]),
+    ] {
+        place
+            .run(&format!("materials export {line}"))
+            .refused(2, words);
+    }
+}
+
+#[test]
 fn a_wrong_tissue_file_is_refused_with_file_line_and_reason() {
     let place = Place::new();
     std::fs::create_dir(place.path("mine")).expect("makes the folder");

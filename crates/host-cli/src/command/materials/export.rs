@@ -1,0 +1,138 @@
+//! `materials export`: a tissue as a Prony series for a finite-element program.
+
+use super::Folder;
+use crate::output::Output;
+use crate::parameter::with_options;
+use crate::quantity::Time;
+use clap::Args;
+use haptic_experiment::failure::Failure;
+use haptic_log::record::{Leftover, NewFile, NewFileError};
+use haptic_tissue::{ExportError, ExportFormat, MaxwellBranch, PronyFit};
+use serde::Serialize;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+/// Arguments of `materials export`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example: host-cli materials export fish-muscle --prony 12 --horizon 1000s --format ansys --out muscle.inp\n\
+                  table: modulus in Pa and relaxation time in s of each branch. ansys: relative moduli and times for \
+                  TB,PRONY, with the instantaneous modulus. abaqus: g_i, k_i, tau_i, with MODULI=INSTANTANEOUS. febio: \
+                  g_i, t_i of the material viscoelastic, at most six, with the long-term modulus."
+)]
+pub struct Arguments {
+    /// A name from the list, or the path of a TOML file
+    name: String,
+    /// Branches at most
+    #[arg(long, value_name = "N", default_value_t = 12)]
+    prony: usize,
+    /// Longest time at which the series holds
+    #[arg(long, allow_hyphen_values = true, default_value = "1000s")]
+    horizon: Time,
+    /// Shortest time at which the series holds
+    #[arg(long, allow_hyphen_values = true, default_value = "1ms")]
+    shortest: Time,
+    /// Convention: table, ansys, abaqus or febio
+    #[arg(long, value_parser = parse_format, default_value = "table")]
+    format: ExportFormat,
+    /// File to write; standard output without it
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Replace the file if it exists
+    #[arg(long, requires = "out")]
+    overwrite: bool,
+    #[command(flatten)]
+    folder: Folder,
+}
+
+/// What was made.
+#[derive(Serialize)]
+struct Exported<'a> {
+    tissue: &'a str,
+    model: &'static str,
+    format: &'static str,
+    shortest_s: f64,
+    horizon_s: f64,
+    max_relative_error: f64,
+    instantaneous_modulus_pa: f64,
+    elastic_modulus_pa: f64,
+    branch_moduli_pa: Vec<f64>,
+    branch_times_s: Vec<f64>,
+    file: Option<String>,
+}
+
+impl Arguments {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// An unknown tissue, a series that there is none of, a file that exists.
+    pub(super) fn run(self, output: Output) -> Result<(), Failure> {
+        let material = self.folder.load()?.find(&self.name);
+        let material = material.map_err(Failure::input)?;
+        let fit = PronyFit::new(&material.model, self.prony, self.shortest.0, self.horizon.0)
+            .map_err(|error| refused(&error))?;
+        let kind = material.model.kind();
+        let title = format!(
+            "{} ({kind}), {}; host-cli {}",
+            material.name,
+            material.source.citation,
+            env!("CARGO_PKG_VERSION")
+        );
+        let text = fit
+            .text(self.format, &title)
+            .map_err(|error| refused(&error))?;
+        if let Some(path) = &self.out {
+            write(path, &text, self.overwrite)?;
+        }
+        let column = |value: fn(&MaxwellBranch) -> f64| fit.branches.iter().map(value).collect();
+        let exported = Exported {
+            tissue: &material.name,
+            model: kind.name(),
+            format: self.format.name(),
+            shortest_s: fit.shortest_s,
+            horizon_s: fit.horizon_s,
+            max_relative_error: fit.max_relative_error,
+            instantaneous_modulus_pa: fit.instantaneous_modulus_pa(),
+            elastic_modulus_pa: fit.elastic_modulus_pa,
+            branch_moduli_pa: column(|one| one.elastic_modulus_pa),
+            branch_times_s: column(|one| one.relaxation_time_s),
+            file: self.out.as_deref().map(|path| path.display().to_string()),
+        };
+        if exported.file.is_none() {
+            return output.print(&exported, |out| write!(out, "{text}"));
+        }
+        output.summary(&exported, |out| {
+            writeln!(
+                out,
+                "{}: {} branches for {}, largest relative error {:.2e} from {} s to {} s",
+                exported.file.as_deref().unwrap_or_default(),
+                exported.branch_moduli_pa.len(),
+                exported.tissue,
+                exported.max_relative_error,
+                exported.shortest_s,
+                exported.horizon_s
+            )
+        })
+    }
+}
+
+/// The library's error with options in place of its parameters.
+fn refused(error: &ExportError) -> Failure {
+    Failure::bad_input(with_options(&error.to_string()))
+}
+
+fn parse_format(name: &str) -> Result<ExportFormat, String> {
+    let found = ExportFormat::ALL.into_iter().find(|one| one.name() == name);
+    found.ok_or_else(|| {
+        let known: Vec<&str> = ExportFormat::ALL.iter().map(|one| one.name()).collect();
+        format!("take one of {}", known.join(", "))
+    })
+}
+
+fn write(path: &Path, text: &str, overwrite: bool) -> Result<(), Failure> {
+    let (new_file, mut file) = NewFile::create(path, Leftover::Discard, overwrite)?;
+    file.write_all(text.as_bytes())
+        .map_err(|error| NewFileError::io(path, error))?;
+    new_file.publish()?;
+    Ok(())
+}
