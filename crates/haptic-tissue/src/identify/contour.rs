@@ -159,6 +159,7 @@ pub(super) fn gathered(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::Model;
 
     /// V, α and G, β: t₀ is 1 s, so aᵢ = ln Vᵢ.
     const ELEMENTS_OF_TEST: [(f64, f64); 3] = [(876e3, 0.675), (22.1e3, 0.11), (900.0, 0.0)];
@@ -225,6 +226,27 @@ mod tests {
         for t in [1e-3, 0.1, 1.0, 5.0, 20.0_f64] {
             let error = contour.at(t.ln()).value - 50.0 * (-t / 2.0).exp();
             assert!(error.abs() < 1e-10, "{t}: {error}");
+        }
+    }
+
+    /// The closed forms of the library, which are held against mpmath, for all models, ten decades around where their elements meet.
+    #[test]
+    fn the_closed_forms_of_the_library_are_met() {
+        let of = [(3e4, 0.7), (2e4, 0.15), (5e3, 0.0)];
+        for candidate in Candidate::ALL {
+            let mut parameters = vec![of[0].0, of[0].1, of[1].0, of[1].1, of[2].0];
+            parameters.truncate(candidate.parameters());
+            let model = Model::from_parameters(candidate.kind(), &parameters).expect("valid");
+            for decade in -5..=5 {
+                let t = 3.0 * 10_f64.powi(decade);
+                let at = |quantity| {
+                    Contour::new(candidate, quantity, elements(of))
+                        .at(t.ln())
+                        .value
+                };
+                near(at(Quantity::Relaxation), model.relaxation_modulus(t));
+                near(at(Quantity::Creep), model.creep_compliance(t));
+            }
         }
     }
 

@@ -167,7 +167,7 @@ impl Reader {
                 line: table.header_line,
                 column: Some(name.to_owned()),
                 reason: format!(
-                    "unit \"{}\" is none of {}: {}",
+                    "unit {:?} is none of {}: {}",
                     foreign.unit,
                     foreign.column.name(),
                     remedy(foreign.column.dimension(), foreign.column)
@@ -191,7 +191,7 @@ impl Reader {
         let factor = |column: Column, unit: &str| {
             column.dimension().factor(unit).ok_or_else(|| {
                 IdentifyError::Record(format!(
-                    "unit \"{unit}\" is none of {}: {}",
+                    "unit {unit:?} is none of {}: {}",
                     column.name(),
                     remedy(column.dimension(), column)
                 ))
@@ -257,7 +257,7 @@ impl Reader {
                 line,
                 column: Some(f.name.clone()),
                 reason: format!(
-                    "\"{cell}\" is not a finite number: correct it, or leave the row out"
+                    "{cell:?} is not a finite number: correct it, or leave the row out"
                 ),
             })?;
             values.push(value * f.factor.unwrap_or(1.0));

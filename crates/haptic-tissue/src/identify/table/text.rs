@@ -108,7 +108,10 @@ pub fn read_table(bytes: &[u8]) -> Result<TextTable, IdentifyError> {
     }
     let mut rows = rows.into_iter();
     let (header_line, header) = rows.next().unwrap_or_default();
-    let header: Vec<String> = header.iter().map(ToOwned::to_owned).collect();
+    // Messages show names in one line.
+    let header: Vec<String> = (header.iter())
+        .map(|name| name.replace(char::is_control, " "))
+        .collect();
     if header.len() < 2 {
         return Err(wrong(
             header_line,
