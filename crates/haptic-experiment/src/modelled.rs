@@ -175,6 +175,12 @@ impl ModelledTissue {
 fn composed(model: &Model) -> Result<Law, Failure> {
     // E, B and μ are of the model; the sample time of a rendering comes later.
     let sampled = SampledModel::new(model, Seconds(1.0)).map_err(Failure::input)?;
+    if sampled.viscosity_pa_s_mu() <= 0.0 {
+        // A spring, as a Prony series without branches is.
+        let (spring, order) = (Pascals(sampled.elastic_modulus_pa()), Order::new(0.0));
+        let tissue = Tissue::new(spring, 0.0, order.map_err(Failure::input)?);
+        return Ok(Law::KelvinVoigt(tissue.map_err(Failure::input)?));
+    }
     Ok(Law::Composed {
         model: model.clone(),
         elastic_modulus_pa: sampled.elastic_modulus_pa(),
@@ -188,5 +194,54 @@ impl Deref for ModelledTissue {
 
     fn deref(&self) -> &Material {
         &self.material
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use haptic_tissue::{Form, MaxwellBranch, Source};
+
+    fn tissue(elastic_modulus_pa: f64, branches: &[(f64, f64)]) -> ModelledTissue {
+        let branch = |&(elastic_modulus_pa, relaxation_time_s): &(f64, f64)| MaxwellBranch {
+            elastic_modulus_pa,
+            relaxation_time_s,
+        };
+        let form = Form::Prony {
+            elastic_modulus_pa,
+            branches: branches.iter().map(branch).collect(),
+        };
+        let model = Model::new(form).expect("valid");
+        let material = Material::new("gel", "a gel", model, Source::default());
+        ModelledTissue::new(material.expect("a name")).expect("sampled")
+    }
+
+    #[test]
+    fn a_series_without_branches_is_a_spring() {
+        let spring = tissue(5e3, &[]);
+        assert!(spring.composed().is_none());
+        assert_eq!(spring.spring_and_damper(0.02), (100.0, 0.0));
+    }
+
+    #[test]
+    fn metadata_have_the_model_with_its_parameters_and_what_is_rendered() {
+        let gel = tissue(5e3, &[(1e3, 0.1), (2e3, 7.0)]);
+        let all = gel.parameters();
+        assert_eq!(all["model"], "prony");
+        assert_eq!(all["rendered_modulus_pa"], "5000");
+        assert_eq!(all["rendered_order"], "1");
+        // Slow motion feels all dashpots: Σ E·τ.
+        assert_eq!(all["rendered_viscosity_pa_s_mu"], "14100");
+        assert!(all.values().any(|value| value == "1000 2000"), "{all:?}");
+    }
+
+    #[test]
+    fn another_order_resists_as_much_at_the_frequency() {
+        let gel = tissue(5e3, &[(1e3, 0.1)]);
+        let half = Order::new(0.5).expect("valid");
+        // |M(jω) − E| = E₁·ωτ/√(1 + ω²τ²) at ωτ = 1.
+        let have = gel.dissipation_at(2.0, half, 10.0) * 10.0_f64.sqrt();
+        assert!((have - 2e3 / 2.0_f64.sqrt()).abs() < 1e-9, "{have}");
+        assert!((gel.dissipation_at(2.0, gel.order(), 10.0) - 200.0).abs() < 1e-9);
     }
 }

@@ -50,23 +50,29 @@ pub struct Cli {
     pub command: Command,
 }
 
-/// A command.
+/// A command. The line above each is its short help; without its long help beside it, that line would be all of `--help`.
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Stress relaxation: indent a virtual tissue, hold, record the force
+    #[command(long_about = command::relax::LONG_ABOUT)]
     Relax(command::relax::Arguments),
     /// Creep: push a virtual tissue with a constant force, record the strain
+    #[command(long_about = command::creep::LONG_ABOUT)]
     Creep(command::creep::Arguments),
     /// Judge stability, passivity and transparency, before any hardware
     #[command(subcommand)]
     Analyze(command::analyze::Command),
     /// The stiffest wall, the most damping or the closest tissue for a device, and its order
+    #[command(long_about = command::design::LONG_ABOUT)]
     Design(command::design::Arguments),
     /// Run the experiment that a file describes
+    #[command(long_about = command::run::long_about())]
     Run(command::run::Arguments),
     /// Find the stiffest wall a device can render, by trying
+    #[command(long_about = command::zwidth::LONG_ABOUT)]
     Zwidth(command::zwidth::Arguments),
     /// Measure whether this machine is fit for a loop at 1, 4 and 10 kHz, and what to change
+    #[command(long_about = command::rt_check::LONG_ABOUT)]
     RtCheck(command::rt_check::Arguments),
     /// Make every figure of the dissertation again and judge its claims
     Reproduce(command::reproduce::Arguments),

@@ -292,6 +292,7 @@ impl Rotation {
 #[cfg(test)]
 mod tests {
     use super::non_negative_least_squares as solve;
+    use super::*;
 
     /// Name, columns of A, b, and x of another solver.
     type Golden = (&'static str, Vec<Vec<f64>>, Vec<f64>, Vec<f64>);

@@ -135,17 +135,31 @@ fn checked(tuned: &Tuned, plant: &Plant, wishes: &Specification) {
     }
 }
 
+/// Crossover times dead time, rad, up to which a phase can be held flat over an octave to each side.
+const FLAT: f64 = 0.35;
+
+/// Simulated spread of the overshoot over ± 6 dB of gain, and true if all five loops are certified stable.
+fn spread(tuned: &Tuned, plant: &Plant, t: Seconds) -> (f64, bool) {
+    let memory = Memory::new(Rule::Bdf2, 1e-6, 2e4 * t.0).expect("valid");
+    let table = robustness(&tuned.parameters, plant, memory, t, 4000).expect("runs");
+    let all = table.iter().map(|row| row.shape.overshoot);
+    let (low, high) = all.fold((f64::MAX, f64::MIN), |(l, h), o| (l.min(o), h.max(o)));
+    (high - low, table.iter().all(|row| row.verdict.stable))
+}
+
 #[test]
 fn an_iso_damped_loop_overshoots_alike_where_the_integer_pid_does_not() {
-    let mut ratios = Vec::new();
-    for (text, omega, margin) in [
+    let fixed = [
         ("1/(0.4s+1)/(s+0.001)", 1.0, 60.0),
         ("exp(-0.1s)/(s+0.05)", 1.0, 60.0),
         ("0.55*exp(-1s)/(62s+1)", 0.1, 65.0),
         ("1/(s^1.5+0.2s^0.7+0.1)", 2.0, 65.0),
         ("1/(s^2+0.4s+0.04)", 1.5, 60.0),
         ("1/(s^1.2+0.3)", 3.0, 65.0),
-    ] {
+    ];
+    let fixed = fixed.map(|(text, omega, margin)| (text.to_owned(), omega, margin));
+    let (mut better, mut alike, mut late, mut alone) = (0, 0, 0, 0);
+    for (text, omega, margin) in fixed.into_iter().chain(plants()) {
         let plant: Plant = text.parse().expect("valid");
         let t = Seconds(0.02 / omega);
         let sampling = Some(Sampling {
@@ -160,37 +174,42 @@ fn an_iso_damped_loop_overshoots_alike_where_the_integer_pid_does_not() {
             }),
             ..Specification::new(omega, f64::to_radians(margin))
         };
-        let memory = Memory::new(Rule::Bdf2, 1e-6, 400.0 * t.0 * 50.0).expect("valid");
-        let spread = |tuned: &Tuned| {
-            let table = robustness(&tuned.parameters, &plant, memory, t, 4000).expect("runs");
-            assert!(table.iter().all(|row| row.verdict.stable), "{text}");
-            let all = table.iter().map(|row| row.shape.overshoot);
-            let (low, high) = all.fold((f64::MAX, f64::MIN), |(l, h), o| (l.min(o), h.max(o)));
-            (
-                high - low,
-                table
-                    .iter()
-                    .map(|row| row.shape.overshoot)
-                    .collect::<Vec<_>>(),
-            )
+        let fractional =
+            tune(&plant, sampling, &wishes).unwrap_or_else(|error| panic!("{text}: {error}"));
+        let (own, stable) = spread(&fractional, &plant, t);
+        if plant.delay_s() * omega > FLAT {
+            // Nobody can: at twice the gain the dead time has taken the phase. The tuner says so.
+            assert!(
+                fractional.measures.overshoot_spread > 0.05 || !stable,
+                "{text}"
+            );
+            late += 1;
+            continue;
+        }
+        assert!(stable, "{text}");
+        // The inverse transform on the grid, and the folding that it leaves out.
+        let foreseen = fractional.measures.overshoot_spread;
+        assert!((foreseen - own).abs() < 5e-3, "{text}: {foreseen} {own}");
+        let Ok(integer) = tune_integer(&plant, sampling, &wishes) else {
+            alone += 1;
+            continue;
         };
-        let fractional = tune(&plant, sampling, &wishes).expect(text);
-        let integer = tune_integer(&plant, sampling, &wishes);
-        let (own, list) = spread(&fractional);
-        match integer {
-            Ok(integer) => {
-                let (theirs, other) = spread(&integer);
-                println!(
-                    "{text}: {own:.4} {list:.3?} against {theirs:.4} {other:.3?}\n   {:?}\n   {:?}",
-                    fractional.parameters, integer.parameters
-                );
-                ratios.push((theirs / own, text));
-            }
-            Err(error) => println!("{text}: {own:.4} {list:.3?}, no integer PID: {error}"),
+        let (theirs, _) = spread(&integer, &plant, t);
+        if theirs >= 3.0 * own {
+            better += 1;
+        } else {
+            // Where the integer PID is all but perfect there is nothing to gain.
+            assert!(
+                own < 2e-3 && theirs < 5e-3,
+                "{text}: {own} against {theirs}"
+            );
+            alike += 1;
         }
     }
-    println!("{ratios:?}");
-    assert!(ratios.iter().all(|(ratio, _)| *ratio >= 3.0), "{ratios:?}");
+    println!(
+        "{better} at least 3 times better, {alike} alike, {alone} without an integer PID, {late} with too much dead time"
+    );
+    assert!(better >= 35, "{better}");
 }
 
 #[test]

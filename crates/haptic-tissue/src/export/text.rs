@@ -12,11 +12,14 @@ const FEBIO_TERMS: usize = 6;
 pub enum ExportFormat {
     /// A table in SI units: modulus and relaxation time of each branch, the spring as branch 0.
     Table,
-    /// ANSYS Mechanical APDL, `TB,PRONY,,,N,SHEAR`: relative moduli α_i = E_i/G(0) and τ_i; the elastic modulus is the instantaneous one.
+    /// ANSYS Mechanical APDL, `TB,PRONY,,,N,SHEAR`: relative moduli `α_i = E_i/G(0)` and `τ_i`; the elastic modulus is the
+    /// instantaneous one.
     Ansys,
-    /// Abaqus, `*VISCOELASTIC, TIME=PRONY`: g_i = E_i/G(0), k_i = 0 (no relaxation in bulk), τ_i, with `MODULI=INSTANTANEOUS`.
+    /// Abaqus, `*VISCOELASTIC, TIME=PRONY`: `g_i = E_i/G(0)`, `k_i = 0` (no relaxation in bulk), `τ_i`, with
+    /// `MODULI=INSTANTANEOUS`.
     Abaqus,
-    /// FEBio, material `viscoelastic`: g_0 = 1, g_i = E_i/E, t_i, up to six; the elastic material inside has the long-term modulus E.
+    /// FEBio, material `viscoelastic`: `g0 = 1`, `g_i = E_i/E`, `t_i`, up to six; the elastic material inside has the long-term
+    /// modulus E. Source: `FEViscoElasticMaterial.cpp` of FEBio.
     Febio,
 }
 
@@ -111,7 +114,7 @@ impl PronyFit {
         lines.iter().map(line).collect()
     }
 
-    /// E_i over a modulus, and τ_i.
+    /// `E_i` over a modulus, and `τ_i`.
     fn relative(&self, modulus_pa: f64) -> Vec<(f64, f64)> {
         let each = self.branches.iter();
         each.map(|one| (one.elastic_modulus_pa / modulus_pa, one.relaxation_time_s))

@@ -8,7 +8,7 @@ use haptic_experiment::Creep;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters;
 
-const LONG_ABOUT: &str = "\
+pub(crate) const LONG_ABOUT: &str = "\
 Creep: the indenter pushes a virtual tissue with a constant force from t = 0 on; the strain is \
 recorded, drawn, and held against its closed form (a Mittag-Leffler function; a power law for a \
 tissue without elastic modulus).
@@ -24,7 +24,6 @@ where the closed form is 0. With a device that is no simulation, simulated becom
 /// Arguments of `creep`.
 #[derive(Debug, Args)]
 #[command(
-    long_about = LONG_ABOUT,
     after_help = "Example: host-cli creep --tissue prostate-healthy --stress 50Pa --duration 60s"
 )]
 pub struct Arguments {

@@ -25,7 +25,7 @@ use haptic_tissue::Library;
 use print::print;
 use std::path::PathBuf;
 
-const LONG_ABOUT: &str = "\
+pub(crate) const LONG_ABOUT: &str = "\
 From a device and a wish to a wall: for each order the largest stiffness K and dissipation B, and the \
 order that does it best. Nothing is searched by trying: stable walls come from the stability region, \
 passive ones from Theorem 1 for the operator that really runs, with delay and current lag of the device. The best \
@@ -64,7 +64,6 @@ margin, felt_stiffness_n_per_m, share, loop_margin, sampled_damping_n_s_per_m, r
 /// Arguments of `design`.
 #[derive(Debug, Args)]
 #[command(
-    long_about = LONG_ABOUT,
     after_help = "Examples:\n  host-cli design --wish stiffest-wall --delay-samples 1 --out design\n  \
                   host-cli design --realistic --mass 45g --damping 0.2 --sample-time 1ms --force-limit 3.3N --out mine\n  \
                   host-cli design --encoder-resolution 30um --friction 0.2N --force-noise-limit 0.05N\n  \

@@ -8,7 +8,7 @@ use haptic_experiment::Relaxation;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters;
 
-const LONG_ABOUT: &str = "\
+pub(crate) const LONG_ABOUT: &str = "\
 Stress relaxation: an indenter compresses a virtual tissue to a strain and holds it; the loop \
 renders the tissue, and the force it commands is recorded, drawn, and held against theory.
 
@@ -24,7 +24,6 @@ closed_form_error, relative, of the commanded force; empty where the closed form
 /// Arguments of `relax`.
 #[derive(Debug, Args)]
 #[command(
-    long_about = LONG_ABOUT,
     after_help = "Examples:\n  host-cli relax\n  host-cli relax --tissue prostate-healthy \
                   --strain 3% --duration 60s --out healthy\n  host-cli relax --scheme grunwald:1000   \
                   # see short memory fail"

@@ -11,7 +11,7 @@ use haptic_experiment::rt_check::{FIT_SHARE, Rate, RtCheck, RtReport};
 use std::io::{self, Write};
 use std::time::Duration;
 
-const LONG_ABOUT: &str = "\
+pub(crate) const LONG_ABOUT: &str = "\
 Measures how late a loop by the clock starts its ticks on this machine, with the runner of --realtime, and says \
 for each rate whether it is safe: no tick a whole period late, and 999 of 1000 within a tenth of the period. \
 Then what to change: permissions, kernel, governor, latency timers, throttling.
@@ -21,10 +21,7 @@ it: what is rare is not seen in seconds.";
 
 /// Arguments of `rt-check`.
 #[derive(Debug, Args)]
-#[command(
-    long_about = LONG_ABOUT,
-    after_help = "Example: host-cli rt-check --duration 60s --busy 2"
-)]
+#[command(after_help = "Example: host-cli rt-check --duration 60s --busy 2")]
 pub struct Arguments {
     /// Time to measure each rate for
     #[arg(long, default_value = "5s", allow_hyphen_values = true)]

@@ -48,7 +48,7 @@ guard = \"observer\" or \"energy-bounding\" keeps a wall from shaking: the one a
 that the damping of the device cannot pay for.";
 
 /// The long help: keys of each table, with defaults and ranges.
-fn long_about() -> String {
+pub(crate) fn long_about() -> String {
     let mut text = LONG_ABOUT.to_owned();
     let tables = [
         ("[relax]", RELAX),
@@ -88,10 +88,7 @@ fn described(parameter: &Parameter) -> String {
 
 /// Arguments of `run`.
 #[derive(Debug, Args)]
-#[command(
-    long_about = long_about(),
-    after_help = "Example: host-cli run experiments/wall.toml --out wall"
-)]
+#[command(after_help = "Example: host-cli run experiments/wall.toml --out wall")]
 pub struct Arguments {
     /// The experiment
     #[arg(value_name = "FILE.toml")]

@@ -19,7 +19,7 @@ use serde::Serialize;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
-const LONG_ABOUT: &str = "\
+pub(crate) const LONG_ABOUT: &str = "\
 Z-width: throws a simulated device against a wall at its start position, pushes it into it, and looks for the \
 stiffest wall at which it comes to rest, for each order and dissipation. The default device is that of the \
 dissertation's section 4.4: 65 g, 3.5 N.s/m, 2 ms. --realistic adds what real devices have.
@@ -41,7 +41,6 @@ sample_time_s, delta, criterion, impact_m_per_s, push_n, alpha_searched, runs, d
 /// Arguments of `zwidth`.
 #[derive(Debug, Args)]
 #[command(
-    long_about = LONG_ABOUT,
     after_help = "Examples:\n  host-cli zwidth --orders 0,0.5,1 --points 11 --realistic --out zwidth\n  \
                   host-cli zwidth --mass 45g --damping 0.2 --sample-time 1ms --force-limit 3.3N --orders 1\n  \
                   host-cli zwidth --criterion dissertation --scheme muir:3"

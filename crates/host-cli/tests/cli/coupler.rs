@@ -293,6 +293,33 @@ fn what_has_no_effect_on_a_designed_coupler_is_refused() {
     assert_eq!(place.files(), ["design/", "design/design.csv"]);
 }
 
+#[test]
+fn the_long_help_of_a_command_is_all_of_it() {
+    let place = Place::new();
+    for (line, words) in [
+        (
+            "run --help",
+            [
+                "[coupler], to be given:",
+                "object_stiffness_n_per_m = 500, at least 0",
+            ],
+        ),
+        (
+            "design --help",
+            ["Exit code 0 means", "sampled_damping_n_s_per_m"],
+        ),
+        ("zwidth --help", ["JSON", "analysis_stiffness_n_per_m"]),
+        ("relax --help", ["JSON", "max_relative_error"]),
+    ] {
+        // Lines are broken to fit a terminal.
+        let help = place.run(line).succeeded().stdout;
+        let text: String = help.split_whitespace().collect::<Vec<_>>().join(" ");
+        for word in words {
+            assert!(text.contains(word), "{line}: no \"{word}\" in {help}");
+        }
+    }
+}
+
 /// On an emulated device, with the loop on the host.
 #[cfg(unix)]
 mod on_a_device {

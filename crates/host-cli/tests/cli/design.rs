@@ -547,6 +547,27 @@ fn the_noise_of_the_force_can_be_limited() {
 }
 
 #[test]
+fn a_tissue_with_elements_in_series_is_designed_for_by_its_own_operator() {
+    let place = Place::new();
+    let ended = place.run("design --json --wish tissue fish-muscle --orders 0.5 --out design");
+    let report = ended.succeeded().json();
+    assert_eq!(report["tissue"]["fits"], true);
+    assert_eq!(number(&report["tissue"], "order"), 0.6751);
+    assert_eq!(report["simulated"]["stable"], true);
+    // A wall has no key for a model.
+    assert_eq!(report["experiment"], Value::Null);
+    let notes = report["notes"].as_array().expect("a list");
+    let notes: Vec<&str> = notes.iter().filter_map(Value::as_str).collect();
+    assert!(
+        notes.iter().any(|note| note.contains("relax and creep")),
+        "{notes:?}"
+    );
+    // Square metres of it are too stiff for the device.
+    let stiff = "design --json --wish tissue fish-muscle --area 4m2 --orders 0.5";
+    assert_eq!(place.run(stiff).failed(1).json()["tissue"]["fits"], false);
+}
+
+#[test]
 fn a_tissue_that_makes_too_much_noise_does_not_fit() {
     let place = Place::new();
     let line =

@@ -116,6 +116,17 @@ fn a_relaxation_in_the_devices_loop_loses_nothing_and_follows_theory() {
 }
 
 #[test]
+fn elements_in_series_follow_theory_on_a_device() {
+    let device = Emulated::new("--speed 4");
+    device.loosen();
+    let report = device.json(&format!("{RELAX} --tissue fish-muscle"));
+    assert_eq!(number(&report, "/link/samples_lost"), 0.0);
+    assert!(number(&report, "/max_relative_error") < 1e-4, "{report}");
+    assert!(number(&report, "/closed_form_error") < 2e-4, "{report}");
+    assert_eq!(report["precision"], "f32");
+}
+
+#[test]
 fn a_relaxation_in_the_hosts_loop_loses_nothing_and_follows_theory() {
     let device = Emulated::new("");
     device.loosen();

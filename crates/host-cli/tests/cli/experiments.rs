@@ -92,6 +92,37 @@ fn a_rigid_contact_with_the_piecewise_linear_kernel_meets_its_figure() {
     holds(&report, 1e-5, 1e-6);
 }
 
+/// Fish muscle: two spring-pots in series.
+#[test]
+fn elements_in_series_meet_the_figures_of_a_spring_pot() {
+    holds(
+        &default_run("--tissue fish-muscle --contact rigid"),
+        1e-5,
+        1e-4,
+    );
+    let single = default_run("--tissue fish-muscle --contact rigid --precision f32");
+    holds(&single, 1e-4, 1e-4);
+    assert_eq!(number(&single, "order"), 0.6751);
+    let place = Place::new();
+    let creep = "creep --json --tissue fish-muscle --duration 20s --out run";
+    let report = place.run(creep).succeeded().json();
+    // The rig's own mass and damping are not in the closed form.
+    holds(&report, 1e-4, 2e-2);
+    let info = place.run("log info run/creep.mcap --json").succeeded();
+    let kept = info.json()["metadata"][0]["values"].clone();
+    for (key, value) in [
+        ("model", "fractional-maxwell"),
+        ("second_order", "0.1102"),
+        ("rendered_order", "0.6751"),
+    ] {
+        assert_eq!(kept[key], value, "{key}");
+    }
+    for scheme in ["grunwald:1000", "muir:3", "piecewise-linear"] {
+        let line = format!("relax --tissue fish-muscle --scheme {scheme}");
+        place.run(&line).refused(2, &[scheme, "--scheme full"]);
+    }
+}
+
 /// All keys of the contract, with their types, in a report.
 fn has_the_contracts_keys(report: &Value, tissue: &str) {
     assert_eq!(report["tissue"], tissue);
