@@ -46,7 +46,8 @@ fn json_has_the_contracts_keys() {
         "warnings",
     ];
     let mut have = keys(&report);
-    (wanted.sort_unstable(), have.sort_unstable());
+    wanted.sort_unstable();
+    have.sort_unstable();
     assert_eq!(have, wanted);
     assert_eq!(
         (&report["kind"], &report["samples"]),
