@@ -114,9 +114,9 @@ fn ticks() {
     wait(device, 50);
     for period_us in [100, 10_000, 1000] {
         set_period(device, period_us);
-        // The first is still of the old period.
+        // The first is still of the old period, and the next may have waited for the configuration to be put in place.
         wait(device, 2);
-        let before = chip::now_us();
+        let (before, overran) = (chip::now_us(), overruns());
         wait(device, 20);
         let passed = chip::now_us() - before;
         let want = 20 * u64::from(period_us);
@@ -125,8 +125,10 @@ fn ticks() {
             passed.abs_diff(want) <= 30,
             "20 ticks of {period_us} us: {passed} us"
         );
+        assert_eq!(overruns(), overran, "none in a steady period");
     }
-    assert_eq!(overruns(), 0);
+    let before = overruns();
+    assert!(before <= 3, "one for each change at most: {before}");
 
     device.with(|device| {
         device.arm(0).expect("no fault");
@@ -134,7 +136,7 @@ fn ticks() {
         device.hardware_mut().slow = 19;
     });
     wait(device, 30);
-    assert_eq!(overruns(), 19, "each is counted once");
+    assert_eq!(overruns(), before + 19, "each is counted once");
     let state = device.with(|device| device.status().state);
     assert_eq!(state, State::Armed, "19 are not 20 in a row");
 
@@ -145,5 +147,5 @@ fn ticks() {
         (status.state, status.fault),
         (State::Fault, Fault::TickOverrun.code())
     );
-    assert_eq!(overruns(), 19 + 20);
+    assert_eq!(overruns(), before + 19 + 20);
 }

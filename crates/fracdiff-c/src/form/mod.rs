@@ -4,6 +4,7 @@
 //! for the name, `real` for the number type; both are put in at the end.
 
 mod modes;
+mod parts;
 mod recursion;
 mod sections;
 mod taps;
@@ -12,32 +13,7 @@ use crate::error::HeaderError;
 use crate::number::CNumber;
 use fracdiff::OperatorList;
 use fracdiff::portable::Form;
-
-/// A member of the struct: zero at rest.
-pub(crate) enum Field {
-    /// A number.
-    Real(&'static str),
-    /// So many numbers.
-    Reals(&'static str, usize),
-    /// A place in an array.
-    Index(&'static str),
-}
-
-/// The core of an operator in C.
-pub(crate) struct Core {
-    /// Constants.
-    pub(crate) tables: String,
-    /// Its part of the history.
-    pub(crate) fields: Vec<Field>,
-    /// Functions that the step calls.
-    pub(crate) functions: String,
-    /// From `u` to `past`, without an input in between.
-    pub(crate) step: String,
-    /// g, a literal.
-    pub(crate) direct: String,
-    /// What the numbers mean, for the comment.
-    pub(crate) words: String,
-}
+pub(crate) use parts::{Core, Field};
 
 /// The core of a list that an operator made.
 pub(crate) fn core<F: CNumber>(list: &OperatorList<F>) -> Result<Core, HeaderError> {

@@ -1,6 +1,6 @@
 //! Recent taps and decaying modes: g, k₁, …, k₁₅, d₁, W₁, d₂, W₂, …, fastest mode first.
 
-use super::{Core, Field};
+use super::parts::{Core, Field};
 use crate::number::{CNumber, literal, table};
 use fracdiff::OperatorList;
 

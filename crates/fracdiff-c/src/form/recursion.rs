@@ -1,6 +1,6 @@
 //! A recursive filter: g, b₁, a₁, b₂, a₂, ….
 
-use super::{Core, Field};
+use super::parts::{Core, Field};
 use crate::number::{CNumber, literal, table};
 
 const STEP: &str = "\

@@ -1,6 +1,6 @@
 //! First-order sections in series: gain, g, then direct, decay and slow of each.
 
-use super::{Core, Field};
+use super::parts::{Core, Field};
 use crate::number::{CNumber, literal, table};
 
 const STEP: &str = "\

@@ -1,6 +1,6 @@
 //! A finite impulse response: g, k₁, …, k_{n−1}.
 
-use super::{Core, Field};
+use super::parts::{Core, Field};
 use crate::number::{CNumber, literal, table};
 
 /// Sixteen partial sums, then in pairs: the order of summation of fracdiff. Each sample is kept twice, so that the

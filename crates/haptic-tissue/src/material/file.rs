@@ -1,7 +1,7 @@
 //! Tissue files: TOML with units in the names. Errors have a place in the text.
 
 use super::parameters::{Named, TwoElements};
-use super::{KelvinVoigt, Material, Source, ValidRange, is_name};
+use super::parts::{Content, KelvinVoigt, Source, ValidRange, is_name};
 use crate::model::{Model, ModelKind};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -29,8 +29,8 @@ struct Head {
     model: Option<Spanned<String>>,
 }
 
-/// A material of the text of its file.
-pub(super) fn parse(text: &str) -> Result<Material, Wrong> {
+/// What a file says.
+pub(super) fn parse(text: &str) -> Result<Content, Wrong> {
     let head: Head = from_toml(text)?;
     match head.model {
         None => {
@@ -38,7 +38,7 @@ pub(super) fn parse(text: &str) -> Result<Material, Wrong> {
             let block = file.parameters.span().start;
             let (kelvin_voigt, model) = (file.parameters.get_ref().model())
                 .map_err(|(offset, reason)| (offset.unwrap_or(block), reason))?;
-            material(text, &file, kelvin_voigt, model, true)
+            content(&file, kelvin_voigt, model, true)
         }
         Some(name) => {
             let kind = ModelKind::from_name(name.get_ref()).ok_or_else(|| {
@@ -54,7 +54,7 @@ pub(super) fn parse(text: &str) -> Result<Material, Wrong> {
             let block = file.parameters.span().start;
             let model = (file.parameters.get_ref().model(kind))
                 .map_err(|(offset, reason)| (offset.unwrap_or(block), reason))?;
-            material(text, &file, KelvinVoigt::of(&model), model, false)
+            content(&file, KelvinVoigt::of(&model), model, false)
         }
     }
 }
@@ -68,13 +68,12 @@ fn from_toml<T: DeserializeOwned>(text: &str) -> Result<T, Wrong> {
     })
 }
 
-fn material<P>(
-    text: &str,
+fn content<P>(
     file: &File<P>,
     kelvin_voigt: KelvinVoigt,
     model: Model,
     two_elements: bool,
-) -> Result<Material, Wrong> {
+) -> Result<Content, Wrong> {
     let name = file.name.get_ref();
     if !is_name(name) {
         let reason =
@@ -88,14 +87,13 @@ fn material<P>(
             *range.get_ref()
         }
     };
-    Ok(Material {
+    Ok(Content {
         name: name.clone(),
         description: file.description.clone(),
         kelvin_voigt,
         model,
         range,
         source: file.source.clone(),
-        text: text.to_owned(),
         two_elements,
     })
 }

@@ -3,13 +3,16 @@
 mod error;
 mod file;
 mod parameters;
+mod parts;
 mod writer;
 
-use crate::model::{Form, Model, ModelKind};
+use crate::model::{Model, ModelKind};
 use crate::text_file::read_text;
 pub use error::MaterialError;
+use parts::{Content, KelvinVoigt, is_name};
+pub use parts::{Source, ValidRange};
 use serde::ser::SerializeMap as _;
-use serde::{Deserialize, Serialize, Serializer};
+use serde::{Serialize, Serializer};
 use std::path::Path;
 
 /// A tissue by name, with its source.
@@ -31,79 +34,6 @@ pub struct Material {
     pub text: String,
     /// A file without `model`: E₀, η and α are as they were written.
     two_elements: bool,
-}
-
-/// E₀, η and α, where the model is a spring beside a spring-pot.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct KelvinVoigt {
-    elastic_modulus_pa: Option<f64>,
-    viscosity_pa_s_alpha: Option<f64>,
-    order: Option<f64>,
-}
-
-impl KelvinVoigt {
-    fn new(elastic_modulus_pa: f64, viscosity_pa_s_alpha: f64, order: f64) -> Self {
-        Self {
-            elastic_modulus_pa: Some(elastic_modulus_pa),
-            viscosity_pa_s_alpha: Some(viscosity_pa_s_alpha),
-            order: Some(order),
-        }
-    }
-
-    fn of(model: &Model) -> Self {
-        match model.form() {
-            Form::SpringPot(one) => Self::new(0.0, one.viscosity_pa_s_alpha(), one.order()),
-            Form::FractionalKelvinVoigt { first, second } if second.order() <= 0.0 => Self::new(
-                second.viscosity_pa_s_alpha(),
-                first.viscosity_pa_s_alpha(),
-                first.order(),
-            ),
-            _ => Self::default(),
-        }
-    }
-}
-
-/// The times, frequencies and strains of the measurement; `None` where the source says nothing.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct ValidRange {
-    /// Shortest time, s.
-    pub time_from_s: Option<f64>,
-    /// Longest time, s.
-    pub time_to_s: Option<f64>,
-    /// Lowest angular frequency, rad/s.
-    pub omega_from_rad_s: Option<f64>,
-    /// Highest angular frequency, rad/s.
-    pub omega_to_rad_s: Option<f64>,
-    /// Largest strain.
-    pub strain_to: Option<f64>,
-}
-
-/// The origin of a material's parameters.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct Source {
-    /// Author, title, year, and where in it.
-    pub citation: String,
-    /// The conditions of the measurement.
-    pub conditions: String,
-    /// True if the numbers were compared with the cited source itself.
-    pub checked: bool,
-    /// Anything else.
-    #[serde(default)]
-    pub note: String,
-    /// The day of the measurement or of the fit; empty where unknown, as all below.
-    #[serde(default)]
-    pub date: String,
-    /// The specimen: kind, number, size, preparation.
-    #[serde(default)]
-    pub sample: String,
-    /// Its temperature, with unit.
-    #[serde(default)]
-    pub temperature: String,
-    /// How far the model is from the record.
-    #[serde(default)]
-    pub residual: String,
 }
 
 impl Material {
@@ -165,10 +95,29 @@ impl Material {
     /// # Errors
     /// [`MaterialError::File`] with line and reason.
     pub fn parse(path: &Path, text: &str) -> Result<Self, MaterialError> {
-        file::parse(text).map_err(|(offset, reason)| MaterialError::File {
+        let content = file::parse(text).map_err(|(offset, reason)| MaterialError::File {
             path: path.to_owned(),
             line: 1 + text[..offset.min(text.len())].matches('\n').count(),
             reason,
+        })?;
+        let Content {
+            name,
+            description,
+            kelvin_voigt,
+            model,
+            range,
+            source,
+            two_elements,
+        } = content;
+        Ok(Self {
+            name,
+            description,
+            kelvin_voigt,
+            model,
+            range,
+            source,
+            text: text.to_owned(),
+            two_elements,
         })
     }
 
@@ -186,13 +135,16 @@ impl Material {
     /// from are not in it; [`Material::text`] has them.
     #[must_use]
     pub fn to_toml(&self) -> String {
-        writer::write(self)
+        writer::write(&Content {
+            name: self.name.clone(),
+            description: self.description.clone(),
+            kelvin_voigt: self.kelvin_voigt,
+            model: self.model.clone(),
+            range: self.range,
+            source: self.source.clone(),
+            two_elements: self.two_elements,
+        })
     }
-}
-
-fn is_name(name: &str) -> bool {
-    let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
-    !name.is_empty() && name.chars().all(plain)
 }
 
 /// `model` by name, `parameters` by name and number, those of branches as lists; and E₀, η and α of a spring beside a

@@ -1,6 +1,6 @@
 //! The `[parameters]` of a tissue file.
 
-use super::KelvinVoigt;
+use super::parts::KelvinVoigt;
 use crate::model::{Form, Model, ModelError, ModelKind, Parameter, SpringPot};
 use serde::Deserialize;
 use serde::de::{SeqAccess, Visitor};

@@ -1,10 +1,10 @@
 //! A tissue as the text of a file.
 
-use super::{Material, Source, ValidRange};
+use super::parts::{Content, Source, ValidRange};
 use crate::model::ModelKind;
 
 /// TOML; `{:?}` of a number is the shortest text that reads back to the same bits.
-pub(super) fn write(material: &Material) -> String {
+pub(super) fn write(material: &Content) -> String {
     let mut text = format!(
         "name = {}\ndescription = {}\n",
         quoted(&material.name),
@@ -13,9 +13,15 @@ pub(super) fn write(material: &Material) -> String {
     if material.two_elements {
         text += "\n[parameters]\n";
         for (name, value) in [
-            ("elastic_modulus_pa", material.elastic_modulus_pa()),
-            ("viscosity_pa_s_alpha", material.viscosity_pa_s_alpha()),
-            ("order", material.order()),
+            (
+                "elastic_modulus_pa",
+                material.kelvin_voigt.elastic_modulus_pa,
+            ),
+            (
+                "viscosity_pa_s_alpha",
+                material.kelvin_voigt.viscosity_pa_s_alpha,
+            ),
+            ("order", material.kelvin_voigt.order),
         ] {
             text += &number(name, value);
         }
@@ -26,7 +32,7 @@ pub(super) fn write(material: &Material) -> String {
     text + &range(&material.range) + &source(&material.source)
 }
 
-fn parameters(material: &Material) -> String {
+fn parameters(material: &Content) -> String {
     let kind: ModelKind = material.model.kind();
     let values = material.model.parameters();
     let line = |parameter: &crate::model::Parameter| {

@@ -1,14 +1,15 @@
 //! `materials`: the tissue library.
 
 mod export;
+mod folder;
 
 use crate::output::{Output, short};
-use clap::{Args, Subcommand};
+use clap::Subcommand;
+use folder::Folder;
 use haptic_experiment::failure::Failure;
-use haptic_tissue::{Library, Material, ValidRange};
+use haptic_tissue::{Material, ValidRange};
 use serde::Serialize;
 use std::io::{self, Write};
-use std::path::PathBuf;
 
 /// Tasks with the library.
 #[derive(Debug, Subcommand)]
@@ -31,14 +32,6 @@ pub enum Command {
     },
     /// Turn a tissue into a Prony series for ANSYS, Abaqus or FEBio
     Export(export::Arguments),
-}
-
-/// The folder with more tissues.
-#[derive(Debug, Args)]
-pub struct Folder {
-    /// Folder with more tissue files
-    #[arg(long, value_name = "DIR")]
-    library: Option<PathBuf>,
 }
 
 /// The list.
@@ -113,11 +106,5 @@ fn valid_for(range: &ValidRange) -> String {
         "not stated".to_owned()
     } else {
         known.join(", ")
-    }
-}
-
-impl Folder {
-    fn load(&self) -> Result<Library, Failure> {
-        Library::load(self.library.as_deref()).map_err(Failure::input)
     }
 }

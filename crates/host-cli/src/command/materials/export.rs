@@ -1,6 +1,6 @@
 //! `materials export`: a tissue as a Prony series for a finite-element program.
 
-use super::Folder;
+use super::folder::Folder;
 use crate::output::Output;
 use crate::parameter::with_options;
 use crate::quantity::Time;
