@@ -148,8 +148,8 @@ fn a_wrong_file_of_a_model_is_refused_with_line_and_reason() {
         (
             MUSCLE,
             "second_order",
-            "secnd_order",
-            "x.toml:9: secnd_order is no parameter of the model fractional-maxwell, which has viscosity_pa_s_alpha, order,",
+            "third_order",
+            "x.toml:9: third_order is no parameter of the model fractional-maxwell, which has viscosity_pa_s_alpha, order,",
         ),
         (
             MUSCLE,
