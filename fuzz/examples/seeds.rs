@@ -25,7 +25,10 @@ fn records() -> Done {
     for (name, text) in [
         ("relaxation", "time_s\trelaxation_modulus_pa\n1\t5\n2\t4\n"),
         ("creep", "# creep\nTime (ms),J(t) [1/kPa]\n1,4\n2,5\n"),
-        ("oscillation", "Frequency;G';G''\nHz;kPa;kPa\n1,5;4;1\n2;5;2\n"),
+        (
+            "oscillation",
+            "Frequency;G';G''\nHz;kPa;kPa\n1,5;4;1\n2;5;2\n",
+        ),
         ("motion", "time_s,strain,stress_pa\n0,0,0\n1,0.1,4\n2,,5\n"),
     ] {
         write("record", name, text.as_bytes())?;

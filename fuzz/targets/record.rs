@@ -18,7 +18,11 @@ fuzz_target!(|bytes: &[u8]| {
             assert!(record.x().windows(2).all(|pair| pair[0] < pair[1]));
             if record.kind() != RecordKind::History {
                 let values = record.first().iter().chain(record.second());
-                assert!(values.into_iter().all(|&value| value > 0.0 && value.is_finite()));
+                assert!(
+                    values
+                        .into_iter()
+                        .all(|&value| value > 0.0 && value.is_finite())
+                );
             }
         }
         Err(error) => {
