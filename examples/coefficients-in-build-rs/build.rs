@@ -9,7 +9,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     // D^0.2247 at 1 kHz, within 1e-6 for 200 s.
     let scheme: Scheme = "full:1e-6".parse()?;
     let operator = scheme.build::<f32>(Order::new(0.2247)?, Seconds(1e-3), 2e5)?;
-    let list = operator.list();
+    let list = operator.list().expect("a full memory is a list");
     // 16 taps, then two numbers a mode; room for modes comes in eights.
     let modes = ((list.values.len() - 16) / 2).next_multiple_of(8);
     let code = format!(
