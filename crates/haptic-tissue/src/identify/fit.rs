@@ -10,6 +10,11 @@ use crate::model::{Model, ModelError, ModelKind};
 /// A model with no more BIC than the best and this is as good: odds of less than 3 to 1 (R. Kass, A. Raftery, *Bayes factors*, 1995).
 pub(super) const AS_GOOD: f64 = 2.0;
 
+/// Orders closer to 0 or 1 are 0 or 1.
+const CLASSICAL: f64 = 1e-4;
+/// Standard errors of so many times the value say that the record knows nothing of a modulus.
+const WILD: f64 = 10.0;
+
 /// A model fitted to a record.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
@@ -22,7 +27,8 @@ pub struct Fit {
     pub correlation: Vec<Vec<f64>>,
     /// Root of the mean square of the residuals, without weights: of the logarithm, or Pa for a history.
     pub rms: f64,
-    /// n·ln(S/n) + 2(p + 1), of the weighted sum of squares S, n residuals and p parameters that are not at an end of their range.
+    /// n·ln(S/n) + 2(p + 1), of the weighted sum of squares S, n residuals and all p parameters of the model: one at an end of its range
+    /// was put there by the record too.
     pub aic: f64,
     /// n·ln(S/n) + (p + 1)·ln n.
     pub bic: f64,
@@ -33,13 +39,34 @@ pub struct Fit {
 }
 
 impl Fit {
-    /// The model with the parameters of the fit.
+    /// The model with the parameters of the fit. An order within 1e-4 of 0 or 1 becomes a spring or a dashpot: that changes a modulus by
+    /// 1e-4 in a factor e of time, and no design tells the two apart.
     ///
     /// # Errors
     /// If the fit has come down to a simpler model, as one with both orders equal.
     pub fn to_model(&self) -> Result<Model, ModelError> {
-        let values: Vec<f64> = self.parameters.iter().map(|p| p.value).collect();
+        let value = |parameter: &Estimate| match parameter.value {
+            order if !parameter.unit.is_empty() => order,
+            order if order < CLASSICAL => 0.0,
+            order if order > 1.0 - CLASSICAL => 1.0,
+            order => order,
+        };
+        let values: Vec<f64> = self.parameters.iter().map(value).collect();
         Model::from_parameters(self.kind, &values)
+    }
+
+    /// True if the record settles the parameters so far that they describe anything: no standard error many times its value.
+    #[must_use]
+    pub fn is_settled(&self) -> bool {
+        let wild = |parameter: &Estimate| {
+            let most = if parameter.unit.is_empty() {
+                1.0
+            } else {
+                WILD * parameter.value
+            };
+            parameter.standard_error.is_some_and(|error| error > most)
+        };
+        !self.correlation.is_empty() && !self.parameters.iter().any(wild)
     }
 }
 
@@ -63,7 +90,7 @@ pub(super) fn fit(candidate: Candidate, target: &Target, best: &Best) -> Fit {
     let values = parameters(candidate, elements, target.unit_s);
     // A record without any noise is as good as one with noise in the last digits.
     let likelihood = n as f64 * libm::log((sum / n as f64).max(1e-30));
-    let numbers = (free.len() + 1) as f64;
+    let numbers = (candidate.parameters() + 1) as f64;
     Fit {
         kind: candidate.kind(),
         parameters: estimates(

@@ -128,15 +128,19 @@ fn choose<'a>(
     fits: impl Iterator<Item = &'a Fit> + Clone,
     wanted: Option<ModelKind>,
 ) -> Option<usize> {
-    let good = fits.clone().next()?.bic + AS_GOOD;
     let mut places = fits.enumerate();
-    match wanted {
-        Some(wanted) => places.position(|(_, fit)| fit.kind == wanted),
-        None => places
-            .filter(|(_, fit)| fit.bic <= good)
-            .min_by_key(|(_, fit)| fit.parameters.len())
-            .map(|(place, _)| place),
+    if let Some(wanted) = wanted {
+        return places.position(|(_, fit)| fit.kind == wanted);
     }
+    // What has come down to a simpler model, or is not settled, makes no tissue; it is taken only where there is nothing else.
+    let sound = |fit: &Fit| fit.is_settled() && fit.to_model().is_ok();
+    let any = places.clone().any(|(_, fit)| sound(fit));
+    let places = places.filter(|(_, fit)| !any || sound(fit));
+    let good = places.clone().next()?.1.bic + AS_GOOD;
+    places
+        .filter(|(_, fit)| fit.bic <= good)
+        .min_by_key(|(_, fit)| fit.parameters.len())
+        .map(|(place, _)| place)
 }
 
 /// Intervals by bootstrap in place of those by standard errors.

@@ -147,6 +147,15 @@ impl Record {
             )));
         }
         constant(&stress_pa, "the stress", "Pa")?;
+        // No passive body pulls back as it is pulled: over the whole motion it takes work in, strain and stress go together.
+        let together: f64 = strain.iter().zip(&stress_pa).map(|(e, s)| e * s).sum();
+        if together <= 0.0 {
+            return Err(IdentifyError::Record(
+                "strain and stress have opposite signs: give both positive in compression, or both in tension, so change the sign \
+                 of one column"
+                    .to_owned(),
+            ));
+        }
         Ok(Self {
             kind: RecordKind::History,
             x: time_s,

@@ -18,8 +18,8 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: host-cli export-c --order 0.5 --sample-time 1ms --horizon 1h --name half --out half.h\n\
-                  The header needs no heap, no libm and no other file than stdint.h, and gives the same bits as this \
-                  program: half_init(&h), then y = half_output(&h, x) and half_advance(&h, x) for each sample. \
+                  The header needs no heap, no libm and no other file than stdint.h, and gives the same bits as the \
+                  crate fracdiff with these coefficients: half_init(&h), then y = half_output(&h, x) and half_advance(&h, x) for each sample. \
                   Compile without -ffast-math and with -ffp-contract=off."
 )]
 pub struct Arguments {
@@ -32,14 +32,9 @@ pub struct Arguments {
     /// Fractional operator, see `host-cli --help`
     #[arg(long, value_parser = parse_scheme, default_value = "full")]
     scheme: Scheme,
-    /// How far back a full memory keeps its accuracy
-    #[arg(
-        long,
-        value_name = "TIME",
-        default_value = "1h",
-        allow_hyphen_values = true
-    )]
-    horizon: Time,
+    /// How far back a full memory keeps its accuracy [default: 1h]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    horizon: Option<Time>,
     /// Number type
     #[arg(long, value_parser = choice::<Precision>(), default_value = "f32")]
     precision: Precision,
@@ -61,7 +56,8 @@ struct Exported {
     order: f64,
     sample_time_s: f64,
     scheme: String,
-    horizon_s: f64,
+    /// Of a full memory.
+    horizon_s: Option<f64>,
     precision: &'static str,
     coefficients: usize,
     /// Of a full memory: the error of the output in units of the sum of its weighted increments.
@@ -90,13 +86,14 @@ impl Arguments {
         if let Some(path) = &self.out {
             write(path, &header, self.overwrite)?;
         }
+        let horizon_s = self.horizon_s();
         let in_file = self.out.is_some();
         let exported = Exported {
             name: self.name,
             order: mu.get(),
             sample_time_s: t.0,
             scheme: self.scheme.to_string(),
-            horizon_s: self.horizon.0,
+            horizon_s: error_bound.map(|_| horizon_s),
             precision: self.precision.name(),
             coefficients,
             error_bound,
@@ -114,15 +111,27 @@ impl Arguments {
         })
     }
 
+    /// The horizon, s.
+    fn horizon_s(&self) -> f64 {
+        self.horizon.map_or(3600.0, |horizon| horizon.0)
+    }
+
     /// The horizon in samples.
     fn horizon_samples(&self) -> Result<f64, Failure> {
-        let samples = self.horizon.0 / self.sample_time.0;
-        if (1.0..=1e12).contains(&samples) {
+        let full = matches!(self.scheme, Scheme::Full { .. });
+        if self.horizon.is_some() && !full {
+            return Err(Failure::bad_input(format_args!(
+                "a horizon has no effect on scheme {}, which has none: leave --horizon out",
+                self.scheme
+            )));
+        }
+        let samples = self.horizon_s() / self.sample_time.0;
+        if !full || (1.0..=1e12).contains(&samples) {
             return Ok(samples);
         }
         Err(Failure::bad_input(format_args!(
             "horizon {} s at a sample time of {} s is {} samples, which is not in [1, 1e12]: give --horizon, as in 1h",
-            short(self.horizon.0),
+            short(self.horizon_s()),
             short(self.sample_time.0),
             short(samples)
         )))
@@ -155,16 +164,16 @@ impl Arguments {
         if let Some(bound) = error_bound {
             notes.push(format!(
                 "Error up to {} s: {bound:.1e} of the sum of all weighted increments of x, and rounding.",
-                self.horizon.0
+                self.horizon_s()
             ));
         }
+        let horizon =
+            error_bound.map_or_else(String::new, |_| format!("--horizon {}s ", self.horizon_s()));
         notes.push(format!(
-            "Made by host-cli {} export-c --order {mu} --sample-time {}s --scheme {} --horizon {}s --precision {} \
-             --name {}",
+            "Made by host-cli {} export-c --order {mu} --sample-time {}s --scheme {} {horizon}--precision {} --name {}",
             env!("CARGO_PKG_VERSION"),
             self.sample_time.0,
             self.scheme,
-            self.horizon.0,
             self.precision.name(),
             self.name
         ));

@@ -67,6 +67,9 @@ pub struct Arguments {
     tissue: tissue::TissueArguments,
 }
 
+/// Fewer records say nothing of the ends of an interval.
+const BOOTSTRAP_LEAST: u32 = 40;
+
 /// Options of the fit.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Fit")]
@@ -80,9 +83,9 @@ struct FitArguments {
     /// Records drawn for bootstrap intervals; 0 for intervals by the standard errors
     #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=100_000))]
     bootstrap: u32,
-    /// Seed of the bootstrap
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
+    /// Seed of the bootstrap [default: 1]
+    #[arg(long, requires = "bootstrap")]
+    seed: Option<u64>,
 }
 
 impl Arguments {
@@ -91,6 +94,12 @@ impl Arguments {
     /// # Errors
     /// A record that cannot be read or fitted, files that cannot be written.
     pub fn run(self, output: Output) -> Result<(), Failure> {
+        if (1..BOOTSTRAP_LEAST).contains(&self.fit.bootstrap) {
+            return Err(Failure::bad_input(format_args!(
+                "{} records make no interval: give --bootstrap of at least {BOOTSTRAP_LEAST}, as in 500, or leave it out",
+                self.fit.bootstrap
+            )));
+        }
         overwrite_acts(self.tissue.out(), self.tissue.overwrite())?;
         let planned = self.tissue.plan()?;
         let loading = Loading {
@@ -107,7 +116,7 @@ impl Arguments {
             weighting: self.fit.weights.0,
             starts: self.fit.starts as usize,
             bootstrap: self.fit.bootstrap as usize,
-            seed: self.fit.seed,
+            seed: self.fit.seed.unwrap_or(1),
         };
         let bar = progress_bar(u64::from(self.fit.bootstrap), output);
         let found = identify(&understood.record, &options, &|records| {

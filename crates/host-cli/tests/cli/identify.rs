@@ -160,7 +160,7 @@ fn a_log_of_a_run_gives_back_its_tissue() {
 #[test]
 fn a_person_sees_a_table() {
     let ended = place()
-        .run("identify sweep.csv --bootstrap 20")
+        .run("identify sweep.csv --bootstrap 40")
         .succeeded_with_warnings();
     for wanted in [
         "oscillation: 25 samples",
@@ -190,8 +190,48 @@ fn bad_input_is_refused_in_one_line_with_the_option_that_mends_it() {
     );
     place.write("force.csv", "Time (s),Load (N)\n1,4\n2,3\n4,2.5\n");
     place.write("unit.csv", "Time (kg),Modulus\n1,4\n2,3\n4,2.5\n");
+    // Compression as negative strain, its stress as positive.
+    let sign: String = (0..=100)
+        .map(|i| {
+            let t = 0.1 * f64::from(i);
+            let (strain, stress) = (
+                -0.05 * t.min(1.0),
+                250.0 * t.min(1.0) * t.max(1.0).powf(-0.2),
+            );
+            format!("{t:.1},{strain:.4},{stress:.4}\n")
+        })
+        .collect();
+    place.write("sign.csv", format!("time_s,strain,stress_pa\n{sign}"));
+    place.write("run.mcap.part", "x");
     for (line, wanted) in [
-        ("identify none.csv", &["none.csv", "cannot read"][..]),
+        (
+            "identify sign.csv --out sign.toml",
+            &["sign.csv", "opposite signs", "change the sign"][..],
+        ),
+        ("identify run.mcap.part", &["run.mcap.part", "log recover"]),
+        (
+            "identify fish.tsv --units modulus=kPa",
+            &[
+                "relaxation_modulus_pa says its unit",
+                "modulus=kPa",
+                "--units",
+            ],
+        ),
+        (
+            "identify fish.tsv --strain 5%",
+            &["0.05", "no effect", "--strain"],
+        ),
+        (
+            "identify fish.tsv --stress 100Pa",
+            &["100 Pa", "no effect", "--stress"],
+        ),
+        (
+            "identify fish.tsv --bootstrap 1",
+            &["1 records", "at least 40", "--bootstrap"],
+        ),
+        ("identify fish.tsv --seed 3", &["--bootstrap"]),
+        ("identify fish.tsv --conditions dry", &["--out"]),
+        ("identify none.csv", &["none.csv", "cannot read"]),
         (
             "identify three.csv --model fractional-maxwell",
             &["3 numbers are too few", "4 parameters"],

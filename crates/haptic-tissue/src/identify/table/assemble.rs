@@ -224,6 +224,8 @@ impl Columns {
         let kind = RecordKind::Relaxation;
         let time = self.need(Column::Time, kind)?;
         if self.has(Column::Modulus) {
+            no_effect(loading.strain, "strain", "")?;
+            no_effect(loading.stress_pa, "stress_pa", " Pa")?;
             let modulus = self.need(Column::Modulus, kind)?;
             return Record::relaxation(time, modulus);
         }
@@ -233,6 +235,7 @@ impl Columns {
                 .err()
                 .unwrap_or_else(|| self.no_record()));
         }
+        no_effect(loading.stress_pa, "stress_pa", " Pa")?;
         let stress = self.need(Column::Stress, kind)?;
         let strain = held(loading.strain, self.take(Column::Strain), "strain", "")?;
         Record::relaxation(time, stress.iter().map(|stress| stress / strain).collect())
@@ -242,6 +245,8 @@ impl Columns {
         let kind = RecordKind::Creep;
         let time = self.need(Column::Time, kind)?;
         if self.has(Column::Compliance) {
+            no_effect(loading.strain, "strain", "")?;
+            no_effect(loading.stress_pa, "stress_pa", " Pa")?;
             let compliance = self.need(Column::Compliance, kind)?;
             return Record::creep(time, compliance);
         }
@@ -251,6 +256,7 @@ impl Columns {
                 .err()
                 .unwrap_or_else(|| self.no_record()));
         }
+        no_effect(loading.strain, "strain", "")?;
         let strain = self.need(Column::Strain, kind)?;
         let stress = held(
             loading.stress_pa,
@@ -285,6 +291,15 @@ impl Columns {
     }
 }
 
+/// Refuses a loading that the kind of record does not need.
+fn no_effect(given: Option<f64>, name: &str, unit: &str) -> Result<(), IdentifyError> {
+    given.map_or(Ok(()), |given| {
+        Err(IdentifyError::Record(format!(
+            "`{name}` = {given}{unit} has no effect on this record: leave it out"
+        )))
+    })
+}
+
 /// The held strain or stress: as given, or of a column that stays within 1 %.
 fn held(
     given: Option<f64>,
@@ -293,14 +308,21 @@ fn held(
     unit: &str,
 ) -> Result<f64, IdentifyError> {
     const STAYS: f64 = 0.01;
-    let value = given.or_else(|| {
-        let column = column?;
-        let mean = column.iter().sum::<f64>() / column.len() as f64;
-        let stays = column
-            .iter()
-            .all(|x| (x - mean).abs() <= STAYS * mean.abs());
-        stays.then_some(mean)
+    let mean = column
+        .as_ref()
+        .map(|column| column.iter().sum::<f64>() / column.len() as f64);
+    let stays = mean.zip(column).is_none_or(|(mean, column)| {
+        let near = |x: &f64| (x - mean).abs() <= STAYS * mean.abs();
+        column.iter().all(near)
     });
+    if let (Some(given), Some(mean)) = (given, mean)
+        && !(stays && (given - mean).abs() <= STAYS * mean.abs())
+    {
+        return Err(IdentifyError::Record(format!(
+            "`{name}` = {given}{unit} is not what its column says: leave it out, or begin the record where the column stays, with `from`"
+        )));
+    }
+    let value = given.or(mean.filter(|_| stays));
     match value {
         Some(value) if value.is_finite() && value != 0.0 => Ok(value),
         Some(value) => Err(IdentifyError::Record(format!(

@@ -209,7 +209,19 @@ impl Reader {
             let cell = below.as_ref().and_then(|row| row.get(f.place));
             let cell = cell.map(|cell| cell.trim_matches(['[', ']', '(', ')']).trim());
             if let Some(unit) = self.unit_of(f.column) {
-                f.factor = Some(factor(f.column, unit)?);
+                let given = factor(f.column, unit)?;
+                let own = match cell.filter(|cell| !cell.is_empty()) {
+                    Some(own) => Some(factor(f.column, own)?),
+                    None => f.factor,
+                };
+                if own.is_some_and(|own| (own / given - 1.0).abs() > 1e-9) {
+                    return Err(IdentifyError::Record(format!(
+                        "column {} says its unit itself: leave {}={unit} of `units` out, or correct the header",
+                        f.name,
+                        f.column.name()
+                    )));
+                }
+                f.factor = Some(given);
             } else if let Some(unit) = cell.filter(|cell| !cell.is_empty()) {
                 f.factor = Some(factor(f.column, unit)?);
             } else if f.factor.is_none() {

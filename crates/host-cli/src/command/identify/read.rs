@@ -42,6 +42,12 @@ impl TableArguments {
         kind: Option<RecordKind>,
         loading: Loading,
     ) -> Result<Understood, Failure> {
+        if path.to_string_lossy().ends_with(".mcap.part") {
+            return Err(Failure::bad_input(format_args!(
+                "{} is the log of a run that was cut off: save what it holds with host-cli log recover, and give that",
+                path.display()
+            )));
+        }
         let columns = if path.extension().is_some_and(|e| e == "mcap") {
             self.log(path, &loading)?
         } else {
@@ -71,13 +77,19 @@ impl TableArguments {
                 "a log has positions and forces: give --area and --thickness of the specimen, as in --area 4cm2 --thickness 20mm",
             ));
         }
-        let (mut time, mut position, mut force, mut outside) =
-            (Vec::new(), Vec::new(), Vec::new(), 0_u64);
-        for entry in LogReader::open(path)? {
+        let (mut time, mut position, mut force) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut outside, mut limited) = (0_u64, 0_u64);
+        let mut log = LogReader::open(path)?;
+        for entry in &mut log {
             let Entry::Tick(tick) = entry? else { continue };
             let early = self.from.is_some_and(|from| tick.time_s < from.0);
             if early || self.to.is_some_and(|to| tick.time_s > to.0) {
                 outside += 1;
+                continue;
+            }
+            // The force of the safety chain, not of the tissue; at rest it is both.
+            if tick.limiters != 0 && !(time.is_empty() && tick.force_n == 0.0) {
+                limited += 1;
                 continue;
             }
             if time.len() == SAMPLES_MOST {
@@ -95,6 +107,17 @@ impl TableArguments {
             notes.push(format!(
                 "{outside} samples left out, outside the range asked for"
             ));
+        }
+        if limited > 0 {
+            notes.push(format!(
+                "{limited} samples left out, in which the safety chain made the force"
+            ));
+        }
+        if !log.condition().complete {
+            notes.push(
+                "the log is cut off or damaged: only what could be read is in the record (host-cli log check)"
+                    .to_owned(),
+            );
         }
         Ok(Columns {
             lines: Vec::new(),

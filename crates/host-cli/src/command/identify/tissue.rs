@@ -23,8 +23,8 @@ pub(super) struct TissueArguments {
     #[arg(long)]
     overwrite: bool,
     /// Conditions of the measurement, for the tissue file: specimen, temperature, preparation
-    #[arg(long, value_name = "TEXT", default_value = "not given")]
-    conditions: String,
+    #[arg(long, value_name = "TEXT", requires = "out")]
+    conditions: Option<String>,
 }
 
 /// A tissue file that is to be written.
@@ -100,6 +100,12 @@ impl Planned<'_> {
     /// The tissue file, with what it was made of.
     fn text(&self, found: &Identification, record: &str) -> Result<String, Failure> {
         let fit = &found.fits[0];
+        if !fit.is_settled() {
+            return Err(Failure::bad_input(format_args!(
+                "the record does not settle the parameters of {}: no tissue is written; give another --model or a longer record",
+                fit.kind
+            )));
+        }
         let model = fit.to_model().map_err(|error| {
             Failure::input_with_advice(
                 format_args!("the fit of {} is no tissue: {error}", fit.kind),
@@ -118,7 +124,8 @@ impl Planned<'_> {
                 concat!("host-cli ", env!("CARGO_PKG_VERSION")),
                 found.kind.name()
             ),
-            conditions: self.arguments.conditions.clone(),
+            conditions: (self.arguments.conditions.clone())
+                .unwrap_or_else(|| "not given".to_owned()),
             checked: false,
             date: date.split('T').next().unwrap_or_default().to_owned(),
             residual: format!(
