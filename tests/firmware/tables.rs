@@ -9,6 +9,9 @@ use std::fmt::Write as _;
 
 /// Change of a count that needs no new table.
 const TOLERANCE: f64 = 0.05;
+/// Instructions by which two builds of the same source differ: names of symbols hold the folder of the clone, and the order of functions
+/// follows them. Seen: 8 on a path of 141.
+const LAYOUT: f64 = 10.0;
 
 /// Name, scheme, order, horizon in samples at 1 kHz.
 const LISTED: [(&str, &str, f64, f64); 9] = [
@@ -117,7 +120,7 @@ const HEADER: &str = "\
 # Instructions of a tick on a Cortex-M4F, counted in QEMU, where each takes the same time: the longest of
 # 400 ticks of a whole device (TickSide::tick: one-sided wall, safety chain, states, flight recorder, a
 # sample for the host), and in it the path from the end of `read` to the start of `write`.
-# A change of more than 5 % has to be declared here: UPDATE_FIRMWARE_TABLES=1 cargo test --test firmware.
+# A change of more than 5 %, and more than 10, has to be declared here: UPDATE_FIRMWARE_TABLES=1 cargo test --test firmware.
 
 ";
 
@@ -161,7 +164,7 @@ pub(crate) fn check_instructions(told: &BTreeMap<String, String>) -> BTreeMap<St
                 .and_then(toml::Value::as_integer);
             let agrees = want.is_some_and(|want| {
                 let want = want as f64;
-                (f64::from(have) - want).abs() <= TOLERANCE * want
+                (f64::from(have) - want).abs() <= (TOLERANCE * want).max(LAYOUT)
             });
             if !agrees {
                 let _ = writeln!(wrong, "{name}, {key}: {have}, in the table {want:?}");
