@@ -15,10 +15,13 @@ mod error;
 #[cfg(feature = "std")]
 mod identify;
 mod lead;
+#[cfg(feature = "std")]
+mod margins;
 mod memory;
 mod notation;
 mod parallel;
 mod pid;
+mod pid_notation;
 #[cfg(feature = "std")]
 mod plant;
 #[cfg(feature = "std")]
@@ -46,6 +49,8 @@ pub use curves::ControllerParameters;
 pub use error::ControlError;
 #[cfg(feature = "std")]
 pub use identify::{FreeNumber, Identified, Record, identify};
+#[cfg(feature = "std")]
+pub use margins::{Crossing, Margins};
 pub use memory::{Memory, Rule};
 pub use parallel::ParallelHistory;
 pub use pid::{FractionalPid, PidParameters, SetPoint, Tid, TidParameters};
@@ -55,7 +60,7 @@ pub use plant::Plant;
 pub use poles::Commensurate;
 pub use polynomial::{FractionalPolynomial, ORDER_MAX, TERMS_MAX, Term};
 #[cfg(feature = "std")]
-pub use records::{impulse_response, respond, step_response};
+pub use records::{MODES, impulse_response, respond, step_response};
 pub use sampled::{ORDERS_MAX, PARTS_MAX, SampledHistory, SampledTransferFunction};
 #[cfg(feature = "std")]
 pub use sampled_plant::{PlantState, SampledPlant};

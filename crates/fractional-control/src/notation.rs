@@ -18,20 +18,28 @@ const DEPTH_MAX: usize = 16;
 
 /// Transfer function and dead time in s.
 pub(crate) fn read(text: &str) -> Result<(FractionalTransferFunction, f64), ControlError> {
-    let mut reader = Reader {
-        text: text.as_bytes(),
-        at: 0,
-        depth: 0,
-    };
-    let value = reader.sum()?;
-    if reader.peek().is_some() {
-        return Err(reader.wrong("+, -, *, / or the end"));
-    }
-    if value.delay_s < 0.0 {
-        return Err(RangeError::new("dead time", value.delay_s, "at least 0", "s").into());
-    }
+    let value = Quotient::read(text)?;
     let function = FractionalTransferFunction::from_polynomials(value.above, value.below)?;
     Ok((function, value.delay_s))
+}
+
+impl Quotient {
+    /// Any quotient, proper or not.
+    pub(crate) fn read(text: &str) -> Result<Self, ControlError> {
+        let mut reader = Reader {
+            text: text.as_bytes(),
+            at: 0,
+            depth: 0,
+        };
+        let value = reader.sum()?;
+        if reader.peek().is_some() {
+            return Err(reader.wrong("+, -, *, / or the end"));
+        }
+        if value.delay_s < 0.0 {
+            return Err(RangeError::new("dead time", value.delay_s, "at least 0", "s").into());
+        }
+        Ok(value)
+    }
 }
 
 impl FromStr for FractionalTransferFunction {
@@ -50,10 +58,10 @@ impl FromStr for FractionalTransferFunction {
 
 /// A quotient with a dead time.
 #[derive(Clone, Copy)]
-struct Quotient {
-    above: FractionalPolynomial,
-    below: FractionalPolynomial,
-    delay_s: f64,
+pub(crate) struct Quotient {
+    pub(crate) above: FractionalPolynomial,
+    pub(crate) below: FractionalPolynomial,
+    pub(crate) delay_s: f64,
 }
 
 impl Quotient {

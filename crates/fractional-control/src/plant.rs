@@ -101,6 +101,29 @@ impl Plant {
         self.delay_s
     }
 
+    /// The same with so much more dead time, s.
+    ///
+    /// # Errors
+    /// A negative one; any at all for a measured response, which has its own.
+    pub fn delayed(self, further_s: f64) -> Result<Self, ControlError> {
+        let further_s = not_negative("dead time", further_s, "s")?;
+        if further_s > 0.0 && matches!(self.model, Model::Measured(_)) {
+            let allowed = "0: a measured response has its own";
+            return Err(RangeError::new("dead time", further_s, allowed, "s").into());
+        }
+        let delay_s = not_negative("dead time", self.delay_s + further_s, "s")?;
+        Ok(Self { delay_s, ..self })
+    }
+
+    /// The transfer function without the dead time, of a plant that is one.
+    #[must_use]
+    pub fn function(&self) -> Option<&FractionalTransferFunction> {
+        match &self.model {
+            Model::Transfer(function) => Some(function),
+            _ => None,
+        }
+    }
+
     /// G(jω) with the dead time; `None` outside the band of a measured response.
     #[must_use]
     pub fn response(&self, omega: f64) -> Option<Complex<f64>> {

@@ -5,7 +5,7 @@ use fracdiff::{Differintegrator, Seconds};
 use std::vec::Vec;
 
 /// Room for the modes of offline work: enough for a tolerance of 1e-11.
-pub(crate) const MODES: usize = 112;
+pub const MODES: usize = 112;
 
 /// The response to u(t) = 1 for t > 0, at t = 0, T, 2T, …, as many samples as asked for.
 ///

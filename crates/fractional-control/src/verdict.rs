@@ -81,6 +81,11 @@ impl SampledLoop {
         }
     }
 
+    /// 1/T.
+    pub(crate) fn rate(&self) -> f64 {
+        1.0 / self.sample_time.0
+    }
+
     fn enclosed(&self, arc: &Arc) -> Enclosed {
         let below = self
             .controller

@@ -2,8 +2,8 @@
 
 use crate::records::MODES;
 use crate::{
-    Actuator, ControlError, FractionalPid, Memory, PidParameters, Plant, SampledLoop, SampledPlant,
-    SetPoint, Shape, StabilityVerdict, simulate,
+    Actuator, ControlError, FractionalPid, Memory, PidParameters, Plant, Response, SampledLoop,
+    SampledPlant, SetPoint, Shape, StabilityVerdict, simulate,
 };
 use fracdiff::Seconds;
 use std::vec::Vec;
@@ -53,8 +53,31 @@ pub fn robustness(
     sample_time: Seconds,
     samples: usize,
 ) -> Result<Vec<Robustness>, ControlError> {
+    let runs = steps(parameters, plant, memory, sample_time, samples)?;
     let plant = SampledPlant::new(plant, memory, sample_time)?;
     let closed = SampledLoop::new((*parameters).into(), memory, &plant)?;
+    let rows = GAINS.into_iter().zip(runs);
+    Ok(rows
+        .map(|(gain, run)| Robustness {
+            gain,
+            shape: run.shape(),
+            verdict: closed.with_gain(gain).verdict(),
+        })
+        .collect())
+}
+
+/// The steps themselves, one for each of [`GAINS`]; the command is that for the nominal plant times the gain.
+///
+/// # Errors
+/// As [`robustness`].
+pub fn steps(
+    parameters: &PidParameters,
+    plant: &Plant,
+    memory: Memory,
+    sample_time: Seconds,
+    samples: usize,
+) -> Result<Vec<Response>, ControlError> {
+    let plant = SampledPlant::new(plant, memory, sample_time)?;
     let one = |gain: f64| {
         // The gain of the plant is that of the controller, as far as y goes.
         let scaled = PidParameters {
@@ -70,11 +93,7 @@ pub fn robustness(
             memory,
             sample_time,
         )?;
-        Ok(Robustness {
-            gain,
-            shape: simulate(&pid, &plant, |_| 1.0, samples).shape(),
-            verdict: closed.with_gain(gain).verdict(),
-        })
+        Ok(simulate(&pid, &plant, |_| 1.0, samples))
     };
     GAINS.into_iter().map(one).collect()
 }

@@ -6,6 +6,7 @@ mod boundary;
 mod controllers;
 mod golden;
 mod identification;
+mod margins;
 mod notation;
 mod plants;
 mod streaming;

@@ -1,0 +1,214 @@
+//! Margins and peaks of the loop that is really run.
+
+use crate::SampledLoop;
+use core::f64::consts::PI;
+use num_complex::Complex;
+use std::vec::Vec;
+
+/// The lowest angle looked at, rad a sample.
+const LOWEST: f64 = 1e-8;
+/// Points a decade before any is put between.
+const A_DECADE: f64 = 100.0;
+/// Neighbours are at most so far apart in ln L: gain and phase in rad.
+const APART: f64 = 0.2;
+/// Points are put between two neighbours at most so many times.
+const HALVINGS: u32 = 12;
+/// L moves and turns by less than this share where it has come to rest at low frequency.
+const FLAT: f64 = 1e-3;
+/// Times the place of a peak is narrowed by the golden section, or that of a crossing halved.
+const NARROWED: usize = 60;
+
+/// A value and where it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crossing {
+    /// ω, rad/s.
+    pub omega_rad_s: f64,
+    /// The value there.
+    pub value: f64,
+}
+
+/// Margins and peaks of a [`SampledLoop`], up to half the sample rate, by a grid that is finer where L moves. They say how far
+/// a loop is from the boundary, not on which side: that is the verdict's.
+///
+/// ```
+/// use fracdiff::Seconds;
+/// use fractional_control::{Memory, PidParameters, Plant, Rule, SampledLoop, SampledPlant};
+///
+/// let (t, memory) = (Seconds(1e-3), Memory::new(Rule::Bdf2, 1e-8, 100.0)?);
+/// let plant = SampledPlant::new(&"1/s^1.5".parse::<Plant>()?, memory, t)?;
+/// let p = PidParameters { proportional: 1.0, ..PidParameters::NONE };
+/// let margins = SampledLoop::new(p.into(), memory, &plant)?.margins();
+/// // |L| = ω^(−1.5) is 1 at 1 rad/s, with a phase of −135°, and half a sample of the hold.
+/// let phase = margins.phase.expect("a crossover");
+/// assert!((phase.omega_rad_s - 1.0).abs() < 1e-4 && (phase.value - 0.25 * core::f64::consts::PI).abs() < 1e-3);
+/// # Ok::<(), fractional_control::ControlError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Margins {
+    /// The least phase margin in size, rad, with its crossover; `None` if |L| is never 1.
+    pub phase: Option<Crossing>,
+    /// Crossovers, |L| = 1.
+    pub crossovers: usize,
+    /// The least gain above 1 at which L meets −1.
+    pub gain_up: Option<Crossing>,
+    /// The greatest gain below 1 at which L meets −1.
+    pub gain_down: Option<Crossing>,
+    /// The least further dead time at which L meets −1, s, with its crossover.
+    pub delay_s: Option<Crossing>,
+    /// The largest |S| = |1/(1 + L)|.
+    pub sensitivity: Crossing,
+    /// The largest |T| = |L/(1 + L)|.
+    pub complementary: Crossing,
+}
+
+/// θ and L.
+type Point = (f64, Complex<f64>);
+
+impl SampledLoop {
+    /// Margins and peaks.
+    #[must_use]
+    pub fn margins(&self) -> Margins {
+        let grid = self.grid();
+        let rate = self.rate();
+        let crossovers = self.where_zero(&grid, |l| libm::log(l.norm()), |_| true);
+        let margins: Vec<Crossing> = crossovers
+            .iter()
+            .map(|&(theta, l)| Crossing {
+                omega_rad_s: theta * rate,
+                value: (-l).arg(),
+            })
+            .collect();
+        let size = |a: &&Crossing, b: &&Crossing| a.value.abs().total_cmp(&b.value.abs());
+        let turn = 2.0 * PI;
+        let delays = margins.iter().map(|margin| Crossing {
+            value: (if margin.value < 0.0 {
+                margin.value + turn
+            } else {
+                margin.value
+            }) / margin.omega_rad_s,
+            ..*margin
+        });
+        let mut gains = self.where_zero(&grid, |l| l.im, |l| l.re < 0.0);
+        // At half the sample rate L is real; at rest too, where it has an end.
+        let at_rest = grid.get(..2).filter(|pair| {
+            let (first, second) = (pair[0].1, pair[1].1);
+            (second / first - 1.0).norm() < FLAT && first.im.abs() < FLAT * -first.re
+        });
+        gains.extend(at_rest.and_then(<[Point]>::first));
+        gains.extend(grid.last().filter(|(_, l)| l.re < 0.0));
+        let gains: Vec<Crossing> = gains
+            .into_iter()
+            .map(|(theta, l)| Crossing {
+                omega_rad_s: theta * rate,
+                value: l.norm().recip(),
+            })
+            .filter(|gain| gain.value.is_finite())
+            .collect();
+        let by_value = |a: &&Crossing, b: &&Crossing| a.value.total_cmp(&b.value);
+        Margins {
+            phase: margins.iter().min_by(size).copied(),
+            crossovers: margins.len(),
+            gain_up: gains
+                .iter()
+                .filter(|gain| gain.value > 1.0)
+                .min_by(by_value)
+                .copied(),
+            gain_down: gains
+                .iter()
+                .filter(|gain| gain.value < 1.0)
+                .max_by(by_value)
+                .copied(),
+            delay_s: delays.min_by(|a, b| a.value.total_cmp(&b.value)),
+            sensitivity: self.peak(&grid, |l| (l + 1.0).inv().norm()),
+            complementary: self.peak(&grid, |l| (l / (l + 1.0)).norm()),
+        }
+    }
+
+    /// L from the lowest frequency to half the sample rate.
+    fn grid(&self) -> Vec<Point> {
+        let decades = libm::log10(PI / LOWEST);
+        let count = libm::ceil(decades * A_DECADE) as usize;
+        let mut grid: Vec<Point> = Vec::new();
+        for k in 0..=count {
+            let share = k as f64 / count as f64;
+            let theta = (LOWEST * libm::pow(10.0, decades * share)).min(PI);
+            let next = (theta, self.open(theta));
+            if let Some(last) = grid.last().copied() {
+                self.between(&mut grid, last, next, HALVINGS);
+            }
+            grid.push(next);
+        }
+        grid.retain(|(_, l)| l.is_finite());
+        grid
+    }
+
+    /// Puts points between two until neighbours are close.
+    fn between(&self, grid: &mut Vec<Point>, from: Point, to: Point, halvings: u32) {
+        let apart = (to.1 / from.1).ln();
+        // What is small and far from −1 need not be followed.
+        let matters = from.1.norm().max(to.1.norm()) > 1e-3;
+        if halvings == 0 || !matters || apart.norm() < APART {
+            return;
+        }
+        let theta = libm::sqrt(from.0 * to.0);
+        let middle = (theta, self.open(theta));
+        self.between(grid, from, middle, halvings - 1);
+        grid.push(middle);
+        self.between(grid, middle, to, halvings - 1);
+    }
+
+    /// The places where this changes its sign and L is so, by halving.
+    fn where_zero(
+        &self,
+        grid: &[Point],
+        of: impl Fn(Complex<f64>) -> f64,
+        counts: impl Fn(Complex<f64>) -> bool,
+    ) -> Vec<Point> {
+        let changes = |pair: &&[Point]| of(pair[0].1) * of(pair[1].1) < 0.0;
+        let places = grid.windows(2).filter(changes).map(|pair| {
+            let (mut low, mut high) = (pair[0], pair[1]);
+            for _ in 0..NARROWED {
+                let theta = 0.5 * (low.0 + high.0);
+                let middle = (theta, self.open(theta));
+                if of(middle.1) * of(low.1) > 0.0 {
+                    low = middle;
+                } else {
+                    high = middle;
+                }
+            }
+            high
+        });
+        places.filter(|(_, l)| counts(*l)).collect()
+    }
+
+    /// The largest value, narrowed between the neighbours of the largest on the grid.
+    fn peak(&self, grid: &[Point], of: impl Fn(Complex<f64>) -> f64) -> Crossing {
+        let value = |point: &Point| of(point.1);
+        let best = (0..grid.len()).max_by(|&a, &b| value(&grid[a]).total_cmp(&value(&grid[b])));
+        let best = best.unwrap_or(0);
+        let at = |index: usize| grid.get(index).map_or(PI, |point| point.0);
+        let (mut low, mut high) = (at(best.saturating_sub(1)), at(best + 1));
+        let golden = 0.5 * (libm::sqrt(5.0) - 1.0);
+        for _ in 0..NARROWED {
+            let (a, b) = (high - golden * (high - low), low + golden * (high - low));
+            if of(self.open(a)) > of(self.open(b)) {
+                high = b;
+            } else {
+                low = a;
+            }
+        }
+        let theta = 0.5 * (low + high);
+        let narrowed = of(self.open(theta));
+        let on_grid = grid.get(best).map_or(f64::NAN, value);
+        let (theta, value) = if narrowed >= on_grid {
+            (theta, narrowed)
+        } else {
+            (at(best), on_grid)
+        };
+        Crossing {
+            omega_rad_s: theta * self.rate(),
+            value,
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! Margins and peaks against closed forms, and the notation of controllers.
+
+use fracdiff::Seconds;
+use fractional_control::{
+    ControlError, Memory, PidParameters, Plant, Rule, SampledLoop, SampledPlant,
+};
+
+const T: Seconds = Seconds(1e-3);
+
+fn closed(plant: &str, controller: &str) -> SampledLoop {
+    let memory = Memory::new(Rule::Bdf2, 1e-8, 100.0).expect("valid");
+    let plant: Plant = plant.parse().expect("a plant");
+    let plant = SampledPlant::new(&plant, memory, T).expect("runs");
+    let controller: PidParameters = controller.parse().expect("a controller");
+    SampledLoop::new(controller.into(), memory, &plant).expect("a loop")
+}
+
+/// k·e^(−Ls)/s: crossover k, margin π/2 − kL, gain margin π/(2kL), delay margin π/(2k) − L, with L longer by half a sample.
+#[test]
+fn an_integrator_with_a_dead_time_has_the_margins_of_its_formula() {
+    let (k, dead) = (4.0, 0.1 + 0.5 * T.0);
+    let margins = closed("exp(-0.1s)/s", "4").margins();
+    let phase = margins.phase.expect("a crossover");
+    let half = 0.5 * std::f64::consts::PI;
+    assert!((phase.omega_rad_s - k).abs() < 1e-4, "{phase:?}");
+    assert!((phase.value - (half - k * dead)).abs() < 1e-4, "{phase:?}");
+    let gain = margins.gain_up.expect("a crossing");
+    assert!((gain.value - half / (k * dead)).abs() < 1e-3, "{gain:?}");
+    let delay = margins.delay_s.expect("a crossover");
+    assert!((delay.value - (half / k - dead)).abs() < 1e-4, "{delay:?}");
+    assert_eq!((margins.crossovers, margins.gain_down), (1, None));
+}
+
+/// The gain margin is the gain at which the certified verdict changes.
+#[test]
+fn the_verdict_changes_at_the_gain_margin() {
+    for (plant, controller) in [
+        ("exp(-0.05s)/(0.8s^2.2+0.5s^0.9+1)", "20.5+3.7343s^1.15"),
+        ("exp(-0.01s)/(s+1)", "3+2/s^0.8"),
+        ("exp(-0.1s)/(s-1)", "3"),
+    ] {
+        let closed = closed(plant, controller);
+        let margins = closed.margins();
+        assert!(closed.verdict().stable, "{plant}");
+        let up = margins.gain_up.expect(plant).value;
+        assert!(
+            closed.with_gain(up * 0.999).verdict().stable,
+            "{plant} {up}"
+        );
+        assert!(
+            !closed.with_gain(up * 1.001).verdict().stable,
+            "{plant} {up}"
+        );
+        if let Some(down) = margins.gain_down.map(|gain| gain.value) {
+            assert!(
+                closed.with_gain(down * 1.001).verdict().stable,
+                "{plant} {down}"
+            );
+            assert!(
+                !closed.with_gain(down * 0.999).verdict().stable,
+                "{plant} {down}"
+            );
+        }
+    }
+    // An unstable plant needs some gain, and no more.
+    assert!(
+        self::closed("exp(-0.1s)/(s-1)", "3")
+            .margins()
+            .gain_down
+            .is_some()
+    );
+}
+
+/// T = 1/(τs + 1) of a first-order loop: |T| never above 1, |S| at most a hair more by the hold.
+#[test]
+fn peaks_are_those_of_the_loop_and_bounded_by_the_margin() {
+    let margins = closed("exp(-0.1s)/s", "4").margins();
+    let at = margins.sensitivity.omega_rad_s;
+    let l = closed("exp(-0.1s)/s", "4").open(at * T.0);
+    assert!(((l + 1.0).inv().norm() / margins.sensitivity.value - 1.0).abs() < 1e-12);
+    // |S| at the crossover is 1/(2 sin(φ/2)).
+    let phase = margins.phase.expect("a crossover").value;
+    assert!(margins.sensitivity.value >= 0.5 / libm::sin(0.5 * phase) - 1e-9);
+    let slow = closed("1/s", "1").margins();
+    assert!(slow.complementary.value < 1.0 + 1e-3 && slow.sensitivity.value < 1.01);
+}
+
+#[test]
+fn a_controller_is_read_and_printed_alike() {
+    for text in [
+        "20.5+3.7343s^1.15",
+        "2+3/s^0.9+0.1s^0.5",
+        "3/s",
+        "-1-2s",
+        "1.5",
+        "2s^0.5",
+    ] {
+        let read: PidParameters = text.parse().expect(text);
+        assert_eq!(read.to_string(), text);
+    }
+}
+
+#[test]
+fn what_is_no_pid_is_refused_with_the_form_to_give() {
+    for text in [
+        "1/(s+1)",
+        "s+s^0.5",
+        "1/s+1/s^0.5",
+        "exp(-1s)",
+        "s^2.5",
+        "1/s^3",
+    ] {
+        let error = text.parse::<PidParameters>().expect_err(text).to_string();
+        assert!(
+            error.contains("PI^λD^μ") || error.contains("above 0 and at most 2"),
+            "{text}: {error}"
+        );
+    }
+    assert!(matches!(
+        "2+".parse::<PidParameters>(),
+        Err(ControlError::Notation { .. })
+    ));
+}
+
+/// Podlubny's loop: (20.5 + 3.7343 s^1.15)/(0.8s^2.2 + 3.7343 s^1.15 + 0.5s^0.9 + 21.5).
+#[test]
+fn the_closed_function_is_that_of_the_loop() {
+    let plant: Plant = "1/(0.8s^2.2+0.5s^0.9+1)".parse().expect("a plant");
+    let pid: PidParameters = "20.5+3.7343s^1.15".parse().expect("a controller");
+    let closed = pid
+        .closed_with(plant.function().expect("one"))
+        .expect("fits");
+    assert_eq!(
+        closed.to_string(),
+        "(3.7343s^1.15+20.5)/(0.8s^2.2+3.7343s^1.15+0.5s^0.9+21.5)"
+    );
+    assert!(closed.commensurate().expect("orders of 0.05").is_stable());
+}
+
+#[test]
+fn further_dead_time_adds_and_is_never_negative() {
+    let plant: Plant = "exp(-0.1s)/(s+1)".parse().expect("a plant");
+    assert!((plant.clone().delayed(0.2).expect("later").delay_s() - 0.3).abs() < 1e-15);
+    assert!(
+        plant
+            .delayed(-0.05)
+            .expect_err("earlier")
+            .to_string()
+            .contains("-0.05")
+    );
+}
