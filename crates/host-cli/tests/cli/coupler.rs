@@ -335,14 +335,15 @@ mod on_a_device {
 
     #[test]
     fn a_loop_on_the_host_carries_it_and_refuses_an_unstable_one() {
-        let device = Emulated::new("");
+        // Its clock is slow, so that a busy machine is heard within the watchdog time.
+        let device = Emulated::new("--speed 0.2");
         let place = device.place();
         // Soft enough for two samples of delay and more.
         let soft = COUPLER
             .replace("= 2.0", "= 0.5")
             .replace("= 3000.0", "= 60.0")
             .replace("= 1000.0", "= 100.0");
-        place.write("coupler.toml", format!("{soft}duration_s = 2\n"));
+        place.write("coupler.toml", format!("{soft}duration_s = 1\n"));
         let on = "run coupler.toml --device serial:device --loop host --max-age-ticks 1000 --watchdog 1s --quiet";
         let report = device.json(&format!("{on} --out soft"));
         let analysis = &report["preflight"];
