@@ -319,7 +319,7 @@ impl Table {
 }
 
 fn cannot_make(path: &Path, error: std::io::Error) -> Failure {
-    let what = format_args!(
+    let what = format!(
         "cannot make the folder `{}`: choose a writable place with `out`",
         path.display()
     );

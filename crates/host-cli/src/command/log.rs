@@ -205,7 +205,7 @@ fn place(
         (Some(target), _, _) => Ok(target),
         (None, Some(folder), Some(name)) => {
             std::fs::create_dir_all(folder).map_err(|error| {
-                let what = format_args!(
+                let what = format!(
                     "cannot make the folder `{}`: choose another with --out",
                     folder.display()
                 );
