@@ -20,7 +20,7 @@ use haptic_experiment::parameters::{
     WALL_REQUIRED,
 };
 use haptic_experiment::report::{Errors, RunReport};
-use haptic_experiment::{CouplerReport, ExperimentFile, Pace, Settling, WallReport};
+use haptic_experiment::{CouplerReport, ExperimentFile, Pace, Settling, TrialVerdict, WallReport};
 use std::fmt::Write as _;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -156,16 +156,9 @@ impl Arguments {
                     verdict = Some((trial.stable_by_both(), trial.settling.verdict));
                     Ok(published)
                 })?;
-                match verdict {
-                    Some((false, trial)) if wall.setup.must_be_stable => {
-                        Err(Failure::Run(anyhow::anyhow!(
-                            "must_be_stable: the wall is not stable by both trial ({}) and analysis: design a \
-                             weaker one, or take must_be_stable out of the file to run it all the same",
-                            trial.words()
-                        )))
-                    }
-                    _ => Ok(()),
-                }
+                required(wall.setup.must_be_stable, verdict, |trial| {
+                    format!("the wall is not stable by both trial ({trial}) and analysis")
+                })
             }
             ExperimentFile::Coupler(coupler) => {
                 let mut verdict = None;
@@ -175,18 +168,28 @@ impl Arguments {
                     verdict = Some((report.stable_by_all(), report.trial.settling.verdict));
                     Ok(published)
                 })?;
-                match verdict {
-                    Some((false, trial)) if coupler.setup.must_be_stable => {
-                        Err(Failure::Run(anyhow::anyhow!(
-                            "must_be_stable: the coupler is not stable by trial ({}) and analysis and passed by Llewellyn's \
-                             criterion: design a weaker one, or take must_be_stable out of the file to run it all the same",
-                            trial.words()
-                        )))
-                    }
-                    _ => Ok(()),
-                }
+                required(coupler.setup.must_be_stable, verdict, |trial| {
+                    format!(
+                        "the coupler is not stable by trial ({trial}) and analysis and passed by Llewellyn's criterion"
+                    )
+                })
             }
         }
+    }
+}
+
+/// Refuses a trial that did not end well, if its file wants it to: stable by all that judge it, and the verdict of the trial itself.
+fn required(
+    must_be_stable: bool,
+    verdict: Option<(bool, TrialVerdict)>,
+    refusal: impl FnOnce(&str) -> String,
+) -> Result<(), Failure> {
+    match verdict {
+        Some((false, trial)) if must_be_stable => Err(Failure::Run(anyhow::anyhow!(
+            "must_be_stable: {}: design a weaker one, or take must_be_stable out of the file to run it all the same",
+            refusal(trial.words())
+        ))),
+        _ => Ok(()),
     }
 }
 
