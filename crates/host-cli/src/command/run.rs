@@ -6,7 +6,7 @@ use super::preflight::PreflightArguments;
 use super::realtime::RealtimeArguments;
 use super::remote::RemoteArguments;
 use super::safety::SafetyArguments;
-use super::summary::{print_end, print_summary};
+use super::summary::{print_end, print_force, print_summary};
 use super::words::roll_bytes;
 use crate::files::{folder, overwrite_acts};
 use crate::output::Output;
@@ -220,11 +220,7 @@ fn print_wall(out: &mut dyn Write, report: &WallReport) -> io::Result<()> {
         micrometres(settling.deflection_m),
         micrometres(settling.expected_deflection_m)
     )?;
-    writeln!(
-        out,
-        "  force             peak {:.4e} N, at the end {:.4e} N",
-        run.peak_force_n, run.final_force_n
-    )?;
+    print_force(out, run)?;
     print_operator(out, &trial.errors)?;
     print_end(out, run)
 }
@@ -255,11 +251,7 @@ fn print_coupler(out: &mut dyn Write, report: &CouplerReport) -> io::Result<()> 
         micrometres(settling.expected_deflection_m),
         micrometres(report.object_position_m)
     )?;
-    writeln!(
-        out,
-        "  force             peak {:.4e} N, at the end {:.4e} N",
-        run.peak_force_n, run.final_force_n
-    )?;
+    print_force(out, run)?;
     print_operator(out, &trial.errors)?;
     print_end(out, run)
 }

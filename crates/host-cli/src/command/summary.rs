@@ -39,11 +39,7 @@ pub fn print_summary(out: &mut dyn Write, report: &Report) -> io::Result<()> {
             "  tolerance         {tolerance:e} of the operator's output while x moves one way, of its gross sum otherwise"
         )?;
     }
-    writeln!(
-        out,
-        "  force             peak {:.4e} N, at the end {:.4e} N",
-        run.peak_force_n, run.final_force_n
-    )?;
+    print_force(out, run)?;
     if let Some(strain) = report.final_strain {
         writeln!(out, "  strain            at the end {strain:.4e}")?;
     }
@@ -55,6 +51,18 @@ pub fn print_summary(out: &mut dyn Write, report: &Report) -> io::Result<()> {
     }
     print_errors(out, report)?;
     print_end(out, run)
+}
+
+/// Prints the largest and the last force.
+///
+/// # Errors
+/// Those of `out`.
+pub fn print_force(out: &mut dyn Write, run: &RunReport) -> io::Result<()> {
+    writeln!(
+        out,
+        "  force             peak {:.4e} N, at the end {:.4e} N",
+        run.peak_force_n, run.final_force_n
+    )
 }
 
 /// The two errors, each with the samples that it is of.
