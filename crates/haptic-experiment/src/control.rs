@@ -1,7 +1,8 @@
-//! Loops of a plant and a controller file: judged, run, designed.
+//! Loops of a plant and a controller file: judged, run, designed; and plants from records.
 
 pub mod analysis;
 pub mod design;
+pub mod identification;
 pub mod run;
 
 use crate::controller_file::ControllerFile;
