@@ -13,6 +13,8 @@ use num_complex::Complex;
 const POINTS: usize = 600;
 /// The curve begins so far below the place of interest.
 const BELOW: f64 = 300.0;
+/// A gain further from the present one is no cause.
+const WITHIN: f64 = 100.0;
 /// A gain is tried this much beside the one at which the loop meets −1.
 const BESIDE: f64 = 0.01;
 
@@ -44,7 +46,7 @@ pub enum Cause {
     GainTooLow(Crossing),
     /// Stable without the dead time; with it, L meets −1 from this one on, s.
     DeadTime(Crossing),
-    /// Neither another gain nor less dead time makes it stable.
+    /// Neither another gain, within a hundred times, nor less dead time makes it stable.
     Shape,
 }
 
@@ -136,12 +138,12 @@ fn cause(
         return Ok(Cause::Boundary);
     }
     let stable_at = |gain: f64| closed.with_gain(gain).verdict().stable;
-    if let Some(down) = margins.gain_down
+    if let Some(down) = margins.gain_down.filter(|down| down.value * WITHIN > 1.0)
         && stable_at(down.value * (1.0 - BESIDE))
     {
         return Ok(Cause::GainTooHigh(down));
     }
-    if let Some(up) = margins.gain_up
+    if let Some(up) = margins.gain_up.filter(|up| up.value < WITHIN)
         && stable_at(up.value * (1.0 + BESIDE))
     {
         return Ok(Cause::GainTooLow(up));

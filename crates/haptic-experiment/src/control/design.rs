@@ -32,6 +32,8 @@ pub struct ControlDesign {
     pub output_low: Option<f64>,
     /// Highest command.
     pub output_high: Option<f64>,
+    /// Height of the step with limits.
+    pub step: f64,
     /// Samples of the steps.
     pub samples: usize,
 }
@@ -231,13 +233,13 @@ impl ControlDesign {
                 response,
                 stable: closed.with_gain(gain).verdict().stable,
             });
-        let step = vec![1.0; self.samples];
-        let run = run::run(file, &self.plant, &step, Some(1.0))?;
+        let step = vec![self.step; self.samples];
+        let run = run::run(file, &self.plant, &step, Some(self.step))?;
         Ok(Trial {
             verdict: run.verdict,
             margins: closed.margins(),
             robustness: robustness.collect(),
-            shape: run.response.shape(),
+            shape: run.response.shape_of_step(self.step),
             limited_share: run.limited_share,
             step: run.response,
         })

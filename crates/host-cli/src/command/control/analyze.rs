@@ -4,7 +4,7 @@ use super::controller::ControllerArguments;
 use super::draw::{draw_loop, draw_plant};
 use super::plant::{NamedPlant, PlantArguments};
 use super::print::{MarginReport, written};
-use super::words::{digits, refused, verdict};
+use super::words::{digits, law, refused, verdict};
 use crate::command::analyze::Files;
 use crate::output::Output;
 use clap::Args;
@@ -158,7 +158,9 @@ impl Arguments {
             writeln!(
                 out,
                 "controller  {}, T = {} s, {}",
-                report.controller, report.sample_time_s, report.scheme
+                law(file),
+                report.sample_time_s,
+                report.scheme
             )?;
             writeln!(out, "{}", report.reason)?;
             report.margins.print(out)?;

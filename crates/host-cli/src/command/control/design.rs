@@ -43,7 +43,7 @@ const SAMPLES_A_RADIAN: f64 = 50.0;
     after_help = "Examples:\n  host-cli control design --plant '0.55exp(-s)/(62s+1)' --crossover 0.1rad/s --phase-margin 65deg --out oven\n  \
                   host-cli control design --plant plant.toml --crossover 2Hz --phase-margin 60deg --sensitivity-peak 1.6 --noise 300rad/s:-20dB\n  \
                   host-cli control design --mass 65g --damping 3.5 --delay 1ms --crossover 60rad/s --phase-margin 55deg --sample-time 1ms \
-                  --output-limits -3.3:3.3 --out arm"
+                  --output-limits -3.3:3.3 --step 0.01 --out arm"
 )]
 pub struct Arguments {
     #[command(flatten)]
@@ -64,6 +64,9 @@ pub struct Arguments {
     /// Limits of the command [default: none]
     #[arg(long, value_name = "LOW:HIGH", value_parser = parse_limits, allow_hyphen_values = true, help_heading = "Controller")]
     output_limits: Option<Limits>,
+    /// Height of the step that is shown with the limits
+    #[arg(long, value_parser = parse_number, default_value = "1", allow_hyphen_values = true)]
+    step: f64,
     /// Length of the steps [default: 60 times 1/crossover]
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     duration: Option<Time>,
@@ -198,6 +201,11 @@ impl Arguments {
     }
 
     fn design(&self, plant: &NamedPlant) -> Result<ControlDesign, Failure> {
+        if self.step == 0.0 {
+            return Err(Failure::bad_input(
+                "a step of height 0 moves nothing: give --step another height",
+            ));
+        }
         let crossover = self.wishes.crossover.0;
         if crossover <= 0.0 {
             return Err(Failure::bad_input(format_args!(
@@ -227,6 +235,7 @@ impl Arguments {
             scheme: self.scheme,
             output_low: self.output_limits.map(|limits| limits.low),
             output_high: self.output_limits.map(|limits| limits.high),
+            step: self.step,
             samples: samples as usize,
         })
     }

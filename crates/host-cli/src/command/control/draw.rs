@@ -2,7 +2,7 @@
 
 use super::analyze::decibel;
 use super::plant::NamedPlant;
-use super::words::digits;
+use super::words::{digits, law};
 use fractional_control::Response;
 use haptic_experiment::control::analysis::{LoopAnalysis, LoopPoint};
 use haptic_experiment::control::design::{Candidate, ControlAnswer};
@@ -31,28 +31,10 @@ fn subtitle(plant: &NamedPlant, file: &ControllerFile) -> String {
     format!(
         "plant {}\ncontroller {} · T = {} s · {}",
         plant.words,
-        shortened(file),
+        law(file),
         digits(file.sample_time_s),
         file.scheme
     )
-}
-
-/// The controller in notation, its numbers in five digits.
-fn shortened(file: &ControllerFile) -> String {
-    let Some(mut pid) = file.pid() else {
-        return file.law_in_words();
-    };
-    let few = |value: &mut f64| *value = digits(*value).parse().unwrap_or(*value);
-    for value in [
-        &mut pid.proportional,
-        &mut pid.integral,
-        &mut pid.integral_order,
-        &mut pid.derivative,
-        &mut pid.derivative_order,
-    ] {
-        few(value);
-    }
-    pid.to_string()
 }
 
 /// Bode with margins, sensitivities, and Nyquist's curve near −1.
@@ -66,6 +48,7 @@ pub(super) fn draw_loop(
     let phase = over_omega(curve, |point| point.phase_rad.to_degrees());
     let sensitivity = over_omega(curve, |point| decibel(point.sensitivity()));
     let complementary = over_omega(curve, |point| decibel(point.complementary()));
+    let peaks: Points = [&sensitivity[..], &complementary[..]].concat();
     let zero = level(curve, 0.0);
     // The half turn that is nearest below the crossover, of which the phase keeps its margin.
     let crossover = analysis.margins.phase;
@@ -104,6 +87,12 @@ pub(super) fn draw_loop(
         .map(|(sin, cos)| (cos, sin))
         .collect();
     let omega = AxisSpec::new(OMEGA, Scale::Log);
+    // At half the sample rate the hold has a zero, which would be all of the picture.
+    let decibels = |label, points: &Points, floor: f64| {
+        let highest = points.iter().map(|point| point.1).fold(0.0, f64::max);
+        AxisSpec::new(label, Scale::Linear).between(floor, 10.0 * (0.1 * highest).ceil() + 10.0)
+    };
+    let middle = at_crossover.map_or(-180.0, |(_, below, _)| below);
     let linear = |label| AxisSpec::new(label, Scale::Linear);
     let verdict = match (analysis.verdict.stable, analysis.verdict.unstable_poles) {
         (true, _) => "stable, proved",
@@ -122,7 +111,7 @@ pub(super) fn draw_loop(
             Chart {
                 caption: "gain of the open loop",
                 x: omega,
-                y: linear("|L| / dB"),
+                y: decibels("|L| / dB", &gain, -60.0),
                 series: vec![
                     Series::new("open loop L", &gain, Look::Line, 0),
                     Series::new("", &zero, Look::Dotted, 5),
@@ -133,7 +122,7 @@ pub(super) fn draw_loop(
             Chart {
                 caption: "its phase",
                 x: omega,
-                y: linear("phase / °"),
+                y: linear("phase / °").between(middle - 180.0, middle + 180.0),
                 series: vec![
                     Series::new("open loop L", &phase, Look::Line, 0),
                     Series::new("", &half_turn, Look::Dotted, 5),
@@ -143,7 +132,7 @@ pub(super) fn draw_loop(
             Chart {
                 caption: "closed loop",
                 x: omega,
-                y: linear("gain / dB"),
+                y: decibels("gain / dB", &peaks, -40.0),
                 series: vec![
                     Series::new("|S|, errors and disturbances", &sensitivity, Look::Line, 1),
                     Series::new("|T|, reference and noise", &complementary, Look::Line, 2),
@@ -216,10 +205,10 @@ pub(super) fn draw_run(
         outputs.push(Series::new(name, output, Look::Line, 1));
         commands.push(Series::new(name, command, Look::Line, 1));
     }
-    let chart = |caption, label, series| Chart {
+    let chart = |caption, y, series| Chart {
         caption,
         x: AxisSpec::new("time / s", Scale::Linear),
-        y: AxisSpec::new(label, Scale::Linear),
+        y,
         series,
     };
     ChartPage {
@@ -227,8 +216,12 @@ pub(super) fn draw_run(
         subtitle,
         columns: 1,
         charts: vec![
-            chart("output", "output", outputs),
-            chart("command", "command", commands),
+            chart("output", AxisSpec::new("output", Scale::Linear), outputs),
+            chart(
+                "command",
+                command_axis(&command, beside.as_ref().map(|own| &own.1)),
+                commands,
+            ),
         ],
     }
     .draw()
@@ -282,7 +275,18 @@ pub(super) fn draw_design(
             over_time(&own.step.command, t),
         )
     });
-    let time = AxisSpec::new("time / s", Scale::Linear);
+    // As long as anything moves.
+    let settled = [Some(trial), integer]
+        .into_iter()
+        .flatten()
+        .flat_map(|trial| {
+            let shapes = trial.robustness.iter().map(|row| row.shape);
+            shapes.chain([trial.shape]).map(|shape| shape.settled)
+        });
+    let samples = trial.step.measured.len();
+    let longest = settled.map(|settled| settled.unwrap_or(samples)).max();
+    let end = longest.map_or(samples, |longest| samples.min(3 * longest / 2));
+    let time = AxisSpec::new("time / s", Scale::Linear).between(0.0, end.max(2) as f64 * t);
     let y = AxisSpec::new("output", Scale::Linear).between(0.0, top);
     fn series(steps: &[(String, Points)]) -> Vec<Series<'_>> {
         let colours = [3, 2, 0, 4, 1];
@@ -317,12 +321,41 @@ pub(super) fn draw_design(
                 y,
                 series(&integer_steps),
             ),
-            chart("as it is run, with its limits", y, outputs),
-            chart("command", AxisSpec::new("command", Scale::Linear), commands),
+            chart(
+                "as it is run, with its limits",
+                AxisSpec::new("output", Scale::Linear),
+                outputs,
+            ),
+            chart(
+                "command",
+                command_axis(&command, beside.as_ref().map(|own| &own.1)),
+                commands,
+            ),
         ],
     }
     .draw()
     .map(Some)
+}
+
+/// An axis for commands: without the kick of the first samples, where that is many times the rest.
+fn command_axis(command: &Points, beside: Option<&Points>) -> AxisSpec<'static> {
+    const KICK: usize = 5;
+    let axis = AxisSpec::new("command", Scale::Linear);
+    let all = || std::iter::once(command).chain(beside);
+    let ends = |skipped: usize| {
+        let values = all().flat_map(move |points| points.iter().skip(skipped).map(|p| p.1));
+        let values = values.filter(|value| value.is_finite());
+        values.fold((0.0, 0.0), |(low, high): (f64, f64), u| {
+            (low.min(u), high.max(u))
+        })
+    };
+    let (whole, rest) = (ends(0), ends(KICK));
+    let height = 1.1 * (rest.1 - rest.0);
+    if height > 0.0 && whole.1 - whole.0 > 3.0 * height {
+        axis.between(rest.0 - 0.05 * height, rest.1 + 0.05 * height)
+    } else {
+        axis
+    }
 }
 
 /// A record and the function that was found in it.

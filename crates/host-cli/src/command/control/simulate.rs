@@ -4,7 +4,7 @@ use super::controller::ControllerArguments;
 use super::draw::{draw_run, run_subtitle};
 use super::plant::{NamedPlant, PlantArguments};
 use super::print::{ShapeReport, table, written};
-use super::words::{digits, in_degrees, percent, refused};
+use super::words::{digits, in_degrees, law, percent, refused};
 use crate::column;
 use crate::command::analyze::Files;
 use crate::command::words::parse_number;
@@ -60,6 +60,9 @@ pub struct Arguments {
 struct Report {
     plant: String,
     controller: Option<String>,
+    /// Both in five digits, for people.
+    #[serde(skip)]
+    shown: [Option<String>; 2],
     sample_time_s: f64,
     scheme: Option<String>,
     stable: bool,
@@ -163,6 +166,7 @@ impl Arguments {
         Ok(Report {
             plant: plant.words.clone(),
             controller: Some(file.law_in_words()),
+            shown: [Some(law(file)), integer.as_ref().map(|(file, _)| law(file))],
             sample_time_s: t,
             scheme: Some(file.scheme.to_string()),
             stable: own.verdict.stable,
@@ -198,6 +202,7 @@ impl Arguments {
         Ok(Report {
             plant: plant.words.clone(),
             controller: None,
+            shown: [None, None],
             sample_time_s: t,
             scheme: None,
             stable: true,
@@ -291,15 +296,16 @@ impl Record {
 impl Report {
     fn print(&self, out: &mut dyn std::io::Write) -> std::io::Result<()> {
         writeln!(out, "plant       {}", self.plant)?;
-        if let (Some(controller), Some(scheme)) = (&self.controller, &self.scheme) {
+        let [own, integer] = &self.shown;
+        if let (Some(controller), Some(scheme)) = (own, &self.scheme) {
             writeln!(
                 out,
                 "controller  {controller}, T = {} s, {scheme}",
                 self.sample_time_s
             )?;
         }
-        if let Some(integer) = &self.integer {
-            writeln!(out, "PID         {}", integer.controller)?;
+        if let Some(integer) = integer {
+            writeln!(out, "PID         {integer}")?;
         }
         if let Some(shape) = &self.shape {
             let beside = self.integer.as_ref();

@@ -3,6 +3,7 @@
 use crate::output::short;
 use fractional_control::{ControlError, Crossing};
 use haptic_experiment::control::analysis::{Cause, LoopAnalysis};
+use haptic_experiment::controller_file::ControllerFile;
 use haptic_experiment::failure::Failure;
 
 /// A refusal of the library: bad input, or a search that ended with nothing.
@@ -56,6 +57,24 @@ fn with_unit(name: &str, value: f64) -> String {
 pub(super) fn digits(value: f64) -> String {
     let rounded: f64 = format!("{value:.4e}").parse().unwrap_or(value);
     short(rounded)
+}
+
+/// The controller in notation, its numbers in five digits.
+pub(super) fn law(file: &ControllerFile) -> String {
+    let Some(mut pid) = file.pid() else {
+        return file.law_in_words();
+    };
+    let few = |value: &mut f64| *value = digits(*value).parse().unwrap_or(*value);
+    for value in [
+        &mut pid.proportional,
+        &mut pid.integral,
+        &mut pid.integral_order,
+        &mut pid.derivative,
+        &mut pid.derivative_order,
+    ] {
+        few(value);
+    }
+    pid.to_string()
 }
 
 /// A share as a percentage.
@@ -132,8 +151,8 @@ pub(super) fn verdict(analysis: &LoopAnalysis) -> String {
             at(&delay)
         ),
         _ => format!(
-            "Unstable, and proved: {poles}. No gain makes it stable, nor less dead time: it takes another controller (more phase near {} rad/s) or \
-             faster samples.",
+            "Unstable, and proved: {poles}. Neither a hundred times more or less gain nor less dead time makes it stable: it takes another \
+             controller (more phase near {} rad/s) or faster samples.",
             at(&margins.sensitivity)
         ),
     }
