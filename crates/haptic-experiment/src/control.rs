@@ -26,3 +26,6 @@ pub fn sampled(plant: &Plant, sample_time: Seconds) -> Result<SampledPlant, Cont
 fn sampled_for(file: &ControllerFile, plant: &Plant) -> Result<SampledPlant, ControlError> {
     sampled(plant, file.sample_time())
 }
+
+#[cfg(test)]
+mod tests;
