@@ -127,6 +127,11 @@ struct Trial {
     cost: f64,
 }
 
+/// An order as it is tried: to 1e-4, finer than a loop can tell.
+fn rounded(order: f64) -> f64 {
+    libm::round(1e4 * order) / 1e4
+}
+
 impl<'a> Search<'a> {
     /// Of wishes that can be had together.
     fn new(
@@ -173,7 +178,8 @@ impl<'a> Search<'a> {
         })
     }
 
-    fn trial(&self, place: [f64; 3]) -> Option<Trial> {
+    fn trial(&self, [lambda, mu, slope]: [f64; 3]) -> Option<Trial> {
+        let place = [rounded(lambda), rounded(mu), slope];
         let within = |order: &f64| (ORDERS[0]..=ORDERS[1]).contains(order);
         if !place[..2].iter().all(within) {
             return None;

@@ -3,6 +3,7 @@
 #![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
 
 mod analysis;
+mod control;
 mod coupler;
 mod data;
 mod delay;
