@@ -16,6 +16,8 @@ mod error;
 mod identify;
 mod lead;
 #[cfg(feature = "std")]
+mod loaded;
+#[cfg(feature = "std")]
 mod margins;
 mod memory;
 mod notation;
@@ -49,6 +51,8 @@ pub use curves::ControllerParameters;
 pub use error::ControlError;
 #[cfg(feature = "std")]
 pub use identify::{FreeNumber, Identified, Record, identify};
+#[cfg(feature = "std")]
+pub use loaded::{LoadedPlant, SampledLaw, TwoPort};
 #[cfg(feature = "std")]
 pub use margins::{Crossing, Margins};
 pub use memory::{Memory, Rule};

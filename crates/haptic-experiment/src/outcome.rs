@@ -9,8 +9,10 @@ use super::thinned::Thinned;
 use super::track::TOLERANCE;
 use super::warnings::Warnings;
 use crate::curves::{Origin, Quantity, TheoryCurves};
+use crate::drive::{DriveJudge, drive_columns};
 use crate::failure::Failure;
 use crate::folder::Table;
+use haptic_loop::plant::RigDrive;
 
 /// The comparison with the full history begins here, s after contact.
 pub(super) const FROM_S: f64 = 0.01;
@@ -37,6 +39,8 @@ pub(super) struct Judged {
 pub(super) struct Comparison<'a> {
     /// The quantity.
     pub(super) quantity: Quantity,
+    /// Drive of the rig.
+    pub(super) drive: RigDrive,
     /// The comparison with the closed form begins here, s.
     pub(super) from_s: f64,
     /// Text of the picture about the experiment.
@@ -98,9 +102,10 @@ impl Compared {
 }
 
 /// Begins the CSV, under names that say where the force comes from.
-fn table(ran: &Ran, quantity: Quantity) -> Result<Table, Failure> {
+fn table(ran: &Ran, quantity: Quantity, drive: Option<RigDrive>) -> Result<Table, Failure> {
     let word = origin(&ran.record).word();
     let (own_force, own_strain) = (format!("{word}_force_n"), format!("{word}_strain"));
+    let drive = drive.map(drive_columns);
     let mut names = vec![
         "time_s",
         "ideal_position_m",
@@ -113,6 +118,7 @@ fn table(ran: &Ran, quantity: Quantity) -> Result<Table, Failure> {
         Quantity::Force => names.push("closed_form_force_n"),
     }
     names.push("closed_form_error");
+    names.extend(drive.iter().flatten());
     ran.folder.named_table_beside_log("csv", &names)
 }
 
@@ -138,6 +144,7 @@ fn row(quantity: Quantity, sample: &KeptSample, judged: &Judged, error: f64) -> 
 struct Seen {
     compared: Compared,
     curves: Thinned<3>,
+    drive: Option<DriveJudge>,
     last: Option<Judged>,
     /// The table; `None` for a run that was cut short.
     csv: Option<String>,
@@ -146,18 +153,23 @@ struct Seen {
 /// Judges every sample, and writes the table of a run that reached its end.
 fn see(
     comparison: Comparison<'_>,
+    rendering: &Rendering,
     ran: &Ran,
     mut judge: impl FnMut(&KeptSample) -> Judged,
 ) -> Result<Seen, Failure> {
     let Comparison {
-        quantity, from_s, ..
+        quantity,
+        drive: own,
+        from_s,
+        ..
     } = comparison;
     let record = &ran.record;
     let mut compared = Compared::new(quantity, from_s);
     let whole = record.whole.is_some();
     let mut curves = Thinned::new(if whole { WHOLE_MOST } else { 0 });
+    let mut drive = rendering.drive_judge(own, record.samples, whole)?;
     let mut csv = match record.ended.is_none() {
-        true => Some(table(ran, quantity)?),
+        true => Some(table(ran, quantity, drive.is_some().then_some(own))?),
         false => None,
     };
     let mut last = None;
@@ -165,18 +177,22 @@ fn see(
         let judged = judge(sample);
         compared.add(sample, &judged);
         last = Some(judged);
+        let driven = drive.as_mut().map(|drive| drive.add(sample));
         let Some(csv) = &mut csv else {
             return Ok(());
         };
         let (value, closed_form) = (judged.value, judged.closed_form);
         let error = relative_error(value, closed_form);
         curves.add(sample.time_s, [value, closed_form, error]);
-        csv.row(row(quantity, sample, &judged, error))
+        let mut row = row(quantity, sample, &judged, error);
+        row.extend(driven.iter().flatten().copied().map(Some));
+        csv.row(row)
     })?;
     curves.finish();
     Ok(Seen {
         compared,
         curves,
+        drive,
         last,
         csv: csv.map(Table::finish).transpose()?,
     })
@@ -197,9 +213,11 @@ pub(super) fn publish(
     let Seen {
         compared,
         curves,
+        drive,
         last,
         csv,
-    } = see(comparison, ran, judge)?;
+    } = see(comparison, rendering, ran, judge)?;
+    let drive = drive.map(DriveJudge::finish);
     let final_over_theory = last
         .map(|last| last.value / last.closed_form)
         .filter(|ratio| ratio.is_finite());
@@ -208,6 +226,7 @@ pub(super) fn publish(
     let duration_s = record.duration_s();
     warnings.operator(memory_s, duration_s, final_over_theory, quantity.word());
     warnings.limited(record.limited);
+    warnings.drive(drive.as_ref().map(|(report, _)| report));
 
     let finished = csv.is_some();
     if !finished {
@@ -239,9 +258,13 @@ pub(super) fn publish(
             .flatten(),
         precision: rendering.precision_run(),
         contact: rendering.contact,
+        drive: drive.as_ref().map(|(report, _)| report.clone()),
     };
     let origin = origin(record);
-    let curves = finished.then(|| drawn(comparison, rendering, origin, curves));
+    let curves = finished.then(|| TheoryCurves {
+        drive: drive.map(|(_, curves)| curves),
+        ..drawn(comparison, rendering, origin, curves)
+    });
     Ok((report, curves))
 }
 
@@ -265,5 +288,6 @@ fn drawn(
         values,
         closed_form,
         relative_error,
+        drive: None,
     }
 }

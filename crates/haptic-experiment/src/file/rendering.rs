@@ -73,6 +73,7 @@ fn rendering(table: &Table<'_>, duration_s: f64) -> Result<Rendering, FileError>
         precision: table.choice(&p::PRECISION)?,
         sample_time_s,
         contact: table.choice(&p::CONTACT)?,
+        drive: None,
         sensors: sensors(table)?,
         force_limit_n: table.number(&p::FORCE_LIMIT)?,
         force_rate_limit_n_per_s: table.number(&p::FORCE_RATE_LIMIT)?,

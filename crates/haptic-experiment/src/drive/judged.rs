@@ -1,0 +1,139 @@
+//! Judging a drive: how close it kept to its way, and with which force.
+//!
+//! The log has the way and what was measured at each tick; from the two the controller gives the same commands again, bit for bit.
+
+use super::{ControllerHolder, Drive, DriveVerdict, set_point};
+use crate::failure::Failure;
+use crate::kept::{KeptSample, WHOLE_MOST};
+use crate::thinned::Thinned;
+use haptic_loop::plant::{Holder, RigDrive};
+use serde::Serialize;
+
+/// The work of a drive.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DriveReport {
+    /// The controller.
+    pub controller: String,
+    /// `position` in a relaxation, `force` in a creep test: what the controller holds, and the unit of the errors, m or N.
+    pub quantity: &'static str,
+    /// Largest |set point − measurement|, m or N.
+    pub tracking_error_max: f64,
+    /// Root of the mean square of it, m or N.
+    pub tracking_error_rms: f64,
+    /// |set point − measurement| of the last sample, m or N.
+    pub tracking_error_final: f64,
+    /// Largest force on the indenter, N.
+    pub drive_force_peak_n: f64,
+    /// Its limit, N.
+    pub drive_force_limit_n: f64,
+    /// Samples in which the limit acted.
+    pub saturated_samples: u64,
+    /// The verdict before the run.
+    pub preflight: DriveVerdict,
+}
+
+/// Tracking error and force of a drive. The slices belong together point by point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DriveCurves {
+    /// Unit of the error: m, or N in a creep test.
+    pub unit: &'static str,
+    /// Time, s.
+    pub time_s: Vec<f64>,
+    /// Set point − measurement.
+    pub tracking_error: Vec<f64>,
+    /// Force on the indenter, N.
+    pub force_n: Vec<f64>,
+}
+
+/// Columns that a drive adds to the table of a run.
+pub(crate) fn drive_columns(drive: RigDrive) -> [&'static str; 2] {
+    match drive {
+        RigDrive::Position(_) => ["indenter_position_m", "drive_force_n"],
+        RigDrive::Force(_) => ["contact_force_n", "drive_force_n"],
+    }
+}
+
+/// Judges sample by sample.
+pub(crate) struct DriveJudge {
+    drive: RigDrive,
+    holder: ControllerHolder,
+    report: DriveReport,
+    samples: u64,
+    squares: f64,
+    curves: Thinned<2>,
+}
+
+impl DriveJudge {
+    /// Of no sample yet.
+    ///
+    /// # Errors
+    /// A controller that cannot be made.
+    pub(crate) fn new(
+        own: &Drive,
+        drive: RigDrive,
+        sample_time_s: f64,
+        preflight: DriveVerdict,
+        whole: bool,
+    ) -> Result<Self, Failure> {
+        Ok(Self {
+            drive,
+            holder: own.holder(sample_time_s)?,
+            report: DriveReport {
+                controller: own.name.clone(),
+                quantity: match drive {
+                    RigDrive::Position(_) => "position",
+                    RigDrive::Force(_) => "force",
+                },
+                tracking_error_max: 0.0,
+                tracking_error_rms: 0.0,
+                tracking_error_final: 0.0,
+                drive_force_peak_n: 0.0,
+                drive_force_limit_n: own.force_limit_n,
+                saturated_samples: 0,
+                preflight,
+            },
+            samples: 0,
+            squares: 0.0,
+            curves: Thinned::new(if whole { WHOLE_MOST } else { 0 }),
+        })
+    }
+
+    /// Takes a sample in; the values of its columns.
+    pub(crate) fn add(&mut self, sample: &KeptSample) -> [f64; 2] {
+        let set_point = set_point(self.drive, sample.time_s);
+        let measured = match self.drive {
+            RigDrive::Position(_) => sample.indenter_position_m,
+            RigDrive::Force(_) => sample.contact_force_n,
+        };
+        let force = self.holder.force(set_point, measured);
+        let error = set_point - measured;
+        let report = &mut self.report;
+        report.tracking_error_max = report.tracking_error_max.max(error.abs());
+        report.tracking_error_final = error.abs();
+        report.drive_force_peak_n = report.drive_force_peak_n.max(force.abs());
+        report.saturated_samples += u64::from(self.holder.limited);
+        self.samples += 1;
+        self.squares += error * error;
+        self.curves.add(sample.time_s, [error, force]);
+        [measured, force]
+    }
+
+    /// The report and the curves.
+    pub(crate) fn finish(mut self) -> (DriveReport, DriveCurves) {
+        self.curves.finish();
+        if self.samples > 0 {
+            self.report.tracking_error_rms = (self.squares / self.samples as f64).sqrt();
+        }
+        let [tracking_error, force_n] = self.curves.curves;
+        let curves = DriveCurves {
+            unit: match self.drive {
+                RigDrive::Position(_) => "m",
+                RigDrive::Force(_) => "N",
+            },
+            time_s: self.curves.time_s,
+            tracking_error,
+            force_n,
+        };
+        (self.report, curves)
+    }
+}
