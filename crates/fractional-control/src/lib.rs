@@ -12,6 +12,7 @@ mod curves;
 #[cfg(feature = "std")]
 mod enclosure;
 mod error;
+mod function_controller;
 #[cfg(feature = "std")]
 mod identify;
 mod lead;
@@ -49,6 +50,7 @@ pub use controller::{Actuator, Controller, Mode, Station};
 #[cfg(feature = "std")]
 pub use curves::ControllerParameters;
 pub use error::ControlError;
+pub use function_controller::{FunctionController, FunctionHistory};
 #[cfg(feature = "std")]
 pub use identify::{FreeNumber, Identified, Record, identify};
 #[cfg(feature = "std")]

@@ -15,7 +15,7 @@
 mod coupler;
 mod device;
 mod pushed;
-mod reader;
+pub(crate) mod reader;
 mod rendering;
 mod safety;
 #[cfg(test)]
@@ -70,7 +70,8 @@ impl ExperimentFile {
     /// # Errors
     /// If it cannot be read or is wrong: in one line, with file and line.
     pub fn read(path: &Path) -> Result<Self, FileError> {
-        let text = read_text(path).map_err(|error| FileError::unreadable(path, &error))?;
+        let text = read_text(path)
+            .map_err(|error| FileError::unreadable(path, "the experiment file", &error))?;
         Self::parse(path, &text)
     }
 

@@ -3,6 +3,7 @@
 
 #[cfg(test)]
 mod bounded_tests;
+pub mod controller_file;
 pub mod coupler;
 pub mod creep;
 pub mod curves;
