@@ -11,10 +11,10 @@ mod judged;
 mod preflight;
 mod rig;
 
+use crate::controller_file::{ControllerFile, FileError};
 use crate::failure::Failure;
 use crate::parameters;
-use fracdiff::Seconds;
-use fractional_control::{Actuator, ControlError, ControllerParameters, Memory, SetPoint};
+use fractional_control::ControlError;
 use haptic_loop::plant::RigDrive;
 pub(crate) use holder::ControllerHolder;
 pub use judged::{DriveCurves, DriveReport};
@@ -23,22 +23,25 @@ pub(crate) use preflight::TissueLaw;
 pub use preflight::{DriveVerdict, LoopVerdict};
 pub(crate) use rig::SimulatedRig;
 use std::collections::BTreeMap;
+use std::path::Path;
 
 /// A controller for the indenter, and the largest force of its motor.
 ///
 /// ```
-/// use fractional_control::{Memory, PidParameters, Rule, SetPoint};
 /// use haptic_experiment::{Drive, ModelledTissue, Relaxation, Rendering};
 /// use std::ops::ControlFlow;
+/// use std::path::Path;
 ///
-/// let gains: PidParameters = "900+9000/s^0.9+25s^0.9".parse()?;
-/// let drive = Drive {
-///     name: "my own".to_owned(),
-///     controller: gains.into(),
-///     set_point: SetPoint::DEFAULT,
-///     memory: Memory::new(Rule::Grunwald, 1e-6, 200.0)?,
-///     force_limit_n: 10.0,
-/// };
+/// let text = "
+///     [pid]
+///     proportional_gain = 900
+///     integral_gain_per_s_lambda = 9000
+///     integral_order = 0.9
+///     derivative_gain_s_mu = 25
+///     derivative_order = 0.9
+///     [loop]
+///     sample_time_s = 0.001";
+/// let drive = Drive::parse(Path::new("my-own.toml"), text)?;
 /// let tissue = haptic_tissue::Library::load(None)?.find("prostate-cancerous")?;
 /// let rendering = Rendering { drive: Some(drive), ..Rendering::new(ModelledTissue::new(tissue)?)? };
 /// let relaxation = Relaxation { duration_s: 2.0, ..Relaxation::of(rendering) };
@@ -52,41 +55,72 @@ use std::collections::BTreeMap;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drive {
-    /// Its name in logs and reports, as the path of its file.
+    /// Its name in logs and reports: the path of its file.
     pub name: String,
-    /// Kind, gains and orders: from m, or N in a creep test, to N.
-    pub controller: ControllerParameters,
-    /// Set-point weights, of a PID.
-    pub set_point: SetPoint,
-    /// Rule, tolerance and horizon of its powers.
-    pub memory: Memory,
-    /// Largest force on the indenter, N, above 0.
+    /// The controller: from m, or N in a creep test, to N.
+    pub controller: ControllerFile,
+    /// Largest force on the indenter, N, above 0. The limits of the controller hold beside it.
     pub force_limit_n: f64,
 }
 
 impl Drive {
-    /// The controller at rest, at this sample time.
+    /// Reads a controller file.
     ///
     /// # Errors
-    /// A force limit that is not above 0, a controller that cannot be made.
-    pub(crate) fn holder(&self, sample_time_s: f64) -> Result<ControllerHolder, Failure> {
+    /// If it cannot be read or is wrong: in one line, with file and line.
+    pub fn read(path: &Path) -> Result<Self, FileError> {
+        ControllerFile::read(path).map(|controller| Self::of(path, controller))
+    }
+
+    /// Reads the text of a controller file; `path` is its name.
+    ///
+    /// # Errors
+    /// If it is wrong: in one line, with file and line.
+    pub fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
+        ControllerFile::parse(path, text).map(|controller| Self::of(path, controller))
+    }
+
+    fn of(path: &Path, controller: ControllerFile) -> Self {
+        Self {
+            name: path.display().to_string(),
+            controller,
+            force_limit_n: parameters::DRIVE_FORCE_LIMIT.default_number(),
+        }
+    }
+
+    /// The controller within the limits of its motor, if it is made for this sample time.
+    fn limited(&self, sample_time_s: f64) -> Result<ControllerFile, Failure> {
         let limit = self.force_limit_n;
         if !parameters::DRIVE_FORCE_LIMIT.range().contains(limit) {
             return Err(Failure::bad_input(format_args!(
                 "drive force limit {limit} N is not above 0 N: change `drive_force_limit_n`"
             )));
         }
-        let actuator = Actuator::new(-limit, limit);
-        let made = actuator.and_then(|actuator| {
-            ControllerHolder::new(
-                &self.controller,
-                self.set_point,
-                actuator,
-                self.memory,
-                Seconds(sample_time_s),
-            )
-        });
-        made.map_err(|error| self.refused(&error))
+        let own = self.controller.sample_time_s;
+        if (own / sample_time_s - 1.0).abs() > 1e-9 {
+            return Err(Failure::bad_input(format_args!(
+                "drive {}: the controller is made for a sample time of {own} s, the experiment has {sample_time_s} s: \
+                 change `sample_time_s`, or take a `controller` made for it",
+                self.name
+            )));
+        }
+        let within = |own: Option<f64>, end: f64| own.map_or(end, |own| own.clamp(-limit, limit));
+        let limited = ControllerFile {
+            output_low: Some(within(self.controller.output_low, -limit)),
+            output_high: Some(within(self.controller.output_high, limit)),
+            ..self.controller.clone()
+        };
+        limited.check().map_err(|error| self.refused(&error))?;
+        Ok(limited)
+    }
+
+    /// The controller at rest, at this sample time.
+    ///
+    /// # Errors
+    /// A force limit that is not above 0, a controller that cannot be made or is made for another sample time.
+    pub(crate) fn holder(&self, sample_time_s: f64) -> Result<ControllerHolder, Failure> {
+        let limited = self.limited(sample_time_s)?;
+        ControllerHolder::new(&limited).map_err(|error| self.refused(&error))
     }
 
     fn refused(&self, error: &ControlError) -> Failure {
@@ -97,62 +131,13 @@ impl Drive {
     pub(crate) fn describe(&self, metadata: &mut BTreeMap<String, String>) {
         for (key, value) in [
             ("controller", self.name.clone()),
+            ("law", self.controller.law_in_words()),
+            ("file", self.controller.to_toml()),
             ("force_limit_n", self.force_limit_n.to_string()),
-            ("rule", format!("{:?}", self.memory.rule()).to_lowercase()),
         ] {
             metadata.insert(format!("drive.{key}"), value);
         }
-        for (key, value) in numbers(&self.controller) {
-            metadata.insert(format!("drive.{key}"), value);
-        }
     }
-}
-
-/// Kind and numbers of a controller.
-fn numbers(controller: &ControllerParameters) -> Vec<(&'static str, String)> {
-    let (kind, values): (&str, Vec<(&str, f64)>) = match controller {
-        ControllerParameters::Pid(own) => (
-            "pid",
-            vec![
-                ("proportional", own.proportional),
-                ("integral", own.integral),
-                ("integral_order", own.integral_order),
-                ("derivative", own.derivative),
-                ("derivative_order", own.derivative_order),
-            ],
-        ),
-        ControllerParameters::Tid(own) => (
-            "tid",
-            vec![
-                ("tilt", own.tilt),
-                ("tilt_divisor", own.tilt_divisor),
-                ("integral", own.integral),
-                ("derivative", own.derivative),
-            ],
-        ),
-        ControllerParameters::Crone(own) => (
-            "crone",
-            vec![
-                ("gain", own.gain),
-                ("order", own.order),
-                ("low_rad_s", own.low_rad_s),
-                ("high_rad_s", own.high_rad_s),
-            ],
-        ),
-        ControllerParameters::LeadLag(own) => (
-            "lead-lag",
-            vec![
-                ("gain", own.gain),
-                ("order", own.order),
-                ("lambda_s", own.lambda_s),
-                ("x", own.x),
-            ],
-        ),
-        _ => ("other", Vec::new()),
-    };
-    let mut all = vec![("kind", kind.to_owned())];
-    all.extend(values.into_iter().map(|(key, value)| (key, value.to_string())));
-    all
 }
 
 /// The set point of a tick: m, or N in a creep test.

@@ -1,8 +1,8 @@
 //! A controller holds the indenter: how close it keeps to its way, the tissue judged over the motion that was made, the verdict before.
 
 use fracdiff::Seconds;
-use fractional_control::tuning::{Sampling, Specification, tune};
-use fractional_control::{Memory, PidParameters, Rule, SetPoint};
+use fractional_control::PidParameters;
+use haptic_experiment::controller_file::ControllerFile;
 use haptic_experiment::folder::FolderRequest;
 use haptic_experiment::{
     Contact, Creep, Drive, Failure, ModelledTissue, Relaxation, Rendering, Report, Supervisor,
@@ -12,27 +12,32 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-/// Free, the indenter is 65 g on 3.5 N·s/m; in contact with the renderer twice that: between the two lie 6 dB.
-const INDENTER: &str = "1/(0.092s^2+4.95s)";
+/// Tuned for 1/(0.092s²+4.95s): free, the indenter is 65 g on 3.5 N·s/m; in contact with the renderer twice that; between the two lie
+/// 6 dB. 200 rad/s, 60°, flat, 0.003 of a disturbance at 3 rad/s.
+const STIFF: PidParameters = PidParameters {
+    proportional: 2085.25,
+    integral: 68_324.0,
+    integral_order: 1.834,
+    derivative: 15.652,
+    derivative_order: 0.9906,
+};
 
-fn iso_damped() -> PidParameters {
-    let sampling = Sampling {
-        sample_time: Seconds(1e-3),
-        rule: Rule::Grunwald,
-    };
-    let wishes = Specification::new(100.0, 60_f64.to_radians());
-    let plant = INDENTER.parse().expect("a plant");
-    let tuned = tune(&plant, Some(sampling), &wishes).expect("tuned");
-    println!("{:?}", tuned.parameters);
-    tuned.parameters
-}
+/// The same for 100 rad/s and no wish about disturbances: so soft that it does not lose contact.
+const SOFT: PidParameters = PidParameters {
+    proportional: 48.96,
+    integral: 1798.8,
+    integral_order: 0.2551,
+    derivative: 21.524,
+    derivative_order: 0.8,
+};
 
 fn drive(gains: PidParameters) -> Drive {
     Drive {
         name: "test.toml".to_owned(),
-        controller: gains.into(),
-        set_point: SetPoint::DEFAULT,
-        memory: Memory::new(Rule::Grunwald, 1e-6, 200.0).expect("200 s"),
+        controller: ControllerFile {
+            scheme: "full".parse().expect("a scheme"),
+            ..ControllerFile::new(gains, Seconds(1e-3))
+        },
         force_limit_n: 10.0,
     }
 }
@@ -91,15 +96,14 @@ fn wandering(relaxation: &Relaxation) -> f64 {
 #[test]
 fn the_indenter_is_held_on_its_way_and_the_tissue_is_that_of_the_motion_really_made() {
     let folder = tempfile::tempdir().expect("a folder");
-    let gains = iso_damped();
-    let report = run(&folder.path().join("held"), &relaxation(drive(gains), 5.0)).expect("runs");
+    let report = run(&folder.path().join("held"), &relaxation(drive(STIFF), 5.0)).expect("runs");
     let held = report.drive.as_ref().expect("a drive");
     println!("{held:?}");
     assert_eq!((held.controller.as_str(), held.quantity), ("test.toml", "position"));
     assert!(held.preflight.stable());
     // 1 mm in 0.5 s; what a ramp leaves fades on the hold.
-    assert!(held.tracking_error_max < 5e-5, "{}", held.tracking_error_max);
-    assert!(held.tracking_error_final < 2e-6, "{}", held.tracking_error_final);
+    assert!(held.tracking_error_max < 1e-4, "{}", held.tracking_error_max);
+    assert!(held.tracking_error_final < 5e-6, "{}", held.tracking_error_final);
     assert!(held.tracking_error_rms < held.tracking_error_max);
     assert_eq!(held.saturated_samples, 0);
     // At rest the drive carries the tissue: mean force of the tissue is that of its motor.
@@ -119,7 +123,7 @@ fn the_indenter_is_held_on_its_way_and_the_tissue_is_that_of_the_motion_really_m
 
 #[test]
 fn the_verdict_before_the_run_is_what_the_run_shows_at_either_side_of_the_edge() {
-    let gains = iso_damped();
+    let gains = SOFT;
     let times = |factor: f64| {
         drive(PidParameters {
             proportional: factor * gains.proportional,
@@ -214,7 +218,7 @@ fn a_push_is_held_too_its_force_measured_between_the_actuators() {
 
 #[test]
 fn a_drive_that_cannot_act_is_refused_with_the_remedy() {
-    let gains = iso_damped();
+    let gains = STIFF;
     let refused = |change: &dyn Fn(&mut Rendering)| {
         let mut own = relaxation(drive(gains), 2.0);
         change(&mut own.rendering);
@@ -231,7 +235,7 @@ fn a_drive_that_cannot_act_is_refused_with_the_remedy() {
     assert!(weak.contains("`drive_force_limit_n`"), "{weak}");
     let mad = refused(&|rendering| {
         if let Some(drive) = &mut rendering.drive {
-            drive.controller = PidParameters {
+            drive.controller.law = PidParameters {
                 integral_order: 3.0,
                 integral: 1.0,
                 ..PidParameters::NONE
@@ -240,4 +244,6 @@ fn a_drive_that_cannot_act_is_refused_with_the_remedy() {
         }
     });
     assert!(mad.contains("test.toml") && mad.contains("order of the integral"), "{mad}");
+    let slow = refused(&|rendering| rendering.sample_time_s = 2e-3);
+    assert!(slow.contains("made for a sample time of 0.001 s"), "{slow}");
 }

@@ -15,6 +15,7 @@ const OPTIONS: &[(&str, &str)] = &[
     ("columns", "--columns"),
     ("contact", "--contact"),
     ("current_lag_s", "--current-lag"),
+    ("controller", "--drive"),
     ("damping_n_s_per_m", "--damping"),
     ("delay_s", "--delay"),
     ("device", "--device"),
@@ -24,6 +25,7 @@ const OPTIONS: &[(&str, &str)] = &[
     ("device_lag_s", "--device-lag"),
     ("device_mass_kg", "--device-mass"),
     ("device_noise_m", "--device-noise"),
+    ("drive_force_limit_n", "--drive-force-limit"),
     ("duration_s", "--duration"),
     ("encoder_resolution_m", "--encoder-resolution"),
     ("force_limit_n", "--force-limit"),
@@ -146,9 +148,11 @@ mod tests {
         use crate::quantity::{
             Area, Damping, Force, ForceRate, Length, Mass, Stiffness, Strain, Stress, Time,
         };
-        use haptic_experiment::parameters::{CREEP, RELAX, RENDERING, Value, WALL, WALL_REQUIRED};
+        use haptic_experiment::parameters::{
+            CREEP, DRIVE, RELAX, RENDERING, Value, WALL, WALL_REQUIRED,
+        };
         let mut numbers = 0;
-        for parameter in [RELAX, CREEP, RENDERING, WALL_REQUIRED, WALL].concat() {
+        for parameter in [RELAX, CREEP, RENDERING, DRIVE, WALL_REQUIRED, WALL].concat() {
             let (Value::Number(Some(default), _), false) =
                 (parameter.value, parameter.shown.is_empty())
             else {

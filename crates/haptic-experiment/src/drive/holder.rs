@@ -1,9 +1,9 @@
 //! Any controller of `fractional-control` as the holder of the indenter.
 
-use fracdiff::Seconds;
+use crate::controller_file::ControllerFile;
 use fractional_control::{
-    Actuator, ControlError, Controller, ControllerParameters, Crone, FractionalPid, LeadLag, MODES,
-    Memory, SetPoint, Tid,
+    ControlError, Controller, ControllerParameters, Crone, FractionalPid, FunctionController,
+    LeadLag, MODES, Tid,
 };
 use haptic_loop::plant::Holder;
 
@@ -21,6 +21,7 @@ enum Kind {
     Tid(Box<Running<Tid<f64, MODES>>>),
     Crone(Box<Running<Crone<f64, MODES>>>),
     LeadLag(Box<Running<LeadLag<f64, MODES>>>),
+    Function(Box<Running<FunctionController<f64, MODES>>>),
 }
 
 #[derive(Clone, Debug)]
@@ -52,33 +53,29 @@ impl<C: Controller<f64>> Running<C> {
 }
 
 impl ControllerHolder {
-    pub(super) fn new(
-        parameters: &ControllerParameters,
-        set_point: SetPoint,
-        actuator: Actuator,
-        memory: Memory,
-        t: Seconds,
-    ) -> Result<Self, ControlError> {
-        let running = match *parameters {
+    /// The controller of a file that was checked.
+    pub(super) fn new(file: &ControllerFile) -> Result<Self, ControlError> {
+        let (actuator, memory, t) = (file.actuator()?, file.memory()?, file.sample_time());
+        let weights = file.set_point;
+        let running = match &file.law {
             ControllerParameters::Pid(own) => Kind::Pid(Running::boxed(FractionalPid::new(
-                own, set_point, actuator, memory, t,
+                *own, weights, actuator, memory, t,
             )?)),
             ControllerParameters::Tid(own) => {
-                let weight = set_point.derivative;
-                Kind::Tid(Running::boxed(Tid::new(own, weight, actuator, memory, t)?))
+                let tid = Tid::new(*own, weights.derivative, actuator, memory, t)?;
+                Kind::Tid(Running::boxed(tid))
             }
             ControllerParameters::Crone(own) => {
-                Kind::Crone(Running::boxed(Crone::new(own, actuator, memory, t)?))
+                Kind::Crone(Running::boxed(Crone::new(*own, actuator, memory, t)?))
             }
             ControllerParameters::LeadLag(own) => {
-                Kind::LeadLag(Running::boxed(LeadLag::new(own, actuator, memory, t)?))
+                Kind::LeadLag(Running::boxed(LeadLag::new(*own, actuator, memory, t)?))
             }
-            _ => {
-                return Err(ControlError::NotFound {
-                    what: "a way to run this kind of controller",
-                    why: "take a PID, TID, CRONE or lead–lag",
-                });
+            ControllerParameters::Function(own) => {
+                let function = FunctionController::new(own, actuator, memory, t)?;
+                Kind::Function(Running::boxed(function))
             }
+            _ => return Err(ControlError::Empty { what: "controller" }),
         };
         Ok(Self {
             running,
@@ -94,6 +91,7 @@ impl Holder for ControllerHolder {
             Kind::Tid(own) => own.step(set_point, measured),
             Kind::Crone(own) => own.step(set_point, measured),
             Kind::LeadLag(own) => own.step(set_point, measured),
+            Kind::Function(own) => own.step(set_point, measured),
         };
         self.limited = limited;
         command
@@ -105,6 +103,7 @@ impl Holder for ControllerHolder {
             Kind::Tid(own) => own.reset(),
             Kind::Crone(own) => own.reset(),
             Kind::LeadLag(own) => own.reset(),
+            Kind::Function(own) => own.reset(),
         }
         self.limited = false;
     }

@@ -201,8 +201,9 @@ impl Drive {
             RigDrive::Force(_) => tissue.held(),
         });
         let plant = LoadedPlant::new(&port, tissue, rig.sample_time);
+        let law = self.controller.law;
         let closed = plant
-            .and_then(|plant| SampledLoop::loaded(self.controller, self.memory, &plant))
+            .and_then(|plant| SampledLoop::loaded(law, self.controller.memory()?, &plant))
             .map_err(|error| self.refused(&error))?;
         Ok(DriveVerdict {
             free,
@@ -219,8 +220,9 @@ impl Drive {
             RowDVector::from_row_slice(&[1.0, 0.0]),
         )?;
         let plant = Plant::state_space(indenter, 0.0)?;
-        let plant = SampledPlant::new(&plant, self.memory, rig.sample_time)?;
-        SampledLoop::new(self.controller, self.memory, &plant)
+        let memory = self.controller.memory()?;
+        self.controller
+            .closed_with(&SampledPlant::new(&plant, memory, rig.sample_time)?)
     }
 }
 
