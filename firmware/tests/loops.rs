@@ -24,8 +24,7 @@ pub(crate) fn pid<F: Real>(rule: Rule, tolerance: f64) -> FractionalPid<F, 48> {
     };
     let memory = Memory::new(rule, tolerance, 200.0).expect("200 s");
     let actuator = Actuator::new(-2.0, 2.0).expect("limits");
-    FractionalPid::new(gains, SetPoint::DEFAULT, actuator, memory, T)
-        .expect("48 modes are enough")
+    FractionalPid::new(gains, SetPoint::DEFAULT, actuator, memory, T).expect("48 modes are enough")
 }
 
 /// The set point of tick n, m.

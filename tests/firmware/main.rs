@@ -115,7 +115,11 @@ fn a_tick_takes_the_instructions_of_the_table() {
     let Some(images) = built() else { return };
     let mut have = told(&images.run(Image::Instructions));
     let controllers = told(&images.run(Image::Controllers));
-    have.extend(controllers.into_iter().filter(|(name, _)| name.starts_with(CONTROLLER)));
+    have.extend(
+        controllers
+            .into_iter()
+            .filter(|(name, _)| name.starts_with(CONTROLLER)),
+    );
     let counts = tables::check_instructions(&have);
     for (name, count) in counts {
         println!(

@@ -108,10 +108,7 @@ impl LoadedPlant {
     ) -> Result<Self, ControlError> {
         sample_time.rate_to_the(fracdiff::Order::new(0.0)?)?;
         let (moved, inverse) = port.checked()?;
-        let pairs = [
-            (&port.measured, &port.command),
-            (&port.felt, &port.load),
-        ];
+        let pairs = [(&port.measured, &port.command), (&port.felt, &port.load)];
         let (denominator, numerators) = in_v(&moved, &inverse, &pairs);
         let [free, felt] = &numerators[..] else {
             return Err(nothing_felt(0.0));

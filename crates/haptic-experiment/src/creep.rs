@@ -100,8 +100,7 @@ impl Creep {
     pub fn drive_verdict(&self) -> Result<Option<DriveVerdict>, Failure> {
         let push = self.rendering.specimen.force(Pascals(self.stress_pa));
         let samples = self.check()?;
-        self.rendering
-            .drive_verdict(RigDrive::Force(push), samples)
+        self.rendering.drive_verdict(RigDrive::Force(push), samples)
     }
 
     /// Judges a run; the CSV goes beside its log.

@@ -99,11 +99,22 @@ fn the_indenter_is_held_on_its_way_and_the_tissue_is_that_of_the_motion_really_m
     let report = run(&folder.path().join("held"), &relaxation(drive(STIFF), 5.0)).expect("runs");
     let held = report.drive.as_ref().expect("a drive");
     println!("{held:?}");
-    assert_eq!((held.controller.as_str(), held.quantity), ("test.toml", "position"));
+    assert_eq!(
+        (held.controller.as_str(), held.quantity),
+        ("test.toml", "position")
+    );
     assert!(held.preflight.stable());
     // 1 mm in 0.5 s; what a ramp leaves fades on the hold.
-    assert!(held.tracking_error_max < 1e-4, "{}", held.tracking_error_max);
-    assert!(held.tracking_error_final < 5e-6, "{}", held.tracking_error_final);
+    assert!(
+        held.tracking_error_max < 1e-4,
+        "{}",
+        held.tracking_error_max
+    );
+    assert!(
+        held.tracking_error_final < 5e-6,
+        "{}",
+        held.tracking_error_final
+    );
     assert!(held.tracking_error_rms < held.tracking_error_max);
     assert_eq!(held.saturated_samples, 0);
     // At rest the drive carries the tissue: mean force of the tissue is that of its motor.
@@ -113,12 +124,20 @@ fn the_indenter_is_held_on_its_way_and_the_tissue_is_that_of_the_motion_really_m
     let error = report.errors.max_relative_error.expect("compared");
     assert!(error < 1e-5, "{error}");
     let log = std::fs::read(&report.run.log).expect("a log");
-    for key in ["drive.controller", "test.toml", "drive.preflight.in_contact.stable"] {
+    for key in [
+        "drive.controller",
+        "test.toml",
+        "drive.preflight.in_contact.stable",
+    ] {
         let there = log.windows(key.len()).any(|bytes| bytes == key.as_bytes());
         assert!(there, "{key}");
     }
     let csv = std::fs::read_to_string(report.run.csv.as_ref().expect("a table")).expect("text");
-    assert!(csv.lines().next().is_some_and(|names| names.ends_with("indenter_position_m,drive_force_n")));
+    assert!(
+        csv.lines()
+            .next()
+            .is_some_and(|names| names.ends_with("indenter_position_m,drive_force_n"))
+    );
 }
 
 #[test]
@@ -155,10 +174,7 @@ fn the_verdict_before_the_run_is_what_the_run_shows_at_either_side_of_the_edge()
         let (below, above) = (free(0.97 * edge), free(1.03 * edge));
         assert!(verdict(below.clone()).in_contact.stable, "{tissue}");
         assert!(!verdict(above.clone()).in_contact.stable, "{tissue}");
-        let (quiet, loud) = (
-            wandering(&relaxation(below)),
-            wandering(&relaxation(above)),
-        );
+        let (quiet, loud) = (wandering(&relaxation(below)), wandering(&relaxation(above)));
         println!("{tissue}: edge {edge}, below {quiet:.1e} m, above {loud:.1e} m");
         assert!(quiet < 1e-4, "{tissue}: {quiet}");
         assert!(loud > 1e-3, "{tissue}: {loud}");
@@ -184,9 +200,24 @@ fn an_unstable_drive_is_refused_before_a_file_is_made_unless_it_is_forced() {
     own.rendering.preflight.force_unstable = true;
     let report = run(&place, &own).expect("runs all the same");
     let held = report.drive.expect("a drive");
-    assert!(!held.preflight.stable() && held.saturated_samples > 100, "{held:?}");
-    assert!(report.run.warnings.iter().any(|text| text.contains("limit of 10 N")));
-    assert!(report.run.warnings.iter().any(|text| text.contains("unstable")));
+    assert!(
+        !held.preflight.stable() && held.saturated_samples > 100,
+        "{held:?}"
+    );
+    assert!(
+        report
+            .run
+            .warnings
+            .iter()
+            .any(|text| text.contains("limit of 10 N"))
+    );
+    assert!(
+        report
+            .run
+            .warnings
+            .iter()
+            .any(|text| text.contains("unstable"))
+    );
 }
 
 #[test]
@@ -203,7 +234,11 @@ fn a_push_is_held_too_its_force_measured_between_the_actuators() {
         duration_s: 3.0,
     };
     let verdict = creep.drive_verdict().expect("judged").expect("a drive");
-    assert!(verdict.free.is_none() && verdict.stable(), "{}", verdict.line());
+    assert!(
+        verdict.free.is_none() && verdict.stable(),
+        "{}",
+        verdict.line()
+    );
     let (mut force, mut depth) = (0.0, 0.0);
     creep
         .simulate(&mut |sample| {
@@ -243,7 +278,10 @@ fn a_drive_that_cannot_act_is_refused_with_the_remedy() {
             .into();
         }
     });
-    assert!(mad.contains("test.toml") && mad.contains("order of the integral"), "{mad}");
+    assert!(
+        mad.contains("test.toml") && mad.contains("order of the integral"),
+        "{mad}"
+    );
     let slow = refused(&|rendering| rendering.sample_time_s = 2e-3);
     assert!(slow.contains("made for a sample time of 0.001 s"), "{slow}");
 }

@@ -57,8 +57,7 @@ fn held(drive: RigDrive, gain: f64, bias: f64) -> HeldRig<Proportional> {
 #[test]
 fn a_constant_force_is_the_constant_push_bit_for_bit() {
     let mut own = held(ramp(), 0.0, 0.3);
-    let mut pushed =
-        IndentationRig::new(config(RigDrive::Force(Newtons(0.3)))).expect("valid");
+    let mut pushed = IndentationRig::new(config(RigDrive::Force(Newtons(0.3)))).expect("valid");
     for _ in 0..500 {
         let (here, there) = (
             Device::<f64, 1>::read(&mut own).expect("never fails"),

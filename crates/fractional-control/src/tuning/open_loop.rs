@@ -182,9 +182,7 @@ impl OpenLoop {
             overshoot_spread: self.overshoot_spread(&open),
             margin_spread_rad: self.margin_spread(&open, wishes.phase_margin_rad),
             stable: self.is_stable(&open, 1.0),
-            stable_over_gains: super::GAINS
-                .iter()
-                .all(|gain| self.is_stable(&open, *gain)),
+            stable_over_gains: super::GAINS.iter().all(|gain| self.is_stable(&open, *gain)),
         }
     }
 

@@ -159,7 +159,10 @@ fn nobody_can(text: &str, plant: &Plant, sampling: Option<Sampling>, wishes: &Sp
     let integer = tune_integer(plant, sampling, wishes).expect("tuned");
     let ((own, stable), (theirs, _)) = (spread(&best, plant, t), spread(&integer, plant, t));
     println!("{text}: {own:.3} at best, PID {theirs:.3}");
-    assert!(stable && own > theirs / 3.0, "{text}: {own} against {theirs}");
+    assert!(
+        stable && own > theirs / 3.0,
+        "{text}: {own} against {theirs}"
+    );
     // The tuner says so.
     assert!(best.measures.overshoot_spread > 0.03, "{text}");
 }

@@ -137,3 +137,73 @@ impl DriveJudge {
         (self.report, curves)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::preflight::LoopVerdict;
+    use super::*;
+    use crate::controller_file::ControllerFile;
+    use crate::simulate::Instrumented;
+    use fracdiff::Seconds;
+    use fractional_control::PidParameters;
+    use haptic_loop::Device;
+    use haptic_loop::plant::{HeldRig, RampHold, RigConfig, RigContact};
+    use haptic_loop::units::{Metres, Newtons};
+    use nalgebra::Vector1;
+
+    #[test]
+    fn the_commands_that_are_judged_are_those_that_were_given_bit_for_bit() {
+        let t = 1e-3;
+        let gains: PidParameters = "900+9000/s^0.9+25s^0.9".parse().expect("a controller");
+        let own = Drive {
+            name: "own".to_owned(),
+            controller: ControllerFile::new(gains, Seconds(t)),
+            force_limit_n: 0.2,
+        };
+        let stable = LoopVerdict {
+            stable: true,
+            phase_margin_rad: None,
+            crossover_rad_s: None,
+            gain_margin: None,
+            delay_margin_s: None,
+        };
+        let verdict = DriveVerdict {
+            free: None,
+            in_contact: stable,
+        };
+        let ramp = RampHold::new(Metres(1e-3), Seconds(0.05)).expect("a ramp");
+        for drive in [RigDrive::Position(ramp), RigDrive::Force(Newtons(0.1))] {
+            let config = RigConfig::new(drive, RigContact::COMPLIANT, Seconds(t));
+            let holder = own.holder(t).expect("a controller");
+            let rig = Box::new(HeldRig::new(config, holder).expect("a rig"));
+            let mut rig = super::super::SimulatedRig::Held(rig);
+            let mut judge = DriveJudge::new(&own, drive, t, verdict, true).expect("a judge");
+            let mut peak: f64 = 0.0;
+            for tick in 0..500 {
+                let seen = rig.observe();
+                let reading = Device::<f64, 1>::read(&mut rig).expect("never fails");
+                let force_n = -300.0 * reading.position_m[0];
+                rig.write(testkit::device::safe(Vector1::new(force_n)))
+                    .expect("never fails");
+                let [_, judged] = judge.add(&KeptSample {
+                    tick,
+                    time_s: reading.time_s,
+                    position_m: reading.position_m[0],
+                    force_n,
+                    indenter_position_m: seen.indenter_position_m,
+                    contact_force_n: seen.contact_force_n,
+                });
+                let super::super::SimulatedRig::Held(held) = &rig else {
+                    unreachable!()
+                };
+                assert_eq!(judged.to_bits(), held.drive_force().to_bits(), "{tick}");
+                peak = peak.max(judged.abs());
+            }
+            let (report, curves) = judge.finish();
+            assert_eq!(report.drive_force_peak_n.to_bits(), peak.to_bits());
+            assert_eq!(curves.time_s.len(), 500);
+            // The ramp is steep: both limits act at first.
+            assert_eq!(report.saturated_samples > 0, report.quantity == "position");
+        }
+    }
+}

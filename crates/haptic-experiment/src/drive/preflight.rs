@@ -187,7 +187,11 @@ impl Drive {
     ///
     /// # Errors
     /// A controller or rig that the analysis does not take.
-    pub(crate) fn verdict(&self, rig: &RigConfig, tissue: TissueLaw) -> Result<DriveVerdict, Failure> {
+    pub(crate) fn verdict(
+        &self,
+        rig: &RigConfig,
+        tissue: TissueLaw,
+    ) -> Result<DriveVerdict, Failure> {
         let free = match rig.drive {
             RigDrive::Position(_) => {
                 let free = self.free(rig).map_err(|error| self.refused(&error))?;

@@ -24,10 +24,7 @@ fn drive(table: &Table<'_>) -> Result<Drive, FileError> {
     })
 }
 
-pub(super) fn relax(
-    table: &Table<'_>,
-    drive: Option<&Table<'_>>,
-) -> Result<Relaxation, FileError> {
+pub(super) fn relax(table: &Table<'_>, drive: Option<&Table<'_>>) -> Result<Relaxation, FileError> {
     let duration_s = table.number(&p::RELAX_DURATION)?;
     let ramp_time_s = table.number(&p::RAMP_TIME)?;
     if ramp_time_s >= duration_s {
@@ -42,10 +39,7 @@ pub(super) fn relax(
     })
 }
 
-pub(super) fn creep(
-    table: &Table<'_>,
-    drive: Option<&Table<'_>>,
-) -> Result<Creep, FileError> {
+pub(super) fn creep(table: &Table<'_>, drive: Option<&Table<'_>>) -> Result<Creep, FileError> {
     let duration_s = table.number(&p::CREEP_DURATION)?;
     Ok(Creep {
         stress_pa: table.number(&p::STRESS)?,

@@ -250,9 +250,10 @@ impl Rendering {
         whole: bool,
     ) -> Result<Option<DriveJudge>, Failure> {
         let verdict = self.drive_verdict(drive, samples)?;
-        let judge = self.drive.as_ref().zip(verdict).map(|(own, verdict)| {
-            DriveJudge::new(own, drive, self.sample_time_s, verdict, whole)
-        });
+        let judge =
+            self.drive.as_ref().zip(verdict).map(|(own, verdict)| {
+                DriveJudge::new(own, drive, self.sample_time_s, verdict, whole)
+            });
         judge.transpose()
     }
 

@@ -17,8 +17,8 @@ use clap::Args;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::folder::FolderRequest;
 use haptic_experiment::parameters::{
-    COUPLER, COUPLER_REQUIRED, CREEP, DRIVE, ON_DEVICE, Parameter, RELAX, RENDERING, SAFETY, Value, WALL,
-    WALL_REQUIRED,
+    COUPLER, COUPLER_REQUIRED, CREEP, DRIVE, ON_DEVICE, Parameter, RELAX, RENDERING, SAFETY, Value,
+    WALL, WALL_REQUIRED,
 };
 use haptic_experiment::report::{Errors, RunReport};
 use haptic_experiment::{CouplerReport, ExperimentFile, Pace, Settling, WallReport};

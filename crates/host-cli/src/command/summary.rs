@@ -1,8 +1,8 @@
 //! The report of a run as a person reads it.
 
 use fracdiff::Scheme;
-use haptic_experiment::drive::DriveReport;
 use haptic_experiment::Report;
+use haptic_experiment::drive::DriveReport;
 use haptic_experiment::report::RunReport;
 use std::io::{self, Write};
 
