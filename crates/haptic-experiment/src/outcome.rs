@@ -1,7 +1,7 @@
 //! From a run and its theory to files and a report: what relaxation and creep share.
 
 use super::judge::{LargestError, relative_error};
-use super::kept::{KeptSample, Record, Samples, WHOLE_MOST};
+use super::kept::{KeptSample, Record, Samples};
 use super::rendering::Rendering;
 use super::report::{Errors, Files, Report, RunReport};
 use super::run::Ran;
@@ -165,9 +165,8 @@ fn see(
     } = comparison;
     let record = &ran.record;
     let mut compared = Compared::new(quantity, from_s);
-    let whole = record.whole.is_some();
-    let mut curves = Thinned::new(if whole { WHOLE_MOST } else { 0 });
-    let mut drive = rendering.drive_judge(own, record.samples, whole)?;
+    let mut curves = Thinned::of(record);
+    let mut drive = rendering.drive_judge(own, record)?;
     let mut csv = match record.ended.is_none() {
         true => Some(table(ran, quantity, drive.is_some().then_some(own))?),
         false => None,
@@ -236,6 +235,8 @@ pub(super) fn publish(
         csv,
         ..Files::default()
     };
+    let drawn_over = finished.then(|| drawn(comparison, rendering, origin(record), curves));
+    let (drive, drive_curves) = drive.unzip();
     let report = Report {
         tissue: rendering.material.name.clone(),
         order: rendering.material.order().get(),
@@ -258,12 +259,11 @@ pub(super) fn publish(
             .flatten(),
         precision: rendering.precision_run(),
         contact: rendering.contact,
-        drive: drive.as_ref().map(|(report, _)| report.clone()),
+        drive,
     };
-    let origin = origin(record);
-    let curves = finished.then(|| TheoryCurves {
-        drive: drive.map(|(_, curves)| curves),
-        ..drawn(comparison, rendering, origin, curves)
+    let curves = drawn_over.map(|curves| TheoryCurves {
+        drive: drive_curves,
+        ..curves
     });
     Ok((report, curves))
 }

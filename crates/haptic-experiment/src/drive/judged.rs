@@ -4,7 +4,7 @@
 
 use super::{ControllerHolder, Drive, DriveVerdict, set_point};
 use crate::failure::Failure;
-use crate::kept::{KeptSample, WHOLE_MOST};
+use crate::kept::{KeptSample, Record};
 use crate::thinned::Thinned;
 use haptic_loop::plant::{Holder, RigDrive};
 use serde::Serialize;
@@ -73,7 +73,7 @@ impl DriveJudge {
         drive: RigDrive,
         sample_time_s: f64,
         preflight: DriveVerdict,
-        whole: bool,
+        record: &Record,
     ) -> Result<Self, Failure> {
         Ok(Self {
             drive,
@@ -94,7 +94,7 @@ impl DriveJudge {
             },
             samples: 0,
             squares: 0.0,
-            curves: Thinned::new(if whole { WHOLE_MOST } else { 0 }),
+            curves: Thinned::of(record),
         })
     }
 
@@ -171,13 +171,14 @@ mod tests {
             free: None,
             in_contact: stable,
         };
+        let record = Record::with_room_for(500).expect("room");
         let ramp = RampHold::new(Metres(1e-3), Seconds(0.05)).expect("a ramp");
         for drive in [RigDrive::Position(ramp), RigDrive::Force(Newtons(0.1))] {
             let config = RigConfig::new(drive, RigContact::COMPLIANT, Seconds(t));
             let holder = own.holder(t).expect("a controller");
             let rig = Box::new(HeldRig::new(config, holder).expect("a rig"));
             let mut rig = super::super::SimulatedRig::Held(rig);
-            let mut judge = DriveJudge::new(&own, drive, t, verdict, true).expect("a judge");
+            let mut judge = DriveJudge::new(&own, drive, t, verdict, &record).expect("a judge");
             let mut peak: f64 = 0.0;
             for tick in 0..500 {
                 let seen = rig.observe();

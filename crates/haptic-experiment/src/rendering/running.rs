@@ -4,6 +4,7 @@ use super::specification::{Contact, Precision, Rendering};
 use crate::drive::{DriveJudge, DriveVerdict, SimulatedRig, TissueLaw};
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
+use crate::kept::Record;
 use crate::modelled::loop_operator;
 use crate::preflight::Preflight;
 use crate::refused::parameter;
@@ -49,26 +50,21 @@ impl Rendering {
     /// # Errors
     /// Bad parameters.
     pub fn simulate(&self, drive: RigDrive, samples: u64, sink: Sink<'_>) -> Result<bool, Failure> {
-        Ok(match self.precision {
-            Precision::F64 => {
-                let mut controller = self.controller::<f64>(drive, samples)?;
-                simulate(
-                    &mut controller,
-                    &mut self.rig_behind_sensors(drive)?,
-                    samples,
-                    sink,
-                )
-            }
-            Precision::F32 => {
-                let mut controller = self.controller::<f32>(drive, samples)?;
-                simulate(
-                    &mut controller,
-                    &mut self.rig_behind_sensors(drive)?,
-                    samples,
-                    sink,
-                )
-            }
-        })
+        match self.precision {
+            Precision::F64 => self.simulate_as::<f64>(drive, samples, sink),
+            Precision::F32 => self.simulate_as::<f32>(drive, samples, sink),
+        }
+    }
+
+    fn simulate_as<F: Real>(
+        &self,
+        drive: RigDrive,
+        samples: u64,
+        sink: Sink<'_>,
+    ) -> Result<bool, Failure> {
+        let mut controller = self.controller::<F>(drive, samples)?;
+        let mut rig = self.rig_behind_sensors(drive)?;
+        Ok(simulate(&mut controller, &mut rig, samples, sink))
     }
 
     fn run_as<F: Real>(
@@ -242,17 +238,16 @@ impl Rendering {
         })
     }
 
-    /// The judge of the drive; `None` without one.
+    /// The judge of the drive over this record; `None` without one.
     pub(crate) fn drive_judge(
         &self,
         drive: RigDrive,
-        samples: u64,
-        whole: bool,
+        record: &Record,
     ) -> Result<Option<DriveJudge>, Failure> {
-        let verdict = self.drive_verdict(drive, samples)?;
+        let verdict = self.drive_verdict(drive, record.samples)?;
         let judge =
             self.drive.as_ref().zip(verdict).map(|(own, verdict)| {
-                DriveJudge::new(own, drive, self.sample_time_s, verdict, whole)
+                DriveJudge::new(own, drive, self.sample_time_s, verdict, record)
             });
         judge.transpose()
     }
