@@ -3,6 +3,7 @@
 
 #[cfg(test)]
 mod bounded_tests;
+pub mod control;
 pub mod controller_file;
 pub mod coupler;
 pub mod creep;
@@ -23,6 +24,7 @@ pub mod modelled;
 pub mod named;
 pub mod outcome;
 pub mod parameters;
+pub mod plant_file;
 pub mod preflight;
 mod pushed;
 pub mod realtime;

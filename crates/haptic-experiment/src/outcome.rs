@@ -9,7 +9,7 @@ use super::thinned::Thinned;
 use super::track::TOLERANCE;
 use super::warnings::Warnings;
 use crate::curves::{Origin, Quantity, TheoryCurves};
-use crate::drive::{DriveJudge, drive_columns};
+use crate::drive::{DriveJudge, DriveReport, drive_columns};
 use crate::failure::Failure;
 use crate::folder::Table;
 use haptic_loop::plant::RigDrive;
@@ -220,23 +220,26 @@ pub(super) fn publish(
     let final_over_theory = last
         .map(|last| last.value / last.closed_form)
         .filter(|ratio| ratio.is_finite());
-    let memory_s = rendering.memory_s();
-    let mut warnings = Warnings::default();
-    let duration_s = record.duration_s();
-    warnings.operator(memory_s, duration_s, final_over_theory, quantity.word());
-    warnings.limited(record.limited);
-    warnings.drive(drive.as_ref().map(|(report, _)| report));
-
+    let (drive, drive_curves) = drive.unzip();
+    let warnings = warned(
+        rendering,
+        record,
+        final_over_theory,
+        quantity,
+        drive.as_ref(),
+    );
     let finished = csv.is_some();
     if !finished {
         folder.remove_stale_results();
     }
+    let curves = finished.then(|| TheoryCurves {
+        drive: drive_curves,
+        ..drawn(comparison, rendering, origin(record), curves)
+    });
     let files = Files {
         csv,
         ..Files::default()
     };
-    let drawn_over = finished.then(|| drawn(comparison, rendering, origin(record), curves));
-    let (drive, drive_curves) = drive.unzip();
     let report = Report {
         tissue: rendering.material.name.clone(),
         order: rendering.material.order().get(),
@@ -252,7 +255,7 @@ pub(super) fn publish(
         discretisation_error: compared.discretisation.get().largest,
         rig_error: compared.rig.get().largest,
         reference_tolerance: record.whole.is_none().then_some(TOLERANCE),
-        memory_s,
+        memory_s: rendering.memory_s(),
         final_over_theory,
         final_strain: (quantity == Quantity::Strain)
             .then(|| last.map(|last| last.value))
@@ -261,11 +264,23 @@ pub(super) fn publish(
         contact: rendering.contact,
         drive,
     };
-    let curves = drawn_over.map(|curves| TheoryCurves {
-        drive: drive_curves,
-        ..curves
-    });
     Ok((report, curves))
+}
+
+/// What a user should know of these numbers.
+fn warned(
+    rendering: &Rendering,
+    record: &Record,
+    over_theory: Option<f64>,
+    quantity: Quantity,
+    drive: Option<&DriveReport>,
+) -> Warnings {
+    let mut warnings = Warnings::default();
+    let (memory_s, word) = (rendering.memory_s(), quantity.word());
+    warnings.operator(memory_s, record.duration_s(), over_theory, word);
+    warnings.limited(record.limited);
+    warnings.drive(drive);
+    warnings
 }
 
 fn drawn(

@@ -62,6 +62,9 @@ pub enum Command {
     /// Judge stability, passivity and transparency, before any hardware
     #[command(subcommand)]
     Analyze(command::analyze::Command),
+    /// Fractional controllers: design, simulate, analyze, and identify a plant
+    #[command(subcommand)]
+    Control(command::control::Command),
     /// The stiffest wall, the most damping or the closest tissue for a device, and its order
     #[command(long_about = command::design::LONG_ABOUT)]
     Design(command::design::Arguments),
@@ -113,6 +116,7 @@ impl Cli {
             Command::Relax(arguments) => arguments.run(output),
             Command::Creep(arguments) => arguments.run(output),
             Command::Analyze(command) => command.run(output),
+            Command::Control(command) => command.run(output),
             Command::Design(arguments) => arguments.run(output),
             Command::Run(arguments) => arguments.run(output),
             Command::Zwidth(arguments) => arguments.run(output),

@@ -2,6 +2,7 @@
 
 pub mod analyze;
 pub mod conduct;
+pub mod control;
 pub mod creep;
 pub mod design;
 pub mod device;
