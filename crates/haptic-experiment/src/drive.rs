@@ -110,7 +110,6 @@ impl Drive {
             output_high: Some(within(self.controller.output_high, limit)),
             ..self.controller.clone()
         };
-        limited.check().map_err(|error| self.refused(&error))?;
         Ok(limited)
     }
 

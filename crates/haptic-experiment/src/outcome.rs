@@ -34,6 +34,13 @@ pub(super) struct Judged {
     pub(super) with_rig: f64,
 }
 
+impl Judged {
+    /// The value over its closed form, where that has a meaning.
+    fn over_theory(self) -> Option<f64> {
+        Some(self.value / self.closed_form).filter(|ratio| ratio.is_finite())
+    }
+}
+
 /// Quantity to compare, and from when on.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Comparison<'a> {
@@ -216,11 +223,9 @@ pub(super) fn publish(
         last,
         csv,
     } = see(comparison, rendering, ran, judge)?;
-    let drive = drive.map(DriveJudge::finish);
-    let final_over_theory = last
-        .map(|last| last.value / last.closed_form)
-        .filter(|ratio| ratio.is_finite());
-    let (drive, drive_curves) = drive.unzip();
+    let final_over_theory = last.and_then(Judged::over_theory);
+    let strain = last.filter(|_| quantity == Quantity::Strain);
+    let (drive, drive_curves) = drive.map(DriveJudge::finish).unzip();
     let warnings = warned(
         rendering,
         record,
@@ -228,11 +233,10 @@ pub(super) fn publish(
         quantity,
         drive.as_ref(),
     );
-    let finished = csv.is_some();
-    if !finished {
+    if csv.is_none() {
         folder.remove_stale_results();
     }
-    let curves = finished.then(|| TheoryCurves {
+    let curves = csv.is_some().then(|| TheoryCurves {
         drive: drive_curves,
         ..drawn(comparison, rendering, origin(record), curves)
     });
@@ -257,9 +261,7 @@ pub(super) fn publish(
         reference_tolerance: record.whole.is_none().then_some(TOLERANCE),
         memory_s: rendering.memory_s(),
         final_over_theory,
-        final_strain: (quantity == Quantity::Strain)
-            .then(|| last.map(|last| last.value))
-            .flatten(),
+        final_strain: strain.map(|last| last.value),
         precision: rendering.precision_run(),
         contact: rendering.contact,
         drive,
