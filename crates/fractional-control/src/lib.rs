@@ -17,6 +17,8 @@ mod function_controller;
 mod identify;
 mod lead;
 #[cfg(feature = "std")]
+mod loaded;
+#[cfg(feature = "std")]
 mod margins;
 mod memory;
 mod notation;
@@ -51,6 +53,8 @@ pub use error::ControlError;
 pub use function_controller::{FunctionController, FunctionHistory};
 #[cfg(feature = "std")]
 pub use identify::{FreeNumber, Identified, Record, identify};
+#[cfg(feature = "std")]
+pub use loaded::{LoadedPlant, SampledLaw, TwoPort};
 #[cfg(feature = "std")]
 pub use margins::{Crossing, Margins};
 pub use memory::{Memory, Rule};

@@ -25,11 +25,12 @@ use fracdiff::full_memory::Kernel;
 use fracdiff::parameter::RangeError;
 use fracdiff::{Scheme, Seconds};
 use fractional_control::{
-    Actuator, ControlError, ControllerParameters, Crone, FractionalPid, FractionalTransferFunction,
-    FunctionController, LeadLag, MODES, Memory, PidParameters, Response, Rule, SampledLoop,
-    SampledPlant, SetPoint, Term, Tid, simulate,
+    Actuator, ControlError, Controller, ControllerParameters, Crone, FractionalPid,
+    FractionalTransferFunction, FunctionController, LeadLag, MODES, Memory, PidParameters,
+    Response, Rule, SampledLoop, SampledPlant, SetPoint, Term, Tid, simulate,
 };
 use haptic_tissue::read_text;
+use std::fmt::Debug;
 use std::path::Path;
 
 /// Samples that a controller remembers where no time is given: 200 s at 1 kHz.
@@ -219,7 +220,7 @@ impl ControllerFile {
         write::law_in_words(&self.law)
     }
 
-    fn with_controller(&self, user: &mut impl Use) -> Result<(), ControlError> {
+    pub(crate) fn with_controller(&self, user: &mut impl Use) -> Result<(), ControlError> {
         let (actuator, memory, t) = (self.actuator()?, self.memory()?, self.sample_time());
         match &self.law {
             ControllerParameters::Pid(own) => user.have(&FractionalPid::<f64, MODES>::new(
@@ -292,14 +293,15 @@ fn runs_backwards(function: &FractionalTransferFunction) -> Result<(), ControlEr
 }
 
 /// Something to do with a controller, whatever its type.
-trait Use {
-    fn have<C: fractional_control::Controller<f64>>(&mut self, controller: &C);
+pub(crate) trait Use {
+    /// Has it, of whatever type.
+    fn have<C: Controller<f64> + Clone + Debug + 'static>(&mut self, controller: &C);
 }
 
 struct Nothing;
 
 impl Use for Nothing {
-    fn have<C: fractional_control::Controller<f64>>(&mut self, _: &C) {}
+    fn have<C: Controller<f64> + Clone + Debug + 'static>(&mut self, _: &C) {}
 }
 
 struct Run<'a> {
@@ -309,7 +311,7 @@ struct Run<'a> {
 }
 
 impl Use for Run<'_> {
-    fn have<C: fractional_control::Controller<f64>>(&mut self, controller: &C) {
+    fn have<C: Controller<f64> + Clone + Debug + 'static>(&mut self, controller: &C) {
         let at = |n: usize| self.reference.get(n).copied().unwrap_or(0.0);
         self.response = simulate(controller, self.plant, at, self.reference.len());
     }

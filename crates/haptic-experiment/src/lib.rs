@@ -10,6 +10,7 @@ pub mod creep;
 pub mod curves;
 pub mod design;
 pub mod device;
+pub mod drive;
 pub mod ended;
 pub mod failure;
 pub mod file;
@@ -49,6 +50,7 @@ pub mod zwidth;
 
 pub use coupler::{CouplerExperiment, CouplerReport};
 pub use creep::Creep;
+pub use drive::{Drive, DriveReport, DriveVerdict};
 pub use failure::Failure;
 pub use file::ExperimentFile;
 pub use imperfections::Imperfections;

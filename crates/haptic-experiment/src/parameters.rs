@@ -40,6 +40,7 @@ pub fn is_key(key: &str) -> bool {
         RELAX,
         CREEP,
         RENDERING,
+        DRIVE,
         WALL_REQUIRED,
         WALL,
         COUPLER_REQUIRED,

@@ -27,4 +27,4 @@ pub use chart::{AxisSpec, Chart, ChartPage, Look, Series};
 pub use error::FigureError;
 pub use motion::MotionFigure;
 pub use picture::Picture;
-pub use theory::{Conditions, TheoryFigure};
+pub use theory::{Conditions, HeldPanels, TheoryFigure};

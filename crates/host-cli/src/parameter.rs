@@ -15,6 +15,7 @@ const OPTIONS: &[(&str, &str)] = &[
     ("columns", "--columns"),
     ("complementary_peak", "--complementary-peak"),
     ("contact", "--contact"),
+    ("controller", "--drive"),
     ("crossover_rad_s", "--crossover"),
     ("current_lag_s", "--current-lag"),
     ("damping_n_s_per_m", "--damping"),
@@ -27,6 +28,7 @@ const OPTIONS: &[(&str, &str)] = &[
     ("device_mass_kg", "--device-mass"),
     ("device_noise_m", "--device-noise"),
     ("disturbance", "--disturbance"),
+    ("drive_force_limit_n", "--drive-force-limit"),
     ("duration_s", "--duration"),
     ("encoder_resolution_m", "--encoder-resolution"),
     ("force_limit_n", "--force-limit"),
@@ -154,9 +156,11 @@ mod tests {
         use crate::quantity::{
             Area, Damping, Force, ForceRate, Length, Mass, Stiffness, Strain, Stress, Time,
         };
-        use haptic_experiment::parameters::{CREEP, RELAX, RENDERING, Value, WALL, WALL_REQUIRED};
+        use haptic_experiment::parameters::{
+            CREEP, DRIVE, RELAX, RENDERING, Value, WALL, WALL_REQUIRED,
+        };
         let mut numbers = 0;
-        for parameter in [RELAX, CREEP, RENDERING, WALL_REQUIRED, WALL].concat() {
+        for parameter in [RELAX, CREEP, RENDERING, DRIVE, WALL_REQUIRED, WALL].concat() {
             let (Value::Number(Some(default), _), false) =
                 (parameter.value, parameter.shown.is_empty())
             else {

@@ -192,6 +192,10 @@ impl<'a> Search<'a> {
             .sum();
         let mut cost =
             100.0 * missed + measures.overshoot_spread + 0.01 * measures.margin_spread_rad;
+        // An overshoot has no end where the loop is lost at some gain.
+        if !measures.stable_over_gains {
+            cost += 10.0;
+        }
         // Among unstable ones none is better.
         if !measures.stable {
             cost += 1e6;

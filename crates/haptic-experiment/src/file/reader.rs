@@ -104,21 +104,28 @@ impl<'a> Document<'a> {
         })
     }
 
-    /// The one table of the file, which must be of one of these kinds.
-    pub(crate) fn only_table<'k>(
+    /// The one table of the file that is of one of these kinds, and the table `beside` it, if there is one.
+    pub(crate) fn experiment<'k>(
         &'a self,
         kinds: &[&'k str],
-    ) -> Result<(&'k str, Table<'a>), FileError> {
+        beside: &str,
+    ) -> Result<(&'k str, Table<'a>, Option<Table<'a>>), FileError> {
         let names: Vec<String> = kinds.iter().map(|kind| format!("[{kind}]")).collect();
         let choice = format!("an experiment file has one of {}", names.join(", "));
-        let mut tables = self.tables(kinds, &choice)?.into_iter();
-        let first = tables
-            .next()
-            .ok_or_else(|| self.fail(format!("no experiment: {choice}")))?;
-        match tables.next() {
-            None => Ok(first),
-            Some((name, second)) => Err(second.fail(format!("a second table [{name}]: {choice}"))),
+        let known: Vec<&str> = kinds.iter().copied().chain([beside]).collect();
+        let (mut first, mut other) = (None, None);
+        for (name, table) in self.tables(&known, &choice)? {
+            let kind = kinds.iter().find(|kind| **kind == name);
+            match (kind, &first) {
+                (None, _) => other = Some(table),
+                (Some(kind), None) => first = Some((*kind, table)),
+                (Some(_), Some(_)) => {
+                    return Err(table.fail(format!("a second table [{name}]: {choice}")));
+                }
+            }
         }
+        let (kind, table) = first.ok_or_else(|| self.fail(format!("no experiment: {choice}")))?;
+        Ok((kind, table, other))
     }
 
     /// All tables of the file in its order, each of one of these names; `choice` says in words what such a file has.

@@ -7,6 +7,7 @@ pub mod creep;
 pub mod design;
 pub mod device;
 pub mod differintegrate;
+pub mod drive;
 pub mod experiment;
 pub mod export_c;
 pub mod identify;

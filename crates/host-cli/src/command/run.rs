@@ -1,6 +1,7 @@
 //! `run`: any experiment, from a file.
 
 use super::conduct::conduct;
+use super::drive::DriveArguments;
 use super::live::LiveArguments;
 use super::preflight::PreflightArguments;
 use super::realtime::RealtimeArguments;
@@ -16,8 +17,8 @@ use clap::Args;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::folder::FolderRequest;
 use haptic_experiment::parameters::{
-    COUPLER, COUPLER_REQUIRED, CREEP, ON_DEVICE, Parameter, RELAX, RENDERING, SAFETY, Value, WALL,
-    WALL_REQUIRED,
+    COUPLER, COUPLER_REQUIRED, CREEP, DRIVE, ON_DEVICE, Parameter, RELAX, RENDERING, SAFETY, Value,
+    WALL, WALL_REQUIRED,
 };
 use haptic_experiment::report::{Errors, RunReport};
 use haptic_experiment::{CouplerReport, ExperimentFile, Pace, Settling, TrialVerdict, WallReport};
@@ -26,7 +27,8 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 const LONG_ABOUT: &str = "\
-Runs the experiment that a TOML file describes. The file has one table: [relax], [creep], [wall] or [coupler]. \
+Runs the experiment that a TOML file describes. The file has one table: [relax], [creep], [wall] or [coupler]; [drive] beside \
+[relax] or [creep] names a controller file, whose controller holds the indenter. \
 Keys have their SI unit in the name, as in duration_s = 200. Paths in the file start from its folder. Options of the command win \
 over keys of the file.
 
@@ -54,6 +56,7 @@ pub(crate) fn long_about() -> String {
         ("[relax]", RELAX),
         ("[creep]", CREEP),
         ("[relax] and [creep]", RENDERING),
+        ("[drive], beside [relax] or [creep]", DRIVE),
         ("[wall], to be given", WALL_REQUIRED),
         ("[wall]", WALL),
         ("[coupler], to be given", COUPLER_REQUIRED),
@@ -96,6 +99,8 @@ pub struct Arguments {
     #[command(flatten)]
     realtime: RealtimeArguments,
     #[command(flatten)]
+    drive: DriveArguments,
+    #[command(flatten)]
     safety: SafetyArguments,
     #[command(flatten)]
     remote: RemoteArguments,
@@ -127,7 +132,10 @@ impl Arguments {
         let mut experiment = file.in_pace(pace).on(remote)?;
         let safety = experiment.safety_mut();
         *safety = self.safety.over(*safety);
-        let wanted = self.preflight.wanted(serial, safety)?;
+        let safety = *safety;
+        experiment = experiment.driven(|file| self.drive.over(file))?;
+        let judged = serial || experiment.drive().is_some();
+        let wanted = self.preflight.wanted(judged, &safety)?;
         let experiment = experiment.with_preflight(wanted);
         let samples = experiment.samples()?;
         overwrite_acts(self.out.as_deref(), self.overwrite)?;

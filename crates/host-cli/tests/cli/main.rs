@@ -10,6 +10,7 @@ mod delay;
 mod design;
 #[cfg(unix)]
 mod devices;
+mod drive;
 mod experiments;
 #[cfg(unix)]
 mod export;
