@@ -7,16 +7,13 @@ use super::law::{FadingFelt, Felt};
 use haptic_loop::realtime::{Periodic, PeriodicConfig, SpinMargin, ThreadConfig};
 use haptic_loop::{Controller, Engaged, Environment, Limiters};
 use rtrb::{Consumer, Producer};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 /// Positions that the loop itself remembers, ticks: the time that a law may take to be made ready.
 pub(super) const RECENT: usize = 1 << 14;
 /// Positions that a new law hears in a tick until it has heard all.
 const CATCH_UP: u64 = 64;
-
-/// The loop's history type.
-pub(super) type History = FadingHistory<<Felt as Environment<f64, 1>>::History>;
 
 /// A law that has heard all positions before a tick.
 #[derive(Debug)]
@@ -26,21 +23,17 @@ pub(super) struct Ready {
     pub(super) next: u64,
 }
 
-/// Orders to the loop.
+/// Orders to the loop. It ends, the force zero, when nobody gives any more.
 #[derive(Debug)]
 pub(super) enum LoopOrder {
     /// The pointer, m, and if the hand holds the device.
     Hand(f64, bool),
     /// Another law, as soon as it has heard the rest.
     Change(Box<Ready>),
-    /// The force falls to zero, the hand lets go.
-    Stop,
     /// After a stop or fault: begin anew with this law, which has heard nothing.
     Arm(Box<Ready>),
     /// The simulated world stands still, or goes on.
     Pause(bool),
-    /// Stop, and end when the force is zero.
-    End,
 }
 
 /// What the loop hands over.
@@ -75,7 +68,7 @@ pub(super) struct Ticked {
     pub(super) fresh: bool,
 }
 
-/// What others may read at any time.
+/// What others may read at any time, and the wish to stop.
 #[derive(Debug, Default)]
 pub(super) struct LoopCounts {
     /// Ticks so far.
@@ -84,6 +77,8 @@ pub(super) struct LoopCounts {
     pub(super) lost: AtomicU64,
     /// The first tick that the tissue remembers.
     pub(super) remembers_from: AtomicU64,
+    /// Set to stop: the force falls to zero, the hand lets go.
+    pub(super) stop: AtomicBool,
 }
 
 /// Ends of the two rings in the loop.
@@ -156,8 +151,11 @@ pub(super) fn run(
 }
 
 impl Looping<'_> {
-    /// Reads all orders.
+    /// Reads all orders. A stop comes by itself, beside the ring, so that it is never behind anything nor lost.
     fn obey(&mut self, engaged: &mut Working<'_>) {
+        if self.counts.stop.swap(false, Ordering::Relaxed) {
+            self.stop(engaged);
+        }
         // Asked before the ring is: what was pushed until then is popped.
         let abandoned = self.ends.orders.is_abandoned();
         self.hand_back();
@@ -175,14 +173,13 @@ impl Looping<'_> {
                     self.spent = self.pending.replace(ready);
                     self.hand_back();
                 }
-                LoopOrder::Stop => self.stop(engaged),
                 LoopOrder::Arm(ready) => self.arm(engaged, ready),
                 LoopOrder::Pause(paused) => self.paused = paused,
-                LoopOrder::End => self.end(engaged),
             }
         }
         if abandoned && !self.ending {
-            self.end(engaged);
+            self.stop(engaged);
+            self.ending = true;
         }
     }
 
@@ -192,11 +189,6 @@ impl Looping<'_> {
         engaged.device().let_go();
         self.paused = false;
         self.stopping = true;
-    }
-
-    fn end(&mut self, engaged: &mut Working<'_>) {
-        self.stop(engaged);
-        self.ending = true;
     }
 
     /// Begins anew, once the force is zero.
