@@ -209,7 +209,7 @@ impl Keeper {
         if work.state.fault.is_none()
             && let Some(fault) = fault
         {
-            self.announce.say(&json!({"notice": format!("stopped: {fault}")}));
+            self.announce.notice(format!("stopped: {fault}"));
             if let Some(recording) = &mut work.recording {
                 recording.event(ticked.time_s, "fault", fault.to_string());
             }
@@ -272,7 +272,7 @@ impl Keeper {
             Ok(finished) => format!("recorded {}: {} samples", finished.name, finished.samples),
             Err(error) => format!("the recording has ended: {error}"),
         };
-        self.announce.say(&json!({"notice": text}));
+        self.announce.notice(text);
     }
 
 }

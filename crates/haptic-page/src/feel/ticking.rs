@@ -1,11 +1,11 @@
 //! The loop by the clock: the thread that ticks. It reads orders from a ring and puts samples into another; nothing in it
 //! waits for anybody, allocates or frees.
 
-use super::fading::{FadingHistory, Law};
+use super::fading::Law;
 use super::hand::HeldDevice;
 use super::law::{FadingFelt, Felt};
 use haptic_loop::realtime::{Periodic, PeriodicConfig, SpinMargin, ThreadConfig};
-use haptic_loop::{Controller, Engaged, Environment, Limiters};
+use haptic_loop::{Controller, Engaged, Limiters};
 use rtrb::{Consumer, Producer};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};

@@ -120,7 +120,7 @@ fn hello(version: u32, hub: &Hub, page: &Page) -> Result<Value, Failure> {
         )));
     }
     let options = &hub.options;
-    let tissues: Result<Vec<Value>, Failure> = hub.library.materials().iter().map(tissue).collect();
+    let tissues: Result<Vec<Value>, Failure> = options.library.materials().iter().map(tissue).collect();
     Ok(json!({
         "version": VERSION,
         "program": options.provenance.get("program"),
@@ -195,7 +195,7 @@ fn view(view: ViewRequest, hub: Arc<Hub>, page: &Page) -> Asked {
             let shown = hub.runs.columns(&view.source, |made, sample_time_s| {
                 span(&view, view.columns, made, sample_time_s)
             })?;
-            let (channels, columns) = chosen(&view, &shown.channels, shown.columns)?;
+            let (channels, columns) = chosen(&view, shown.channels, shown.columns)?;
             let number = VIEWS.fetch_add(1, Ordering::Relaxed);
             page.send(Outgoing::Frame(frame(number, &columns, shown.sample_time_s)));
             Ok(json!({"view": number, "channels": channels}))

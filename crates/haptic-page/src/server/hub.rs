@@ -10,10 +10,10 @@ use crate::pyramid::Pyramid;
 use crate::runs::Runs;
 use crate::{Announce, OnClose};
 use haptic_experiment::{Failure, PreflightVerdict};
-use haptic_tissue::Library;
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::SyncSender;
 use std::sync::{Arc, Mutex};
 use tokio::sync::{broadcast, watch};
 use tokio::task::spawn_blocking;
@@ -25,10 +25,9 @@ const SAID: usize = 256;
 #[derive(Debug)]
 pub(super) struct Hub {
     pub(super) options: ServerOptions,
-    pub(super) library: Library,
     pub(super) kept: Arc<Kept>,
     pub(super) runs: Runs,
-    said: broadcast::Sender<Arc<str>>,
+    pub(super) announce: Announce,
     /// Set to the reason when the server ends.
     pub(super) ending: watch::Receiver<Option<&'static str>>,
     feel: Mutex<Option<Arc<Feel>>>,
@@ -56,21 +55,21 @@ struct Pages {
 impl Hub {
     pub(super) fn new(
         options: ServerOptions,
-        library: Library,
+        terminal: SyncSender<String>,
         ending: watch::Receiver<Option<&'static str>>,
     ) -> Self {
-        let (said, _) = broadcast::channel(SAID);
-        let announce = Announce(said.clone());
-        let runs = Runs::new(options.runs.clone(), options.provenance.clone(), announce);
+        let (pages, _) = broadcast::channel(SAID);
+        let announce = Announce { pages, terminal };
+        let (folder, provenance) = (options.runs.clone(), options.provenance.clone());
+        let runs = Runs::new(folder, provenance, options.realtime, announce.clone());
         Self {
-            library,
+            announce,
             kept: Arc::new(Kept {
                 pyramid: Mutex::new(Pyramid::new(pyramid_size())),
                 state: Mutex::default(),
             }),
             runs,
             options,
-            said,
             ending,
             feel: Mutex::new(None),
             making: tokio::sync::Mutex::new(()),
@@ -82,11 +81,7 @@ impl Hub {
 
     /// What is said to all pages from now on.
     pub(super) fn hear(&self) -> broadcast::Receiver<Arc<str>> {
-        self.said.subscribe()
-    }
-
-    pub(super) fn announce(&self) -> Announce {
-        Announce(self.said.clone())
+        self.announce.pages.subscribe()
     }
 
     /// A new page, which gets the controls if nobody has them.
@@ -142,7 +137,7 @@ impl Hub {
             holder => {
                 pages.controls = Some(page);
                 if holder.is_some_and(|holder| holder != page) {
-                    self.announce().say(&json!({"notice": "another page has taken the controls"}));
+                    self.announce.notice("another page has taken the controls".to_owned());
                 }
                 Ok(())
             }
@@ -180,7 +175,7 @@ impl Hub {
     /// # Errors
     /// As [`Feel::start`].
     pub(super) async fn start_feel(&self, start: FeelStart) -> Result<Value, Failure> {
-        let settings = FeelSettings::new(&self.library, start)?;
+        let settings = FeelSettings::new(&self.options.library, start)?;
         let _making = self.making.lock().await;
         // What was there goes on if the new one is refused.
         let old = self.feel();
@@ -188,7 +183,7 @@ impl Hub {
             kept: Arc::clone(&self.kept),
             runs: self.options.runs.clone(),
             provenance: Arc::new(self.options.provenance.clone()),
-            announce: self.announce(),
+            announce: self.announce.clone(),
             realtime: self.options.realtime,
         };
         let made = blocking(move || {
@@ -202,7 +197,7 @@ impl Hub {
         locked(&self.wanted).settings = None;
         let answer = felt(&feel.settings(), Some(&verdict));
         *locked(&self.feel) = Some(Arc::new(feel));
-        self.announce().say(&json!({"feel": answer["feel"]}));
+        self.announce.say(&json!({"feel": answer["feel"]}));
         Ok(answer)
     }
 
@@ -215,7 +210,7 @@ impl Hub {
         let (next, number) = {
             let mut wanted = locked(&self.wanted);
             let base = wanted.settings.clone().unwrap_or_else(|| feel.settings());
-            let next = base.changed(&self.library, &change)?;
+            let next = base.changed(&self.options.library, &change)?;
             wanted.settings = Some(next.clone());
             wanted.number += 1;
             (next, wanted.number)
@@ -231,7 +226,7 @@ impl Hub {
         }
         let (settings, verdict) = made?;
         let answer = felt(&settings, Some(&verdict));
-        self.announce().say(&json!({"feel": answer["feel"]}));
+        self.announce.say(&json!({"feel": answer["feel"]}));
         Ok(answer)
     }
 
@@ -243,6 +238,13 @@ impl Hub {
             // It cannot fail but by a panic, which has told of itself.
             let _ = spawn_blocking(move || feel.end()).await;
         }
+    }
+
+    /// Ends the run that goes on.
+    pub(super) async fn end_run(self: &Arc<Self>) {
+        let hub = Arc::clone(self);
+        // It cannot fail but by a panic, which has told of itself.
+        let _ = spawn_blocking(move || hub.runs.end()).await;
     }
 
     /// The newest of the loop, its ticks and those lost; `None` without a loop.

@@ -17,11 +17,15 @@ use std::collections::BTreeMap;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread::JoinHandle;
+use std::time::Duration;
 use tokio::sync::watch;
 
 /// Reason with which sockets are closed when the server ends.
 const STOPPED: &str = "the server was stopped";
+/// Sentences that wait for the terminal; later ones are for the pages alone.
+const NOTICES: usize = 64;
 /// Threads that answer.
 const WORKERS: usize = 2;
 
@@ -36,8 +40,8 @@ pub struct ServerOptions {
     pub on_close: OnClose,
     /// For the thread of the loop.
     pub realtime: RealtimeOptions,
-    /// Folder of tissue files beside the built-in ones.
-    pub tissues: Option<PathBuf>,
+    /// The tissues that can be felt.
+    pub library: Library,
     /// Maker of the logs, for their metadata: program, command line.
     pub provenance: BTreeMap<String, String>,
 }
@@ -46,6 +50,7 @@ pub struct ServerOptions {
 #[derive(Debug)]
 pub struct PageServer {
     address: String,
+    notices: Receiver<String>,
     ending: watch::Sender<Option<&'static str>>,
     thread: Option<JoinHandle<()>>,
 }
@@ -54,15 +59,15 @@ impl PageServer {
     /// Starts it.
     ///
     /// # Errors
-    /// A port that is taken; tissue files that are wrong; a system that gives no random numbers or threads.
+    /// A port that is taken; a system that gives no random numbers or threads.
     pub fn start(options: ServerOptions) -> Result<Self, Failure> {
-        let library = Library::load(options.tissues.as_deref()).map_err(Failure::input)?;
         let listener = listener(options.port)?;
         let port = listener.local_addr().map_err(|error| no_socket(&error))?.port();
         let token = token()?;
         let address = format!("http://127.0.0.1:{port}/{token}/");
         let (ending, ended) = watch::channel(None);
-        let hub = Arc::new(Hub::new(options, library, ended));
+        let (terminal, notices) = sync_channel(NOTICES);
+        let hub = Arc::new(Hub::new(options, terminal, ended));
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(WORKERS)
             .thread_name("page")
@@ -78,6 +83,7 @@ impl PageServer {
         });
         Ok(Self {
             address,
+            notices,
             ending,
             thread: Some(thread),
         })
@@ -87,6 +93,12 @@ impl PageServer {
     #[must_use]
     pub fn address(&self) -> &str {
         &self.address
+    }
+
+    /// The next sentence for people, if there is one within this time.
+    #[must_use]
+    pub fn notice(&self, within: Duration) -> Option<String> {
+        self.notices.recv_timeout(within).ok()
     }
 
     /// Stops: force zero first, then the sockets are told and closed. Returns when all is done.
@@ -119,7 +131,7 @@ async fn serve(listener: tokio::net::TcpListener, door: Door, hub: Arc<Hub>) {
     // Errors of single connections are theirs; the listener itself has none.
     let _ = service.await;
     hub.stop();
-    hub.runs.end().await;
+    hub.end_run().await;
     hub.end_feel().await;
 }
 

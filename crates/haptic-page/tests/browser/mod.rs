@@ -2,6 +2,7 @@
 
 use haptic_experiment::RealtimeOptions;
 use haptic_page::{OnClose, PageServer, ServerOptions};
+use haptic_tissue::Library;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::io::{Read as _, Write as _};
@@ -12,28 +13,28 @@ use tungstenite::client::IntoClientRequest as _;
 use tungstenite::{Message, WebSocket};
 
 /// Nothing takes so long, on however busy a machine.
-pub const PATIENCE: Duration = Duration::from_secs(60);
+pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
 
-pub fn server(runs: &Path, on_close: OnClose) -> PageServer {
+pub(crate) fn server(runs: &Path, on_close: OnClose) -> PageServer {
     PageServer::start(ServerOptions {
         port: 0,
         runs: runs.to_owned(),
         on_close,
         realtime: RealtimeOptions::NORMAL,
-        tissues: None,
+        library: Library::load(None).expect("built in"),
         provenance: BTreeMap::from([("program".to_owned(), "a test".to_owned())]),
     })
     .expect("starts")
 }
 
 /// `127.0.0.1:PORT` and `/TOKEN/` of an address.
-pub fn parts(address: &str) -> (&str, &str) {
+pub(crate) fn parts(address: &str) -> (&str, &str) {
     let rest = address.strip_prefix("http://").expect("http");
     rest.split_at(rest.find('/').expect("a path"))
 }
 
 /// The answer to a plain request: status line, headers and body as text.
-pub fn get(host: &str, path: &str, headers: &str) -> String {
+pub(crate) fn get(host: &str, path: &str, headers: &str) -> String {
     let mut stream = TcpStream::connect(host).expect("connects");
     write!(stream, "GET {path} HTTP/1.1\r\n{headers}Connection: close\r\n\r\n").expect("writes");
     let mut answer = Vec::new();
@@ -43,13 +44,13 @@ pub fn get(host: &str, path: &str, headers: &str) -> String {
 
 /// A frame of a view.
 #[derive(Clone, Debug)]
-pub struct Frame {
-    pub source: u32,
-    pub channels: usize,
-    pub columns: usize,
-    pub first_tick: f64,
-    pub ticks_per_column: f64,
-    pub sample_time_s: f64,
+pub(crate) struct Frame {
+    pub(crate) source: u32,
+    pub(crate) channels: usize,
+    pub(crate) columns: usize,
+    pub(crate) first_tick: f64,
+    pub(crate) ticks_per_column: f64,
+    pub(crate) sample_time_s: f64,
     numbers: Vec<f32>,
 }
 
@@ -74,32 +75,32 @@ impl Frame {
         }
     }
 
-    pub fn least(&self, channel: usize) -> &[f32] {
+    pub(crate) fn least(&self, channel: usize) -> &[f32] {
         &self.numbers[2 * channel * self.columns..][..self.columns]
     }
 
-    pub fn largest(&self, channel: usize) -> &[f32] {
+    pub(crate) fn largest(&self, channel: usize) -> &[f32] {
         &self.numbers[(2 * channel + 1) * self.columns..][..self.columns]
     }
 }
 
 /// A page at a socket.
-pub struct Page {
+pub(crate) struct Page {
     socket: WebSocket<TcpStream>,
     id: u64,
     /// What came unasked and was not yet looked at.
-    pub told: Vec<Value>,
-    pub frames: Vec<Frame>,
+    pub(crate) told: Vec<Value>,
+    pub(crate) frames: Vec<Frame>,
 }
 
 impl Page {
-    pub fn open(address: &str) -> Self {
+    pub(crate) fn open(address: &str) -> Self {
         let origin = address[..address.rfind('/').expect("a path")].rsplit_once('/').expect("a token").0;
         Self::from(address, Some(origin)).expect("opens")
     }
 
     /// From a page of this origin.
-    pub fn from(address: &str, origin: Option<&str>) -> Result<Self, String> {
+    pub(crate) fn from(address: &str, origin: Option<&str>) -> Result<Self, String> {
         let (host, _) = parts(address);
         let url = format!("{}ws", address.replacen("http", "ws", 1));
         let mut request = url.into_client_request().expect("a request");
@@ -119,7 +120,7 @@ impl Page {
     }
 
     /// The next message; the reason, if the socket was closed.
-    pub fn read(&mut self) -> Result<Value, String> {
+    pub(crate) fn read(&mut self) -> Result<Value, String> {
         loop {
             match self.socket.read() {
                 Ok(Message::Text(text)) => {
@@ -139,11 +140,11 @@ impl Page {
         }
     }
 
-    pub fn send(&mut self, text: &str) {
+    pub(crate) fn send(&mut self, text: &str) {
         self.socket.send(Message::text(text)).expect("sends");
     }
 
-    pub fn post(&mut self, what: &str, mut arguments: Value) -> u64 {
+    pub(crate) fn post(&mut self, what: &str, mut arguments: Value) -> u64 {
         self.id += 1;
         (arguments["id"], arguments["do"]) = (json!(self.id), json!(what));
         self.send(&arguments.to_string());
@@ -151,7 +152,7 @@ impl Page {
     }
 
     /// The answer to a number; what comes before it is kept.
-    pub fn answer(&mut self, id: &Value) -> Value {
+    pub(crate) fn answer(&mut self, id: &Value) -> Value {
         loop {
             let message = self.read().expect("open");
             if message.get("id").is_some_and(|given| given == id) {
@@ -164,7 +165,7 @@ impl Page {
     }
 
     /// Asks, and is granted it.
-    pub fn ask(&mut self, what: &str, arguments: Value) -> Value {
+    pub(crate) fn ask(&mut self, what: &str, arguments: Value) -> Value {
         let id = self.post(what, arguments);
         let answer = self.answer(&json!(id));
         assert_eq!(answer["ok"], true, "{what}: {answer}");
@@ -172,7 +173,7 @@ impl Page {
     }
 
     /// Asks, and is refused with a sentence.
-    pub fn refused(&mut self, what: &str, arguments: Value) -> String {
+    pub(crate) fn refused(&mut self, what: &str, arguments: Value) -> String {
         let id = self.post(what, arguments);
         let answer = self.answer(&json!(id));
         assert_eq!(answer["ok"], false, "{what}: {answer}");
@@ -180,12 +181,12 @@ impl Page {
     }
 
     /// The next status for which something holds.
-    pub fn status(&mut self, holds: impl Fn(&Value) -> bool) -> Value {
+    pub(crate) fn status(&mut self, holds: impl Fn(&Value) -> bool) -> Value {
         self.wait("status", holds)
     }
 
     /// The next thing told of this kind for which something holds.
-    pub fn wait(&mut self, kind: &str, holds: impl Fn(&Value) -> bool) -> Value {
+    pub(crate) fn wait(&mut self, kind: &str, holds: impl Fn(&Value) -> bool) -> Value {
         let until = Instant::now() + PATIENCE;
         loop {
             let found = self.told.iter().position(|told| told.get(kind).is_some_and(&holds));
@@ -202,7 +203,7 @@ impl Page {
     }
 
     /// The next frame for which something holds.
-    pub fn frame(&mut self, holds: impl Fn(&Frame) -> bool) -> Frame {
+    pub(crate) fn frame(&mut self, holds: impl Fn(&Frame) -> bool) -> Frame {
         let until = Instant::now() + PATIENCE;
         loop {
             if let Some(found) = self.frames.iter().position(&holds) {
@@ -220,7 +221,7 @@ impl Page {
     }
 
     /// Reads until the socket is closed; the reason.
-    pub fn closed(&mut self) -> String {
+    pub(crate) fn closed(&mut self) -> String {
         let until = Instant::now() + PATIENCE;
         while Instant::now() < until {
             if let Err(reason) = self.read() {
