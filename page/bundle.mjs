@@ -21,10 +21,12 @@ await build({
   // The module is fetched by its own name.
   define: { "import.meta.url": "self.location.href" },
 });
-await build({ entryPoints: ["src/page.css"], outdir: folder, bundle: true, minify: true, legalComments: "none", logLevel: "warning" });
+await build({ entryPoints: ["src/page.css"], outdir: folder, bundle: true, minify: true, legalComments: "none", logLevel: "warning", loader: { ".woff2": "file" }, assetNames: "[name]" });
 for (const name of ["index.html", "icon.svg"]) copyFileSync(join("src", name), join(folder, name));
 copyFileSync("generated/analysis.wasm", join(folder, "analysis.wasm"));
+// Both ask to be named.
 copyFileSync("node_modules/uplot/LICENSE", join(folder, "uplot-license.txt"));
+copyFileSync("node_modules/@fontsource-variable/inter/LICENSE", join(folder, "inter-license.txt"));
 
 const files = Object.fromEntries(
   readdirSync(folder).sort().map((name) => [name, createHash("sha256").update(readFileSync(join(folder, name))).digest("hex")]),

@@ -36,8 +36,11 @@ export interface Judged {
   effective: Float64Array;
 }
 
+/** The memory of the tissue that is drawn: a law begins anew, depths go on. */
+export type Remember = { law: { order: number; stiffness: number; dissipation: number; step: number } } | { depths: number[] };
+
 /** A message to the worker. */
-export type Task = { id: number; judge: Question } | { id: number; parse: { kind: string; text: string } };
+export type Task = { id: number; judge: Question } | { id: number; remember: Remember } | { id: number; parse: { kind: string; text: string } };
 /** Its answer. */
 export type Done = { id: number; judged: Judged } | { id: number; value: number } | { id: number; error: string };
 
@@ -64,6 +67,11 @@ export class Analysis {
   /** A value with a unit, SI, read by the code of the command line. */
   parse(kind: string, text: string): Promise<number> {
     return this.send((id) => ({ id, parse: { kind, text } }));
+  }
+
+  /** Tells the tissue's memory; the depth of the surface that follows, m. */
+  remember(what: Remember): Promise<number> {
+    return this.send((id) => ({ id, remember: what }));
   }
 
   private send<T>(task: (id: number) => Task): Promise<T> {

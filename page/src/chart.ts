@@ -37,7 +37,7 @@ const FONT = "12px Inter, system-ui, sans-serif";
 export class Chart {
   readonly root: HTMLElement;
   private readonly plot: uPlot;
-  private y: [number, number] = [0, 1];
+  private y: [number, number] | null = null;
 
   constructor(private readonly options: ChartOptions) {
     this.root = document.createElement("div");
@@ -56,13 +56,14 @@ export class Chart {
     return Math.max(50, Math.round(this.plot.bbox.width / devicePixelRatio) || 600);
   }
 
-  /** Draws points over `x`, of which `range` is shown. */
-  draw(x: number[], lines: Points[], range: [number, number]): void {
-    this.y = this.span(lines);
+  /** Draws points over `x`, of which `range` is shown; the value axis spans them, or `within`. */
+  draw(x: number[], lines: Points[], range: [number, number], within?: [number, number]): void {
+    const y = this.span(within === undefined ? lines : [[...within]]);
+    this.y = y;
     this.plot.batch(() => {
       this.plot.setData([x, ...lines] as uPlot.AlignedData, false);
       this.plot.setScale("x", { min: range[0], max: range[1] });
-      this.plot.setScale("y", { min: this.y[0], max: this.y[1] });
+      this.plot.setScale("y", { min: y[0], max: y[1] });
     });
   }
 
@@ -91,6 +92,7 @@ export class Chart {
     const step = niceStep((high - low) * 1.04, 4);
     const nice: [number, number] = [Math.floor(low / step + 1e-9) * step, Math.ceil((high * 1.0001) / step - 1e-9) * step];
     // Steps of the axis do not flicker: it grows at once and shrinks only when half of it is empty.
+    if (this.y === null) return nice;
     const [kept, top] = this.y;
     const holds = kept <= nice[0] && top >= nice[1] && nice[1] - nice[0] > 0.5 * (top - kept);
     return holds ? this.y : nice;
@@ -116,8 +118,8 @@ export class Chart {
         {
           stroke: axis("--mute"),
           font: FONT,
-          size: 26,
-          gap: 3,
+          size: 28,
+          gap: 7,
           grid: { show: false },
           ticks: { show: false },
           space: 60,

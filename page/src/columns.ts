@@ -4,14 +4,14 @@ import { columnTime, type Frame } from "./frame";
 
 export type Points = (number | null)[];
 
-/** Times of the points: two a column, at its middle. `origin` is the time that counts as 0. */
+/** Times of the points: two a column, a quarter of it from its edges. `origin` is the time that counts as 0. */
 export function times(frame: Frame, origin = 0): number[] {
-  const half = (frame.ticksPerColumn - 1) * frame.sampleTimeS * 0.5;
+  const quarter = (frame.ticksPerColumn - 1) * frame.sampleTimeS * 0.25;
   const points = new Array<number>(2 * frame.columns);
   for (let column = 0; column < frame.columns; column += 1) {
-    const time = columnTime(frame, column) + half - origin;
-    points[2 * column] = time;
-    points[2 * column + 1] = time;
+    const time = columnTime(frame, column) - origin;
+    points[2 * column] = time + quarter;
+    points[2 * column + 1] = time + 3 * quarter;
   }
   return points;
 }

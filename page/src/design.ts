@@ -6,7 +6,7 @@ import { Chart, legend, type Line } from "./chart";
 import { latest } from "./connection";
 import { wallFile } from "./design-file";
 import { el, say } from "./dom";
-import { number, quantity } from "./format";
+import { number, plain, quantity } from "./format";
 import { numberOf } from "./fragment";
 import { Knob } from "./knob";
 import { RegionMap } from "./map";
@@ -85,7 +85,7 @@ export class DesignView implements ViewPart {
       axes: true,
       moved: (B, K) => this.change({ B, K }),
     });
-    const common = { lines: CURVES, logX: true, group: "design", xLabel: (hertz: number) => quantity(hertz, "Hz").replace("\u202f", " ") };
+    const common = { lines: CURVES, logX: true, group: "design", xLabel: (hertz: number) => (hertz >= 1000 ? `${plain(hertz / 1000)} kHz` : `${plain(hertz)} Hz`) };
     this.stiffness = new Chart({ ...common, name: "Effective stiffness over frequency" });
     this.damping = new Chart({ ...common, name: "Effective damping over frequency" });
     this.ask = latest(
@@ -140,14 +140,14 @@ export class DesignView implements ViewPart {
     const omega = hertz.map((f) => Math.min(2 * Math.PI * f, Math.PI / values.T));
     const judged = await this.app.analysis.judge(this.question(values, omega));
     if (!this.visible) return;
-    this.map.show(judged, values.B, values.K, values.mu);
+    this.map.show(judged, values.B, values.K);
     this.verdict.classList.toggle("bad", !judged.stable);
     say(this.verdict, judged.sentence);
     this.say(judged);
     const curve = (part: number): number[] => hertz.map((_, n) => judged.effective[4 * n + part] ?? NaN);
     const range: [number, number] = [low, high];
-    this.stiffness.draw(hertz, [curve(0), curve(2)], range);
-    this.damping.draw(hertz, [curve(1), curve(3)], range);
+    this.stiffness.draw(hertz, [curve(0), curve(2)], range, around(curve(0)));
+    this.damping.draw(hertz, [curve(1), curve(3)], range, around(curve(1)));
     // For those who time it.
     this.root.dataset["drawn"] = String(Number(this.root.dataset["drawn"] ?? 0) + 1);
   }
@@ -220,4 +220,11 @@ export class DesignView implements ViewPart {
   key(): boolean {
     return false;
   }
+}
+
+/** A span that shows the wall: what is felt beyond, as the mass at high frequencies, leaves the picture. */
+function around(wall: number[]): [number, number] {
+  const [low, high] = [Math.min(0, ...wall), Math.max(0, ...wall)];
+  const size = Math.max(high - low, 1e-9);
+  return [low - 0.35 * size, high + 0.35 * size];
 }

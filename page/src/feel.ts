@@ -6,7 +6,7 @@ import { times, values, type Points } from "./columns";
 import { latest } from "./connection";
 import { Demonstration } from "./demonstration";
 import { el, say } from "./dom";
-import { number, quantity } from "./format";
+import { number, plain, quantity } from "./format";
 import { newestValue, type Frame } from "./frame";
 import { numberOf } from "./fragment";
 import { Knob } from "./knob";
@@ -33,6 +33,16 @@ const DRAWN = [2, 1, 0].map((index) => FORCES[index]).filter((line) => line !== 
 /** Encoder of the analysis' force noise: none is simulated here. */
 const NO_NOISE = 0;
 
+interface Device {
+  mass_kg: number;
+  damping_n_s_per_m: number;
+}
+
+/** What was felt, to begin it anew. */
+function asBefore(feel: Feel): { environment: Environment; device: Device } {
+  return { environment: feel.environment, device: { mass_kg: feel.mass_kg, damping_n_s_per_m: feel.damping_n_s_per_m } };
+}
+
 export class FeelView implements ViewPart {
   readonly root: HTMLElement;
   private readonly scene: Scene;
@@ -48,7 +58,7 @@ export class FeelView implements ViewPart {
   private readonly spring: Knob;
   private readonly legend = legend(FORCES);
   private readonly demonstration: Demonstration;
-  private readonly surface = new Surface();
+  private readonly surface: Surface;
   private readonly sendHand: (hand: { position_m: number; held: boolean }) => void;
   private readonly sendLaw: (change: object) => void;
   private readonly judge: (feel: Feel) => void;
@@ -62,9 +72,12 @@ export class FeelView implements ViewPart {
   private asked = 0;
   private lastHand = { position_m: 0, held: false, at: 0 };
   private lastStep = 0;
+  /** The server was there before. */
+  private met = false;
 
   constructor(private readonly app: App) {
     const quiet = (): void => undefined;
+    this.surface = new Surface(app.analysis);
     this.sendHand = latest((hand) => app.connection.ask("feel.hand", hand), quiet);
     this.sendLaw = latest(
       (change) => app.connection.ask<{ feel?: Feel }>("feel.set", change).then(({ feel }) => feel && this.take(feel)),
@@ -146,9 +159,12 @@ export class FeelView implements ViewPart {
     this.frameNow = null;
     this.marks = [];
     this.surface.reset();
-    if (hello.feel && !this.settled()) this.take(hello.feel);
-    else if (hello.controls) this.start(this.environmentOfAddress(hello), this.deviceOfAddress());
-    else if (hello.feel) this.take(hello.feel);
+    // Whoever opens the page finds a tissue that moves; who was only cut off for a while finds what there is.
+    if (hello.controls && (!hello.feel || !this.met)) {
+      const { environment, device } = hello.feel && !this.settled() ? asBefore(hello.feel) : this.addressed(hello);
+      this.start(environment, device);
+    } else if (hello.feel) this.take(hello.feel);
+    this.met = true;
     this.lookAtNow();
   }
 
@@ -175,7 +191,7 @@ export class FeelView implements ViewPart {
 
   // To the server.
 
-  private start(environment: Environment, device?: { mass_kg: number; damping_n_s_per_m: number }): void {
+  private start(environment: Environment, device: Device | undefined): void {
     this.app.connection
       .ask<{ feel: Feel }>("feel.start", { environment, ...(device ? { device } : {}), ghosts: this.ghosts() })
       .then(
@@ -193,7 +209,7 @@ export class FeelView implements ViewPart {
   }
 
   /** A wall of the Design view. */
-  startWall(environment: Environment, device: { mass_kg: number; damping_n_s_per_m: number }): void {
+  startWall(environment: Environment, device: Device): void {
     this.start(environment, device);
   }
 
@@ -245,7 +261,7 @@ export class FeelView implements ViewPart {
 
   private take(feel: Feel): void {
     this.feel = feel;
-    this.surface.law(feel);
+    this.surface.follows(feel);
     const tissue = "tissue" in feel.environment ? feel.environment.tissue : "";
     const own = this.tissue.querySelector("option[value='']");
     if (tissue === "" && !own) this.tissue.append(el("option", { value: "" }, "own wall"));
@@ -279,7 +295,7 @@ export class FeelView implements ViewPart {
         mass: feel.mass_kg, damping: feel.damping_n_s_per_m, handStiffness: 0, delay: 0, lag: 0,
         sampleTime: this.app.hello?.sample_time_s ?? 1e-3, noise: NO_NOISE, omega: [],
       });
-      this.map.show(judged, dissipation, stiffness, feel.order);
+      this.map.show(judged, dissipation, stiffness);
       say(this.said.safe, judged.sentence);
     } catch (error) {
       say(this.said.safe, error instanceof Error ? error.message : String(error));
@@ -308,6 +324,10 @@ export class FeelView implements ViewPart {
     return this.wanted.has("tissue") || this.wanted.has("B");
   }
 
+  private addressed(hello: Hello): { environment: Environment; device: Device | undefined } {
+    return { environment: this.environmentOfAddress(hello), device: this.deviceOfAddress() };
+  }
+
   private environmentOfAddress(hello: Hello): Environment {
     const ghosts = this.wanted.get("ghosts");
     this.compare.value = ghosts === "none" ? "" : (GHOSTS.find(([value]) => value === ghosts)?.[0] ?? "short,a3");
@@ -324,7 +344,7 @@ export class FeelView implements ViewPart {
     return { tissue: first?.name ?? "" };
   }
 
-  private deviceOfAddress(): { mass_kg: number; damping_n_s_per_m: number } | undefined {
+  private deviceOfAddress(): Device | undefined {
     const [mass, damping] = [numberOf(this.wanted, "m"), numberOf(this.wanted, "b")];
     return mass === undefined || damping === undefined ? undefined : { mass_kg: mass, damping_n_s_per_m: damping };
   }
@@ -375,7 +395,7 @@ export class FeelView implements ViewPart {
   }
 
   private timeLabel(value: number): string {
-    if (this.zoom === null) return Math.abs(value) < 1e-9 ? "now" : `${number(value)} s`;
+    if (this.zoom === null) return Math.abs(value) < 1e-9 ? "now" : `${plain(value)} s`;
     const step = (this.zoom[1] - this.zoom[0]) / 6;
     const places = Math.min(6, Math.max(0, Math.ceil(-Math.log10(step))));
     return `${value.toFixed(places)} s`;

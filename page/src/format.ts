@@ -48,6 +48,11 @@ export function quantity(value: number | null | undefined, unit: string): string
   return `${number(value / factor)}${NARROW}${prefix}${unit}`;
 }
 
+/** A number without digits that say nothing, as on an axis. */
+export function plain(value: number): string {
+  return String(Number(value.toPrecision(6))).replace("-", MINUS);
+}
+
 /** A number that is read back as the same: for fields and files. */
 export function exact(value: number): string {
   return String(value);

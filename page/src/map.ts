@@ -2,7 +2,7 @@
 
 import type { Judged } from "./analysis";
 import { onSize, say, set, svg } from "./dom";
-import { niceStep, number } from "./format";
+import { niceStep, number, plain } from "./format";
 
 export interface MapOptions {
   name: string;
@@ -32,7 +32,6 @@ export class RegionMap {
   private most: [number, number] = [1, 1];
   private at: [number, number] = [0, 0];
   private judged: Judged | null = null;
-  private order = 0;
 
   constructor(private readonly options: MapOptions) {
     this.root.append(this.grid, this.stable, this.passive, ...Object.values(this.names), this.here, this.point);
@@ -47,11 +46,10 @@ export class RegionMap {
   }
 
   /** Shows a judged wall at B, K. */
-  show(judged: Judged, dissipation: number, stiffness: number, order: number): void {
+  show(judged: Judged, dissipation: number, stiffness: number): void {
     const anew = this.judged?.region !== judged.region;
     this.judged = judged;
     this.at = [dissipation, stiffness];
-    this.order = order;
     if (anew) this.most = reach(judged, this.options.axes ? this.at : [0, 0]);
     this.draw();
   }
@@ -104,14 +102,14 @@ export class RegionMap {
       for (const value of ticks(kMost, Math.max(2, this.height / 60))) {
         const y = this.coordinates(0, value)[1];
         line(left, y, this.width - right, y);
-        text(left - 7, y + 4, "end", number(value / kUnit));
+        text(left - 7, y + 4, "end", plain(value / kUnit));
       }
       for (const value of ticks(bMost, Math.max(2, this.width / 110))) {
-        text(this.coordinates(value, 0)[0], this.height - bottom + 18, "middle", number(value));
+        text(this.coordinates(value, 0)[0], this.height - bottom + 18, "middle", plain(value));
       }
       say(this.names.y, `K, ${kUnit === 1000 ? "kN/m" : "N/m"}`);
       set(this.names.y, { x: left, y: top - 10, "text-anchor": "start" });
-      say(this.names.x, `B, N·s^${number(this.order)}/m`);
+      say(this.names.x, "B, N·s^μ/m");
       set(this.names.x, { x: this.width - right, y: this.height - 6, "text-anchor": "end" });
     } else {
       line(left, this.height - bottom, this.width - right, this.height - bottom);

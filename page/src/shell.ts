@@ -1,7 +1,7 @@
 // What is there in every view: head, stop, notices, foot, help.
 
 import { el, say } from "./dom";
-import { number, quantity } from "./format";
+import { number, plain, quantity } from "./format";
 import { VIEWS, type View } from "./fragment";
 import type { Hello, Status } from "./protocol";
 
@@ -20,6 +20,11 @@ export const KEYS: [string, string][] = [
 ];
 
 const NAMES: Record<View, string> = { feel: "Feel", design: "Design", runs: "Runs" };
+
+/** A sample rate. */
+function rate(hertz: number): string {
+  return hertz >= 1000 ? `${plain(hertz / 1000)} kHz` : `${plain(hertz)} Hz`;
+}
 
 export interface ShellOptions {
   go: (view: View) => void;
@@ -85,8 +90,8 @@ export class Shell {
     const hertz = this.hello ? 1 / this.hello.sample_time_s : NaN;
     const state = status.fault ? "fault" : status.stopped ? "stopped" : status.paused ? "paused" : status.running ? "running" : "idle";
     this.device.className = `device ${state}`;
-    say(this.device, `simulated device · ${state === "running" ? quantity(hertz, "Hz") : state}`);
-    say(this.foot.tick, quantity(status.tick_p50_us === null ? null : status.tick_p50_us * 1e-6, "s"));
+    say(this.device, `simulated device · ${state === "running" ? rate(hertz) : state}`);
+    say(this.foot.tick, `${number(status.tick_p50_us)} µs`);
     say(this.foot.late, String(status.late));
     say(this.foot.lost, String(status.lost + status.samples_missed));
     say(this.foot.limiter, this.limiters(status.limiter));

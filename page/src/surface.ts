@@ -1,53 +1,71 @@
 // Where the tissue's surface stands: at the probe while it touches, else where the tissue has come back to.
 
+import type { Analysis } from "./analysis";
 import type { Feel } from "./protocol";
 
 /** A force below this is none, N. */
 const TOUCH_N = 1e-4;
-/** Steps of the memory, s. */
+/** Time between two depths that the memory hears, s. */
 const STEP_S = 0.02;
-const MEMORY = 1500;
+/** A gap that is longer is not filled, s. */
+const GAP_S = 60;
 
 /**
- * The remembered set: the depth x₀ at which the tissue, with its history of indentations, would push with nothing,
- * K·x₀ + B·T^(−μ)·(x₀ + Σ_{j≥1} c_j·x[n−j]) = 0, from the positions that were shown.
+ * The remembered set of the tissue. Its memory runs in the worker: the operator of the loop itself, at the pace of the
+ * picture, hearing the depths that the picture shows.
  */
 export class Surface {
-  private weights: number[] = [];
-  private past: number[] = [];
-  private next = 0;
-  private share = 1;
+  private heard = NaN;
+  private set = 0;
+  private busy = false;
+  private depths: number[] = [];
+  private law: { order: number; stiffness: number; dissipation: number } | null = null;
 
+  constructor(private readonly analysis: Analysis) {}
+
+  /** The tissue is untouched. */
   reset(): void {
-    this.past = [];
-    this.next = 0;
+    this.heard = NaN;
+    this.set = 0;
+    this.depths = [];
+    if (this.law) this.begin();
   }
 
-  /** The law that is felt. */
-  law(feel: Feel): void {
-    // c_0 = 1, c_j = c_(j−1)·(j − 1 − μ)/j
-    this.weights = [1];
-    for (let j = 1; j <= MEMORY; j += 1) this.weights.push(((this.weights[j - 1] ?? 0) * (j - 1 - feel.order)) / j);
-    const memory = feel.dissipation_n_s_mu_per_m * STEP_S ** -feel.order;
-    this.share = memory > 0 ? memory / (memory + feel.stiffness_n_per_m) : 0;
+  /** The law that is felt; what was remembered is kept if it is the same. */
+  follows(feel: Feel): void {
+    const law = { order: feel.order, stiffness: feel.stiffness_n_per_m, dissipation: feel.dissipation_n_s_mu_per_m };
+    if (JSON.stringify(law) === JSON.stringify(this.law)) return;
+    this.law = law;
+    this.begin();
   }
 
   /** The surface at a time, s, with the probe at a position and a reaction. */
   at(time: number, position: number, force: number): number {
-    if (time < this.next - 10 * STEP_S) this.reset();
-    if (this.past.length === 0) this.next = time;
     const depth = Math.max(0, position);
-    while (this.next <= time) {
-      this.past.unshift(depth);
-      this.next += STEP_S;
-      if (time - this.next > MEMORY * STEP_S) this.next = time;
+    if (!(time - this.heard < GAP_S) || time < this.heard) this.heard = time;
+    while (this.heard + STEP_S <= time) {
+      this.depths.push(depth);
+      this.heard += STEP_S;
     }
-    this.past.length = Math.min(this.past.length, MEMORY);
-    if (force > TOUCH_N && position > 0) return position;
-    let sum = 0;
-    for (let j = 1; j < this.past.length; j += 1) sum -= (this.weights[j] ?? 0) * (this.past[j] ?? 0);
-    const set = this.share * sum;
-    // The probe may rest on what is still pushed in, never above it.
-    return Math.max(0, set);
+    if (this.depths.length > 0 && !this.busy) this.tell();
+    return force > TOUCH_N && position > 0 ? position : this.set;
+  }
+
+  private begin(): void {
+    if (this.law) this.analysis.remember({ law: { ...this.law, step: STEP_S } }).catch(() => undefined);
+  }
+
+  private tell(): void {
+    this.busy = true;
+    const depths = this.depths.splice(0);
+    this.analysis
+      .remember({ depths })
+      .then((set) => {
+        this.set = set;
+      })
+      .catch(() => undefined)
+      .finally(() => {
+        this.busy = false;
+      });
   }
 }

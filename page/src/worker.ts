@@ -1,7 +1,7 @@
 // haptic-analysis as WebAssembly, off the page's own thread.
 
-import init, { Bench, Device, parse_quantity } from "../generated/page_analysis";
-import type { Done, Judged, Question, Task } from "./analysis";
+import init, { Bench, Device, parse_quantity, Remembered } from "../generated/page_analysis";
+import type { Done, Judged, Question, Remember, Task } from "./analysis";
 
 const ready = init({ module_or_path: new URL("analysis.wasm", self.location.href) });
 
@@ -46,12 +46,25 @@ function judge(question: Question): Judged {
   return judged;
 }
 
+/** The memory of the tissue that is drawn. */
+let memory: Remembered | null = null;
+
+function remember(what: Remember): number {
+  if ("law" in what) {
+    memory?.free();
+    memory = null;
+    memory = new Remembered(what.law.order, what.law.stiffness, what.law.dissipation, what.law.step);
+  } else memory?.pushed(new Float64Array(what.depths));
+  return memory?.set_m() ?? 0;
+}
+
 self.onmessage = async (event: MessageEvent<Task>) => {
   const task = event.data;
   const answer = (done: Done): void => self.postMessage(done);
   try {
     await ready;
     if ("judge" in task) answer({ id: task.id, judged: judge(task.judge) });
+    else if ("remember" in task) answer({ id: task.id, value: remember(task.remember) });
     else answer({ id: task.id, value: parse_quantity(task.parse.kind, task.parse.text) });
   } catch (error) {
     answer({ id: task.id, error: error instanceof Error ? error.message : String(error) });

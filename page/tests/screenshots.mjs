@@ -15,6 +15,8 @@ for (const theme of (process.env.THEMES ?? "light,dark").split(",")) {
     for (const [key, name] of [["1", "feel"], ["2", "design"], ["3", "runs"]]) {
       await page.keyboard.press(key);
       await page.waitForTimeout(1200);
+      if (name === 'runs') for (const box of (await page.locator('.list input').all()).slice(0, 2)) await box.check();
+      await page.waitForTimeout(400);
       await page.screenshot({ path: `${folder}/${name}-${theme}-${width}.png` });
     }
     if (errors.length > 0) console.log(theme, width, errors);

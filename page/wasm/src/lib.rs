@@ -7,10 +7,12 @@
 mod bench;
 mod judgement;
 mod passive;
+mod remembered;
 #[path = "../../../crates/host-cli/src/quantity.rs"]
 pub mod quantity;
 mod units;
 
 pub use bench::{Bench, Device};
 pub use judgement::Judgement;
+pub use remembered::Remembered;
 pub use units::parse_quantity;
