@@ -43,6 +43,7 @@ const OPTIONS: &[(&str, &str)] = &[
     ("out", "--out"),
     ("overwrite", "--overwrite"),
     ("pin", "--pin"),
+    ("port", "--port"),
     ("ramp_time_s", "--ramp-time"),
     ("rate_hz", "--rate"),
     ("realtime", "--realtime"),
