@@ -2,8 +2,8 @@
 
 import type { App } from "./app";
 import { el, say } from "./dom";
+import { readable } from "./names";
 import type { Form, Parameter } from "./protocol";
-import { readable } from "./overlay";
 
 /** Kinds of quantities by the unit at the end of a key, as the command line reads them. */
 const KINDS: [RegExp, string][] = [
@@ -104,8 +104,10 @@ export class FormPanel {
     if (input instanceof HTMLInputElement && input.type === "checkbox") return input.checked === (parameter.default ?? false) ? undefined : input.checked;
     const text = input.value.trim();
     if (text === "" || text === String(parameter.default ?? "")) return undefined;
-    if (isText(parameter)) return text;
-    const kind = KINDS.find(([pattern]) => pattern.test(parameter.key))?.[1] ?? "number";
+    const known = KINDS.find(([pattern]) => pattern.test(parameter.key))?.[1];
+    // What is optional and has no unit is a number if it looks like one.
+    if (isText(parameter) && (known === undefined || parameter.default !== null)) return Number.isNaN(Number(text)) || parameter.default !== null ? text : Number(text);
+    const kind = known ?? "number";
     try {
       return await this.app.analysis.parse(kind, text);
     } catch (error) {
@@ -116,7 +118,7 @@ export class FormPanel {
 }
 
 function isText(parameter: Parameter): boolean {
-  return /text|choice|path|string/.test(parameter.kind) || parameter.choices !== null;
+  return parameter.kind === "text" || (parameter.choices?.length ?? 0) > 0;
 }
 
 function inputFor(parameter: Parameter, shown: string): HTMLInputElement | HTMLSelectElement {
@@ -131,5 +133,5 @@ function inputFor(parameter: Parameter, shown: string): HTMLInputElement | HTMLS
     box.checked = parameter.default === true;
     return box;
   }
-  return el("input", { type: "text", value: shown, spellcheck: "false", autocomplete: "off" });
+  return el("input", { type: "text", value: shown, placeholder: parameter.shown ?? "", spellcheck: "false", autocomplete: "off" });
 }

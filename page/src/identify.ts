@@ -14,9 +14,12 @@ interface Estimate {
 }
 
 interface Model {
-  name: string;
+  model: string;
   parameters: Estimate[];
-  [figure: string]: unknown;
+  rms: number;
+  aic: number;
+  bic: number;
+  predicted: number[];
 }
 
 interface Identified {
@@ -26,7 +29,9 @@ interface Identified {
   warnings: string[];
   best: string | null;
   models: Model[];
-  curves: { name: string; [column: string]: unknown }[];
+  /** Time or frequency, and what was measured there. */
+  x: number[];
+  measured: number[];
 }
 
 const COLOURS: Omit<Line, "label">[] = [
@@ -113,14 +118,8 @@ export class IdentifyPanel {
       const cells = model.parameters.map(({ name, unit, value, standard_error: error }) =>
         el("div", {}, `${name.replace(/_/g, " ")} ${number(value, 4)}${typeof error === "number" ? ` ± ${number(error, 2)}` : ""} ${unit}`),
       );
-      const figures = Object.entries(model).filter(([, value]) => typeof value === "number");
-      return el(
-        "tr",
-        { class: model.name === found.best ? "best" : undefined },
-        el("th", { scope: "row" }, model.name),
-        el("td", {}, ...cells),
-        el("td", {}, figures.map(([name, value]) => `${name} ${number(value as number)}`).join(", ")),
-      );
+      const figures = `rms ${number(model.rms)}, AIC ${number(model.aic, 4)}`;
+      return el("tr", { class: model.model === found.best ? "best" : undefined }, el("th", { scope: "row" }, model.model), el("td", {}, ...cells), el("td", {}, figures));
     });
     const said = [...found.warnings, ...found.notes].map((text) => el("p", { class: "hint" }, text));
     this.result.replaceChildren(el("table", {}, el("tbody", {}, ...models)), ...said);
@@ -128,17 +127,12 @@ export class IdentifyPanel {
   }
 
   private drawCurves(found: Identified): void {
-    const curves = found.curves.flatMap((curve) => {
-      const columns = Object.values(curve).filter((value): value is number[] => Array.isArray(value) && typeof value[0] === "number");
-      const [x, y] = columns;
-      return x && y ? [{ name: curve.name, x, y }] : [];
-    });
-    if (curves.length === 0) return;
-    const lines = curves.map((curve, index): Line => ({ label: curve.name, ...(COLOURS[index % COLOURS.length] ?? { colour: "--ink" }) }));
-    const positive = curves.every((curve) => curve.x.every((x) => x > 0));
+    const curves = [{ name: "measured", y: found.measured }, ...found.models.slice(0, COLOURS.length - 1).map(({ model, predicted }) => ({ name: model, y: predicted }))];
+    const lines = curves.map(({ name }, index): Line => ({ label: name, ...(COLOURS[index % COLOURS.length] ?? { colour: "--ink" }) }));
+    const positive = found.x.every((x) => x > 0);
     this.chart = new Chart({ name: "The record and its models", lines, logX: positive, xLabel: (x) => number(x, 2) });
     this.holder.replaceChildren(legend(lines), this.chart.root);
-    const thin = curves.map((curve) => decimate(curve.x, curve.y, 800));
+    const thin = curves.map((curve) => decimate(found.x, curve.y, 800));
     const x = [...new Set(thin.flatMap(({ time }) => time))].sort((a, b) => a - b);
     const place = new Map(x.map((at, index) => [at, index]));
     const points = thin.map(({ time, value }) => {

@@ -2,11 +2,12 @@
 
 import type { App } from "./app";
 import { Chart, legend, type Line } from "./chart";
-import { times, values, type Points } from "./columns";
+import { decimate, times, values, type Points } from "./columns";
 import { el } from "./dom";
 import { csvOf, pngOf, svgOf, type Picture } from "./export";
 import { plain } from "./format";
 import type { Frame } from "./frame";
+import { readable } from "./names";
 import type { OpenRun } from "./protocol";
 import { save } from "./save";
 
@@ -22,10 +23,18 @@ const STROKES: Omit<Line, "label">[] = [
 /** Theory lies beneath, broad and light, so that a curve on top of it is seen to agree all along. */
 const THEORY = { colour: "--theory", width: 6 };
 
+/** The experiment's own curve over its closed form, which no log holds. */
+const JUDGED = "over its closed form";
+
 interface Curve {
   run: OpenRun;
   channel: string;
   theory: boolean;
+}
+
+interface Sampled {
+  time: number[];
+  value: Points;
 }
 
 class Part {
@@ -33,6 +42,9 @@ class Part {
   readonly holder = el("div", { class: "chart-holder" });
   curves: Curve[] = [];
   chart: Chart | null = null;
+  chosen = false;
+  /** What the chart is made for. */
+  key = "";
   x: number[] = [];
   drawn: Points[] = [];
 
@@ -43,7 +55,7 @@ class Part {
 
 export class Overlay {
   readonly root: HTMLElement;
-  private readonly parts = [new Part("Channel above", /(rendered|simulated|reaction|^)_?force_n$/), new Part("Channel below", /^(simulated_|rendered_)?(position|indentation|deflection).*_m$/)];
+  private readonly parts = [new Part("Channel above", /^(contact_)?force_n$/), new Part("Channel below", /^(indenter_)?position_m$/)];
   private readonly all_ = el("button", { type: "button", class: "small", hidden: true }, "show all");
   private runs: OpenRun[] = [];
   private zoom: [number, number] | null = null;
@@ -54,7 +66,7 @@ export class Overlay {
   constructor(private readonly app: App) {
     const file = (text: string, act: (name: string) => void): HTMLButtonElement => {
       const made = el("button", { type: "button", class: "small" }, text);
-      made.addEventListener("click", () => act(this.runs.map((run) => run.name).join("+") || "runs"));
+      made.addEventListener("click", () => act(this.runs.map((run) => run.name.replace(/\W+/g, "-")).join("+") || "runs"));
       return made;
     };
     const [above, below] = this.parts;
@@ -66,7 +78,10 @@ export class Overlay {
       file("CSV", (name) => save(new Blob([csvOf(this.pictures())], { type: "text/csv" }), `${name}.csv`)),
     );
     const parts = [above, below].map((part) => {
-      part?.select.addEventListener("change", () => this.load());
+      part?.select.addEventListener("change", () => {
+        part.chosen = true;
+        this.load();
+      });
       return el("div", { class: "overlay-part" }, part?.select ?? "", part?.holder ?? "");
     });
     this.root = el("section", { class: "card overlay" }, el("h2", {}, "Curves", this.all_, files), ...parts);
@@ -77,13 +92,20 @@ export class Overlay {
   show(runs: OpenRun[]): void {
     this.runs = runs;
     this.zoom = null;
-    const channels = [...new Set(runs.flatMap((run) => run.channels))];
+    const judged = runs.filter(hasTheory).map((run) => `${run.curves?.quantity ?? "force"} ${JUDGED}`);
+    const channels = [...new Set([...runs.flatMap((run) => run.channels), ...judged])];
     for (const part of this.parts) {
       const before = part.select.value;
-      part.select.replaceChildren(...channels.filter((name) => !isTheory(name)).map((name) => el("option", { value: name }, readable(name))));
-      const best = channels.find((name) => !isTheory(name) && part.prefers.test(name)) ?? channels.find((name) => name !== this.parts[0]?.select.value && !isTheory(name));
-      part.select.value = channels.includes(before) ? before : (best ?? "");
+      part.select.replaceChildren(...channels.map((name) => el("option", { value: name }, readable(name))));
+      const best = channels.find((name) => part === this.parts[0] && name.endsWith(JUDGED)) ?? channels.find((name) => part.prefers.test(name)) ?? channels.find((name) => name !== this.parts[0]?.select.value);
+      // A choice of one's own stays; what was best for other runs need not be now.
+      part.select.value = part.chosen && channels.includes(before) ? before : (best ?? "");
     }
+    this.load();
+  }
+
+  /** Draws anew what goes on. */
+  refresh(): void {
     this.load();
   }
 
@@ -114,24 +136,38 @@ export class Overlay {
 
   private async loadPart(part: Part, round: number): Promise<void> {
     const channel = part.select.value;
-    part.curves = this.runs.filter((run) => run.channels.includes(channel)).map((run) => ({ run, channel, theory: false }));
-    const theory = this.runs.flatMap((run) => theoriesOf(channel, run.channels).map((name) => ({ run, channel: name, theory: true })));
-    part.curves.unshift(...theory);
-    this.makeChart(part);
+    const judged = channel.endsWith(JUDGED);
+    const runs = this.runs.filter((run) => (judged ? hasTheory(run) : run.channels.includes(channel)));
+    part.curves = runs.map((run) => ({ run, channel, theory: false }));
+    if (judged) part.curves.unshift(...runs.map((run) => ({ run, channel: "closed form", theory: true })));
+    const key = JSON.stringify([channel, this.runs.map((run) => run.name)]);
+    if (key !== part.key) this.makeChart(part);
+    part.key = key;
     const chart = part.chart;
     if (!chart) return;
     try {
-      const frames = await Promise.all(part.curves.map((curve) => this.fetch(curve, chart.columns)));
+      const columns = await Promise.all(part.curves.map((curve) => this.fetch(curve, chart.columns)));
       if (round !== this.round) return;
-      this.draw(part, chart, frames);
+      this.draw(part, chart, columns);
     } catch (error) {
       this.app.notify(error instanceof Error ? error.message : String(error));
     }
   }
 
-  private async fetch(curve: Curve, columns: number): Promise<Frame> {
+  private async fetch(curve: Curve, columns: number): Promise<Sampled> {
+    const { curves } = curve.run;
+    if (curves && (curve.theory || curve.channel.endsWith(JUDGED))) return decimate(curves.time_s, (curve.theory ? curves.closed_form : curves.values) ?? [], columns);
+    return sampled(await this.frameOf(curve, columns));
+  }
+
+  private async frameOf(curve: Curve, columns: number): Promise<Frame> {
     const span = this.zoom === null ? {} : { from_s: Math.max(curve.run.first_s, this.zoom[0]), to_s: Math.min(curve.run.last_s, this.zoom[1]) };
     const { view } = await this.app.connection.ask<{ view: number }>("view", { source: curve.run.name, ...span, columns, channels: [curve.channel] });
+    return this.frameOfView(view);
+  }
+
+  /** The frame of a view, which comes before or after the answer. */
+  async frameOfView(view: number): Promise<Frame> {
     const there = this.frames.get(view);
     this.frames.delete(view);
     return there ?? new Promise<Frame>((resolve) => this.waiting.set(view, resolve));
@@ -157,11 +193,7 @@ export class Overlay {
   }
 
   /** All curves on the times of all of them: where another has none, it has a gap that is not drawn. */
-  private draw(part: Part, chart: Chart, frames: Frame[]): void {
-    const columns = frames.map((frame) => {
-      const [least = new Float32Array(), most = new Float32Array()] = [frame.least[0], frame.most[0]];
-      return { time: times(frame), value: values(least, most) };
-    });
+  private draw(part: Part, chart: Chart, columns: Sampled[]): void {
     const x = [...new Set(columns.flatMap(({ time }) => time))].sort((a, b) => a - b);
     const place = new Map(x.map((time, index) => [time, index]));
     const drawn = columns.map(({ time, value }) => {
@@ -190,29 +222,11 @@ export class Overlay {
   }
 }
 
-function isTheory(channel: string): boolean {
-  return /^(closed_form|full_history)_/.test(channel);
+function hasTheory(run: OpenRun): boolean {
+  return (run.curves?.closed_form?.length ?? 0) > 0;
 }
 
-/** Theory of a channel: of the same quantity and unit. */
-function theoriesOf(channel: string, channels: string[]): string[] {
-  const quantity = /(force_n|strain|stress_pa|position_m)$/.exec(channel)?.[0];
-  return quantity === undefined ? [] : channels.filter((name) => name.startsWith("closed_form") && name.endsWith(quantity));
-}
-
-/** A channel's name with its unit, for people. */
-export function readable(channel: string): string {
-  const units: [RegExp, string][] = [
-    [/_n_s_per_m$/, ", N·s/m"],
-    [/_n_per_m$/, ", N/m"],
-    [/_m_per_s$/, ", m/s"],
-    [/_pa$/, ", Pa"],
-    [/_us$/, ", µs"],
-    [/_n$/, ", N"],
-    [/_m$/, ", m"],
-    [/_j$/, ", J"],
-    [/_s$/, ", s"],
-  ];
-  const unit = units.find(([pattern]) => pattern.test(channel));
-  return (unit ? channel.replace(unit[0], "") : channel).replace(/_/g, " ") + (unit?.[1] ?? "");
+function sampled(frame: Frame): Sampled {
+  const [least = new Float32Array(), most = new Float32Array()] = [frame.least[0], frame.most[0]];
+  return { time: times(frame), value: values(least, most) };
 }

@@ -120,6 +120,18 @@ export interface OpenRun {
   metadata: Record<string, unknown>;
   events: { time_s: number; kind: string; text: string }[];
   end: string | null;
+  /** What the experiment drew of itself, if it ran since the server was started. */
+  curves?: RunCurves | null;
+}
+
+/** A run over its closed form. */
+export interface RunCurves {
+  title?: string;
+  quantity?: string;
+  label?: string;
+  time_s: number[];
+  values?: number[];
+  closed_form?: number[];
 }
 
 export interface Parameter {
@@ -130,6 +142,8 @@ export interface Parameter {
   most: number | null;
   range: string | null;
   required: boolean;
+  /** The default as the help shows it. */
+  shown?: string;
   choices: string[] | null;
   help: string;
 }

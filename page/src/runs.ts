@@ -12,6 +12,9 @@ import type { Hello, OpenRun, RunEntry, RunProgress, Unasked } from "./protocol"
 /** Runs that can be told apart over each other. */
 const OPEN_MOST = 6;
 
+/** Time between two pictures of a run that goes on, ms. */
+const WATCH_MS = 300;
+
 type Panel = "curves" | "form" | "identify";
 
 export class RunsView implements ViewPart {
@@ -29,6 +32,10 @@ export class RunsView implements ViewPart {
   private open = new Map<string, OpenRun>();
   private wanted: string[] = [];
   private visible = false;
+  /** The run that goes on. */
+  private going: { name: string; samples: number; sampleTime: number; drawn: number } | null = null;
+  /** A run of this page that is to be drawn as soon as there is something. */
+  private awaited: string | null = null;
 
   constructor(private readonly app: App) {
     this.overlay = new Overlay(app);
@@ -73,7 +80,6 @@ export class RunsView implements ViewPart {
     const rows = this.entries.map((entry) => {
       const box = el("input", { type: "checkbox" });
       box.checked = this.open.has(entry.name);
-      box.disabled = entry.running;
       box.addEventListener("change", () => void this.toggle(entry.name, box.checked));
       const facts = [entry.kind, entry.running ? "running" : entry.duration_s === null ? "" : duration(entry.duration_s), bytes(entry.size_bytes), entry.verdict ?? ""];
       const text = el("span", { class: "run" }, el("b", {}, entry.name), el("small", {}, facts.filter((fact) => fact !== "").join(" · ")));
@@ -91,8 +97,7 @@ export class RunsView implements ViewPart {
     }
     if (wanted) {
       try {
-        const run = await this.app.connection.ask<OpenRun>("runs.open", { name });
-        this.open.set(name, { ...run, name });
+        this.open.set(name, await this.opened(name));
       } catch (error) {
         this.app.notify(error instanceof Error ? error.message : String(error));
         await this.refresh();
@@ -104,6 +109,18 @@ export class RunsView implements ViewPart {
     this.drawFacts();
     this.overlay.show([...this.open.values()]);
     this.app.remember("runs", new Map([["open", [...this.open.keys()].join(",")]]));
+  }
+
+  /** A run, or as much of it as there is while it goes on. */
+  private async opened(name: string): Promise<OpenRun> {
+    const { connection } = this.app;
+    if (this.going?.name !== name) return { ...(await connection.ask<OpenRun>("runs.open", { name })), name };
+    const { channels } = await connection.ask<{ channels: string[] }>("view", { source: name, columns: 1 });
+    const { samples, sampleTime } = this.going;
+    return {
+      name, channels, samples, sample_time_s: sampleTime, first_s: 0, last_s: samples * sampleTime,
+      complete: true, damage: "goes on", missing_samples: null, metadata: {}, events: [], end: null,
+    };
   }
 
   private drawFacts(): void {
@@ -128,7 +145,11 @@ export class RunsView implements ViewPart {
   private started(name: string): void {
     say(this.progress, `${name} goes on`);
     this.stop.hidden = false;
+    for (const other of [...this.open.keys()]) this.open.delete(other);
+    this.show("curves");
     void this.refresh();
+    // With its first word it is drawn.
+    this.awaited = name;
   }
 
   private progressed(run: RunProgress): void {
@@ -137,10 +158,33 @@ export class RunsView implements ViewPart {
     const end = { running: "", done: "is done", failed: "failed", stopped: "was stopped" }[run.state];
     say(this.progress, going ? `${run.name}: ${share} %` : `${run.name} ${end}${run.verdict ? `: ${run.verdict}` : ""}${run.error ? `: ${run.error}` : ""}`);
     this.stop.hidden = !going;
-    if (going) return;
+    if (going) {
+      void this.watch(run);
+      return;
+    }
+    const shown = this.open.delete(run.name) || this.awaited === run.name;
+    [this.going, this.awaited] = [null, null];
     void this.refresh().then(() => {
-      if (run.state === "done" && this.visible && !this.open.has(run.name)) void this.toggle(run.name, true);
+      if (shown && this.visible && this.entries.some(({ name }) => name === run.name)) void this.toggle(run.name, true);
     });
+  }
+
+  /** Draws the run that goes on, a few times a second. */
+  private async watch(run: RunProgress): Promise<void> {
+    if (this.going?.name !== run.name) this.going = { name: run.name, samples: run.samples, sampleTime: await this.sampleTimeOf(run.name), drawn: 0 };
+    const now = performance.now();
+    if (!this.visible || now - this.going.drawn < WATCH_MS) return;
+    this.going.drawn = now;
+    if (this.awaited === run.name) {
+      this.awaited = null;
+      await this.toggle(run.name, true);
+    } else if (this.open.has(run.name)) this.overlay.refresh();
+  }
+
+  /** From a frame: nothing else says it while a run goes on. */
+  private async sampleTimeOf(name: string): Promise<number> {
+    const { view } = await this.app.connection.ask<{ view: number }>("view", { source: name, columns: 1 });
+    return (await this.overlay.frameOfView(view)).sampleTimeS;
   }
 
   // Files.

@@ -272,7 +272,7 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
       case "runs.open": {
         const run = runs.find(({ entry }) => entry.name === message.name);
         if (!run) throw new Error(`there is no run ${message.name} any more`);
-        return { name: message.name, channels: run.channels, samples: run.samples[0].length, sample_time_s: T, first_s: 0, last_s: run.samples[0].length * T, complete: true, damage: null, missing_samples: 0, metadata: { kind: run.entry.kind, order: 0.2 }, events: [{ time_s: 1, kind: "phase", text: "hold" }], end: "done" };
+        return { name: message.name, channels: run.channels, samples: run.samples[0].length, sample_time_s: T, first_s: 0, last_s: run.samples[0].length * T, complete: true, damage: null, missing_samples: 0, metadata: { kind: run.entry.kind, order: 0.2 }, events: [{ time_s: 1, kind: "phase", text: "hold" }], end: "done", curves: run.curves };
       }
       case "runs.forms":
         return { forms: FORMS };
@@ -294,7 +294,7 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
         if (rows.slice(1).some((row) => row.length < 2 || row.some(Number.isNaN))) throw new Error("line 2 of the CSV is not two numbers: give time_s,force_n");
         const time = rows.slice(1).map(([t]) => t);
         const data = rows.slice(1).map(([, value]) => value);
-        return { kind: "relaxation", samples: time.length, notes: ["a note"], warnings: [], best: "spring-pot", models: [{ name: "spring-pot", aic: 1, parameters: [{ name: "order", unit: "", value: 0.2, error: 0.01 }] }], curves: [{ name: "data", time_s: time, value: data }, { name: "spring-pot", time_s: time, value: data.map((v) => v * 1.01) }] };
+        return { kind: "relaxation", samples: time.length, notes: ["a note"], warnings: [], best: "spring-pot", models: [{ model: "spring-pot", rms: 0.01, aic: 1, bic: 2, parameters: [{ name: "order", unit: "", value: 0.2, standard_error: 0.01 }], predicted: data.map((v) => v * 1.01) }], x: time, measured: data };
       }
       default:
         throw new Error(`there is no request ${message.do}`);
@@ -382,7 +382,7 @@ function makeRun(name, kind, order) {
     samples[1].push(-force);
     samples[2].push(-force * 1.002);
   }
-  return { entry: { name, kind, started_utc: "2026-11-20T22:00:00Z", duration_s: 8, samples: 8000, size_bytes: 412345, verdict: "passed", running: false }, channels: ["position_m", "force_n", "closed_form_force_n"], samples };
+  return { entry: { name, kind, started_utc: "2026-11-20T22:00:00Z", duration_s: 8, samples: 8000, size_bytes: 412345, verdict: "passed", running: false }, channels: ["position_m", "force_n", "contact_force_n"], samples, curves: { title: name, quantity: "force", label: "force / N", time_s: samples[0].map((_, n) => n * T), values: samples[1].map((f) => -f), closed_form: samples[2].map((f) => -f) } };
 }
 
 if (process.argv[1] === fileURLToPath(import.meta.url)) startMock({ port: Number(process.argv[2] ?? 0) }).then(({ address }) => console.log(address));
