@@ -96,6 +96,10 @@ pub enum Command {
     /// Look into a log, verify it, save what a cut file still holds, turn it into CSV or a picture
     #[command(subcommand)]
     Log(command::log::Command),
+    /// A page in the browser: feel a tissue, see what is stable, watch and start runs
+    #[cfg(feature = "serve")]
+    #[command(long_about = command::serve::LONG_ABOUT)]
+    Serve(command::serve::Arguments),
     /// Print a completion script for a shell
     Completions(command::shell::Completions),
     /// Write the manual pages
@@ -129,6 +133,8 @@ impl Cli {
             Command::Materials(command) => command.run(output),
             Command::Identify(arguments) => arguments.run(output),
             Command::Log(command) => command.run(output),
+            #[cfg(feature = "serve")]
+            Command::Serve(arguments) => arguments.run(output),
             Command::Completions(arguments) => arguments.run(Self::command(), output),
             Command::Man(arguments) => arguments.run(Self::command(), output),
         }

@@ -52,6 +52,7 @@ const OPTIONS: &[(&str, &str)] = &[
     ("overwrite", "--overwrite"),
     ("phase_margin_rad", "--phase-margin"),
     ("pin", "--pin"),
+    ("port", "--port"),
     ("ramp_time_s", "--ramp-time"),
     ("rate_hz", "--rate"),
     ("realtime", "--realtime"),

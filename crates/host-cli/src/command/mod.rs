@@ -23,6 +23,8 @@ pub mod reproduce;
 pub mod rt_check;
 pub mod run;
 pub mod safety;
+#[cfg(feature = "serve")]
+pub mod serve;
 pub mod shell;
 pub mod summary;
 pub mod weights;
