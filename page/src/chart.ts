@@ -164,7 +164,8 @@ export class Chart {
         setSelect: [
           (plot) => {
             const { left, width } = plot.select;
-            if (width > 4) options.zoomed?.([plot.posToVal(left, "x"), plot.posToVal(left + width, "x")]);
+            // The chart beside it, whose cursor follows, selects too.
+            if (width > 4 && plot.root.matches(":hover")) options.zoomed?.([plot.posToVal(left, "x"), plot.posToVal(left + width, "x")]);
             plot.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
           },
         ],

@@ -9,6 +9,8 @@ const TO = 0.0105;
 const LAYERS = 5;
 /** Speed of the arrow keys, m/s; with shift a tenth. */
 const KEY_SPEED = 0.004;
+/** Time in which the probe is taken out, s. */
+const WITHDRAW_S = 0.8;
 
 export interface SceneState {
   /** Of the probe, m. */
@@ -45,6 +47,8 @@ export class Scene {
   private keys = new Set<string>();
   private keyed: number | null = null;
   private fine = false;
+  /** Time until a hand that takes the probe out lets go, s. */
+  private leaving = 0;
   private limits: [number, number] = [FROM, TO];
 
   constructor(private readonly options: SceneOptions) {
@@ -170,6 +174,7 @@ export class Scene {
       root.setPointerCapture(event.pointerId);
       root.classList.add("held");
       this.keyed = null;
+      this.leaving = 0;
       this.options.touched();
       this.options.hand(this.within(position(event)), true);
     });
@@ -188,11 +193,8 @@ export class Scene {
   /** An arrow key went down or up; true if it was one. */
   key(event: KeyboardEvent, down: boolean): boolean {
     this.fine = event.shiftKey;
-    if (event.key === "Home" && down) {
-      this.keys.clear();
-      this.keyed = null;
-      this.options.touched();
-      this.options.hand(this.limits[0], false);
+    if (event.key === "Home") {
+      if (down) this.withdraw();
       return true;
     }
     if (!["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"].includes(event.key)) return false;
@@ -205,9 +207,26 @@ export class Scene {
     return true;
   }
 
+  /** The hand takes the probe out, then lets go. */
+  private withdraw(): void {
+    this.keys.clear();
+    this.options.touched();
+    this.keyed = this.limits[0];
+    this.leaving = WITHDRAW_S;
+  }
+
   /** Moves a hand that is led by keys, `elapsed` seconds after the last time; a hand that is led by a pointer is left alone. */
   step(elapsed: number): void {
     if (this.keyed === null) return;
+    if (this.leaving > 0) {
+      this.leaving -= elapsed;
+      if (this.keys.size > 0) this.leaving = 0;
+      else {
+        this.options.hand(this.keyed, this.leaving > 0);
+        if (this.leaving <= 0) this.keyed = null;
+        return;
+      }
+    }
     const way = (keys: string[]): number => (keys.some((key) => this.keys.has(key)) ? 1 : 0);
     const direction = way(["ArrowRight", "ArrowDown"]) - way(["ArrowLeft", "ArrowUp"]);
     this.keyed = this.within(this.keyed + direction * elapsed * KEY_SPEED * (this.fine ? 0.1 : 1));
