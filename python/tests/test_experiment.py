@@ -56,12 +56,12 @@ def test_creep_reaches_its_strain() -> None:
 def test_a_wall_is_stable_where_the_analysis_says_so() -> None:
     device = Device(WALL["mass_kg"], WALL["damping_n_s_per_m"])
     limit = region(device, 0.5, 2e-3, "full").stiffness_max_n_per_m
-    for stiffness, verdict in ((3000.0, "stable"), (1.5 * limit, "unstable")):
+    for stiffness, stable in ((3000.0, True), (1.5 * limit, False)):
         run = experiment.wall(**{**WALL, "stiffness_n_per_m": stiffness})
-        assert run.report["settling"]["verdict"] == verdict
+        # What grows ends at the limit of the force.
+        assert (run.report["verdict"] == "stable") is stable
         assert run.report["analysis_agrees"] is True
-        stable = Loop(device, stiffness, 30.0, 0.5, 2e-3, "full").verdict().stable
-        assert stable == (verdict == "stable")
+        assert Loop(device, stiffness, 30.0, 0.5, 2e-3, "full").verdict().stable is stable
 
 
 def test_a_coupler_runs() -> None:
@@ -79,11 +79,11 @@ def test_a_coupler_runs() -> None:
 
 def test_zwidth_finds_what_the_analysis_says() -> None:
     done: list[int] = []
-    report = experiment.zwidth(orders=[1.0], points=3, duration_s=2.0, progress=done.append)
+    report = experiment.zwidth(orders=[1.0], points=3, progress=done.append)
     points = report["orders"][0]["boundary"]
-    limited = [p for p in points if p["analysis_stiffness_n_per_m"]]
-    assert limited
-    for point in limited:
+    assert len(points) == 3
+    # The last is at the largest dissipation, where next to no stiffness is left.
+    for point in points[:-1]:
         assert abs(point["stiffness_max"] / point["analysis_stiffness_n_per_m"] - 1) < 0.05
     assert done == sorted(done)
 
