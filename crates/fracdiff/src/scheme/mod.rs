@@ -14,6 +14,7 @@
 mod operator;
 mod sizes;
 
+use crate::batch::Batch;
 use crate::error::check_length;
 use crate::full_memory::{Design, DesignError, Kernel};
 use crate::{
@@ -280,6 +281,33 @@ impl Scheme {
             }
             Self::Exact => return Err(SchemeError::AnalysisOnly),
         })
+    }
+
+    /// The scheme for whole records: the sum that it stands for, over all samples, no memory cut but that of `grunwald:N`.
+    /// A tolerance plays no part in it. `None` for `muir`, `tustin-muir` and `oustaloup`, which are no such sums.
+    ///
+    /// ```
+    /// use fracdiff::{Order, Scheme, Seconds};
+    ///
+    /// let (half, t) = (Order::new(0.5)?, Seconds(1.0));
+    /// let sum = Scheme::Exact.batch(half, t)?.ok_or("no sum")?;
+    /// assert!((sum.run(&[1.0, 0.0])[1] + 0.5).abs() < 1e-15); // c₁ = −μ
+    /// assert_eq!("muir:3".parse::<Scheme>()?.batch(half, t)?, None);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    /// # Errors
+    /// A sample time or a length outside its range.
+    pub fn batch(self, order: Order, sample_time: Seconds) -> Result<Option<Batch>, SchemeError> {
+        let batch = match self {
+            Self::Exact => Batch::full_history(Kernel::Grunwald, order, sample_time),
+            Self::Full { kernel, .. } => Batch::full_history(kernel, order, sample_time),
+            Self::FullBdf2 { .. } => Batch::full_bdf2(order, sample_time),
+            Self::Grunwald { length } => Batch::short_memory(order, length, sample_time),
+            Self::Muir { .. } | Self::TustinMuir { .. } | Self::Oustaloup { .. } => {
+                return Ok(None);
+            }
+        };
+        Ok(Some(batch?))
     }
 
     /// ε of the full memory that [`build`](Self::build) makes, see [`Design::error_bound`]; `None` for the other schemes.

@@ -1,0 +1,45 @@
+//! The native module of the Python package `fractional_haptics`: the Rust crates, with NumPy arrays in and out.
+
+mod analysis;
+mod arrays;
+mod conducted;
+mod control;
+mod experiment;
+mod json;
+mod log;
+mod operators;
+mod refused;
+mod tissue;
+
+/// The native module; use the modules of `fractional_haptics` beside it.
+#[pyo3::pymodule]
+mod _native {
+    #[pymodule_export]
+    use super::analysis::{
+        PyCoupler, PyDevice, PyLinearPlant, PyLoop, PyPort, PyRegion, stability_region,
+        transparency,
+    };
+    #[pymodule_export]
+    use super::control::{
+        PyControlPlant, PyPid, PyTransferFunction, closed_loop, simulate_loop, tune_controller,
+    };
+    #[pymodule_export]
+    use super::experiment::{design, experiment_parameters, run_experiment, zwidth};
+    #[pymodule_export]
+    use super::log::read_log;
+    #[pymodule_export]
+    use super::operators::{PyOperator, differintegrate, frequency_response, grunwald_weights};
+    #[pymodule_export]
+    use super::tissue::{
+        PyMaterial, PyModel, find_material, identify_record, library, model_table, restore_model,
+    };
+    use pyo3::prelude::*;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("COLOURS", haptic_figure::SERIES_COLOURS)?;
+        module.add("INK", haptic_figure::INK)?;
+        module.add("GRID", haptic_figure::GRID)?;
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

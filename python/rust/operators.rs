@@ -1,0 +1,408 @@
+//! Fractional operators: of whole records, and of streams.
+
+use crate::arrays::{any_shape, vector};
+use crate::refused::{OrRefused as _, refused};
+use fracdiff::parameter::positive;
+use fracdiff::{
+    Channel, ExactDifference, FrequencyResponse as _, Operator, OperatorHistory, Order, Scheme,
+    Seconds,
+};
+use numpy::{Complex64, IntoPyArray as _, PyArray1, PyArrayDyn, PyArrayMethods as _};
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+
+/// The axis of a stream.
+type Axis = Channel<f64, Operator<f64>>;
+
+fn scheme_of(text: &str) -> PyResult<Scheme> {
+    text.parse().or_refused()
+}
+
+/// D^μ of the columns of records, each a vector of samples; `first_sample` takes x₀ from the record.
+#[pyfunction]
+pub(crate) fn differintegrate<'py>(
+    py: Python<'py>,
+    columns: Vec<Bound<'py, PyAny>>,
+    order: f64,
+    sample_time: f64,
+    scheme: &str,
+    reference: Option<f64>,
+) -> PyResult<Vec<Bound<'py, PyArray1<f64>>>> {
+    let (order, sample_time) = (Order::new(order).or_refused()?, Seconds(sample_time));
+    let scheme = scheme_of(scheme)?;
+    let columns = columns.iter().map(|column| vector("x", column));
+    let columns: Vec<Vec<f64>> = columns.collect::<PyResult<_>>()?;
+    let outputs = py.detach(|| records(&columns, order, sample_time, scheme, reference));
+    Ok(outputs?.into_iter().map(|y| y.into_pyarray(py)).collect())
+}
+
+/// The defining sum where the scheme is one, else the operator run over each record.
+fn records(
+    columns: &[Vec<f64>],
+    order: Order,
+    sample_time: Seconds,
+    scheme: Scheme,
+    reference: Option<f64>,
+) -> PyResult<Vec<Vec<f64>>> {
+    let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+    if let Some(batch) = scheme.batch(order, sample_time).or_refused()? {
+        let batch = match reference {
+            Some(reference) => batch.relative_to(reference),
+            None => batch.caputo(),
+        };
+        return Ok(batch.channels(&columns));
+    }
+    let longest = columns.iter().map(|x| x.len()).max().unwrap_or(0);
+    let operator = scheme.build(order, sample_time, longest as f64);
+    let mut axis: Axis = Channel::new(operator.or_refused()?);
+    let run = |x: &&[f64]| {
+        let first = x.first().copied().unwrap_or(0.0);
+        axis.reset_to(reference.unwrap_or(first));
+        x.iter().map(|&x| axis.step(x)).collect()
+    };
+    Ok(columns.iter().map(run).collect())
+}
+
+/// The first weights of (1 − w)^μ.
+#[pyfunction]
+pub(crate) fn grunwald_weights(
+    py: Python<'_>,
+    order: f64,
+    count: usize,
+) -> PyResult<Bound<'_, PyArray1<f64>>> {
+    let order = Order::new(order).or_refused()?;
+    let weights = py.detach(|| fracdiff::grunwald_weights(order).take(count).collect());
+    Ok(PyArray1::from_vec(py, weights))
+}
+
+/// T^(−μ)·P(e^(−jωT)) of any scheme, `exact` too.
+#[pyfunction]
+pub(crate) fn frequency_response<'py>(
+    omega: &Bound<'py, PyAny>,
+    order: f64,
+    sample_time: f64,
+    scheme: &str,
+    horizon: f64,
+) -> PyResult<Bound<'py, PyArrayDyn<Complex64>>> {
+    if scheme_of(scheme)? != Scheme::Exact {
+        let operator = PyOperator::new(order, sample_time, scheme, horizon)?;
+        return operator.frequency_response(omega);
+    }
+    let order = Order::new(order).or_refused()?;
+    let rate = Seconds(sample_time).rate_to_the(order).or_refused()?;
+    let exact = ExactDifference(order);
+    response(omega, sample_time, |theta| exact.response(theta) * rate)
+}
+
+/// A response at each of some frequencies in rad/s, which must be up to half the sample rate.
+fn response<'py>(
+    omega: &Bound<'py, PyAny>,
+    sample_time: f64,
+    at: impl Fn(f64) -> Complex64 + Sync,
+) -> PyResult<Bound<'py, PyArrayDyn<Complex64>>> {
+    let py = omega.py();
+    let (omega, shape) = any_shape("omega", omega)?;
+    // A frequency of π/T that was rounded up is half the sample rate all the same.
+    let nyquist = std::f64::consts::PI / sample_time * (1.0 + 4.0 * f64::EPSILON);
+    if let Some(index) = omega.iter().position(|w| !(0.0..=nyquist).contains(w)) {
+        return Err(refused(format_args!(
+            "omega[{index}] = {} rad/s is not in [0, {nyquist}] rad/s, that is up to half the sample rate",
+            omega[index]
+        )));
+    }
+    let values: Vec<Complex64> = py.detach(|| {
+        let angles = omega.iter().map(|omega| omega * sample_time);
+        angles.map(&at).collect()
+    });
+    values.into_pyarray(py).reshape(shape)
+}
+
+/// D^μ of one signal, sample by sample or block by block.
+///
+/// ::
+///
+///     y[n] = T^(-order) * sum_j w_j (x[n-j] - reference)
+///
+/// Parameters
+/// ----------
+/// order : float
+///     Order, -2 to 2: positive differentiates, negative integrates.
+/// sample_time : float
+///     Time T between samples in s, 1e-9 to 1e6.
+/// scheme : str, default "full"
+///     ``grunwald:N``, ``muir:N``, ``tustin-muir:N``, ``oustaloup:N:LOW_HZ:HIGH_HZ``, ``full[:TOLERANCE]``,
+///     ``piecewise-linear[:TOLERANCE]`` or ``full-bdf2[:TOLERANCE]``.
+/// horizon : float, default 3600
+///     How long the stream may last in s, for the schemes with a tolerance: up to there it holds.
+///
+/// Raises
+/// ------
+/// ValueError
+///     A parameter outside its range, an unknown scheme, a tolerance that cannot be reached.
+///
+/// Notes
+/// -----
+/// A new operator is at rest: the signal was 0 for ever. A NaN or an infinity makes the outputs that it reaches not
+/// finite, which are all of them but for ``grunwald`` and ``muir``; `reset` forgets it. An operator belongs to one thread at
+/// a time: `process` releases the interpreter, and a call from another thread meanwhile is a ``RuntimeError``. Pickling and
+/// copying keep the history: the copy goes on where the original stood, to the bit.
+///
+/// References
+/// ----------
+/// I. Podlubny, *Fractional Differential Equations*, Academic Press, 1999, chapter 7; the crate ``fracdiff``.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np
+/// >>> from fractional_haptics.operators import Operator
+/// >>> half = Operator(0.5, 1e-3, "grunwald:1000")
+/// >>> half.step(1.0)  # doctest: +ELLIPSIS
+/// 31.62...
+/// >>> half.process(np.ones(3)).shape
+/// (3,)
+#[pyclass(name = "Operator", module = "fractional_haptics.operators")]
+#[derive(Debug)]
+pub(crate) struct PyOperator {
+    axis: Axis,
+    order: Order,
+    sample_time: Seconds,
+    scheme: Scheme,
+    horizon: f64,
+}
+
+/// What pickling keeps beside the arguments: the history as bytes, and the reference.
+type State<'py> = (Bound<'py, PyBytes>, f64);
+
+#[pymethods]
+impl PyOperator {
+    #[new]
+    #[pyo3(signature = (order, sample_time, scheme = "full", horizon = 3600.0))]
+    fn new(order: f64, sample_time: f64, scheme: &str, horizon: f64) -> PyResult<Self> {
+        let (order, sample_time) = (Order::new(order).or_refused()?, Seconds(sample_time));
+        let scheme = scheme_of(scheme)?;
+        sample_time.rate_to_the(order).or_refused()?;
+        positive("horizon", horizon, "s").or_refused()?;
+        let operator = scheme.build(order, sample_time, horizon / sample_time.0);
+        Ok(Self {
+            axis: Channel::new(operator.or_refused()?),
+            order,
+            sample_time,
+            scheme,
+            horizon,
+        })
+    }
+
+    /// The output for the sample x, which is then taken into the history.
+    ///
+    /// Parameters
+    /// ----------
+    /// x : float
+    ///     The newest sample.
+    ///
+    /// Returns
+    /// -------
+    /// float
+    ///     y in the unit of x, times s^(-order).
+    #[pyo3(signature = (x, /))]
+    fn step(&mut self, x: f64) -> f64 {
+        self.axis.step(x)
+    }
+
+    /// The output for the newest sample; the history stays as it is.
+    ///
+    /// Parameters
+    /// ----------
+    /// x : float
+    ///     The newest sample.
+    ///
+    /// Returns
+    /// -------
+    /// float
+    ///     y in the unit of x, times s^(-order).
+    #[pyo3(signature = (x, /))]
+    fn output(&self, x: f64) -> f64 {
+        self.axis.output(x)
+    }
+
+    /// Takes the newest sample into the history.
+    ///
+    /// Parameters
+    /// ----------
+    /// x : float
+    ///     The newest sample.
+    #[pyo3(signature = (x, /))]
+    fn advance(&mut self, x: f64) {
+        self.axis.advance(x);
+    }
+
+    /// The outputs for a block of samples, the next of the stream. Releases the interpreter.
+    ///
+    /// Parameters
+    /// ----------
+    /// block : array_like, shape (n,)
+    ///     Samples; integers are converted.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (n,)
+    ///     What `step` would give for each, to the bit.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     Not one dimension, or not real numbers.
+    #[pyo3(signature = (block, /))]
+    fn process<'py>(
+        &mut self,
+        py: Python<'py>,
+        block: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let mut samples = vector("block", block)?;
+        let axis = &mut self.axis;
+        py.detach(|| {
+            for sample in &mut samples {
+                *sample = axis.step(*sample);
+            }
+        });
+        Ok(samples.into_pyarray(py))
+    }
+
+    /// Forgets the past.
+    ///
+    /// Parameters
+    /// ----------
+    /// reference : float, default 0
+    ///     From now on the operator acts on x - reference, as if the signal had stood there for ever (Caputo).
+    #[pyo3(signature = (reference = 0.0))]
+    fn reset(&mut self, reference: f64) {
+        self.axis.reset_to(reference);
+    }
+
+    /// The first weights of the operator as it is made: its response to a single sample of 1.
+    ///
+    /// Parameters
+    /// ----------
+    /// count : int
+    ///     Number of weights.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (count,)
+    ///     T^(-order) w_j in s^(-order), newest sample first: ``np.convolve`` with them is `process` from rest.
+    fn weights<'py>(&self, py: Python<'py>, count: usize) -> Bound<'py, PyArray1<f64>> {
+        let operator = self.axis.operator();
+        let weights = py.detach(|| {
+            let mut axis = Channel::new(operator);
+            let impulse = std::iter::once(1.0).chain(std::iter::repeat(0.0));
+            impulse.take(count).map(|x| axis.step(x)).collect()
+        });
+        PyArray1::from_vec(py, weights)
+    }
+
+    /// The frequency response of the operator as it is made.
+    ///
+    /// Parameters
+    /// ----------
+    /// omega : array_like
+    ///     Frequencies in rad/s, 0 to pi/T, of any shape.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of complex, same shape
+    ///     T^(-order) P(exp(-j omega T)) in s^(-order).
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     A frequency above half the sample rate, with its index.
+    fn frequency_response<'py>(
+        &self,
+        omega: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<Complex64>>> {
+        let operator = self.axis.operator();
+        let rate = self.sample_time.rate_to_the(self.order).or_refused()?;
+        response(omega, self.sample_time.0, |theta| {
+            operator.response(theta) * rate
+        })
+    }
+
+    /// The operator as numbers: form, differences (> 0) or sums (< 0) around, values; None for a scheme without such a list.
+    fn _list<'py>(&self, py: Python<'py>) -> Option<(&'static str, i8, Bound<'py, PyArray1<f64>>)> {
+        use fracdiff::portable::Form;
+        let list = self.axis.operator().list()?;
+        let form = match list.form {
+            Form::Taps => "taps",
+            Form::Modes => "modes",
+            Form::Recursion => "recursion",
+            Form::Sections => "sections",
+        };
+        Some((form, list.integer, PyArray1::from_vec(py, list.values)))
+    }
+
+    /// Order.
+    #[getter]
+    fn order(&self) -> f64 {
+        self.order.get()
+    }
+
+    /// Time between samples in s.
+    #[getter]
+    fn sample_time(&self) -> f64 {
+        self.sample_time.0
+    }
+
+    /// The scheme with all of its parameters.
+    #[getter]
+    fn scheme(&self) -> String {
+        self.scheme.to_string()
+    }
+
+    /// How long the stream may last in s.
+    #[getter]
+    fn horizon(&self) -> f64 {
+        self.horizon
+    }
+
+    /// The value that the operator takes from each sample.
+    #[getter]
+    fn reference(&self) -> f64 {
+        self.axis.state().1
+    }
+
+    /// Number of samples that reach an output; None if all do.
+    #[getter]
+    fn memory_length(&self) -> Option<usize> {
+        use fracdiff::Differintegrator as _;
+        self.axis.operator().memory_length()
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "Operator(order={}, sample_time={}, scheme='{}', horizon={})",
+            self.order, self.sample_time.0, self.scheme, self.horizon
+        )
+    }
+
+    fn __reduce__<'py>(
+        slf: &Bound<'py, Self>,
+    ) -> PyResult<(Bound<'py, PyAny>, (f64, f64, String, f64), State<'py>)> {
+        let own = slf.try_borrow()?;
+        let arguments = (own.order(), own.sample_time(), own.scheme(), own.horizon());
+        let (history, reference) = own.axis.state();
+        let bytes = postcard::to_stdvec(history).or_refused()?;
+        let state = (PyBytes::new(slf.py(), &bytes), reference);
+        Ok((slf.get_type().into_any(), arguments, state))
+    }
+
+    fn __setstate__(&mut self, state: State<'_>) -> PyResult<()> {
+        let (bytes, reference) = state;
+        let history: OperatorHistory<f64> = postcard::from_bytes(bytes.as_bytes())
+            .map_err(|error| refused(format_args!("not the history of an operator: {error}")))?;
+        let at_rest = self.axis.state().0;
+        if std::mem::discriminant(&history) != std::mem::discriminant(at_rest) {
+            return Err(refused("the history of another scheme"));
+        }
+        self.axis.resume(history, reference);
+        Ok(())
+    }
+}

@@ -1,0 +1,42 @@
+"""Fractional-order operators, viscoelastic tissue, stability of haptic loops and their experiments.
+
+The numbers come from the Rust crates of the same project; nothing is computed twice.
+
+Modules
+-------
+operators
+    ``D^μ`` of whole records and of streams.
+tissue
+    Models, the library, models from records.
+analysis
+    What is stable, passive and transparent.
+control
+    Fractional transfer functions, controllers, tuning.
+experiment
+    Relaxation, creep, walls, couplers, Z-width, design.
+log
+    Logs of runs as pandas tables.
+plot
+    Figures with matplotlib.
+sweep
+    Maps over grids, on threads or on a cluster.
+"""
+
+from importlib import import_module as _import_module
+
+from fractional_haptics._native import __version__
+
+_MODULES = ("analysis", "control", "experiment", "log", "operators", "plot", "sweep", "tissue")
+
+__all__ = ["__version__", *_MODULES]
+
+
+def __getattr__(name: str) -> object:
+    """Imports a module when it is first named: what it needs is then loaded, and not before."""
+    if name in _MODULES:
+        return _import_module(f"{__name__}.{name}")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
