@@ -92,9 +92,14 @@ def _nested_globals(function: FunctionType) -> dict[str, Any]:
 
 def _code(function: FunctionType) -> str:
     try:
-        tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
+        tree: ast.AST = ast.parse(textwrap.dedent(inspect.getsource(function)))
     except (OSError, TypeError, SyntaxError):
         return _hash(_compiled(function.__code__))
+    if function.__name__ == "<lambda>":  # its source is the whole statement around it
+        lambdas = [node for node in ast.walk(tree) if isinstance(node, ast.Lambda)]
+        if len(lambdas) != 1:
+            return _hash(_compiled(function.__code__))
+        tree = lambdas[0]
     for node in ast.walk(tree):
         body = getattr(node, "body", None)
         if isinstance(body, list) and body and isinstance(body[0], ast.Expr) and _is_text(body[0].value):

@@ -10,7 +10,9 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import product
 from math import prod
+from operator import mul
 from threading import Event
 from time import perf_counter
 from typing import Any
@@ -80,7 +82,8 @@ def work_of(function: Callable[..., Any], grid: Grid, seed: int) -> Work:
     named = {name for name, one in parameters.items() if one.kind in (one.POSITIONAL_OR_KEYWORD, one.KEYWORD_ONLY)}
     if not anything and (unknown := [name for name in _settings(grid) if name not in named]):
         raise TypeError(
-            f"the function takes no argument {unknown[0]!r}, an axis of the grid; it takes: {', '.join(sorted(named))}"
+            f"the function takes no argument {unknown[0]!r}, an axis of the grid, by name; "
+            f"it takes: {', '.join(sorted(named)) or 'none'}"
         )
     given = {"rng", *grid.coordinates}
     for name, one in parameters.items():
@@ -106,7 +109,7 @@ def run(work: Work, outputs: Outputs, part: Part, stop: Event | None = None) -> 
     started = perf_counter()
     rows = empty_rows(outputs, part.size)
     errors: dict[int, str] = {}
-    for row, (_, arguments) in enumerate(_points(work, part)):
+    for row, arguments in enumerate(_points(work, part)):
         if stop is not None and stop.is_set():
             return None
         try:
@@ -126,16 +129,15 @@ def probe(work: Work, points: list[Part], seconds: float) -> Probe:
     tried = Probe([], [], None)
     started = perf_counter()
     for part in points:
-        ((_, arguments),) = _points(work, part)
+        (arguments,) = _points(work, part)
         before = perf_counter()
         try:
-            result = work.function(**arguments)
-            tried.seconds.append(perf_counter() - before)
-            tried.kinds.append(kind_of(result))
+            tried.kinds.append(kind_of(work.function(**arguments)))
         except (KeyboardInterrupt, SystemExit, GeneratorExit):
             raise
         except BaseException as error:
             tried.error = tried.error or _text(error)
+        tried.seconds.append(perf_counter() - before)
         if tried.kinds and perf_counter() - started > seconds:
             break
     return tried
@@ -146,16 +148,16 @@ def random_numbers(seed: int, index: int) -> np.random.Generator:
     return np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(index,))))
 
 
-def _points(work: Work, part: Part) -> Iterator[tuple[int, dict[str, Any]]]:
-    """Index of the random numbers and arguments of each point of a block, in order."""
+def _points(work: Work, part: Part) -> Iterator[dict[str, Any]]:
+    """Arguments of each point of a block, in order."""
     columns = [(name, *part.coordinates[name]) for name in work.arguments]
     strides = _strides(part)
-    for place in np.ndindex(*part.shape):
-        index = sum((a + i) * s for a, i, s in zip(part.start, place, strides, strict=True))
+    first = sum(a * s for a, s in zip(part.start, strides, strict=True))
+    for place in product(*map(range, part.shape)):
         arguments = {name: values[place[dimension]] for name, dimension, values in columns}
         if work.takes_rng:
-            arguments["rng"] = random_numbers(work.seed, index)
-        yield index, arguments
+            arguments["rng"] = random_numbers(work.seed, first + sum(map(mul, place, strides)))
+        yield arguments
 
 
 def _strides(part: Part) -> list[int]:
