@@ -1,14 +1,26 @@
 //! The native module of the Python package `fractional_haptics`: the Rust crates, with NumPy arrays in and out.
 
+mod analysis;
 mod arrays;
+mod conducted;
+mod json;
 mod operators;
 mod refused;
+mod tissue;
 
 /// The native module; use the modules of `fractional_haptics` beside it.
 #[pyo3::pymodule]
 mod _native {
     #[pymodule_export]
+    use super::analysis::{
+        PyCoupler, PyDevice, PyLinearPlant, PyLoop, PyPort, PyRegion, region, transparency,
+    };
+    #[pymodule_export]
     use super::operators::{PyOperator, differintegrate, frequency_response, grunwald_weights};
+    #[pymodule_export]
+    use super::tissue::{
+        PyMaterial, PyModel, find_material, identify_record, library, model_table, restore_model,
+    };
     use pyo3::prelude::*;
 
     #[pymodule_init]

@@ -1,0 +1,144 @@
+//! Fractional virtual couplers.
+
+use super::operator;
+use super::plant::PyDevice;
+use crate::refused::OrRefused as _;
+use fracdiff::Order;
+use haptic_analysis::{CoupledLoop, CoupledObject, Coupler, Dynamics, LeastDamping};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// A fractional virtual coupler between a device and any passive environment; velocity in, force out.
+///
+/// ::
+///
+///     Z_c = k_c + b_c s^(-order)
+///
+/// Parameters
+/// ----------
+/// order : float
+///     0 to 2; 1 is a damper ``k_c`` beside a spring ``b_c``.
+/// sample_time : float
+///     T in s.
+/// stiffness_n_s_per_m : float
+///     k_c in N·s/m.
+/// dissipation_n_s_1mu_per_m : float
+///     b_c in N·s^(1-order)/m.
+///
+/// Raises
+/// ------
+/// ValueError
+///     A parameter outside its range.
+///
+/// References
+/// ----------
+/// O. Tokatlı, *Fractional Order Control in Haptics*, chapter 5; J. E. Colgate, J. M. Brown, 1995.
+#[pyclass(name = "Coupler", module = "fractional_haptics.analysis", frozen)]
+#[derive(Debug)]
+pub(crate) struct PyCoupler {
+    order: f64,
+    sample_time: f64,
+    coupler: Coupler<'static>,
+}
+
+/// Infinite where none is enough.
+fn number(least: LeastDamping) -> f64 {
+    match least {
+        LeastDamping::Enough {
+            damping_n_s_per_m, ..
+        } => damping_n_s_per_m,
+        LeastDamping::NoneIsEnough { .. } => f64::INFINITY,
+    }
+}
+
+#[pymethods]
+impl PyCoupler {
+    #[new]
+    fn new(
+        order: f64,
+        sample_time: f64,
+        stiffness_n_s_per_m: f64,
+        dissipation_n_s_1mu_per_m: f64,
+    ) -> PyResult<Self> {
+        let known = Order::new(order).or_refused()?;
+        let coupler = Coupler::exact(
+            known,
+            sample_time,
+            stiffness_n_s_per_m,
+            dissipation_n_s_1mu_per_m,
+        );
+        Ok(Self {
+            order,
+            sample_time,
+            coupler: coupler.or_refused()?,
+        })
+    }
+
+    /// Least damping of a device under Tustin's rule that fulfils Llewellyn's conditions, N·s/m; infinite if none does.
+    fn least_damping(&self, py: Python<'_>) -> PyResult<f64> {
+        py.detach(|| self.coupler.least_damping())
+            .map(number)
+            .or_refused()
+    }
+
+    /// Least damping of the really sampled device that is passive with the coupler and every passive object.
+    ///
+    /// Parameters
+    /// ----------
+    /// delay_s, current_lag_s : float, default 0
+    ///     As in `Device`.
+    ///
+    /// Returns
+    /// -------
+    /// float
+    ///     N·s/m; infinite if none is enough.
+    #[pyo3(signature = (delay_s = 0.0, current_lag_s = 0.0))]
+    fn sampled_damping(&self, py: Python<'_>, delay_s: f64, current_lag_s: f64) -> PyResult<f64> {
+        let dynamics = Dynamics {
+            delay_s,
+            current_lag_s,
+            ..Dynamics::ideal(1.0, 0.0)
+        };
+        let path = dynamics.path(self.sample_time).or_refused()?;
+        py.detach(|| self.coupler.sampled_damping(path))
+            .map(number)
+            .or_refused()
+    }
+
+    /// The damping that Corollary 2 of the dissertation asks for, N·s/m.
+    fn corollary_damping(&self) -> f64 {
+        self.coupler.corollary_damping()
+    }
+
+    /// The really sampled loop of a device, this coupler and an object, as a dictionary.
+    fn _with_object<'py>(
+        &self,
+        py: Python<'py>,
+        device: &PyDevice,
+        object: (f64, f64, f64),
+        scheme: &str,
+        horizon: f64,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let difference = operator(1.0 - self.order, self.sample_time, scheme, horizon)?;
+        let object = CoupledObject {
+            mass_kg: object.0,
+            damping_n_s_per_m: object.1,
+            stiffness_n_per_m: object.2,
+        };
+        let coupled = CoupledLoop::new(&device.dynamics(), &self.coupler, &object, &difference)
+            .or_refused()?;
+        let unstable = py.detach(|| coupled.unstable_poles());
+        let margin = match unstable {
+            Some(0) => py.detach(|| coupled.gain_margin()).or_refused()?,
+            _ => None,
+        };
+        let report = PyDict::new(py);
+        report.set_item("stable", unstable == Some(0))?;
+        report.set_item("unstable_poles", unstable)?;
+        report.set_item(
+            "gain_up",
+            margin.map(|margin| super::at(margin, self.sample_time)),
+        )?;
+        Ok(report)
+    }
+}

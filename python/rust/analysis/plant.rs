@@ -1,0 +1,276 @@
+//! Plants: a mass with damper and hand, or any matrices, behind a delay and a current lag.
+
+use crate::arrays::{matrix, vector};
+use crate::refused::{OrRefused as _, refused};
+use haptic_analysis::{Dynamics, ForcePath, SampledPlant};
+use numpy::Complex64;
+use pyo3::prelude::*;
+
+/// A device as every analysis takes it: mass, damper, hand, delay and lag of the force.
+///
+/// ::
+///
+///     m x'' + b x' + k x = f,    tau f' = u(t - delay) - f
+///
+/// Parameters
+/// ----------
+/// mass_kg : float
+///     m of device and hand, above 0.
+/// damping_n_s_per_m : float
+///     b of device and hand, at least 0.
+/// hand_stiffness_n_per_m : float, default 0
+///     k of the hand.
+/// delay_s : float, default 0
+///     From a measurement to the force that answers it, beside the hold of one sample; not necessarily whole samples.
+/// current_lag_s : float, default 0
+///     tau, time constant of the motor current.
+///
+/// Notes
+/// -----
+/// Ranges are checked where it is used, since they depend on the sample time.
+///
+/// Examples
+/// --------
+/// >>> from fractional_haptics.analysis import Device
+/// >>> Device(0.065, 3.5).mass_kg
+/// 0.065
+#[pyclass(
+    name = "Device",
+    module = "fractional_haptics.analysis",
+    frozen,
+    get_all
+)]
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PyDevice {
+    /// m in kg.
+    mass_kg: f64,
+    /// b in N·s/m.
+    damping_n_s_per_m: f64,
+    /// k of the hand in N/m.
+    hand_stiffness_n_per_m: f64,
+    /// Delay in s.
+    delay_s: f64,
+    /// tau in s.
+    current_lag_s: f64,
+}
+
+impl PyDevice {
+    pub(super) fn dynamics(&self) -> Dynamics {
+        Dynamics {
+            mass_kg: self.mass_kg,
+            damping_n_s_per_m: self.damping_n_s_per_m,
+            hand_stiffness_n_per_m: self.hand_stiffness_n_per_m,
+            delay_s: self.delay_s,
+            current_lag_s: self.current_lag_s,
+        }
+    }
+}
+
+#[pymethods]
+impl PyDevice {
+    #[new]
+    #[pyo3(signature = (mass_kg, damping_n_s_per_m, hand_stiffness_n_per_m = 0.0, delay_s = 0.0, current_lag_s = 0.0))]
+    fn new(
+        mass_kg: f64,
+        damping_n_s_per_m: f64,
+        hand_stiffness_n_per_m: f64,
+        delay_s: f64,
+        current_lag_s: f64,
+    ) -> Self {
+        Self {
+            mass_kg,
+            damping_n_s_per_m,
+            hand_stiffness_n_per_m,
+            delay_s,
+            current_lag_s,
+        }
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "Device(mass_kg={}, damping_n_s_per_m={}, hand_stiffness_n_per_m={}, delay_s={}, current_lag_s={})",
+            self.mass_kg,
+            self.damping_n_s_per_m,
+            self.hand_stiffness_n_per_m,
+            self.delay_s,
+            self.current_lag_s
+        )
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyAny>, (f64, f64, f64, f64, f64)) {
+        let own = slf.get();
+        let arguments = (
+            own.mass_kg,
+            own.damping_n_s_per_m,
+            own.hand_stiffness_n_per_m,
+            own.delay_s,
+            own.current_lag_s,
+        );
+        (slf.get_type().into_any(), arguments)
+    }
+}
+
+/// Any linear plant from force to position: ``x' = A x + B u(t - delay)``, ``y = C x``.
+///
+/// Parameters
+/// ----------
+/// a : array_like, shape (n, n)
+///     1/s.
+/// b, c : array_like, n numbers of any shape
+///     u in N, y in m.
+/// delay_s : float, default 0
+///     As in `Device`.
+/// current_lag_s : float, default 0
+///     As in `Device`, if `a` does not have it.
+/// mass_kg : float, default 1
+///     Unit of mass inside; no result depends on it.
+///
+/// Raises
+/// ------
+/// ValueError
+///     Sizes that do not fit.
+#[pyclass(name = "LinearPlant", module = "fractional_haptics.analysis", frozen)]
+#[derive(Clone, Debug)]
+pub(crate) struct PyLinearPlant {
+    a: Vec<f64>,
+    b: Vec<f64>,
+    c: Vec<f64>,
+    delay_s: f64,
+    current_lag_s: f64,
+    mass_kg: f64,
+}
+
+/// The numbers of a column or a row.
+fn flat(name: &str, x: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    let raveled = x.py().import("numpy")?.call_method1("ravel", (x,))?;
+    vector(name, &raveled)
+}
+
+#[pymethods]
+impl PyLinearPlant {
+    #[new]
+    #[pyo3(signature = (a, b, c, delay_s = 0.0, current_lag_s = 0.0, mass_kg = 1.0))]
+    fn new(
+        a: &Bound<'_, PyAny>,
+        b: &Bound<'_, PyAny>,
+        c: &Bound<'_, PyAny>,
+        delay_s: f64,
+        current_lag_s: f64,
+        mass_kg: f64,
+    ) -> PyResult<Self> {
+        let (a, [rows, columns]) = matrix("a", a)?;
+        let (b, c) = (flat("b", b)?, flat("c", c)?);
+        if [columns, b.len(), c.len()].iter().any(|&n| n != rows) {
+            return Err(refused(format_args!(
+                "a of shape ({rows}, {columns}), b of {} and c of {} numbers do not fit: with n states a is n by n, b and c have n",
+                b.len(),
+                c.len()
+            )));
+        }
+        Ok(Self {
+            a,
+            b,
+            c,
+            delay_s,
+            current_lag_s,
+            mass_kg,
+        })
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "<LinearPlant of {} states, delay_s={}, current_lag_s={}>",
+            self.b.len(),
+            self.delay_s,
+            self.current_lag_s
+        )
+    }
+}
+
+/// Any of them.
+#[derive(FromPyObject)]
+pub(super) enum AnyPlant<'py> {
+    Device(Bound<'py, PyDevice>),
+    Linear(Bound<'py, PyLinearPlant>),
+}
+
+impl AnyPlant<'_> {
+    /// As the loop sees it once a sample.
+    pub(super) fn sampled(&self, sample_time: f64) -> PyResult<SampledPlant> {
+        match self {
+            Self::Device(device) => device.get().dynamics().plant(sample_time).or_refused(),
+            Self::Linear(plant) => {
+                let own = plant.get();
+                let path = self.path(sample_time)?;
+                SampledPlant::linear(&own.a, &own.b, &own.c, sample_time, own.mass_kg, path)
+                    .or_refused()
+            }
+        }
+    }
+
+    /// The mass in α and β.
+    pub(super) fn mass_kg(&self) -> f64 {
+        match self {
+            Self::Device(device) => device.get().mass_kg,
+            Self::Linear(plant) => plant.get().mass_kg,
+        }
+    }
+
+    /// The way of the force, in samples.
+    pub(super) fn path(&self, sample_time: f64) -> PyResult<ForcePath> {
+        let (delay_s, current_lag_s) = match self {
+            Self::Device(device) => (device.get().delay_s, device.get().current_lag_s),
+            Self::Linear(plant) => (plant.get().delay_s, plant.get().current_lag_s),
+        };
+        let path = Dynamics {
+            delay_s,
+            current_lag_s,
+            ..Dynamics::ideal(1.0, 0.0)
+        };
+        path.path(sample_time).or_refused()
+    }
+
+    /// Z(jω) of the plant without hand, velocity in and force out, N·s/m.
+    pub(super) fn impedance(&self, omega: f64) -> Complex64 {
+        match self {
+            Self::Device(device) => {
+                let own = device.get();
+                Complex64::new(own.damping_n_s_per_m, omega * own.mass_kg)
+            }
+            Self::Linear(plant) => {
+                let own = plant.get();
+                let jw = Complex64::new(0.0, omega);
+                (jw * response(&own.a, &own.b, &own.c, jw)).inv()
+            }
+        }
+    }
+}
+
+/// c·(s − a)⁻¹·b by elimination with pivots.
+fn response(a: &[f64], b: &[f64], c: &[f64], s: Complex64) -> Complex64 {
+    let n = b.len();
+    let mut rows: Vec<Vec<Complex64>> = (0..n)
+        .map(|i| {
+            let own = (0..n)
+                .map(|j| Complex64::from(-a[i * n + j]) + if i == j { s } else { Complex64::ZERO });
+            own.chain([Complex64::from(b[i])]).collect()
+        })
+        .collect();
+    for k in 0..n {
+        let pivot = (k..n).max_by(|&i, &j| rows[i][k].norm().total_cmp(&rows[j][k].norm()));
+        rows.swap(k, pivot.unwrap_or(k));
+        let (above, below) = rows.split_at_mut(k + 1);
+        for row in below {
+            let factor = row[k] / above[k][k];
+            for (value, pivot) in row.iter_mut().zip(&above[k]).skip(k) {
+                *value -= factor * pivot;
+            }
+        }
+    }
+    let mut x = vec![Complex64::ZERO; n];
+    for k in (0..n).rev() {
+        let known: Complex64 = (k + 1..n).map(|j| rows[k][j] * x[j]).sum();
+        x[k] = (rows[k][n] - known) / rows[k][k];
+    }
+    x.iter().zip(c).map(|(x, c)| x * c).sum()
+}

@@ -1,0 +1,220 @@
+//! A loop closed over a virtual wall: verdict, margins, sensitivity.
+
+use super::plant::AnyPlant;
+use super::{at, operator};
+use crate::arrays::any_shape;
+use crate::refused::{OrRefused as _, refused};
+use fracdiff::Order;
+use haptic_analysis::{Dynamics, Environment, LoopOperator, SampledLoop, SampledPlant};
+use numpy::{Complex64, Element, IntoPyArray as _, PyArray1, PyArrayDyn, PyArrayMethods as _};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// A plant under a sampled virtual wall ``K + B D^order``.
+///
+/// ::
+///
+///     f = -(K x + B D^order x),  held between samples
+///
+/// Parameters
+/// ----------
+/// plant : Device, LinearPlant or control.StateSpace
+///     From force to position.
+/// stiffness_n_per_m : float
+///     K, at least 0.
+/// dissipation_n_s_mu_per_m : float
+///     B, at least 0.
+/// order : float
+///     Order of B's operator, 0 to 2.
+/// sample_time : float
+///     T in s.
+/// scheme : str, default "exact"
+///     The operator that runs, see `fractional_haptics.operators`.
+/// horizon : float, default 3600
+///     As in `Operator`.
+///
+/// Raises
+/// ------
+/// ValueError
+///     A parameter outside its range.
+///
+/// Notes
+/// -----
+/// Stability is certified: zeros of the characteristic function are counted with bounds, not on a grid. Every method
+/// releases the interpreter.
+///
+/// References
+/// ----------
+/// O. Tokatlı, *Fractional Order Control in Haptics*; the crate ``haptic-analysis``.
+///
+/// Examples
+/// --------
+/// >>> from fractional_haptics.analysis import Device, Loop
+/// >>> Loop(Device(0.065, 3.5), 1000.0, 3.0, 0.5, 1e-3).verdict().stable
+/// True
+#[pyclass(name = "Loop", module = "fractional_haptics._native", frozen, subclass)]
+#[derive(Debug)]
+pub(crate) struct PyLoop {
+    plant: SampledPlant,
+    alpha: f64,
+    beta: f64,
+    operator: LoopOperator,
+    sample_time: f64,
+}
+
+impl PyLoop {
+    fn sampled(&self) -> PyResult<SampledLoop<'_>> {
+        SampledLoop::with_plant(self.plant.clone(), self.alpha, self.beta, &self.operator)
+            .or_refused()
+    }
+
+    /// A function of θ at frequencies in rad/s up to half the sample rate, above 0.
+    fn over<'py, T: Element>(
+        &self,
+        omega: &Bound<'py, PyAny>,
+        function: impl Fn(&SampledLoop<'_>, f64) -> T + Sync,
+    ) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
+        let py = omega.py();
+        let (omega, shape) = any_shape("omega", omega)?;
+        let nyquist = std::f64::consts::PI / self.sample_time * (1.0 + 4.0 * f64::EPSILON);
+        if let Some(index) = omega.iter().position(|&w| !(w > 0.0 && w <= nyquist)) {
+            return Err(refused(format_args!(
+                "omega[{index}] = {} rad/s is not in (0, {nyquist}] rad/s, that is up to half the sample rate",
+                omega[index]
+            )));
+        }
+        let own = self.sampled()?;
+        let values: Vec<T> = py.detach(|| {
+            omega
+                .iter()
+                .map(|w| function(&own, w * self.sample_time))
+                .collect()
+        });
+        values.into_pyarray(py).reshape(shape)
+    }
+}
+
+#[pymethods]
+impl PyLoop {
+    #[new]
+    fn new(
+        plant: AnyPlant<'_>,
+        stiffness_n_per_m: f64,
+        dissipation_n_s_mu_per_m: f64,
+        order: f64,
+        sample_time: f64,
+        scheme: &str,
+        horizon: f64,
+    ) -> PyResult<Self> {
+        let operator = operator(order, sample_time, scheme, horizon)?;
+        let wall = Environment {
+            stiffness_n_per_m,
+            dissipation_n_s_mu_per_m,
+            order: Order::new(order).or_refused()?,
+            sample_time_s: sample_time,
+        };
+        let unit = Dynamics::ideal(plant.mass_kg(), 0.0)
+            .nondimensional(&wall)
+            .or_refused()?;
+        Ok(Self {
+            plant: plant.sampled(sample_time)?,
+            alpha: unit.alpha,
+            beta: unit.beta,
+            operator,
+            sample_time,
+        })
+    }
+
+    /// The verdict as a dictionary.
+    fn _verdict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let own = self.sampled()?;
+        let (verdict, drifts) = py.detach(|| (own.held().verdict(), own.drifts()));
+        let report = PyDict::new(py);
+        report.set_item("stable", verdict.stable)?;
+        report.set_item("unstable_poles", verdict.unstable_poles)?;
+        report.set_item("distance", verdict.distance)?;
+        report.set_item("omega_rad_s", verdict.theta / self.sample_time)?;
+        report.set_item("spectral_radius", verdict.spectral_radius)?;
+        report.set_item("drifts", drifts)?;
+        Ok(report)
+    }
+
+    /// The margins as a dictionary of pairs.
+    fn _margins<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let own = self.sampled()?.held();
+        let margins = py.detach(|| own.margins()).or_refused()?;
+        let pair = |value| at(value, self.sample_time);
+        let report = PyDict::new(py);
+        report.set_item("gain_up", margins.gain_up.map(pair))?;
+        report.set_item("gain_down", margins.gain_down.map(pair))?;
+        let delay = margins.delay.map(pair);
+        report.set_item(
+            "delay_s",
+            delay.map(|(samples, omega)| (samples * self.sample_time, omega)),
+        )?;
+        report.set_item("sensitivity", pair(margins.sensitivity))?;
+        Ok(report)
+    }
+
+    /// The peak of the sensitivity as a pair.
+    fn _sensitivity_peak(&self, py: Python<'_>) -> PyResult<(f64, f64)> {
+        let own = self.sampled()?.held();
+        let peak = py.detach(|| own.sensitivity_peak()).or_refused()?;
+        Ok(at(peak, self.sample_time))
+    }
+
+    /// Loop gain.
+    ///
+    /// Parameters
+    /// ----------
+    /// omega : array_like
+    ///     Frequencies in rad/s, above 0 up to pi/T, of any shape.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of complex, same shape
+    ///     GH(exp(-j omega T)), without unit; -1 is the critical point.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     A frequency above half the sample rate, with its index.
+    fn loop_gain<'py>(
+        &self,
+        omega: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<Complex64>>> {
+        self.over(omega, |own, theta| own.loop_gain(theta))
+    }
+
+    /// Sensitivity.
+    ///
+    /// Parameters
+    /// ----------
+    /// omega : array_like
+    ///     As in `loop_gain`.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, same shape
+    ///     abs(1/(1 + GH)): how much a disturbance of the position is amplified.
+    fn sensitivity<'py>(&self, omega: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        self.over(omega, SampledLoop::sensitivity)
+    }
+
+    /// Poles in z, for operators that are polynomials or rational; those at 0 left out.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of complex, or None for the other operators
+    fn poles<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<Complex64>>>> {
+        let own = self.sampled()?;
+        let poles = py.detach(|| own.poles());
+        Ok(poles.map(|poles| PyArray1::from_vec(py, poles)))
+    }
+
+    /// T in s.
+    #[getter]
+    fn sample_time(&self) -> f64 {
+        self.sample_time
+    }
+}

@@ -1,0 +1,183 @@
+"""`tissue` against closed forms, and records made from known models."""
+
+import copy
+import math
+import pickle
+
+import numpy as np
+import pytest
+from scipy.special import gamma
+
+from fractional_haptics.tissue import MODELS, Material, Model, find, identify, library
+
+MUSCLE = {
+    "viscosity_pa_s_alpha": 876e3,
+    "order": 0.675,
+    "second_viscosity_pa_s_beta": 22.1e3,
+    "second_order": 0.11,
+}
+SOURCE = {"citation": "me, 2026", "conditions": "21 °C", "checked": True}
+
+
+def example(kind: str) -> Model:
+    values = {"order": 0.7, "second_order": 0.2, "branch_moduli_pa": [3e3, 1e3], "branch_times_s": [0.1, 2.0]}
+    return Model(kind, **{p.name: values.get(p.name, 2000.0) for p in MODELS[kind].parameters})
+
+
+def test_a_spring_pot_is_its_power_law() -> None:
+    gel = Model("spring-pot", viscosity_pa_s_alpha=8650.0, order=0.2247)
+    t = np.geomspace(1e-3, 1e3, 13).reshape(1, 13)
+    np.testing.assert_allclose(gel.relaxation_modulus(t), 8650.0 * t**-0.2247 / gamma(1 - 0.2247), rtol=1e-13)
+    np.testing.assert_allclose(gel.creep_compliance(t), t**0.2247 / 8650.0 / gamma(1.2247), rtol=1e-13)
+    np.testing.assert_allclose(gel.complex_modulus(t), 8650.0 * (1j * t) ** 0.2247, rtol=1e-13)
+    assert isinstance(gel.relaxation_modulus(1.0), float)
+    assert isinstance(gel.complex_modulus(1), complex)
+
+
+def test_a_fractional_maxwell_model_is_in_series() -> None:
+    omega = np.geomspace(1e-3, 1e3, 7)
+    first, second = 876e3 * (1j * omega) ** 0.675, 22.1e3 * (1j * omega) ** 0.11
+    muscle = Model("fractional-maxwell", **MUSCLE)
+    np.testing.assert_allclose(muscle.complex_modulus(omega), 1 / (1 / first + 1 / second), rtol=1e-13)
+
+
+def test_a_zener_model_relaxes_exponentially() -> None:
+    zener = Model("zener", elastic_modulus_pa=1e3, second_elastic_modulus_pa=2e3, viscosity_pa_s=500.0)
+    t = np.linspace(0, 2, 9)
+    np.testing.assert_allclose(zener.relaxation_modulus(t), 1e3 + 2e3 * np.exp(-t / 0.25), rtol=1e-10)
+    assert (zener.instantaneous_modulus_pa, zener.equilibrium_modulus_pa) == (3e3, 1e3)
+
+
+def test_stress_of_a_ramp_is_the_integral_of_the_modulus() -> None:
+    gel = Model("spring-pot", viscosity_pa_s_alpha=8650.0, order=0.2247)
+    t = np.linspace(0, 1, 11)
+    np.testing.assert_allclose(gel.stress(t, 0.1 * t), 865.0 * t ** (1 - 0.2247) / gamma(2 - 0.2247), rtol=1e-12)
+    # And back.
+    np.testing.assert_allclose(gel.strain(t, 865.0 * t), 0.1 * t**1.2247 / gamma(2.2247), rtol=1e-12)
+
+
+@pytest.mark.parametrize("kind", list(MODELS))
+def test_every_model_of_the_table_can_be_made_kept_and_compared(kind: str) -> None:
+    model = example(kind)
+    assert model.kind == kind
+    assert Model(kind, **model.parameters) == model
+    for kept in (pickle.loads(pickle.dumps(model)), copy.deepcopy(model), eval(repr(model))):
+        assert kept == model
+        assert hash(kept) == hash(model)
+    assert np.isfinite(model.relaxation_modulus(1.0))
+
+
+def test_the_library_has_sources() -> None:
+    materials = library()
+    assert list(materials) == ["prostate-cancerous", "prostate-healthy", "fish-muscle"]
+    assert all(material.source["citation"] for material in materials.values())
+    assert find("prostate-healthy").model.parameters["order"] == 0.2154
+    assert materials["fish-muscle"].range["time_to_s"] == 981.0
+
+
+def test_an_own_material_goes_through_its_file(tmp_path) -> None:
+    gel = Material("gel", "a gel", example("zener"), SOURCE, {"strain_to": 0.1})
+    path = tmp_path / "gel.toml"
+    path.write_text(gel.to_toml())
+    for same in (find(path), library(tmp_path)["gel"], pickle.loads(pickle.dumps(gel))):
+        assert same == gel
+        assert same.source["checked"] is True
+        assert same.range["strain_to"] == 0.1
+    with pytest.raises(ValueError, match="jelly"):
+        find("jelly", tmp_path)
+
+
+def test_relaxation_creep_and_oscillation_give_the_model_back() -> None:
+    muscle = Model("fractional-maxwell", **MUSCLE)
+    t = np.geomspace(0.01, 1000, 80)
+    for kind, y in (
+        ("relaxation", muscle.relaxation_modulus(t)),
+        ("creep", muscle.creep_compliance(t)),
+        ("oscillation", muscle.complex_modulus(t)),
+    ):
+        found = identify(t, y, kind, models=["spring-pot", "fractional-maxwell"])
+        assert found.best.kind == "fractional-maxwell"
+        assert {fit.kind for fit in found.fits} == {"spring-pot", "fractional-maxwell"}
+        for name, value in MUSCLE.items():
+            assert math.isclose(found.best.model.parameters[name], value, rel_tol=1e-5), (kind, name)
+        assert found.best.rms < 1e-8
+        np.testing.assert_allclose(found.best.predicted, found.measured, rtol=1e-7)
+
+
+def test_a_motion_gives_the_model_back() -> None:
+    gel = Model("spring-pot", viscosity_pa_s_alpha=8650.0, order=0.2247)
+    t = np.linspace(0, 5, 200)
+    strain = 0.1 * np.sin(t) ** 2
+    found = identify(t, gel.stress(t, strain), "record", strain=strain, models=["spring-pot"])
+    assert math.isclose(found.best.model.parameters["order"], 0.2247, rel_tol=1e-6)
+
+
+def test_bootstrap_reports_progress_and_repeats_by_its_seed() -> None:
+    rng = np.random.default_rng(7)
+    t = np.geomspace(0.01, 100, 50)
+    y = 5000 * t**-0.2 * np.exp(0.01 * rng.standard_normal(50))
+    seen: list[int] = []
+    first, again = (
+        identify(t, y, models=["spring-pot"], bootstrap=60, seed=3, progress=seen.append) for _ in range(2)
+    )
+    assert first.best.estimates == again.best.estimates
+    assert seen[-1] == 60
+    order = first.best.estimates[1]
+    assert order.name == "order"
+    assert order.low_95 < 0.2 < order.high_95
+
+
+def test_what_a_callback_raises_comes_out() -> None:
+    t = np.geomspace(0.01, 100, 50)
+    y = 5000 * t**-0.2 * (1 + 0.01 * np.cos(37 * t))
+
+    def stop(_done: int) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        identify(t, y, bootstrap=200, progress=stop)
+
+
+def test_a_prony_series_says_its_error() -> None:
+    muscle = find("fish-muscle").model
+    series, error = muscle.prony(12, 1e-3, 1000.0)
+    t = np.geomspace(1e-3, 1000, 500)
+    seen = np.max(np.abs(series.relaxation_modulus(t) / muscle.relaxation_modulus(t) - 1))
+    assert seen < 1.01 * error < 0.01
+    assert "PRONY" in muscle.export("ansys", 12, 1e-3, 1000.0)
+
+
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        (lambda: Model("jelly"), "is not known: take one of spring"),
+        (lambda: Model("maxwell", elastic_modulus_pa=1.0), "viscosity_pa_s is missing"),
+        (lambda: Model("spring", elastic_modulus_pa=1.0, order=0.1), "order is not a parameter"),
+        (lambda: Model("spring", elastic_modulus_pa=math.nan), "elastic_modulus_pa = NaN"),
+        (lambda: Model("spring-pot", viscosity_pa_s_alpha=1.0, order=1.5), r"order = 1\.5 is not in \[0, 1\]"),
+        (
+            lambda: Model("prony", elastic_modulus_pa=0.0, branch_moduli_pa=[1.0], branch_times_s=[]),
+            "1 moduli and 0 times",
+        ),
+        (lambda: example("zener").stress([0.0, 1.0], [0.0]), "give one for each time"),
+        (lambda: example("zener").stress([0.0, 0.0], [0.0, 1.0]), r"time_s\[1\] = 0 s is not after"),
+        (lambda: example("zener").stress([0.0, 1.0], [0.0, math.nan]), r"strain\[1\] = NaN"),
+        (lambda: example("zener").prony(0, 1.0, 2.0), "branches"),
+        (lambda: example("zener").export("nastran", 1, 1.0, 2.0), "table, ansys"),
+        (lambda: Material("Gel 1", "", example("zener"), SOURCE), "Gel 1"),
+        (lambda: Material("gel", "", example("zener"), {"citation": "x"}), "source: missing field"),
+        (lambda: Material("gel", "", example("zener"), SOURCE, {"time": 1}), "range: unknown field"),
+        (lambda: find("jelly"), "fish-muscle"),
+        (lambda: find("missing.toml"), "cannot read"),
+        (lambda: identify([1.0, 2.0], [1.0]), "."),
+        (lambda: identify([1.0, 2.0, math.nan], [3.0, 2.0, 1.0]), "."),
+        (lambda: identify([1.0, 2.0], [2.0, 1.0], "jelly"), "is not one of relaxation, creep"),
+        (lambda: identify([1.0, 2.0], [2.0, 1.0], "record"), "strain is missing"),
+        (lambda: identify([1.0, 2.0], [2.0, 1.0], strain=[0.0, 1.0]), "strain belongs"),
+        (lambda: identify([1.0, 2.0], [2.0, 1.0], weights="all"), "weights"),
+        (lambda: identify([1.0, 2.0, 3.0], [2.0, 1.5, 1.0], models=["zener"]), "zener"),
+    ],
+)
+def test_what_is_wrong_is_refused_with_a_reason(call, text: str) -> None:
+    with pytest.raises(ValueError, match=text):
+        call()
