@@ -31,7 +31,7 @@ def cluster() -> SLURMCluster:
         memory="64 GB",
         walltime="04:00:00",
         job_script_prologue=["export OMP_NUM_THREADS=1"],
-        scheduler_options={"dashboard_address": None},
+        scheduler_options={"dashboard_address": ":0"},
     )
 
 

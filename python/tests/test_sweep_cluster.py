@@ -40,7 +40,7 @@ OUTPUTS = {"y": "m"}
 def client():
     with (
         distributed.LocalCluster(
-            n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=logging.CRITICAL
+            n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=logging.CRITICAL
         ) as cluster,
         distributed.Client(cluster) as connected,
     ):
@@ -134,8 +134,9 @@ def test_what_is_no_usable_client_is_refused(client):
 def start_cluster(tmp_path, workers):
     """A scheduler and workers as processes of their own, and the scheduler's address."""
     scheduler_file = tmp_path / "scheduler.json"
-    base = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--port", "0", "--no-dashboard"]
-    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    base = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--port", "0", "--dashboard-address", ":0"]
+    here = {**os.environ, "PYTHONPATH": str(Path(__file__).parent)}  # where the functions of this file are
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "env": here}
     processes = [subprocess.Popen([*base, "--scheduler-file", scheduler_file], cwd=tmp_path, **quiet)]
     for _ in range(workers):
         worker = [sys.executable, "-m", "distributed.cli.dask_worker", "--nthreads", "1", "--no-dashboard", "--no-nanny"]
@@ -185,7 +186,7 @@ def only_y(x, rng):
 def test_no_workers_is_an_error_in_time(tmp_path):
     with (
         distributed.LocalCluster(
-            n_workers=0, processes=False, dashboard_address=None, silence_logs=logging.CRITICAL
+            n_workers=0, processes=False, dashboard_address=":0", silence_logs=logging.CRITICAL
         ) as cluster,
         distributed.Client(cluster) as connected,
     ):

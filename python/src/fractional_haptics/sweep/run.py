@@ -118,7 +118,7 @@ def sweep(
 
     Notes
     -----
-    A point costs about 1 µs of Python beside the function, 20 µs more if it takes ``rng``; a block on a cluster some
+    A point costs about 1 µs of Python beside the function, 11 µs more if it takes ``rng``; a block on a cluster some
     milliseconds. ``docs/performance.md`` has the figures.
     """
     grid = grid if isinstance(grid, Grid) else Grid(**grid)
