@@ -4,6 +4,7 @@ mod analysis;
 mod arrays;
 mod conducted;
 mod json;
+mod log;
 mod operators;
 mod refused;
 mod tissue;
@@ -13,8 +14,11 @@ mod tissue;
 mod _native {
     #[pymodule_export]
     use super::analysis::{
-        PyCoupler, PyDevice, PyLinearPlant, PyLoop, PyPort, PyRegion, region, transparency,
+        PyCoupler, PyDevice, PyLinearPlant, PyLoop, PyPort, PyRegion, stability_region,
+        transparency,
     };
+    #[pymodule_export]
+    use super::log::read_log;
     #[pymodule_export]
     use super::operators::{PyOperator, differintegrate, frequency_response, grunwald_weights};
     #[pymodule_export]

@@ -36,9 +36,22 @@ use pyo3::types::PyDict;
 #[pyclass(name = "Coupler", module = "fractional_haptics.analysis", frozen)]
 #[derive(Debug)]
 pub(crate) struct PyCoupler {
-    order: f64,
+    order: Order,
     sample_time: f64,
-    coupler: Coupler<'static>,
+    stiffness: f64,
+    dissipation: f64,
+}
+
+impl PyCoupler {
+    fn coupler(&self) -> PyResult<Coupler<'static>> {
+        Coupler::exact(
+            self.order,
+            self.sample_time,
+            self.stiffness,
+            self.dissipation,
+        )
+        .or_refused()
+    }
 }
 
 /// Infinite where none is enough.
@@ -60,25 +73,20 @@ impl PyCoupler {
         stiffness_n_s_per_m: f64,
         dissipation_n_s_1mu_per_m: f64,
     ) -> PyResult<Self> {
-        let known = Order::new(order).or_refused()?;
-        let coupler = Coupler::exact(
-            known,
+        let coupler = Self {
+            order: Order::new(order).or_refused()?,
             sample_time,
-            stiffness_n_s_per_m,
-            dissipation_n_s_1mu_per_m,
-        );
-        Ok(Self {
-            order,
-            sample_time,
-            coupler: coupler.or_refused()?,
-        })
+            stiffness: stiffness_n_s_per_m,
+            dissipation: dissipation_n_s_1mu_per_m,
+        };
+        coupler.coupler()?;
+        Ok(coupler)
     }
 
     /// Least damping of a device under Tustin's rule that fulfils Llewellyn's conditions, N·s/m; infinite if none does.
     fn least_damping(&self, py: Python<'_>) -> PyResult<f64> {
-        py.detach(|| self.coupler.least_damping())
-            .map(number)
-            .or_refused()
+        let least = py.detach(|| -> PyResult<_> { self.coupler()?.least_damping().or_refused() });
+        least.map(number)
     }
 
     /// Least damping of the really sampled device that is passive with the coupler and every passive object.
@@ -100,14 +108,14 @@ impl PyCoupler {
             ..Dynamics::ideal(1.0, 0.0)
         };
         let path = dynamics.path(self.sample_time).or_refused()?;
-        py.detach(|| self.coupler.sampled_damping(path))
-            .map(number)
-            .or_refused()
+        let least =
+            py.detach(|| -> PyResult<_> { self.coupler()?.sampled_damping(path).or_refused() });
+        least.map(number)
     }
 
     /// The damping that Corollary 2 of the dissertation asks for, N·s/m.
-    fn corollary_damping(&self) -> f64 {
-        self.coupler.corollary_damping()
+    fn corollary_damping(&self) -> PyResult<f64> {
+        Ok(self.coupler()?.corollary_damping())
     }
 
     /// The really sampled loop of a device, this coupler and an object, as a dictionary.
@@ -119,13 +127,13 @@ impl PyCoupler {
         scheme: &str,
         horizon: f64,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let difference = operator(1.0 - self.order, self.sample_time, scheme, horizon)?;
+        let difference = operator(1.0 - self.order.get(), self.sample_time, scheme, horizon)?;
         let object = CoupledObject {
             mass_kg: object.0,
             damping_n_s_per_m: object.1,
             stiffness_n_per_m: object.2,
         };
-        let coupled = CoupledLoop::new(&device.dynamics(), &self.coupler, &object, &difference)
+        let coupled = CoupledLoop::new(&device.dynamics(), &self.coupler()?, &object, &difference)
             .or_refused()?;
         let unstable = py.detach(|| coupled.unstable_poles());
         let margin = match unstable {

@@ -11,7 +11,7 @@ pub(crate) use coupler::PyCoupler;
 pub(crate) use felt::transparency;
 pub(crate) use plant::{PyDevice, PyLinearPlant};
 pub(crate) use port::PyPort;
-pub(crate) use region::{PyRegion, region};
+pub(crate) use region::{PyRegion, stability_region};
 pub(crate) use sampled_loop::PyLoop;
 
 use crate::refused::OrRefused as _;

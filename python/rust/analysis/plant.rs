@@ -189,7 +189,7 @@ impl PyLinearPlant {
 
 /// Any of them.
 #[derive(FromPyObject)]
-pub(super) enum AnyPlant<'py> {
+pub(crate) enum AnyPlant<'py> {
     Device(Bound<'py, PyDevice>),
     Linear(Bound<'py, PyLinearPlant>),
 }

@@ -2,6 +2,7 @@
 
 use super::operator;
 use crate::refused::OrRefused as _;
+use fracdiff::Seconds;
 use haptic_analysis::{Dynamics, ForcePath, Largest, LoopOperator, OnePort, RequiredDamping};
 use pyo3::prelude::*;
 
@@ -41,7 +42,7 @@ use pyo3::prelude::*;
 pub(crate) struct PyPort {
     operator: LoopOperator,
     path: ForcePath,
-    sample_time: f64,
+    sample_time: Seconds,
 }
 
 impl PyPort {
@@ -83,7 +84,7 @@ impl PyPort {
         let port = Self {
             operator: operator(order, sample_time, scheme, horizon)?,
             path: dynamics.path(sample_time).or_refused()?,
-            sample_time,
+            sample_time: Seconds(sample_time),
         };
         port.port()?;
         Ok(port)

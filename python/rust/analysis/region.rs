@@ -15,8 +15,8 @@ use pyo3::prelude::*;
 /// Attributes
 /// ----------
 /// polygons : list of ndarray, shape (n, 2)
-///     Boundaries, the largest first: dissipation B in N·s^order/m and stiffness K in N/m of each point; the last point is
-///     followed by the first. The region lies to the left: holes run clockwise.
+///     Boundaries, the largest first: stiffness K in N/m and dissipation B in N·s^order/m of each point; the last point is
+///     followed by the first. Outer boundaries run anticlockwise, holes clockwise.
 /// omega_rad_s : list of ndarray, shape (n,)
 ///     Frequency at which a pole crosses the circle at each point; NaN on an axis.
 /// areas : ndarray
@@ -43,7 +43,7 @@ impl PyRegion {
 
 /// The α, β of a plant that is stable, with units.
 #[pyfunction]
-pub(crate) fn region(
+pub(crate) fn stability_region(
     py: Python<'_>,
     plant: AnyPlant<'_>,
     order: f64,
@@ -91,8 +91,8 @@ impl PyRegion {
         let polygons = self.area().into_iter().flat_map(|area| &area.polygons);
         let array = |points: &[haptic_analysis::BoundaryPoint]| {
             Array2::from_shape_fn((points.len(), 2), |(row, column)| match column {
-                0 => points[row].beta * self.dissipation,
-                _ => points[row].alpha * self.stiffness,
+                0 => points[row].alpha * self.stiffness,
+                _ => points[row].beta * self.dissipation,
             })
         };
         polygons

@@ -198,7 +198,7 @@ impl PyLoop {
     /// ndarray, same shape
     ///     abs(1/(1 + GH)): how much a disturbance of the position is amplified.
     fn sensitivity<'py>(&self, omega: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        self.over(omega, SampledLoop::sensitivity)
+        self.over(omega, |own, theta| own.sensitivity(theta))
     }
 
     /// Poles in z, for operators that are polynomials or rational; those at 0 left out.

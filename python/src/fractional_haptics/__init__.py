@@ -6,13 +6,21 @@ Modules
 -------
 operators
     ``D^μ`` of whole records and of streams.
+tissue
+    Models, the library, models from records.
+analysis
+    What is stable, passive and transparent.
+log
+    Logs of runs as pandas tables.
+sweep
+    Maps over grids, on threads or on a cluster.
 """
 
 from importlib import import_module as _import_module
 
 from fractional_haptics._native import __version__
 
-_MODULES = ("operators", "sweep")
+_MODULES = ("analysis", "log", "operators", "sweep", "tissue")
 
 __all__ = ["__version__", *_MODULES]
 

@@ -1,0 +1,101 @@
+//! Logs of runs, whole or cut.
+
+use crate::conducted::conduct;
+use crate::json::to_python;
+use crate::refused::OrRefused as _;
+use haptic_log::record::{
+    Condition, Entry, EventMessage, LogFiles, MetadataRecord, RecordError, TickMessage,
+};
+use numpy::{Element, PyArray1};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::path::{Path, PathBuf};
+
+/// All that a log holds.
+struct Log {
+    ticks: Vec<TickMessage>,
+    events: Vec<EventMessage>,
+    metadata: Vec<MetadataRecord>,
+    condition: Condition,
+    started: Option<String>,
+}
+
+fn read(path: &Path, stops: impl Fn() -> bool) -> Result<Log, RecordError> {
+    let mut files = LogFiles::open(path)?;
+    let (mut ticks, mut events, mut metadata) = (Vec::new(), Vec::new(), Vec::new());
+    for entry in files.by_ref() {
+        match entry? {
+            Entry::Tick(tick) => ticks.push(tick),
+            Entry::Event(event) => events.push(event),
+            Entry::Metadata(record) => metadata.push(record),
+            _ => {}
+        }
+        if stops() {
+            break;
+        }
+    }
+    Ok(Log {
+        ticks,
+        events,
+        metadata,
+        condition: files.condition(),
+        started: files.started().map(|start| start.rfc3339()),
+    })
+}
+
+/// The columns of a log, its metadata, its events and its condition.
+#[pyfunction]
+pub(crate) fn read_log(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>> {
+    let log = conduct(py, None, true, move |conduct| {
+        read(&path, || conduct.stops())
+    })?
+    .or_refused()?;
+    let result = PyDict::new(py);
+    result.set_item("columns", columns(py, &log.ticks)?)?;
+    let metadata = PyDict::new(py);
+    for record in &log.metadata {
+        metadata.set_item(&record.name, to_python(py, &record.values)?)?;
+    }
+    result.set_item("metadata", metadata)?;
+    let events = log.events.iter();
+    let events = events.map(|event| (event.time_s, event.kind.as_str(), event.text.as_str()));
+    result.set_item("events", events.collect::<Vec<_>>())?;
+    result.set_item("complete", log.condition.complete)?;
+    let damage: Vec<String> = log
+        .condition
+        .damage
+        .iter()
+        .map(ToString::to_string)
+        .collect();
+    result.set_item("damage", damage)?;
+    result.set_item("started", log.started)?;
+    Ok(result)
+}
+
+/// A column for each field of a tick, in their order.
+fn columns<'py>(py: Python<'py>, ticks: &[TickMessage]) -> PyResult<Bound<'py, PyDict>> {
+    fn column<'py, T: Element>(
+        py: Python<'py>,
+        ticks: &[TickMessage],
+        field: impl Fn(&TickMessage) -> T,
+    ) -> Bound<'py, PyArray1<T>> {
+        PyArray1::from_iter(py, ticks.iter().map(field))
+    }
+    let columns = PyDict::new(py);
+    let numbers: [(&str, fn(&TickMessage) -> f64); 8] = [
+        ("time_s", |tick| tick.time_s),
+        ("reference_m", |tick| tick.reference_m),
+        ("indenter_position_m", |tick| tick.indenter_position_m),
+        ("position_m", |tick| tick.position_m),
+        ("environment_force_n", |tick| tick.environment_force_n),
+        ("force_n", |tick| tick.force_n),
+        ("contact_force_n", |tick| tick.contact_force_n),
+        ("observed_energy_j", |tick| tick.observed_energy_j),
+    ];
+    columns.set_item("tick", column(py, ticks, |tick| tick.tick))?;
+    for (name, field) in numbers {
+        columns.set_item(name, column(py, ticks, field))?;
+    }
+    columns.set_item("limiters", column(py, ticks, |tick| tick.limiters))?;
+    Ok(columns)
+}

@@ -1,0 +1,355 @@
+"""What is stable, passive and transparent, before any hardware: the crate ``haptic-analysis``.
+
+A *plant* is a `Device` (mass, damper, hand, delay, lag), a `LinearPlant` of any matrices, or a continuous
+``control.StateSpace`` from force in N to position in m. A *wall* is ``K + B D^order`` with K in N/m and B in N·s^order/m.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from fractional_haptics import _native
+from fractional_haptics._native import Coupler, Device, LinearPlant, Port, Region
+
+if TYPE_CHECKING:
+    import control
+    from numpy.typing import ArrayLike, NDArray
+
+    Plant = Device | LinearPlant | control.StateSpace
+
+__all__ = [
+    "AtFrequency",
+    "Coupled",
+    "Coupler",
+    "Device",
+    "Felt",
+    "LinearPlant",
+    "Loop",
+    "Margins",
+    "Port",
+    "Region",
+    "Verdict",
+    "coupled",
+    "plant_from_control",
+    "region",
+    "transparency",
+]
+
+
+class AtFrequency(NamedTuple):
+    """A value, and the frequency at which it arises."""
+
+    value: float
+    omega_rad_s: float
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The certified verdict on a loop."""
+
+    stable: bool
+    """All poles are within the unit circle."""
+    unstable_poles: int | None
+    """Poles outside; None on the boundary."""
+    distance: float
+    """Distance of the characteristic function from zero on the circle, in units of the dimensionless stiffness."""
+    omega_rad_s: float
+    """The frequency of that."""
+    spectral_radius: float | None
+    """Largest pole in magnitude, for polynomial and rational operators of moderate degree."""
+    drifts: bool
+    """Nothing holds the plant at rest: it was judged with a weak spring beside."""
+
+
+@dataclass(frozen=True)
+class Margins:
+    """The margins of a stable loop."""
+
+    gain_up: AtFrequency | None
+    """Least factor above 1 on the wall that takes the loop to the boundary; None if none does."""
+    gain_down: AtFrequency | None
+    """Largest factor below 1 that does."""
+    delay_s: AtFrequency | None
+    """Least additional delay that does, s."""
+    sensitivity: AtFrequency
+    """Largest ``abs(1/(1 + GH))``; 1 over it is the distance from -1."""
+
+
+@dataclass(frozen=True)
+class Felt:
+    """The closed loop as a hand feels it."""
+
+    omega_rad_s: NDArray[np.float64]
+    stiffness_n_per_m: NDArray[np.float64]
+    """Effective stiffness; positive pushes back."""
+    damping_n_s_per_m: NDArray[np.float64]
+    """Effective damping; positive takes energy."""
+
+
+@dataclass(frozen=True)
+class Coupled:
+    """A device, a coupler and an object, really sampled."""
+
+    stable: bool
+    unstable_poles: int | None
+    gain_up: AtFrequency | None
+    """Least factor above 1 on the coupler that takes the loop to the boundary."""
+
+
+def _at(pair: tuple[float, float] | None) -> AtFrequency | None:
+    return None if pair is None else AtFrequency(*pair)
+
+
+def plant_from_control(system: control.StateSpace, *, delay_s: float = 0.0, current_lag_s: float = 0.0) -> LinearPlant:
+    """A plant from python-control's state space.
+
+    Parameters
+    ----------
+    system : control.StateSpace
+        Continuous, one input in N, one output in m, D = 0.
+    delay_s, current_lag_s : float, default 0
+        As in `Device`.
+
+    Returns
+    -------
+    LinearPlant
+
+    Raises
+    ------
+    ValueError
+        A system in discrete time, with more than one input or output, or with a direct path.
+    """
+    if system.ninputs != 1 or system.noutputs != 1:
+        raise ValueError(f"the plant has {system.ninputs} inputs and {system.noutputs} outputs, and must have one each")
+    if system.isdtime(strict=True):
+        raise ValueError("the plant is in discrete time: give the continuous one, it is sampled exactly here")
+    if np.any(system.D != 0):
+        raise ValueError("the plant has a direct path D from force to position, and must have none")
+    return LinearPlant(system.A, system.B, system.C, delay_s, current_lag_s)
+
+
+def _plant(plant: Plant) -> Device | LinearPlant:
+    """A plant of ours, from one of python-control's too."""
+    if isinstance(plant, Device | LinearPlant):
+        return plant
+    if all(hasattr(plant, name) for name in ("A", "B", "C", "D", "ninputs")):
+        return plant_from_control(plant)
+    raise ValueError(f"a {type(plant).__name__} is no plant: give a Device, a LinearPlant or a control.StateSpace")
+
+
+class Loop(_native.Loop):
+    __doc__ = _native.Loop.__doc__
+
+    def __new__(
+        cls,
+        plant: Plant,
+        stiffness_n_per_m: float,
+        dissipation_n_s_mu_per_m: float,
+        order: float,
+        sample_time: float,
+        scheme: str = "exact",
+        horizon: float = 3600.0,
+    ) -> Loop:
+        return super().__new__(
+            cls, _plant(plant), stiffness_n_per_m, dissipation_n_s_mu_per_m, order, sample_time, scheme, horizon
+        )
+
+    def verdict(self) -> Verdict:
+        """Is the loop stable, and how far from the boundary?
+
+        Returns
+        -------
+        Verdict
+        """
+        return Verdict(**self._verdict())
+
+    def margins(self) -> Margins:
+        """Gain, delay and sensitivity margins; no crossing is missed.
+
+        Returns
+        -------
+        Margins
+
+        Raises
+        ------
+        ValueError
+            The loop is not stable.
+        """
+        found = self._margins()
+        return Margins(**{name: _at(pair) for name, pair in found.items()})
+
+    def sensitivity_peak(self) -> AtFrequency:
+        """The largest sensitivity.
+
+        Returns
+        -------
+        AtFrequency
+
+        Raises
+        ------
+        ValueError
+            The loop is not stable.
+        """
+        return AtFrequency(*self._sensitivity_peak())
+
+    def to_control(self, omega: ArrayLike | None = None) -> control.FrequencyResponseData:
+        """The loop gain for python-control: ``control.bode_plot``, ``control.margin``, ``control.nyquist_plot``.
+
+        Parameters
+        ----------
+        omega : array_like, optional
+            Frequencies in rad/s; without it 1000 over five decades up to half the sample rate.
+
+        Returns
+        -------
+        control.FrequencyResponseData
+            GH, without unit, at the sample time of the loop.
+        """
+        import control
+
+        nyquist = np.pi / self.sample_time
+        grid = np.geomspace(1e-5 * nyquist, nyquist, 1000) if omega is None else np.asarray(omega, dtype=float)
+        return control.FrequencyResponseData(self.loop_gain(grid), grid, self.sample_time)
+
+
+def region(
+    plant: Plant,
+    order: float,
+    sample_time: float,
+    scheme: str = "exact",
+    points: int = 500,
+    horizon: float = 3600.0,
+) -> Region:
+    """All stable walls of an order on a plant.
+
+    Parameters
+    ----------
+    plant : Device, LinearPlant or control.StateSpace
+        The plant.
+    order : float
+        0 to 2.
+    sample_time : float
+        T in s.
+    scheme : str, default "exact"
+        The operator that runs, see `fractional_haptics.operators`.
+    points : int, default 500
+        About so many points on the boundary.
+    horizon : float, default 3600
+        As in `Operator`.
+
+    Returns
+    -------
+    Region
+
+    Raises
+    ------
+    ValueError
+        A parameter outside its range; pieces that do not close to polygons.
+
+    Notes
+    -----
+    By D-decomposition: points on the boundary to about 1e-12, extremes to 1e-10.
+
+    Examples
+    --------
+    >>> found = region(Device(0.065, 3.5), 0.5, 1e-3)
+    >>> found.polygons[0].shape[1], bool(found.contains(1000.0, 3.0))
+    (2, True)
+    """
+    return _native.stability_region(_plant(plant), order, sample_time, scheme, points, horizon)
+
+
+def transparency(
+    plant: Plant,
+    stiffness_n_per_m: float,
+    dissipation_n_s_mu_per_m: float,
+    order: float,
+    sample_time: float,
+    omega: ArrayLike,
+    scheme: str = "exact",
+    horizon: float = 3600.0,
+) -> Felt:
+    """Stiffness and damping of the closed loop as a hand feels them.
+
+    Parameters
+    ----------
+    plant, stiffness_n_per_m, dissipation_n_s_mu_per_m, order, sample_time, scheme, horizon
+        As in `Loop`. The stiffness of a device's hand plays no part: the hand is what feels.
+    omega : array_like, shape (n,)
+        Frequencies in rad/s, above 0 up to pi/T.
+
+    Returns
+    -------
+    Felt
+
+    Raises
+    ------
+    ValueError
+        A frequency outside its range, with its index.
+
+    References
+    ----------
+    O. Tokatlı, *Fractional Order Control in Haptics*, eqs. 6.1, 6.2.
+
+    Examples
+    --------
+    A spring less the inertia, and a hold that takes KT/2 of the damping away:
+
+    >>> felt = transparency(Device(0.065, 3.5), 500.0, 0.0, 0.5, 1e-3, [10.0])
+    >>> round(float(felt.stiffness_n_per_m[0]), 1), round(float(felt.damping_n_s_per_m[0]), 2)
+    (493.5, 3.25)
+    """
+    frequencies = np.atleast_1d(np.asarray(omega, dtype=float))
+    stiffness, damping = _native.transparency(
+        frequencies,
+        _plant(plant),
+        stiffness_n_per_m,
+        dissipation_n_s_mu_per_m,
+        order,
+        sample_time,
+        scheme,
+        horizon,
+    )
+    return Felt(frequencies, stiffness, damping)
+
+
+def coupled(
+    device: Device,
+    coupler: Coupler,
+    *,
+    object_mass_kg: float = 0.0,
+    object_damping_n_s_per_m: float = 0.0,
+    object_stiffness_n_per_m: float = 0.0,
+    scheme: str = "full",
+    horizon: float = 3600.0,
+) -> Coupled:
+    """A device, a coupler of order 0 to 1 and an object behind it, as they are really sampled.
+
+    Parameters
+    ----------
+    device : Device
+        The device.
+    coupler : Coupler
+        The coupler; it runs an operator of order 1 less its own on its deflection.
+    object_mass_kg, object_damping_n_s_per_m, object_stiffness_n_per_m : float, default 0
+        The object, under Tustin's rule; one of them above 0.
+    scheme : str, default "full"
+        The operator that runs.
+    horizon : float, default 3600
+        As in `Operator`.
+
+    Returns
+    -------
+    Coupled
+
+    Raises
+    ------
+    ValueError
+        A parameter outside its range.
+    """
+    impedance = (object_mass_kg, object_damping_n_s_per_m, object_stiffness_n_per_m)
+    found = coupler._with_object(device, impedance, scheme, horizon)
+    return Coupled(found["stable"], found["unstable_poles"], _at(found["gain_up"]))
