@@ -135,7 +135,9 @@ def main() -> None:
     print(f"a point: {1e6 * cost_of_a_point(nothing):.2f} µs; with rng {1e6 * cost_of_a_point(drawn):.1f} µs")
     for store_format in (None, "zarr", "parquet"):
         costs = [1e3 * cost_of_a_block(store_format, points) for points in (1, 1000, 10_000)]
-        print(f"a block, {store_format or 'memory'}, of 1, 1000, 10 000 points: {', '.join(f'{c:.2f}' for c in costs)} ms")
+        print(
+            f"a block, {store_format or 'memory'}, of 1, 1000, 10 000 points: {', '.join(f'{c:.2f}' for c in costs)} ms"
+        )
     print(f"threads by default: {Threads().width}")
     with (
         LocalCluster(
@@ -146,7 +148,9 @@ def main() -> None:
         cost_of_a_task(client, 200)
         for name, options in {"memory": {}, "Zarr": {"store": Path(tempfile.mkdtemp()) / "s"}}.items():
             wall, busy = cost_of_a_task(client, **options)
-            print(f"a task, {name}: {1e3 * wall:.2f} ms, of which client and scheduler {1e3 * busy:.2f} ms of processor")
+            print(
+                f"a task, {name}: {1e3 * wall:.2f} ms, of which client and scheduler {1e3 * busy:.2f} ms of processor"
+            )
         found = overhead(client, arguments.pairs, arguments.blocks)
         shown = ", ".join(f"{100 * one:.1f}" for one in found)
         print(f"blocks of 1 s, time: Dask takes {shown} % longer, median {100 * statistics.median(found):.1f} %")

@@ -49,7 +49,10 @@ def test_any_blocks_and_any_threads_give_the_same_bits(points):
     reference = np.array(
         [
             [
-                [x * y + np.random.default_rng(np.random.SeedSequence(9, spawn_key=(i,))).standard_normal() + i for i in range(3)]
+                [
+                    x * y + np.random.default_rng(np.random.SeedSequence(9, spawn_key=(i,))).standard_normal() + i
+                    for i in range(3)
+                ]
                 for y in range(5)
             ]
             for x in np.linspace(0, 1, 7)
@@ -144,7 +147,9 @@ def test_small_arrays_and_complex_numbers_become_variables():
         "matrix": Output(axes={"row": [0, 1], "column": ["a", "b", "c"]}, dtype="float32"),
     }
     result = sweep(
-        lambda x: {"response": x * np.array([1, 1j, -1]), "matrix": np.full((2, 3), x)}, {"x": [1.0, 2.0]}, outputs=outputs
+        lambda x: {"response": x * np.array([1, 1j, -1]), "matrix": np.full((2, 3), x)},
+        {"x": [1.0, 2.0]},
+        outputs=outputs,
     )
     assert result["response"].sel(x=2.0, frequency=10.0) == 2j
     assert result["frequency"].attrs == {"units": "Hz"}
@@ -197,9 +202,7 @@ def test_a_bar_and_lines_can_be_shown(capsys, monkeypatch):
 
 def test_blocks_are_as_long_as_asked():
     seen = []
-    sweep(
-        lambda x: time.sleep(0.001) or 0.0, {"x": range(400)}, workers=1, block_seconds=0.02, progress=seen.append
-    )
+    sweep(lambda x: time.sleep(0.001) or 0.0, {"x": range(400)}, workers=1, block_seconds=0.02, progress=seen.append)
     longest = max(np.diff([one.done for one in seen]))
     assert 1 <= longest <= 20  # no point takes less than 1 ms
 

@@ -139,7 +139,15 @@ def start_cluster(tmp_path, workers):
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "env": here}
     processes = [subprocess.Popen([*base, "--scheduler-file", scheduler_file], cwd=tmp_path, **quiet)]
     for _ in range(workers):
-        worker = [sys.executable, "-m", "distributed.cli.dask_worker", "--nthreads", "1", "--no-dashboard", "--no-nanny"]
+        worker = [
+            sys.executable,
+            "-m",
+            "distributed.cli.dask_worker",
+            "--nthreads",
+            "1",
+            "--no-dashboard",
+            "--no-nanny",
+        ]
         processes.append(subprocess.Popen([*worker, "--scheduler-file", scheduler_file], cwd=tmp_path, **quiet))
     give_up = time.monotonic() + 60
     while not scheduler_file.exists():

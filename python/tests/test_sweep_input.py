@@ -48,7 +48,9 @@ def test_a_grid_that_cannot_be(make, text):
 
 def test_functions_that_do_not_fit_the_grid():
     refused(TypeError, "a sweep is a function, not int", function=3)
-    refused(TypeError, "takes no argument 'y', an axis of the grid, by name; it takes: x", grid={"x": [1.0], "y": [1.0]})
+    refused(
+        TypeError, "takes no argument 'y', an axis of the grid, by name; it takes: x", grid={"x": [1.0], "y": [1.0]}
+    )
     refused(TypeError, "nothing gives the function its argument 'gain'", function=lambda x, gain: x)
     refused(TypeError, "takes no argument 'x', an axis of the grid, by name; it takes: none", function=lambda x, /: x)
 

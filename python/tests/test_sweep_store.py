@@ -216,7 +216,14 @@ def test_a_store_that_is_taken_away_meanwhile_is_an_error(tmp_path):
             shutil.rmtree(tmp_path / "s", ignore_errors=True)
 
     with pytest.raises((OSError, ValueError)):
-        sweep(lambda x: x, {"x": range(5)}, store=tmp_path / "s", store_format="parquet", block_points=1, progress=take_away)
+        sweep(
+            lambda x: x,
+            {"x": range(5)},
+            store=tmp_path / "s",
+            store_format="parquet",
+            block_points=1,
+            progress=take_away,
+        )
 
 
 def test_a_line_that_a_kill_cut_off_is_computed_again(tmp_path):

@@ -11,7 +11,7 @@ from __future__ import annotations
 import functools
 import queue
 import uuid
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from time import monotonic
 from typing import Any
 
@@ -69,7 +69,7 @@ class Cluster:
             raise SweepError(f"the first point ends the worker that computes it ({tried}): try it in a process alone")
         return tried
 
-    def blocks(self, work: Work, outputs: Outputs, parts: Iterator[Part]) -> Iterator[tuple[Part, Block]]:
+    def blocks(self, work: Work, outputs: Outputs, parts: Iterator[Part]) -> Generator[tuple[Part, Block], None, None]:
         """Blocks as they are done. Closing the iterator cancels the others.
 
         A block that ends its workers again and again, by memory for example, comes as one of failed points.
@@ -79,7 +79,7 @@ class Cluster:
 
     def _run(
         self, task: Callable[..., Any], function: bytes, items: Iterator[Any], width: int | None, extra: Any
-    ) -> Iterator[tuple[Any, Any]]:
+    ) -> Generator[tuple[Any, Any], None, None]:
         """Results of ``task(function, extra, item)``, or the text by which its workers died."""
         run_name = f"sweep-{uuid.uuid4().hex[:8]}"
         finished: queue.SimpleQueue[Future] = queue.SimpleQueue()

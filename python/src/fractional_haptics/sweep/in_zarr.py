@@ -56,21 +56,22 @@ class InZarr:
 
 def read(path: Path) -> xr.Dataset:
     """The group as a Dataset that reads when it is looked at."""
-    return xr.open_zarr(path, chunks=None)
+    found: xr.Dataset = xr.open_zarr(path, chunks=None)
+    return found
 
 
 def _make(path: Path, blocks: Blocks, outputs: Outputs) -> None:
     grid = blocks.grid
     group = zarr.open_group(path, mode="a", zarr_format=3)
-    for name, dimension, one in coordinates_of(grid, outputs):
-        values = one.values
+    for name, dimension, coordinate in coordinates_of(grid, outputs):
+        values = coordinate.values
         kind: Any = "str" if values.dtype.kind == "U" else values.dtype
         array = group.create_array(
             name,
             shape=values.shape,
             dtype=kind,
             dimension_names=[dimension],
-            attributes=attributes_of(one),
+            attributes=dict(attributes_of(coordinate)),
             overwrite=True,
         )
         array[:] = values.astype(object) if values.dtype.kind == "U" else values
@@ -83,7 +84,7 @@ def _make(path: Path, blocks: Blocks, outputs: Outputs) -> None:
             dtype=one.dtype,
             fill_value=np.dtype(one.dtype).type(one.missing),
             dimension_names=dimensions,
-            attributes=attributes,
+            attributes=dict(attributes),
             overwrite=True,
         )
     group.create_array(
@@ -104,7 +105,7 @@ def _make(path: Path, blocks: Blocks, outputs: Outputs) -> None:
         zarr.consolidate_metadata(path)
 
 
-def _array(group: zarr.Group, name: str) -> zarr.Array:
+def _array(group: zarr.Group, name: str) -> zarr.Array[Any]:
     array = group[name]
     if not isinstance(array, zarr.Array):
         raise ValueError(f"{name!r} in the store is no array: name a new store")

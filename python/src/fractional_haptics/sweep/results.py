@@ -37,9 +37,7 @@ class InMemory:
 
     def __init__(self, grid: Grid, outputs: Outputs) -> None:
         self._grid, self._outputs = grid, outputs
-        self._arrays = {
-            name: np.full(grid.shape + one.shape, one.missing, one.dtype) for name, one in outputs.items()
-        }
+        self._arrays = {name: np.full(grid.shape + one.shape, one.missing, one.dtype) for name, one in outputs.items()}
         self._errors = np.full(grid.shape, "", dtype=object)
 
     def write(self, part: Part, block: Block) -> None:

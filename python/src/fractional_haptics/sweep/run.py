@@ -128,7 +128,7 @@ def sweep(
     pool = _Pool(client, workers, timeout)
     if store is None:
         kept, shape = _plan(work, grid, declared, cut, pool)
-        results = InMemory(grid, kept)
+        results: Results = InMemory(grid, kept)
         _compute(work, Blocks(grid, shape), kept, results, None, pool, {}, progress)
         return results.dataset(_attributes(work))
     if store_format not in (None, "zarr", "parquet"):
@@ -251,8 +251,9 @@ def _compute(
     progress: Report | bool | None,
 ) -> None:
     """Computes and writes all blocks that are not done."""
-    counts = [sum(column) for column in zip(*done.values(), strict=True)] or [0, 0]
-    meter = Meter(blocks.grid.size, *counts, progress)
+    points = sum(points for points, _ in done.values())
+    failed = sum(failed for _, failed in done.values())
+    meter = Meter(blocks.grid.size, points, failed, progress)
     with closing(meter):
         if len(done) == len(blocks):
             return

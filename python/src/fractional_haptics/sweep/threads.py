@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from itertools import islice
 from threading import Event
@@ -31,7 +31,7 @@ class Threads:
         """Tries points in the calling thread."""
         return probe(work, points, seconds)
 
-    def blocks(self, work: Work, outputs: Outputs, parts: Iterator[Part]) -> Iterator[tuple[Part, Block]]:
+    def blocks(self, work: Work, outputs: Outputs, parts: Iterator[Part]) -> Generator[tuple[Part, Block], None, None]:
         """Blocks as they are done. Closing the iterator ends each thread after the point it is at."""
         stop = Event()
         pool = ThreadPoolExecutor(self.width, thread_name_prefix="sweep")

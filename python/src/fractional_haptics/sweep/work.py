@@ -87,12 +87,12 @@ def work_of(function: Callable[..., Any], grid: Grid, seed: int) -> Work:
         )
     given = {"rng", *grid.coordinates}
     for name, one in parameters.items():
-        if one.default is one.empty and one.kind is not one.VAR_POSITIONAL and one.kind is not one.VAR_KEYWORD:
-            if name not in given or one.kind is one.POSITIONAL_ONLY:
-                raise TypeError(
-                    f"nothing gives the function its argument {name!r}: make it an axis of the grid, passed by name, "
-                    "or bind it by functools.partial"
-                )
+        needed = one.default is one.empty and one.kind not in (one.VAR_POSITIONAL, one.VAR_KEYWORD)
+        if needed and (name not in given or one.kind is one.POSITIONAL_ONLY):
+            raise TypeError(
+                f"nothing gives the function its argument {name!r}: make it an axis of the grid, passed by name, "
+                "or bind it by functools.partial"
+            )
     arguments = tuple(name for name in grid.coordinates if name in named or name in _settings(grid))
     return Work(function, arguments, "rng" in named, int(seed))
 
