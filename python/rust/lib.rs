@@ -3,6 +3,8 @@
 mod analysis;
 mod arrays;
 mod conducted;
+mod control;
+mod experiment;
 mod json;
 mod log;
 mod operators;
@@ -17,6 +19,12 @@ mod _native {
         PyCoupler, PyDevice, PyLinearPlant, PyLoop, PyPort, PyRegion, stability_region,
         transparency,
     };
+    #[pymodule_export]
+    use super::control::{
+        PyControlPlant, PyPid, PyTransferFunction, closed_loop, simulate_loop, tune_controller,
+    };
+    #[pymodule_export]
+    use super::experiment::{design, experiment_parameters, run_experiment, zwidth};
     #[pymodule_export]
     use super::log::read_log;
     #[pymodule_export]

@@ -2,7 +2,7 @@
 
 use super::operator;
 use super::plant::AnyPlant;
-use crate::arrays::vector;
+use crate::arrays::{complex_vector, vector};
 use crate::refused::{OrRefused as _, refused};
 use fracdiff::Order;
 use haptic_analysis::Environment;
@@ -12,7 +12,7 @@ use pyo3::prelude::*;
 /// Two columns.
 type Pair<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
 
-/// Effective stiffness and damping of the closed loop at frequencies.
+/// Effective stiffness and damping of the closed loop at frequencies; `impedance` is that of the plant there, without hand.
 #[expect(
     clippy::too_many_arguments,
     reason = "the wrapper in Python names them"
@@ -20,6 +20,7 @@ type Pair<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
 #[pyfunction]
 pub(crate) fn transparency<'py>(
     omega: &Bound<'py, PyAny>,
+    impedance: &Bound<'py, PyAny>,
     plant: AnyPlant<'py>,
     stiffness_n_per_m: f64,
     dissipation_n_s_mu_per_m: f64,
@@ -30,6 +31,7 @@ pub(crate) fn transparency<'py>(
 ) -> PyResult<Pair<'py>> {
     let py = omega.py();
     let omega = vector("omega", omega)?;
+    let impedance = complex_vector("impedance", impedance)?;
     let operator = operator(order, sample_time, scheme, horizon)?;
     let wall = Environment {
         stiffness_n_per_m,
@@ -39,8 +41,8 @@ pub(crate) fn transparency<'py>(
     };
     let path = plant.path(sample_time)?;
     let (mut stiffness, mut damping) = (Vec::new(), Vec::new());
-    for (index, &omega) in omega.iter().enumerate() {
-        let felt = wall.felt_on(plant.impedance(omega), path, &operator, omega);
+    for (index, (&omega, &impedance)) in omega.iter().zip(&impedance).enumerate() {
+        let felt = wall.felt_on(impedance, path, &operator, omega);
         let felt = felt.map_err(|error| refused(format_args!("omega[{index}]: {error}")))?;
         stiffness.push(felt.stiffness_n_per_m);
         damping.push(felt.damping_n_s_per_m);

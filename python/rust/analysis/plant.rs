@@ -3,7 +3,7 @@
 use crate::arrays::{matrix, vector};
 use crate::refused::{OrRefused as _, refused};
 use haptic_analysis::{Dynamics, ForcePath, SampledPlant};
-use numpy::Complex64;
+use numpy::PyArray1;
 use pyo3::prelude::*;
 
 /// A device as every analysis takes it: mass, damper, hand, delay and lag of the force.
@@ -177,6 +177,24 @@ impl PyLinearPlant {
         })
     }
 
+    /// A, in rows: n² numbers.
+    #[getter]
+    fn _a<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_slice(py, &self.a)
+    }
+
+    /// B.
+    #[getter]
+    fn _b<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_slice(py, &self.b)
+    }
+
+    /// C.
+    #[getter]
+    fn _c<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_slice(py, &self.c)
+    }
+
     fn __repr__(&self) -> String {
         format!(
             "<LinearPlant of {} states, delay_s={}, current_lag_s={}>",
@@ -229,48 +247,4 @@ impl AnyPlant<'_> {
         };
         path.path(sample_time).or_refused()
     }
-
-    /// Z(jω) of the plant without hand, velocity in and force out, N·s/m.
-    pub(super) fn impedance(&self, omega: f64) -> Complex64 {
-        match self {
-            Self::Device(device) => {
-                let own = device.get();
-                Complex64::new(own.damping_n_s_per_m, omega * own.mass_kg)
-            }
-            Self::Linear(plant) => {
-                let own = plant.get();
-                let jw = Complex64::new(0.0, omega);
-                (jw * response(&own.a, &own.b, &own.c, jw)).inv()
-            }
-        }
-    }
-}
-
-/// c·(s − a)⁻¹·b by elimination with pivots.
-fn response(a: &[f64], b: &[f64], c: &[f64], s: Complex64) -> Complex64 {
-    let n = b.len();
-    let mut rows: Vec<Vec<Complex64>> = (0..n)
-        .map(|i| {
-            let own = (0..n)
-                .map(|j| Complex64::from(-a[i * n + j]) + if i == j { s } else { Complex64::ZERO });
-            own.chain([Complex64::from(b[i])]).collect()
-        })
-        .collect();
-    for k in 0..n {
-        let pivot = (k..n).max_by(|&i, &j| rows[i][k].norm().total_cmp(&rows[j][k].norm()));
-        rows.swap(k, pivot.unwrap_or(k));
-        let (above, below) = rows.split_at_mut(k + 1);
-        for row in below {
-            let factor = row[k] / above[k][k];
-            for (value, pivot) in row.iter_mut().zip(&above[k]).skip(k) {
-                *value -= factor * pivot;
-            }
-        }
-    }
-    let mut x = vec![Complex64::ZERO; n];
-    for k in (0..n).rev() {
-        let known: Complex64 = (k + 1..n).map(|j| rows[k][j] * x[j]).sum();
-        x[k] = (rows[k][n] - known) / rows[k][k];
-    }
-    x.iter().zip(c).map(|(x, c)| x * c).sum()
 }

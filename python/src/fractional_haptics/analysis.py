@@ -140,6 +140,17 @@ def _plant(plant: Plant) -> Device | LinearPlant:
     raise ValueError(f"a {type(plant).__name__} is no plant: give a Device, a LinearPlant or a control.StateSpace")
 
 
+def _impedance(plant: Device | LinearPlant, omega: NDArray[np.float64]) -> NDArray[np.complex128]:
+    """Velocity in, force out, without hand: ``jωm + b``, or ``1/(jω C (jω - A)^-1 B)``; NaN where it has none."""
+    if isinstance(plant, Device):
+        return plant.damping_n_s_per_m + 1j * omega * plant.mass_kg
+    states = len(plant._b)
+    matrices = 1j * omega[:, None, None] * np.eye(states) - plant._a.reshape(states, states)
+    inputs = np.broadcast_to(plant._b[:, None].astype(complex), (len(omega), states, 1))
+    with np.errstate(all="ignore"):
+        return 1 / (1j * omega * (np.linalg.solve(matrices, inputs)[..., 0] @ plant._c))
+
+
 class Loop(_native.Loop):
     __doc__ = _native.Loop.__doc__
 
@@ -303,9 +314,11 @@ def transparency(
     (493.5, 3.25)
     """
     frequencies = np.atleast_1d(np.asarray(omega, dtype=float))
+    own = _plant(plant)
     stiffness, damping = _native.transparency(
         frequencies,
-        _plant(plant),
+        _impedance(own, frequencies),
+        own,
         stiffness_n_per_m,
         dissipation_n_s_mu_per_m,
         order,

@@ -1,0 +1,157 @@
+//! Closed loops of a controller and a plant: tuning, verdict, simulation.
+
+use super::controller::PyPid;
+use super::rule;
+use super::transfer::PyControlPlant;
+use crate::arrays::vector;
+use crate::refused::OrRefused as _;
+use fracdiff::Seconds;
+use fractional_control::tuning::{
+    Bound as GainBound, Sampling, Specification, Tuned, tune, tune_integer,
+};
+use fractional_control::{Crossing, SampledLoop, SampledPlant, simulate};
+use numpy::{IntoPyArray as _, PyArray1};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// Wishes by their names.
+#[derive(FromPyObject)]
+pub(crate) struct Wishes {
+    #[pyo3(item)]
+    crossover_rad_s: f64,
+    #[pyo3(item)]
+    phase_margin_rad: f64,
+    #[pyo3(item)]
+    iso_damping: bool,
+    #[pyo3(item)]
+    noise: Option<(f64, f64)>,
+    #[pyo3(item)]
+    disturbance: Option<(f64, f64)>,
+    #[pyo3(item)]
+    sensitivity_peak: Option<f64>,
+    #[pyo3(item)]
+    complementary_peak: Option<f64>,
+}
+
+/// Gains and orders for a plant, as a dictionary.
+#[pyfunction]
+pub(crate) fn tune_controller<'py>(
+    py: Python<'py>,
+    plant: &Bound<'py, PyControlPlant>,
+    wishes: Wishes,
+    sampling: Option<(f64, String)>,
+    integer: bool,
+) -> PyResult<Bound<'py, PyDict>> {
+    let bound = |(omega_rad_s, at_most)| GainBound {
+        omega_rad_s,
+        at_most,
+    };
+    let specification = Specification {
+        iso_damping: wishes.iso_damping,
+        noise: wishes.noise.map(bound),
+        disturbance: wishes.disturbance.map(bound),
+        sensitivity_peak: wishes.sensitivity_peak,
+        complementary_peak: wishes.complementary_peak,
+        ..Specification::new(wishes.crossover_rad_s, wishes.phase_margin_rad)
+    };
+    let sampling = match sampling {
+        Some((sample_time, name)) => Some(Sampling {
+            sample_time: Seconds(sample_time),
+            rule: rule(&name)?,
+        }),
+        None => None,
+    };
+    let plant = &plant.get().0;
+    let search = if integer { tune_integer } else { tune };
+    let tuned = py
+        .detach(|| search(plant, sampling, &specification))
+        .or_refused()?;
+    report(py, &tuned)
+}
+
+fn report<'py>(py: Python<'py>, tuned: &Tuned) -> PyResult<Bound<'py, PyDict>> {
+    let (gains, measures) = (&tuned.parameters, &tuned.measures);
+    let parameters = PyDict::new(py);
+    parameters.set_item("proportional", gains.proportional)?;
+    parameters.set_item("integral", gains.integral)?;
+    parameters.set_item("integral_order", gains.integral_order)?;
+    parameters.set_item("derivative", gains.derivative)?;
+    parameters.set_item("derivative_order", gains.derivative_order)?;
+    let report = PyDict::new(py);
+    report.set_item("parameters", parameters)?;
+    report.set_item("gain_at_crossover", tuned.gain_at_crossover)?;
+    report.set_item("phase_margin_rad", tuned.phase_margin_rad)?;
+    report.set_item("phase_slope_rad", tuned.phase_slope_rad)?;
+    report.set_item("sensitivity_peak", measures.sensitivity_peak)?;
+    report.set_item("complementary_peak", measures.complementary_peak)?;
+    report.set_item("overshoot_spread", measures.overshoot_spread)?;
+    report.set_item("margin_spread_rad", measures.margin_spread_rad)?;
+    report.set_item("stable", measures.stable)?;
+    let unmet: Vec<String> = tuned.unmet.iter().map(ToString::to_string).collect();
+    report.set_item("unmet", unmet)?;
+    Ok(report)
+}
+
+/// Certified verdict and margins of a sampled loop, as a dictionary; `gain` is a factor on the plant.
+#[pyfunction]
+pub(crate) fn closed_loop<'py>(
+    controller: &Bound<'py, PyPid>,
+    plant: &Bound<'py, PyControlPlant>,
+    gain: f64,
+) -> PyResult<Bound<'py, PyDict>> {
+    let py = controller.py();
+    let controller = controller.try_borrow()?;
+    let (parameters, memory, sample_time) = (
+        controller.parameters,
+        controller.memory,
+        controller.sample_time,
+    );
+    let plant = &plant.get().0;
+    let (verdict, margins) = py
+        .detach(|| {
+            let plant = SampledPlant::new(plant, memory, sample_time)?;
+            let closed = SampledLoop::new(parameters.into(), memory, &plant)?.with_gain(gain);
+            Ok::<_, fractional_control::ControlError>((closed.verdict(), closed.margins()))
+        })
+        .or_refused()?;
+    let pair = |crossing: Crossing| (crossing.value, crossing.omega_rad_s);
+    let report = PyDict::new(py);
+    report.set_item("stable", verdict.stable)?;
+    report.set_item("unstable_poles", verdict.unstable_poles)?;
+    report.set_item("phase_rad", margins.phase.map(pair))?;
+    report.set_item("gain_up", margins.gain_up.map(pair))?;
+    report.set_item("gain_down", margins.gain_down.map(pair))?;
+    report.set_item("delay_s", margins.delay_s.map(pair))?;
+    report.set_item("sensitivity", pair(margins.sensitivity))?;
+    report.set_item("complementary", pair(margins.complementary))?;
+    Ok(report)
+}
+
+/// Measurement and command of a loop from rest.
+type Columns<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
+
+/// Runs a loop from rest over a record of the reference.
+#[pyfunction]
+pub(crate) fn simulate_loop<'py>(
+    controller: &Bound<'py, PyPid>,
+    plant: &Bound<'py, PyControlPlant>,
+    reference: &Bound<'py, PyAny>,
+) -> PyResult<Columns<'py>> {
+    let py = controller.py();
+    let own = controller.try_borrow()?;
+    let reference = vector("reference", reference)?;
+    let (controller, memory, sample_time) = (&own.controller, own.memory, own.sample_time);
+    let plant = &plant.get().0;
+    let run = py.detach(|| {
+        let plant = SampledPlant::new(plant, memory, sample_time)?;
+        let samples = reference.len();
+        Ok::<_, fractional_control::ControlError>(simulate(
+            controller,
+            &plant,
+            |n| reference[n],
+            samples,
+        ))
+    });
+    let run = run.or_refused()?;
+    Ok((run.measured.into_pyarray(py), run.command.into_pyarray(py)))
+}

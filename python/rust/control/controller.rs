@@ -1,0 +1,156 @@
+//! A fractional PID controller, sample by sample.
+
+use super::memory;
+use super::transfer::responses;
+use crate::refused::OrRefused as _;
+use fracdiff::Seconds;
+use fractional_control::{
+    Actuator, Controller as _, FractionalPid, Memory, ParallelHistory, PidParameters, SetPoint,
+};
+use pyo3::prelude::*;
+
+/// Modes of each memory: enough for 1e-9 over a day at 1 kHz.
+pub(super) const MODES: usize = 64;
+
+/// PI^lambda D^mu: ``u = Kp (b r - y) + Ki I^lambda (r - y) + Kd D^mu (c r - y)``, limited, with exact anti-windup.
+///
+/// Parameters
+/// ----------
+/// sample_time : float
+///     T in s.
+/// proportional, integral, derivative : float, default 0
+///     Kp in [u]/[y], Ki in [u]/[y] s^(-lambda), Kd in [u]/[y] s^mu.
+/// integral_order, derivative_order : float, default 1
+///     lambda and mu, above 0 and at most 2.
+/// low, high : float, default infinite
+///     Limits of the command.
+/// proportional_weight, derivative_weight : float, default 1 and 0
+///     b and c: the share of the reference that both parts see.
+/// rule : {"bdf2", "grunwald"}
+///     s as a function of the delay: an error of O(T^2) or O(T).
+/// tolerance : float, default 1e-6
+///     Of each weight of the memories.
+/// horizon : float, default 3600
+///     Up to which time it holds, s.
+///
+/// Raises
+/// ------
+/// ValueError
+///     A parameter outside its range.
+///
+/// Notes
+/// -----
+/// `output` before the command leaves, `advance` after it has left; `step` is both.
+///
+/// References
+/// ----------
+/// I. Podlubny, *Fractional-order systems and PI^λD^μ-controllers*, IEEE Trans. Automatic Control 44(1), 1999; the crate
+/// ``fractional-control``.
+///
+/// Examples
+/// --------
+/// >>> from fractional_haptics.control import Pid
+/// >>> pid = Pid(1e-3, proportional=2.0, integral=1.0, integral_order=0.8, low=-3.0, high=3.0)
+/// >>> pid.step(5.0, 0.0)
+/// 3.0
+#[pyclass(name = "Pid", module = "fractional_haptics.control")]
+#[derive(Debug)]
+pub(crate) struct PyPid {
+    pub(super) controller: FractionalPid<f64, MODES>,
+    pub(super) parameters: PidParameters,
+    pub(super) memory: Memory,
+    pub(super) sample_time: Seconds,
+    history: ParallelHistory<f64, MODES>,
+}
+
+#[pymethods]
+impl PyPid {
+    #[expect(clippy::too_many_arguments, reason = "Python names them")]
+    #[new]
+    #[pyo3(signature = (sample_time, *, proportional = 0.0, integral = 0.0, integral_order = 1.0, derivative = 0.0,
+        derivative_order = 1.0, low = f64::NEG_INFINITY, high = f64::INFINITY, proportional_weight = 1.0,
+        derivative_weight = 0.0, rule = "bdf2", tolerance = 1e-6, horizon = 3600.0))]
+    fn new(
+        sample_time: f64,
+        proportional: f64,
+        integral: f64,
+        integral_order: f64,
+        derivative: f64,
+        derivative_order: f64,
+        low: f64,
+        high: f64,
+        proportional_weight: f64,
+        derivative_weight: f64,
+        rule: &str,
+        tolerance: f64,
+        horizon: f64,
+    ) -> PyResult<Self> {
+        let parameters = PidParameters {
+            proportional,
+            integral,
+            integral_order,
+            derivative,
+            derivative_order,
+        };
+        let set_point = SetPoint {
+            proportional: proportional_weight,
+            derivative: derivative_weight,
+        };
+        let actuator = Actuator::new(low, high).or_refused()?;
+        let (memory, sample_time) = (memory(rule, tolerance, horizon)?, Seconds(sample_time));
+        let controller = FractionalPid::new(parameters, set_point, actuator, memory, sample_time)
+            .or_refused()?;
+        Ok(Self {
+            history: controller.at_rest(),
+            controller,
+            parameters,
+            memory,
+            sample_time,
+        })
+    }
+
+    /// The command for reference r and measured y; the history stays as it is.
+    #[pyo3(signature = (reference, measured, /))]
+    fn output(&self, reference: f64, measured: f64) -> f64 {
+        self.controller.output(&self.history, reference, measured)
+    }
+
+    /// Takes the sample into the history, with the command that was applied.
+    #[pyo3(signature = (reference, measured, applied, /))]
+    fn advance(&mut self, reference: f64, measured: f64, applied: f64) {
+        self.controller
+            .advance(&mut self.history, reference, measured, applied);
+    }
+
+    /// The command, which is then taken as applied.
+    #[pyo3(signature = (reference, measured, /))]
+    fn step(&mut self, reference: f64, measured: f64) -> f64 {
+        let command = self.output(reference, measured);
+        self.advance(reference, measured, command);
+        command
+    }
+
+    /// Forgets the past.
+    fn reset(&mut self) {
+        self.history = self.controller.at_rest();
+    }
+
+    /// C(j omega) in continuous time, for frequencies in rad/s of any shape.
+    fn response<'py>(&self, omega: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        responses(omega, |omega| self.parameters.response(omega))
+    }
+
+    /// T in s.
+    #[getter]
+    fn sample_time(&self) -> f64 {
+        self.sample_time.0
+    }
+
+    fn __str__(&self) -> String {
+        self.parameters.to_string()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Pid {} at {} s>", self.parameters, self.sample_time.0)
+    }
+}

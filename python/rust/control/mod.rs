@@ -1,0 +1,27 @@
+//! Fractional control: transfer functions, controllers, tuning.
+
+mod closed;
+mod controller;
+mod transfer;
+
+pub(crate) use closed::{closed_loop, simulate_loop, tune_controller};
+pub(crate) use controller::PyPid;
+pub(crate) use transfer::{PyControlPlant, PyTransferFunction};
+
+use crate::refused::{OrRefused as _, refused};
+use fractional_control::{Memory, Rule};
+use pyo3::prelude::*;
+
+fn rule(name: &str) -> PyResult<Rule> {
+    match name {
+        "grunwald" => Ok(Rule::Grunwald),
+        "bdf2" => Ok(Rule::Bdf2),
+        _ => Err(refused(format_args!(
+            "rule \"{name}\" is not one of grunwald, bdf2"
+        ))),
+    }
+}
+
+fn memory(name: &str, tolerance: f64, horizon: f64) -> PyResult<Memory> {
+    Memory::new(rule(name)?, tolerance, horizon).or_refused()
+}

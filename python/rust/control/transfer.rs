@@ -1,0 +1,323 @@
+//! Fractional transfer functions and plants.
+
+use super::memory;
+use crate::arrays::{any_shape, complex_vector, matrix, vector};
+use crate::refused::{OrRefused as _, refused};
+use fracdiff::Seconds;
+use fractional_control::{
+    FractionalTransferFunction, Plant, Term, impulse_response, respond, step_response,
+};
+use nalgebra::{DMatrix, DVector, RowDVector};
+use numpy::{Complex64, IntoPyArray as _, PyArray1, PyArrayDyn, PyArrayMethods as _};
+use pyo3::prelude::*;
+
+/// A fractional transfer function ``G(s) = sum b_j s^beta_j / sum a_i s^alpha_i``.
+///
+/// Parameters
+/// ----------
+/// numerator : str or list of (coefficient, order)
+///     The whole function in the usual notation, as ``"1/(0.8s^2.2+0.5s^0.9+1)"``; or its terms.
+/// denominator : list of (coefficient, order), optional
+///     Its terms, if `numerator` is a list.
+///
+/// Raises
+/// ------
+/// ValueError
+///     No such notation (with place and remedy), an improper function, orders that cancel or are common to both.
+///
+/// References
+/// ----------
+/// I. Podlubny, *Fractional Differential Equations*, Academic Press, 1999; the crate ``fractional-control``.
+///
+/// Examples
+/// --------
+/// >>> from fractional_haptics.control import TransferFunction
+/// >>> TransferFunction("1/(s^0.5+1)").response(1.0)  # doctest: +ELLIPSIS
+/// (0.5-0.207...j)
+#[pyclass(
+    name = "_TransferFunction",
+    module = "fractional_haptics._native",
+    frozen,
+    subclass
+)]
+#[derive(Debug)]
+pub(crate) struct PyTransferFunction(FractionalTransferFunction);
+
+/// A text, or terms as pairs.
+#[derive(FromPyObject)]
+enum Notation {
+    Text(String),
+    Terms(Vec<(f64, f64)>),
+}
+
+fn terms(pairs: &[(f64, f64)]) -> Vec<Term> {
+    pairs
+        .iter()
+        .map(|&(coefficient, order)| Term { coefficient, order })
+        .collect()
+}
+
+fn pairs(terms: &[Term]) -> Vec<(f64, f64)> {
+    terms
+        .iter()
+        .map(|term| (term.coefficient, term.order))
+        .collect()
+}
+
+#[pymethods]
+impl PyTransferFunction {
+    #[new]
+    #[pyo3(signature = (numerator, denominator = None))]
+    fn new(numerator: Notation, denominator: Option<Vec<(f64, f64)>>) -> PyResult<Self> {
+        match (numerator, denominator) {
+            (Notation::Text(text), None) => text.parse().map(Self).or_refused(),
+            (Notation::Text(_), Some(_)) => Err(refused(
+                "a text is the whole function: leave denominator out",
+            )),
+            (Notation::Terms(_), None) => Err(refused(
+                "denominator is missing: give its terms, as [(1.0, 0.5), (2.0, 0.0)]",
+            )),
+            (Notation::Terms(above), Some(below)) => {
+                FractionalTransferFunction::new(&terms(&above), &terms(&below))
+                    .map(Self)
+                    .or_refused()
+            }
+        }
+    }
+
+    /// Terms of the numerator, (coefficient, order), highest order first.
+    #[getter]
+    fn numerator(&self) -> Vec<(f64, f64)> {
+        pairs(self.0.numerator().terms())
+    }
+
+    /// Terms of the denominator.
+    #[getter]
+    fn denominator(&self) -> Vec<(f64, f64)> {
+        pairs(self.0.denominator().terms())
+    }
+
+    /// Frequency response.
+    ///
+    /// Parameters
+    /// ----------
+    /// omega : array_like
+    ///     rad/s, of any shape.
+    ///
+    /// Returns
+    /// -------
+    /// complex or ndarray of complex, same shape
+    ///     G(j omega).
+    fn response<'py>(&self, omega: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        responses(omega, |omega| self.0.response(omega))
+    }
+
+    /// Poles of a commensurate function on the principal sheet.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of complex
+    ///     rad/s.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     Orders without a common unit.
+    fn poles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<Complex64>>> {
+        let commensurate = self.0.commensurate().or_refused()?;
+        Ok(PyArray1::from_vec(py, py.detach(|| commensurate.poles())))
+    }
+
+    /// Number of poles in the right half-plane; None where the count is not certain.
+    fn unstable_poles(&self, py: Python<'_>) -> Option<usize> {
+        py.detach(|| self.0.unstable_poles())
+    }
+
+    /// Response to a unit step.
+    ///
+    /// Parameters
+    /// ----------
+    /// sample_time : float
+    ///     T in s.
+    /// samples : int
+    ///     Number of samples, the first at the time of the step.
+    /// rule : {"bdf2", "grunwald"}
+    ///     s as a function of the delay: an error of O(T^2) or O(T).
+    /// tolerance : float, default 1e-9
+    ///     Of each weight of the memories.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (samples,)
+    #[pyo3(signature = (sample_time, samples, rule = "bdf2", tolerance = 1e-9))]
+    fn step_response<'py>(
+        &self,
+        py: Python<'py>,
+        sample_time: f64,
+        samples: usize,
+        rule: &str,
+        tolerance: f64,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let memory = memory(rule, tolerance, horizon(sample_time, samples))?;
+        let y = py.detach(|| step_response(&self.0, memory, Seconds(sample_time), samples));
+        Ok(y.or_refused()?.into_pyarray(py))
+    }
+
+    /// Response to a unit impulse; as `step_response`.
+    #[pyo3(signature = (sample_time, samples, rule = "bdf2", tolerance = 1e-9))]
+    fn impulse_response<'py>(
+        &self,
+        py: Python<'py>,
+        sample_time: f64,
+        samples: usize,
+        rule: &str,
+        tolerance: f64,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let memory = memory(rule, tolerance, horizon(sample_time, samples))?;
+        let y = py.detach(|| impulse_response(&self.0, memory, Seconds(sample_time), samples));
+        Ok(y.or_refused()?.into_pyarray(py))
+    }
+
+    /// Response to a record, from rest.
+    ///
+    /// Parameters
+    /// ----------
+    /// u : array_like, shape (n,)
+    ///     Input at t = 0, T, 2T, …
+    /// sample_time, rule, tolerance
+    ///     As in `step_response`.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (n,)
+    #[pyo3(signature = (u, sample_time, rule = "bdf2", tolerance = 1e-9))]
+    fn respond<'py>(
+        &self,
+        u: &Bound<'py, PyAny>,
+        sample_time: f64,
+        rule: &str,
+        tolerance: f64,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let py = u.py();
+        let u = vector("u", u)?;
+        let memory = memory(rule, tolerance, horizon(sample_time, u.len()))?;
+        let y = py.detach(|| respond(&self.0, memory, Seconds(sample_time), &u));
+        Ok(y.or_refused()?.into_pyarray(py))
+    }
+
+    fn __str__(&self) -> String {
+        self.0.to_string()
+    }
+
+    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
+        other
+            .cast::<Self>()
+            .is_ok_and(|other| other.get().0 == self.0)
+    }
+
+    fn __hash__(&self) -> u64 {
+        use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+        let mut hasher = DefaultHasher::new();
+        self.0.to_string().hash(&mut hasher);
+        hasher.finish()
+    }
+
+    fn __reduce__<'py>(
+        slf: &Bound<'py, Self>,
+    ) -> (Bound<'py, PyAny>, (Vec<(f64, f64)>, Vec<(f64, f64)>)) {
+        let own = slf.get();
+        (
+            slf.get_type().into_any(),
+            (own.numerator(), own.denominator()),
+        )
+    }
+}
+
+/// As long as a record, and never shorter than a memory can be.
+fn horizon(sample_time: f64, samples: usize) -> f64 {
+    sample_time * samples.max(100) as f64
+}
+
+/// Responses at frequencies of any shape; a number for a number.
+pub(super) fn responses<'py>(
+    omega: &Bound<'py, PyAny>,
+    response: impl Fn(f64) -> Complex64 + Sync,
+) -> PyResult<Bound<'py, PyAny>> {
+    let py = omega.py();
+    let (omega, shape) = any_shape("omega", omega)?;
+    let values: Vec<Complex64> = py.detach(|| omega.iter().map(|&omega| response(omega)).collect());
+    let values: Bound<'_, PyArrayDyn<Complex64>> = values.into_pyarray(py).reshape(shape)?;
+    values.get_item(pyo3::types::PyTuple::empty(py))
+}
+
+/// A plant with a dead time, made by `fractional_haptics.control.plant`.
+#[pyclass(name = "Plant", module = "fractional_haptics.control", frozen)]
+#[derive(Debug)]
+pub(crate) struct PyControlPlant(pub(super) Plant);
+
+#[pymethods]
+impl PyControlPlant {
+    /// From the usual notation, dead time included.
+    #[staticmethod]
+    fn _from_text(text: &str) -> PyResult<Self> {
+        text.parse().map(Self).or_refused()
+    }
+
+    /// From a transfer function and a dead time in s.
+    #[staticmethod]
+    fn _from_function(function: &Bound<'_, PyTransferFunction>, delay_s: f64) -> PyResult<Self> {
+        Plant::transfer(function.get().0, delay_s)
+            .map(Self)
+            .or_refused()
+    }
+
+    /// From matrices and a dead time in s.
+    #[staticmethod]
+    fn _from_matrices(
+        a: &Bound<'_, PyAny>,
+        b: &Bound<'_, PyAny>,
+        c: &Bound<'_, PyAny>,
+        delay_s: f64,
+    ) -> PyResult<Self> {
+        let (a, [rows, columns]) = matrix("a", a)?;
+        let (b, c) = (vector("b", b)?, vector("c", c)?);
+        let states = fractional_control::StateSpace::new(
+            DMatrix::from_row_slice(rows, columns, &a),
+            DVector::from_vec(b),
+            RowDVector::from_vec(c),
+        );
+        Plant::state_space(states.or_refused()?, delay_s)
+            .map(Self)
+            .or_refused()
+    }
+
+    /// From a measured response.
+    #[staticmethod]
+    fn _from_response(omega: &Bound<'_, PyAny>, response: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let (omega, response) = (
+            vector("omega", omega)?,
+            complex_vector("response", response)?,
+        );
+        if omega.len() != response.len() {
+            return Err(refused(format_args!(
+                "{} frequencies and {} responses: give one for each",
+                omega.len(),
+                response.len()
+            )));
+        }
+        let points: Vec<(f64, Complex64)> = omega.into_iter().zip(response).collect();
+        Plant::measured(&points).map(Self).or_refused()
+    }
+
+    /// Frequency response; NaN outside the band of a measured one.
+    fn response<'py>(&self, omega: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let nan = Complex64::new(f64::NAN, f64::NAN);
+        responses(omega, |omega| self.0.response(omega).unwrap_or(nan))
+    }
+
+    /// Dead time in s; that of a measured response is in the response.
+    #[getter]
+    fn delay_s(&self) -> f64 {
+        self.0.delay_s()
+    }
+}

@@ -1,0 +1,71 @@
+//! Experiments: what experiment files describe, from arguments by name.
+
+mod run;
+mod search;
+
+pub(crate) use run::{experiment_parameters, run_experiment};
+pub(crate) use search::{design, zwidth};
+
+use crate::refused::refused;
+use haptic_experiment::{ExperimentFile, Failure};
+use pyo3::PyErr;
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict};
+use std::path::Path;
+
+/// Bad input is a `ValueError`; a run, device or disk that failed a `RuntimeError`.
+fn failed(failure: &Failure) -> PyErr {
+    match failure {
+        Failure::Input(_) => refused(failure),
+        _ => PyRuntimeError::new_err(failure.to_string()),
+    }
+}
+
+/// The experiment of a kind with these parameters, as if a file had them.
+///
+/// # Errors
+/// `ValueError` in the words of the reader of files, without the name of a file.
+fn parsed(kind: &str, parameters: &Bound<'_, PyDict>) -> PyResult<ExperimentFile> {
+    let mut table = toml::Table::new();
+    for (key, value) in parameters.iter() {
+        let key: String = key.extract()?;
+        let value = toml_value(&key, &value)?;
+        table.insert(key, value);
+    }
+    let mut file = toml::Table::new();
+    file.insert(kind.to_owned(), toml::Value::Table(table));
+    ExperimentFile::parse(Path::new(kind), &file.to_string()).map_err(|error| {
+        let text = error.to_string();
+        let reason = text.strip_prefix(kind).and_then(|rest| {
+            let rest = rest
+                .strip_prefix(':')?
+                .trim_start_matches(|c: char| c.is_ascii_digit());
+            rest.strip_prefix(": ")
+        });
+        refused(reason.unwrap_or(&text))
+    })
+}
+
+fn toml_value(key: &str, value: &Bound<'_, PyAny>) -> PyResult<toml::Value> {
+    if value.cast::<PyBool>().is_ok() {
+        return Ok(toml::Value::Boolean(value.extract()?));
+    }
+    if let Ok(integer) = value.extract::<i64>() {
+        return Ok(toml::Value::Integer(integer));
+    }
+    if let Ok(number) = value.extract::<f64>() {
+        return Ok(toml::Value::Float(number));
+    }
+    if let Ok(text) = value.extract::<String>() {
+        return Ok(toml::Value::String(text));
+    }
+    let text = value
+        .call_method0("__fspath__")
+        .and_then(|path| path.extract::<String>());
+    text.map(toml::Value::String).map_err(|_| {
+        refused(format_args!(
+            "{key} is neither a number, a text nor True or False"
+        ))
+    })
+}

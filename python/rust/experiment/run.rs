@@ -1,0 +1,173 @@
+//! Runs: relaxation, creep, a wall, a coupler.
+
+use super::{failed, parsed};
+use crate::conducted::{Conduct, conduct};
+use crate::json::to_python;
+use crate::refused::OrRefused as _;
+use haptic_experiment::curves::Published;
+use haptic_experiment::folder::FolderRequest;
+use haptic_experiment::parameters::{COUPLER_REQUIRED, Parameter, Value, WALL_REQUIRED, of_kind};
+use haptic_experiment::{ExperimentFile, Failure, Pace, RealtimeOptions, Summary, Supervisor};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+/// Section, key, default (None without one), whether it has to be given, range and help of each parameter of a kind.
+#[pyfunction]
+pub(crate) fn experiment_parameters<'py>(
+    py: Python<'py>,
+    kind: &str,
+) -> PyResult<Bound<'py, PyList>> {
+    let required = [WALL_REQUIRED, COUPLER_REQUIRED].concat();
+    let list = PyList::empty(py);
+    for (section, table) in of_kind(kind) {
+        for parameter in table {
+            let needed = section == "required" && required.contains(parameter);
+            let range = match parameter.value {
+                Value::Number(_, range) => range.to_string(),
+                _ => String::new(),
+            };
+            let row = (
+                section,
+                parameter.key,
+                default(py, parameter)?,
+                needed,
+                range,
+                parameter.help,
+            );
+            list.append(row)?;
+        }
+    }
+    Ok(list)
+}
+
+fn default<'py>(py: Python<'py>, parameter: &Parameter) -> PyResult<Bound<'py, PyAny>> {
+    Ok(match parameter.value {
+        Value::Number(Some(number), _) => number.into_pyobject(py)?.into_any(),
+        Value::Count(count) => count.into_pyobject(py)?.into_any(),
+        Value::Flag(flag) => flag.into_pyobject(py)?.to_owned().into_any(),
+        Value::Text(text) => text.into_pyobject(py)?.into_any(),
+        _ => py.None().into_bound(py),
+    })
+}
+
+/// A finished run.
+struct Finished {
+    report: serde_json::Value,
+    columns: Vec<(String, Vec<f64>)>,
+    warnings: Vec<String>,
+}
+
+/// Runs an experiment into a folder; its report, the columns of its table, and what a user should know.
+#[pyfunction]
+pub(crate) fn run_experiment<'py>(
+    kind: &str,
+    parameters: &Bound<'py, PyDict>,
+    out: PathBuf,
+    overwrite: bool,
+    force_unstable: bool,
+    progress: Option<&Bound<'py, PyAny>>,
+) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyDict>, Vec<String>)> {
+    let py = parameters.py();
+    let experiment = prepared(parsed(kind, parameters)?, force_unstable)?;
+    let request = FolderRequest {
+        out: Some(out),
+        stem: kind.to_owned(),
+        overwrite,
+        roll_bytes: None,
+        provenance: BTreeMap::from([(
+            "program".to_owned(),
+            concat!("fractional-haptics (Python) ", env!("CARGO_PKG_VERSION")).to_owned(),
+        )]),
+    };
+    let finished = conduct(py, progress, true, move |conduct| {
+        run(&experiment, &request, conduct)
+    })?;
+    let finished = finished.map_err(|failure| failed(&failure))?;
+    let columns = PyDict::new(py);
+    for (name, values) in finished.columns {
+        columns.set_item(name, PyArray1::from_vec(py, values))?;
+    }
+    Ok((to_python(py, &finished.report)?, columns, finished.warnings))
+}
+
+/// With the pace and the pre-flight that its device asks for, as the command has them.
+fn prepared(experiment: ExperimentFile, force_unstable: bool) -> PyResult<ExperimentFile> {
+    let mut experiment = experiment;
+    if experiment.remote().is_some() {
+        experiment = experiment.in_pace(Pace::Realtime(RealtimeOptions::NORMAL));
+    } else if force_unstable {
+        return Err(crate::refused::refused(
+            "force_unstable is for serial devices: leave it out",
+        ));
+    }
+    let safety = experiment.safety_mut();
+    let known = safety.device_mass_kg.zip(safety.device_damping_n_s_per_m);
+    let wanted = haptic_experiment::PreflightRequest {
+        force_unstable,
+        dynamics: known.map(|(mass, damping)| haptic_experiment::Dynamics::ideal(mass, damping)),
+    };
+    let experiment = experiment.with_preflight(wanted);
+    experiment.samples().or_refused()?;
+    Ok(experiment)
+}
+
+fn run(
+    experiment: &ExperimentFile,
+    request: &FolderRequest,
+    conduct: &Conduct,
+) -> Result<Finished, Failure> {
+    let heard = Mutex::new(Vec::new());
+    let warn = |text: &str| {
+        if let Ok(mut heard) = heard.lock() {
+            heard.push(text.to_owned());
+        }
+    };
+    let supervisor = Supervisor {
+        stop: conduct.stop(),
+        progress: &|done| conduct.set(done),
+        live: None,
+        warn: &warn,
+    };
+    let (report, table) = match experiment {
+        ExperimentFile::Relax(relaxation) => read(relaxation.run(request, supervisor)?),
+        ExperimentFile::Creep(creep) => read(creep.run(request, supervisor)?),
+        ExperimentFile::Wall(wall) => read(wall.run(request, supervisor)?),
+        ExperimentFile::Coupler(coupler) => read(coupler.run(request, supervisor)?),
+    }?;
+    let columns = table.map(|path| columns(Path::new(&path))).transpose()?;
+    Ok(Finished {
+        report,
+        columns: columns.unwrap_or_default(),
+        warnings: heard.into_inner().unwrap_or_default(),
+    })
+}
+
+/// The report as the command prints it, and the place of the table.
+fn read<R: Summary, C>(
+    mut published: Published<R, C>,
+) -> Result<(serde_json::Value, Option<String>), Failure> {
+    let table = published.report.run_mut().csv.clone();
+    let report = serde_json::to_value(&published.report).map_err(Failure::input)?;
+    Ok((report, table))
+}
+
+/// The columns of a table; NaN where a cell is empty.
+fn columns(path: &Path) -> Result<Vec<(String, Vec<f64>)>, Failure> {
+    let mut reader = csv::Reader::from_path(path).map_err(Failure::input)?;
+    let headers = reader.headers().map_err(Failure::input)?.clone();
+    let mut columns: Vec<(String, Vec<f64>)> = headers
+        .iter()
+        .map(|name| (name.to_owned(), Vec::new()))
+        .collect();
+    for row in reader.records() {
+        let row = row.map_err(Failure::input)?;
+        for ((_, values), cell) in columns.iter_mut().zip(&row) {
+            values.push(cell.parse().unwrap_or(f64::NAN));
+        }
+    }
+    Ok(columns)
+}

@@ -1,0 +1,181 @@
+//! Searches: the Z-width of a device, and the best wall for it.
+
+use super::{failed, parsed};
+use crate::conducted::conduct;
+use crate::json::to_python;
+use crate::refused::{OrRefused as _, refused};
+use crate::tissue::PyMaterial;
+use fracdiff::Order;
+use haptic_experiment::design::{Design, Device, Requirement, Wish};
+use haptic_experiment::{ExperimentFile, Imperfections, ModelledTissue, WallExperiment, ZWidth};
+use haptic_loop::Specimen;
+use haptic_loop::units::{Metres, SquareMetres};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// Device, trial and operator, read as those of a wall; the wall itself plays no part.
+fn bench(parameters: &Bound<'_, PyDict>, realistic: bool) -> PyResult<WallExperiment> {
+    let parameters = parameters.copy()?;
+    for (key, value) in [
+        ("order", 1.0),
+        ("stiffness_n_per_m", 1.0),
+        ("dissipation_n_s_mu_per_m", 0.0),
+    ] {
+        if parameters.contains(key)? {
+            return Err(refused(format_args!(
+                "{key} is what is looked for: leave it out"
+            )));
+        }
+        parameters.set_item(key, value)?;
+    }
+    let given = |key: &str| parameters.contains(key);
+    let keep = [
+        given("friction_n")?,
+        given("delay_s")?,
+        given("current_lag_s")?,
+        given("encoder_resolution_m")?,
+    ];
+    let ExperimentFile::Wall(mut wall) = parsed("wall", &parameters)? else {
+        return Err(refused("not a wall"));
+    };
+    if realistic {
+        // What is given by itself stays.
+        let usual = Imperfections::realistic(wall.device.sample_time.0);
+        let [friction, delay, lag, encoder] = keep;
+        let own = Imperfections {
+            friction_n: if friction {
+                wall.device.friction.0
+            } else {
+                usual.friction_n
+            },
+            delay_s: if delay {
+                wall.device.delay.0
+            } else {
+                usual.delay_s
+            },
+            current_lag_s: if lag {
+                wall.device.lag.0
+            } else {
+                usual.current_lag_s
+            },
+            sensors: haptic_experiment::Sensors {
+                encoder_resolution_m: if encoder {
+                    wall.sensors.encoder_resolution_m
+                } else {
+                    usual.sensors.encoder_resolution_m
+                },
+                ..wall.sensors
+            },
+        };
+        wall.device = own.on(wall.device);
+        wall.sensors = own.sensors;
+    }
+    Ok(wall)
+}
+
+fn orders_of(orders: Vec<f64>) -> PyResult<Vec<Order>> {
+    orders
+        .into_iter()
+        .map(|order| Order::new(order).or_refused())
+        .collect()
+}
+
+/// The stiffest walls by trying.
+#[pyfunction]
+pub(crate) fn zwidth<'py>(
+    parameters: &Bound<'py, PyDict>,
+    orders: Vec<f64>,
+    points: usize,
+    realistic: bool,
+    progress: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let py = parameters.py();
+    let wall = bench(parameters, realistic)?;
+    let experiment = ZWidth {
+        device: wall.device,
+        sensors: wall.sensors,
+        one_sided: wall.one_sided,
+        scheme: wall.scheme,
+        orders: orders_of(orders)?,
+        points,
+        plan: wall.plan,
+        remote: wall.remote,
+    };
+    let report = conduct(py, progress, true, move |conduct| {
+        experiment.run(&|cells| conduct.add(cells), conduct.stop(), &|_| ())
+    })?;
+    to_python(py, &report.map_err(|failure| failed(&failure))?)
+}
+
+/// A tissue and the area and thickness of its specimen in m² and m.
+type WishedTissue<'py> = (Bound<'py, PyMaterial>, f64, f64);
+
+/// The best wall by computation.
+#[expect(
+    clippy::too_many_arguments,
+    reason = "the wrapper in Python names them"
+)]
+#[pyfunction]
+pub(crate) fn design<'py>(
+    parameters: &Bound<'py, PyDict>,
+    wish: &str,
+    tissue: Option<WishedTissue<'py>>,
+    frequency_hz: Option<f64>,
+    gain_margin: Option<f64>,
+    orders: Vec<f64>,
+    force_noise_limit_n: Option<f64>,
+    realistic: bool,
+    progress: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let py = parameters.py();
+    let wall = bench(parameters, realistic)?;
+    let wish = match (wish, tissue, frequency_hz) {
+        ("stiffest-wall", None, None) => Wish::StiffestWall,
+        ("stiffest-wall", None, Some(_)) => {
+            return Err(refused(
+                "frequency_hz has no meaning for the stiffest wall: leave it out",
+            ));
+        }
+        ("most-damping", None, Some(frequency_hz)) => Wish::MostDamping { frequency_hz },
+        ("most-damping", None, None) => {
+            return Err(refused(
+                "frequency_hz is missing: the most damping is asked for there",
+            ));
+        }
+        ("tissue", Some((material, area, thickness)), frequency_hz) => Wish::Tissue {
+            material: ModelledTissue::new(material.get().0.clone())
+                .map_err(|failure| failed(&failure))?,
+            specimen: Specimen::new(SquareMetres(area), Metres(thickness)).or_refused()?,
+            frequency_hz: frequency_hz.unwrap_or(1.0),
+        },
+        ("tissue", None, _) => return Err(refused("tissue is missing: give one of the library")),
+        ("stiffest-wall" | "most-damping", Some(_), _) => {
+            return Err(refused(
+                "a tissue has no meaning without wish=\"tissue\": leave it out",
+            ));
+        }
+        _ => {
+            return Err(refused(format_args!(
+                "wish \"{wish}\" is not one of stiffest-wall, most-damping, tissue"
+            )));
+        }
+    };
+    let design = Design {
+        device: Device {
+            plant: wall.device,
+            sensors: wall.sensors,
+            force_limit_n: wall.plan.force_limit_n,
+        },
+        scheme: wall.scheme,
+        orders: orders_of(orders)?,
+        requirement: gain_margin.map_or(Requirement::Passive, |gain_margin| Requirement::Stable {
+            gain_margin,
+        }),
+        wish,
+        force_noise_limit_n,
+    };
+    let report = conduct(py, progress, false, move |conduct| {
+        design.answer(&|orders| conduct.add(orders))
+    })?;
+    to_python(py, &report.map_err(|failure| failed(&failure))?)
+}

@@ -1,0 +1,315 @@
+"""Experiments on simulated or serial devices: the crate ``haptic-experiment``, what ``host-cli`` runs.
+
+`relax`, `creep`, `wall` and `coupler` take the keys of experiment files, with their defaults and ranges; `zwidth` and `design` the
+keys of a wall that say device, operator and trial. All keys carry their SI unit.
+
+Every one releases the interpreter, reports progress, and stops on Ctrl-C: the force ramps to zero, the log is closed, then
+``KeyboardInterrupt`` is raised.
+"""
+
+from __future__ import annotations
+
+import inspect
+import os
+import tempfile
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fractional_haptics import _native
+
+if TYPE_CHECKING:
+    import numpy as np
+    import pandas
+    from numpy.typing import NDArray
+
+    from fractional_haptics.tissue import Material
+
+__all__ = ["Run", "coupler", "creep", "design", "relax", "wall", "zwidth"]
+
+Progress = Callable[[int], object]
+
+
+def _told(progress: Any) -> Progress | None:
+    """A bar of ``tqdm`` as a function of the number that is done."""
+    if hasattr(progress, "update") and hasattr(progress, "n"):
+        return lambda done: progress.update(done - progress.n)
+    return progress
+
+
+_DEFAULTS = {row[1]: row[2] for row in _native.experiment_parameters("relax")}
+"""Of a tissue and its rendering."""
+
+_NEEDED_BY_BENCH = {"order", "stiffness_n_per_m", "dissipation_n_s_mu_per_m", "must_be_stable"}
+
+
+@dataclass(frozen=True)
+class Run:
+    """A finished run."""
+
+    kind: str
+    """The experiment."""
+    columns: Mapping[str, NDArray[np.float64]]
+    """Columns of its table by name, units in the names; NaN where a cell is empty. Empty for a run that was cut short."""
+    report: Mapping[str, Any]
+    """The report, as ``host-cli --json`` prints it."""
+    folder: Path | None
+    """Folder of log and table, where one was asked for."""
+
+    def __getitem__(self, column: str) -> NDArray[np.float64]:
+        """A column by name."""
+        try:
+            return self.columns[column]
+        except KeyError:
+            raise KeyError(f"{column!r} is none of the columns {', '.join(self.columns)}") from None
+
+    def to_frame(self) -> pandas.DataFrame:
+        """The columns as a pandas table, with the report in ``attrs``."""
+        import pandas
+
+        table = pandas.DataFrame(dict(self.columns))
+        table.attrs["report"] = dict(self.report)
+        return table
+
+    def __repr__(self) -> str:
+        return f"<Run '{self.kind}' of {self.report['samples']} samples: {', '.join(self.columns)}>"
+
+
+def _run(
+    kind: str,
+    parameters: dict[str, Any],
+    *,
+    out: str | os.PathLike[str] | None,
+    overwrite: bool,
+    force_unstable: bool,
+    progress: Progress | None,
+) -> Run:
+    given = {key: value for key, value in parameters.items() if value is not None}
+    if out is not None:
+        folder = Path(out)
+        report, columns, heard = _native.run_experiment(kind, given, folder, overwrite, force_unstable, progress)
+    else:
+        folder = None
+        with tempfile.TemporaryDirectory(prefix="fractional-haptics-") as temporary:
+            report, columns, heard = _native.run_experiment(
+                kind, given, Path(temporary) / kind, False, force_unstable, progress
+            )
+        for gone in ("log", "logs", "csv", "fault_log"):
+            report.pop(gone, None)
+    report["warnings"] = [*heard, *report.get("warnings", [])]
+    return Run(kind, columns, report, folder)
+
+
+def _described(rows: Iterable[tuple[str, str, Any, bool, str, str]]) -> str:
+    """The parameters of a table, in NumPy's style."""
+    lines = []
+    for _section, key, default, required, allowed, text in rows:
+        if required:
+            kind = "float"
+        elif default is None:
+            kind = "float, optional"
+        else:
+            kind = f"{type(default).__name__}, default {default!r}"
+        lines.append(f"{key} : {kind}")
+        lines.append(f"    {text}{f' ({allowed})' if allowed else ''}.")
+    return "\n".join(lines)
+
+
+def _signature(function: Callable[..., Any], rows: Iterable[tuple[str, str, Any, bool, str, str]]) -> None:
+    """Writes the parameters of the tables into signature and documentation of a function."""
+    rows = list(rows)
+    signature = inspect.signature(function)
+    own = [p for p in signature.parameters.values() if p.kind is not inspect.Parameter.VAR_KEYWORD]
+    keyword = inspect.Parameter.KEYWORD_ONLY
+    listed = [
+        inspect.Parameter(key, keyword, default=inspect.Parameter.empty if required else default)
+        for _section, key, default, required, _allowed, _help in rows
+    ]
+    function.__signature__ = signature.replace(parameters=[*own, *listed])  # type: ignore[attr-defined]
+    function.__doc__ = inspect.cleandoc(function.__doc__ or "").replace("<parameters>", _described(rows))
+
+
+_EXPERIMENT = """{what}
+
+Parameters
+----------
+out : path, optional
+    Folder for log and table; without it none are kept.
+overwrite : bool, default False
+    Replace the files of an earlier run there.
+force_unstable : bool, default False
+    On a serial device: start what the pre-flight refuses, too.
+progress : callable, optional
+    Called now and then with the number of samples done; or a bar of ``tqdm``.
+<parameters>
+
+Returns
+-------
+Run
+
+Raises
+------
+ValueError
+    A parameter that is unknown, missing or outside its range.
+RuntimeError
+    A device or a disk that failed.
+KeyboardInterrupt
+    After Ctrl-C, when the force is zero and the log closed.
+
+Notes
+-----
+On a serial device give ``device="serial:PATH"``: it then runs by the clock.
+"""
+
+
+def _experiment(kind: str, what: str) -> Callable[..., Run]:
+    """The function of an experiment of a kind."""
+
+    def function(
+        *,
+        out: str | os.PathLike[str] | None = None,
+        overwrite: bool = False,
+        force_unstable: bool = False,
+        progress: Progress | None = None,
+        **parameters: Any,
+    ) -> Run:
+        return _run(
+            kind, parameters, out=out, overwrite=overwrite, force_unstable=force_unstable, progress=_told(progress)
+        )
+
+    function.__name__ = function.__qualname__ = kind
+    function.__doc__ = _EXPERIMENT.format(what=what)
+    _signature(function, _native.experiment_parameters(kind))
+    return function
+
+
+relax = _experiment(
+    "relax",
+    "Stress relaxation: an indenter compresses a virtual tissue to a strain and holds it.",
+)
+creep = _experiment("creep", "Creep: an indenter pushes a virtual tissue with a constant force.")
+wall = _experiment(
+    "wall",
+    "A wall is hit and pushed: ``report['settling']['verdict']`` says whether the device comes to rest,\n"
+    "``report['analysis_agrees']`` whether the analysis says the same.",
+)
+coupler = _experiment("coupler", "A device, a fractional virtual coupler and an object, hit and pushed.")
+
+
+def _bench(parameters: dict[str, Any]) -> dict[str, Any]:
+    """The given keys, and the device of the dissertation where a wall has none by default."""
+    defaults = {key: default for _s, key, default, required, _r, _h in _native.experiment_parameters("wall") if required}
+    unknown = _NEEDED_BY_BENCH.intersection(parameters)
+    if unknown:
+        raise ValueError(f"{sorted(unknown)[0]} is not a parameter here: the wall is what is looked for")
+    given = {key: value for key, value in parameters.items() if value is not None}
+    return {**{key: value for key, value in defaults.items() if value is not None}, **given}
+
+
+def zwidth(
+    *,
+    orders: Iterable[float] = (0.0, 0.5, 1.0, 1.5, 2.0),
+    points: int = 21,
+    realistic: bool = False,
+    progress: Progress | None = None,
+    **parameters: Any,
+) -> dict[str, Any]:
+    """Z-width: the stiffest walls that a device renders, by trying.
+
+    Parameters
+    ----------
+    orders : iterable of float
+        Orders of the dissipation, 0 to 2.
+    points : int, default 21
+        Dissipations for each order, from 0 to the largest stable one.
+    realistic : bool, default False
+        What real devices have: encoder, friction, delay, current lag; each that is given by itself stays.
+    progress : callable, optional
+        Called with the number of walls done; or a bar of ``tqdm``.
+    <parameters>
+
+    Returns
+    -------
+    dict
+        As ``host-cli zwidth --json``: ``orders[i]["boundary"][k]`` has ``dissipation``, ``stiffness_max`` (N/m),
+        ``analysis_stiffness_n_per_m`` and more. After Ctrl-C ``KeyboardInterrupt``.
+
+    Raises
+    ------
+    ValueError
+        A parameter that is unknown or outside its range.
+    RuntimeError
+        A device that failed.
+    """
+    return _native.zwidth(_bench(parameters), list(orders), points, realistic, _told(progress))
+
+
+def design(
+    *,
+    wish: str = "stiffest-wall",
+    tissue: Material | None = None,
+    area_m2: float = _DEFAULTS["area_m2"],
+    thickness_m: float = _DEFAULTS["thickness_m"],
+    frequency_hz: float | None = None,
+    gain_margin: float | None = 2.0,
+    orders: Iterable[float] = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0),
+    force_noise_limit_n: float | None = None,
+    realistic: bool = False,
+    progress: Progress | None = None,
+    **parameters: Any,
+) -> dict[str, Any]:
+    """The best wall for a device, and the order that does it: computed, then tried.
+
+    Parameters
+    ----------
+    wish : {"stiffest-wall", "most-damping", "tissue"}
+        What is wanted most.
+    tissue : Material, optional
+        For ``tissue``: the one that is to be rendered.
+    area_m2, thickness_m : float
+        Its specimen.
+    frequency_hz : float, optional
+        Frequency of ``most-damping``, and where orders are compared for a tissue (1 Hz).
+    gain_margin : float or None, default 2
+        Factor by which a stable wall could grow before it is unstable; None asks for passivity instead.
+    orders : iterable of float
+        Orders to try, 0 to 2.
+    force_noise_limit_n : float, optional
+        Largest noise of the force that encoder steps and sensor noise may make, rms.
+    realistic : bool, default False
+        As in `zwidth`.
+    progress : callable, optional
+        Called with the number of orders done; or a bar of ``tqdm``.
+    <parameters>
+
+    Returns
+    -------
+    dict
+        As ``host-cli design --json``: ``candidates``, ``best`` (None without any), ``simulated``, ``experiment_text`` and more.
+
+    Raises
+    ------
+    ValueError
+        A parameter that is unknown or outside its range.
+    """
+    specimen = None if tissue is None else (tissue, area_m2, thickness_m)
+    return _native.design(
+        _bench(parameters),
+        wish,
+        specimen,
+        frequency_hz,
+        gain_margin,
+        list(orders),
+        force_noise_limit_n,
+        realistic,
+        _told(progress),
+    )
+
+
+for _function in (zwidth, design):
+    _signature(
+        _function,
+        [(*row[:3], False, *row[4:]) for row in _native.experiment_parameters("wall") if row[1] not in _NEEDED_BY_BENCH],
+    )
+del _function
