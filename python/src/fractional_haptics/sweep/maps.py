@@ -16,6 +16,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from fractional_haptics.analysis import Device, region
+from fractional_haptics.experiment import zwidth
 from fractional_haptics.tissue import MODELS, identify
 
 from .grid import Grid, axis, samples, together
@@ -150,6 +151,73 @@ def _shares(stable: xr.DataArray) -> dict[str, Any]:
         "share": (dims, share, about),
         "share_low": (dims, low, {**about, "long_name": "low end of the 95 % interval"}),
         "share_high": (dims, high, {**about, "long_name": "high end of the 95 % interval"}),
+    }
+
+
+def zwidth_map(
+    order: ArrayLike,
+    devices: Mapping[str, Mapping[str, Any]],
+    delay_s: ArrayLike,
+    *,
+    points: int = 21,
+    common: Mapping[str, Any] | None = None,
+    **options: Any,
+) -> xr.Dataset:
+    """The stiffest walls that devices render, by trial, over order, device and delay.
+
+    Parameters
+    ----------
+    order : array_like
+        Orders, 0 to 2.
+    devices : mapping
+        For each name the parameters of a device, as `fractional_haptics.experiment.zwidth` takes them:
+        ``{"desktop": {"mass_kg": 0.065, "damping_n_s_per_m": 3.5}}``.
+    delay_s : array_like
+        Delays in s.
+    points : int
+        Dissipations tried for each wall.
+    common : mapping, optional
+        Parameters that are the same for all devices: sample time, push, seed.
+    **options
+        Of `sweep`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``order``, ``device`` and ``delay``: ``stiffness``, the largest that came to rest (0 if none did),
+        ``dissipation``, where it did, and ``analysis_stiffness``, what the analysis says there (NaN if it knows none).
+    """
+    shared = dict(common or {})
+    if clash := {"delay_s"} & {*shared, *(key for one in devices.values() for key in one)}:
+        raise ValueError(f"{clash.pop()} is an axis of this map: leave it out of the devices")
+    point = functools.partial(
+        _stiffest_wall, devices={name: {**shared, **one} for name, one in devices.items()}, points=int(points)
+    )
+    outputs = {
+        "stiffness": Output("N/m", "largest stable stiffness"),
+        "dissipation": Output("N·s^μ/m", "dissipation where it is"),
+        "analysis_stiffness": Output("N/m", "largest stable stiffness there by the analysis"),
+    }
+    grid = Grid(
+        order=axis(order, "1", "order μ"), device=axis(list(devices), "1", "device"), delay=axis(delay_s, "s", "delay")
+    )
+    found: xr.Dataset = sweep(point, grid, outputs=outputs, **options)
+    return found
+
+
+def _stiffest_wall(
+    order: float, device: str, delay: float, *, devices: Mapping[str, Mapping[str, Any]], points: int
+) -> dict[str, float]:
+    tried = zwidth(orders=[order], points=points, delay_s=delay, **devices[device])
+    boundary = tried["orders"][0]["boundary"]
+    if not boundary:
+        return {"stiffness": 0.0, "dissipation": np.nan, "analysis_stiffness": np.nan}
+    best = max(boundary, key=lambda one: float(one["stiffness_max"]))
+    known = best["analysis_stiffness_n_per_m"]
+    return {
+        "stiffness": best["stiffness_max"],
+        "dissipation": best["dissipation"],
+        "analysis_stiffness": np.nan if known is None else known,
     }
 
 
