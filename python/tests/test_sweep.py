@@ -205,6 +205,26 @@ def test_blocks_are_as_long_as_asked():
     sweep(lambda x: time.sleep(0.001) or 0.0, {"x": range(400)}, workers=1, block_seconds=0.02, progress=seen.append)
     longest = max(np.diff([one.done for one in seen]))
     assert 1 <= longest <= 20  # no point takes less than 1 ms
+    seen.clear()
+    sweep(lambda x: x, {"x": range(400)}, workers=1, block_seconds=10.0, progress=seen.append)
+    assert [one.done for one in seen] == [0, 100, 200, 300, 400]  # four for each worker
+
+
+def test_threads_end_after_the_point_they_are_at():
+    calls = []
+
+    def stop(progress):
+        if progress.done:
+            raise KeyboardInterrupt
+
+    def slow(x):
+        calls.append(x)
+        time.sleep(0.0 if x < 10 else 0.05)
+        return x
+
+    with pytest.raises(KeyboardInterrupt):
+        sweep(slow, {"x": range(200)}, block_points=10, workers=1, progress=stop, outputs={"value": "1"})
+    assert len(calls) < 20
 
 
 def test_a_sweep_whose_first_points_all_fail_ends_with_the_first_text():

@@ -20,7 +20,7 @@ FORMATS = ["zarr", "parquet"]
 
 
 def drawn(x, draw, rng):
-    return {"y": x + rng.standard_normal(), "pair": [x, draw]}
+    return {"y": x + rng.standard_normal(), "pair": [x, draw], "matrix": [[x, 1, 2], [draw, 4, 5]]}
 
 
 GRID = Grid(x=axis([0.0, 1.0, 2.0, 3.0, 4.0], "m"), draw=samples(6))
@@ -116,6 +116,7 @@ def test_a_parquet_store_is_a_table_with_a_row_for_each_point(tmp_path):
     row = table[(table["x"] == 3.0) & (table["draw"] == 2)].iloc[0]
     assert row["y"] == result["y"].sel(x=3.0, draw=2)
     assert list(row["pair"]) == [3.0, 2.0]
+    assert [list(one) for one in row["matrix"]] == [[3.0, 1.0, 2.0], [2.0, 4.0, 5.0]]
     with pytest.raises(ValueError, match="holds Parquet: read it by pandas"):
         open_sweep(tmp_path / "s")
 
@@ -131,11 +132,13 @@ def test_failed_points_are_tried_again_when_asked(tmp_path, store_format):
         return x
 
     options = {"store": tmp_path / "s", "outputs": {"value": "1"}}
+    seen = []
     first = sweep(reads, {"x": range(6)}, block_points=2, store_format=store_format, **options).load()
     assert int((first["error"] != "").sum()) == 2
     missing.unlink()
     assert int((sweep(reads, {"x": range(6)}, **options)["error"] != "").sum()) == 2
-    again = sweep(reads, {"x": range(6)}, retry_failed=True, **options)
+    again = sweep(reads, {"x": range(6)}, retry_failed=True, progress=seen.append, **options)
+    assert [one.done for one in seen] == [4, 6]
     assert_array_equal(again["value"], np.arange(6.0))
     assert (again["error"] == "").all()
 
@@ -269,8 +272,9 @@ def started(tmp_path, store_format, blocks):
     return process, script
 
 
-@pytest.mark.parametrize("store_format", FORMATS)
-@pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGINT])
+@pytest.mark.parametrize(
+    ("end", "store_format"), [(signal.SIGKILL, "zarr"), (signal.SIGKILL, "parquet"), (signal.SIGINT, "zarr")]
+)
 def test_a_killed_or_interrupted_sweep_is_resumed_to_the_same_numbers(tmp_path, store_format, end):
     process, script = started(tmp_path, store_format, 3)
     with pytest.raises(StoreInUse, match=f"is being written by process {process.pid} on .*: wait for it, or end it"):
