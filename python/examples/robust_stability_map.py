@@ -29,7 +29,7 @@ DISSIPATION = 200.0 / 100.0**ORDERS
 def draw(result: xr.Dataset, path: Path) -> None:
     """Draws the share as a map with its lines of 50, 95 and 99.9 %."""
     figure, axes = plt.subplots(figsize=(6.4, 4.2), layout="constrained")
-    number = result.sizes["sample"]
+    number = f"{result.sizes['sample']:,}".replace(",", " ")
     coordinates = result["order"].values, result["stiffness"].values / 1e3
     share = result["share"].transpose("stiffness", "order").values
     shades = axes.pcolormesh(*coordinates, 100 * share, shading="nearest", cmap="viridis", vmin=0, vmax=100)
@@ -40,7 +40,7 @@ def draw(result: xr.Dataset, path: Path) -> None:
         xlabel="order μ",
         ylabel="stiffness K, kN/m",
         yscale="log",
-        title=f"K + B D$^μ$, B = 200 N/m · (100 rad/s)$^{{-μ}}$, 1 kHz, {number:,} devices".replace(",", " "),
+        title=f"K + B D$^μ$, B = 200 N/m · (100 rad/s)$^{{-μ}}$, 1 kHz, {number} devices",
     )
     figure.savefig(path, dpi=130)
 
@@ -56,7 +56,7 @@ def main() -> None:
     started = time.perf_counter()
     result = robust_stability_map(
         ORDERS,
-        np.geomspace(50.0, 2e4, 40),
+        np.geomspace(500.0, 2e4, 40),
         DEVICES,
         dissipation=DISSIPATION,
         sample_time=1e-3,
