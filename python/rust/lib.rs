@@ -37,6 +37,9 @@ mod _native {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("COLOURS", haptic_figure::SERIES_COLOURS)?;
+        module.add("INK", haptic_figure::INK)?;
+        module.add("GRID", haptic_figure::GRID)?;
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

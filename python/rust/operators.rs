@@ -326,6 +326,19 @@ impl PyOperator {
         })
     }
 
+    /// The operator as numbers: form, differences (> 0) or sums (< 0) around, values; None for a scheme without such a list.
+    fn _list<'py>(&self, py: Python<'py>) -> Option<(&'static str, i8, Bound<'py, PyArray1<f64>>)> {
+        use fracdiff::portable::Form;
+        let list = self.axis.operator().list()?;
+        let form = match list.form {
+            Form::Taps => "taps",
+            Form::Modes => "modes",
+            Form::Recursion => "recursion",
+            Form::Sections => "sections",
+        };
+        Some((form, list.integer, PyArray1::from_vec(py, list.values)))
+    }
+
     /// Order.
     #[getter]
     fn order(&self) -> f64 {

@@ -5,6 +5,7 @@ import math
 import pickle
 import threading
 
+import control
 import numpy as np
 import pytest
 from scipy.signal import fftconvolve
@@ -14,6 +15,8 @@ from fractional_haptics.operators import (
     differintegrate,
     frequency_response,
     grunwald_weights,
+    state_space,
+    to_control,
 )
 
 T = 1e-3
@@ -157,6 +160,24 @@ def test_response_is_that_of_the_weights() -> None:
         frequency_response(omega, 0.4, T), ((1 - np.exp(-1j * omega * T)) / T) ** 0.4, rtol=1e-11, atol=1e-9
     )
     assert np.array_equal(frequency_response(omega, 0.4, T, "grunwald:200"), operator.frequency_response(omega))
+
+
+@pytest.mark.parametrize("scheme", [scheme for scheme in SCHEMES if scheme not in ("grunwald:5000", "full-bdf2")])
+@pytest.mark.parametrize("order", [-1.4, -0.4, 0.0, 0.4, 1.0, 1.4])
+def test_python_control_runs_the_same_operator(scheme: str, order: float) -> None:
+    operator = Operator(order, T, scheme)
+    system = to_control(operator)
+    x = noise(60)
+    _time, y = control.forced_response(system, np.arange(60) * T, x)
+    want = operator.process(x)
+    np.testing.assert_allclose(y, want, rtol=0, atol=1e-11 * np.max(np.abs(want)))
+    assert system.dt == T
+
+
+def test_what_has_no_matrices_says_so() -> None:
+    for scheme in ("full-bdf2", "grunwald:5000"):
+        with pytest.raises(ValueError, match="take full"):
+            state_space(Operator(0.5, T, scheme))
 
 
 def test_weights_are_those_of_the_recurrence() -> None:

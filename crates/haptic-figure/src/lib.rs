@@ -27,4 +27,5 @@ pub use chart::{AxisSpec, Chart, ChartPage, Look, Series};
 pub use error::FigureError;
 pub use motion::MotionFigure;
 pub use picture::Picture;
+pub use style::{GRID, INK, SERIES_COLOURS};
 pub use theory::{Conditions, TheoryFigure};

@@ -23,13 +23,15 @@ pub(crate) const VERMILION: &str = "#d55e00";
 pub(crate) const GREEN: &str = "#009e73";
 const PURPLE: &str = "#cc79a7";
 const SKY: &str = "#56b4e9";
-pub(crate) const INK: &str = "#1a1a1a";
+/// Text and axes.
+pub const INK: &str = "#1a1a1a";
 pub(crate) const MUTED_INK: &str = "#555555";
-pub(crate) const GRID: &str = "#e4e4e4";
+/// Lines of the grid.
+pub const GRID: &str = "#e4e4e4";
 
 /// The colours of series, in the order in which they are best told apart. Yellow is left out: a
 /// yellow line is lost on white paper.
-const SERIES_COLOURS: [&str; 7] = [BLUE, VERMILION, GREEN, ORANGE, PURPLE, INK, SKY];
+pub const SERIES_COLOURS: [&str; 7] = [BLUE, VERMILION, GREEN, ORANGE, PURPLE, INK, SKY];
 /// The dashes of series, for prints without colour. One more than colours, so that a series beyond
 /// the last colour differs from the first.
 const SERIES_DASHES: [Dash; 8] = [

@@ -10,8 +10,14 @@ tissue
     Models, the library, models from records.
 analysis
     What is stable, passive and transparent.
+control
+    Fractional transfer functions, controllers, tuning.
+experiment
+    Relaxation, creep, walls, couplers, Z-width, design.
 log
     Logs of runs as pandas tables.
+plot
+    Figures with matplotlib.
 sweep
     Maps over grids, on threads or on a cluster.
 """
@@ -20,7 +26,7 @@ from importlib import import_module as _import_module
 
 from fractional_haptics._native import __version__
 
-_MODULES = ("analysis", "log", "operators", "sweep", "tissue")
+_MODULES = ("analysis", "control", "experiment", "log", "operators", "plot", "sweep", "tissue")
 
 __all__ = ["__version__", *_MODULES]
 

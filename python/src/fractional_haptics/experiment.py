@@ -191,7 +191,7 @@ relax = _experiment(
 creep = _experiment("creep", "Creep: an indenter pushes a virtual tissue with a constant force.")
 wall = _experiment(
     "wall",
-    "A wall is hit and pushed: ``report['settling']['verdict']`` says whether the device comes to rest,\n"
+    "A wall is hit and pushed: ``report['verdict']`` says whether the device comes to rest,\n"
     "``report['analysis_agrees']`` whether the analysis says the same.",
 )
 coupler = _experiment("coupler", "A device, a fractional virtual coupler and an object, hit and pushed.")

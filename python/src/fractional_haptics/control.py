@@ -1,0 +1,323 @@
+"""Fractional transfer functions, controllers and their tuning: the crate ``fractional-control``.
+
+They go to python-control and come from there: `TransferFunction.to_control`, `TransferFunction.from_control`, `plant`, `Pid`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+import numpy as np
+
+from fractional_haptics import _native
+from fractional_haptics._native import Pid, Plant
+
+if TYPE_CHECKING:
+    import control
+    from numpy.typing import ArrayLike, NDArray
+
+__all__ = [
+    "ClosedLoop",
+    "Crossing",
+    "Pid",
+    "Plant",
+    "Response",
+    "TransferFunction",
+    "Tuned",
+    "closed_loop",
+    "plant",
+    "simulate",
+    "tune",
+]
+
+
+class Crossing(NamedTuple):
+    """A value and its frequency."""
+
+    value: float
+    omega_rad_s: float
+
+
+class TransferFunction(_native._TransferFunction):
+    __doc__ = _native._TransferFunction.__doc__
+
+    @classmethod
+    def from_control(cls, system: control.TransferFunction) -> TransferFunction:
+        """A function of whole orders from python-control.
+
+        Parameters
+        ----------
+        system : control.TransferFunction
+            Continuous, one input, one output.
+
+        Returns
+        -------
+        TransferFunction
+
+        Raises
+        ------
+        ValueError
+            A system in discrete time, or with more inputs or outputs.
+        """
+        if system.ninputs != 1 or system.noutputs != 1:
+            raise ValueError(f"the system has {system.ninputs} inputs and {system.noutputs} outputs, and must have one each")
+        if system.isdtime(strict=True):
+            raise ValueError("the system is in discrete time, and must be continuous")
+
+        def terms(coefficients: NDArray[np.float64]) -> list[tuple[float, float]]:
+            degree = len(coefficients) - 1
+            return [(float(c), float(degree - n)) for n, c in enumerate(coefficients) if c != 0]
+
+        return cls(terms(system.num[0][0]), terms(system.den[0][0]))
+
+    def to_control(self, omega: ArrayLike | None = None) -> control.TransferFunction | control.FrequencyResponseData:
+        """For python-control: a ``TransferFunction`` where all orders are whole, else frequency-response data.
+
+        Parameters
+        ----------
+        omega : array_like, optional
+            Frequencies of the data in rad/s; without it 1000 from 1e-4 to 1e4.
+
+        Returns
+        -------
+        control.TransferFunction or control.FrequencyResponseData
+        """
+        import control
+
+        parts = (self.numerator, self.denominator)
+        if omega is None and all(order == int(order) for part in parts for _coefficient, order in part):
+
+            def coefficients(part: list[tuple[float, float]]) -> NDArray[np.float64]:
+                values = np.zeros(int(max(order for _c, order in part)) + 1)
+                for coefficient, order in part:
+                    values[-1 - int(order)] = coefficient
+                return values
+
+            return control.TransferFunction(coefficients(parts[0]), coefficients(parts[1]))
+        grid = np.geomspace(1e-4, 1e4, 1000) if omega is None else np.asarray(omega, dtype=float)
+        return control.FrequencyResponseData(self.response(grid), grid)
+
+    def __repr__(self) -> str:
+        return f"TransferFunction({str(self)!r})"
+
+
+def plant(
+    model: str | TransferFunction | control.TransferFunction | control.StateSpace | control.FrequencyResponseData,
+    delay_s: float = 0.0,
+) -> Plant:
+    """A plant with a dead time.
+
+    Parameters
+    ----------
+    model : str, TransferFunction, or of python-control
+        ``"0.55exp(-s)/(62s+1)"``, a function, matrices without D (up to 16 states), or a measured frequency response, whose dead
+        time is in it.
+    delay_s : float, default 0
+        Dead time in s beside.
+
+    Returns
+    -------
+    Plant
+
+    Raises
+    ------
+    ValueError
+        What is no plant, with the reason.
+
+    Examples
+    --------
+    >>> plant("0.55exp(-s)/(62s+1)").delay_s
+    1.0
+    """
+    if isinstance(model, str):
+        if delay_s:
+            raise ValueError("a dead time beside a text: write it into it, as exp(-0.5s)")
+        return Plant._from_text(model)
+    if isinstance(model, _native._TransferFunction):
+        return Plant._from_function(model, delay_s)
+    if hasattr(model, "A"):
+        from fractional_haptics.analysis import plant_from_control
+
+        known = plant_from_control(model)
+        states = len(known._b)
+        return Plant._from_matrices(known._a.reshape(states, states), known._b, known._c, delay_s)
+    if hasattr(model, "num"):
+        return Plant._from_function(TransferFunction.from_control(model), delay_s)
+    if hasattr(model, "complex"):
+        if delay_s:
+            raise ValueError("a dead time beside a measured response, which has its own: leave delay_s out")
+        return Plant._from_response(model.omega, np.ravel(model.complex))
+    raise ValueError(f"a {type(model).__name__} is no plant: give a text, a function, or a system of python-control")
+
+
+@dataclass(frozen=True)
+class Tuned:
+    """A controller that was tuned, and what it reaches."""
+
+    parameters: dict[str, float]
+    """Gains and orders: the keywords of `Pid`."""
+    gain_at_crossover: float
+    phase_margin_rad: float
+    phase_slope_rad: float
+    """dφ/d ln ω at the crossover."""
+    sensitivity_peak: float
+    complementary_peak: float
+    overshoot_spread: float
+    """Largest less least overshoot while the gain goes from half to double."""
+    margin_spread_rad: float
+    stable: bool
+    """By Nyquist's count; the verdict that counts is `closed_loop`'s."""
+    unmet: tuple[str, ...]
+    """Wishes that are missed, a sentence each."""
+
+    def pid(self, sample_time: float, **arguments: Any) -> Pid:
+        """The controller, at a sample time; further arguments as in `Pid`."""
+        return Pid(sample_time, **self.parameters, **arguments)
+
+
+def tune(
+    plant: Plant,
+    crossover_rad_s: float,
+    phase_margin_rad: float,
+    *,
+    iso_damping: bool = True,
+    noise: tuple[float, float] | None = None,
+    disturbance: tuple[float, float] | None = None,
+    sensitivity_peak: float | None = None,
+    complementary_peak: float | None = None,
+    sample_time: float | None = None,
+    rule: Literal["bdf2", "grunwald"] = "bdf2",
+    integer: bool = False,
+) -> Tuned:
+    """Gains and orders of a PI^λD^μ: crossover, margin and flat phase exactly, the rest as well as can be.
+
+    Parameters
+    ----------
+    plant : Plant
+        The plant.
+    crossover_rad_s : float
+        Where the loop's gain is 1.
+    phase_margin_rad : float
+        There.
+    iso_damping : bool, default True
+        A flat phase there: the overshoot stays when the gain changes.
+    noise, disturbance : (omega_rad_s, at_most), optional
+        Bounds of the complementary sensitivity from a frequency on, and of the sensitivity up to one.
+    sensitivity_peak, complementary_peak : float, optional
+        Largest allowed ones.
+    sample_time : float, optional
+        Takes the hold into account, s.
+    rule : {"bdf2", "grunwald"}
+        Of the sampled controller.
+    integer : bool, default False
+        The PID of orders 1 that comes closest, instead.
+
+    Returns
+    -------
+    Tuned
+
+    Raises
+    ------
+    ValueError
+        Wishes that contradict each other, named; no controller with this crossover and margin.
+
+    References
+    ----------
+    C. A. Monje, B. M. Vinagre, V. Feliu, Y. Chen, *Tuning and auto-tuning of fractional order controllers for industry
+    applications*, Control Engineering Practice 16, 2008.
+
+    Examples
+    --------
+    >>> import math
+    >>> tuned = tune(plant("0.55exp(-s)/(62s+1)"), 0.05, math.radians(70))
+    >>> tuned.stable, tuned.unmet
+    (True, ())
+    """
+    wishes = {
+        "crossover_rad_s": crossover_rad_s,
+        "phase_margin_rad": phase_margin_rad,
+        "iso_damping": iso_damping,
+        "noise": noise,
+        "disturbance": disturbance,
+        "sensitivity_peak": sensitivity_peak,
+        "complementary_peak": complementary_peak,
+    }
+    sampling = None if sample_time is None else (sample_time, rule)
+    found = _native.tune_controller(plant, wishes, sampling, integer)
+    return Tuned(**{**found, "unmet": tuple(found["unmet"])})
+
+
+@dataclass(frozen=True)
+class ClosedLoop:
+    """The verdict on a sampled loop, and its margins."""
+
+    stable: bool
+    """Certified, for the hold, dead time and weights that run."""
+    unstable_poles: int | None
+    """None on the boundary."""
+    phase_rad: Crossing | None
+    """Least phase margin."""
+    gain_up: Crossing | None
+    gain_down: Crossing | None
+    delay_s: Crossing | None
+    """Least further dead time that makes it unstable."""
+    sensitivity: Crossing
+    complementary: Crossing
+
+
+def closed_loop(controller: Pid, plant: Plant, gain: float = 1.0) -> ClosedLoop:
+    """The certified verdict on the loop that is really run.
+
+    Parameters
+    ----------
+    controller : Pid
+        The controller; its limits play no part.
+    plant : Plant
+        The plant; not a measured one.
+    gain : float, default 1
+        Factor on the plant.
+
+    Returns
+    -------
+    ClosedLoop
+
+    Raises
+    ------
+    ValueError
+        A plant that does not run.
+    """
+    found = _native.closed_loop(controller, plant, gain)
+    return ClosedLoop(**{name: Crossing(*value) if isinstance(value, tuple) else value for name, value in found.items()})
+
+
+class Response(NamedTuple):
+    """A simulated loop."""
+
+    measured: NDArray[np.float64]
+    command: NDArray[np.float64]
+
+
+def simulate(controller: Pid, plant: Plant, reference: ArrayLike) -> Response:
+    """Runs a loop from rest; the controller's own history plays no part.
+
+    Parameters
+    ----------
+    controller : Pid
+        The controller.
+    plant : Plant
+        The plant; not a measured one.
+    reference : array_like, shape (n,)
+        At t = 0, T, 2T, …
+
+    Returns
+    -------
+    Response
+        ``measured`` and ``command``, shape (n,).
+
+    Raises
+    ------
+    ValueError
+        A plant that does not run.
+    """
+    return Response(*_native.simulate_loop(controller, plant, reference))

@@ -1,0 +1,150 @@
+"""Figures with matplotlib, in the colours of the command. Needs the extra ``plot``.
+
+Every function draws into `ax` or into a new figure, and returns the axes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib import cycler
+
+from fractional_haptics._native import COLOURS, GRID, INK
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from fractional_haptics.analysis import Region
+    from fractional_haptics.experiment import Run
+    from fractional_haptics.tissue import Identification
+
+__all__ = ["STYLE", "identification", "regions", "relaxation"]
+
+STYLE: Mapping[str, Any] = {
+    "axes.prop_cycle": cycler(color=COLOURS),
+    "axes.edgecolor": INK,
+    "axes.labelcolor": INK,
+    "text.color": INK,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "axes.grid": True,
+    "grid.color": GRID,
+    "axes.axisbelow": True,
+    "legend.frameon": False,
+}
+"""For ``matplotlib.rc_context(STYLE)``: colours that people with any colour vision tell apart (Okabe and Ito, 2008)."""
+
+
+def _axes(ax: Axes | None) -> Axes:
+    if ax is not None:
+        return ax
+    with plt.rc_context(STYLE):
+        return plt.subplots(layout="constrained")[1]
+
+
+def regions(regions: Mapping[str, Region] | Region, ax: Axes | None = None) -> Axes:
+    """Regions of stable walls: dissipation to the right, stiffness up.
+
+    Parameters
+    ----------
+    regions : Region or dict of str to Region
+        With their labels. Units of dissipation differ between orders: compare regions of one order.
+    ax : Axes, optional
+        Where to draw.
+
+    Returns
+    -------
+    Axes
+    """
+    ax = _axes(ax)
+    labelled = regions if isinstance(regions, Mapping) else {"": regions}
+    for index, (label, region) in enumerate(labelled.items()):
+        colour = COLOURS[index % len(COLOURS)]
+        for part, points in enumerate(region.polygons):
+            closed = np.vstack([points, points[:1]])
+            ax.plot(closed[:, 1], closed[:, 0], color=colour, label=label if part == 0 and label else None)
+            if region.areas[part] > 0:
+                ax.fill(closed[:, 1], closed[:, 0], color=colour, alpha=0.1, linewidth=0)
+            else:
+                ax.fill(closed[:, 1], closed[:, 0], color=ax.get_facecolor(), linewidth=0)
+    ax.set(xlabel="dissipation $B$ / N·s$^μ$/m", ylabel="stiffness $K$ / (N/m)", xlim=(0, None), ylim=(0, None))
+    if any(labelled):
+        ax.legend()
+    return ax
+
+
+def relaxation(run: Run, ax: Axes | None = None) -> Axes:
+    """The force of a relaxation beside its closed form, time logarithmic.
+
+    Parameters
+    ----------
+    run : Run
+        Of ``experiment.relax``.
+    ax : Axes, optional
+        Where to draw.
+
+    Returns
+    -------
+    Axes
+
+    Raises
+    ------
+    ValueError
+        A run of another kind, or one that was cut short.
+    """
+    if run.kind != "relax" or "closed_form_force_n" not in run.columns:
+        raise ValueError(f"a run of {run.kind} has no relaxation to draw: give one of experiment.relax that ran to its end")
+    ax = _axes(ax)
+    time = run["time_s"]
+    shown = time > 0
+    origin = "simulated" if "simulated_force_n" in run.columns else "rendered"
+    ax.semilogx(time[shown], run[f"{origin}_force_n"][shown], color=COLOURS[0], label=origin)
+    ax.semilogx(time[shown], run["closed_form_force_n"][shown], color=COLOURS[1], linestyle="--", label="closed form")
+    ax.set(xlabel="time / s", ylabel="force / N", title=str(run.report["tissue"]))
+    ax.legend()
+    return ax
+
+
+_LABELS = {
+    "relaxation": ("time / s", "relaxation modulus / Pa"),
+    "creep": ("time / s", "creep compliance / (1/Pa)"),
+    "oscillation": ("angular frequency / (rad/s)", "storage and loss modulus / Pa"),
+    "record": ("time / s", "stress / Pa"),
+}
+
+
+def identification(found: Identification, ax: Axes | None = None, fits: int = 3) -> Axes:
+    """A record and the models fitted to it.
+
+    Parameters
+    ----------
+    found : Identification
+        Of ``tissue.identify``.
+    ax : Axes, optional
+        Where to draw.
+    fits : int, default 3
+        So many of the fits, best first.
+
+    Returns
+    -------
+    Axes
+    """
+    ax = _axes(ax)
+    draw = ax.plot if found.kind == "record" else ax.loglog
+    # Of an oscillation all frequencies are there twice: storage, then loss.
+    half = len(found.x) // 2 if found.kind == "oscillation" else len(found.x)
+    for part in range(0, len(found.x), max(half, 1)):
+        rows = slice(part, part + half)
+        draw(found.x[rows], found.measured[rows], ".", color=INK, label="record" if part == 0 else None)
+        for index, fit in enumerate(found.fits[:fits]):
+            style = ["-", "--", ":", "-."][index % 4]
+            label = f"{fit.kind}, rms {fit.rms:.2g}" if part == 0 else None
+            colour = COLOURS[index % len(COLOURS)]
+            draw(found.x[rows], fit.predicted[rows], style, color=colour, label=label)
+    xlabel, ylabel = _LABELS[found.kind]
+    ax.set(xlabel=xlabel, ylabel=ylabel)
+    ax.legend()
+    return ax

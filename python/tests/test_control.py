@@ -1,0 +1,146 @@
+"""`control` against closed forms and python-control."""
+
+import math
+import pickle
+
+import control as ct
+import numpy as np
+import pytest
+from scipy.special import erfc, gamma
+
+from fractional_haptics.control import (
+    Pid,
+    TransferFunction,
+    closed_loop,
+    plant,
+    simulate,
+    tune,
+)
+
+
+def test_a_function_is_read_printed_kept_and_evaluated() -> None:
+    text = TransferFunction("1/(0.8s^2.2+0.5s^0.9+1)")
+    terms = TransferFunction([(1.0, 0.0)], [(0.8, 2.2), (0.5, 0.9), (1.0, 0.0)])
+    assert text == terms == TransferFunction(str(text)) == pickle.loads(pickle.dumps(text))
+    assert hash(text) == hash(terms)
+    assert text.denominator == [(0.8, 2.2), (0.5, 0.9), (1.0, 0.0)]
+    omega = np.geomspace(0.01, 100, 6).reshape(2, 3)
+    s = 1j * omega
+    np.testing.assert_allclose(text.response(omega), 1 / (0.8 * s**2.2 + 0.5 * s**0.9 + 1), rtol=1e-12)
+
+
+def test_a_step_is_its_closed_form() -> None:
+    # 1/(s^0.5 + 1): 1 − e^t·erfc(√t).
+    t = np.arange(400) * 0.005
+    y = TransferFunction("1/(s^0.5+1)").step_response(0.005, 400)
+    np.testing.assert_allclose(y[40:], 1 - np.exp(t[40:]) * erfc(np.sqrt(t[40:])), atol=2e-4)
+    # The response to t² of 1/s^0.5 is Γ(3)/Γ(3.5)·t^2.5.
+    y = TransferFunction("1/s^0.5").respond(t**2, 0.005)
+    np.testing.assert_allclose(y, 2 / gamma(3.5) * t**2.5, atol=1e-4)
+
+
+def test_poles_of_a_commensurate_function() -> None:
+    oscillator = TransferFunction("1/(s^1.5-2s^0.5+5)")
+    for pole in oscillator.poles():
+        assert abs(1 / oscillator.response(1.0)) > 0
+        assert abs(pole**1.5 - 2 * pole**0.5 + 5) < 1e-9
+    assert TransferFunction("1/(s^0.5-1)").unstable_poles() == 1
+    assert TransferFunction("1/(s^0.5+1)").unstable_poles() == 0
+
+
+def test_whole_orders_go_to_python_control_and_back() -> None:
+    system = ct.tf([2.0, 1.0], [1.0, 0.0, 3.0])
+    ours = TransferFunction.from_control(system)
+    assert ours.numerator == [(2.0, 1.0), (1.0, 0.0)]
+    back = ours.to_control()
+    assert isinstance(back, ct.TransferFunction)
+    assert np.isclose(back(2j), system(2j))
+    fractional = TransferFunction("1/(s^0.5+1)").to_control([1.0, 2.0, 4.0])
+    assert isinstance(fractional, ct.FrequencyResponseData)
+    assert np.isclose(fractional(2j), 1 / (np.sqrt(2j) + 1))
+
+
+def test_every_way_to_a_plant_gives_the_same_one() -> None:
+    omega = np.geomspace(0.01, 1, 200)
+    want = 0.55 * np.exp(-1j * omega) / (62j * omega + 1)
+    states = ct.ss([[-1 / 62]], [[1.0]], [[0.55 / 62]], [[0.0]])
+    for model in (
+        plant("0.55exp(-s)/(62s+1)"),
+        plant(TransferFunction("0.55/(62s+1)"), 1.0),
+        plant(ct.tf([0.55], [62, 1]), 1.0),
+        plant(states, 1.0),
+        plant(ct.FrequencyResponseData(want, omega)),
+    ):
+        np.testing.assert_allclose(model.response(omega[1:-1]), want[1:-1], rtol=1e-9)
+    assert plant(states, 1.0).delay_s == 1.0
+    assert np.isnan(plant(ct.FrequencyResponseData(want, omega)).response(100.0))
+
+
+def test_an_integer_pid_is_a_pid() -> None:
+    dt = 0.01
+    pid = Pid(dt, proportional=2.0, integral=3.0, derivative=0.5, derivative_weight=1.0, rule="grunwald")
+    error = np.sin(np.arange(50) * 0.3)
+    have = [pid.step(e, 0.0) for e in error]
+    want = 2 * error + 3 * dt * np.cumsum(error) + 0.5 * np.diff(error, prepend=0) / dt
+    np.testing.assert_allclose(have, want, rtol=1e-9, atol=1e-9)
+    pid.reset()
+    assert pid.step(error[0], 0.0) == have[0]
+
+
+def test_a_limited_command_does_not_wind_up() -> None:
+    pid = Pid(0.01, proportional=1.0, integral=5.0, integral_order=0.9, low=-1.0, high=1.0)
+    for _ in range(500):
+        assert pid.step(10.0, 0.0) == 1.0
+    # The error turns, and so does the command, at once.
+    assert pid.step(-0.5, 0.0) < 1.0
+    assert pid.output(-0.5, 0.0) == pid.output(-0.5, 0.0)
+
+
+def test_a_tuned_loop_has_its_margin_and_keeps_its_overshoot() -> None:
+    oven = plant("0.55exp(-s)/(62s+1)")
+    tuned = tune(oven, 0.05, math.radians(70))
+    assert tuned.stable
+    assert tuned.unmet == ()
+    # All on the error, as the open loop has it.
+    pid = tuned.pid(0.1, horizon=1000.0, derivative_weight=1.0)
+    loop = pid.response(0.05) * oven.response(0.05)
+    assert math.isclose(abs(loop), 1.0, rel_tol=1e-9)
+    assert math.isclose(math.pi + np.angle(loop), math.radians(70), rel_tol=1e-6)
+    overshoots = []
+    for gain in (0.7, 1.0, 1.4):
+        closed = closed_loop(pid, oven, gain)
+        assert closed.stable
+        run = simulate(pid, plant(f"{0.55 * gain}exp(-s)/(62s+1)"), np.ones(4000))
+        overshoots.append(run.measured.max())
+    assert max(overshoots) - min(overshoots) < 0.02
+    assert closed_loop(pid, oven).phase_rad.value == pytest.approx(math.radians(70), abs=0.02)
+    assert not closed_loop(pid, oven, 1e4).stable
+    assert tune(oven, 0.05, math.radians(70), integer=True).parameters["integral_order"] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        (lambda: TransferFunction("1/(s^0.5+"), "."),
+        (lambda: TransferFunction("s^2/(s+1)"), "."),
+        (lambda: TransferFunction("1/s", [(1.0, 1.0)]), "leave denominator out"),
+        (lambda: TransferFunction([(1.0, 0.0)]), "denominator is missing"),
+        (lambda: TransferFunction([(math.nan, 0.0)], [(1.0, 1.0)]), "NaN"),
+        (lambda: TransferFunction("1/(s^0.5+1)").step_response(0.0, 10), "."),
+        (lambda: TransferFunction("1/(s^0.5+1)").step_response(0.1, 10, "tustin"), "rule"),
+        (lambda: TransferFunction.from_control(ct.tf([1], [1, 1], 0.1)), "discrete"),
+        (lambda: plant(3), "a int is no plant"),
+        (lambda: plant("1/(s+1)", 1.0), "dead time"),
+        (lambda: plant(TransferFunction("1/(s+1)"), -1.0), "dead time"),
+        (lambda: Pid(0.01, proportional=math.inf), "inf"),
+        (lambda: Pid(0.01, integral=1.0, integral_order=3.0), "3"),
+        (lambda: Pid(0.01, low=1.0, high=0.0), "lower limit"),
+        (lambda: Pid(0.0, proportional=1.0, integral=1.0), "."),
+        (lambda: tune(plant("1/(s+1)"), -1.0, 1.0), "crossover"),
+        (lambda: tune(plant("1/(s+1)"), 1.0, 4.0), "phase margin"),
+        (lambda: simulate(Pid(0.01, proportional=1.0), plant("1/(s+1)"), [[1.0]]), "reference has the shape"),
+    ],
+)
+def test_what_is_wrong_is_refused_with_a_reason(call, text: str) -> None:
+    with pytest.raises(ValueError, match=text):
+        call()

@@ -1,0 +1,203 @@
+"""`experiment` and `log`: runs in virtual time, and their logs."""
+
+import inspect
+import os
+import signal
+import threading
+import time
+
+import numpy as np
+import pytest
+
+from fractional_haptics import experiment, log, plot, tissue
+from fractional_haptics.analysis import Device, Loop, region
+
+SHORT = {"duration_s": 3.0, "ramp_time_s": 0.5}
+WALL = {
+    "mass_kg": 0.065,
+    "damping_n_s_per_m": 3.5,
+    "sample_time_s": 2e-3,
+    "order": 0.5,
+    "stiffness_n_per_m": 3000.0,
+    "dissipation_n_s_mu_per_m": 30.0,
+}
+
+
+def test_a_relaxation_is_its_closed_form() -> None:
+    run = experiment.relax(**SHORT)
+    assert list(run.columns)[:3] == ["time_s", "ideal_position_m", "position_m"]
+    late = run["time_s"] > 1.0
+    np.testing.assert_allclose(run["simulated_force_n"][late], run["closed_form_force_n"][late], rtol=5e-3)
+    model = tissue.find("prostate-cancerous").model
+    t = np.array([0.0, 0.5, 3.0])
+    want = 4e-4 * model.stress(t, np.array([0.0, 0.05, 0.05]))[-1]
+    assert abs(run["closed_form_force_n"][-1] / want - 1) < 1e-9
+    assert run.folder is None
+    assert "log" not in run.report
+    assert run.to_frame().attrs["report"]["samples"] == len(run["time_s"]) == 3001
+    assert plot.relaxation(run).get_xlabel() == "time / s"
+    with pytest.raises(KeyError, match="is none of the columns"):
+        run["force"]
+
+
+def test_same_seed_same_run() -> None:
+    noisy = {**SHORT, "sensor_noise_m": 1e-6}
+    first, again, other = (experiment.relax(**noisy, seed=seed)["simulated_force_n"] for seed in (3, 3, 4))
+    assert np.array_equal(first, again)
+    assert not np.array_equal(first, other)
+
+
+def test_creep_reaches_its_strain() -> None:
+    run = experiment.creep(duration_s=3.0)
+    assert run["closed_form_strain"][-1] > 0
+    assert abs(run["simulated_strain"][-1] / run["closed_form_strain"][-1] - 1) < 0.05
+
+
+def test_a_wall_is_stable_where_the_analysis_says_so() -> None:
+    device = Device(WALL["mass_kg"], WALL["damping_n_s_per_m"])
+    limit = region(device, 0.5, 2e-3, "full").stiffness_max_n_per_m
+    for stiffness, stable in ((3000.0, True), (1.5 * limit, False)):
+        run = experiment.wall(**{**WALL, "stiffness_n_per_m": stiffness})
+        # What grows ends at the limit of the force.
+        assert (run.report["verdict"] == "stable") is stable
+        assert run.report["analysis_agrees"] is True
+        assert Loop(device, stiffness, 30.0, 0.5, 2e-3, "full").verdict().stable is stable
+
+
+def test_a_coupler_runs() -> None:
+    run = experiment.coupler(
+        mass_kg=0.065,
+        damping_n_s_per_m=3.5,
+        sample_time_s=1e-3,
+        order=1.0,
+        coupler_stiffness_n_s_per_m=0.5,
+        coupler_dissipation_n_s_1_minus_mu_per_m=500.0,
+        duration_s=2.0,
+    )
+    assert "object_position_m" in run.columns
+
+
+def test_zwidth_finds_what_the_analysis_says() -> None:
+    done: list[int] = []
+    report = experiment.zwidth(orders=[1.0], points=3, progress=done.append)
+    points = report["orders"][0]["boundary"]
+    assert len(points) == 3
+    # The last is at the largest dissipation, where next to no stiffness is left.
+    for point in points[:-1]:
+        assert abs(point["stiffness_max"] / point["analysis_stiffness_n_per_m"] - 1) < 0.05
+    assert done == sorted(done)
+
+
+def test_a_design_comes_to_rest_when_it_is_tried() -> None:
+    report = experiment.design(orders=[0.5, 1.0], gain_margin=2.0)
+    assert report["best"]["stiffness"] == max(c["stiffness"] for c in report["candidates"])
+    assert report["simulated"]["verdict"] == "stable"
+    damped = experiment.design(orders=[1.0], wish="most-damping", frequency_hz=5.0, gain_margin=None)
+    assert damped["best"]["passive"] is True
+    specimen = experiment.design(orders=[0.5], wish="tissue", tissue=tissue.find("prostate-healthy"))
+    assert specimen["tissue"]["name"] == "prostate-healthy"
+
+
+def test_signatures_are_those_of_the_tables() -> None:
+    parameters = inspect.signature(experiment.relax).parameters
+    assert parameters["strain"].default == 0.05
+    assert parameters["tissue"].default == "prostate-cancerous"
+    assert "strain : float, default 0.05\n    Strain that is held (in (0, 1])." in experiment.relax.__doc__
+    assert inspect.signature(experiment.wall).parameters["order"].default is inspect.Parameter.empty
+    assert inspect.signature(experiment.zwidth).parameters["mass_kg"].default == 0.065
+    assert "order" not in inspect.signature(experiment.zwidth).parameters
+
+
+def test_progress_and_a_bar() -> None:
+    class Bar:
+        n = 0
+
+        def update(self, count: int) -> None:
+            self.n += count
+
+    bar, seen = Bar(), []
+    experiment.relax(**SHORT, progress=bar)
+    experiment.relax(**SHORT, progress=seen.append)
+    assert bar.n == seen[-1] == 3001
+
+
+def test_ctrl_c_stops_a_run(tmp_path) -> None:
+    # Virtual time: an hour of tissue takes long enough to be stopped.
+    def interrupt() -> None:
+        time.sleep(0.3)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    threading.Thread(target=interrupt).start()
+    begun = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        experiment.relax(duration_s=36_000.0, out=tmp_path / "long")
+    assert time.monotonic() - begun < 20
+    table = log.read_log(tmp_path / "long" / "relax.mcap")
+    assert table.attrs["complete"] is True
+    assert table.attrs["metadata"]["end"]["ended"] == "interrupted"
+
+
+def test_a_log_has_the_run_and_its_metadata(tmp_path) -> None:
+    run = experiment.relax(**SHORT, out=tmp_path)
+    assert run.folder == tmp_path
+    table = log.read_log(run.report["log"])
+    assert table.index.name == "time_s"
+    np.testing.assert_allclose(table.index, run["time_s"], atol=1e-12)
+    assert np.array_equal(table["position_m"], run["position_m"])
+    # In the log a force is positive along the position.
+    assert np.array_equal(-table["force_n"], run["simulated_force_n"])
+    assert table["limiters"].dtype == np.uint8
+    assert table.attrs["complete"] is True
+    assert table.attrs["damage"] == []
+    assert table.attrs["metadata"]["experiment"]["program"].startswith("fractional-haptics (Python)")
+    assert table.attrs["started"].endswith("Z")
+    with pytest.raises(ValueError, match="overwrite"):
+        experiment.relax(**SHORT, out=tmp_path)
+    experiment.relax(**SHORT, out=tmp_path, overwrite=True)
+
+
+def test_a_cut_log_is_read_as_far_as_it_goes(tmp_path) -> None:
+    run = experiment.relax(**SHORT, out=tmp_path)
+    whole = log.read_log(run.report["log"])
+    content = (tmp_path / "relax.mcap").read_bytes()
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(content[: len(content) // 2])
+    table = log.read_log(cut)
+    assert table.attrs["complete"] is False
+    assert len(table.attrs["damage"]) == 1
+    assert 100 < len(table) < len(whole)
+    assert table.equals(whole.iloc[: len(table)])
+
+
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        (lambda: experiment.relax(strain=5.0), r"^strain = 5 is not in \(0, 1\]"),
+        (lambda: experiment.relax(strain=float("nan")), "strain = NaN|strain = nan"),
+        (lambda: experiment.relax(strian=0.5), "strian"),
+        (lambda: experiment.relax(strain="much"), "strain"),
+        (lambda: experiment.relax(strain=[0.5]), "strain is neither a number"),
+        (lambda: experiment.relax(tissue="jelly"), "jelly"),
+        (lambda: experiment.relax(scheme="exact"), "exact"),
+        (lambda: experiment.wall(**{**WALL, "order": 3.0}), "order = 3"),
+        (lambda: experiment.wall(mass_kg=1.0), "missing|give"),
+        (lambda: experiment.relax(**SHORT, force_unstable=True), "serial devices"),
+        (lambda: experiment.zwidth(orders=[3.0]), "order 3"),
+        (lambda: experiment.zwidth(orders=[1.0], points=0), "points"),
+        (lambda: experiment.zwidth(order=1.0), "order is not a parameter"),
+        (lambda: experiment.design(wish="soft"), "wish"),
+        (lambda: experiment.design(wish="tissue"), "tissue is missing"),
+        (lambda: experiment.design(wish="most-damping"), "frequency_hz is missing"),
+        (lambda: experiment.design(orders=[]), "orders"),
+        (lambda: log.read_log("no-such.mcap"), "no-such.mcap"),
+        (lambda: log.read_log(__file__), "MCAP"),
+    ],
+)
+def test_what_is_wrong_is_refused_with_a_reason(call, text: str) -> None:
+    with pytest.raises(ValueError, match=text):
+        call()
+
+
+def test_a_device_that_is_not_there_is_a_runtime_error() -> None:
+    with pytest.raises(RuntimeError, match="no-such-port"):
+        experiment.relax(**SHORT, device="serial:/dev/no-such-port")
