@@ -1,0 +1,161 @@
+"""Costs of a sweep beside its function: of a point, of a block, of a block on a cluster; and what they add up to.
+
+    python python/benches/sweep_overhead.py [--pairs 3] [--blocks 20]
+
+The overhead of Dask is a paired measurement: the same blocks of 1 s on two processes, by turns through a client into a
+store and by ``concurrent.futures`` without scheduler or store. Their points sleep, so that other jobs on the machine
+take no part; processor time is counted apart.
+"""
+
+import argparse
+import functools
+import logging
+import os
+import platform
+import statistics
+import tempfile
+import time
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import psutil
+from distributed import Client, LocalCluster
+
+from fractional_haptics.sweep import Grid, sweep
+from fractional_haptics.sweep.blocks import Blocks
+from fractional_haptics.sweep.outputs import Output
+from fractional_haptics.sweep.threads import Threads
+from fractional_haptics.sweep.work import run, work_of
+
+ONE = {"value": Output()}
+WORKERS = 2
+
+
+def nothing(x):
+    """A point without cost."""
+    return 1.0
+
+
+def drawn(x, rng):
+    """A point that asks for random numbers and draws none."""
+    return 1.0
+
+
+def sleeps(x):
+    """A tenth of a second that takes no processor."""
+    time.sleep(0.1)
+    return 1.0
+
+
+def works(x):
+    """A tenth of a second of one processor."""
+    until = time.thread_time() + 0.1
+    while time.thread_time() < until:
+        pass
+    return 1.0
+
+
+def seconds(task: Callable[[], object], clock: Callable[[], float] = time.perf_counter) -> float:
+    """Time of a task."""
+    started = clock()
+    task()
+    return clock() - started
+
+
+def cost_of_a_point(function: Callable[..., float], points: int = 100_000) -> float:
+    """Processor time of a point in one block, least of five."""
+    grid = Grid(x=np.arange(float(points)))
+    work, part = work_of(function, grid, 0), Blocks(grid, (points,)).part(0)
+    return min(seconds(lambda: run(work, ONE, part), time.thread_time) for _ in range(5)) / points
+
+
+def cost_of_a_block(store_format: str | None, points: int, blocks: int = 200) -> float:
+    """Processor time of this process for a block without cost, beside that of its points."""
+    grid = Grid(x=np.arange(float(points * blocks)))
+    options = {"outputs": ONE, "block_points": points, "workers": 1}
+    with tempfile.TemporaryDirectory() as folder:
+        if store_format:
+            options |= {"store": Path(folder) / "s", "store_format": store_format}
+        whole = seconds(lambda: sweep(nothing, grid, **options), time.process_time)
+    return whole / blocks - points * cost_of_a_point(nothing)
+
+
+def cost_of_a_task(client: Client, blocks: int = 2000, **options) -> tuple[float, float]:
+    """Time, and processor time of client and scheduler, for a block of one point."""
+    grid = Grid(x=np.arange(float(blocks)))
+    task = functools.partial(sweep, nothing, grid, client, outputs=ONE, block_points=1, **options)
+    times = []
+    busy = seconds(lambda: times.append(seconds(task)), time.process_time)
+    return times[0] / blocks, busy / blocks
+
+
+def overhead(client: Client, pairs: int, blocks: int) -> list[float]:
+    """Time of blocks of 1 s through the client over that by plain processes, less one, for each pair."""
+    grid = Grid(x=np.arange(10.0 * blocks))
+    work, cut = work_of(sleeps, grid, 0), Blocks(grid, (10,))
+    parts = list(cut.parts(()))
+    found = []
+    with ProcessPoolExecutor(WORKERS) as pool, tempfile.TemporaryDirectory() as folder:
+        list(pool.map(abs, range(WORKERS)))  # started
+        for pair in range(pairs):
+            plain = seconds(lambda: list(pool.map(functools.partial(run, work, ONE), parts)))
+            store = Path(folder) / str(pair)
+            by_client = seconds(lambda: sweep(sleeps, grid, client, store, outputs=ONE, block_points=10))  # noqa: B023
+            found.append(by_client / plain - 1)
+    return found
+
+
+def processor_overhead(client: Client, blocks: int) -> float:
+    """Processor time of all processes for blocks of 1 s of processor, over that second, less one.
+
+    Waiting for a busy machine is not in it, so it is the steadier figure there.
+    """
+    grid = Grid(x=np.arange(10.0 * blocks))
+    workers = [psutil.Process(pid) for pid in client.run(os.getpid).values()]
+    before = _processor_time(workers)
+    with tempfile.TemporaryDirectory() as folder:
+        sweep(works, grid, client, Path(folder) / "s", outputs=ONE, block_points=10)
+    return (_processor_time(workers) - before) / blocks - 1
+
+
+def _processor_time(workers: list[psutil.Process]) -> float:
+    times = [one.cpu_times() for one in workers]
+    return time.process_time() + sum(one.user + one.system for one in times)
+
+
+def main() -> None:
+    """Measures and prints."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--pairs", type=int, default=3)
+    parser.add_argument("--blocks", type=int, default=20)
+    arguments = parser.parse_args()
+    print(f"Python {platform.python_version()}, {os.cpu_count()} processors, load {os.getloadavg()[0]:.1f}")
+    print(f"a point: {1e6 * cost_of_a_point(nothing):.2f} µs; with rng {1e6 * cost_of_a_point(drawn):.1f} µs")
+    for store_format in (None, "zarr", "parquet"):
+        costs = [1e3 * cost_of_a_block(store_format, points) for points in (1, 1000, 10_000)]
+        print(
+            f"a block, {store_format or 'memory'}, of 1, 1000, 10 000 points: {', '.join(f'{c:.2f}' for c in costs)} ms"
+        )
+    print(f"threads by default: {Threads().width}")
+    with (
+        LocalCluster(
+            n_workers=WORKERS, threads_per_worker=1, dashboard_address=":0", silence_logs=logging.CRITICAL
+        ) as cluster,
+        Client(cluster) as client,
+    ):
+        cost_of_a_task(client, 200)
+        for name, options in {"memory": {}, "Zarr": {"store": Path(tempfile.mkdtemp()) / "s"}}.items():
+            wall, busy = cost_of_a_task(client, **options)
+            print(
+                f"a task, {name}: {1e3 * wall:.2f} ms, of which client and scheduler {1e3 * busy:.2f} ms of processor"
+            )
+        found = overhead(client, arguments.pairs, arguments.blocks)
+        shown = ", ".join(f"{100 * one:.1f}" for one in found)
+        print(f"blocks of 1 s, time: Dask takes {shown} % longer, median {100 * statistics.median(found):.1f} %")
+        print(f"blocks of 1 s, processor time: {100 * processor_overhead(client, arguments.blocks):.1f} % more")
+
+
+if __name__ == "__main__":
+    main()
