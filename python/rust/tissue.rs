@@ -606,7 +606,7 @@ fn record(
         ("record", Some(strain)) => Record::history(x, vector("strain", strain)?, vector("y", y)?),
         _ => {
             let known = identify::RecordKind::ALL
-                .map(|(_, name, _)| name)
+                .map(identify::RecordKind::name)
                 .join(", ");
             return Err(refused(format_args!(
                 "kind \"{kind}\" is not one of {known}"

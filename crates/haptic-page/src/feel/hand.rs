@@ -218,10 +218,16 @@ mod tests {
         run(&mut device, 30);
         let (position, velocity) = (device.position_m(), device.held.velocity()[0]);
         device.let_go();
-        assert_eq!((device.position_m(), device.free.velocity()[0]), (position, velocity));
+        assert_eq!(
+            (device.position_m(), device.free.velocity()[0]),
+            (position, velocity)
+        );
         assert!(device.hand_m().is_nan());
         device.hand(0.0, true);
-        assert_eq!((device.position_m(), device.held.velocity()[0]), (position, velocity));
+        assert_eq!(
+            (device.position_m(), device.held.velocity()[0]),
+            (position, velocity)
+        );
         assert_eq!(device.hand_m(), position);
     }
 

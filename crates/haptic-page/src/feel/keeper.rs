@@ -184,7 +184,8 @@ impl Keeper {
                 if let Some(recording) = &mut work.recording {
                     recording.event(time_s, "mark", text.clone());
                 }
-                self.announce.say(&json!({"mark": {"tick": tick, "time_s": time_s, "text": text}}));
+                self.announce
+                    .say(&json!({"mark": {"tick": tick, "time_s": time_s, "text": text}}));
             }
         }
     }
@@ -274,7 +275,6 @@ impl Keeper {
         };
         self.announce.notice(text);
     }
-
 }
 
 impl Work {

@@ -209,7 +209,9 @@ impl Looping<'_> {
             environment.replace(history, &mut ready.law);
             controller.clear();
             engaged.device().put_back();
-            self.counts.remembers_from.store(self.next, Ordering::Relaxed);
+            self.counts
+                .remembers_from
+                .store(self.next, Ordering::Relaxed);
             self.stopping = false;
             self.fresh = true;
             // A change that was made for what went before would remember it.

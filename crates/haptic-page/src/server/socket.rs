@@ -170,7 +170,8 @@ async fn obey(id: Value, request: Request, hub: &Arc<Hub>, page: &Page, work: &A
         Asked::Done(result) => page.answer(&id, result),
         Asked::Later(later) => {
             let Ok(permit) = Arc::clone(work).try_acquire_owned() else {
-                let busy = Failure::bad_input("sixteen requests are being worked on: wait for an answer");
+                let busy =
+                    Failure::bad_input("sixteen requests are being worked on: wait for an answer");
                 return page.answer(&id, Err(busy));
             };
             let page = page.clone();
@@ -191,8 +192,8 @@ async fn write(
     page: u64,
 ) {
     let mut said = hub.hear();
-    let [mut frames, mut states, mut pings] =
-        [Duration::from_secs(1) / FRAMES_PER_S, STATUS, PING].map(|period| {
+    let [mut frames, mut states, mut pings] = [Duration::from_secs(1) / FRAMES_PER_S, STATUS, PING]
+        .map(|period| {
             let mut interval = interval(period);
             interval.set_missed_tick_behavior(MissedTickBehavior::Delay);
             interval
@@ -257,7 +258,9 @@ fn status(hub: &Hub, page: u64, shown: &Shown) -> Value {
         "samples_missed": shown.missed,
     });
     if let Some((state, made, lost)) = hub.newest() {
-        let limiters: Vec<usize> = (0..8).filter(|bit| state.limiter & (1 << bit) != 0).collect();
+        let limiters: Vec<usize> = (0..8)
+            .filter(|bit| state.limiter & (1 << bit) != 0)
+            .collect();
         let kept = crate::feel::locked(&hub.kept.pyramid).made();
         let loop_status = json!({
             "running": true,

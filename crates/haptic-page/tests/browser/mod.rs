@@ -39,7 +39,11 @@ pub(crate) fn parts(address: &str) -> (&str, &str) {
 /// The answer to a plain request: status line, headers and body as text.
 pub(crate) fn get(host: &str, path: &str, headers: &str) -> String {
     let mut stream = TcpStream::connect(host).expect("connects");
-    write!(stream, "GET {path} HTTP/1.1\r\n{headers}Connection: close\r\n\r\n").expect("writes");
+    write!(
+        stream,
+        "GET {path} HTTP/1.1\r\n{headers}Connection: close\r\n\r\n"
+    )
+    .expect("writes");
     let mut answer = Vec::new();
     stream.read_to_end(&mut answer).expect("reads");
     String::from_utf8_lossy(&answer).into_owned()
@@ -98,7 +102,10 @@ pub(crate) struct Page {
 
 impl Page {
     pub(crate) fn open(address: &str) -> Self {
-        let origin = address[..address.rfind('/').expect("a path")].rsplit_once('/').expect("a token").0;
+        let origin = address[..address.rfind('/').expect("a path")]
+            .rsplit_once('/')
+            .expect("a token")
+            .0;
         Self::from(address, Some(origin)).expect("opens")
     }
 
@@ -114,7 +121,8 @@ impl Page {
         let stream = TcpStream::connect(host).expect("connects");
         stream.set_read_timeout(Some(PATIENCE)).expect("set");
         stream.set_write_timeout(Some(PATIENCE)).expect("set");
-        let (socket, _) = tungstenite::client(request, stream).map_err(|error| error.to_string())?;
+        let (socket, _) =
+            tungstenite::client(request, stream).map_err(|error| error.to_string())?;
         Ok(Self {
             socket,
             id: 0,
@@ -205,11 +213,18 @@ impl Page {
     pub(crate) fn wait(&mut self, kind: &str, holds: impl Fn(&Value) -> bool) -> Value {
         let until = Instant::now() + PATIENCE;
         loop {
-            let found = self.told.iter().position(|told| told.get(kind).is_some_and(&holds));
+            let found = self
+                .told
+                .iter()
+                .position(|told| told.get(kind).is_some_and(&holds));
             if let Some(found) = found {
                 return self.told.remove(found)[kind].take();
             }
-            assert!(Instant::now() < until, "no {kind} for which it holds, the last was {:?}", self.told.last());
+            assert!(
+                Instant::now() < until,
+                "no {kind} for which it holds, the last was {:?}",
+                self.told.last()
+            );
             self.told.retain(|told| told.get("status").is_none());
             let message = self.read().expect("open");
             if !message.is_null() {
