@@ -32,7 +32,7 @@ use pyo3::prelude::*;
 /// Examples
 /// --------
 /// >>> from fractional_haptics.control import TransferFunction
-/// >>> TransferFunction("1/(s^0.5+1)").response(1.0)  # doctest: +ELLIPSIS
+/// >>> complex(TransferFunction("1/(s^0.5+1)").response(1.0))  # doctest: +ELLIPSIS
 /// (0.5-0.207...j)
 #[pyclass(
     name = "_TransferFunction",
