@@ -163,7 +163,12 @@ fn every_dependency_is_justified_and_every_justified_one_is_there() {
         }
     }
     justified.remove("crate");
-    let manifests = ["Cargo.toml", "firmware/Cargo.toml", "fuzz/Cargo.toml"];
+    let manifests = [
+        "Cargo.toml",
+        "firmware/Cargo.toml",
+        "fuzz/Cargo.toml",
+        "python/Cargo.toml",
+    ];
     let used: BTreeSet<String> = manifests.into_iter().flat_map(dependencies).collect();
     let missing: Vec<_> = used.difference(&justified).collect();
     let gone: Vec<_> = justified.difference(&used).collect();

@@ -46,7 +46,7 @@ def draw(result: xr.Dataset, path: Path) -> None:
 def main() -> None:
     """Computes, draws, and prints the order that bears the stiffest wall for 99 % of the devices."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--samples", type=int, default=1000, help="devices (default 1000)")
+    parser.add_argument("--samples", type=int, default=200, help="devices (default 200)")
     parser.add_argument(
         "--out", type=Path, default=Path(), help="folder of the store and of the figure (default: here)"
     )

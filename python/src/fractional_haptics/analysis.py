@@ -7,7 +7,7 @@ A *plant* is a `Device` (mass, damper, hand, delay, lag), a `LinearPlant` of any
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 
@@ -17,8 +17,9 @@ from fractional_haptics._native import Coupler, Device, LinearPlant, Port, Regio
 if TYPE_CHECKING:
     import control
     from numpy.typing import ArrayLike, NDArray
+    from typing import TypeAlias
 
-    Plant = Device | LinearPlant | control.StateSpace
+    Plant: TypeAlias = Device | LinearPlant | control.StateSpace
 
 __all__ = [
     "AtFrequency",
@@ -143,12 +144,13 @@ def _plant(plant: Plant) -> Device | LinearPlant:
 def _impedance(plant: Device | LinearPlant, omega: NDArray[np.float64]) -> NDArray[np.complex128]:
     """Velocity in, force out, without hand: ``jωm + b``, or ``1/(jω C (jω - A)^-1 B)``; NaN where it has none."""
     if isinstance(plant, Device):
-        return plant.damping_n_s_per_m + 1j * omega * plant.mass_kg
+        return cast("NDArray[np.complex128]", plant.damping_n_s_per_m + 1j * omega * plant.mass_kg)
     states = len(plant._b)
     matrices = 1j * omega[:, None, None] * np.eye(states) - plant._a.reshape(states, states)
     inputs = np.broadcast_to(plant._b[:, None].astype(complex), (len(omega), states, 1))
     with np.errstate(all="ignore"):
-        return 1 / (1j * omega * (np.linalg.solve(matrices, inputs)[..., 0] @ plant._c))
+        response = np.linalg.solve(matrices, inputs)[..., 0] @ plant._c
+        return 1 / (1j * omega * response)
 
 
 class Loop(_native.Loop):
@@ -164,9 +166,8 @@ class Loop(_native.Loop):
         scheme: str = "exact",
         horizon: float = 3600.0,
     ) -> Loop:
-        return super().__new__(
-            cls, _plant(plant), stiffness_n_per_m, dissipation_n_s_mu_per_m, order, sample_time, scheme, horizon
-        )
+        arguments = (_plant(plant), stiffness_n_per_m, dissipation_n_s_mu_per_m, order, sample_time, scheme, horizon)
+        return cast("Loop", super().__new__(cls, *arguments))
 
     def verdict(self) -> Verdict:
         """Is the loop stable, and how far from the boundary?
@@ -190,7 +191,8 @@ class Loop(_native.Loop):
             The loop is not stable.
         """
         found = self._margins()
-        return Margins(**{name: _at(pair) for name, pair in found.items()})
+        crossings: dict[str, Any] = {name: _at(pair) for name, pair in found.items()}
+        return Margins(**crossings)
 
     def sensitivity_peak(self) -> AtFrequency:
         """The largest sensitivity.

@@ -6,7 +6,7 @@ They go to python-control and come from there: `TransferFunction.to_control`, `T
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
 
 import numpy as np
 
@@ -69,7 +69,7 @@ class TransferFunction(_native._TransferFunction):
             degree = len(coefficients) - 1
             return [(float(c), float(degree - n)) for n, c in enumerate(coefficients) if c != 0]
 
-        return cls(terms(system.num[0][0]), terms(system.den[0][0]))
+        return cast("TransferFunction", cls(terms(system.num[0][0]), terms(system.den[0][0])))
 
     def to_control(self, omega: ArrayLike | None = None) -> control.TransferFunction | control.FrequencyResponseData:
         """For python-control: a ``TransferFunction`` where all orders are whole, else frequency-response data.
@@ -173,7 +173,8 @@ class Tuned:
 
     def pid(self, sample_time: float, **arguments: Any) -> Pid:
         """The controller, at a sample time; further arguments as in `Pid`."""
-        return Pid(sample_time, **self.parameters, **arguments)
+        known: dict[str, Any] = {**self.parameters, **arguments}
+        return Pid(sample_time, **known)
 
 
 def tune(
@@ -288,7 +289,8 @@ def closed_loop(controller: Pid, plant: Plant, gain: float = 1.0) -> ClosedLoop:
         A plant that does not run.
     """
     found = _native.closed_loop(controller, plant, gain)
-    return ClosedLoop(**{name: Crossing(*value) if isinstance(value, tuple) else value for name, value in found.items()})
+    known = {name: Crossing(*value) if isinstance(value, tuple) else value for name, value in found.items()}
+    return ClosedLoop(**cast("dict[str, Any]", known))
 
 
 class Response(NamedTuple):

@@ -15,7 +15,7 @@ import tempfile
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from fractional_haptics import _native
 
@@ -35,7 +35,7 @@ def _told(progress: Any) -> Progress | None:
     """A bar of ``tqdm`` as a function of the number that is done."""
     if hasattr(progress, "update") and hasattr(progress, "n"):
         return lambda done: progress.update(done - progress.n)
-    return progress
+    return cast("Progress | None", progress)
 
 
 _DEFAULTS = {row[1]: row[2] for row in _native.experiment_parameters("relax")}

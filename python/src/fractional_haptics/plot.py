@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib import cycler
+from cycler import cycler
 
 from fractional_haptics._native import COLOURS, GRID, INK
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = ["STYLE", "identification", "regions", "relaxation"]
 
-STYLE: Mapping[str, Any] = {
+STYLE: dict[Any, Any] = {
     "axes.prop_cycle": cycler(color=COLOURS),
     "axes.edgecolor": INK,
     "axes.labelcolor": INK,

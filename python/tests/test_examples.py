@@ -1,0 +1,36 @@
+"""Every example runs to its end, the notebook too."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import nbformat
+import pytest
+from nbclient import NotebookClient
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+
+
+@pytest.mark.parametrize("script", sorted(path.name for path in EXAMPLES.glob("*.py")))
+def test_a_script_runs(script: str, tmp_path) -> None:
+    arguments = [str(tmp_path / "figure.png")] if script == "stability_region.py" else []
+    subprocess.run(
+        [sys.executable, EXAMPLES / script, *arguments],
+        check=True,
+        cwd=tmp_path,
+        timeout=120,
+        env={**os.environ, "MPLBACKEND": "Agg", "TMPDIR": str(tmp_path)},
+    )
+    assert not arguments or Path(arguments[0]).stat().st_size > 10_000
+
+
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")
+def test_the_notebook_runs(tmp_path) -> None:
+    notebook = nbformat.read(EXAMPLES / "tour.ipynb", as_version=4)
+    assert all(not cell.get("outputs") for cell in notebook.cells), "commit it without its outputs"
+    NotebookClient(notebook, timeout=120, resources={"metadata": {"path": str(tmp_path)}}).execute()
+    pictures = [
+        output for cell in notebook.cells for output in cell.get("outputs", []) if "image/png" in output.get("data", {})
+    ]
+    assert len(pictures) == 3

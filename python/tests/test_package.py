@@ -1,0 +1,82 @@
+"""The package as a whole: import, documentation, stubs."""
+
+import doctest
+import importlib
+import inspect
+import subprocess
+import sys
+
+import pytest
+
+import fractional_haptics
+from fractional_haptics import _native
+
+MODULES = ("analysis", "control", "experiment", "log", "operators", "plot", "tissue")
+
+
+def test_an_import_loads_nothing_that_is_not_needed() -> None:
+    code = (
+        "import sys, fractional_haptics.operators, fractional_haptics.analysis, fractional_haptics.log;"
+        "heavy = {'pandas', 'matplotlib', 'control', 'scipy'} & set(sys.modules);"
+        "sys.exit(str(heavy) if heavy else 0)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_the_version_is_that_of_the_package() -> None:
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        assert version("fractional-haptics") == fractional_haptics.__version__
+    except PackageNotFoundError:
+        pytest.skip("run from the source tree")
+
+
+def test_a_name_that_is_none_says_so() -> None:
+    with pytest.raises(AttributeError, match="tissues"):
+        fractional_haptics.tissues  # noqa: B018
+    assert "operators" in dir(fractional_haptics)
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_examples_in_the_documentation_are_right(name: str) -> None:
+    module = importlib.import_module(f"fractional_haptics.{name}")
+    finder = doctest.DocTestFinder()
+    runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS)
+    public = [getattr(module, one) for one in module.__all__]
+    for thing in public:
+        if callable(thing):
+            for test in finder.find(thing, module=False, globs=dict(vars(module))):
+                runner.run(test)
+    assert runner.summarize().failed == 0
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_everything_public_is_documented(name: str) -> None:
+    module = importlib.import_module(f"fractional_haptics.{name}")
+    missing = []
+    for one in module.__all__:
+        thing = getattr(module, one)
+        if callable(thing) and not (thing.__doc__ or "").strip():
+            missing.append(one)
+        if inspect.isclass(thing):
+            for key, value in vars(thing).items():
+                public = not key.startswith("_") and (callable(value) or inspect.isgetsetdescriptor(value))
+                if public and not (value.__doc__ or "").strip():
+                    missing.append(f"{one}.{key}")
+    assert missing == []
+
+
+def test_the_stubs_name_what_there_is() -> None:
+    import ast
+    from pathlib import Path
+
+    stub = Path(fractional_haptics.__file__).with_name("_native.pyi")
+    named = set()
+    for node in ast.parse(stub.read_text()).body:
+        if isinstance(node, ast.ClassDef | ast.FunctionDef):
+            named.add(node.name)
+        elif isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
+            named.add(node.target.id)
+    there = {one for one in dir(_native) if not one.startswith("__")} | {"__version__"}
+    assert named == there
