@@ -72,6 +72,9 @@ pub(crate) fn read_log(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDi
     Ok(result)
 }
 
+/// A number of a tick.
+type Field = fn(&TickMessage) -> f64;
+
 /// A column for each field of a tick, in their order.
 fn columns<'py>(py: Python<'py>, ticks: &[TickMessage]) -> PyResult<Bound<'py, PyDict>> {
     fn column<'py, T: Element>(
@@ -82,7 +85,7 @@ fn columns<'py>(py: Python<'py>, ticks: &[TickMessage]) -> PyResult<Bound<'py, P
         PyArray1::from_iter(py, ticks.iter().map(field))
     }
     let columns = PyDict::new(py);
-    let numbers: [(&str, fn(&TickMessage) -> f64); 8] = [
+    let numbers: [(&str, Field); 8] = [
         ("time_s", |tick| tick.time_s),
         ("reference_m", |tick| tick.reference_m),
         ("indenter_position_m", |tick| tick.indenter_position_m),

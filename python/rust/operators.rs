@@ -170,6 +170,9 @@ pub(crate) struct PyOperator {
     horizon: f64,
 }
 
+/// The arguments that make an operator.
+type Recipe = (f64, f64, String, f64);
+
 /// What pickling keeps beside the arguments: the history as bytes, and the reference.
 type State<'py> = (Bound<'py, PyBytes>, f64);
 
@@ -385,7 +388,7 @@ impl PyOperator {
 
     fn __reduce__<'py>(
         slf: &Bound<'py, Self>,
-    ) -> PyResult<(Bound<'py, PyAny>, (f64, f64, String, f64), State<'py>)> {
+    ) -> PyResult<(Bound<'py, PyAny>, Recipe, State<'py>)> {
         let own = slf.try_borrow()?;
         let arguments = (own.order(), own.sample_time(), own.scheme(), own.horizon());
         let (history, reference) = own.axis.state();

@@ -12,19 +12,9 @@ use pyo3::prelude::*;
 
 /// All stable walls of an order on a plant, made by `region`.
 ///
-/// Attributes
-/// ----------
-/// polygons : list of ndarray, shape (n, 2)
-///     Boundaries, the largest first: stiffness K in N/m and dissipation B in N·s^order/m of each point; the last point is
-///     followed by the first. Outer boundaries run anticlockwise, holes clockwise.
-/// omega_rad_s : list of ndarray, shape (n,)
-///     Frequency at which a pole crosses the circle at each point; NaN on an axis.
-/// areas : ndarray
-///     Area of each polygon in the product of both units, negative for a hole.
-/// stiffness_max_n_per_m, dissipation_at_stiffness_max_n_s_mu_per_m, dissipation_max_n_s_mu_per_m : float
-///     Least upper bounds of K and B, and B where K has it; 0 and NaN if the region is empty.
-/// is_empty : bool
-///     No wall is stable.
+/// Notes
+/// -----
+/// Outer boundaries run anticlockwise in K (right) and B (up), holes clockwise; the last point is followed by the first.
 #[pyclass(name = "Region", module = "fractional_haptics.analysis", frozen)]
 #[derive(Debug)]
 pub(crate) struct PyRegion {
@@ -81,11 +71,13 @@ pub(crate) fn stability_region(
 
 #[pymethods]
 impl PyRegion {
+    /// No wall is stable.
     #[getter]
     fn is_empty(&self) -> bool {
         self.region.is_empty()
     }
 
+    /// Boundaries, the largest first: K in N/m and B in N·s^order/m of each point.
     #[getter]
     fn polygons<'py>(&self, py: Python<'py>) -> Vec<Bound<'py, PyArray2<f64>>> {
         let polygons = self.area().into_iter().flat_map(|area| &area.polygons);
@@ -100,6 +92,7 @@ impl PyRegion {
             .collect()
     }
 
+    /// Frequency at which a pole crosses the circle at each point, rad/s; NaN on an axis.
     #[getter]
     fn omega_rad_s<'py>(&self, py: Python<'py>) -> Vec<Bound<'py, PyArray1<f64>>> {
         let polygons = self.area().into_iter().flat_map(|area| &area.polygons);
@@ -113,6 +106,7 @@ impl PyRegion {
             .collect()
     }
 
+    /// Area of each polygon in the product of both units; negative for a hole.
     #[getter]
     fn areas<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         let polygons = self.area().into_iter().flat_map(|area| &area.polygons);
@@ -120,18 +114,21 @@ impl PyRegion {
         PyArray1::from_iter(py, polygons.map(|polygon| polygon.area * unit))
     }
 
+    /// Least upper bound of K.
     #[getter]
     fn stiffness_max_n_per_m(&self) -> f64 {
         self.area()
             .map_or(0.0, |area| area.alpha_max * self.stiffness)
     }
 
+    /// B where K has it.
     #[getter]
     fn dissipation_at_stiffness_max_n_s_mu_per_m(&self) -> f64 {
         self.area()
             .map_or(f64::NAN, |area| area.beta_at_alpha_max * self.dissipation)
     }
 
+    /// Least upper bound of B.
     #[getter]
     fn dissipation_max_n_s_mu_per_m(&self) -> f64 {
         self.area()

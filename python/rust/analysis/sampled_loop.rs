@@ -64,8 +64,7 @@ pub(crate) struct PyLoop {
 
 impl PyLoop {
     fn sampled(&self) -> PyResult<SampledLoop<'_>> {
-        SampledLoop::with_plant(self.plant.clone(), self.alpha, self.beta, &self.operator)
-            .or_refused()
+        SampledLoop::with_plant(self.plant, self.alpha, self.beta, &self.operator).or_refused()
     }
 
     /// A function of θ at frequencies in rad/s up to half the sample rate, above 0.

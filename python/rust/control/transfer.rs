@@ -32,7 +32,7 @@ use pyo3::prelude::*;
 /// Examples
 /// --------
 /// >>> from fractional_haptics.control import TransferFunction
-/// >>> TransferFunction("1/(s^0.5+1)").response(1.0)  # doctest: +ELLIPSIS
+/// >>> complex(TransferFunction("1/(s^0.5+1)").response(1.0))  # doctest: +ELLIPSIS
 /// (0.5-0.207...j)
 #[pyclass(
     name = "_TransferFunction",
@@ -43,11 +43,14 @@ use pyo3::prelude::*;
 #[derive(Debug)]
 pub(crate) struct PyTransferFunction(FractionalTransferFunction);
 
+/// Terms as (coefficient, order).
+type Pairs = Vec<(f64, f64)>;
+
 /// A text, or terms as pairs.
 #[derive(FromPyObject)]
 enum Notation {
     Text(String),
-    Terms(Vec<(f64, f64)>),
+    Terms(Pairs),
 }
 
 fn terms(pairs: &[(f64, f64)]) -> Vec<Term> {
@@ -57,7 +60,7 @@ fn terms(pairs: &[(f64, f64)]) -> Vec<Term> {
         .collect()
 }
 
-fn pairs(terms: &[Term]) -> Vec<(f64, f64)> {
+fn pairs(terms: &[Term]) -> Pairs {
     terms
         .iter()
         .map(|term| (term.coefficient, term.order))
@@ -68,7 +71,7 @@ fn pairs(terms: &[Term]) -> Vec<(f64, f64)> {
 impl PyTransferFunction {
     #[new]
     #[pyo3(signature = (numerator, denominator = None))]
-    fn new(numerator: Notation, denominator: Option<Vec<(f64, f64)>>) -> PyResult<Self> {
+    fn new(numerator: Notation, denominator: Option<Pairs>) -> PyResult<Self> {
         match (numerator, denominator) {
             (Notation::Text(text), None) => text.parse().map(Self).or_refused(),
             (Notation::Text(_), Some(_)) => Err(refused(
@@ -87,13 +90,13 @@ impl PyTransferFunction {
 
     /// Terms of the numerator, (coefficient, order), highest order first.
     #[getter]
-    fn numerator(&self) -> Vec<(f64, f64)> {
+    fn numerator(&self) -> Pairs {
         pairs(self.0.numerator().terms())
     }
 
     /// Terms of the denominator.
     #[getter]
-    fn denominator(&self) -> Vec<(f64, f64)> {
+    fn denominator(&self) -> Pairs {
         pairs(self.0.denominator().terms())
     }
 
@@ -222,9 +225,7 @@ impl PyTransferFunction {
         hasher.finish()
     }
 
-    fn __reduce__<'py>(
-        slf: &Bound<'py, Self>,
-    ) -> (Bound<'py, PyAny>, (Vec<(f64, f64)>, Vec<(f64, f64)>)) {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyAny>, (Pairs, Pairs)) {
         let own = slf.get();
         (
             slf.get_type().into_any(),

@@ -40,35 +40,35 @@ fn bench(parameters: &Bound<'_, PyDict>, realistic: bool) -> PyResult<WallExperi
     };
     if realistic {
         // What is given by itself stays.
-        let usual = Imperfections::realistic(wall.device.sample_time.0);
+        let usual = Imperfections::realistic(wall.setup.device.sample_time.0);
         let [friction, delay, lag, encoder] = keep;
         let own = Imperfections {
             friction_n: if friction {
-                wall.device.friction.0
+                wall.setup.device.friction.0
             } else {
                 usual.friction_n
             },
             delay_s: if delay {
-                wall.device.delay.0
+                wall.setup.device.delay.0
             } else {
                 usual.delay_s
             },
             current_lag_s: if lag {
-                wall.device.lag.0
+                wall.setup.device.lag.0
             } else {
                 usual.current_lag_s
             },
             sensors: haptic_experiment::Sensors {
                 encoder_resolution_m: if encoder {
-                    wall.sensors.encoder_resolution_m
+                    wall.setup.sensors.encoder_resolution_m
                 } else {
                     usual.sensors.encoder_resolution_m
                 },
-                ..wall.sensors
+                ..wall.setup.sensors
             },
         };
-        wall.device = own.on(wall.device);
-        wall.sensors = own.sensors;
+        wall.setup.device = own.on(wall.setup.device);
+        wall.setup.sensors = own.sensors;
     }
     Ok(wall)
 }
@@ -92,14 +92,14 @@ pub(crate) fn zwidth<'py>(
     let py = parameters.py();
     let wall = bench(parameters, realistic)?;
     let experiment = ZWidth {
-        device: wall.device,
-        sensors: wall.sensors,
+        device: wall.setup.device,
+        sensors: wall.setup.sensors,
         one_sided: wall.one_sided,
         scheme: wall.scheme,
         orders: orders_of(orders)?,
         points,
-        plan: wall.plan,
-        remote: wall.remote,
+        plan: wall.setup.plan,
+        remote: wall.setup.remote,
     };
     let report = conduct(py, progress, true, move |conduct| {
         experiment.run(&|cells| conduct.add(cells), conduct.stop(), &|_| ())
@@ -162,9 +162,9 @@ pub(crate) fn design<'py>(
     };
     let design = Design {
         device: Device {
-            plant: wall.device,
-            sensors: wall.sensors,
-            force_limit_n: wall.plan.force_limit_n,
+            plant: wall.setup.device,
+            sensors: wall.setup.sensors,
+            force_limit_n: wall.setup.plan.force_limit_n,
         },
         scheme: wall.scheme,
         orders: orders_of(orders)?,

@@ -41,8 +41,10 @@ STYLE: dict[Any, Any] = {
 def _axes(ax: Axes | None) -> Axes:
     if ax is not None:
         return ax
+    # The figure first: a backend that is chosen inside the context would be half forgotten behind it.
+    figure = plt.figure(layout="constrained")
     with plt.rc_context(STYLE):
-        return plt.subplots(layout="constrained")[1]
+        return figure.add_subplot()
 
 
 def regions(regions: Mapping[str, Region] | Region, ax: Axes | None = None) -> Axes:
