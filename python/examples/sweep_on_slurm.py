@@ -1,7 +1,7 @@
 """A sweep on a cluster with Slurm: jobs of 32 processes each, started by dask-jobqueue.
 
-    python sweep_on_slurm.py --print-job          # the job script, on any machine
-    python sweep_on_slurm.py --jobs 30            # on the login node of the cluster
+    python sweep_on_slurm.py                # prints the job script, on any machine
+    python sweep_on_slurm.py --jobs 30      # on the login node of the cluster
 
 Needs ``pip install 'fractional-haptics[sweep]' dask-jobqueue`` on the login node and on all others, which share it as a
 rule. Stop it by Ctrl-C and start it again: what is done stays done.
@@ -38,11 +38,10 @@ def cluster() -> SLURMCluster:
 def main() -> None:
     """Prints the job script, or runs the sweep."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--print-job", action="store_true", help="print the job script and end")
-    parser.add_argument("--jobs", type=int, default=4, help="Slurm jobs to start (default 4)")
+    parser.add_argument("--jobs", type=int, help="Slurm jobs to start; without it the job script is printed")
     arguments = parser.parse_args()
     with cluster() as jobs:
-        if arguments.print_job:
+        if arguments.jobs is None:
             print(jobs.job_script())
             return
         jobs.scale(jobs=arguments.jobs)

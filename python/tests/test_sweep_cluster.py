@@ -210,7 +210,7 @@ def test_the_job_script_for_slurm_asks_for_what_was_asked(tmp_path):
     pytest.importorskip("dask_jobqueue")
     example = Path(__file__).parent.parent / "examples" / "sweep_on_slurm.py"
     shown = subprocess.run(
-        [sys.executable, example, "--print-job"], capture_output=True, text=True, check=True, timeout=60, cwd=tmp_path
+        [sys.executable, example], capture_output=True, text=True, check=True, timeout=60, cwd=tmp_path
     ).stdout
     lines = shown.splitlines()
     assert lines[0] == "#!/usr/bin/env bash"

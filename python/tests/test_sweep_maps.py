@@ -27,10 +27,7 @@ def test_the_share_is_that_of_certified_verdicts():
     verdicts = np.array(
         [
             [
-                [
-                    Loop(DEVICES(random_numbers(3, draw)), k, b, order, T).verdict().stable
-                    for k in stiffness
-                ]
+                [Loop(DEVICES(random_numbers(3, draw)), k, b, order, T).verdict().stable for k in stiffness]
                 for draw in range(number)
             ]
             for order, b in zip(orders, dissipation, strict=True)
@@ -81,7 +78,9 @@ def test_devices_that_cannot_be_are_failed_points_and_are_left_out_of_the_share(
 
 
 def test_limits_of_devices_are_checked():
-    with pytest.raises(ValueError, match=r"mass_kg goes from a least value of at least 0 to a largest, not \(2.0, 1.0\)"):
+    with pytest.raises(
+        ValueError, match=r"mass_kg goes from a least value of at least 0 to a largest, not \(2.0, 1.0\)"
+    ):
         UncertainDevice(mass_kg=(2.0, 1.0), damping_n_s_per_m=(1.0, 2.0))
     rng = np.random.default_rng(1)
     drawn = [DEVICES(rng) for _ in range(200)]

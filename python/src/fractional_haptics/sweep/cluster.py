@@ -16,7 +16,7 @@ from time import monotonic
 from typing import Any
 
 import cloudpickle
-from distributed import Client, Future, KilledWorker
+from distributed import Client, KilledWorker
 
 from .blocks import Part
 from .errors import ClusterLost, SweepError
@@ -56,7 +56,7 @@ class Cluster:
             raise TypeError("the client is asynchronous: make it by Client(…) without asynchronous=True")
         if not timeout > 0:
             raise ValueError(f"a timeout is a positive number of seconds, not {timeout!r}")
-        self._client = client
+        self._client: Any = client  # Dask has few types
         self._timeout = float(timeout)
         self._heard = monotonic()
         self.width = 0
@@ -67,6 +67,7 @@ class Cluster:
         ((_, tried),) = self._run(_probe, _pickled(work), iter([points]), 1, seconds)
         if isinstance(tried, str):
             raise SweepError(f"the first point ends the worker that computes it ({tried}): try it in a process alone")
+        assert isinstance(tried, Probe)
         return tried
 
     def blocks(self, work: Work, outputs: Outputs, parts: Iterator[Part]) -> Generator[tuple[Part, Block], None, None]:
@@ -82,8 +83,8 @@ class Cluster:
     ) -> Generator[tuple[Any, Any], None, None]:
         """Results of ``task(function, extra, item)``, or the text by which its workers died."""
         run_name = f"sweep-{uuid.uuid4().hex[:8]}"
-        finished: queue.SimpleQueue[Future] = queue.SimpleQueue()
-        pending: dict[str, tuple[Future, Any, int, int]] = {}
+        finished: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        pending: dict[str, tuple[Any, Any, int, int]] = {}
         again: list[tuple[Any, int, int]] = []
         fresh = ((item, number, 1) for number, item in enumerate(items))
         looked = monotonic()
@@ -117,7 +118,7 @@ class Cluster:
             if pending and self._client.status == "running":
                 self._client.cancel([future for future, *_ in pending.values()], force=True)
 
-    def _result(self, future: Future) -> Any:
+    def _result(self, future: Any) -> Any:
         """What a future holds; None if it was lost."""
         if future.status in ("cancelled", "lost"):
             self._wait_for(lambda: self._look() >= 0)
@@ -176,7 +177,7 @@ class Cluster:
 
 def _pickled(work: Work) -> bytes:
     try:
-        pickled = cloudpickle.dumps(work)
+        pickled: bytes = cloudpickle.dumps(work)
     except Exception as error:
         raise TypeError(
             f"the function cannot be sent to a cluster: {type(error).__name__}: {error}. "

@@ -33,7 +33,8 @@ class Axis:
 
     def part(self, start: int, stop: int) -> list[Any]:
         """Values from `start` to before `stop`, as Python's own numbers and texts."""
-        return self.values[start:stop].tolist()
+        values: list[Any] = self.values[start:stop].tolist()
+        return values
 
     def summary(self) -> dict[str, Any]:
         """Facts that tell this axis from another: unit, length, ends, and a digest of all values."""

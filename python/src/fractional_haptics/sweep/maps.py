@@ -102,9 +102,7 @@ def robust_stability_map(
     Association 22, 1927.
     """
     walls = axis(stiffness, "N/m", "stiffness K")
-    orders = together(
-        order=axis(order, "1", "order μ"), dissipation=axis(dissipation, "N·s^μ/m", "dissipation B")
-    )
+    orders = together(order=axis(order, "1", "order μ"), dissipation=axis(dissipation, "N·s^μ/m", "dissipation B"))
     point = functools.partial(
         _stable_walls,
         devices=devices,
