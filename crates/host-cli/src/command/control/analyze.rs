@@ -199,7 +199,12 @@ impl Arguments {
                 .iter()
                 .map(|pole| Pole {
                     re: pole.re,
-                    im: pole.im,
+                    // A real pole, but for rounding.
+                    im: if pole.im.abs() < 1e-12 * pole.norm() {
+                        0.0
+                    } else {
+                        pole.im
+                    },
                 })
                 .collect(),
             files,

@@ -391,7 +391,7 @@ pub(super) fn draw_identified(
                 "input, output",
                 vec![
                     Series::new("input", &input, Look::Dotted, 2),
-                    Series::new("output, record", &measured, Look::MarkersApart, 5),
+                    Series::new("output, record", &measured, Look::Broad, 3),
                     Series::new("output, function", &fitted, Look::Line, 0),
                 ],
             ),

@@ -350,6 +350,15 @@ impl Report {
                     .replace('`', "")
             )),
         }
+        let order = self.controller.integral_order;
+        if self.stable == Some(true) && own.shape.settling_time_s.is_none() && order < 1.0 {
+            said.push(format!(
+                "It does not settle within the time shown: what is left of an integral of order {} fades as slowly as t^-{0}. Ask for little error at low \
+                 frequency too, as with --disturbance {}rad/s:0.05.",
+                digits(order),
+                digits(0.05 * self.specification.first().map_or(1.0, |wish| wish.wanted))
+            ));
+        }
         let unmet = self.unmet();
         if unmet.is_empty() {
             said.push("Every wish is met within 1 %.".to_owned());
