@@ -4,7 +4,7 @@ use super::controller::ControllerArguments;
 use super::draw::{draw_loop, draw_plant};
 use super::plant::{NamedPlant, PlantArguments};
 use super::print::{MarginReport, written};
-use super::words::{digits, law, refused, verdict};
+use super::words::{decibel, digits, law, refused, verdict};
 use crate::command::analyze::Files;
 use crate::output::Output;
 use clap::Args;
@@ -88,10 +88,6 @@ struct PlantRow {
     omega_rad_s: f64,
     gain_db: f64,
     phase_deg: f64,
-}
-
-pub(super) fn decibel(size: f64) -> f64 {
-    20.0 * size.log10()
 }
 
 impl From<&LoopPoint> for LoopRow {
@@ -199,7 +195,12 @@ impl Arguments {
                 .iter()
                 .map(|pole| Pole {
                     re: pole.re,
-                    im: pole.im,
+                    // A real pole, but for rounding.
+                    im: if pole.im.abs() < 1e-12 * pole.norm() {
+                        0.0
+                    } else {
+                        pole.im
+                    },
                 })
                 .collect(),
             files,

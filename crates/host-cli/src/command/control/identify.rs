@@ -202,12 +202,12 @@ impl Arguments {
             }
         });
         let candidates = found.iter().map(|found| Candidate {
-            function: found.identified.function.to_string(),
+            function: with_digits(&found.identified.function, DIGITS).to_string(),
             rms_residual: found.identified.rms_residual,
             bic: found.bic,
         });
         Report {
-            function: own.function.to_string(),
+            function: with_digits(&own.function, DIGITS).to_string(),
             delay_s: self.delay.0,
             samples: record.time_s.len(),
             sample_time_s: record.sample_time_s(),
@@ -234,7 +234,7 @@ impl Arguments {
         let name = name.to_string_lossy();
         let file = PlantFile {
             model: PlantModel::Function {
-                function: Box::new(best.identified.function),
+                function: Box::new(with_digits(&best.identified.function, DIGITS)),
                 delay_s: self.delay.0,
             },
             program: concat!("host-cli ", env!("CARGO_PKG_VERSION")).to_owned(),
@@ -262,9 +262,17 @@ impl Arguments {
     }
 }
 
+/// Digits of a plant file: more than any record has.
+const DIGITS: usize = 9;
+
 /// The function with numbers of five digits.
 fn rounded(function: &FractionalTransferFunction) -> String {
-    let few = |value: f64| digits(value).parse().unwrap_or(value);
+    with_digits(function, 5).to_string()
+}
+
+/// The function with numbers of so many digits.
+fn with_digits(function: &FractionalTransferFunction, digits: usize) -> FractionalTransferFunction {
+    let few = |value: f64| format!("{value:.*e}", digits - 1).parse().unwrap_or(value);
     let terms = |polynomial: &fractional_control::FractionalPolynomial| {
         let terms = polynomial.terms().iter();
         terms
@@ -272,8 +280,7 @@ fn rounded(function: &FractionalTransferFunction) -> String {
             .collect::<Vec<_>>()
     };
     let (above, below) = (terms(function.numerator()), terms(function.denominator()));
-    FractionalTransferFunction::new(&above, &below)
-        .map_or_else(|_| function.to_string(), |function| function.to_string())
+    FractionalTransferFunction::new(&above, &below).unwrap_or(*function)
 }
 
 /// Name and value of a number, and the factor that makes its standard error absolute.

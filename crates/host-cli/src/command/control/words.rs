@@ -1,7 +1,7 @@
 //! Errors and verdicts as sentences, angles in degrees.
 
 use crate::output::short;
-use fractional_control::{ControlError, Crossing};
+use fractional_control::{ControlError, Crossing, Margins};
 use haptic_experiment::control::analysis::{Cause, LoopAnalysis};
 use haptic_experiment::controller_file::ControllerFile;
 use haptic_experiment::failure::Failure;
@@ -82,53 +82,45 @@ pub(super) fn percent(share: f64) -> String {
     format!("{:.1} %", 100.0 * share)
 }
 
+/// An amplitude ratio in decibel.
+pub(super) fn decibel(size: f64) -> f64 {
+    20.0 * size.log10()
+}
+
+/// The verdict on a stable loop, and what would end that.
+fn stable(margins: &Margins) -> String {
+    let at = |crossing: &Crossing| digits(crossing.omega_rad_s);
+    let times = |gain: &Crossing, words: &str| {
+        format!("{} {words} (at {} rad/s)", digits(gain.value), at(gain))
+    };
+    let up = margins.gain_up.map(|gain| times(&gain, "times the gain"));
+    let down = margins.gain_down.map(|gain| times(&gain, "of the gain"));
+    let delay = margins
+        .delay_s
+        .map(|delay| times(&delay, "s more dead time"));
+    let ways: Vec<String> = [up, down, delay].into_iter().flatten().collect();
+    let nearest = &margins.sensitivity;
+    let text = format!(
+        "Stable, and proved: every pole of the sampled loop decays. It comes nearest to the boundary at {} rad/s, where errors are {} times as large",
+        at(nearest),
+        digits(nearest.value)
+    );
+    if ways.is_empty() {
+        return format!("{text}; neither more gain nor more dead time ends that.");
+    }
+    format!("{text}; it ends at {}.", ways.join(", or at "))
+}
+
 /// The verdict, its root and the way to the boundary, in sentences.
 pub(super) fn verdict(analysis: &LoopAnalysis) -> String {
     let at = |crossing: &Crossing| digits(crossing.omega_rad_s);
-    let margins = &analysis.margins;
     let poles = match analysis.verdict.unstable_poles {
         Some(1) => "one pole grows".to_owned(),
         Some(poles) => format!("{poles} poles grow"),
         None => "a pole does not decay".to_owned(),
     };
     match analysis.cause {
-        Cause::Stable => {
-            let nearest = &margins.sensitivity;
-            let mut text = format!(
-                "Stable, and proved: every pole of the sampled loop decays. It comes nearest to the boundary at {} rad/s, where errors are {} \
-                 times as large",
-                at(nearest),
-                digits(nearest.value)
-            );
-            let mut ways = Vec::new();
-            if let Some(up) = &margins.gain_up {
-                ways.push(format!(
-                    "{} times the gain (at {} rad/s)",
-                    digits(up.value),
-                    at(up)
-                ));
-            }
-            if let Some(down) = &margins.gain_down {
-                ways.push(format!(
-                    "{} of the gain (at {} rad/s)",
-                    digits(down.value),
-                    at(down)
-                ));
-            }
-            if let Some(delay) = &margins.delay_s {
-                ways.push(format!(
-                    "{} s more dead time (at {} rad/s)",
-                    digits(delay.value),
-                    at(delay)
-                ));
-            }
-            if ways.is_empty() {
-                text += "; neither more gain nor more dead time ends that.";
-            } else {
-                text += &format!("; it ends at {}.", ways.join(", or at "));
-            }
-            text
-        }
+        Cause::Stable => stable(&analysis.margins),
         Cause::Boundary => format!(
             "On the boundary: as far as can be told, {poles} at {} rad/s. Change the gain a little.",
             digits(analysis.verdict.omega_rad_s)
@@ -153,7 +145,7 @@ pub(super) fn verdict(analysis: &LoopAnalysis) -> String {
         _ => format!(
             "Unstable, and proved: {poles}. Neither a hundred times more or less gain nor less dead time makes it stable: it takes another \
              controller (more phase near {} rad/s) or faster samples.",
-            at(&margins.sensitivity)
+            at(&analysis.margins.sensitivity)
         ),
     }
 }

@@ -2,8 +2,7 @@
 
 use super::super::draw::over_time;
 use super::super::print::{MarginReport, PidReport, ShapeReport, table, written};
-use super::super::words::{digits, in_degrees, percent};
-use crate::command::control::analyze::decibel;
+use super::super::words::{decibel, digits, in_degrees, percent};
 use fractional_control::PidParameters;
 use haptic_experiment::control::design::{
     Candidate, ControlAnswer, ControlDesign, Trial, Wish, WishName,
@@ -237,7 +236,6 @@ impl Report {
     }
 
     fn rows(&self, answer: &ControlAnswer) -> Vec<Vec<String>> {
-        let dash = || "–".to_owned();
         let header = ["", "wanted", "PI^λD^μ", "PID of order 1"];
         let mut rows = vec![header.map(str::to_owned).to_vec()];
         for (wish, own) in self.specification.iter().zip(&answer.fractional.wishes) {
@@ -245,17 +243,15 @@ impl Report {
                 row(own.name).words.to_owned(),
                 digits(wish.wanted),
                 rounded(wish.reached),
-                wish.integer_reached.map_or_else(dash, rounded),
+                wish.integer_reached.map_or_else(none, rounded),
             ]);
         }
-        let mut pair = |name: &str, own: Option<String>, other: Option<String>| {
-            rows.push(vec![
-                name.to_owned(),
-                String::new(),
-                own.unwrap_or_else(dash),
-                other.unwrap_or_else(dash),
-            ]);
-        };
+        rows.extend(self.rows_of_gains());
+        rows.extend(self.rows_of_steps());
+        rows
+    }
+
+    fn rows_of_gains(&self) -> Vec<Vec<String>> {
         let gains = |own: PidReport| {
             [
                 ("K_p", own.proportional_gain),
@@ -266,44 +262,40 @@ impl Report {
             ]
         };
         let other = self.integer.as_ref().map(|other| gains(other.controller));
-        for (n, (name, value)) in gains(self.controller).into_iter().enumerate() {
-            pair(
-                name,
-                Some(digits(value)),
-                other.map(|other| digits(other[n].1)),
-            );
-        }
-        let beside = self.integer.as_ref().and_then(|other| other.trial.as_ref());
-        if let Some(own) = &self.trial {
-            let cells = beside.map(|other| other.shape.cells());
-            for (n, (name, cell)) in own.shape.cells().into_iter().enumerate() {
-                pair(
-                    name,
-                    Some(cell),
-                    cells.as_ref().map(|cells| cells[n].1.clone()),
-                );
+        let own = gains(self.controller).into_iter().enumerate();
+        own.map(|(n, (name, value))| {
+            pair(name, digits(value), other.map(|other| digits(other[n].1)))
+        })
+        .collect()
+    }
+
+    fn rows_of_steps(&self) -> Vec<Vec<String>> {
+        let Some(own) = &self.trial else {
+            return Vec::new();
+        };
+        let other = self.integer.as_ref().and_then(|other| other.trial.as_ref());
+        let cells = other.map(|other| other.shape.cells());
+        let shape = own.shape.cells().into_iter().enumerate();
+        let mut rows: Vec<Vec<String>> = shape
+            .map(|(n, (name, cell))| {
+                pair(name, cell, cells.as_ref().map(|cells| cells[n].1.clone()))
+            })
+            .collect();
+        let limited = |trial: &TrialReport| percent(trial.limited_share);
+        rows.push(pair("command at a limit", limited(own), other.map(limited)));
+        let overshoots = |trial: &TrialReport| {
+            let all = || trial.robustness.iter().map(|row| row.shape.overshoot);
+            let (low, high) = (all().fold(f64::MAX, f64::min), all().fold(0.0, f64::max));
+            match trial.robustness.iter().all(|row| row.stable) {
+                true => format!("{:.1} to {:.1} %", 100.0 * low, 100.0 * high),
+                false => "unstable".to_owned(),
             }
-            let limited = |trial: &TrialReport| percent(trial.limited_share);
-            pair(
-                "command at a limit",
-                Some(limited(own)),
-                beside.map(limited),
-            );
-            let overshoots = |trial: &TrialReport| {
-                let all = || trial.robustness.iter().map(|row| row.shape.overshoot);
-                let (low, high) = (all().fold(f64::MAX, f64::min), all().fold(0.0, f64::max));
-                let stable = trial.robustness.iter().all(|row| row.stable);
-                match stable {
-                    true => format!("{:.1} to {:.1} %", 100.0 * low, 100.0 * high),
-                    false => "unstable".to_owned(),
-                }
-            };
-            pair(
-                "overshoot over ±6 dB",
-                Some(overshoots(own)),
-                beside.map(overshoots),
-            );
-        }
+        };
+        rows.push(pair(
+            "overshoot over ±6 dB",
+            overshoots(own),
+            other.map(overshoots),
+        ));
         rows
     }
 
@@ -350,12 +342,36 @@ impl Report {
                     .replace('`', "")
             )),
         }
+        let order = self.controller.integral_order;
+        if self.stable == Some(true) && own.shape.settling_time_s.is_none() && order < 1.0 {
+            said.push(format!(
+                "It does not settle within the time shown: what is left of an integral of order {} fades as slowly as t^-{0}. Ask for little error at low \
+                 frequency too, as with --disturbance {}rad/s:0.05.",
+                digits(order),
+                digits(0.05 * self.specification.first().map_or(1.0, |wish| wish.wanted))
+            ));
+        }
         let unmet = self.unmet();
         if unmet.is_empty() {
             said.push("Every wish is met within 1 %.".to_owned());
         }
         said
     }
+}
+
+/// Where there is nothing.
+fn none() -> String {
+    "–".to_owned()
+}
+
+/// A row without a wish.
+fn pair(name: &str, own: String, other: Option<String>) -> Vec<String> {
+    vec![
+        name.to_owned(),
+        String::new(),
+        own,
+        other.unwrap_or_else(none),
+    ]
 }
 
 /// A number as a table shows what was reached: what is next to 0 is 0.
