@@ -163,7 +163,7 @@ impl<F: Real, const MODES: usize> Power<F, MODES> {
         }
     }
 
-    #[inline(always)]
+    #[inline]
     pub(crate) fn output(&self, history: &PowerHistory<F, MODES>, x: F) -> F {
         match (self, history) {
             (Self::First(o), PowerHistory::First(h)) => o.output(h, x),

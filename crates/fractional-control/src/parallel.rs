@@ -59,7 +59,7 @@ impl<F: Real, const MODES: usize> Branch<F, MODES> {
         self.weight * reference - measured
     }
 
-    #[inline(always)]
+    #[inline]
     fn output(&self, history: Option<&PowerHistory<F, MODES>>, error: F) -> F {
         match (&self.power, history) {
             (Some(power), Some(history)) => self.gain * power.output(history, error),
@@ -135,8 +135,7 @@ impl<F: Real, const MODES: usize> Parallel<F, MODES> {
         self.feedback
     }
 
-    /// Always inlined: `advance` of what `output` gave computes it once more, and the compiler sees that it is the same.
-    #[inline(always)]
+    #[inline]
     pub(crate) fn wanted(&self, history: &ParallelHistory<F, MODES>, r: F, y: F) -> F {
         let mut sum = history.bias;
         for (branch, own) in self.branches.iter().zip(&history.powers) {

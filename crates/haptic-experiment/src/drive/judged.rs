@@ -203,8 +203,8 @@ mod tests {
             let (report, curves) = judge.finish();
             assert_eq!(report.drive_force_peak_n.to_bits(), peak.to_bits());
             assert_eq!(curves.time_s.len(), 500);
-            // The ramp is steep: both limits act at first.
-            assert_eq!(report.saturated_samples > 0, report.quantity == "position");
+            // The ramp is steep, and the gain is large for a force: the limit acts at first.
+            assert!(report.saturated_samples > 0 && report.saturated_samples <= 500);
         }
     }
 }
