@@ -22,7 +22,14 @@ const VERSION: u32 = 1;
 const COLUMNS_MOST: u32 = 8192;
 /// Names of the limiters, bit by bit.
 pub(super) const LIMITERS: [&str; 8] = [
-    "magnitude", "rate", "fault", "stopping", "start-up", "workspace", "velocity", "guard",
+    "magnitude",
+    "rate",
+    "fault",
+    "stopping",
+    "start-up",
+    "workspace",
+    "velocity",
+    "guard",
 ];
 
 /// Numbers of views that are not live.
@@ -60,10 +67,13 @@ pub(super) fn answer(request: Request, hub: &Arc<Hub>, page: &Page) -> Asked {
         }
         Request::FeelStart(start) => return later(async move { hub.start_feel(start).await }),
         Request::FeelSet(change) => return later(async move { hub.change_feel(change).await }),
-        Request::FeelHand { position_m, held } => {
-            hub.felt().and_then(|feel| feel.hand(position_m, held)).map(nothing)
+        Request::FeelHand { position_m, held } => hub
+            .felt()
+            .and_then(|feel| feel.hand(position_m, held))
+            .map(nothing),
+        Request::FeelPause { paused } => {
+            hub.felt().and_then(|feel| feel.pause(paused)).map(nothing)
         }
-        Request::FeelPause { paused } => hub.felt().and_then(|feel| feel.pause(paused)).map(nothing),
         Request::FeelMark { text } => hub.felt().and_then(|feel| feel.mark(text)).map(nothing),
         Request::FeelRecord { on } => {
             return match hub.felt() {
@@ -120,7 +130,8 @@ fn hello(version: u32, hub: &Hub, page: &Page) -> Result<Value, Failure> {
         )));
     }
     let options = &hub.options;
-    let tissues: Result<Vec<Value>, Failure> = options.library.materials().iter().map(tissue).collect();
+    let tissues: Result<Vec<Value>, Failure> =
+        options.library.materials().iter().map(tissue).collect();
     Ok(json!({
         "version": VERSION,
         "program": options.provenance.get("program"),
@@ -157,15 +168,16 @@ fn tissue(material: &Material) -> Result<Value, Failure> {
 }
 
 fn parameters(model: &Model) -> Vec<Value> {
-    let parameter = |(parameter, value): (&haptic_tissue::Parameter, f64)| {
+    let parameters = model.parameters().into_iter();
+    let parameter = parameters.map(|(parameter, value)| {
         json!({
             "name": parameter.name,
             "unit": parameter.unit,
             "value": value,
             "help": parameter.help,
         })
-    };
-    model.parameters().into_iter().map(|(p, value)| parameter((&p, value))).collect()
+    });
+    parameter.collect()
 }
 
 /// A span of seconds, s.
@@ -197,7 +209,11 @@ fn view(view: ViewRequest, hub: Arc<Hub>, page: &Page) -> Asked {
             })?;
             let (channels, columns) = chosen(&view, shown.channels, shown.columns)?;
             let number = VIEWS.fetch_add(1, Ordering::Relaxed);
-            page.send(Outgoing::Frame(frame(number, &columns, shown.sample_time_s)));
+            page.send(Outgoing::Frame(frame(
+                number,
+                &columns,
+                shown.sample_time_s,
+            )));
             Ok(json!({"view": number, "channels": channels}))
         });
     }
@@ -232,7 +248,9 @@ fn chosen(
 
 fn live(view: &ViewRequest, hub: &Hub, page: &Page) -> Result<Value, Failure> {
     if view.channels.is_some() {
-        return Err(Failure::bad_input("a live view has all channels: leave `channels` out"));
+        return Err(Failure::bad_input(
+            "a live view has all channels: leave `channels` out",
+        ));
     }
     let answer = json!({"view": LIVE, "channels": CHANNELS});
     let t = SAMPLE_TIME.0;

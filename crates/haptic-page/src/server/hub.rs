@@ -141,7 +141,8 @@ impl Hub {
             holder => {
                 pages.controls = Some(page);
                 if holder.is_some_and(|holder| holder != page) {
-                    self.announce.notice("another page has taken the controls".to_owned());
+                    self.announce
+                        .notice("another page has taken the controls".to_owned());
                 }
                 Ok(())
             }
@@ -286,7 +287,9 @@ pub(super) async fn blocking<T: Send + 'static>(
 ) -> Result<T, Failure> {
     match spawn_blocking(work).await {
         Ok(result) => result,
-        Err(_) => Err(Failure::bad_input("the server could not finish this: see the terminal")),
+        Err(_) => Err(Failure::bad_input(
+            "the server could not finish this: see the terminal",
+        )),
     }
 }
 
@@ -299,7 +302,10 @@ pub(super) fn felt(settings: &FeelSettings, verdict: Option<&PreflightVerdict>) 
         ("hand_damping_n_s_per_m", HAND_DAMPING.0),
         ("force_limit_n", force_limit_n),
         ("force_rate_limit_n_per_s", rate_n_per_s),
-        ("memory_s", pyramid_size().samples as f64 * crate::feel::SAMPLE_TIME.0),
+        (
+            "memory_s",
+            pyramid_size().samples as f64 * crate::feel::SAMPLE_TIME.0,
+        ),
     ] {
         feel[key] = json!(number);
     }

@@ -64,7 +64,10 @@ impl PageServer {
     /// A port that is taken; a system that gives no random numbers or threads.
     pub fn start(options: ServerOptions) -> Result<Self, Failure> {
         let listener = listener(options.port)?;
-        let port = listener.local_addr().map_err(|error| no_socket(&error))?.port();
+        let port = listener
+            .local_addr()
+            .map_err(|error| no_socket(&error))?
+            .port();
         let token = token()?;
         let address = format!("http://127.0.0.1:{port}/{token}/");
         let (ending, ended) = watch::channel(None);
@@ -165,19 +168,25 @@ fn listener(port: u16) -> Result<TcpListener, Failure> {
             )
         }
     })?;
-    listener.set_nonblocking(true).map_err(|error| no_socket(&error))?;
+    listener
+        .set_nonblocking(true)
+        .map_err(|error| no_socket(&error))?;
     Ok(listener)
 }
 
 fn no_socket(error: &std::io::Error) -> Failure {
-    Failure::bad_input(format_args!("this system gives the server no socket or thread: {error}"))
+    Failure::bad_input(format_args!(
+        "this system gives the server no socket or thread: {error}"
+    ))
 }
 
 /// 128 random bits.
 fn token() -> Result<String, Failure> {
     let mut bytes = [0; 16];
     getrandom::fill(&mut bytes).map_err(|error| {
-        Failure::bad_input(format_args!("this system gives no random numbers for the token: {error}"))
+        Failure::bad_input(format_args!(
+            "this system gives no random numbers for the token: {error}"
+        ))
     })?;
     Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
 }

@@ -170,7 +170,8 @@ async fn obey(id: Value, request: Request, hub: &Arc<Hub>, page: &Page, work: &A
         Asked::Done(result) => page.answer(&id, result),
         Asked::Later(later) => {
             let Ok(permit) = Arc::clone(work).try_acquire_owned() else {
-                let busy = Failure::bad_input("sixteen requests are being worked on: wait for an answer");
+                let busy =
+                    Failure::bad_input("sixteen requests are being worked on: wait for an answer");
                 return page.answer(&id, Err(busy));
             };
             let page = page.clone();
@@ -191,8 +192,8 @@ async fn write(
     page: u64,
 ) {
     let mut said = hub.hear();
-    let [mut frames, mut states, mut pings] =
-        [Duration::from_secs(1) / FRAMES_PER_S, STATUS, PING].map(|period| {
+    let [mut frames, mut states, mut pings] = [Duration::from_secs(1) / FRAMES_PER_S, STATUS, PING]
+        .map(|period| {
             let mut interval = interval(period);
             interval.set_missed_tick_behavior(MissedTickBehavior::Delay);
             interval
@@ -251,13 +252,17 @@ fn status(hub: &Hub, page: u64, shown: &Shown) -> Value {
     let mut status = json!({
         "running": false,
         "armed": false,
+        "paused": false,
+        "stopped": false,
         "watching": hub.watching(),
         "controls": hub.has_controls(page),
         "samples_sent": shown.sent,
         "samples_missed": shown.missed,
     });
     if let Some((state, made, lost)) = hub.newest() {
-        let limiters: Vec<usize> = (0..8).filter(|bit| state.limiter & (1 << bit) != 0).collect();
+        let limiters: Vec<usize> = (0..8)
+            .filter(|bit| state.limiter & (1 << bit) != 0)
+            .collect();
         let kept = crate::feel::locked(&hub.kept.pyramid).made();
         let loop_status = json!({
             "running": true,
@@ -280,6 +285,7 @@ fn status(hub: &Hub, page: u64, shown: &Shown) -> Value {
             "force_n": state.force_n,
             "armed": !state.stopping && state.fault.is_none(),
             "stopped": state.stopping,
+            "paused": hub.feel().is_some_and(|feel| feel.is_paused()),
             "recording": state.recording,
             "recorded": state.recorded,
             "samples_made": made,
