@@ -5,17 +5,17 @@ mod assets;
 mod http;
 mod hub;
 mod live;
+mod options;
+mod page;
 mod request;
 mod socket;
+mod status;
 
-use crate::OnClose;
-use haptic_experiment::{Failure, RealtimeOptions};
-use haptic_tissue::Library;
+use haptic_experiment::Failure;
 use http::Door;
 use hub::Hub;
-use std::collections::BTreeMap;
+pub use options::ServerOptions;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread::JoinHandle;
@@ -30,23 +30,6 @@ const LAST: Duration = Duration::from_secs(3);
 const NOTICES: usize = 64;
 /// Threads that answer.
 const WORKERS: usize = 2;
-
-/// Options of the server.
-#[derive(Clone, Debug)]
-pub struct ServerOptions {
-    /// The port; 0 for any that is free.
-    pub port: u16,
-    /// Folder of the runs, made when the first is recorded.
-    pub runs: PathBuf,
-    /// What happens to a loop or run when the page that controls it is closed.
-    pub on_close: OnClose,
-    /// For the thread of the loop.
-    pub realtime: RealtimeOptions,
-    /// The tissues that can be felt.
-    pub library: Library,
-    /// Maker of the logs, for their metadata: program, command line.
-    pub provenance: BTreeMap<String, String>,
-}
 
 /// A server at work. Dropped, it stops: force zero first, then the sockets.
 #[derive(Debug)]
