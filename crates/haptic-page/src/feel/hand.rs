@@ -14,9 +14,9 @@ use haptic_loop::{Device, Reading, SafeForce};
 use nalgebra::Vector1;
 use std::convert::Infallible;
 
-/// k_h, N/m: a finger's.
+/// `k_h`, N/m: a finger's.
 pub const HAND_STIFFNESS: NewtonsPerMetre = NewtonsPerMetre(300.0);
-/// b_h, N·s/m: with 65 g the hand is damped at ζ = 1.
+/// `b_h`, N·s/m: with 65 g the hand is damped at ζ = 1.
 pub const HAND_DAMPING: NewtonSecondsPerMetre = NewtonSecondsPerMetre(5.5);
 /// Fastest motion of the hand, m/s: below the soft limit of the safety chain, so that a fast pointer is no fault.
 pub const HAND_SPEED_M_PER_S: f64 = 0.5;
@@ -228,7 +228,7 @@ mod tests {
             (device.position_m(), device.held.velocity()[0]),
             (position, velocity)
         );
-        assert_eq!(device.hand_m(), position);
+        assert_eq!(device.hand_m().to_bits(), position.to_bits());
     }
 
     #[test]

@@ -128,7 +128,7 @@ impl Feel {
         *locked(&place.kept.state) = FeelState::default();
         let ready = ghosts.map(|law| law.map(|law| ReadyGhost { law, next: 0 }));
         // The keeper holds the other end.
-        let _ = tasks.send(KeeperTask::Ghosts(ready));
+        let _ = tasks.send(KeeperTask::Ghosts(Box::new(ready)));
         let keeper = Keeper {
             from_loop,
             tasks: tasks_end,
@@ -162,6 +162,11 @@ impl Feel {
     /// What is felt.
     pub(crate) fn settings(&self) -> FeelSettings {
         locked(&self.settings).clone()
+    }
+
+    /// True if the simulated world stands still.
+    pub(crate) fn is_paused(&self) -> bool {
+        self.counts.paused.load(Ordering::Relaxed)
     }
 
     /// Ticks so far, and those that were lost.
@@ -240,7 +245,7 @@ impl Feel {
         }
         self.order(LoopOrder::Change(Box::new(Ready { law, next: end })))?;
         let ready = ghosts.map(|law| law.map(|law| ReadyGhost { law, next: end }));
-        self.task(KeeperTask::Ghosts(ready))?;
+        self.task(KeeperTask::Ghosts(Box::new(ready)))?;
         *locked(&self.settings) = next;
         Ok(verdict)
     }

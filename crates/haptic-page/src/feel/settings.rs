@@ -306,7 +306,8 @@ mod tests {
             environment: Some(FeltThing::Tissue("prostate-healthy".to_owned())),
             ..FeelChange::default()
         };
-        assert_eq!(next.changed(&library, &other).expect("known").order, 0.2154);
+        let healthy = next.changed(&library, &other).expect("known");
+        assert_eq!((healthy.order, healthy.scale), (0.2154, 1.0));
     }
 
     #[test]

@@ -7,7 +7,7 @@ use super::law::{FadingFelt, Felt};
 use haptic_loop::realtime::{Periodic, PeriodicConfig, SpinMargin, ThreadConfig};
 use haptic_loop::{Controller, Engaged, Limiters};
 use rtrb::{Consumer, Producer};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 /// Positions that the loop itself remembers, ticks: the time that a law may take to be made ready.
@@ -78,6 +78,8 @@ pub(super) struct LoopCounts {
     pub(super) lost: AtomicU64,
     /// The first tick that the tissue remembers.
     pub(super) remembers_from: AtomicU64,
+    /// The simulated world stands still.
+    pub(super) paused: AtomicBool,
     /// Stops that were asked for: the force falls to zero, the hand lets go.
     pub(super) stops: AtomicU64,
 }
@@ -147,6 +149,7 @@ pub(super) fn run(
         if looping.ending && engaged.controller().safety().is_at_rest() {
             break;
         }
+        counts.paused.store(looping.paused, Ordering::Relaxed);
         if !looping.paused {
             let late_ns = cycle.lateness.as_nanos() as u64;
             looping.tick(&mut engaged, late_ns, cycle.skipped);

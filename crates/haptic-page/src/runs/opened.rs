@@ -106,10 +106,9 @@ impl Opened {
         let said = summary
             .metadata
             .iter()
-            .filter(|record| record.name == "experiment");
-        let said =
-            said.filter_map(|record| record.values.get("sample_time_s")?.parse::<f64>().ok());
-        let said = said.filter(|time| time.is_finite() && *time > 0.0).last();
+            .find(|record| record.name == "experiment");
+        let said = said.and_then(|record| record.values.get("sample_time_s")?.parse::<f64>().ok());
+        let said = said.filter(|time| time.is_finite() && *time > 0.0);
         let (first, last) = ticks.unwrap_or((0, 0));
         let measured = (last_s - first_s) / last.saturating_sub(first).max(1) as f64;
         Ok(Self {

@@ -1,6 +1,6 @@
 //! What the sockets share: the loop that is felt, the run that goes on, who holds the controls.
 
-use super::ServerOptions;
+use super::options::ServerOptions;
 use super::request::RunStart;
 use crate::feel::{
     Feel, FeelChange, FeelPlace, FeelSettings, FeelStart, FeelState, Kept, force_limits, locked,

@@ -4,6 +4,9 @@ use crate::feel::{Kept, SAMPLE_TIME, locked};
 use crate::frame::{LIVE, frame};
 use crate::pyramid::Span;
 
+/// Frames of a live view in a second, at most.
+pub(super) const FRAMES_PER_S: u32 = 60;
+
 /// A view that goes on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LiveView {

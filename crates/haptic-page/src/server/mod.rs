@@ -5,17 +5,17 @@ mod assets;
 mod http;
 mod hub;
 mod live;
+mod options;
+mod page;
 mod request;
 mod socket;
+mod status;
 
-use crate::OnClose;
-use haptic_experiment::{Failure, RealtimeOptions};
-use haptic_tissue::Library;
+use haptic_experiment::Failure;
 use http::Door;
 use hub::Hub;
-use std::collections::BTreeMap;
+pub use options::ServerOptions;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread::JoinHandle;
@@ -24,27 +24,12 @@ use tokio::sync::watch;
 
 /// Reason with which sockets are closed when the server ends.
 const STOPPED: &str = "the server was stopped";
+/// Time for the connections that are open when the server ends.
+const LAST: Duration = Duration::from_secs(3);
 /// Sentences that wait for the terminal; later ones are for the pages alone.
 const NOTICES: usize = 64;
 /// Threads that answer.
 const WORKERS: usize = 2;
-
-/// Options of the server.
-#[derive(Clone, Debug)]
-pub struct ServerOptions {
-    /// The port; 0 for any that is free.
-    pub port: u16,
-    /// Folder of the runs, made when the first is recorded.
-    pub runs: PathBuf,
-    /// What happens to a loop or run when the page that controls it is closed.
-    pub on_close: OnClose,
-    /// For the thread of the loop.
-    pub realtime: RealtimeOptions,
-    /// The tissues that can be felt.
-    pub library: Library,
-    /// Maker of the logs, for their metadata: program, command line.
-    pub provenance: BTreeMap<String, String>,
-}
 
 /// A server at work. Dropped, it stops: force zero first, then the sockets.
 #[derive(Debug)]
@@ -104,19 +89,25 @@ impl PageServer {
         self.notices.recv_timeout(within).ok()
     }
 
-    /// Stops: force zero first, then the sockets are told and closed. Returns when all is done.
-    pub fn stop(self) {
-        drop(self);
+    /// Stops: force zero first, then the sockets are told and closed. Returns when all is done, with the last sentences for
+    /// people.
+    pub fn stop(mut self) -> Vec<String> {
+        self.end();
+        self.notices.try_iter().collect()
     }
-}
 
-impl Drop for PageServer {
-    fn drop(&mut self) {
+    fn end(&mut self) {
         self.ending.send_replace(Some(STOPPED));
         if let Some(thread) = self.thread.take() {
             // A panic in it is a defect that its own message has told.
             let _ = thread.join();
         }
+    }
+}
+
+impl Drop for PageServer {
+    fn drop(&mut self) {
+        self.end();
     }
 }
 
@@ -131,8 +122,17 @@ async fn serve(listener: tokio::net::TcpListener, door: Door, hub: Arc<Hub>) {
         sockets.stop();
         sockets.end_feel().await;
     });
-    // Errors of single connections are theirs; the listener itself has none.
-    let _ = service.await;
+    let mut ending = hub.ending.clone();
+    let late = async {
+        // An error means that nobody is there to say it.
+        let _ = ending.wait_for(Option::is_some).await;
+        tokio::time::sleep(LAST).await;
+    };
+    // Errors of single connections are theirs, and one that never asks anything holds nobody up.
+    tokio::select! {
+        _ = service => {}
+        () = late => {}
+    }
     hub.stop();
     hub.end_run().await;
     hub.end_feel().await;

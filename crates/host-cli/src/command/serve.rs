@@ -83,7 +83,9 @@ impl Arguments {
         {
             note(
                 "warning",
-                format_args!("no browser was opened ({error}): copy the address into one, or give --no-browser"),
+                format_args!(
+                    "no browser was opened ({error}): copy the address into one, or give --no-browser"
+                ),
             );
         }
         while !stop.load(Ordering::Relaxed) {
@@ -91,7 +93,9 @@ impl Arguments {
                 note("note", with_options(&said));
             }
         }
-        server.stop();
+        for said in server.stop() {
+            note("note", with_options(&said));
+        }
         Ok(())
     }
 }
