@@ -1,7 +1,7 @@
 // The thing itself: a probe in tissue that gives way, drawn from the state of the loop.
 
 import { el, onSize, set, svg } from "./dom";
-import { quantity } from "./format";
+import { quantity, steady } from "./format";
 
 /** Positions that are shown, m; the surface at rest is at 0. */
 const FROM = -0.0045;
@@ -122,7 +122,7 @@ export class Scene {
     const to = Math.max(16, from - length);
     set(this.arrow, { d: `M${from},${y}L${to + 12},${y}M${to},${y}l15,-8v16z` });
     set(this.label, { x: to, y: y + 26 });
-    this.label.textContent = quantity(force, "N");
+    this.label.textContent = steady(force, 3, "N");
   }
 
   /** Surface of the tissue, pushed in by `depth` px at the middle, around the ball where it touches. */

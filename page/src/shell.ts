@@ -1,7 +1,7 @@
 // What is there in every view: head, stop, notices, foot, help.
 
 import { el, say } from "./dom";
-import { number, plain, quantity } from "./format";
+import { number, plain, steady } from "./format";
 import { VIEWS, type View } from "./fragment";
 import type { Hello, Status } from "./protocol";
 
@@ -95,7 +95,7 @@ export class Shell {
     say(this.foot.late, String(status.late));
     say(this.foot.lost, String(status.lost + status.samples_missed));
     say(this.foot.limiter, this.limiters(status.limiter));
-    say(this.foot.energy, quantity(status.energy_j, "J"));
+    say(this.foot.energy, steady(status.energy_j === null ? null : 1000 * status.energy_j, 2, "mJ"));
     say(this.record, status.recording ? `● recording ${status.recording}` : "○ record");
     this.record.classList.toggle("on", status.recording !== null);
     this.record.disabled = !status.controls || !status.running;
