@@ -196,7 +196,7 @@ impl Feel {
 
     /// The force falls to zero, the hand lets go. Nothing can keep it from the loop.
     pub(crate) fn stop(&self) {
-        self.counts.stop.store(true, Ordering::Relaxed);
+        self.counts.stops.fetch_add(1, Ordering::Relaxed);
     }
 
     /// Begins anew after a stop or fault.
@@ -204,8 +204,10 @@ impl Feel {
     /// # Errors
     /// If the loop does not take orders, or no law can be made.
     pub(crate) fn arm(&self) -> Result<(), Failure> {
+        // A stop while the law is being made wins.
+        let stops = self.counts.stops.load(Ordering::Relaxed);
         let law = self.settings().law()?;
-        self.order(LoopOrder::Arm(Box::new(Ready { law, next: 0 })))
+        self.order(LoopOrder::Arm(Box::new(Ready { law, next: 0 }), stops))
     }
 
     /// Makes another law be felt, which hears the past first. What is not stable is refused, and what is felt stays.

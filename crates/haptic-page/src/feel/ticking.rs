@@ -7,7 +7,7 @@ use super::law::{FadingFelt, Felt};
 use haptic_loop::realtime::{Periodic, PeriodicConfig, SpinMargin, ThreadConfig};
 use haptic_loop::{Controller, Engaged, Limiters};
 use rtrb::{Consumer, Producer};
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 /// Positions that the loop itself remembers, ticks: the time that a law may take to be made ready.
@@ -30,8 +30,9 @@ pub(super) enum LoopOrder {
     Hand(f64, bool),
     /// Another law, as soon as it has heard the rest.
     Change(Box<Ready>),
-    /// After a stop or fault: begin anew with this law, which has heard nothing.
-    Arm(Box<Ready>),
+    /// After a stop or fault: begin anew with this law, which has heard nothing, unless more stops than these were asked for
+    /// since.
+    Arm(Box<Ready>, u64),
     /// The simulated world stands still, or goes on.
     Pause(bool),
 }
@@ -77,8 +78,8 @@ pub(super) struct LoopCounts {
     pub(super) lost: AtomicU64,
     /// The first tick that the tissue remembers.
     pub(super) remembers_from: AtomicU64,
-    /// Set to stop: the force falls to zero, the hand lets go.
-    pub(super) stop: AtomicBool,
+    /// Stops that were asked for: the force falls to zero, the hand lets go.
+    pub(super) stops: AtomicU64,
 }
 
 /// Ends of the two rings in the loop.
@@ -102,6 +103,8 @@ struct Looping<'a> {
     ending: bool,
     fresh: bool,
     stopping: bool,
+    /// Stops so far.
+    stops: u64,
 }
 
 type Working<'a> = Engaged<'a, f64, 1, FadingFelt, HeldDevice>;
@@ -135,6 +138,7 @@ pub(super) fn run(
         ending: false,
         fresh: true,
         stopping: false,
+        stops: 0,
     };
     let mut engaged = controller.engage(device);
     loop {
@@ -153,7 +157,9 @@ pub(super) fn run(
 impl Looping<'_> {
     /// Reads all orders. A stop comes by itself, beside the ring, so that it is never behind anything nor lost.
     fn obey(&mut self, engaged: &mut Working<'_>) {
-        if self.counts.stop.swap(false, Ordering::Relaxed) {
+        let stops = self.counts.stops.load(Ordering::Relaxed);
+        if stops != self.stops {
+            self.stops = stops;
             self.stop(engaged);
         }
         // Asked before the ring is: what was pushed until then is popped.
@@ -173,8 +179,9 @@ impl Looping<'_> {
                     self.spent = self.pending.replace(ready);
                     self.hand_back();
                 }
-                LoopOrder::Arm(ready) => self.arm(engaged, ready),
-                LoopOrder::Pause(paused) => self.paused = paused,
+                LoopOrder::Arm(ready, stops) => self.arm(engaged, ready, stops),
+                // What was asked for before a stop comes behind it here.
+                LoopOrder::Pause(paused) => self.paused = paused && !self.stopping,
             }
         }
         if abandoned && !self.ending {
@@ -192,8 +199,9 @@ impl Looping<'_> {
     }
 
     /// Begins anew, once the force is zero.
-    fn arm(&mut self, engaged: &mut Working<'_>, mut ready: Box<Ready>) {
-        if self.ending || !engaged.controller().safety().is_at_rest() {
+    fn arm(&mut self, engaged: &mut Working<'_>, mut ready: Box<Ready>, stops: u64) {
+        let overtaken = self.ending || stops != self.stops;
+        if overtaken || !engaged.controller().safety().is_at_rest() {
             self.spent = Some(ready);
         } else {
             let controller = engaged.controller();

@@ -238,7 +238,7 @@ mod tests {
             ("relax", json!({"strain": 5}), "strain = 5 is not in (0, 1]"),
             ("relax", json!({"colour": 5}), "colour"),
             ("relax", json!({"strain": [1, {}]}), "strain"),
-            ("wall", json!({}), "mass_kg"),
+            ("wall", json!({}), "missing key"),
             ("dance", json!({}), "is none of relax"),
             ("relax", json!({"device": "serial:/dev/null"}), "simulated device"),
         ] {

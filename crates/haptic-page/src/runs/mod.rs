@@ -17,7 +17,7 @@ use crate::feel::locked;
 use crate::pyramid::{Columns, Span};
 use going::Going;
 use haptic_experiment::{Failure, RealtimeOptions};
-use list::{Listing, Seen};
+use list::Listing;
 use opened::{CHANNELS, Opened};
 use serde_json::{Map, Value, json};
 use std::collections::{BTreeMap, VecDeque};

@@ -102,7 +102,7 @@ pub(super) fn answer(request: Request, hub: &Arc<Hub>, page: &Page) -> Asked {
         Request::RunsOpen { name } => return slow(move || hub.runs.open(&name)),
         Request::RunsForms {} => Ok(hub.runs.forms()),
         Request::RunsStart(run) => {
-            return slow(move || hub.runs.start(&run.kind, &run.parameters, run.realtime));
+            return slow(move || hub.start_run(&run));
         }
         Request::RunsStop {} => {
             hub.runs.stop();

@@ -1,6 +1,7 @@
 //! What the sockets share: the loop that is felt, the run that goes on, who holds the controls.
 
 use super::ServerOptions;
+use super::request::RunStart;
 use crate::feel::{
     Feel, FeelChange, FeelPlace, FeelSettings, FeelStart, FeelState, Kept, force_limits, locked,
     pyramid_size,
@@ -36,6 +37,8 @@ pub(super) struct Hub {
     wanted: Mutex<Wanted>,
     pages: Mutex<Pages>,
     next_page: AtomicU64,
+    /// Stops that were asked for: one that comes while something is being started wins.
+    stops: AtomicU64,
 }
 
 /// Changes that are under way.
@@ -76,6 +79,7 @@ impl Hub {
             wanted: Mutex::default(),
             pages: Mutex::default(),
             next_page: AtomicU64::new(1),
+            stops: AtomicU64::new(0),
         }
     }
 
@@ -164,6 +168,7 @@ impl Hub {
 
     /// The force is zero first, then all else.
     pub(super) fn stop(&self) {
+        self.stops.fetch_add(1, Ordering::Relaxed);
         if let Some(feel) = self.feel() {
             feel.stop();
         }
@@ -175,6 +180,7 @@ impl Hub {
     /// # Errors
     /// As [`Feel::start`].
     pub(super) async fn start_feel(&self, start: FeelStart) -> Result<Value, Failure> {
+        let stops = self.stops.load(Ordering::Relaxed);
         let settings = FeelSettings::new(&self.options.library, start)?;
         let _making = self.making.lock().await;
         // What was there goes on if the new one is refused.
@@ -197,6 +203,9 @@ impl Hub {
         locked(&self.wanted).settings = None;
         let answer = felt(&feel.settings(), Some(&verdict));
         *locked(&self.feel) = Some(Arc::new(feel));
+        if self.stops.load(Ordering::Relaxed) != stops {
+            self.stop();
+        }
         self.announce.say(&json!({"feel": answer["feel"]}));
         Ok(answer)
     }
@@ -238,6 +247,19 @@ impl Hub {
             // It cannot fail but by a panic, which has told of itself.
             let _ = spawn_blocking(move || feel.end()).await;
         }
+    }
+
+    /// Starts an experiment.
+    ///
+    /// # Errors
+    /// As [`Runs::start`].
+    pub(super) fn start_run(&self, run: &RunStart) -> Result<Value, Failure> {
+        let stops = self.stops.load(Ordering::Relaxed);
+        let started = self.runs.start(&run.kind, &run.parameters, run.realtime)?;
+        if self.stops.load(Ordering::Relaxed) != stops {
+            self.runs.stop();
+        }
+        Ok(started)
     }
 
     /// Ends the run that goes on.

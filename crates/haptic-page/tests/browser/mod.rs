@@ -13,18 +13,21 @@ use tungstenite::client::IntoClientRequest as _;
 use tungstenite::{Message, WebSocket};
 
 /// Nothing takes so long, on however busy a machine.
-pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
+pub(crate) const PATIENCE: Duration = Duration::from_secs(20);
 
 pub(crate) fn server(runs: &Path, on_close: OnClose) -> PageServer {
-    PageServer::start(ServerOptions {
-        port: 0,
+    PageServer::start(options(runs, on_close, 0)).expect("starts")
+}
+
+pub(crate) fn options(runs: &Path, on_close: OnClose, port: u16) -> ServerOptions {
+    ServerOptions {
+        port,
         runs: runs.to_owned(),
         on_close,
         realtime: RealtimeOptions::NORMAL,
         library: Library::load(None).expect("built in"),
         provenance: BTreeMap::from([("program".to_owned(), "a test".to_owned())]),
-    })
-    .expect("starts")
+    }
 }
 
 /// `127.0.0.1:PORT` and `/TOKEN/` of an address.
@@ -110,6 +113,7 @@ impl Page {
         }
         let stream = TcpStream::connect(host).expect("connects");
         stream.set_read_timeout(Some(PATIENCE)).expect("set");
+        stream.set_write_timeout(Some(PATIENCE)).expect("set");
         let (socket, _) = tungstenite::client(request, stream).map_err(|error| error.to_string())?;
         Ok(Self {
             socket,
@@ -151,6 +155,14 @@ impl Page {
         self.id
     }
 
+    /// Asks without reading; an error if the socket is closed.
+    pub(crate) fn try_post(&mut self, what: &str, mut arguments: Value) -> Result<(), String> {
+        self.id += 1;
+        (arguments["id"], arguments["do"]) = (json!(self.id), json!(what));
+        let sent = self.socket.send(Message::text(arguments.to_string()));
+        sent.map_err(|error| error.to_string())
+    }
+
     /// The answer to a number; what comes before it is kept.
     pub(crate) fn answer(&mut self, id: &Value) -> Value {
         loop {
@@ -165,6 +177,7 @@ impl Page {
     }
 
     /// Asks, and is granted it.
+    #[track_caller]
     pub(crate) fn ask(&mut self, what: &str, arguments: Value) -> Value {
         let id = self.post(what, arguments);
         let answer = self.answer(&json!(id));
@@ -173,6 +186,7 @@ impl Page {
     }
 
     /// Asks, and is refused with a sentence.
+    #[track_caller]
     pub(crate) fn refused(&mut self, what: &str, arguments: Value) -> String {
         let id = self.post(what, arguments);
         let answer = self.answer(&json!(id));
@@ -181,11 +195,13 @@ impl Page {
     }
 
     /// The next status for which something holds.
+    #[track_caller]
     pub(crate) fn status(&mut self, holds: impl Fn(&Value) -> bool) -> Value {
         self.wait("status", holds)
     }
 
     /// The next thing told of this kind for which something holds.
+    #[track_caller]
     pub(crate) fn wait(&mut self, kind: &str, holds: impl Fn(&Value) -> bool) -> Value {
         let until = Instant::now() + PATIENCE;
         loop {
@@ -193,8 +209,8 @@ impl Page {
             if let Some(found) = found {
                 return self.told.remove(found)[kind].take();
             }
+            assert!(Instant::now() < until, "no {kind} for which it holds, the last was {:?}", self.told.last());
             self.told.retain(|told| told.get("status").is_none());
-            assert!(Instant::now() < until, "no {kind}");
             let message = self.read().expect("open");
             if !message.is_null() {
                 self.told.push(message);
@@ -203,6 +219,7 @@ impl Page {
     }
 
     /// The next frame for which something holds.
+    #[track_caller]
     pub(crate) fn frame(&mut self, holds: impl Fn(&Frame) -> bool) -> Frame {
         let until = Instant::now() + PATIENCE;
         loop {
