@@ -59,7 +59,8 @@ impl PyramidSize {
 ///     pyramid.push(&[if tick == 7123 { 5.0 } else { 0.0 }]);
 /// }
 /// let columns = pyramid.columns(Span::new(0, 10_000, 10));
-/// assert_eq!((columns.count(), columns.largest(0)[7]), (10, 5.0)); // the one peak is there
+/// let peak = (7123 / columns.width()) as usize;
+/// assert_eq!((columns.count(), columns.largest(0)[peak]), (10, 5.0));
 /// ```
 #[derive(Clone, Debug)]
 pub struct Pyramid {

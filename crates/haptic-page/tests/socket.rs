@@ -2,15 +2,32 @@
 //!
 //! The loop runs by the clock, but nothing here depends on how fast: each test waits until what it wants is there.
 
-mod browser;
-
-use browser::{Page, get, parts, server};
-use haptic_page::OnClose;
+use haptic_experiment::RealtimeOptions;
+use haptic_page::{OnClose, PageServer, ServerOptions};
+use haptic_tissue::Library;
 use serde_json::json;
+use std::collections::BTreeMap;
+use std::path::Path;
+use testkit::browser::{Page, get, parts};
 
 const FORCE: usize = 2;
 const SHORT: usize = 3;
 const A3: usize = 4;
+
+fn server(runs: &Path, on_close: OnClose) -> PageServer {
+    PageServer::start(options(runs, on_close, 0)).expect("starts")
+}
+
+fn options(runs: &Path, on_close: OnClose, port: u16) -> ServerOptions {
+    ServerOptions {
+        port,
+        runs: runs.to_owned(),
+        on_close,
+        realtime: RealtimeOptions::NORMAL,
+        library: Library::load(None).expect("built in"),
+        provenance: BTreeMap::from([("program".to_owned(), "a test".to_owned())]),
+    }
+}
 
 fn prostate() -> serde_json::Value {
     json!({"environment": {"tissue": "prostate-cancerous"}})
@@ -202,7 +219,7 @@ fn wrong_tokens_hosts_and_origins_get_a_sentence_and_nothing_else() {
     assert!(Page::from(&wrong, Some(&origin)).err().expect("refused").contains("404"));
     // A port that is taken.
     let port = host.rsplit_once(':').expect("a port").1.parse().expect("a number");
-    let taken = browser::options(runs.path(), OnClose::Stop, port);
+    let taken = options(runs.path(), OnClose::Stop, port);
     let error = haptic_page::PageServer::start(taken).expect_err("taken").to_string();
     assert!(error.contains("is taken by another program: take another, or 0"), "{error}");
 }

@@ -24,6 +24,8 @@ use tokio::sync::watch;
 
 /// Reason with which sockets are closed when the server ends.
 const STOPPED: &str = "the server was stopped";
+/// Time for the connections that are open when the server ends.
+const LAST: Duration = Duration::from_secs(3);
 /// Sentences that wait for the terminal; later ones are for the pages alone.
 const NOTICES: usize = 64;
 /// Threads that answer.
@@ -101,19 +103,25 @@ impl PageServer {
         self.notices.recv_timeout(within).ok()
     }
 
-    /// Stops: force zero first, then the sockets are told and closed. Returns when all is done.
-    pub fn stop(self) {
-        drop(self);
+    /// Stops: force zero first, then the sockets are told and closed. Returns when all is done, with the last sentences for
+    /// people.
+    pub fn stop(mut self) -> Vec<String> {
+        self.end();
+        self.notices.try_iter().collect()
     }
-}
 
-impl Drop for PageServer {
-    fn drop(&mut self) {
+    fn end(&mut self) {
         self.ending.send_replace(Some(STOPPED));
         if let Some(thread) = self.thread.take() {
             // A panic in it is a defect that its own message has told.
             let _ = thread.join();
         }
+    }
+}
+
+impl Drop for PageServer {
+    fn drop(&mut self) {
+        self.end();
     }
 }
 
@@ -128,8 +136,17 @@ async fn serve(listener: tokio::net::TcpListener, door: Door, hub: Arc<Hub>) {
         sockets.stop();
         sockets.end_feel().await;
     });
-    // Errors of single connections are theirs; the listener itself has none.
-    let _ = service.await;
+    let mut ending = hub.ending.clone();
+    let late = async {
+        // An error means that nobody is there to say it.
+        let _ = ending.wait_for(Option::is_some).await;
+        tokio::time::sleep(LAST).await;
+    };
+    // Errors of single connections are theirs, and one that never asks anything holds nobody up.
+    tokio::select! {
+        _ = service => {}
+        () = late => {}
+    }
     hub.stop();
     hub.end_run().await;
     hub.end_feel().await;

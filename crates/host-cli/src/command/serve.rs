@@ -91,7 +91,9 @@ impl Arguments {
                 note("note", with_options(&said));
             }
         }
-        server.stop();
+        for said in server.stop() {
+            note("note", with_options(&said));
+        }
         Ok(())
     }
 }

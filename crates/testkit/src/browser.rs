@@ -1,43 +1,29 @@
-//! A page without a browser: what it asks, and all that it is told.
+//! A page without a browser: what it asks, and all that it is told. The protocol is `docs/page-protocol.md`.
+#![expect(
+    clippy::missing_panics_doc,
+    reason = "a test that panics has failed"
+)]
 
-use haptic_experiment::RealtimeOptions;
-use haptic_page::{OnClose, PageServer, ServerOptions};
-use haptic_tissue::Library;
 use serde_json::{Value, json};
-use std::collections::BTreeMap;
 use std::io::{Read as _, Write as _};
 use std::net::TcpStream;
-use std::path::Path;
 use std::time::{Duration, Instant};
 use tungstenite::client::IntoClientRequest as _;
 use tungstenite::{Message, WebSocket};
 
 /// Nothing takes so long, on however busy a machine.
-pub(crate) const PATIENCE: Duration = Duration::from_secs(20);
-
-pub(crate) fn server(runs: &Path, on_close: OnClose) -> PageServer {
-    PageServer::start(options(runs, on_close, 0)).expect("starts")
-}
-
-pub(crate) fn options(runs: &Path, on_close: OnClose, port: u16) -> ServerOptions {
-    ServerOptions {
-        port,
-        runs: runs.to_owned(),
-        on_close,
-        realtime: RealtimeOptions::NORMAL,
-        library: Library::load(None).expect("built in"),
-        provenance: BTreeMap::from([("program".to_owned(), "a test".to_owned())]),
-    }
-}
+pub const PATIENCE: Duration = Duration::from_secs(60);
 
 /// `127.0.0.1:PORT` and `/TOKEN/` of an address.
-pub(crate) fn parts(address: &str) -> (&str, &str) {
+#[must_use]
+pub fn parts(address: &str) -> (&str, &str) {
     let rest = address.strip_prefix("http://").expect("http");
     rest.split_at(rest.find('/').expect("a path"))
 }
 
 /// The answer to a plain request: status line, headers and body as text.
-pub(crate) fn get(host: &str, path: &str, headers: &str) -> String {
+#[must_use]
+pub fn get(host: &str, path: &str, headers: &str) -> String {
     let mut stream = TcpStream::connect(host).expect("connects");
     write!(stream, "GET {path} HTTP/1.1\r\n{headers}Connection: close\r\n\r\n").expect("writes");
     let mut answer = Vec::new();
@@ -47,13 +33,19 @@ pub(crate) fn get(host: &str, path: &str, headers: &str) -> String {
 
 /// A frame of a view.
 #[derive(Clone, Debug)]
-pub(crate) struct Frame {
-    pub(crate) source: u32,
-    pub(crate) channels: usize,
-    pub(crate) columns: usize,
-    pub(crate) first_tick: f64,
-    pub(crate) ticks_per_column: f64,
-    pub(crate) sample_time_s: f64,
+pub struct Frame {
+    /// 0 live, else the number of the view.
+    pub source: u32,
+    /// Channels.
+    pub channels: usize,
+    /// Columns.
+    pub columns: usize,
+    /// First tick of the first column.
+    pub first_tick: f64,
+    /// Ticks of a column.
+    pub ticks_per_column: f64,
+    /// T, s.
+    pub sample_time_s: f64,
     numbers: Vec<f32>,
 }
 
@@ -78,32 +70,43 @@ impl Frame {
         }
     }
 
-    pub(crate) fn least(&self, channel: usize) -> &[f32] {
+    /// The least of a channel, column by column.
+    #[must_use]
+    pub fn least(&self, channel: usize) -> &[f32] {
         &self.numbers[2 * channel * self.columns..][..self.columns]
     }
 
-    pub(crate) fn largest(&self, channel: usize) -> &[f32] {
+    /// The largest.
+    #[must_use]
+    pub fn largest(&self, channel: usize) -> &[f32] {
         &self.numbers[(2 * channel + 1) * self.columns..][..self.columns]
     }
 }
 
 /// A page at a socket.
-pub(crate) struct Page {
+#[derive(Debug)]
+pub struct Page {
     socket: WebSocket<TcpStream>,
     id: u64,
     /// What came unasked and was not yet looked at.
-    pub(crate) told: Vec<Value>,
-    pub(crate) frames: Vec<Frame>,
+    pub told: Vec<Value>,
+    /// Frames that were not yet looked at.
+    pub frames: Vec<Frame>,
 }
 
 impl Page {
-    pub(crate) fn open(address: &str) -> Self {
+    /// Opens the socket of an address.
+    #[must_use]
+    pub fn open(address: &str) -> Self {
         let origin = address[..address.rfind('/').expect("a path")].rsplit_once('/').expect("a token").0;
         Self::from(address, Some(origin)).expect("opens")
     }
 
-    /// From a page of this origin.
-    pub(crate) fn from(address: &str, origin: Option<&str>) -> Result<Self, String> {
+    /// Opens it from a page of this origin.
+    ///
+    /// # Errors
+    /// What the server answers instead.
+    pub fn from(address: &str, origin: Option<&str>) -> Result<Self, String> {
         let (host, _) = parts(address);
         let url = format!("{}ws", address.replacen("http", "ws", 1));
         let mut request = url.into_client_request().expect("a request");
@@ -123,8 +126,11 @@ impl Page {
         })
     }
 
-    /// The next message; the reason, if the socket was closed.
-    pub(crate) fn read(&mut self) -> Result<Value, String> {
+    /// The next message, null for a frame.
+    ///
+    /// # Errors
+    /// The reason with which the socket was closed.
+    pub fn read(&mut self) -> Result<Value, String> {
         loop {
             match self.socket.read() {
                 Ok(Message::Text(text)) => {
@@ -144,19 +150,24 @@ impl Page {
         }
     }
 
-    pub(crate) fn send(&mut self, text: &str) {
+    /// Sends a text.
+    pub fn send(&mut self, text: &str) {
         self.socket.send(Message::text(text)).expect("sends");
     }
 
-    pub(crate) fn post(&mut self, what: &str, mut arguments: Value) -> u64 {
+    /// Asks without waiting for the answer; the number of the request.
+    pub fn post(&mut self, what: &str, mut arguments: Value) -> u64 {
         self.id += 1;
         (arguments["id"], arguments["do"]) = (json!(self.id), json!(what));
         self.send(&arguments.to_string());
         self.id
     }
 
-    /// Asks without reading; an error if the socket is closed.
-    pub(crate) fn try_post(&mut self, what: &str, mut arguments: Value) -> Result<(), String> {
+    /// Asks without reading.
+    ///
+    /// # Errors
+    /// If the socket is closed.
+    pub fn try_post(&mut self, what: &str, mut arguments: Value) -> Result<(), String> {
         self.id += 1;
         (arguments["id"], arguments["do"]) = (json!(self.id), json!(what));
         let sent = self.socket.send(Message::text(arguments.to_string()));
@@ -164,7 +175,7 @@ impl Page {
     }
 
     /// The answer to a number; what comes before it is kept.
-    pub(crate) fn answer(&mut self, id: &Value) -> Value {
+    pub fn answer(&mut self, id: &Value) -> Value {
         loop {
             let message = self.read().expect("open");
             if message.get("id").is_some_and(|given| given == id) {
@@ -178,7 +189,7 @@ impl Page {
 
     /// Asks, and is granted it.
     #[track_caller]
-    pub(crate) fn ask(&mut self, what: &str, arguments: Value) -> Value {
+    pub fn ask(&mut self, what: &str, arguments: Value) -> Value {
         let id = self.post(what, arguments);
         let answer = self.answer(&json!(id));
         assert_eq!(answer["ok"], true, "{what}: {answer}");
@@ -187,7 +198,7 @@ impl Page {
 
     /// Asks, and is refused with a sentence.
     #[track_caller]
-    pub(crate) fn refused(&mut self, what: &str, arguments: Value) -> String {
+    pub fn refused(&mut self, what: &str, arguments: Value) -> String {
         let id = self.post(what, arguments);
         let answer = self.answer(&json!(id));
         assert_eq!(answer["ok"], false, "{what}: {answer}");
@@ -196,13 +207,13 @@ impl Page {
 
     /// The next status for which something holds.
     #[track_caller]
-    pub(crate) fn status(&mut self, holds: impl Fn(&Value) -> bool) -> Value {
+    pub fn status(&mut self, holds: impl Fn(&Value) -> bool) -> Value {
         self.wait("status", holds)
     }
 
     /// The next thing told of this kind for which something holds.
     #[track_caller]
-    pub(crate) fn wait(&mut self, kind: &str, holds: impl Fn(&Value) -> bool) -> Value {
+    pub fn wait(&mut self, kind: &str, holds: impl Fn(&Value) -> bool) -> Value {
         let until = Instant::now() + PATIENCE;
         loop {
             let found = self.told.iter().position(|told| told.get(kind).is_some_and(&holds));
@@ -220,7 +231,7 @@ impl Page {
 
     /// The next frame for which something holds.
     #[track_caller]
-    pub(crate) fn frame(&mut self, holds: impl Fn(&Frame) -> bool) -> Frame {
+    pub fn frame(&mut self, holds: impl Fn(&Frame) -> bool) -> Frame {
         let until = Instant::now() + PATIENCE;
         loop {
             if let Some(found) = self.frames.iter().position(&holds) {
@@ -238,7 +249,7 @@ impl Page {
     }
 
     /// Reads until the socket is closed; the reason.
-    pub(crate) fn closed(&mut self) -> String {
+    pub fn closed(&mut self) -> String {
         let until = Instant::now() + PATIENCE;
         while Instant::now() < until {
             if let Err(reason) = self.read() {
