@@ -200,6 +200,7 @@ export class FeelView implements ViewPart {
           this.surface.reset();
           this.take(feel);
           this.zoomTo(null);
+          this.demonstration.begin(performance.now());
         },
         (error: Error) => {
           this.app.notify(error.message);

@@ -28,7 +28,7 @@ class Page implements App {
       go: (view) => this.go(view),
       stop: () => this.stop(),
       takeControls: () => void this.tell("controls.take", { force: true }),
-      record: () => void this.tell("feel.record", { on: this.status?.recording === null }),
+      record: () => void this.tell("feel.record", { on: !this.status?.recording }),
       themed: () => Object.values(this.views ?? {}).forEach((view: ViewPart) => view.themed()),
     });
     this.connection = new Connection({
@@ -122,7 +122,7 @@ class Page implements App {
       "3": () => this.go("runs"),
       t: () => this.shell.nextTheme(),
       r: () => void this.tell("arm"),
-      l: () => void this.tell("feel.record", { on: this.status?.recording === null }),
+      l: () => void this.tell("feel.record", { on: !this.status?.recording }),
     };
     const act = command[event.key] ?? command[event.key.toLowerCase()];
     if (act) {

@@ -172,6 +172,11 @@ impl Feel {
         (count(&self.counts.made), count(&self.counts.lost))
     }
 
+    /// True while the world stands still.
+    pub(crate) fn paused(&self) -> bool {
+        self.counts.paused.load(Ordering::Relaxed)
+    }
+
     fn order(&self, order: LoopOrder) -> Result<(), Failure> {
         locked(&self.orders).push(order).map_err(|_| {
             Failure::bad_input("the loop does not take orders: this machine is overloaded; stop, and begin anew")

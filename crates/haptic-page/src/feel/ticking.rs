@@ -7,7 +7,7 @@ use super::law::{FadingFelt, Felt};
 use haptic_loop::realtime::{Periodic, PeriodicConfig, SpinMargin, ThreadConfig};
 use haptic_loop::{Controller, Engaged, Limiters};
 use rtrb::{Consumer, Producer};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 /// Positions that the loop itself remembers, ticks: the time that a law may take to be made ready.
@@ -80,6 +80,8 @@ pub(super) struct LoopCounts {
     pub(super) remembers_from: AtomicU64,
     /// Stops that were asked for: the force falls to zero, the hand lets go.
     pub(super) stops: AtomicU64,
+    /// The world stands still.
+    pub(super) paused: AtomicBool,
 }
 
 /// Ends of the two rings in the loop.
@@ -181,7 +183,7 @@ impl Looping<'_> {
                 }
                 LoopOrder::Arm(ready, stops) => self.arm(engaged, ready, stops),
                 // What was asked for before a stop comes behind it here.
-                LoopOrder::Pause(paused) => self.paused = paused && !self.stopping,
+                LoopOrder::Pause(paused) => self.pause(paused && !self.stopping),
             }
         }
         if abandoned && !self.ending {
@@ -190,11 +192,16 @@ impl Looping<'_> {
         }
     }
 
+    fn pause(&mut self, paused: bool) {
+        self.paused = paused;
+        self.counts.paused.store(paused, Ordering::Relaxed);
+    }
+
     /// A world that stands still would never let the force fall.
     fn stop(&mut self, engaged: &mut Working<'_>) {
         engaged.controller().stop();
         engaged.device().let_go();
-        self.paused = false;
+        self.pause(false);
         self.stopping = true;
     }
 

@@ -275,6 +275,11 @@ impl Hub {
         let (made, lost) = feel.counts();
         Some((locked(&self.kept.state).clone(), made, lost))
     }
+
+    /// True while the world of the loop stands still.
+    pub(super) fn paused(&self) -> bool {
+        self.feel().is_some_and(|feel| feel.paused())
+    }
 }
 
 /// Does what takes time elsewhere.

@@ -280,6 +280,7 @@ fn status(hub: &Hub, page: u64, shown: &Shown) -> Value {
             "force_n": state.force_n,
             "armed": !state.stopping && state.fault.is_none(),
             "stopped": state.stopping,
+            "paused": hub.paused(),
             "recording": state.recording,
             "recorded": state.recorded,
             "samples_made": made,
