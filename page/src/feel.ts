@@ -177,6 +177,7 @@ export class FeelView implements ViewPart {
     const { status } = message;
     if (!status) return;
     this.scene.notice = status.fault ? "stopped by a fault" : status.stopped ? "stopped" : status.paused ? "paused" : "";
+    if (status.stopped) this.scene.letGo();
     const may = status.controls && !status.stopped && !status.paused && this.feel !== null;
     if (may) this.demonstration.begin(performance.now());
     else this.demonstration.rest();

@@ -53,7 +53,9 @@ export class FormPanel {
     this.root = form;
   }
 
-  connected(): void {
+  /** Asks for the tables, once. */
+  shown(): void {
+    if (this.forms.length > 0 || !this.app.connection.ready) return;
     this.app.connection.ask<{ forms: Form[] }>("runs.forms").then(
       ({ forms }) => {
         this.forms = forms;

@@ -78,6 +78,13 @@ export class Scene {
     this.limits = [Math.max(FROM, limits[0]), Math.min(TO, limits[1])];
   }
 
+  /** The hand lets go, as after a stop: what held it does not push on. */
+  letGo(): void {
+    this.keys.clear();
+    this.keyed = null;
+    this.leaving = 0;
+  }
+
   /** A word over the tissue, as when it stands still; empty for none. */
   set notice(text: string) {
     if (this.word.textContent !== text) this.word.textContent = text;

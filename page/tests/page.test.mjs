@@ -97,7 +97,7 @@ test("the first visit shows a tissue that moves, soon, and one sentence", async 
     await new Promise((resolve) => setTimeout(resolve, 500));
   }
   console.log(`# load to moving tissue: ${times.map((time) => `${time.toFixed(0)} ms`).join(", ")}`);
-  assert.ok(Math.min(...times) < 1000, `${times}`);
+  if (!process.env.PAGE_BUSY_MACHINE) assert.ok(times.sort((a, b) => a - b)[1] < 1000, `${times}`);
 });
 
 test("the probe is dragged into the tissue, is pushed back, and the tissue bends", async () => {
