@@ -1,7 +1,7 @@
 // The thing itself: a probe in tissue that gives way, drawn from the state of the loop.
 
 import { el, onSize, set, svg } from "./dom";
-import { quantity } from "./format";
+import { quantity, steady } from "./format";
 
 /** Positions that are shown, m; the surface at rest is at 0. */
 const FROM = -0.0045;
@@ -9,6 +9,8 @@ const TO = 0.0105;
 const LAYERS = 5;
 /** Speed of the arrow keys, m/s; with shift a tenth. */
 const KEY_SPEED = 0.004;
+/** Time in which the probe is taken out, s. */
+const WITHDRAW_S = 0.8;
 
 export interface SceneState {
   /** Of the probe, m. */
@@ -45,6 +47,8 @@ export class Scene {
   private keys = new Set<string>();
   private keyed: number | null = null;
   private fine = false;
+  /** Time until a hand that takes the probe out lets go, s. */
+  private leaving = 0;
   private limits: [number, number] = [FROM, TO];
 
   constructor(private readonly options: SceneOptions) {
@@ -72,6 +76,13 @@ export class Scene {
   /** Where the hand can be, m. */
   set reach(limits: [number, number]) {
     this.limits = [Math.max(FROM, limits[0]), Math.min(TO, limits[1])];
+  }
+
+  /** The hand lets go, as after a stop: what held it does not push on. */
+  letGo(): void {
+    this.keys.clear();
+    this.keyed = null;
+    this.leaving = 0;
   }
 
   /** A word over the tissue, as when it stands still; empty for none. */
@@ -118,7 +129,7 @@ export class Scene {
     const to = Math.max(16, from - length);
     set(this.arrow, { d: `M${from},${y}L${to + 12},${y}M${to},${y}l15,-8v16z` });
     set(this.label, { x: to, y: y + 26 });
-    this.label.textContent = quantity(force, "N");
+    this.label.textContent = steady(force, 3, "N");
   }
 
   /** Surface of the tissue, pushed in by `depth` px at the middle, around the ball where it touches. */
@@ -170,6 +181,7 @@ export class Scene {
       root.setPointerCapture(event.pointerId);
       root.classList.add("held");
       this.keyed = null;
+      this.leaving = 0;
       this.options.touched();
       this.options.hand(this.within(position(event)), true);
     });
@@ -188,11 +200,8 @@ export class Scene {
   /** An arrow key went down or up; true if it was one. */
   key(event: KeyboardEvent, down: boolean): boolean {
     this.fine = event.shiftKey;
-    if (event.key === "Home" && down) {
-      this.keys.clear();
-      this.keyed = null;
-      this.options.touched();
-      this.options.hand(this.limits[0], false);
+    if (event.key === "Home") {
+      if (down) this.withdraw();
       return true;
     }
     if (!["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"].includes(event.key)) return false;
@@ -205,9 +214,26 @@ export class Scene {
     return true;
   }
 
+  /** The hand takes the probe out, then lets go. */
+  private withdraw(): void {
+    this.keys.clear();
+    this.options.touched();
+    this.keyed = this.limits[0];
+    this.leaving = WITHDRAW_S;
+  }
+
   /** Moves a hand that is led by keys, `elapsed` seconds after the last time; a hand that is led by a pointer is left alone. */
   step(elapsed: number): void {
     if (this.keyed === null) return;
+    if (this.leaving > 0) {
+      this.leaving -= elapsed;
+      if (this.keys.size > 0) this.leaving = 0;
+      else {
+        this.options.hand(this.keyed, this.leaving > 0);
+        if (this.leaving <= 0) this.keyed = null;
+        return;
+      }
+    }
     const way = (keys: string[]): number => (keys.some((key) => this.keys.has(key)) ? 1 : 0);
     const direction = way(["ArrowRight", "ArrowDown"]) - way(["ArrowLeft", "ArrowUp"]);
     this.keyed = this.within(this.keyed + direction * elapsed * KEY_SPEED * (this.fine ? 0.1 : 1));

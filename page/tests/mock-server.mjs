@@ -291,6 +291,7 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
         return {};
       case "identify": {
         const rows = message.text.trim().split("\n").map((row) => row.split(",").map(Number));
+        if (rows.length < 5) throw new Error("the CSV has no table: give a header and two columns of numbers");
         if (rows.slice(1).some((row) => row.length < 2 || row.some(Number.isNaN))) throw new Error("line 2 of the CSV is not two numbers: give time_s,force_n");
         const time = rows.slice(1).map(([t]) => t);
         const data = rows.slice(1).map(([, value]) => value);
