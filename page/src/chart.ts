@@ -32,7 +32,6 @@ export interface ChartOptions {
   group?: string;
 }
 
-const FONT = "12px Inter, system-ui, sans-serif";
 
 export class Chart {
   readonly root: HTMLElement;
@@ -101,12 +100,14 @@ export class Chart {
   private settings(): uPlot.Options {
     const { options } = this;
     const axis = (colour: string) => () => style(colour);
+    const font = `${style("--tiny") || "12px"} Inter, system-ui, sans-serif`;
+    const large = style("--tiny") === "15px" ? 1.25 : 1;
     const label = options.xLabel ?? ((value: number) => number(value));
     return {
       width: 600,
       height: 200,
       legend: { show: false },
-      padding: [6, 12, 0, 0],
+      padding: [6, 20, 0, 0],
       cursor: {
         drag: { x: options.zoomed !== undefined, y: false, setScale: false },
         points: { size: 7 },
@@ -117,8 +118,8 @@ export class Chart {
       axes: [
         {
           stroke: axis("--mute"),
-          font: FONT,
-          size: 28,
+          font,
+          size: 28 * large,
           gap: 7,
           grid: { show: false },
           ticks: { show: false },
@@ -130,8 +131,8 @@ export class Chart {
         },
         {
           stroke: axis("--mute"),
-          font: FONT,
-          size: 52,
+          font,
+          size: 52 * large,
           gap: 6,
           grid: { stroke: axis("--grid"), width: 1 },
           ticks: { show: false },
@@ -196,7 +197,7 @@ export class Chart {
     ctx.save();
     ctx.strokeStyle = ctx.fillStyle = style("--mute");
     ctx.lineWidth = devicePixelRatio;
-    ctx.font = `${12 * devicePixelRatio}px Inter, system-ui, sans-serif`;
+    ctx.font = `${parseInt(style("--tiny"), 10) * devicePixelRatio}px Inter, system-ui, sans-serif`;
     for (const mark of marks) {
       const x = Math.round(plot.valToPos(mark.x, "x", true)) + 0.5;
       if (x < bbox.left || x > bbox.left + bbox.width) continue;
@@ -214,7 +215,8 @@ export class Chart {
 export function legend(lines: Line[]): HTMLElement {
   const root = document.createElement("div");
   root.className = "legend";
-  for (const line of lines) {
+  const names = lines.filter((line, index) => lines.findIndex((other) => other.label === line.label && other.colour === line.colour) === index);
+  for (const line of names) {
     const item = document.createElement("span");
     const stroke = document.createElement("i");
     stroke.style.borderColor = `var(${line.colour})`;

@@ -226,5 +226,5 @@ export class DesignView implements ViewPart {
 function around(wall: number[]): [number, number] {
   const [low, high] = [Math.min(0, ...wall), Math.max(0, ...wall)];
   const size = Math.max(high - low, 1e-9);
-  return [low - 0.35 * size, high + 0.35 * size];
+  return [low - 0.1 * size, high + 0.2 * size];
 }

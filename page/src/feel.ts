@@ -6,7 +6,7 @@ import { times, values, type Points } from "./columns";
 import { latest } from "./connection";
 import { Demonstration } from "./demonstration";
 import { el, say } from "./dom";
-import { number, plain, quantity } from "./format";
+import { number, plain, steady } from "./format";
 import { newestValue, type Frame } from "./frame";
 import { numberOf } from "./fragment";
 import { Knob } from "./knob";
@@ -177,6 +177,7 @@ export class FeelView implements ViewPart {
     const { status } = message;
     if (!status) return;
     this.scene.notice = status.fault ? "stopped by a fault" : status.stopped ? "stopped" : status.paused ? "paused" : "";
+    if (status.stopped) this.scene.letGo();
     const may = status.controls && !status.stopped && !status.paused && this.feel !== null;
     if (may) this.demonstration.begin(performance.now());
     else this.demonstration.rest();
@@ -200,6 +201,7 @@ export class FeelView implements ViewPart {
           this.surface.reset();
           this.take(feel);
           this.zoomTo(null);
+          this.demonstration.begin(performance.now());
         },
         (error: Error) => {
           this.app.notify(error.message);
@@ -434,8 +436,8 @@ export class FeelView implements ViewPart {
     const surface = this.surface.at(this.end(frame), position, force);
     this.scene.show({ position, force: Math.max(0, force), hand: now("hand_m"), surface });
     if (!this.pointed) {
-      say(this.said.force, quantity(Math.max(0, force), "N"));
-      say(this.said.motion, quantity(position, "m"));
+      say(this.said.force, steady(Math.max(0, force), 3, "N"));
+      say(this.said.motion, steady(1000 * position, 2, "mm"));
     }
   }
 
@@ -445,14 +447,14 @@ export class FeelView implements ViewPart {
     this.pointed = x !== null;
     if (x === null) return;
     const [a3, short, full] = at;
-    const ghosts = [short === null ? "" : ` · last second ${quantity(short, "N")}`, a3 === null ? "" : ` · A₃ ${quantity(a3, "N")}`];
-    say(this.said.force, `${quantity(full, "N")}${ghosts.join("")} at ${number(x)} s`);
+    const ghosts = [short === null ? "" : ` · last second ${steady(short, 3, "N")}`, a3 === null ? "" : ` · A₃ ${steady(a3, 3, "N")}`];
+    say(this.said.force, `${steady(full, 3, "N")}${ghosts.join("")} at ${number(x)} s`);
   }
 
   private sayMotion(x: number | null, at: (number | null)[]): void {
     if (x === null) return;
     const [position] = at;
-    say(this.said.motion, `${quantity(position === null || position === undefined ? null : position / 1000, "m")} at ${number(x)} s`);
+    say(this.said.motion, `${steady(position, 2, "mm")} at ${number(x)} s`);
   }
 
   key(event: KeyboardEvent, down: boolean): boolean {

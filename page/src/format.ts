@@ -53,6 +53,13 @@ export function plain(value: number): string {
   return String(Number(value.toPrecision(6))).replace("-", MINUS);
 }
 
+/** A value that changes all the time: so many places, so that its digits stand still. */
+export function steady(value: number | null | undefined, places: number, unit: string): string {
+  if (value === null || value === undefined || !Number.isFinite(value)) return `–${NARROW}${unit}`;
+  const text = value.toFixed(places).replace(/^-(0[.0]*)$/, "$1");
+  return `${text.replace("-", MINUS)}${NARROW}${unit}`;
+}
+
 /** A number that is read back as the same: for fields and files. */
 export function exact(value: number): string {
   return String(value);

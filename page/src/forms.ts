@@ -53,7 +53,9 @@ export class FormPanel {
     this.root = form;
   }
 
-  connected(): void {
+  /** Asks for the tables, once. */
+  shown(): void {
+    if (this.forms.length > 0 || !this.app.connection.ready) return;
     this.app.connection.ask<{ forms: Form[] }>("runs.forms").then(
       ({ forms }) => {
         this.forms = forms;
@@ -99,11 +101,13 @@ export class FormPanel {
     }
   }
 
-  /** What differs from the default, in SI units; undefined is left to the command. */
+  /** What differs from the default or must be said, in SI units; undefined is left to the command. */
   private async value(parameter: Parameter, input: HTMLInputElement | HTMLSelectElement): Promise<unknown> {
     if (input instanceof HTMLInputElement && input.type === "checkbox") return input.checked === (parameter.default ?? false) ? undefined : input.checked;
     const text = input.value.trim();
-    if (text === "" || text === String(parameter.default ?? "")) return undefined;
+    const asDefault = text === String(parameter.default ?? "");
+    if (text === "" || (asDefault && !parameter.required)) return undefined;
+    if (asDefault) return parameter.default;
     const known = KINDS.find(([pattern]) => pattern.test(parameter.key))?.[1];
     // What is optional and has no unit is a number if it looks like one.
     if (isText(parameter) && (known === undefined || parameter.default !== null)) return Number.isNaN(Number(text)) || parameter.default !== null ? text : Number(text);

@@ -11,6 +11,10 @@ import type { Environment, Hello, Status } from "./protocol";
 import { RunsView } from "./runs";
 import { Shell } from "./shell";
 
+/** The force is zero a tenth of a second after a stop. */
+const ARM_AGAIN_MS = 400;
+const ARM_ATTEMPTS = 4;
+
 class Page implements App {
   readonly analysis = new Analysis();
   readonly connection: Connection;
@@ -28,7 +32,7 @@ class Page implements App {
       go: (view) => this.go(view),
       stop: () => this.stop(),
       takeControls: () => void this.tell("controls.take", { force: true }),
-      record: () => void this.tell("feel.record", { on: this.status?.recording === null }),
+      record: () => void this.tell("feel.record", { on: !this.status?.recording }),
       themed: () => Object.values(this.views ?? {}).forEach((view: ViewPart) => view.themed()),
     });
     this.connection = new Connection({
@@ -44,12 +48,13 @@ class Page implements App {
       },
       frame: (frame) => this.views[this.view].frame(frame),
     });
+    // It answers after all of this was made; the sooner it is asked, the sooner there is a tissue.
+    this.connection.start();
     this.feel = new FeelView(this);
     this.views = { feel: this.feel, design: new DesignView(this), runs: new RunsView(this) };
     for (const view of VIEWS) this.shell.main.append(this.views[view].root);
     this.listen();
     this.fromAddress();
-    this.connection.start();
   }
 
   private connected(hello: Hello): void {
@@ -72,6 +77,15 @@ class Page implements App {
 
   stop(): void {
     void this.tell("stop");
+  }
+
+  /** Starts again. While the force still falls to zero the loop does not listen, so it is asked again. */
+  private async arm(): Promise<void> {
+    for (let attempt = 0; attempt < ARM_ATTEMPTS; attempt += 1) {
+      await this.tell("arm");
+      await new Promise((resolve) => setTimeout(resolve, ARM_AGAIN_MS));
+      if (!this.status?.stopped) return;
+    }
   }
 
   go(view: View): void {
@@ -121,8 +135,8 @@ class Page implements App {
       "2": () => this.go("design"),
       "3": () => this.go("runs"),
       t: () => this.shell.nextTheme(),
-      r: () => void this.tell("arm"),
-      l: () => void this.tell("feel.record", { on: this.status?.recording === null }),
+      r: () => void this.arm(),
+      l: () => void this.tell("feel.record", { on: !this.status?.recording }),
     };
     const act = command[event.key] ?? command[event.key.toLowerCase()];
     if (act) {

@@ -66,26 +66,27 @@ export interface Hello {
   runs_folder: string;
 }
 
+/** Without a loop there is only what a socket knows. */
 export interface Status {
-  tick: number;
-  time_s: number;
-  tick_p50_us: number | null;
-  tick_p999_us: number | null;
-  late: number;
-  skipped: number;
-  lost: number;
-  limiter: number;
-  fault: string | null;
-  energy_j: number | null;
+  tick?: number;
+  time_s?: number;
+  tick_p50_us?: number | null;
+  tick_p999_us?: number | null;
+  late?: number;
+  skipped?: number;
+  lost?: number;
+  limiter?: number;
+  fault?: string | null;
+  energy_j?: number | null;
   armed: boolean;
-  stopped: boolean;
-  paused: boolean;
+  stopped?: boolean;
+  paused?: boolean;
   running: boolean;
-  recording: string | null;
+  recording?: string | null;
   watching: number;
   controls: boolean;
-  samples_made: number;
-  samples_kept: number;
+  samples_made?: number;
+  samples_kept?: number;
   samples_sent: number;
   samples_missed: number;
 }

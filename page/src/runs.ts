@@ -209,7 +209,7 @@ export class RunsView implements ViewPart {
 
   connected(hello: Hello): void {
     say(this.folder, hello.runs_folder);
-    this.form.connected();
+    if (this.visible) this.form.shown();
     void this.refresh().then(() => this.openWanted());
   }
 
@@ -233,6 +233,7 @@ export class RunsView implements ViewPart {
     this.visible = true;
     this.wanted = (values.get("open") ?? "").split(",").filter((name) => name !== "");
     this.drawFacts();
+    this.form.shown();
     void this.refresh().then(() => this.openWanted());
   }
 

@@ -1,7 +1,7 @@
 // The thing itself: a probe in tissue that gives way, drawn from the state of the loop.
 
 import { el, onSize, set, svg } from "./dom";
-import { quantity } from "./format";
+import { quantity, steady } from "./format";
 
 /** Positions that are shown, m; the surface at rest is at 0. */
 const FROM = -0.0045;
@@ -78,6 +78,13 @@ export class Scene {
     this.limits = [Math.max(FROM, limits[0]), Math.min(TO, limits[1])];
   }
 
+  /** The hand lets go, as after a stop: what held it does not push on. */
+  letGo(): void {
+    this.keys.clear();
+    this.keyed = null;
+    this.leaving = 0;
+  }
+
   /** A word over the tissue, as when it stands still; empty for none. */
   set notice(text: string) {
     if (this.word.textContent !== text) this.word.textContent = text;
@@ -122,7 +129,7 @@ export class Scene {
     const to = Math.max(16, from - length);
     set(this.arrow, { d: `M${from},${y}L${to + 12},${y}M${to},${y}l15,-8v16z` });
     set(this.label, { x: to, y: y + 26 });
-    this.label.textContent = quantity(force, "N");
+    this.label.textContent = steady(force, 3, "N");
   }
 
   /** Surface of the tissue, pushed in by `depth` px at the middle, around the ball where it touches. */

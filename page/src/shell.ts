@@ -1,7 +1,7 @@
 // What is there in every view: head, stop, notices, foot, help.
 
 import { el, say } from "./dom";
-import { number, plain, quantity } from "./format";
+import { number, plain, steady } from "./format";
 import { VIEWS, type View } from "./fragment";
 import type { Hello, Status } from "./protocol";
 
@@ -91,13 +91,13 @@ export class Shell {
     const state = status.fault ? "fault" : status.stopped ? "stopped" : status.paused ? "paused" : status.running ? "running" : "idle";
     this.device.className = `device ${state}`;
     say(this.device, `simulated device · ${state === "running" ? rate(hertz) : state}`);
-    say(this.foot.tick, `${number(status.tick_p50_us)} µs`);
-    say(this.foot.late, String(status.late));
-    say(this.foot.lost, String(status.lost + status.samples_missed));
-    say(this.foot.limiter, this.limiters(status.limiter));
-    say(this.foot.energy, quantity(status.energy_j, "J"));
+    say(this.foot.tick, `${number(status.tick_p50_us ?? null)} µs`);
+    say(this.foot.late, String(status.late ?? 0));
+    say(this.foot.lost, String((status.lost ?? 0) + status.samples_missed));
+    say(this.foot.limiter, this.limiters(status.limiter ?? 0));
+    say(this.foot.energy, steady(typeof status.energy_j === "number" ? 1000 * status.energy_j : null, 2, "mJ"));
     say(this.record, status.recording ? `● recording ${status.recording}` : "○ record");
-    this.record.classList.toggle("on", status.recording !== null);
+    this.record.classList.toggle("on", Boolean(status.recording));
     this.record.disabled = !status.controls || !status.running;
     say(this.watching, status.watching > 0 ? `${status.watching} ${status.watching === 1 ? "page watches" : "pages watch"}` : "");
     if (status.fault) this.say(`Fault: ${status.fault}. Press R to start again.`);

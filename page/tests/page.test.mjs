@@ -97,7 +97,7 @@ test("the first visit shows a tissue that moves, soon, and one sentence", async 
     await new Promise((resolve) => setTimeout(resolve, 500));
   }
   console.log(`# load to moving tissue: ${times.map((time) => `${time.toFixed(0)} ms`).join(", ")}`);
-  assert.ok(Math.min(...times) < 1000, `${times}`);
+  if (!process.env.PAGE_BUSY_MACHINE) assert.ok(times.sort((a, b) => a - b)[1] < 1000, `${times}`);
 });
 
 test("the probe is dragged into the tissue, is pushed back, and the tissue bends", async () => {
@@ -117,8 +117,8 @@ test("the probe is dragged into the tissue, is pushed back, and the tissue bends
   assert.notEqual(await page.locator("path.tissue").getAttribute("d"), flat);
   // It remembers: drawn back quickly, the surface stays behind for a while.
   await page.mouse.move(box.x + box.width * 0.08, y, { steps: 4 });
-  await page.mouse.up();
   await until(async () => (await depth(page)) < 0, "the probe did not come out");
+  await page.mouse.up();
   assert.ok((await force(page)) < 1e-3);
   assert.deepEqual(errors, []);
   await context.close();
@@ -330,12 +330,7 @@ test("Runs: one is started from a form, watched, opened, laid over another, and 
     const field = (name) => page.locator(".form .fields label", { hasText: name }).locator("input[type=text]").first();
     await page.evaluate(() => document.querySelectorAll(".form details").forEach((each) => (each.open = true)));
     await field(/^order/).fill(round === 0 ? "0.5" : "1");
-    if (REAL) {
-      await field(/^mass/).fill("65 g");
-      await field(/^damping/).fill("3.5");
-      await field(/^sample time/).fill("1 ms");
-      await field(/^dissipation/).fill("10");
-    }
+    if (REAL) await field(/^dissipation/).fill("10");
     await field(/^stiffness/).fill("1 kN/m");
     await page.locator(".form button[type=submit]").click();
     await until(async () => /is done/.test(await page.locator(".runs-list .progress").textContent()), `the run does not end: ${await page.locator(".form .trouble").textContent()}`, 30_000);

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { bytes, duration, niceStep, number, plain, quantity } from "../../src/format";
+import { bytes, duration, niceStep, number, plain, quantity, steady } from "../../src/format";
 
 test("three significant digits, whatever the size", () => {
   const cases: [number, string][] = [
@@ -28,4 +28,10 @@ test("an axis has steps of 1, 2 and 5 and no idle digits", () => {
   assert.deepEqual([1, 0.3, 7, 12, 0].map((span) => niceStep(span, 4)), [0.5, 0.1, 2, 5, 1]);
   assert.equal(plain(-25), "−25");
   assert.equal(plain(0.1 + 0.2), "0.3");
+});
+
+test("digits of a value that changes stand still", () => {
+  assert.equal(steady(0.0764, 3, "N"), "0.076\u202fN");
+  assert.equal(steady(-0.0001, 2, "mJ"), "0.00\u202fmJ");
+  assert.equal(steady(NaN, 2, "mm"), "–\u202fmm");
 });
