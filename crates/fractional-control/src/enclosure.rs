@@ -4,7 +4,7 @@
 //! |f(θ) − f(m)| ≤ (h/2)·sup|f′|   on an arc of width h about m:   the image of the arc lies in a disc
 //! ```
 
-use crate::loaded::SharedLaw;
+use crate::law::SharedLaw;
 use num_complex::Complex;
 use std::vec::Vec;
 

@@ -15,6 +15,8 @@ mod error;
 mod function_controller;
 #[cfg(feature = "std")]
 mod identify;
+#[cfg(feature = "std")]
+mod law;
 mod lead;
 #[cfg(feature = "std")]
 mod loaded;
@@ -54,7 +56,9 @@ pub use function_controller::{FunctionController, FunctionHistory};
 #[cfg(feature = "std")]
 pub use identify::{FreeNumber, Identified, Record, identify};
 #[cfg(feature = "std")]
-pub use loaded::{LoadedPlant, SampledLaw, TwoPort};
+pub use law::SampledLaw;
+#[cfg(feature = "std")]
+pub use loaded::{LoadedPlant, TwoPort};
 #[cfg(feature = "std")]
 pub use margins::{Crossing, Margins};
 pub use memory::{Memory, Rule};

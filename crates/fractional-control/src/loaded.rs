@@ -2,33 +2,13 @@
 
 use crate::ControlError;
 use crate::enclosure::{Factor, Fraction, Product, Sum};
+use crate::law::{SampledLaw, SharedLaw};
 use crate::state_space::in_v;
-use core::fmt::Debug;
 use fracdiff::Seconds;
 use fracdiff::parameter::{RangeError, range};
 use nalgebra::{DMatrix, DVector, RowDVector};
-use num_complex::Complex;
 use std::sync::Arc;
 use std::vec;
-
-/// A sampled law, f = −Z·q, as a function on the unit circle, w = e^(−jθ): analytic in |w| < 1, bounded on the circle.
-pub trait SampledLaw: Debug + Send + Sync {
-    /// Z(e^(−jθ)).
-    fn response(&self, theta: f64) -> Complex<f64>;
-
-    /// An upper bound of ∫|dZ/dθ| dθ over \[low, high\], 0 ≤ low ≤ high ≤ π; it falls to 0 with the width.
-    fn variation(&self, low: f64, high: f64) -> f64;
-}
-
-/// A law that others share.
-#[derive(Clone, Debug)]
-pub(crate) struct SharedLaw(pub(crate) Arc<dyn SampledLaw>);
-
-impl PartialEq for SharedLaw {
-    fn eq(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.0, &other.0)
-    }
-}
 
 /// x\[n+1\] = Φx\[n\] + `Γ_u` u\[n\] + `Γ_f` f\[n\]: the controller sees y = Cx and commands u, the law sees q = Dx and answers with f.
 #[derive(Clone, Debug, PartialEq)]
