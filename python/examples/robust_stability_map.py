@@ -3,8 +3,8 @@
     python robust_stability_map.py --samples 1000 --out .
     python robust_stability_map.py --samples 100000 --out .      # resumes in robust-stability.zarr
 
-A desktop device that is known to ±20 % in mass and ±50 % in damping, at 1 kHz, with a delay of 0 to 1 ms beside the hold.
-The dissipation B of each order gives the same force for the same motion at 100 rad/s: 200 N/m of amplitude.
+A desktop device that is known to ±20 % in mass and ±50 % in damping, at 1 kHz, with a delay of 0 to 1 ms beside the
+hold. The dissipation B of each order gives the same force for the same motion at 100 rad/s: 200 N/m of amplitude.
 """
 
 import argparse

@@ -1,4 +1,4 @@
-//! Time per sample of operators chosen at run time, for comparison with other languages: `python/benches/operators.py`.
+//! Time per sample of operators chosen at run time, for comparison with other languages: `python/benches/speed.py`.
 //!
 //! ```text
 //! cargo run --release -p fracdiff --all-features --example step_rate -- SAMPLES SCHEME...

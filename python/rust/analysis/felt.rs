@@ -42,7 +42,7 @@ pub(crate) fn transparency<'py>(
     let path = plant.path(sample_time)?;
     let (mut stiffness, mut damping) = (Vec::new(), Vec::new());
     for (index, (&omega, &impedance)) in omega.iter().zip(&impedance).enumerate() {
-        let felt = wall.felt_on(impedance, path, &operator, omega);
+        let felt = wall.felt_on(impedance, path, operator.as_ref(), omega);
         let felt = felt.map_err(|error| refused(format_args!("omega[{index}]: {error}")))?;
         stiffness.push(felt.stiffness_n_per_m);
         damping.push(felt.damping_n_s_per_m);

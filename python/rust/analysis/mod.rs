@@ -18,9 +18,44 @@ use crate::refused::OrRefused as _;
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::LoopOperator;
 use pyo3::prelude::*;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// An operator by order, sample time, scheme and horizon, as bits.
+type Known = ((u64, u64, String, u64), Arc<LoopOperator>);
+
+/// The operators that were asked for last, newest first: a full memory takes milliseconds to design, and the next question is
+/// mostly about another wall with the same one.
+static KNOWN: Mutex<Vec<Known>> = Mutex::new(Vec::new());
+/// Most of them that are kept, some 20 kB each at most.
+const KNOWN_MOST: usize = 64;
 
 /// The operator of a wall, from its words; `horizon` in s.
-fn operator(order: f64, sample_time: f64, scheme: &str, horizon: f64) -> PyResult<LoopOperator> {
+fn operator(
+    order: f64,
+    sample_time: f64,
+    scheme: &str,
+    horizon: f64,
+) -> PyResult<Arc<LoopOperator>> {
+    let key = (
+        order.to_bits(),
+        sample_time.to_bits(),
+        scheme.to_owned(),
+        horizon.to_bits(),
+    );
+    let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(place) = known.iter().position(|(own, _)| *own == key) {
+        known[..=place].rotate_right(1);
+        return Ok(Arc::clone(&known[0].1));
+    }
+    drop(known);
+    let operator = Arc::new(designed(order, sample_time, scheme, horizon)?);
+    let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+    known.truncate(KNOWN_MOST - 1);
+    known.insert(0, (key, Arc::clone(&operator)));
+    Ok(operator)
+}
+
+fn designed(order: f64, sample_time: f64, scheme: &str, horizon: f64) -> PyResult<LoopOperator> {
     let (order, scheme) = (
         Order::new(order).or_refused()?,
         scheme.parse::<Scheme>().or_refused()?,

@@ -5,6 +5,7 @@ use crate::refused::OrRefused as _;
 use fracdiff::Seconds;
 use haptic_analysis::{Dynamics, ForcePath, Largest, LoopOperator, OnePort, RequiredDamping};
 use pyo3::prelude::*;
+use std::sync::Arc;
 
 /// The port of an actuator under a sampled wall ``K + B D^order``, for passivity.
 ///
@@ -40,14 +41,14 @@ use pyo3::prelude::*;
 #[pyclass(name = "Port", module = "fractional_haptics.analysis", frozen)]
 #[derive(Debug)]
 pub(crate) struct PyPort {
-    operator: LoopOperator,
+    operator: Arc<LoopOperator>,
     path: ForcePath,
     sample_time: Seconds,
 }
 
 impl PyPort {
     fn port(&self) -> PyResult<OnePort<'_, LoopOperator>> {
-        let port = OnePort::new(&self.operator, self.operator.order()).or_refused()?;
+        let port = OnePort::new(self.operator.as_ref(), self.operator.order()).or_refused()?;
         Ok(port
             .through(self.path)
             .or_refused()?

@@ -9,6 +9,7 @@ use haptic_analysis::{Dynamics, Environment, LoopOperator, SampledLoop, SampledP
 use numpy::{Complex64, Element, IntoPyArray as _, PyArray1, PyArrayDyn, PyArrayMethods as _};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use std::sync::Arc;
 
 /// A plant under a sampled virtual wall ``K + B D^order``.
 ///
@@ -58,7 +59,7 @@ pub(crate) struct PyLoop {
     plant: SampledPlant,
     alpha: f64,
     beta: f64,
-    operator: LoopOperator,
+    operator: Arc<LoopOperator>,
     sample_time: f64,
 }
 

@@ -230,13 +230,13 @@ def cohort_bootstrap(
 ) -> xr.Dataset:
     """How sure the parameters of a tissue are: a bootstrap over the specimens of a cohort, and within each.
 
-    Each draw takes as many specimens as there are, with repetition; gives each drawn record new residuals, taken from its
-    own with repetition; fits the model; and takes the mean of each parameter, of a modulus the geometric one.
+    Each draw takes as many specimens as there are, with repetition; gives each drawn record new residuals, taken from
+    its own with repetition; fits the model; and takes the mean of each parameter, of a modulus the geometric one.
 
     Parameters
     ----------
     specimens : sequence of pairs
-        For each specimen times in s and moduli or compliances, as in `fractional_haptics.tissue.identify`; at least two.
+        For each specimen times in s and moduli or compliances, as `fractional_haptics.tissue.identify` takes; at least two.
     model : str
         Name of the model.
     number : int

@@ -1,9 +1,9 @@
-"""Speed of `operators` as ratios within one run: against SciPy, against Rust, and two threads against one.
+"""Promises of speed, as ratios within one run where there is something to compare with: SciPy, Rust, one thread.
 
 ::
 
     pip install ./python scipy
-    python python/benches/operators.py
+    python python/benches/speed.py
 
 Needs the source tree and Cargo for the comparison with Rust. Prints a line for each promise, and fails if one is broken.
 """
@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 from scipy.signal import fftconvolve
 
+from fractional_haptics.analysis import Device, region
 from fractional_haptics.operators import Operator, differintegrate, grunwald_weights
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -100,11 +101,18 @@ def first_import() -> float:
     return run(code) - run("pass")
 
 
+def a_region() -> float:
+    """A region of stable walls with 500 points on its boundary, ms."""
+    device = Device(0.065, 3.5)
+    return best(lambda: region(device, 0.5, T), 200) * 1e3
+
+
 PROMISES = [
     ("differintegrate, 1e6 samples, in the time of SciPy's fftconvolve", against_scipy, "<=", 1.0),
     ("Operator.process, per sample, in the time of Rust", against_rust, "<=", 1.3),
     ("Operator.step, µs", step, "<=", 0.3),
     ("two threads, in the work of one", two_threads, ">=", 1.7),
+    ("region, ms", a_region, "<=", 1.0),
     ("import and first result, s", first_import, "<=", 0.3),
 ]
 
