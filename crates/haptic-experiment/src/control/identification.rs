@@ -128,7 +128,7 @@ pub fn candidates(record: &InputOutput) -> Vec<FractionalTransferFunction> {
     let gain = if usable { gain } else { 1.0 };
     let lag = (lag / input).abs();
     let lag = if lag.is_finite() {
-        lag.clamp(2.0 * t, 0.5 * length)
+        lag.min(0.5 * length).max(2.0 * t)
     } else {
         0.1 * length
     };
