@@ -67,9 +67,11 @@ pub(crate) fn identified(request: &IdentifyRequest) -> Result<Value, Failure> {
 }
 
 fn kind(name: &str) -> Result<RecordKind, Failure> {
-    let found = RecordKind::ALL.iter().find(|known| known.1 == name);
-    found.map(|known| known.0).ok_or_else(|| {
-        let names = RecordKind::ALL.map(|known| known.1);
+    let found = RecordKind::ALL
+        .into_iter()
+        .find(|known| known.name() == name);
+    found.ok_or_else(|| {
+        let names = RecordKind::ALL.map(RecordKind::name);
         Failure::bad_input(format_args!(
             "`kind` {name:?} is none of {}",
             names.join(", ")

@@ -165,22 +165,22 @@ impl Job {
             }
             ExperimentFile::Wall(wall) => {
                 let published = wall.run(request, supervisor)?;
-                let verdict = Some(published.report.settling.verdict.words().to_owned());
+                let verdict = Some(published.report.trial.settling.verdict.words().to_owned());
                 result(
                     &published,
                     verdict,
                     of_wall,
-                    &published.report.run.ended_early,
+                    &published.report.trial.run.ended_early,
                 )
             }
             ExperimentFile::Coupler(coupler) => {
                 let published = coupler.run(request, supervisor)?;
-                let verdict = Some(published.report.settling.verdict.words().to_owned());
+                let verdict = Some(published.report.trial.settling.verdict.words().to_owned());
                 result(
                     &published,
                     verdict,
                     of_coupler,
-                    &published.report.run.ended_early,
+                    &published.report.trial.run.ended_early,
                 )
             }
         })
@@ -191,8 +191,8 @@ fn sample_time_s(experiment: &ExperimentFile) -> f64 {
     match experiment {
         ExperimentFile::Relax(experiment) => experiment.rendering.sample_time_s,
         ExperimentFile::Creep(experiment) => experiment.rendering.sample_time_s,
-        ExperimentFile::Wall(experiment) => experiment.device.sample_time.0,
-        ExperimentFile::Coupler(experiment) => experiment.device.sample_time.0,
+        ExperimentFile::Wall(experiment) => experiment.setup.device.sample_time.0,
+        ExperimentFile::Coupler(experiment) => experiment.setup.device.sample_time.0,
     }
 }
 
