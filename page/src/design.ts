@@ -58,7 +58,7 @@ const OPERATORS: [string, string][] = [
 const FREQUENCIES = 120;
 const CURVES: Line[] = [
   { label: "wall alone", colour: "--mute", dash: [7, 5] },
-  { label: "as felt", colour: "--blue", width: 2.2 },
+  { label: "as felt", colour: "--blue", width: 2 },
 ];
 
 export class DesignView implements ViewPart {

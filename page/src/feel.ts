@@ -23,9 +23,9 @@ const GHOSTS: [string, string][] = [
   ["", "nothing"],
 ];
 const FORCES: Line[] = [
-  { label: "full memory", colour: "--blue", width: 2.2 },
-  { label: "last second only", colour: "--verm", dash: [7, 5], width: 2.2 },
-  { label: "A₃", colour: "--green", dash: [2, 4], width: 2.2 },
+  { label: "full memory", colour: "--blue", width: 2 },
+  { label: "last second only", colour: "--verm", dash: [7, 5], width: 2 },
+  { label: "A₃", colour: "--green", dash: [2, 4], width: 2 },
 ];
 /** Lines of the force plot and their channels, in the order of drawing: the true one on top. */
 const CHANNELS = ["ghost_a3_n", "ghost_short_n", "force_n"];
@@ -97,7 +97,7 @@ export class FeelView implements ViewPart {
     const xLabel = (value: number): string => this.timeLabel(value);
     const common = { xLabel, zoomed, marks, group: "feel" };
     this.force = new Chart({ ...common, name: "Force over time", lines: DRAWN, yLeast: 0, ySpan: 0.05, cursor: (x, at) => this.sayForce(x, at) });
-    const black: Line[] = [{ label: "probe", colour: "--ink", width: 2.2 }];
+    const black: Line[] = [{ label: "probe", colour: "--ink", width: 2 }];
     this.motion = new Chart({ ...common, name: "Indentation over time", lines: black, yLeast: 0, ySpan: 0.5, cursor: (x, at) => this.sayMotion(x, at) });
     const parse = (kind: string, text: string): Promise<number> => app.analysis.parse(kind, text);
     this.order = new Knob({

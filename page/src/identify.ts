@@ -116,7 +116,7 @@ export class IdentifyPanel {
     say(this.state, `${this.text?.name ?? ""}: ${found.kind}, ${found.samples} samples.${found.best ? ` Best: ${found.best}.` : " No model fits."}`);
     const models = found.models.map((model) => {
       const cells = model.parameters.map(({ name, unit, value, standard_error: error }) =>
-        el("div", {}, `${name.replace(/_/g, " ")} ${number(value, 4)}${typeof error === "number" ? ` ± ${number(error, 2)}` : ""} ${unit}`),
+        el("div", {}, `${name.replace(/_pa(_s_\w+)?$/, "").replace(/_/g, " ")} ${number(value, 4)}${typeof error === "number" ? ` ± ${number(error, 2)}` : ""} ${unit}`),
       );
       const figures = `rms ${number(model.rms)}, AIC ${number(model.aic, 4)}`;
       return el("tr", { class: model.model === found.best ? "best" : undefined }, el("th", { scope: "row" }, model.model), el("td", {}, ...cells), el("td", {}, figures));

@@ -176,8 +176,8 @@ export class Overlay {
   private makeChart(part: Part): void {
     const lines = part.curves.map((curve): Line => {
       const index = this.runs.indexOf(curve.run);
-      const label = curve.theory ? readable(curve.channel) : this.runs.length > 1 ? curve.run.name : readable(curve.channel);
-      return curve.theory ? { label, ...THEORY } : { label, width: 1.8, ...(STROKES[index % STROKES.length] ?? { colour: "--blue" }) };
+      const label = curve.theory ? readable(curve.channel) : this.runs.length > 1 || curve.channel.endsWith(JUDGED) ? curve.run.name : readable(curve.channel);
+      return curve.theory ? { label, ...THEORY } : { label, width: 2, ...(STROKES[index % STROKES.length] ?? { colour: "--blue" }) };
     });
     part.chart = new Chart({
       name: `${readable(part.select.value)} over time`,
@@ -216,7 +216,7 @@ export class Overlay {
         lines: part.curves.map((curve, index) => ({
           name: `${curve.run.name} ${curve.channel}`,
           points: part.drawn[index] ?? [],
-          ...(curve.theory ? THEORY : { width: 1.8, ...(STROKES[this.runs.indexOf(curve.run) % STROKES.length] ?? { colour: "--blue" }) }),
+          ...(curve.theory ? THEORY : { width: 2, ...(STROKES[this.runs.indexOf(curve.run) % STROKES.length] ?? { colour: "--blue" }) }),
         })),
       }));
   }

@@ -128,7 +128,7 @@ export class RunsView implements ViewPart {
     for (const run of this.open.values()) {
       const rows: [string, string][] = [
         ["samples", `${run.samples} of ${number(run.sample_time_s * 1000)} ms`],
-        ["log", run.damage ?? (run.complete ? "whole" : "not closed: the run was cut off")],
+        ["log", run.damage || (run.complete ? "whole" : "not closed: the run was cut off")],
         ...(run.missing_samples ? [["missing", String(run.missing_samples)] as [string, string]] : []),
         ...flat(run.metadata),
         ...(run.end ? [["end", run.end] as [string, string]] : []),

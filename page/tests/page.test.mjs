@@ -110,10 +110,12 @@ test("the probe is dragged into the tissue, is pushed back, and the tissue bends
   await page.mouse.down();
   await page.mouse.move(box.x + box.width * 0.5, y, { steps: 12 });
   await until(async () => (await depth(page)) > 1, "the probe did not go in");
-  const first = await until(async () => (await force(page)) > 0.02 && force(page), "there is no force");
+  await until(async () => (await force(page)) > 0.02, "there is no force");
+  let first = 0;
+  for (const end = Date.now() + 1200; Date.now() < end; ) first = Math.max(first, await force(page));
   await page.waitForTimeout(2500);
   const later = await force(page);
-  assert.ok(later < first && later > 0.2 * first, `it relaxes: ${first} N, then ${later} N`);
+  assert.ok(later < first && later > 0.2 * first, `it relaxes: at most ${first} N, then ${later} N`);
   assert.notEqual(await page.locator("path.tissue").getAttribute("d"), flat);
   // It remembers: drawn back quickly, the surface stays behind for a while.
   await page.mouse.move(box.x + box.width * 0.08, y, { steps: 4 });
