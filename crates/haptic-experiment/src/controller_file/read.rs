@@ -1,6 +1,7 @@
 //! From TOML to a controller.
 
-use super::{ControllerFile, ControllerOrigin, FileError, rule};
+use super::content::{ControllerFile, ControllerOrigin, rule};
+use crate::file::FileError;
 use crate::file::reader::{Document, Table};
 use crate::parameters as p;
 use crate::parameters::Parameter;

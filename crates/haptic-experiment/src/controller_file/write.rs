@@ -1,6 +1,6 @@
 //! From a controller to TOML.
 
-use super::{ControllerFile, ControllerOrigin};
+use super::content::{ControllerFile, ControllerOrigin};
 use crate::parameters as p;
 use crate::parameters::Parameter;
 use fractional_control::ControllerParameters;

@@ -1,7 +1,8 @@
 //! From TOML to a plant.
 
+use super::model::{DeviceValues, PlantFile, PlantModel};
 use super::response::read_response;
-use super::{DeviceValues, FileError, PlantFile, PlantModel};
+use crate::file::FileError;
 use crate::file::reader::{Document, Table};
 use crate::parameters as p;
 use crate::parameters::Parameter;
