@@ -1,4 +1,4 @@
-//! Experiment files: TOML with one table, `[relax]`, `[creep]`, `[wall]` or `[coupler]`, units in the names of keys.
+//! Experiment files: TOML with one table, `[relax]`, `[creep]`, `[wall]`, `[coupler]` or `[teleoperation]`, units in the names of keys.
 //!
 //! ```toml
 //! [wall]
@@ -18,6 +18,7 @@ mod pushed;
 mod reader;
 mod rendering;
 mod safety;
+mod teleoperation;
 #[cfg(test)]
 mod tests;
 mod wall;
@@ -27,7 +28,9 @@ use crate::preflight::PreflightRequest;
 use crate::remote::RemoteDevice;
 use crate::safety::Safety;
 use crate::schedule::Pace;
-use crate::{CouplerExperiment, Creep, Relaxation, WallExperiment, parameters};
+use crate::{
+    CouplerExperiment, Creep, Relaxation, TeleoperationExperiment, WallExperiment, parameters,
+};
 use haptic_tissue::read_text;
 use reader::Document;
 pub use reader::FileError;
@@ -59,10 +62,12 @@ pub enum ExperimentFile {
     Wall(WallExperiment),
     /// `[coupler]`.
     Coupler(CouplerExperiment),
+    /// `[teleoperation]`.
+    Teleoperation(Box<TeleoperationExperiment>),
 }
 
 /// Kinds of experiments.
-const KINDS: [&str; 4] = ["relax", "creep", "wall", "coupler"];
+const KINDS: [&str; 5] = ["relax", "creep", "wall", "coupler", "teleoperation"];
 
 impl ExperimentFile {
     /// Reads and checks a file.
@@ -86,6 +91,10 @@ impl ExperimentFile {
             "relax" => rendering::relax(&table).map(Self::Relax),
             "creep" => rendering::creep(&table).map(Self::Creep),
             "coupler" => coupler::coupler(&table).map(Self::Coupler),
+            "teleoperation" => {
+                let read = teleoperation::teleoperation(&table)?;
+                Ok(Self::Teleoperation(Box::new(read)))
+            }
             _ => wall::wall(&table).map(Self::Wall),
         }
     }
@@ -100,6 +109,7 @@ impl ExperimentFile {
             Self::Creep(experiment) => experiment.check(),
             Self::Wall(experiment) => experiment.check(),
             Self::Coupler(experiment) => experiment.check(),
+            Self::Teleoperation(experiment) => experiment.check(),
         }
     }
 
@@ -111,6 +121,7 @@ impl ExperimentFile {
             Self::Creep(experiment) => experiment.rendering.remote.as_ref(),
             Self::Wall(experiment) => experiment.remote.as_ref(),
             Self::Coupler(experiment) => experiment.remote.as_ref(),
+            Self::Teleoperation(_) => None,
         }
     }
 
@@ -138,6 +149,12 @@ impl ExperimentFile {
                 experiment.check_loop()?;
                 experiment.sensors
             }
+            Self::Teleoperation(_) if remote.is_some() => {
+                return Err(Failure::bad_input(
+                    "a teleoperation runs on two simulated devices: leave `device` away",
+                ));
+            }
+            Self::Teleoperation(_) => return Ok(self),
         };
         if self.remote().is_some() && !sensors.are_ideal() {
             return Err(Failure::bad_input(
@@ -155,6 +172,7 @@ impl ExperimentFile {
             Self::Creep(experiment) => &mut experiment.rendering.safety,
             Self::Wall(experiment) => &mut experiment.safety,
             Self::Coupler(experiment) => &mut experiment.safety,
+            Self::Teleoperation(experiment) => &mut experiment.safety,
         }
     }
 
@@ -166,6 +184,8 @@ impl ExperimentFile {
             Self::Creep(experiment) => experiment.rendering.preflight = wanted,
             Self::Wall(experiment) => experiment.force_unstable = wanted.force_unstable,
             Self::Coupler(experiment) => experiment.force_unstable = wanted.force_unstable,
+            // Of devices that are simulated here.
+            Self::Teleoperation(_) => {}
         }
         self
     }
@@ -178,6 +198,7 @@ impl ExperimentFile {
             Self::Creep(experiment) => experiment.rendering.pace = pace,
             Self::Wall(experiment) => experiment.pace = pace,
             Self::Coupler(experiment) => experiment.pace = pace,
+            Self::Teleoperation(experiment) => experiment.pace = pace,
         }
         self
     }
