@@ -134,17 +134,16 @@ impl HandLine {
                 playout_samples,
             } => {
                 let b = *impedance_n_s_per_m * hold * hold;
-                let kept = 1.0 - 1.0 / f64::from(*playout_samples);
-                // 1/Δ, with 1/S = N(1 − kept·w) = 1 + (N − 1)(1 − w); then a = b·coth, n = b/sinh of ln(1/Δ).
+                // σ = ln(1/Δ) = jψ + ln(1 + (N − 1)(1 − w)), since 1/S = N − (N − 1)w; then a = b·coth σ, n = b/sinh σ.
                 let one_less_w = Complex::new(0.0, theta) * hold;
-                let early = late.conj() * (1.0 + (f64::from(*playout_samples) - 1.0) * one_less_w);
-                let (sinh, cosh) = if kept > 0.0 {
-                    let back = 1.0 / early;
-                    (0.5 * (early - back), 0.5 * (early + back))
-                } else {
-                    let (sin, cos) = libm::sincos(psi);
-                    (Complex::new(0.0, sin), Complex::new(cos, 0.0))
-                };
+                let x = one_less_w * (f64::from(*playout_samples) - 1.0);
+                let damped = 0.5 * libm::log1p(2.0 * x.re + x.norm_sqr());
+                let (sin, cos) = libm::sincos(psi + libm::atan2(x.im, 1.0 + x.re));
+                let (sinh, cosh) = (libm::sinh(damped), libm::cosh(damped));
+                let (sinh, cosh) = (
+                    Complex::new(sinh * cos, cosh * sin),
+                    Complex::new(cosh * cos, sinh * sin),
+                );
                 // n/(Z_s + a) = b/(Z_s·sinh + b·cosh)
                 let through = b / (zs * sinh + b * cosh);
                 Ports {
