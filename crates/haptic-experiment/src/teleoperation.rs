@@ -13,6 +13,7 @@
 //! The log has the hand as the reference, the master as the position, the slave as the indenter, the force on the slave's
 //! environment as the contact force, and the energy taken by the line as the observed energy.
 
+mod body;
 mod conduct;
 mod curves;
 mod judged;

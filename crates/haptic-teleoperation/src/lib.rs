@@ -10,6 +10,7 @@ mod account;
 mod channel;
 mod coupled;
 mod law;
+mod peer;
 mod port;
 mod settings;
 mod wave;
@@ -17,5 +18,6 @@ mod wave;
 #[cfg(feature = "std")]
 pub use channel::{Channel, ChannelCounts, ChannelModel};
 pub use coupled::CouplerGains;
+pub use peer::{Heard, Introduction, Peer, PeerError};
 pub use port::{Begun, Port, PortCounts, Ticked};
 pub use settings::{PortLaw, Settings};

@@ -4,7 +4,7 @@ use super::curves::TeleoperationCurves;
 use super::judged::{Judged, line_counts};
 use super::pair::{Pair, PairTick};
 use super::report::{TeleoperationReport, TeleoperationVerdict};
-use super::specification::TeleoperationExperiment;
+use super::specification::{HandMotion, TeleoperationExperiment};
 use crate::curves::Published;
 use crate::ended::Ended;
 use crate::failure::Failure;
@@ -39,11 +39,11 @@ struct Row {
 }
 
 impl Row {
-    fn of(tick: &PairTick) -> Self {
+    fn of(tick: &PairTick, hand_m: f64) -> Self {
         let [master, slave] = tick.sides;
         Self {
             time_s: tick.time_s,
-            hand_m: tick.hand_m,
+            hand_m,
             master_position_m: master.position_m,
             slave_position_m: slave.position_m,
             master_force_n: master.force_n,
@@ -56,12 +56,12 @@ impl Row {
 }
 
 /// A tick as logs have it.
-fn message(tick: &PairTick) -> TickMessage {
+fn message(tick: &PairTick, hand_m: f64) -> TickMessage {
     let [master, slave] = tick.sides;
     TickMessage {
         tick: tick.tick,
         time_s: tick.time_s,
-        reference_m: tick.hand_m,
+        reference_m: hand_m,
         indenter_position_m: slave.position_m,
         position_m: master.position_m,
         environment_force_n: master.wanted_n,
@@ -75,6 +75,7 @@ fn message(tick: &PairTick) -> TickMessage {
 /// Everything that a run collects.
 struct Run {
     pair: Pair,
+    motion: HandMotion,
     judged: Judged,
     record: Record,
     curves: Thinned<7>,
@@ -119,13 +120,14 @@ impl TeleoperationExperiment {
         let mut table = folder.table_beside_log("csv")?;
         let mut run = Run {
             pair,
+            motion: self.motion.clone(),
             judged: Judged::new(self),
             record: Record::with_room_for(schedule.samples).map_err(Failure::Run)?,
             curves: Thinned::new(WHOLE_MOST),
         };
         let mut lost = Ok(());
-        run.all(schedule, &mut recorder, supervisor, &mut |tick| {
-            lost = table.row(Row::of(tick));
+        run.all(schedule, &mut recorder, supervisor, &mut |tick, hand_m| {
+            lost = table.row(Row::of(tick, hand_m));
             lost.is_ok()
         })
         .map_err(Failure::Run)?;
@@ -140,6 +142,7 @@ impl TeleoperationExperiment {
             judged,
             record,
             mut curves,
+            ..
         } = run;
         let ran = Ran {
             record,
@@ -253,7 +256,7 @@ impl Run {
         schedule: Schedule,
         recorder: &mut Recorder,
         supervisor: Supervisor<'_>,
-        row: &mut dyn FnMut(&PairTick) -> bool,
+        row: &mut dyn FnMut(&PairTick, f64) -> bool,
     ) -> anyhow::Result<()> {
         let mut periodic = schedule.clock()?.map(Periodic::new).transpose()?;
         let mut done = 0;
@@ -269,7 +272,9 @@ impl Run {
             let tick = self.pair.tick();
             let took = u64::try_from(before.elapsed().as_nanos())?;
             self.record.tick_ns.saturating_record(took.max(1));
-            let logged = recorder.tick(message(&tick));
+            let hand_m = self.motion.at(tick.time_s).0;
+            let message = message(&tick, hand_m);
+            let logged = recorder.tick(message);
             done += 1;
             if self.record.ended.is_some() {
                 if self.pair.is_at_rest() && recorder.has_aftermath() {
@@ -278,9 +283,9 @@ impl Run {
                 continue;
             }
             self.judged.see(&tick);
-            self.record.push(&message(&tick));
-            let kept = row(&tick) && logged.is_ok();
-            self.keep(&tick);
+            self.record.push(&message);
+            let kept = row(&tick, hand_m) && logged.is_ok();
+            self.keep(&tick, hand_m);
             self.record.ended = if kept {
                 self.ended(&tick, recorder, supervisor)
             } else {
@@ -303,10 +308,10 @@ impl Run {
         Ok(())
     }
 
-    fn keep(&mut self, tick: &PairTick) {
+    fn keep(&mut self, tick: &PairTick, hand_m: f64) {
         let [master, slave] = tick.sides;
         let values = [
-            tick.hand_m,
+            hand_m,
             master.position_m,
             slave.position_m,
             master.force_n,

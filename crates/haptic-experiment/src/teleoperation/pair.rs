@@ -1,16 +1,13 @@
 //! Both sides and the line between them, tick by tick in virtual time.
 
-use super::specification::{HandModel, HandMotion, TeleoperationExperiment};
+use super::body::Body;
+use super::specification::TeleoperationExperiment;
 use crate::failure::Failure;
-use crate::pushed::VirtualWall;
 use crate::refused::parameter;
-use fracdiff::{Operator, Seconds};
+use fracdiff::Operator;
 use haptic_link::HandSide;
-use haptic_loop::plant::{MassDamper, MassDamperConfig, SUB_STEPS};
-use haptic_loop::units::{NewtonSecondsPerMetre, NewtonsPerMetre};
-use haptic_loop::{Device, Environment, Limiters, Reading, SafeForce};
+use haptic_loop::{Limiters, SafeForce};
 use haptic_teleoperation::{Channel, Port};
-use nalgebra::Vector1;
 use std::ops::ControlFlow;
 
 /// One side in a tick.
@@ -35,8 +32,6 @@ pub struct PairTick {
     pub tick: u64,
     /// Its time, s.
     pub time_s: f64,
-    /// Place of the hand, m.
-    pub hand_m: f64,
     /// Master and slave.
     pub sides: [SideTick; 2],
     /// Energy that the line has given to both devices so far, J: Σ f[n]·(x[n] − x[n−1]).
@@ -50,33 +45,23 @@ pub struct PairTick {
 /// Receiver of each tick; it may end the simulation.
 pub type PairSink<'a> = &'a mut dyn FnMut(&PairTick) -> ControlFlow<()>;
 
-/// A simulated device, stepped several times a sample.
+/// A port and its device.
 struct Side {
     port: Port<Operator<f64>>,
-    plant: MassDamper<1>,
-    damping: f64,
+    body: Body,
 }
 
 impl Side {
     /// The port at work; its message is on the way.
-    fn tick(
-        &mut self,
-        tick: u64,
-        time_s: f64,
-        outside_n: f64,
-        way: &mut Channel,
-    ) -> (SideTick, SafeForce<f64, 1>) {
-        let position_m = self.plant.position();
-        let begun = self.port.begin(Reading {
-            tick,
-            time_s,
-            position_m,
-        });
+    fn tick(&mut self, tick: u64, way: &mut Channel) -> (SideTick, SafeForce<f64, 1>) {
+        let reading = self.body.reading(tick);
+        let outside_n = self.body.outside_n(reading.time_s);
+        let begun = self.port.begin(reading);
         let force = begun.force();
         let ticked = begun.finish();
         way.send(tick, ticked.message);
         let seen = SideTick {
-            position_m: position_m[0],
+            position_m: reading.position_m[0],
             wanted_n: ticked.sample.environment_force_n[0],
             force_n: force.newtons()[0],
             limiters: ticked.sample.limiters,
@@ -89,16 +74,10 @@ impl Side {
 /// Both sides.
 pub(super) struct Pair {
     sides: [Side; 2],
-    hand: HandModel,
-    motion: HandMotion,
-    place: VirtualWall,
-    history: <VirtualWall as Environment<f64, 1>>::History,
     /// From master to slave, and back.
     ways: [Channel; 2],
     sample_time: f64,
     tick: u64,
-    held_j: f64,
-    damped_j: f64,
 }
 
 impl TeleoperationExperiment {
@@ -109,42 +88,19 @@ impl TeleoperationExperiment {
     pub(super) fn pair(&self) -> Result<Pair, Failure> {
         self.check_times()?;
         let t = self.sample_time();
-        let step = Seconds(t.0 / SUB_STEPS as f64);
-        let side = |side, held: HandModel, device: &MassDamperConfig| {
-            let config = MassDamperConfig {
-                damping: NewtonSecondsPerMetre(device.damping.0 + held.damping_n_s_per_m),
-                stiffness: NewtonsPerMetre(held.stiffness_n_per_m),
-                sample_time: step,
-                ..*device
-            };
+        let side = |side| {
             Ok::<_, Failure>(Side {
                 port: self.port(side)?,
-                plant: MassDamper::new(config).map_err(parameter)?,
-                damping: device.damping.0,
+                body: self.body(side)?,
             })
         };
-        let free = HandModel {
-            stiffness_n_per_m: 0.0,
-            damping_n_s_per_m: 0.0,
-        };
-        let horizon = self.horizon() * SUB_STEPS as f64;
-        let place = self.place.law(self.scheme, step, horizon)?;
         // Two seeds for each one.
         let way = |n| Channel::new(self.channel, t, self.seed.wrapping_mul(2).wrapping_add(n));
         Ok(Pair {
-            sides: [
-                side(HandSide::Master, self.hand, &self.master)?,
-                side(HandSide::Slave, free, &self.slave)?,
-            ],
-            hand: self.hand,
-            motion: self.motion.clone(),
-            history: Environment::<f64, 1>::at_rest(&place),
-            place,
+            sides: [side(HandSide::Master)?, side(HandSide::Slave)?],
             ways: [way(0).map_err(parameter)?, way(1).map_err(parameter)?],
             sample_time: t.0,
             tick: 0,
-            held_j: 0.0,
-            damped_j: 0.0,
         })
     }
 
@@ -173,65 +129,21 @@ impl Pair {
                 side.port.receive(&message);
             }
         }
-        let outside = [self.hand_force(time_s), self.place_force()];
-        let (master, first) = self.sides[0].tick(tick, time_s, outside[0], &mut self.ways[0]);
-        let (slave, second) = self.sides[1].tick(tick, time_s, outside[1], &mut self.ways[1]);
+        let (master, first) = self.sides[0].tick(tick, &mut self.ways[0]);
+        let (slave, second) = self.sides[1].tick(tick, &mut self.ways[1]);
+        let sum = |of: fn(&Side) -> f64| self.sides.iter().map(of).sum();
         let seen = PairTick {
             tick,
             time_s,
-            hand_m: self.motion.at(time_s).0,
             sides: [master, slave],
-            given_j: self.given_j(),
-            held_j: self.held_j,
-            damped_j: self.damped_j,
+            given_j: sum(|side| side.port.given_j()),
+            held_j: sum(|side| side.body.held_j),
+            damped_j: sum(|side| side.body.damped_j),
         };
-        self.advance(time_s, [first, second]);
+        self.sides[0].body.advance(time_s, first);
+        self.sides[1].body.advance(time_s, second);
         self.tick += 1;
         seen
-    }
-
-    /// Devices, hand and place until the next tick.
-    fn advance(&mut self, time_s: f64, forces: [SafeForce<f64, 1>; 2]) {
-        let before = [0, 1].map(|n: usize| self.sides[n].plant.position()[0]);
-        let step = self.sample_time / SUB_STEPS as f64;
-        for sub in 0..SUB_STEPS {
-            let (place, speed) = self.motion.at(time_s + (sub as f64 + 0.5) * step);
-            let pull = self.hand.stiffness_n_per_m * place + self.hand.damping_n_s_per_m * speed;
-            let pushed = self.place_force();
-            let position = self.sides[1].plant.position();
-            self.place.advance(&mut self.history, &position);
-            for (n, outside) in [pull, pushed].into_iter().enumerate() {
-                let Side { plant, damping, .. } = &mut self.sides[n];
-                let from = plant.position()[0];
-                plant.set_external_force(Vector1::new(outside));
-                let Ok(()) = plant.write(forces[n]);
-                let moved = plant.position()[0] - from;
-                // At least this much: b·∫v² ≥ b·(Δx)²/Δt.
-                self.damped_j += *damping * moved * moved / step;
-            }
-        }
-        for n in 0..2 {
-            let moved = self.sides[n].plant.position()[0] - before[n];
-            self.held_j += forces[n].newtons()[0] * moved;
-        }
-    }
-
-    /// Force of the hand on the master, N.
-    fn hand_force(&self, time_s: f64) -> f64 {
-        let (place, speed) = self.motion.at(time_s);
-        let plant = &self.sides[0].plant;
-        self.hand.stiffness_n_per_m * (place - plant.position()[0])
-            + self.hand.damping_n_s_per_m * (speed - plant.velocity()[0])
-    }
-
-    /// Force of the remote place on the slave, N.
-    fn place_force(&self) -> f64 {
-        let position = self.sides[1].plant.position();
-        self.place.force(&self.history, &position)[0]
-    }
-
-    fn given_j(&self) -> f64 {
-        self.sides.iter().map(|side| side.port.given_j()).sum()
     }
 
     /// Master and slave.

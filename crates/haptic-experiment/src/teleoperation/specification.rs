@@ -56,6 +56,14 @@ pub struct HandModel {
     pub damping_n_s_per_m: f64,
 }
 
+impl HandModel {
+    /// No hand at all.
+    pub(super) const NONE: Self = Self {
+        stiffness_n_per_m: 0.0,
+        damping_n_s_per_m: 0.0,
+    };
+}
+
 /// Motion of the hand.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HandMotion {
