@@ -22,9 +22,11 @@ mod place;
 mod report;
 mod specification;
 mod spectrum;
+mod udp;
 
 pub use curves::TeleoperationCurves;
 pub use pair::{PairSink, PairTick, SideTick};
 pub use place::{PlaceName, RemotePlace};
 pub use report::{FeltAt, LineCounts, TeleoperationReport, TeleoperationVerdict};
 pub use specification::{ArchitectureName, HandModel, HandMotion, TeleoperationExperiment};
+pub use udp::{End, FarEnd, FarReport};

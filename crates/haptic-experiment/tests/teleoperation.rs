@@ -119,9 +119,9 @@ fn random(random: &mut Random, tissues: &[RemotePlace]) -> TeleoperationExperime
     }
 }
 
-/// `TELEOPERATION_CASES` says how many, for the campaign of the night.
+/// `CAMPAIGN_CASES`: how many, 100 by default; a thousand each night.
 fn cases() -> u64 {
-    let given = std::env::var("TELEOPERATION_CASES").ok();
+    let given = std::env::var("CAMPAIGN_CASES").ok();
     given.map_or(100, |cases| cases.parse().expect("a number of cases"))
 }
 

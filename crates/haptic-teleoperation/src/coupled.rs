@@ -64,13 +64,14 @@ impl<O: Differintegrator<f64>> Coupled<O> {
 /// Time-domain passivity of a coupled port: it gives the device no more energy than its account holds.
 ///
 /// ```text
-/// W = −f·Δx into the line;   W < −balance: f is scaled so that W = −balance
+/// W = −f·Δx into the line;   W < −balance/N: f is scaled so that W = −balance/N
 /// balance ← balance + W,   then what is above the energy of the own spring (on one side) is sent to the other
 /// ```
 /// - *Passive*: the accounts of both sides and what is on its way never fall below 0, whatever line and motion.
 /// - *The spring* of the coupler stores energy once for both sides, so one side, the master, keeps k_c·y²/2 for its way back.
 ///   (Sent away too, its hand would feel the spring push but not push back.)
-/// - *Before the account is empty* it is position–position to the bit.
+/// - *While the account has* N times what a tick spends it is position–position to the bit. N > 1 lets energy that came in a
+///   bunch, by jitter, last until the next; at 1 the force would chatter between all and nothing.
 ///
 /// Source: J.-H. Ryu, J. Artigas, C. Preusche, *A passive bilateral control scheme for a teleoperator with time-varying
 /// communication delay*, Mechatronics 20, 2010.
@@ -78,14 +79,17 @@ impl<O: Differintegrator<f64>> Coupled<O> {
 pub(crate) struct Observed<O: Differintegrator<f64>> {
     coupled: Coupled<O>,
     account: Account,
+    /// 1/N.
+    share: f64,
     keeps_spring: bool,
 }
 
 impl<O: Differintegrator<f64>> Observed<O> {
-    pub(crate) fn new(coupled: Coupled<O>, keeps_spring: bool) -> Self {
+    pub(crate) fn new(coupled: Coupled<O>, playout_samples: u32, keeps_spring: bool) -> Self {
         Self {
             coupled,
             account: Account::default(),
+            share: 1.0 / f64::from(playout_samples),
             keeps_spring,
         }
     }
@@ -98,7 +102,7 @@ impl<O: Differintegrator<f64>> Observed<O> {
     pub(crate) fn wanted_n(&self, position_m: f64, moved: f64) -> f64 {
         let wanted = self.coupled.wanted_n(position_m);
         let given = wanted * moved;
-        let available = self.account.available_j();
+        let available = self.share * self.account.available_j();
         if given > available {
             // The same direction, less of it; given > 0.
             wanted * (available / given)

@@ -213,6 +213,12 @@ impl Peer {
         Ok(())
     }
 
+    /// The side that it is.
+    #[must_use]
+    pub const fn side(&self) -> HandSide {
+        self.own.side
+    }
+
     /// Both numbers, once both are known.
     fn connection(&self) -> Option<u32> {
         self.theirs.map(|theirs| theirs ^ self.nonce)

@@ -24,7 +24,14 @@ pub enum PortLaw<O> {
         playout_samples: u32,
     },
     /// Time-domain passivity around position–position.
-    TimeDomain(CouplerGains, O),
+    TimeDomain {
+        /// Of the coupler.
+        gains: CouplerGains,
+        /// Its operator.
+        operator: O,
+        /// N, 1 to 10 000: a tick spends at most 1/N of the account, so that energy that came in a bunch lasts to the next.
+        playout_samples: u32,
+    },
 }
 
 impl<O> PortLaw<O> {
@@ -34,7 +41,7 @@ impl<O> PortLaw<O> {
             Self::PositionPosition(..) => Architecture::PositionPosition,
             Self::PositionForce(..) => Architecture::PositionForce,
             Self::Wave { .. } => Architecture::Wave,
-            Self::TimeDomain(..) => Architecture::TimeDomain,
+            Self::TimeDomain { .. } => Architecture::TimeDomain,
         }
     }
 }
@@ -87,6 +94,17 @@ fn checked(gains: CouplerGains) -> Result<CouplerGains, RangeError> {
     Ok(gains)
 }
 
+fn playout(samples: u32) -> Result<u32, ParameterError> {
+    range(
+        "playout",
+        f64::from(samples),
+        (1..=Settings::PLAYOUT_MOST).contains(&samples),
+        "in [1, 10000]",
+        "samples",
+    )?;
+    Ok(samples)
+}
+
 /// The law at rest.
 ///
 /// # Errors
@@ -110,21 +128,20 @@ pub(crate) fn law<O: Differintegrator<f64>>(
             playout_samples,
         } => {
             let impedance = positive("wave impedance", impedance_n_s_per_m, "N·s/m")?;
-            range(
-                "playout",
-                f64::from(playout_samples),
-                (1..=Settings::PLAYOUT_MOST).contains(&playout_samples),
-                "in [1, 10000]",
-                "samples",
-            )?;
+            let playout_samples = playout(playout_samples)?;
             Law::Wave(WavePort::new(
                 impedance,
                 playout_samples,
                 settings.sample_time.0,
             ))
         }
-        PortLaw::TimeDomain(gains, operator) => Law::Observed(Observed::new(
+        PortLaw::TimeDomain {
+            gains,
+            operator,
+            playout_samples,
+        } => Law::Observed(Observed::new(
             coupled(gains, operator)?,
+            playout(playout_samples)?,
             settings.side == HandSide::Master,
         )),
     })

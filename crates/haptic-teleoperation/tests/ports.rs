@@ -24,7 +24,11 @@ fn law(architecture: Architecture, order: f64, playout_samples: u32) -> PortLaw<
             impedance_n_s_per_m: 5.0,
             playout_samples,
         },
-        Architecture::TimeDomain => PortLaw::TimeDomain(gains, operator),
+        Architecture::TimeDomain => PortLaw::TimeDomain {
+            gains,
+            operator,
+            playout_samples,
+        },
     }
 }
 

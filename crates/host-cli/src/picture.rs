@@ -117,16 +117,16 @@ pub fn of_teleoperation(curves: &TeleoperationCurves) -> Result<Picture, FigureE
             chart(
                 "energy taken by the line",
                 "energy / mJ",
-                vec![Series::new("taken", &taken, Look::Line, 0)],
+                vec![Series::new("line", &taken, Look::Line, 3)],
             ),
             Chart {
-                caption: "stiffness |F/x|",
+                caption: "felt by the master, touched by the slave",
                 x: AxisSpec::new("frequency / Hz", Scale::Log),
-                y: AxisSpec::new("stiffness / N·m⁻¹", Scale::Log),
+                y: AxisSpec::new("stiffness |F/x| / N·m⁻¹", Scale::Log),
                 series: vec![
-                    Series::new("touched by the slave", &touched, Look::Line, 1),
-                    Series::new("felt, by the formula", &formula, Look::Dashed, 2),
-                    Series::new("felt in the hand", &run, Look::Markers, 0),
+                    Series::new("slave", &touched, Look::Line, 1),
+                    Series::new("formula", &formula, Look::Dashed, 4),
+                    Series::new("master", &run, Look::Markers, 0),
                 ]
                 .into_iter()
                 .filter(|series| !series.points.is_empty())

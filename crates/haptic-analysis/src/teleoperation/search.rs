@@ -45,7 +45,9 @@ pub struct BestCoupler {
 /// Stiffness of couplers that are tried, N/m: of its spring, and of its damper at the middle of the band.
 const STIFFNESS: [f64; 2] = [1.0, 1e5];
 /// Steps of that, in the logarithm.
-const STEPS: i32 = 24;
+const STEPS: u32 = 40;
+/// Steps from a spring alone to a damper alone.
+const MIXES: u32 = 20;
 
 impl Teleoperation {
     /// How near the hand feels these impedances at these frequencies.
@@ -83,7 +85,8 @@ impl CouplerSearch {
     /// The best coupler of this order; `None` if none that was tried is absolutely stable. For waves, whose order does not
     /// matter, the best impedance up to the smaller damping of both devices, which a sampled device bears.
     ///
-    /// A grid in the logarithms of both gains, then smaller and smaller steps from the best point of it.
+    /// For each mix of spring and damper the best size by a grid in its logarithm and smaller and smaller steps, then the same of
+    /// the mix: the best couplers lie at the edge of stability, which no search along the axes of both gains can follow.
     ///
     /// # Errors
     /// A parameter or frequency outside its range.
@@ -97,33 +100,17 @@ impl CouplerSearch {
             order,
             per_stiffness: libm::pow(middle, -order.get()),
         };
-        // Without a spring, without a damper, or with both.
-        let mut best = None;
-        for k in 0..=STEPS {
-            for b in 0..=STEPS {
-                search.improve(&mut best, [f64::from(k), f64::from(b)])?;
-            }
+        let mut best: Option<Found> = None;
+        for n in 0..=MIXES {
+            search.improve(&mut best, f64::from(n) / f64::from(MIXES))?;
         }
-        let mut step = 0.5;
-        while step > 1e-3 {
-            let Some(Found { place: [k, b], .. }) = best else {
+        let mut step = 0.5 / f64::from(MIXES);
+        while step > 2e-3 {
+            let Some(Found { mix, .. }) = best else {
                 return Ok(None);
             };
-            let mut better = false;
-            for (dk, db) in [
-                (1, 0),
-                (-1, 0),
-                (0, 1),
-                (0, -1),
-                (1, 1),
-                (-1, -1),
-                (1, -1),
-                (-1, 1),
-            ] {
-                let place = [k + step * f64::from(dk), b + step * f64::from(db)];
-                better |= search.improve(&mut best, place)?;
-            }
-            if !better {
+            let left = search.improve(&mut best, (mix - step).max(0.0))?;
+            if !left && !search.improve(&mut best, (mix + step).min(1.0))? {
                 step *= 0.5;
             }
         }
@@ -137,7 +124,7 @@ impl CouplerSearch {
 /// A point of the search.
 #[derive(Clone, Copy)]
 struct Found {
-    place: [f64; 2],
+    mix: f64,
     line: HandLine,
     transparency: Transparency,
 }
@@ -151,9 +138,52 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Tries a place; true if it is the best so far.
-    fn improve(&self, best: &mut Option<Found>, place: [f64; 2]) -> Result<bool, AnalysisError> {
-        let line = self.line(place);
+    /// Looks along a mix for the best size; true if it is better than the best so far.
+    fn improve(&self, best: &mut Option<Found>, mix: f64) -> Result<bool, AnalysisError> {
+        let mut size = None;
+        let mut better = false;
+        let mut here: Option<f64> = None;
+        let mut try_size = |steps: f64, here: &mut Option<f64>| {
+            let line = self.line(mix, steps);
+            let transparency = self.error_of(line)?;
+            if here.is_some_and(|least| transparency.error >= least) {
+                return Ok::<_, AnalysisError>(false);
+            }
+            // The dear question last.
+            if !self.is_good(line)? {
+                return Ok(false);
+            }
+            *here = Some(transparency.error);
+            if best.is_none_or(|best| transparency.error < best.transparency.error) {
+                better = true;
+                *best = Some(Found {
+                    mix,
+                    line,
+                    transparency,
+                });
+            }
+            Ok(true)
+        };
+        for n in 0..=STEPS {
+            if try_size(f64::from(n), &mut here)? {
+                size = Some(f64::from(n));
+            }
+        }
+        let mut step = 0.5;
+        while let (true, Some(at)) = (step > 1e-3, size) {
+            if try_size(at + step, &mut here)? {
+                size = Some(at + step);
+            } else if try_size(at - step, &mut here)? {
+                size = Some(at - step);
+            } else {
+                step *= 0.5;
+            }
+        }
+        Ok(better)
+    }
+
+    /// How near a line comes.
+    fn error_of(&self, line: HandLine) -> Result<Transparency, AnalysisError> {
         let hands = Teleoperation {
             line,
             ..self.question.hands
@@ -163,43 +193,25 @@ impl Search<'_> {
             environment,
             ..
         } = self.question;
-        let transparency = hands.transparency(omegas_rad_s, environment)?;
-        let better = best.is_none_or(|best| transparency.error < best.transparency.error);
-        // The dear question last.
-        if !better {
-            return Ok(false);
-        }
-        let stable = |hands: &Teleoperation| {
-            Ok::<_, AnalysisError>(
-                hands.is_stable_on(&self.grid) && hands.absolute_stability()?.stable,
-            )
-        };
-        if self.question.stable && !stable(&hands)? {
-            return Ok(false);
-        }
-        *best = Some(Found {
-            place,
-            line,
-            transparency,
-        });
-        Ok(true)
+        hands.transparency(omegas_rad_s, environment)
     }
 
-    fn line(&self, [k, b]: [f64; 2]) -> HandLine {
-        // 0 is none at all.
-        let stiffness = |steps: f64| {
-            let share = (steps - 1.0).clamp(0.0, f64::from(STEPS - 1)) / f64::from(STEPS - 1);
-            let size = STIFFNESS[0] * libm::pow(STIFFNESS[1] / STIFFNESS[0], share);
-            if steps < 1.0 { 0.0 } else { size }
+    fn is_good(&self, line: HandLine) -> Result<bool, AnalysisError> {
+        let hands = Teleoperation {
+            line,
+            ..self.question.hands
         };
-        let damped = self.per_stiffness * stiffness(b);
+        Ok(!self.question.stable
+            || (hands.is_stable_on(&self.grid) && hands.absolute_stability()?.stable))
+    }
+
+    /// The line with this share of its stiffness in the damper, and this size.
+    fn line(&self, mix: f64, steps: f64) -> HandLine {
+        let share = steps.clamp(0.0, f64::from(STEPS)) / f64::from(STEPS);
+        let size = STIFFNESS[0] * libm::pow(STIFFNESS[1] / STIFFNESS[0], share);
         let coupler = HandCoupler {
-            stiffness_n_per_m: if damped > 0.0 {
-                stiffness(k)
-            } else {
-                stiffness(k.max(1.0))
-            },
-            dissipation_n_s_mu_per_m: damped,
+            stiffness_n_per_m: (1.0 - mix) * size,
+            dissipation_n_s_mu_per_m: mix * size * self.per_stiffness,
             order: self.order,
         };
         match self.question.hands.line {
@@ -210,7 +222,6 @@ impl Search<'_> {
             } => {
                 let hands = &self.question.hands;
                 let most = (hands.master.damping_n_s_per_m).min(hands.slave.damping_n_s_per_m);
-                let share = k.clamp(0.0, f64::from(STEPS)) / f64::from(STEPS);
                 HandLine::Wave {
                     impedance_n_s_per_m: most * libm::pow(1e-2, 1.0 - share),
                     playout_samples,

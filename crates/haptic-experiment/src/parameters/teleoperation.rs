@@ -22,7 +22,7 @@ parameters! {
         "b of waves: the damping that both hands feel of the line; at most that of the devices");
     /// Playout of waves, s.
     PLAYOUT = optional("playout_s", AT_LEAST_0,
-        "Time over which waves that came in a bunch are played out [default: a sample and what jitter spreads]");
+        "Time over which waves, or energy, that came in a bunch are played out [default: a sample and what jitter spreads]");
     /// Delay of the line, s.
     LINE_DELAY = number("line_delay_s", 0.02, "20ms", Range::Within(0.0, ChannelModel::DELAY_MOST_S),
         "Delay of the line in either direction; a message takes a sample more");

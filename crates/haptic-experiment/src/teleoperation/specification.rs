@@ -138,7 +138,7 @@ pub struct TeleoperationExperiment {
     pub order: Order,
     /// b of the waves, N·s/m.
     pub wave_impedance_n_s_per_m: f64,
-    /// Samples over which waves are played out; `None` for two and as many as jitter spreads.
+    /// Samples over which waves and energy are played out; `None` for two and as many as jitter spreads.
     pub playout_samples: Option<u32>,
     /// Each way of the line.
     pub channel: ChannelModel,
@@ -179,11 +179,11 @@ impl TeleoperationExperiment {
         self.pair().map(|_| self.samples())
     }
 
-    /// Times and frequencies that fit each other.
+    /// A duration of a number of samples.
     ///
     /// # Errors
-    /// One that does not.
-    pub(super) fn check_times(&self) -> Result<(), Failure> {
+    /// Too few or too many.
+    pub(super) fn check_duration(&self) -> Result<(), Failure> {
         let t = self.sample_time().0;
         let samples = self.duration_s / t + 1.0;
         if !SAMPLES.contains(&samples) {
@@ -195,6 +195,16 @@ impl TeleoperationExperiment {
                 SAMPLES.end()
             )));
         }
+        Ok(())
+    }
+
+    /// Times and frequencies that fit each other.
+    ///
+    /// # Errors
+    /// One that does not.
+    pub(super) fn check_times(&self) -> Result<(), Failure> {
+        self.check_duration()?;
+        let t = self.sample_time().0;
         let most = self.duration_s - HandMotion::RISE_S;
         let whole = (self.window_s / t - (self.window_s / t).round()).abs() < 1e-6;
         if !(self.window_s >= t && self.window_s <= most && whole) {
@@ -225,7 +235,7 @@ impl TeleoperationExperiment {
         crate::schedule::horizon(self.samples())
     }
 
-    /// Samples of playout of waves: two, which bear the hold of the forces, and what jitter spreads.
+    /// Samples of playout of waves and energy: two, which bear the hold of the forces, and what jitter spreads.
     pub(super) fn playout(&self) -> u32 {
         let spread = 2.0 * self.channel.jitter * self.channel.delay.0 / self.sample_time().0;
         let most = f64::from(Settings::PLAYOUT_MOST);
@@ -248,7 +258,11 @@ impl TeleoperationExperiment {
         Ok(match self.architecture {
             Architecture::PositionPosition => PortLaw::PositionPosition(self.coupler, operator()?),
             Architecture::PositionForce => PortLaw::PositionForce(self.coupler, operator()?),
-            Architecture::TimeDomain => PortLaw::TimeDomain(self.coupler, operator()?),
+            Architecture::TimeDomain => PortLaw::TimeDomain {
+                gains: self.coupler,
+                operator: operator()?,
+                playout_samples: self.playout(),
+            },
             Architecture::Wave => PortLaw::Wave {
                 impedance_n_s_per_m: self.wave_impedance_n_s_per_m,
                 playout_samples: self.playout(),

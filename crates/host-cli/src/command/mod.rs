@@ -23,6 +23,7 @@ pub mod run;
 pub mod safety;
 pub mod shell;
 pub mod summary;
+pub mod teleoperate;
 pub mod teleoperation;
 pub mod weights;
 pub mod words;

@@ -23,3 +23,4 @@ mod process;
 mod realtime;
 mod refusals;
 mod safety;
+mod teleoperation;

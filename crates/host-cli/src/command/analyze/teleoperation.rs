@@ -497,7 +497,7 @@ impl Answer {
                 caption: "the best coupler of each order",
                 x: AxisSpec::new("order μ", Scale::Linear),
                 y: AxisSpec::new("rms of ln(felt/tissue)", Scale::Linear),
-                series: vec![Series::new("best coupler", &errors, Look::Line, 0)],
+                series: vec![Series::new("best coupler", &errors, Look::Markers, 2)],
             });
         }
         let law = match hands.line {
