@@ -419,10 +419,17 @@ impl Line {
             self.strangers += 1;
             return Ok(Some(Heard::Nothing));
         }
-        let heard = self.state.take(&datagram[..length]);
-        let heard = heard.map_err(|error| {
-            Failure::Device(anyhow::anyhow!("{error} ({from}); no force was made"))
-        })?;
+        let heard = match self.state.take(&datagram[..length]) {
+            Ok(heard) => heard,
+            Err(error) => {
+                // The other side is to see it too.
+                self.peer = Some(from);
+                (0..FAREWELLS).for_each(|_| self.greet());
+                return Err(Failure::Device(anyhow::anyhow!(
+                    "{error} ({from}); no force was made"
+                )));
+            }
+        };
         if heard == Heard::Hello {
             self.peer = Some(from);
         }
