@@ -10,7 +10,7 @@ use crate::ended::Ended;
 use crate::failure::Failure;
 use crate::flight::FaultSeen;
 use crate::folder::FolderRequest;
-use crate::kept::{Record, WHOLE_MOST};
+use crate::kept::Record;
 use crate::recorder::{Recorded, Recorder};
 use crate::report::{Files, RunReport};
 use crate::run::{REPORT, Ran, Supervisor, close, told};
@@ -78,7 +78,7 @@ struct Run {
     motion: HandMotion,
     judged: Judged,
     record: Record,
-    curves: Thinned<7>,
+    curves: Thinned<6>,
 }
 
 impl TeleoperationExperiment {
@@ -118,12 +118,13 @@ impl TeleoperationExperiment {
         let mut recorder = started.inspect_err(|_| folder.discard())?;
         recorder.roll_at(folder.roll_bytes());
         let mut table = folder.table_beside_log("csv")?;
+        let record = Record::with_room_for(schedule.samples).map_err(Failure::Run)?;
         let mut run = Run {
             pair,
             motion: self.motion.clone(),
             judged: Judged::new(self),
-            record: Record::with_room_for(schedule.samples).map_err(Failure::Run)?,
-            curves: Thinned::new(WHOLE_MOST),
+            curves: Thinned::of(&record),
+            record,
         };
         let mut lost = Ok(());
         run.all(schedule, &mut recorder, supervisor, &mut |tick, hand_m| {
@@ -216,16 +217,8 @@ impl TeleoperationExperiment {
         })
     }
 
-    fn drawn(&self, report: &TeleoperationReport, curves: Thinned<7>) -> TeleoperationCurves {
-        let [
-            hand_m,
-            master_m,
-            slave_m,
-            master_n,
-            slave_n,
-            taken_j,
-            _outside,
-        ] = curves.curves;
+    fn drawn(&self, report: &TeleoperationReport, curves: Thinned<6>) -> TeleoperationCurves {
+        let [hand_m, master_m, slave_m, master_n, slave_n, taken_j] = curves.curves;
         TeleoperationCurves {
             subtitle: format!(
                 "{} · delay {} ms, jitter {} %, loss {} % · {} · {}",
@@ -317,7 +310,6 @@ impl Run {
             master.force_n,
             slave.force_n,
             0.0 - tick.given_j,
-            slave.outside_n,
         ];
         self.curves.add(tick.time_s, values);
     }
