@@ -167,7 +167,11 @@ impl<O: Differintegrator<f64>> Port<O> {
         self.next_tick = reading.tick.wrapping_add(1);
         let heard = self.quiet.is_some();
         if let Some(quiet) = &mut self.quiet {
-            *quiet = quiet.saturating_add(passed);
+            // A message that has just come is of now, whatever ticks were passed over before.
+            *quiet = match *quiet {
+                0 => 1,
+                ticks => ticks.saturating_add(passed),
+            };
             if *quiet > self.silence_ticks && !self.silent {
                 self.silent = true;
                 self.controller.stop();
