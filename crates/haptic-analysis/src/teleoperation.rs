@@ -35,7 +35,7 @@ use std::f64::consts::PI;
 /// - *Time-domain passivity* is position–position for as long as its account is not empty.
 /// - *Orders* 0 ≤ μ ≤ 1. *Range of ω*: 0 < ω ≤ π/T.
 ///
-/// Derived anew from the two equations of motion, the result is that of theory: Z_t as in D. A. Lawrence, *Stability and
+/// Derived anew from the two equations of motion, the result is that of theory: `Z_t` as in D. A. Lawrence, *Stability and
 /// transparency in bilateral teleoperation*, IEEE Trans. Robotics and Automation 9(5), 1993.
 ///
 /// ```
@@ -94,7 +94,7 @@ impl Teleoperation {
         Ok(matrix)
     }
 
-    /// Z_t, N·s/m, for an environment of impedance `Z_e(jω)`, velocity in and force out, N·s/m.
+    /// `Z_t`, N·s/m, for an environment of impedance `Z_e(jω)`, velocity in and force out, N·s/m.
     ///
     /// # Errors
     /// As [`hybrid_matrix`](Self::hybrid_matrix), or a resonance without damping.

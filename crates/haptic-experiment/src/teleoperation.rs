@@ -4,7 +4,7 @@
 //! hand ─ k_h, b_h ─▶ master ─▶ port ─▶ line: delay, jitter, loss, duplication ─▶ port ─▶ slave ─▶ tissue or wall
 //!                                  ◀─                                        ◀─
 //! ```
-//! - *The hand* moves its own end, x_h = press + Σ sines, and holds the master by a spring and a damper.
+//! - *The hand* moves its own end, `x_h` = press + Σ sines, and holds the master by a spring and a damper.
 //! - *Devices, hand and environment* are stepped eight times a sample, the ports once.
 //! - *Impedances*: over the window at the end, forces and places of both sides at each frequency of the motion; beside them
 //!   the tissue's own and what the formula says is felt of it, see [`Teleoperation`](haptic_analysis::Teleoperation).

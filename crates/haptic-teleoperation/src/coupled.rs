@@ -3,7 +3,7 @@
 use crate::account::Account;
 use fracdiff::Differintegrator;
 
-/// Gains of a coupler k_c + b_c·D^μ; the operator has the order μ.
+/// Gains of a coupler `k_c` + `b_c·D^μ`; the operator has the order μ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CouplerGains {
     /// `k_c`, N/m, at least 0.
@@ -68,7 +68,7 @@ impl<O: Differintegrator<f64>> Coupled<O> {
 /// balance ← balance + W,   then what is above the energy of the own spring (on one side) is sent to the other
 /// ```
 /// - *Passive*: the accounts of both sides and what is on its way never fall below 0, whatever line and motion.
-/// - *The spring* of the coupler stores energy once for both sides, so one side, the master, keeps k_c·y²/2 for its way back.
+/// - *The spring* of the coupler stores energy once for both sides, so one side, the master, keeps `k_c·y²/2` for its way back.
 ///   (Sent away too, its hand would feel the spring push but not push back.)
 /// - *While the account has* N times what a tick spends it is position–position to the bit. N > 1 lets energy that came in a
 ///   bunch, by jitter, last until the next; at 1 the force would chatter between all and nothing.

@@ -15,7 +15,7 @@ pub struct HandMass {
     pub damping_n_s_per_m: f64,
 }
 
-/// A coupler k_c + b_c·D^μ from place to force.
+/// A coupler `k_c` + `b_c·D^μ` from place to force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HandCoupler {
     /// `k_c`, N/m, at least 0.
@@ -52,7 +52,7 @@ pub(super) struct Ports {
 }
 
 impl Ports {
-    /// Z_t.
+    /// `Z_t`.
     pub(super) fn transmitted(&self, environment: Complex<f64>) -> Complex<f64> {
         // (h₁₁ + (h₁₁h₂₂ − h₁₂h₂₁)Z_e)/(1 + h₂₂Z_e) = h₁₁ − h₁₂h₂₁Z_e/(1 + h₂₂Z_e)
         self.h11 - self.h12 * self.h21 * environment / (1.0 + self.h22 * environment)
@@ -176,7 +176,7 @@ impl HandCoupler {
         })
     }
 
-    /// k_c + b_c·T^(−μ)(1 − w)^μ, N/m.
+    /// `k_c` + `b_c·T^(−μ)(1` − w)^μ, N/m.
     fn response(&self, t: f64, theta: f64) -> Complex<f64> {
         let mu = self.order.get();
         let size = libm::pow(2.0 * libm::sin(0.5 * theta) / t, mu);

@@ -11,9 +11,9 @@ use num_complex::Complex;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Transparency {
-    /// Root mean square of |ln(Z_t/Z_e)| over the band: 0 is perfect; 0.1 is 10 % or 6°.
+    /// Root mean square of |`ln(Z_t/Z_e)`| over the band: 0 is perfect; 0.1 is 10 % or 6°.
     pub error: f64,
-    /// Largest | 20·log₁₀|Z_t/Z_e| |, dB.
+    /// Largest | `20·log₁₀|Z_t/Z_e`| |, dB.
     pub largest_db: f64,
     /// Largest phase between both, °.
     pub largest_degrees: f64,
@@ -26,7 +26,7 @@ pub struct CouplerSearch {
     pub hands: Teleoperation,
     /// Frequencies at which the environment is to feel right, rad/s.
     pub omegas_rad_s: Vec<f64>,
-    /// Z_e at each, N·s/m.
+    /// `Z_e` at each, N·s/m.
     pub environment: Vec<Complex<f64>>,
     /// True if a coupler has to be absolutely stable; false for a line that is passive by its energy.
     pub stable: bool,
@@ -133,7 +133,7 @@ struct Search<'a> {
     question: &'a CouplerSearch,
     grid: Grid,
     order: Order,
-    /// b_c of a damper as stiff as 1 N/m at the middle of the band.
+    /// `b_c` of a damper as stiff as 1 N/m at the middle of the band.
     per_stiffness: f64,
 }
 

@@ -52,8 +52,8 @@ impl Teleoperation {
     ///
     /// A wave line without playout fails near the frequencies ωh = nπ: there it has no loss, and the hold is late by half a
     /// sample. It is passive as a *sampled* port; the damping of the devices has to pay for the hold. Two samples of playout are
-    /// loss enough for a b up to 0.85 of the damping b_d of the devices, three for all of it, whatever the delay: a device reflects
-    /// |Γ|² ≤ 1 + bθ²/b_d near rest, the playout keeps |S|² = 1/(1 + 2N(N − 1)(1 − cos θ)) ≈ 1 − N(N − 1)θ².
+    /// loss enough for a b up to 0.85 of the damping `b_d` of the devices, three for all of it, whatever the delay: a device reflects
+    /// |Γ|² ≤ 1 + `bθ²/b_d` near rest, the playout keeps |S|² = 1/(1 + 2N(N − 1)(1 − cos θ)) ≈ 1 − N(N − 1)θ².
     ///
     /// # Errors
     /// A parameter outside its range, or a delay of more than 1e5 samples.

@@ -50,9 +50,9 @@ impl Named for ArchitectureName {
 /// The hand that holds the master.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HandModel {
-    /// k_h, N/m, above 0.
+    /// `k_h`, N/m, above 0.
     pub stiffness_n_per_m: f64,
-    /// b_h, N·s/m, at least 0.
+    /// `b_h`, N·s/m, at least 0.
     pub damping_n_s_per_m: f64,
 }
 

@@ -39,7 +39,7 @@ pub struct Arguments {
     /// Be the master and look for the slave there
     #[arg(long, value_name = "ADDRESS:PORT", conflicts_with = "listen")]
     connect: Option<String>,
-    /// How long, once the other side is there [default: duration_s of the file]
+    /// How long, once the other side is there [default: `duration_s` of the file]
     #[arg(long, allow_hyphen_values = true)]
     duration: Option<Time>,
     /// How long to wait for the other side

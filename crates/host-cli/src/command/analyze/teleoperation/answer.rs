@@ -105,7 +105,7 @@ impl Answer {
             )?,
             (Some(delay), true) => writeln!(out, "largest delay      {} ms and more", 1e3 * delay)?,
             (Some(delay), false) => {
-                writeln!(out, "largest delay      {} ms", fixed(1e3 * delay, 3))?
+                writeln!(out, "largest delay      {} ms", fixed(1e3 * delay, 3))?;
             }
         }
         if self.passive_line {
