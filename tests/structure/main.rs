@@ -22,6 +22,10 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("haptic-link", &[]),
     ("haptic-loop", &["fracdiff"]),
     ("haptic-remote", &["fracdiff", "haptic-loop", "haptic-link"]),
+    (
+        "haptic-teleoperation",
+        &["fracdiff", "haptic-loop", "haptic-link"],
+    ),
     ("haptic-tissue", &["fracdiff"]),
     ("haptic-analysis", &["fracdiff"]),
     ("haptic-log", &[]),
@@ -36,6 +40,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "haptic-log",
             "haptic-loop",
             "haptic-remote",
+            "haptic-teleoperation",
             "haptic-tissue",
         ],
     ),

@@ -37,6 +37,7 @@ mod schemes;
 mod stability;
 mod straight;
 mod strip;
+mod teleoperation;
 mod theorem;
 mod transition;
 mod transparency;
@@ -61,6 +62,10 @@ pub use plant::SampledPlant;
 pub use region::{StabilityRegion, StableArea};
 pub use required::{RequiredDamping, RequiredDelta};
 pub use stability::{SampledLoop, StabilityVerdict};
+pub use teleoperation::{
+    AbsoluteStability, BestCoupler, CouplerSearch, HandCoupler, HandLine, HandMass, LargestDelay,
+    Teleoperation, Transparency,
+};
 pub use transparency::{ClosedLoop, DelayedLoop};
 
 /// Complex numbers: [`num_complex::Complex`].

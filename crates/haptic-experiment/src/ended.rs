@@ -15,6 +15,8 @@ pub enum Ended {
     DeviceFault(FaultReport),
     /// The link to the device cannot be used any more.
     LinkLost(LinkError),
+    /// The other side of a line between two hands was silent for too long.
+    Silent,
     /// The log could not be written.
     LogStopped,
 }
@@ -48,6 +50,7 @@ impl Ended {
                 )
             }
             Self::LinkLost(error) => error.to_string(),
+            Self::Silent => "the other side was silent for too long".to_owned(),
             Self::LogStopped => "the log could not be written".to_owned(),
         }
     }

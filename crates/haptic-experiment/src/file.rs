@@ -1,5 +1,5 @@
-//! Experiment files: TOML with one table, `[relax]`, `[creep]`, `[wall]` or `[coupler]`, units in the names of keys; `[drive]` beside the
-//! first two.
+//! Experiment files: TOML with one table, `[relax]`, `[creep]`, `[wall]`, `[coupler]` or `[teleoperation]`, units in the names of keys;
+//! `[drive]` beside the first two.
 //!
 //! ```toml
 //! [wall]
@@ -19,6 +19,7 @@ mod pushed;
 pub(crate) mod reader;
 mod rendering;
 mod safety;
+mod teleoperation;
 #[cfg(test)]
 mod tests;
 mod wall;
@@ -28,7 +29,10 @@ use crate::preflight::PreflightRequest;
 use crate::remote::RemoteDevice;
 use crate::safety::Safety;
 use crate::schedule::Pace;
-use crate::{CouplerExperiment, Creep, Drive, Relaxation, WallExperiment, parameters};
+use crate::{
+    CouplerExperiment, Creep, Drive, Relaxation, TeleoperationExperiment, WallExperiment,
+    parameters,
+};
 use haptic_tissue::read_text;
 use reader::Document;
 pub use reader::FileError;
@@ -60,13 +64,15 @@ pub enum ExperimentFile {
     Wall(WallExperiment),
     /// `[coupler]`.
     Coupler(CouplerExperiment),
+    /// `[teleoperation]`.
+    Teleoperation(Box<TeleoperationExperiment>),
 }
 
 /// The table beside an experiment that a controller drives, and the kinds that may have it.
 const DRIVE: &str = "drive";
 const DRIVEN: [&str; 2] = ["relax", "creep"];
 /// Kinds of experiments.
-const KINDS: [&str; 4] = ["relax", "creep", "wall", "coupler"];
+const KINDS: [&str; 5] = ["relax", "creep", "wall", "coupler", "teleoperation"];
 
 impl ExperimentFile {
     /// Reads and checks a file.
@@ -101,6 +107,10 @@ impl ExperimentFile {
             "relax" => rendering::relax(&table, drive).map(Self::Relax),
             "creep" => rendering::creep(&table, drive).map(Self::Creep),
             "coupler" => coupler::coupler(&table).map(Self::Coupler),
+            "teleoperation" => {
+                let read = teleoperation::teleoperation(&table)?;
+                Ok(Self::Teleoperation(Box::new(read)))
+            }
             _ => wall::wall(&table).map(Self::Wall),
         }
     }
@@ -115,6 +125,7 @@ impl ExperimentFile {
             Self::Creep(experiment) => experiment.check(),
             Self::Wall(experiment) => experiment.check(),
             Self::Coupler(experiment) => experiment.check(),
+            Self::Teleoperation(experiment) => experiment.check(),
         }
     }
 
@@ -127,6 +138,7 @@ impl ExperimentFile {
             }
             Self::Wall(WallExperiment { setup, .. })
             | Self::Coupler(CouplerExperiment { setup, .. }) => setup.remote.as_ref(),
+            Self::Teleoperation(_) => None,
         }
     }
 
@@ -146,6 +158,12 @@ impl ExperimentFile {
                 setup.remote = remote;
                 setup.sensors
             }
+            Self::Teleoperation(_) if remote.is_some() => {
+                return Err(Failure::bad_input(
+                    "a teleoperation runs on two simulated devices: leave `device` away",
+                ));
+            }
+            Self::Teleoperation(_) => return Ok(self),
         };
         if let Self::Coupler(coupler) = &self {
             coupler.check_loop()?;
@@ -166,7 +184,7 @@ impl ExperimentFile {
             Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
                 rendering.drive.as_ref()
             }
-            Self::Wall(_) | Self::Coupler(_) => None,
+            Self::Wall(_) | Self::Coupler(_) | Self::Teleoperation(_) => None,
         }
     }
 
@@ -182,7 +200,7 @@ impl ExperimentFile {
             Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
                 rendering.drive = choose(rendering.drive.take())?;
             }
-            Self::Wall(_) | Self::Coupler(_) => {
+            Self::Wall(_) | Self::Coupler(_) | Self::Teleoperation(_) => {
                 if choose(None)?.is_some() {
                     return Err(Failure::bad_input(
                         "the `controller` of a drive holds the indenter of [relax] or [creep]: leave it out",
@@ -201,6 +219,7 @@ impl ExperimentFile {
             }
             Self::Wall(WallExperiment { setup, .. })
             | Self::Coupler(CouplerExperiment { setup, .. }) => &mut setup.safety,
+            Self::Teleoperation(experiment) => &mut experiment.safety,
         }
     }
 
@@ -215,6 +234,8 @@ impl ExperimentFile {
             | Self::Coupler(CouplerExperiment { setup, .. }) => {
                 setup.force_unstable = wanted.force_unstable;
             }
+            // Of devices that are simulated here.
+            Self::Teleoperation(_) => {}
         }
         self
     }
@@ -228,6 +249,7 @@ impl ExperimentFile {
             }
             Self::Wall(WallExperiment { setup, .. })
             | Self::Coupler(CouplerExperiment { setup, .. }) => setup.pace = pace,
+            Self::Teleoperation(experiment) => experiment.pace = pace,
         }
         self
     }

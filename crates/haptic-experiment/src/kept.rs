@@ -139,7 +139,7 @@ impl Record {
             // The log of a run that could not be written is cut: this does not reach it.
             Some(Ended::Interrupted | Ended::LogStopped) => EndKind::Interrupted,
             Some(Ended::Fault(_) | Ended::DeviceFault(_)) => EndKind::Fault,
-            Some(Ended::LinkLost(_)) => EndKind::Link,
+            Some(Ended::LinkLost(_) | Ended::Silent) => EndKind::Link,
         };
         let reason = self.ended.map(|ended| ended.reason(self.watchdog_ms));
         RunEnd {

@@ -10,6 +10,7 @@ mod device;
 mod experiment;
 mod kind;
 mod safety;
+mod teleoperation;
 mod wall;
 
 pub use controller::*;
@@ -18,16 +19,22 @@ pub use device::*;
 pub use experiment::*;
 pub use kind::{Parameter, Range, Value};
 pub use safety::*;
+pub use teleoperation::*;
 pub use wall::*;
 
 /// Tables of experiment files by kind: heading and parameters.
 #[must_use]
 pub fn of_kind(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
-    let common = [("device", ON_DEVICE), ("safety", SAFETY)];
+    let common = match kind {
+        // On simulated devices alone.
+        "teleoperation" => vec![("safety", SAFETY)],
+        _ => vec![("device", ON_DEVICE), ("safety", SAFETY)],
+    };
     let own: &[(&str, &[Parameter])] = match kind {
         "relax" => &[("relaxation", RELAX), ("rendering", RENDERING)],
         "creep" => &[("creep", CREEP), ("rendering", RENDERING)],
         "coupler" => &[("required", COUPLER_REQUIRED), ("coupler", COUPLER)],
+        "teleoperation" => &[("teleoperation", TELEOPERATION)],
         _ => &[("required", WALL_REQUIRED), ("wall", WALL)],
     };
     own.iter().copied().chain(common).collect()
@@ -45,6 +52,7 @@ pub fn is_key(key: &str) -> bool {
         WALL,
         COUPLER_REQUIRED,
         COUPLER,
+        TELEOPERATION,
         ON_DEVICE,
         SAFETY,
     ];
@@ -57,7 +65,7 @@ mod tests {
 
     #[test]
     fn a_table_has_no_key_twice_and_every_default_is_in_its_range() {
-        for kind in ["relax", "creep", "wall", "coupler"] {
+        for kind in ["relax", "creep", "wall", "coupler", "teleoperation"] {
             let all: Vec<Parameter> = of_kind(kind)
                 .iter()
                 .flat_map(|(_, table)| *table)

@@ -20,6 +20,15 @@ fn advice(error: &ParameterError) -> Option<&'static str> {
         "force limit" => "change `force_limit_n`",
         "force rate limit" => "change `force_rate_limit_n_per_s`",
         "sample time" => "change `sample_time_s`",
+        "delay of the line" => "change `line_delay_s`",
+        "jitter" => "change `line_jitter`",
+        "chance of a lost message" => "change `line_loss`",
+        "chance of a repeated message" => "change `line_duplication`",
+        "silence" => "change `silence_s`",
+        "wave impedance" => "change `wave_impedance_n_s_per_m`",
+        "coupler stiffness and dissipation together" => {
+            "give `coupler_stiffness_n_per_m` or `coupler_dissipation_n_s_mu_per_m` above 0"
+        }
         "rise time" => "change `rise_time_s`",
         "stop time" => "change `stop_time_s`",
         "brake force" => "change `brake_force_n`",

@@ -148,7 +148,7 @@ pub(super) fn close(
 pub(super) const SAMPLES: std::ops::RangeInclusive<f64> = 10.0..=1e9;
 
 /// Ticks from one report of progress to the next, for the supervisor.
-const REPORT: u64 = 1024;
+pub(crate) const REPORT: u64 = 1024;
 
 /// Runs a controller for a number of samples. Ends early, with the force ramped to zero, when
 /// asked, on a fault, or when the recorder has ended.
@@ -265,7 +265,7 @@ fn ended<F: Real>(
 }
 
 /// Writes what the clock says of the run into record and log.
-fn told(periodic: Periodic, record: &mut Record, recorder: &mut Recorder) {
+pub(crate) fn told(periodic: Periodic, record: &mut Record, recorder: &mut Recorder) {
     let margin = periodic.spin_margin();
     record.raised(periodic.thread());
     let (timing, thread) = periodic.finish();

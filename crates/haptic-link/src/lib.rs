@@ -11,6 +11,7 @@ mod current_keys;
 mod digest;
 mod field;
 mod frame;
+mod hand;
 mod identity;
 mod in_order;
 mod keys;
@@ -37,6 +38,7 @@ pub use frame::{
     Direction, EncodeError, FRAME_MAX, FrameError, Header, LineCounters, PROTOCOL_VERSION,
     Receiver, encode, greet_version_1,
 };
+pub use hand::{Architecture, HandHello, HandMessage, HandSample, HandSide, HandState};
 pub use identity::{Capabilities, Hello};
 pub use keys::{KEYS_MAX, Keys, MessageKey};
 pub use limits::{Guard, GuardKind, Limits};

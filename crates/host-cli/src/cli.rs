@@ -71,6 +71,9 @@ pub enum Command {
     /// Run the experiment that a file describes
     #[command(long_about = command::run::long_about())]
     Run(command::run::Arguments),
+    /// One side of a teleoperation; the other in another process, UDP between them
+    #[command(long_about = command::teleoperate::LONG_ABOUT)]
+    Teleoperate(command::teleoperate::Arguments),
     /// Find the stiffest wall a device can render, by trying
     #[command(long_about = command::zwidth::LONG_ABOUT)]
     Zwidth(command::zwidth::Arguments),
@@ -123,6 +126,7 @@ impl Cli {
             Command::Control(command) => command.run(output),
             Command::Design(arguments) => arguments.run(output),
             Command::Run(arguments) => arguments.run(output),
+            Command::Teleoperate(arguments) => arguments.run(output),
             Command::Zwidth(arguments) => arguments.run(output),
             Command::RtCheck(arguments) => arguments.run(output),
             Command::Reproduce(arguments) => arguments.run(output),

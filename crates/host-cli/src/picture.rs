@@ -2,6 +2,7 @@
 
 use haptic_experiment::curves::{CouplerCurves, TheoryCurves, WallCurves};
 use haptic_experiment::drive::DriveCurves;
+use haptic_experiment::teleoperation::{FeltAt, TeleoperationCurves};
 use haptic_figure::{
     AxisSpec, Chart, ChartPage, Conditions, FigureError, HeldPanels, Look, Picture, Scale, Series,
     TheoryFigure,
@@ -83,6 +84,78 @@ pub fn of_coupler(curves: &CouplerCurves) -> Result<Picture, FigureError> {
         object_m: Some(&curves.object_position_m),
         force_n: &curves.force_n,
     })
+}
+
+/// A teleoperation: places and forces of both sides, the energy that the line took, and what was felt.
+///
+/// # Errors
+/// If there is nothing to draw.
+pub fn of_teleoperation(curves: &TeleoperationCurves) -> Result<Picture, FigureError> {
+    let over_time = |values: &[f64], scale: f64| -> Vec<(f64, f64)> {
+        let scaled = values.iter().map(|value| scale * value);
+        curves.time_s.iter().copied().zip(scaled).collect()
+    };
+    let [hand, master, slave] =
+        [&curves.hand_m, &curves.master_m, &curves.slave_m].map(|m| over_time(m, 1e3));
+    let [master_n, slave_n] = [&curves.master_n, &curves.slave_n].map(|n| over_time(n, 1.0));
+    let taken = over_time(&curves.taken_j, 1e3);
+    let felt = |value: fn(&FeltAt) -> Option<f64>| -> Vec<(f64, f64)> {
+        let pairs = curves.felt.iter();
+        pairs
+            .filter_map(|felt| Some((felt.frequency_hz, value(felt)?)))
+            .collect()
+    };
+    let (run, formula) = (felt(|f| Some(f.felt_n_per_m)), felt(|f| f.formula_n_per_m));
+    let touched = felt(|f| Some(f.touched_n_per_m));
+    let chart = |caption, y, series: Vec<_>| Chart {
+        caption,
+        x: AxisSpec::new("time / s", Scale::Linear),
+        y: AxisSpec::new(y, Scale::Linear),
+        series,
+    };
+    ChartPage {
+        title: "A teleoperation, simulated",
+        subtitle: &curves.subtitle,
+        columns: 2,
+        charts: vec![
+            chart(
+                "place",
+                "place / mm",
+                vec![
+                    Series::new("hand", &hand, Look::Dashed, 2),
+                    Series::new("master", &master, Look::Line, 0),
+                    Series::new("slave", &slave, Look::Line, 1),
+                ],
+            ),
+            chart(
+                "force on the device",
+                "force / N",
+                vec![
+                    Series::new("master", &master_n, Look::Line, 0),
+                    Series::new("slave", &slave_n, Look::Line, 1),
+                ],
+            ),
+            chart(
+                "energy taken by the line",
+                "energy / mJ",
+                vec![Series::new("line", &taken, Look::Line, 3)],
+            ),
+            Chart {
+                caption: "felt by the master, touched by the slave",
+                x: AxisSpec::new("frequency / Hz", Scale::Log),
+                y: AxisSpec::new("stiffness |F/x| / N·m⁻¹", Scale::Log),
+                series: vec![
+                    Series::new("slave", &touched, Look::Line, 1),
+                    Series::new("formula", &formula, Look::Dashed, 4),
+                    Series::new("master", &run, Look::Markers, 0),
+                ]
+                .into_iter()
+                .filter(|series| !series.points.is_empty())
+                .collect(),
+            },
+        ],
+    }
+    .draw()
 }
 
 /// A device that is pushed into a wall or a coupler.

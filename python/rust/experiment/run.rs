@@ -137,6 +137,7 @@ fn run(
         ExperimentFile::Creep(creep) => read(creep.run(request, supervisor)?),
         ExperimentFile::Wall(wall) => read(wall.run(request, supervisor)?),
         ExperimentFile::Coupler(coupler) => read(coupler.run(request, supervisor)?),
+        ExperimentFile::Teleoperation(far) => read(far.run(request, supervisor)?),
     }?;
     let columns = table.map(|path| columns(Path::new(&path))).transpose()?;
     Ok(Finished {

@@ -48,14 +48,8 @@ pub(super) fn creep(table: &Table<'_>, drive: Option<&Table<'_>>) -> Result<Cree
     })
 }
 
-fn rendering(
-    table: &Table<'_>,
-    held: Option<&Table<'_>>,
-    duration_s: f64,
-) -> Result<Rendering, FileError> {
-    let remote = remote(table)?;
-    let sample_time_s = table.number(&p::SAMPLE_TIME)?;
-    samples_fit(table, sample_time_s, duration_s, &SAMPLES)?;
+/// A tissue of the library and a piece of it.
+pub(super) fn piece(table: &Table<'_>) -> Result<(ModelledTissue, Specimen), FileError> {
     let library = table.text(&p::LIBRARY)?;
     let folder = (!library.is_empty()).then(|| table.beside(library));
     let library = Library::load(folder.as_deref())
@@ -72,6 +66,18 @@ fn rendering(
     let thickness = table.number(&p::THICKNESS)?;
     let specimen = Specimen::new(SquareMetres(area), Metres(thickness))
         .map_err(|error| table.fail(error.to_string()))?;
+    Ok((material, specimen))
+}
+
+fn rendering(
+    table: &Table<'_>,
+    held: Option<&Table<'_>>,
+    duration_s: f64,
+) -> Result<Rendering, FileError> {
+    let remote = remote(table)?;
+    let sample_time_s = table.number(&p::SAMPLE_TIME)?;
+    samples_fit(table, sample_time_s, duration_s, &SAMPLES)?;
+    let (material, specimen) = piece(table)?;
     let scheme = scheme(
         table,
         material.composed(),

@@ -93,7 +93,7 @@ impl HostSession<'_> {
             let seen = match ended {
                 Ended::Fault(fault) => Some((fault.code(), self.next_tick.saturating_sub(1))),
                 Ended::DeviceFault(report) => Some((report.status.fault, u64::from(report.tick))),
-                Ended::Interrupted | Ended::LinkLost(_) | Ended::LogStopped => None,
+                Ended::Interrupted | Ended::LinkLost(_) | Ended::Silent | Ended::LogStopped => None,
             };
             if let Some((code, tick)) = seen {
                 let known = Fault::from_code(code).map(|fault| fault.to_string());

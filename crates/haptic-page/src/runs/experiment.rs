@@ -3,6 +3,7 @@
 use super::forms::KINDS;
 use haptic_experiment::curves::{CouplerCurves, Published, TheoryCurves, WallCurves};
 use haptic_experiment::folder::{FolderRequest, next_free};
+use haptic_experiment::teleoperation::TeleoperationCurves;
 use haptic_experiment::{ExperimentFile, Failure, Pace, RealtimeOptions, Supervisor};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
@@ -183,6 +184,16 @@ impl Job {
                     &published.report.trial.run.ended_early,
                 )
             }
+            ExperimentFile::Teleoperation(far) => {
+                let published = far.run(request, supervisor)?;
+                let verdict = Some(published.report.verdict.words().to_owned());
+                result(
+                    &published,
+                    verdict,
+                    of_teleoperation,
+                    &published.report.run.ended_early,
+                )
+            }
         })
     }
 }
@@ -193,6 +204,7 @@ fn sample_time_s(experiment: &ExperimentFile) -> f64 {
         ExperimentFile::Creep(experiment) => experiment.rendering.sample_time_s,
         ExperimentFile::Wall(experiment) => experiment.setup.device.sample_time.0,
         ExperimentFile::Coupler(experiment) => experiment.setup.device.sample_time.0,
+        ExperimentFile::Teleoperation(experiment) => experiment.sample_time().0,
     }
 }
 
@@ -244,6 +256,16 @@ fn of_coupler(curves: &CouplerCurves) -> Value {
         "object_position_m": curves.object_position_m,
         "force_n": curves.force_n,
         "expected_deflection_m": curves.expected_deflection_m,
+    })
+}
+
+fn of_teleoperation(curves: &TeleoperationCurves) -> Value {
+    json!({
+        "title": curves.subtitle,
+        "time_s": curves.time_s,
+        "position_m": curves.master_m,
+        "far_position_m": curves.slave_m,
+        "force_n": curves.master_n,
     })
 }
 

@@ -27,6 +27,8 @@ pub mod safety;
 pub mod serve;
 pub mod shell;
 pub mod summary;
+pub mod teleoperate;
+pub mod teleoperation;
 pub mod weights;
 pub mod words;
 pub mod zwidth;

@@ -8,27 +8,33 @@ use super::realtime::RealtimeArguments;
 use super::remote::RemoteArguments;
 use super::safety::SafetyArguments;
 use super::summary::{print_end, print_force, print_summary};
+use super::teleoperation::print_teleoperation;
 use super::words::roll_bytes;
 use crate::files::{folder, overwrite_acts};
 use crate::output::Output;
-use crate::picture::{of_coupler, of_theory, of_wall};
+use crate::picture::{of_coupler, of_teleoperation, of_theory, of_wall};
 use crate::quantity::Bytes;
 use clap::Args;
+use haptic_experiment::curves::Published;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::folder::FolderRequest;
 use haptic_experiment::parameters::{
-    COUPLER, COUPLER_REQUIRED, CREEP, DRIVE, ON_DEVICE, Parameter, RELAX, RENDERING, SAFETY, Value,
-    WALL, WALL_REQUIRED,
+    COUPLER, COUPLER_REQUIRED, CREEP, DRIVE, ON_DEVICE, Parameter, RELAX, RENDERING, SAFETY,
+    TELEOPERATION, Value, WALL, WALL_REQUIRED,
 };
 use haptic_experiment::report::{Errors, RunReport};
-use haptic_experiment::{CouplerReport, ExperimentFile, Pace, Settling, TrialVerdict, WallReport};
+use haptic_experiment::teleoperation::{TeleoperationCurves, TeleoperationVerdict};
+use haptic_experiment::{
+    CouplerReport, ExperimentFile, Pace, Settling, Supervisor, TeleoperationExperiment,
+    TeleoperationReport, TrialVerdict, WallReport,
+};
 use std::fmt::Write as _;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
 const LONG_ABOUT: &str = "\
-Runs the experiment that a TOML file describes. The file has one table: [relax], [creep], [wall] or [coupler]; [drive] beside \
-[relax] or [creep] names a controller file, whose controller holds the indenter. \
+Runs the experiment that a TOML file describes. The file has one table: [relax], [creep], [wall], [coupler] or \
+[teleoperation]; [drive] beside [relax] or [creep] names a controller file, whose controller holds the indenter. \
 Keys have their SI unit in the name, as in duration_s = 200. Paths in the file start from its folder. Options of the command win \
 over keys of the file.
 
@@ -46,6 +52,12 @@ object, and Llewellyn's criterion must be met; on the simulated device a refusal
 --force-unstable. Llewellyn alone is not enough: his device acts half a sample earlier than a real one, which needs at least four times the \
 damping for any hand and object. The CSV has the object's place too. A coupler needs --loop host on a serial device.
 
+A teleoperation: a hand moves a master, and over a line with delay, jitter, loss and duplication a slave moves in a remote tissue or wall; \
+devices and line are simulated. architecture says how the two are joined; wave and time-domain give no energy at any delay. The summary says what \
+the line took or gave, which messages were lost or refused, and frequency by frequency what the hand felt of what the slave touched, beside the \
+formula. verdict is passive, gave-energy, saturated, silent or unfinished; with must_be_passive = true the exit code is 1 unless it is passive. \
+`host-cli analyze teleoperation` finds the coupler for a delay, `host-cli teleoperate` runs both sides over UDP.
+
 guard = \"observer\" or \"energy-bounding\" keeps a wall from shaking: the one adds damping, the other takes force, and so stiffness, \
 that the damping of the device cannot pay for.";
 
@@ -61,7 +73,8 @@ pub(crate) fn long_about() -> String {
         ("[wall]", WALL),
         ("[coupler], to be given", COUPLER_REQUIRED),
         ("[coupler]", COUPLER),
-        ("Every table, the device", ON_DEVICE),
+        ("[teleoperation]", TELEOPERATION),
+        ("Every table but [teleoperation], the device", ON_DEVICE),
         ("Every table, the safety chain", SAFETY),
     ];
     for (heading, parameters) in tables {
@@ -182,8 +195,39 @@ impl Arguments {
                     )
                 })
             }
+            ExperimentFile::Teleoperation(far) => {
+                run_teleoperation(&far, samples, output, |supervisor| {
+                    far.run(&request("teleoperation"), supervisor.watched(&live))
+                })
+            }
         }
     }
+}
+
+/// Runs a teleoperation; refuses one that was not passive, if its file wants it to be.
+fn run_teleoperation(
+    far: &TeleoperationExperiment,
+    samples: u64,
+    output: Output,
+    run: impl FnOnce(
+        Supervisor<'_>,
+    ) -> Result<Published<TeleoperationReport, TeleoperationCurves>, Failure>,
+) -> Result<(), Failure> {
+    let mut verdict = TeleoperationVerdict::Unfinished;
+    let (print, draw) = (print_teleoperation, of_teleoperation);
+    conduct(samples, output, print, draw, |supervisor| {
+        let published = run(supervisor)?;
+        verdict = published.report.verdict;
+        Ok(published)
+    })?;
+    if far.must_be_passive && verdict != TeleoperationVerdict::Passive {
+        return Err(Failure::Run(anyhow::anyhow!(
+            "must_be_passive: {}: take a passive architecture, a softer coupler or a smaller motion, or take \
+             must_be_passive out of the file to run it all the same",
+            verdict.words()
+        )));
+    }
+    Ok(())
 }
 
 /// Refuses a trial that did not end well, if its file wants it to: stable by all that judge it, and the verdict of the trial itself.

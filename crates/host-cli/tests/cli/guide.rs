@@ -16,6 +16,57 @@ fn commands(page: &str) -> Vec<String> {
     commands
 }
 
+/// The files of a page: the blocks that are marked `toml`.
+fn files(page: &str) -> Vec<String> {
+    let blocks = page.split("```toml\n").skip(1);
+    let texts = blocks.filter_map(|block| block.split_once("```"));
+    texts.map(|(text, _)| text.to_owned()).collect()
+}
+
+#[test]
+fn feeling_something_far_away_runs_from_the_analysis_to_two_processes() {
+    let place = Place::new();
+    let page = include_str!("../../../../docs/feeling-something-far-away.md");
+    let files = files(page);
+    let [far, passive] = files.as_slice() else {
+        panic!("two files: {files:?}");
+    };
+    place.write("far.toml", far);
+    // A busy machine may be silent for longer than a line.
+    place.write("far-passive.toml", format!("{passive}silence_s = 60\n"));
+    let mut behind = String::new();
+    for command in commands(page) {
+        let arguments = command
+            .strip_prefix("host-cli ")
+            .unwrap_or_else(|| panic!("{command}"));
+        let script = format!("\"{}\" {arguments}", binary().display());
+        if script.ends_with('&') {
+            // In another terminal, until the next command.
+            behind = script;
+            continue;
+        }
+        let script = match behind.is_empty() {
+            true => script,
+            false => format!(
+                "{} {script}; ours=$?; wait $! && exit $ours",
+                std::mem::take(&mut behind)
+            ),
+        };
+        place.shell(&script).succeeded_with_warnings();
+    }
+    for wanted in [
+        "best/teleoperation.png",
+        "far/teleoperation.png",
+        "passive/teleoperation.csv",
+    ] {
+        let files = place.files();
+        assert!(
+            files.iter().any(|file| file == wanted),
+            "{wanted}: {files:?}"
+        );
+    }
+}
+
 /// Runs every command of a page, which leave these files among others.
 fn runs(place: &Place, page: &str, wanted: &[&str]) {
     let commands = commands(page);

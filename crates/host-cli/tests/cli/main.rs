@@ -25,3 +25,4 @@ mod process;
 mod realtime;
 mod refusals;
 mod safety;
+mod teleoperation;

@@ -7,6 +7,7 @@ mod passivity;
 mod region;
 mod sensitivity;
 mod stability;
+mod teleoperation;
 
 use crate::output::Output;
 pub use arguments::{Files, LoopArguments};
@@ -26,6 +27,8 @@ pub enum Command {
     Passivity(passivity::PassivityArguments),
     /// Is a virtual coupler passive on both sides, and how much damping does that take?
     Coupling(coupling::CouplingArguments),
+    /// Two hands over a line: stable up to which delay, what is felt, and the best coupler
+    Teleoperation(teleoperation::TeleoperationArguments),
     /// Effective stiffness and damping of the closed loop, as the hand feels them
     Transparency(effective::TransparencyArguments),
     /// Gain of the loop on errors of its model: |1/(1 + GH)|
@@ -44,6 +47,7 @@ impl Command {
             Self::StabilityRegion(arguments) => arguments.run(output),
             Self::Passivity(arguments) => arguments.run(output),
             Self::Coupling(arguments) => arguments.run(output),
+            Self::Teleoperation(arguments) => arguments.run(output),
             Self::Transparency(arguments) => arguments.run(output),
             Self::Sensitivity(arguments) => arguments.run(output),
         }

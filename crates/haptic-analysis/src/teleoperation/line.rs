@@ -1,0 +1,186 @@
+//! The laws of both sides at one frequency, without cancellation near rest.
+
+use crate::AnalysisError;
+use fracdiff::Order;
+use fracdiff::parameter::{not_negative, positive};
+use num_complex::Complex;
+use std::f64::consts::PI;
+
+/// A device: a mass on a damper.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HandMass {
+    /// m, kg, above 0.
+    pub mass_kg: f64,
+    /// b, N·s/m, at least 0.
+    pub damping_n_s_per_m: f64,
+}
+
+/// A coupler `k_c` + `b_c·D^μ` from place to force.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HandCoupler {
+    /// `k_c`, N/m, at least 0.
+    pub stiffness_n_per_m: f64,
+    /// `b_c`, N·s^μ/m, at least 0; one of both above 0.
+    pub dissipation_n_s_mu_per_m: f64,
+    /// μ, 0 to 1.
+    pub order: Order,
+}
+
+/// The laws of both sides of a line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum HandLine {
+    /// Each side is pulled to the place of the other.
+    PositionPosition(HandCoupler),
+    /// The slave is pulled to the place of the master, which feels that force.
+    PositionForce(HandCoupler),
+    /// Waves (b·v + F)/√(2b).
+    Wave {
+        /// b, N·s/m, above 0.
+        impedance_n_s_per_m: f64,
+        /// N, at least 1: samples of playout.
+        playout_samples: u32,
+    },
+}
+
+/// A two port at one frequency.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ports {
+    pub(super) h11: Complex<f64>,
+    pub(super) h12: Complex<f64>,
+    pub(super) h21: Complex<f64>,
+    pub(super) h22: Complex<f64>,
+}
+
+impl Ports {
+    /// `Z_t`.
+    pub(super) fn transmitted(&self, environment: Complex<f64>) -> Complex<f64> {
+        // (h₁₁ + (h₁₁h₂₂ − h₁₂h₂₁)Z_e)/(1 + h₂₂Z_e) = h₁₁ − h₁₂h₂₁Z_e/(1 + h₂₂Z_e)
+        self.h11 - self.h12 * self.h21 * environment / (1.0 + self.h22 * environment)
+    }
+
+    /// Least of the real parts, and 2 Re h₁₁ Re h₂₂/(|h₁₂h₂₁| + Re(h₁₂h₂₁)): at least 0 and 1.
+    pub(super) fn llewellyn(&self) -> (f64, f64) {
+        // |p| + Re p = 2|p|·sin²(φ/2) with φ the phase of −p = h₁₂·(−h₂₁): exact where it vanishes.
+        let phase = self.h12.arg() + (-self.h21).arg();
+        let sine = libm::sin(0.5 * phase);
+        let taken = 2.0 * self.h12.norm() * self.h21.norm() * sine * sine;
+        let ratio = 2.0 * self.h11.re * self.h22.re / taken;
+        // Nothing taken at all is no danger.
+        let ratio = if taken > 0.0 { ratio } else { f64::INFINITY };
+        (self.h11.re.min(self.h22.re), ratio)
+    }
+}
+
+impl HandLine {
+    pub(super) fn check(&self) -> Result<(), AnalysisError> {
+        match self {
+            Self::PositionPosition(coupler) | Self::PositionForce(coupler) => coupler.check(),
+            Self::Wave {
+                impedance_n_s_per_m,
+                playout_samples,
+            } => {
+                positive("wave impedance", *impedance_n_s_per_m, "N·s/m")?;
+                positive("playout", f64::from(*playout_samples), "samples")?;
+                Ok(())
+            }
+        }
+    }
+
+    pub(super) fn ports(
+        &self,
+        masses: [HandMass; 2],
+        sample_time: f64,
+        delay: f64,
+        theta: f64,
+    ) -> Ports {
+        let t = sample_time;
+        let omega = theta / t;
+        let [zm, zs] =
+            masses.map(|mass| Complex::new(mass.damping_n_s_per_m, mass.mass_kg * omega));
+        // (1 − w)/(jθ) = sin(θ/2)/(θ/2)·e^(−jθ/2)
+        let half = 0.5 * theta;
+        let hold = Complex::from_polar(libm::sin(half) / half, -half);
+        // Δ without playout, and 1 − Δ² = 2j·sin(ψ)·e^(−jψ)
+        let psi = omega * (delay + t);
+        let late = Complex::from_polar(1.0, -psi);
+        match self {
+            Self::PositionPosition(coupler) => {
+                let c = hold * coupler.response(t, theta) / Complex::new(0.0, omega);
+                let spread = 1.0 + zs / c;
+                let through = late / spread;
+                let lost = Complex::new(0.0, 2.0 * libm::sin(psi)) * late;
+                Ports {
+                    // Z_m + (c·Z_s + c²(1 − Δ²))/(Z_s + c)
+                    h11: zm + (zs + c * lost) / spread,
+                    h12: through,
+                    h21: -through,
+                    h22: 1.0 / (zs + c),
+                }
+            }
+            Self::PositionForce(coupler) => {
+                let c = hold * coupler.response(t, theta) / Complex::new(0.0, omega);
+                let spread = 1.0 + zs / c;
+                let through = late / spread;
+                Ports {
+                    // Z_m + Δ²·c·Z_s/(Z_s + c)
+                    h11: zm + late * late * zs / spread,
+                    h12: through,
+                    h21: -through,
+                    h22: 1.0 / (zs + c),
+                }
+            }
+            Self::Wave {
+                impedance_n_s_per_m,
+                playout_samples,
+            } => {
+                let b = *impedance_n_s_per_m * hold * hold;
+                // σ = ln(1/Δ) = jψ + ln(1 + (N − 1)(1 − w)), since 1/S = N − (N − 1)w; then a = b·coth σ, n = b/sinh σ.
+                let one_less_w = Complex::new(0.0, theta) * hold;
+                let x = one_less_w * (f64::from(*playout_samples) - 1.0);
+                let damped = 0.5 * libm::log1p(2.0 * x.re + x.norm_sqr());
+                let (sin, cos) = libm::sincos(psi + libm::atan2(x.im, 1.0 + x.re));
+                let (sinh, cosh) = (libm::sinh(damped), libm::cosh(damped));
+                let (sinh, cosh) = (
+                    Complex::new(sinh * cos, cosh * sin),
+                    Complex::new(cosh * cos, sinh * sin),
+                );
+                // n/(Z_s + a) = b/(Z_s·sinh + b·cosh)
+                let through = b / (zs * sinh + b * cosh);
+                Ports {
+                    // Z_m + a − n²/(Z_s + a) = Z_m + (a·Z_s + b²)/(Z_s + a)
+                    h11: zm + (zs * cosh + b * sinh) * through,
+                    h12: through,
+                    h21: -through,
+                    h22: through * sinh / b,
+                }
+            }
+        }
+    }
+}
+
+impl HandCoupler {
+    fn check(&self) -> Result<(), AnalysisError> {
+        let (k, b) = (self.stiffness_n_per_m, self.dissipation_n_s_mu_per_m);
+        not_negative("coupler stiffness", k, "N/m")?;
+        not_negative("coupler dissipation", b, "N·s^μ/m")?;
+        positive("coupler stiffness and dissipation together", k + b, "")?;
+        let mu = self.order.get();
+        if (0.0..=1.0).contains(&mu) {
+            return Ok(());
+        }
+        Err(AnalysisError::Range {
+            what: "order of the coupler",
+            value: mu,
+            allowed: "in [0, 1]",
+            unit: "",
+        })
+    }
+
+    /// `k_c` + `b_c·T^(−μ)(1` − w)^μ, N/m.
+    fn response(&self, t: f64, theta: f64) -> Complex<f64> {
+        let mu = self.order.get();
+        let size = libm::pow(2.0 * libm::sin(0.5 * theta) / t, mu);
+        let power = Complex::from_polar(size, 0.5 * mu * (PI - theta));
+        self.stiffness_n_per_m + power * self.dissipation_n_s_mu_per_m
+    }
+}

@@ -1,0 +1,407 @@
+//! Runs a teleoperation with log, table and report.
+
+use super::curves::TeleoperationCurves;
+use super::judged::{Judged, line_counts};
+use super::pair::{Pair, PairTick};
+use super::report::{TeleoperationReport, TeleoperationVerdict};
+use super::specification::{HandMotion, TeleoperationExperiment};
+use crate::curves::Published;
+use crate::ended::Ended;
+use crate::failure::Failure;
+use crate::flight::FaultSeen;
+use crate::folder::FolderRequest;
+use crate::kept::Record;
+use crate::recorder::{Recorded, Recorder};
+use crate::report::{Files, RunReport};
+use crate::run::{REPORT, Ran, Supervisor, close, told};
+use crate::schedule::{Pace, Schedule};
+use crate::thinned::Thinned;
+use crate::warnings::Warnings;
+use haptic_log::record::{END, StartTime, TickMessage};
+use haptic_loop::realtime::Periodic;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::sync::atomic::Ordering;
+use std::time::{Instant, SystemTime};
+
+/// A row of the table.
+#[derive(Serialize)]
+struct Row {
+    time_s: f64,
+    hand_m: f64,
+    master_position_m: f64,
+    slave_position_m: f64,
+    master_force_n: f64,
+    slave_force_n: f64,
+    hand_force_n: f64,
+    place_force_n: f64,
+    taken_j: f64,
+}
+
+impl Row {
+    fn of(tick: &PairTick, hand_m: f64) -> Self {
+        let [master, slave] = tick.sides;
+        Self {
+            time_s: tick.time_s,
+            hand_m,
+            master_position_m: master.position_m,
+            slave_position_m: slave.position_m,
+            master_force_n: master.force_n,
+            slave_force_n: slave.force_n,
+            hand_force_n: master.outside_n,
+            place_force_n: slave.outside_n,
+            taken_j: 0.0 - tick.given_j,
+        }
+    }
+}
+
+/// A tick as logs have it.
+fn message(tick: &PairTick, hand_m: f64) -> TickMessage {
+    let [master, slave] = tick.sides;
+    TickMessage {
+        tick: tick.tick,
+        time_s: tick.time_s,
+        reference_m: hand_m,
+        indenter_position_m: slave.position_m,
+        position_m: master.position_m,
+        environment_force_n: master.wanted_n,
+        force_n: master.force_n,
+        contact_force_n: 0.0 - slave.outside_n,
+        limiters: master.limiters.bits() | slave.limiters.bits(),
+        observed_energy_j: 0.0 - tick.given_j,
+    }
+}
+
+/// Everything that a run collects.
+struct Run {
+    pair: Pair,
+    motion: HandMotion,
+    judged: Judged,
+    record: Record,
+    curves: Thinned<6>,
+}
+
+impl TeleoperationExperiment {
+    /// Runs the experiment; log, table and report go into the folder.
+    ///
+    /// # Errors
+    /// Bad parameters, before any file is made; a log or table that cannot be written.
+    pub fn run(
+        &self,
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Published<TeleoperationReport, TeleoperationCurves>, Failure> {
+        let pair = self.pair()?;
+        let schedule = Schedule {
+            samples: self.samples(),
+            sample_time_s: self.sample_time().0,
+            pace: self.pace,
+        };
+        schedule.clock().map_err(|error| {
+            Failure::input_with_advice(
+                error,
+                "give a `sample_time_s` within it, or leave `realtime` away",
+            )
+        })?;
+        let mut metadata = self.metadata();
+        metadata.extend(request.provenance.clone());
+        let folder = request.prepare()?;
+        let waits = schedule.pace == Pace::Virtual;
+        let live = supervisor.live_streams();
+        let started = Recorder::start(
+            &folder.file("mcap"),
+            metadata,
+            waits,
+            folder.overwrite(),
+            live,
+        );
+        let mut recorder = started.inspect_err(|_| folder.discard())?;
+        recorder.roll_at(folder.roll_bytes());
+        let mut table = folder.table_beside_log("csv")?;
+        let record = Record::with_room_for(schedule.samples).map_err(Failure::Run)?;
+        let mut run = Run {
+            pair,
+            motion: self.motion.clone(),
+            judged: Judged::new(self),
+            curves: Thinned::of(&record),
+            record,
+        };
+        let mut lost = Ok(());
+        run.all(schedule, &mut recorder, supervisor, &mut |tick, hand_m| {
+            lost = table.row(Row::of(tick, hand_m));
+            lost.is_ok()
+        })
+        .map_err(Failure::Run)?;
+        lost?;
+        let Recorded {
+            log,
+            fault_log,
+            warnings,
+        } = close(recorder, &run.record, run.pair.is_at_rest())?;
+        let Run {
+            pair,
+            judged,
+            record,
+            mut curves,
+            ..
+        } = run;
+        let ran = Ran {
+            record,
+            log,
+            folder,
+            fault_log,
+            preflight: None,
+            live_warnings: warnings,
+        };
+        let whole = ran.record.ended.is_none();
+        let mut files = Files::default();
+        if whole {
+            files.csv = Some(table.finish()?);
+        } else {
+            ran.folder.remove_stale_results();
+        }
+        curves.finish();
+        let report = self.report(&ran, (&pair, &judged), files)?;
+        let drawn = whole.then(|| self.drawn(&report, curves));
+        Ok(Published::new((report, drawn), ran.folder))
+    }
+
+    fn report(
+        &self,
+        ran: &Ran,
+        (pair, judged): (&Pair, &Judged),
+        files: Files,
+    ) -> Result<TeleoperationReport, Failure> {
+        let whole = ran.record.ended.is_none();
+        let verdict = judged.verdict(pair, whole);
+        let felt = match whole {
+            true => judged.felt(self)?,
+            false => Vec::new(),
+        };
+        let stability = self.hands().absolute_stability().map_err(Failure::input)?;
+        let mut warnings = Warnings::default();
+        if verdict == TeleoperationVerdict::GaveEnergy {
+            warnings.0.push(format!(
+                "the line gave {:.3e} J: a hand that holds less tightly may be shaken; `architecture` wave or time-domain \
+                 gives none at any delay",
+                judged.given_most_j
+            ));
+        }
+        if verdict == TeleoperationVerdict::Saturated {
+            warnings.0.push(format!(
+                "a force was at its limit of {} N: what was felt is not what was touched; take a softer coupler, a smaller \
+                 motion or a passive `architecture`",
+                self.force_limit_n
+            ));
+        }
+        let [forth, back] = line_counts(pair);
+        let most = felt.iter().filter_map(|felt| felt.off_formula_db);
+        Ok(TeleoperationReport {
+            place: self.place.words(),
+            architecture: self.architecture.name().to_owned(),
+            run: RunReport::new(ran, "sim".to_owned(), self.sample_time().0, files, warnings),
+            verdict,
+            line_delay_s: self.channel.delay.0,
+            given_most_j: judged.given_most_j,
+            taken_j: 0.0 - judged.given_j,
+            beyond_damping_most_j: judged.beyond_damping_most_j,
+            master_peak_n: judged.peaks_n[0],
+            slave_peak_n: judged.peaks_n[1],
+            forth,
+            back,
+            absolutely_stable: stability.stable,
+            least_ratio: stability.least_ratio,
+            worst_hz: stability.worst_rad_s / std::f64::consts::TAU,
+            off_formula_most_db: most.map(f64::abs).reduce(f64::max),
+            felt,
+        })
+    }
+
+    fn drawn(&self, report: &TeleoperationReport, curves: Thinned<6>) -> TeleoperationCurves {
+        let [hand_m, master_m, slave_m, master_n, slave_n, taken_j] = curves.curves;
+        TeleoperationCurves {
+            subtitle: format!(
+                "{} · delay {} ms, jitter {} %, loss {} % · {} · {}",
+                report.architecture,
+                crate::outcome::percent(10.0 * self.channel.delay.0),
+                crate::outcome::percent(self.channel.jitter),
+                crate::outcome::percent(self.channel.loss),
+                report.place,
+                report.verdict.words()
+            ),
+            time_s: curves.time_s,
+            hand_m,
+            master_m,
+            slave_m,
+            master_n,
+            slave_n,
+            taken_j,
+            felt: report.felt.clone(),
+        }
+    }
+}
+
+impl Run {
+    /// All ticks. Ends early, with both forces at zero, when asked, when a side is silent or has a fault, or when log or table
+    /// cannot be written.
+    fn all(
+        &mut self,
+        schedule: Schedule,
+        recorder: &mut Recorder,
+        supervisor: Supervisor<'_>,
+        row: &mut dyn FnMut(&PairTick, f64) -> bool,
+    ) -> anyhow::Result<()> {
+        let mut periodic = schedule.clock()?.map(Periodic::new).transpose()?;
+        let mut done = 0;
+        while done < schedule.samples || self.record.ended.is_some() {
+            if let Some(periodic) = &mut periodic {
+                periodic.wait();
+            }
+            if done == 0 {
+                // A recorder that has ended is seen at the tick.
+                let _ = recorder.starts_at(StartTime::at(SystemTime::now()));
+            }
+            let before = Instant::now();
+            let tick = self.pair.tick();
+            let took = u64::try_from(before.elapsed().as_nanos())?;
+            self.record.tick_ns.saturating_record(took.max(1));
+            let hand_m = self.motion.at(tick.time_s).0;
+            let message = message(&tick, hand_m);
+            let logged = recorder.tick(message);
+            done += 1;
+            if self.record.ended.is_some() {
+                if self.pair.is_at_rest() && recorder.has_aftermath() {
+                    break;
+                }
+                continue;
+            }
+            self.judged.see(&tick);
+            self.record.push(&message);
+            let kept = row(&tick, hand_m) && logged.is_ok();
+            self.keep(&tick, hand_m);
+            self.record.ended = if kept {
+                self.ended(&tick, recorder, supervisor)
+            } else {
+                Some(Ended::LogStopped)
+            };
+            if self.record.ended.is_some() {
+                self.pair.stop();
+            }
+            if done % REPORT == 0 {
+                (supervisor.progress)(done);
+            }
+        }
+        if let Some(periodic) = periodic {
+            told(periodic, &mut self.record, recorder);
+        }
+        (supervisor.progress)(done);
+        self.record.dropped = recorder.dropped();
+        let end = self.record.end(schedule.samples, done).metadata();
+        recorder.metadata(END, end);
+        Ok(())
+    }
+
+    fn keep(&mut self, tick: &PairTick, hand_m: f64) {
+        let [master, slave] = tick.sides;
+        let values = [
+            hand_m,
+            master.position_m,
+            slave.position_m,
+            master.force_n,
+            slave.force_n,
+            0.0 - tick.given_j,
+        ];
+        self.curves.add(tick.time_s, values);
+    }
+
+    /// Why the run is to end with this tick; it goes into the log.
+    fn ended(
+        &self,
+        tick: &PairTick,
+        recorder: &mut Recorder,
+        supervisor: Supervisor<'_>,
+    ) -> Option<Ended> {
+        for port in self.pair.ports() {
+            if let Some(fault) = port.safety().fault() {
+                recorder.fault(FaultSeen {
+                    code: fault.code(),
+                    text: fault.to_string(),
+                    tick: tick.tick,
+                    time_s: tick.time_s,
+                });
+                let _ = recorder.event(tick.time_s, "fault", fault.to_string());
+                return Some(Ended::Fault(fault));
+            }
+            if port.is_silent() {
+                let ended = Ended::Silent;
+                let _ = recorder.event(tick.time_s, "silent", ended.reason(None));
+                return Some(ended);
+            }
+        }
+        supervisor.stop.load(Ordering::Relaxed).then(|| {
+            let _ = recorder.event(tick.time_s, "interrupted", "stop was asked for".to_owned());
+            Ended::Interrupted
+        })
+    }
+}
+
+impl TeleoperationExperiment {
+    /// Everything needed to repeat the run.
+    fn metadata(&self) -> BTreeMap<String, String> {
+        let entries = [
+            ("experiment", "teleoperation".to_owned()),
+            ("device", "sim".to_owned()),
+            ("architecture", self.architecture.name().to_owned()),
+            ("place", self.place.words()),
+            ("mass_kg", self.master.mass.0.to_string()),
+            ("damping_n_s_per_m", self.master.damping.0.to_string()),
+            ("slave_mass_kg", self.slave.mass.0.to_string()),
+            ("slave_damping_n_s_per_m", self.slave.damping.0.to_string()),
+            (
+                "hand_stiffness_n_per_m",
+                self.hand.stiffness_n_per_m.to_string(),
+            ),
+            (
+                "hand_damping_n_s_per_m",
+                self.hand.damping_n_s_per_m.to_string(),
+            ),
+            ("press_m", self.motion.press_m.to_string()),
+            ("amplitude_m", self.motion.amplitude_m.to_string()),
+            (
+                "frequencies_hz",
+                format!("{:?}", self.motion.frequencies_hz),
+            ),
+            (
+                "coupler_stiffness_n_per_m",
+                self.coupler.stiffness_n_per_m.to_string(),
+            ),
+            (
+                "coupler_dissipation_n_s_mu_per_m",
+                self.coupler.dissipation_n_s_mu_per_m.to_string(),
+            ),
+            ("order", self.order.to_string()),
+            ("scheme", self.scheme.to_string()),
+            (
+                "wave_impedance_n_s_per_m",
+                self.wave_impedance_n_s_per_m.to_string(),
+            ),
+            ("playout_samples", self.playout().to_string()),
+            ("line_delay_s", self.channel.delay.0.to_string()),
+            ("line_jitter", self.channel.jitter.to_string()),
+            ("line_loss", self.channel.loss.to_string()),
+            ("line_duplication", self.channel.duplication.to_string()),
+            ("seed", self.seed.to_string()),
+            ("silence_s", self.silence_s.to_string()),
+            ("sample_time_s", self.sample_time().0.to_string()),
+            ("duration_s", self.duration_s.to_string()),
+            ("window_s", self.window_s.to_string()),
+            ("force_limit_n", self.force_limit_n.to_string()),
+            ("pace", self.pace.to_string()),
+        ];
+        let mut metadata: BTreeMap<String, String> = (entries.into_iter())
+            .map(|(key, value)| (key.to_owned(), value))
+            .collect();
+        self.safety.describe(&mut metadata);
+        metadata
+    }
+}

@@ -1,0 +1,26 @@
+//! Curves of a teleoperation.
+
+use super::report::FeltAt;
+
+/// What there is to draw of a teleoperation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TeleoperationCurves {
+    /// One line: line, laws, place, verdict.
+    pub subtitle: String,
+    /// Time, s.
+    pub time_s: Vec<f64>,
+    /// Place of the hand, m.
+    pub hand_m: Vec<f64>,
+    /// Place of the master, m.
+    pub master_m: Vec<f64>,
+    /// Place of the slave, m.
+    pub slave_m: Vec<f64>,
+    /// Force on the master, N.
+    pub master_n: Vec<f64>,
+    /// Force on the slave, N.
+    pub slave_n: Vec<f64>,
+    /// Energy taken by the line, J.
+    pub taken_j: Vec<f64>,
+    /// What was felt.
+    pub felt: Vec<FeltAt>,
+}

@@ -1,0 +1,133 @@
+//! The remote place: a tissue of the library, or a wall.
+
+use crate::failure::Failure;
+use crate::modelled::{ModelledTissue, operator};
+use crate::named::Named;
+use crate::pushed::{VirtualWall, wall_at_start};
+use fracdiff::num_complex::Complex;
+use fracdiff::{Order, Scheme, Seconds};
+use haptic_loop::Specimen;
+
+/// Kinds of remote places.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PlaceName {
+    /// A tissue of the library.
+    Tissue,
+    /// K + B·D^μ.
+    Wall,
+}
+
+impl Named for PlaceName {
+    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
+        (
+            Self::Tissue,
+            "tissue",
+            "A tissue of the library, to which the slave is joined",
+        ),
+        (Self::Wall, "wall", "A spring and a fractional damper"),
+    ];
+}
+
+/// What the slave touches, from its start on.
+#[derive(Clone, Debug)]
+pub enum RemotePlace {
+    /// A piece of tissue that the slave is joined to.
+    Tissue {
+        /// The tissue.
+        material: Box<ModelledTissue>,
+        /// The piece.
+        specimen: Specimen,
+    },
+    /// K + B·D^μ.
+    Wall {
+        /// K, N/m, at least 0.
+        stiffness_n_per_m: f64,
+        /// B, N·s^μ/m, at least 0.
+        dissipation_n_s_mu_per_m: f64,
+        /// μ, 0 to 2.
+        order: Order,
+        /// It pushes but never pulls.
+        one_sided: bool,
+    },
+}
+
+impl RemotePlace {
+    /// Its law, stepped with `step`.
+    ///
+    /// # Errors
+    /// A parameter outside its range.
+    pub(super) fn law(
+        &self,
+        scheme: Scheme,
+        step: Seconds,
+        horizon: f64,
+    ) -> Result<VirtualWall, Failure> {
+        match self {
+            Self::Tissue { material, specimen } => {
+                let (k, b) = material.spring_and_damper(shape(specimen));
+                let order = material.order();
+                let operator = operator(material.composed(), scheme, order, step, horizon)?;
+                wall_at_start(k, b, operator, false).map_err(Failure::input)
+            }
+            Self::Wall {
+                stiffness_n_per_m,
+                dissipation_n_s_mu_per_m,
+                order,
+                one_sided,
+            } => {
+                let operator = operator(None, scheme, *order, step, horizon)?;
+                wall_at_start(
+                    *stiffness_n_per_m,
+                    *dissipation_n_s_mu_per_m,
+                    operator,
+                    *one_sided,
+                )
+                .map_err(Failure::input)
+            }
+        }
+    }
+
+    /// Force for a place at a frequency, N/m; `None` where it is not linear.
+    #[must_use]
+    pub fn stiffness(&self, omega_rad_s: f64) -> Option<Complex<f64>> {
+        let s = Complex::new(0.0, omega_rad_s);
+        match self {
+            Self::Tissue { material, specimen } => {
+                Some(material.model.modulus(s) * shape(specimen))
+            }
+            Self::Wall {
+                one_sided: true, ..
+            } => None,
+            Self::Wall {
+                stiffness_n_per_m,
+                dissipation_n_s_mu_per_m,
+                order,
+                ..
+            } => Some(s.powf(order.get()) * *dissipation_n_s_mu_per_m + *stiffness_n_per_m),
+        }
+    }
+
+    /// In a few words.
+    #[must_use]
+    pub fn words(&self) -> String {
+        match self {
+            Self::Tissue { material, .. } => material.name.clone(),
+            Self::Wall {
+                stiffness_n_per_m,
+                dissipation_n_s_mu_per_m,
+                order,
+                one_sided,
+            } => {
+                let kind = if *one_sided { "one-sided wall" } else { "wall" };
+                format!(
+                    "{kind} of {stiffness_n_per_m} N/m and {dissipation_n_s_mu_per_m} N·s^{order}/m"
+                )
+            }
+        }
+    }
+}
+
+/// A/ℓ, m.
+fn shape(specimen: &Specimen) -> f64 {
+    specimen.area().0 / specimen.thickness().0
+}

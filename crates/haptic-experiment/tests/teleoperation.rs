@@ -1,0 +1,299 @@
+//! Two hands over a line: energy over random lines, motions and places, and what is felt against the formula.
+
+use fracdiff::{Order, Seconds};
+use haptic_experiment::teleoperation::{
+    HandModel, HandMotion, RemotePlace, TeleoperationExperiment,
+};
+use haptic_experiment::{ExperimentFile, ModelledTissue, Pace, Safety};
+use haptic_link::Architecture;
+use haptic_loop::Specimen;
+use haptic_loop::plant::MassDamperConfig;
+use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, SquareMetres};
+use haptic_teleoperation::{ChannelModel, CouplerGains};
+use haptic_tissue::Library;
+use std::ops::ControlFlow;
+use std::path::Path;
+use testkit::Random;
+
+const T: Seconds = Seconds(1e-3);
+const LIMIT_N: f64 = 10.0;
+
+fn order(mu: f64) -> Order {
+    Order::new(mu).expect("valid")
+}
+
+fn tissue(library: &Library, name: &str) -> RemotePlace {
+    let material = library.find(name).expect("in the library");
+    RemotePlace::Tissue {
+        material: Box::new(ModelledTissue::new(material).expect("a model")),
+        specimen: Specimen::new(SquareMetres(4e-4), Metres(0.02)).expect("valid"),
+    }
+}
+
+fn ideal(mass: f64, damping: f64) -> MassDamperConfig {
+    MassDamperConfig::ideal(Kilograms(mass), NewtonSecondsPerMetre(damping), T)
+}
+
+fn experiment(architecture: Architecture, place: RemotePlace) -> TeleoperationExperiment {
+    TeleoperationExperiment {
+        master: ideal(0.065, 3.5),
+        slave: ideal(0.065, 3.5),
+        hand: HandModel {
+            stiffness_n_per_m: 300.0,
+            damping_n_s_per_m: 3.0,
+        },
+        motion: HandMotion {
+            press_m: 0.0,
+            amplitude_m: 4e-3,
+            frequencies_hz: HandMotion::frequencies(0.5, 100.0, 12, 4.0),
+        },
+        place,
+        architecture,
+        coupler: CouplerGains {
+            stiffness_n_per_m: 300.0,
+            dissipation_n_s_mu_per_m: 10.0,
+        },
+        order: order(0.5),
+        wave_impedance_n_s_per_m: 3.0,
+        playout_samples: None,
+        channel: ChannelModel::IDEAL,
+        seed: 1,
+        silence_s: 0.2,
+        scheme: "full".parse().expect("a scheme"),
+        duration_s: 14.0,
+        window_s: 4.0,
+        force_limit_n: LIMIT_N,
+        force_rate_limit_n_per_s: None,
+        must_be_passive: false,
+        safety: Safety::default(),
+        pace: Pace::Virtual,
+    }
+}
+
+/// A random place, hand and motion.
+fn random(random: &mut Random, tissues: &[RemotePlace]) -> TeleoperationExperiment {
+    let wall = RemotePlace::Wall {
+        stiffness_n_per_m: random.or_nothing(3000.0),
+        dissipation_n_s_mu_per_m: random.or_nothing(20.0),
+        order: order(random.between(0.0, 1.0)),
+        one_sided: random.chance(0.5),
+    };
+    let place = if random.chance(0.5) {
+        wall
+    } else {
+        tissues[(random.bits() % tissues.len() as u64) as usize].clone()
+    };
+    let count = 1 + random.bits() % 6;
+    let high = random.log_between(1.0, 60.0);
+    let mut device = |most| ideal(random.log_between(0.03, 0.3), random.between(0.0, most));
+    let (master, slave) = (device(5.0), device(5.0));
+    let architecture = random.one_of(&[Architecture::Wave, Architecture::TimeDomain]);
+    TeleoperationExperiment {
+        master,
+        slave,
+        hand: HandModel {
+            stiffness_n_per_m: random.log_between(20.0, 1000.0),
+            damping_n_s_per_m: random.or_nothing(5.0),
+        },
+        motion: HandMotion {
+            press_m: random.between(-0.02, 0.02),
+            amplitude_m: random.log_between(1e-4, 0.02),
+            frequencies_hz: HandMotion::frequencies(0.5, high, count, 1.0),
+        },
+        coupler: CouplerGains {
+            stiffness_n_per_m: random.or_nothing(2000.0),
+            dissipation_n_s_mu_per_m: random.log_between(0.1, 30.0),
+        },
+        order: order(random.share()),
+        wave_impedance_n_s_per_m: random.log_between(0.3, 20.0),
+        channel: ChannelModel {
+            delay: Seconds(random.or_nothing(0.2)),
+            jitter: 0.2,
+            loss: 0.05,
+            duplication: 0.02,
+        },
+        seed: random.bits() >> 8,
+        duration_s: 2.5,
+        window_s: 1.0,
+        ..experiment(architecture, place)
+    }
+}
+
+/// `CAMPAIGN_CASES`: how many, 100 by default; a thousand each night.
+fn cases() -> u64 {
+    let given = std::env::var("CAMPAIGN_CASES").ok();
+    given.map_or(100, |cases| cases.parse().expect("a number of cases"))
+}
+
+#[test]
+fn passive_lines_give_no_energy_and_no_force_is_beyond_its_limit() {
+    let library = Library::load(None).expect("the library");
+    let tissues: Vec<RemotePlace> = ["prostate-cancerous", "fish-muscle", "prostate-healthy"]
+        .map(|name| tissue(&library, name))
+        .into();
+    let mut largest: f64 = 0.0;
+    for case in 0..cases() {
+        let experiment = random(&mut Random(case), &tissues);
+        let (mut exchanged, mut last) = (1e-6, [0.0; 2]);
+        let whole = experiment.simulate(&mut |tick| {
+            for (side, last) in tick.sides.iter().zip(&mut last) {
+                assert!(
+                    side.force_n.abs() <= LIMIT_N,
+                    "case {case} at {} s: {} N",
+                    tick.time_s,
+                    side.force_n
+                );
+                exchanged += (side.force_n * (side.position_m - *last)).abs();
+                *last = side.position_m;
+            }
+            let share = tick.given_j / exchanged;
+            largest = largest.max(share);
+            assert!(
+                share <= 1e-12,
+                "case {case} at {} s: {:e} J of {exchanged:e} J, {experiment:?}",
+                tick.time_s,
+                tick.given_j
+            );
+            ControlFlow::Continue(())
+        });
+        let whole = whole.unwrap_or_else(|error| panic!("case {case}: {error}"));
+        assert!(whole, "case {case}: a side was silent, or has a fault");
+    }
+    println!("largest share given: {largest:e}");
+}
+
+#[test]
+fn a_line_that_is_not_passive_is_seen_to_give_energy() {
+    // The same measure, so that the test above is one.
+    let wall = RemotePlace::Wall {
+        stiffness_n_per_m: 500.0,
+        dissipation_n_s_mu_per_m: 0.0,
+        order: order(1.0),
+        one_sided: false,
+    };
+    let mut late = experiment(Architecture::PositionPosition, wall);
+    late.coupler.dissipation_n_s_mu_per_m = 0.0;
+    late.channel.delay = Seconds(0.1);
+    let mut most: f64 = 0.0;
+    let run = late.simulate(&mut |tick| {
+        most = most.max(tick.given_j);
+        ControlFlow::Continue(())
+    });
+    assert!(run.expect("in range"));
+    assert!(most > 1e-5, "{most:e} J");
+}
+
+#[test]
+fn what_is_felt_without_delay_is_what_the_formula_says_within_1_db() {
+    let library = Library::load(None).expect("the library");
+    let wall = |stiffness_n_per_m, dissipation_n_s_mu_per_m, mu| RemotePlace::Wall {
+        stiffness_n_per_m,
+        dissipation_n_s_mu_per_m,
+        order: order(mu),
+        one_sided: false,
+    };
+    let places = [
+        tissue(&library, "prostate-cancerous"),
+        tissue(&library, "fish-muscle"),
+        wall(200.0, 0.0, 1.0),
+        wall(50.0, 4.0, 0.5),
+    ];
+    for architecture in [
+        Architecture::PositionPosition,
+        Architecture::PositionForce,
+        Architecture::Wave,
+    ] {
+        for place in &places {
+            let experiment = experiment(architecture, place.clone());
+            let felt = experiment.felt().expect("in range");
+            // Up to a tenth of the sample rate.
+            assert!(felt.last().is_some_and(|felt| felt.frequency_hz > 99.0));
+            for felt in &felt {
+                let off = felt.off_formula_db.expect("a linear place");
+                assert!(
+                    off.abs() < 1.0,
+                    "{architecture} {} at {} Hz: {off} dB, {felt:?}",
+                    place.words(),
+                    felt.frequency_hz
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn time_domain_passivity_is_felt_as_position_position_where_it_need_not_act() {
+    let library = Library::load(None).expect("the library");
+    let experiment = experiment(
+        Architecture::TimeDomain,
+        tissue(&library, "prostate-cancerous"),
+    );
+    for felt in experiment.felt().expect("in range") {
+        let off = felt.off_formula_db.expect("a linear place");
+        assert!(off.abs() < 3.0, "at {} Hz: {off} dB", felt.frequency_hz);
+    }
+}
+
+#[test]
+fn a_line_that_loses_everything_ends_with_both_forces_at_zero() {
+    let wall = RemotePlace::Wall {
+        stiffness_n_per_m: 500.0,
+        dissipation_n_s_mu_per_m: 0.0,
+        order: order(1.0),
+        one_sided: false,
+    };
+    for architecture in Architecture::ALL {
+        let mut deaf = experiment(architecture, wall.clone());
+        deaf.channel.loss = 1.0;
+        let mut last = [f64::NAN; 2];
+        let run = deaf.simulate(&mut |tick| {
+            last = tick.sides.map(|side| side.force_n);
+            ControlFlow::Continue(())
+        });
+        // Never heard, so never at work.
+        assert!(run.expect("in range"), "{architecture}");
+        assert_eq!(last, [0.0; 2], "{architecture}");
+    }
+}
+
+#[test]
+fn a_file_is_read_and_its_mistakes_are_named() {
+    let read = |text: &str| {
+        let text = format!("[teleoperation]\n{text}");
+        ExperimentFile::parse(Path::new("far.toml"), &text)
+    };
+    assert_eq!(
+        read("duration_s = 8")
+            .expect("good")
+            .samples()
+            .expect("good"),
+        8001
+    );
+    for (text, reason) in [
+        (
+            "line_delay_s = -0.1",
+            "far.toml:2: line_delay_s = -0.1 is not in [0, 10]: change it, or leave it out for 0.02",
+        ),
+        (
+            "architecture = \"waves\"",
+            "far.toml:2: architecture = \"waves\" is not one of position-position, position-force, wave, time-domain",
+        ),
+        ("order = 1.5", "far.toml:2: order = 1.5 is not in [0, 1]"),
+        ("device = \"sim\"", "far.toml:2: unknown key `device`"),
+        ("high_hz = 900", "far.toml:1: highest frequency 900 Hz"),
+        ("window_s = 20", "far.toml:1: window 20 s"),
+        (
+            "coupler_stiffness_n_per_m = 0\ncoupler_dissipation_n_s_mu_per_m = 0",
+            "far.toml:1: coupler stiffness and dissipation together",
+        ),
+        (
+            "line_loss = 2",
+            "far.toml:2: line_loss = 2 is not in [0, 1]",
+        ),
+    ] {
+        match read(text) {
+            Err(error) => assert!(error.to_string().starts_with(reason), "{text}: {error}"),
+            Ok(_) => assert!(reason.is_empty(), "{text} is taken"),
+        }
+    }
+}

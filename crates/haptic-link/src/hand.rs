@@ -1,0 +1,165 @@
+//! Two hands over a line: what the side of one says to the side of the other.
+//!
+//! The frames are those of a host, [`Direction::FromHost`](crate::Direction::FromHost): both sides number theirs modulo 2³².
+//! The connection is 0 in a hello and after it the numbers of both, xored. A datagram holds one frame.
+
+use crate::keys::MessageKey;
+use postcard_schema::Schema;
+use postcard_schema::key::Key;
+use serde::{Deserialize, Serialize};
+
+/// A message from one side to the other.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub enum HandMessage {
+    /// Who speaks, and how. Its layout stays in all versions to come.
+    Hello(HandHello),
+    /// One tick.
+    Sample(HandSample),
+    /// The speaker has come to rest and goes.
+    Bye,
+}
+
+/// Side of a line between two hands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum HandSide {
+    /// Held by the operator.
+    Master,
+    /// In the remote place.
+    Slave,
+}
+
+impl HandSide {
+    /// The one at the other end.
+    #[must_use]
+    pub const fn other(self) -> Self {
+        match self {
+            Self::Master => Self::Slave,
+            Self::Slave => Self::Master,
+        }
+    }
+}
+
+impl core::fmt::Display for HandSide {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Master => "master",
+            Self::Slave => "slave",
+        })
+    }
+}
+
+/// How the two sides are joined.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum Architecture {
+    /// Each side is pulled to the place of the other by a fractional coupler.
+    PositionPosition,
+    /// The slave is pulled to the place of the master, which feels the force of that coupler.
+    PositionForce,
+    /// Waves (b·v + F)/√(2b): passive at any delay.
+    Wave,
+    /// Position–position, whose force gives back no more energy than has come from the other side: passive at any delay.
+    TimeDomain,
+}
+
+impl Architecture {
+    /// Every one.
+    pub const ALL: [Self; 4] = [
+        Self::PositionPosition,
+        Self::PositionForce,
+        Self::Wave,
+        Self::TimeDomain,
+    ];
+
+    /// Its name in files and options.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::PositionPosition => "position-position",
+            Self::PositionForce => "position-force",
+            Self::Wave => "wave",
+            Self::TimeDomain => "time-domain",
+        }
+    }
+
+    /// True if the line between the two sides gives no energy, whatever its delay.
+    #[must_use]
+    pub const fn is_passive(self) -> bool {
+        matches!(self, Self::Wave | Self::TimeDomain)
+    }
+}
+
+impl core::fmt::Display for Architecture {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// The first message of each side.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct HandHello {
+    /// Hash of the messages that the speaker knows.
+    pub key: MessageKey,
+    /// A number that it has drawn for this connection.
+    #[serde(with = "postcard::fixint::le")]
+    pub nonce: u32,
+    /// Number of the other side, once that has been heard; 0 before.
+    #[serde(with = "postcard::fixint::le")]
+    pub heard: u32,
+    /// Its side.
+    pub side: HandSide,
+    /// Its architecture.
+    pub architecture: Architecture,
+    /// T, s.
+    pub sample_time_s: f64,
+    /// b of the waves, N·s/m; 0 for other architectures.
+    pub wave_impedance_n_s_per_m: f64,
+}
+
+impl HandHello {
+    /// Hash of the messages of this version of the crate.
+    pub const KEY: MessageKey = {
+        let hash = u64::from_le_bytes(Key::for_path::<HandMessage>("hand").to_bytes());
+        MessageKey((hash >> 32) as u32 ^ hash as u32)
+    };
+}
+
+/// One tick of a side, for the other.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct HandSample {
+    /// Number of the sample, modulo 2³².
+    #[serde(with = "postcard::fixint::le")]
+    pub sequence: u32,
+    /// The device's own time since its start, s.
+    pub time_s: f64,
+    /// What the architecture needs.
+    pub state: HandState,
+}
+
+/// What a side tells of itself. Sums are from its start, so that the next sample makes good for a lost one.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub enum HandState {
+    /// Displacement from the start, m.
+    Position {
+        /// x, m.
+        position_m: f64,
+    },
+    /// Force of the coupler on the slave.
+    Force {
+        /// f, N.
+        force_n: f64,
+    },
+    /// Waves that have left.
+    Wave {
+        /// T·Σu, √J·√s.
+        sum: f64,
+        /// T·Σu²/2, J.
+        energy_j: f64,
+    },
+    /// Displacement, and energy that the other side may spend.
+    Energy {
+        /// x, m.
+        position_m: f64,
+        /// All energy that has been sent, J.
+        energy_j: f64,
+    },
+}

@@ -1,0 +1,290 @@
+//! Who is at the other end: greeting, frames, and what does not belong to this connection.
+
+use haptic_link::{
+    Architecture, Direction, EncodeError, HandHello, HandMessage, HandSample, HandSide, Header,
+    LineCounters, PROTOCOL_VERSION, Receiver, encode,
+};
+
+/// What this side is, for the other to agree with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Introduction {
+    /// Its side.
+    pub side: HandSide,
+    /// Its architecture.
+    pub architecture: Architecture,
+    /// T, s.
+    pub sample_time_s: f64,
+    /// b of waves, N·s/m; 0 for other architectures.
+    pub wave_impedance_n_s_per_m: f64,
+}
+
+/// Why two sides do not fit each other: one line, with the remedy.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum PeerError {
+    /// It speaks another version of the protocol.
+    OtherVersion {
+        /// Its version.
+        version: u8,
+    },
+    /// It was built with other definitions of the messages.
+    OtherMessages,
+    /// It is on the same side.
+    SameSide(HandSide),
+    /// It is of another architecture.
+    OtherArchitecture {
+        /// Its own.
+        theirs: Architecture,
+        /// That of this side.
+        ours: Architecture,
+    },
+    /// It has another sample time.
+    OtherSampleTime {
+        /// Its own, s.
+        theirs_s: f64,
+        /// That of this side, s.
+        ours_s: f64,
+    },
+    /// It has another wave impedance.
+    OtherImpedance {
+        /// Its own, N·s/m.
+        theirs: f64,
+        /// That of this side, N·s/m.
+        ours: f64,
+    },
+}
+
+impl core::fmt::Display for PeerError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::OtherVersion { version } => write!(
+                f,
+                "the other side speaks version {version} of the protocol, this one {PROTOCOL_VERSION}: run the same version on \
+                 both sides"
+            ),
+            Self::OtherMessages => f.write_str(
+                "the other side was built with other messages: run the same version on both sides",
+            ),
+            Self::SameSide(side) => write!(
+                f,
+                "both sides are the {side}: one has to listen and the other to connect"
+            ),
+            Self::OtherArchitecture { theirs, ours } => write!(
+                f,
+                "the other side has the architecture {theirs}, this one {ours}: give both the same `architecture`"
+            ),
+            Self::OtherSampleTime { theirs_s, ours_s } => write!(
+                f,
+                "the other side has a sample time of {theirs_s} s, this one of {ours_s} s: give both the same `sample_time_s`"
+            ),
+            Self::OtherImpedance { theirs, ours } => write!(
+                f,
+                "the other side has a wave impedance of {theirs} N·s/m, this one of {ours} N·s/m: give both the same \
+                 `wave_impedance_n_s_per_m`"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for PeerError {}
+
+/// What a datagram said.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Heard {
+    /// Nothing that belongs to this connection.
+    Nothing,
+    /// The other side has introduced itself, and wants an answer.
+    Hello,
+    /// A tick of the other side.
+    Sample(HandSample),
+    /// The other side has gone.
+    Bye,
+}
+
+/// The conversation with the other side, without a socket.
+///
+/// ```text
+/// each side   hello(own number, number heard) ─▶   until it has heard its own number back, or a sample
+/// then        samples, each under both numbers ─▶   and a bye at the end
+/// ```
+/// *Another connection*: samples and byes carry the xor of both numbers; others are counted, not acted on.
+#[derive(Clone, Debug)]
+pub struct Peer {
+    own: Introduction,
+    nonce: u32,
+    theirs: Option<u32>,
+    connected: bool,
+    sequence: u32,
+    receiver: Receiver<HandMessage>,
+    other_connections: u32,
+}
+
+impl Peer {
+    /// Before a conversation. `nonce` is any number, another one each time; 0 counts as 1.
+    #[must_use]
+    pub fn new(own: Introduction, nonce: u32) -> Self {
+        Self {
+            own,
+            nonce: nonce.max(1),
+            theirs: None,
+            connected: false,
+            sequence: 0,
+            receiver: Receiver::new(Direction::FromHost),
+            other_connections: 0,
+        }
+    }
+
+    /// Takes a datagram, which is one frame.
+    ///
+    /// # Errors
+    /// A side that does not fit this one.
+    pub fn take(&mut self, datagram: &[u8]) -> Result<Heard, PeerError> {
+        self.receiver.forget();
+        let foreign = self.receiver.counters().foreign;
+        let mut arrived = None;
+        for &byte in datagram {
+            arrived = arrived.or(self.receiver.push(byte));
+        }
+        let counters = self.receiver.counters();
+        if counters.foreign != foreign && self.theirs.is_none() {
+            // The high bit says who speaks.
+            let version = counters.foreign_version & 0x7f;
+            return Err(PeerError::OtherVersion { version });
+        }
+        let Some((header, message)) = arrived else {
+            return Ok(Heard::Nothing);
+        };
+        if let HandMessage::Hello(hello) = message {
+            return self.greeted(&hello);
+        }
+        if self.connection() != Some(header.connection) {
+            self.other_connections = self.other_connections.wrapping_add(1);
+            return Ok(Heard::Nothing);
+        }
+        self.connected = true;
+        Ok(match message {
+            HandMessage::Sample(sample) => Heard::Sample(sample),
+            HandMessage::Bye => Heard::Bye,
+            HandMessage::Hello(_) => Heard::Nothing,
+        })
+    }
+
+    fn greeted(&mut self, hello: &HandHello) -> Result<Heard, PeerError> {
+        if self.theirs.is_some_and(|theirs| theirs != hello.nonce) {
+            // Somebody else, or the same begun anew: this conversation goes on or falls silent.
+            self.other_connections = self.other_connections.wrapping_add(1);
+            return Ok(Heard::Nothing);
+        }
+        self.agree(hello)?;
+        self.theirs = Some(hello.nonce);
+        if hello.heard == self.nonce {
+            self.connected = true;
+        }
+        Ok(Heard::Hello)
+    }
+
+    fn agree(&self, hello: &HandHello) -> Result<(), PeerError> {
+        let own = &self.own;
+        if hello.key != HandHello::KEY {
+            return Err(PeerError::OtherMessages);
+        }
+        if hello.side == own.side {
+            return Err(PeerError::SameSide(own.side));
+        }
+        if hello.architecture != own.architecture {
+            return Err(PeerError::OtherArchitecture {
+                theirs: hello.architecture,
+                ours: own.architecture,
+            });
+        }
+        let differ = |a: f64, b: f64| a.to_bits() != b.to_bits();
+        if differ(hello.sample_time_s, own.sample_time_s) {
+            return Err(PeerError::OtherSampleTime {
+                theirs_s: hello.sample_time_s,
+                ours_s: own.sample_time_s,
+            });
+        }
+        if differ(hello.wave_impedance_n_s_per_m, own.wave_impedance_n_s_per_m) {
+            return Err(PeerError::OtherImpedance {
+                theirs: hello.wave_impedance_n_s_per_m,
+                ours: own.wave_impedance_n_s_per_m,
+            });
+        }
+        Ok(())
+    }
+
+    /// The side that it is.
+    #[must_use]
+    pub const fn side(&self) -> HandSide {
+        self.own.side
+    }
+
+    /// Both numbers, once both are known.
+    fn connection(&self) -> Option<u32> {
+        self.theirs.map(|theirs| theirs ^ self.nonce)
+    }
+
+    /// True once the other side is known to have heard this one.
+    #[must_use]
+    pub const fn is_connected(&self) -> bool {
+        self.connected
+    }
+
+    /// Writes the greeting; its length.
+    ///
+    /// # Errors
+    /// A buffer that is too short: [`FRAME_MAX`](haptic_link::FRAME_MAX) bytes are enough.
+    pub fn hello(&mut self, line: &mut [u8]) -> Result<usize, EncodeError> {
+        let own = self.own;
+        let hello = HandHello {
+            key: HandHello::KEY,
+            nonce: self.nonce,
+            heard: self.theirs.unwrap_or(0),
+            side: own.side,
+            architecture: own.architecture,
+            sample_time_s: own.sample_time_s,
+            wave_impedance_n_s_per_m: own.wave_impedance_n_s_per_m,
+        };
+        self.write(HandMessage::Hello(hello), 0, line)
+    }
+
+    /// Writes a tick; its length.
+    ///
+    /// # Errors
+    /// As [`hello`](Self::hello).
+    pub fn sample(&mut self, sample: HandSample, line: &mut [u8]) -> Result<usize, EncodeError> {
+        let connection = self.connection().unwrap_or(0);
+        self.write(HandMessage::Sample(sample), connection, line)
+    }
+
+    /// Writes a farewell; its length.
+    ///
+    /// # Errors
+    /// As [`hello`](Self::hello).
+    pub fn bye(&mut self, line: &mut [u8]) -> Result<usize, EncodeError> {
+        let connection = self.connection().unwrap_or(0);
+        self.write(HandMessage::Bye, connection, line)
+    }
+
+    fn write(
+        &mut self,
+        message: HandMessage,
+        connection: u32,
+        line: &mut [u8],
+    ) -> Result<usize, EncodeError> {
+        self.sequence = self.sequence.wrapping_add(1);
+        encode(&message, Header::from_host(self.sequence, connection), line)
+    }
+
+    /// Frames so far, by kind.
+    #[must_use]
+    pub const fn counters(&self) -> LineCounters {
+        self.receiver.counters()
+    }
+
+    /// Messages of other connections.
+    #[must_use]
+    pub const fn other_connections(&self) -> u32 {
+        self.other_connections
+    }
+}

@@ -1,0 +1,281 @@
+//! One side: readings and messages in, safe forces and messages out.
+
+use crate::law::Law;
+use crate::settings::{PortLaw, Settings, law};
+use fracdiff::Differintegrator;
+use haptic_link::{HandSample, RequestTracker};
+use haptic_loop::{
+    Controller, Environment, ParameterError, Reading, SafeForce, SafetyChain, SafetyState, Sample,
+};
+use nalgebra::{SVector, Vector1};
+
+/// The environment of a controller whose forces come from a law of a port.
+#[derive(Clone, Copy, Debug)]
+struct Line;
+
+impl Environment<f64, 1> for Line {
+    type History = ();
+
+    fn at_rest(&self) {}
+
+    fn force(&self, _history: &(), _position_m: &SVector<f64, 1>) -> SVector<f64, 1> {
+        Vector1::new(0.0)
+    }
+
+    fn advance(&self, _history: &mut (), _position_m: &SVector<f64, 1>) {}
+}
+
+/// One side of a line between two hands, with one axis.
+///
+/// - *Start*: the first reading is the place from which displacements count, on each side its own. No force until the other side
+///   is heard.
+/// - *Messages*: [`receive`](Self::receive) any number between two ticks. Of another architecture, not newer than the newest, or
+///   not a number: not acted on.
+/// - *Silence*: [`Settings::silence`] without a new message, and the force falls to zero within the stop time of the safety chain
+///   and stays there. Without braking it never grows on its way.
+/// - *Energy*: [`given_j`](Self::given_j) is what the line has given to the device, Σ f·Δx with the Δx before each force, as for a
+///   coupler. Of a passive architecture the sum of both sides never is above 0, but for rounding and for what the safety
+///   chain adds to a force. A device under a held force needs damping of its own beside this: see the guard of the chain.
+/// - *Cost*: a tick of the law beside the safety chain; no allocation, no panic.
+///
+/// ```
+/// use fracdiff::{Order, Seconds, ShortMemory};
+/// use haptic_link::HandSide;
+/// use haptic_loop::units::{Newtons, NewtonsPerSecond};
+/// use haptic_loop::{Reading, SafetyChain};
+/// use haptic_teleoperation::{Port, PortLaw, Settings};
+///
+/// let t = Seconds(1e-3);
+/// let side = |side| {
+///     let law = PortLaw::<ShortMemory<f64, 8>>::Wave { impedance_n_s_per_m: 4.0, playout_samples: 1 };
+///     let settings = Settings { side, sample_time: t, silence: Seconds(0.1) };
+///     Port::new(law, settings, SafetyChain::new(Newtons(10.0), NewtonsPerSecond(1e6), t)?)
+/// };
+/// let (mut master, mut slave) = (side(HandSide::Master)?, side(HandSide::Slave)?);
+/// for tick in 0..100 {
+///     let reading = |x: f64| Reading { tick, time_s: 1e-3 * tick as f64, position_m: [x].into() };
+///     // The hand pulls the master at 0.1 m/s; the slave is held.
+///     let said = master.begin(reading(1e-4 * tick as f64)).finish().message;
+///     let answer = slave.begin(reading(0.0)).finish().message;
+///     slave.receive(&said);
+///     master.receive(&answer);
+/// }
+/// assert!(slave.force_n() > 1.0); // pulled along
+/// assert!(master.given_j() + slave.given_j() <= 0.0);
+/// # Ok::<(), haptic_loop::ParameterError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Port<O: Differintegrator<f64>> {
+    law: Law<O>,
+    controller: Controller<f64, 1, Line>,
+    tracker: RequestTracker,
+    foreign: u32,
+    silence_ticks: u64,
+    /// Ticks since the newest message; none before the first.
+    quiet: Option<u64>,
+    silent: bool,
+    start_m: Option<f64>,
+    last_m: f64,
+    next_tick: u64,
+    sequence: u32,
+    force_n: f64,
+    given_j: f64,
+}
+
+/// Messages that a port has received.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PortCounts {
+    /// Numbers that were passed over: lost, or late.
+    pub missing: u32,
+    /// Messages that came twice in a row.
+    pub duplicate: u32,
+    /// Messages that came after a later one.
+    pub stale: u32,
+    /// Messages of another architecture.
+    pub foreign: u32,
+}
+
+/// A tick whose force is known and whose rest is to come. Dropped it leaves a gap in the history of the law; the safety chain
+/// knows its force all the same.
+#[must_use = "send its force, then finish it"]
+#[derive(Debug)]
+pub struct Begun<'a, O: Differintegrator<f64>> {
+    port: &'a mut Port<O>,
+    sample: Sample<f64, 1>,
+    position_m: f64,
+    moved_m: f64,
+    heard: bool,
+}
+
+/// A finished tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ticked {
+    /// Reading, wanted and sent force, limiters.
+    pub sample: Sample<f64, 1>,
+    /// What the other side is to be told.
+    pub message: HandSample,
+}
+
+impl<O: Differintegrator<f64>> Port<O> {
+    /// A port at rest.
+    ///
+    /// # Errors
+    /// A gain, impedance, playout or time outside its range.
+    pub fn new(
+        law_of_port: PortLaw<O>,
+        settings: Settings,
+        chain: SafetyChain<f64>,
+    ) -> Result<Self, ParameterError> {
+        Ok(Self {
+            silence_ticks: settings.silence_ticks()?,
+            law: law(law_of_port, &settings)?,
+            controller: Controller::new(Line, chain),
+            tracker: RequestTracker::NEW,
+            foreign: 0,
+            quiet: None,
+            silent: false,
+            start_m: None,
+            last_m: 0.0,
+            next_tick: 0,
+            sequence: 0,
+            force_n: 0.0,
+            given_j: 0.0,
+        })
+    }
+
+    /// Takes in a message of the other side; true if it is the newest so far and was acted on.
+    pub fn receive(&mut self, message: &HandSample) -> bool {
+        if !self.tracker.is_new(message.sequence) {
+            return false;
+        }
+        if !self.law.hear(message.state) {
+            self.foreign = self.foreign.wrapping_add(1);
+            return false;
+        }
+        self.quiet = Some(0);
+        true
+    }
+
+    /// The first half of a tick: the force for this reading.
+    pub fn begin(&mut self, reading: Reading<f64, 1>) -> Begun<'_, O> {
+        let start = *self.start_m.get_or_insert(reading.position_m[0]);
+        let displacement = reading.position_m[0] - start;
+        let known = displacement.is_finite();
+        let position_m = if known { displacement } else { self.last_m };
+        let moved_m = position_m - self.last_m;
+        let passed = 1 + reading.tick.saturating_sub(self.next_tick);
+        self.next_tick = reading.tick.wrapping_add(1);
+        let heard = self.quiet.is_some();
+        if let Some(quiet) = &mut self.quiet {
+            // A message that has just come is of now, whatever ticks were passed over before.
+            *quiet = match *quiet {
+                0 => 1,
+                ticks => ticks.saturating_add(passed),
+            };
+            if *quiet > self.silence_ticks && !self.silent {
+                self.silent = true;
+                self.controller.stop();
+            }
+        }
+        let wanted = match (known, heard) {
+            // A fault of the safety chain.
+            (false, _) => f64::NAN,
+            (true, true) => self.law.wanted_n(position_m, moved_m),
+            (true, false) => 0.0,
+        };
+        let begun = self
+            .controller
+            .begin_commanded(reading, &Vector1::new(wanted));
+        let sample = begun.finish();
+        Begun {
+            port: self,
+            sample,
+            position_m,
+            moved_m,
+            heard,
+        }
+    }
+
+    /// From the next tick on the force falls to zero.
+    pub fn stop(&mut self) {
+        self.controller.stop();
+    }
+
+    /// The device has let go by itself: the force is zero now.
+    pub fn let_go(&mut self) {
+        self.controller.let_go();
+        self.force_n = 0.0;
+    }
+
+    /// The state of the safety chain.
+    pub const fn safety(&self) -> &SafetyState<f64, 1> {
+        self.controller.safety()
+    }
+
+    /// True once the other side has been silent for too long. It stays so.
+    pub const fn is_silent(&self) -> bool {
+        self.silent
+    }
+
+    /// True once the other side has been heard.
+    pub const fn has_heard(&self) -> bool {
+        self.quiet.is_some()
+    }
+
+    /// The force on the device of the last tick, N.
+    pub const fn force_n(&self) -> f64 {
+        self.force_n
+    }
+
+    /// Energy that the line has given to the device, J: Σ f[n]·(x[n] − x[n−1]).
+    pub const fn given_j(&self) -> f64 {
+        self.given_j
+    }
+
+    /// Energy in the account of a passive architecture, J; below 0 a debt.
+    pub fn balance_j(&self) -> Option<f64> {
+        self.law.account().map(super::account::Account::balance_j)
+    }
+
+    /// Messages so far.
+    pub const fn counts(&self) -> PortCounts {
+        PortCounts {
+            missing: self.tracker.lost(),
+            duplicate: self.tracker.duplicate(),
+            stale: self.tracker.late(),
+            foreign: self.foreign,
+        }
+    }
+}
+
+impl<O: Differintegrator<f64>> Begun<'_, O> {
+    /// The force to send to the device.
+    pub const fn force(&self) -> SafeForce<f64, 1> {
+        self.sample.force
+    }
+
+    /// The rest of the tick, and the message for the other side.
+    pub fn finish(self) -> Ticked {
+        let Self {
+            port,
+            sample,
+            position_m,
+            moved_m,
+            heard,
+        } = self;
+        let applied_n = sample.force.newtons()[0];
+        if heard {
+            port.law.advance(position_m, moved_m, applied_n);
+        }
+        port.given_j += applied_n * moved_m;
+        port.force_n = applied_n;
+        port.last_m = position_m;
+        port.sequence = port.sequence.wrapping_add(1);
+        let message = HandSample {
+            sequence: port.sequence,
+            time_s: sample.reading.time_s,
+            state: port.law.said(position_m, applied_n),
+        };
+        Ticked { sample, message }
+    }
+}

@@ -1,0 +1,307 @@
+//! `analyze teleoperation`: two hands over a line, what is stable and what is felt.
+
+mod answer;
+
+use super::arguments::{Files, logarithmic};
+use crate::choice::choice;
+use crate::command::words::{parse_dissipation, parse_number};
+use crate::output::Output;
+use crate::quantity::{Area, Damping, Frequency, Length, Mass, Stiffness, Time};
+use answer::{Answer, Best, Point};
+use clap::Args;
+use fracdiff::{Order, Seconds};
+use haptic_analysis::num_complex::Complex;
+use haptic_analysis::{
+    AnalysisError, CouplerSearch, HandCoupler, HandLine, HandMass, LargestDelay, Teleoperation,
+};
+use haptic_experiment::ModelledTissue;
+use haptic_experiment::failure::Failure;
+use haptic_experiment::parameters as p;
+use haptic_experiment::teleoperation::{ArchitectureName, RemotePlace};
+use haptic_link::Architecture;
+use haptic_loop::Specimen;
+use haptic_loop::units::{Metres, SquareMetres};
+use haptic_tissue::Library;
+use std::f64::consts::TAU;
+use std::path::PathBuf;
+
+/// Longest delay that is looked for, s.
+const DELAY_MOST_S: f64 = 1.0;
+/// Orders that are tried: 0, 0.05, … 1.
+const ORDERS: u32 = 20;
+
+/// Arguments of `analyze teleoperation`.
+#[derive(Debug, Args)]
+#[command(
+    long_about = LONG_ABOUT,
+    after_help = "Examples:\n  host-cli analyze teleoperation --coupler-stiffness 300 --coupler-dissipation 10 --order 0.5 --line-delay 20ms\n  \
+                  host-cli analyze teleoperation --line-delay 20ms --best --out far"
+)]
+pub struct TeleoperationArguments {
+    #[arg(long, help = p::ARCHITECTURE.help, value_parser = choice::<ArchitectureName>(), default_value = p::ARCHITECTURE.shown, help_heading = "Line")]
+    architecture: ArchitectureName,
+    #[arg(long, help = p::LINE_DELAY.help, default_value = p::LINE_DELAY.shown, allow_hyphen_values = true, help_heading = "Line")]
+    line_delay: Time,
+    #[arg(long, help = p::HAND_COUPLER_STIFFNESS.help, default_value = p::HAND_COUPLER_STIFFNESS.shown, allow_hyphen_values = true, help_heading = "Line")]
+    coupler_stiffness: Stiffness,
+    #[arg(long, help = p::HAND_COUPLER_DISSIPATION.help, value_name = "B_C", default_value = p::HAND_COUPLER_DISSIPATION.shown, value_parser = parse_dissipation, allow_hyphen_values = true, help_heading = "Line")]
+    coupler_dissipation: f64,
+    #[arg(long, help = p::HAND_COUPLER_ORDER.help, default_value = p::HAND_COUPLER_ORDER.shown, value_parser = parse_number, allow_hyphen_values = true, help_heading = "Line")]
+    order: f64,
+    #[arg(long, help = p::WAVE_IMPEDANCE.help, default_value = p::WAVE_IMPEDANCE.shown, allow_hyphen_values = true, help_heading = "Line")]
+    wave_impedance: Damping,
+    /// Samples over which waves are played out
+    #[arg(long, default_value_t = 2, value_name = "SAMPLES", value_parser = clap::value_parser!(u32).range(1..=10_000), help_heading = "Line")]
+    playout: u32,
+    /// Find the best coupler of each order, or the best impedance of waves, for this delay and tissue
+    #[arg(long, help_heading = "Line")]
+    best: bool,
+    #[arg(long, help = p::MASS.help, default_value = p::MASS.shown, allow_hyphen_values = true, help_heading = "Devices")]
+    mass: Mass,
+    #[arg(long, help = p::DAMPING.help, default_value = p::DAMPING.shown, allow_hyphen_values = true, help_heading = "Devices")]
+    damping: Damping,
+    #[arg(long, help = p::SLAVE_MASS.help, allow_hyphen_values = true, help_heading = "Devices")]
+    slave_mass: Option<Mass>,
+    #[arg(long, help = p::SLAVE_DAMPING.help, allow_hyphen_values = true, help_heading = "Devices")]
+    slave_damping: Option<Damping>,
+    #[arg(long, help = p::SAMPLE_TIME.help, default_value = p::SAMPLE_TIME.shown, allow_hyphen_values = true, help_heading = "Devices")]
+    sample_time: Time,
+    #[arg(long, help = p::TISSUE.help, value_name = "NAME", default_value = p::TISSUE.shown, help_heading = "Tissue")]
+    tissue: String,
+    #[arg(long, help = p::LIBRARY.help, value_name = "DIR", help_heading = "Tissue")]
+    library: Option<PathBuf>,
+    #[arg(long, help = p::AREA.help, default_value = p::AREA.shown, allow_hyphen_values = true, help_heading = "Tissue")]
+    area: Area,
+    #[arg(long, help = p::THICKNESS.help, default_value = p::THICKNESS.shown, allow_hyphen_values = true, help_heading = "Tissue")]
+    thickness: Length,
+    /// Lowest frequency at which the tissue is to feel right
+    #[arg(
+        long,
+        default_value = "0.5Hz",
+        allow_hyphen_values = true,
+        help_heading = "Tissue"
+    )]
+    low: Frequency,
+    /// Highest frequency at which the tissue is to feel right
+    #[arg(
+        long,
+        default_value = "5Hz",
+        allow_hyphen_values = true,
+        help_heading = "Tissue"
+    )]
+    high: Frequency,
+    /// Number of frequencies
+    #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u32).range(2..=10_000), help_heading = "Tissue")]
+    points: u32,
+    #[command(flatten)]
+    files: Files,
+}
+
+const LONG_ABOUT: &str = "\
+Is a teleoperation stable with every passive hand and every passive thing at the other end (Llewellyn's criterion, with the delay of the line, \
+sampled controllers and held forces)? Up to which delay? And what does the hand feel of a remote tissue?
+
+--best looks for the coupler k_c + b_c D^mu of each order that makes the tissue feel right from --low to --high: the least root mean square of \
+|ln(Z_felt/Z_tissue)|, 0.1 being 10 % or 6 degrees, among those that are stable with every hand and place at this delay. Of waves it finds the impedance.
+
+time-domain is judged as the position-position that it is while its account of energy is not empty; itself it gives no energy at any delay.";
+
+/// A question with its tissue.
+struct Question {
+    hands: Teleoperation,
+    omegas: Vec<f64>,
+    place: RemotePlace,
+    environment: Vec<Complex<f64>>,
+}
+
+impl TeleoperationArguments {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// A parameter outside its range; files that cannot be written.
+    pub fn run(self, output: Output) -> Result<(), Failure> {
+        let question = self.question()?;
+        let candidates = match self.best {
+            true => self.candidates(&question)?,
+            false => Vec::new(),
+        };
+        let best = (candidates.iter())
+            .min_by(|a, b| a.error.total_cmp(&b.error))
+            .copied();
+        // What is shown is the best, if there is one.
+        let hands = match best {
+            Some(best) => Teleoperation {
+                line: best.line,
+                ..question.hands
+            },
+            None => question.hands,
+        };
+        let stability = hands.absolute_stability().map_err(refused)?;
+        let largest = hands.largest_delay(DELAY_MOST_S).map_err(refused)?;
+        let felt =
+            (hands.transparency(&question.omegas, &question.environment)).map_err(refused)?;
+        let points = question.points(&hands)?;
+        let mut answer = Answer {
+            architecture: self.architecture.0.name(),
+            line_delay_s: self.line_delay.0,
+            tissue: question.place.words(),
+            absolutely_stable: stability.stable,
+            least_ratio: stability.least_ratio,
+            worst_hz: stability.worst_rad_s / TAU,
+            largest_delay_s: match largest {
+                LargestDelay::None => None,
+                LargestDelay::Below { delay_s } => Some(delay_s),
+                LargestDelay::Any => Some(DELAY_MOST_S),
+            },
+            any_delay: largest == LargestDelay::Any,
+            passive_line: self.architecture.0.is_passive(),
+            error: felt.error,
+            largest_db: felt.largest_db,
+            largest_degrees: felt.largest_degrees,
+            points,
+            candidates,
+            best,
+            files: Vec::new(),
+        };
+        let rows = answer.points.iter().copied();
+        answer.files = (self.files).write("teleoperation", rows, || answer.draw(&hands))?;
+        output.print(&answer, |out| answer.print(out))
+    }
+
+    fn question(&self) -> Result<Question, Failure> {
+        let (low, high) = (self.low.0, self.high.0);
+        let most = 0.5 / self.sample_time.0;
+        if !(low > 0.0 && low < high && high <= most) {
+            return Err(Failure::bad_input(format_args!(
+                "frequencies {low} to {high} Hz are not inside 0 to {most} Hz, lowest first: change --low, --high or --sample-time"
+            )));
+        }
+        let library = Library::load(self.library.as_deref()).map_err(Failure::input)?;
+        let material = library.find(&self.tissue).map_err(Failure::input)?;
+        let specimen = Specimen::new(SquareMetres(self.area.0), Metres(self.thickness.0));
+        let place = RemotePlace::Tissue {
+            material: Box::new(ModelledTissue::new(material)?),
+            specimen: specimen.map_err(|error| {
+                Failure::input_with_advice(error, "change --area or --thickness")
+            })?,
+        };
+        let omegas: Vec<f64> = logarithmic(TAU * low, TAU * high, self.points as usize).collect();
+        let environment = (omegas.iter())
+            .filter_map(|&omega| Some(place.stiffness(omega)? / Complex::new(0.0, omega)))
+            .collect();
+        let device = |mass: Mass, damping: Damping| HandMass {
+            mass_kg: mass.0,
+            damping_n_s_per_m: damping.0,
+        };
+        let order = Order::new(self.order).map_err(Failure::input)?;
+        let coupler = HandCoupler {
+            stiffness_n_per_m: self.coupler_stiffness.0,
+            dissipation_n_s_mu_per_m: self.coupler_dissipation,
+            order,
+        };
+        // Checked where the loop is.
+        let t = Seconds(self.sample_time.0);
+        t.rate_to_the(order)
+            .map_err(|error| Failure::input_with_advice(error, "give --sample-time, as in 1ms"))?;
+        let hands = Teleoperation {
+            master: device(self.mass, self.damping),
+            slave: device(
+                self.slave_mass.unwrap_or(self.mass),
+                self.slave_damping.unwrap_or(self.damping),
+            ),
+            line: self.kind(coupler, self.wave_impedance.0),
+            sample_time_s: t.0,
+            delay_s: self.line_delay.0,
+        };
+        Ok(Question {
+            hands,
+            omegas,
+            place,
+            environment,
+        })
+    }
+
+    fn kind(&self, coupler: HandCoupler, impedance_n_s_per_m: f64) -> HandLine {
+        match self.architecture.0 {
+            Architecture::PositionPosition | Architecture::TimeDomain => {
+                HandLine::PositionPosition(coupler)
+            }
+            Architecture::PositionForce => HandLine::PositionForce(coupler),
+            Architecture::Wave => HandLine::Wave {
+                impedance_n_s_per_m,
+                playout_samples: self.playout,
+            },
+        }
+    }
+
+    /// The best of each order, or of waves.
+    fn candidates(&self, question: &Question) -> Result<Vec<Best>, Failure> {
+        let search = CouplerSearch {
+            hands: question.hands,
+            omegas_rad_s: question.omegas.clone(),
+            environment: question.environment.clone(),
+            stable: true,
+        };
+        let orders = match self.architecture.0 {
+            Architecture::Wave => 0..=0,
+            _ => 0..=ORDERS,
+        };
+        let mut found = Vec::new();
+        for n in orders {
+            let mu = f64::from(n) / f64::from(ORDERS);
+            let order = Order::new(mu).map_err(Failure::input)?;
+            if let Some(best) = search.best(order).map_err(refused)? {
+                found.push(Best::new(best.line, best.transparency));
+            }
+        }
+        if found.is_empty() {
+            return Err(Failure::bad_input(
+                "no coupler that was tried is stable with every hand and place: take more damping of the devices, a shorter \
+                 --line-delay or --sample-time, or --architecture wave",
+            ));
+        }
+        Ok(found)
+    }
+}
+
+/// A parameter that the analysis refuses, with the option that sets it.
+fn refused(error: AnalysisError) -> Failure {
+    let advice = match &error {
+        AnalysisError::Range { what, .. } => match *what {
+            "delay of the line" => "a line takes time, it does not give it: change --line-delay",
+            "mass" => "change --mass or --slave-mass",
+            "damping" => "change --damping or --slave-damping",
+            "sample time" => "change --sample-time",
+            "order of the coupler" => "change --order",
+            "coupler stiffness" | "coupler stiffness and dissipation together" => {
+                "change --coupler-stiffness or --coupler-dissipation"
+            }
+            "coupler dissipation" => "change --coupler-dissipation",
+            "wave impedance" => "change --wave-impedance",
+            _ => return Failure::input(error),
+        },
+        _ => return Failure::input(error),
+    };
+    Failure::input_with_advice(error, advice)
+}
+
+impl Question {
+    fn points(&self, hands: &Teleoperation) -> Result<Vec<Point>, Failure> {
+        let pairs = self.omegas.iter().zip(&self.environment);
+        let point = |(&omega, &impedance): (&f64, &Complex<f64>)| {
+            let s = Complex::new(0.0, omega);
+            let felt = hands.transmitted(omega, impedance).map_err(refused)? * s;
+            let tissue = impedance * s;
+            let (real, ratio) = hands.llewellyn(omega).map_err(refused)?;
+            Ok(Point {
+                frequency_hz: omega / TAU,
+                tissue_n_per_m: tissue.norm(),
+                tissue_degrees: tissue.arg().to_degrees(),
+                felt_n_per_m: felt.norm(),
+                felt_degrees: felt.arg().to_degrees(),
+                llewellyn_ratio: if real < 0.0 { 0.0 } else { ratio },
+            })
+        };
+        pairs.map(point).collect()
+    }
+}

@@ -1,0 +1,173 @@
+//! `teleoperate`: one side of a teleoperation, the other in another process.
+
+use super::conduct::stop_on_interrupt;
+use super::summary::plain;
+use crate::output::{Output, note, warn};
+use crate::quantity::Time;
+use clap::Args;
+use haptic_experiment::failure::Failure;
+use haptic_experiment::teleoperation::{End, FarEnd, FarReport};
+use haptic_experiment::{ExperimentFile, TeleoperationExperiment};
+use std::io::{self, Write};
+use std::net::{SocketAddr, ToSocketAddrs};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// The long help.
+pub const LONG_ABOUT: &str = "\
+Runs one side of a teleoperation, with a simulated device paced by the clock; the other side runs in another process, and real UDP datagrams go \
+between them. Who listens is the slave in the remote tissue or wall; who connects is the master in the hand. Both take the same file with a table \
+[teleoperation]; its line_ keys are of a simulated line and do nothing here.
+
+Messages carry their number and the device's time. What comes late or twice is refused and counted, so is what comes from elsewhere. A side whose \
+partner is silent for silence_s lets its force fall to zero within stop_time_s, never growing, and ends with exit code 1. Ctrl-C does the same at \
+once and says goodbye; then the partner ends too. Without a fault each side ends after --duration.";
+
+/// Arguments of `teleoperate`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example: host-cli teleoperate experiments/teleoperation.toml --listen 127.0.0.1:4810\n         \
+                  host-cli teleoperate experiments/teleoperation.toml --connect 127.0.0.1:4810"
+)]
+pub struct Arguments {
+    /// A file with a table [teleoperation] [default: all of its defaults]
+    #[arg(value_name = "FILE.toml")]
+    file: Option<PathBuf>,
+    /// Be the slave and wait for the master at this address and port; port 0 for any that is free
+    #[arg(long, value_name = "ADDRESS:PORT", required_unless_present = "connect")]
+    listen: Option<String>,
+    /// Be the master and look for the slave there
+    #[arg(long, value_name = "ADDRESS:PORT", conflicts_with = "listen")]
+    connect: Option<String>,
+    /// How long, once the other side is there [default: `duration_s` of the file]
+    #[arg(long, allow_hyphen_values = true)]
+    duration: Option<Time>,
+    /// How long to wait for the other side
+    #[arg(long, default_value = "60s", allow_hyphen_values = true)]
+    patience: Time,
+}
+
+impl Arguments {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// A wrong file or address; nobody, or the wrong one, at the other end; silence, a fault or Ctrl-C in the middle.
+    pub fn run(self, output: Output) -> Result<(), Failure> {
+        let mut experiment = self.experiment()?;
+        if let Some(Time(duration_s)) = self.duration {
+            experiment.duration_s = duration_s;
+        }
+        let patience = Duration::try_from_secs_f64(self.patience.0).map_err(|_| {
+            Failure::bad_input(format_args!(
+                "patience {} s is no time to wait: give --patience, as in 60s",
+                self.patience.0
+            ))
+        })?;
+        let end = self.end()?;
+        let stop = stop_on_interrupt()?;
+        let opened = |address| {
+            let (what, address) = match end {
+                End::Listen(_) => ("listening", address),
+                End::Connect(there) => ("connecting", there),
+            };
+            if output.json {
+                note(what, address);
+            } else if !output.quiet {
+                // A closed standard output is seen at the end.
+                let _ = writeln!(io::stdout(), "{what}: {address}");
+            }
+        };
+        let report = experiment.run_side(end, patience, &opened, (stop, &warn))?;
+        output.summary(&report, |out| print(out, &report))?;
+        match report.ended {
+            FarEnd::Done | FarEnd::OtherLeft => Ok(()),
+            ended => Err(Failure::Run(anyhow::anyhow!(
+                "{} after {} s; the force is zero",
+                words(ended),
+                plain(report.duration_s)
+            ))),
+        }
+    }
+
+    fn experiment(&self) -> Result<TeleoperationExperiment, Failure> {
+        let read = match &self.file {
+            Some(path) => ExperimentFile::read(path),
+            None => ExperimentFile::parse(Path::new("defaults"), "[teleoperation]"),
+        };
+        match read.map_err(Failure::input)? {
+            ExperimentFile::Teleoperation(experiment) => Ok(*experiment),
+            _ => Err(Failure::bad_input(
+                "the file is of another experiment: give one with a table [teleoperation]",
+            )),
+        }
+    }
+
+    fn end(&self) -> Result<End, Failure> {
+        let address = |text: &str, option: &str| -> Result<SocketAddr, Failure> {
+            let found = text.to_socket_addrs().ok();
+            found.and_then(|mut all| all.next()).ok_or_else(|| {
+                Failure::bad_input(format_args!(
+                    "\"{text}\" is no address with a port: give {option}, as 127.0.0.1:4810"
+                ))
+            })
+        };
+        match (&self.listen, &self.connect) {
+            (_, Some(text)) => Ok(End::Connect(address(text, "--connect")?)),
+            (Some(text), None) => Ok(End::Listen(address(text, "--listen")?)),
+            (None, None) => Err(Failure::bad_input("give --listen or --connect")),
+        }
+    }
+}
+
+const fn words(ended: FarEnd) -> &'static str {
+    match ended {
+        FarEnd::Done => "done",
+        FarEnd::OtherLeft => "the other side left",
+        FarEnd::Silent => "the other side fell silent",
+        FarEnd::Interrupted => "interrupted",
+        FarEnd::Fault => "a fault",
+    }
+}
+
+fn print(out: &mut dyn Write, report: &FarReport) -> io::Result<()> {
+    writeln!(
+        out,
+        "{} · {} · with {}",
+        report.side, report.architecture, report.peer
+    )?;
+    writeln!(
+        out,
+        "  ended             {} after {} s, {} ticks skipped",
+        words(report.ended),
+        plain(report.duration_s),
+        report.skipped
+    )?;
+    writeln!(
+        out,
+        "  messages          {} sent, {} acted on; {} missing, {} came late and {} twice: refused",
+        report.sent, report.acted_on, report.missing, report.stale, report.duplicate
+    )?;
+    writeln!(
+        out,
+        "  not ours          {} damaged, {} from elsewhere",
+        report.corrupt, report.foreign
+    )?;
+    writeln!(
+        out,
+        "  force             {:.4e} N at most, {} N at the end",
+        report.peak_force_n, report.final_force_n
+    )?;
+    if let Some(time) = report.silent_to_zero_s {
+        writeln!(
+            out,
+            "  silence           zero {} s after the last message, {} s at most",
+            plain(time),
+            plain(report.silent_to_zero_most_s)
+        )?;
+    }
+    writeln!(
+        out,
+        "  energy            the line took {:.3e} J of this device",
+        0.0 - report.given_j
+    )
+}

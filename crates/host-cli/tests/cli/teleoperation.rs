@@ -1,0 +1,293 @@
+//! Two hands over a line: analysis, simulated runs, and two processes with real datagrams between them.
+
+use crate::process::{Ended, PATIENCE, Place, binary, number, words};
+use std::io::{BufRead as _, BufReader};
+use std::net::UdpSocket;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// A side in a process of its own, and the address it listens at.
+struct Side {
+    child: Child,
+    line: String,
+    address: String,
+    complaints: std::thread::JoinHandle<String>,
+}
+
+impl Side {
+    /// Starts `host-cli LINE --json` and waits until it says where it listens or connects.
+    fn start(place: &Place, line: &str) -> Self {
+        let mut child = Command::new(binary())
+            .args(words(line))
+            .arg("--json")
+            .current_dir(place.path(""))
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the binary starts");
+        let mut lines = BufReader::new(child.stderr.take().expect("piped"));
+        let mut first = String::new();
+        lines.read_line(&mut first).expect("readable");
+        let address = first.trim().rsplit(' ').next().unwrap_or("").to_owned();
+        let complaints = std::thread::spawn(move || {
+            let mut rest = if first.starts_with("error") {
+                first
+            } else {
+                String::new()
+            };
+            while lines.read_line(&mut rest).is_ok_and(|bytes| bytes > 0) {}
+            rest
+        });
+        Self {
+            child,
+            line: line.to_owned(),
+            address,
+            complaints,
+        }
+    }
+
+    fn end(self) -> Ended {
+        let mut output = self.child.wait_with_output().expect("ends");
+        output.stderr = self.complaints.join().expect("read").into_bytes();
+        Ended::new(self.line, &output)
+    }
+
+    fn signal(&self, signal: &str) {
+        let script = format!("kill -{signal} {}", self.child.id());
+        let sent = Command::new("sh").args(["-c", &script]).status();
+        assert!(sent.expect("sh runs").success());
+    }
+}
+
+/// All of these words are in the error.
+fn says(ended: &Ended, words: &[&str]) {
+    for word in words {
+        assert!(
+            ended.error().contains(word),
+            "no \"{word}\": {}",
+            ended.error()
+        );
+    }
+}
+
+/// Both sides of a file, the master at the slave's address.
+fn both(place: &Place, file: &str, options: &str) -> (Side, Side) {
+    let listen = format!("teleoperate {file} --listen 127.0.0.1:0 {options}");
+    let slave = Side::start(place, &listen);
+    let connect = format!("teleoperate {file} --connect {} {options}", slave.address);
+    let master = Side::start(place, &connect);
+    (slave, master)
+}
+
+/// Silence that no busy machine makes.
+const PATIENT: &str = "[teleoperation]\narchitecture = \"time-domain\"\nsilence_s = 60\n";
+
+#[test]
+fn two_processes_meet_count_what_is_lost_and_end_with_forces_at_zero() {
+    let place = Place::new();
+    place.write("far.toml", PATIENT);
+    let (slave, master) = both(&place, "far.toml", "--duration 1s");
+    let (master, slave) = (master.end(), slave.end());
+    for (ended, side) in [(master, "master"), (slave, "slave")] {
+        let report = ended.succeeded_with_warnings().json();
+        assert_eq!(report["side"], side);
+        assert_eq!(number(&report, "final_force_n"), 0.0);
+        let (acted_on, sent) = (number(&report, "acted_on"), number(&report, "sent"));
+        assert!(acted_on > 0.0 && sent > 0.0, "{report}");
+        // Every number up to the newest was acted on, or came late, or is counted as missing.
+        assert!(
+            number(&report, "missing") >= number(&report, "stale"),
+            "{report}"
+        );
+        assert_eq!(number(&report, "duplicate"), 0.0);
+        assert_eq!(number(&report, "corrupt"), 0.0);
+    }
+}
+
+#[test]
+fn a_side_whose_partner_is_killed_is_at_zero_within_the_stated_time() {
+    let place = Place::new();
+    place.write(
+        "far.toml",
+        "[teleoperation]\narchitecture = \"wave\"\nsilence_s = 0.5\n",
+    );
+    let (mut slave, master) = both(&place, "far.toml", "--duration 600s");
+    std::thread::sleep(Duration::from_millis(500));
+    slave.child.kill().expect("running");
+    slave.child.wait().expect("ends");
+    let ended = master.end().failed(1);
+    assert!(
+        ended.error().contains("the other side fell silent"),
+        "{}",
+        ended.error()
+    );
+    let report = ended.json();
+    assert_eq!(report["ended"], "silent");
+    assert_eq!(number(&report, "final_force_n"), 0.0);
+    // Device time, so a busy machine changes nothing, but for whole samples that its clock skipped in one piece.
+    let most = number(&report, "silent_to_zero_most_s") + 1e-3 * number(&report, "skipped");
+    let took = number(&report, "silent_to_zero_s");
+    assert!(took <= most && took >= 0.5, "{took} s of {most} s");
+}
+
+#[test]
+#[cfg(unix)]
+fn ctrl_c_is_zero_first_and_a_goodbye() {
+    let place = Place::new();
+    place.write("far.toml", PATIENT);
+    let (slave, master) = both(&place, "far.toml", "--duration 600s");
+    std::thread::sleep(Duration::from_millis(300));
+    master.signal("INT");
+    let master = master.end().failed(1);
+    if master.stdout.is_empty() {
+        // So busy a machine that they had not met: no force was made.
+        assert!(
+            master.error().contains("interrupted before"),
+            "{}",
+            master.error()
+        );
+        slave.signal("INT");
+        slave.end().failed(1);
+        return;
+    }
+    let report = master.json();
+    assert_eq!(report["ended"], "interrupted");
+    assert_eq!(number(&report, "final_force_n"), 0.0);
+    let report = slave.end().succeeded_with_warnings().json();
+    assert_eq!(report["ended"], "other-left");
+    assert_eq!(number(&report, "final_force_n"), 0.0);
+}
+
+#[test]
+fn the_wrong_peer_is_refused_in_one_line() {
+    let place = Place::new();
+    place.write("wave.toml", "[teleoperation]\narchitecture = \"wave\"\n");
+    place.write("place.toml", "[teleoperation]\n");
+    // Another architecture: both say so.
+    let slave = Side::start(&place, "teleoperate wave.toml --listen 127.0.0.1:0");
+    let line = format!("teleoperate place.toml --connect {}", slave.address);
+    let master = Side::start(&place, &line);
+    for ended in [slave.end(), master.end()] {
+        let words = [
+            "the other side has the architecture",
+            "give both the same",
+            "no force was made",
+        ];
+        says(&ended.failed(3), &words);
+    }
+    let socket = UdpSocket::bind("127.0.0.1:0").expect("a port");
+    let address = socket.local_addr().expect("bound");
+    // Nobody at all.
+    drop(socket);
+    let line = format!("teleoperate --connect {address} --patience 300ms --quiet");
+    place
+        .run(&line)
+        .refused(3, &["nobody answers at", "--listen"]);
+    place
+        .run("teleoperate --listen 127.0.0.1:0 --patience 300ms --quiet")
+        .refused(3, &["nobody connected to", "--connect"]);
+}
+
+#[test]
+fn something_else_at_the_port_is_the_wrong_peer_and_another_version_is_named() {
+    let place = Place::new();
+    let socket = UdpSocket::bind("127.0.0.1:0").expect("a port");
+    socket
+        .set_read_timeout(Some(PATIENCE))
+        .expect("a time is taken");
+    let address = socket.local_addr().expect("bound");
+    let answer = |bytes: &[u8], patience: &str| {
+        let line = format!("teleoperate --connect {address} --patience {patience}");
+        let side = Side::start(&place, &line);
+        let mut greeting = [0; 512];
+        let (_, from) = socket.recv_from(&mut greeting).expect("a greeting");
+        socket.send_to(bytes, from).expect("sent");
+        let ended = side.end().failed(3);
+        // Greetings that nobody read.
+        socket.set_nonblocking(true).expect("taken");
+        while socket.recv_from(&mut greeting).is_ok() {}
+        socket.set_nonblocking(false).expect("taken");
+        ended
+    };
+    let ended = answer(b"HTTP/1.1 400 Bad Request\r\n\r\n\0", "1s");
+    says(
+        &ended,
+        &["the wrong peer at", "were no message of a teleoperation"],
+    );
+    // A frame of version 5.
+    let content = [5, 0, 0, 0, 0, 0, 0, 0, 0, 1, 2, 3];
+    let sum = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&content);
+    let bytes: Vec<u8> = content.into_iter().chain(sum.to_le_bytes()).collect();
+    let mut frame = [0; 32];
+    let length = cobs::encode(&bytes, &mut frame);
+    let began = Instant::now();
+    let ended = answer(&frame[..=length], "600s");
+    says(
+        &ended,
+        &["speaks version 5 of the protocol", "run the same version"],
+    );
+    assert!(began.elapsed() < PATIENCE);
+}
+
+#[test]
+fn bad_input_of_a_teleoperation_is_one_line_with_the_remedy() {
+    let place = Place::new();
+    for (line, words) in [
+        (
+            "analyze teleoperation --line-delay -1ms",
+            ["delay of the line", "change --line-delay"],
+        ),
+        (
+            "analyze teleoperation --order 1.5",
+            ["order of the coupler", "change --order"],
+        ),
+        (
+            "analyze teleoperation --low 9Hz --high 2Hz",
+            ["lowest first", "change --low"],
+        ),
+        ("analyze teleoperation --mass 0", ["mass", "change --mass"]),
+        (
+            "analyze teleoperation --architecture wave --wave-impedance 0",
+            ["wave impedance", "change --wave-impedance"],
+        ),
+        (
+            "teleoperate --listen nowhere",
+            ["no address with a port", "give --listen"],
+        ),
+    ] {
+        place.run(line).refused(2, &words);
+    }
+    place.write("late.toml", "[teleoperation]\nline_delay_s = -0.1\n");
+    place
+        .run("run late.toml")
+        .refused(2, &["late.toml:2", "line_delay_s = -0.1 is not in [0, 10]"]);
+    place.write("wall.toml", "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 0.002\norder = 0.5\nstiffness_n_per_m = 300\ndissipation_n_s_mu_per_m = 6\n");
+    place
+        .run("teleoperate wall.toml --listen 127.0.0.1:0")
+        .refused(2, &["of another experiment", "[teleoperation]"]);
+}
+
+#[test]
+fn a_line_that_gives_energy_fails_where_it_must_be_passive() {
+    let place = Place::new();
+    let text = "[teleoperation]\nplace = \"wall\"\nwall_stiffness_n_per_m = 500\ncoupler_dissipation_n_s_mu_per_m = 0\n\
+                line_delay_s = 0.1\nduration_s = 4\nwindow_s = 2\nmust_be_passive = true\n";
+    place.write("late.toml", text);
+    let ended = place.run("run late.toml --json --out late").failed(1);
+    assert_eq!(ended.json()["verdict"], "gave-energy");
+    assert!(
+        ended.error().contains("must_be_passive"),
+        "{}",
+        ended.error()
+    );
+    let passive = text.replace(
+        "[teleoperation]\n",
+        "[teleoperation]\narchitecture = \"time-domain\"\n",
+    );
+    place.write("passive.toml", passive);
+    let ended = place
+        .run("run passive.toml --json --out passive")
+        .succeeded();
+    assert_eq!(ended.json()["verdict"], "passive");
+}
