@@ -43,9 +43,9 @@ fn solve<const N: usize>(mut a: [[C; N]; N], mut b: [C; N]) -> [C; N] {
         b.swap(i, pivot);
         for row in i + 1..N {
             let factor = a[row][i] / a[i][i];
-            for column in i..N {
-                let above = a[i][column];
-                a[row][column] -= factor * above;
+            let above = a[i];
+            for (cell, above) in a[row].iter_mut().zip(above).skip(i) {
+                *cell -= factor * above;
             }
             let above = b[i];
             b[row] -= factor * above;
@@ -59,8 +59,8 @@ fn solve<const N: usize>(mut a: [[C; N]; N], mut b: [C; N]) -> [C; N] {
     x
 }
 
-/// Z_t from the laws as they are written, every signal an unknown: V_m = 1.
-/// Unknowns: V_s, F_h, f_m, f_s (forces on the devices, sampled), and for waves u_m, u_s.
+/// The transmitted impedance from the laws as they are written, for a master at speed 1. Every signal is an unknown: speed of the slave, force
+/// of the hand, sampled forces on both devices, and for waves those that leave both.
 fn from_the_laws(hands: &Teleoperation, omega: f64, ze: C) -> C {
     let s = C::new(0.0, omega);
     let theta = omega * hands.sample_time_s;

@@ -1,5 +1,7 @@
 //! Ports over a bad line: energy, order of messages, silence.
 
+#![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
+
 use fracdiff::{Differintegrator, Order, Seconds, ShortMemory};
 use haptic_link::{Architecture, HandSample, HandSide, HandState};
 use haptic_loop::units::{Newtons, NewtonsPerSecond};
