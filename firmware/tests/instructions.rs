@@ -1,15 +1,15 @@
-//! Instructions of a tick, counted by `SysTick` while QEMU takes 64 ns for each: `-icount shift=6`.
-//!
-//! `SysTick` counts at 25 MHz, every 40 ns, so n instructions are 1.6 n counts, and n is known exactly.
+//! Instructions of a tick of the whole device.
 #![no_std]
 #![no_main]
 
+#[path = "support/clock.rs"]
+mod clock;
 mod lists;
 mod support;
 
+use clock::{instructions, overhead, passed};
 use core::cell::Cell;
 use cortex_m::peripheral::SYST;
-use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m_rt::entry;
 use cortex_m_semihosting::hprintln;
 use haptic_link::{
@@ -21,16 +21,6 @@ use nalgebra::SVector;
 
 /// Ticks of each run: the push into the wall, the saturated force, the way back out.
 const TICKS: u32 = 400;
-
-/// Counts of `SysTick` for these instructions: 64 ns / 40 ns = 8/5.
-fn instructions(counts: u32) -> u32 {
-    (5 * counts + 4) / 8
-}
-
-/// Counts from a reading of `SysTick` to a later one: it counts down, 24 bits.
-fn passed(from: u32, to: u32) -> u32 {
-    from.wrapping_sub(to) & 0x00ff_ffff
-}
 
 /// A device without hardware: it moves into the wall and back, and looks at the clock.
 #[derive(Debug, Default)]
@@ -133,12 +123,6 @@ fn configuration(list: &lists::List, limits: Limits) -> Configuration {
     }
 }
 
-/// Counts of an empty measurement.
-fn overhead() -> u32 {
-    let before = SYST::get_current();
-    passed(before, SYST::get_current())
-}
-
 fn measure(list: &lists::List, name: &str, limits: Limits) {
     let mut values = [0.0; 256];
     for (value, bits) in values.iter_mut().zip(list.bits) {
@@ -182,13 +166,7 @@ fn measure(list: &lists::List, name: &str, limits: Limits) {
 
 #[entry]
 fn main() -> ! {
-    let Some(mut core) = cortex_m::Peripherals::take() else {
-        panic!("once");
-    };
-    core.SYST.set_clock_source(SystClkSource::Core);
-    core.SYST.set_reload(0x00ff_ffff);
-    core.SYST.clear_current();
-    core.SYST.enable_counter();
+    clock::start();
     // Limits of force and rate, as every loop has them; then everything that is on by default.
     for list in &lists::LISTS {
         measure(list, list.name, Limits::bare(2.0, 1000.0));

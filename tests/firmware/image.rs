@@ -15,6 +15,7 @@ pub(crate) enum Image {
     Device,
     Operators,
     Behaviour,
+    Controllers,
     Instructions,
 }
 
@@ -24,6 +25,7 @@ impl Image {
             Self::Device => "haptic-device",
             Self::Operators => "operators",
             Self::Behaviour => "behaviour",
+            Self::Controllers => "controllers",
             Self::Instructions => "instructions",
         }
     }

@@ -10,6 +10,8 @@ mod cases;
 mod image;
 #[path = "../../firmware/tests/lists.rs"]
 mod lists;
+#[path = "../../firmware/tests/loops.rs"]
+mod loops;
 mod muscle;
 mod relaxation;
 mod tables;
@@ -24,6 +26,7 @@ use haptic_remote::operator_shape;
 use image::{Image, built};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use tables::CONTROLLER;
 
 /// Flash that the device may take.
 const FLASH_MAX: u32 = 56 * 1024;
@@ -33,6 +36,8 @@ const STATIC_MAX: u32 = 12 * 1024;
 const STACK_MAX: u32 = 24 * 1024;
 /// Instructions of a whole tick with full memory.
 const TICK_MAX: u32 = 1600;
+/// Instructions of a PI^λD^μ with 200 s of memory: command and history.
+const CONTROLLER_MAX: u32 = 1500;
 /// Instructions from sensor to force, with limits of force and rate.
 const PATH_MAX: u32 = 200;
 /// The same with start-up ramp, speed limit and braking too.
@@ -86,6 +91,20 @@ fn operators_have_the_same_bits_on_the_target() {
 }
 
 #[test]
+fn controllers_have_the_same_bits_on_the_target() {
+    let Some(images) = built() else { return };
+    let have = told(&images.run(Image::Controllers));
+    let mut cases = 0;
+    loops::digests(|name, digest| {
+        let want = format!("{digest:#010x}");
+        assert_eq!(have.get(&name.to_string()), Some(&want), "{name}");
+        cases += 1;
+    });
+    assert_eq!(cases, 3);
+    println!("{cases} controllers, the same bits over 10^4 samples on host and target");
+}
+
+#[test]
 fn the_device_behaves_on_the_target() {
     let Some(images) = built() else { return };
     print!("{}", images.run(Image::Behaviour));
@@ -94,7 +113,13 @@ fn the_device_behaves_on_the_target() {
 #[test]
 fn a_tick_takes_the_instructions_of_the_table() {
     let Some(images) = built() else { return };
-    let have = told(&images.run(Image::Instructions));
+    let mut have = told(&images.run(Image::Instructions));
+    let controllers = told(&images.run(Image::Controllers));
+    have.extend(
+        controllers
+            .into_iter()
+            .filter(|(name, _)| name.starts_with(CONTROLLER)),
+    );
     let counts = tables::check_instructions(&have);
     for (name, count) in counts {
         println!(
@@ -110,6 +135,13 @@ fn a_tick_takes_the_instructions_of_the_table() {
             count.path <= most,
             "{name}: {} from sensor to force",
             count.path
+        );
+        // The second-order rule has 28 taps a power more.
+        let controller = name.starts_with(CONTROLLER) && !name.ends_with("bdf2");
+        assert!(
+            count.tick <= CONTROLLER_MAX || !controller,
+            "{name}: {} in a tick",
+            count.tick
         );
         assert!(
             count.tick <= TICK_MAX || !(name.starts_with("full") || name.starts_with("fractional")),

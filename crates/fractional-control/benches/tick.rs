@@ -35,8 +35,9 @@ fn tick<C: Controller<f64>>(bench: &mut Criterion, name: &str, controller: &C) {
     bench.bench_function(name, |b| {
         b.iter(|| {
             y = if y > 1.0 { 0.0 } else { y + 1e-3 };
-            let u = controller.output(&history, black_box(0.5), black_box(y));
-            controller.advance(&mut history, 0.5, y, u);
+            let (r, y) = (black_box(0.5), black_box(y));
+            let u = controller.output(&history, r, y);
+            controller.advance(&mut history, r, y, u);
             u
         });
     });

@@ -23,6 +23,10 @@ use std::vec::Vec;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "a value that is copied now and then, and stays one"
+)]
 pub enum ControllerParameters {
     /// Of a [`FractionalPid`](crate::FractionalPid).
     Pid(PidParameters),
@@ -32,6 +36,8 @@ pub enum ControllerParameters {
     Crone(CroneParameters),
     /// Of a [`LeadLag`](crate::LeadLag).
     LeadLag(LeadLagParameters),
+    /// Of a [`FunctionController`](crate::FunctionController).
+    Function(FractionalTransferFunction),
 }
 
 macro_rules! from_parameters {
@@ -48,7 +54,8 @@ from_parameters!(
     Pid(PidParameters),
     Tid(TidParameters),
     Crone(CroneParameters),
-    LeadLag(LeadLagParameters)
+    LeadLag(LeadLagParameters),
+    Function(FractionalTransferFunction)
 );
 
 impl ControllerParameters {
@@ -60,6 +67,7 @@ impl ControllerParameters {
             Self::Tid(own) => own.response(omega),
             Self::Crone(own) => own.response(omega),
             Self::LeadLag(own) => own.response(omega),
+            Self::Function(own) => own.response(omega),
         }
     }
 
@@ -89,6 +97,7 @@ impl ControllerParameters {
                     sample_time,
                 )
             }
+            Self::Function(own) => transfer_fraction(own, memory, sample_time),
         }
     }
 }

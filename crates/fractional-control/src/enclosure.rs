@@ -4,6 +4,7 @@
 //! |f(θ) − f(m)| ≤ (h/2)·sup|f′|   on an arc of width h about m:   the image of the arc lies in a disc
 //! ```
 
+use crate::law::SharedLaw;
 use num_complex::Complex;
 use std::vec::Vec;
 
@@ -99,6 +100,8 @@ pub(crate) enum Factor {
     Delay(usize),
     /// `Σ k_j w^j + Σ W_q/(1 − r_q w)`: taps, and `W_q` with `1 − r_q`.
     Memory(Vec<f64>, Vec<(f64, f64)>),
+    /// Z of a law.
+    Law(SharedLaw),
 }
 
 fn horner(coefficients: &[f64], x: Complex<f64>) -> Complex<f64> {
@@ -141,6 +144,15 @@ impl Factor {
                     value += (arc.v * r + decay).inv() * weight;
                     rate += weight.abs() * r / (decay * decay + r * arc.least_square);
                 }
+                Enclosed::new(value, rate, arc)
+            }
+            Self::Law(SharedLaw(law)) => {
+                let value = law.response(0.5 * (arc.low + arc.high));
+                // The mean rate that no part of the path exceeds.
+                let rate = match arc.half_width() {
+                    0.0 => 0.0,
+                    half => law.variation(arc.low, arc.high) / half,
+                };
                 Enclosed::new(value, rate, arc)
             }
         }

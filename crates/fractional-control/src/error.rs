@@ -137,6 +137,9 @@ impl fmt::Display for ControlError {
                 f,
                 "the orders are multiples of no common order, or only at degree {degree}, above 200: round them"
             ),
+            Self::UnstablePlant { poles: 1 } => f.write_str(
+                "the plant has a pole that does not decay: close the loop with a controller first",
+            ),
             Self::UnstablePlant { poles } => write!(
                 f,
                 "the plant has {poles} poles that do not decay: close the loop with a controller first"

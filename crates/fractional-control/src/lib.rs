@@ -12,9 +12,14 @@ mod curves;
 #[cfg(feature = "std")]
 mod enclosure;
 mod error;
+mod function_controller;
 #[cfg(feature = "std")]
 mod identify;
+#[cfg(feature = "std")]
+mod law;
 mod lead;
+#[cfg(feature = "std")]
+mod loaded;
 #[cfg(feature = "std")]
 mod margins;
 mod memory;
@@ -47,8 +52,13 @@ pub use controller::{Actuator, Controller, Mode, Station};
 #[cfg(feature = "std")]
 pub use curves::ControllerParameters;
 pub use error::ControlError;
+pub use function_controller::{FunctionController, FunctionHistory};
 #[cfg(feature = "std")]
 pub use identify::{FreeNumber, Identified, Record, identify};
+#[cfg(feature = "std")]
+pub use law::SampledLaw;
+#[cfg(feature = "std")]
+pub use loaded::{LoadedPlant, TwoPort};
 #[cfg(feature = "std")]
 pub use margins::{Crossing, Margins};
 pub use memory::{Memory, Rule};

@@ -27,13 +27,15 @@ struct Branch<F, const MODES: usize> {
     power: Option<Power<F, MODES>>,
     /// gain·g of the power.
     direct: F,
+    /// True if it takes part in back-calculation.
+    conditioned: bool,
 }
 
 /// `Σ k_i·D^(μ_i)(w_i·r − y)`.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Parallel<F, const MODES: usize> {
     branches: [Option<Branch<F, MODES>>; BRANCHES],
-    /// `1/g_r`, or 0 where no reference reaches the command at once.
+    /// `1/g_r` of the branches that take part in back-calculation, or 0 where no reference reaches the command at once.
     inverse: F,
     feedback: F,
     /// The branch of the lowest order, if that is below 0, and 1/(gain·g) of it.
@@ -80,6 +82,9 @@ impl<F: Real, const MODES: usize> Parallel<F, MODES> {
         // Also where no branch has a power.
         sample_time.rate_to_the(Order::new(0.0)?)?;
         let used = parameters.iter().filter(|p| p.gain != 0.0);
+        // A derivative against the others would make the inverse grow, by which back-calculation goes.
+        let others = parameters.iter().filter(|p| p.order <= 0.0);
+        let others: f64 = others.map(|p| p.gain).sum();
         for (index, (slot, own)) in branches.iter_mut().zip(used).enumerate() {
             let power = match own.order == 0.0 {
                 true => None,
@@ -87,7 +92,10 @@ impl<F: Real, const MODES: usize> Parallel<F, MODES> {
             };
             let direct = power.as_ref().map_or(F::ONE, Power::direct_gain);
             let direct = own.gain * direct.to_f64();
-            forward += own.weight * direct;
+            let conditioned = own.order <= 0.0 || others * own.gain >= 0.0;
+            if conditioned {
+                forward += own.weight * direct;
+            }
             feedback += direct;
             if own.order < integral.map_or(0.0, |(_, order, _)| order) {
                 integral = Some((index, own.order, F::from_f64(1.0 / direct)));
@@ -98,6 +106,7 @@ impl<F: Real, const MODES: usize> Parallel<F, MODES> {
                 order: own.order,
                 power,
                 direct: F::from_f64(direct),
+                conditioned,
             });
         }
         let inverse = if forward == 0.0 { 0.0 } else { 1.0 / forward };
@@ -140,22 +149,23 @@ impl<F: Real, const MODES: usize> Parallel<F, MODES> {
     #[inline]
     pub(crate) fn advance(&self, history: &mut ParallelHistory<F, MODES>, r: F, y: F, applied: F) {
         let excess = applied - self.wanted(history, r, y);
-        let mut r = r;
+        let mut instead = r;
         // A branch that is foreseen: the memories need not wait for the sum.
         if excess != F::ZERO {
-            r = self.conditioned(r, excess);
+            instead = self.conditioned(r, excess);
         }
         for (branch, own) in self.branches.iter().zip(&mut history.powers) {
             if let (Some(branch), Some(own)) = (branch, own)
                 && let Some(power) = &branch.power
             {
+                let r = if branch.conditioned { instead } else { r };
                 power.advance(own, branch.error(r, y));
             }
         }
         history.bias = self.faded(history.bias);
     }
 
-    /// The reference that would have given what was applied.
+    /// The reference that would have given what was applied, to the branches that take part.
     #[cold]
     #[inline(never)]
     fn conditioned(&self, r: F, excess: F) -> F {

@@ -90,15 +90,25 @@ impl PidParameters {
             },
             BranchParameters {
                 gain: self.integral,
-                order: -self.integral_order,
+                order: -whole(self.integral_order),
                 weight: 1.0,
             },
             BranchParameters {
                 gain: self.derivative,
-                order: self.derivative_order,
+                order: whole(self.derivative_order),
                 weight: set_point.derivative,
             },
         ]
+    }
+}
+
+/// An order, and next to a whole number that: it needs no memory then.
+fn whole(order: f64) -> f64 {
+    let nearest = libm::round(order);
+    if (order - nearest).abs() < 1e-9 {
+        nearest
+    } else {
+        order
     }
 }
 

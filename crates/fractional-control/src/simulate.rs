@@ -15,15 +15,17 @@ pub struct Response {
     pub command: Vec<f64>,
 }
 
-/// The shape of the response to a step of height 1 from rest.
+/// The shape of the response to a step from rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Shape {
-    /// Largest y above 1, as a share of the step; 0 without.
+    /// Largest y beyond the step, as a share of it; 0 without.
     pub overshoot: f64,
-    /// The sample from which y stays within 2 % of 1; `None` where it does not.
+    /// Samples from 10 % to 90 % of the step, between samples by straight lines; `None` where y does not get there.
+    pub rise: Option<f64>,
+    /// The sample from which y stays within 2 % of the step; `None` where it does not.
     pub settled: Option<usize>,
-    /// |1 − y| at the end.
+    /// |1 − y| at the end, as a share of the step.
     pub final_error: f64,
 }
 
@@ -78,19 +80,51 @@ impl Response {
     /// The shape of y, as that of a step of height 1.
     #[must_use]
     pub fn shape(&self) -> Shape {
-        let most = self
-            .measured
-            .iter()
-            .fold(f64::NEG_INFINITY, |m, y| m.max(*y));
-        let outside = self
-            .measured
-            .iter()
-            .rposition(|y| (y - 1.0).abs() > 0.02 || y.is_nan());
+        self.shape_of_step(1.0)
+    }
+
+    /// The shape of y, as that of a step of this height, not 0.
+    #[must_use]
+    pub fn shape_of_step(&self, height: f64) -> Shape {
+        let y = || self.measured.iter().map(|y| y / height);
+        let most = y().fold(f64::NEG_INFINITY, f64::max);
+        let outside = y().rposition(|y| (y - 1.0).abs() > 0.02 || y.is_nan());
         let settled = outside.map_or(0, |last| last + 1);
+        let reaches = |share: f64| {
+            let after = y().position(|y| y >= share)?;
+            let before = after.checked_sub(1).and_then(|n| y().nth(n));
+            let (before, y) = (before?, y().nth(after)?);
+            Some(after as f64 - (y - share) / (y - before))
+        };
+        // At once is in the first sample.
+        let rises = (reaches(0.1).or(Some(0.0))).zip(reaches(0.9));
         Shape {
             overshoot: (most - 1.0).max(0.0),
+            rise: rises.map(|(low, high)| high - low),
             settled: (settled < self.measured.len()).then_some(settled),
-            final_error: self.measured.last().map_or(f64::NAN, |y| (y - 1.0).abs()),
+            final_error: y().next_back().map_or(f64::NAN, |y| (y - 1.0).abs()),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_shape_of_a_ramp_up_to_a_little_too_much() {
+        // 0, 0.2, … 2.2, then 2 for ever: a step of 2.
+        let rise = (0..=11).map(|n| 0.2 * f64::from(n));
+        let run = Response {
+            measured: rise.chain([2.0; 5]).collect(),
+            ..Response::default()
+        };
+        let shape = run.shape_of_step(2.0);
+        assert!((shape.overshoot - 0.1).abs() < 1e-12);
+        assert!(shape.rise.is_some_and(|rise| (rise - 8.0).abs() < 1e-9));
+        assert_eq!(shape.settled, Some(12));
+        assert!(shape.final_error < 1e-12);
+        assert_eq!(run.shape_of_step(5.0).rise, None);
+        assert_eq!(run.shape_of_step(5.0).settled, None);
     }
 }

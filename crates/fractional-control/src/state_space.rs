@@ -168,30 +168,45 @@ impl SampledStates {
         *x += change;
     }
 
-    /// Denominator, and numerators of Γ₀ and Γ₁, in powers of v = 1 − w, each beside one more factor w:
-    ///
-    /// ```text
-    /// C(1 − wΦ)⁻¹Γw = w·C·adj(v − X)Φ⁻¹Γ/det(v − X),   X = 1 − Φ⁻¹ = Φ⁻¹(Φ − 1)
-    /// adj(v − X) = Σ v^k·N_{k+1},   N_n = 1, N_k = X·N_{k+1} + c_k,   c_{n−k} = −tr(X·N)/k     (Faddeev–Le Verrier)
-    /// ```
+    /// Denominator, and numerators of Γ₀ and Γ₁, see [`in_v`].
     pub(crate) fn in_v(&self) -> (Vec<f64>, [Vec<f64>; 2]) {
-        let n = self.c.len();
-        let x = &self.inverse * &self.moved;
-        let inputs = [&self.inverse * &self.newest, &self.inverse * &self.last];
-        let mut denominator = vec![0.0; n + 1];
-        denominator[n] = 1.0;
-        let mut numerators = [vec![0.0; n], vec![0.0; n]];
-        let mut adjoint = DMatrix::<f64>::identity(n, n);
-        for step in 1..=n {
-            for (numerator, input) in numerators.iter_mut().zip(&inputs) {
-                numerator[n - step] = (&self.c * &adjoint * input)[0];
-            }
-            let product = &x * &adjoint;
-            denominator[n - step] = -product.trace() / step as f64;
-            adjoint = product + DMatrix::identity(n, n) * denominator[n - step];
-        }
-        (denominator, numerators)
+        let pairs = [(&self.c, &self.newest), (&self.c, &self.last)];
+        let (denominator, numerators) = in_v(&self.moved, &self.inverse, &pairs);
+        let mut numerators = numerators.into_iter();
+        let mut next = || numerators.next().unwrap_or_default();
+        (denominator, [next(), next()])
     }
+}
+
+/// Denominator of C(1 − wΦ)⁻¹Γw in powers of v = 1 − w, and the numerator of each pair C, Γ beside one more factor w; from Φ − 1 and
+/// Φ⁻¹:
+///
+/// ```text
+/// C(1 − wΦ)⁻¹Γw = w·C·adj(v − X)Φ⁻¹Γ/det(v − X),   X = 1 − Φ⁻¹ = Φ⁻¹(Φ − 1)
+/// adj(v − X) = Σ v^k·N_{k+1},   N_n = 1, N_k = X·N_{k+1} + c_k,   c_{n−k} = −tr(X·N)/k     (Faddeev–Le Verrier)
+/// ```
+pub(crate) fn in_v(
+    moved: &DMatrix<f64>,
+    inverse: &DMatrix<f64>,
+    pairs: &[(&RowDVector<f64>, &DVector<f64>)],
+) -> (Vec<f64>, Vec<Vec<f64>>) {
+    let n = moved.nrows();
+    let x = inverse * moved;
+    let inputs: Vec<DVector<f64>> = pairs.iter().map(|(_, input)| inverse * *input).collect();
+    let mut denominator = vec![0.0; n + 1];
+    denominator[n] = 1.0;
+    let mut numerators = vec![vec![0.0; n]; pairs.len()];
+    let mut adjoint = DMatrix::<f64>::identity(n, n);
+    for step in 1..=n {
+        let rows = numerators.iter_mut().zip(&inputs).zip(pairs);
+        for ((numerator, input), (c, _)) in rows {
+            numerator[n - step] = (*c * &adjoint * input)[0];
+        }
+        let product = &x * &adjoint;
+        denominator[n - step] = -product.trace() / step as f64;
+        adjoint = product + DMatrix::identity(n, n) * denominator[n - step];
+    }
+    (denominator, numerators)
 }
 
 /// exp(M) − 1: halved until small, a series, doubled by E ← 2E + E².

@@ -1,7 +1,7 @@
 //! The verdict on a sampled loop, stable or not, as a proof.
 
 use crate::enclosure::{Arc, Count, Enclosed, Fraction, count};
-use crate::{ControlError, ControllerParameters, Memory, SampledPlant};
+use crate::{ControlError, ControllerParameters, LoadedPlant, Memory, SampledPlant};
 use fracdiff::Seconds;
 use num_complex::Complex;
 
@@ -63,10 +63,30 @@ impl SampledLoop {
         memory: Memory,
         plant: &SampledPlant,
     ) -> Result<Self, ControlError> {
-        let sample_time = plant.sample_time();
+        Self::around(controller, memory, plant.curve(), plant.sample_time())
+    }
+
+    /// The same for a plant with a law at another port.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn loaded(
+        controller: ControllerParameters,
+        memory: Memory,
+        plant: &LoadedPlant,
+    ) -> Result<Self, ControlError> {
+        Self::around(controller, memory, plant.curve(), plant.sample_time())
+    }
+
+    fn around(
+        controller: ControllerParameters,
+        memory: Memory,
+        plant: &Fraction,
+        sample_time: Seconds,
+    ) -> Result<Self, ControlError> {
         Ok(Self {
             controller: controller.fraction(memory, sample_time)?,
-            plant: plant.curve().clone(),
+            plant: plant.clone(),
             gain: 1.0,
             sample_time,
         })

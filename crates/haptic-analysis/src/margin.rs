@@ -94,16 +94,9 @@ impl SampledLoop<'_> {
 
     pub(crate) fn gain_margins(&self) -> (Option<AtAngle>, Option<AtAngle>) {
         // GH is real: Im(A·(SH)*) = 0.
-        let imaginary = |terms: &Terms| {
-            let Terms {
-                plant,
-                feedback,
-                plant_rate,
-                feedback_rate,
-                ..
-            } = terms;
-            let rate = plant_rate * feedback.conj() + plant * feedback_rate.conj();
-            [(plant * feedback.conj()).im, rate.im]
+        let imaginary = |at: &Terms| {
+            let rate = at.plant_rate * at.feedback.conj() + at.plant * at.feedback_rate.conj();
+            [(at.plant * at.feedback.conj()).im, rate.im]
         };
         let bend = |plant: Bounds, feedback: Bounds| plant.times(feedback).bend;
         let mut angles = self.zeros(imaginary, bend);
@@ -127,16 +120,10 @@ impl SampledLoop<'_> {
 
     fn delay_margin(&self) -> Option<AtAngle> {
         // |SH|² − |A|² = 0
-        let excess = |terms: &Terms| {
-            let Terms {
-                plant,
-                feedback,
-                plant_rate,
-                feedback_rate,
-                ..
-            } = terms;
-            let rate = feedback_rate * feedback.conj() - plant_rate * plant.conj();
-            [feedback.norm_sqr() - plant.norm_sqr(), 2.0 * rate.re]
+        let excess = |at: &Terms| {
+            let rate = at.feedback_rate * at.feedback.conj() - at.plant_rate * at.plant.conj();
+            let excess = at.feedback.norm_sqr() - at.plant.norm_sqr();
+            [excess, 2.0 * rate.re]
         };
         let bend = |plant: Bounds, feedback: Bounds| {
             plant.times(plant).bend + feedback.times(feedback).bend

@@ -88,9 +88,7 @@ impl LoopOperator {
         tolerance: f64,
         horizon: f64,
     ) -> Result<Self, AnalysisError> {
-        let design = Design::<FULL_TAPS, FULL_MODES>::pruned(kernel, order, tolerance, horizon)
-            .map_err(fracdiff::SchemeError::from)?;
-        Ok(Self::full(&design))
+        Ok(Self::full(&design(order, kernel, tolerance, horizon)?))
     }
 
     /// The memory that a design describes.
@@ -104,7 +102,7 @@ impl LoopOperator {
     }
 
     fn full_bdf2(order: Order, tolerance: f64, horizon: f64) -> Result<Self, AnalysisError> {
-        let memory = memory(order, Kernel::Grunwald, tolerance, horizon)?;
+        let memory = taps_and_modes(&design(order, Kernel::Grunwald, tolerance, horizon)?);
         let filter = Polynomial::new(bdf2_short_filter(order).to_vec());
         let (differences, _) = order.split_up();
         let core = Curve::Filtered(memory, filter);
@@ -130,16 +128,15 @@ impl LoopOperator {
     }
 }
 
-/// The core of a full memory, as designed for a scheme.
-fn memory(
+/// The full memory as it is designed for a scheme.
+fn design(
     order: Order,
     kernel: Kernel,
     tolerance: f64,
     horizon: f64,
-) -> Result<Modes, AnalysisError> {
-    let design = Design::<FULL_TAPS, FULL_MODES>::pruned(kernel, order, tolerance, horizon)
-        .map_err(fracdiff::SchemeError::from)?;
-    Ok(taps_and_modes(&design))
+) -> Result<Design<FULL_TAPS, FULL_MODES>, AnalysisError> {
+    let design = Design::pruned(kernel, order, tolerance, horizon);
+    Ok(design.map_err(fracdiff::SchemeError::from)?)
 }
 
 /// `c_j = k_j + Σ_q w_q e^(−j·s_q)`, the modes from lag 0 on, the taps what is left of the true weight.

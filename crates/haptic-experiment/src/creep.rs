@@ -11,6 +11,7 @@ use super::report::Report;
 use super::run::{Ran, Supervisor};
 use super::track::Track;
 use crate::curves::{Published, Quantity, TheoryCurves};
+use crate::drive::DriveVerdict;
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
 use crate::simulate::Sink;
@@ -92,6 +93,16 @@ impl Creep {
             .simulate(RigDrive::Force(push), samples, sink)
     }
 
+    /// The verdict on the controller that holds the push; `None` without one.
+    ///
+    /// # Errors
+    /// Bad parameters.
+    pub fn drive_verdict(&self) -> Result<Option<DriveVerdict>, Failure> {
+        let push = self.rendering.specimen.force(Pascals(self.stress_pa));
+        let samples = self.check()?;
+        self.rendering.drive_verdict(RigDrive::Force(push), samples)
+    }
+
     /// Judges a run; the CSV goes beside its log.
     pub(super) fn report(&self, ran: &Ran) -> Result<(Report, Option<TheoryCurves>), Failure> {
         let judge = self.judge(ran)?;
@@ -99,6 +110,7 @@ impl Creep {
         let remark = format!("{} Pa from t = 0", self.stress_pa);
         let comparison = Comparison {
             quantity: Quantity::Strain,
+            drive: RigDrive::Force(self.rendering.specimen.force(Pascals(self.stress_pa))),
             from_s: FROM_S,
             title: &title,
             remark: &remark,

@@ -1,5 +1,6 @@
 //! Curves of a finished run, for whoever draws them. An experiment draws nothing itself.
 
+use crate::drive::DriveCurves;
 use crate::folder::OutputFolder;
 
 /// Origin of a quantity: the device decides. No instrument measured it.
@@ -88,6 +89,8 @@ pub struct TheoryCurves {
     pub closed_form: Vec<f64>,
     /// Its relative error; NaN where it has no meaning.
     pub relative_error: Vec<f64>,
+    /// Of the controller that held the indenter.
+    pub drive: Option<DriveCurves>,
 }
 
 /// The trial of a wall.

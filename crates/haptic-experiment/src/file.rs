@@ -1,4 +1,5 @@
-//! Experiment files: TOML with one table, `[relax]`, `[creep]`, `[wall]` or `[coupler]`, units in the names of keys.
+//! Experiment files: TOML with one table, `[relax]`, `[creep]`, `[wall]` or `[coupler]`, units in the names of keys; `[drive]` beside the
+//! first two.
 //!
 //! ```toml
 //! [wall]
@@ -15,7 +16,7 @@
 mod coupler;
 mod device;
 mod pushed;
-mod reader;
+pub(crate) mod reader;
 mod rendering;
 mod safety;
 #[cfg(test)]
@@ -27,7 +28,7 @@ use crate::preflight::PreflightRequest;
 use crate::remote::RemoteDevice;
 use crate::safety::Safety;
 use crate::schedule::Pace;
-use crate::{CouplerExperiment, Creep, Relaxation, WallExperiment, parameters};
+use crate::{CouplerExperiment, Creep, Drive, Relaxation, WallExperiment, parameters};
 use haptic_tissue::read_text;
 use reader::Document;
 pub use reader::FileError;
@@ -61,6 +62,9 @@ pub enum ExperimentFile {
     Coupler(CouplerExperiment),
 }
 
+/// The table beside an experiment that a controller drives, and the kinds that may have it.
+const DRIVE: &str = "drive";
+const DRIVEN: [&str; 2] = ["relax", "creep"];
 /// Kinds of experiments.
 const KINDS: [&str; 4] = ["relax", "creep", "wall", "coupler"];
 
@@ -70,7 +74,8 @@ impl ExperimentFile {
     /// # Errors
     /// If it cannot be read or is wrong: in one line, with file and line.
     pub fn read(path: &Path) -> Result<Self, FileError> {
-        let text = read_text(path).map_err(|error| FileError::unreadable(path, &error))?;
+        let text = read_text(path)
+            .map_err(|error| FileError::unreadable(path, "the experiment file", &error))?;
         Self::parse(path, &text)
     }
 
@@ -80,11 +85,21 @@ impl ExperimentFile {
     /// If it is wrong: in one line, with file and line.
     pub fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
         let document = Document::parse(path, text)?;
-        let (kind, table) = document.only_table(&KINDS)?;
+        let (kind, table, drive) = document.experiment(&KINDS, DRIVE)?;
         let table = table.with_keys(&parameters::of_kind(kind))?;
+        if let Some(drive) = drive.as_ref().filter(|_| !DRIVEN.contains(&kind)) {
+            let reason = format!(
+                "[{DRIVE}] holds the indenter of [relax] or [creep], which [{kind}] has not: leave it out"
+            );
+            return Err(drive.fail(reason));
+        }
+        let drive = drive
+            .map(|drive| drive.with_keys(&[(DRIVE, parameters::DRIVE)]))
+            .transpose()?;
+        let drive = drive.as_ref();
         match kind {
-            "relax" => rendering::relax(&table).map(Self::Relax),
-            "creep" => rendering::creep(&table).map(Self::Creep),
+            "relax" => rendering::relax(&table, drive).map(Self::Relax),
+            "creep" => rendering::creep(&table, drive).map(Self::Creep),
             "coupler" => coupler::coupler(&table).map(Self::Coupler),
             _ => wall::wall(&table).map(Self::Wall),
         }
@@ -140,6 +155,40 @@ impl ExperimentFile {
                 "encoder_resolution_m and sensor_noise_m are of the simulated device: leave them away with \
                  a serial one, which has its own",
             ));
+        }
+        Ok(self)
+    }
+
+    /// The controller that holds the indenter; `None` without one.
+    #[must_use]
+    pub const fn drive(&self) -> Option<&Drive> {
+        match self {
+            Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
+                rendering.drive.as_ref()
+            }
+            Self::Wall(_) | Self::Coupler(_) => None,
+        }
+    }
+
+    /// The same, held by what is chosen over the drive of the file.
+    ///
+    /// # Errors
+    /// That of the choice; a drive for an experiment that has no indenter.
+    pub fn driven(
+        mut self,
+        choose: impl FnOnce(Option<Drive>) -> Result<Option<Drive>, Failure>,
+    ) -> Result<Self, Failure> {
+        match &mut self {
+            Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
+                rendering.drive = choose(rendering.drive.take())?;
+            }
+            Self::Wall(_) | Self::Coupler(_) => {
+                if choose(None)?.is_some() {
+                    return Err(Failure::bad_input(
+                        "the `controller` of a drive holds the indenter of [relax] or [creep]: leave it out",
+                    ));
+                }
+            }
         }
         Ok(self)
     }

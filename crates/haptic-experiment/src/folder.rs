@@ -58,6 +58,17 @@ pub struct OutputFolder {
     made: Vec<PathBuf>,
 }
 
+/// `STEM-0001` to `STEM-9999` in a folder of results.
+fn numbered(results: &Path, stem: &str) -> impl Iterator<Item = PathBuf> {
+    (1..=9999).map(move |number| results.join(format!("{stem}-{number:04}")))
+}
+
+/// The first `STEM-NNNN` of a folder of results that does not exist, to be asked for as [`FolderRequest::out`]; `None` if all 9999 do.
+#[must_use]
+pub fn next_free(results: &Path, stem: &str) -> Option<PathBuf> {
+    numbered(results, stem).find(|path| !path.exists())
+}
+
 impl FolderRequest {
     /// Makes the folder. Old files stay until new ones take their place.
     ///
@@ -110,8 +121,8 @@ impl OutputFolder {
     /// Makes the first `results/STEM-NNNN` that does not exist.
     fn make_next_free(&mut self) -> Result<(), Failure> {
         self.make(Path::new(RESULTS))?;
-        for number in 1..=9999 {
-            self.path = Path::new(RESULTS).join(format!("{}-{number:04}", self.stem));
+        for path in numbered(Path::new(RESULTS), &self.stem) {
+            self.path = path;
             match fs::create_dir(&self.path) {
                 Ok(()) => {
                     self.made.push(self.path.clone());

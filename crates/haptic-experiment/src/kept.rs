@@ -29,6 +29,10 @@ pub struct KeptSample {
     pub position_m: f64,
     /// Force on the device as commanded, N.
     pub force_n: f64,
+    /// Place of the indenter, m.
+    pub indenter_position_m: f64,
+    /// Force between indenter and renderer, N.
+    pub contact_force_n: f64,
 }
 
 impl KeptSample {
@@ -45,6 +49,8 @@ impl KeptSample {
             time_s: message.time_s,
             position_m: message.position_m,
             force_n: message.force_n,
+            indenter_position_m: message.indenter_position_m,
+            contact_force_n: message.contact_force_n,
         }
     }
 }

@@ -3,11 +3,14 @@
 
 #[cfg(test)]
 mod bounded_tests;
+pub mod control;
+pub mod controller_file;
 pub mod coupler;
 pub mod creep;
 pub mod curves;
 pub mod design;
 pub mod device;
+pub mod drive;
 pub mod ended;
 pub mod failure;
 pub mod file;
@@ -21,6 +24,7 @@ pub mod modelled;
 pub mod named;
 pub mod outcome;
 pub mod parameters;
+pub mod plant_file;
 pub mod preflight;
 mod pushed;
 pub mod realtime;
@@ -46,6 +50,7 @@ pub mod zwidth;
 
 pub use coupler::{CouplerExperiment, CouplerReport};
 pub use creep::Creep;
+pub use drive::{Drive, DriveReport, DriveVerdict};
 pub use failure::Failure;
 pub use file::ExperimentFile;
 pub use imperfections::Imperfections;

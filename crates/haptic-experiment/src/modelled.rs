@@ -11,7 +11,8 @@ use haptic_loop::Tissue;
 use haptic_loop::units::Pascals;
 use haptic_tissue::{Material, Model, SampledModel};
 pub(crate) use history::memory;
-pub(crate) use operator::{loop_operator, operator};
+pub(crate) use operator::loop_operator;
+pub use operator::operator;
 use std::collections::BTreeMap;
 use std::ops::Deref;
 

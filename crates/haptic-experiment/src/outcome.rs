@@ -9,8 +9,10 @@ use super::thinned::Thinned;
 use super::track::TOLERANCE;
 use super::warnings::Warnings;
 use crate::curves::{Origin, Quantity, TheoryCurves};
+use crate::drive::{DriveJudge, DriveReport, drive_columns};
 use crate::failure::Failure;
 use crate::folder::Table;
+use haptic_loop::plant::RigDrive;
 
 /// The comparison with the full history begins here, s after contact.
 pub(super) const FROM_S: f64 = 0.01;
@@ -32,11 +34,20 @@ pub(super) struct Judged {
     pub(super) with_rig: f64,
 }
 
+impl Judged {
+    /// The value over its closed form, where that has a meaning.
+    fn over_theory(self) -> Option<f64> {
+        Some(self.value / self.closed_form).filter(|ratio| ratio.is_finite())
+    }
+}
+
 /// Quantity to compare, and from when on.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Comparison<'a> {
     /// The quantity.
     pub(super) quantity: Quantity,
+    /// Drive of the rig.
+    pub(super) drive: RigDrive,
     /// The comparison with the closed form begins here, s.
     pub(super) from_s: f64,
     /// Text of the picture about the experiment.
@@ -98,9 +109,10 @@ impl Compared {
 }
 
 /// Begins the CSV, under names that say where the force comes from.
-fn table(ran: &Ran, quantity: Quantity) -> Result<Table, Failure> {
+fn table(ran: &Ran, quantity: Quantity, drive: Option<RigDrive>) -> Result<Table, Failure> {
     let word = origin(&ran.record).word();
     let (own_force, own_strain) = (format!("{word}_force_n"), format!("{word}_strain"));
+    let drive = drive.map(drive_columns);
     let mut names = vec![
         "time_s",
         "ideal_position_m",
@@ -113,6 +125,7 @@ fn table(ran: &Ran, quantity: Quantity) -> Result<Table, Failure> {
         Quantity::Force => names.push("closed_form_force_n"),
     }
     names.push("closed_form_error");
+    names.extend(drive.iter().flatten());
     ran.folder.named_table_beside_log("csv", &names)
 }
 
@@ -138,6 +151,7 @@ fn row(quantity: Quantity, sample: &KeptSample, judged: &Judged, error: f64) -> 
 struct Seen {
     compared: Compared,
     curves: Thinned<3>,
+    drive: Option<DriveJudge>,
     last: Option<Judged>,
     /// The table; `None` for a run that was cut short.
     csv: Option<String>,
@@ -146,17 +160,22 @@ struct Seen {
 /// Judges every sample, and writes the table of a run that reached its end.
 fn see(
     comparison: Comparison<'_>,
+    rendering: &Rendering,
     ran: &Ran,
     mut judge: impl FnMut(&KeptSample) -> Judged,
 ) -> Result<Seen, Failure> {
     let Comparison {
-        quantity, from_s, ..
+        quantity,
+        drive: own,
+        from_s,
+        ..
     } = comparison;
     let record = &ran.record;
     let mut compared = Compared::new(quantity, from_s);
     let mut curves = Thinned::of(record);
+    let mut drive = rendering.drive_judge(own, record)?;
     let mut csv = match record.ended.is_none() {
-        true => Some(table(ran, quantity)?),
+        true => Some(table(ran, quantity, drive.is_some().then_some(own))?),
         false => None,
     };
     let mut last = None;
@@ -164,18 +183,22 @@ fn see(
         let judged = judge(sample);
         compared.add(sample, &judged);
         last = Some(judged);
+        let driven = drive.as_mut().map(|drive| drive.add(sample));
         let Some(csv) = &mut csv else {
             return Ok(());
         };
         let (value, closed_form) = (judged.value, judged.closed_form);
         let error = relative_error(value, closed_form);
         curves.add(sample.time_s, [value, closed_form, error]);
-        csv.row(row(quantity, sample, &judged, error))
+        let mut row = row(quantity, sample, &judged, error);
+        row.extend(driven.iter().flatten().copied().map(Some));
+        csv.row(row)
     })?;
     curves.finish();
     Ok(Seen {
         compared,
         curves,
+        drive,
         last,
         csv: csv.map(Table::finish).transpose()?,
     })
@@ -196,22 +219,27 @@ pub(super) fn publish(
     let Seen {
         compared,
         curves,
+        drive,
         last,
         csv,
-    } = see(comparison, ran, judge)?;
-    let final_over_theory = last
-        .map(|last| last.value / last.closed_form)
-        .filter(|ratio| ratio.is_finite());
-    let memory_s = rendering.memory_s();
-    let mut warnings = Warnings::default();
-    let duration_s = record.duration_s();
-    warnings.operator(memory_s, duration_s, final_over_theory, quantity.word());
-    warnings.limited(record.limited);
-
-    let finished = csv.is_some();
-    if !finished {
+    } = see(comparison, rendering, ran, judge)?;
+    let final_over_theory = last.and_then(Judged::over_theory);
+    let strain = last.filter(|_| quantity == Quantity::Strain);
+    let (drive, drive_curves) = drive.map(DriveJudge::finish).unzip();
+    let warnings = warned(
+        rendering,
+        record,
+        final_over_theory,
+        quantity,
+        drive.as_ref(),
+    );
+    if csv.is_none() {
         folder.remove_stale_results();
     }
+    let curves = csv.is_some().then(|| TheoryCurves {
+        drive: drive_curves,
+        ..drawn(comparison, rendering, origin(record), curves)
+    });
     let files = Files {
         csv,
         ..Files::default()
@@ -231,17 +259,30 @@ pub(super) fn publish(
         discretisation_error: compared.discretisation.get().largest,
         rig_error: compared.rig.get().largest,
         reference_tolerance: record.whole.is_none().then_some(TOLERANCE),
-        memory_s,
+        memory_s: rendering.memory_s(),
         final_over_theory,
-        final_strain: (quantity == Quantity::Strain)
-            .then(|| last.map(|last| last.value))
-            .flatten(),
+        final_strain: strain.map(|last| last.value),
         precision: rendering.precision_run(),
         contact: rendering.contact,
+        drive,
     };
-    let origin = origin(record);
-    let curves = finished.then(|| drawn(comparison, rendering, origin, curves));
     Ok((report, curves))
+}
+
+/// What a user should know of these numbers.
+fn warned(
+    rendering: &Rendering,
+    record: &Record,
+    over_theory: Option<f64>,
+    quantity: Quantity,
+    drive: Option<&DriveReport>,
+) -> Warnings {
+    let mut warnings = Warnings::default();
+    let (memory_s, word) = (rendering.memory_s(), quantity.word());
+    warnings.operator(memory_s, record.duration_s(), over_theory, word);
+    warnings.limited(record.limited);
+    warnings.drive(drive);
+    warnings
 }
 
 fn drawn(
@@ -264,5 +305,6 @@ fn drawn(
         values,
         closed_form,
         relative_error,
+        drive: None,
     }
 }

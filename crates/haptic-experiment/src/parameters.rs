@@ -4,6 +4,7 @@
 //! Keys carry the SI unit of the value. `shown` is the default as a person writes it, and its value is the same (a test of the
 //! command holds each against the number).
 
+mod controller;
 mod coupler;
 mod device;
 mod experiment;
@@ -11,6 +12,7 @@ mod kind;
 mod safety;
 mod wall;
 
+pub use controller::*;
 pub use coupler::*;
 pub use device::*;
 pub use experiment::*;
@@ -38,6 +40,7 @@ pub fn is_key(key: &str) -> bool {
         RELAX,
         CREEP,
         RENDERING,
+        DRIVE,
         WALL_REQUIRED,
         WALL,
         COUPLER_REQUIRED,

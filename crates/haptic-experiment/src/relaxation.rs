@@ -11,6 +11,7 @@ use super::report::Report;
 use super::run::{Ran, Supervisor};
 use super::track::Track;
 use crate::curves::{Published, Quantity, TheoryCurves};
+use crate::drive::DriveVerdict;
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
 use crate::parameters;
@@ -96,6 +97,15 @@ impl Relaxation {
         self.rendering.simulate(drive, samples, sink)
     }
 
+    /// The verdict on the controller that holds the indenter; `None` without one.
+    ///
+    /// # Errors
+    /// Bad parameters.
+    pub fn drive_verdict(&self) -> Result<Option<DriveVerdict>, Failure> {
+        let drive = RigDrive::Position(self.profile()?);
+        self.rendering.drive_verdict(drive, self.check()?)
+    }
+
     /// The way of the indenter.
     fn profile(&self) -> Result<RampHold, Failure> {
         let depth = self.rendering.specimen.displacement(self.strain);
@@ -117,6 +127,7 @@ impl Relaxation {
         );
         let comparison = Comparison {
             quantity: Quantity::Force,
+            drive: RigDrive::Position(self.profile()?),
             from_s: self.ramp_time_s + AFTER_RAMP_S,
             title: &title,
             remark: &remark,

@@ -1,5 +1,6 @@
 //! Report of an experiment: one JSON object, or a summary for a person.
 
+use crate::drive::DriveReport;
 use crate::ended::Ended;
 use crate::judge::Compared;
 use crate::kept::{KeptSample, Record};
@@ -112,6 +113,9 @@ pub struct Report {
     pub precision: crate::Precision,
     /// Contact between indenter and renderer.
     pub contact: crate::Contact,
+    /// Work of the controller that held the indenter.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub drive: Option<DriveReport>,
 }
 
 /// Two relative errors, dimensionless, and the samples that each is the largest of. An error without meaning

@@ -1,5 +1,6 @@
 //! Warnings to the user about the numbers of a run.
 
+use crate::drive::DriveReport;
 use crate::kept::Record;
 use crate::remote::{FrameCounts, LinkSummary};
 use crate::run::Ran;
@@ -44,6 +45,26 @@ impl Warnings {
                  `force_rate_limit_n_per_s`, or on a serial device its own limits and rise time (`host-cli device set`), \
                  or render less stiffly"
             ));
+        }
+    }
+
+    /// The drive was at its limit, or runs though the analysis calls it unstable.
+    pub(super) fn drive(&mut self, drive: Option<&DriveReport>) {
+        let Some(drive) = drive else {
+            return;
+        };
+        if drive.saturated_samples > 0 {
+            self.0.push(format!(
+                "the drive was at its limit of {} N in {} samples: raise `drive_force_limit_n`, or take a slower ramp or \
+                 another `controller`",
+                drive.drive_force_limit_n, drive.saturated_samples
+            ));
+        }
+        if !drive.preflight.stable() {
+            self.0.push(
+                "pre-flight: the loop of the drive is unstable by the analysis; run all the same"
+                    .to_owned(),
+            );
         }
     }
 

@@ -8,7 +8,7 @@ use haptic_tissue::{Form, Material, MaxwellBranch, Model, SampledModel, Source};
 use std::ops::ControlFlow;
 use testkit::Random;
 use testkit::device::{DAMPING, MASS, plant, read, with_hand, write};
-use testkit::tissue::{KINDS, pot};
+use testkit::tissue::{KINDS, of_two, pot};
 
 fn tissue(form: Form) -> ModelledTissue {
     let model = Model::new(form).expect("valid");
@@ -162,20 +162,7 @@ fn drawn(random: &mut Random, case: usize) -> Drawn {
     let first = pot(random.log_between(1e2, 1e5), alpha);
     let second = pot(random.log_between(1e2, 1e5), beta);
     let elastic_modulus_pa = random.log_between(1e2, 1e5);
-    let form = match case % 4 {
-        0 => Form::FractionalKelvinVoigt { first, second },
-        1 => Form::FractionalMaxwell { first, second },
-        2 => Form::FractionalZener {
-            first,
-            second,
-            elastic_modulus_pa,
-        },
-        _ => Form::FractionalPoyntingThomson {
-            first,
-            second,
-            elastic_modulus_pa,
-        },
-    };
+    let (_, form) = of_two(first, second, elastic_modulus_pa)[case % 4].clone();
     Drawn {
         model: Model::new(form).expect("valid"),
         shape: random.log_between(1e-2, 1e2),

@@ -28,4 +28,4 @@ pub use error::FigureError;
 pub use motion::MotionFigure;
 pub use picture::Picture;
 pub use style::{GRID, INK, SERIES_COLOURS};
-pub use theory::{Conditions, TheoryFigure};
+pub use theory::{Conditions, HeldPanels, TheoryFigure};

@@ -82,6 +82,7 @@ impl Conditions<'_> {
 ///     values: &values,
 ///     closed_form: &closed_form,
 ///     relative_error: &relative_error,
+///     held: None,
 /// };
 /// assert!(figure.draw()?.svg().contains("simulated force"));
 /// # Ok::<(), haptic_figure::FigureError>(())
@@ -107,6 +108,60 @@ pub struct TheoryFigure<'a> {
     pub closed_form: &'a [f64],
     /// Relative error of the quantity; the sign does not matter, and NaN is left out.
     pub relative_error: &'a [f64],
+    /// Two panels more about what held the device; `None` for none.
+    pub held: Option<HeldPanels<'a>>,
+}
+
+/// Panels about the controller that held a device on its way: the error that it left, and its force.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HeldPanels<'a> {
+    /// Time, s.
+    pub time_s: &'a [f64],
+    /// Axis label of the error, with the unit, as in `tracking error / µm`.
+    pub label: &'static str,
+    /// Set point less measurement.
+    pub tracking_error: &'a [f64],
+    /// Force of the drive, N.
+    pub force_n: &'a [f64],
+}
+
+impl HeldPanels<'_> {
+    fn row(&self) -> Result<Row, FigureError> {
+        let slices = [
+            ("tracking error", self.tracking_error),
+            ("drive force", self.force_n),
+        ];
+        check_lengths(self.time_s, &slices)?;
+        let panel = |name, caption: &str, label, values: &[f64]| {
+            let points = showable(self.time_s, values, Scale::Linear, Scale::Linear);
+            TimePanel {
+                name,
+                caption: caption.to_owned(),
+                scale: Scale::Linear,
+                label,
+                curves: vec![line(
+                    thin(&points, Scale::Linear, HALF_BINS, Keep::Shape),
+                    RUN,
+                )],
+                floor: None,
+                note: "no sample",
+            }
+            .panel()
+        };
+        Ok(Row {
+            height: ERROR_ROW_HEIGHT,
+            columns: 2,
+            panels: vec![
+                panel(
+                    'd',
+                    "set point less measurement",
+                    self.label,
+                    self.tracking_error,
+                ),
+                panel('e', "force of the drive", "force / N", self.force_n),
+            ],
+        })
+    }
 }
 
 impl TheoryFigure<'_> {
@@ -122,6 +177,24 @@ impl TheoryFigure<'_> {
         ];
         check_lengths(self.time_s, &slices)?;
         let run = format!("{} {}", self.origin, self.quantity);
+        let mut rows = vec![
+            Row {
+                height: TOP_ROW_HEIGHT,
+                columns: 2,
+                panels: vec![
+                    self.curves('a', self.quantity.to_owned(), Scale::Linear)?,
+                    self.curves('b', format!("{}, log–log", self.quantity), Scale::Log)?,
+                ],
+            },
+            Row {
+                height: ERROR_ROW_HEIGHT,
+                columns: 1,
+                panels: vec![self.error()],
+            },
+        ];
+        if let Some(held) = &self.held {
+            rows.push(held.row()?);
+        }
         let page = Page {
             title: self.title.to_owned(),
             subtitle: self.conditions.subtitle(),
@@ -133,21 +206,7 @@ impl TheoryFigure<'_> {
             sizes: LARGE,
             x_label: String::new(),
             y_label: String::new(),
-            rows: vec![
-                Row {
-                    height: TOP_ROW_HEIGHT,
-                    columns: 2,
-                    panels: vec![
-                        self.curves('a', self.quantity.to_owned(), Scale::Linear)?,
-                        self.curves('b', format!("{}, log–log", self.quantity), Scale::Log)?,
-                    ],
-                },
-                Row {
-                    height: ERROR_ROW_HEIGHT,
-                    columns: 1,
-                    panels: vec![self.error()],
-                },
-            ],
+            rows,
         };
         page.draw()
     }

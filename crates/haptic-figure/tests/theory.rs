@@ -2,7 +2,7 @@
 
 mod picture;
 
-use haptic_figure::{Conditions, FigureError, MotionFigure, Picture, TheoryFigure};
+use haptic_figure::{Conditions, FigureError, HeldPanels, MotionFigure, Picture, TheoryFigure};
 use picture::texts;
 #[cfg(feature = "png")]
 use resvg::tiny_skia::Pixmap;
@@ -63,6 +63,7 @@ impl Relaxation {
             values: &self.force_n,
             closed_form: &self.theory_n,
             relative_error: &self.relative_error,
+            held: None,
         }
         .draw()
     }
@@ -111,6 +112,42 @@ fn the_relaxation_picture_says_what_is_on_its_axes_and_under_what_conditions() {
 }
 
 #[test]
+fn a_device_that_a_controller_held_has_two_panels_more() {
+    let data = Relaxation::new(5_000);
+    let figure = TheoryFigure {
+        title: "Relaxation",
+        conditions: CONDITIONS,
+        quantity: "force",
+        label: "force / N",
+        origin: "simulated",
+        time_s: &data.time_s,
+        values: &data.force_n,
+        closed_form: &data.theory_n,
+        relative_error: &data.relative_error,
+        held: Some(HeldPanels {
+            time_s: &data.time_s,
+            label: "tracking error / µm",
+            tracking_error: &data.relative_error,
+            force_n: &data.force_n,
+        }),
+    };
+    let picture = figure.draw().expect("draws");
+    for text in [
+        "(d) set point less measurement",
+        "(e) force of the drive",
+        "tracking error / µm",
+    ] {
+        assert!(picture.svg().contains(text), "`{text}` is missing");
+    }
+    assert_sound(&picture, "held");
+    let mut short = figure;
+    if let Some(held) = &mut short.held {
+        held.force_n = &data.force_n[1..];
+    }
+    assert!(short.draw().is_err());
+}
+
+#[test]
 fn the_creep_and_motion_pictures_say_what_is_on_their_axes() {
     let data = Relaxation::new(5_000);
     let creep = TheoryFigure {
@@ -123,6 +160,7 @@ fn the_creep_and_motion_pictures_say_what_is_on_their_axes() {
         values: &data.force_n,
         closed_form: &data.theory_n,
         relative_error: &data.relative_error,
+        held: None,
     };
     let creep = creep.draw().expect("draws");
     assert!(creep.svg().contains(">strain</text>") && creep.svg().contains("time / s"));

@@ -312,6 +312,11 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
     /// limit.
     pub fn reset(&mut self) {
         self.history = self.environment.at_rest();
+        self.clear();
+    }
+
+    /// Clears a fault and a stop as [`reset`](Self::reset) does, but the environment remembers.
+    pub fn clear(&mut self) {
         self.next = 0;
         self.safety.clear();
     }
@@ -319,5 +324,13 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
     /// The environment.
     pub const fn environment(&self) -> &E {
         &self.environment
+    }
+
+    /// The environment and its memory, to change the law while the loop runs.
+    ///
+    /// The safety chain goes on: the force moves to that of the new law at the rate limit. A history that has not seen the
+    /// same positions makes the wanted force jump; one of another environment makes it wrong.
+    pub const fn law_mut(&mut self) -> (&mut E, &mut E::History) {
+        (&mut self.environment, &mut self.history)
     }
 }

@@ -5,7 +5,7 @@
 use fracdiff::full_memory::{Design, Kernel, MemoryWeights};
 use fracdiff::{Differintegrator, FrequencyResponse, FullMemory, Real, Seconds};
 use haptic_tissue::{Form, FullHistory, MaxwellBranch, Model, SampledModel};
-use testkit::tissue::{KINDS, pot};
+use testkit::tissue::{KINDS, of_two, pot};
 
 const T: Seconds = Seconds(1e-3);
 
@@ -93,20 +93,7 @@ fn random_models_are_the_sums_of_their_elements() {
         let [v, g, elastic_modulus_pa] = [decades(2.0, 6.0), decades(2.0, 6.0), decades(2.0, 6.0)];
         let beta = random.between(0.0, 0.8);
         let (first, second) = (pot(v, random.between(beta + 0.02, 1.0)), pot(g, beta));
-        let form = match case % 4 {
-            0 => Form::FractionalKelvinVoigt { first, second },
-            1 => Form::FractionalMaxwell { first, second },
-            2 => Form::FractionalZener {
-                first,
-                second,
-                elastic_modulus_pa,
-            },
-            _ => Form::FractionalPoyntingThomson {
-                first,
-                second,
-                elastic_modulus_pa,
-            },
-        };
+        let (_, form) = of_two(first, second, elastic_modulus_pa)[case % 4].clone();
         let model = sampled(&model(form));
         let mut sums = FullHistory::new(&model, 3000).expect("valid");
         let mut one_way = sums.clone();

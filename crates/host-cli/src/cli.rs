@@ -62,6 +62,9 @@ pub enum Command {
     /// Judge stability, passivity and transparency, before any hardware
     #[command(subcommand)]
     Analyze(command::analyze::Command),
+    /// Fractional controllers: design, simulate, analyze, and identify a plant
+    #[command(subcommand)]
+    Control(command::control::Command),
     /// The stiffest wall, the most damping or the closest tissue for a device, and its order
     #[command(long_about = command::design::LONG_ABOUT)]
     Design(command::design::Arguments),
@@ -93,6 +96,10 @@ pub enum Command {
     /// Look into a log, verify it, save what a cut file still holds, turn it into CSV or a picture
     #[command(subcommand)]
     Log(command::log::Command),
+    /// A page in the browser: feel a tissue, see what is stable, watch and start runs
+    #[cfg(feature = "serve")]
+    #[command(long_about = command::serve::LONG_ABOUT)]
+    Serve(command::serve::Arguments),
     /// Print a completion script for a shell
     Completions(command::shell::Completions),
     /// Write the manual pages
@@ -113,6 +120,7 @@ impl Cli {
             Command::Relax(arguments) => arguments.run(output),
             Command::Creep(arguments) => arguments.run(output),
             Command::Analyze(command) => command.run(output),
+            Command::Control(command) => command.run(output),
             Command::Design(arguments) => arguments.run(output),
             Command::Run(arguments) => arguments.run(output),
             Command::Zwidth(arguments) => arguments.run(output),
@@ -125,6 +133,8 @@ impl Cli {
             Command::Materials(command) => command.run(output),
             Command::Identify(arguments) => arguments.run(output),
             Command::Log(command) => command.run(output),
+            #[cfg(feature = "serve")]
+            Command::Serve(arguments) => arguments.run(output),
             Command::Completions(arguments) => arguments.run(Self::command(), output),
             Command::Man(arguments) => arguments.run(Self::command(), output),
         }

@@ -23,6 +23,19 @@ struct Column<'a> {
 /// # Errors
 /// A missing column, a missing or non-numeric cell, with its line.
 pub fn read(source: impl Read, source_name: &str, wanted: &str) -> Result<Vec<f64>, Failure> {
+    read_named(source, source_name, wanted, "give --column one of them")
+}
+
+/// The same; `remedy` is what to do about a missing column.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_named(
+    source: impl Read,
+    source_name: &str,
+    wanted: &str,
+    remedy: &str,
+) -> Result<Vec<f64>, Failure> {
     let bad = |text: String| Failure::bad_input(format_args!("{source_name}: {text}"));
     let (rows, length) = Rows::new(source);
     let mut table = csv::ReaderBuilder::new()
@@ -30,7 +43,7 @@ pub fn read(source: impl Read, source_name: &str, wanted: &str) -> Result<Vec<f6
         .trim(csv::Trim::All)
         .from_reader(rows);
     let header = table.headers().map_err(|error| bad(error.to_string()))?;
-    let column = Column::find(header, source_name, wanted)?;
+    let column = Column::find(header, source_name, wanted, remedy)?;
     let mut x = Vec::new();
     let mut row = StringRecord::new();
     while table
@@ -54,7 +67,12 @@ pub fn read(source: impl Read, source_name: &str, wanted: &str) -> Result<Vec<f6
 }
 
 impl<'a> Column<'a> {
-    fn find(header: &StringRecord, source: &'a str, name: &'a str) -> Result<Self, Failure> {
+    fn find(
+        header: &StringRecord,
+        source: &'a str,
+        name: &'a str,
+        remedy: &str,
+    ) -> Result<Self, Failure> {
         let shown = short(name);
         let bad = |text: String| Failure::bad_input(format_args!("{source}: {text}"));
         if header.is_empty() {
@@ -66,7 +84,7 @@ impl<'a> Column<'a> {
         let place = places.next().ok_or_else(|| {
             let names: Vec<&str> = header.iter().collect();
             bad(format!(
-                "line 1: no column {shown} in the header {:?}; give --column one of them",
+                "line 1: no column {shown} in the header {:?}; {remedy}",
                 short(&names.join(","))
             ))
         })?;

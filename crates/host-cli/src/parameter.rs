@@ -13,7 +13,10 @@ const OPTIONS: &[(&str, &str)] = &[
     ("bootstrap", "--bootstrap"),
     ("braking_n_s_per_m", "--braking"),
     ("columns", "--columns"),
+    ("complementary_peak", "--complementary-peak"),
     ("contact", "--contact"),
+    ("controller", "--drive"),
+    ("crossover_rad_s", "--crossover"),
     ("current_lag_s", "--current-lag"),
     ("damping_n_s_per_m", "--damping"),
     ("delay_s", "--delay"),
@@ -24,6 +27,8 @@ const OPTIONS: &[(&str, &str)] = &[
     ("device_lag_s", "--device-lag"),
     ("device_mass_kg", "--device-mass"),
     ("device_noise_m", "--device-noise"),
+    ("disturbance", "--disturbance"),
+    ("drive_force_limit_n", "--drive-force-limit"),
     ("duration_s", "--duration"),
     ("encoder_resolution_m", "--encoder-resolution"),
     ("force_limit_n", "--force-limit"),
@@ -39,16 +44,22 @@ const OPTIONS: &[(&str, &str)] = &[
     ("kind", "--kind"),
     ("loop", "--loop"),
     ("mass_kg", "--mass"),
+    ("noise", "--noise"),
     ("orders", "--orders"),
     ("out", "--out"),
+    ("output_high", "--output-limits"),
+    ("output_low", "--output-limits"),
     ("overwrite", "--overwrite"),
+    ("phase_margin_rad", "--phase-margin"),
     ("pin", "--pin"),
+    ("port", "--port"),
     ("ramp_time_s", "--ramp-time"),
     ("rate_hz", "--rate"),
     ("realtime", "--realtime"),
     ("rise_time_s", "--rise-time"),
     ("sample_time_s", "--sample-time"),
     ("scheme", "--scheme"),
+    ("sensitivity_peak", "--sensitivity-peak"),
     ("sensor_noise_m", "--sensor-noise"),
     ("shortest_s", "--shortest"),
     ("speed_limit_m_per_s", "--speed-limit"),
@@ -146,9 +157,11 @@ mod tests {
         use crate::quantity::{
             Area, Damping, Force, ForceRate, Length, Mass, Stiffness, Strain, Stress, Time,
         };
-        use haptic_experiment::parameters::{CREEP, RELAX, RENDERING, Value, WALL, WALL_REQUIRED};
+        use haptic_experiment::parameters::{
+            CREEP, DRIVE, RELAX, RENDERING, Value, WALL, WALL_REQUIRED,
+        };
         let mut numbers = 0;
-        for parameter in [RELAX, CREEP, RENDERING, WALL_REQUIRED, WALL].concat() {
+        for parameter in [RELAX, CREEP, RENDERING, DRIVE, WALL_REQUIRED, WALL].concat() {
             let (Value::Number(Some(default), _), false) =
                 (parameter.value, parameter.shown.is_empty())
             else {

@@ -1,8 +1,10 @@
 //! Pictures of what experiments leave.
 
 use haptic_experiment::curves::{CouplerCurves, TheoryCurves, WallCurves};
+use haptic_experiment::drive::DriveCurves;
 use haptic_figure::{
-    AxisSpec, Chart, ChartPage, Conditions, FigureError, Look, Picture, Scale, Series, TheoryFigure,
+    AxisSpec, Chart, ChartPage, Conditions, FigureError, HeldPanels, Look, Picture, Scale, Series,
+    TheoryFigure,
 };
 
 /// A run beside its closed form.
@@ -10,6 +12,7 @@ use haptic_figure::{
 /// # Errors
 /// If there is nothing to draw.
 pub fn of_theory(curves: &TheoryCurves) -> Result<Picture, FigureError> {
+    let tracking = curves.drive.as_ref().map(tracking);
     TheoryFigure {
         title: &curves.title,
         conditions: Conditions {
@@ -26,8 +29,26 @@ pub fn of_theory(curves: &TheoryCurves) -> Result<Picture, FigureError> {
         values: &curves.values,
         closed_form: &curves.closed_form,
         relative_error: &curves.relative_error,
+        held: curves.drive.as_ref().zip(tracking.as_ref()).map(
+            |(drive, (label, tracking_error))| HeldPanels {
+                time_s: &drive.time_s,
+                label,
+                tracking_error,
+                force_n: &drive.force_n,
+            },
+        ),
     }
     .draw()
+}
+
+/// What a drive left of its error: axis label, values.
+fn tracking(drive: &DriveCurves) -> (&'static str, Vec<f64>) {
+    let (label, factor) = match drive.unit {
+        "m" => ("tracking error / µm", 1e6),
+        _ => ("tracking error / mN", 1e3),
+    };
+    let scaled = drive.tracking_error.iter().map(|error| factor * error);
+    (label, scaled.collect())
 }
 
 /// The trial of a wall: the position over its place of rest, and the force below.

@@ -1,6 +1,12 @@
 //! Quantities on the command line: a number, SI unless a unit is given.
 
+use std::f64::consts::PI;
 use std::fmt;
+
+/// A turn, rad.
+const TURN: f64 = 2.0 * PI;
+/// A degree, rad.
+const DEGREE: f64 = PI / 180.0;
 
 /// A unit and how many SI units it is.
 type Unit = (&'static str, f64);
@@ -83,6 +89,16 @@ quantity!(
     /// A frequency, Hz.
     Frequency, "a frequency",
     [("Hz", 1.0), ("kHz", 1e3)]
+);
+quantity!(
+    /// An angular frequency, rad/s.
+    AngularFrequency, "an angular frequency",
+    [("rad/s", 1.0), ("mrad/s", 1e-3), ("krad/s", 1e3), ("Hz", TURN), ("mHz", 1e-3 * TURN), ("kHz", 1e3 * TURN)]
+);
+quantity!(
+    /// An angle, rad.
+    Angle, "an angle",
+    [("rad", 1.0), ("deg", DEGREE), ("°", DEGREE)]
 );
 quantity!(
     /// A speed, m/s.
@@ -196,10 +212,11 @@ fn parse(text: &str, what: &'static str, units: &[Unit]) -> Result<f64, Quantity
     })
 }
 
-/// value·factor, by division where that is exact: 20 mm is 20/1000 m, the double nearest to 0.02.
+/// value·factor, by division where one SI unit is a whole number of these: 20 mm is 20/1000 m, the double nearest to 0.02.
 fn scale(value: f64, factor: f64) -> f64 {
-    if factor < 1.0 {
-        value / (1.0 / factor).round()
+    let inverse = (1.0 / factor).round();
+    if factor < 1.0 && (inverse * factor - 1.0).abs() < 1e-12 {
+        value / inverse
     } else {
         value * factor
     }
@@ -230,6 +247,14 @@ mod tests {
         assert_eq!(read::<Force>("250 mN").expect("valid").0, 0.25);
         assert_eq!(read::<ForceRate>("1N/ms").expect("valid").0, 1000.0);
         assert_eq!(read::<Stress>("0.1kPa").expect("valid").0, 100.0);
+        assert_eq!(read::<Angle>("1deg").expect("valid").0, 1_f64.to_radians());
+        assert_eq!(read::<Angle>("65 °").expect("valid").0, 65_f64.to_radians());
+        assert_eq!(read::<Angle>("1.2").expect("valid").0, 1.2);
+        assert_eq!(
+            read::<AngularFrequency>("10Hz").expect("valid").0,
+            10.0 * TURN
+        );
+        assert_eq!(read::<AngularFrequency>("5mrad/s").expect("valid").0, 0.005);
     }
 
     #[test]

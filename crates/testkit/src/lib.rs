@@ -8,6 +8,8 @@
 //! ```
 #![forbid(unsafe_code)]
 
+#[cfg(feature = "browser")]
+pub mod browser;
 mod compare;
 pub mod device;
 pub mod golden;

@@ -19,6 +19,34 @@ pub const KINDS: [(&str, f64, f64); 4] = [
     ("classical", 1.0, 0.0),
 ];
 
+/// Each form of two elements; a third one is a spring of so many Pa.
+#[must_use]
+pub fn of_two(
+    first: SpringPot,
+    second: SpringPot,
+    elastic_modulus_pa: f64,
+) -> [(&'static str, Form); 4] {
+    let zener = Form::FractionalZener {
+        first,
+        second,
+        elastic_modulus_pa,
+    };
+    let poynting_thomson = Form::FractionalPoyntingThomson {
+        first,
+        second,
+        elastic_modulus_pa,
+    };
+    [
+        (
+            "Kelvin-Voigt",
+            Form::FractionalKelvinVoigt { first, second },
+        ),
+        ("Maxwell", Form::FractionalMaxwell { first, second }),
+        ("Zener", zener),
+        ("Poynting-Thomson", poynting_thomson),
+    ]
+}
+
 /// A spring-pot alone, and each form of two elements, V and G, of these orders; a third one is a spring.
 #[must_use]
 pub fn forms(v: f64, g: f64, kinds: &[(&str, f64, f64)]) -> Vec<(String, Form)> {
@@ -26,25 +54,9 @@ pub fn forms(v: f64, g: f64, kinds: &[(&str, f64, f64)]) -> Vec<(String, Form)> 
     let mut forms = vec![("spring-pot".to_owned(), one)];
     for &(kind, alpha, beta) in kinds {
         let (first, second) = (pot(v, alpha), pot(g, beta));
-        let zener = Form::FractionalZener {
-            first,
-            second,
-            elastic_modulus_pa: 5e3,
-        };
-        let poynting_thomson = Form::FractionalPoyntingThomson {
-            first,
-            second,
-            elastic_modulus_pa: 40e3,
-        };
-        for (name, form) in [
-            ("Maxwell", Form::FractionalMaxwell { first, second }),
-            (
-                "Kelvin-Voigt",
-                Form::FractionalKelvinVoigt { first, second },
-            ),
-            ("Zener", zener),
-            ("Poynting-Thomson", poynting_thomson),
-        ] {
+        let [kelvin_voigt, maxwell, zener, _] = of_two(first, second, 5e3);
+        let [_, _, _, poynting_thomson] = of_two(first, second, 40e3);
+        for (name, form) in [maxwell, kelvin_voigt, zener, poynting_thomson] {
             forms.push((format!("{name} {kind}"), form));
         }
     }

@@ -54,6 +54,8 @@ pub struct Measures {
     pub margin_spread_rad: f64,
     /// The closed loop is stable by Nyquist's count on the grid; the verdict that counts is [`SampledLoop`](crate::SampledLoop)'s.
     pub stable: bool,
+    /// So is that of half to double the gain, each of [`GAINS`](super::GAINS).
+    pub stable_over_gains: bool,
 }
 
 /// ln of the function of w that stands for s.
@@ -179,7 +181,8 @@ impl OpenLoop {
             disturbance: wishes.disturbance.map(|_| disturbance),
             overshoot_spread: self.overshoot_spread(&open),
             margin_spread_rad: self.margin_spread(&open, wishes.phase_margin_rad),
-            stable: self.is_stable(&open),
+            stable: self.is_stable(&open, 1.0),
+            stable_over_gains: super::GAINS.iter().all(|gain| self.is_stable(&open, *gain)),
         }
     }
 
@@ -224,22 +227,31 @@ impl OpenLoop {
         spread
     }
 
-    /// Nyquist: from the highest frequency, where L is small, down to the lowest 1 + L turns by −k₀π/2 and −π for each unstable pole
-    /// of the plant, L ~ ω^(−k₀).
-    fn is_stable(&self, open: &[Complex<f64>]) -> bool {
+    /// Nyquist at a gain k: from the highest frequency, where kL is small, down to the lowest 1 + kL turns by −k₀π/2 and −π for each
+    /// unstable pole of the plant, L ~ ω^(−k₀).
+    fn is_stable(&self, open: &[Complex<f64>], gain: f64) -> bool {
         let (Some(first), Some(second), Some(last)) = (open.first(), open.get(1), open.last())
         else {
             return false;
         };
+        let (first, second, last) = (first * gain, second * gain, last * gain);
         if last.norm() > 0.7 || !last.norm().is_finite() {
             return false;
         }
         let ratio = libm::log(self.points[1].omega / self.points[0].omega);
         let order = libm::log(first.norm() / second.norm()) / ratio;
-        let mut turn = (*last + 1.0).arg();
-        for pair in open.windows(2).rev() {
-            turn += ((pair[0] + 1.0) / (pair[1] + 1.0)).arg();
+        // A straight line from point to point turns by less than π; each that passes −1 on the left adds a whole turn.
+        let mut turns = 0.0;
+        for pair in open.windows(2) {
+            let (from, to) = (pair[1], pair[0]);
+            if (from.im < 0.0) != (to.im < 0.0) {
+                let meets = (from.re * to.im - to.re * from.im) / (to.im - from.im);
+                if meets * gain < -1.0 {
+                    turns += if to.im < 0.0 { 1.0 } else { -1.0 };
+                }
+            }
         }
+        let turn = (first + 1.0).arg() + 2.0 * PI * turns;
         let order = if first.norm() > 10.0 {
             order
         } else {

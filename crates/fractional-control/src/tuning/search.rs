@@ -127,6 +127,11 @@ struct Trial {
     cost: f64,
 }
 
+/// An order as it is tried: to 1e-4, finer than a loop can tell.
+fn rounded(order: f64) -> f64 {
+    libm::round(1e4 * order) / 1e4
+}
+
 impl<'a> Search<'a> {
     /// Of wishes that can be had together.
     fn new(
@@ -173,7 +178,8 @@ impl<'a> Search<'a> {
         })
     }
 
-    fn trial(&self, place: [f64; 3]) -> Option<Trial> {
+    fn trial(&self, [lambda, mu, slope]: [f64; 3]) -> Option<Trial> {
+        let place = [rounded(lambda), rounded(mu), slope];
         let within = |order: &f64| (ORDERS[0]..=ORDERS[1]).contains(order);
         if !place[..2].iter().all(within) {
             return None;
@@ -186,6 +192,10 @@ impl<'a> Search<'a> {
             .sum();
         let mut cost =
             100.0 * missed + measures.overshoot_spread + 0.01 * measures.margin_spread_rad;
+        // An overshoot has no end where the loop is lost at some gain.
+        if !measures.stable_over_gains {
+            cost += 10.0;
+        }
         // Among unstable ones none is better.
         if !measures.stable {
             cost += 1e6;

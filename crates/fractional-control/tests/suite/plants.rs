@@ -162,7 +162,7 @@ fn what_is_no_plant_is_refused() {
             .stable_by_itself()
             .expect_err("unstable")
             .to_string(),
-        "the plant has 1 poles that do not decay: close the loop with a controller first"
+        "the plant has a pole that does not decay: close the loop with a controller first"
     );
     let wrong = StateSpace::new(
         DMatrix::zeros(2, 3),

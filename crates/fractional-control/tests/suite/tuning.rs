@@ -147,6 +147,26 @@ fn spread(tuned: &Tuned, plant: &Plant, t: Seconds) -> (f64, bool) {
     (high - low, table.iter().all(|row| row.verdict.stable))
 }
 
+/// At twice the gain the dead time has taken the phase: no PI^λD^μ is three times better there than the best PID, not even one whose phase need
+/// not be flat.
+fn nobody_can(text: &str, plant: &Plant, sampling: Option<Sampling>, wishes: &Specification) {
+    let free = Specification {
+        iso_damping: false,
+        ..*wishes
+    };
+    let t = sampling.expect("sampled").sample_time;
+    let best = tune(plant, sampling, &free).expect("tuned");
+    let integer = tune_integer(plant, sampling, wishes).expect("tuned");
+    let ((own, stable), (theirs, _)) = (spread(&best, plant, t), spread(&integer, plant, t));
+    println!("{text}: {own:.3} at best, PID {theirs:.3}");
+    assert!(
+        stable && own > theirs / 3.0,
+        "{text}: {own} against {theirs}"
+    );
+    // The tuner says so.
+    assert!(best.measures.overshoot_spread > 0.03, "{text}");
+}
+
 #[test]
 fn an_iso_damped_loop_overshoots_alike_where_the_integer_pid_does_not() {
     let fixed = [
@@ -177,16 +197,15 @@ fn an_iso_damped_loop_overshoots_alike_where_the_integer_pid_does_not() {
         let fractional =
             tune(&plant, sampling, &wishes).unwrap_or_else(|error| panic!("{text}: {error}"));
         let (own, stable) = spread(&fractional, &plant, t);
+        assert!(stable, "{text}");
         if plant.delay_s() * omega > FLAT {
-            // Nobody can: at twice the gain the dead time has taken the phase. The tuner says so.
-            assert!(
-                fractional.measures.overshoot_spread > 0.05 || !stable,
-                "{text}"
-            );
             late += 1;
+            // The others are these three in another time and gain.
+            if late <= 3 {
+                nobody_can(&text, &plant, sampling, &wishes);
+            }
             continue;
         }
-        assert!(stable, "{text}");
         // The inverse transform on the grid, and the folding that it leaves out.
         let foreseen = fractional.measures.overshoot_spread;
         assert!((foreseen - own).abs() < 5e-3, "{text}: {foreseen} {own}");

@@ -89,3 +89,39 @@ fn a_saturated_step_overshoots_no_more_than_an_unlimited_one() {
     // The test can fail: without it many do.
     assert!(wound_up >= 8, "{wound_up}");
 }
+
+/// A derivative against the other gains is a lag; by the inverse of the whole controller nothing would come back from a limit.
+#[test]
+fn a_derivative_of_the_other_sign_recovers_from_limits_too() {
+    let (t, memory) = (
+        Seconds(0.2),
+        Memory::new(Rule::Bdf2, 1e-6, 1000.0).expect("valid"),
+    );
+    let plant: Plant = "0.55exp(-s)/(62s+1)".parse().expect("valid");
+    let plant = SampledPlant::new(&plant, memory, t).expect("valid");
+    for (integral, integral_order, derivative, derivative_order) in
+        [(0.607, 0.9, -2.84, 0.606), (0.36, 1.0, -17.35, 1.0)]
+    {
+        let gains = PidParameters {
+            proportional: 9.8,
+            integral,
+            integral_order,
+            derivative,
+            derivative_order,
+        };
+        for set_point in [SetPoint::DEFAULT, SetPoint::ERROR] {
+            let make = |actuator| {
+                FractionalPid::<f64, 64>::new(gains, set_point, actuator, memory, t).expect("valid")
+            };
+            let free = simulate(&make(Actuator::UNLIMITED), &plant, |_| 1.0, 3000).shape();
+            for high in [2.0, 3.0, 5.0] {
+                let limited = make(Actuator::new(0.0, high).expect("valid"));
+                let shape = simulate(&limited, &plant, |_| 1.0, 3000).shape();
+                assert!(
+                    shape.overshoot <= free.overshoot + 0.02 && shape.final_error < 0.02,
+                    "{derivative} {set_point:?} {high}: {shape:?} {free:?}"
+                );
+            }
+        }
+    }
+}

@@ -9,11 +9,12 @@
 
 use crate::failure::Failure;
 use crate::modelled::operator;
-use fracdiff::{Channel, Order, Scheme, Seconds};
+use fracdiff::{Order, Scheme, Seconds};
+use haptic_analysis::noise_gain;
 use haptic_tissue::Model;
 
-/// Weights that are summed: the rest falls like j^(−1−2μ).
-const WEIGHTS: usize = 4096;
+/// Memory for which an operator is designed here, samples: twice the weights that are summed.
+const HORIZON: f64 = 8192.0;
 
 /// T^(−μ)·√(Σ c²) of the operator that runs, s^(−μ): rms of the output for white noise of 1.
 ///
@@ -25,32 +26,23 @@ pub(super) fn amplification(
     order: Order,
     sample_time: Seconds,
 ) -> Result<f64, Failure> {
-    let horizon = 2.0 * WEIGHTS as f64;
-    let mut channel = Channel::new(operator::<f64>(model, scheme, order, sample_time, horizon)?);
-    let mut input = 1.0;
-    let mut squares = 0.0;
-    for _ in 0..WEIGHTS {
-        let output = channel.output(input);
-        channel.advance(input);
-        squares += output * output;
-        input = 0.0;
-    }
-    Ok(squares.sqrt())
+    let operator = operator::<f64>(model, scheme, order, sample_time, HORIZON)?;
+    Ok(noise_gain(operator))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use haptic_analysis::exact_noise_gain;
 
     #[test]
     fn it_is_the_closed_form_for_the_exact_operator() {
-        let t = 2e-3_f64;
+        let t = Seconds(2e-3);
         for mu in [0.0, 0.3, 0.5, 1.0, 1.5, 2.0] {
             let order = Order::new(mu).expect("in range");
             let scheme = "full".parse().expect("a scheme");
-            let have = amplification(None, scheme, order, Seconds(t)).expect("builds");
-            let squares = libm::tgamma(2.0 * mu + 1.0) / libm::tgamma(mu + 1.0).powi(2);
-            let want = t.powf(-mu) * squares.sqrt();
+            let have = amplification(None, scheme, order, t).expect("builds");
+            let want = exact_noise_gain(order, t).expect("in range");
             assert!((have / want - 1.0).abs() < 1e-5, "{mu}: {have} {want}");
         }
     }

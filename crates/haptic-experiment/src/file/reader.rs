@@ -6,7 +6,7 @@ use crate::parameters::{Parameter, Value};
 use std::fmt;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use toml::de::{DeArray, DeTable, DeValue};
 
 /// A file that is wrong: where, and what about it. Prints as one line.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -18,12 +18,15 @@ pub struct FileError {
 }
 
 impl FileError {
-    /// A file that could not be read at all.
-    pub(super) fn unreadable(path: &Path, error: &std::io::Error) -> Self {
+    /// A file that could not be read at all; `what` is the kind of file, as in `the experiment file`.
+    pub(crate) fn unreadable(path: &Path, what: &str, error: &std::io::Error) -> Self {
         Self {
             path: path.to_owned(),
             line: None,
-            reason: error.to_string(),
+            reason: format!(
+                "cannot read {what} `{}`: {error}; give the path of a TOML file",
+                path.display()
+            ),
         }
     }
 }
@@ -33,10 +36,7 @@ impl fmt::Display for FileError {
         let (path, reason) = (self.path.display(), &self.reason);
         match self.line {
             Some(line) => write!(f, "{path}:{line}: {reason}"),
-            None => write!(
-                f,
-                "cannot read the experiment file `{path}`: {reason}; give the path of a TOML file"
-            ),
+            None => f.write_str(reason),
         }
     }
 }
@@ -63,14 +63,14 @@ impl Source<'_> {
 
 /// A whole file.
 #[derive(Debug)]
-pub(super) struct Document<'a> {
+pub(crate) struct Document<'a> {
     source: Source<'a>,
     root: DeTable<'a>,
 }
 
 /// One table of it, with the keys it may have.
 #[derive(Debug)]
-pub(super) struct Table<'a> {
+pub(crate) struct Table<'a> {
     source: Source<'a>,
     name: &'a str,
     offset: usize,
@@ -81,7 +81,7 @@ pub(super) struct Table<'a> {
 type Found<'a> = (&'a DeValue<'a>, usize);
 
 impl<'a> Document<'a> {
-    pub(super) fn parse(path: &'a Path, text: &'a str) -> Result<Self, FileError> {
+    pub(crate) fn parse(path: &'a Path, text: &'a str) -> Result<Self, FileError> {
         let source = Source { path, text };
         let root = DeTable::parse(text).map_err(|error| {
             let span = error.span().unwrap_or_default();
@@ -104,17 +104,40 @@ impl<'a> Document<'a> {
         })
     }
 
-    /// The one table of the file, which must be of one of these kinds.
-    pub(super) fn only_table<'k>(
+    /// The one table of the file that is of one of these kinds, and the table `beside` it, if there is one.
+    pub(crate) fn experiment<'k>(
         &'a self,
         kinds: &[&'k str],
-    ) -> Result<(&'k str, Table<'a>), FileError> {
-        let tables: Vec<String> = kinds.iter().map(|kind| format!("[{kind}]")).collect();
-        let choice = format!("an experiment file has one of {}", tables.join(", "));
-        let mut found: Option<(&str, Table<'a>)> = None;
-        for (key, value) in in_order(&self.root) {
+        beside: &str,
+    ) -> Result<(&'k str, Table<'a>, Option<Table<'a>>), FileError> {
+        let names: Vec<String> = kinds.iter().map(|kind| format!("[{kind}]")).collect();
+        let choice = format!("an experiment file has one of {}", names.join(", "));
+        let known: Vec<&str> = kinds.iter().copied().chain([beside]).collect();
+        let (mut first, mut other) = (None, None);
+        for (name, table) in self.tables(&known, &choice)? {
+            let kind = kinds.iter().find(|kind| **kind == name);
+            match (kind, &first) {
+                (None, _) => other = Some(table),
+                (Some(kind), None) => first = Some((*kind, table)),
+                (Some(_), Some(_)) => {
+                    return Err(table.fail(format!("a second table [{name}]: {choice}")));
+                }
+            }
+        }
+        let (kind, table) = first.ok_or_else(|| self.fail(format!("no experiment: {choice}")))?;
+        Ok((kind, table, other))
+    }
+
+    /// All tables of the file in its order, each of one of these names; `choice` says in words what such a file has.
+    pub(crate) fn tables<'k>(
+        &'a self,
+        names: &[&'k str],
+        choice: &str,
+    ) -> Result<Vec<(&'k str, Table<'a>)>, FileError> {
+        let source = self.source;
+        let tables = in_order(&self.root).into_iter().map(|(key, value)| {
             let (name, offset) = (key.get_ref().as_ref(), key.span().start);
-            let Some(kind) = kinds.iter().find(|kind| **kind == name) else {
+            let Some(known) = names.iter().find(|known| **known == name) else {
                 let reason = match value.get_ref() {
                     DeValue::Table(_) => format!("unknown table [{}]: {choice}", short(name)),
                     _ => format!(
@@ -122,34 +145,32 @@ impl<'a> Document<'a> {
                         short(name)
                     ),
                 };
-                return Err(self.source.fail(offset, reason));
+                return Err(source.fail(offset, reason));
             };
             let DeValue::Table(entries) = value.get_ref() else {
                 let reason = format!("`{name}` is not a table: write [{name}]");
-                return Err(self.source.fail(offset, reason));
+                return Err(source.fail(offset, reason));
             };
-            if found.is_some() {
-                let reason = format!("a second table [{name}]: {choice}");
-                return Err(self.source.fail(offset, reason));
-            }
-            let source = self.source;
-            found = Some((
-                kind,
-                Table {
-                    source,
-                    name,
-                    offset,
-                    entries,
-                },
-            ));
-        }
-        found.ok_or_else(|| self.source.fail(0, format!("no experiment: {choice}")))
+            let table = Table {
+                source,
+                name,
+                offset,
+                entries,
+            };
+            Ok((*known, table))
+        });
+        tables.collect()
+    }
+
+    /// An error that concerns the file as a whole.
+    pub(crate) fn fail(&self, reason: String) -> FileError {
+        self.source.fail(0, reason)
     }
 }
 
 impl<'a> Table<'a> {
     /// Itself, if it has no other keys than these.
-    pub(super) fn with_keys(self, known: &[(&str, &[Parameter])]) -> Result<Self, FileError> {
+    pub(crate) fn with_keys(self, known: &[(&str, &[Parameter])]) -> Result<Self, FileError> {
         for (key, _) in in_order(self.entries) {
             let name = key.get_ref().as_ref();
             let keys = || {
@@ -171,24 +192,24 @@ impl<'a> Table<'a> {
     }
 
     /// An error that concerns the table as a whole.
-    pub(super) fn fail(&self, reason: String) -> FileError {
+    pub(crate) fn fail(&self, reason: String) -> FileError {
         self.source.fail(self.offset, reason)
     }
 
     /// An error about a key; about the table if the key is not in the file.
-    pub(super) fn fail_at(&self, key: &str, reason: String) -> FileError {
+    pub(crate) fn fail_at(&self, key: &str, reason: String) -> FileError {
         let offset = self.find(key).map_or(self.offset, |(_, offset)| offset);
         self.source.fail(offset, reason)
     }
 
     /// A path that starts from the folder of the file.
-    pub(super) fn beside(&self, path: &str) -> PathBuf {
+    pub(crate) fn beside(&self, path: &str) -> PathBuf {
         let folder = self.source.path.parent();
         folder.map_or_else(|| PathBuf::from(path), |folder| folder.join(path))
     }
 
     /// A number, or its default.
-    pub(super) fn number(&self, parameter: &Parameter) -> Result<f64, FileError> {
+    pub(crate) fn number(&self, parameter: &Parameter) -> Result<f64, FileError> {
         match self.find(parameter.key) {
             None => Ok(parameter.default_number()),
             Some(found) => self.number_at(parameter, found, true),
@@ -196,14 +217,17 @@ impl<'a> Table<'a> {
     }
 
     /// A number that must be there.
-    pub(super) fn required(&self, parameter: &Parameter) -> Result<f64, FileError> {
-        let key = parameter.key;
-        let missing = || self.fail(format!("missing key `{key}` in [{}]", self.name));
-        self.number_at(parameter, self.find(key).ok_or_else(missing)?, false)
+    pub(crate) fn required(&self, parameter: &Parameter) -> Result<f64, FileError> {
+        let found = self.find(parameter.key);
+        self.number_at(
+            parameter,
+            found.ok_or_else(|| self.missing(parameter))?,
+            false,
+        )
     }
 
     /// A number, if the key is there.
-    pub(super) fn number_if(&self, parameter: &Parameter) -> Result<Option<f64>, FileError> {
+    pub(crate) fn number_if(&self, parameter: &Parameter) -> Result<Option<f64>, FileError> {
         let found = self.find(parameter.key);
         found
             .map(|found| self.number_at(parameter, found, false))
@@ -243,7 +267,7 @@ impl<'a> Table<'a> {
     }
 
     /// A whole number of at least 0.
-    pub(super) fn count(&self, parameter: &Parameter) -> Result<u64, FileError> {
+    pub(crate) fn count(&self, parameter: &Parameter) -> Result<u64, FileError> {
         let key = parameter.key;
         let default = match parameter.value {
             Value::Count(default) => default,
@@ -266,7 +290,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    pub(super) fn flag(&self, parameter: &Parameter) -> Result<bool, FileError> {
+    pub(crate) fn flag(&self, parameter: &Parameter) -> Result<bool, FileError> {
         let key = parameter.key;
         match self.find(key) {
             None => Ok(parameter.value == Value::Flag(true)),
@@ -275,7 +299,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    pub(super) fn text(&self, parameter: &Parameter) -> Result<&'a str, FileError> {
+    pub(crate) fn text(&self, parameter: &Parameter) -> Result<&'a str, FileError> {
         let key = parameter.key;
         match self.find(key) {
             None => Ok(parameter.shown),
@@ -284,8 +308,70 @@ impl<'a> Table<'a> {
         }
     }
 
+    /// A text that must be there.
+    pub(crate) fn required_text(&self, parameter: &Parameter) -> Result<&'a str, FileError> {
+        match self.find(parameter.key) {
+            Some(_) => self.text(parameter),
+            None => Err(self.missing(parameter)),
+        }
+    }
+
+    /// A list of finite numbers that must be there.
+    pub(crate) fn numbers(&self, parameter: &Parameter) -> Result<Vec<f64>, FileError> {
+        let (value, offset) = self.list(parameter)?;
+        self.row(parameter.key, value, offset)
+    }
+
+    /// A list of lists of finite numbers that must be there.
+    pub(crate) fn matrix(&self, parameter: &Parameter) -> Result<Vec<Vec<f64>>, FileError> {
+        let (key, (rows, offset)) = (parameter.key, self.list(parameter)?);
+        let rows = rows.iter().map(|row| match row.get_ref() {
+            DeValue::Array(items) => self.row(key, items, row.span().start),
+            other => Err(self.wrong_kind(
+                key,
+                other,
+                offset,
+                "a list of rows, as in [[0, 1], [0, -5]]",
+            )),
+        });
+        rows.collect()
+    }
+
+    fn list(&self, parameter: &Parameter) -> Result<(&'a DeArray<'a>, usize), FileError> {
+        match self.find(parameter.key) {
+            Some((DeValue::Array(items), offset)) => Ok((items, offset)),
+            Some((other, offset)) => {
+                Err(self.wrong_kind(parameter.key, other, offset, "a list, as in [0, 1]"))
+            }
+            None => Err(self.missing(parameter)),
+        }
+    }
+
+    fn row(&self, key: &str, items: &DeArray<'_>, offset: usize) -> Result<Vec<f64>, FileError> {
+        let numbers = items.iter().map(|item| {
+            let text = match item.get_ref() {
+                DeValue::Float(float) => float.as_str(),
+                DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str(),
+                other => return Err(self.wrong_kind(key, other, offset, "a number")),
+            };
+            let number = text.parse().ok().filter(|number: &f64| number.is_finite());
+            number.ok_or_else(|| {
+                let reason = format!("{key} has {}, which is not finite: change it", short(text));
+                self.source.fail(item.span().start, reason)
+            })
+        });
+        numbers.collect()
+    }
+
+    fn missing(&self, parameter: &Parameter) -> FileError {
+        self.fail(format!(
+            "missing key `{}` in [{}]",
+            parameter.key, self.name
+        ))
+    }
+
     /// One of the values that the command line knows for it.
-    pub(super) fn choice<T: Named>(&self, parameter: &Parameter) -> Result<T, FileError> {
+    pub(crate) fn choice<T: Named>(&self, parameter: &Parameter) -> Result<T, FileError> {
         let (key, text) = (parameter.key, self.text(parameter)?);
         T::named(text).ok_or_else(|| {
             let names: Vec<&str> = T::CHOICES.iter().map(|choice| choice.1).collect();

@@ -3,6 +3,7 @@
 use super::device::{remote, samples_fit, scheme, sensors};
 use super::reader::{FileError, Table};
 use super::safety::safety;
+use crate::drive::Drive;
 use crate::modelled::ModelledTissue;
 use crate::preflight::PreflightRequest;
 use crate::rendering::Rendering;
@@ -14,7 +15,16 @@ use haptic_loop::units::{Metres, SquareMetres};
 use haptic_tissue::Library;
 use std::path::Path;
 
-pub(super) fn relax(table: &Table<'_>) -> Result<Relaxation, FileError> {
+/// The controller that holds the indenter.
+fn drive(table: &Table<'_>) -> Result<Drive, FileError> {
+    let path = table.beside(table.required_text(&p::CONTROLLER)?);
+    Ok(Drive {
+        force_limit_n: table.number(&p::DRIVE_FORCE_LIMIT)?,
+        ..Drive::read(&path)?
+    })
+}
+
+pub(super) fn relax(table: &Table<'_>, drive: Option<&Table<'_>>) -> Result<Relaxation, FileError> {
     let duration_s = table.number(&p::RELAX_DURATION)?;
     let ramp_time_s = table.number(&p::RAMP_TIME)?;
     if ramp_time_s >= duration_s {
@@ -25,20 +35,24 @@ pub(super) fn relax(table: &Table<'_>) -> Result<Relaxation, FileError> {
         strain: table.number(&p::STRAIN)?,
         ramp_time_s,
         duration_s,
-        rendering: rendering(table, duration_s)?,
+        rendering: rendering(table, drive, duration_s)?,
     })
 }
 
-pub(super) fn creep(table: &Table<'_>) -> Result<Creep, FileError> {
+pub(super) fn creep(table: &Table<'_>, drive: Option<&Table<'_>>) -> Result<Creep, FileError> {
     let duration_s = table.number(&p::CREEP_DURATION)?;
     Ok(Creep {
         stress_pa: table.number(&p::STRESS)?,
         duration_s,
-        rendering: rendering(table, duration_s)?,
+        rendering: rendering(table, drive, duration_s)?,
     })
 }
 
-fn rendering(table: &Table<'_>, duration_s: f64) -> Result<Rendering, FileError> {
+fn rendering(
+    table: &Table<'_>,
+    held: Option<&Table<'_>>,
+    duration_s: f64,
+) -> Result<Rendering, FileError> {
     let remote = remote(table)?;
     let sample_time_s = table.number(&p::SAMPLE_TIME)?;
     samples_fit(table, sample_time_s, duration_s, &SAMPLES)?;
@@ -73,6 +87,7 @@ fn rendering(table: &Table<'_>, duration_s: f64) -> Result<Rendering, FileError>
         precision: table.choice(&p::PRECISION)?,
         sample_time_s,
         contact: table.choice(&p::CONTACT)?,
+        drive: held.map(drive).transpose()?,
         sensors: sensors(table)?,
         force_limit_n: table.number(&p::FORCE_LIMIT)?,
         force_rate_limit_n_per_s: table.number(&p::FORCE_RATE_LIMIT)?,

@@ -12,7 +12,7 @@ use haptic_tissue::{Model, SampledModel};
 ///
 /// # Errors
 /// A scheme that cannot be made, or not for a model.
-pub(crate) fn operator<F: Real>(
+pub fn operator<F: Real>(
     model: Option<&Model>,
     scheme: Scheme,
     order: Order,

@@ -42,6 +42,12 @@ parameters! {
     SEED = count("seed", 1, "1", "Seed of the noise: the same seed gives the same run, bit for bit");
     /// Force limit of a rendered tissue, N.
     FORCE_LIMIT = number("force_limit_n", 10.0, "10N", ABOVE_0, "Largest force the loop may command");
+    /// Controller of the indenter.
+    CONTROLLER = text("controller", "",
+        "Controller file of the drive: the indenter is a mass that it holds on its way");
+    /// Force limit of the drive, N.
+    DRIVE_FORCE_LIMIT = number("drive_force_limit_n", 10.0, "10N", ABOVE_0,
+        "Largest force of the drive on the indenter");
     /// Rate limit of a rendered tissue, N/s.
     FORCE_RATE_LIMIT = number("force_rate_limit_n_per_s", 1000.0, "1000N/s", ABOVE_0,
         "Largest rate at which the force may change");
@@ -51,6 +57,8 @@ parameters! {
 pub const RELAX: &[Parameter] = &[STRAIN, RAMP_TIME, RELAX_DURATION];
 /// Of `[creep]`, beside [`RENDERING`].
 pub const CREEP: &[Parameter] = &[STRESS, CREEP_DURATION];
+/// Of `[drive]`, beside `[relax]` or `[creep]`.
+pub const DRIVE: &[Parameter] = &[CONTROLLER, DRIVE_FORCE_LIMIT];
 /// Of the rendering: the tissue, and how it is rendered.
 pub const RENDERING: &[Parameter] = &[
     TISSUE,

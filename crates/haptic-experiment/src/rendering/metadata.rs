@@ -1,11 +1,15 @@
 //! A rendering as metadata of its log.
 
 use super::specification::Rendering;
+use crate::drive::Drive;
 use haptic_loop::plant::{RigConfig, RigContact, RigDrive};
 use std::collections::BTreeMap;
 
 /// Parameters of a rig as metadata, each with its unit.
-fn rig_values(rig: &RigConfig) -> impl Iterator<Item = (String, String)> + use<> {
+fn rig_values(
+    rig: &RigConfig,
+    drive: Option<&Drive>,
+) -> impl Iterator<Item = (String, String)> + use<> {
     let servo = rig.servo;
     let mut values = vec![
         ("renderer_mass_kg", rig.renderer_mass.0),
@@ -16,8 +20,8 @@ fn rig_values(rig: &RigConfig) -> impl Iterator<Item = (String, String)> + use<>
     if let RigContact::Compliant { stiffness, damping } = rig.contact {
         values.push(("contact_stiffness_n_per_m", stiffness.0));
         values.push(("contact_damping_n_s_per_m", damping.0));
-        // An imposed position needs no servo, nor does a force.
-        if let RigDrive::Position(_) = rig.drive {
+        // An imposed position needs no servo, nor does a force, nor what a controller holds.
+        if let (RigDrive::Position(_), None) = (rig.drive, drive) {
             values.push(("servo_stiffness_n_per_m", servo.stiffness.0));
             values.push(("servo_damping_n_s_per_m", servo.damping.0));
             values.push(("servo_integral_time_s", servo.integral_time.0));
@@ -65,7 +69,10 @@ impl Rendering {
         metadata.extend(self.material.parameters());
         // The rig and the servo as they are built in.
         if self.remote.is_none() {
-            metadata.extend(rig_values(&self.rig(drive)));
+            metadata.extend(rig_values(&self.rig(drive), self.drive.as_ref()));
+        }
+        if let Some(own) = &self.drive {
+            own.describe(&mut metadata);
         }
         metadata.insert(
             "tissue_source".to_owned(),

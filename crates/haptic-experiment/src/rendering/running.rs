@@ -1,8 +1,11 @@
 //! The loop on the rig: simulated alone, or run with a log, here or on a device.
 
 use super::specification::{Contact, Precision, Rendering};
+use crate::drive::{DriveJudge, DriveVerdict, SimulatedRig, TissueLaw};
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
+use crate::kept::Record;
+use crate::modelled::loop_operator;
 use crate::preflight::Preflight;
 use crate::refused::parameter;
 use crate::remote::{RemoteRun, host_limits};
@@ -13,7 +16,7 @@ use crate::sensed::Sensed;
 use crate::simulate::{Sink, simulate};
 use fracdiff::{Operator, Real, Seconds};
 use haptic_link::LoopMode;
-use haptic_loop::plant::{IndentationRig, RigDrive};
+use haptic_loop::plant::{HeldRig, IndentationRig, RigDrive};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond, Pascals};
 use haptic_loop::{Contact as OneSided, Controller, Limits, SafetyChain, SpringDamper};
 use std::collections::BTreeMap;
@@ -69,7 +72,7 @@ impl Rendering {
         drive: RigDrive,
         samples: u64,
         request: &FolderRequest,
-        metadata: BTreeMap<String, String>,
+        mut metadata: BTreeMap<String, String>,
         supervisor: Supervisor<'_>,
     ) -> Result<Ran, Failure> {
         let mut controller = self.controller::<F>(drive, samples)?;
@@ -78,6 +81,7 @@ impl Rendering {
             sample_time_s: self.sample_time_s,
             pace: self.pace,
         };
+        self.drive_acts()?;
         if let Some(device) = &self.remote {
             let reference = move |time_s: f64| match drive {
                 RigDrive::Position(profile) => profile.position(time_s),
@@ -96,6 +100,10 @@ impl Rendering {
             return run.run(&mut controller, supervisor);
         }
         let mut device = self.rig_behind_sensors(drive)?;
+        if let Some(verdict) = self.drive_verdict(drive, samples)? {
+            verdict.require_stable(self.preflight.force_unstable)?;
+            verdict.describe(&mut metadata);
+        }
         run_logged(
             &mut controller,
             &mut device,
@@ -138,9 +146,57 @@ impl Rendering {
     }
 
     /// The simulated rig.
-    fn rig_behind_sensors(&self, drive: RigDrive) -> Result<Sensed<IndentationRig>, Failure> {
-        let rig = IndentationRig::new(self.rig(drive)).map_err(Failure::input)?;
+    fn rig_behind_sensors(&self, drive: RigDrive) -> Result<Sensed<SimulatedRig>, Failure> {
+        let config = self.rig(drive);
+        let rig = match &self.drive {
+            None => {
+                let rig = IndentationRig::new(config).map_err(Failure::input)?;
+                SimulatedRig::Plain(Box::new(rig))
+            }
+            Some(own) => {
+                self.drive_acts()?;
+                let holder = own.holder(self.sample_time_s)?;
+                let rig = HeldRig::new(config, holder).map_err(Failure::input)?;
+                SimulatedRig::Held(Box::new(rig))
+            }
+        };
         Sensed::new(rig, self.sensors)
+    }
+
+    /// Refuses a drive where nothing could be held by one.
+    fn drive_acts(&self) -> Result<(), Failure> {
+        if self.drive.is_none() {
+            return Ok(());
+        }
+        if self.remote.is_some() {
+            return Err(Failure::bad_input(
+                "a `controller` of a drive holds the indenter of the simulated rig: leave it away with a serial device",
+            ));
+        }
+        match self.contact {
+            Contact::Compliant => Ok(()),
+            Contact::Rigid => Err(Failure::bad_input(
+                "the `controller` of a drive moves a mass, and a rigid contact has none: take `contact` = compliant",
+            )),
+        }
+    }
+
+    /// The loop of the drive before it runs; `None` without one.
+    pub(crate) fn drive_verdict(
+        &self,
+        drive: RigDrive,
+        samples: u64,
+    ) -> Result<Option<DriveVerdict>, Failure> {
+        let Some(own) = &self.drive else {
+            return Ok(None);
+        };
+        let (stiffness, dissipation) = self.spring_and_damper();
+        let t = self.sample_time_s;
+        let horizon = crate::schedule::horizon(samples);
+        let (model, order) = (self.material.composed(), self.material.order());
+        let operator = loop_operator(model, self.scheme, order, Seconds(t), horizon)?;
+        let tissue = TissueLaw::new(stiffness, dissipation, operator, t);
+        own.verdict(&self.rig(drive), tissue).map(Some)
     }
 
     /// Limits of the safety chain, without a guard.
@@ -180,6 +236,20 @@ impl Rendering {
             sample_time_s: self.sample_time_s,
             samples,
         })
+    }
+
+    /// The judge of the drive over this record; `None` without one.
+    pub(crate) fn drive_judge(
+        &self,
+        drive: RigDrive,
+        record: &Record,
+    ) -> Result<Option<DriveJudge>, Failure> {
+        let verdict = self.drive_verdict(drive, record.samples)?;
+        let judge =
+            self.drive.as_ref().zip(verdict).map(|(own, verdict)| {
+                DriveJudge::new(own, drive, self.sample_time_s, verdict, record)
+            });
+        judge.transpose()
     }
 
     /// The operator, for so many samples.

@@ -1,5 +1,6 @@
 //! A tissue, the operator that renders it, and the rig it is rendered on.
 
+use crate::drive::Drive;
 use crate::failure::Failure;
 use crate::imperfections::Imperfections;
 use crate::judge::Reference;
@@ -72,6 +73,8 @@ pub struct Rendering {
     pub sample_time_s: f64,
     /// Between indenter and renderer.
     pub contact: Contact,
+    /// The controller that holds the indenter; `None` for the rig's own servo or a constant push.
+    pub drive: Option<Drive>,
     /// Between position and loop.
     pub sensors: Sensors,
     /// Largest force, N.
@@ -104,6 +107,7 @@ impl Rendering {
             precision: Precision::F64,
             sample_time_s: parameters::SAMPLE_TIME.default_number(),
             contact: Contact::Compliant,
+            drive: None,
             sensors: Imperfections::NONE.sensors,
             force_limit_n: parameters::FORCE_LIMIT.default_number(),
             force_rate_limit_n_per_s: parameters::FORCE_RATE_LIMIT.default_number(),

@@ -160,8 +160,8 @@ impl RigConfig {
 #[derive(Clone, Debug)]
 pub struct IndentationRig {
     config: RigConfig,
-    apart: SMatrix<f64, STATES, STATES>,
-    together: SMatrix<f64, STATES, STATES>,
+    pub(super) apart: SMatrix<f64, STATES, STATES>,
+    pub(super) together: SMatrix<f64, STATES, STATES>,
     limit: f64,
     state: SVector<f64, STATES>,
     tick: u64,
@@ -175,7 +175,9 @@ const X2: usize = 2;
 const V2: usize = 3;
 const DRIVE: usize = 5;
 const RATE: usize = 6;
-const FORCE: usize = 7;
+pub(super) const FORCE: usize = 7;
+/// The drive under [`RigDrive::Force`].
+pub(super) const PUSH: usize = DRIVE;
 const STATES: usize = 8;
 
 impl IndentationRig {
@@ -288,6 +290,16 @@ impl IndentationRig {
 
     fn time(&self, tick: u64) -> f64 {
         tick as f64 * self.config.sample_time.0
+    }
+
+    /// Time now, s.
+    pub(super) fn now(&self) -> f64 {
+        self.time(self.tick)
+    }
+
+    /// Another push from now on, under [`RigDrive::Force`].
+    pub(super) fn push(&mut self, force: Newtons) {
+        self.state[PUSH] = force.0;
     }
 
     fn advance(&mut self, force: f64) {

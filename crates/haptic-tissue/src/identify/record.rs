@@ -20,6 +20,14 @@ pub enum RecordKind {
 }
 
 impl RecordKind {
+    /// All of them.
+    pub const ALL: [Self; 4] = [
+        Self::Relaxation,
+        Self::Creep,
+        Self::Oscillation,
+        Self::History,
+    ];
+
     /// Its name on the command line and in JSON.
     #[must_use]
     pub const fn name(self) -> &'static str {

@@ -4,6 +4,7 @@ use super::conduct::conduct;
 use super::summary::print_summary;
 use super::words::{parse_scheme, roll_bytes};
 use crate::choice::choice;
+use crate::command::drive::DriveArguments;
 use crate::command::live::LiveArguments;
 use crate::command::preflight::PreflightArguments;
 use crate::command::realtime::RealtimeArguments;
@@ -47,6 +48,8 @@ pub struct RenderingArguments {
     sample_time: Time,
     #[arg(long, help = parameters::CONTACT.help, value_parser = choice::<Contact>(), default_value = parameters::CONTACT.shown, help_heading = "Rig")]
     contact: Contact,
+    #[command(flatten)]
+    drive: DriveArguments,
     #[arg(long, help = parameters::ENCODER_RESOLUTION.help, value_name = "LENGTH", default_value = parameters::ENCODER_RESOLUTION.shown, allow_hyphen_values = true, help_heading = "Rig")]
     encoder_resolution: Length,
     #[arg(long, help = parameters::SENSOR_NOISE.help, value_name = "LENGTH", default_value = parameters::SENSOR_NOISE.shown, allow_hyphen_values = true, help_heading = "Rig")]
@@ -114,7 +117,9 @@ impl RenderingArguments {
             },
         )?;
         let safety = self.safety.over(Safety::default());
-        let preflight = self.preflight.wanted(remote.is_some(), &safety)?;
+        let drive = self.drive.over(None)?;
+        let judged = remote.is_some() || drive.is_some();
+        let preflight = self.preflight.wanted(judged, &safety)?;
         Ok(Rendering {
             preflight,
             material,
@@ -123,6 +128,7 @@ impl RenderingArguments {
             precision: self.precision.unwrap_or(Precision::F64),
             sample_time_s: self.sample_time.0,
             contact: self.contact,
+            drive,
             sensors: Sensors {
                 encoder_resolution_m: self.encoder_resolution.0,
                 noise_m: self.sensor_noise.0,

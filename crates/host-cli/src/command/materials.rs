@@ -1,7 +1,7 @@
 //! `materials`: the tissue library.
 
 mod export;
-mod folder;
+pub(super) mod folder;
 
 use crate::output::{Output, short};
 use clap::Subcommand;

@@ -2,10 +2,12 @@
 
 pub mod analyze;
 pub mod conduct;
+pub mod control;
 pub mod creep;
 pub mod design;
 pub mod device;
 pub mod differintegrate;
+pub mod drive;
 pub mod experiment;
 pub mod export_c;
 pub mod identify;
@@ -21,6 +23,8 @@ pub mod reproduce;
 pub mod rt_check;
 pub mod run;
 pub mod safety;
+#[cfg(feature = "serve")]
+pub mod serve;
 pub mod shell;
 pub mod summary;
 pub mod weights;

@@ -8,21 +8,21 @@ use haptic_experiment::{Dynamics, PreflightRequest, Safety};
 #[derive(Clone, Copy, Debug, Args)]
 #[command(next_help_heading = "Device")]
 pub struct PreflightArguments {
-    /// Run on a serial device what the analysis calls unstable
+    /// Run what the analysis calls unstable, on a serial device or under a drive
     #[arg(long)]
     force_unstable: bool,
 }
 
 impl PreflightArguments {
-    /// The request for the pre-flight; `serial` is true for an experiment on a serial device. Mass and
-    /// damping of a real one are those of the guard.
+    /// The request for the pre-flight; `judged` is true for an experiment that one can refuse: on a serial device or under a drive.
+    /// Mass and damping of a real device are those of the guard.
     ///
     /// # Errors
-    /// An option of a serial device without one; a mass or damping outside its range.
-    pub fn wanted(&self, serial: bool, safety: &Safety) -> Result<PreflightRequest, Failure> {
-        if !serial && self.force_unstable {
+    /// The option where nothing is refused; a mass or damping outside its range.
+    pub fn wanted(&self, judged: bool, safety: &Safety) -> Result<PreflightRequest, Failure> {
+        if !judged && self.force_unstable {
             return Err(Failure::bad_input(
-                "--force-unstable is for serial devices: add --device serial:PATH",
+                "--force-unstable is for serial devices and drives: add --device serial:PATH or --drive FILE.toml",
             ));
         }
         let known = safety.device_mass_kg.zip(safety.device_damping_n_s_per_m);

@@ -19,13 +19,15 @@ in the CSV, the picture and the summary reaction forces are positive.
 Columns of the CSV: time_s; ideal_position_m, the indentation asked for; position_m, as the loop read it; \
 simulated_force_n, the reaction force as commanded (rendered_force_n with a device that is no simulation); \
 full_history_force_n, the force that the full history of position_m asks for; closed_form_force_n; \
-closed_form_error, relative, of the commanded force; empty where the closed form is 0.";
+closed_form_error, relative, of the commanded force; empty where the closed form is 0. With --drive also indenter_position_m and \
+drive_force_n.";
 
 /// Arguments of `relax`.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  host-cli relax\n  host-cli relax --tissue prostate-healthy \
-                  --strain 3% --duration 60s --out healthy\n  host-cli relax --scheme grunwald:1000   \
+                  --strain 3% --duration 60s --out healthy\n  host-cli relax --drive experiments/indenter.toml \
+                  # the indenter a mass, held by a controller\n  host-cli relax --scheme grunwald:1000   \
                   # see short memory fail"
 )]
 pub struct Arguments {

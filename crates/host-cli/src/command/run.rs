@@ -1,12 +1,13 @@
 //! `run`: any experiment, from a file.
 
 use super::conduct::conduct;
+use super::drive::DriveArguments;
 use super::live::LiveArguments;
 use super::preflight::PreflightArguments;
 use super::realtime::RealtimeArguments;
 use super::remote::RemoteArguments;
 use super::safety::SafetyArguments;
-use super::summary::{print_end, print_summary};
+use super::summary::{print_end, print_force, print_summary};
 use super::words::roll_bytes;
 use crate::files::{folder, overwrite_acts};
 use crate::output::Output;
@@ -16,8 +17,8 @@ use clap::Args;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::folder::FolderRequest;
 use haptic_experiment::parameters::{
-    COUPLER, COUPLER_REQUIRED, CREEP, ON_DEVICE, Parameter, RELAX, RENDERING, SAFETY, Value, WALL,
-    WALL_REQUIRED,
+    COUPLER, COUPLER_REQUIRED, CREEP, DRIVE, ON_DEVICE, Parameter, RELAX, RENDERING, SAFETY, Value,
+    WALL, WALL_REQUIRED,
 };
 use haptic_experiment::report::{Errors, RunReport};
 use haptic_experiment::{CouplerReport, ExperimentFile, Pace, Settling, TrialVerdict, WallReport};
@@ -26,7 +27,8 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 const LONG_ABOUT: &str = "\
-Runs the experiment that a TOML file describes. The file has one table: [relax], [creep], [wall] or [coupler]. \
+Runs the experiment that a TOML file describes. The file has one table: [relax], [creep], [wall] or [coupler]; [drive] beside \
+[relax] or [creep] names a controller file, whose controller holds the indenter. \
 Keys have their SI unit in the name, as in duration_s = 200. Paths in the file start from its folder. Options of the command win \
 over keys of the file.
 
@@ -54,6 +56,7 @@ pub(crate) fn long_about() -> String {
         ("[relax]", RELAX),
         ("[creep]", CREEP),
         ("[relax] and [creep]", RENDERING),
+        ("[drive], beside [relax] or [creep]", DRIVE),
         ("[wall], to be given", WALL_REQUIRED),
         ("[wall]", WALL),
         ("[coupler], to be given", COUPLER_REQUIRED),
@@ -96,6 +99,8 @@ pub struct Arguments {
     #[command(flatten)]
     realtime: RealtimeArguments,
     #[command(flatten)]
+    drive: DriveArguments,
+    #[command(flatten)]
     safety: SafetyArguments,
     #[command(flatten)]
     remote: RemoteArguments,
@@ -127,7 +132,10 @@ impl Arguments {
         let mut experiment = file.in_pace(pace).on(remote)?;
         let safety = experiment.safety_mut();
         *safety = self.safety.over(*safety);
-        let wanted = self.preflight.wanted(serial, safety)?;
+        let safety = *safety;
+        experiment = experiment.driven(|file| self.drive.over(file))?;
+        let judged = serial || experiment.drive().is_some();
+        let wanted = self.preflight.wanted(judged, &safety)?;
         let experiment = experiment.with_preflight(wanted);
         let samples = experiment.samples()?;
         overwrite_acts(self.out.as_deref(), self.overwrite)?;
@@ -220,11 +228,7 @@ fn print_wall(out: &mut dyn Write, report: &WallReport) -> io::Result<()> {
         micrometres(settling.deflection_m),
         micrometres(settling.expected_deflection_m)
     )?;
-    writeln!(
-        out,
-        "  force             peak {:.4e} N, at the end {:.4e} N",
-        run.peak_force_n, run.final_force_n
-    )?;
+    print_force(out, run)?;
     print_operator(out, &trial.errors)?;
     print_end(out, run)
 }
@@ -255,11 +259,7 @@ fn print_coupler(out: &mut dyn Write, report: &CouplerReport) -> io::Result<()> 
         micrometres(settling.expected_deflection_m),
         micrometres(report.object_position_m)
     )?;
-    writeln!(
-        out,
-        "  force             peak {:.4e} N, at the end {:.4e} N",
-        run.peak_force_n, run.final_force_n
-    )?;
+    print_force(out, run)?;
     print_operator(out, &trial.errors)?;
     print_end(out, run)
 }

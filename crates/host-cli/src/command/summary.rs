@@ -2,6 +2,7 @@
 
 use fracdiff::Scheme;
 use haptic_experiment::Report;
+use haptic_experiment::drive::DriveReport;
 use haptic_experiment::report::RunReport;
 use std::io::{self, Write};
 
@@ -39,11 +40,7 @@ pub fn print_summary(out: &mut dyn Write, report: &Report) -> io::Result<()> {
             "  tolerance         {tolerance:e} of the operator's output while x moves one way, of its gross sum otherwise"
         )?;
     }
-    writeln!(
-        out,
-        "  force             peak {:.4e} N, at the end {:.4e} N",
-        run.peak_force_n, run.final_force_n
-    )?;
+    print_force(out, run)?;
     if let Some(strain) = report.final_strain {
         writeln!(out, "  strain            at the end {strain:.4e}")?;
     }
@@ -53,8 +50,47 @@ pub fn print_summary(out: &mut dyn Write, report: &Report) -> io::Result<()> {
             "  {quantity:<17} at the end {ratio:.6} times the closed form"
         )?;
     }
+    if let Some(drive) = &report.drive {
+        print_drive(out, drive)?;
+    }
     print_errors(out, report)?;
     print_end(out, run)
+}
+
+/// Prints the largest and the last force.
+///
+/// # Errors
+/// Those of `out`.
+pub fn print_force(out: &mut dyn Write, run: &RunReport) -> io::Result<()> {
+    writeln!(
+        out,
+        "  force             peak {:.4e} N, at the end {:.4e} N",
+        run.peak_force_n, run.final_force_n
+    )
+}
+
+/// The work of the controller that held the indenter.
+fn print_drive(out: &mut dyn Write, drive: &DriveReport) -> io::Result<()> {
+    let unit = if drive.quantity == "position" {
+        "m"
+    } else {
+        "N"
+    };
+    writeln!(
+        out,
+        "  drive             {}: {} off by {:.2e} {unit} at most, {:.2e} {unit} rms, {:.2e} {unit} at the end",
+        drive.controller,
+        drive.quantity,
+        drive.tracking_error_max,
+        drive.tracking_error_rms,
+        drive.tracking_error_final
+    )?;
+    writeln!(
+        out,
+        "                    force {:.4e} N at most of {} N, {} samples at the limit",
+        drive.drive_force_peak_n, drive.drive_force_limit_n, drive.saturated_samples
+    )?;
+    writeln!(out, "  drive pre-flight  {}", drive.preflight.line())
 }
 
 /// The two errors, each with the samples that it is of.

@@ -16,14 +16,9 @@ fn commands(page: &str) -> Vec<String> {
     commands
 }
 
-#[test]
-fn your_own_tissue_runs_from_the_record_to_the_figure() {
-    let place = Place::new();
-    place.write(
-        "fish-muscle-relaxation.tsv",
-        include_str!("../../../haptic-tissue/records/fish-muscle-relaxation.tsv"),
-    );
-    let commands = commands(include_str!("../../../../docs/your-own-tissue.md"));
+/// Runs every command of a page, which leave these files among others.
+fn runs(place: &Place, page: &str, wanted: &[&str]) {
+    let commands = commands(page);
     assert!(commands.len() >= 4, "{commands:?}");
     for command in &commands {
         let arguments = command
@@ -34,15 +29,45 @@ fn your_own_tissue_runs_from_the_record_to_the_figure() {
         place.shell(&script).succeeded_with_warnings();
     }
     let files = place.files();
-    for wanted in [
-        "fish.toml",
-        "fish.png",
-        "muscle/relax.png",
-        "muscle/relax.csv",
-    ] {
+    for wanted in wanted {
         assert!(
             files.iter().any(|file| file == wanted),
             "{wanted}: {files:?}"
         );
     }
+}
+
+#[test]
+fn your_own_tissue_runs_from_the_record_to_the_figure() {
+    let place = Place::new();
+    place.write(
+        "fish-muscle-relaxation.tsv",
+        include_str!("../../../haptic-tissue/records/fish-muscle-relaxation.tsv"),
+    );
+    runs(
+        &place,
+        include_str!("../../../../docs/your-own-tissue.md"),
+        &[
+            "fish.toml",
+            "fish.png",
+            "muscle/relax.png",
+            "muscle/relax.csv",
+        ],
+    );
+}
+
+#[test]
+fn a_fractional_pid_runs_from_the_step_to_the_verdict() {
+    runs(
+        &Place::new(),
+        include_str!("../../../../docs/a-fractional-pid.md"),
+        &[
+            "oven.toml",
+            "oven.png",
+            "design/controller.toml",
+            "design/controller.png",
+            "run/response.png",
+            "loop/loop.png",
+        ],
+    );
 }

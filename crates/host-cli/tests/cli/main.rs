@@ -3,12 +3,14 @@
 #![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
 
 mod analysis;
+mod control;
 mod coupler;
 mod data;
 mod delay;
 mod design;
 #[cfg(unix)]
 mod devices;
+mod drive;
 mod experiments;
 #[cfg(unix)]
 mod export;

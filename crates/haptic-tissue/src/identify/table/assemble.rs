@@ -220,20 +220,34 @@ impl Columns {
         })
     }
 
+    /// A column that is what is asked for already: what was held has no effect on it.
+    fn ready(
+        &mut self,
+        column: Column,
+        loading: &Loading,
+    ) -> Result<Option<Vec<f64>>, IdentifyError> {
+        if !self.has(column) {
+            return Ok(None);
+        }
+        no_effect(loading.strain, "strain", "")?;
+        no_effect(loading.stress_pa, "stress_pa", " Pa")?;
+        Ok(self.take(column))
+    }
+
+    /// Neither this column nor the one that it could be made of is there.
+    fn neither(&mut self, column: Column, kind: RecordKind) -> IdentifyError {
+        let missing = self.need(column, kind).err();
+        missing.unwrap_or_else(|| self.no_record())
+    }
+
     fn relaxation(&mut self, loading: &Loading) -> Result<Record, IdentifyError> {
         let kind = RecordKind::Relaxation;
         let time = self.need(Column::Time, kind)?;
-        if self.has(Column::Modulus) {
-            no_effect(loading.strain, "strain", "")?;
-            no_effect(loading.stress_pa, "stress_pa", " Pa")?;
-            let modulus = self.need(Column::Modulus, kind)?;
+        if let Some(modulus) = self.ready(Column::Modulus, loading)? {
             return Record::relaxation(time, modulus);
         }
         if !self.has(Column::Stress) {
-            return Err(self
-                .need(Column::Modulus, kind)
-                .err()
-                .unwrap_or_else(|| self.no_record()));
+            return Err(self.neither(Column::Modulus, kind));
         }
         no_effect(loading.stress_pa, "stress_pa", " Pa")?;
         let stress = self.need(Column::Stress, kind)?;
@@ -244,17 +258,11 @@ impl Columns {
     fn creep(&mut self, loading: &Loading) -> Result<Record, IdentifyError> {
         let kind = RecordKind::Creep;
         let time = self.need(Column::Time, kind)?;
-        if self.has(Column::Compliance) {
-            no_effect(loading.strain, "strain", "")?;
-            no_effect(loading.stress_pa, "stress_pa", " Pa")?;
-            let compliance = self.need(Column::Compliance, kind)?;
+        if let Some(compliance) = self.ready(Column::Compliance, loading)? {
             return Record::creep(time, compliance);
         }
         if !self.has(Column::Strain) {
-            return Err(self
-                .need(Column::Compliance, kind)
-                .err()
-                .unwrap_or_else(|| self.no_record()));
+            return Err(self.neither(Column::Compliance, kind));
         }
         no_effect(loading.strain, "strain", "")?;
         let strain = self.need(Column::Strain, kind)?;

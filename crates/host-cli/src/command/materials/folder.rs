@@ -18,7 +18,7 @@ impl Folder {
     ///
     /// # Errors
     /// A wrong file.
-    pub(super) fn load(&self) -> Result<Library, Failure> {
+    pub(crate) fn load(&self) -> Result<Library, Failure> {
         Library::load(self.library.as_deref()).map_err(Failure::input)
     }
 }

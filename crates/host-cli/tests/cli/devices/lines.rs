@@ -5,7 +5,7 @@ use crate::process::{PATIENCE, binary};
 use haptic_link::{FRAME_MAX, Header, Request, encode};
 use serde_json::Value;
 use std::io::Write as _;
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 #[test]
@@ -72,24 +72,26 @@ fn a_run_and_the_check_of_its_log_count_the_same_samples_missing() {
     assert!(lost_first, "no line lost the first sample");
 }
 
-#[test]
-fn a_device_that_is_pulled_out_ends_the_run_with_a_whole_log() {
-    let mut device = Emulated::new("");
+/// A relaxation that has run for half a second.
+fn under_way(device: &Emulated, line: &str, stderr: Stdio) -> Child {
     let mut run = Command::new(binary());
-    let line = RELAX.replace("--duration 4s", "--duration 60s");
     run.args(line.split_whitespace())
         .current_dir(device.place.path(""));
-    let run = run
-        .stderr(Stdio::piped())
-        .stdout(Stdio::null())
-        .spawn()
-        .expect("runs");
+    let run = run.stderr(stderr).stdout(Stdio::null()).spawn();
     let began = Instant::now();
     while !device.place.path("run/relax.mcap.part").exists() {
         assert!(began.elapsed() < PATIENCE, "no log");
         std::thread::sleep(Duration::from_millis(5));
     }
     std::thread::sleep(Duration::from_millis(500));
+    run.expect("runs")
+}
+
+#[test]
+fn a_device_that_is_pulled_out_ends_the_run_with_a_whole_log() {
+    let mut device = Emulated::new("");
+    let line = RELAX.replace("--duration 4s", "--duration 60s");
+    let run = under_way(&device, &line, Stdio::piped());
     device.kill();
     let ended = run.wait_with_output().expect("ends");
     let error = String::from_utf8_lossy(&ended.stderr).into_owned();
@@ -111,21 +113,8 @@ fn a_device_that_is_pulled_out_ends_the_run_with_a_whole_log() {
 #[test]
 fn a_host_that_is_killed_leaves_a_device_without_force() {
     let device = Emulated::new("");
-    let mut run = Command::new(binary());
     let line = RELAX.replace("--watchdog 1s", "--watchdog 300ms");
-    run.args(line.split_whitespace())
-        .current_dir(device.place.path(""));
-    let mut run = run
-        .stderr(Stdio::null())
-        .stdout(Stdio::null())
-        .spawn()
-        .expect("runs");
-    let began = Instant::now();
-    while !device.place.path("run/relax.mcap.part").exists() {
-        assert!(began.elapsed() < PATIENCE, "no log");
-        std::thread::sleep(Duration::from_millis(5));
-    }
-    std::thread::sleep(Duration::from_millis(500));
+    let mut run = under_way(&device, &line, Stdio::null());
     run.kill().expect("can be killed");
     run.wait().expect("ends");
     std::thread::sleep(Duration::from_millis(600));

@@ -1,0 +1,183 @@
+//! A plant with two ports: a controller at one, a sampled law at the other.
+
+use crate::ControlError;
+use crate::enclosure::{Factor, Fraction, Product, Sum};
+use crate::law::{SampledLaw, SharedLaw};
+use crate::state_space::in_v;
+use fracdiff::Seconds;
+use fracdiff::parameter::{RangeError, range};
+use nalgebra::{DMatrix, DVector, RowDVector};
+use std::sync::Arc;
+use std::vec;
+
+/// x\[n+1\] = Φx\[n\] + `Γ_u` u\[n\] + `Γ_f` f\[n\]: the controller sees y = Cx and commands u, the law sees q = Dx and answers with f.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TwoPort {
+    /// Φ.
+    pub transition: DMatrix<f64>,
+    /// `Γ_u`.
+    pub command: DVector<f64>,
+    /// `Γ_f`.
+    pub load: DVector<f64>,
+    /// C.
+    pub measured: RowDVector<f64>,
+    /// D.
+    pub felt: RowDVector<f64>,
+}
+
+/// A [`TwoPort`] with its law, as a controller's loop sees it. For verdicts; it does not run.
+///
+/// ```text
+/// y/u = [G_yu + Z(G_yu·G_qf − G_yf·G_qu)]/(1 + Z·G_qf)
+/// ```
+/// ```
+/// use fracdiff::Seconds;
+/// use fractional_control::{LoadedPlant, Memory, PidParameters, Rule, SampledLaw, SampledLoop, TwoPort};
+/// use nalgebra::{DMatrix, DVector, RowDVector};
+/// use num_complex::Complex;
+/// use std::sync::Arc;
+///
+/// /// A spring.
+/// #[derive(Debug)]
+/// struct Spring(f64);
+/// impl SampledLaw for Spring {
+///     fn response(&self, _: f64) -> Complex<f64> {
+///         self.0.into()
+///     }
+///     fn variation(&self, _: f64, _: f64) -> f64 {
+///         0.0
+///     }
+/// }
+///
+/// // A mass of 1 kg on a damper of 1 N·s/m, 10 ms a sample, that both push and see.
+/// let (t, fall) = (0.01, f64::exp(-0.01));
+/// let force = DVector::from_column_slice(&[t - (1.0 - fall), 1.0 - fall]);
+/// let place = RowDVector::from_row_slice(&[1.0, 0.0]);
+/// let port = TwoPort {
+///     transition: DMatrix::from_row_slice(2, 2, &[1.0, 1.0 - fall, 0.0, fall]),
+///     command: force.clone(),
+///     load: force,
+///     measured: place.clone(),
+///     felt: place,
+/// };
+/// let p = PidParameters { proportional: 50.0, ..PidParameters::NONE };
+/// let memory = Memory::new(Rule::Grunwald, 1e-6, 10.0)?;
+/// let stable = |spring| {
+///     let plant = LoadedPlant::new(&port, Arc::new(Spring(spring)), Seconds(t))?;
+///     Ok::<_, fractional_control::ControlError>(SampledLoop::loaded(p.into(), memory, &plant)?.verdict().stable)
+/// };
+/// // Springs and gain add up: below 2b/T, 200 N/m, the damper holds them.
+/// assert!(stable(100.0)? && !stable(160.0)?);
+/// # Ok::<(), fractional_control::ControlError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct LoadedPlant {
+    curve: Fraction,
+    sample_time: Seconds,
+}
+
+impl LoadedPlant {
+    /// The plant with this law at its second port.
+    ///
+    /// # Errors
+    /// Matrices whose sizes do not fit or that are not finite, a transition that cannot be undone, a law that nothing answers.
+    pub fn new(
+        port: &TwoPort,
+        law: Arc<dyn SampledLaw>,
+        sample_time: Seconds,
+    ) -> Result<Self, ControlError> {
+        sample_time.rate_to_the(fracdiff::Order::new(0.0)?)?;
+        let (moved, inverse) = port.checked()?;
+        let pairs = [(&port.measured, &port.command), (&port.felt, &port.load)];
+        let (denominator, numerators) = in_v(&moved, &inverse, &pairs);
+        let [free, felt] = &numerators[..] else {
+            return Err(nothing_felt(0.0));
+        };
+        // The highest power of what the law feels of its own force.
+        let direct = felt.last().copied().unwrap_or(0.0);
+        if direct == 0.0 {
+            return Err(nothing_felt(direct));
+        }
+        // With f = −g·q the plant is [N_yu + g·R]/[…] for the same R = w·M that stands behind Z; the monic denominator is that of
+        // the closed loop times 1 − g·direct = 2.
+        let gain = -1.0 / direct;
+        let closed = &port.transition - &port.load * gain * &port.felt;
+        let identity = DMatrix::identity(moved.nrows(), moved.nrows());
+        let closed_inverse = closed.clone().try_inverse();
+        let closed_inverse = closed_inverse.ok_or_else(|| nothing_felt(direct))?;
+        let (_, with_gain) = in_v(&(closed - identity), &closed_inverse, &pairs[..1]);
+        let rest: vec::Vec<f64> = with_gain[0]
+            .iter()
+            .zip(free)
+            .map(|(with, free)| (2.0 * with - free) / gain)
+            .collect();
+        let law = Factor::Law(SharedLaw(law));
+        let term = |factors| Product {
+            scale: 1.0,
+            factors,
+        };
+        let late = || Factor::Delay(1);
+        Ok(Self {
+            curve: Fraction {
+                above: Sum(vec![
+                    term(vec![Factor::InV(free.clone()), late()]),
+                    term(vec![Factor::InV(rest), late(), law.clone()]),
+                ]),
+                below: Sum(vec![
+                    term(vec![Factor::InV(denominator)]),
+                    term(vec![Factor::InV(felt.clone()), late(), law]),
+                ]),
+            },
+            sample_time,
+        })
+    }
+
+    /// T.
+    #[must_use]
+    pub fn sample_time(&self) -> Seconds {
+        self.sample_time
+    }
+
+    /// Numerator and denominator on the circle.
+    pub(crate) fn curve(&self) -> &Fraction {
+        &self.curve
+    }
+}
+
+impl TwoPort {
+    /// Φ − 1 and Φ⁻¹.
+    fn checked(&self) -> Result<(DMatrix<f64>, DMatrix<f64>), ControlError> {
+        let n = self.transition.nrows();
+        let sizes = [
+            self.transition.ncols(),
+            self.command.len(),
+            self.load.len(),
+            self.measured.len(),
+            self.felt.len(),
+        ];
+        let inside = n > 0 && sizes.iter().all(|size| *size == n);
+        range(
+            "number of states",
+            n as f64,
+            inside,
+            "at least 1, the same in all matrices",
+            "",
+        )?;
+        let vectors = self.command.iter().chain(self.load.iter());
+        let rows = self.measured.iter().chain(self.felt.iter());
+        for value in self.transition.iter().chain(vectors).chain(rows) {
+            range("element of a matrix", *value, true, "finite", "")?;
+        }
+        let inverse = self.transition.clone().try_inverse();
+        let inverse = inverse.ok_or_else(|| {
+            let allowed = "above 0: leave a pole that decays within a sample out";
+            RangeError::new("determinant of the transition", 0.0, allowed, "")
+        })?;
+        Ok((&self.transition - DMatrix::identity(n, n), inverse))
+    }
+}
+
+fn nothing_felt(direct: f64) -> ControlError {
+    let allowed = "other than 0: let the law see what its force moves within a sample";
+    RangeError::new("answer of the plant to its load", direct, allowed, "").into()
+}

@@ -1,0 +1,186 @@
+//! The verdict on a loop, its margins, and the reason of the verdict.
+
+use super::{sampled, sampled_for};
+use crate::controller_file::ControllerFile;
+use core::f64::consts::PI;
+use fractional_control::{
+    ControlError, Crossing, FractionalTransferFunction, Margins, Plant, SampledLoop,
+    StabilityVerdict,
+};
+use num_complex::Complex;
+
+/// Frequencies of a curve.
+const POINTS: usize = 600;
+/// The curve begins so far below the place of interest.
+const BELOW: f64 = 300.0;
+/// A gain further from the present one is no cause.
+const WITHIN: f64 = 100.0;
+/// A gain is tried this much beside the one at which the loop meets −1.
+const BESIDE: f64 = 0.01;
+
+/// A loop that was judged.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct LoopAnalysis {
+    /// The certified verdict.
+    pub verdict: StabilityVerdict,
+    /// Margins and peaks: of a stable loop, the way to the boundary.
+    pub margins: Margins,
+    /// The reason of the verdict.
+    pub cause: Cause,
+    /// The open loop L and S = 1/(1 + L) over frequency.
+    pub curve: Vec<LoopPoint>,
+}
+
+/// The reason of a verdict.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Cause {
+    /// Stable: no pole outside the unit circle.
+    Stable,
+    /// A pole on the unit circle, as far as can be told.
+    Boundary,
+    /// Stable for any gain below this share of the present one, at which L meets −1.
+    GainTooHigh(Crossing),
+    /// Stable from this multiple of the present gain on, at which L meets −1.
+    GainTooLow(Crossing),
+    /// Stable without the dead time; with it, L meets −1 from this one on, s.
+    DeadTime(Crossing),
+    /// Neither another gain, within a hundred times, nor less dead time makes it stable.
+    Shape,
+}
+
+/// L, S and T at a frequency.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct LoopPoint {
+    /// ω, rad/s.
+    pub omega_rad_s: f64,
+    /// L.
+    pub open: Complex<f64>,
+    /// Phase of L without jumps, rad.
+    pub phase_rad: f64,
+}
+
+impl LoopPoint {
+    /// |S| = |1/(1 + L)|.
+    #[must_use]
+    pub fn sensitivity(&self) -> f64 {
+        (self.open + 1.0).inv().norm()
+    }
+
+    /// |T| = |L/(1 + L)|.
+    #[must_use]
+    pub fn complementary(&self) -> f64 {
+        (self.open / (self.open + 1.0)).norm()
+    }
+}
+
+/// Judges the loop that is really run.
+///
+/// # Errors
+/// A plant that does not run, parameters outside their range.
+pub fn analyse(file: &ControllerFile, plant: &Plant) -> Result<LoopAnalysis, ControlError> {
+    let closed = file.closed_with(&sampled_for(file, plant)?)?;
+    let (verdict, margins) = (closed.verdict(), closed.margins());
+    let place = margins.phase.unwrap_or(margins.sensitivity).omega_rad_s;
+    let t = file.sample_time_s;
+    let low = (place / BELOW).min(0.01 * PI / t);
+    let curve = curve(low, PI / t, |omega| Some(closed.open(omega * t)));
+    let cause = cause(file, plant, &closed, &verdict, &margins)?;
+    Ok(LoopAnalysis {
+        verdict,
+        margins,
+        cause,
+        curve,
+    })
+}
+
+/// Responses from a frequency to another, equal steps of the logarithm; what is not known is left out.
+pub fn curve(
+    low: f64,
+    high: f64,
+    response: impl Fn(f64) -> Option<Complex<f64>>,
+) -> Vec<LoopPoint> {
+    let ratio = libm::log(high / low) / (POINTS - 1) as f64;
+    let omegas = (0..POINTS).map(|k| (low * libm::exp(ratio * k as f64)).min(high));
+    let mut points: Vec<LoopPoint> = Vec::new();
+    for omega_rad_s in omegas {
+        let Some(open) = response(omega_rad_s).filter(|open| open.is_finite()) else {
+            continue;
+        };
+        let phase_rad = match points.last() {
+            Some(last) => last.phase_rad + (open / last.open).arg(),
+            // A loop lags more often than it leads.
+            None if open.arg() > 0.5 * PI + 1e-3 => open.arg() - 2.0 * PI,
+            None => open.arg(),
+        };
+        points.push(LoopPoint {
+            omega_rad_s,
+            open,
+            phase_rad,
+        });
+    }
+    points
+}
+
+fn cause(
+    file: &ControllerFile,
+    plant: &Plant,
+    closed: &SampledLoop,
+    verdict: &StabilityVerdict,
+    margins: &Margins,
+) -> Result<Cause, ControlError> {
+    if verdict.stable {
+        return Ok(Cause::Stable);
+    }
+    if verdict.unstable_poles.is_none() {
+        return Ok(Cause::Boundary);
+    }
+    let stable_at = |gain: f64| closed.with_gain(gain).verdict().stable;
+    if let Some(down) = margins.gain_down.filter(|down| down.value * WITHIN > 1.0)
+        && stable_at(down.value * (1.0 - BESIDE))
+    {
+        return Ok(Cause::GainTooHigh(down));
+    }
+    if let Some(up) = margins.gain_up.filter(|up| up.value < WITHIN)
+        && stable_at(up.value * (1.0 + BESIDE))
+    {
+        return Ok(Cause::GainTooLow(up));
+    }
+    if plant.delay_s() > 0.0
+        && let Some(function) = plant.function()
+    {
+        let prompt = sampled(&Plant::transfer(*function, 0.0)?, file.sample_time())?;
+        let prompt = file.closed_with(&prompt)?;
+        if prompt.verdict().stable
+            && let Some(delay) = prompt.margins().delay_s
+        {
+            return Ok(Cause::DeadTime(delay));
+        }
+    }
+    Ok(Cause::Shape)
+}
+
+/// Poles of a transfer function alone.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct PoleAnalysis {
+    /// q, of which all orders are multiples; `None` if there is none that is large enough.
+    pub commensurate_order: Option<f64>,
+    /// Poles s on the principal branch; empty without q.
+    pub poles: Vec<Complex<f64>>,
+    /// Poles with Re s > 0; `None` with one on the axis.
+    pub unstable_poles: Option<usize>,
+}
+
+/// Poles of a function, and how many of them do not decay.
+#[must_use]
+pub fn poles(function: &FractionalTransferFunction) -> PoleAnalysis {
+    let commensurate = function.commensurate().ok();
+    PoleAnalysis {
+        commensurate_order: commensurate.as_ref().map(|own| own.order()),
+        poles: commensurate.map(|own| own.poles()).unwrap_or_default(),
+        unstable_poles: function.unstable_poles(),
+    }
+}

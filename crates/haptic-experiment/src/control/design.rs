@@ -1,0 +1,285 @@
+//! From wishes to a controller file, with the best PID of order 1 beside it.
+
+use super::{run, sampled};
+use crate::controller_file::{ControllerFile, ControllerOrigin};
+use fracdiff::{Scheme, Seconds};
+use fractional_control::tuning::{
+    GAINS, Sampling, Specification, Tuned, steps, tune, tune_integer,
+};
+use fractional_control::{
+    ControlError, Margins, Plant, Response, SampledLoop, SetPoint, Shape, StabilityVerdict,
+};
+
+/// A wish that is missed by less than this share is met.
+const MET: f64 = 0.01;
+
+/// The question.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ControlDesign {
+    /// The plant.
+    pub plant: Plant,
+    /// Its name in the file.
+    pub plant_words: String,
+    /// The wishes.
+    pub wishes: Specification,
+    /// The wishes as the file says them.
+    pub wishes_words: String,
+    /// T.
+    pub sample_time: Seconds,
+    /// Rule and tolerance of the powers.
+    pub scheme: Scheme,
+    /// Lowest command.
+    pub output_low: Option<f64>,
+    /// Highest command.
+    pub output_high: Option<f64>,
+    /// Height of the step with limits.
+    pub step: f64,
+    /// Samples of the steps.
+    pub samples: usize,
+}
+
+/// The answer.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct ControlAnswer {
+    /// The PI^λD^μ.
+    pub fractional: Candidate,
+    /// The PID of order 1 that comes closest, or why there is none.
+    pub integer: Result<Candidate, ControlError>,
+}
+
+/// A controller that was tuned and tried.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Candidate {
+    /// As it is run.
+    pub file: ControllerFile,
+    /// As it was tuned.
+    pub tuned: Tuned,
+    /// What it does, of a plant that runs.
+    pub trial: Option<Trial>,
+    /// Each wish, and what is reached.
+    pub wishes: Vec<Wish>,
+}
+
+/// A controller in its loop.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Trial {
+    /// The certified verdict.
+    pub verdict: StabilityVerdict,
+    /// Margins and peaks.
+    pub margins: Margins,
+    /// Steps while the gain of the plant goes from half to double, without limits: gain, shape, verdict.
+    pub robustness: Vec<GainStep>,
+    /// The step with the limits of the file.
+    pub step: Response,
+    /// Its shape.
+    pub shape: Shape,
+    /// Share of its samples with the command at a limit.
+    pub limited_share: f64,
+}
+
+/// A step at another gain of the plant.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct GainStep {
+    /// Gain over the nominal one.
+    pub gain: f64,
+    /// Shape of the step.
+    pub shape: Shape,
+    /// The step.
+    pub response: Response,
+    /// True if the loop is proved stable.
+    pub stable: bool,
+}
+
+impl Trial {
+    /// Largest less least overshoot over the gains.
+    #[must_use]
+    pub fn overshoot_spread(&self) -> f64 {
+        let (low, high) = self
+            .robustness
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), row| {
+                (low.min(row.shape.overshoot), high.max(row.shape.overshoot))
+            });
+        high - low
+    }
+
+    /// True if the loop is proved stable at every gain.
+    #[must_use]
+    pub fn always_stable(&self) -> bool {
+        self.robustness.iter().all(|row| row.stable)
+    }
+}
+
+/// The wish of a row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum WishName {
+    /// `ω_c`, rad/s.
+    Crossover,
+    /// Phase margin, rad.
+    PhaseMargin,
+    /// dφ/d ln ω at `ω_c`, rad: 0 is flat.
+    IsoDamping,
+    /// Largest |S|.
+    SensitivityPeak,
+    /// Largest |T|.
+    ComplementaryPeak,
+    /// |T| from a frequency on.
+    Noise,
+    /// |S| up to a frequency.
+    Disturbance,
+}
+
+/// A wish and what is reached.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Wish {
+    /// The wish.
+    pub name: WishName,
+    /// What is asked for.
+    pub wanted: f64,
+    /// What is there.
+    pub reached: f64,
+}
+
+impl Wish {
+    /// True if it is met within 1 %.
+    #[must_use]
+    pub fn is_met(&self) -> bool {
+        match self.name {
+            WishName::Crossover | WishName::PhaseMargin => {
+                (self.reached / self.wanted - 1.0).abs() <= MET
+            }
+            WishName::IsoDamping => self.reached.abs() <= MET,
+            _ => self.reached <= self.wanted * (1.0 + MET),
+        }
+    }
+}
+
+impl ControlDesign {
+    /// Tunes both controllers, runs them and judges them.
+    ///
+    /// # Errors
+    /// Wishes that contradict each other, named; no fractional controller with this crossover and margin.
+    pub fn answer(&self) -> Result<ControlAnswer, ControlError> {
+        let sampling = Some(Sampling {
+            sample_time: self.sample_time,
+            rule: self.untuned().memory()?.rule(),
+        });
+        let fractional = tune(&self.plant, sampling, &self.wishes)?;
+        let integer = tune_integer(&self.plant, sampling, &self.wishes);
+        Ok(ControlAnswer {
+            fractional: self.candidate(fractional)?,
+            integer: integer.and_then(|tuned| self.candidate(tuned)),
+        })
+    }
+
+    /// The file without its controller. Everything acts on the error, as the wishes ask.
+    fn untuned(&self) -> ControllerFile {
+        let nothing = fractional_control::PidParameters::NONE;
+        ControllerFile {
+            set_point: SetPoint::ERROR,
+            output_low: self.output_low,
+            output_high: self.output_high,
+            scheme: self.scheme,
+            origin: ControllerOrigin {
+                plant: self.plant_words.clone(),
+                wishes: self.wishes_words.clone(),
+                ..ControllerOrigin::default()
+            },
+            ..ControllerFile::new(nothing, self.sample_time)
+        }
+    }
+
+    fn candidate(&self, tuned: Tuned) -> Result<Candidate, ControlError> {
+        let file = ControllerFile {
+            law: tuned.parameters.into(),
+            ..self.untuned()
+        };
+        // A measured response can be tuned for, not run.
+        let runs = self.plant.band().1 == f64::INFINITY;
+        let trial = match runs {
+            true => Some(self.trial(&file, &tuned)?),
+            false => None,
+        };
+        let wishes = self.wishes(&tuned, trial.as_ref().map(|trial| &trial.margins));
+        Ok(Candidate {
+            file,
+            tuned,
+            trial,
+            wishes,
+        })
+    }
+
+    fn trial(&self, file: &ControllerFile, tuned: &Tuned) -> Result<Trial, ControlError> {
+        let closed: SampledLoop = file.closed_with(&sampled(&self.plant, self.sample_time)?)?;
+        let runs = steps(
+            &tuned.parameters,
+            &self.plant,
+            file.memory()?,
+            self.sample_time,
+            self.samples,
+        )?;
+        let robustness = GAINS
+            .into_iter()
+            .zip(runs)
+            .map(|(gain, response)| GainStep {
+                gain,
+                shape: response.shape(),
+                response,
+                stable: closed.with_gain(gain).verdict().stable,
+            });
+        let step = vec![self.step; self.samples];
+        let run = run::run(file, &self.plant, &step, Some(self.step))?;
+        Ok(Trial {
+            verdict: run.verdict,
+            margins: closed.margins(),
+            robustness: robustness.collect(),
+            shape: run.response.shape_of_step(self.step),
+            limited_share: run.limited_share,
+            step: run.response,
+        })
+    }
+
+    /// Each wish and what is reached: in the loop that runs, where it runs.
+    fn wishes(&self, tuned: &Tuned, margins: Option<&Margins>) -> Vec<Wish> {
+        let (asked, measures) = (&self.wishes, &tuned.measures);
+        let wish = |name, wanted, reached| Wish {
+            name,
+            wanted,
+            reached,
+        };
+        let phase = margins.and_then(|margins| margins.phase);
+        let (crossover, margin) = phase
+            .map_or((asked.crossover_rad_s, tuned.phase_margin_rad), |phase| {
+                (phase.omega_rad_s, phase.value)
+            });
+        let mut rows = vec![
+            wish(WishName::Crossover, asked.crossover_rad_s, crossover),
+            wish(WishName::PhaseMargin, asked.phase_margin_rad, margin),
+        ];
+        if asked.iso_damping {
+            rows.push(wish(WishName::IsoDamping, 0.0, tuned.phase_slope_rad));
+        }
+        let sensitivity = margins.map_or(measures.sensitivity_peak, |m| m.sensitivity.value);
+        let complementary = margins.map_or(measures.complementary_peak, |m| m.complementary.value);
+        let noise = asked.noise.zip(measures.noise);
+        let disturbance = asked.disturbance.zip(measures.disturbance);
+        let bounds = [
+            asked
+                .sensitivity_peak
+                .map(|most| wish(WishName::SensitivityPeak, most, sensitivity)),
+            asked
+                .complementary_peak
+                .map(|most| wish(WishName::ComplementaryPeak, most, complementary)),
+            noise.map(|(bound, reached)| wish(WishName::Noise, bound.at_most, reached)),
+            disturbance.map(|(bound, reached)| wish(WishName::Disturbance, bound.at_most, reached)),
+        ];
+        rows.extend(bounds.into_iter().flatten());
+        rows
+    }
+}

@@ -1,0 +1,134 @@
+//! Reasons against loops whose boundary is known, baselines, records.
+
+use super::analysis::{Cause, analyse};
+use super::identification::{InputOutput, candidates, identify, shifted};
+use super::run::{integer_baseline, run, run_plant, samples_for};
+use crate::controller_file::ControllerFile;
+use fracdiff::Seconds;
+use fractional_control::{PidParameters, Plant};
+
+fn p(gain: f64, t: f64) -> ControllerFile {
+    let gains = PidParameters {
+        proportional: gain,
+        ..PidParameters::NONE
+    };
+    ControllerFile::new(gains, Seconds(t))
+}
+
+fn plant(text: &str) -> Plant {
+    text.parse().expect("valid")
+}
+
+/// P on 1/(s + 1)³ is stable below 8, at √3 rad/s; on 1/(s − 1) above 1; on e^(−hs)/(s − 1) with 2 for h below (π/3)/√3.
+#[test]
+fn the_reason_of_a_verdict_is_the_boundary_by_hand() {
+    let t = 1e-3;
+    let cause = |gain: f64, text: &str| analyse(&p(gain, t), &plant(text)).expect("a loop").cause;
+    assert_eq!(cause(4.0, "1/(s+1)^3"), Cause::Stable);
+    let Cause::GainTooHigh(at) = cause(16.0, "1/(s+1)^3") else {
+        panic!("{:?}", cause(16.0, "1/(s+1)^3"));
+    };
+    assert!(
+        (at.value - 0.5).abs() < 2e-3 && (at.omega_rad_s - 3f64.sqrt()).abs() < 3e-3,
+        "{at:?}"
+    );
+    let Cause::GainTooLow(at) = cause(0.25, "1/(s-1)") else {
+        panic!("{:?}", cause(0.25, "1/(s-1)"));
+    };
+    assert!((at.value - 4.0).abs() < 1e-2, "{at:?}");
+    let Cause::DeadTime(at) = cause(2.0, "exp(-2s)/(s-1)") else {
+        panic!("{:?}", cause(2.0, "exp(-2s)/(s-1)"));
+    };
+    let wanted = core::f64::consts::FRAC_PI_3 / 3f64.sqrt();
+    assert!((at.value - wanted).abs() < 2e-3, "{at:?} {wanted}");
+    assert_eq!(cause(2.0, "1/s^2"), Cause::Shape);
+}
+
+#[test]
+fn the_baseline_has_the_crossover_and_the_margin_of_the_loop() {
+    let own = PidParameters {
+        proportional: 9.7,
+        integral: 0.6,
+        integral_order: 0.9,
+        ..PidParameters::NONE
+    };
+    let (oven, file) = (
+        plant("0.55exp(-s)/(62s+1)"),
+        ControllerFile::new(own, Seconds(0.1)),
+    );
+    let baseline = integer_baseline(&file, &oven)
+        .expect("one")
+        .expect("fractional");
+    let pid = baseline.pid().expect("a PID");
+    assert_eq!(
+        (pid.integral_order.to_bits(), pid.derivative_order.to_bits()),
+        (1f64.to_bits(), 1f64.to_bits())
+    );
+    let [a, b] = [&file, &baseline].map(|file| {
+        let phase = analyse(file, &oven).expect("a loop").margins.phase;
+        phase.expect("a crossover")
+    });
+    assert!(
+        (a.omega_rad_s / b.omega_rad_s - 1.0).abs() < 2e-3,
+        "{a:?} {b:?}"
+    );
+    assert!((a.value - b.value).abs() < 2e-3, "{a:?} {b:?}");
+    assert_eq!(integer_baseline(&baseline, &oven), Ok(None));
+}
+
+/// A P loop on 1/(s + 1) settles at k/(1 + k) with the time constant 1/(1 + k).
+#[test]
+fn a_run_is_the_closed_form_and_a_limit_is_counted() {
+    let (t, samples) = (1e-3, 3000);
+    let first = plant("1/(s+1)");
+    let free = run(&p(4.0, t), &first, &vec![1.0; samples], Some(1.0)).expect("runs");
+    for n in [100, 500, 2000] {
+        let wanted = 0.8 * -f64::exp_m1(-5.0 * n as f64 * t);
+        assert!((free.response.measured[n] - wanted).abs() < 2e-3, "{n}");
+    }
+    assert_eq!(
+        (free.limited_share.to_bits(), free.verdict.stable),
+        (0f64.to_bits(), true)
+    );
+    let limited = ControllerFile {
+        output_high: Some(2.0),
+        ..p(4.0, t)
+    };
+    // 4(1 − y) is above 2 until y = 2(1 − e^(−t)) is 0.5: for ln(4/3) s.
+    let limited = run(&limited, &first, &vec![1.0; samples], Some(1.0)).expect("runs");
+    let wanted = (4.0f64 / 3.0).ln() / (samples as f64 * t);
+    assert!(
+        (limited.limited_share - wanted).abs() < 2e-3,
+        "{}",
+        limited.limited_share
+    );
+    assert!(run_plant(&plant("1/(s-1)"), Seconds(t), &[1.0; 10]).is_err());
+    assert_eq!(samples_for(Some(0.1), 0.2).to_bits(), 3000f64.to_bits());
+}
+
+#[test]
+fn a_record_with_a_dead_time_gives_its_plant_back() {
+    let t = 0.1;
+    let truth = plant("exp(-0.25s)*2/(3s^0.8+1)");
+    let input: Vec<f64> = (0..400).map(|n| if n < 200 { 1.0 } else { -0.5 }).collect();
+    let response = run_plant(&truth, Seconds(t), &input).expect("runs");
+    let mut record = InputOutput {
+        time_s: (0..400).map(|n| f64::from(n) * t).collect(),
+        input,
+        output: response.measured,
+    };
+    assert_eq!(record.check_times(), Ok(()));
+    let delayed = shifted(&record, 0.25).expect("shorter");
+    let found = identify(&delayed, &candidates(&delayed), true).expect("found");
+    let best = &found[0].identified.function;
+    let (above, below) = (best.numerator().terms(), best.denominator().terms());
+    assert!((above[0].coefficient - 2.0).abs() < 0.02, "{best}");
+    assert!((below[0].coefficient - 3.0).abs() < 0.03, "{best}");
+    assert!((below[0].order - 0.8).abs() < 0.005, "{best}");
+    assert!(shifted(&record, -1.0).is_err() && shifted(&record, 99.0).is_err());
+    record.time_s[7] += 0.01;
+    let said = record.check_times().expect_err("uneven");
+    assert!(said.starts_with("line 9:"), "{said}");
+    record.subtract_start();
+    assert_eq!(record.input[0].to_bits(), 0f64.to_bits());
+}

@@ -1,0 +1,262 @@
+//! Pre-flight of a drive: the loop of controller, rig and tissue, certified before it runs.
+//!
+//! ```text
+//! free         controller and indenter alone                     not where a force is the set point: nothing is felt there
+//! in contact   controller, both masses, the contact, the tissue that is really rendered
+//! ```
+//! - *As it runs*: the matrices of the rig from sample to sample, the weights of the controller, the operator of the tissue, both forces
+//!   held. The limits of forces, the safety chain and the end of the contact are not in it.
+//! - *Without any spring* a tissue that is pushed creeps on, a pole at z = 1 that the force does not show: such a tissue is judged held by
+//!   a spring of 1e-4 of its first sample.
+
+use super::Drive;
+use crate::failure::Failure;
+use crate::preflight::refused;
+use fracdiff::num_complex::Complex;
+use fracdiff::{FrequencyResponse, Seconds};
+use fractional_control::{
+    ControlError, LoadedPlant, Margins, Plant, SampledLaw, SampledLoop, SampledPlant, StateSpace,
+    TwoPort,
+};
+use haptic_analysis::LoopOperator;
+use haptic_loop::plant::{IndentationRig, RigConfig, RigContact, RigDrive};
+use haptic_loop::units::Newtons;
+use nalgebra::{DMatrix, DVector, RowDVector};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// The certified verdict on one loop of a drive, and how far it is from the edge.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct LoopVerdict {
+    /// No pole on or outside the unit circle, proved.
+    pub stable: bool,
+    /// Phase margin, rad, with its sign; null if |L| is never 1.
+    pub phase_margin_rad: Option<f64>,
+    /// Crossover of that, rad/s.
+    pub crossover_rad_s: Option<f64>,
+    /// The least gain above 1 at which the loop is at the edge; null if none is.
+    pub gain_margin: Option<f64>,
+    /// The least further dead time at which it is, s; null if none is.
+    pub delay_margin_s: Option<f64>,
+}
+
+impl LoopVerdict {
+    fn of(closed: &SampledLoop) -> Self {
+        let Margins {
+            phase,
+            gain_up,
+            delay_s,
+            ..
+        } = closed.margins();
+        Self {
+            stable: closed.verdict().stable,
+            phase_margin_rad: phase.map(|phase| phase.value),
+            crossover_rad_s: phase.map(|phase| phase.omega_rad_s),
+            gain_margin: gain_up.map(|gain| gain.value),
+            delay_margin_s: delay_s.map(|delay| delay.value),
+        }
+    }
+
+    fn line(&self) -> String {
+        if !self.stable {
+            return "unstable".to_owned();
+        }
+        let phase = self.phase_margin_rad.zip(self.crossover_rad_s);
+        let phase = phase.map_or_else(String::new, |(margin, omega)| {
+            format!(", {:.0}° at {omega:.3e} rad/s", margin.to_degrees())
+        });
+        let gain = (self.gain_margin).map_or_else(String::new, |gain| {
+            format!(", to the edge with {gain:.2} times the gain")
+        });
+        format!("stable{phase}{gain}")
+    }
+}
+
+/// The verdict on a drive.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct DriveVerdict {
+    /// Before contact; null where a force is the set point.
+    pub free: Option<LoopVerdict>,
+    /// In contact with the tissue.
+    pub in_contact: LoopVerdict,
+}
+
+impl DriveVerdict {
+    /// True if both loops are stable.
+    #[must_use]
+    pub fn stable(&self) -> bool {
+        self.in_contact.stable && self.free.is_none_or(|free| free.stable)
+    }
+
+    /// Refuses what is unstable, unless it is forced.
+    ///
+    /// # Errors
+    /// Bad input, with what to change.
+    pub fn require_stable(&self, force: bool) -> Result<(), Failure> {
+        if force || self.stable() {
+            return Ok(());
+        }
+        let whether = match self.free {
+            Some(free) if !free.stable => "before it touches the tissue",
+            _ => "in contact with the tissue",
+        };
+        Err(Failure::bad_input(format_args!(
+            "pre-flight: the loop of the drive would be unstable {whether}: take another `controller` (lower gains, or tuned with \
+             `host-cli control design`), or run it all the same with `force_unstable`"
+        )))
+    }
+
+    /// One line for a summary.
+    #[must_use]
+    pub fn line(&self) -> String {
+        let contact = self.in_contact.line();
+        match self.free {
+            Some(free) => format!("in contact {contact}; free {}", free.line()),
+            None => format!("in contact {contact}"),
+        }
+    }
+
+    /// Adds the verdict to the metadata of a log.
+    pub fn describe(&self, metadata: &mut BTreeMap<String, String>) {
+        let or_none =
+            |value: Option<f64>| value.map_or_else(|| "none".to_owned(), |value| value.to_string());
+        let loops = [("free", self.free), ("in_contact", Some(self.in_contact))];
+        for (name, own) in loops {
+            let Some(own) = own else { continue };
+            for (key, value) in [
+                ("stable", own.stable.to_string()),
+                ("phase_margin_rad", or_none(own.phase_margin_rad)),
+                ("crossover_rad_s", or_none(own.crossover_rad_s)),
+                ("gain_margin", or_none(own.gain_margin)),
+                ("delay_margin_s", or_none(own.delay_margin_s)),
+            ] {
+                metadata.insert(format!("drive.preflight.{name}.{key}"), value);
+            }
+        }
+    }
+}
+
+/// A tissue as the loop sees it: K + B·T^(−μ)·P(w).
+#[derive(Debug)]
+pub(crate) struct TissueLaw {
+    stiffness: f64,
+    /// B·T^(−μ).
+    dissipation: f64,
+    operator: LoopOperator,
+}
+
+impl TissueLaw {
+    /// From K in N/m, B in N·s^μ/m and the operator.
+    pub(crate) fn new(
+        stiffness: f64,
+        dissipation: f64,
+        operator: LoopOperator,
+        sample_time_s: f64,
+    ) -> Self {
+        let rate = sample_time_s.powf(-operator.order().get());
+        Self {
+            stiffness,
+            dissipation: dissipation * rate,
+            operator,
+        }
+    }
+
+    /// The same, held by a weak spring if it has none.
+    fn held(self) -> Self {
+        let least = 1e-4 * self.dissipation * self.operator.direct_gain();
+        Self {
+            stiffness: self.stiffness.max(least),
+            ..self
+        }
+    }
+}
+
+impl SampledLaw for TissueLaw {
+    fn response(&self, theta: f64) -> Complex<f64> {
+        self.operator.response(theta) * self.dissipation + self.stiffness
+    }
+
+    fn variation(&self, low: f64, high: f64) -> f64 {
+        self.dissipation * self.operator.variation(low, high)
+    }
+}
+
+impl Drive {
+    /// Looks at the loop on this rig with this tissue.
+    ///
+    /// # Errors
+    /// A controller or rig that the analysis does not take.
+    pub(crate) fn verdict(
+        &self,
+        rig: &RigConfig,
+        tissue: TissueLaw,
+    ) -> Result<DriveVerdict, Failure> {
+        let free = match rig.drive {
+            RigDrive::Position(_) => {
+                let free = self.free(rig).map_err(|error| self.refused(&error))?;
+                Some(LoopVerdict::of(&free))
+            }
+            RigDrive::Force(_) => None,
+        };
+        let port = port(rig)?;
+        let tissue = Arc::new(match rig.drive {
+            RigDrive::Position(_) => tissue,
+            RigDrive::Force(_) => tissue.held(),
+        });
+        let plant = LoadedPlant::new(&port, tissue, rig.sample_time);
+        let law = self.controller.law;
+        let closed = plant
+            .and_then(|plant| SampledLoop::loaded(law, self.controller.memory()?, &plant))
+            .map_err(|error| self.refused(&error))?;
+        Ok(DriveVerdict {
+            free,
+            in_contact: LoopVerdict::of(&closed),
+        })
+    }
+
+    /// The indenter alone.
+    fn free(&self, rig: &RigConfig) -> Result<SampledLoop, ControlError> {
+        let (mass, damping) = (rig.indenter_mass.0, rig.indenter_damping.0);
+        let indenter = StateSpace::new(
+            DMatrix::from_row_slice(2, 2, &[0.0, 1.0, 0.0, -damping / mass]),
+            DVector::from_column_slice(&[0.0, 1.0 / mass]),
+            RowDVector::from_row_slice(&[1.0, 0.0]),
+        )?;
+        let plant = Plant::state_space(indenter, 0.0)?;
+        let memory = self.controller.memory()?;
+        self.controller
+            .closed_with(&SampledPlant::new(&plant, memory, rig.sample_time)?)
+    }
+}
+
+/// Both masses in contact: the controller pushes the indenter, the tissue feels and pushes the renderer. Velocities in m a sample.
+fn port(rig: &RigConfig) -> Result<TwoPort, Failure> {
+    let pushed = RigConfig {
+        drive: RigDrive::Force(Newtons(0.0)),
+        ..*rig
+    };
+    let motion = IndentationRig::new(pushed).map_err(|error| refused(&error))?;
+    let motion = motion.motion(true);
+    let Seconds(t) = rig.sample_time;
+    let units = [1.0, 1.0 / t, 1.0, 1.0 / t];
+    let measured = match (rig.drive, rig.contact) {
+        (RigDrive::Force(_), RigContact::Compliant { stiffness, damping }) => {
+            // F = k·p + c·p'
+            let (k, c) = (stiffness.0, damping.0);
+            [-k, -c, k, c]
+        }
+        _ => [0.0, 0.0, 1.0, 0.0],
+    };
+    let column = |v: &nalgebra::Vector4<f64>| DVector::from_fn(4, |row, _| v[row] / units[row]);
+    let row = |v: [f64; 4]| RowDVector::from_fn(4, |_, column| v[column] * units[column]);
+    Ok(TwoPort {
+        transition: DMatrix::from_fn(4, 4, |row, column| {
+            motion.transition[(row, column)] * units[column] / units[row]
+        }),
+        command: column(&motion.indenter),
+        load: column(&motion.renderer),
+        measured: row(measured),
+        felt: row([1.0, 0.0, 0.0, 0.0]),
+    })
+}

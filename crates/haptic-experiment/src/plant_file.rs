@@ -1,0 +1,251 @@
+//! Plant files: TOML, one table that says what is to be controlled, and perhaps `[source]`.
+//!
+//! ```toml
+//! [transfer_function]                 # a function in notation, perhaps with a dead time
+//! function = "1/(0.8s^2.2+0.5s^0.9+1)"
+//! delay_s = 0.2
+//! ```
+//! `[device]` has the keys of a `[wall]`: mass, damping, hand, delay, current lag; force in, position out. `[state_space]` has `a`, `b`, `c`,
+//! `delay_s` and `current_lag_s`. `[measured_response]` names a CSV, see [`read_response`].
+
+mod read;
+mod response;
+
+pub use crate::file::FileError;
+use crate::parameters as p;
+use fractional_control::{ControlError, FractionalTransferFunction, Plant, StateSpace};
+use haptic_tissue::read_text;
+use nalgebra::{DMatrix, DVector, RowDVector};
+use num_complex::Complex;
+pub use response::read_response;
+use std::path::Path;
+use std::str::FromStr;
+
+/// A plant that can be read, and where it comes from.
+///
+/// ```
+/// use haptic_experiment::plant_file::PlantFile;
+/// use std::path::Path;
+///
+/// let text = "[device]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\ndelay_s = 0.001";
+/// let file = PlantFile::parse(Path::new("lab/arm.toml"), text)?;
+/// // A mass of 65 g: |x/f| is 1/(m·ω²) at high frequency.
+/// let far = file.plant()?.response(1e4).expect("at any frequency");
+/// assert!((far.norm() * 0.065 * 1e8 - 1.0).abs() < 1e-4);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlantFile {
+    /// The plant.
+    pub model: PlantModel,
+    /// The program that made the file.
+    pub program: String,
+    /// Anything else.
+    pub note: String,
+}
+
+/// A plant as its file says it.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PlantModel {
+    /// `[transfer_function]`.
+    Function {
+        /// G(s) without the dead time.
+        function: Box<FractionalTransferFunction>,
+        /// Dead time, s.
+        delay_s: f64,
+    },
+    /// `[device]`: m·ẍ + b·ẋ + k·x = f.
+    Device(DeviceValues),
+    /// `[state_space]`.
+    StateSpace {
+        /// A, a list of rows.
+        a: Vec<Vec<f64>>,
+        /// B.
+        b: Vec<f64>,
+        /// C.
+        c: Vec<f64>,
+        /// Dead time, s.
+        delay_s: f64,
+        /// Time constant of the actuator before it, s.
+        current_lag_s: f64,
+    },
+    /// `[measured_response]`: ω in rad/s and G(jω).
+    Measured(Vec<(f64, Complex<f64>)>),
+}
+
+/// A device with a hand: force in, position out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DeviceValues {
+    /// m.
+    pub mass_kg: f64,
+    /// b.
+    pub damping_n_s_per_m: f64,
+    /// k of the hand.
+    pub hand_stiffness_n_per_m: f64,
+    /// Delay beside the hold, s.
+    pub delay_s: f64,
+    /// Time constant of the actuator's current, s.
+    pub current_lag_s: f64,
+}
+
+impl FromStr for PlantModel {
+    type Err = ControlError;
+
+    /// As a [`Plant`]: a transfer function in notation, perhaps with `exp(-0.5s)` as a factor.
+    fn from_str(text: &str) -> Result<Self, ControlError> {
+        let plant: Plant = text.parse()?;
+        let empty = ControlError::Empty { what: "numerator" };
+        Ok(Self::Function {
+            function: Box::new(*plant.function().ok_or(empty)?),
+            delay_s: plant.delay_s(),
+        })
+    }
+}
+
+impl PlantModel {
+    /// The plant.
+    ///
+    /// # Errors
+    /// A value outside its range, matrices whose sizes do not fit.
+    pub fn plant(&self) -> Result<Plant, ControlError> {
+        match self {
+            Self::Function { function, delay_s } => Plant::transfer(**function, *delay_s),
+            Self::Device(own) => own.plant(),
+            Self::StateSpace {
+                a,
+                b,
+                c,
+                delay_s,
+                current_lag_s,
+            } => {
+                let columns = a.first().map_or(0, Vec::len);
+                // A ragged matrix has a size that does not fit.
+                let even = a.iter().all(|row| row.len() == columns);
+                let rows = if even { a.len() } else { 0 };
+                let at = |i: usize, j: usize| a.get(i).and_then(|row| row.get(j)).copied();
+                let matrix = DMatrix::from_fn(rows, columns, |i, j| at(i, j).unwrap_or(f64::NAN));
+                let (b, c) = (DVector::from_column_slice(b), RowDVector::from_row_slice(c));
+                let states = StateSpace::new(matrix, b, c)?.behind_lag(*current_lag_s)?;
+                Plant::state_space(states, *delay_s)
+            }
+            Self::Measured(points) => Plant::measured(points),
+        }
+    }
+
+    /// The plant in a few words: its notation where it has one.
+    #[must_use]
+    pub fn in_words(&self) -> String {
+        match self {
+            Self::Function { function, delay_s } if *delay_s > 0.0 => {
+                format!("exp(-{delay_s}s)*{function}")
+            }
+            Self::Function { function, .. } => function.to_string(),
+            Self::Device(own) => own.in_words(),
+            Self::StateSpace { a, delay_s, .. } => {
+                format!("{} states, delay {delay_s} s", a.len())
+            }
+            Self::Measured(points) => format!("measured at {} frequencies", points.len()),
+        }
+    }
+}
+
+impl DeviceValues {
+    /// As matrices.
+    ///
+    /// # Errors
+    /// A mass that is not above 0, a negative lag or delay.
+    pub fn plant(&self) -> Result<Plant, ControlError> {
+        let (m, b, k) = (
+            self.mass_kg,
+            self.damping_n_s_per_m,
+            self.hand_stiffness_n_per_m,
+        );
+        fracdiff::parameter::positive("mass", m, "kg")?;
+        fracdiff::parameter::not_negative("damping", b, "N·s/m")?;
+        fracdiff::parameter::not_negative("hand stiffness", k, "N/m")?;
+        let states = StateSpace::new(
+            DMatrix::from_row_slice(2, 2, &[0.0, 1.0, -k / m, -b / m]),
+            DVector::from_column_slice(&[0.0, 1.0 / m]),
+            RowDVector::from_row_slice(&[1.0, 0.0]),
+        )?;
+        Plant::state_space(states.behind_lag(self.current_lag_s)?, self.delay_s)
+    }
+
+    fn in_words(&self) -> String {
+        format!(
+            "device of {} kg, {} N·s/m, hand {} N/m, delay {} s, current lag {} s",
+            self.mass_kg,
+            self.damping_n_s_per_m,
+            self.hand_stiffness_n_per_m,
+            self.delay_s,
+            self.current_lag_s
+        )
+    }
+}
+
+impl PlantFile {
+    /// A plant without a story.
+    #[must_use]
+    pub const fn new(model: PlantModel) -> Self {
+        Self {
+            model,
+            program: String::new(),
+            note: String::new(),
+        }
+    }
+
+    /// Reads and checks a file.
+    ///
+    /// # Errors
+    /// If it cannot be read or is wrong: in one line, with file and line.
+    pub fn read(path: &Path) -> Result<Self, FileError> {
+        let text = read_text(path)
+            .map_err(|error| FileError::unreadable(path, "the plant file", &error))?;
+        Self::parse(path, &text)
+    }
+
+    /// Reads and checks the text of a file; `path` is for messages and for the table of a measured response.
+    ///
+    /// # Errors
+    /// If it is wrong: in one line, with file and line.
+    pub fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
+        read::parse(path, text)
+    }
+
+    /// The plant.
+    ///
+    /// # Errors
+    /// As [`PlantModel::plant`].
+    pub fn plant(&self) -> Result<Plant, ControlError> {
+        self.model.plant()
+    }
+
+    /// The text of a file of a transfer function; `None` of anything else, which people write.
+    #[must_use]
+    pub fn to_toml(&self) -> Option<String> {
+        let PlantModel::Function { function, delay_s } = &self.model else {
+            return None;
+        };
+        let quoted = |words: &str| toml::Value::from(words).to_string();
+        let mut text = format!(
+            "[transfer_function]\n{} = \"{function}\"\n{} = {delay_s:?}\n",
+            p::FUNCTION.key,
+            p::DEAD_TIME.key
+        );
+        let source = [
+            (&p::SOURCE_PROGRAM, &self.program),
+            (&p::SOURCE_NOTE, &self.note),
+        ];
+        let source = source.into_iter().filter(|(_, words)| !words.is_empty());
+        let lines: String = source
+            .map(|(parameter, words)| format!("{} = {}\n", parameter.key, quoted(words)))
+            .collect();
+        if !lines.is_empty() {
+            text += &format!("\n[source]\n{lines}");
+        }
+        Some(text)
+    }
+}
+
+#[cfg(test)]
+mod tests;

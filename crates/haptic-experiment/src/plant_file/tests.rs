@@ -1,0 +1,148 @@
+//! Each kind of plant against the others, and what is said of bad files.
+
+use super::{PlantFile, PlantModel};
+use num_complex::Complex;
+use std::path::Path;
+
+fn read(text: &str) -> Result<PlantFile, String> {
+    PlantFile::parse(Path::new("lab/p.toml"), text).map_err(|error| error.to_string())
+}
+
+/// The same plant in four ways.
+#[test]
+fn a_device_is_its_function_its_matrices_and_its_measured_response() {
+    let device = "[device]\nmass_kg = 0.5\ndamping_n_s_per_m = 3\nhand_stiffness_n_per_m = 20\ndelay_s = 0.01\ncurrent_lag_s = 0.002\n";
+    let function = "[transfer_function]\nfunction = \"exp(-0.004s)/((0.5s^2+3s+20)(0.002s+1))\"\ndelay_s = 0.006\n";
+    let states = "[state_space]\na = [[0, 1], [-40, -6.0]]\nb = [0, 2]\nc = [1, 0]\ndelay_s = 0.01\ncurrent_lag_s = 0.002\n";
+    let device = read(device).expect("valid").plant().expect("a plant");
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut rows = String::from("frequency_hz,note,gain_db,phase_deg\n# a comment\n");
+    for k in 0..400 {
+        let hz = 0.01 * 1.03_f64.powi(k);
+        let response = device
+            .response(hz * 2.0 * std::f64::consts::PI)
+            .expect("there");
+        let (gain, phase) = (20.0 * response.norm().log10(), response.arg().to_degrees());
+        rows += &format!("{hz},x,{gain},{phase}\n");
+    }
+    std::fs::write(folder.path().join("r.csv"), rows).expect("writes");
+    let measured = PlantFile::parse(
+        &folder.path().join("p.toml"),
+        "[measured_response]\nfile = \"r.csv\"\n[source]\nnote = \"shaker\"",
+    );
+    let measured = measured.expect("valid");
+    assert_eq!(measured.note, "shaker");
+    let others = [function, states].map(|text| read(text).expect("valid"));
+    for omega in [0.1, 1.0, 6.3, 40.0] {
+        let want = device.response(omega).expect("there");
+        for other in others.iter() {
+            let have = other
+                .plant()
+                .expect("a plant")
+                .response(omega)
+                .expect("there");
+            assert!(
+                (have - want).norm() < 1e-12 * want.norm(),
+                "{omega}: {have} {want}"
+            );
+        }
+        let have = measured
+            .plant()
+            .expect("a plant")
+            .response(omega)
+            .expect("there");
+        assert!(
+            (have - want).norm() < 1e-3 * want.norm(),
+            "{omega}: {have} {want}"
+        );
+    }
+}
+
+#[test]
+fn a_function_reads_back_to_the_same() {
+    let model = "exp(-0.5s)/(0.8s^2.2+0.5s^0.9+1)".parse();
+    let mut file = PlantFile::new(model.expect("valid"));
+    file.program = "a \"program\"".to_owned();
+    let text = file.to_toml().expect("a function");
+    assert_eq!(read(&text), Ok(file.clone()), "{text}");
+    assert_eq!(file.model.in_words(), "exp(-0.5s)*1/(0.8s^2.2+0.5s^0.9+1)");
+    assert_eq!(
+        PlantFile::new(PlantModel::Measured(vec![(1.0, Complex::new(1.0, 0.0))])).to_toml(),
+        None
+    );
+}
+
+#[test]
+fn what_is_wrong_is_said_in_one_line_with_its_place() {
+    for (text, want) in [
+        (
+            "",
+            "lab/p.toml:1: no plant: a plant file has one of [transfer_function]",
+        ),
+        (
+            "[device]\nmass_kg = 0\n",
+            "lab/p.toml:2: mass_kg = 0 is not above 0",
+        ),
+        (
+            "[device]\nmass_kg = 1\n",
+            "lab/p.toml:1: missing key `damping_n_s_per_m` in [device]",
+        ),
+        (
+            "[transfer_function]\nfunction = \"s^2/(s+1)\"",
+            "lab/p.toml:2: order 2 of the numerator is above 1",
+        ),
+        (
+            "[transfer_function]\nfunction = \"1/(0s^2+s)\"",
+            "lab/p.toml:2: the coefficient of s^2 is 0",
+        ),
+        (
+            "[transfer_function]\nfunction = \"s^0.5/(s+s^0.5)\"",
+            "lab/p.toml:2: numerator and denominator share the factor s^0.5",
+        ),
+        (
+            "[transfer_function]\nfunction = 3",
+            "lab/p.toml:2: function = 3 is an integer, not a string",
+        ),
+        (
+            "[state_space]\na = [[0, 1], [2]]\nb = [0, 1]\nc = [1, 0]",
+            "lab/p.toml:1: number of states 0 is not 1 to 16",
+        ),
+        (
+            "[state_space]\na = [0, 1]\nb = [0, 1]\nc = [1, 0]",
+            "lab/p.toml:2: a",
+        ),
+        (
+            "[state_space]\na = [[0, 1], [0, inf]]\nb = [0, 1]\nc = [1, 0]",
+            "lab/p.toml:2: a has inf, which is not finite",
+        ),
+        (
+            "[measured_response]\nfile = \"none.csv\"",
+            "lab/p.toml:2: cannot read the measured response `lab/none.csv`",
+        ),
+        (
+            "[device]\nmass_kg = 1\n[state_space]\n",
+            "lab/p.toml:3: a second plant [state_space]",
+        ),
+    ] {
+        let said = read(text).expect_err(want);
+        assert!(said.starts_with(want) && !said.contains('\n'), "{said}");
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    for (rows, want) in [
+        ("omega,gain,phase_deg\n", "no column of the frequency"),
+        ("omega_rad_s,gain\n", "no column of the phase"),
+        (
+            "omega_rad_s,gain,phase_deg\n1,x,3\n",
+            "line 2: \"x\" is not a finite number",
+        ),
+        (
+            "omega_rad_s,gain,phase_deg\n1,1,3\n",
+            "number of frequencies 1 is not at least 3",
+        ),
+    ] {
+        std::fs::write(folder.path().join("r.csv"), rows).expect("writes");
+        let text = "[measured_response]\nfile = \"r.csv\"";
+        let said = PlantFile::parse(&folder.path().join("p.toml"), text).expect_err(want);
+        assert!(said.to_string().contains(want), "{said}");
+    }
+}

@@ -1,0 +1,287 @@
+//! A controller holds the indenter: how close it keeps to its way, the tissue judged over the motion that was made, the verdict before.
+
+use fracdiff::Seconds;
+use fractional_control::PidParameters;
+use haptic_experiment::controller_file::ControllerFile;
+use haptic_experiment::folder::FolderRequest;
+use haptic_experiment::{
+    Contact, Creep, Drive, Failure, ModelledTissue, Relaxation, Rendering, Report, Supervisor,
+};
+use haptic_log::record::TickMessage;
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+/// Tuned for 1/(0.092s²+4.95s): free, the indenter is 65 g on 3.5 N·s/m; in contact with the renderer twice that; between the two lie
+/// 6 dB. 200 rad/s, 60°, flat, 0.003 of a disturbance at 3 rad/s.
+const STIFF: PidParameters = PidParameters {
+    proportional: 2085.25,
+    integral: 68_324.0,
+    integral_order: 1.834,
+    derivative: 15.652,
+    derivative_order: 0.9906,
+};
+
+/// The same for 100 rad/s and no wish about disturbances: so soft that it does not lose contact.
+const SOFT: PidParameters = PidParameters {
+    proportional: 48.96,
+    integral: 1798.8,
+    integral_order: 0.2551,
+    derivative: 21.524,
+    derivative_order: 0.8,
+};
+
+fn drive(gains: PidParameters) -> Drive {
+    Drive {
+        name: "test.toml".to_owned(),
+        controller: ControllerFile {
+            scheme: "full".parse().expect("a scheme"),
+            ..ControllerFile::new(gains, Seconds(1e-3))
+        },
+        force_limit_n: 10.0,
+    }
+}
+
+fn rendering(tissue: &str, drive: Drive) -> Rendering {
+    let library = haptic_tissue::Library::load(None).expect("the built-in one");
+    let tissue = ModelledTissue::new(library.find(tissue).expect("known")).expect("a model");
+    Rendering {
+        drive: Some(drive),
+        ..Rendering::new(tissue).expect("defaults")
+    }
+}
+
+fn relaxation(drive: Drive, duration_s: f64) -> Relaxation {
+    Relaxation {
+        duration_s,
+        ramp_time_s: 0.5,
+        ..Relaxation::of(rendering("prostate-cancerous", drive))
+    }
+}
+
+/// Runs in a folder of its own.
+fn run(folder: &Path, relaxation: &Relaxation) -> Result<Report, Failure> {
+    let stop = AtomicBool::new(false);
+    let supervisor = Supervisor {
+        stop: &stop,
+        progress: &|_| {},
+        live: None,
+        warn: &|_| {},
+    };
+    let request = FolderRequest {
+        out: Some(folder.to_owned()),
+        stem: "relax".to_owned(),
+        overwrite: false,
+        roll_bytes: None,
+        provenance: Default::default(),
+    };
+    let published = relaxation.run(&request, supervisor)?;
+    Ok(published.report)
+}
+
+/// The largest distance from the way over the last fifth, m, and the last message.
+fn wandering(relaxation: &Relaxation) -> f64 {
+    let mut worst: f64 = 0.0;
+    let from = 0.8 * relaxation.duration_s;
+    let mut watch = |message: &TickMessage| {
+        if message.time_s > from {
+            worst = worst.max((message.reference_m - message.indenter_position_m).abs());
+        }
+        ControlFlow::Continue(())
+    };
+    relaxation.simulate(&mut watch).expect("runs");
+    worst
+}
+
+#[test]
+fn the_indenter_is_held_on_its_way_and_the_tissue_is_that_of_the_motion_really_made() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let report = run(&folder.path().join("held"), &relaxation(drive(STIFF), 5.0)).expect("runs");
+    let held = report.drive.as_ref().expect("a drive");
+    println!("{held:?}");
+    assert_eq!(
+        (held.controller.as_str(), held.quantity),
+        ("test.toml", "position")
+    );
+    assert!(held.preflight.stable());
+    // 1 mm in 0.5 s; what a ramp leaves fades on the hold.
+    assert!(
+        held.tracking_error_max < 1e-4,
+        "{}",
+        held.tracking_error_max
+    );
+    assert!(
+        held.tracking_error_final < 5e-6,
+        "{}",
+        held.tracking_error_final
+    );
+    assert!(held.tracking_error_rms < held.tracking_error_max);
+    assert_eq!(held.saturated_samples, 0);
+    // At rest the drive carries the tissue: mean force of the tissue is that of its motor.
+    assert!(held.drive_force_peak_n > report.run.peak_force_n);
+    assert!(held.drive_force_peak_n < 2.0 * report.run.peak_force_n + 0.05);
+    // The force is that of the full history of the position really recorded.
+    let error = report.errors.max_relative_error.expect("compared");
+    assert!(error < 1e-5, "{error}");
+    let log = std::fs::read(&report.run.log).expect("a log");
+    for key in [
+        "drive.controller",
+        "test.toml",
+        "drive.preflight.in_contact.stable",
+    ] {
+        let there = log.windows(key.len()).any(|bytes| bytes == key.as_bytes());
+        assert!(there, "{key}");
+    }
+    let csv = std::fs::read_to_string(report.run.csv.as_ref().expect("a table")).expect("text");
+    assert!(
+        csv.lines()
+            .next()
+            .is_some_and(|names| names.ends_with("indenter_position_m,drive_force_n"))
+    );
+}
+
+#[test]
+fn the_verdict_before_the_run_is_what_the_run_shows_at_either_side_of_the_edge() {
+    let gains = SOFT;
+    let times = |factor: f64| {
+        drive(PidParameters {
+            proportional: factor * gains.proportional,
+            integral: factor * gains.integral,
+            derivative: factor * gains.derivative,
+            ..gains
+        })
+    };
+    for tissue in ["prostate-cancerous", "fish-muscle"] {
+        let relaxation = |drive| Relaxation {
+            ramp_time_s: 0.1,
+            ..Relaxation {
+                duration_s: 2.0,
+                ..Relaxation::of(rendering(tissue, drive))
+            }
+        };
+        let verdict = |drive| {
+            let own: Relaxation = relaxation(drive);
+            own.drive_verdict().expect("judged").expect("a drive")
+        };
+        let at_home = verdict(times(1.0));
+        println!("{tissue}: {}", at_home.line());
+        let edge = at_home.in_contact.gain_margin.expect("an edge");
+        // The limit would hide the growth.
+        let free = |factor| Drive {
+            force_limit_n: 1e9,
+            ..times(factor)
+        };
+        let (below, above) = (free(0.97 * edge), free(1.03 * edge));
+        assert!(verdict(below.clone()).in_contact.stable, "{tissue}");
+        assert!(!verdict(above.clone()).in_contact.stable, "{tissue}");
+        let (quiet, loud) = (wandering(&relaxation(below)), wandering(&relaxation(above)));
+        println!("{tissue}: edge {edge}, below {quiet:.1e} m, above {loud:.1e} m");
+        assert!(quiet < 1e-4, "{tissue}: {quiet}");
+        assert!(loud > 1e-3, "{tissue}: {loud}");
+    }
+}
+
+#[test]
+fn an_unstable_drive_is_refused_before_a_file_is_made_unless_it_is_forced() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let gains = PidParameters {
+        proportional: 2e5,
+        derivative: 500.0,
+        ..PidParameters::NONE
+    };
+    let mut own = relaxation(drive(gains), 2.0);
+    let place = folder.path().join("unstable");
+    let refused = run(&place, &own).expect_err("unstable").to_string();
+    assert!(
+        refused.contains("unstable before it touches") && refused.contains("`controller`"),
+        "{refused}"
+    );
+    assert!(!place.exists());
+    own.rendering.preflight.force_unstable = true;
+    let report = run(&place, &own).expect("runs all the same");
+    let held = report.drive.expect("a drive");
+    assert!(
+        !held.preflight.stable() && held.saturated_samples > 100,
+        "{held:?}"
+    );
+    assert!(
+        report
+            .run
+            .warnings
+            .iter()
+            .any(|text| text.contains("limit of 10 N"))
+    );
+    assert!(
+        report
+            .run
+            .warnings
+            .iter()
+            .any(|text| text.contains("unstable"))
+    );
+}
+
+#[test]
+fn a_push_is_held_too_its_force_measured_between_the_actuators() {
+    let gains = PidParameters {
+        proportional: 0.3,
+        integral: 20.0,
+        integral_order: 0.9,
+        ..PidParameters::NONE
+    };
+    let creep = Creep {
+        rendering: rendering("prostate-healthy", drive(gains)),
+        stress_pa: 100.0,
+        duration_s: 3.0,
+    };
+    let verdict = creep.drive_verdict().expect("judged").expect("a drive");
+    assert!(
+        verdict.free.is_none() && verdict.stable(),
+        "{}",
+        verdict.line()
+    );
+    let (mut force, mut depth) = (0.0, 0.0);
+    creep
+        .simulate(&mut |sample| {
+            (force, depth) = (sample.contact_force_n, sample.position_m);
+            ControlFlow::Continue(())
+        })
+        .expect("runs");
+    let push = 100.0 * 4e-4;
+    assert!((force / push - 1.0).abs() < 0.02, "{force} of {push} N");
+    assert!(depth > 1e-5);
+}
+
+#[test]
+fn a_drive_that_cannot_act_is_refused_with_the_remedy() {
+    let gains = STIFF;
+    let refused = |change: &dyn Fn(&mut Rendering)| {
+        let mut own = relaxation(drive(gains), 2.0);
+        change(&mut own.rendering);
+        let sink = &mut |_: &TickMessage| ControlFlow::Continue(());
+        own.simulate(sink).expect_err("refused").to_string()
+    };
+    let rigid = refused(&|rendering| rendering.contact = Contact::Rigid);
+    assert!(rigid.contains("`contact` = compliant"), "{rigid}");
+    let weak = refused(&|rendering| {
+        if let Some(drive) = &mut rendering.drive {
+            drive.force_limit_n = 0.0;
+        }
+    });
+    assert!(weak.contains("`drive_force_limit_n`"), "{weak}");
+    let mad = refused(&|rendering| {
+        if let Some(drive) = &mut rendering.drive {
+            drive.controller.law = PidParameters {
+                integral_order: 3.0,
+                integral: 1.0,
+                ..PidParameters::NONE
+            }
+            .into();
+        }
+    });
+    assert!(
+        mad.contains("test.toml") && mad.contains("order of the integral"),
+        "{mad}"
+    );
+    let slow = refused(&|rendering| rendering.sample_time_s = 2e-3);
+    assert!(slow.contains("made for a sample time of 0.001 s"), "{slow}");
+}

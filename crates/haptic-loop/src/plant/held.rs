@@ -1,0 +1,164 @@
+//! The indentation rig whose indenter something else holds: a controller, sample by sample.
+
+use super::rig::{IndentationRig, RigConfig, RigContact, RigDrive};
+use crate::units::Newtons;
+use crate::{Device, ParameterError, Reading, SafeForce};
+use core::convert::Infallible;
+use fracdiff::Real;
+
+/// The one that holds the indenter of a [`HeldRig`]: from set point and measurement to a force, once a sample.
+pub trait Holder {
+    /// The force on the indenter from now until the next sample, N, positive into the tissue. Set point and measurement are positions
+    /// in m under [`RigDrive::Position`], contact forces in N under [`RigDrive::Force`].
+    fn force(&mut self, set_point: f64, measured: f64) -> f64;
+
+    /// Forgets everything.
+    fn restart(&mut self);
+}
+
+/// An [`IndentationRig`] whose indenter is a mass that a [`Holder`] drives, in place of servo or constant push.
+///
+/// ```text
+/// renderer:  m₁·x₁'' + b₁·x₁' = F + f        f written: the tissue's force
+/// indenter:  m₂·x₂'' + b₂·x₂' = S − F        S = holder(r[n], y[n]), held over the sample
+/// ```
+/// - *Set point* r: the profile at the sample, y = x₂ (position); or the push, y = F (force).
+/// - *Reaction*: the contact force F acts on the holder's mass; the tissue moves as far as that mass does.
+/// - *Exact* while in contact or apart, as [`IndentationRig`]. *Start-up*: at rest, just touching.
+/// - *Not finite*: a force that is not finite is none.
+/// - *Cost*: that of [`IndentationRig`] and of the holder; no allocation, no panic.
+///
+/// ```
+/// use fracdiff::Seconds;
+/// use haptic_loop::plant::{HeldRig, Holder, RampHold, RigConfig, RigContact, RigDrive};
+/// use haptic_loop::units::Metres;
+/// use haptic_loop::{Device, SafeForce};
+///
+/// /// A spring and a damper to the set point.
+/// struct SpringDamper(f64);
+/// impl Holder for SpringDamper {
+///     fn force(&mut self, set_point: f64, measured: f64) -> f64 {
+///         let velocity = (measured - self.0) / 1e-3;
+///         self.0 = measured;
+///         3000.0 * (set_point - measured) - 20.0 * velocity
+///     }
+///     fn restart(&mut self) {
+///         self.0 = 0.0;
+///     }
+/// }
+///
+/// let ramp = RigDrive::Position(RampHold::new(Metres(1e-3), Seconds(0.1))?);
+/// let config = RigConfig::new(ramp, RigContact::COMPLIANT, Seconds(1e-3));
+/// let mut rig = HeldRig::new(config, SpringDamper(0.0))?;
+/// for _ in 0..500 {
+///     Device::<f64, 1>::write(&mut rig, SafeForce::zero()).unwrap_or_else(|never| match never {});
+/// }
+/// assert!((rig.rig().indenter_position() - 1e-3).abs() < 1e-6); // nothing resists at rest
+/// # Ok::<(), haptic_loop::ParameterError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct HeldRig<H> {
+    rig: IndentationRig,
+    /// The set point is of this.
+    drive: RigDrive,
+    holder: H,
+    /// S of the last sample, N.
+    force: f64,
+}
+
+impl<H: Holder> HeldRig<H> {
+    /// The rig of this configuration, its drive the set point of the holder. The servo is not used.
+    ///
+    /// # Errors
+    /// As [`IndentationRig::new`]; a rigid contact, which has no mass to hold.
+    pub fn new(config: RigConfig, holder: H) -> Result<Self, ParameterError> {
+        if config.contact == RigContact::Rigid {
+            return Err(ParameterError::Range {
+                what: "contact stiffness",
+                value: f64::INFINITY,
+                allowed: "finite where the indenter is a mass that is held: take a compliant contact",
+                unit: "N/m",
+            });
+        }
+        // A push that is no number is refused before it is set aside.
+        IndentationRig::new(config)?;
+        let pushed = RigConfig {
+            drive: RigDrive::Force(Newtons(0.0)),
+            ..config
+        };
+        Ok(Self {
+            rig: IndentationRig::new(pushed)?,
+            drive: config.drive,
+            holder,
+            force: 0.0,
+        })
+    }
+
+    /// The rig that is held.
+    #[must_use]
+    pub const fn rig(&self) -> &IndentationRig {
+        &self.rig
+    }
+
+    /// The one that holds it.
+    #[must_use]
+    pub const fn holder(&self) -> &H {
+        &self.holder
+    }
+
+    /// r now: m, or N where a force is the set point.
+    #[must_use]
+    pub fn set_point(&self) -> f64 {
+        match self.drive {
+            RigDrive::Position(profile) => profile.position(self.rig.now()),
+            RigDrive::Force(push) => push.0,
+        }
+    }
+
+    /// y now: m, or N where a force is the set point.
+    #[must_use]
+    pub fn measured(&self) -> f64 {
+        match self.drive {
+            RigDrive::Position(_) => self.rig.indenter_position(),
+            RigDrive::Force(_) => self.rig.contact_force(),
+        }
+    }
+
+    /// S over the last sample, N; 0 before the first.
+    #[must_use]
+    pub const fn drive_force(&self) -> f64 {
+        self.force
+    }
+
+    /// The position profile now, m; `None` if a force is the set point.
+    #[must_use]
+    pub fn reference(&self) -> Option<f64> {
+        match self.drive {
+            RigDrive::Position(_) => Some(self.set_point()),
+            RigDrive::Force(_) => None,
+        }
+    }
+
+    /// Back to rest, just touching, and to time 0; the holder forgets.
+    pub fn restart(&mut self) {
+        self.rig.restart();
+        self.holder.restart();
+        self.force = 0.0;
+    }
+}
+
+impl<F: Real, H: Holder> Device<F, 1> for HeldRig<H> {
+    type Error = Infallible;
+
+    fn read(&mut self) -> Result<Reading<F, 1>, Infallible> {
+        self.rig.read()
+    }
+
+    fn write(&mut self, force: SafeForce<F, 1>) -> Result<(), Infallible> {
+        let (set_point, measured) = (self.set_point(), self.measured());
+        let drive = self.holder.force(set_point, measured);
+        self.force = if drive.is_finite() { drive } else { 0.0 };
+        self.rig.push(Newtons(self.force));
+        self.rig.write(force)
+    }
+}

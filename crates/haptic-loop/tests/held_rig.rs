@@ -1,0 +1,134 @@
+//! The rig whose indenter a holder drives: the matrices that run, the constant push, the reaction on the mass that is held.
+
+use fracdiff::Seconds;
+use haptic_loop::plant::{
+    HeldRig, Holder, IndentationRig, RampHold, RigConfig, RigContact, RigDrive,
+};
+use haptic_loop::units::{Metres, Newtons};
+use haptic_loop::{Device, SafeForce};
+use nalgebra::{Vector1, Vector4};
+use testkit::assert_close;
+
+const T: f64 = 1e-3;
+/// About that of a cancerous prostate 1 mm deep, N/m.
+const SPRING: f64 = 170.0;
+
+fn config(drive: RigDrive) -> RigConfig {
+    RigConfig::new(drive, RigContact::COMPLIANT, Seconds(T))
+}
+
+/// 1 mm in 0.2 s.
+fn ramp() -> RigDrive {
+    RigDrive::Position(RampHold::new(Metres(1e-3), Seconds(0.2)).expect("valid"))
+}
+
+fn safe(force: f64) -> SafeForce<f64, 1> {
+    testkit::device::safe(Vector1::new(force))
+}
+
+/// K(r − y) + bias, and all that it was told.
+#[derive(Clone, Debug, Default)]
+struct Proportional {
+    gain: f64,
+    bias: f64,
+    told: Vec<(f64, f64)>,
+}
+
+impl Holder for Proportional {
+    fn force(&mut self, set_point: f64, measured: f64) -> f64 {
+        self.told.push((set_point, measured));
+        self.gain * (set_point - measured) + self.bias
+    }
+
+    fn restart(&mut self) {
+        self.told.clear();
+    }
+}
+
+fn held(drive: RigDrive, gain: f64, bias: f64) -> HeldRig<Proportional> {
+    let holder = Proportional {
+        gain,
+        bias,
+        ..Proportional::default()
+    };
+    HeldRig::new(config(drive), holder).expect("valid")
+}
+
+#[test]
+fn a_constant_force_is_the_constant_push_bit_for_bit() {
+    let mut own = held(ramp(), 0.0, 0.3);
+    let mut pushed = IndentationRig::new(config(RigDrive::Force(Newtons(0.3)))).expect("valid");
+    for _ in 0..500 {
+        let (here, there) = (
+            Device::<f64, 1>::read(&mut own).expect("never fails"),
+            Device::<f64, 1>::read(&mut pushed).expect("never fails"),
+        );
+        assert_eq!(here, there);
+        let force = -SPRING * here.position_m[0];
+        own.write(safe(force)).expect("never fails");
+        pushed.write(safe(force)).expect("never fails");
+    }
+    assert_eq!(own.drive_force().to_bits(), 0.3_f64.to_bits());
+}
+
+#[test]
+fn a_held_indenter_moves_by_the_matrices_of_its_rig_and_feels_the_tissue() {
+    let gain = 2000.0;
+    let mut own = held(ramp(), gain, 0.0);
+    let motion = own.rig().motion(true);
+    let mut state = Vector4::<f64>::zeros();
+    for n in 0..3000 {
+        let (x1, x2) = (state[0], state[2]);
+        let RigDrive::Position(profile) = ramp() else {
+            unreachable!()
+        };
+        let set_point = profile.position(f64::from(n) * T);
+        let reading = Device::<f64, 1>::read(&mut own).expect("never fails");
+        // Contact is noticed an eighth of a sample late; that fades, the ramp's end at 0.2 s does not so soon.
+        if n > 450 {
+            assert_close("x₁", reading.position_m[0], x1, 1e-12);
+            assert_close("x₂", own.measured(), x2, 1e-12);
+        }
+        assert_close("r", own.set_point(), set_point, 0.0);
+        let (tissue, drive) = (-SPRING * x1, gain * (set_point - x2));
+        own.write(safe(-SPRING * reading.position_m[0]))
+            .expect("never fails");
+        if n > 450 {
+            assert_close("S", own.drive_force(), drive, 1e-8);
+        }
+        state = motion.transition * state + motion.indenter * drive + motion.renderer * tissue;
+    }
+    // S = K(r − x₂) = F = SPRING·x₁ at rest: without an integral the tissue holds the mass back.
+    let rest = 1e-3 * gain / (gain + SPRING);
+    assert_close("x₂ at rest", own.measured(), rest, 2e-3 * rest);
+    assert!(own.rig().contact_force() > 0.9 * SPRING * rest);
+}
+
+#[test]
+fn a_force_set_point_is_measured_as_the_force_between_the_actuators() {
+    let mut own = held(RigDrive::Force(Newtons(0.2)), 1.0, 0.2);
+    for _ in 0..4000 {
+        let reading = Device::<f64, 1>::read(&mut own).expect("never fails");
+        own.write(safe(-SPRING * reading.position_m[0]))
+            .expect("never fails");
+    }
+    // S = 0.2 + (0.2 − F) = F
+    assert_close("F", own.measured(), 0.2, 1e-6);
+    assert!(own.reference().is_none());
+    assert_eq!(own.holder().told[0], (0.2, 0.0));
+    own.restart();
+    assert_eq!((own.drive_force(), own.measured()), (0.0, 0.0));
+    assert!(own.holder().told.is_empty());
+}
+
+#[test]
+fn a_force_that_is_no_number_is_none_and_a_rigid_contact_has_nothing_to_hold() {
+    let mut own = held(ramp(), f64::NAN, 0.0);
+    for _ in 0..50 {
+        own.write(safe(0.0)).expect("never fails");
+    }
+    assert_eq!((own.measured(), own.drive_force()), (0.0, 0.0));
+    let rigid = RigConfig::new(ramp(), RigContact::Rigid, Seconds(T));
+    let refused = HeldRig::new(rigid, Proportional::default()).expect_err("no mass");
+    assert!(refused.to_string().contains("compliant contact"));
+}

@@ -1,0 +1,248 @@
+//! The hand: a spring and a damper between the pointer and a simulated device.
+//!
+//! ```text
+//! pointer ─limited, smoothed twice─▶ x_h, v_h        m·x'' + (b + b_h)·x' + k_h·x = f + k_h·x_h + b_h·v_h
+//! ```
+//! Spring and damper are part of the plant, so they are exact between samples and stable whatever their values. Without a hand
+//! the device is a mass on its own damper.
+
+use super::ranges;
+use haptic_experiment::Failure;
+use haptic_loop::plant::{MassDamper, MassDamperConfig};
+use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre, Seconds};
+use haptic_loop::{Device, Reading, SafeForce};
+use nalgebra::Vector1;
+use std::convert::Infallible;
+
+/// `k_h`, N/m: a finger's.
+pub const HAND_STIFFNESS: NewtonsPerMetre = NewtonsPerMetre(300.0);
+/// `b_h`, N·s/m: with 65 g the hand is damped at ζ = 1.
+pub const HAND_DAMPING: NewtonSecondsPerMetre = NewtonSecondsPerMetre(5.5);
+/// Fastest motion of the hand, m/s: below the soft limit of the safety chain, so that a fast pointer is no fault.
+pub const HAND_SPEED_M_PER_S: f64 = 0.5;
+/// Time constant of each of the two smoothings, s: a pointer tells its position 60 times a second.
+const SMOOTHING_S: f64 = 0.006;
+/// Place of the device before it is touched, m: in front of the surface.
+const START_M: f64 = -5e-3;
+
+/// A pointer that moves in steps, made smooth.
+#[derive(Clone, Copy, Debug)]
+struct Pointer {
+    target_m: f64,
+    smoothed_m: f64,
+    position_m: f64,
+    velocity_m_per_s: f64,
+    /// 1 − e^(−T/τ).
+    gain: f64,
+    sample_time_s: f64,
+}
+
+impl Pointer {
+    fn at(position_m: f64, sample_time_s: f64) -> Self {
+        Self {
+            target_m: position_m,
+            smoothed_m: position_m,
+            position_m,
+            velocity_m_per_s: 0.0,
+            gain: -libm::expm1(-sample_time_s / SMOOTHING_S),
+            sample_time_s,
+        }
+    }
+
+    fn aim(&mut self, target_m: f64) {
+        // A pointer that is not a number stays where it is.
+        if target_m.is_finite() {
+            self.target_m = target_m.clamp(ranges::HAND_M.least, ranges::HAND_M.most);
+        }
+    }
+
+    fn step(&mut self) {
+        let furthest = HAND_SPEED_M_PER_S * self.sample_time_s;
+        self.smoothed_m += self.gain * (self.target_m - self.smoothed_m);
+        let moved = self.gain * (self.smoothed_m - self.position_m);
+        let moved = moved.clamp(-furthest, furthest);
+        self.position_m += moved;
+        self.velocity_m_per_s = moved / self.sample_time_s;
+    }
+}
+
+/// A simulated device with a hand that holds it or not.
+#[derive(Clone, Debug)]
+pub(crate) struct HeldDevice {
+    free: MassDamper<1>,
+    held: MassDamper<1>,
+    is_held: bool,
+    pointer: Pointer,
+    hand_force_n: f64,
+    tick: u64,
+    sample_time_s: f64,
+}
+
+impl HeldDevice {
+    /// A device of this mass and damping, in front of the surface, no hand on it.
+    ///
+    /// # Errors
+    /// A mass or damping outside its range.
+    pub(crate) fn new(
+        mass: Kilograms,
+        damping: NewtonSecondsPerMetre,
+        sample_time: Seconds,
+    ) -> Result<Self, Failure> {
+        let free = MassDamperConfig::ideal(mass, damping, sample_time);
+        let held = MassDamperConfig {
+            damping: NewtonSecondsPerMetre(damping.0 + HAND_DAMPING.0),
+            stiffness: HAND_STIFFNESS,
+            ..free
+        };
+        let mut device = Self {
+            free: MassDamper::new(free).map_err(Failure::input)?,
+            held: MassDamper::new(held).map_err(Failure::input)?,
+            is_held: false,
+            pointer: Pointer::at(START_M, sample_time.0),
+            hand_force_n: 0.0,
+            tick: 0,
+            sample_time_s: sample_time.0,
+        };
+        device.put_back();
+        Ok(device)
+    }
+
+    const fn plant(&self) -> &MassDamper<1> {
+        if self.is_held { &self.held } else { &self.free }
+    }
+
+    /// Position of the device, m.
+    fn position_m(&self) -> f64 {
+        self.plant().position()[0]
+    }
+
+    /// Position of the hand, m; NaN without one.
+    pub(crate) const fn hand_m(&self) -> f64 {
+        if self.is_held {
+            self.pointer.position_m
+        } else {
+            f64::NAN
+        }
+    }
+
+    /// Force of the hand on the device in the tick before, N; 0 without one.
+    pub(crate) const fn hand_force_n(&self) -> f64 {
+        self.hand_force_n
+    }
+
+    /// The pointer is there, m; the hand takes hold of the device where that is, or lets go of it.
+    pub(crate) fn hand(&mut self, position_m: f64, held: bool) {
+        if held != self.is_held {
+            let (position, velocity) = (self.plant().position(), self.plant().velocity());
+            self.is_held = held;
+            if held {
+                self.held.set_state(position, velocity);
+                self.pointer = Pointer::at(position[0], self.sample_time_s);
+            } else {
+                self.free.set_state(position, velocity);
+            }
+        }
+        self.pointer.aim(position_m);
+    }
+
+    /// The hand lets go.
+    pub(crate) fn let_go(&mut self) {
+        self.hand(f64::NAN, false);
+    }
+
+    /// The device is in front of the surface again, at rest, without a hand.
+    pub(crate) fn put_back(&mut self) {
+        self.let_go();
+        (self.free).set_state(Vector1::new(START_M), Vector1::new(0.0));
+    }
+}
+
+impl Device<f64, 1> for HeldDevice {
+    type Error = Infallible;
+
+    fn read(&mut self) -> Result<Reading<f64, 1>, Infallible> {
+        Ok(Reading {
+            tick: self.tick,
+            time_s: self.tick as f64 * self.sample_time_s,
+            position_m: self.plant().position(),
+        })
+    }
+
+    fn write(&mut self, force: SafeForce<f64, 1>) -> Result<(), Infallible> {
+        self.tick += 1;
+        if !self.is_held {
+            self.hand_force_n = 0.0;
+            return self.free.write(force);
+        }
+        self.pointer.step();
+        let (stiffness, damping) = (HAND_STIFFNESS.0, HAND_DAMPING.0);
+        let pull = stiffness * self.pointer.position_m + damping * self.pointer.velocity_m_per_s;
+        let (position, velocity) = (self.position_m(), self.held.velocity()[0]);
+        self.hand_force_n = pull - stiffness * position - damping * velocity;
+        self.held.set_external_force(Vector1::new(pull));
+        self.held.write(force)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn device() -> HeldDevice {
+        let (mass, damping) = (Kilograms(0.065), NewtonSecondsPerMetre(3.5));
+        HeldDevice::new(mass, damping, Seconds(1e-3)).expect("valid")
+    }
+
+    fn run(device: &mut HeldDevice, ticks: u32) -> Vec<f64> {
+        let tick = |_| {
+            let Ok(()) = device.write(SafeForce::zero());
+            device.position_m()
+        };
+        (0..ticks).map(tick).collect()
+    }
+
+    #[test]
+    fn a_held_device_follows_the_pointer_and_is_there_within_100_ms() {
+        let mut device = device();
+        device.hand(2e-3, true);
+        let positions = run(&mut device, 300);
+        assert!((positions[100] - 2e-3).abs() < 2e-4, "{}", positions[100]);
+        assert!((positions[299] - 2e-3).abs() < 1e-6, "{}", positions[299]);
+        assert!(device.hand_force_n().abs() < 1e-3);
+    }
+
+    #[test]
+    fn taking_hold_and_letting_go_moves_nothing() {
+        let mut device = device();
+        device.hand(10e-3, true);
+        run(&mut device, 30);
+        let (position, velocity) = (device.position_m(), device.held.velocity()[0]);
+        device.let_go();
+        assert_eq!(
+            (device.position_m(), device.free.velocity()[0]),
+            (position, velocity)
+        );
+        assert!(device.hand_m().is_nan());
+        device.hand(0.0, true);
+        assert_eq!(
+            (device.position_m(), device.held.velocity()[0]),
+            (position, velocity)
+        );
+        assert_eq!(device.hand_m().to_bits(), position.to_bits());
+    }
+
+    #[test]
+    fn no_pointer_moves_the_device_faster_than_the_hand_does() {
+        let mut device = device();
+        let mut fastest = 0.0_f64;
+        for n in 0..2000_u32 {
+            // From end to end within a tick, and nonsense in between.
+            let wild = [1e9, -1e9, f64::NAN, f64::INFINITY][(n / 100 % 4) as usize];
+            device.hand(wild, true);
+            let Ok(()) = device.write(SafeForce::zero());
+            fastest = fastest.max(device.held.velocity()[0].abs());
+            assert!(device.position_m().abs() < 1.2 * ranges::HAND_M.most);
+        }
+        assert!(fastest < 1.05 * HAND_SPEED_M_PER_S, "{fastest}");
+    }
+}

@@ -1,0 +1,309 @@
+//! The keeper: the thread that takes the samples from the loop, computes the ghosts, and keeps all in the pyramid and the log.
+
+use super::ghost::{Ghosting, Missed, ReadyGhost};
+use super::recording::{Finished, Recording};
+use super::ticking::{FromLoop, Ticked};
+use crate::Announce;
+use crate::pyramid::Pyramid;
+use haptic_experiment::Failure;
+use haptic_loop::Fault;
+use hdrhistogram::Histogram;
+use rtrb::Consumer;
+use serde_json::json;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::mpsc::{Receiver, Sender};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+/// Channels of a live view, in order.
+pub const CHANNELS: [&str; 7] = [
+    "position_m",
+    "hand_m",
+    "force_n",
+    "ghost_short_n",
+    "ghost_a3_n",
+    "energy_j",
+    "limiter",
+];
+/// Place of the position among them.
+pub(super) const POSITION: usize = 0;
+
+/// Time between looks at the ring: four a frame.
+const LOOK: Duration = Duration::from_millis(4);
+/// Samples that are taken at once.
+const BATCH: usize = 1024;
+/// Time between two counts of percentiles.
+const COUNTED: Duration = Duration::from_millis(100);
+
+/// Tasks of the keeper.
+#[derive(Debug)]
+pub(super) enum KeeperTask {
+    /// Other ghosts.
+    Ghosts(Box<[Option<ReadyGhost>; 2]>),
+    /// Begin a log with these metadata; the answer is its name.
+    Record(BTreeMap<String, String>, Sender<Result<String, Failure>>),
+    /// Close it.
+    EndRecord(Sender<Result<Finished, Failure>>),
+    /// A marker.
+    Mark(String),
+}
+
+/// The newest of the loop, for `status`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct FeelState {
+    pub(crate) tick: u64,
+    pub(crate) time_s: f64,
+    pub(crate) position_m: f64,
+    pub(crate) force_n: f64,
+    pub(crate) energy_j: f64,
+    pub(crate) limiter: u8,
+    pub(crate) fault: Option<Fault>,
+    pub(crate) stopping: bool,
+    pub(crate) late: u64,
+    pub(crate) skipped: u64,
+    pub(crate) tick_p50_us: f64,
+    pub(crate) tick_p999_us: f64,
+    pub(crate) tick_max_us: f64,
+    pub(crate) late_p50_us: f64,
+    pub(crate) late_p999_us: f64,
+    pub(crate) recording: Option<String>,
+    pub(crate) recorded: u64,
+}
+
+/// What the keeper shares with those who watch.
+#[derive(Debug)]
+pub(crate) struct Kept {
+    pub(crate) pyramid: Mutex<Pyramid>,
+    pub(crate) state: Mutex<FeelState>,
+}
+
+/// A lock that a panic elsewhere does not close: the numbers behind it are whole at any time.
+pub(crate) fn locked<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The keeper's own state.
+pub(super) struct Keeper {
+    pub(super) from_loop: Consumer<FromLoop>,
+    pub(super) tasks: Receiver<KeeperTask>,
+    pub(super) kept: Arc<Kept>,
+    pub(super) runs: PathBuf,
+    pub(super) provenance: Arc<BTreeMap<String, String>>,
+    pub(super) announce: Announce,
+}
+
+/// What it computes on the way.
+pub(super) struct Work {
+    /// The tick that comes next, if none is lost.
+    next: u64,
+    ghosts: [Option<Ghosting>; 2],
+    recording: Option<Recording>,
+    state: FeelState,
+    /// Position and force of the tick before.
+    before: Option<(f64, f64)>,
+    took_ns: Histogram<u64>,
+    late_ns: Histogram<u64>,
+    counted: Instant,
+}
+
+impl Keeper {
+    /// Works until the loop has ended and all of its samples are kept.
+    pub(super) fn run(mut self, mut work: Work) {
+        let mut rows: Vec<[f32; CHANNELS.len()]> = Vec::with_capacity(BATCH);
+        loop {
+            // Asked before the ring is: what was pushed until then is popped.
+            let ended = self.from_loop.is_abandoned();
+            while let Ok(task) = self.tasks.try_recv() {
+                self.task(&mut work, task);
+            }
+            rows.clear();
+            while rows.len() < BATCH
+                && let Ok(entry) = self.from_loop.pop()
+            {
+                if let FromLoop::Tick(ticked) = entry {
+                    // What was lost is no number, so that rows and ticks go together.
+                    let lost = ticked.tick.saturating_sub(work.next) as usize;
+                    rows.resize(rows.len() + lost, [f32::NAN; CHANNELS.len()]);
+                    rows.push(self.take(&mut work, &ticked));
+                    work.next = ticked.tick + 1;
+                }
+            }
+            self.keep(&mut work, &rows);
+            if rows.is_empty() {
+                if ended {
+                    break;
+                }
+                std::thread::sleep(LOOK);
+            }
+        }
+        if let Some(recording) = work.recording.take() {
+            self.closed(&recording.finish());
+        }
+        locked(&self.kept.state).recording = None;
+    }
+
+    fn task(&self, work: &mut Work, task: KeeperTask) {
+        match task {
+            KeeperTask::Ghosts(ready) => {
+                let pyramid = locked(&self.kept.pyramid);
+                let missed = Missed {
+                    pyramid: &pyramid,
+                    channel: POSITION,
+                };
+                for (ghost, ready) in work.ghosts.iter_mut().zip(*ready) {
+                    match (ghost.as_mut(), ready) {
+                        (Some(ghost), Some(ready)) => ghost.change(ready),
+                        (_, ready) => {
+                            *ghost = ready.map(|ready| Ghosting::new(ready, &missed));
+                        }
+                    }
+                }
+            }
+            KeeperTask::Record(metadata, answer) => {
+                let result = match &work.recording {
+                    Some(recording) => Ok(recording.name().to_owned()),
+                    None => Recording::start(&self.runs, metadata, &self.provenance).map(|new| {
+                        let name = new.name().to_owned();
+                        work.recording = Some(new);
+                        name
+                    }),
+                };
+                // Who asked may have gone.
+                let _ = answer.send(result);
+            }
+            KeeperTask::EndRecord(answer) => {
+                let result = match work.recording.take() {
+                    Some(recording) => recording.finish(),
+                    None => Err(Failure::bad_input("nothing is being recorded")),
+                };
+                let _ = answer.send(result);
+            }
+            KeeperTask::Mark(text) => {
+                let (tick, time_s) = (work.state.tick, work.state.time_s);
+                if let Some(recording) = &mut work.recording {
+                    recording.event(time_s, "mark", text.clone());
+                }
+                self.announce
+                    .say(&json!({"mark": {"tick": tick, "time_s": time_s, "text": text}}));
+            }
+        }
+    }
+
+    /// A row of the pyramid from a tick.
+    fn take(&self, work: &mut Work, ticked: &Ticked) -> [f32; CHANNELS.len()] {
+        if ticked.fresh {
+            work.ghosts.iter_mut().flatten().for_each(Ghosting::forget);
+            work.before = None;
+            work.state.energy_j = 0.0;
+        }
+        if let Some((position_m, force_n)) = work.before {
+            work.state.energy_j += force_n * (ticked.position_m - position_m);
+        }
+        work.before = Some((ticked.position_m, ticked.force_n));
+        let ghosts = work.ghosts.each_mut().map(|ghost| {
+            let force = ghost.as_mut().map(|ghost| ghost.force(ticked.position_m));
+            force.unwrap_or(f64::NAN)
+        });
+        let code = ticked.fault;
+        let fault = Fault::from_code(code);
+        if work.state.fault.is_none()
+            && let Some(fault) = fault
+        {
+            self.announce.notice(format!("stopped: {fault}"));
+            if let Some(recording) = &mut work.recording {
+                recording.event(ticked.time_s, "fault", fault.to_string());
+            }
+        }
+        if ticked.skipped > 0 {
+            work.state.late += 1;
+            work.state.skipped += ticked.skipped;
+        }
+        work.took_ns.saturating_record(ticked.took_ns.max(1));
+        work.late_ns.saturating_record(ticked.late_ns.max(1));
+        let state = &mut work.state;
+        (state.tick, state.time_s) = (ticked.tick, ticked.time_s);
+        (state.position_m, state.force_n) = (ticked.position_m, ticked.force_n);
+        (state.limiter, state.fault) = (ticked.limiters.bits(), fault);
+        state.stopping = ticked.stopping;
+        if let Some(recording) = &mut work.recording
+            && !recording.tick(ticked, work.state.energy_j)
+            && let Some(recording) = work.recording.take()
+        {
+            self.closed(&recording.finish());
+        }
+        [
+            ticked.position_m,
+            ticked.hand_m,
+            ticked.force_n,
+            ghosts[0],
+            ghosts[1],
+            work.state.energy_j,
+            f64::from(ticked.limiters.bits()),
+        ]
+        .map(|number| number as f32)
+    }
+
+    fn keep(&self, work: &mut Work, rows: &[[f32; CHANNELS.len()]]) {
+        {
+            let mut pyramid = locked(&self.kept.pyramid);
+            for row in rows {
+                pyramid.push(row);
+            }
+            let missed = Missed {
+                pyramid: &pyramid,
+                channel: POSITION,
+            };
+            for ghost in work.ghosts.iter_mut().flatten() {
+                ghost.settle(&missed);
+            }
+        }
+        let recording = work.recording.as_ref();
+        work.state.recording = recording.map(|recording| recording.name().to_owned());
+        work.state.recorded = recording.map_or(0, Recording::samples);
+        if work.counted.elapsed() >= COUNTED {
+            work.count();
+        }
+        locked(&self.kept.state).clone_from(&work.state);
+    }
+
+    /// Says what became of a recording that nobody ended.
+    fn closed(&self, result: &Result<Finished, Failure>) {
+        let text = match result {
+            Ok(finished) => format!("recorded {}: {} samples", finished.name, finished.samples),
+            Err(error) => format!("the recording has ended: {error}"),
+        };
+        self.announce.notice(text);
+    }
+}
+
+impl Work {
+    /// # Errors
+    /// None: the bounds are good ones.
+    pub(super) fn new() -> Result<Self, Failure> {
+        // To 10 s, three digits.
+        let histogram = || Histogram::new_with_bounds(1, 10_000_000_000, 3).map_err(Failure::input);
+        Ok(Self {
+            next: 0,
+            ghosts: [None, None],
+            recording: None,
+            state: FeelState::default(),
+            before: None,
+            took_ns: histogram()?,
+            late_ns: histogram()?,
+            counted: Instant::now(),
+        })
+    }
+
+    fn count(&mut self) {
+        self.counted = Instant::now();
+        let us = |histogram: &Histogram<u64>, quantile| {
+            histogram.value_at_quantile(quantile) as f64 * 1e-3
+        };
+        self.state.tick_p50_us = us(&self.took_ns, 0.5);
+        self.state.tick_p999_us = us(&self.took_ns, 0.999);
+        self.state.tick_max_us = self.took_ns.max() as f64 * 1e-3;
+        self.state.late_p50_us = us(&self.late_ns, 0.5);
+        self.state.late_p999_us = us(&self.late_ns, 0.999);
+    }
+}

@@ -1,0 +1,151 @@
+//! Laws made from settings, and what the analysis says of them before they are felt.
+
+use super::fading::{Fading, Law};
+use super::hand::{HAND_DAMPING, HAND_STIFFNESS};
+use super::settings::{FeelSettings, Ghost};
+use fracdiff::{Operator, Order, Scheme, Seconds};
+use haptic_experiment::modelled::operator;
+use haptic_experiment::preflight::Preflight;
+use haptic_experiment::{Dynamics, Failure, PreflightVerdict, parameters};
+use haptic_loop::units::Metres;
+use haptic_loop::{Contact, SpringDamper};
+
+/// T of the loop, s.
+pub const SAMPLE_TIME: Seconds = Seconds(1e-3);
+/// Samples for which the memory is made: 2.8 hours.
+const HORIZON: u64 = 10_000_000;
+/// Ticks in which one law goes over into the next: 0.2 s.
+const FADE_TICKS: u32 = 200;
+/// Ticks that the short memory keeps: 1 s.
+const SHORT_TICKS: usize = 1000;
+/// Degree of A₃.
+const A3_DEGREE: usize = 3;
+
+/// A tissue or wall behind a surface at 0.
+pub(crate) type Felt = Contact<f64, SpringDamper<f64, Operator<f64>>, 1>;
+/// It, while it may change.
+pub(crate) type FadingFelt = Fading<Felt>;
+
+impl FeelSettings {
+    /// K and B with the factor.
+    fn gains(&self) -> (f64, f64) {
+        let Self {
+            stiffness_n_per_m,
+            dissipation_n_s_mu_per_m,
+            scale,
+            ..
+        } = self;
+        (scale * stiffness_n_per_m, scale * dissipation_n_s_mu_per_m)
+    }
+
+    fn fractional_order(&self) -> Result<Order, Failure> {
+        Order::new(self.order).map_err(Failure::input)
+    }
+
+    fn felt_by(&self, scheme: Scheme) -> Result<Felt, Failure> {
+        let order = self.fractional_order()?;
+        let operator = operator(
+            self.model.as_ref(),
+            scheme,
+            order,
+            SAMPLE_TIME,
+            HORIZON as f64,
+        )?;
+        let (stiffness, dissipation) = self.gains();
+        let inner = SpringDamper::new(stiffness, dissipation, operator).map_err(Failure::input)?;
+        Contact::at(Metres(0.0), inner).map_err(Failure::input)
+    }
+
+    /// The law at rest, with all of its memory.
+    ///
+    /// # Errors
+    /// Numbers of which no memory can be made.
+    pub(crate) fn law(&self) -> Result<Law<Felt>, Failure> {
+        Ok(Law::at_rest(self.felt_by(full_memory()?)?))
+    }
+
+    /// The ghosts at rest; `None` for one that there is not.
+    ///
+    /// # Errors
+    /// Numbers of which no operator can be made.
+    pub(crate) fn ghost_laws(&self) -> Result<[Option<Law<Felt>>; 2], Failure> {
+        let law = |ghost: Ghost| {
+            let scheme = match ghost {
+                Ghost::Short => Scheme::Grunwald {
+                    length: SHORT_TICKS,
+                },
+                Ghost::A3 => Scheme::Muir { degree: A3_DEGREE },
+            };
+            let there = self.ghosts.contains(&ghost);
+            there
+                .then(|| self.felt_by(scheme).map(Law::at_rest))
+                .transpose()
+        };
+        let [short, a3] = Ghost::ALL;
+        Ok([law(short)?, law(a3)?])
+    }
+
+    /// The pre-flight of the loop with the hand and without, whichever is nearer to the edge.
+    ///
+    /// # Errors
+    /// A loop that is not stable, with its numbers and what to change.
+    pub(crate) fn verdict(&self) -> Result<PreflightVerdict, Failure> {
+        let (stiffness, dissipation) = self.gains();
+        let preflight = Preflight {
+            stiffness_n_per_m: stiffness,
+            dissipation_n_s_mu_per_m: dissipation,
+            order: self.fractional_order()?,
+            model: self.model.as_ref(),
+            scheme: full_memory()?,
+            sample_time_s: SAMPLE_TIME.0,
+            samples: HORIZON,
+        };
+        let free = Dynamics {
+            mass_kg: self.device.mass_kg,
+            damping_n_s_per_m: self.device.damping_n_s_per_m,
+            hand_stiffness_n_per_m: 0.0,
+            delay_s: 0.0,
+            current_lag_s: 0.0,
+        };
+        let held = Dynamics {
+            damping_n_s_per_m: free.damping_n_s_per_m + HAND_DAMPING.0,
+            hand_stiffness_n_per_m: HAND_STIFFNESS.0,
+            ..free
+        };
+        let verdicts = [preflight.verdict(free, 0)?, preflight.verdict(held, 0)?];
+        for verdict in &verdicts {
+            refuse_unstable(verdict)?;
+        }
+        let [free, held] = verdicts;
+        let edge = |verdict: &PreflightVerdict| verdict.margin.unwrap_or(f64::INFINITY);
+        Ok(if edge(&held) < edge(&free) {
+            held
+        } else {
+            free
+        })
+    }
+}
+
+fn refuse_unstable(verdict: &PreflightVerdict) -> Result<(), Failure> {
+    if verdict.stable {
+        return Ok(());
+    }
+    let advice = match verdict.margin {
+        // Rounded down, so that what is proposed is accepted.
+        Some(factor) => format!("take at most {} of K and B", (factor * 1e2).floor() / 1e2),
+        None => "take another order, or a heavier or more damped device".to_owned(),
+    };
+    Err(Failure::bad_input(format_args!(
+        "this would be unstable (alpha {:.3}, beta {:.3}, delta {:.3}): {advice}",
+        verdict.alpha, verdict.beta, verdict.delta
+    )))
+}
+
+fn full_memory() -> Result<Scheme, Failure> {
+    parameters::SCHEME.shown.parse().map_err(Failure::input)
+}
+
+/// Two laws that become one another: the first is felt alone.
+pub(crate) fn fading(law: &Felt) -> FadingFelt {
+    Fading::new(law.clone(), FADE_TICKS)
+}

@@ -1,0 +1,356 @@
+//! A tissue or wall that is felt: the loop by the clock, and what surrounds it.
+//!
+//! ```text
+//! pointer ─orders─▶ loop (1 kHz) ─ring─▶ keeper ─▶ pyramid ─▶ views
+//!                     │                    ├─ ghosts: the same motion by other operators
+//!                     └─ safety chain      └─ log
+//! settings ─▶ pre-flight ─▶ new law ─hears the past─▶ loop: from the old force to the new without a bump
+//! ```
+//! The thread that ticks waits for nobody and wakes nobody. Whatever is given up, dropped or lost ends with a zero force.
+
+mod fading;
+mod ghost;
+mod hand;
+mod keeper;
+mod law;
+pub mod ranges;
+mod recording;
+mod settings;
+mod ticking;
+
+pub use hand::{HAND_DAMPING, HAND_SPEED_M_PER_S, HAND_STIFFNESS};
+pub use keeper::CHANNELS;
+pub(crate) use keeper::{FeelState, Kept, locked};
+pub use law::SAMPLE_TIME;
+pub(crate) use settings::specimen_shape;
+pub use settings::{
+    DeviceNumbers, FeelChange, FeelSettings, FeelStart, FeltThing, Ghost, WallNumbers,
+};
+
+use crate::Announce;
+use crate::pyramid::PyramidSize;
+use ghost::ReadyGhost;
+use hand::HeldDevice;
+use haptic_experiment::{Failure, PreflightVerdict, RealtimeOptions};
+use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre};
+use haptic_loop::{Controller, Limits, SafetyChain, Workspace};
+use keeper::{Keeper, KeeperTask, POSITION, Work};
+use law::fading;
+use rtrb::{Producer, RingBuffer};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::{Sender, channel};
+use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
+use ticking::{LoopCounts, LoopEnds, LoopOrder, Ready};
+
+/// Orders that wait for the loop at most.
+const ORDERS: usize = 1024;
+/// Samples that wait for the keeper at most: 8 s.
+const SAMPLES: usize = 8192;
+/// Ends of the workspace, m, and where braking begins before them.
+const WORKSPACE_M: (f64, f64, f64) = (-0.06, 0.06, 0.01);
+/// Positions that a ghost hears of the past: more than it remembers.
+const GHOST_PAST: u64 = 1100;
+
+/// What a loop needs from its server.
+#[derive(Clone, Debug)]
+pub(crate) struct FeelPlace {
+    pub(crate) kept: Arc<Kept>,
+    pub(crate) runs: PathBuf,
+    pub(crate) provenance: Arc<BTreeMap<String, String>>,
+    pub(crate) announce: Announce,
+    pub(crate) realtime: RealtimeOptions,
+}
+
+/// The size of the pyramid of a loop.
+pub(crate) const fn pyramid_size() -> PyramidSize {
+    PyramidSize::usual(CHANNELS.len())
+}
+
+/// A loop at work. Dropped, it stops: the force is zero before the thread ends.
+#[derive(Debug)]
+pub(crate) struct Feel {
+    place: FeelPlace,
+    orders: Mutex<Producer<LoopOrder>>,
+    tasks: Sender<KeeperTask>,
+    counts: Arc<LoopCounts>,
+    settings: Mutex<FeelSettings>,
+    threads: Mutex<Vec<JoinHandle<()>>>,
+}
+
+/// Limits of the safety chain: the usual ones of a desktop device, with its workspace and mass.
+fn limits(mass: Kilograms) -> Limits {
+    let (low, high, soft) = WORKSPACE_M;
+    let limits = Limits {
+        workspace: Some(Workspace {
+            low: Metres(low),
+            high: Metres(high),
+            soft: Metres(soft),
+        }),
+        device_mass: Some(mass),
+        ..Limits::default()
+    };
+    // A light device bears less braking.
+    let most = limits.braking_max(SAMPLE_TIME).0;
+    let usual = limits.braking.map(|usual| usual.0.min(most));
+    Limits {
+        braking: usual.map(NewtonSecondsPerMetre),
+        ..limits
+    }
+}
+
+impl Feel {
+    /// Starts the loop, the tissue untouched.
+    ///
+    /// # Errors
+    /// A loop that would not be stable, numbers of which none can be made.
+    pub(crate) fn start(
+        place: FeelPlace,
+        settings: FeelSettings,
+    ) -> Result<(Self, PreflightVerdict), Failure> {
+        let verdict = settings.verdict()?;
+        let mass = Kilograms(settings.device.mass_kg);
+        let damping = NewtonSecondsPerMetre(settings.device.damping_n_s_per_m);
+        let chain = SafetyChain::from_limits(&limits(mass), SAMPLE_TIME).map_err(Failure::input)?;
+        let law = settings.law()?;
+        let mut controller = Controller::<_, 1, _>::new(fading(&law.environment), chain);
+        let mut device = HeldDevice::new(mass, damping, SAMPLE_TIME)?;
+        let ghosts = settings.ghost_laws()?;
+        let work = Work::new()?;
+
+        let (orders, orders_end) = RingBuffer::new(ORDERS);
+        let (samples, from_loop) = RingBuffer::new(SAMPLES);
+        let (tasks, tasks_end) = channel();
+        let counts = Arc::new(LoopCounts::default());
+        locked(&place.kept.pyramid).clear();
+        *locked(&place.kept.state) = FeelState::default();
+        let ready = ghosts.map(|law| law.map(|law| ReadyGhost { law, next: 0 }));
+        // The keeper holds the other end.
+        let _ = tasks.send(KeeperTask::Ghosts(Box::new(ready)));
+        let keeper = Keeper {
+            from_loop,
+            tasks: tasks_end,
+            kept: Arc::clone(&place.kept),
+            runs: place.runs.clone(),
+            provenance: Arc::clone(&place.provenance),
+            announce: place.announce.clone(),
+        };
+        let ends = LoopEnds {
+            orders: orders_end,
+            out: samples,
+        };
+        let (thread, counted) = (place.realtime.thread(), Arc::clone(&counts));
+        let threads = Mutex::new(vec![
+            std::thread::spawn(move || {
+                ticking::run(&mut controller, &mut device, ends, &counted, thread);
+            }),
+            std::thread::spawn(move || keeper.run(work)),
+        ]);
+        let feel = Self {
+            place,
+            orders: Mutex::new(orders),
+            tasks,
+            counts,
+            settings: Mutex::new(settings),
+            threads,
+        };
+        Ok((feel, verdict))
+    }
+
+    /// What is felt.
+    pub(crate) fn settings(&self) -> FeelSettings {
+        locked(&self.settings).clone()
+    }
+
+    /// True if the simulated world stands still.
+    pub(crate) fn is_paused(&self) -> bool {
+        self.counts.paused.load(Ordering::Relaxed)
+    }
+
+    /// Ticks so far, and those that were lost.
+    pub(crate) fn counts(&self) -> (u64, u64) {
+        let count = |count: &std::sync::atomic::AtomicU64| count.load(Ordering::Relaxed);
+        (count(&self.counts.made), count(&self.counts.lost))
+    }
+
+    fn order(&self, order: LoopOrder) -> Result<(), Failure> {
+        locked(&self.orders).push(order).map_err(|_| {
+            Failure::bad_input(
+                "the loop does not take orders: this machine is overloaded; stop, and begin anew",
+            )
+        })
+    }
+
+    /// The pointer.
+    ///
+    /// # Errors
+    /// If the loop does not take orders.
+    pub(crate) fn hand(&self, position_m: f64, held: bool) -> Result<(), Failure> {
+        self.order(LoopOrder::Hand(position_m, held))
+    }
+
+    /// The simulated world stands still, or goes on.
+    ///
+    /// # Errors
+    /// If the loop does not take orders.
+    pub(crate) fn pause(&self, paused: bool) -> Result<(), Failure> {
+        self.order(LoopOrder::Pause(paused))
+    }
+
+    /// The force falls to zero, the hand lets go. Nothing can keep it from the loop.
+    pub(crate) fn stop(&self) {
+        self.counts.stops.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Begins anew after a stop or fault.
+    ///
+    /// # Errors
+    /// If the loop does not take orders, or no law can be made.
+    pub(crate) fn arm(&self) -> Result<(), Failure> {
+        // A stop while the law is being made wins.
+        let stops = self.counts.stops.load(Ordering::Relaxed);
+        let law = self.settings().law()?;
+        self.order(LoopOrder::Arm(Box::new(Ready { law, next: 0 }), stops))
+    }
+
+    /// Makes another law be felt, which hears the past first. What is not stable is refused, and what is felt stays.
+    ///
+    /// # Errors
+    /// A loop that would not be stable, with its numbers.
+    pub(crate) fn change(&self, next: FeelSettings) -> Result<PreflightVerdict, Failure> {
+        let verdict = next.verdict()?;
+        let mut law = next.law()?;
+        let mut ghosts = next.ghost_laws()?;
+        let mut past = Vec::new();
+        let remembers_from = self.counts.remembers_from.load(Ordering::Relaxed);
+        let first =
+            locked(&self.place.kept.pyramid).samples_from(remembers_from, POSITION, &mut past);
+        let end = first + past.len() as u64;
+        // Lost ones stand where they were.
+        let mut before = 0.0;
+        for position_m in &mut past {
+            if position_m.is_nan() {
+                *position_m = before;
+            }
+            before = *position_m;
+            law.hear(f64::from(before));
+        }
+        let recent = past.len().saturating_sub(GHOST_PAST as usize);
+        for law in ghosts.iter_mut().flatten() {
+            for &position_m in &past[recent..] {
+                law.hear(f64::from(position_m));
+            }
+        }
+        self.order(LoopOrder::Change(Box::new(Ready { law, next: end })))?;
+        let ready = ghosts.map(|law| law.map(|law| ReadyGhost { law, next: end }));
+        self.task(KeeperTask::Ghosts(Box::new(ready)))?;
+        *locked(&self.settings) = next;
+        Ok(verdict)
+    }
+
+    fn task(&self, task: KeeperTask) -> Result<(), Failure> {
+        self.tasks
+            .send(task)
+            .map_err(|_| Failure::bad_input("the loop has ended: begin anew"))
+    }
+
+    /// Sets a marker.
+    ///
+    /// # Errors
+    /// If the loop has ended.
+    pub(crate) fn mark(&self, text: String) -> Result<(), Failure> {
+        self.task(KeeperTask::Mark(text))
+    }
+
+    /// Begins a log; its name.
+    ///
+    /// # Errors
+    /// A folder or log that cannot be made.
+    pub(crate) fn record(&self) -> Result<String, Failure> {
+        let (answer, answered) = channel();
+        let metadata = self.settings().metadata();
+        self.task(KeeperTask::Record(metadata, answer))?;
+        answered.recv().map_err(ended)?
+    }
+
+    /// Closes the log; its name, its samples and those that are missing.
+    ///
+    /// # Errors
+    /// No log, or one that could not be written.
+    pub(crate) fn end_record(&self) -> Result<(String, u64, u64), Failure> {
+        let (answer, answered) = channel();
+        self.task(KeeperTask::EndRecord(answer))?;
+        let finished = answered.recv().map_err(ended)??;
+        Ok((finished.name, finished.samples, finished.missing))
+    }
+
+    /// Stops, and waits until the force is zero and all is kept.
+    pub(crate) fn end(&self) {
+        self.stop();
+        // A loop without anybody to give orders ends when its force is zero.
+        let (nobody, _) = RingBuffer::new(1);
+        drop(std::mem::replace(&mut *locked(&self.orders), nobody));
+        for thread in locked(&self.threads).drain(..) {
+            // A panic in it is a defect that its own message has told.
+            let _ = thread.join();
+        }
+    }
+}
+
+fn ended(_: std::sync::mpsc::RecvError) -> Failure {
+    Failure::bad_input("the loop has ended: begin anew")
+}
+
+impl Drop for Feel {
+    fn drop(&mut self) {
+        self.end();
+    }
+}
+
+impl FeelSettings {
+    /// For the log.
+    fn metadata(&self) -> BTreeMap<String, String> {
+        let thing = match &self.environment {
+            FeltThing::Tissue(name) => name.clone(),
+            FeltThing::Wall(_) => "wall".to_owned(),
+        };
+        let limits = limits(Kilograms(self.device.mass_kg));
+        [
+            ("experiment", "feel".to_owned()),
+            ("device", "sim".to_owned()),
+            ("environment", thing),
+            ("order", self.order.to_string()),
+            (
+                "stiffness_n_per_m",
+                (self.scale * self.stiffness_n_per_m).to_string(),
+            ),
+            (
+                "dissipation_n_s_mu_per_m",
+                (self.scale * self.dissipation_n_s_mu_per_m).to_string(),
+            ),
+            ("one_sided", true.to_string()),
+            ("scale", self.scale.to_string()),
+            ("mass_kg", self.device.mass_kg.to_string()),
+            (
+                "damping_n_s_per_m",
+                self.device.damping_n_s_per_m.to_string(),
+            ),
+            ("sample_time_s", SAMPLE_TIME.0.to_string()),
+            ("hand_stiffness_n_per_m", HAND_STIFFNESS.0.to_string()),
+            ("hand_damping_n_s_per_m", HAND_DAMPING.0.to_string()),
+            ("force_limit_n", limits.force.0.to_string()),
+            ("force_rate_limit_n_per_s", limits.rate.0.to_string()),
+            ("pace", "realtime".to_owned()),
+        ]
+        .map(|(key, value)| (key.to_owned(), value))
+        .into()
+    }
+}
+
+/// Limits of force, N, and of its rate, N/s, for those who show them.
+pub(crate) fn force_limits() -> (f64, f64) {
+    let limits = Limits::default();
+    (limits.force.0, limits.rate.0)
+}

@@ -1,0 +1,129 @@
+//! The log of what is felt.
+
+use super::ticking::Ticked;
+use haptic_experiment::Failure;
+use haptic_experiment::folder::{FolderRequest, next_free};
+use haptic_experiment::recorder::Recorder;
+use haptic_log::record::{END, EndKind, RunEnd, StartTime, TickMessage};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::time::SystemTime;
+
+/// A log that is being written.
+#[derive(Debug)]
+pub(super) struct Recording {
+    recorder: Recorder,
+    name: String,
+    /// Tick and time of its first sample.
+    first: Option<(u64, f64)>,
+    samples: u64,
+}
+
+/// What became of it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Finished {
+    pub(super) name: String,
+    pub(super) samples: u64,
+    pub(super) missing: u64,
+}
+
+impl Recording {
+    /// Begins in the next free folder `feel-NNNN` of the runs.
+    ///
+    /// # Errors
+    /// A folder or log that cannot be made.
+    pub(super) fn start(
+        runs: &Path,
+        mut metadata: BTreeMap<String, String>,
+        provenance: &BTreeMap<String, String>,
+    ) -> Result<Self, Failure> {
+        let out = next_free(runs, "feel").ok_or_else(|| {
+            Failure::bad_input(format_args!(
+                "`{}` holds feel-0001 to feel-9999: move some away",
+                runs.display()
+            ))
+        })?;
+        let name = out
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        let request = FolderRequest {
+            out: Some(out),
+            stem: "feel".to_owned(),
+            overwrite: false,
+            roll_bytes: None,
+            provenance: BTreeMap::new(),
+        };
+        metadata.extend(provenance.clone());
+        let folder = request.prepare()?;
+        let recorder = Recorder::start(&folder.file("mcap"), metadata, false, false, Vec::new())
+            .inspect_err(|_| folder.discard())?;
+        Ok(Self {
+            recorder,
+            name,
+            first: None,
+            samples: 0,
+        })
+    }
+
+    pub(super) fn name(&self) -> &str {
+        &self.name
+    }
+
+    pub(super) const fn samples(&self) -> u64 {
+        self.samples
+    }
+
+    /// Takes a tick; `false` if the writer has ended, as on a full disk.
+    pub(super) fn tick(&mut self, ticked: &Ticked, energy_j: f64) -> bool {
+        let (first_tick, first_s) = *self.first.get_or_insert_with(|| {
+            // A writer that has ended is seen at the tick.
+            let _ = self.recorder.starts_at(StartTime::at(SystemTime::now()));
+            (ticked.tick, ticked.time_s)
+        });
+        self.samples = ticked.tick + 1 - first_tick;
+        let message = TickMessage {
+            tick: ticked.tick - first_tick,
+            time_s: ticked.time_s - first_s,
+            reference_m: ticked.hand_m,
+            indenter_position_m: ticked.hand_m,
+            position_m: ticked.position_m,
+            environment_force_n: ticked.environment_force_n,
+            force_n: ticked.force_n,
+            contact_force_n: ticked.hand_force_n,
+            limiters: ticked.limiters.bits(),
+            observed_energy_j: -energy_j,
+        };
+        self.recorder.tick(message).is_ok()
+    }
+
+    /// Takes a sentence of a moment.
+    pub(super) fn event(&mut self, time_s: f64, kind: &str, text: String) {
+        let since = time_s - self.first.map_or(time_s, |(_, first_s)| first_s);
+        // A writer that has ended is seen at the tick.
+        let _ = self.recorder.event(since, kind, text);
+    }
+
+    /// Closes the log.
+    ///
+    /// # Errors
+    /// The error that stopped the writer, as a full disk.
+    pub(super) fn finish(mut self) -> Result<Finished, Failure> {
+        let missing = self.recorder.dropped();
+        let end = RunEnd {
+            ended: EndKind::Finished,
+            reason: String::new(),
+            planned_samples: self.samples,
+            made_samples: self.samples,
+            dropped_samples: missing,
+        };
+        self.recorder.metadata(END, end.metadata());
+        self.recorder.finish()?;
+        Ok(Finished {
+            name: self.name,
+            samples: self.samples,
+            missing,
+        })
+    }
+}

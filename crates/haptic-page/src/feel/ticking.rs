@@ -1,0 +1,297 @@
+//! The loop by the clock: the thread that ticks. It reads orders from a ring and puts samples into another; nothing in it
+//! waits for anybody, allocates or frees.
+
+use super::fading::Law;
+use super::hand::HeldDevice;
+use super::law::{FadingFelt, Felt};
+use haptic_loop::realtime::{Periodic, PeriodicConfig, SpinMargin, ThreadConfig};
+use haptic_loop::{Controller, Engaged, Limiters};
+use rtrb::{Consumer, Producer};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+/// Positions that the loop itself remembers, ticks: the time that a law may take to be made ready.
+pub(super) const RECENT: usize = 1 << 14;
+/// Positions that a new law hears in a tick until it has heard all.
+const CATCH_UP: u64 = 64;
+
+/// A law that has heard all positions before a tick.
+#[derive(Debug)]
+pub(super) struct Ready {
+    pub(super) law: Law<Felt>,
+    /// The first tick that it has not heard.
+    pub(super) next: u64,
+}
+
+/// Orders to the loop. It ends, the force zero, when nobody gives any more.
+#[derive(Debug)]
+pub(super) enum LoopOrder {
+    /// The pointer, m, and if the hand holds the device.
+    Hand(f64, bool),
+    /// Another law, as soon as it has heard the rest.
+    Change(Box<Ready>),
+    /// After a stop or fault: begin anew with this law, which has heard nothing, unless more stops than these were asked for
+    /// since.
+    Arm(Box<Ready>, u64),
+    /// The simulated world stands still, or goes on.
+    Pause(bool),
+}
+
+/// What the loop hands over.
+#[derive(Debug)]
+pub(super) enum FromLoop {
+    /// A tick.
+    Tick(Ticked),
+    /// A law that is not needed any more.
+    Spent(Box<Ready>),
+}
+
+/// A tick in numbers.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ticked {
+    pub(super) tick: u64,
+    pub(super) time_s: f64,
+    pub(super) position_m: f64,
+    pub(super) hand_m: f64,
+    pub(super) hand_force_n: f64,
+    pub(super) environment_force_n: f64,
+    pub(super) force_n: f64,
+    pub(super) limiters: Limiters,
+    /// Code of the latched fault, 0 for none.
+    pub(super) fault: u8,
+    pub(super) stopping: bool,
+    /// Time that the tick took, and how late it began, ns.
+    pub(super) took_ns: u64,
+    pub(super) late_ns: u64,
+    /// Periods before it without a tick.
+    pub(super) skipped: u64,
+    /// The first tick of a tissue that has forgotten.
+    pub(super) fresh: bool,
+}
+
+/// What others may read at any time, and the wish to stop.
+#[derive(Debug, Default)]
+pub(super) struct LoopCounts {
+    /// Ticks so far.
+    pub(super) made: AtomicU64,
+    /// Ticks that found the ring full.
+    pub(super) lost: AtomicU64,
+    /// The first tick that the tissue remembers.
+    pub(super) remembers_from: AtomicU64,
+    /// The simulated world stands still.
+    pub(super) paused: AtomicBool,
+    /// Stops that were asked for: the force falls to zero, the hand lets go.
+    pub(super) stops: AtomicU64,
+}
+
+/// Ends of the two rings in the loop.
+pub(super) struct LoopEnds {
+    pub(super) orders: Consumer<LoopOrder>,
+    pub(super) out: Producer<FromLoop>,
+}
+
+/// The loop's own state beside controller and device.
+struct Looping<'a> {
+    ends: LoopEnds,
+    counts: &'a LoopCounts,
+    /// The newest positions, tick by tick.
+    recent: Box<[f64]>,
+    pending: Option<Box<Ready>>,
+    /// Laws that found the ring full on their way out.
+    spent: Option<Box<Ready>>,
+    /// The number of the next tick.
+    next: u64,
+    paused: bool,
+    ending: bool,
+    fresh: bool,
+    stopping: bool,
+    /// Stops so far.
+    stops: u64,
+}
+
+type Working<'a> = Engaged<'a, f64, 1, FadingFelt, HeldDevice>;
+
+/// Runs the loop until it is told to end or nobody gives orders any more. When it returns, the force is zero.
+pub(super) fn run(
+    controller: &mut Controller<f64, 1, FadingFelt>,
+    device: &mut HeldDevice,
+    ends: LoopEnds,
+    counts: &LoopCounts,
+    thread: ThreadConfig,
+) {
+    let config = PeriodicConfig {
+        thread,
+        // A simulated device does not mind some 50 µs, and who watches wants the processor.
+        spin_margin: SpinMargin::Fixed(Duration::ZERO),
+        ..PeriodicConfig::new(Duration::from_secs_f64(super::law::SAMPLE_TIME.0))
+    };
+    // The period is a constant within the range.
+    let Ok(mut periodic) = Periodic::new(config) else {
+        return;
+    };
+    let mut looping = Looping {
+        ends,
+        counts,
+        recent: vec![0.0; RECENT].into_boxed_slice(),
+        pending: None,
+        spent: None,
+        next: 0,
+        paused: false,
+        ending: false,
+        fresh: true,
+        stopping: false,
+        stops: 0,
+    };
+    let mut engaged = controller.engage(device);
+    loop {
+        let cycle = periodic.wait();
+        looping.obey(&mut engaged);
+        if looping.ending && engaged.controller().safety().is_at_rest() {
+            break;
+        }
+        counts.paused.store(looping.paused, Ordering::Relaxed);
+        if !looping.paused {
+            let late_ns = cycle.lateness.as_nanos() as u64;
+            looping.tick(&mut engaged, late_ns, cycle.skipped);
+        }
+    }
+}
+
+impl Looping<'_> {
+    /// Reads all orders. A stop comes by itself, beside the ring, so that it is never behind anything nor lost.
+    fn obey(&mut self, engaged: &mut Working<'_>) {
+        let stops = self.counts.stops.load(Ordering::Relaxed);
+        if stops != self.stops {
+            self.stops = stops;
+            self.stop(engaged);
+        }
+        // Asked before the ring is: what was pushed until then is popped.
+        let abandoned = self.ends.orders.is_abandoned();
+        self.hand_back();
+        while self.spent.is_none() {
+            let Ok(order) = self.ends.orders.pop() else {
+                break;
+            };
+            match order {
+                LoopOrder::Hand(position_m, held) => {
+                    let held = held && !self.stopping;
+                    engaged.device().hand(position_m, held);
+                }
+                LoopOrder::Change(ready) => {
+                    // One that waits is overtaken.
+                    self.spent = self.pending.replace(ready);
+                    self.hand_back();
+                }
+                LoopOrder::Arm(ready, stops) => self.arm(engaged, ready, stops),
+                // What was asked for before a stop comes behind it here.
+                LoopOrder::Pause(paused) => self.paused = paused && !self.stopping,
+            }
+        }
+        if abandoned && !self.ending {
+            self.stop(engaged);
+            self.ending = true;
+        }
+    }
+
+    /// A world that stands still would never let the force fall.
+    fn stop(&mut self, engaged: &mut Working<'_>) {
+        engaged.controller().stop();
+        engaged.device().let_go();
+        self.paused = false;
+        self.stopping = true;
+    }
+
+    /// Begins anew, once the force is zero.
+    fn arm(&mut self, engaged: &mut Working<'_>, mut ready: Box<Ready>, stops: u64) {
+        let overtaken = self.ending || stops != self.stops;
+        if overtaken || !engaged.controller().safety().is_at_rest() {
+            self.spent = Some(ready);
+        } else {
+            let controller = engaged.controller();
+            let (environment, history) = controller.law_mut();
+            environment.replace(history, &mut ready.law);
+            controller.clear();
+            engaged.device().put_back();
+            self.counts
+                .remembers_from
+                .store(self.next, Ordering::Relaxed);
+            self.stopping = false;
+            self.fresh = true;
+            // A change that was made for what went before would remember it.
+            self.spent = Some(ready);
+            self.hand_back();
+            if let Some(pending) = self.pending.take() {
+                self.spent = Some(pending);
+            }
+        }
+        self.hand_back();
+    }
+
+    /// Gives a law that is spent to somebody who frees it; it waits here while the ring is full.
+    fn hand_back(&mut self) {
+        if let Some(spent) = self.spent.take()
+            && let Err(rtrb::PushError::Full(FromLoop::Spent(spent))) =
+                self.ends.out.push(FromLoop::Spent(spent))
+        {
+            self.spent = Some(spent);
+        }
+    }
+
+    fn tick(&mut self, engaged: &mut Working<'_>, late_ns: u64, skipped: u64) {
+        let hand_m = engaged.device().hand_m();
+        let before = Instant::now();
+        let Ok(sample) = engaged.tick();
+        let took_ns = before.elapsed().as_nanos() as u64;
+        let (tick, position_m) = (sample.reading.tick, sample.reading.position_m[0]);
+        self.recent[(tick % RECENT as u64) as usize] = position_m;
+        self.next = tick + 1;
+        self.catch_up(engaged);
+        let fault = engaged.controller().safety().fault();
+        if fault.is_some() && !self.stopping {
+            self.stop(engaged);
+        }
+        let ticked = Ticked {
+            tick,
+            time_s: sample.reading.time_s,
+            position_m,
+            hand_m,
+            hand_force_n: engaged.device().hand_force_n(),
+            environment_force_n: sample.environment_force_n[0],
+            force_n: sample.force.newtons()[0],
+            limiters: sample.limiters,
+            fault: fault.map_or(0, haptic_loop::Fault::code),
+            stopping: self.stopping,
+            took_ns,
+            late_ns,
+            skipped,
+            fresh: self.fresh,
+        };
+        if self.ends.out.push(FromLoop::Tick(ticked)).is_err() {
+            self.counts.lost.fetch_add(1, Ordering::Relaxed);
+        } else {
+            self.fresh = false;
+        }
+        self.counts.made.store(self.next, Ordering::Relaxed);
+    }
+
+    /// A law that waits hears some of the positions that it has missed; when it has heard all, and no other change goes on, it
+    /// begins to be felt.
+    fn catch_up(&mut self, engaged: &mut Working<'_>) {
+        let Some(ready) = &mut self.pending else {
+            return;
+        };
+        // One that comes too late hears the rest alone: it has missed what nobody remembers.
+        ready.next = ready.next.max(self.next.saturating_sub(RECENT as u64));
+        let until = self.next.min(ready.next + CATCH_UP);
+        for tick in ready.next..until {
+            ready.law.hear(self.recent[(tick % RECENT as u64) as usize]);
+        }
+        ready.next = until.max(ready.next);
+        let (environment, history) = engaged.controller().law_mut();
+        if ready.next == self.next && history.is_settled() && self.spent.is_none() {
+            environment.change(history, &mut ready.law);
+            self.spent = self.pending.take();
+            self.hand_back();
+        }
+    }
+}

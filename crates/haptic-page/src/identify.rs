@@ -1,0 +1,128 @@
+//! A tissue from a record that was dropped on the page: the same reading and the same fits as on the command line.
+
+use haptic_experiment::Failure;
+use haptic_tissue::ModelKind;
+use haptic_tissue::identify::table::{Loading, Reader, Reading, read_table};
+use haptic_tissue::identify::{CANDIDATES, Fit, Identification, Options, RecordKind, identify};
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+/// Points of a curve that is sent, at most.
+const POINTS: usize = 2000;
+
+/// A record, and what a table does not say.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct IdentifyRequest {
+    /// The file that it was.
+    name: String,
+    /// The table: CSV or TSV.
+    text: String,
+    kind: Option<String>,
+    strain: Option<f64>,
+    stress_pa: Option<f64>,
+    area_m2: Option<f64>,
+    thickness_m: Option<f64>,
+    model: Option<String>,
+}
+
+/// Reads the table and fits the models to it.
+///
+/// # Errors
+/// A table that is none, a record that no model fits.
+pub(crate) fn identified(request: &IdentifyRequest) -> Result<Value, Failure> {
+    let place = if request.name.is_empty() {
+        "the record"
+    } else {
+        &request.name
+    };
+    let refused =
+        |error: &dyn std::fmt::Display| Failure::bad_input(format_args!("{place}: {error}"));
+    let reading = Reading {
+        kind: request.kind.as_deref().map(kind).transpose()?,
+        loading: Loading {
+            strain: request.strain,
+            stress_pa: request.stress_pa,
+            area_m2: request.area_m2,
+            thickness_m: request.thickness_m,
+        },
+    };
+    let table = read_table(request.text.as_bytes()).map_err(|error| refused(&error))?;
+    let reader = Reader {
+        columns: Vec::new(),
+        units: Vec::new(),
+        from: None,
+        to: None,
+    };
+    let columns = reader.read(table).map_err(|error| refused(&error))?;
+    let understood = columns.record(&reading).map_err(|error| refused(&error))?;
+    let chosen = request.model.as_deref().map(model).transpose()?;
+    let options = Options {
+        candidates: chosen.map_or_else(|| CANDIDATES.to_vec(), |kind| vec![kind]),
+        chosen,
+        ..Options::default()
+    };
+    let found = identify(&understood.record, &options, &|_| {}).map_err(|error| refused(&error))?;
+    Ok(answer(&found, &understood.notes))
+}
+
+fn kind(name: &str) -> Result<RecordKind, Failure> {
+    let known = RecordKind::ALL
+        .into_iter()
+        .find(|known| known.name() == name);
+    known.ok_or_else(|| {
+        let names = RecordKind::ALL.map(RecordKind::name);
+        Failure::bad_input(format_args!(
+            "`kind` {name:?} is none of {}",
+            names.join(", ")
+        ))
+    })
+}
+
+fn model(name: &str) -> Result<ModelKind, Failure> {
+    let found = CANDIDATES.iter().find(|known| known.name() == name);
+    found.copied().ok_or_else(|| {
+        let names: Vec<&str> = CANDIDATES.iter().map(|known| known.name()).collect();
+        Failure::bad_input(format_args!(
+            "`model` {name:?} is none of {}",
+            names.join(", ")
+        ))
+    })
+}
+
+fn answer(found: &Identification, notes: &[String]) -> Value {
+    // Evenly thinned: a curve of the page has no more pixels.
+    let every = found.x.len().div_ceil(POINTS).max(1);
+    let thinned =
+        |numbers: &[f64]| -> Vec<f64> { numbers.iter().copied().step_by(every).collect() };
+    let model = |fit: &Fit| {
+        let parameters = fit.parameters.iter().map(|estimate| {
+            json!({
+                "name": estimate.name,
+                "unit": estimate.unit,
+                "value": estimate.value,
+                "standard_error": estimate.standard_error,
+                "low_95": estimate.low_95,
+                "high_95": estimate.high_95,
+            })
+        });
+        json!({
+            "model": fit.kind.name(),
+            "parameters": parameters.collect::<Vec<_>>(),
+            "rms": fit.rms,
+            "aic": fit.aic,
+            "bic": fit.bic,
+            "predicted": thinned(&fit.predicted),
+        })
+    };
+    json!({
+        "kind": found.kind.name(),
+        "samples": found.samples,
+        "best": found.fits.first().map(|fit| fit.kind.name()),
+        "models": found.fits.iter().map(model).collect::<Vec<_>>(),
+        "x": thinned(&found.x),
+        "measured": thinned(&found.measured),
+        "notes": notes,
+        "warnings": found.warnings,
+    })
+}

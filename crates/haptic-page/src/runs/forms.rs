@@ -1,0 +1,108 @@
+//! Forms of the experiments, from the tables of their parameters.
+
+use haptic_experiment::Named;
+use haptic_experiment::parameters::{
+    self, COUPLER_REQUIRED, Parameter, Range, Value as Default, WALL_REQUIRED,
+};
+use haptic_experiment::{Contact, CriterionName, GuardChoice, Precision};
+use serde_json::{Value, json};
+
+/// The experiments.
+pub(super) const KINDS: [&str; 4] = ["relax", "creep", "wall", "coupler"];
+
+/// Names that a text may be; none where any will do.
+fn choices(key: &str) -> Vec<&'static str> {
+    fn names<T: Named>() -> Vec<&'static str> {
+        T::CHOICES.iter().map(|choice| choice.1).collect()
+    }
+    match key {
+        "guard" => names::<GuardChoice>(),
+        "contact" => names::<Contact>(),
+        "precision" => names::<Precision>(),
+        "criterion" => names::<CriterionName>(),
+        _ => Vec::new(),
+    }
+}
+
+fn parameter(parameter: &Parameter) -> Value {
+    let Parameter {
+        key,
+        value,
+        shown,
+        help,
+    } = parameter;
+    let required = [WALL_REQUIRED, COUPLER_REQUIRED]
+        .concat()
+        .iter()
+        .any(|known| known.key == *key);
+    let (kind, default) = match value {
+        Default::Number(default, _) => ("number", json!(default)),
+        Default::Count(default) => ("count", json!(default)),
+        Default::Flag(default) => ("flag", json!(default)),
+        Default::Text(default) => ("text", json!(default)),
+        _ => ("text", Value::Null),
+    };
+    let (least, most) = match value {
+        Default::Number(_, Range::Within(least, most)) => (Some(*least), Some(*most)),
+        Default::Number(_, Range::Above(least) | Range::AtLeast(least)) => (Some(*least), None),
+        Default::Number(_, Range::AboveUpTo(least, most)) => (Some(*least), Some(*most)),
+        _ => (None, None),
+    };
+    let range = match value {
+        Default::Number(_, range) => Some(range.to_string()),
+        _ => None,
+    };
+    json!({
+        "key": key,
+        "kind": kind,
+        "default": default,
+        "shown": shown,
+        "least": least,
+        "most": most,
+        "range": range,
+        "required": required,
+        "choices": choices(key),
+        "help": help,
+    })
+}
+
+/// All of them.
+pub(super) fn forms() -> Value {
+    let form = |kind: &&str| {
+        let tables = parameters::of_kind(kind).into_iter().map(|(title, table)| {
+            let parameters: Vec<Value> = table.iter().map(parameter).collect();
+            json!({"title": title, "parameters": parameters})
+        });
+        json!({"kind": kind, "tables": tables.collect::<Vec<_>>()})
+    };
+    json!({"forms": KINDS.iter().map(form).collect::<Vec<_>>()})
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_parameter_of_a_file_stands_in_a_form_with_its_default() {
+        let forms = forms();
+        for (kind, form) in KINDS.iter().zip(forms["forms"].as_array().expect("a list")) {
+            let shown = form["tables"]
+                .as_array()
+                .expect("a list")
+                .iter()
+                .flat_map(|table| table["parameters"].as_array().expect("a list"));
+            let keys: Vec<&str> = shown.filter_map(|shown| shown["key"].as_str()).collect();
+            let tables = parameters::of_kind(kind);
+            let wanted = tables.iter().flat_map(|(_, table)| *table);
+            assert_eq!(
+                keys,
+                wanted.map(|parameter| parameter.key).collect::<Vec<_>>()
+            );
+        }
+        let text = forms.to_string();
+        assert!(
+            text.contains("\"choices\":[\"off\",\"observer\",\"energy-bounding\"]"),
+            "{text}"
+        );
+    }
+}

@@ -1,0 +1,297 @@
+//! The logs of a folder: names, and what their metadata say.
+
+use haptic_experiment::Failure;
+use haptic_log::record::{Entry, LogFiles, StartTime, inspect};
+use serde::Serialize;
+use std::collections::{BTreeMap, HashMap};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+/// Logs up to here are read whole for the list; of larger ones only the beginning.
+const WHOLE_BYTES: u64 = 32 << 20;
+/// Folders below the folder of runs that are looked into.
+const DEPTH: u32 = 2;
+/// Entries of a folder that are looked at.
+const ENTRIES_MOST: usize = 10_000;
+
+/// Size and time of a file, by which a change of it is seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Seen {
+    bytes: u64,
+    changed: Option<SystemTime>,
+}
+
+/// A line of the list.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Listed {
+    name: String,
+    kind: Option<String>,
+    started_utc: Option<String>,
+    duration_s: Option<f64>,
+    samples: Option<u64>,
+    size_bytes: u64,
+    verdict: Option<String>,
+    running: bool,
+}
+
+/// What is known of the logs, so that none is read twice.
+#[derive(Debug, Default)]
+pub(super) struct Listing {
+    known: HashMap<PathBuf, (Seen, Listed)>,
+}
+
+impl Listing {
+    /// The logs, newest first.
+    ///
+    /// # Errors
+    /// A folder that cannot be read; one that there is not is empty.
+    pub(super) fn list(
+        &mut self,
+        folder: &Path,
+        going: Option<&str>,
+    ) -> Result<Vec<Listed>, Failure> {
+        let logs = logs(folder)?;
+        self.known
+            .retain(|path, _| logs.values().any(|(known, _)| known == path));
+        let mut list = Vec::new();
+        for (name, (path, seen)) in logs {
+            let known = self.known.get(&path).filter(|(then, _)| *then == seen);
+            let mut listed = match known {
+                Some((_, listed)) => listed.clone(),
+                None => {
+                    let listed = listed(&name, &path, seen);
+                    self.known.insert(path, (seen, listed.clone()));
+                    listed
+                }
+            };
+            listed.running = going == Some(name.as_str());
+            list.push((seen.changed, listed));
+        }
+        list.sort_by(|(a, one), (b, other)| b.cmp(a).then_with(|| one.name.cmp(&other.name)));
+        Ok(list.into_iter().map(|(_, listed)| listed).collect())
+    }
+
+    /// The log of a name.
+    ///
+    /// # Errors
+    /// If the folder does not hold it, any more or at all.
+    pub(super) fn find(&self, folder: &Path, name: &str) -> Result<(PathBuf, Seen), Failure> {
+        logs(folder)?.remove(name).ok_or_else(|| {
+            Failure::bad_input(format_args!(
+                "there is no log {name:?} in {}: it may have been deleted or moved; list the runs again",
+                folder.display()
+            ))
+        })
+    }
+}
+
+/// All logs of a folder by name.
+fn logs(folder: &Path) -> Result<BTreeMap<String, (PathBuf, Seen)>, Failure> {
+    let mut found = BTreeMap::new();
+    if folder.exists() {
+        look(folder, "", DEPTH, &mut found).map_err(|error| {
+            Failure::bad_input(format_args!(
+                "cannot read the folder {}: {error}",
+                folder.display()
+            ))
+        })?;
+    }
+    Ok(found)
+}
+
+fn look(
+    folder: &Path,
+    prefix: &str,
+    depth: u32,
+    found: &mut BTreeMap<String, (PathBuf, Seen)>,
+) -> std::io::Result<()> {
+    for entry in fs::read_dir(folder)?.take(ENTRIES_MOST) {
+        let entry = entry?;
+        let (path, file) = (entry.path(), entry.file_name());
+        // A name that is no text cannot be asked for.
+        let Some(file) = file.to_str() else { continue };
+        // Followed links would lead out of the folder.
+        let Ok(about) = entry.metadata() else {
+            continue;
+        };
+        if about.is_dir() {
+            if depth > 0 {
+                // A folder that may not be read holds nothing for us.
+                let _ = look(&path, &format!("{prefix}{file}/"), depth - 1, found);
+            }
+        } else if about.is_file()
+            && let Some(stem) = file.strip_suffix(".mcap")
+            && !goes_on_with(stem, folder)
+        {
+            let seen = Seen {
+                bytes: about.len(),
+                changed: about.modified().ok(),
+            };
+            found.insert(format!("{prefix}{stem}"), (path, seen));
+        }
+    }
+    Ok(())
+}
+
+/// True for the second and later files of a log in several.
+fn goes_on_with(stem: &str, folder: &Path) -> bool {
+    stem.rsplit_once('-').is_some_and(|(first, number)| {
+        let is_number = number.len() == 4 && number.bytes().all(|byte| byte.is_ascii_digit());
+        is_number && folder.join(format!("{first}.mcap")).exists()
+    })
+}
+
+/// What a log says of itself; a log that cannot be read says that.
+fn listed(name: &str, path: &Path, seen: Seen) -> Listed {
+    let mut listed = Listed {
+        name: name.to_owned(),
+        kind: None,
+        started_utc: None,
+        duration_s: None,
+        samples: None,
+        size_bytes: seen.bytes,
+        verdict: None,
+        running: false,
+    };
+    let whole = seen.bytes <= WHOLE_BYTES;
+    let said = if whole {
+        listed.whole(path)
+    } else {
+        listed.beginning(path)
+    };
+    if let Err(error) = said {
+        listed.verdict = Some(format!("cannot be read: {error}"));
+    }
+    listed
+}
+
+impl Listed {
+    fn whole(&mut self, path: &Path) -> Result<(), Failure> {
+        let summary = inspect(path)?;
+        self.samples = Some(summary.samples);
+        self.duration_s = summary
+            .first_s
+            .zip(summary.last_s)
+            .map(|(first, last)| last - first);
+        self.started_utc = summary.started_utc;
+        let experiment = summary
+            .metadata
+            .iter()
+            .find(|record| record.name == "experiment");
+        self.about(experiment.map(|record| &record.values));
+        if !summary.complete {
+            self.verdict = Some("cut off or damaged".to_owned());
+        } else if let Some(end) = &summary.end
+            && !end.reason.is_empty()
+        {
+            self.verdict = Some(end.reason.clone());
+        }
+        Ok(())
+    }
+
+    fn beginning(&mut self, path: &Path) -> Result<(), Failure> {
+        let mut log = LogFiles::open(path)?;
+        while let Some(entry) = log.next() {
+            match entry? {
+                Entry::Metadata(record) if record.name == "experiment" => {
+                    self.about(Some(&record.values));
+                }
+                Entry::Tick(_) => {
+                    self.started_utc = log.started().map(StartTime::rfc3339);
+                    break;
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn about(&mut self, values: Option<&BTreeMap<String, String>>) {
+        let Some(values) = values else { return };
+        self.kind = values.get("experiment").cloned();
+        let planned = || values.get("duration_s").and_then(|text| text.parse().ok());
+        self.duration_s = self.duration_s.or_else(planned);
+        self.verdict = values.get("preflight.stable").map(|stable| {
+            if stable == "true" {
+                "stable by the analysis".to_owned()
+            } else {
+                "unstable by the analysis".to_owned()
+            }
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use haptic_log::record::{LogWriter, TickMessage};
+
+    fn log(path: &Path) {
+        fs::create_dir_all(path.parent().expect("a folder")).expect("made");
+        let mut log = LogWriter::create(path).expect("made");
+        let values = [("experiment".to_owned(), "relax".to_owned())];
+        log.metadata("experiment", values.into()).expect("written");
+        for tick in 0..5 {
+            let time_s = tick as f64 * 1e-3;
+            let message = TickMessage {
+                tick,
+                time_s,
+                ..TickMessage::default()
+            };
+            log.tick(&message).expect("written");
+        }
+        log.finish().expect("finished");
+    }
+
+    #[test]
+    fn only_logs_have_names_and_no_name_leads_out_of_the_folder() {
+        let place = tempfile::tempdir().expect("a folder");
+        let runs = place.path().join("runs");
+        log(&runs.join("relax-0001/relax.mcap"));
+        log(&runs.join("single.mcap"));
+        log(&runs.join("single-0002.mcap"));
+        log(&place.path().join("secret.mcap"));
+        fs::write(runs.join("notes.txt"), "no log").expect("written");
+        fs::write(runs.join("broken.mcap"), "no log either").expect("written");
+        let mut listing = Listing::default();
+        let list = listing.list(&runs, Some("single")).expect("read");
+        let mut names: Vec<&str> = list.iter().map(|listed| listed.name.as_str()).collect();
+        names.sort_unstable();
+        assert_eq!(names, ["broken", "relax-0001/relax", "single"]);
+        let of = |name: &str| {
+            list.iter()
+                .find(|listed| listed.name == name)
+                .expect("there")
+        };
+        let relax = of("relax-0001/relax");
+        assert_eq!(
+            (relax.kind.as_deref(), relax.samples),
+            (Some("relax"), Some(5))
+        );
+        assert_eq!((relax.running, of("single").running), (false, true));
+        let broken = of("broken").verdict.as_deref();
+        assert!(
+            broken.is_some_and(|said| said.starts_with("cannot be read")),
+            "{broken:?}"
+        );
+        for outside in [
+            "../secret",
+            "..",
+            "",
+            "/etc/passwd",
+            "relax-0001/../../secret",
+            "single-0002",
+        ] {
+            let error = listing.find(&runs, outside).expect_err(outside);
+            assert!(error.to_string().contains("list the runs again"), "{error}");
+        }
+        assert!(listing.find(&runs, "single").is_ok());
+        assert!(
+            Listing::default()
+                .list(&place.path().join("none"), None)
+                .expect("empty")
+                .is_empty()
+        );
+    }
+}

@@ -1,0 +1,318 @@
+//! What the sockets share: the loop that is felt, the run that goes on, who holds the controls.
+
+use super::options::ServerOptions;
+use super::request::RunStart;
+use crate::feel::{
+    Feel, FeelChange, FeelPlace, FeelSettings, FeelStart, FeelState, Kept, force_limits, locked,
+    pyramid_size,
+};
+use crate::feel::{HAND_DAMPING, HAND_STIFFNESS};
+use crate::pyramid::Pyramid;
+use crate::runs::Runs;
+use crate::{Announce, OnClose};
+use haptic_experiment::{Failure, PreflightVerdict};
+use serde_json::{Value, json};
+use std::collections::BTreeSet;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::SyncSender;
+use std::sync::{Arc, Mutex};
+use tokio::sync::{broadcast, watch};
+use tokio::task::spawn_blocking;
+
+/// Texts for all pages that wait for a slow one; it then misses the oldest.
+const SAID: usize = 256;
+
+/// Shared by all sockets.
+#[derive(Debug)]
+pub(super) struct Hub {
+    pub(super) options: ServerOptions,
+    pub(super) kept: Arc<Kept>,
+    pub(super) runs: Runs,
+    pub(super) announce: Announce,
+    /// Set to the reason when the server ends.
+    pub(super) ending: watch::Receiver<Option<&'static str>>,
+    feel: Mutex<Option<Arc<Feel>>>,
+    /// Held while a loop or law is being made.
+    making: tokio::sync::Mutex<()>,
+    wanted: Mutex<Wanted>,
+    pages: Mutex<Pages>,
+    next_page: AtomicU64,
+    /// Stops that were asked for: one that comes while something is being started wins.
+    stops: AtomicU64,
+}
+
+/// Changes that are under way.
+#[derive(Debug, Default)]
+struct Wanted {
+    settings: Option<FeelSettings>,
+    number: u64,
+}
+
+/// Pages by number.
+#[derive(Debug, Default)]
+struct Pages {
+    open: BTreeSet<u64>,
+    controls: Option<u64>,
+}
+
+impl Hub {
+    pub(super) fn new(
+        options: ServerOptions,
+        terminal: SyncSender<String>,
+        ending: watch::Receiver<Option<&'static str>>,
+    ) -> Self {
+        let (pages, _) = broadcast::channel(SAID);
+        let announce = Announce { pages, terminal };
+        let (folder, provenance) = (options.runs.clone(), options.provenance.clone());
+        let runs = Runs::new(folder, provenance, options.realtime, announce.clone());
+        Self {
+            announce,
+            kept: Arc::new(Kept {
+                pyramid: Mutex::new(Pyramid::new(pyramid_size())),
+                state: Mutex::default(),
+            }),
+            runs,
+            options,
+            ending,
+            feel: Mutex::new(None),
+            making: tokio::sync::Mutex::new(()),
+            wanted: Mutex::default(),
+            pages: Mutex::default(),
+            next_page: AtomicU64::new(1),
+            stops: AtomicU64::new(0),
+        }
+    }
+
+    /// What is said to all pages from now on.
+    pub(super) fn hear(&self) -> broadcast::Receiver<Arc<str>> {
+        self.announce.pages.subscribe()
+    }
+
+    /// A new page, which gets the controls if nobody has them.
+    pub(super) fn enter(&self) -> u64 {
+        let page = self.next_page.fetch_add(1, Ordering::Relaxed);
+        let mut pages = locked(&self.pages);
+        pages.open.insert(page);
+        pages.controls.get_or_insert(page);
+        page
+    }
+
+    /// A page is gone. With the controls goes what it controlled, unless that is to go on.
+    pub(super) async fn leave(self: &Arc<Self>, page: u64) {
+        let (held, last) = {
+            let mut pages = locked(&self.pages);
+            pages.open.remove(&page);
+            let held = pages.controls == Some(page);
+            if held {
+                pages.controls = None;
+            }
+            (held, pages.open.is_empty())
+        };
+        if self.options.on_close == OnClose::Continue {
+            return;
+        }
+        if held {
+            self.stop();
+        }
+        if last {
+            self.end_feel().await;
+        }
+    }
+
+    pub(super) fn has_controls(&self, page: u64) -> bool {
+        locked(&self.pages).controls == Some(page)
+    }
+
+    /// Number of other pages.
+    pub(super) fn watching(&self) -> usize {
+        locked(&self.pages).open.len().saturating_sub(1)
+    }
+
+    /// Gives the controls to a page.
+    ///
+    /// # Errors
+    /// If another holds them and they are not to be taken by force.
+    pub(super) fn take_controls(&self, page: u64, force: bool) -> Result<(), Failure> {
+        let mut pages = locked(&self.pages);
+        match pages.controls {
+            Some(holder) if holder != page && !force => Err(Failure::bad_input(
+                "another page holds the controls: let them go there, or take them with `force`",
+            )),
+            holder => {
+                pages.controls = Some(page);
+                if holder.is_some_and(|holder| holder != page) {
+                    self.announce
+                        .notice("another page has taken the controls".to_owned());
+                }
+                Ok(())
+            }
+        }
+    }
+
+    pub(super) fn release_controls(&self) {
+        locked(&self.pages).controls = None;
+    }
+
+    /// The loop that is felt.
+    pub(super) fn feel(&self) -> Option<Arc<Feel>> {
+        locked(&self.feel).clone()
+    }
+
+    /// The loop that is felt.
+    ///
+    /// # Errors
+    /// If there is none.
+    pub(super) fn felt(&self) -> Result<Arc<Feel>, Failure> {
+        self.feel()
+            .ok_or_else(|| Failure::bad_input("nothing is felt yet: send `feel.start`"))
+    }
+
+    /// The force is zero first, then all else.
+    pub(super) fn stop(&self) {
+        self.stops.fetch_add(1, Ordering::Relaxed);
+        if let Some(feel) = self.feel() {
+            feel.stop();
+        }
+        self.runs.stop();
+    }
+
+    /// Starts a loop; one that was there is stopped.
+    ///
+    /// # Errors
+    /// As [`Feel::start`].
+    pub(super) async fn start_feel(&self, start: FeelStart) -> Result<Value, Failure> {
+        let stops = self.stops.load(Ordering::Relaxed);
+        let settings = FeelSettings::new(&self.options.library, start)?;
+        let _making = self.making.lock().await;
+        // What was there goes on if the new one is refused.
+        let old = self.feel();
+        let place = FeelPlace {
+            kept: Arc::clone(&self.kept),
+            runs: self.options.runs.clone(),
+            provenance: Arc::new(self.options.provenance.clone()),
+            announce: self.announce.clone(),
+            realtime: self.options.realtime,
+        };
+        let made = blocking(move || {
+            settings.verdict()?;
+            if let Some(old) = old {
+                old.end();
+            }
+            Feel::start(place, settings)
+        });
+        let (feel, verdict) = made.await?;
+        locked(&self.wanted).settings = None;
+        let answer = felt(&feel.settings(), Some(&verdict));
+        *locked(&self.feel) = Some(Arc::new(feel));
+        if self.stops.load(Ordering::Relaxed) != stops {
+            self.stop();
+        }
+        self.announce.say(&json!({"feel": answer["feel"]}));
+        Ok(answer)
+    }
+
+    /// Changes what is felt. While one change is made, later ones add up, and the last of them is made next.
+    ///
+    /// # Errors
+    /// As [`Feel::change`].
+    pub(super) async fn change_feel(&self, change: FeelChange) -> Result<Value, Failure> {
+        let feel = self.felt()?;
+        let (next, number) = {
+            let mut wanted = locked(&self.wanted);
+            let base = wanted.settings.clone().unwrap_or_else(|| feel.settings());
+            let next = base.changed(&self.options.library, &change)?;
+            wanted.settings = Some(next.clone());
+            wanted.number += 1;
+            (next, wanted.number)
+        };
+        let _making = self.making.lock().await;
+        if locked(&self.wanted).number != number {
+            return Ok(felt(&next, None));
+        }
+        let made = blocking(move || feel.change(next.clone()).map(|verdict| (next, verdict))).await;
+        let mut wanted = locked(&self.wanted);
+        if wanted.number == number {
+            wanted.settings = None;
+        }
+        let (settings, verdict) = made?;
+        let answer = felt(&settings, Some(&verdict));
+        self.announce.say(&json!({"feel": answer["feel"]}));
+        Ok(answer)
+    }
+
+    /// Ends the loop: the force is zero, all is kept.
+    pub(super) async fn end_feel(&self) {
+        let _making = self.making.lock().await;
+        let feel = locked(&self.feel).take();
+        if let Some(feel) = feel {
+            // It cannot fail but by a panic, which has told of itself.
+            let _ = spawn_blocking(move || feel.end()).await;
+        }
+    }
+
+    /// Starts an experiment.
+    ///
+    /// # Errors
+    /// As [`Runs::start`].
+    pub(super) fn start_run(&self, run: &RunStart) -> Result<Value, Failure> {
+        let stops = self.stops.load(Ordering::Relaxed);
+        let started = self.runs.start(&run.kind, &run.parameters, run.realtime)?;
+        if self.stops.load(Ordering::Relaxed) != stops {
+            self.runs.stop();
+        }
+        Ok(started)
+    }
+
+    /// Ends the run that goes on.
+    pub(super) async fn end_run(self: &Arc<Self>) {
+        let hub = Arc::clone(self);
+        // It cannot fail but by a panic, which has told of itself.
+        let _ = spawn_blocking(move || hub.runs.end()).await;
+    }
+
+    /// The newest of the loop, its ticks and those lost; `None` without a loop.
+    pub(super) fn newest(&self) -> Option<(FeelState, u64, u64)> {
+        let feel = self.feel()?;
+        let (made, lost) = feel.counts();
+        Some((locked(&self.kept.state).clone(), made, lost))
+    }
+}
+
+/// Does what takes time elsewhere.
+///
+/// # Errors
+/// Its own.
+pub(super) async fn blocking<T: Send + 'static>(
+    work: impl FnOnce() -> Result<T, Failure> + Send + 'static,
+) -> Result<T, Failure> {
+    match spawn_blocking(work).await {
+        Ok(result) => result,
+        Err(_) => Err(Failure::bad_input(
+            "the server could not finish this: see the terminal",
+        )),
+    }
+}
+
+/// What is felt and the verdict, as in answers.
+pub(super) fn felt(settings: &FeelSettings, verdict: Option<&PreflightVerdict>) -> Value {
+    let mut feel = json!(settings);
+    let (force_limit_n, rate_n_per_s) = force_limits();
+    for (key, number) in [
+        ("hand_stiffness_n_per_m", HAND_STIFFNESS.0),
+        ("hand_damping_n_s_per_m", HAND_DAMPING.0),
+        ("force_limit_n", force_limit_n),
+        ("force_rate_limit_n_per_s", rate_n_per_s),
+        (
+            "memory_s",
+            pyramid_size().samples as f64 * crate::feel::SAMPLE_TIME.0,
+        ),
+    ] {
+        feel[key] = json!(number);
+    }
+    let verdict = verdict.map(|verdict| {
+        let mut value = json!(verdict);
+        value["line"] = json!(verdict.line());
+        value
+    });
+    json!({"feel": feel, "verdict": verdict})
+}

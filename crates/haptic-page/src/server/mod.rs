@@ -1,0 +1,175 @@
+//! The server: one address on this machine, one page, one socket for each browser.
+
+mod answer;
+mod assets;
+mod http;
+mod hub;
+mod live;
+mod options;
+mod page;
+mod request;
+mod socket;
+mod status;
+
+use haptic_experiment::Failure;
+use http::Door;
+use hub::Hub;
+pub use options::ServerOptions;
+use std::net::{Ipv4Addr, SocketAddr, TcpListener};
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, sync_channel};
+use std::thread::JoinHandle;
+use std::time::Duration;
+use tokio::sync::watch;
+
+/// Reason with which sockets are closed when the server ends.
+const STOPPED: &str = "the server was stopped";
+/// Time for the connections that are open when the server ends.
+const LAST: Duration = Duration::from_secs(3);
+/// Sentences that wait for the terminal; later ones are for the pages alone.
+const NOTICES: usize = 64;
+/// Threads that answer.
+const WORKERS: usize = 2;
+
+/// A server at work. Dropped, it stops: force zero first, then the sockets.
+#[derive(Debug)]
+pub struct PageServer {
+    address: String,
+    notices: Receiver<String>,
+    ending: watch::Sender<Option<&'static str>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl PageServer {
+    /// Starts it.
+    ///
+    /// # Errors
+    /// A port that is taken; a system that gives no random numbers or threads.
+    pub fn start(options: ServerOptions) -> Result<Self, Failure> {
+        let listener = listener(options.port)?;
+        let port = listener
+            .local_addr()
+            .map_err(|error| no_socket(&error))?
+            .port();
+        let token = token()?;
+        let address = format!("http://127.0.0.1:{port}/{token}/");
+        let (ending, ended) = watch::channel(None);
+        let (terminal, notices) = sync_channel(NOTICES);
+        let hub = Arc::new(Hub::new(options, terminal, ended));
+        let runtime = tokio::runtime::Builder::new_multi_thread()
+            .worker_threads(WORKERS)
+            .thread_name("page")
+            .enable_all()
+            .build()
+            .map_err(|error| no_socket(&error))?;
+        let listener = {
+            let _inside = runtime.enter();
+            tokio::net::TcpListener::from_std(listener).map_err(|error| no_socket(&error))?
+        };
+        let thread = std::thread::spawn(move || {
+            runtime.block_on(serve(listener, Door { port, token }, hub));
+        });
+        Ok(Self {
+            address,
+            notices,
+            ending,
+            thread: Some(thread),
+        })
+    }
+
+    /// The address to open in a browser, with its token.
+    #[must_use]
+    pub fn address(&self) -> &str {
+        &self.address
+    }
+
+    /// The next sentence for people, if there is one within this time.
+    #[must_use]
+    pub fn notice(&self, within: Duration) -> Option<String> {
+        self.notices.recv_timeout(within).ok()
+    }
+
+    /// Stops: force zero first, then the sockets are told and closed. Returns when all is done, with the last sentences for
+    /// people.
+    pub fn stop(mut self) -> Vec<String> {
+        self.end();
+        self.notices.try_iter().collect()
+    }
+
+    fn end(&mut self) {
+        self.ending.send_replace(Some(STOPPED));
+        if let Some(thread) = self.thread.take() {
+            // A panic in it is a defect that its own message has told.
+            let _ = thread.join();
+        }
+    }
+}
+
+impl Drop for PageServer {
+    fn drop(&mut self) {
+        self.end();
+    }
+}
+
+async fn serve(listener: tokio::net::TcpListener, door: Door, hub: Arc<Hub>) {
+    let mut ending = hub.ending.clone();
+    let sockets = hub.clone();
+    let service = axum::serve(listener, http::router(door, Arc::clone(&hub)));
+    let service = service.with_graceful_shutdown(async move {
+        // An error means that nobody is there to say it: stop too.
+        let _ = ending.wait_for(Option::is_some).await;
+        // Force zero first.
+        sockets.stop();
+        sockets.end_feel().await;
+    });
+    let mut ending = hub.ending.clone();
+    let late = async {
+        // An error means that nobody is there to say it.
+        let _ = ending.wait_for(Option::is_some).await;
+        tokio::time::sleep(LAST).await;
+    };
+    // Errors of single connections are theirs, and one that never asks anything holds nobody up.
+    tokio::select! {
+        _ = service => {}
+        () = late => {}
+    }
+    hub.stop();
+    hub.end_run().await;
+    hub.end_feel().await;
+}
+
+fn listener(port: u16) -> Result<TcpListener, Failure> {
+    let listener = TcpListener::bind(SocketAddr::from((Ipv4Addr::LOCALHOST, port))).map_err(|error| {
+        if error.kind() == std::io::ErrorKind::AddrInUse {
+            Failure::bad_input(format_args!(
+                "`port` {port} is taken by another program: take another, or 0 for any that is free"
+            ))
+        } else {
+            Failure::input_with_advice(
+                format_args!("cannot listen at `port` {port}: {error}"),
+                "take a port above 1023, or 0 for any that is free",
+            )
+        }
+    })?;
+    listener
+        .set_nonblocking(true)
+        .map_err(|error| no_socket(&error))?;
+    Ok(listener)
+}
+
+fn no_socket(error: &std::io::Error) -> Failure {
+    Failure::bad_input(format_args!(
+        "this system gives the server no socket or thread: {error}"
+    ))
+}
+
+/// 128 random bits.
+fn token() -> Result<String, Failure> {
+    let mut bytes = [0; 16];
+    getrandom::fill(&mut bytes).map_err(|error| {
+        Failure::bad_input(format_args!(
+            "this system gives no random numbers for the token: {error}"
+        ))
+    })?;
+    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
+}

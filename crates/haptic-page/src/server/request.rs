@@ -1,0 +1,174 @@
+//! Requests of a page: see `docs/page-protocol.md`.
+
+use crate::feel::{FeelChange, FeelStart};
+use crate::identify::IdentifyRequest;
+use serde::Deserialize;
+use serde_json::{Map, Value};
+
+/// What a page asks for.
+#[derive(Debug, Deserialize)]
+#[serde(tag = "do", deny_unknown_fields)]
+pub(super) enum Request {
+    #[serde(rename = "hello")]
+    Hello { version: u32 },
+    #[serde(rename = "controls.take")]
+    TakeControls {
+        #[serde(default)]
+        force: bool,
+    },
+    #[serde(rename = "controls.release")]
+    ReleaseControls {},
+    #[serde(rename = "feel.start")]
+    FeelStart(FeelStart),
+    #[serde(rename = "feel.set")]
+    FeelSet(FeelChange),
+    #[serde(rename = "feel.hand")]
+    FeelHand { position_m: f64, held: bool },
+    #[serde(rename = "feel.pause")]
+    FeelPause { paused: bool },
+    #[serde(rename = "feel.mark")]
+    FeelMark { text: String },
+    #[serde(rename = "feel.record")]
+    FeelRecord { on: bool },
+    #[serde(rename = "feel.end")]
+    FeelEnd {},
+    #[serde(rename = "stop")]
+    Stop {},
+    #[serde(rename = "arm")]
+    Arm {},
+    #[serde(rename = "view")]
+    View(ViewRequest),
+    #[serde(rename = "view.end")]
+    ViewEnd { view: u32 },
+    #[serde(rename = "runs.list")]
+    RunsList {},
+    #[serde(rename = "runs.open")]
+    RunsOpen { name: String },
+    #[serde(rename = "runs.forms")]
+    RunsForms {},
+    #[serde(rename = "runs.start")]
+    RunsStart(RunStart),
+    #[serde(rename = "runs.stop")]
+    RunsStop {},
+    #[serde(rename = "identify")]
+    Identify(Box<IdentifyRequest>),
+}
+
+/// A span of a source in columns.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ViewRequest {
+    pub(super) source: String,
+    pub(super) columns: u32,
+    #[serde(default)]
+    pub(super) from_s: Option<f64>,
+    #[serde(default)]
+    pub(super) to_s: Option<f64>,
+    #[serde(default)]
+    pub(super) last_s: Option<f64>,
+    #[serde(default)]
+    pub(super) channels: Option<Vec<String>>,
+}
+
+/// An experiment to run.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RunStart {
+    pub(super) kind: String,
+    #[serde(default)]
+    pub(super) parameters: Map<String, Value>,
+    #[serde(default)]
+    pub(super) realtime: bool,
+}
+
+impl Request {
+    /// True if only the page that holds the controls may ask for it.
+    pub(super) const fn needs_controls(&self) -> bool {
+        matches!(
+            self,
+            Self::ReleaseControls {}
+                | Self::FeelStart(_)
+                | Self::FeelSet(_)
+                | Self::FeelHand { .. }
+                | Self::FeelPause { .. }
+                | Self::FeelMark { .. }
+                | Self::FeelRecord { .. }
+                | Self::FeelEnd {}
+                | Self::Arm {}
+                | Self::RunsStart(_)
+                | Self::RunsStop {}
+        )
+    }
+}
+
+/// The text of a message as a request, with its number.
+///
+/// # Errors
+/// A text that is none: its number, if it has one, and a sentence.
+pub(super) fn parse(text: &str) -> Result<(Value, Request), (Value, String)> {
+    let none = |error: String| (Value::Null, error);
+    let value: Value = serde_json::from_str(text)
+        .map_err(|error| none(format!("the message is no JSON: {error}")))?;
+    let Value::Object(mut object) = value else {
+        return Err(none(
+            "the message is no JSON object: send {\"id\": 1, \"do\": …}".to_owned(),
+        ));
+    };
+    let id = object.remove("id").filter(Value::is_number);
+    let Some(id) = id else {
+        return Err(none("the message has no `id` that is a number".to_owned()));
+    };
+    match Request::deserialize(Value::Object(object)) {
+        Ok(request) => Ok((id, request)),
+        Err(error) => Err((id, format!("the request is not understood: {error}"))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn garbage_has_no_number_and_a_wrong_request_has_its_own() {
+        for garbage in [
+            "",
+            "{",
+            "7",
+            "[]",
+            "{}",
+            "{\"do\": \"stop\"}",
+            "{\"id\": \"x\", \"do\": \"stop\"}",
+        ] {
+            let (id, sentence) = parse(garbage).expect_err(garbage);
+            assert!(id.is_null() && !sentence.is_empty(), "{garbage}");
+        }
+        for wrong in [
+            "{\"id\": 7}",
+            "{\"id\": 7, \"do\": \"fly\"}",
+            "{\"id\": 7, \"do\": \"feel.hand\", \"held\": true}",
+            "{\"id\": 7, \"do\": \"feel.hand\", \"held\": true, \"position_m\": \"x\"}",
+            "{\"id\": 7, \"do\": \"feel.hand\", \"held\": true, \"position_m\": 0, \"more\": 1}",
+            "{\"id\": 7, \"do\": \"feel.set\", \"ordre\": 0.3}",
+            "{\"id\": 7, \"do\": \"feel.start\", \"environment\": {\"tissue\": \"x\", \"wall\": {}}}",
+            "{\"id\": 7, \"do\": \"stop\", \"more\": 1}",
+        ] {
+            let (id, sentence) = parse(wrong).expect_err(wrong);
+            assert_eq!(id, 7, "{wrong}");
+            assert!(!sentence.contains('\n'), "{sentence}");
+        }
+    }
+
+    #[test]
+    fn requests_are_read_as_the_protocol_writes_them() {
+        let (id, request) =
+            parse("{\"id\": 7, \"do\": \"feel.set\", \"order\": 0.3}").expect("understood");
+        assert_eq!(id, 7);
+        assert!(request.needs_controls());
+        let Request::FeelSet(change) = request else {
+            panic!("{request:?}");
+        };
+        assert_eq!(change.order, Some(0.3));
+        let (_, stop) = parse("{\"id\": 8, \"do\": \"stop\"}").expect("understood");
+        assert!(!stop.needs_controls(), "anybody may stop");
+    }
+}

@@ -1,0 +1,201 @@
+//! One socket: a task that reads requests and one that writes, so that a page which does not read can still stop.
+
+use super::answer::{self, Asked};
+use super::hub::Hub;
+use super::live::{FRAMES_PER_S, LiveView, Shown, next_frame};
+use super::page::{Outgoing, Page, QUEUE, refusal};
+use super::request::{self, Request};
+use super::status::status;
+use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket};
+use futures_util::stream::{SplitSink, SplitStream};
+use futures_util::{SinkExt as _, StreamExt as _};
+use haptic_experiment::Failure;
+use serde_json::Value;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::sync::broadcast::error::RecvError;
+use tokio::sync::{Semaphore, mpsc};
+use tokio::time::{MissedTickBehavior, interval, timeout};
+
+/// Requests of a page that are worked on at a time.
+const AT_ONCE: usize = 16;
+/// Messages in a row that are no requests.
+const GARBAGE: u32 = 3;
+/// Time without a sign of the page, after which it is gone.
+const SILENCE: Duration = Duration::from_secs(5);
+/// Time between two signs that are asked for.
+const PING: Duration = Duration::from_secs(1);
+/// Time between two messages of the status.
+const STATUS: Duration = Duration::from_millis(100);
+/// Messages of the status of which one is sent without a loop.
+const IDLE: u32 = 10;
+/// Time for a last word.
+const FAREWELL: Duration = Duration::from_secs(1);
+
+/// Codes with which a socket is closed.
+const GOING_AWAY: u16 = 1001;
+const POLICY: u16 = 1008;
+
+/// Serves a socket until it is closed. What the page controlled is stopped before all else.
+pub(super) async fn serve(stream: WebSocket, hub: Arc<Hub>) {
+    let number = hub.enter();
+    let (sink, source) = stream.split();
+    let (out, queue) = mpsc::channel(QUEUE);
+    let page = Page {
+        number,
+        out,
+        full: Arc::default(),
+    };
+    let writer = tokio::spawn(write(sink, queue, Arc::clone(&hub), number));
+    let reason = read(source, &hub, &page).await;
+    // Not after the writer: a page that does not read would hold it.
+    let leaving = tokio::spawn({
+        let hub = Arc::clone(&hub);
+        async move { hub.leave(number).await }
+    });
+    if let Some((code, reason)) = reason {
+        page.send(Outgoing::Close(code, reason));
+    }
+    drop(page);
+    let stop_writer = writer.abort_handle();
+    if timeout(FAREWELL, writer).await.is_err() {
+        stop_writer.abort();
+    }
+    // It cannot fail but by a panic, which has told of itself.
+    let _ = leaving.await;
+}
+
+/// Reads until the end; code and reason, if it is the server that ends it.
+async fn read(
+    mut source: SplitStream<WebSocket>,
+    hub: &Arc<Hub>,
+    page: &Page,
+) -> Option<(u16, &'static str)> {
+    let mut ending = hub.ending.clone();
+    let work = Arc::new(Semaphore::new(AT_ONCE));
+    let mut garbage = 0;
+    loop {
+        let message = tokio::select! {
+            message = timeout(SILENCE, source.next()) => message,
+            reason = ending.wait_for(Option::is_some) => {
+                let reason = reason.ok().and_then(|reason| *reason);
+                return Some((GOING_AWAY, reason.unwrap_or_default()));
+            }
+            () = page.full.notified() => return Some((POLICY, "the page does not read its answers")),
+            () = page.out.closed() => return None,
+        };
+        let text = match message {
+            Err(_) => return Some((POLICY, "the page was silent for 5 s")),
+            Ok(None | Some(Err(_) | Ok(Message::Close(_)))) => return None,
+            Ok(Some(Ok(Message::Ping(_) | Message::Pong(_)))) => continue,
+            Ok(Some(Ok(Message::Text(text)))) => request::parse(&text),
+            Ok(Some(Ok(Message::Binary(_)))) => {
+                Err((Value::Null, "requests are text, not bytes".to_owned()))
+            }
+        };
+        match text {
+            Ok((id, request)) => {
+                garbage = 0;
+                obey(id, request, hub, page, &work).await;
+            }
+            Err((id, error)) => {
+                garbage = if id.is_null() { garbage + 1 } else { 0 };
+                page.send(Outgoing::Text(refusal(&id, &error).to_string()));
+                if garbage == GARBAGE {
+                    return Some((POLICY, "three messages in a row were no requests"));
+                }
+            }
+        }
+    }
+}
+
+/// Does what is asked; what takes time beside the next requests.
+async fn obey(id: Value, request: Request, hub: &Arc<Hub>, page: &Page, work: &Arc<Semaphore>) {
+    if request.needs_controls() && !hub.has_controls(page.number) {
+        let refused = Failure::bad_input(
+            "this page watches: take the controls first (`controls.take`); stop is always possible",
+        );
+        return page.answer(&id, Err(refused));
+    }
+    match answer::answer(request, hub, page) {
+        Asked::Done(result) => page.answer(&id, result),
+        Asked::Later(later) => {
+            let Ok(permit) = Arc::clone(work).try_acquire_owned() else {
+                let busy =
+                    Failure::bad_input("sixteen requests are being worked on: wait for an answer");
+                return page.answer(&id, Err(busy));
+            };
+            let page = page.clone();
+            tokio::spawn(async move {
+                let result = later.await;
+                page.answer(&id, result);
+                drop(permit);
+            });
+        }
+    }
+}
+
+/// Writes answers, what is said to all, the status, and frames as they are due.
+async fn write(
+    mut sink: SplitSink<WebSocket, Message>,
+    mut queue: mpsc::Receiver<Outgoing>,
+    hub: Arc<Hub>,
+    page: u64,
+) {
+    let mut said = hub.hear();
+    let [mut frames, mut states, mut pings] = [Duration::from_secs(1) / FRAMES_PER_S, STATUS, PING]
+        .map(|period| {
+            let mut interval = interval(period);
+            interval.set_missed_tick_behavior(MissedTickBehavior::Delay);
+            interval
+        });
+    let mut live: Option<LiveView> = None;
+    let mut shown = Shown::default();
+    let mut idle = 0;
+    loop {
+        let message = tokio::select! {
+            biased;
+            outgoing = queue.recv() => match outgoing {
+                None => break,
+                Some(Outgoing::Text(text)) => Message::text(text),
+                Some(Outgoing::Frame(bytes)) => Message::binary(bytes),
+                Some(Outgoing::Live(view)) => {
+                    (live, shown) = (view, Shown::default());
+                    continue;
+                }
+                Some(Outgoing::Close(code, reason)) => farewell(code, reason),
+            },
+            text = said.recv() => match text {
+                Ok(text) => Message::text(text.to_string()),
+                Err(RecvError::Lagged(_)) => continue,
+                Err(RecvError::Closed) => break,
+            },
+            _ = states.tick() => {
+                idle += 1;
+                if hub.feel().is_none() && idle < IDLE {
+                    continue;
+                }
+                idle = 0;
+                Message::text(status(&hub, page, &shown).to_string())
+            }
+            _ = pings.tick() => Message::Ping(axum::body::Bytes::new()),
+            _ = frames.tick(), if live.is_some() => {
+                let view = live.filter(|_| hub.feel().is_some());
+                match view.and_then(|view| next_frame(&hub.kept, view, &mut shown)) {
+                    Some(frame) => Message::binary(frame),
+                    None => continue,
+                }
+            }
+        };
+        let last = matches!(message, Message::Close(_));
+        if sink.send(message).await.is_err() || last {
+            break;
+        }
+    }
+    let _ = sink.close().await;
+}
+
+fn farewell(code: u16, reason: &'static str) -> Message {
+    let reason = Utf8Bytes::from_static(reason);
+    Message::Close(Some(CloseFrame { code, reason }))
+}

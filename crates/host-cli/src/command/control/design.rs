@@ -1,0 +1,314 @@
+//! `control design`: from wishes to a controller file, with the best PID of order 1 beside it.
+
+mod report;
+
+use self::report::Report;
+use super::controller::{Limits, controller_scheme, parse_limits};
+use super::draw::{design_columns, draw_design};
+use super::plant::{NamedPlant, PlantArguments, sample_time};
+use super::words::{digits, refused};
+use crate::command::words::parse_number;
+use crate::files::{folder, overwrite_acts, save_picture};
+use crate::output::Output;
+use crate::quantity::{Angle, AngularFrequency, Time};
+use clap::Args;
+use fracdiff::{Scheme, Seconds};
+use fractional_control::tuning::{Bound, Specification};
+use haptic_experiment::control::design::{ControlAnswer, ControlDesign};
+use haptic_experiment::control::run::{SAMPLES_MOST, samples_for};
+use haptic_experiment::failure::Failure;
+use haptic_experiment::folder::write_text;
+use haptic_experiment::parameters;
+use haptic_figure::Picture;
+use std::path::PathBuf;
+
+pub(super) const LONG_ABOUT: &str = "\
+Tunes a PI^lambda D^mu to wishes: crossover and phase margin exactly, a phase that stays flat there (so that the overshoot stays when the \
+gain of the plant changes), and bounds of |S| and |T| as well as can be. Beside it stands the PID of order 1 that comes closest. Both are run \
+and judged: the verdict is a proof for the sampled loop with its dead time, at half to double the gain.
+
+Ends with 1 if a wish is not met within 1 %: the table says which, and by how much. Wishes that contradict each other are refused by name.
+
+JSON: plant, sample_time_s, scheme, controller{the keys of a controller file}, specification[{name, wanted, reached, met, integer_reached}], \
+margins (as in analyze), stable, overshoot_spread, robustness[{gain_db, stable, shape}], shape, limited_share, integer{controller, \
+margins, stable, overshoot_spread, robustness, shape, limited_share} (null without one), integer_reason, step[{time_s, output, command}], \
+controller_file, files.";
+
+/// Samples in the time 1/crossover, if no sample time is given.
+const SAMPLES_A_RADIAN: f64 = 50.0;
+
+/// Arguments of `control design`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  host-cli control design --plant '0.55exp(-s)/(62s+1)' --crossover 0.1rad/s --phase-margin 65deg --out oven\n  \
+                  host-cli control design --plant plant.toml --crossover 2Hz --phase-margin 60deg --sensitivity-peak 1.6 --noise 300rad/s:-20dB\n  \
+                  host-cli control design --mass 65g --damping 3.5 --delay 1ms --crossover 60rad/s --phase-margin 55deg --sample-time 1ms \
+                  --output-limits -3.3:3.3 --step 0.01 --out arm"
+)]
+pub struct Arguments {
+    #[command(flatten)]
+    plant: PlantArguments,
+    #[command(flatten)]
+    wishes: WishArguments,
+    /// Sample time [default: about a fiftieth of 1/crossover]
+    #[arg(
+        long,
+        value_name = "TIME",
+        allow_hyphen_values = true,
+        help_heading = "Controller"
+    )]
+    sample_time: Option<Time>,
+    /// Rule of the powers of s: full[:TOLERANCE] or full-bdf2[:TOLERANCE]
+    #[arg(long, value_parser = controller_scheme, default_value = parameters::CONTROLLER_SCHEME.shown, help_heading = "Controller")]
+    scheme: Scheme,
+    /// Limits of the command [default: none]
+    #[arg(long, value_name = "LOW:HIGH", value_parser = parse_limits, allow_hyphen_values = true, help_heading = "Controller")]
+    output_limits: Option<Limits>,
+    /// Height of the step that is shown with the limits
+    #[arg(long, value_parser = parse_number, default_value = "1", allow_hyphen_values = true)]
+    step: f64,
+    /// Length of the steps [default: 60 times 1/crossover]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    duration: Option<Time>,
+    /// Folder for controller.toml, the steps as CSV, and a picture
+    #[arg(long, value_name = "DIR", help_heading = "Files")]
+    out: Option<PathBuf>,
+    /// Replace the files of an earlier design in the folder
+    #[arg(long, help_heading = "Files")]
+    overwrite: bool,
+}
+
+/// The wishes.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Wishes")]
+struct WishArguments {
+    /// Frequency at which the gain of the open loop is 1, in rad/s or Hz: about 1.6/rise time
+    #[arg(long, value_name = "FREQUENCY", allow_hyphen_values = true)]
+    crossover: AngularFrequency,
+    /// Phase margin there, as in 60deg
+    #[arg(
+        long,
+        value_name = "ANGLE",
+        default_value = "60deg",
+        allow_hyphen_values = true
+    )]
+    phase_margin: Angle,
+    /// Give up the flat phase: the overshoot may change with the gain
+    #[arg(long)]
+    not_flat: bool,
+    /// Largest |S|: how many times errors may grow at any frequency
+    #[arg(long, value_name = "GAIN", value_parser = parse_gain, allow_hyphen_values = true)]
+    sensitivity_peak: Option<f64>,
+    /// Largest |T|
+    #[arg(long, value_name = "GAIN", value_parser = parse_gain, allow_hyphen_values = true)]
+    complementary_peak: Option<f64>,
+    /// Noise of the measurement: largest |T| from this frequency on, as in 10rad/s:-20dB
+    #[arg(long, value_name = "FREQUENCY:GAIN", value_parser = parse_bound, allow_hyphen_values = true)]
+    noise: Option<Bound>,
+    /// Disturbances: largest |S| up to this frequency, as in 0.01rad/s:0.1
+    #[arg(long, value_name = "FREQUENCY:GAIN", value_parser = parse_bound, allow_hyphen_values = true)]
+    disturbance: Option<Bound>,
+}
+
+/// Reads a gain: a number, or in decibel.
+fn parse_gain(text: &str) -> Result<f64, String> {
+    let refused = |_| format!("\"{text}\" is not a gain: give a number, or decibel as in -20dB");
+    match text.trim().strip_suffix("dB") {
+        Some(decibel) => Ok(10_f64.powf(parse_number(decibel).map_err(refused)? / 20.0)),
+        None => parse_number(text).map_err(refused),
+    }
+}
+
+fn parse_bound(text: &str) -> Result<Bound, String> {
+    let (frequency, gain) = text
+        .split_once(':')
+        .ok_or_else(|| format!("\"{text}\" is not FREQUENCY:GAIN, as in 10rad/s:-20dB"))?;
+    let frequency: AngularFrequency = frequency
+        .parse()
+        .map_err(|error: crate::quantity::QuantityError| error.to_string())?;
+    Ok(Bound {
+        omega_rad_s: frequency.0,
+        at_most: parse_gain(gain)?,
+    })
+}
+
+impl WishArguments {
+    fn specification(&self) -> Specification {
+        Specification {
+            iso_damping: !self.not_flat,
+            noise: self.noise,
+            disturbance: self.disturbance,
+            sensitivity_peak: self.sensitivity_peak,
+            complementary_peak: self.complementary_peak,
+            ..Specification::new(self.crossover.0, self.phase_margin.0)
+        }
+    }
+
+    /// The wishes as a line of the controller file.
+    fn words(&self) -> String {
+        let mut words = vec![
+            format!("crossover {} rad/s", digits(self.crossover.0)),
+            format!("phase margin {}°", digits(self.phase_margin.0.to_degrees())),
+        ];
+        if !self.not_flat {
+            words.push("flat phase".to_owned());
+        }
+        for (name, most) in [
+            ("|S|", self.sensitivity_peak),
+            ("|T|", self.complementary_peak),
+        ] {
+            words.extend(most.map(|most| format!("{name} ≤ {}", digits(most))));
+        }
+        for (name, side, bound) in [
+            ("|T|", "from", self.noise),
+            ("|S|", "up to", self.disturbance),
+        ] {
+            words.extend(bound.map(|bound| {
+                let (most, omega) = (digits(bound.at_most), digits(bound.omega_rad_s));
+                format!("{name} ≤ {most} {side} {omega} rad/s")
+            }));
+        }
+        words.join(", ")
+    }
+}
+
+/// The next 1, 2 or 5 times a power of ten that is not longer.
+fn round_down(time_s: f64) -> f64 {
+    let decade = 10_f64.powf(time_s.log10().floor());
+    let steps = [5.0, 2.0, 1.0].into_iter();
+    let step = steps
+        .map(|step| step * decade)
+        .find(|step| *step <= time_s * (1.0 + 1e-9));
+    let time_s = step.unwrap_or(decade);
+    // 2e-3 and not 0.0020000000000000005.
+    format!("{time_s:.0e}").parse().unwrap_or(time_s)
+}
+
+impl Arguments {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// Wishes that contradict each other or are not met, a plant that is wrong, files that cannot be written.
+    pub fn run(self, output: Output) -> Result<(), Failure> {
+        overwrite_acts(self.out.as_deref(), self.overwrite)?;
+        let plant = self.plant.resolve()?;
+        let design = self.design(&plant)?;
+        let answer = design.answer().map_err(refused)?;
+        let mut report = Report::new(&design, &answer);
+        self.write(&plant, &answer, &mut report)?;
+        output.summary(&report, |out| report.print(out, &answer))?;
+        report.judge()
+    }
+
+    fn design(&self, plant: &NamedPlant) -> Result<ControlDesign, Failure> {
+        if self.step == 0.0 {
+            return Err(Failure::bad_input(
+                "a step of height 0 moves nothing: give --step another height",
+            ));
+        }
+        let crossover = self.wishes.crossover.0;
+        if crossover <= 0.0 {
+            return Err(Failure::bad_input(format_args!(
+                "crossover {crossover} rad/s is not above 0 rad/s: give --crossover, as in 0.1rad/s or 2Hz"
+            )));
+        }
+        let sample_time_s = match self.sample_time {
+            Some(time) => sample_time(time)?,
+            None => sample_time(Time(round_down(1.0 / (SAMPLES_A_RADIAN * crossover))))?,
+        };
+        let samples = match self.duration {
+            Some(duration) => (duration.0 / sample_time_s).round() + 1.0,
+            None => samples_for(Some(crossover), sample_time_s),
+        };
+        if !(2.0..=SAMPLES_MOST).contains(&samples) {
+            return Err(Failure::bad_input(format_args!(
+                "{} samples of {sample_time_s} s are not 2 to {SAMPLES_MOST:e}: change --duration or --sample-time",
+                digits(samples)
+            )));
+        }
+        Ok(ControlDesign {
+            plant: plant.plant.clone(),
+            plant_words: plant.words.clone(),
+            wishes: self.wishes.specification(),
+            wishes_words: self.wishes.words(),
+            sample_time: Seconds(sample_time_s),
+            scheme: self.scheme,
+            output_low: self.output_limits.map(|limits| limits.low),
+            output_high: self.output_limits.map(|limits| limits.high),
+            step: self.step,
+            samples: samples as usize,
+        })
+    }
+
+    /// Writes controller, table and picture, if a folder was given.
+    fn write(
+        &self,
+        plant: &NamedPlant,
+        answer: &ControlAnswer,
+        report: &mut Report,
+    ) -> Result<(), Failure> {
+        let Some(out) = &self.out else {
+            return Ok(());
+        };
+        let picture: Option<Picture> =
+            draw_design(answer, plant).map_err(crate::picture_file::PictureFileError::from)?;
+        let folder = folder(Some(out.clone()), "controller", self.overwrite).prepare()?;
+        let mut file = answer.fractional.file.clone();
+        file.origin.program = concat!("host-cli ", env!("CARGO_PKG_VERSION")).to_owned();
+        file.origin.note = report.note();
+        let path = folder.file("toml");
+        write_text(&path, &file.to_toml(), self.overwrite)?;
+        report.controller_file = Some(path.display().to_string());
+        let mut columns = design_columns(&answer.fractional, "");
+        if let Ok(integer) = &answer.integer {
+            columns.extend(design_columns(integer, "integer_"));
+        }
+        if let Some((_, first)) = columns.first() {
+            let t = answer.fractional.file.sample_time_s;
+            let names = columns.iter().map(|(name, _)| name.as_str());
+            let names: Vec<&str> = std::iter::once("time_s").chain(names).collect();
+            let rows = (0..first.len()).map(|n| {
+                let values = columns.iter().map(|(_, column)| column[n]);
+                std::iter::once(n as f64 * t)
+                    .chain(values)
+                    .collect::<Vec<f64>>()
+            });
+            report
+                .files
+                .push(folder.write_named_table("csv", &names, rows)?);
+        }
+        if let Some(picture) = picture {
+            report.files.push(save_picture(&folder, Ok(picture))?);
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+#[expect(clippy::float_cmp, reason = "round numbers are exact")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sample_time_is_a_round_number() {
+        for (time, round) in [
+            (0.2, 0.2),
+            (0.19, 0.1),
+            (4e-4, 2e-4),
+            (1e-3, 1e-3),
+            (7.0, 5.0),
+        ] {
+            assert_eq!(round_down(time), round, "{time}");
+        }
+    }
+
+    #[test]
+    fn gains_are_numbers_or_decibel() {
+        assert_eq!(parse_gain("0.5"), Ok(0.5));
+        assert_eq!(parse_gain("-20 dB"), Ok(0.1));
+        assert!(parse_gain("-20d").is_err());
+        let bound = parse_bound("2Hz:-20dB").expect("a bound");
+        assert!((bound.omega_rad_s - 12.566).abs() < 1e-3 && bound.at_most == 0.1);
+        assert!(parse_bound("2").is_err() && parse_bound("2m:1").is_err());
+    }
+}

@@ -1,0 +1,397 @@
+//! The answer for programs and for people.
+
+use super::super::draw::over_time;
+use super::super::print::{MarginReport, PidReport, ShapeReport, table, written};
+use super::super::words::{decibel, digits, in_degrees, percent};
+use fractional_control::PidParameters;
+use haptic_experiment::control::design::{
+    Candidate, ControlAnswer, ControlDesign, Trial, Wish, WishName,
+};
+use haptic_experiment::failure::Failure;
+use serde::Serialize;
+use std::f64::consts::LN_10;
+use std::io::{self, Write};
+
+/// Result of `control design`.
+#[derive(Serialize)]
+pub(super) struct Report {
+    plant: String,
+    sample_time_s: f64,
+    scheme: String,
+    controller: PidReport,
+    specification: Vec<WishReport>,
+    #[serde(flatten)]
+    trial: Option<TrialReport>,
+    /// Null for a plant that was measured, which does not run.
+    stable: Option<bool>,
+    integer: Option<IntegerReport>,
+    integer_reason: Option<String>,
+    step: Vec<Sample>,
+    pub(super) controller_file: Option<String>,
+    pub(super) files: Vec<String>,
+}
+
+/// A wish.
+#[derive(Serialize)]
+struct WishReport {
+    name: &'static str,
+    wanted: f64,
+    reached: f64,
+    met: bool,
+    integer_reached: Option<f64>,
+}
+
+/// The loop of a controller.
+#[derive(Serialize)]
+struct TrialReport {
+    margins: MarginReport,
+    overshoot_spread: f64,
+    robustness: Vec<GainReport>,
+    shape: ShapeReport,
+    limited_share: f64,
+}
+
+#[derive(Serialize)]
+struct GainReport {
+    gain_db: f64,
+    stable: bool,
+    shape: ShapeReport,
+}
+
+#[derive(Serialize)]
+struct IntegerReport {
+    controller: PidReport,
+    #[serde(flatten)]
+    trial: Option<TrialReport>,
+    stable: Option<bool>,
+}
+
+#[derive(Serialize)]
+struct Sample {
+    time_s: f64,
+    output: f64,
+    command: f64,
+}
+
+/// Name and unit of a wish, and its value in that unit.
+struct Row {
+    key: &'static str,
+    words: &'static str,
+    in_unit: fn(f64) -> f64,
+}
+
+fn row(name: WishName) -> Row {
+    let same: fn(f64) -> f64 = |value| value;
+    let (key, words, in_unit): (_, _, fn(f64) -> f64) = match name {
+        WishName::Crossover => ("crossover_rad_s", "crossover / rad/s", same),
+        WishName::PhaseMargin => ("phase_margin_deg", "phase margin / °", f64::to_degrees),
+        WishName::IsoDamping => (
+            "phase_slope_deg_per_decade",
+            "slope of the phase / °/decade",
+            |slope| (slope * LN_10).to_degrees(),
+        ),
+        WishName::SensitivityPeak => ("sensitivity_peak", "largest |S|", same),
+        WishName::ComplementaryPeak => ("complementary_peak", "largest |T|", same),
+        WishName::Noise => ("noise", "|T| above the noise's frequency", same),
+        _ => ("disturbance", "|S| below the disturbance's frequency", same),
+    };
+    Row {
+        key,
+        words,
+        in_unit,
+    }
+}
+
+fn trial_report(trial: &Trial, t: f64) -> TrialReport {
+    TrialReport {
+        margins: (&trial.margins).into(),
+        overshoot_spread: trial.overshoot_spread(),
+        robustness: trial
+            .robustness
+            .iter()
+            .map(|row| GainReport {
+                gain_db: decibel(row.gain),
+                stable: row.stable,
+                shape: ShapeReport::new(&row.shape, t),
+            })
+            .collect(),
+        shape: ShapeReport::new(&trial.shape, t),
+        limited_share: trial.limited_share,
+    }
+}
+
+fn pid_of(candidate: &Candidate) -> PidParameters {
+    candidate.tuned.parameters
+}
+
+fn stable(candidate: &Candidate) -> Option<bool> {
+    candidate.trial.as_ref().map(|trial| trial.verdict.stable)
+}
+
+fn reached(candidate: &Candidate, name: WishName) -> Option<f64> {
+    let found = candidate.wishes.iter().find(|wish| wish.name == name);
+    found.map(|wish| wish.reached)
+}
+
+impl Report {
+    pub(super) fn new(design: &ControlDesign, answer: &ControlAnswer) -> Self {
+        let (own, integer) = (&answer.fractional, answer.integer.as_ref());
+        let t = design.sample_time.0;
+        let wish = |wish: &Wish| {
+            let row = row(wish.name);
+            let integer = integer.ok().and_then(|other| reached(other, wish.name));
+            WishReport {
+                name: row.key,
+                wanted: (row.in_unit)(wish.wanted),
+                reached: (row.in_unit)(wish.reached),
+                met: wish.is_met(),
+                integer_reached: integer.map(row.in_unit),
+            }
+        };
+        let report = |candidate: &Candidate| {
+            let trial = candidate.trial.as_ref();
+            trial.map(|trial| trial_report(trial, t))
+        };
+        let step = own.trial.as_ref().map(|trial| &trial.step);
+        let samples = step.map(|step| {
+            let output = over_time(&step.measured, t);
+            let rows = output.into_iter().zip(&step.command);
+            let rows = rows.map(|((time_s, output), command)| Sample {
+                time_s,
+                output,
+                command: *command,
+            });
+            rows.collect()
+        });
+        Self {
+            plant: design.plant_words.clone(),
+            sample_time_s: t,
+            scheme: design.scheme.to_string(),
+            controller: pid_of(own).into(),
+            specification: own.wishes.iter().map(wish).collect(),
+            trial: report(own),
+            stable: stable(own),
+            integer: integer.ok().map(|other| IntegerReport {
+                controller: pid_of(other).into(),
+                trial: report(other),
+                stable: stable(other),
+            }),
+            integer_reason: integer.err().map(in_degrees),
+            step: samples.unwrap_or_default(),
+            controller_file: None,
+            files: Vec::new(),
+        }
+    }
+
+    /// Wishes that are not met, for the controller file.
+    pub(super) fn note(&self) -> String {
+        match self.unmet() {
+            unmet if unmet.is_empty() => String::new(),
+            unmet => format!("not met: {unmet}"),
+        }
+    }
+
+    /// Which wishes are missed, and by how much.
+    fn unmet(&self) -> String {
+        let missed = self.specification.iter().filter(|wish| !wish.met);
+        let words = missed.map(|wish| {
+            let (wanted, reached) = (digits(wish.wanted), digits(wish.reached));
+            let by = if wish.wanted == 0.0 {
+                String::new()
+            } else {
+                let share = 100.0 * (wish.reached / wish.wanted - 1.0);
+                format!(" ({share:+.0} %)")
+            };
+            format!("{} {reached} in place of {wanted}{by}", wish.name)
+        });
+        words.collect::<Vec<_>>().join(", ")
+    }
+
+    /// The end of the command: an error if a wish is not met, or the loop is not stable.
+    pub(super) fn judge(&self) -> Result<(), Failure> {
+        if self.stable == Some(false) {
+            return Err(Failure::Run(anyhow::anyhow!(
+                "the loop that would be run is not stable: ask for a lower --crossover or a shorter --sample-time"
+            )));
+        }
+        let unmet = self.unmet();
+        if unmet.is_empty() {
+            return Ok(());
+        }
+        Err(Failure::Run(anyhow::anyhow!(
+            "not met: {unmet}; the best with the others met: allow more, move --crossover, change --phase-margin, or give --not-flat"
+        )))
+    }
+
+    /// The table, and what it says in sentences.
+    pub(super) fn print(&self, out: &mut dyn Write, answer: &ControlAnswer) -> io::Result<()> {
+        writeln!(out, "plant  {}, T = {} s", self.plant, self.sample_time_s)?;
+        table(out, &self.rows(answer))?;
+        for sentence in self.sentences() {
+            writeln!(out, "{sentence}")?;
+        }
+        let file = self.controller_file.as_slice();
+        written(out, file)?;
+        written(out, &self.files)
+    }
+
+    fn rows(&self, answer: &ControlAnswer) -> Vec<Vec<String>> {
+        let header = ["", "wanted", "PI^λD^μ", "PID of order 1"];
+        let mut rows = vec![header.map(str::to_owned).to_vec()];
+        for (wish, own) in self.specification.iter().zip(&answer.fractional.wishes) {
+            rows.push(vec![
+                row(own.name).words.to_owned(),
+                digits(wish.wanted),
+                rounded(wish.reached),
+                wish.integer_reached.map_or_else(none, rounded),
+            ]);
+        }
+        rows.extend(self.rows_of_gains());
+        rows.extend(self.rows_of_steps());
+        rows
+    }
+
+    fn rows_of_gains(&self) -> Vec<Vec<String>> {
+        let gains = |own: PidReport| {
+            [
+                ("K_p", own.proportional_gain),
+                ("K_i", own.integral_gain_per_s_lambda),
+                ("λ", own.integral_order),
+                ("K_d", own.derivative_gain_s_mu),
+                ("μ", own.derivative_order),
+            ]
+        };
+        let other = self.integer.as_ref().map(|other| gains(other.controller));
+        let own = gains(self.controller).into_iter().enumerate();
+        own.map(|(n, (name, value))| {
+            pair(name, digits(value), other.map(|other| digits(other[n].1)))
+        })
+        .collect()
+    }
+
+    fn rows_of_steps(&self) -> Vec<Vec<String>> {
+        let Some(own) = &self.trial else {
+            return Vec::new();
+        };
+        let other = self.integer.as_ref().and_then(|other| other.trial.as_ref());
+        let cells = other.map(|other| other.shape.cells());
+        let shape = own.shape.cells().into_iter().enumerate();
+        let mut rows: Vec<Vec<String>> = shape
+            .map(|(n, (name, cell))| {
+                pair(name, cell, cells.as_ref().map(|cells| cells[n].1.clone()))
+            })
+            .collect();
+        let limited = |trial: &TrialReport| percent(trial.limited_share);
+        rows.push(pair("command at a limit", limited(own), other.map(limited)));
+        let overshoots = |trial: &TrialReport| {
+            let all = || trial.robustness.iter().map(|row| row.shape.overshoot);
+            let (low, high) = (all().fold(f64::MAX, f64::min), all().fold(0.0, f64::max));
+            match trial.robustness.iter().all(|row| row.stable) {
+                true => format!("{:.1} to {:.1} %", 100.0 * low, 100.0 * high),
+                false => "unstable".to_owned(),
+            }
+        };
+        rows.push(pair(
+            "overshoot over ±6 dB",
+            overshoots(own),
+            other.map(overshoots),
+        ));
+        rows
+    }
+
+    /// The verdict and the comparison.
+    fn sentences(&self) -> Vec<String> {
+        let Some(own) = &self.trial else {
+            return vec![
+                "Tuned to a measured response, which does not run: stable by Nyquist's count at the frequencies that were measured, not proved. \
+                 Identify a transfer function (host-cli control identify) for a proof and steps."
+                    .to_owned(),
+            ];
+        };
+        let always = |trial: &TrialReport| trial.robustness.iter().all(|row| row.stable);
+        let mut said = Vec::new();
+        said.push(match (self.stable, always(own)) {
+            (Some(true), true) => {
+                "The sampled loop is stable, and proved so, from half to double the gain of the plant.".to_owned()
+            }
+            (Some(true), false) => {
+                "The sampled loop is stable, and proved so, but not everywhere from half to double the gain of the plant.".to_owned()
+            }
+            _ => "The sampled loop is not stable.".to_owned(),
+        });
+        let other = self.integer.as_ref().and_then(|other| other.trial.as_ref());
+        match other {
+            Some(other) if always(own) && always(other) => {
+                let (fractional, integer) = (own.overshoot_spread, other.overshoot_spread);
+                said.push(format!(
+                    "Over these gains its overshoot varies by {} of the step, that of the PID of order 1 by {}: {}.",
+                    percent(fractional),
+                    percent(integer),
+                    compared(fractional, integer)
+                ));
+            }
+            Some(other) if always(own) && !always(other) => {
+                said.push("The PID of order 1 is not stable at all of these gains.".to_owned())
+            }
+            Some(_) => {}
+            None => said.push(format!(
+                "There is no PID of order 1 with this crossover and margin: {}.",
+                self.integer_reason
+                    .as_deref()
+                    .unwrap_or("none was found")
+                    .replace('`', "")
+            )),
+        }
+        let order = self.controller.integral_order;
+        if self.stable == Some(true) && own.shape.settling_time_s.is_none() && order < 1.0 {
+            said.push(format!(
+                "It does not settle within the time shown: what is left of an integral of order {} fades as slowly as t^-{0}. Ask for little error at low \
+                 frequency too, as with --disturbance {}rad/s:0.05.",
+                digits(order),
+                digits(0.05 * self.specification.first().map_or(1.0, |wish| wish.wanted))
+            ));
+        }
+        let unmet = self.unmet();
+        if unmet.is_empty() {
+            said.push("Every wish is met within 1 %.".to_owned());
+        }
+        said
+    }
+}
+
+/// Where there is nothing.
+fn none() -> String {
+    "–".to_owned()
+}
+
+/// A row without a wish.
+fn pair(name: &str, own: String, other: Option<String>) -> Vec<String> {
+    vec![
+        name.to_owned(),
+        String::new(),
+        own,
+        other.unwrap_or_else(none),
+    ]
+}
+
+/// A number as a table shows what was reached: what is next to 0 is 0.
+fn rounded(value: f64) -> String {
+    let rounded = (1e4 * value).round() / 1e4;
+    if rounded == 0.0 && value.abs() < 5e-5 {
+        "0".to_owned()
+    } else {
+        digits(value)
+    }
+}
+
+/// One spread against another.
+fn compared(fractional: f64, integer: f64) -> String {
+    let least = 1e-3;
+    if fractional < least && integer < least {
+        "there is nothing between them".to_owned()
+    } else if fractional <= integer {
+        format!("{:.1} times less", integer / fractional.max(1e-6))
+    } else {
+        "the fractional one is no better here".to_owned()
+    }
+}

@@ -1,0 +1,47 @@
+//! `control`: fractional controllers, from a plant to a loop that runs.
+
+mod analyze;
+mod controller;
+mod design;
+mod draw;
+mod identify;
+mod plant;
+mod print;
+mod simulate;
+mod words;
+
+use crate::output::Output;
+use clap::Subcommand;
+use haptic_experiment::failure::Failure;
+
+/// The task.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// A fractional PID for a plant and wishes, beside the best PID of order 1
+    #[command(long_about = design::LONG_ABOUT)]
+    Design(design::Arguments),
+    /// The step, or any record, through a loop or a plant alone
+    #[command(long_about = simulate::LONG_ABOUT)]
+    Simulate(simulate::Arguments),
+    /// Is this loop stable, why, and by how much? Without a controller: the poles of a plant
+    #[command(long_about = analyze::LONG_ABOUT)]
+    Analyze(analyze::Arguments),
+    /// A fractional transfer function from a record of input and output
+    #[command(long_about = identify::LONG_ABOUT)]
+    Identify(identify::Arguments),
+}
+
+impl Command {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// A parameter outside its range; wishes that contradict each other; files that cannot be read or written.
+    pub fn run(self, output: Output) -> Result<(), Failure> {
+        match self {
+            Self::Design(arguments) => arguments.run(output),
+            Self::Simulate(arguments) => arguments.run(output),
+            Self::Analyze(arguments) => arguments.run(output),
+            Self::Identify(arguments) => arguments.run(output),
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! The plant, as every command of `control` asks for it.
+
+use super::words::{in_degrees, refused};
+use crate::quantity::{Damping, Mass, Stiffness, Time};
+use clap::Args;
+use fractional_control::Plant;
+use haptic_experiment::failure::Failure;
+use haptic_experiment::input::short;
+use haptic_experiment::parameters;
+use haptic_experiment::plant_file::{DeviceValues, PlantFile, PlantModel, read_response};
+use std::path::Path;
+
+/// Options of the plant.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Plant")]
+pub(super) struct PlantArguments {
+    /// Transfer function, as in '0.55exp(-s)/(62s+1)' or '1/(0.8s^2.2+0.5s^0.9+1)'; or a plant file (*.toml); or a measured response (*.csv
+    /// with omega_rad_s, gain and phase_deg)
+    #[arg(long, value_name = "FUNCTION|FILE", allow_hyphen_values = true)]
+    plant: Option<String>,
+    /// Mass of a device, in place of --plant: force in, position out
+    #[arg(long, conflicts_with = "plant", allow_hyphen_values = true)]
+    mass: Option<Mass>,
+    /// Viscous damping of the device
+    #[arg(long, requires = "mass", allow_hyphen_values = true)]
+    damping: Option<Damping>,
+    /// Stiffness of the hand that holds it
+    #[arg(long, requires = "mass", allow_hyphen_values = true)]
+    hand_stiffness: Option<Stiffness>,
+    /// Time constant of the actuator's current
+    #[arg(
+        long,
+        requires = "mass",
+        value_name = "TIME",
+        allow_hyphen_values = true
+    )]
+    current_lag: Option<Time>,
+    /// Dead time, beside that of the plant
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    delay: Option<Time>,
+}
+
+/// A plant and its name.
+#[derive(Debug)]
+pub(super) struct NamedPlant {
+    pub(super) plant: Plant,
+    pub(super) words: String,
+}
+
+impl NamedPlant {
+    /// True if it was measured: it can be tuned for, not run.
+    pub(super) fn is_measured(&self) -> bool {
+        self.plant.band().1.is_finite()
+    }
+}
+
+impl PlantArguments {
+    /// The plant.
+    ///
+    /// # Errors
+    /// None, or one that is wrong.
+    pub(super) fn resolve(&self) -> Result<NamedPlant, Failure> {
+        let delay_s = self.delay.map_or(0.0, |delay| delay.0);
+        let model = match (&self.plant, self.mass) {
+            (Some(text), _) => named(text)?,
+            (None, Some(mass)) => PlantModel::Device(DeviceValues {
+                mass_kg: mass.0,
+                damping_n_s_per_m: self.damping.map_or(0.0, |damping| damping.0),
+                hand_stiffness_n_per_m: self.hand_stiffness.map_or(0.0, |hand| hand.0),
+                delay_s,
+                current_lag_s: self.current_lag.map_or(0.0, |lag| lag.0),
+            }),
+            (None, None) => {
+                return Err(Failure::bad_input(
+                    "no plant: give --plant, as in '1/(0.8s^2.2+0.5s^0.9+1)' or plant.toml, or a device with --mass",
+                ));
+            }
+        };
+        let plant = model.plant().map_err(refused)?;
+        let further = self.plant.is_some() && delay_s != 0.0;
+        let words = match further {
+            true => format!("{}, {delay_s} s more dead time", model.in_words()),
+            false => model.in_words(),
+        };
+        let plant = match further {
+            true => plant
+                .delayed(delay_s)
+                .map_err(|error| Failure::input_with_advice(error, "change --delay"))?,
+            false => plant,
+        };
+        Ok(NamedPlant { plant, words })
+    }
+}
+
+/// A plant by notation, or in a file.
+fn named(text: &str) -> Result<PlantModel, Failure> {
+    let path = Path::new(text);
+    let ends = |extension: &str| {
+        path.extension()
+            .is_some_and(|own| own.eq_ignore_ascii_case(extension))
+    };
+    if ends("csv") {
+        return read_response(path)
+            .map(PlantModel::Measured)
+            .map_err(Failure::bad_input);
+    }
+    if ends("toml") || path.is_file() {
+        let file = PlantFile::read(path).map_err(Failure::input)?;
+        return Ok(file.model);
+    }
+    text.parse().map_err(|error| {
+        let (text, error) = (short(text), in_degrees(&error));
+        Failure::bad_input(format_args!("plant \"{text}\": {error}; change --plant"))
+    })
+}
+
+/// Sample time that is asked for and lies in the range of all.
+///
+/// # Errors
+/// Outside it.
+pub(super) fn sample_time(time: Time) -> Result<f64, Failure> {
+    let range = parameters::CONTROLLER_SAMPLE_TIME.range();
+    if range.contains(time.0) {
+        return Ok(time.0);
+    }
+    Err(Failure::bad_input(format_args!(
+        "sample time {} s is not {range}: give --sample-time, as in 1ms",
+        time.0
+    )))
+}

@@ -1,0 +1,337 @@
+//! `control simulate`: a step, or any record, through a loop or a plant alone.
+
+use super::controller::ControllerArguments;
+use super::draw::{draw_run, run_subtitle};
+use super::plant::{NamedPlant, PlantArguments};
+use super::print::{ShapeReport, table, written};
+use super::words::{digits, in_degrees, law, percent, refused};
+use crate::column;
+use crate::command::analyze::Files;
+use crate::command::words::parse_number;
+use crate::output::{Output, note};
+use crate::quantity::Time;
+use clap::Args;
+use fracdiff::Seconds;
+use fractional_control::Response;
+use haptic_experiment::control::run::{
+    LoopRun, SAMPLES_MOST, integer_baseline, run, run_plant, samples_for,
+};
+use haptic_experiment::controller_file::ControllerFile;
+use haptic_experiment::failure::Failure;
+use serde::Serialize;
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+pub(super) const LONG_ABOUT: &str = "\
+Runs the loop of a plant and a controller from rest, as it would be run: sampled, held, with dead time, limits and exact anti-windup. The \
+reference is a step, or the column of a CSV. A fractional controller is shown beside the PID of order 1 with the same crossover and \
+phase margin. Without a controller: the plant alone.
+
+JSON: plant, controller, sample_time_s, scheme, stable, shape{overshoot, rise_time_s, settling_time_s, final_error} (null for a record), \
+limited_share, integer{controller, shape, limited_share} (null where there is none), step[{time_s, reference, output, command}], files.";
+
+/// Arguments of `control simulate`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  host-cli control simulate --plant '0.55exp(-s)/(62s+1)' --controller design/controller.toml --out run\n  \
+                  host-cli control simulate --plant '1/(0.8s^2.2+0.5s^0.9+1)' --controller '20.5+3.7343s^1.15' --sample-time 1ms \
+                  --duration 5s\n  host-cli control simulate --plant plant.toml --controller controller.toml --reference ramp.csv"
+)]
+pub struct Arguments {
+    #[command(flatten)]
+    plant: PlantArguments,
+    #[command(flatten)]
+    controller: ControllerArguments,
+    /// How long [default: 60 times 1/crossover]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    duration: Option<Time>,
+    /// Height of the step [default: 1]
+    #[arg(long, value_parser = parse_number, allow_hyphen_values = true)]
+    step: Option<f64>,
+    /// A record as the reference in place of a step: CSV with time_s and the column reference, held between its rows
+    #[arg(long, value_name = "FILE.csv", conflicts_with = "step")]
+    reference: Option<PathBuf>,
+    #[command(flatten)]
+    files: Files,
+}
+
+/// The result.
+#[derive(Serialize)]
+struct Report {
+    plant: String,
+    controller: Option<String>,
+    /// Both in five digits, for people.
+    #[serde(skip)]
+    shown: [Option<String>; 2],
+    sample_time_s: f64,
+    scheme: Option<String>,
+    stable: bool,
+    shape: Option<ShapeReport>,
+    limited_share: f64,
+    integer: Option<IntegerReport>,
+    step: Vec<Row>,
+    files: Vec<String>,
+}
+
+/// The PID of order 1.
+#[derive(Serialize)]
+struct IntegerReport {
+    controller: String,
+    shape: Option<ShapeReport>,
+    limited_share: f64,
+}
+
+/// A sample.
+#[derive(Clone, Copy, Serialize)]
+struct Row {
+    time_s: f64,
+    reference: f64,
+    output: f64,
+    command: f64,
+}
+
+fn rows(response: &Response, sample_time_s: f64) -> Vec<Row> {
+    let samples = response.measured.iter().enumerate();
+    samples
+        .map(|(n, output)| Row {
+            time_s: n as f64 * sample_time_s,
+            reference: response.reference.get(n).copied().unwrap_or(f64::NAN),
+            output: *output,
+            command: response.command.get(n).copied().unwrap_or(f64::NAN),
+        })
+        .collect()
+}
+
+impl Arguments {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// A plant or controller that is wrong, a record that cannot be read, files that cannot be written.
+    pub fn run(self, output: Output) -> Result<(), Failure> {
+        let plant = self.plant.resolve()?;
+        if self.step == Some(0.0) {
+            return Err(Failure::bad_input(
+                "a step of height 0 moves nothing: give --step another height",
+            ));
+        }
+        let report = match self.controller.resolve()? {
+            Some(file) => self.closed(&plant, &file)?,
+            None => self.open(&plant)?,
+        };
+        if !report.stable {
+            note(
+                "warning",
+                "the loop is unstable: host-cli control analyze says why",
+            );
+        }
+        output.summary(&report, |out| report.print(out))
+    }
+
+    fn closed(&self, plant: &NamedPlant, file: &ControllerFile) -> Result<Report, Failure> {
+        let crossover = || {
+            let sampled =
+                haptic_experiment::control::sampled(&plant.plant, file.sample_time()).ok()?;
+            let margins = file.closed_with(&sampled).ok()?.margins();
+            margins.phase.map(|phase| phase.omega_rad_s)
+        };
+        let t = file.sample_time_s;
+        let reference = self.signal(t, || samples_for(crossover(), t))?;
+        let step = self.height();
+        let own = run(file, &plant.plant, &reference, step).map_err(refused)?;
+        let integer: Option<(ControllerFile, LoopRun)> = match integer_baseline(file, &plant.plant)
+        {
+            Ok(None) => None,
+            Ok(Some(baseline)) => {
+                let run = run(&baseline, &plant.plant, &reference, step).map_err(refused)?;
+                Some((baseline, run))
+            }
+            Err(error) => {
+                note(
+                    "warning",
+                    format_args!(
+                        "no PID of order 1 to compare with: {}",
+                        in_degrees(&error).replace('`', "")
+                    ),
+                );
+                None
+            }
+        };
+        let subtitle = run_subtitle(plant, Some(file));
+        let beside = integer.as_ref().map(|(_, run)| &run.response);
+        let rows = rows(&own.response, t);
+        let files = self.files.write("response", rows.iter(), || {
+            draw_run(&own.response, beside, "A loop, simulated", &subtitle, t)
+        })?;
+        let shape = |run: &LoopRun| run.shape.as_ref().map(|shape| ShapeReport::new(shape, t));
+        Ok(Report {
+            plant: plant.words.clone(),
+            controller: Some(file.law_in_words()),
+            shown: [Some(law(file)), integer.as_ref().map(|(file, _)| law(file))],
+            sample_time_s: t,
+            scheme: Some(file.scheme.to_string()),
+            stable: own.verdict.stable,
+            shape: shape(&own),
+            limited_share: own.limited_share,
+            integer: integer.as_ref().map(|(file, run)| IntegerReport {
+                controller: file.law_in_words(),
+                shape: shape(run),
+                limited_share: run.limited_share,
+            }),
+            step: rows,
+            files,
+        })
+    }
+
+    fn open(&self, plant: &NamedPlant) -> Result<Report, Failure> {
+        let t = match (self.controller.sample_time_s()?, self.duration) {
+            (Some(t), _) => t,
+            (None, Some(duration)) => duration.0 / 2000.0,
+            (None, None) => {
+                return Err(Failure::bad_input(
+                    "a plant alone has neither sample time nor crossover: give --duration, as in 20s, or --controller",
+                ));
+            }
+        };
+        let reference = self.signal(t, || samples_for(None, t))?;
+        let response = run_plant(&plant.plant, Seconds(t), &reference).map_err(refused)?;
+        let rows = rows(&response, t);
+        let files = self.files.write("response", rows.iter(), || {
+            let subtitle = run_subtitle(plant, None);
+            draw_run(&response, None, "A plant alone, simulated", &subtitle, t)
+        })?;
+        Ok(Report {
+            plant: plant.words.clone(),
+            controller: None,
+            shown: [None, None],
+            sample_time_s: t,
+            scheme: None,
+            stable: true,
+            shape: None,
+            limited_share: 0.0,
+            integer: None,
+            step: rows,
+            files,
+        })
+    }
+
+    /// Height of the step, if it is one.
+    fn height(&self) -> Option<f64> {
+        match self.reference {
+            Some(_) => None,
+            None => Some(self.step.unwrap_or(1.0)),
+        }
+    }
+
+    /// The reference, one value a sample.
+    fn signal(
+        &self,
+        sample_time_s: f64,
+        samples: impl FnOnce() -> f64,
+    ) -> Result<Vec<f64>, Failure> {
+        let record = self.reference.as_deref().map(Record::read).transpose()?;
+        let samples = match (self.duration, &record) {
+            (Some(duration), _) => (duration.0 / sample_time_s).round() + 1.0,
+            (None, Some(record)) => (record.length_s() / sample_time_s).floor() + 1.0,
+            (None, None) => samples(),
+        };
+        if !(2.0..=SAMPLES_MOST).contains(&samples) {
+            return Err(Failure::bad_input(format_args!(
+                "{} samples of {sample_time_s} s are not 2 to {SAMPLES_MOST:e}: change --duration or --sample-time",
+                digits(samples)
+            )));
+        }
+        let times = (0..samples as usize).map(|n| n as f64 * sample_time_s);
+        Ok(match (&record, self.height()) {
+            (Some(record), _) => times.map(|t| record.at(t)).collect(),
+            (None, height) => times.map(|_| height.unwrap_or(1.0)).collect(),
+        })
+    }
+}
+
+/// A reference out of a file.
+struct Record {
+    time_s: Vec<f64>,
+    value: Vec<f64>,
+}
+
+impl Record {
+    fn read(path: &Path) -> Result<Self, Failure> {
+        let name = path.display().to_string();
+        let column = |wanted: &str| {
+            let file = File::open(path).map_err(|error| {
+                Failure::bad_input(format_args!(
+                    "cannot read `{name}`: {error}; give --reference a CSV with time_s and reference"
+                ))
+            })?;
+            column::read_named(file, &name, wanted, "give --reference a file that has it")
+        };
+        let record = Self {
+            time_s: column("time_s")?,
+            value: column("reference")?,
+        };
+        match record.time_s.windows(2).position(|pair| pair[1] <= pair[0]) {
+            None => Ok(record),
+            Some(row) => Err(Failure::bad_input(format_args!(
+                "{name}: line {}: the time does not grow: sort the rows",
+                row + 3
+            ))),
+        }
+    }
+
+    fn length_s(&self) -> f64 {
+        let ends = self.time_s.first().zip(self.time_s.last());
+        ends.map_or(0.0, |(first, last)| last - first)
+    }
+
+    /// The value that was last given, t seconds after the first row.
+    fn at(&self, t: f64) -> f64 {
+        let first = self.time_s.first().copied().unwrap_or(0.0);
+        // A time of a row belongs to it, whatever its last digit is.
+        let t = first + t + 1e-9 * t.abs();
+        let after = self.time_s.partition_point(|time| *time <= t);
+        self.value.get(after.max(1) - 1).copied().unwrap_or(0.0)
+    }
+}
+
+impl Report {
+    fn print(&self, out: &mut dyn std::io::Write) -> std::io::Result<()> {
+        writeln!(out, "plant       {}", self.plant)?;
+        let [own, integer] = &self.shown;
+        if let (Some(controller), Some(scheme)) = (own, &self.scheme) {
+            writeln!(
+                out,
+                "controller  {controller}, T = {} s, {scheme}",
+                self.sample_time_s
+            )?;
+        }
+        if let Some(integer) = integer {
+            writeln!(out, "PID         {integer}")?;
+        }
+        if let Some(shape) = &self.shape {
+            let beside = self.integer.as_ref();
+            let other = beside.and_then(|integer| integer.shape);
+            let mut rows = vec![vec![String::new(), "this".to_owned()]];
+            let others = other.map(|shape| shape.cells());
+            if others.is_some() {
+                rows[0].push("PID of order 1".to_owned());
+            }
+            for (n, (name, cell)) in shape.cells().into_iter().enumerate() {
+                let mut row = vec![name.to_owned(), cell];
+                row.extend(others.as_ref().map(|cells| cells[n].1.clone()));
+                rows.push(row);
+            }
+            let mut row = vec!["command at a limit".to_owned(), percent(self.limited_share)];
+            row.extend(other.and(beside).map(|own| percent(own.limited_share)));
+            rows.push(row);
+            table(out, &rows)?;
+        } else if let Some(last) = self.step.last() {
+            writeln!(
+                out,
+                "at {} s: output {}",
+                digits(last.time_s),
+                digits(last.output)
+            )?;
+        }
+        written(out, &self.files)
+    }
+}

@@ -1,0 +1,177 @@
+//! Errors and verdicts as sentences, angles in degrees.
+
+use crate::output::short;
+use fractional_control::{ControlError, Crossing, Margins};
+use haptic_experiment::control::analysis::{Cause, LoopAnalysis};
+use haptic_experiment::controller_file::ControllerFile;
+use haptic_experiment::failure::Failure;
+
+/// A refusal of the library: bad input, or a search that ended with nothing.
+pub(super) fn refused(error: ControlError) -> Failure {
+    let text = in_degrees(&error);
+    match error {
+        ControlError::NotFound { .. } => Failure::Run(anyhow::anyhow!("{text}")),
+        _ => Failure::bad_input(text),
+    }
+}
+
+/// The text of an error with angles in degrees.
+pub(super) fn in_degrees(error: &ControlError) -> String {
+    match *error {
+        ControlError::Range(range) if range.unit == "rad" => format!(
+            "{} {}° is not {}: give `phase_margin_rad`, as in 60deg",
+            range.what,
+            digits(range.value.to_degrees()),
+            range.allowed.replace('π', "180°")
+        ),
+        ControlError::Range(range) if range.what == "crossover" => {
+            format!("{range}: give `crossover_rad_s`")
+        }
+        ControlError::Contradiction {
+            first,
+            first_value,
+            second,
+            second_value,
+            remedy,
+        } => format!(
+            "`{first}` {} contradicts `{second}` {}: {remedy}",
+            with_unit(first, first_value),
+            with_unit(second, second_value)
+        ),
+        error => error
+            .to_string()
+            .replace("give up `iso_damping`", "give --not-flat"),
+    }
+}
+
+/// The value of a wish with its unit.
+fn with_unit(name: &str, value: f64) -> String {
+    match name {
+        "phase_margin_rad" => format!("{}°", digits(value.to_degrees())),
+        "crossover_rad_s" => format!("{} rad/s", digits(value)),
+        _ => digits(value),
+    }
+}
+
+/// Five digits, without an exponent where few are needed.
+pub(super) fn digits(value: f64) -> String {
+    let rounded: f64 = format!("{value:.4e}").parse().unwrap_or(value);
+    short(rounded)
+}
+
+/// The controller in notation, its numbers in five digits.
+pub(super) fn law(file: &ControllerFile) -> String {
+    let Some(mut pid) = file.pid() else {
+        return file.law_in_words();
+    };
+    let few = |value: &mut f64| *value = digits(*value).parse().unwrap_or(*value);
+    for value in [
+        &mut pid.proportional,
+        &mut pid.integral,
+        &mut pid.integral_order,
+        &mut pid.derivative,
+        &mut pid.derivative_order,
+    ] {
+        few(value);
+    }
+    pid.to_string()
+}
+
+/// A share as a percentage.
+pub(super) fn percent(share: f64) -> String {
+    format!("{:.1} %", 100.0 * share)
+}
+
+/// An amplitude ratio in decibel.
+pub(super) fn decibel(size: f64) -> f64 {
+    20.0 * size.log10()
+}
+
+/// The verdict on a stable loop, and what would end that.
+fn stable(margins: &Margins) -> String {
+    let at = |crossing: &Crossing| digits(crossing.omega_rad_s);
+    let times = |gain: &Crossing, words: &str| {
+        format!("{} {words} (at {} rad/s)", digits(gain.value), at(gain))
+    };
+    let up = margins.gain_up.map(|gain| times(&gain, "times the gain"));
+    let down = margins.gain_down.map(|gain| times(&gain, "of the gain"));
+    let delay = margins
+        .delay_s
+        .map(|delay| times(&delay, "s more dead time"));
+    let ways: Vec<String> = [up, down, delay].into_iter().flatten().collect();
+    let nearest = &margins.sensitivity;
+    let text = format!(
+        "Stable, and proved: every pole of the sampled loop decays. It comes nearest to the boundary at {} rad/s, where errors are {} times as large",
+        at(nearest),
+        digits(nearest.value)
+    );
+    if ways.is_empty() {
+        return format!("{text}; neither more gain nor more dead time ends that.");
+    }
+    format!("{text}; it ends at {}.", ways.join(", or at "))
+}
+
+/// The verdict, its root and the way to the boundary, in sentences.
+pub(super) fn verdict(analysis: &LoopAnalysis) -> String {
+    let at = |crossing: &Crossing| digits(crossing.omega_rad_s);
+    let poles = match analysis.verdict.unstable_poles {
+        Some(1) => "one pole grows".to_owned(),
+        Some(poles) => format!("{poles} poles grow"),
+        None => "a pole does not decay".to_owned(),
+    };
+    match analysis.cause {
+        Cause::Stable => stable(&analysis.margins),
+        Cause::Boundary => format!(
+            "On the boundary: as far as can be told, {poles} at {} rad/s. Change the gain a little.",
+            digits(analysis.verdict.omega_rad_s)
+        ),
+        Cause::GainTooHigh(gain) => format!(
+            "Unstable, and proved: {poles}, because the gain is too high. At {} rad/s the loop turns errors over and makes them {} times as large; \
+             below {} of the gain it is stable.",
+            at(&gain),
+            digits(1.0 / gain.value),
+            digits(gain.value)
+        ),
+        Cause::GainTooLow(gain) => format!(
+            "Unstable, and proved: {poles}, because the gain is too low to hold the plant (at {} rad/s). Above {} times the gain it is stable.",
+            at(&gain),
+            digits(gain.value)
+        ),
+        Cause::DeadTime(delay) => format!(
+            "Unstable, and proved: {poles}, because of the dead time. Without it the loop is stable, and up to {} s of it (at {} rad/s).",
+            digits(delay.value),
+            at(&delay)
+        ),
+        _ => format!(
+            "Unstable, and proved: {poles}. Neither a hundred times more or less gain nor less dead time makes it stable: it takes another \
+             controller (more phase near {} rad/s) or faster samples.",
+            at(&analysis.margins.sensitivity)
+        ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fractional_control::Plant;
+    use fractional_control::tuning::{Specification, tune};
+
+    #[test]
+    fn wishes_are_said_in_degrees() {
+        let plant: Plant = "1/(s+1)".parse().expect("valid");
+        let of = |wishes: Specification| in_degrees(&tune(&plant, None, &wishes).unwrap_err());
+        let wide = Specification::new(1.0, 200_f64.to_radians());
+        assert_eq!(
+            of(wide),
+            "phase margin 200° is not above 0 and below 180°: give `phase_margin_rad`, as in 60deg"
+        );
+        let peak = Specification {
+            sensitivity_peak: Some(0.9),
+            ..Specification::new(1.0, 60_f64.to_radians())
+        };
+        assert_eq!(
+            of(peak),
+            "`sensitivity_peak` 0.9 contradicts `phase_margin_rad` 60°: allow at least 1/(2 sin(margin/2))"
+        );
+    }
+}

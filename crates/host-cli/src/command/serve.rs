@@ -1,0 +1,101 @@
+//! `serve`: the page in a browser.
+
+use super::conduct::stop_on_interrupt;
+use super::materials::folder::Folder;
+use super::realtime::ThreadArguments;
+use crate::choice::choice;
+use crate::files::provenance;
+use crate::output::{Output, note};
+use crate::parameter::with_options;
+use clap::Args;
+use haptic_experiment::failure::Failure;
+use haptic_page::{OnClose, PageServer, ServerOptions};
+use serde::Serialize;
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+/// Port of the address where none is given.
+const PORT: u16 = 8765;
+/// Time between two looks at Ctrl-C.
+const LOOK: Duration = Duration::from_millis(100);
+
+pub(crate) const LONG_ABOUT: &str = "\
+Opens a page in the browser, served by this program. Three views: Feel, a virtual tissue under mouse, finger or arrow keys, its loop at 1 kHz \
+on a simulated device; Design, what is stable and passive; Runs, logs of a folder and new ones.
+
+The address has a token that is new each time: only who has it gets in. Nothing listens but 127.0.0.1, and the page asks nobody else for \
+anything. For a computer elsewhere: ssh -L 8765:127.0.0.1:8765 HOST, then the same address.
+
+One page holds the controls, others watch. The space bar stops: force zero first. Ctrl-C here does the same, closes the page's socket, and ends.";
+
+/// Arguments of `serve`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  host-cli serve\n  host-cli serve --port 0 --no-browser --runs my-results"
+)]
+pub struct Arguments {
+    /// Port of the address; 0 for any that is free
+    #[arg(long, default_value_t = PORT)]
+    port: u16,
+    /// Only print the address
+    #[arg(long)]
+    no_browser: bool,
+    /// Folder of the runs to show, and for new ones
+    #[arg(long, value_name = "DIR", default_value = "results")]
+    runs: PathBuf,
+    /// What becomes of a loop or run when the page that controls it is closed
+    #[arg(long, value_parser = choice::<OnClose>(), default_value = "stop")]
+    on_close: OnClose,
+    #[command(flatten)]
+    tissues: Folder,
+    #[command(flatten)]
+    thread: ThreadArguments,
+}
+
+/// The address, for programs.
+#[derive(Serialize)]
+struct Address<'a> {
+    address: &'a str,
+}
+
+impl Arguments {
+    /// Serves until Ctrl-C.
+    ///
+    /// # Errors
+    /// A port that is taken, a wrong tissue file.
+    pub fn run(self, output: Output) -> Result<(), Failure> {
+        let stop = stop_on_interrupt()?;
+        let server = PageServer::start(ServerOptions {
+            port: self.port,
+            runs: self.runs,
+            on_close: self.on_close,
+            realtime: self.thread.options(None)?,
+            library: self.tissues.load()?,
+            provenance: provenance(),
+        })?;
+        let address = server.address();
+        output.print(&Address { address }, |out| {
+            writeln!(out, "{address}\nCtrl-C ends it.")
+        })?;
+        if !self.no_browser
+            && let Err(error) = open::that_detached(address)
+        {
+            note(
+                "warning",
+                format_args!(
+                    "no browser was opened ({error}): copy the address into one, or give --no-browser"
+                ),
+            );
+        }
+        while !stop.load(Ordering::Relaxed) {
+            if let Some(said) = server.notice(LOOK) {
+                note("note", with_options(&said));
+            }
+        }
+        for said in server.stop() {
+            note("note", with_options(&said));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,273 @@
+//! A page without a browser: what it asks, and all that it is told. The protocol is `docs/page-protocol.md`.
+#![expect(clippy::missing_panics_doc, reason = "a test that panics has failed")]
+
+use serde_json::{Value, json};
+use std::io::{Read as _, Write as _};
+use std::net::TcpStream;
+use std::time::{Duration, Instant};
+use tungstenite::client::IntoClientRequest as _;
+use tungstenite::{Message, WebSocket};
+
+/// Nothing takes so long, on however busy a machine.
+pub const PATIENCE: Duration = Duration::from_secs(60);
+
+/// `127.0.0.1:PORT` and `/TOKEN/` of an address.
+#[must_use]
+pub fn parts(address: &str) -> (&str, &str) {
+    let rest = address.strip_prefix("http://").expect("http");
+    rest.split_at(rest.find('/').expect("a path"))
+}
+
+/// The answer to a plain request: status line, headers and body as text.
+#[must_use]
+pub fn get(host: &str, path: &str, headers: &str) -> String {
+    let mut stream = TcpStream::connect(host).expect("connects");
+    write!(
+        stream,
+        "GET {path} HTTP/1.1\r\n{headers}Connection: close\r\n\r\n"
+    )
+    .expect("writes");
+    let mut answer = Vec::new();
+    stream.read_to_end(&mut answer).expect("reads");
+    String::from_utf8_lossy(&answer).into_owned()
+}
+
+/// A frame of a view.
+#[derive(Clone, Debug)]
+pub struct Frame {
+    /// 0 live, else the number of the view.
+    pub source: u32,
+    /// Channels.
+    pub channels: usize,
+    /// Columns.
+    pub columns: usize,
+    /// First tick of the first column.
+    pub first_tick: f64,
+    /// Ticks of a column.
+    pub ticks_per_column: f64,
+    /// T, s.
+    pub sample_time_s: f64,
+    numbers: Vec<f32>,
+}
+
+impl Frame {
+    fn read(bytes: &[u8]) -> Self {
+        let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four"));
+        let number = |at: usize| f64::from_le_bytes(bytes[at..at + 8].try_into().expect("eight"));
+        assert_eq!(&bytes[..4], b"FHP1");
+        let (channels, columns) = (word(8) as usize, word(12) as usize);
+        let numbers: Vec<f32> = (bytes[40..].chunks_exact(4))
+            .map(|four| f32::from_le_bytes(four.try_into().expect("four")))
+            .collect();
+        assert_eq!(numbers.len(), 2 * channels * columns);
+        Self {
+            source: word(4),
+            channels,
+            columns,
+            first_tick: number(16),
+            ticks_per_column: number(24),
+            sample_time_s: number(32),
+            numbers,
+        }
+    }
+
+    /// The least of a channel, column by column.
+    #[must_use]
+    pub fn least(&self, channel: usize) -> &[f32] {
+        &self.numbers[2 * channel * self.columns..][..self.columns]
+    }
+
+    /// The largest.
+    #[must_use]
+    pub fn largest(&self, channel: usize) -> &[f32] {
+        &self.numbers[(2 * channel + 1) * self.columns..][..self.columns]
+    }
+}
+
+/// A page at a socket.
+#[derive(Debug)]
+pub struct Page {
+    socket: WebSocket<TcpStream>,
+    id: u64,
+    /// What came unasked and was not yet looked at.
+    pub told: Vec<Value>,
+    /// Frames that were not yet looked at.
+    pub frames: Vec<Frame>,
+}
+
+impl Page {
+    /// Opens the socket of an address.
+    #[must_use]
+    pub fn open(address: &str) -> Self {
+        let origin = address[..address.rfind('/').expect("a path")]
+            .rsplit_once('/')
+            .expect("a token")
+            .0;
+        Self::from(address, Some(origin)).expect("opens")
+    }
+
+    /// Opens it from a page of this origin.
+    ///
+    /// # Errors
+    /// What the server answers instead.
+    pub fn from(address: &str, origin: Option<&str>) -> Result<Self, String> {
+        let (host, _) = parts(address);
+        let url = format!("{}ws", address.replacen("http", "ws", 1));
+        let mut request = url.into_client_request().expect("a request");
+        if let Some(origin) = origin {
+            let origin = origin.parse().expect("a header");
+            request.headers_mut().insert("Origin", origin);
+        }
+        let stream = TcpStream::connect(host).expect("connects");
+        stream.set_read_timeout(Some(PATIENCE)).expect("set");
+        stream.set_write_timeout(Some(PATIENCE)).expect("set");
+        let (socket, _) =
+            tungstenite::client(request, stream).map_err(|error| error.to_string())?;
+        Ok(Self {
+            socket,
+            id: 0,
+            told: Vec::new(),
+            frames: Vec::new(),
+        })
+    }
+
+    /// The next message, null for a frame.
+    ///
+    /// # Errors
+    /// The reason with which the socket was closed.
+    pub fn read(&mut self) -> Result<Value, String> {
+        loop {
+            match self.socket.read() {
+                Ok(Message::Text(text)) => {
+                    return Ok(serde_json::from_str(&text).expect("JSON"));
+                }
+                Ok(Message::Binary(bytes)) => {
+                    self.frames.push(Frame::read(&bytes));
+                    return Ok(Value::Null);
+                }
+                Ok(Message::Close(frame)) => {
+                    let frame = frame.expect("a reason");
+                    return Err(format!("{}: {}", u16::from(frame.code), frame.reason));
+                }
+                Ok(_) => {}
+                Err(error) => return Err(error.to_string()),
+            }
+        }
+    }
+
+    /// Sends a text.
+    pub fn send(&mut self, text: &str) {
+        self.socket.send(Message::text(text)).expect("sends");
+    }
+
+    /// Asks without waiting for the answer; the number of the request.
+    pub fn post(&mut self, what: &str, mut arguments: Value) -> u64 {
+        self.id += 1;
+        (arguments["id"], arguments["do"]) = (json!(self.id), json!(what));
+        self.send(&arguments.to_string());
+        self.id
+    }
+
+    /// Asks without reading.
+    ///
+    /// # Errors
+    /// If the socket is closed.
+    pub fn try_post(&mut self, what: &str, mut arguments: Value) -> Result<(), String> {
+        self.id += 1;
+        (arguments["id"], arguments["do"]) = (json!(self.id), json!(what));
+        let sent = self.socket.send(Message::text(arguments.to_string()));
+        sent.map_err(|error| error.to_string())
+    }
+
+    /// The answer to a number; what comes before it is kept.
+    pub fn answer(&mut self, id: &Value) -> Value {
+        loop {
+            let message = self.read().expect("open");
+            if message.get("id").is_some_and(|given| given == id) {
+                return message;
+            }
+            if !message.is_null() {
+                self.told.push(message);
+            }
+        }
+    }
+
+    /// Asks, and is granted it.
+    #[track_caller]
+    pub fn ask(&mut self, what: &str, arguments: Value) -> Value {
+        let id = self.post(what, arguments);
+        let answer = self.answer(&json!(id));
+        assert_eq!(answer["ok"], true, "{what}: {answer}");
+        answer
+    }
+
+    /// Asks, and is refused with a sentence.
+    #[track_caller]
+    pub fn refused(&mut self, what: &str, arguments: Value) -> String {
+        let id = self.post(what, arguments);
+        let answer = self.answer(&json!(id));
+        assert_eq!(answer["ok"], false, "{what}: {answer}");
+        answer["error"].as_str().expect("a sentence").to_owned()
+    }
+
+    /// The next status for which something holds.
+    #[track_caller]
+    pub fn status(&mut self, holds: impl Fn(&Value) -> bool) -> Value {
+        self.wait("status", holds)
+    }
+
+    /// The next thing told of this kind for which something holds.
+    #[track_caller]
+    pub fn wait(&mut self, kind: &str, holds: impl Fn(&Value) -> bool) -> Value {
+        let until = Instant::now() + PATIENCE;
+        loop {
+            let found = self
+                .told
+                .iter()
+                .position(|told| told.get(kind).is_some_and(&holds));
+            if let Some(found) = found {
+                return self.told.remove(found)[kind].take();
+            }
+            assert!(
+                Instant::now() < until,
+                "no {kind} for which it holds, the last was {:?}",
+                self.told.last()
+            );
+            self.told.retain(|told| told.get("status").is_none());
+            let message = self.read().expect("open");
+            if !message.is_null() {
+                self.told.push(message);
+            }
+        }
+    }
+
+    /// The next frame for which something holds.
+    #[track_caller]
+    pub fn frame(&mut self, holds: impl Fn(&Frame) -> bool) -> Frame {
+        let until = Instant::now() + PATIENCE;
+        loop {
+            if let Some(found) = self.frames.iter().position(&holds) {
+                let frame = self.frames.swap_remove(found);
+                self.frames.clear();
+                return frame;
+            }
+            self.frames.clear();
+            assert!(Instant::now() < until, "no frame");
+            let message = self.read().expect("open");
+            if !message.is_null() {
+                self.told.push(message);
+            }
+        }
+    }
+
+    /// Reads until the socket is closed; the reason.
+    pub fn closed(&mut self) -> String {
+        let until = Instant::now() + PATIENCE;
+        while Instant::now() < until {
+            if let Err(reason) = self.read() {
+                return reason;
+            }
+        }
+        panic!("still open")
+    }
+}

@@ -1,0 +1,34 @@
+// Bundles the page into a folder: node bundle.mjs FOLDER DIGEST-OF-SOURCES. Called by build.
+import { build } from "esbuild";
+import { createHash } from "node:crypto";
+import { copyFileSync, mkdirSync, readdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { join } from "node:path";
+
+const [folder, sources] = process.argv.slice(2);
+mkdirSync(folder, { recursive: true });
+for (const name of readdirSync(folder)) rmSync(join(folder, name), { recursive: true });
+
+await build({
+  entryPoints: { page: "src/main.ts", worker: "src/worker.ts" },
+  outdir: folder,
+  bundle: true,
+  minify: true,
+  format: "esm",
+  target: "es2022",
+  legalComments: "none",
+  charset: "utf8",
+  logLevel: "warning",
+  // The module is fetched by its own name.
+  define: { "import.meta.url": "self.location.href" },
+});
+await build({ entryPoints: ["src/page.css"], outdir: folder, bundle: true, minify: true, legalComments: "none", logLevel: "warning", loader: { ".woff2": "file" }, assetNames: "[name]" });
+for (const name of ["index.html", "icon.svg"]) copyFileSync(join("src", name), join(folder, name));
+copyFileSync("generated/analysis.wasm", join(folder, "analysis.wasm"));
+// Both ask to be named.
+copyFileSync("node_modules/uplot/LICENSE", join(folder, "uplot-license.txt"));
+copyFileSync("node_modules/@fontsource-variable/inter/LICENSE", join(folder, "inter-license.txt"));
+
+const files = Object.fromEntries(
+  readdirSync(folder).sort().map((name) => [name, createHash("sha256").update(readFileSync(join(folder, name))).digest("hex")]),
+);
+writeFileSync(join(folder, "manifest.json"), `${JSON.stringify({ sources, files }, null, 2)}\n`);

@@ -1,0 +1,84 @@
+// The analysis in its worker: ask, and get the newest.
+
+/** A wall on a device. */
+export interface Question {
+  scheme: string;
+  order: number;
+  stiffness: number;
+  dissipation: number;
+  mass: number;
+  damping: number;
+  handStiffness: number;
+  delay: number;
+  lag: number;
+  sampleTime: number;
+  /** rms of the position's noise, m. */
+  noise: number;
+  /** Frequencies of the effective stiffness and damping, rad/s; none if empty. */
+  omega: number[];
+}
+
+export interface Judged {
+  /** Stability region and edge of the passive walls: B, K in pairs, NaN between polygons. */
+  region: Float64Array;
+  passive: Float64Array;
+  sentence: string;
+  stable: boolean;
+  gainMargin: number | undefined;
+  gainMarginDown: number | undefined;
+  delayMargin: number | undefined;
+  sensitivity: number | undefined;
+  sensitivityHz: number | undefined;
+  isPassive: boolean;
+  requiredDamping: number;
+  forceNoise: number;
+  /** ES and ED of the wall, ES and ED felt, for each ω. */
+  effective: Float64Array;
+}
+
+/** The memory of the tissue that is drawn: a law begins anew, depths go on. */
+export type Remember = { law: { order: number; stiffness: number; dissipation: number; step: number } } | { depths: number[] };
+
+/** A message to the worker. */
+export type Task = { id: number; judge: Question } | { id: number; remember: Remember } | { id: number; parse: { kind: string; text: string } };
+/** Its answer. */
+export type Done = { id: number; judged: Judged } | { id: number; value: number } | { id: number; error: string };
+
+export class Analysis {
+  private readonly worker = new Worker(new URL("worker.js", document.baseURI), { type: "module" });
+  private waiting = new Map<number, { done: (value: never) => void; failed: (error: Error) => void }>();
+  private next = 1;
+
+  constructor() {
+    this.worker.onmessage = (event: MessageEvent<Done>) => {
+      const answer = event.data;
+      const waiting = this.waiting.get(answer.id);
+      this.waiting.delete(answer.id);
+      if ("error" in answer) waiting?.failed(new Error(answer.error));
+      else waiting?.done(("judged" in answer ? answer.judged : answer.value) as never);
+    };
+  }
+
+  /** Judges a wall; fails with the library's sentence. */
+  judge(question: Question): Promise<Judged> {
+    return this.send((id) => ({ id, judge: question }));
+  }
+
+  /** A value with a unit, SI, read by the code of the command line. */
+  parse(kind: string, text: string): Promise<number> {
+    return this.send((id) => ({ id, parse: { kind, text } }));
+  }
+
+  /** Tells the tissue's memory; the depth of the surface that follows, m. */
+  remember(what: Remember): Promise<number> {
+    return this.send((id) => ({ id, remember: what }));
+  }
+
+  private send<T>(task: (id: number) => Task): Promise<T> {
+    const id = this.next++;
+    return new Promise<T>((done, failed) => {
+      this.waiting.set(id, { done, failed });
+      this.worker.postMessage(task(id));
+    });
+  }
+}

@@ -1,0 +1,228 @@
+// Curves over time or frequency: uPlot with the page's colours, one look for all.
+
+import uPlot from "uplot";
+import type { Points } from "./columns";
+import { onSize, style } from "./dom";
+import { niceStep, number } from "./format";
+
+export interface Line {
+  label: string;
+  /** A variable of the style sheet. */
+  colour: string;
+  dash?: number[];
+  width?: number;
+}
+
+export interface ChartOptions {
+  name: string;
+  lines: Line[];
+  /** Labels of the time axis. */
+  xLabel?: (value: number, span: number) => string;
+  logX?: boolean;
+  /** The value axis includes these. */
+  yLeast?: number;
+  /** Least span of the value axis. */
+  ySpan?: number;
+  /** A span was chosen with the mouse, or null for all again. */
+  zoomed?: (span: [number, number] | null) => void;
+  /** The cursor stands at a time, with the values there; null when it leaves. */
+  cursor?: (x: number | null, values: (number | null)[]) => void;
+  /** Vertical lines. */
+  marks?: () => { x: number; text: string }[];
+  group?: string;
+}
+
+
+export class Chart {
+  readonly root: HTMLElement;
+  private readonly plot: uPlot;
+  private y: [number, number] | null = null;
+
+  constructor(private readonly options: ChartOptions) {
+    this.root = document.createElement("div");
+    this.root.className = "chart";
+    this.root.setAttribute("role", "img");
+    this.root.setAttribute("aria-label", options.name);
+    this.plot = new uPlot(this.settings(), [[], ...options.lines.map(() => [])] as unknown as uPlot.AlignedData, this.root);
+    onSize(this.root, (width, height) => {
+      if (width > 0 && height > 0) this.plot.setSize({ width, height });
+    });
+    this.root.addEventListener("dblclick", () => options.zoomed?.(null));
+  }
+
+  /** Columns that the plot has pixels for. */
+  get columns(): number {
+    return Math.max(50, Math.round(this.plot.bbox.width / devicePixelRatio) || 600);
+  }
+
+  /** Draws points over `x`, of which `range` is shown; the value axis spans them, or `within`. */
+  draw(x: number[], lines: Points[], range: [number, number], within?: [number, number]): void {
+    const y = this.span(within === undefined ? lines : [[...within]]);
+    this.y = y;
+    this.plot.batch(() => {
+      this.plot.setData([x, ...lines] as uPlot.AlignedData, false);
+      this.plot.setScale("x", { min: range[0], max: range[1] });
+      this.plot.setScale("y", { min: y[0], max: y[1] });
+    });
+  }
+
+  /** Draws all anew, as after a change of theme. */
+  redraw(): void {
+    this.plot.redraw(false, true);
+  }
+
+  /** The picture as it is, for export. */
+  canvas(): HTMLCanvasElement {
+    return this.plot.ctx.canvas;
+  }
+
+  private span(lines: Points[]): [number, number] {
+    const { yLeast, ySpan = 0 } = this.options;
+    let low = yLeast ?? Infinity;
+    let high = yLeast === undefined ? -Infinity : yLeast + ySpan;
+    for (const points of lines) {
+      for (const value of points) {
+        if (value === null || !Number.isFinite(value)) continue;
+        if (value < low) low = value;
+        if (value > high) high = value;
+      }
+    }
+    if (!(high > low)) [low, high] = Number.isFinite(low) ? [low - 0.5 * (ySpan || 1), low + 0.5 * (ySpan || 1)] : [0, ySpan || 1];
+    const step = niceStep((high - low) * 1.04, 4);
+    const nice: [number, number] = [Math.floor(low / step + 1e-9) * step, Math.ceil((high * 1.0001) / step - 1e-9) * step];
+    // Steps of the axis do not flicker: it grows at once and shrinks only when half of it is empty.
+    if (this.y === null) return nice;
+    const [kept, top] = this.y;
+    const holds = kept <= nice[0] && top >= nice[1] && nice[1] - nice[0] > 0.5 * (top - kept);
+    return holds ? this.y : nice;
+  }
+
+  private settings(): uPlot.Options {
+    const { options } = this;
+    const axis = (colour: string) => () => style(colour);
+    const font = `${style("--tiny") || "12px"} Inter, system-ui, sans-serif`;
+    const large = style("--tiny") === "15px" ? 1.25 : 1;
+    const label = options.xLabel ?? ((value: number) => number(value));
+    return {
+      width: 600,
+      height: 200,
+      legend: { show: false },
+      padding: [6, 20, 0, 0],
+      cursor: {
+        drag: { x: options.zoomed !== undefined, y: false, setScale: false },
+        points: { size: 7 },
+        ...(options.group === undefined ? {} : { sync: { key: options.group, setSeries: false } }),
+      },
+      select: { show: options.zoomed !== undefined, left: 0, top: 0, width: 0, height: 0 },
+      scales: { x: { time: false, auto: false, ...(options.logX ? { distr: 3 } : {}) }, y: { auto: false } },
+      axes: [
+        {
+          stroke: axis("--mute"),
+          font,
+          size: 28 * large,
+          gap: 7,
+          grid: { show: false },
+          ticks: { show: false },
+          space: 60,
+          values: (plot, splits) => {
+            const { min = 0, max = 1 } = plot.scales["x"] ?? {};
+            return splits.map((value) => (value === null ? "" : label(value, (max ?? 1) - (min ?? 0))));
+          },
+        },
+        {
+          stroke: axis("--mute"),
+          font,
+          size: 52 * large,
+          gap: 6,
+          grid: { stroke: axis("--grid"), width: 1 },
+          ticks: { show: false },
+          splits: (_plot, _axis, min, max) => {
+            const step = niceStep(max - min, 4);
+            const splits: number[] = [];
+            for (let n = Math.ceil(min / step - 1e-6); n * step <= max + 1e-6 * step; n += 1) splits.push(n * step);
+            return splits;
+          },
+          values: (_plot, splits) => {
+            const step = Math.abs((splits[1] ?? 1) - (splits[0] ?? 0)) || 1;
+            const places = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+            const large = Math.max(...splits.map(Math.abs)) >= 1e5 || places > 5;
+            return splits.map((value) => (large ? number(value, 2) : value.toFixed(places).replace("-", "−").replace(/^−(0[.0]*)$/, "$1")));
+          },
+        },
+      ],
+      series: [
+        {},
+        ...options.lines.map((line) => ({
+          label: line.label,
+          stroke: () => style(line.colour),
+          width: line.width ?? 2,
+          ...(line.dash === undefined ? {} : { dash: line.dash }),
+          points: { show: false },
+          spanGaps: false,
+        })),
+      ],
+      hooks: {
+        setSelect: [
+          (plot) => {
+            const { left, width } = plot.select;
+            // The chart beside it, whose cursor follows, selects too.
+            if (width > 4 && plot.root.matches(":hover")) options.zoomed?.([plot.posToVal(left, "x"), plot.posToVal(left + width, "x")]);
+            plot.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
+          },
+        ],
+        setCursor: [
+          (plot) => {
+            const index = plot.cursor.idx;
+            const there = typeof index === "number" && (plot.cursor.left ?? -1) >= 0;
+            const x = there ? (plot.data[0][index] ?? null) : null;
+            options.cursor?.(x, there ? plot.data.slice(1).map((line) => line[index] ?? null) : []);
+          },
+        ],
+        draw: [
+          (plot) => {
+            this.drawMarks(plot);
+            // Where data lie on the canvas: for those who check pixels.
+            const { left, top, width, height } = plot.bbox;
+            const { x, y } = plot.scales;
+            this.root.dataset["scale"] = JSON.stringify({ left, top, width, height, x: [x?.min, x?.max], y: [y?.min, y?.max] });
+          },
+        ],
+      },
+    };
+  }
+
+  private drawMarks(plot: uPlot): void {
+    const marks = this.options.marks?.() ?? [];
+    const { ctx, bbox } = plot;
+    ctx.save();
+    ctx.strokeStyle = ctx.fillStyle = style("--mute");
+    ctx.lineWidth = devicePixelRatio;
+    ctx.font = `${parseInt(style("--tiny"), 10) * devicePixelRatio}px Inter, system-ui, sans-serif`;
+    for (const mark of marks) {
+      const x = Math.round(plot.valToPos(mark.x, "x", true)) + 0.5;
+      if (x < bbox.left || x > bbox.left + bbox.width) continue;
+      ctx.beginPath();
+      ctx.moveTo(x, bbox.top);
+      ctx.lineTo(x, bbox.top + bbox.height);
+      ctx.stroke();
+      ctx.fillText(mark.text, x + 4 * devicePixelRatio, bbox.top + 12 * devicePixelRatio);
+    }
+    ctx.restore();
+  }
+}
+
+/** Names of lines with their strokes, above a chart. */
+export function legend(lines: Line[]): HTMLElement {
+  const root = document.createElement("div");
+  root.className = "legend";
+  const names = lines.filter((line, index) => lines.findIndex((other) => other.label === line.label && other.colour === line.colour) === index);
+  for (const line of names) {
+    const item = document.createElement("span");
+    const stroke = document.createElement("i");
+    stroke.style.borderColor = `var(${line.colour})`;
+    stroke.style.borderTopStyle = line.dash === undefined ? "solid" : (line.dash[0] ?? 0) < 4 ? "dotted" : "dashed";
+    item.append(stroke, line.label);
+    root.append(item);
+  }
+  return root;
+}

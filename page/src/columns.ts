@@ -1,0 +1,77 @@
+// From columns of minima and maxima to the points of a line, and from samples to columns.
+
+import { columnTime, type Frame } from "./frame";
+
+export type Points = (number | null)[];
+
+/** Times of the points: two a column, a quarter of it from its edges. `origin` is the time that counts as 0. */
+export function times(frame: Frame, origin = 0): number[] {
+  const quarter = (frame.ticksPerColumn - 1) * frame.sampleTimeS * 0.25;
+  const points = new Array<number>(2 * frame.columns);
+  for (let column = 0; column < frame.columns; column += 1) {
+    const time = columnTime(frame, column) - origin;
+    points[2 * column] = time + quarter;
+    points[2 * column + 1] = time + 3 * quarter;
+  }
+  return points;
+}
+
+/**
+ * Values of the points: minimum and maximum of each column, the nearer to the column before it first, so that the
+ * line does not cross itself. `factor` converts units; null stands where nothing is.
+ */
+export function values(least: Float32Array, most: Float32Array, factor = 1): Points {
+  const points = new Array<number | null>(2 * least.length);
+  let before = NaN;
+  for (let column = 0; column < least.length; column += 1) {
+    const low = least[column] ?? NaN;
+    const high = most[column] ?? NaN;
+    if (Number.isNaN(low) || Number.isNaN(high)) {
+      points[2 * column] = points[2 * column + 1] = null;
+      before = NaN;
+      continue;
+    }
+    const middle = 0.5 * (low + high);
+    const rising = Number.isNaN(before) || middle >= before;
+    points[2 * column] = factor * (rising ? low : high);
+    points[2 * column + 1] = factor * (rising ? high : low);
+    before = middle;
+  }
+  return points;
+}
+
+/** Samples at ascending times as points of at most `columns` minima and maxima: no peak is lost. */
+export function decimate(time: ArrayLike<number>, value: ArrayLike<number>, columns: number): { time: number[]; value: number[] } {
+  const count = Math.min(time.length, value.length);
+  if (count <= 2 * columns) return { time: Array.from(time).slice(0, count), value: Array.from(value).slice(0, count) };
+  const result = { time: [] as number[], value: [] as number[] };
+  for (let column = 0; column < columns; column += 1) {
+    const from = Math.floor((column * count) / columns);
+    const to = Math.floor(((column + 1) * count) / columns);
+    let low = from;
+    let high = from;
+    for (let index = from; index < to; index += 1) {
+      if ((value[index] ?? NaN) < (value[low] ?? NaN)) low = index;
+      if ((value[index] ?? NaN) > (value[high] ?? NaN)) high = index;
+    }
+    for (const index of low < high ? [low, high] : [high, low]) {
+      result.time.push(time[index] ?? NaN);
+      result.value.push(value[index] ?? NaN);
+    }
+  }
+  return result;
+}
+
+/** Smallest and largest of all points, null left out; null if there is none. */
+export function extent(series: Points[]): [number, number] | null {
+  let low = Infinity;
+  let high = -Infinity;
+  for (const points of series) {
+    for (const value of points) {
+      if (value === null) continue;
+      if (value < low) low = value;
+      if (value > high) high = value;
+    }
+  }
+  return low <= high ? [low, high] : null;
+}

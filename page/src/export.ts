@@ -1,0 +1,105 @@
+// Pictures and tables of what is shown.
+
+import type { Points } from "./columns";
+import { style } from "./dom";
+import { niceStep, plain } from "./format";
+
+export interface Picture {
+  title: string;
+  x: number[];
+  lines: { name: string; colour: string; dash?: number[]; width?: number; points: (number | null | undefined)[] }[];
+}
+
+const WIDTH = 880;
+const HEIGHT = 300;
+const EDGE = { left: 84, right: 16, top: 34, bottom: 44 };
+
+/** All points with all their digits: time, then a column for each line; what is between points is left empty. */
+export function csvOf(pictures: Picture[]): string {
+  const rows: string[] = [];
+  for (const picture of pictures) {
+    rows.push(["time_s", ...picture.lines.map((line) => quoted(line.name))].join(","));
+    picture.x.forEach((time, index) => {
+      rows.push([time, ...picture.lines.map((line) => line.points[index] ?? "")].join(","));
+    });
+    rows.push("");
+  }
+  return rows.join("\n");
+}
+
+function quoted(text: string): string {
+  return /[",\n]/.test(text) ? `"${text.replace(/"/g, '""')}"` : text;
+}
+
+function escaped(text: string): string {
+  return text.replace(/[&<>"]/g, (letter) => `&#${letter.charCodeAt(0)};`);
+}
+
+/** The charts below each other, as text. */
+export function svgOf(pictures: Picture[]): string {
+  const parts = pictures.map((picture, index) => `<g transform="translate(0 ${index * HEIGHT})">${chart(picture)}</g>`);
+  const height = HEIGHT * Math.max(1, pictures.length);
+  return `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 ${WIDTH} ${height}" width="${WIDTH}" height="${height}" font-family="Inter, DejaVu Sans, sans-serif" font-size="13"><rect width="100%" height="100%" fill="${style("--panel")}"/>${parts.join("")}</svg>`;
+}
+
+/** The same as pixels, twice as many. */
+export async function pngOf(pictures: Picture[]): Promise<Blob> {
+  const image = new Image();
+  image.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(svgOf(pictures))}`;
+  await image.decode();
+  const canvas = document.createElement("canvas");
+  [canvas.width, canvas.height] = [2 * image.width, 2 * image.height];
+  canvas.getContext("2d")?.drawImage(image, 0, 0, canvas.width, canvas.height);
+  return new Promise((resolve, reject) => canvas.toBlob((blob) => (blob ? resolve(blob) : reject(new Error("this browser made no PNG"))), "image/png"));
+}
+
+function chart(picture: Picture): string {
+  const values = picture.lines.flatMap((line) => line.points).filter((value) => value !== null && value !== undefined);
+  const [x0, x1] = span(picture.x);
+  const [y0, y1] = span(values);
+  const [left, right, top, bottom] = [EDGE.left, WIDTH - EDGE.right, EDGE.top, HEIGHT - EDGE.bottom];
+  const px = (x: number): number => left + ((x - x0) / (x1 - x0)) * (right - left);
+  const py = (y: number): number => bottom - ((y - y0) / (y1 - y0)) * (bottom - top);
+  const [ink, grid] = [style("--mute"), style("--grid")];
+  let text = `<text x="${left}" y="20" fill="${style("--ink")}" font-weight="600">${escaped(picture.title)}</text>`;
+  for (const y of ticks(y0, y1)) {
+    text += `<line x1="${left}" x2="${right}" y1="${py(y)}" y2="${py(y)}" stroke="${grid}"/><text x="${left - 8}" y="${py(y) + 4}" text-anchor="end" fill="${ink}">${plain(y)}</text>`;
+  }
+  for (const x of ticks(x0, x1)) text += `<text x="${px(x)}" y="${bottom + 20}" text-anchor="middle" fill="${ink}">${plain(x)} s</text>`;
+  for (const line of picture.lines) {
+    const dash = line.dash ? ` stroke-dasharray="${line.dash.join(" ")}"` : "";
+    text += `<path d="${path(picture.x, line.points, px, py)}" fill="none" stroke="${style(line.colour)}" stroke-width="${line.width ?? 2}"${dash} stroke-linejoin="round"><title>${escaped(line.name)}</title></path>`;
+  }
+  return text;
+}
+
+function path(x: number[], points: Points | (number | null | undefined)[], px: (x: number) => number, py: (y: number) => number): string {
+  let path = "";
+  let open = false;
+  points.forEach((value, index) => {
+    if (value === undefined) return;
+    if (value === null) {
+      open = false;
+      return;
+    }
+    path += `${open ? "L" : "M"}${px(x[index] ?? 0).toFixed(2)},${py(value).toFixed(2)}`;
+    open = true;
+  });
+  return path;
+}
+
+function span(values: number[]): [number, number] {
+  let [low, high] = [Infinity, -Infinity];
+  for (const value of values) {
+    if (value < low) low = value;
+    if (value > high) high = value;
+  }
+  return low < high ? [low, high] : [(Number.isFinite(low) ? low : 0) - 0.5, (Number.isFinite(low) ? low : 0) + 0.5];
+}
+
+function ticks(low: number, high: number): number[] {
+  const step = niceStep(high - low, 6);
+  const ticks: number[] = [];
+  for (let n = Math.ceil(low / step - 1e-9); n * step <= high + 1e-9 * step; n += 1) ticks.push(Number((n * step).toPrecision(12)));
+  return ticks;
+}

@@ -1,0 +1,65 @@
+// Binary frames of the socket: docs/page-protocol.md.
+
+const MAGIC = 0x31504846;
+const HEADER = 40;
+
+/** Columns of minima and maxima, as the server sends them. */
+export interface Frame {
+  /** 0 live, else the number of the view. */
+  source: number;
+  columns: number;
+  firstTick: number;
+  ticksPerColumn: number;
+  sampleTimeS: number;
+  least: Float32Array[];
+  most: Float32Array[];
+}
+
+/** Reads a frame. Throws with a sentence if the bytes are none. */
+export function readFrame(bytes: ArrayBuffer): Frame {
+  if (bytes.byteLength < HEADER) throw new Error(`a frame of ${bytes.byteLength} bytes is shorter than its header`);
+  const view = new DataView(bytes);
+  if (view.getUint32(0, true) !== MAGIC) throw new Error("a binary message that is no frame of version 1");
+  const channels = view.getUint32(8, true);
+  const columns = view.getUint32(12, true);
+  const length = HEADER + 8 * channels * columns;
+  if (bytes.byteLength !== length) {
+    throw new Error(`a frame of ${channels} channels and ${columns} columns has ${length} bytes, not ${bytes.byteLength}`);
+  }
+  const ticksPerColumn = view.getFloat64(24, true);
+  const sampleTimeS = view.getFloat64(32, true);
+  if (!(ticksPerColumn > 0) || !(sampleTimeS > 0)) throw new Error("a frame without a time scale");
+  const part = (index: number): Float32Array => new Float32Array(bytes, HEADER + 4 * columns * index, columns);
+  return {
+    source: view.getUint32(4, true),
+    columns,
+    firstTick: view.getFloat64(16, true),
+    ticksPerColumn,
+    sampleTimeS,
+    least: Array.from({ length: channels }, (_, channel) => part(2 * channel)),
+    most: Array.from({ length: channels }, (_, channel) => part(2 * channel + 1)),
+  };
+}
+
+/** Time of the left edge of a column, s. */
+export function columnTime(frame: Frame, column: number): number {
+  return (frame.firstTick + column * frame.ticksPerColumn) * frame.sampleTimeS;
+}
+
+/** The newest column that has a sample of a channel, or -1. */
+export function newest(frame: Frame, channel: number): number {
+  const values = frame.most[channel];
+  let column = frame.columns - 1;
+  while (column >= 0 && (values === undefined || Number.isNaN(values[column]))) column -= 1;
+  return column;
+}
+
+/** The value at the end of a channel: of the newest column the end that the motion went to. */
+export function newestValue(frame: Frame, channel: number): number {
+  const column = newest(frame, channel);
+  const least = frame.least[channel]?.[column] ?? NaN;
+  const most = frame.most[channel]?.[column] ?? NaN;
+  const before = ((frame.least[channel]?.[column - 1] ?? NaN) + (frame.most[channel]?.[column - 1] ?? NaN)) / 2;
+  const middle = (least + most) / 2;
+  return Number.isNaN(before) ? middle : middle >= before ? most : least;
+}

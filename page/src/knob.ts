@@ -1,0 +1,119 @@
+// A slider with a field beside it: drag it, or type a value with its unit.
+
+import { el } from "./dom";
+import { quantity } from "./format";
+
+export interface KnobOptions {
+  label: string;
+  /** SI unit, as it is shown. */
+  unit: string;
+  /** Kind of quantity, as the command line knows it. */
+  kind: string;
+  least: number;
+  most: number;
+  /** Equal factors rather than equal steps. With a least of 0 the first step is a millionth of the most. */
+  log?: boolean;
+  value: number;
+  help?: string;
+  changed: (value: number) => void;
+  parse: (kind: string, text: string) => Promise<number>;
+}
+
+const STEPS = 1000;
+let count = 0;
+
+export class Knob {
+  readonly root: HTMLElement;
+  private readonly range: HTMLInputElement;
+  private readonly field: HTMLInputElement;
+  private readonly label: HTMLLabelElement;
+  private readonly trouble = el("span", { class: "trouble", role: "alert" });
+  private current: number;
+
+  constructor(private options: KnobOptions) {
+    const id = `knob-${count++}`;
+    this.current = options.value;
+    this.label = el("label", { for: id, title: options.help ?? "" }, options.label);
+    this.range = el("input", { id, type: "range", min: 0, max: STEPS, step: 1 });
+    this.field = el("input", { type: "text", class: "value", "aria-label": `${options.label}, with unit`, spellcheck: "false", autocomplete: "off" });
+    this.root = el("div", { class: "knob" }, el("div", { class: "line" }, this.label, this.field), this.range, this.trouble);
+    this.range.addEventListener("input", () => this.take(this.fromStep(Number(this.range.value))));
+    this.field.addEventListener("change", () => void this.typed());
+    this.field.addEventListener("keydown", (event) => {
+      if (event.key === "Escape") this.show(this.current);
+    });
+    this.field.addEventListener("focus", () => this.field.select());
+    this.show(options.value);
+  }
+
+  get value(): number {
+    return this.current;
+  }
+
+  /** Shows a value that came from elsewhere; a slider that is being moved is left alone. */
+  show(value: number): void {
+    this.current = value;
+    const step = String(this.toStep(value));
+    if (this.range.value !== step) this.range.value = step;
+    this.range.style.setProperty("--share", `${(100 * Number(step)) / STEPS}%`);
+    const text = quantity(value, this.options.unit);
+    this.range.setAttribute("aria-valuetext", text);
+    if (document.activeElement !== this.field) this.field.value = text;
+    this.trouble.textContent = "";
+  }
+
+  /** Changes label, unit or range. */
+  change(options: Partial<KnobOptions>): void {
+    this.options = { ...this.options, ...options };
+    this.label.textContent = this.options.label;
+    this.field.setAttribute("aria-label", `${this.options.label}, with unit`);
+    this.show(this.current);
+  }
+
+  set disabled(disabled: boolean) {
+    this.range.disabled = this.field.disabled = disabled;
+  }
+
+  private take(value: number): void {
+    this.show(value);
+    this.options.changed(value);
+  }
+
+  private async typed(): Promise<void> {
+    const { kind, least, most, unit, parse } = this.options;
+    try {
+      // The unit that stands there already is not asked for again.
+      const text = this.field.value.replace(/[\u202f\u00a0]/g, " ").replace("−", "-").trim();
+      const bare = kind === "number" && text.endsWith(unit) ? text.slice(0, text.length - unit.length) : text;
+      const value = await parse(kind, bare);
+      if (value < least || value > most) {
+        this.trouble.textContent = `from ${quantity(least, unit)} to ${quantity(most, unit)}`;
+        return;
+      }
+      this.field.blur();
+      this.take(value);
+    } catch (error) {
+      this.trouble.textContent = error instanceof Error ? error.message : String(error);
+    }
+  }
+
+  private floor(): number {
+    return this.options.least > 0 ? this.options.least : this.options.most * 1e-6;
+  }
+
+  private toStep(value: number): number {
+    const { least, most, log } = this.options;
+    const share = log ? Math.log(Math.max(value, this.floor()) / this.floor()) / Math.log(most / this.floor()) : (value - least) / (most - least);
+    return Math.round(STEPS * Math.min(1, Math.max(0, share)));
+  }
+
+  private fromStep(step: number): number {
+    const { least, most, log } = this.options;
+    if (step === 0) return least;
+    if (step === STEPS) return most;
+    const share = step / STEPS;
+    const value = log ? this.floor() * (most / this.floor()) ** share : least + share * (most - least);
+    // What is shown is what is meant.
+    return Number(value.toPrecision(3));
+  }
+}

@@ -1,0 +1,223 @@
+// The map of walls: which are stable, which passive, and where this one is.
+
+import type { Judged } from "./analysis";
+import { onSize, say, set, svg } from "./dom";
+import { niceStep, number, plain } from "./format";
+
+export interface MapOptions {
+  name: string;
+  /** Numbers on the axes; without them only their names. */
+  axes: boolean;
+  /** The operating point was moved to B, K; a map without it cannot be moved on. */
+  moved?: (dissipation: number, stiffness: number) => void;
+}
+
+const KEY_STEP = 0.01;
+
+export class RegionMap {
+  readonly root = svg("svg", { class: "map" });
+  private readonly grid = svg("g");
+  private readonly stable = svg("path", { class: "stable" });
+  private readonly passive = svg("path", { class: "passive" });
+  private readonly names = {
+    stable: svg("text", { class: "name" }, "stable"),
+    passive: svg("text", { class: "name" }, "passive"),
+    x: svg("text", { class: "axis" }),
+    y: svg("text", { class: "axis" }),
+  };
+  private readonly point = svg("circle", { r: 6, class: "point" });
+  private readonly here = svg("text", { class: "axis" }, "here");
+  private width = 0;
+  private height = 0;
+  private most: [number, number] = [1, 1];
+  private at: [number, number] = [0, 0];
+  private judged: Judged | null = null;
+
+  constructor(private readonly options: MapOptions) {
+    this.root.append(this.grid, this.stable, this.passive, ...Object.values(this.names), this.here, this.point);
+    this.root.setAttribute("aria-label", options.name);
+    this.root.setAttribute("role", "img");
+    onSize(this.root, (width, height) => {
+      this.width = width;
+      this.height = height;
+      this.draw();
+    });
+    if (options.moved) this.listen(options.moved);
+  }
+
+  /** Shows a judged wall at B, K. */
+  show(judged: Judged, dissipation: number, stiffness: number): void {
+    const anew = this.judged?.region !== judged.region;
+    this.judged = judged;
+    this.at = [dissipation, stiffness];
+    if (anew) this.most = reach(judged, this.options.axes ? this.at : [0, 0]);
+    this.draw();
+  }
+
+  /** Moves the point alone. */
+  private draw(): void {
+    if (!this.judged || this.width === 0) return;
+    set(this.root, { viewBox: `0 0 ${this.width} ${this.height}` });
+    this.drawAxes();
+    const { stable, passive } = this.names;
+    set(this.stable, { d: this.path(this.judged.region) });
+    const { passive: edge } = this.judged;
+    set(this.passive, { d: edge.length > 0 ? `${this.path(edge).replace(/Z$/, "")}L${this.pixel(0, 0)}Z` : "" });
+    const [bMost, kMost] = this.most;
+    const middle = centre(this.judged.region);
+    set(stable, this.place(...middle));
+    stable.style.display = this.judged.region.length > 0 ? "" : "none";
+    const passiveWide = edge.length > 0 ? (edge.at(-2) ?? 0) : 0;
+    const passiveHigh = edge[1] ?? 0;
+    const [passiveX, passiveY] = [passiveWide * 0.22, passiveHigh * 0.3];
+    set(passive, this.place(passiveX, passiveY));
+    const room = (passiveWide / bMost) * this.width > 150 && (passiveHigh / kMost) * this.height > 44;
+    passive.style.display = room ? "" : "none";
+    const [x, y] = this.coordinates(Math.min(this.at[0], bMost), Math.min(this.at[1], kMost));
+    set(this.point, { cx: x, cy: y });
+    this.point.classList.toggle("outside", this.at[0] > bMost || this.at[1] > kMost);
+    set(this.here, { x: x + 12, y: this.options.axes ? y - 8 : this.height - 4 });
+    if (this.options.moved) {
+      set(this.point, {
+        "aria-valuetext": `B ${number(this.at[0])} N·s^μ/m, K ${number(this.at[1])} N/m: ${this.judged.sentence}`,
+        "aria-valuenow": this.at[1],
+        "aria-valuemin": 0,
+        "aria-valuemax": Math.max(kMost, this.at[1]),
+      });
+    }
+  }
+
+  private drawAxes(): void {
+    const { left, right, top, bottom } = this.edges();
+    const lines: SVGElement[] = [];
+    const line = (x1: number, y1: number, x2: number, y2: number): void => {
+      lines.push(svg("line", { x1, y1, x2, y2, class: "grid" }));
+    };
+    const text = (x: number, y: number, anchor: string, label: string): void => {
+      lines.push(svg("text", { x, y, "text-anchor": anchor, class: "axis" }, label));
+    };
+    if (this.options.axes) {
+      const [bMost, kMost] = this.most;
+      const kUnit = kMost >= 2000 ? 1000 : 1;
+      for (const value of ticks(kMost, Math.max(2, this.height / 60))) {
+        const y = this.coordinates(0, value)[1];
+        line(left, y, this.width - right, y);
+        text(left - 7, y + 4, "end", plain(value / kUnit));
+      }
+      for (const value of ticks(bMost, Math.max(2, this.width / 110))) {
+        text(this.coordinates(value, 0)[0], this.height - bottom + 18, "middle", plain(value));
+      }
+      say(this.names.y, `K, ${kUnit === 1000 ? "kN/m" : "N/m"}`);
+      set(this.names.y, { x: left, y: top - 10, "text-anchor": "start" });
+      say(this.names.x, "B, N·s^μ/m");
+      set(this.names.x, { x: this.width - right, y: this.height - 6, "text-anchor": "end" });
+    } else {
+      line(left, this.height - bottom, this.width - right, this.height - bottom);
+      say(this.names.x, "dissipation B");
+      set(this.names.x, { x: this.width - right, y: this.height - 4, "text-anchor": "end" });
+      say(this.names.y, "stiffness K");
+      set(this.names.y, { x: left, y: 11, "text-anchor": "start" });
+    }
+    this.grid.replaceChildren(...lines);
+  }
+
+  private edges(): { left: number; right: number; top: number; bottom: number } {
+    return this.options.axes ? { left: 52, right: 14, top: 28, bottom: 44 } : { left: 46, right: 14, top: 8, bottom: 20 };
+  }
+
+  private coordinates(dissipation: number, stiffness: number): [number, number] {
+    const { left, right, top, bottom } = this.edges();
+    const x = left + (dissipation / this.most[0]) * (this.width - left - right);
+    const y = this.height - bottom - (stiffness / this.most[1]) * (this.height - top - bottom);
+    return [x, y];
+  }
+
+  private pixel(dissipation: number, stiffness: number): string {
+    return this.coordinates(dissipation, stiffness).map((part) => part.toFixed(2)).join(",");
+  }
+
+  private place(dissipation: number, stiffness: number): { x: number; y: number } {
+    const [x, y] = this.coordinates(dissipation, stiffness);
+    return { x, y };
+  }
+
+  private path(flat: Float64Array): string {
+    let path = "";
+    let open = false;
+    for (let index = 0; index + 1 < flat.length; index += 2) {
+      const [b, k] = [flat[index] ?? NaN, flat[index + 1] ?? NaN];
+      if (Number.isNaN(b)) {
+        path += "Z";
+        open = false;
+        continue;
+      }
+      path += `${open ? "L" : "M"}${this.pixel(b, k)}`;
+      open = true;
+    }
+    return open ? `${path}Z` : path;
+  }
+
+  private listen(moved: (dissipation: number, stiffness: number) => void): void {
+    set(this.point, { tabindex: 0, role: "slider", "aria-label": "Operating point", "aria-valuenow": 0, "aria-valuemin": 0, "aria-valuemax": 1 });
+    this.root.classList.add("live");
+    this.root.setAttribute("role", "group");
+    const to = (event: PointerEvent): void => {
+      const { left, top } = this.root.getBoundingClientRect();
+      const edges = this.edges();
+      const x = (event.clientX - left - edges.left) / (this.width - edges.left - edges.right);
+      const y = (this.height - edges.bottom - (event.clientY - top)) / (this.height - edges.top - edges.bottom);
+      const within = (share: number, most: number): number => Number((Math.min(1, Math.max(0, share)) * most).toPrecision(4));
+      moved(within(x, this.most[0]), within(y, this.most[1]));
+    };
+    this.root.addEventListener("pointerdown", (event) => {
+      this.root.setPointerCapture(event.pointerId);
+      this.point.focus();
+      event.preventDefault();
+      to(event);
+    });
+    this.root.addEventListener("pointermove", (event) => {
+      if (this.root.hasPointerCapture(event.pointerId)) to(event);
+    });
+    this.point.addEventListener("keydown", (event) => {
+      const step = KEY_STEP * (event.shiftKey ? 0.1 : 1);
+      const way = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowDown: [0, -1], ArrowUp: [0, 1] }[event.key];
+      if (!way) return;
+      event.preventDefault();
+      event.stopPropagation();
+      const next = (value: number, most: number, by: number): number => Number(Math.max(0, value + by * step * most).toPrecision(6));
+      moved(next(this.at[0], this.most[0], way[0] ?? 0), next(this.at[1], this.most[1], way[1] ?? 0));
+    });
+  }
+}
+
+/** Largest B and K that are shown: all of the region, the point if it is not far outside. */
+function reach(judged: Judged, at: [number, number]): [number, number] {
+  const most: [number, number] = [0, 0];
+  for (const flat of [judged.region, judged.passive]) {
+    flat.forEach((value, index) => {
+      if (value > most[index % 2 as 0 | 1]) most[index % 2 as 0 | 1] = value;
+    });
+  }
+  return [0, 1].map((axis) => {
+    const region = most[axis as 0 | 1];
+    const own = at[axis as 0 | 1];
+    if (region === 0) return Math.max(1, 2 * own);
+    return own > region && own < 3 * region ? own * 1.1 : region * 1.05;
+  }) as [number, number];
+}
+
+function ticks(most: number, count: number): number[] {
+  const step = niceStep(most, count);
+  return Array.from({ length: Math.floor(most / step) + 1 }, (_, n) => Number((n * step).toPrecision(12)));
+}
+
+/** Somewhere in the middle of the first polygon. */
+function centre(flat: Float64Array): [number, number] {
+  let [b, k, count] = [0, 0, 0];
+  for (let index = 0; index + 1 < flat.length && !Number.isNaN(flat[index]); index += 2) {
+    b += flat[index] ?? 0;
+    k += flat[index + 1] ?? 0;
+    count += 1;
+  }
+  return count > 0 ? [(0.9 * b) / count, k / count] : [0, 0];
+}

@@ -1,0 +1,175 @@
+// Messages of the socket, version 1: docs/page-protocol.md.
+
+export const VERSION = 1;
+
+export interface Range {
+  least: number;
+  most: number;
+  default: number;
+  step?: number;
+}
+
+export interface Tissue {
+  name: string;
+  title: string;
+  model: string;
+  citation: string;
+  checked: boolean;
+  order: number;
+  order_free: boolean;
+  stiffness_n_per_m: number;
+  dissipation_n_s_mu_per_m: number;
+  parameters: { name: string; unit: string; value: number; help: string }[];
+}
+
+export type Environment =
+  | { tissue: string }
+  | { wall: { order: number; stiffness_n_per_m: number; dissipation_n_s_mu_per_m: number } };
+
+export interface Feel {
+  environment: Environment;
+  title: string;
+  order: number;
+  order_free: boolean;
+  stiffness_n_per_m: number;
+  dissipation_n_s_mu_per_m: number;
+  scale: number;
+  mass_kg: number;
+  damping_n_s_per_m: number;
+  hand_stiffness_n_per_m: number;
+  hand_damping_n_s_per_m: number;
+  ghosts: string[];
+  force_limit_n: number;
+  paused: boolean;
+}
+
+export interface Verdict {
+  stable: boolean;
+  margin: number | null;
+  passive: boolean;
+  delay_s: number;
+  current_lag_s: number;
+  line: string;
+}
+
+export interface Hello {
+  program: string;
+  controls: boolean;
+  watching: number;
+  sample_time_s: number;
+  channels: string[];
+  limiters: string[];
+  tissues: Tissue[];
+  ranges: Record<string, Range>;
+  feel: Feel | null;
+  view_columns_most: number;
+  runs_folder: string;
+}
+
+/** Without a loop there is only what a socket knows. */
+export interface Status {
+  tick?: number;
+  time_s?: number;
+  tick_p50_us?: number | null;
+  tick_p999_us?: number | null;
+  late?: number;
+  skipped?: number;
+  lost?: number;
+  limiter?: number;
+  fault?: string | null;
+  energy_j?: number | null;
+  armed: boolean;
+  stopped?: boolean;
+  paused?: boolean;
+  running: boolean;
+  recording?: string | null;
+  watching: number;
+  controls: boolean;
+  samples_made?: number;
+  samples_kept?: number;
+  samples_sent: number;
+  samples_missed: number;
+}
+
+export interface Mark {
+  tick: number;
+  time_s: number;
+  text: string;
+}
+
+export interface RunEntry {
+  name: string;
+  kind: string;
+  started_utc: string | null;
+  duration_s: number | null;
+  samples: number | null;
+  size_bytes: number;
+  verdict: string | null;
+  running: boolean;
+}
+
+export interface OpenRun {
+  name: string;
+  channels: string[];
+  samples: number;
+  sample_time_s: number;
+  first_s: number;
+  last_s: number;
+  complete: boolean;
+  damage: string | null;
+  missing_samples: number | null;
+  metadata: Record<string, unknown>;
+  events: { time_s: number; kind: string; text: string }[];
+  end: string | null;
+  /** What the experiment drew of itself, if it ran since the server was started. */
+  curves?: RunCurves | null;
+}
+
+/** A run over its closed form. */
+export interface RunCurves {
+  title?: string;
+  quantity?: string;
+  label?: string;
+  time_s: number[];
+  values?: number[];
+  closed_form?: number[];
+}
+
+export interface Parameter {
+  key: string;
+  kind: string;
+  default: unknown;
+  least: number | null;
+  most: number | null;
+  range: string | null;
+  required: boolean;
+  /** The default as the help shows it. */
+  shown?: string;
+  choices: string[] | null;
+  help: string;
+}
+
+export interface Form {
+  kind: string;
+  tables: { title: string; parameters: Parameter[] }[];
+}
+
+export interface RunProgress {
+  name: string;
+  kind: string;
+  state: "running" | "done" | "failed" | "stopped";
+  samples_done: number;
+  samples: number;
+  verdict: string | null;
+  error: string | null;
+  report: unknown;
+}
+
+/** What comes unasked. */
+export interface Unasked {
+  status?: Status;
+  feel?: Feel;
+  mark?: Mark;
+  run?: RunProgress;
+  notice?: string;
+}

@@ -1,0 +1,261 @@
+// Runs: what happened? A list, curves over each other, new runs, records to identify.
+
+import type { App, ViewPart } from "./app";
+import { el, say } from "./dom";
+import { bytes, duration, number } from "./format";
+import type { Frame } from "./frame";
+import { FormPanel } from "./forms";
+import { IdentifyPanel } from "./identify";
+import { Overlay } from "./overlay";
+import type { Hello, OpenRun, RunEntry, RunProgress, Unasked } from "./protocol";
+
+/** Runs that can be told apart over each other. */
+const OPEN_MOST = 6;
+
+/** Time between two pictures of a run that goes on, ms. */
+const WATCH_MS = 300;
+
+type Panel = "curves" | "form" | "identify";
+
+export class RunsView implements ViewPart {
+  readonly root: HTMLElement;
+  private readonly list = el("ul", { class: "list" });
+  private readonly folder = el("span");
+  private readonly facts = el("div", { class: "facts" });
+  private readonly progress = el("p", { class: "progress", role: "status" });
+  private readonly stop = el("button", { type: "button", hidden: true }, "End the run");
+  private readonly overlay: Overlay;
+  private readonly form: FormPanel;
+  private readonly identify: IdentifyPanel;
+  private readonly panels: Record<Panel, HTMLElement>;
+  private entries: RunEntry[] = [];
+  private open = new Map<string, OpenRun>();
+  private wanted: string[] = [];
+  private visible = false;
+  /** The run that goes on. */
+  private going: { name: string; samples: number; sampleTime: number; drawn: number } | null = null;
+  /** A run of this page that is to be drawn as soon as there is something. */
+  private awaited: string | null = null;
+
+  constructor(private readonly app: App) {
+    this.overlay = new Overlay(app);
+    this.form = new FormPanel(app, (name) => this.started(name));
+    this.identify = new IdentifyPanel(app);
+    this.panels = {
+      curves: el("div", { class: "panel curves-panel" }, this.overlay.root, el("section", { class: "card facts-card" }, el("h2", {}, "Report"), this.facts)),
+      form: el("div", { class: "panel" }, this.form.root),
+      identify: el("div", { class: "panel" }, this.identify.root),
+    };
+    const button = (text: string, panel: Panel): HTMLButtonElement => {
+      const made = el("button", { type: "button" }, text);
+      made.addEventListener("click", () => this.show(panel));
+      return made;
+    };
+    const buttons = el("div", { class: "buttons" }, button("New run", "form"), button("Identify a record", "identify"));
+    const list = el("section", { class: "card runs-list" }, el("h2", {}, "Runs", this.folder), this.list, this.progress, this.stop, buttons);
+    this.root = el("div", { class: "view runs" }, list, ...Object.values(this.panels));
+    this.stop.addEventListener("click", () => void app.tell("runs.stop"));
+    this.show("curves");
+    this.listenForFiles();
+  }
+
+  private show(panel: Panel): void {
+    for (const [name, element] of Object.entries(this.panels)) element.hidden = name !== panel;
+  }
+
+  // The list.
+
+  private async refresh(): Promise<void> {
+    if (!this.app.connection.ready || !this.visible) return;
+    try {
+      const { runs } = await this.app.connection.ask<{ runs: RunEntry[] }>("runs.list");
+      this.entries = runs;
+      this.drawList();
+    } catch (error) {
+      this.app.notify(error instanceof Error ? error.message : String(error));
+    }
+  }
+
+  private drawList(): void {
+    const rows = this.entries.map((entry) => {
+      const box = el("input", { type: "checkbox" });
+      box.checked = this.open.has(entry.name);
+      box.addEventListener("change", () => void this.toggle(entry.name, box.checked));
+      const facts = [entry.kind, entry.running ? "running" : entry.duration_s === null ? "" : duration(entry.duration_s), bytes(entry.size_bytes), entry.verdict ?? ""];
+      const text = el("span", { class: "run" }, el("b", {}, entry.name), el("small", {}, facts.filter((fact) => fact !== "").join(" · ")));
+      return el("li", {}, el("label", {}, box, text));
+    });
+    if (rows.length === 0) rows.push(el("li", { class: "hint" }, "No runs yet. Start one, or record in Feel."));
+    this.list.replaceChildren(...rows);
+  }
+
+  private async toggle(name: string, wanted: boolean): Promise<void> {
+    if (wanted && this.open.size >= OPEN_MOST) {
+      this.app.notify(`${OPEN_MOST} runs are shown at most: take one away first.`);
+      this.drawList();
+      return;
+    }
+    if (wanted) {
+      try {
+        this.open.set(name, await this.opened(name));
+      } catch (error) {
+        this.app.notify(error instanceof Error ? error.message : String(error));
+        await this.refresh();
+        return;
+      }
+    } else this.open.delete(name);
+    this.show("curves");
+    this.drawList();
+    this.drawFacts();
+    this.overlay.show([...this.open.values()]);
+    this.app.remember("runs", new Map([["open", [...this.open.keys()].join(",")]]));
+  }
+
+  /** A run, or as much of it as there is while it goes on. */
+  private async opened(name: string): Promise<OpenRun> {
+    const { connection } = this.app;
+    if (this.going?.name !== name) return { ...(await connection.ask<OpenRun>("runs.open", { name })), name };
+    const { channels } = await connection.ask<{ channels: string[] }>("view", { source: name, columns: 1 });
+    const { samples, sampleTime } = this.going;
+    return {
+      name, channels, samples, sample_time_s: sampleTime, first_s: 0, last_s: samples * sampleTime,
+      complete: true, damage: "goes on", missing_samples: null, metadata: {}, events: [], end: null,
+    };
+  }
+
+  private drawFacts(): void {
+    const parts: Node[] = [];
+    for (const run of this.open.values()) {
+      const rows: [string, string][] = [
+        ["samples", `${run.samples} of ${number(run.sample_time_s * 1000)} ms`],
+        ["log", run.damage ?? (run.complete ? "whole" : "not closed: the run was cut off")],
+        ...(run.missing_samples ? [["missing", String(run.missing_samples)] as [string, string]] : []),
+        ...flat(run.metadata),
+        ...(run.end ? [["end", run.end] as [string, string]] : []),
+        ...run.events.slice(0, 50).map((event): [string, string] => [`${number(event.time_s)} s`, event.text || event.kind]),
+      ];
+      parts.push(el("h3", {}, run.name), el("dl", {}, ...rows.flatMap(([name, value]) => [el("dt", {}, name), el("dd", {}, value)])));
+    }
+    if (parts.length === 0) parts.push(el("p", { class: "hint" }, "Choose runs on the left: several are drawn over each other."));
+    this.facts.replaceChildren(...parts);
+  }
+
+  // Runs that go on.
+
+  private started(name: string): void {
+    say(this.progress, `${name} goes on`);
+    this.stop.hidden = false;
+    for (const other of [...this.open.keys()]) this.open.delete(other);
+    this.show("curves");
+    void this.refresh();
+    // With its first word it is drawn.
+    this.awaited = name;
+  }
+
+  private progressed(run: RunProgress): void {
+    const share = run.samples > 0 ? Math.floor((100 * run.samples_done) / run.samples) : 0;
+    const going = run.state === "running";
+    const end = { running: "", done: "is done", failed: "failed", stopped: "was stopped" }[run.state];
+    say(this.progress, going ? `${run.name}: ${share} %` : `${run.name} ${end}${run.verdict ? `: ${run.verdict}` : ""}${run.error ? `: ${run.error}` : ""}`);
+    this.stop.hidden = !going;
+    if (going) {
+      void this.watch(run);
+      return;
+    }
+    const shown = this.open.delete(run.name) || this.awaited === run.name;
+    [this.going, this.awaited] = [null, null];
+    void this.refresh().then(() => {
+      if (shown && this.visible && this.entries.some(({ name }) => name === run.name)) void this.toggle(run.name, true);
+    });
+  }
+
+  /** Draws the run that goes on, a few times a second. */
+  private async watch(run: RunProgress): Promise<void> {
+    if (this.going?.name !== run.name) this.going = { name: run.name, samples: run.samples, sampleTime: await this.sampleTimeOf(run.name), drawn: 0 };
+    const now = performance.now();
+    if (!this.visible || now - this.going.drawn < WATCH_MS) return;
+    this.going.drawn = now;
+    if (this.awaited === run.name) {
+      this.awaited = null;
+      await this.toggle(run.name, true);
+    } else if (this.open.has(run.name)) this.overlay.refresh();
+  }
+
+  /** From a frame: nothing else says it while a run goes on. */
+  private async sampleTimeOf(name: string): Promise<number> {
+    const { view } = await this.app.connection.ask<{ view: number }>("view", { source: name, columns: 1 });
+    return (await this.overlay.frameOfView(view)).sampleTimeS;
+  }
+
+  // Files.
+
+  private listenForFiles(): void {
+    this.root.addEventListener("dragover", (event) => {
+      event.preventDefault();
+      this.root.classList.add("dropping");
+    });
+    this.root.addEventListener("dragleave", () => this.root.classList.remove("dropping"));
+    this.root.addEventListener("drop", (event) => {
+      event.preventDefault();
+      this.root.classList.remove("dropping");
+      const file = event.dataTransfer?.files[0];
+      if (!file) return;
+      this.show("identify");
+      void this.identify.read(file);
+    });
+  }
+
+  // The page.
+
+  connected(hello: Hello): void {
+    say(this.folder, hello.runs_folder);
+    if (this.visible) this.form.shown();
+    void this.refresh().then(() => this.openWanted());
+  }
+
+  private async openWanted(): Promise<void> {
+    if (!this.app.connection.ready || !this.visible) return;
+    const names = this.wanted.splice(0);
+    for (const name of names) {
+      if (!this.open.has(name) && this.entries.some((entry) => entry.name === name)) await this.toggle(name, true);
+    }
+  }
+
+  unasked(message: Unasked): void {
+    if (message.run) this.progressed(message.run);
+  }
+
+  frame(frame: Frame): void {
+    this.overlay.frame(frame);
+  }
+
+  shown(values: Map<string, string>): void {
+    this.visible = true;
+    this.wanted = (values.get("open") ?? "").split(",").filter((name) => name !== "");
+    this.drawFacts();
+    this.form.shown();
+    void this.refresh().then(() => this.openWanted());
+  }
+
+  hidden(): void {
+    this.visible = false;
+  }
+
+  themed(): void {
+    this.overlay.themed();
+    this.identify.themed();
+  }
+
+  key(event: KeyboardEvent, down: boolean): boolean {
+    return down && event.key === "Escape" && this.overlay.all();
+  }
+}
+
+/** Keys and values of a report, one level down. */
+function flat(values: Record<string, unknown>): [string, string][] {
+  return Object.entries(values).flatMap(([key, value]): [string, string][] => {
+    if (value === null || value === undefined || value === "") return [];
+    if (typeof value === "object" && !Array.isArray(value)) return flat(value as Record<string, unknown>);
+    return [[key, typeof value === "number" ? number(value, 4) : Array.isArray(value) ? value.join(", ") : String(value)]];
+  });
+}

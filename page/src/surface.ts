@@ -1,0 +1,71 @@
+// Where the tissue's surface stands: at the probe while it touches, else where the tissue has come back to.
+
+import type { Analysis } from "./analysis";
+import type { Feel } from "./protocol";
+
+/** A force below this is none, N. */
+const TOUCH_N = 1e-4;
+/** Time between two depths that the memory hears, s. */
+const STEP_S = 0.02;
+/** A gap that is longer is not filled, s. */
+const GAP_S = 60;
+
+/**
+ * The remembered set of the tissue. Its memory runs in the worker: the operator of the loop itself, at the pace of the
+ * picture, hearing the depths that the picture shows.
+ */
+export class Surface {
+  private heard = NaN;
+  private set = 0;
+  private busy = false;
+  private depths: number[] = [];
+  private law: { order: number; stiffness: number; dissipation: number } | null = null;
+
+  constructor(private readonly analysis: Analysis) {}
+
+  /** The tissue is untouched. */
+  reset(): void {
+    this.heard = NaN;
+    this.set = 0;
+    this.depths = [];
+    if (this.law) this.begin();
+  }
+
+  /** The law that is felt; what was remembered is kept if it is the same. */
+  follows(feel: Feel): void {
+    const law = { order: feel.order, stiffness: feel.stiffness_n_per_m, dissipation: feel.dissipation_n_s_mu_per_m };
+    if (JSON.stringify(law) === JSON.stringify(this.law)) return;
+    this.law = law;
+    this.begin();
+  }
+
+  /** The surface at a time, s, with the probe at a position and a reaction. */
+  at(time: number, position: number, force: number): number {
+    const depth = Math.max(0, position);
+    if (!(time - this.heard < GAP_S) || time < this.heard) this.heard = time;
+    while (this.heard + STEP_S <= time) {
+      this.depths.push(depth);
+      this.heard += STEP_S;
+    }
+    if (this.depths.length > 0 && !this.busy) this.tell();
+    return force > TOUCH_N && position > 0 ? position : this.set;
+  }
+
+  private begin(): void {
+    if (this.law) this.analysis.remember({ law: { ...this.law, step: STEP_S } }).catch(() => undefined);
+  }
+
+  private tell(): void {
+    this.busy = true;
+    const depths = this.depths.splice(0);
+    this.analysis
+      .remember({ depths })
+      .then((set) => {
+        this.set = set;
+      })
+      .catch(() => undefined)
+      .finally(() => {
+        this.busy = false;
+      });
+  }
+}

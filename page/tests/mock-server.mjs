@@ -1,0 +1,389 @@
+// A server for tests that speaks the page's protocol (docs/page-protocol.md) without the Rust one: a spring-pot of
+// ten modes at 1 kHz. Alone: node tests/mock-server.mjs [PORT]. It prints its address.
+import { createServer } from "node:http";
+import { readFileSync, existsSync } from "node:fs";
+import { randomBytes } from "node:crypto";
+import { extname, join, dirname } from "node:path";
+import { fileURLToPath } from "node:url";
+import { WebSocketServer } from "ws";
+
+const ASSETS = join(dirname(fileURLToPath(import.meta.url)), "../../crates/haptic-page/assets");
+const TYPES = { ".html": "text/html; charset=utf-8", ".js": "text/javascript", ".css": "text/css", ".wasm": "application/wasm", ".svg": "image/svg+xml", ".json": "application/json", ".txt": "text/plain" };
+const CSP = "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+const CHANNELS = ["position_m", "hand_m", "force_n", "ghost_short_n", "ghost_a3_n", "energy_j", "limiter"];
+const T = 1e-3;
+
+const TISSUES = [
+  ["prostate-cancerous", "prostate, cancerous", 0.2247, 173],
+  ["prostate-healthy", "prostate, healthy", 0.2154, 72.2],
+].map(([name, title, order, dissipation]) => ({
+  name, title, model: "spring-pot", citation: "a dissertation", checked: false, order, order_free: true,
+  stiffness_n_per_m: 0, dissipation_n_s_mu_per_m: dissipation, parameters: [],
+}));
+
+/** t^(−μ)/Γ(1 − μ) as decaying modes; a short memory has none that last longer than a second. */
+function spring_pot(order, short) {
+  const modes = [];
+  const gamma = (x) => (x < 0.5 ? Math.PI / (Math.sin(Math.PI * x) * gamma(1 - x)) : Math.exp(lgamma(x)));
+  const lgamma = (x) => {
+    const c = [76.18009172947146, -86.50532032941677, 24.01409824083091, -1.231739572450155, 1.208650973866179e-3, -5.395239384953e-6];
+    let [y, sum] = [x, 1.000000000190015];
+    for (const part of c) sum += part / ++y;
+    return (x + 0.5) * Math.log(x + 5.5) - (x + 5.5) + Math.log((2.5066282746310005 * sum) / x);
+  };
+  const step = Math.log(4);
+  for (let s = 1e-4; s < 4e3; s *= 4) modes.push({ rate: s, weight: (step * s ** order) / (gamma(order) * gamma(1 - order)), z: 0 });
+  const rest = short ? 1 / gamma(1 - order) : 0;
+  let before = 0;
+  return (x) => {
+    let force = rest * x * 0;
+    for (const mode of modes) {
+      mode.z = mode.z * Math.exp(-mode.rate * T) + (x - before);
+      if (!short || mode.rate > 1) force += mode.weight * mode.z;
+      else force += mode.weight * x * 0.8;
+    }
+    before = x;
+    return force;
+  };
+}
+
+class Loop {
+  constructor(feel) {
+    this.feel = feel;
+    this.samples = CHANNELS.map(() => []);
+    [this.position, this.velocity, this.hand, this.held, this.energy] = [-0.003, 0, -0.003, false, 0];
+    [this.stopped, this.paused, this.tick, this.target] = [false, false, 0, -0.003];
+    this.law();
+  }
+
+  law() {
+    this.full = spring_pot(this.feel.order, false);
+    this.short = spring_pot(this.feel.order, true);
+  }
+
+  step() {
+    const { feel } = this;
+    const move = Math.max(-5e-4, Math.min(5e-4, this.target - this.hand));
+    this.hand += move * 0.2;
+    const x = Math.max(0, this.position);
+    const B = feel.dissipation_n_s_mu_per_m * feel.scale;
+    const K = feel.stiffness_n_per_m * feel.scale;
+    let force = this.stopped ? 0 : -Math.max(0, K * x + B * this.full(x));
+    if (x === 0) force = 0;
+    const short = x > 0 ? -Math.max(0, K * x + B * this.short(x)) : (this.short(x), 0);
+    const a3 = -B * x * T ** -feel.order * 0.45;
+    const spring = this.held && !this.stopped ? 300 * (this.hand - this.position) - 6 * this.velocity : 0;
+    this.velocity += (T * (force + spring - 3.5 * this.velocity)) / 0.065;
+    this.position += T * this.velocity;
+    this.energy += force * this.velocity * T;
+    const has = (name, value) => (feel.ghosts.includes(name) ? value : NaN);
+    [this.position, this.held ? this.hand : NaN, force, has("short", short), has("a3", a3), this.energy, 0].forEach((value, n) => this.samples[n].push(value));
+    this.tick += 1;
+  }
+
+  frame(source, from, to, columns) {
+    const width = Math.max(1, Math.ceil((to - from) / columns));
+    const first = Math.floor(from / width) * width;
+    const count = Math.max(1, Math.ceil((to - first) / width));
+    return frame(source, this.samples, first, width, count);
+  }
+}
+
+function frame(source, samples, first, width, count) {
+  const bytes = new ArrayBuffer(40 + 8 * samples.length * count);
+  const view = new DataView(bytes);
+  [0x31504846, source, samples.length, count].forEach((value, n) => view.setUint32(4 * n, value, true));
+  view.setFloat64(16, first, true);
+  view.setFloat64(24, width, true);
+  view.setFloat64(32, T, true);
+  samples.forEach((values, channel) => {
+    for (let column = 0; column < count; column += 1) {
+      let [low, high] = [NaN, NaN];
+      for (let n = Math.max(0, first + column * width); n < first + (column + 1) * width && n < values.length; n += 1) {
+        const value = values[n];
+        if (Number.isNaN(value)) continue;
+        if (!(low <= value)) low = value;
+        if (!(high >= value)) high = value;
+      }
+      view.setFloat32(40 + 4 * (2 * channel * count + column), low, true);
+      view.setFloat32(40 + 4 * ((2 * channel + 1) * count + column), high, true);
+    }
+  });
+  return bytes;
+}
+
+const FORMS = [
+  {
+    kind: "wall",
+    tables: [
+      {
+        title: "wall",
+        parameters: [
+          { key: "stiffness_n_per_m", kind: "number", default: null, least: 0, most: null, range: "at least 0", required: false, choices: null, help: "Stiffness K of the wall" },
+          { key: "order", kind: "number", default: null, least: 0, most: 2, range: "from 0 to 2", required: true, choices: null, help: "Order of the dissipation" },
+          { key: "one_sided", kind: "flag", default: false, least: null, most: null, range: null, required: false, choices: null, help: "It pushes only" },
+          { key: "criterion", kind: "text", default: "settling", least: null, most: null, range: null, required: false, choices: ["settling", "energy"], help: "By which rule a wall is stable" },
+        ],
+      },
+    ],
+  },
+];
+
+export function startMock({ port = 0, token = randomBytes(16).toString("hex") } = {}) {
+  let loop = null;
+  let running = null;
+  let holder = null;
+  const pages = new Set();
+  const marks = [];
+  let recording = null;
+  const runs = [makeRun("relax-0001", "relax", 0.2), makeRun("wall-0002", "wall", 0.5)];
+
+  const server = createServer((request, response) => {
+    const { pathname } = new URL(request.url, "http://127.0.0.1");
+    const name = pathname === `/${token}/` ? "index.html" : pathname.startsWith(`/${token}/`) ? pathname.slice(token.length + 2) : null;
+    const file = name && join(ASSETS, name);
+    const headers = { "Content-Security-Policy": CSP, "X-Content-Type-Options": "nosniff", "Referrer-Policy": "no-referrer", "Cache-Control": "no-store" };
+    if (!file || name.includes("/") || !existsSync(file)) return void response.writeHead(404, headers).end("no such page: copy the address from the terminal");
+    response.writeHead(200, { ...headers, "Content-Type": TYPES[extname(name)] ?? "application/octet-stream" }).end(readFileSync(file));
+  });
+  const sockets = new WebSocketServer({ server, path: `/${token}/ws` });
+
+  sockets.on("connection", (socket) => {
+    const page = { socket, live: null, bad: 0, sent: 0 };
+    pages.add(page);
+    holder ??= page;
+    socket.on("close", () => {
+      pages.delete(page);
+      if (holder === page) {
+        holder = null;
+        if (loop) [loop.held, loop.stopped] = [false, true];
+      }
+    });
+    socket.on("message", (data, binary) => {
+      let message = null;
+      try {
+        message = binary ? null : JSON.parse(data.toString());
+      } catch {
+        // No JSON.
+      }
+      if (!Number.isInteger(message?.id)) {
+        page.bad += 1;
+        socket.send(JSON.stringify({ id: null, ok: false, error: "this message is no request" }));
+        if (page.bad >= 3) socket.close(1008);
+        return;
+      }
+      page.bad = 0;
+      try {
+        const answer = answers(page, message) ?? {};
+        socket.send(JSON.stringify({ id: message.id, ok: true, ...answer.now ?? answer }));
+        answer.then?.();
+      } catch (error) {
+        socket.send(JSON.stringify({ id: message.id, ok: false, error: error.message }));
+      }
+    });
+  });
+
+  const controls = (page) => {
+    if (holder !== page) throw new Error("another page holds the controls: take them first");
+  };
+  const range = (least, most, value, step) => ({ least, most, default: value, step });
+
+  function answers(page, message) {
+    switch (message.do) {
+      case "hello":
+        return {
+          version: 1, program: "mock 0.1.0", controls: holder === page, watching: pages.size - 1, on_close: "stop", sample_time_s: T, channels: CHANNELS,
+          limiters: ["magnitude", "rate", "fault", "stopping", "start-up", "workspace", "velocity", "guard"], tissues: TISSUES,
+          ranges: { order: range(0, 1, 0.2247, 0.01), stiffness_n_per_m: range(0, 2000, 0), dissipation_n_s_mu_per_m: range(0, 2000, 173), scale: range(0.1, 10, 1), mass_kg: range(0.01, 1, 0.065), damping_n_s_per_m: range(0, 20, 3.5), hand_m: range(-0.02, 0.02, 0) },
+          feel: loop?.feel ?? null, view_columns_most: 8192, frames_per_s: 60, runs_folder: "results",
+        };
+      case "controls.take":
+        if (holder !== null && holder !== page && !message.force) throw new Error("another page holds the controls");
+        holder?.socket.send(JSON.stringify({ notice: "another page took the controls" }));
+        holder = page;
+        return { controls: true };
+      case "feel.start": {
+        controls(page);
+        loop = new Loop(feelOf(message));
+        return { feel: loop.feel, verdict: {} };
+      }
+      case "feel.set": {
+        controls(page);
+        if (message.environment) {
+          const { feel } = loop;
+          loop.feel = { ...feelOf({ ...message, device: feel, ghosts: message.ghosts ?? feel.ghosts }) };
+        }
+        for (const key of ["order", "stiffness_n_per_m", "dissipation_n_s_mu_per_m", "scale", "ghosts"]) if (message[key] !== undefined) loop.feel[key] = message[key];
+        if (message.order !== undefined || message.environment) loop.law();
+        return { feel: loop.feel, verdict: {} };
+      }
+      case "feel.hand":
+        controls(page);
+        if (message.held && !loop.held) loop.hand = loop.position;
+        [loop.target, loop.held] = [message.position_m, message.held];
+        return {};
+      case "feel.pause":
+        controls(page);
+        loop.paused = message.paused;
+        return {};
+      case "feel.mark": {
+        controls(page);
+        const mark = { tick: loop.tick, time_s: loop.tick * T, text: message.text };
+        marks.push(mark);
+        for (const each of pages) each.socket.send(JSON.stringify({ mark }));
+        return { tick: loop.tick };
+      }
+      case "feel.record":
+        controls(page);
+        recording = message.on ? "feel-0007.mcap" : null;
+        return { name: "feel-0007.mcap", samples: 100, missing: 0 };
+      case "stop":
+        if (loop) [loop.stopped, loop.held] = [true, false];
+        if (running) finish("stopped");
+        return {};
+      case "arm":
+        controls(page);
+        Object.assign(loop, { stopped: false, held: false, position: -0.003, velocity: 0, hand: -0.003, target: -0.003 });
+        loop.law();
+        return {};
+      case "view": {
+        if (message.source === "live") {
+          page.live = message.last_s === undefined ? null : message;
+          if (message.last_s !== undefined || !loop) return { view: 0, channels: CHANNELS };
+          const bytes = loop.frame(0, message.from_s / T, message.to_s / T, message.columns);
+          return { now: { view: 0, channels: CHANNELS }, then: () => page.socket.send(bytes) };
+        }
+        const run = runs.find(({ entry }) => entry.name === message.source);
+        if (!run) throw new Error(`there is no run ${message.source}`);
+        page.views = (page.views ?? 0) + 1;
+        const number = page.views;
+        const names = message.channels ?? run.channels;
+        const chosen = names.map((name) => run.samples[run.channels.indexOf(name)]);
+        const [from, to] = [(message.from_s ?? 0) / T, (message.to_s ?? run.samples[0].length * T) / T];
+        const width = Math.max(1, Math.ceil((to - from) / message.columns));
+        const bytes = frame(number, chosen, Math.floor(from), width, Math.ceil((to - from) / width));
+        return { now: { view: number, channels: names }, then: () => page.socket.send(bytes) };
+      }
+      case "view.end":
+        if (message.view === 0) page.live = null;
+        return {};
+      case "runs.list":
+        return { runs: runs.map(({ entry }) => entry) };
+      case "runs.open": {
+        const run = runs.find(({ entry }) => entry.name === message.name);
+        if (!run) throw new Error(`there is no run ${message.name} any more`);
+        return { name: message.name, channels: run.channels, samples: run.samples[0].length, sample_time_s: T, first_s: 0, last_s: run.samples[0].length * T, complete: true, damage: null, missing_samples: 0, metadata: { kind: run.entry.kind, order: 0.2 }, events: [{ time_s: 1, kind: "phase", text: "hold" }], end: "done", curves: run.curves };
+      }
+      case "runs.forms":
+        return { forms: FORMS };
+      case "runs.start": {
+        controls(page);
+        if (!("order" in message.parameters)) throw new Error("`order` is missing: give a number from 0 to 2");
+        const run = makeRun(`wall-${String(runs.length + 1).padStart(4, "0")}`, message.kind, message.parameters.order);
+        run.entry.running = true;
+        runs.unshift(run);
+        running = { run, done: 0, samples: run.samples[0].length };
+        return { name: run.entry.name, samples: running.samples };
+      }
+      case "runs.stop":
+        controls(page);
+        if (running) finish("stopped");
+        return {};
+      case "identify": {
+        const rows = message.text.trim().split("\n").map((row) => row.split(",").map(Number));
+        if (rows.length < 5) throw new Error("the CSV has no table: give a header and two columns of numbers");
+        if (rows.slice(1).some((row) => row.length < 2 || row.some(Number.isNaN))) throw new Error("line 2 of the CSV is not two numbers: give time_s,force_n");
+        const time = rows.slice(1).map(([t]) => t);
+        const data = rows.slice(1).map(([, value]) => value);
+        return { kind: "relaxation", samples: time.length, notes: ["a note"], warnings: [], best: "spring-pot", models: [{ model: "spring-pot", rms: 0.01, aic: 1, bic: 2, parameters: [{ name: "order", unit: "", value: 0.2, standard_error: 0.01 }], predicted: data.map((v) => v * 1.01) }], x: time, measured: data };
+      }
+      default:
+        throw new Error(`there is no request ${message.do}`);
+    }
+  }
+
+  function finish(state) {
+    const { run } = running;
+    run.entry.running = false;
+    for (const page of pages) page.socket.send(JSON.stringify({ run: { name: run.entry.name, kind: run.entry.kind, state, samples_done: running.done, samples: running.samples, verdict: "passed", error: null, report: { verdict: "passed" } } }));
+    running = null;
+  }
+
+  let then = performance.now();
+  const clock = setInterval(() => {
+    const now = performance.now();
+    let steps = Math.min(200, Math.floor((now - then) / (1000 * T)));
+    then += steps * 1000 * T;
+    if (loop && !loop.paused) while (steps-- > 0) loop.step();
+    for (const page of pages) {
+      if (!page.live || !loop || page.socket.bufferedAmount > 1e6 || loop.tick === page.seen) continue;
+      page.seen = loop.tick;
+      const bytes = loop.frame(0, Math.max(0, loop.tick - page.live.last_s / T), loop.tick, page.live.columns);
+      page.socket.send(bytes);
+    }
+    if (running) {
+      running.done += 400;
+      if (running.done >= running.samples) finish("done");
+      else for (const page of pages) page.socket.send(JSON.stringify({ run: { name: running.run.entry.name, kind: "wall", state: "running", samples_done: running.done, samples: running.samples, verdict: null, error: null, report: null } }));
+    }
+  }, 16);
+  const status = setInterval(() => {
+    for (const page of pages) {
+      page.socket.send(
+        JSON.stringify({
+          status: {
+            tick: loop?.tick ?? 0, time_s: (loop?.tick ?? 0) * T, tick_p50_us: 0.18, tick_p999_us: 0.9, tick_max_us: 2, late: 0, skipped: 0, lost: 0, limiter: 0, limiters: [], fault: null,
+            energy_j: loop?.energy ?? 0, position_m: loop?.position ?? 0, force_n: 0, armed: loop !== null && !loop.stopped, stopped: loop?.stopped ?? false, paused: loop?.paused ?? false, running: loop !== null,
+            recording, recorded: 0, watching: pages.size - 1, controls: holder === page, samples_made: loop?.tick ?? 0, samples_kept: loop?.tick ?? 0, samples_sent: 0, samples_missed: 0,
+          },
+        }),
+      );
+    }
+  }, 100);
+
+  return new Promise((resolve) => {
+    server.listen(port, "127.0.0.1", () => {
+      const address = `http://127.0.0.1:${server.address().port}/${token}/`;
+      resolve({
+        address,
+        token,
+        port: server.address().port,
+        loop: () => loop,
+        close: () => {
+          clearInterval(clock);
+          clearInterval(status);
+          for (const page of pages) page.socket.terminate();
+          sockets.close();
+          server.closeAllConnections();
+          return new Promise((done) => server.close(done));
+        },
+      });
+    });
+  });
+}
+
+function feelOf({ environment, device, ghosts }) {
+  const tissue = TISSUES.find(({ name }) => name === environment.tissue);
+  if (!tissue && !environment.wall) throw new Error(`there is no tissue ${environment.tissue}`);
+  const { order, stiffness_n_per_m, dissipation_n_s_mu_per_m } = tissue ?? environment.wall;
+  return {
+    environment, title: tissue?.title ?? "own wall", order, order_free: true, stiffness_n_per_m, dissipation_n_s_mu_per_m, scale: 1,
+    mass_kg: device?.mass_kg ?? 0.065, damping_n_s_per_m: device?.damping_n_s_per_m ?? 3.5, hand_stiffness_n_per_m: 300, hand_damping_n_s_per_m: 6,
+    ghosts: ghosts ?? [], force_limit_n: 10, force_rate_limit_n_per_s: 1000, memory_s: 500, paused: false,
+  };
+}
+
+function makeRun(name, kind, order) {
+  const law = spring_pot(order, false);
+  const samples = [[], [], []];
+  for (let n = 0; n < 8000; n += 1) {
+    const x = Math.min(1, n / 1000) * 1e-3;
+    const force = 173 * law(x);
+    samples[0].push(x);
+    samples[1].push(-force);
+    samples[2].push(-force * 1.002);
+  }
+  return { entry: { name, kind, started_utc: "2026-11-20T22:00:00Z", duration_s: 8, samples: 8000, size_bytes: 412345, verdict: "passed", running: false }, channels: ["position_m", "force_n", "contact_force_n"], samples, curves: { title: name, quantity: "force", label: "force / N", time_s: samples[0].map((_, n) => n * T), values: samples[1].map((f) => -f), closed_form: samples[2].map((f) => -f) } };
+}
+
+if (process.argv[1] === fileURLToPath(import.meta.url)) startMock({ port: Number(process.argv[2] ?? 0) }).then(({ address }) => console.log(address));

@@ -1,0 +1,460 @@
+// The page in a browser: what a person does with it, and what they must see.
+import assert from "node:assert/strict";
+import { readdirSync, readFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { after, afterEach, before, test } from "node:test";
+import { gzipSync } from "node:zlib";
+import { launch, open } from "./browser.mjs";
+import { REAL, startServer } from "./server.mjs";
+
+let server, browser;
+before(async () => {
+  server = await startServer();
+  browser = await launch();
+});
+afterEach(async () => {
+  for (const context of browser.contexts()) await context.close();
+});
+after(async () => {
+  await browser?.close();
+  await server?.kill();
+});
+
+/** Waits until `look` gives something true; says what was there otherwise. */
+async function until(look, what, timeout = 8000) {
+  const end = Date.now() + timeout;
+  let last;
+  while (Date.now() < end) {
+    last = await look();
+    if (last) return last;
+    await new Promise((resolve) => setTimeout(resolve, 30));
+  }
+  throw new Error(`${what}: ${JSON.stringify(last)}`);
+}
+
+const depth = (page) => page.locator(".scene").getAttribute("aria-valuenow").then(Number);
+const force = async (page) => {
+  const text = await page.locator(".scene").getAttribute("aria-valuetext");
+  const [, number, prefix] = /force (\S+)\s*(m|µ|n)?N/.exec(text.replace("−", "-")) ?? [];
+  return Number(number) * { m: 1e-3, µ: 1e-6, n: 1e-9 }[prefix] || Number(number) || 0;
+};
+const moving = (page) => until(() => page.evaluate(() => document.querySelector(".scene path.tissue")?.getAttribute("d")?.length > 100), "no tissue");
+
+/** Opens the page, in a loop that runs and is this page's. */
+async function begin(options, fragment = "") {
+  const opened = await open(browser, server.address + fragment, options);
+  if (!/^#(design|runs)/.test(fragment)) await moving(opened.page);
+  await until(() => opened.page.locator(".device.running").count(), "no loop");
+  return opened;
+}
+
+/** Takes the hand away from the demonstration. */
+async function takeOver(page) {
+  await page.keyboard.press("Home");
+  await until(async () => (await depth(page)) < -0.5, "the probe did not come out");
+}
+
+test("it is small, and asks nobody but its server", async () => {
+  const folder = new URL("../../crates/haptic-page/assets/", import.meta.url);
+  const names = readdirSync(folder).filter((name) => !/\.(gz|br)$/.test(name));
+  const size = names.reduce((sum, name) => sum + gzipSync(readFileSync(new URL(name, folder)), { level: 9 }).length, 0);
+  console.log(`# ${(size / 1000).toFixed(0)} kB compressed`);
+  assert.ok(size < 400_000, `${size}`);
+  const { page, context, asked, errors } = await begin();
+  for (const key of ["2", "3", "1"]) {
+    await page.keyboard.press(key);
+    await page.waitForTimeout(300);
+  }
+  const own = new URL(server.address).origin.replace("http:", "");
+  for (const address of asked) assert.ok(address.replace(/^\w+:/, "").startsWith(own) || /^(data|blob):/.test(address), address);
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
+test("the first visit shows a tissue that moves, soon, and one sentence", async () => {
+  const times = [];
+  for (let round = 0; round < 3; round += 1) {
+    const context = await browser.newContext({ viewport: { width: 1440, height: 900 } });
+    const page = await context.newPage();
+    await page.addInitScript(() => {
+      globalThis.moved = new Promise((resolve) => {
+        const look = () => {
+          const at = document.querySelector(".scene")?.getAttribute("aria-valuenow");
+          globalThis.firstAt ??= at && Number(at) !== 0 ? at : undefined;
+          if (globalThis.firstAt !== undefined && at !== globalThis.firstAt) resolve(performance.now());
+          else requestAnimationFrame(look);
+        };
+        look();
+      });
+    });
+    await page.goto(server.address);
+    times.push(await page.evaluate(() => globalThis.moved));
+    if (round === 0) {
+      await until(async () => (await depth(page)) > 0.5, "the demonstration does not push");
+      assert.match(await page.locator(".feel h2").first().textContent(), /Push the tissue: drag the probe/);
+    }
+    await context.close();
+    await new Promise((resolve) => setTimeout(resolve, 500));
+  }
+  console.log(`# load to moving tissue: ${times.map((time) => `${time.toFixed(0)} ms`).join(", ")}`);
+  if (!process.env.PAGE_BUSY_MACHINE) assert.ok(times.sort((a, b) => a - b)[1] < 1000, `${times}`);
+});
+
+test("the probe is dragged into the tissue, is pushed back, and the tissue bends", async () => {
+  const { page, context, errors } = await begin();
+  await takeOver(page);
+  const box = await page.locator(".scene").boundingBox();
+  const y = box.y + box.height / 2;
+  const flat = await page.locator("path.tissue").getAttribute("d");
+  await page.mouse.move(box.x + box.width * 0.2, y);
+  await page.mouse.down();
+  await page.mouse.move(box.x + box.width * 0.5, y, { steps: 12 });
+  await until(async () => (await depth(page)) > 1, "the probe did not go in");
+  const first = await until(async () => (await force(page)) > 0.02 && force(page), "there is no force");
+  await page.waitForTimeout(2500);
+  const later = await force(page);
+  assert.ok(later < first && later > 0.2 * first, `it relaxes: ${first} N, then ${later} N`);
+  assert.notEqual(await page.locator("path.tissue").getAttribute("d"), flat);
+  // It remembers: drawn back quickly, the surface stays behind for a while.
+  await page.mouse.move(box.x + box.width * 0.08, y, { steps: 4 });
+  await until(async () => (await depth(page)) < 0, "the probe did not come out");
+  await page.mouse.up();
+  assert.ok((await force(page)) < 1e-3);
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
+test("what is drawn is what was sent, to a pixel's worth", async () => {
+  const context = await browser.newContext({ viewport: { width: 1440, height: 900 } });
+  const page = await context.newPage();
+  let last = null;
+  page.on("websocket", (socket) => socket.on("framereceived", ({ payload }) => typeof payload !== "string" && (last = Buffer.from(payload))));
+  await page.goto(server.address);
+  await moving(page);
+  await page.selectOption("select[aria-label='Compare with']", "");
+  await page.waitForTimeout(4000);
+  await page.keyboard.press("p");
+  await until(() => page.locator(".device.paused").count(), "it does not pause");
+  await page.waitForTimeout(500);
+  const picture = await page.evaluate(() => {
+    const root = document.querySelector(".chart[aria-label='Force over time']");
+    const canvas = root.querySelector("canvas");
+    const { width, height } = canvas;
+    const { data } = canvas.getContext("2d").getImageData(0, 0, width, height);
+    const rows = Array.from({ length: width }, () => []);
+    for (let y = 0; y < height; y += 1) {
+      for (let x = 0; x < width; x += 1) {
+        const [r, g, b, a] = data.slice(4 * (y * width + x), 4 * (y * width + x) + 4);
+        if (a > 120 && b > 140 && r < 90 && g < 160) rows[x].push(y);
+      }
+    }
+    return { scale: JSON.parse(root.dataset.scale), rows };
+  });
+  const { scale, rows } = picture;
+  const [columns, channels] = [last.readUInt32LE(12), last.readUInt32LE(8)];
+  assert.ok(channels >= 7);
+  const [first, width, sample] = [16, 24, 32].map((at) => last.readDoubleLE(at));
+  const end = (first + columns * width) * sample;
+  const at = (part, column) => -last.readFloatLE(40 + 4 * (part * columns + column));
+  const px = (t) => scale.left + ((t - scale.x[0]) / (scale.x[1] - scale.x[0])) * scale.width;
+  const py = (f) => scale.top + ((scale.y[1] - f) / (scale.y[1] - scale.y[0])) * scale.height;
+  let [checked, peak] = [0, 0];
+  for (let column = 1; column < columns - 1; column += 1) {
+    const [most, least] = [at(4, column), at(5, column)];
+    if (Number.isNaN(most) || Number.isNaN(least)) continue;
+    peak = Math.max(peak, most);
+    const x = px((first + (column + 0.5) * width) * sample - end);
+    if (x < scale.left + 2 || x > scale.left + scale.width - 2) continue;
+    const near = [-1, 0, 1].flatMap((dx) => rows[Math.round(x) + dx] ?? []);
+    assert.ok(near.length > 0, `nothing is drawn at column ${column}`);
+    // Two pixels of stroke and one of the grid of pixels.
+    for (const value of [most, least]) {
+      const y = py(value);
+      assert.ok(near.some((row) => Math.abs(row + 0.5 - y) <= 2), `column ${column}: ${value} N is at ${y}, drawn at ${near}`);
+    }
+    checked += 1;
+  }
+  assert.ok(checked > 50 && peak > 0.01, `${checked} columns, ${peak} N`);
+  await page.keyboard.press("p");
+  await context.close();
+});
+
+test("keys alone: arrows push, Home lets go, space stops, R starts again", async () => {
+  const { page, context, errors } = await begin();
+  await takeOver(page);
+  await page.keyboard.down("ArrowRight");
+  await until(async () => (await force(page)) > 0.01, "the arrow key does not push");
+  await page.keyboard.up("ArrowRight");
+  await page.keyboard.press(" ");
+  await until(() => page.locator(".device.stopped").count(), "space does not stop");
+  await until(async () => (await force(page)) < 1e-3, "there is still a force");
+  assert.match(await page.locator(".banner").textContent(), /Stopped: the force is zero/);
+  await page.keyboard.press("r");
+  await until(() => page.locator(".device.running").count(), "it does not start again");
+  await page.keyboard.press("?");
+  assert.ok(await page.locator("dialog.help").isVisible());
+  await page.keyboard.press("Escape");
+  // Every control is reached with Tab, and the focus is seen.
+  const reached = new Set();
+  for (let n = 0; n < 24; n += 1) {
+    await page.keyboard.press("Tab");
+    reached.add(await page.evaluate(() => {
+      const { activeElement: at } = document;
+      const seen = at.matches(":focus-visible");
+      return `${at.tagName}.${at.className || at.type || ""}${seen ? "" : " unseen"}`;
+    }));
+  }
+  for (const want of ["BUTTON.stop", "DIV.scene", "SELECT.select-one", "INPUT.range"]) assert.ok([...reached].some((each) => each.startsWith(want)), `${want} of ${[...reached]}`);
+  assert.ok(![...reached].some((each) => each.includes("unseen") && !each.startsWith("BODY")), `${[...reached]}`);
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
+test("sliders and fields change the law while it runs, and the address keeps it", async () => {
+  const { page, context, errors } = await begin();
+  const order = page.locator(".feel .knob", { hasText: "order" });
+  await order.locator("input[type=range]").focus();
+  for (let n = 0; n < 5; n += 1) await page.keyboard.press("ArrowRight");
+  await until(async () => Math.abs(Number(await order.locator(".value").inputValue()) - 0.23) < 0.0051, "the order did not change");
+  await until(() => Promise.resolve(/order=0\.23/.test(page.url())), `the address: ${page.url()}`);
+  const stiffness = page.locator(".feel .knob", { hasText: "stiffness B" });
+  await stiffness.locator(".value").fill("60");
+  await page.keyboard.press("Enter");
+  await until(() => Promise.resolve(/B=60(&|$)/.test(page.url())), `the address: ${page.url()}`);
+  await stiffness.locator(".value").fill("nonsense");
+  await page.keyboard.press("Enter");
+  await until(async () => /not a finite number/.test(await stiffness.locator(".trouble").textContent()), "nonsense is not refused");
+  const address = page.url();
+  assert.deepEqual(errors, []);
+  await context.close();
+  // A copied address opens the same page.
+  const copied = await begin({}, new URL(address).hash);
+  await until(async () => (await copied.page.locator(".feel .knob", { hasText: "stiffness B" }).locator(".value").inputValue()).startsWith("60"), "the copied address is another");
+  await copied.context.close();
+});
+
+test("markers, cursor values and zoom", async () => {
+  const { page, context, errors } = await begin();
+  await page.waitForTimeout(4500);
+  await page.keyboard.press("m");
+  const chart = page.locator(".chart[aria-label='Force over time'] .u-over");
+  const box = await chart.boundingBox();
+  await page.mouse.move(box.x + box.width * 0.98, box.y + box.height / 2);
+  await until(async () => / at /.test(await page.locator(".right h2").first().textContent()), "no cursor value");
+  await page.mouse.move(box.x + box.width * 0.9, box.y + box.height / 2);
+  await page.mouse.down();
+  await page.mouse.move(box.x + box.width * 0.99, box.y + box.height / 2, { steps: 5 });
+  await page.mouse.up();
+  await until(() => page.locator("text=show now").isVisible(), "it does not zoom");
+  const scale = await until(() => page.evaluate(() => {
+    const { x } = JSON.parse(document.querySelector(".chart[aria-label='Force over time']").dataset.scale);
+    return x[1] - x[0] < 5 ? x : null;
+  }), "the span is not the chosen one");
+  assert.ok(scale[0] >= -0.5);
+  await page.mouse.move(box.x, box.y - 60);
+  await page.keyboard.press("Escape");
+  await until(async () => !(await page.locator("text=show now").isVisible()), "Escape does not go back");
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
+test("Design: a region follows the slider, the point is dragged, units are read", async () => {
+  const { page, context, errors } = await begin({}, "#design");
+  const region = page.locator(".design path.stable");
+  await until(async () => (await region.getAttribute("d"))?.length > 200, "no region");
+  await page.waitForTimeout(1500);
+  const times = await page.evaluate(async () => {
+    const slider = [...document.querySelectorAll(".design .knob")].find((knob) => knob.textContent.includes("order")).querySelector("input[type=range]");
+    const root = document.querySelector(".view.design");
+    const times = [];
+    for (let n = 0; n < 60; n += 1) {
+      const [drawn, since] = [root.dataset.drawn, performance.now()];
+      slider.value = String(150 + 7 * n);
+      slider.dispatchEvent(new Event("input", { bubbles: true }));
+      while (root.dataset.drawn === drawn) await new Promise((resolve) => setTimeout(resolve, 0));
+      times.push(performance.now() - since);
+      await new Promise((resolve) => setTimeout(resolve, 20));
+    }
+    return times.sort((a, b) => a - b);
+  });
+  const [median, p95] = [times[30], times[57]];
+  console.log(`# slider to redrawn region: median ${median.toFixed(1)} ms, p95 ${p95.toFixed(1)} ms`);
+  if (!process.env.PAGE_BUSY_MACHINE) assert.ok(median < 30 && p95 < 60, `${median} ${p95}`);
+
+  const box = await page.locator(".design svg.map").boundingBox();
+  await page.mouse.move(box.x + box.width * 0.3, box.y + box.height * 0.7);
+  await page.mouse.down();
+  await page.mouse.move(box.x + box.width * 0.95, box.y + box.height * 0.1, { steps: 6 });
+  await page.mouse.up();
+  await until(async () => /unstable/.test(await page.locator(".verdict").textContent()), "far outside is not unstable");
+  const mass = page.locator(".design .knob", { hasText: "mass" });
+  await mass.locator(".value").fill("45 g");
+  await page.keyboard.press("Enter");
+  await until(() => Promise.resolve(/[?&]m=0\.045(&|$)/.test(page.url())), `grams: ${page.url()}`);
+  await mass.locator(".value").fill("45 parsecs");
+  await page.keyboard.press("Enter");
+  await until(async () => /is not a mass/.test(await mass.locator(".trouble").textContent()), "parsecs are not refused");
+  const [download] = await Promise.all([page.waitForEvent("download"), page.locator("text=Save as experiment file").click()]);
+  assert.match(readFileSync(await download.path(), "utf8"), /\[wall\][^]*mass_kg = 0\.045/);
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
+test("a wall of Design runs in the loop; one that is not stable is refused with a sentence", async () => {
+  const { page, context, errors } = await begin({}, "#design?K=200&B=5&mu=0.5&T=0.001&m=0.065&b=3.5");
+  await until(async () => (await page.locator(".design path.stable").getAttribute("d"))?.length > 200, "no region");
+  await page.locator("text=Use in the loop").click();
+  await until(() => Promise.resolve(/#feel\?.*K=200&B=5/.test(page.url())), `not in the loop: ${page.url()}`);
+  assert.ok(await page.locator(".feel .knob", { hasText: "spring K" }).isVisible());
+  if (REAL) {
+    await page.goto(`${server.address}#design?K=900000&B=0&mu=0.5&T=0.001&m=0.065&b=3.5`);
+    await page.keyboard.press("2");
+    await page.locator("text=Use in the loop").click();
+    await until(async () => (await page.locator(".notice").allTextContents()).join(" ").length > 20, "it is not refused");
+  }
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
+test("Runs: one is started from a form, watched, opened, laid over another, and kept as files", async () => {
+  const { page, context, errors } = await begin({}, "#runs");
+  await page.keyboard.press("3");
+  for (let round = 0; round < 2; round += 1) {
+    await page.locator("button", { hasText: "New run" }).click();
+    await page.selectOption("select[aria-label='Experiment']", "wall");
+    await page.locator(".form input").first().waitFor();
+    if (round === 0) {
+      await page.locator(".form button[type=submit]").click();
+      await until(async () => (await page.locator(".form .trouble").textContent()).length > 10, "a form that lacks something is not refused");
+    }
+    const field = (name) => page.locator(".form .fields label", { hasText: name }).locator("input[type=text]").first();
+    await page.evaluate(() => document.querySelectorAll(".form details").forEach((each) => (each.open = true)));
+    await field(/^order/).fill(round === 0 ? "0.5" : "1");
+    if (REAL) await field(/^dissipation/).fill("10");
+    await field(/^stiffness/).fill("1 kN/m");
+    await page.locator(".form button[type=submit]").click();
+    await until(async () => /is done/.test(await page.locator(".runs-list .progress").textContent()), `the run does not end: ${await page.locator(".form .trouble").textContent()}`, 30_000);
+  }
+  const boxes = page.locator(".list input[type=checkbox]");
+  await until(async () => (await boxes.count()) >= 2, "the runs are not listed");
+  for (const box of (await boxes.all()).slice(0, 2)) await box.check();
+  await until(() => page.evaluate(() => document.querySelectorAll(".overlay .chart canvas").length === 2), "no charts");
+  assert.match(page.url(), /open=/);
+  await until(() => page.evaluate(() => document.querySelector(".overlay-part select").value !== ""), "no channel");
+  for (const [name, start] of [["PNG", "\x89PNG"], ["SVG", "<svg"], ["CSV", "time_s,"]]) {
+    const [download] = await Promise.all([page.waitForEvent("download"), page.locator(".files button", { hasText: name }).click()]);
+    const content = readFileSync(await download.path(), "latin1");
+    assert.ok(content.startsWith(start) && content.length > 500, `${name}: ${content.slice(0, 40)}`);
+  }
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
+test("a CSV that is dropped is identified; one that is none is refused with a sentence", async () => {
+  const { page, context, errors } = await begin({}, "#runs");
+  await page.keyboard.press("3");
+  const drop = (text, name) => page.evaluate(([text, name]) => {
+    const data = new DataTransfer();
+    data.items.add(new File([text], name, { type: "text/csv" }));
+    document.querySelector(".view.runs").dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));
+  }, [text, name]);
+  // σ/ε₀ = V·t^(−α)/Γ(1 − α), α = 0.3
+  const rows = Array.from({ length: 200 }, (_, n) => 0.01 * 10 ** (n / 50)).map((t) => `${t},${1000 * t ** -0.3}`);
+  await drop(`time_s,modulus_pa\n${rows.join("\n")}\n`, "record.csv");
+  await until(async () => /record\.csv: .*200 samples/.test(await page.locator(".identify .hint").first().textContent()), "it is not identified", 30_000);
+  assert.ok((await page.locator(".identify tbody tr").count()) > 0);
+  await drop("GIF89a\u0000\u0001 no table at all", "picture.csv");
+  await until(async () => (await page.locator(".identify p.trouble").allTextContents()).join("").length > 10, "garbage is not refused", 15_000);
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
+test("a second page watches, says so, and may take the controls", async () => {
+  const first = await begin();
+  const second = await open(browser, server.address);
+  await moving(second.page);
+  await until(async () => /Another page holds the controls/.test(await second.page.locator(".banner").textContent()), "it does not say that it watches");
+  await second.page.locator("text=Take the controls").click();
+  await until(async () => /Another page holds the controls/.test(await first.page.locator(".banner").textContent()), "the first page does not say so");
+  assert.deepEqual([...first.errors, ...second.errors], []);
+  await first.context.close();
+  await second.context.close();
+});
+
+test("garbage on the socket is answered with a sentence and the page goes on", async () => {
+  const { page, context, errors } = await begin();
+  const answers = await page.evaluate(() => new Promise((resolve) => {
+    const socket = new WebSocket(new URL("ws", location.href.split("#")[0]).href.replace("http", "ws"));
+    const said = [];
+    socket.onopen = () => ["{", "[]", "\u0000"].forEach((text) => socket.send(text));
+    socket.onmessage = ({ data }) => typeof data === "string" && data.includes('"id":null') && said.push(data);
+    socket.onclose = ({ code }) => resolve([code, ...said]);
+  }));
+  assert.equal(answers[0], 1008);
+  assert.equal(answers.length, 4);
+  const before = await depth(page);
+  await until(async () => (await depth(page)) !== before, "the page stands still");
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
+test("no serious finding of axe in any view, light and dark", async () => {
+  const source = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+  for (const colorScheme of ["light", "dark"]) {
+    const { page, context } = await begin({ colorScheme });
+    for (const key of ["1", "2", "3"]) {
+      await page.keyboard.press(key);
+      await page.waitForTimeout(800);
+      if (key === "3") await page.locator("button", { hasText: "New run" }).click();
+      await page.evaluate(source);
+      const { violations } = await page.evaluate(() => globalThis.axe.run(document));
+      const serious = violations.filter(({ impact }) => impact === "serious" || impact === "critical");
+      assert.deepEqual(serious.map(({ id, nodes }) => `${id}: ${nodes.map(({ html }) => html.slice(0, 120)).join(" | ")}`), [], `${colorScheme} ${key}`);
+    }
+    await context.close();
+  }
+});
+
+test("from mouse to force on the screen", async () => {
+  const { page, context } = await begin();
+  await takeOver(page);
+  await page.waitForTimeout(500);
+  const times = [];
+  for (let round = 0; round < 5; round += 1) {
+    times.push(await page.evaluate(async () => {
+      const scene = document.querySelector(".scene");
+      const { left, top, width, height } = scene.getBoundingClientRect();
+      const at = (share) => ({ clientX: left + share * width, clientY: top + height / 2, pointerId: 1, button: 0, bubbles: true });
+      // Without a real pointer there is no capture.
+      [scene.setPointerCapture, scene.hasPointerCapture] = [() => undefined, () => true];
+      const force = () => parseFloat(scene.querySelector("text.force").textContent) * (/mN/.test(scene.querySelector("text.force").textContent) ? 1e-3 : 1);
+      scene.dispatchEvent(new PointerEvent("pointerdown", at(0.38)));
+      await new Promise((resolve) => setTimeout(resolve, 1500));
+      const rest = force();
+      const shown = () => force() > 1.05 * rest;
+      const since = performance.now();
+      scene.dispatchEvent(new PointerEvent("pointermove", at(0.6)));
+      while (!shown() && performance.now() - since < 2000) await new Promise((resolve) => requestAnimationFrame(resolve));
+      const time = performance.now() - since;
+      scene.dispatchEvent(new PointerEvent("pointerup", at(0.1)));
+      await new Promise((resolve) => setTimeout(resolve, 3000));
+      return time;
+    }));
+  }
+  console.log(`# mouse to force: ${times.map((time) => time.toFixed(0)).join(", ")} ms`);
+  if (!process.env.PAGE_BUSY_MACHINE) assert.ok(times.sort((a, b) => a - b)[2] < 50, `${times}`);
+  await context.close();
+});
+
+test("the server is killed: the page says so, and comes back with it", async () => {
+  const { page, context } = await begin();
+  await server.kill();
+  await until(async () => /tries again by itself/.test(await page.locator(".banner").textContent()), "the page does not say so");
+  assert.match(await page.locator(".device").textContent(), /no connection/);
+  if (!REAL) {
+    const again = await server.again();
+    server = { ...server, kill: () => again.close() };
+    await until(async () => (await page.locator(".banner").isHidden()) && (await page.locator(".device.running").count()) > 0, "it does not come back");
+  } else server = { kill: async () => undefined };
+  await context.close();
+});
