@@ -19,6 +19,7 @@ dask = pytest.importorskip("dask")
 distributed = pytest.importorskip("distributed")
 
 from fractional_haptics.sweep import ClusterLost, Grid, SweepError, axis, samples, sweep
+from fractional_haptics.sweep.cluster import Cluster
 
 GRID = Grid(x=axis(np.linspace(0, 1, 10), "m"), draw=samples(12))
 
@@ -170,21 +171,25 @@ def own_cluster(tmp_path):
 
 
 @pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGSTOP])
-def test_a_dead_or_silent_scheduler_ends_the_sweep_in_time_and_the_store_goes_on(own_cluster, tmp_path, end):
+def test_a_dead_or_silent_scheduler_ends_the_sweep_in_time_and_the_store_goes_on(
+    own_cluster, tmp_path, monkeypatch, end
+):
     (scheduler, *_), connected = own_cluster
+    made = []
+    begin = Cluster.__init__
+    monkeypatch.setattr(Cluster, "__init__", lambda self, *given: made.append(self) or begin(self, *given))
 
     def strike(progress):
-        if progress.done > 20 and progress.done < 40:
+        if progress.done > 20 and made[0]._timeout > 2.0:
             scheduler.send_signal(end)
+            made[0]._timeout = 2.0  # patient with a busy machine before, not with a dead scheduler
 
     options = {"store": tmp_path / "s", "block_points": 6, "outputs": {"y": "m"}}
-    started = time.monotonic()
     with pytest.raises(ClusterLost, match="does not answer for 2 s: start it again|is closed: make a new one"):
-        sweep(only_y, GRID, connected, progress=strike, timeout=2.0, **options)
-    assert time.monotonic() - started < 40
+        sweep(only_y, GRID, connected, progress=strike, timeout=100.0, **options)
     scheduler.send_signal(signal.SIGCONT)
     before = (tmp_path / "s" / "_done").read_text().splitlines()
-    assert len(before) >= 3
+    assert 3 <= len(before) < 20
     assert_array_equal(sweep(only_y, GRID, **options)["y"], sweep(only_y, GRID)["y"])
 
 
@@ -200,8 +205,8 @@ def test_no_workers_is_an_error_in_time(tmp_path):
         ) as cluster,
         distributed.Client(cluster) as connected,
     ):
-        with pytest.raises(ClusterLost, match="has no workers for 0.5 s"):
-            sweep(drawn, GRID, connected, timeout=0.5)
+        with pytest.raises(ClusterLost, match="has no workers for 3 s"):
+            sweep(drawn, GRID, connected, timeout=3.0)
     with pytest.raises(ClusterLost, match="the client of the cluster is closed: make a new one"):
         sweep(drawn, GRID, connected)
 
