@@ -4,8 +4,8 @@ use crate::judgement::Judgement;
 use crate::passive::passive_walls;
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::{
-    ClosedLoop, Dynamics, Environment, LoopOperator, Nondimensional, StabilityRegion, exact_noise_gain,
-    noise_gain,
+    ClosedLoop, Dynamics, Environment, LoopOperator, Nondimensional, StabilityRegion,
+    exact_noise_gain, noise_gain,
 };
 use std::fmt::Display;
 use wasm_bindgen::prelude::*;

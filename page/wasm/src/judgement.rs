@@ -63,8 +63,7 @@ impl Judgement {
             gain_margin_down: margins.and_then(|m| m.gain_down).map(|gain| gain.value),
             delay_margin_s: margins.and_then(|m| m.delay).map(|delay| delay.value * t),
             sensitivity: margins.map(|m| m.sensitivity.value),
-            sensitivity_hz: margins
-                .map(|m| m.sensitivity.theta / (2.0 * std::f64::consts::PI * t)),
+            sensitivity_hz: margins.map(|m| m.sensitivity.theta / (2.0 * std::f64::consts::PI * t)),
             passive: required.passive(dynamics.damping_n_s_per_m),
             required_damping_n_s_per_m: required.damping_n_s_per_m,
             negative_at_rest: required.negative_at_rest,

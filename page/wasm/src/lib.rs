@@ -7,9 +7,9 @@
 mod bench;
 mod judgement;
 mod passive;
-mod remembered;
 #[path = "../../../crates/host-cli/src/quantity.rs"]
 pub mod quantity;
+mod remembered;
 mod units;
 
 pub use bench::{Bench, Device};
