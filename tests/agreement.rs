@@ -5,14 +5,12 @@
 
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_analysis::{Dynamics, Environment, LoopOperator};
-use haptic_loop::plant::{MassDamper, MassDamperConfig};
-use haptic_loop::units::{
-    Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, NewtonsPerSecond,
-};
+use haptic_loop::plant::MassDamper;
+use haptic_loop::units::{Newtons, NewtonsPerSecond};
 use haptic_loop::{Controller, Device, SafeForce, SafetyChain, SpringDamper};
 use nalgebra::Vector1;
 use testkit::Random;
-use testkit::device::dies_out;
+use testkit::device::{of_dynamics, settles};
 
 const T: f64 = 1e-3;
 /// Memory of a full-memory operator, samples.
@@ -103,20 +101,6 @@ impl Case {
         Some((weak * up.value, up.theta))
     }
 
-    fn plant(&self) -> MassDamper<1> {
-        let config = MassDamperConfig {
-            stiffness: NewtonsPerMetre(self.device.hand_stiffness_n_per_m),
-            delay: Seconds(self.device.delay_s),
-            lag: Seconds(self.device.current_lag_s),
-            ..MassDamperConfig::ideal(
-                Kilograms(self.device.mass_kg),
-                NewtonSecondsPerMetre(self.device.damping_n_s_per_m),
-                Seconds(T),
-            )
-        };
-        MassDamper::new(config).expect("in range")
-    }
-
     /// Whether a push of the device dies out.
     fn settles(&self, gain: f64, theta: f64) -> bool {
         let wall = self.wall(gain);
@@ -130,12 +114,7 @@ impl Case {
             operator,
         )
         .expect("in range");
-        let chain =
-            SafetyChain::new(Newtons(1e6), NewtonsPerSecond(1e12), Seconds(T)).expect("in range");
-        let mut controller = Controller::new(law, chain);
-        let mut plant = self.plant();
-        plant.set_state(Vector1::new(0.0), Vector1::new(1e-6));
-        dies_out(&mut controller, &mut plant, theta)
+        settles(law, &self.device, Seconds(T), theta)
     }
 }
 
@@ -188,7 +167,7 @@ fn the_simulated_plant_moves_as_the_analysed_one_does() {
     for number in 0..60 {
         let case = Case::random(number, &mut random);
         let sampled = case.device.plant(T).expect("in range");
-        let mut plant = case.plant();
+        let mut plant = of_dynamics(&case.device, Seconds(T));
         // The response to one unit force, by A·x = w^(d+1)·N·u.
         let delay = sampled.path().whole_samples() + 1;
         let scale = T * T / case.device.mass_kg;

@@ -5,14 +5,10 @@
 
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_analysis::{CoupledLoop, CoupledObject, Coupler, Dynamics, LoopOperator};
-use haptic_loop::plant::{MassDamper, MassDamperConfig};
-use haptic_loop::units::{
-    Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, NewtonsPerSecond,
-};
-use haptic_loop::{Controller, SafetyChain, VirtualCoupler, VirtualObject, deflection_order};
-use nalgebra::Vector1;
+use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
+use haptic_loop::{VirtualCoupler, VirtualObject, deflection_order};
 use testkit::Random;
-use testkit::device::dies_out;
+use testkit::device::settles;
 
 const T: Seconds = Seconds(1e-3);
 /// Memory of the operator, samples.
@@ -81,21 +77,7 @@ impl Case {
         let operator: Operator<f64> = scheme.build(order, T, HORIZON).expect("builds");
         let [k_c, b_c] = self.gains(gain);
         let coupler = VirtualCoupler::new(k_c, b_c, operator, object.expect("in range"), T);
-        let chain = SafetyChain::new(Newtons(1e6), NewtonsPerSecond(1e12), T).expect("in range");
-        let mut controller = Controller::new(coupler.expect("in range"), chain);
-        let config = MassDamperConfig {
-            stiffness: NewtonsPerMetre(self.device.hand_stiffness_n_per_m),
-            delay: Seconds(self.device.delay_s),
-            lag: Seconds(self.device.current_lag_s),
-            ..MassDamperConfig::ideal(
-                Kilograms(self.device.mass_kg),
-                NewtonSecondsPerMetre(self.device.damping_n_s_per_m),
-                T,
-            )
-        };
-        let mut plant = MassDamper::<1>::new(config).expect("in range");
-        plant.set_state(Vector1::new(0.0), Vector1::new(1e-6));
-        dies_out(&mut controller, &mut plant, theta)
+        settles(coupler.expect("in range"), &self.device, T, theta)
     }
 }
 

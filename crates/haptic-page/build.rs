@@ -28,7 +28,8 @@ fn main() -> io::Result<()> {
         let name = path.strip_prefix(&assets).map_err(io::Error::other)?;
         let name = name.to_string_lossy().replace('\\', "/");
         let path = path.to_string_lossy();
-        writeln!(list, "    ({name:?}, include_bytes!({path:?}) as &[u8]),").map_err(io::Error::other)?;
+        writeln!(list, "    ({name:?}, include_bytes!({path:?}) as &[u8]),")
+            .map_err(io::Error::other)?;
     }
     list.push_str("]\n");
     fs::write(Path::new(&variable("OUT_DIR")?).join("assets.rs"), list)

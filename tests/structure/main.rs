@@ -40,6 +40,16 @@ const ARROWS: &[(&str, &[&str])] = &[
         ],
     ),
     (
+        "haptic-page",
+        &[
+            "fracdiff",
+            "haptic-experiment",
+            "haptic-log",
+            "haptic-loop",
+            "haptic-tissue",
+        ],
+    ),
+    (
         "reproduce",
         &[
             "fracdiff",

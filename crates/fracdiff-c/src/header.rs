@@ -167,21 +167,17 @@ const AS_WRITTEN: &str = "\
 #endif
 ";
 
-/// Initialisation, output, advance, step.
-fn functions(core: &Core, integer: i8) -> String {
-    let increment = match integer {
-        2 => "(x - self->base) - self->slope",
-        1 => "x - self->base",
-        _ => "x",
-    };
-    let direct = &core.direct;
-    let mut before = String::new();
-    let mut after = String::new();
-    if integer < 0 {
-        before = format!(
-            "    @_add(&self->inner, &self->inner_carry, {direct} * x + self->core_past);\n"
-        );
+/// The sum in front of an integral.
+fn before_step(direct: &str, integer: i8) -> String {
+    if integer >= 0 {
+        return String::new();
     }
+    format!("    @_add(&self->inner, &self->inner_carry, {direct} * x + self->core_past);\n")
+}
+
+/// The integer part takes its step.
+fn after_step(integer: i8) -> String {
+    let mut after = String::new();
     if integer > 1 {
         after.push_str("    self->slope = x - self->base;\n");
     }
@@ -200,6 +196,18 @@ fn functions(core: &Core, integer: i8) -> String {
         // Never -0, as in Rust.
         _ => "    self->past = past + ZERO;\n",
     });
+    after
+}
+
+/// Initialisation, output, advance, step.
+fn functions(core: &Core, integer: i8) -> String {
+    let increment = match integer {
+        2 => "(x - self->base) - self->slope",
+        1 => "x - self->base",
+        _ => "x",
+    };
+    let direct = &core.direct;
+    let (before, after) = (before_step(direct, integer), after_step(integer));
     let sum = if integer < 0 { SUM } else { "" };
     let (step, own) = (&core.step, &core.functions);
     format!(

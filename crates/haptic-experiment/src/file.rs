@@ -107,10 +107,11 @@ impl ExperimentFile {
     #[must_use]
     pub fn remote(&self) -> Option<&RemoteDevice> {
         match self {
-            Self::Relax(experiment) => experiment.rendering.remote.as_ref(),
-            Self::Creep(experiment) => experiment.rendering.remote.as_ref(),
-            Self::Wall(experiment) => experiment.remote.as_ref(),
-            Self::Coupler(experiment) => experiment.remote.as_ref(),
+            Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
+                rendering.remote.as_ref()
+            }
+            Self::Wall(WallExperiment { setup, .. })
+            | Self::Coupler(CouplerExperiment { setup, .. }) => setup.remote.as_ref(),
         }
     }
 
@@ -121,24 +122,19 @@ impl ExperimentFile {
     /// experiment.
     pub fn on(mut self, remote: Option<RemoteDevice>) -> Result<Self, Failure> {
         let sensors = match &mut self {
-            Self::Relax(experiment) => {
-                experiment.rendering.remote = remote;
-                experiment.rendering.sensors
+            Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
+                rendering.remote = remote;
+                rendering.sensors
             }
-            Self::Creep(experiment) => {
-                experiment.rendering.remote = remote;
-                experiment.rendering.sensors
-            }
-            Self::Wall(experiment) => {
-                experiment.remote = remote;
-                experiment.sensors
-            }
-            Self::Coupler(experiment) => {
-                experiment.remote = remote;
-                experiment.check_loop()?;
-                experiment.sensors
+            Self::Wall(WallExperiment { setup, .. })
+            | Self::Coupler(CouplerExperiment { setup, .. }) => {
+                setup.remote = remote;
+                setup.sensors
             }
         };
+        if let Self::Coupler(coupler) = &self {
+            coupler.check_loop()?;
+        }
         if self.remote().is_some() && !sensors.are_ideal() {
             return Err(Failure::bad_input(
                 "encoder_resolution_m and sensor_noise_m are of the simulated device: leave them away with \
@@ -151,10 +147,11 @@ impl ExperimentFile {
     /// Its settings of the safety chain.
     pub fn safety_mut(&mut self) -> &mut Safety {
         match self {
-            Self::Relax(experiment) => &mut experiment.rendering.safety,
-            Self::Creep(experiment) => &mut experiment.rendering.safety,
-            Self::Wall(experiment) => &mut experiment.safety,
-            Self::Coupler(experiment) => &mut experiment.safety,
+            Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
+                &mut rendering.safety
+            }
+            Self::Wall(WallExperiment { setup, .. })
+            | Self::Coupler(CouplerExperiment { setup, .. }) => &mut setup.safety,
         }
     }
 
@@ -162,10 +159,13 @@ impl ExperimentFile {
     #[must_use]
     pub fn with_preflight(mut self, wanted: PreflightRequest) -> Self {
         match &mut self {
-            Self::Relax(experiment) => experiment.rendering.preflight = wanted,
-            Self::Creep(experiment) => experiment.rendering.preflight = wanted,
-            Self::Wall(experiment) => experiment.force_unstable = wanted.force_unstable,
-            Self::Coupler(experiment) => experiment.force_unstable = wanted.force_unstable,
+            Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
+                rendering.preflight = wanted;
+            }
+            Self::Wall(WallExperiment { setup, .. })
+            | Self::Coupler(CouplerExperiment { setup, .. }) => {
+                setup.force_unstable = wanted.force_unstable;
+            }
         }
         self
     }
@@ -174,10 +174,11 @@ impl ExperimentFile {
     #[must_use]
     pub fn in_pace(mut self, pace: Pace) -> Self {
         match &mut self {
-            Self::Relax(experiment) => experiment.rendering.pace = pace,
-            Self::Creep(experiment) => experiment.rendering.pace = pace,
-            Self::Wall(experiment) => experiment.pace = pace,
-            Self::Coupler(experiment) => experiment.pace = pace,
+            Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
+                rendering.pace = pace;
+            }
+            Self::Wall(WallExperiment { setup, .. })
+            | Self::Coupler(CouplerExperiment { setup, .. }) => setup.pace = pace,
         }
         self
     }

@@ -5,7 +5,7 @@ use haptic_log::record::{Leftover, NewFile, leftover_at, nth_file};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fs::{self, File};
-use std::io::{BufWriter, Write as _};
+use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 /// The files an experiment makes, by extension, and beside them the log of a fault. A log that was cut off keeps `.mcap.part`.
@@ -342,12 +342,7 @@ fn cannot_make(path: &Path, error: std::io::Error) -> Failure {
 /// # Errors
 /// If it exists and `overwrite` is not set, or the disk does not take it.
 pub fn write_text(path: &Path, text: &str, overwrite: bool) -> Result<(), Failure> {
-    let (new_file, mut file) = NewFile::create(path, Leftover::Discard, overwrite)?;
-    file.write_all(text.as_bytes()).map_err(|error| {
-        let message = format!("writing `{}` failed", path.display());
-        Failure::DataLost(anyhow::Error::new(error).context(message))
-    })?;
-    new_file.publish()?;
+    NewFile::filled(path, text.as_bytes(), overwrite)?.publish()?;
     Ok(())
 }
 

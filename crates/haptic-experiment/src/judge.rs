@@ -1,8 +1,7 @@
-//! Force as it should have been: the full history, and closed forms.
+//! Force as it should have been: the full history, and the largest error beside it.
 
 use fracdiff::full_memory::Kernel;
 use fracdiff::{Order, Scheme, Seconds, batch};
-use haptic_loop::Tissue;
 
 /// D^μ of a whole record by its full history, no memory cut: [`batch::full_history`].
 ///
@@ -212,80 +211,9 @@ impl LargestError {
     }
 }
 
-/// Strain of a tissue under a step of stress, closed form.
-///
-/// ```text
-/// ε(t) = (σ₀/E₀)·(1 − E_α(−(E₀/η)·t^α)),      E₀ = 0:  ε(t) = (σ₀/η)·t^α/Γ(1 + α)
-/// ```
-/// `E_α` is the Mittag-Leffler function (R. Gorenflo, F. Mainardi, *Fractional calculus*, 1997); zero
-/// for t ≤ 0. η = 0 is a spring, ε = σ₀/E₀.
-#[must_use]
-pub fn creep_strain(tissue: &Tissue, stress_pa: f64, time_s: f64) -> f64 {
-    use mittagleffler::MittagLeffler as _;
-    let (modulus, viscosity, alpha) = (
-        tissue.elastic_modulus().0,
-        tissue.viscosity_pa_s_alpha(),
-        tissue.order().get(),
-    );
-    if time_s <= 0.0 {
-        0.0
-    } else if viscosity == 0.0 {
-        stress_pa / modulus
-    } else if modulus == 0.0 {
-        stress_pa / viscosity * libm::pow(time_s, alpha) / libm::tgamma(1.0 + alpha)
-    } else if alpha == 0.0 {
-        // D⁰ is the identity: two springs side by side.
-        stress_pa / (modulus + viscosity)
-    } else {
-        let argument = -(modulus / viscosity) * libm::pow(time_s, alpha);
-        // None only for parameters outside 0 < α ≤ 1, which a tissue cannot have.
-        let value = argument
-            .mittag_leffler(alpha, 1.0)
-            .map_or(f64::NAN, |value| value.re);
-        stress_pa / modulus * (1.0 - value)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use haptic_loop::units::Pascals;
-
-    fn order(mu: f64) -> Order {
-        Order::new(mu).expect("valid")
-    }
-
-    #[test]
-    fn creep_agrees_with_50_digits() {
-        // tests/golden/make_golden.py: E_α(−z). With E₀ = 1, η = 1/z, t = 1 the argument is −z.
-        let golden = include_str!("../tests/golden/mittag_leffler.csv");
-        for line in golden.lines().skip(1) {
-            let cells: Vec<f64> = line
-                .split(',')
-                .map(|c| c.parse().expect("number"))
-                .collect();
-            let (alpha, z, value) = (cells[0], cells[1], cells[2]);
-            let tissue = Tissue::new(Pascals(1.0), 1.0 / z, order(alpha)).expect("valid");
-            let have = creep_strain(&tissue, 1.0, 1.0);
-            assert!(
-                (have - (1.0 - value)).abs() < 1e-12,
-                "α {alpha} z {z}: {have}"
-            );
-        }
-    }
-
-    #[test]
-    fn creep_of_a_soft_spring_tends_to_creep_without_one() {
-        let with = Tissue::new(Pascals(1e-4), 8650.0, order(0.2247)).expect("valid");
-        let without = Tissue::new(Pascals(0.0), 8650.0, order(0.2247)).expect("valid");
-        for t in [0.01, 1.0, 200.0] {
-            let (a, b) = (
-                creep_strain(&with, 100.0, t),
-                creep_strain(&without, 100.0, t),
-            );
-            assert!(relative_error(a, b) < 1e-6, "t {t}: {a} {b}");
-        }
-    }
 
     const TIME: [f64; 4] = [0.0, 1.0, 2.0, 3.0];
 

@@ -52,7 +52,7 @@ pub use imperfections::Imperfections;
 pub use modelled::ModelledTissue;
 pub use named::Named;
 pub use preflight::{Dynamics, PreflightRequest, PreflightVerdict};
-pub use pushed::{TrialPlan, dynamics};
+pub use pushed::{TrialPlan, TrialReport, TrialSetup, dynamics};
 pub use realtime::{RealtimeOptions, RealtimeSummary};
 pub use relaxation::Relaxation;
 pub use rendering::{Contact, Precision, Rendering};

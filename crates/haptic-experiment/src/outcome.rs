@@ -1,7 +1,7 @@
 //! From a run and its theory to files and a report: what relaxation and creep share.
 
 use super::judge::{LargestError, relative_error};
-use super::kept::{KeptSample, Record, Samples, WHOLE_MOST};
+use super::kept::{KeptSample, Record, Samples};
 use super::rendering::Rendering;
 use super::report::{Errors, Files, Report, RunReport};
 use super::run::Ran;
@@ -154,8 +154,7 @@ fn see(
     } = comparison;
     let record = &ran.record;
     let mut compared = Compared::new(quantity, from_s);
-    let whole = record.whole.is_some();
-    let mut curves = Thinned::new(if whole { WHOLE_MOST } else { 0 });
+    let mut curves = Thinned::of(record);
     let mut csv = match record.ended.is_none() {
         true => Some(table(ran, quantity)?),
         false => None,

@@ -3,7 +3,10 @@
 //! The device arrives from free flight: at time 0 it is at the wall with the speed of the impact, and the
 //! wall remembers nothing. From then on the push acts.
 
+mod judged;
+mod report;
 mod setup;
+mod trial;
 
 use super::refused::parameter;
 use super::safety::{GuardedDevice, Safety};
@@ -17,9 +20,13 @@ use haptic_analysis::Dynamics;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
 use haptic_loop::{Controller, Environment, Limits, ParameterError, SafetyChain, Wall};
+pub(super) use judged::{Judged, incomparable, judged, limited};
 use nalgebra::SVector;
-pub(super) use setup::{Parts, Setup, six_digits, warnings};
+pub use report::TrialReport;
+pub use setup::TrialSetup;
+pub(super) use setup::{Parts, six_digits};
 use std::ops::{ControlFlow, RangeInclusive};
+pub(super) use trial::Trial;
 
 /// A wall at the device's start position.
 pub(super) type VirtualWall = Wall<f64, Operator<f64>>;
@@ -215,6 +222,7 @@ pub(super) fn encoder_step(sensors: Sensors) -> f64 {
         .encoder_resolution_m
         .max(12.0_f64.sqrt() * sensors.noise_m)
 }
+
 /// A safety chain that limits the force alone. The rate is not what is tried here: the limit may be
 /// crossed within one sample.
 ///

@@ -7,6 +7,8 @@
 //! Groups that grow with n are equally wide on a logarithmic axis of time, and narrower than a pixel
 //! on both a logarithmic and a linear one.
 
+use super::kept::{Record, WHOLE_MOST};
+
 /// Groups are this share of the samples before them.
 const SHARE: u64 = 2000;
 
@@ -32,8 +34,13 @@ struct Point<const M: usize> {
 }
 
 impl<const M: usize> Thinned<M> {
+    /// Empty, for the samples of this record: those in memory are all kept.
+    pub(super) fn of(record: &Record) -> Self {
+        Self::new(record.whole.as_ref().map_or(0, |_| WHOLE_MOST))
+    }
+
     /// Empty; the first `dense` samples are all kept.
-    pub(super) fn new(dense: u64) -> Self {
+    fn new(dense: u64) -> Self {
         Self {
             dense: dense.max(SHARE),
             count: 0,

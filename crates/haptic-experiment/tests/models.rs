@@ -4,14 +4,11 @@ use fracdiff::{Differintegrator as _, FullMemory, Seconds};
 use haptic_experiment::preflight::{Dynamics, Preflight};
 use haptic_experiment::{Contact, Creep, ModelledTissue, Precision, Relaxation, Rendering};
 use haptic_loop::units::Metres;
-use haptic_tissue::{Form, Material, MaxwellBranch, Model, SampledModel, Source, SpringPot};
+use haptic_tissue::{Form, Material, MaxwellBranch, Model, SampledModel, Source};
 use std::ops::ControlFlow;
 use testkit::Random;
 use testkit::device::{DAMPING, MASS, plant, read, with_hand, write};
-
-fn pot(v: f64, order: f64) -> SpringPot {
-    SpringPot::new(v, order).expect("valid")
-}
+use testkit::tissue::{KINDS, pot};
 
 fn tissue(form: Form) -> ModelledTissue {
     let model = Model::new(form).expect("valid");
@@ -21,40 +18,7 @@ fn tissue(form: Form) -> ModelledTissue {
 
 /// Each form with spring-pots, with a spring, with a dashpot and classical.
 fn forms(v: f64, g: f64) -> Vec<(String, Form)> {
-    let mut forms = vec![(
-        "spring-pot".to_owned(),
-        Form::SpringPot(pot(8650.0, 0.2247)),
-    )];
-    for (kind, alpha, beta) in [
-        ("of spring-pots", 0.675, 0.11),
-        ("with a spring", 0.675, 0.0),
-        ("with a dashpot", 1.0, 0.11),
-        ("classical", 1.0, 0.0),
-    ] {
-        let (first, second, elastic_modulus_pa) = (pot(v, alpha), pot(g, beta), 5e3);
-        let mut add = |name: &str, form| forms.push((format!("{name} {kind}"), form));
-        add("Maxwell", Form::FractionalMaxwell { first, second });
-        add(
-            "Kelvin-Voigt",
-            Form::FractionalKelvinVoigt { first, second },
-        );
-        add(
-            "Zener",
-            Form::FractionalZener {
-                first,
-                second,
-                elastic_modulus_pa,
-            },
-        );
-        add(
-            "Poynting-Thomson",
-            Form::FractionalPoyntingThomson {
-                first,
-                second,
-                elastic_modulus_pa: 40e3,
-            },
-        );
-    }
+    let mut forms = testkit::tissue::forms(v, g, &KINDS);
     let branch = |relaxation_time_s| MaxwellBranch {
         elastic_modulus_pa: 3e3,
         relaxation_time_s,

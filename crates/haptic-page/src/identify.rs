@@ -67,10 +67,15 @@ pub(crate) fn identified(request: &IdentifyRequest) -> Result<Value, Failure> {
 }
 
 fn kind(name: &str) -> Result<RecordKind, Failure> {
-    let found = RecordKind::ALL.iter().find(|known| known.1 == name);
-    found.map(|known| known.0).ok_or_else(|| {
-        let names = RecordKind::ALL.map(|known| known.1);
-        Failure::bad_input(format_args!("`kind` {name:?} is none of {}", names.join(", ")))
+    let found = RecordKind::ALL
+        .into_iter()
+        .find(|known| known.name() == name);
+    found.ok_or_else(|| {
+        let names = RecordKind::ALL.map(RecordKind::name);
+        Failure::bad_input(format_args!(
+            "`kind` {name:?} is none of {}",
+            names.join(", ")
+        ))
     })
 }
 
@@ -78,14 +83,18 @@ fn model(name: &str) -> Result<ModelKind, Failure> {
     let found = CANDIDATES.iter().find(|known| known.name() == name);
     found.copied().ok_or_else(|| {
         let names: Vec<&str> = CANDIDATES.iter().map(|known| known.name()).collect();
-        Failure::bad_input(format_args!("`model` {name:?} is none of {}", names.join(", ")))
+        Failure::bad_input(format_args!(
+            "`model` {name:?} is none of {}",
+            names.join(", ")
+        ))
     })
 }
 
 fn answer(found: &Identification, notes: &[String]) -> Value {
     // Evenly thinned: a curve of the page has no more pixels.
     let every = found.x.len().div_ceil(POINTS).max(1);
-    let thinned = |numbers: &[f64]| -> Vec<f64> { numbers.iter().copied().step_by(every).collect() };
+    let thinned =
+        |numbers: &[f64]| -> Vec<f64> { numbers.iter().copied().step_by(every).collect() };
     let model = |fit: &Fit| {
         let parameters = fit.parameters.iter().map(|estimate| {
             json!({

@@ -147,12 +147,17 @@ impl Pyramid {
         let end = span.end.min(self.made);
         let start = span.start.min(end);
         let wanted = span.width();
-        let fine = |level: &&Level| level.ticks == 1 || level.ticks * (ENTRIES_MOST / FACTOR) <= wanted;
+        let fine =
+            |level: &&Level| level.ticks == 1 || level.ticks * (ENTRIES_MOST / FACTOR) <= wanted;
         let reaches = |level: &&Level| level.first_tick(self.made) <= start;
         let level = self.levels.iter().rev().filter(fine).find(reaches);
         // What is forgotten there is looked for in coarser ones, finest first.
         let level = level.or_else(|| self.levels.iter().find(reaches));
-        let level = level.or_else(|| self.levels.iter().min_by_key(|level| level.first_tick(self.made)));
+        let level = level.or_else(|| {
+            self.levels
+                .iter()
+                .min_by_key(|level| level.first_tick(self.made))
+        });
         match level {
             Some(level) => {
                 let width = wanted.div_ceil(level.ticks) * level.ticks;

@@ -4,13 +4,10 @@
 
 use fracdiff::full_memory::{Design, Kernel, MemoryWeights};
 use fracdiff::{Differintegrator, FrequencyResponse, FullMemory, Real, Seconds};
-use haptic_tissue::{Form, FullHistory, MaxwellBranch, Model, SampledModel, SpringPot};
+use haptic_tissue::{Form, FullHistory, MaxwellBranch, Model, SampledModel};
+use testkit::tissue::{KINDS, pot};
 
 const T: Seconds = Seconds(1e-3);
-
-fn pot(v: f64, order: f64) -> SpringPot {
-    SpringPot::new(v, order).expect("valid")
-}
 
 fn model(form: Form) -> Model {
     Model::new(form).expect("valid")
@@ -22,50 +19,22 @@ fn sampled(model: &Model) -> SampledModel {
 
 /// Every form with spring-pots, with a spring, with a dashpot, and classical.
 fn models() -> Vec<(String, Model)> {
-    let (v, g, elastic_modulus_pa) = (876e3, 22.1e3, 5e3);
-    let mut all = vec![(
-        "spring-pot".to_owned(),
-        model(Form::SpringPot(pot(8650.0, 0.2247))),
-    )];
-    for (kind, alpha, beta) in [
-        ("spring-pots", 0.675, 0.11),
-        ("spring", 0.675, 0.0),
-        ("dashpot", 1.0, 0.11),
-        ("classical", 1.0, 0.0),
+    let close = [
         ("nearly classical", 0.999, 0.001),
         ("nearly the same", 0.6, 0.599),
-    ] {
-        let (first, second) = (pot(v, alpha), pot(g, beta));
-        let mut add = |name: &str, form| all.push((format!("{name} {kind}"), model(form)));
-        add(
-            "Kelvin-Voigt",
-            Form::FractionalKelvinVoigt { first, second },
-        );
-        add("Maxwell", Form::FractionalMaxwell { first, second });
-        add(
-            "Zener",
-            Form::FractionalZener {
-                first,
-                second,
-                elastic_modulus_pa,
-            },
-        );
-        add(
-            "Poynting-Thomson",
-            Form::FractionalPoyntingThomson {
-                first,
-                second,
-                elastic_modulus_pa: 40e3,
-            },
-        );
-    }
+    ];
+    let kinds = [&KINDS[..], &close].concat();
+    let mut all: Vec<(String, Model)> = (testkit::tissue::forms(876e3, 22.1e3, &kinds))
+        .into_iter()
+        .map(|(name, form)| (name, model(form)))
+        .collect();
     let branch = |relaxation_time_s| MaxwellBranch {
         elastic_modulus_pa: 3e3,
         relaxation_time_s,
     };
     let branches = [0.01, 0.3, 7.0, 120.0].map(branch).to_vec();
     let prony = Form::Prony {
-        elastic_modulus_pa,
+        elastic_modulus_pa: 5e3,
         branches,
     };
     all.push(("Prony".to_owned(), model(prony)));

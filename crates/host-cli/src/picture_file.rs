@@ -1,13 +1,12 @@
 //! The files of a picture: `STEM.svg` and `STEM.png`, both or neither. A build without the feature `png` has only the
 //! first, and says so once.
 
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use haptic_experiment::Failure;
 use haptic_figure::{FigureError, Picture};
 
-use haptic_log::record::{Leftover, NewFile, NewFileError};
+use haptic_log::record::{NewFile, NewFileError};
 
 /// A picture that could not be saved.
 #[derive(Debug, thiserror::Error)]
@@ -57,7 +56,7 @@ pub fn save(
 ) -> Result<SavedPicture, PictureFileError> {
     let svg = with_suffix(stem, "svg");
     // Both are staged before either gets its name.
-    let staged_svg = stage(&svg, picture.svg().as_bytes(), overwrite)?;
+    let staged_svg = NewFile::filled(&svg, picture.svg().as_bytes(), overwrite)?;
     let staged_png = stage_png(picture, stem, overwrite)?;
     staged_svg.publish()?;
     let png = match staged_png {
@@ -78,7 +77,7 @@ fn stage_png(
     overwrite: bool,
 ) -> Result<Option<NewFile>, PictureFileError> {
     let png = with_suffix(stem, "png");
-    Ok(Some(stage(&png, &picture.png()?, overwrite)?))
+    Ok(Some(NewFile::filled(&png, &picture.png()?, overwrite)?))
 }
 
 #[cfg(not(feature = "png"))]
@@ -106,12 +105,6 @@ fn with_suffix(stem: &Path, extension: &str) -> PathBuf {
     name.push(".");
     name.push(extension);
     PathBuf::from(name)
-}
-
-fn stage(path: &Path, bytes: &[u8], overwrite: bool) -> Result<NewFile, NewFileError> {
-    let (new_file, mut file) = NewFile::create(path, Leftover::Discard, overwrite)?;
-    (file.write_all(bytes)).map_err(|source| NewFileError::io(path, source))?;
-    Ok(new_file)
 }
 
 impl From<PictureFileError> for Failure {

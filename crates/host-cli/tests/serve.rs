@@ -37,7 +37,13 @@ impl Served {
     /// Sends Ctrl-C, and waits: the exit code and what it said.
     fn interrupt(mut self) -> (Option<i32>, String) {
         let kill = format!("kill -INT {}", self.child.id());
-        assert!(Command::new("sh").args(["-c", &kill]).status().expect("runs").success());
+        assert!(
+            Command::new("sh")
+                .args(["-c", &kill])
+                .status()
+                .expect("runs")
+                .success()
+        );
         let until = Instant::now() + PATIENCE;
         let status = loop {
             if let Some(status) = self.child.try_wait().expect("waits") {
@@ -67,12 +73,18 @@ fn it_prints_its_address_and_ctrl_c_stops_the_force_tells_the_page_and_is_succes
     let place = tempfile::tempdir().expect("a folder");
     let served = Served::start(place.path(), SERVE);
     let mut page = Page::open(&served.address);
-    page.ask("feel.start", json!({"environment": {"tissue": "prostate-healthy"}}));
+    page.ask(
+        "feel.start",
+        json!({"environment": {"tissue": "prostate-healthy"}}),
+    );
     page.ask("feel.record", json!({"on": true}));
     page.ask("feel.hand", json!({"position_m": 5e-3, "held": true}));
     page.status(|status| status["recorded"].as_u64() > Some(200));
     let (code, said) = served.interrupt();
-    assert_eq!((code, page.closed().as_str()), (Some(0), "1001: the server was stopped"));
+    assert_eq!(
+        (code, page.closed().as_str()),
+        (Some(0), "1001: the server was stopped")
+    );
     // The recording was closed: it is whole, and its force ends at zero.
     assert!(said.contains("note: recorded feel-0001"), "{said}");
     let export = Command::new(assert_cmd::cargo::cargo_bin!("host-cli"))
@@ -81,7 +93,11 @@ fn it_prints_its_address_and_ctrl_c_stops_the_force_tells_the_page_and_is_succes
         .output()
         .expect("runs");
     let info: serde_json::Value = serde_json::from_slice(&export.stdout).expect("JSON");
-    assert_eq!((&info["complete"], &info["missing_samples"]), (&json!(true), &json!(0)), "{info}");
+    assert_eq!(
+        (&info["complete"], &info["missing_samples"]),
+        (&json!(true), &json!(0)),
+        "{info}"
+    );
     assert!(info["samples"].as_u64() > Some(200));
 }
 
@@ -97,18 +113,34 @@ fn a_port_that_is_taken_is_bad_usage_with_the_remedy_in_a_line() {
         .expect("runs");
     let said = String::from_utf8_lossy(&second.stderr);
     assert_eq!(second.status.code(), Some(2), "{said}");
-    let want = format!("error: --port {port} is taken by another program: take another, or 0 for any that is free\n");
+    let want = format!(
+        "error: --port {port} is taken by another program: take another, or 0 for any that is free\n"
+    );
     assert_eq!(said, want);
 }
 
 /// Processor time, s, and resident memory, bytes, of a process.
 #[cfg(target_os = "linux")]
 fn used(process: u32) -> (f64, u64) {
-    let read = |name: &str| std::fs::read_to_string(format!("/proc/{process}/{name}")).expect("reads");
+    let read =
+        |name: &str| std::fs::read_to_string(format!("/proc/{process}/{name}")).expect("reads");
     let stat = read("stat");
-    let fields: Vec<&str> = stat.rsplit_once(')').expect("a name").1.split_whitespace().collect();
-    let ticks: u64 = [11, 12].iter().map(|&n| fields[n].parse::<u64>().expect("a number")).sum();
-    let pages: u64 = read("statm").split(' ').nth(1).expect("a number").parse().expect("a number");
+    let fields: Vec<&str> = stat
+        .rsplit_once(')')
+        .expect("a name")
+        .1
+        .split_whitespace()
+        .collect();
+    let ticks: u64 = [11, 12]
+        .iter()
+        .map(|&n| fields[n].parse::<u64>().expect("a number"))
+        .sum();
+    let pages: u64 = read("statm")
+        .split(' ')
+        .nth(1)
+        .expect("a number")
+        .parse()
+        .expect("a number");
     // 100 ticks a second, pages of 4 kB, on every Linux that this runs on.
     (ticks as f64 / 100.0, pages * 4096)
 }
@@ -137,12 +169,19 @@ fn watch(page: &mut Page, time: Duration) -> serde_json::Value {
 #[test]
 #[ignore = "takes ten minutes"]
 fn ten_minutes_of_a_live_view_take_no_memory_and_a_quarter_of_a_core_at_most() {
-    let minutes: u64 = std::env::var("SERVE_MINUTES").map_or(10, |text| text.parse().expect("minutes"));
+    let minutes: u64 =
+        std::env::var("SERVE_MINUTES").map_or(10, |text| text.parse().expect("minutes"));
     let place = tempfile::tempdir().expect("a folder");
     let served = Served::start(place.path(), SERVE);
     let mut page = Page::open(&served.address);
-    page.ask("feel.start", json!({"environment": {"tissue": "prostate-cancerous"}}));
-    page.ask("view", json!({"source": "live", "last_s": 30, "columns": 800}));
+    page.ask(
+        "feel.start",
+        json!({"environment": {"tissue": "prostate-cancerous"}}),
+    );
+    page.ask(
+        "view",
+        json!({"source": "live", "last_s": 30, "columns": 800}),
+    );
     watch(&mut page, Duration::from_secs(60));
     let (cpu_s, bytes) = used(served.child.id());
     let since = Instant::now();
@@ -153,16 +192,26 @@ fn ten_minutes_of_a_live_view_take_no_memory_and_a_quarter_of_a_core_at_most() {
         let (now_s, now) = used(served.child.id());
         largest = largest.max(now);
         let share = 1e2 * (now_s - cpu_s) / since.elapsed().as_secs_f64();
-        println!("minute {minute}: {:.1} MB, {share:.1} % of a core; {status}", now as f64 * 1e-6);
+        println!(
+            "minute {minute}: {:.1} MB, {share:.1} % of a core; {status}",
+            now as f64 * 1e-6
+        );
     }
     let (now_s, _) = used(served.child.id());
     let share = (now_s - cpu_s) / since.elapsed().as_secs_f64();
     let number = |key: &str| status[key].as_u64().expect("a number");
-    let (made, sent, missed, lost) =
-        (number("samples_made"), number("samples_sent"), number("samples_missed"), number("lost"));
+    let (made, sent, missed, lost) = (
+        number("samples_made"),
+        number("samples_sent"),
+        number("samples_missed"),
+        number("lost"),
+    );
     println!("{made} samples made, {sent} sent, {missed} missed, {lost} lost");
     // Pages of the allocator come and go; a leak of a status or a frame a time would be tens of megabytes.
-    assert!(largest < bytes + (2 << 20), "from {bytes} to {largest} bytes");
+    assert!(
+        largest < bytes + (2 << 20),
+        "from {bytes} to {largest} bytes"
+    );
     assert!(share < 0.25, "{:.1} % of a core", 1e2 * share);
     assert_eq!((missed, lost), (0, 0));
     // All but those of the last frames.
@@ -174,13 +223,17 @@ fn ten_minutes_of_a_live_view_take_no_memory_and_a_quarter_of_a_core_at_most() {
 #[test]
 #[ignore = "takes minutes, and a machine that does nothing else"]
 fn a_tick_takes_as_long_with_a_page_as_without() {
-    let seconds: u64 = std::env::var("SERVE_SECONDS").map_or(20, |text| text.parse().expect("seconds"));
+    let seconds: u64 =
+        std::env::var("SERVE_SECONDS").map_or(20, |text| text.parse().expect("seconds"));
     let place = tempfile::tempdir().expect("a folder");
     let served = Served::start(place.path(), &format!("{SERVE} --on-close continue"));
     let time = Duration::from_secs(seconds);
     let start = |page: &mut Page| {
         page.ask("controls.take", json!({}));
-        page.ask("feel.start", json!({"environment": {"tissue": "prostate-cancerous"}}));
+        page.ask(
+            "feel.start",
+            json!({"environment": {"tissue": "prostate-cancerous"}}),
+        );
         page.ask("feel.hand", json!({"position_m": 3e-3, "held": true}));
     };
     let mut pairs = Vec::new();
@@ -195,7 +248,10 @@ fn a_tick_takes_as_long_with_a_page_as_without() {
                 std::thread::sleep(time);
                 Page::open(&served.address).status(|status| status["running"] == true)
             } else {
-                page.ask("view", json!({"source": "live", "last_s": 30, "columns": 800}));
+                page.ask(
+                    "view",
+                    json!({"source": "live", "last_s": 30, "columns": 800}),
+                );
                 let until = Instant::now() + time;
                 while Instant::now() < until {
                     page.read().expect("open");
@@ -211,6 +267,9 @@ fn a_tick_takes_as_long_with_a_page_as_without() {
     }
     pairs.sort_by(f64::total_cmp);
     let median = 0.5 * (pairs[4] + pairs[5]);
-    println!("ratio of p99.9, open to closed: median {median:.3}, {:.3} to {:.3}", pairs[0], pairs[9]);
+    println!(
+        "ratio of p99.9, open to closed: median {median:.3}, {:.3} to {:.3}",
+        pairs[0], pairs[9]
+    );
     assert!(median < 1.1, "{median}");
 }

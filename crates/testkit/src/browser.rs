@@ -1,8 +1,5 @@
 //! A page without a browser: what it asks, and all that it is told. The protocol is `docs/page-protocol.md`.
-#![expect(
-    clippy::missing_panics_doc,
-    reason = "a test that panics has failed"
-)]
+#![expect(clippy::missing_panics_doc, reason = "a test that panics has failed")]
 
 use serde_json::{Value, json};
 use std::io::{Read as _, Write as _};
@@ -25,7 +22,11 @@ pub fn parts(address: &str) -> (&str, &str) {
 #[must_use]
 pub fn get(host: &str, path: &str, headers: &str) -> String {
     let mut stream = TcpStream::connect(host).expect("connects");
-    write!(stream, "GET {path} HTTP/1.1\r\n{headers}Connection: close\r\n\r\n").expect("writes");
+    write!(
+        stream,
+        "GET {path} HTTP/1.1\r\n{headers}Connection: close\r\n\r\n"
+    )
+    .expect("writes");
     let mut answer = Vec::new();
     stream.read_to_end(&mut answer).expect("reads");
     String::from_utf8_lossy(&answer).into_owned()
@@ -98,7 +99,10 @@ impl Page {
     /// Opens the socket of an address.
     #[must_use]
     pub fn open(address: &str) -> Self {
-        let origin = address[..address.rfind('/').expect("a path")].rsplit_once('/').expect("a token").0;
+        let origin = address[..address.rfind('/').expect("a path")]
+            .rsplit_once('/')
+            .expect("a token")
+            .0;
         Self::from(address, Some(origin)).expect("opens")
     }
 
@@ -117,7 +121,8 @@ impl Page {
         let stream = TcpStream::connect(host).expect("connects");
         stream.set_read_timeout(Some(PATIENCE)).expect("set");
         stream.set_write_timeout(Some(PATIENCE)).expect("set");
-        let (socket, _) = tungstenite::client(request, stream).map_err(|error| error.to_string())?;
+        let (socket, _) =
+            tungstenite::client(request, stream).map_err(|error| error.to_string())?;
         Ok(Self {
             socket,
             id: 0,
@@ -216,11 +221,18 @@ impl Page {
     pub fn wait(&mut self, kind: &str, holds: impl Fn(&Value) -> bool) -> Value {
         let until = Instant::now() + PATIENCE;
         loop {
-            let found = self.told.iter().position(|told| told.get(kind).is_some_and(&holds));
+            let found = self
+                .told
+                .iter()
+                .position(|told| told.get(kind).is_some_and(&holds));
             if let Some(found) = found {
                 return self.told.remove(found)[kind].take();
             }
-            assert!(Instant::now() < until, "no {kind} for which it holds, the last was {:?}", self.told.last());
+            assert!(
+                Instant::now() < until,
+                "no {kind} for which it holds, the last was {:?}",
+                self.told.last()
+            );
             self.told.retain(|told| told.get("status").is_none());
             let message = self.read().expect("open");
             if !message.is_null() {

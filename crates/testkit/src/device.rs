@@ -2,6 +2,7 @@
 
 use core::fmt::Debug;
 use fracdiff::{Real, Seconds};
+use haptic_analysis::Dynamics;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{
     Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, NewtonsPerSecond,
@@ -73,13 +74,44 @@ pub fn read<const D: usize>(device: &mut impl Device<f64, D>) -> Reading<f64, D>
     device.read().expect("read")
 }
 
+/// The simulated device of these dynamics.
+///
+/// # Panics
+/// Parameters outside their ranges.
+#[must_use]
+pub fn of_dynamics(device: &Dynamics, sample_time: Seconds) -> MassDamper<1> {
+    plant(MassDamperConfig {
+        stiffness: NewtonsPerMetre(device.hand_stiffness_n_per_m),
+        delay: Seconds(device.delay_s),
+        lag: Seconds(device.current_lag_s),
+        ..ideal(device.mass_kg, device.damping_n_s_per_m, sample_time.0)
+    })
+}
+
+/// True if a push of the device in a loop with this law dies out, as [`dies_out`] sees it.
+///
+/// # Panics
+/// Parameters outside their ranges.
+pub fn settles<E: Environment<f64, 1>>(
+    law: E,
+    device: &Dynamics,
+    sample_time: Seconds,
+    theta: f64,
+) -> bool {
+    let chain = SafetyChain::new(Newtons(1e6), NewtonsPerSecond(1e12), sample_time);
+    let mut controller = Controller::new(law, chain.expect("in range"));
+    let mut plant = of_dynamics(device, sample_time);
+    plant.set_state(Vector1::new(0.0), Vector1::new(1e-6));
+    dies_out(&mut controller, &mut plant, theta)
+}
+
 /// Samples after which a simulation is judged by its last windows.
 const LONGEST: usize = 1_500_000;
 
 /// True if the motion of a device in a loop dies out: its velocity falls to a millionth before it grows twentyfold from its
 /// least. Judged by windows of many periods of the slowest motion that could decide, which has the angle θ, rad/sample. A force
 /// at a limit of the chain is growth.
-pub fn dies_out<E: Environment<f64, 1>>(
+fn dies_out<E: Environment<f64, 1>>(
     controller: &mut Controller<f64, 1, E>,
     plant: &mut MassDamper<1>,
     theta: f64,

@@ -15,6 +15,7 @@ pub mod device;
 pub mod golden;
 pub mod operator;
 mod random;
+pub mod tissue;
 
 pub use compare::{assert_close, assert_relative};
 pub use random::Random;

@@ -290,8 +290,7 @@ impl Scheme {
         let Self::Full { kernel, tolerance } = self else {
             return Ok(None);
         };
-        let horizon = horizon.max(crate::full_memory::HORIZON_MIN);
-        let design = Design::<FULL_TAPS, FULL_MODES>::pruned(kernel, order, tolerance, horizon)?;
+        let design = pruned(kernel, order, tolerance, horizon)?;
         Ok(Some(design.error_bound()))
     }
 }

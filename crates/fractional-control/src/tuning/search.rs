@@ -72,7 +72,6 @@ pub fn tune(
     sampling: Option<Sampling>,
     wishes: &Specification,
 ) -> Result<Tuned, ControlError> {
-    wishes.check(plant, sampling)?;
     let search = Search::new(plant, sampling, wishes)?;
     let orders = || (1..=19).map(|k| 0.1 * f64::from(k));
     let slopes: &[f64] = if wishes.iso_damping { &[0.0] } else { &SLOPES };
@@ -95,7 +94,6 @@ pub fn tune_integer(
     sampling: Option<Sampling>,
     wishes: &Specification,
 ) -> Result<Tuned, ControlError> {
-    wishes.check(plant, sampling)?;
     let search = Search::new(plant, sampling, wishes)?;
     let slopes = (-150..=50).map(|k| 0.02 * f64::from(k));
     let trials = slopes.filter_map(|slope| search.trial([1.0, 1.0, slope]));
@@ -130,11 +128,13 @@ struct Trial {
 }
 
 impl<'a> Search<'a> {
+    /// Of wishes that can be had together.
     fn new(
         plant: &Plant,
         sampling: Option<Sampling>,
         wishes: &'a Specification,
     ) -> Result<Self, ControlError> {
+        wishes.check(plant, sampling)?;
         let open = OpenLoop::new(plant, wishes, sampling)?;
         let (_, _, response, _) = open.crossover;
         let target = Complex::from_polar(1.0, wishes.phase_margin_rad - PI) / response;

@@ -5,31 +5,16 @@ use super::running::Law;
 use super::specification::CouplerExperiment;
 use crate::curves::{CouplerCurves, Origin};
 use crate::failure::Failure;
-use crate::judge::{Compared, Reference, full_history};
-use crate::kept::{KeptSample, Record, Samples, WHOLE_MOST};
-use crate::outcome::origin;
-use crate::pushed::{Setup, six_digits, warnings};
-use crate::remote::device_name;
-use crate::report::{Errors, Files, RunReport};
+use crate::judge::{Reference, full_history};
+use crate::kept::KeptSample;
+use crate::pushed::{Judged, Trial as _, incomparable, judged, limited, six_digits};
 use crate::run::Ran;
-use crate::safety::GuardChoice;
 use crate::settling::{Judge, Settling};
 use crate::thinned::Thinned;
-use crate::track::{TOLERANCE, operator};
-use fracdiff::full_memory::Kernel;
+use crate::track::operator;
 use fracdiff::{Channel, Operator, Order};
 use haptic_loop::Environment;
 use nalgebra::Vector1;
-use serde::Serialize;
-
-/// A row of the CSV.
-#[derive(Serialize)]
-struct Row {
-    time_s: f64,
-    position_m: f64,
-    object_position_m: f64,
-    reaction_force_n: f64,
-}
 
 /// The object again, from the positions that the loop read. Those that a link lost lie on a straight line.
 struct Replay {
@@ -86,7 +71,7 @@ struct Object {
 impl Object {
     /// The deflection after this sample.
     fn deflection(&mut self, law: &CouplerExperiment, x: f64, force: f64) -> f64 {
-        let (t, object) = (law.device.sample_time.0, law.object);
+        let (t, object) = (law.setup.device.sample_time.0, law.object);
         let (m, b, k) = (
             object.mass_kg,
             object.damping_n_s_per_m,
@@ -133,25 +118,21 @@ impl CouplerExperiment {
         let record = &ran.record;
         let reference = Reference::of(self.scheme);
         let order = Order::new(1.0 - self.order.get()).map_err(Failure::input)?;
-        let t = self.device.sample_time;
-        let reason = if record.limited > 0 {
-            Some("the safety chain limited the force")
-        } else if record.dropped > 0 {
-            Some("samples are missing, so the object is not known")
-        } else if self.remote.is_some() {
-            Some("a serial device makes each force some samples after its position")
-        } else if reference == Reference::Kernel(Kernel::PiecewiseLinear) && order.get() >= 1.0 {
-            Some("the weights of this kernel are known in closed form below order 1 only")
-        } else if record.largest_force_n() == 0.0 {
-            Some("no force was commanded")
-        } else {
-            None
-        };
+        let t = self.setup.device.sample_time;
+        let reason = limited(record)
+            .or_else(|| {
+                (record.dropped > 0).then_some("samples are missing, so the object is not known")
+            })
+            .or_else(|| {
+                let serial = self.setup.remote.is_some();
+                serial.then_some("a serial device makes each force some samples after its position")
+            })
+            .or_else(|| incomparable(reference, order, record));
         if let Some(reason) = reason {
             return Ok(Err(reason));
         }
         let Some(whole) = &record.whole else {
-            let planned = self.setup().plan().samples(t)?;
+            let planned = self.setup.plan().samples(t)?;
             return Ok(Ok(History::Streamed(operator(
                 reference, order, t, planned,
             )?)));
@@ -164,68 +145,19 @@ impl CouplerExperiment {
         Ok(Ok(History::Whole(values.into_iter())))
     }
 
-    /// Mean deflection over the window at the end against the springs in series.
-    fn deflection_error(&self, record: &Record, settling: Settling) -> Compared {
-        let (window_s, judged) = self.setup().window(record);
-        match (settling.deflection_m, settling.expected_deflection_m) {
-            (Some(have), Some(want)) if settling.stable => {
-                Compared::of_window((have / want - 1.0).abs(), window_s, judged)
-            }
-            (Some(_), None) => Compared::without_meaning(
-                "the coupler creeps or nothing holds the object, so there is no place of rest"
-                    .to_owned(),
-            ),
-            _ => Compared::without_meaning("the coupler did not come to rest".to_owned()),
-        }
-    }
-
     pub(super) fn publish(
         &self,
         ran: &Ran,
         judge: Judge,
         rest_m: Option<f64>,
     ) -> Result<(CouplerReport, Option<CouplerCurves>), Failure> {
-        let Ran { record, folder, .. } = ran;
-        let whole = record.ended.is_none();
-        let settling = self.named(Setup::settling(judge, ran, rest_m)?)?;
-        let agrees =
-            (ran.preflight.filter(|_| whole)).map(|analysis| analysis.stable == settling.stable);
-        let mut warnings = warnings("coupler", &settling, agrees, record);
-        // A serial device heard it before it was armed.
-        let analysis = ran.preflight.filter(|_| self.remote.is_none());
-        // Energy bounding promises passivity for the damping of the device.
-        let guarded = self.safety.guard == GuardChoice::EnergyBounding;
-        warnings
-            .0
-            .extend(analysis.and_then(|analysis| analysis.warning(guarded)));
-        let mut files = Files::default();
-        let mut curves = None;
         let mut object_position_m = None;
-        let mut operator_error = Compared::without_meaning("the run was cut short".to_owned());
-        if whole {
-            let judged = self.judge(ran)?;
-            operator_error = judged.operator_error;
-            object_position_m = judged.object_m;
-            files.csv = Some(judged.csv);
-            curves = Some(self.drawn(origin(record), judged.curves, settling));
-        } else {
-            folder.remove_stale_results();
-        }
+        let (trial, curves) = self.reported(ran, (judge, rest_m), || {
+            self.judge(ran, &mut object_position_m)
+        })?;
+        let settling = trial.settling;
         let report = CouplerReport {
-            tissue: None,
-            order: self.order.get(),
-            scheme: self.scheme.to_string(),
-            run: RunReport::new(
-                ran,
-                device_name(self.remote.as_ref()),
-                self.device.sample_time.0,
-                files,
-                warnings,
-            ),
-            errors: Errors::new(operator_error, self.deflection_error(record, settling)),
-            reference_tolerance: record.whole.is_none().then_some(TOLERANCE),
-            settling,
-            analysis_agrees: agrees,
+            trial,
             coupler_stiffness_n_s_per_m: self.coupler_stiffness_n_s_per_m,
             coupler_dissipation_n_s_1_minus_mu_per_m: self.coupler_dissipation_n_s_1_minus_mu_per_m,
             object_mass_kg: self.object.mass_kg,
@@ -233,28 +165,22 @@ impl CouplerExperiment {
             object_stiffness_n_per_m: self.object.stiffness_n_per_m,
             object_position_m,
         };
+        let curves = curves.map(|(origin, curves)| self.drawn(origin, curves, settling));
         Ok((report, curves))
     }
 
-    /// Writes the table of a run that reached its end, and holds each force against theory.
-    fn judge(&self, ran: &Ran) -> Result<Judged, Failure> {
-        let record = &ran.record;
-        let t = self.device.sample_time.0;
+    /// Writes the table of a run that reached its end, holds each force against theory, and tells the last place of the object.
+    fn judge(&self, ran: &Ran, object_m: &mut Option<f64>) -> Result<Judged<3>, Failure> {
+        let t = self.setup.device.sample_time.0;
         let mut history = self.history(ran)?;
-        let planned = self.setup().plan().samples(self.device.sample_time)?;
+        let reason = history.as_ref().err().copied();
+        let planned = self.setup.plan().samples(self.setup.device.sample_time)?;
         let mut replay = Replay::new(self.law(planned)?);
-        let mut table = ran.folder.table_beside_log("csv")?;
-        let dense = if record.whole.is_some() {
-            WHOLE_MOST
-        } else {
-            0
-        };
-        let mut curves = Thinned::new(dense);
-        let (mut object, mut last, mut off): (Object, f64, f64) = (Object::default(), 0.0, 0.0);
-        let mut object_m = None;
-        Samples::of(record, &ran.log.paths).for_each(|sample| {
+        let (mut object, mut last) = (Object::default(), 0.0);
+        let names = ["position_m", "object_position_m", "reaction_force_n"];
+        judged(ran, names, reason, |sample| {
             let (x, reaction_force_n) = (sample.position_m, sample.reaction_n());
-            if let Ok(history) = &mut history {
+            let off = history.as_mut().map_or(0.0, |history| {
                 let y = object.deflection(self, x, reaction_force_n);
                 let d = match history {
                     History::Whole(values) => values.next().unwrap_or(f64::NAN),
@@ -263,33 +189,12 @@ impl CouplerExperiment {
                 // F = k_c·(y[n] − y[n−1])/T + b_c·D^(1−μ) y
                 let wanted = self.coupler_stiffness_n_s_per_m * (y - last) / t
                     + self.coupler_dissipation_n_s_1_minus_mu_per_m * d;
-                off = off.max((reaction_force_n - wanted).abs());
                 last = y;
-            }
+                (reaction_force_n - wanted).abs()
+            });
             let object_position_m = replay.at(sample);
-            object_m = Some(object_position_m);
-            curves.add(sample.time_s, [x, object_position_m, reaction_force_n]);
-            table.row(&Row {
-                time_s: sample.time_s,
-                position_m: x,
-                object_position_m,
-                reaction_force_n,
-            })
-        })?;
-        curves.finish();
-        let operator_error = match history {
-            Ok(_) => Compared::of_window(
-                off / record.largest_force_n(),
-                [0.0, record.duration_s()],
-                record.samples,
-            ),
-            Err(reason) => Compared::without_meaning(reason.to_owned()),
-        };
-        Ok(Judged {
-            csv: table.finish()?,
-            curves,
-            operator_error,
-            object_m,
+            *object_m = Some(object_position_m);
+            (off, [x, object_position_m, reaction_force_n])
         })
     }
 
@@ -304,7 +209,7 @@ impl CouplerExperiment {
             six_digits(object.mass_kg),
             six_digits(object.damping_n_s_per_m),
             six_digits(object.stiffness_n_per_m),
-            self.setup().words(self.scheme, &settling)
+            self.setup.words(self.scheme, &settling)
         );
         let [position_m, object_position_m, force_n] = curves.curves;
         CouplerCurves {
@@ -317,14 +222,4 @@ impl CouplerExperiment {
             force_n,
         }
     }
-}
-
-/// Results of a run that reached its end.
-struct Judged {
-    csv: String,
-    curves: Thinned<3>,
-    /// See [`Errors::max_relative_error`].
-    operator_error: Compared,
-    /// Place of the object at the end, m.
-    object_m: Option<f64>,
 }

@@ -1,32 +1,15 @@
 //! Report of a coupler experiment.
 
-use crate::Settling;
-use crate::report::{Errors, RunReport, Summary};
+use crate::pushed::TrialReport;
+use crate::report::{RunReport, Summary};
 use serde::Serialize;
 
-/// The result. The keys are those of a wall where they have a meaning.
+/// The result. The mean deflection is compared with the springs in series, not for a coupler that creeps.
 #[derive(Clone, Debug, Serialize)]
 pub struct CouplerReport {
-    /// No tissue: null.
-    pub tissue: Option<String>,
-    /// μ.
-    pub order: f64,
-    /// Operator.
-    pub scheme: String,
-    /// Of the run.
+    /// Of the trial.
     #[serde(flatten)]
-    pub run: RunReport,
-    /// The two errors: the commanded force against the full history, as a share of the largest force, not for a limited
-    /// force; the mean deflection against the springs in series, not for a coupler that creeps or is unstable.
-    #[serde(flatten)]
-    pub errors: Errors,
-    /// Tolerance of the reference for the full history; see the report of a relaxation.
-    pub reference_tolerance: Option<f64>,
-    /// Rest of the device: if it came to rest, and where.
-    #[serde(flatten)]
-    pub settling: Settling,
-    /// True if trial and analysis come to the same verdict; null if one of them has none.
-    pub analysis_agrees: Option<bool>,
+    pub trial: TrialReport,
     /// `k_c`, N·s/m.
     pub coupler_stiffness_n_s_per_m: f64,
     /// `b_c`, N·s^(1−μ)/m.
@@ -45,19 +28,18 @@ impl CouplerReport {
     /// Stable by the trial and by the analysis, and passed by Llewellyn.
     #[must_use]
     pub fn stable_by_all(&self) -> bool {
-        let llewellyn = self.run.preflight.and_then(|verdict| verdict.coupler);
-        self.settling.stable
-            && self.analysis_agrees == Some(true)
-            && llewellyn.is_some_and(|coupler| coupler.llewellyn)
+        let trial = &self.trial;
+        let llewellyn = trial.run.preflight.and_then(|verdict| verdict.coupler);
+        trial.stable_by_both() && llewellyn.is_some_and(|coupler| coupler.llewellyn)
     }
 }
 
 impl Summary for CouplerReport {
     fn run(&self) -> &RunReport {
-        &self.run
+        &self.trial.run
     }
 
     fn run_mut(&mut self) -> &mut RunReport {
-        &mut self.run
+        &mut self.trial.run
     }
 }

@@ -6,10 +6,11 @@ use crate::curves::{CouplerCurves, Published};
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
 use crate::preflight::{PreflightSubject as _, PreflightVerdict};
-use crate::pushed::{self, encoder_step};
+use crate::pushed::{self, Trial, TrialSetup, encoder_step};
 use crate::run::{Ran, Supervisor};
+use crate::safety::GuardChoice;
 use crate::settling::Settling;
-use fracdiff::Operator;
+use fracdiff::{Operator, Order, Scheme};
 use haptic_link::LoopMode;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{Controller, VirtualCoupler, VirtualObject, deflection_order};
@@ -44,9 +45,9 @@ impl CouplerExperiment {
         request: &FolderRequest,
         supervisor: Supervisor<'_>,
     ) -> Result<Ran, Failure> {
-        let preflight = (self.preflight(parts.samples), self.dynamics());
+        let preflight = self.preflight(parts.samples);
         // Only a loop on the host carries a coupler: the device renders nothing.
-        let setup = self.setup();
+        let setup = &self.setup;
         let files = (request, self.metadata());
         setup.record(parts, preflight, |_| setup.law(), files, supervisor)
     }
@@ -71,7 +72,8 @@ impl CouplerExperiment {
                 self.object.stiffness_n_per_m.to_string(),
             ),
         ];
-        (self.setup()).metadata("coupler", (self.order, self.scheme), law)
+        self.setup
+            .metadata(Self::KIND, (self.order, self.scheme), law)
     }
 
     /// Runs without a report.
@@ -89,23 +91,7 @@ impl CouplerExperiment {
     /// # Errors
     /// Bad parameters.
     pub fn try_out(&self) -> Result<Settling, Failure> {
-        let settling = self.try_once()?;
-        self.named(settling)
-    }
-
-    fn try_once(&self) -> Result<Settling, Failure> {
-        Ok(self.parts()?.try_out())
-    }
-
-    /// The same judgement, unless friction alone holds the device: then it is called that.
-    pub(super) fn named(&self, settling: Settling) -> Result<Settling, Failure> {
-        self.setup().named(settling, |device| {
-            let smooth = Self {
-                device,
-                ..self.clone()
-            };
-            smooth.try_once()
-        })
+        self.named(self.tried()?)
     }
 
     /// What the analysis says of it on the simulated device.
@@ -114,7 +100,7 @@ impl CouplerExperiment {
     /// Bad parameters.
     pub fn look(&self) -> Result<PreflightVerdict, Failure> {
         let samples = self.check()?;
-        self.preflight(samples).verdict(self.dynamics(), 0)
+        self.preflight(samples).verdict(self.setup.dynamics(), 0)
     }
 
     /// The number of samples, if all parameters are good.
@@ -130,7 +116,7 @@ impl CouplerExperiment {
     /// # Errors
     /// If the loop is closed there.
     pub fn check_loop(&self) -> Result<(), Failure> {
-        match self.remote.as_ref().map(|remote| remote.loop_mode) {
+        match self.setup.remote.as_ref().map(|remote| remote.loop_mode) {
             Some(LoopMode::Device) => Err(Failure::bad_input(
                 "a loop on the device cannot carry a coupler, its firmware renders walls: give `loop` = host",
             )),
@@ -140,7 +126,7 @@ impl CouplerExperiment {
 
     /// The coupler with its object, for a run of so many samples.
     pub(super) fn law(&self, samples: u64) -> Result<Law, Failure> {
-        let t = self.device.sample_time;
+        let t = self.setup.device.sample_time;
         let order = deflection_order(self.order).map_err(Failure::input)?;
         let horizon = crate::schedule::horizon(samples);
         let operator = self.scheme.build(order, t, horizon);
@@ -169,30 +155,60 @@ impl CouplerExperiment {
             )
         })
     }
+}
 
-    pub(super) fn parts(&self) -> Result<Parts, Failure> {
-        let setup = self.setup();
+impl Trial for CouplerExperiment {
+    type Law = Law;
+    const KIND: &'static str = "coupler";
+    const NO_REST: &'static str =
+        "the coupler creeps or nothing holds the object, so there is no place of rest";
+
+    fn setup(&self) -> &TrialSetup {
+        &self.setup
+    }
+
+    fn operator_choice(&self) -> (Order, Scheme) {
+        (self.order, self.scheme)
+    }
+
+    fn with_setup(&self, setup: TrialSetup) -> Self {
+        Self {
+            setup,
+            ..self.clone()
+        }
+    }
+
+    /// The analysis has its say here on the simulated device alone: a serial one heard it before it was armed.
+    fn warning(&self, ran: &Ran) -> Option<String> {
+        let analysis = ran.preflight.filter(|_| self.setup.remote.is_none());
+        // Energy bounding promises passivity for the damping of the device.
+        let guarded = self.setup.safety.guard == GuardChoice::EnergyBounding;
+        analysis.and_then(|analysis| analysis.warning(guarded))
+    }
+
+    fn parts(&self) -> Result<Parts, Failure> {
+        let setup = &self.setup;
         let plan = setup.plan();
-        let samples = plan.samples(self.device.sample_time)?;
+        let samples = plan.samples(self.setup.device.sample_time)?;
         let device = setup.sensed()?;
         let law = self.law(samples)?;
         let holding = self.holding_stiffness();
         // A coupler that creeps has no place of rest, whatever the hand: the force alone is judged.
         let spring = match holding > 0.0 {
-            true => holding + self.device.stiffness.0,
+            true => holding + self.setup.device.stiffness.0,
             false => 0.0,
         };
         let judge = plan.judge(
             (spring, law.step_stiffness_n_per_m()),
-            encoder_step(self.sensors),
-            self.device.sample_time.0,
+            encoder_step(self.setup.sensors),
+            self.setup.device.sample_time.0,
         );
         Ok(Parts {
             controller: Controller::new(law, setup.chain()?),
             device,
             samples,
             judge,
-            rest_m: (spring > 0.0).then(|| self.plan.push_n / spring),
+            rest_m: (spring > 0.0).then(|| self.setup.plan.push_n / spring),
         })
     }
 }

@@ -2,9 +2,8 @@
 
 use super::{Candidate, Design};
 use crate::failure::Failure;
-use crate::{Pace, Safety, Sensors, Settling, TrialPlan, TrialVerdict, WallExperiment};
+use crate::{Settling, TrialPlan, TrialSetup, TrialVerdict, WallExperiment};
 use fracdiff::{Order, Seconds};
-use haptic_loop::plant::MassDamperConfig;
 
 /// Push, N, as long as the device can hold four times as much.
 const PUSH_N: f64 = 1.0;
@@ -42,22 +41,18 @@ impl Design {
             )));
         };
         let order = Order::new(candidate.order).map_err(Failure::input)?;
+        let plan = plan(device.plant.sample_time, device.force_limit_n, stretch);
         Ok(WallExperiment {
-            device: device.plant,
-            sensors: device.sensors,
+            setup: TrialSetup {
+                must_be_stable: true,
+                ..TrialSetup::new(device.plant, device.sensors, plan)
+            },
             order,
             model: self.model(order).cloned(),
             scheme: self.scheme,
             stiffness_n_per_m: stiffness,
             dissipation_n_s_mu_per_m: dissipation,
             one_sided: false,
-            plan: plan(device.plant.sample_time, device.force_limit_n, stretch),
-            must_be_stable: true,
-            force_rate_limit_n_per_s: None,
-            force_unstable: false,
-            remote: None,
-            safety: Safety::default(),
-            pace: Pace::Virtual,
         })
     }
 
@@ -84,8 +79,8 @@ impl Design {
             wall.stiffness_n_per_m,
             wall.dissipation_n_s_mu_per_m,
             wish = self.wish.name(),
-            device = device_keys(&wall.device, wall.sensors, &wall.plan),
-            trial = trial_keys(&wall.plan, wall.must_be_stable),
+            device = device_keys(&wall.setup),
+            trial = trial_keys(&wall.setup),
         )
     }
 }
@@ -126,7 +121,13 @@ pub(super) fn plan(sample_time: Seconds, force_limit_n: f64, stretch: f64) -> Tr
 }
 
 /// The device as keys of an experiment file.
-pub(super) fn device_keys(device: &MassDamperConfig, sensors: Sensors, plan: &TrialPlan) -> String {
+pub(super) fn device_keys(setup: &TrialSetup) -> String {
+    let TrialSetup {
+        device,
+        sensors,
+        plan,
+        ..
+    } = setup;
     format!(
         "mass_kg = {:?}\n\
          damping_n_s_per_m = {:?}\n\
@@ -154,7 +155,12 @@ pub(super) fn device_keys(device: &MassDamperConfig, sensors: Sensors, plan: &Tr
 }
 
 /// The trial as keys of an experiment file.
-pub(super) fn trial_keys(plan: &TrialPlan, must_be_stable: bool) -> String {
+pub(super) fn trial_keys(setup: &TrialSetup) -> String {
+    let TrialSetup {
+        plan,
+        must_be_stable,
+        ..
+    } = setup;
     format!(
         "push_n = {:?}\n\
          duration_s = {:?}\n\

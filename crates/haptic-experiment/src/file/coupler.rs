@@ -1,10 +1,8 @@
 //! `[coupler]`: device, coupler, object and trial.
 
-use super::device::{remote, scheme, sensors};
-use super::pushed::{device, plan, times};
+use super::device::{remote, scheme};
+use super::pushed::{setup, times};
 use super::reader::{FileError, Table};
-use super::safety::safety;
-use crate::schedule::Pace;
 use crate::{CouplerExperiment, parameters as p};
 use fracdiff::Order;
 use haptic_analysis::CoupledObject;
@@ -17,10 +15,10 @@ pub(super) fn coupler(table: &Table<'_>) -> Result<CouplerExperiment, FileError>
     let wrong = |reason: String| table.fail_at("order", reason);
     let order = Order::new(order).map_err(|error| wrong(error.to_string()))?;
     let run = deflection_order(order).map_err(|error| wrong(error.to_string()))?;
-    let device = device(table, sample_time_s)?;
+    let mut setup = setup(table, remote, (sample_time_s, duration_s))?;
+    setup.must_be_stable = table.flag(&p::COUPLER_MUST_BE_STABLE)?;
     let coupler = CouplerExperiment {
-        device,
-        sensors: sensors(table)?,
+        setup,
         order,
         scheme: scheme(table, None, run, sample_time_s, duration_s)?,
         coupler_stiffness_n_s_per_m: table.required(&p::COUPLER_STIFFNESS)?,
@@ -30,13 +28,6 @@ pub(super) fn coupler(table: &Table<'_>) -> Result<CouplerExperiment, FileError>
             damping_n_s_per_m: table.number(&p::OBJECT_DAMPING)?,
             stiffness_n_per_m: table.number(&p::OBJECT_STIFFNESS)?,
         },
-        plan: plan(table, duration_s)?,
-        must_be_stable: table.flag(&p::COUPLER_MUST_BE_STABLE)?,
-        force_rate_limit_n_per_s: table.number_if(&p::TRIAL_FORCE_RATE_LIMIT)?,
-        safety: safety(table)?,
-        pace: Pace::Virtual,
-        remote,
-        force_unstable: false,
     };
     // The command may still say where the loop is closed.
     coupler

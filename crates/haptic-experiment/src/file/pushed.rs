@@ -1,9 +1,11 @@
 //! Keys that `[wall]` and `[coupler]` share: the device, and the plan of the trial.
 
-use super::device::samples_fit;
+use super::device::{samples_fit, sensors};
 use super::reader::{FileError, Table};
+use super::safety::safety;
 use crate::pushed::TRIAL_SAMPLES;
-use crate::{Criterion, CriterionName, TrialPlan, parameters as p};
+use crate::remote::RemoteDevice;
+use crate::{Criterion, CriterionName, TrialPlan, TrialSetup, parameters as p};
 use fracdiff::Seconds;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
@@ -17,7 +19,7 @@ pub(super) fn times(table: &Table<'_>) -> Result<(f64, f64), FileError> {
 }
 
 /// The device.
-pub(super) fn device(table: &Table<'_>, sample_time_s: f64) -> Result<MassDamperConfig, FileError> {
+fn device(table: &Table<'_>, sample_time_s: f64) -> Result<MassDamperConfig, FileError> {
     Ok(MassDamperConfig {
         mass: Kilograms(table.required(&p::MASS)?),
         damping: NewtonSecondsPerMetre(table.required(&p::DAMPING)?),
@@ -30,8 +32,24 @@ pub(super) fn device(table: &Table<'_>, sample_time_s: f64) -> Result<MassDamper
     })
 }
 
+/// Device, trial, safety and pace, but `must_be_stable`, which each table has by itself.
+pub(super) fn setup(
+    table: &Table<'_>,
+    remote: Option<RemoteDevice>,
+    (sample_time_s, duration_s): (f64, f64),
+) -> Result<TrialSetup, FileError> {
+    let device = device(table, sample_time_s)?;
+    let plan = plan(table, duration_s)?;
+    Ok(TrialSetup {
+        force_rate_limit_n_per_s: table.number_if(&p::TRIAL_FORCE_RATE_LIMIT)?,
+        safety: safety(table)?,
+        remote,
+        ..TrialSetup::new(device, sensors(table)?, plan)
+    })
+}
+
 /// Reads the plan of a trial: how a wall is tried and judged.
-pub(super) fn plan(table: &Table<'_>, duration_s: f64) -> Result<TrialPlan, FileError> {
+fn plan(table: &Table<'_>, duration_s: f64) -> Result<TrialPlan, FileError> {
     let name = table.choice(&p::CRITERION)?;
     let threshold = table.number_if(&p::THRESHOLD)?;
     let (default, criterion) = match (name, threshold) {

@@ -17,9 +17,9 @@ fn a_wall_has_the_defaults_of_the_dissertation() {
     };
     let have = [
         wall.stiffness_n_per_m,
-        wall.plan.push_n,
-        wall.plan.duration_s,
-        wall.plan.window_s,
+        wall.setup.plan.push_n,
+        wall.setup.plan.duration_s,
+        wall.setup.plan.window_s,
     ];
     assert!(
         have.iter()

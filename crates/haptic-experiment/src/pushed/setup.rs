@@ -1,8 +1,9 @@
 //! All of an experiment on a pushed device but the law that it feels: what a wall and a coupler share.
 
-use super::{TrialPlan, force_alone, safe_force_limit, thrown, try_out};
+use super::{TrialPlan, dynamics, force_alone, safe_force_limit, thrown, try_out};
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
+use crate::judge::Compared;
 use crate::kept::{Record, Samples};
 use crate::named::Named as _;
 use crate::preflight::{Dynamics, PreflightRequest, PreflightSubject};
@@ -23,17 +24,28 @@ use haptic_loop::units::{Newtons, NewtonsPerSecond};
 use haptic_loop::{Controller, Environment, Limits, SafetyChain};
 use std::collections::BTreeMap;
 
-/// Device, trial, safety and pace.
-#[derive(Clone, Copy)]
-pub(crate) struct Setup<'a> {
-    pub(crate) device: &'a MassDamperConfig,
-    pub(crate) sensors: Sensors,
-    pub(crate) plan: TrialPlan,
-    pub(crate) force_rate_limit_n_per_s: Option<f64>,
-    pub(crate) safety: &'a Safety,
-    pub(crate) pace: Pace,
-    pub(crate) remote: Option<&'a RemoteDevice>,
-    pub(crate) force_unstable: bool,
+/// All of an experiment on a pushed device but the law that it feels.
+#[derive(Clone, Debug)]
+pub struct TrialSetup {
+    /// The device, the hand that holds it, and what makes it less than ideal.
+    pub device: MassDamperConfig,
+    /// Its sensors.
+    pub sensors: Sensors,
+    /// Plan of the trial.
+    pub plan: TrialPlan,
+    /// A trial that does not end well is a failure: one that is not stable by itself and by the analysis, or a coupler that
+    /// Llewellyn refuses.
+    pub must_be_stable: bool,
+    /// Largest rate of the force, N/s; `None` for that of a serial device, and none on the simulated one.
+    pub force_rate_limit_n_per_s: Option<f64>,
+    /// Further settings of the safety chain.
+    pub safety: Safety,
+    /// Pace of time.
+    pub pace: Pace,
+    /// The serial device; `None` for the simulated one.
+    pub remote: Option<RemoteDevice>,
+    /// Run on a serial device what the analysis refuses.
+    pub force_unstable: bool,
 }
 
 /// A loop made of good parameters: the law behind the safety chain, and the device behind its sensors.
@@ -61,7 +73,28 @@ impl<E: Environment<f64, 1>> Parts<E> {
     }
 }
 
-impl Setup<'_> {
+impl TrialSetup {
+    /// A trial of a simulated device in virtual time, that may end as it will, with the force limit alone.
+    #[must_use]
+    pub fn new(device: MassDamperConfig, sensors: Sensors, plan: TrialPlan) -> Self {
+        Self {
+            device,
+            sensors,
+            plan,
+            must_be_stable: false,
+            force_rate_limit_n_per_s: None,
+            safety: Safety::default(),
+            pace: Pace::Virtual,
+            remote: None,
+            force_unstable: false,
+        }
+    }
+
+    /// Device and hand, as the analysis knows them.
+    pub(crate) fn dynamics(&self) -> Dynamics {
+        dynamics(&self.device)
+    }
+
     /// As it is really tried: a serial device cannot be thrown.
     pub(crate) fn plan(&self) -> TrialPlan {
         match self.remote {
@@ -75,7 +108,7 @@ impl Setup<'_> {
     /// # Errors
     /// A parameter outside its range.
     pub(crate) fn sensed(&self) -> Result<Sensed<MassDamper<1>>, Failure> {
-        Sensed::new(thrown(*self.device, &self.plan())?, self.sensors)
+        Sensed::new(thrown(self.device, &self.plan())?, self.sensors)
     }
 
     /// The safety chain of the loop that runs here.
@@ -90,7 +123,7 @@ impl Setup<'_> {
             return Ok(chain);
         }
         let limits = self.force_and_rate();
-        let chain = safe_force_limit(limits, self.device, self.sensors, self.safety)?;
+        let chain = safe_force_limit(limits, &self.device, self.sensors, &self.safety)?;
         self.safety.acts()?;
         Ok(chain)
     }
@@ -115,7 +148,7 @@ impl Setup<'_> {
     /// Limits of the chain that runs here with a serial device: in a host loop the device does all but force
     /// and rate, and with its own loop this chain runs only to be checked.
     fn limits_here(&self) -> Limits {
-        match self.remote {
+        match &self.remote {
             Some(remote) if remote.loop_mode == LoopMode::Host => host_limits(&self.limits_there()),
             _ => self.limits_there(),
         }
@@ -135,7 +168,7 @@ impl Setup<'_> {
             lag,
             sample_time: _,
             saturation: _,
-        } = *self.device;
+        } = self.device;
         if delay.0 > 0.0 || friction.0 > 0.0 || lag.0 > 0.0 {
             return Err(Failure::bad_input(
                 "delay_s, friction_n and current_lag_s are of the simulated device: leave them away with a \
@@ -179,17 +212,18 @@ impl Setup<'_> {
     pub(crate) fn record<E: Environment<f64, 1>, P: PreflightSubject>(
         &self,
         parts: &mut Parts<E>,
-        (preflight, dynamics): (P, Dynamics),
+        preflight: P,
         law: impl FnOnce(&RemoteDevice) -> Result<RemoteLaw, Failure>,
         (request, mut metadata): (&FolderRequest, BTreeMap<String, String>),
         supervisor: Supervisor<'_>,
     ) -> Result<Ran, Failure> {
+        let dynamics = self.dynamics();
         let schedule = Schedule {
             samples: parts.samples,
             sample_time_s: self.device.sample_time.0,
             pace: self.pace,
         };
-        let Some(remote) = self.remote else {
+        let Some(remote) = &self.remote else {
             // Nothing can break, so it is only noted.
             let verdict = preflight.verdict(dynamics, 0)?;
             verdict.describe(&mut metadata);
@@ -226,7 +260,7 @@ impl Setup<'_> {
     ///
     /// # Errors
     /// A log that cannot be read.
-    pub(crate) fn settling(
+    pub(super) fn settling(
         mut judge: Judge,
         ran: &Ran,
         rest_m: Option<f64>,
@@ -238,29 +272,14 @@ impl Setup<'_> {
         Ok(judge.settling(ran.record.ended.is_none(), rest_m))
     }
 
-    /// The same judgement, unless friction alone holds the device: then it is called that. `smooth` tries it on this device,
-    /// which has none.
-    ///
-    /// # Errors
-    /// Those of the trial.
-    pub(crate) fn named(
-        &self,
-        settling: Settling,
-        smooth: impl FnOnce(MassDamperConfig) -> Result<Settling, Failure>,
-    ) -> Result<Settling, Failure> {
+    /// The same without friction, if that could be all that holds the device.
+    pub(super) fn smooth(&self) -> Option<Self> {
         let simulated = self.remote.is_none() && self.device.friction.0 > 0.0;
-        if !(settling.stable && simulated && self.plan.criterion == Criterion::Settling) {
-            return Ok(settling);
-        }
-        let without = MassDamperConfig {
-            friction: Newtons(0.0),
-            ..*self.device
-        };
-        if smooth(without)?.stable {
-            Ok(settling)
-        } else {
-            Ok(settling.by_friction())
-        }
+        (simulated && self.plan.criterion == Criterion::Settling).then(|| {
+            let mut smooth = self.clone();
+            smooth.device.friction = Newtons(0.0);
+            smooth
+        })
     }
 
     /// Everything of it that is needed to repeat the run of this law.
@@ -270,10 +289,10 @@ impl Setup<'_> {
         (order, scheme): (Order, Scheme),
         law: Vec<(&'static str, String)>,
     ) -> BTreeMap<String, String> {
-        let (device, plan) = (self.device, self.plan());
+        let (device, plan) = (&self.device, self.plan());
         let entries = [
             ("experiment", kind.to_owned()),
-            ("device", device_name(self.remote)),
+            ("device", device_name(self.remote.as_ref())),
             ("mass_kg", device.mass.0.to_string()),
             ("damping_n_s_per_m", device.damping.0.to_string()),
             ("hand_stiffness_n_per_m", device.stiffness.0.to_string()),
@@ -317,23 +336,41 @@ impl Setup<'_> {
         };
         format!(
             "device {} · scheme {scheme} · push {} N · {}{guard}",
-            device_name(self.remote),
+            device_name(self.remote.as_ref()),
             self.plan.push_n,
             settling.verdict.words()
         )
     }
 
     /// First and last time of the window that is judged, s, and its samples.
-    pub(crate) fn window(&self, record: &Record) -> ([f64; 2], u64) {
+    fn window(&self, record: &Record) -> ([f64; 2], u64) {
         let t = self.device.sample_time.0;
         let judged = ((self.plan.window_s / t).round() as u64).min(record.samples);
         let to_s = record.duration_s();
         ([to_s - judged.saturating_sub(1) as f64 * t, to_s], judged)
     }
+
+    /// Mean deflection over the window at the end against the place of rest.
+    pub(super) fn deflection_error(
+        &self,
+        record: &Record,
+        settling: Settling,
+        what: &str,
+        no_rest: &str,
+    ) -> Compared {
+        let (window_s, judged) = self.window(record);
+        match (settling.deflection_m, settling.expected_deflection_m) {
+            (Some(have), Some(want)) if settling.stable => {
+                Compared::of_window((have / want - 1.0).abs(), window_s, judged)
+            }
+            (Some(_), None) => Compared::without_meaning(no_rest.to_owned()),
+            _ => Compared::without_meaning(format!("the {what} did not come to rest")),
+        }
+    }
 }
 
 /// Warnings about a trial of a wall or a coupler, and about the analysis beside it.
-pub(crate) fn warnings(
+pub(super) fn warnings(
     what: &str,
     settling: &Settling,
     agrees: Option<bool>,

@@ -111,15 +111,7 @@ impl<'a, P: PreflightSubject> RemoteRun<'a, P> {
         recorder.roll_at(folder.roll_bytes());
         let mut record = Record::with_room_for(self.schedule.samples).map_err(Failure::Run)?;
         record.watchdog_ms = Some(device.watchdog_ms());
-        if let Some(priority) = self.schedule.thread_options().priority {
-            record.not_realtime = link.raise(priority).err().map(|refusal| {
-                let fallback = Fallback {
-                    priority: Some((priority, refusal)),
-                    ..Fallback::default()
-                };
-                fallback.to_string()
-            });
-        }
+        record.not_realtime = raised(&link, self.schedule);
         Ok(HostSession {
             link,
             before,
@@ -136,6 +128,17 @@ impl<'a, P: PreflightSubject> RemoteRun<'a, P> {
             preflight,
         })
     }
+}
+
+/// Raises the threads of the link, if that is asked for; the refusal.
+fn raised(link: &SerialLink, schedule: Schedule) -> Option<String> {
+    let priority = schedule.thread_options().priority?;
+    let refusal = link.raise(priority).err()?;
+    let fallback = Fallback {
+        priority: Some((priority, refusal)),
+        ..Fallback::default()
+    };
+    Some(fallback.to_string())
 }
 
 impl<P: PreflightSubject> RemoteRun<'_, P> {

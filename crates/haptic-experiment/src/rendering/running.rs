@@ -47,26 +47,21 @@ impl Rendering {
     /// # Errors
     /// Bad parameters.
     pub fn simulate(&self, drive: RigDrive, samples: u64, sink: Sink<'_>) -> Result<bool, Failure> {
-        Ok(match self.precision {
-            Precision::F64 => {
-                let mut controller = self.controller::<f64>(drive, samples)?;
-                simulate(
-                    &mut controller,
-                    &mut self.rig_behind_sensors(drive)?,
-                    samples,
-                    sink,
-                )
-            }
-            Precision::F32 => {
-                let mut controller = self.controller::<f32>(drive, samples)?;
-                simulate(
-                    &mut controller,
-                    &mut self.rig_behind_sensors(drive)?,
-                    samples,
-                    sink,
-                )
-            }
-        })
+        match self.precision {
+            Precision::F64 => self.simulate_as::<f64>(drive, samples, sink),
+            Precision::F32 => self.simulate_as::<f32>(drive, samples, sink),
+        }
+    }
+
+    fn simulate_as<F: Real>(
+        &self,
+        drive: RigDrive,
+        samples: u64,
+        sink: Sink<'_>,
+    ) -> Result<bool, Failure> {
+        let mut controller = self.controller::<F>(drive, samples)?;
+        let mut rig = self.rig_behind_sensors(drive)?;
+        Ok(simulate(&mut controller, &mut rig, samples, sink))
     }
 
     fn run_as<F: Real>(

@@ -8,7 +8,7 @@ use haptic_link::LoopMode;
 impl WallExperiment {
     /// The same wall and push for a serial device.
     pub(super) fn law(&self, remote: &RemoteDevice, samples: u64) -> Result<RemoteLaw, Failure> {
-        let law = self.setup().law()?;
+        let law = self.setup.law()?;
         let operator = match remote.loop_mode {
             LoopMode::Device => portable(&self.operator(samples)?)?,
             LoopMode::Host => law.operator,

@@ -1,6 +1,7 @@
 //! A wall experiment as metadata of its log.
 
 use super::specification::WallExperiment;
+use crate::pushed::Trial as _;
 use std::collections::BTreeMap;
 
 impl WallExperiment {
@@ -14,6 +15,7 @@ impl WallExperiment {
             ),
             ("one_sided", self.one_sided.to_string()),
         ];
-        (self.setup()).metadata("wall", (self.order, self.scheme), law)
+        self.setup
+            .metadata(Self::KIND, (self.order, self.scheme), law)
     }
 }

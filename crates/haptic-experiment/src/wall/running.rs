@@ -6,11 +6,11 @@ use crate::curves::{Published, WallCurves};
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
 use crate::modelled::operator;
-use crate::pushed::{self, VirtualWall, encoder_step, wall_at_start};
+use crate::pushed::{self, Trial, TrialSetup, VirtualWall, encoder_step, wall_at_start};
 use crate::remote::RemoteDevice;
 use crate::run::{Ran, Supervisor};
 use crate::settling::Settling;
-use fracdiff::{Operator, Real};
+use fracdiff::{Operator, Order, Real, Scheme};
 use haptic_loop::Controller;
 
 /// The wall behind the safety chain and the device behind its sensors.
@@ -40,11 +40,12 @@ impl WallExperiment {
         request: &FolderRequest,
         supervisor: Supervisor<'_>,
     ) -> Result<Ran, Failure> {
-        let preflight = (self.preflight(parts.samples), self.dynamics());
+        let preflight = self.preflight(parts.samples);
         let samples = parts.samples;
         let law = |remote: &RemoteDevice| self.law(remote, samples);
         let files = (request, self.metadata());
-        (self.setup()).record(&mut parts, preflight, law, files, supervisor)
+        self.setup
+            .record(&mut parts, preflight, law, files, supervisor)
     }
 
     /// Runs without a report.
@@ -62,23 +63,7 @@ impl WallExperiment {
     /// # Errors
     /// Bad parameters.
     pub fn try_out(&self) -> Result<Settling, Failure> {
-        let settling = self.try_once()?;
-        self.named(settling)
-    }
-
-    fn try_once(&self) -> Result<Settling, Failure> {
-        Ok(self.parts()?.try_out())
-    }
-
-    /// The same judgement, unless friction alone holds the device: then it is called that.
-    pub(super) fn named(&self, settling: Settling) -> Result<Settling, Failure> {
-        self.setup().named(settling, |device| {
-            let smooth = Self {
-                device,
-                ..self.clone()
-            };
-            smooth.try_once()
-        })
+        self.named(self.tried()?)
     }
 
     /// The number of samples, if all parameters are good.
@@ -91,31 +76,52 @@ impl WallExperiment {
 
     /// The operator, for so many samples.
     pub(super) fn operator<F: Real>(&self, samples: u64) -> Result<Operator<F>, Failure> {
-        let t = self.device.sample_time;
+        let t = self.setup.device.sample_time;
         // A little more than needed, so that the last weights are not at the very edge.
         let horizon = crate::schedule::horizon(samples);
         operator(self.model.as_ref(), self.scheme, self.order, t, horizon)
     }
+}
 
-    pub(super) fn parts(&self) -> Result<Parts, Failure> {
-        let t = self.device.sample_time;
+impl Trial for WallExperiment {
+    type Law = VirtualWall;
+    const KIND: &'static str = "wall";
+    const NO_REST: &'static str = "no spring holds the push, so there is no place of rest";
+
+    fn setup(&self) -> &TrialSetup {
+        &self.setup
+    }
+
+    fn operator_choice(&self) -> (Order, Scheme) {
+        (self.order, self.scheme)
+    }
+
+    fn with_setup(&self, setup: TrialSetup) -> Self {
+        Self {
+            setup,
+            ..self.clone()
+        }
+    }
+
+    fn parts(&self) -> Result<Parts, Failure> {
+        let t = self.setup.device.sample_time;
         if self.order.get() < 0.0 {
             return Err(Failure::bad_input(format_args!(
                 "order {} is not in [0, 2]: a wall has no integral",
                 self.order
             )));
         }
-        let plan = self.plan();
+        let plan = self.setup.plan();
         let samples = plan.samples(t)?;
-        let device = self.setup().sensed()?;
+        let device = self.setup.sensed()?;
         let operator = self.operator::<f64>(samples)?;
         let rate = t.rate_to_the(self.order).map_err(Failure::input)?;
         let judge = plan.judge(
             (
-                self.stiffness_n_per_m + self.device.stiffness.0,
+                self.stiffness_n_per_m + self.setup.device.stiffness.0,
                 self.dissipation_n_s_mu_per_m * rate,
             ),
-            encoder_step(self.sensors),
+            encoder_step(self.setup.sensors),
             t.0,
         );
         let rest_m = self.expected_deflection(&operator)?;
@@ -126,7 +132,7 @@ impl WallExperiment {
             self.one_sided,
         )
         .map_err(Failure::input)?;
-        let chain = self.setup().chain()?;
+        let chain = self.setup.chain()?;
         Ok(Parts {
             controller: Controller::new(wall, chain),
             device,

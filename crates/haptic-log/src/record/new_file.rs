@@ -4,7 +4,7 @@
 //! nothing half-written is left looking complete, whatever kills the process.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io;
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 /// A file that could not be created or named.
@@ -137,6 +137,16 @@ impl NewFile {
             published: false,
         };
         Ok((new_file, file))
+    }
+
+    /// A whole file of these bytes, which can be made again: only its name is missing.
+    ///
+    /// # Errors
+    /// As [`create`](Self::create); bytes that the disk does not take.
+    pub fn filled(target: &Path, bytes: &[u8], overwrite: bool) -> Result<Self, NewFileError> {
+        let (new_file, mut file) = Self::create(target, Leftover::Discard, overwrite)?;
+        (file.write_all(bytes)).map_err(|source| NewFileError::io(target, source))?;
+        Ok(new_file)
     }
 
     /// The name while under construction.
@@ -274,7 +284,6 @@ fn rename_to_free_name(from: &Path, to: &Path) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::io::Write as _;
 
     #[test]
     fn the_name_appears_only_when_the_file_is_published() {

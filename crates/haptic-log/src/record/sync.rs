@@ -103,46 +103,4 @@ mod tests {
         assert_eq!(syncer.stop().expect("stops"), SyncTimes::default());
         assert!(began.elapsed() < Duration::from_secs(60));
     }
-
-    /// The numbers of `docs/logs.md`: `cargo test -p haptic-log --lib cost_of -- --ignored --nocapture`, with the
-    /// temporary folder (`TMPDIR`) on the disk in question.
-    #[test]
-    #[ignore = "measures for a minute"]
-    fn the_cost_of_syncing_a_log() {
-        use crate::record::{Leftover, LogWriter, TickMessage};
-        const TICK: Duration = Duration::from_millis(1);
-        let folder = tempfile::tempdir().expect("a folder");
-        for interval_ms in [0, 100, 250, 1000, 5000] {
-            let path = folder.path().join(format!("{interval_ms}.mcap"));
-            let interval = (interval_ms > 0).then(|| Duration::from_millis(interval_ms));
-            let log = LogWriter::create_synced(&path, Leftover::Keep, false, interval);
-            let mut log = log.expect("creates");
-            let mut times = hdrhistogram::Histogram::<u64>::new(3).expect("bounds");
-            let began = Instant::now();
-            for tick in 0..10_000_u32 {
-                let wait = (began + tick * TICK).saturating_duration_since(Instant::now());
-                std::thread::sleep(wait);
-                let before = Instant::now();
-                let message = TickMessage {
-                    tick: u64::from(tick),
-                    time_s: 1e-3 * f64::from(tick),
-                    position_m: f64::from(tick).sin(),
-                    force_n: f64::from(tick).cos(),
-                    ..TickMessage::default()
-                };
-                log.tick(&message).expect("writes");
-                times.saturating_record(before.elapsed().as_nanos() as u64);
-            }
-            let syncs = log.finish().expect("finishes").syncs;
-            println!(
-                "every {interval_ms} ms: {} syncs, {:?} each, longest {:?}; a tick for the writer {} µs at \
-                 99.9 %, {} µs longest",
-                syncs.count,
-                syncs.total / syncs.count.max(1),
-                syncs.longest,
-                times.value_at_quantile(0.999) / 1000,
-                times.max() / 1000
-            );
-        }
-    }
 }

@@ -63,11 +63,7 @@ impl<E: Environment<f64, 1> + Clone> Fading<E> {
 impl<E: Environment<f64, 1>> Fading<E> {
     /// The law that is felt begins to go, `next` begins to come; `next` becomes the one that went before it, for the caller to
     /// drop elsewhere. Nothing is allocated.
-    pub(crate) fn change(
-        &mut self,
-        history: &mut FadingHistory<E::History>,
-        next: &mut Law<E>,
-    ) {
+    pub(crate) fn change(&mut self, history: &mut FadingHistory<E::History>, next: &mut Law<E>) {
         mem::swap(&mut self.old, &mut self.new);
         mem::swap(&mut history.old, &mut history.new);
         mem::swap(&mut self.new, &mut next.environment);
@@ -76,11 +72,7 @@ impl<E: Environment<f64, 1>> Fading<E> {
     }
 
     /// `next` is felt at once, and becomes the law that was.
-    pub(crate) fn replace(
-        &mut self,
-        history: &mut FadingHistory<E::History>,
-        next: &mut Law<E>,
-    ) {
+    pub(crate) fn replace(&mut self, history: &mut FadingHistory<E::History>, next: &mut Law<E>) {
         mem::swap(&mut self.new, &mut next.environment);
         mem::swap(&mut history.new, &mut next.history);
         history.share = 1.0;

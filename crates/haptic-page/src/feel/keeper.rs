@@ -40,7 +40,7 @@ const COUNTED: Duration = Duration::from_millis(100);
 #[derive(Debug)]
 pub(super) enum KeeperTask {
     /// Other ghosts.
-    Ghosts([Option<ReadyGhost>; 2]),
+    Ghosts(Box<[Option<ReadyGhost>; 2]>),
     /// Begin a log with these metadata; the answer is its name.
     Record(BTreeMap<String, String>, Sender<Result<String, Failure>>),
     /// Close it.
@@ -151,7 +151,7 @@ impl Keeper {
                     pyramid: &pyramid,
                     channel: POSITION,
                 };
-                for (ghost, ready) in work.ghosts.iter_mut().zip(ready) {
+                for (ghost, ready) in work.ghosts.iter_mut().zip(*ready) {
                     match (ghost.as_mut(), ready) {
                         (Some(ghost), Some(ready)) => ghost.change(ready),
                         (_, ready) => {
@@ -184,7 +184,8 @@ impl Keeper {
                 if let Some(recording) = &mut work.recording {
                     recording.event(time_s, "mark", text.clone());
                 }
-                self.announce.say(&json!({"mark": {"tick": tick, "time_s": time_s, "text": text}}));
+                self.announce
+                    .say(&json!({"mark": {"tick": tick, "time_s": time_s, "text": text}}));
             }
         }
     }
@@ -274,7 +275,6 @@ impl Keeper {
         };
         self.announce.notice(text);
     }
-
 }
 
 impl Work {

@@ -44,7 +44,13 @@ impl FeelSettings {
 
     fn felt_by(&self, scheme: Scheme) -> Result<Felt, Failure> {
         let order = self.fractional_order()?;
-        let operator = operator(self.model.as_ref(), scheme, order, SAMPLE_TIME, HORIZON as f64)?;
+        let operator = operator(
+            self.model.as_ref(),
+            scheme,
+            order,
+            SAMPLE_TIME,
+            HORIZON as f64,
+        )?;
         let (stiffness, dissipation) = self.gains();
         let inner = SpringDamper::new(stiffness, dissipation, operator).map_err(Failure::input)?;
         Contact::at(Metres(0.0), inner).map_err(Failure::input)
@@ -71,7 +77,9 @@ impl FeelSettings {
                 Ghost::A3 => Scheme::Muir { degree: A3_DEGREE },
             };
             let there = self.ghosts.contains(&ghost);
-            there.then(|| self.felt_by(scheme).map(Law::at_rest)).transpose()
+            there
+                .then(|| self.felt_by(scheme).map(Law::at_rest))
+                .transpose()
         };
         let [short, a3] = Ghost::ALL;
         Ok([law(short)?, law(a3)?])
@@ -110,7 +118,11 @@ impl FeelSettings {
         }
         let [free, held] = verdicts;
         let edge = |verdict: &PreflightVerdict| verdict.margin.unwrap_or(f64::INFINITY);
-        Ok(if edge(&held) < edge(&free) { held } else { free })
+        Ok(if edge(&held) < edge(&free) {
+            held
+        } else {
+            free
+        })
     }
 }
 

@@ -18,16 +18,14 @@ mod recording;
 mod settings;
 mod ticking;
 
-
-
 pub use hand::{HAND_DAMPING, HAND_SPEED_M_PER_S, HAND_STIFFNESS};
 pub use keeper::CHANNELS;
 pub(crate) use keeper::{FeelState, Kept, locked};
 pub use law::SAMPLE_TIME;
+pub(crate) use settings::specimen_shape;
 pub use settings::{
     DeviceNumbers, FeelChange, FeelSettings, FeelStart, FeltThing, Ghost, WallNumbers,
 };
-pub(crate) use settings::specimen_shape;
 
 use crate::Announce;
 use crate::pyramid::PyramidSize;
@@ -130,7 +128,7 @@ impl Feel {
         *locked(&place.kept.state) = FeelState::default();
         let ready = ghosts.map(|law| law.map(|law| ReadyGhost { law, next: 0 }));
         // The keeper holds the other end.
-        let _ = tasks.send(KeeperTask::Ghosts(ready));
+        let _ = tasks.send(KeeperTask::Ghosts(Box::new(ready)));
         let keeper = Keeper {
             from_loop,
             tasks: tasks_end,
@@ -166,20 +164,22 @@ impl Feel {
         locked(&self.settings).clone()
     }
 
+    /// True if the simulated world stands still.
+    pub(crate) fn is_paused(&self) -> bool {
+        self.counts.paused.load(Ordering::Relaxed)
+    }
+
     /// Ticks so far, and those that were lost.
     pub(crate) fn counts(&self) -> (u64, u64) {
         let count = |count: &std::sync::atomic::AtomicU64| count.load(Ordering::Relaxed);
         (count(&self.counts.made), count(&self.counts.lost))
     }
 
-    /// True while the world stands still.
-    pub(crate) fn paused(&self) -> bool {
-        self.counts.paused.load(Ordering::Relaxed)
-    }
-
     fn order(&self, order: LoopOrder) -> Result<(), Failure> {
         locked(&self.orders).push(order).map_err(|_| {
-            Failure::bad_input("the loop does not take orders: this machine is overloaded; stop, and begin anew")
+            Failure::bad_input(
+                "the loop does not take orders: this machine is overloaded; stop, and begin anew",
+            )
         })
     }
 
@@ -225,7 +225,8 @@ impl Feel {
         let mut ghosts = next.ghost_laws()?;
         let mut past = Vec::new();
         let remembers_from = self.counts.remembers_from.load(Ordering::Relaxed);
-        let first = locked(&self.place.kept.pyramid).samples_from(remembers_from, POSITION, &mut past);
+        let first =
+            locked(&self.place.kept.pyramid).samples_from(remembers_from, POSITION, &mut past);
         let end = first + past.len() as u64;
         // Lost ones stand where they were.
         let mut before = 0.0;
@@ -244,7 +245,7 @@ impl Feel {
         }
         self.order(LoopOrder::Change(Box::new(Ready { law, next: end })))?;
         let ready = ghosts.map(|law| law.map(|law| ReadyGhost { law, next: end }));
-        self.task(KeeperTask::Ghosts(ready))?;
+        self.task(KeeperTask::Ghosts(Box::new(ready)))?;
         *locked(&self.settings) = next;
         Ok(verdict)
     }
@@ -321,7 +322,10 @@ impl FeelSettings {
             ("device", "sim".to_owned()),
             ("environment", thing),
             ("order", self.order.to_string()),
-            ("stiffness_n_per_m", (self.scale * self.stiffness_n_per_m).to_string()),
+            (
+                "stiffness_n_per_m",
+                (self.scale * self.stiffness_n_per_m).to_string(),
+            ),
             (
                 "dissipation_n_s_mu_per_m",
                 (self.scale * self.dissipation_n_s_mu_per_m).to_string(),
@@ -329,7 +333,10 @@ impl FeelSettings {
             ("one_sided", true.to_string()),
             ("scale", self.scale.to_string()),
             ("mass_kg", self.device.mass_kg.to_string()),
-            ("damping_n_s_per_m", self.device.damping_n_s_per_m.to_string()),
+            (
+                "damping_n_s_per_m",
+                self.device.damping_n_s_per_m.to_string(),
+            ),
             ("sample_time_s", SAMPLE_TIME.0.to_string()),
             ("hand_stiffness_n_per_m", HAND_STIFFNESS.0.to_string()),
             ("hand_damping_n_s_per_m", HAND_DAMPING.0.to_string()),

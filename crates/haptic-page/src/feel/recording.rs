@@ -43,7 +43,11 @@ impl Recording {
                 runs.display()
             ))
         })?;
-        let name = out.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let name = out
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
         let request = FolderRequest {
             out: Some(out),
             stem: "feel".to_owned(),
@@ -123,4 +127,3 @@ impl Recording {
         })
     }
 }
-

@@ -195,13 +195,17 @@ impl FeelSettings {
         if self.model.is_none() {
             ranges::ORDER.checked("order", self.order)?;
             ranges::STIFFNESS.checked("stiffness_n_per_m", self.stiffness_n_per_m)?;
-            ranges::DISSIPATION.checked("dissipation_n_s_mu_per_m", self.dissipation_n_s_mu_per_m)?;
+            ranges::DISSIPATION
+                .checked("dissipation_n_s_mu_per_m", self.dissipation_n_s_mu_per_m)?;
         } else {
             self.ghosts.clear();
         }
         ranges::SCALE.checked("scale", self.scale)?;
         let asked = std::mem::take(&mut self.ghosts);
-        self.ghosts = Ghost::ALL.into_iter().filter(|ghost| asked.contains(ghost)).collect();
+        self.ghosts = Ghost::ALL
+            .into_iter()
+            .filter(|ghost| asked.contains(ghost))
+            .collect();
         Ok(self)
     }
 
@@ -244,9 +248,16 @@ impl FeelSettings {
 
 /// A tissue of the library by its name; a path is none.
 fn library_material(library: &Library, name: &str) -> Result<Material, Failure> {
-    let named = library.materials().iter().find(|material| material.name == name);
+    let named = library
+        .materials()
+        .iter()
+        .find(|material| material.name == name);
     named.cloned().ok_or_else(|| {
-        let known: Vec<&str> = library.materials().iter().map(|m| m.name.as_str()).collect();
+        let known: Vec<&str> = library
+            .materials()
+            .iter()
+            .map(|m| m.name.as_str())
+            .collect();
         Failure::bad_input(format_args!(
             "tissue {name:?} is not in the library: take one of {}",
             known.join(", ")
@@ -295,14 +306,18 @@ mod tests {
             environment: Some(FeltThing::Tissue("prostate-healthy".to_owned())),
             ..FeelChange::default()
         };
-        assert_eq!(next.changed(&library, &other).expect("known").order, 0.2154);
+        let healthy = next.changed(&library, &other).expect("known");
+        assert_eq!((healthy.order, healthy.scale), (0.2154, 1.0));
     }
 
     #[test]
     fn what_is_out_of_range_or_unknown_is_refused_in_a_sentence() {
         let library = library();
         let error = FeelSettings::new(&library, tissue("../secret.toml")).expect_err("a path");
-        assert!(error.to_string().contains("take one of prostate-cancerous"), "{error}");
+        assert!(
+            error.to_string().contains("take one of prostate-cancerous"),
+            "{error}"
+        );
         let felt = FeelSettings::new(&library, tissue("prostate-cancerous")).expect("known");
         for wrong in [-0.1, 1.1, f64::NAN, f64::INFINITY] {
             let change = FeelChange {
@@ -323,7 +338,9 @@ mod tests {
             order: Some(0.4),
             ..FeelChange::default()
         };
-        let error = muscle.changed(&library, &change).expect_err("no single order");
+        let error = muscle
+            .changed(&library, &change)
+            .expect_err("no single order");
         assert!(error.to_string().contains("change `scale`"), "{error}");
     }
 }

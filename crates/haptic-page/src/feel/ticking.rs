@@ -78,10 +78,10 @@ pub(super) struct LoopCounts {
     pub(super) lost: AtomicU64,
     /// The first tick that the tissue remembers.
     pub(super) remembers_from: AtomicU64,
+    /// The simulated world stands still.
+    pub(super) paused: AtomicBool,
     /// Stops that were asked for: the force falls to zero, the hand lets go.
     pub(super) stops: AtomicU64,
-    /// The world stands still.
-    pub(super) paused: AtomicBool,
 }
 
 /// Ends of the two rings in the loop.
@@ -149,6 +149,7 @@ pub(super) fn run(
         if looping.ending && engaged.controller().safety().is_at_rest() {
             break;
         }
+        counts.paused.store(looping.paused, Ordering::Relaxed);
         if !looping.paused {
             let late_ns = cycle.lateness.as_nanos() as u64;
             looping.tick(&mut engaged, late_ns, cycle.skipped);
@@ -183,7 +184,7 @@ impl Looping<'_> {
                 }
                 LoopOrder::Arm(ready, stops) => self.arm(engaged, ready, stops),
                 // What was asked for before a stop comes behind it here.
-                LoopOrder::Pause(paused) => self.pause(paused && !self.stopping),
+                LoopOrder::Pause(paused) => self.paused = paused && !self.stopping,
             }
         }
         if abandoned && !self.ending {
@@ -192,16 +193,11 @@ impl Looping<'_> {
         }
     }
 
-    fn pause(&mut self, paused: bool) {
-        self.paused = paused;
-        self.counts.paused.store(paused, Ordering::Relaxed);
-    }
-
     /// A world that stands still would never let the force fall.
     fn stop(&mut self, engaged: &mut Working<'_>) {
         engaged.controller().stop();
         engaged.device().let_go();
-        self.pause(false);
+        self.paused = false;
         self.stopping = true;
     }
 
@@ -216,7 +212,9 @@ impl Looping<'_> {
             environment.replace(history, &mut ready.law);
             controller.clear();
             engaged.device().put_back();
-            self.counts.remembers_from.store(self.next, Ordering::Relaxed);
+            self.counts
+                .remembers_from
+                .store(self.next, Ordering::Relaxed);
             self.stopping = false;
             self.fresh = true;
             // A change that was made for what went before would remember it.

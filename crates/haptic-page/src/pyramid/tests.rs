@@ -93,7 +93,10 @@ fn a_single_peak_is_seen_from_every_distance() {
     for (start, columns) in [(560, 40), (500, 7), (300, 10), (0, 3), (0, 1)] {
         let have = pyramid.columns(Span::new(start, 600, columns));
         let column = ((577 - have.first_tick()) / have.width()) as usize;
-        assert_eq!((have.largest(0)[column], have.least(1)[column]), (9.0, -9.0));
+        assert_eq!(
+            (have.largest(0)[column], have.least(1)[column]),
+            (9.0, -9.0)
+        );
         let peaks = have.largest(0).iter().filter(|&&peak| peak > 0.0);
         assert_eq!(peaks.count(), 1, "from {start} in {columns}");
     }

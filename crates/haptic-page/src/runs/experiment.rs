@@ -16,7 +16,10 @@ const FILE: &str = "form";
 ///
 /// # Errors
 /// What the reader of experiment files refuses, and a serial device.
-pub(super) fn parse(kind: &str, parameters: &Map<String, Value>) -> Result<ExperimentFile, Failure> {
+pub(super) fn parse(
+    kind: &str,
+    parameters: &Map<String, Value>,
+) -> Result<ExperimentFile, Failure> {
     if !KINDS.contains(&kind) {
         return Err(Failure::bad_input(format_args!(
             "experiment {kind:?} is none of {}",
@@ -25,17 +28,22 @@ pub(super) fn parse(kind: &str, parameters: &Map<String, Value>) -> Result<Exper
     }
     let mut table = toml::Table::new();
     // Null and an empty field of a form are the default.
-    let given = parameters.iter().filter(|(_, value)| !value.is_null() && **value != "");
+    let given = parameters
+        .iter()
+        .filter(|(_, value)| !value.is_null() && **value != "");
     for (key, value) in given {
         let value = toml::Value::try_from(value).map_err(|_| {
-            Failure::bad_input(format_args!("`{key}` is not a number, a text, or true or false"))
+            Failure::bad_input(format_args!(
+                "`{key}` is not a number, a text, or true or false"
+            ))
         })?;
         table.insert(key.clone(), value);
     }
     let document = toml::Table::from_iter([(kind.to_owned(), toml::Value::Table(table))]);
     let text = toml::to_string(&document).map_err(Failure::input)?;
     let parsed = ExperimentFile::parse(Path::new(FILE), &text);
-    let experiment = parsed.map_err(|error| Failure::bad_input(without_place(&error.to_string())))?;
+    let experiment =
+        parsed.map_err(|error| Failure::bad_input(without_place(&error.to_string())))?;
     if experiment.remote().is_some() {
         return Err(Failure::bad_input(
             "the page runs experiments on the simulated device: for a serial one use the command line, as in \
@@ -48,7 +56,9 @@ pub(super) fn parse(kind: &str, parameters: &Map<String, Value>) -> Result<Exper
 /// The message without the file and line that nobody sees.
 fn without_place(message: &str) -> &str {
     let after_line = message.strip_prefix(FILE).and_then(|rest| {
-        let rest = rest.strip_prefix(':')?.trim_start_matches(|c: char| c.is_ascii_digit());
+        let rest = rest
+            .strip_prefix(':')?
+            .trim_start_matches(|c: char| c.is_ascii_digit());
         Some(rest.trim_start_matches(':').trim_start())
     });
     after_line.unwrap_or(message)
@@ -136,22 +146,42 @@ impl Job {
             ExperimentFile::Relax(relaxation) => {
                 let published = relaxation.run(request, supervisor)?;
                 let verdict = error_words(published.report.errors.closed_form_error);
-                result(&published, verdict, theory, &published.report.run.ended_early)
+                result(
+                    &published,
+                    verdict,
+                    theory,
+                    &published.report.run.ended_early,
+                )
             }
             ExperimentFile::Creep(creep) => {
                 let published = creep.run(request, supervisor)?;
                 let verdict = error_words(published.report.errors.closed_form_error);
-                result(&published, verdict, theory, &published.report.run.ended_early)
+                result(
+                    &published,
+                    verdict,
+                    theory,
+                    &published.report.run.ended_early,
+                )
             }
             ExperimentFile::Wall(wall) => {
                 let published = wall.run(request, supervisor)?;
-                let verdict = Some(published.report.settling.verdict.words().to_owned());
-                result(&published, verdict, of_wall, &published.report.run.ended_early)
+                let verdict = Some(published.report.trial.settling.verdict.words().to_owned());
+                result(
+                    &published,
+                    verdict,
+                    of_wall,
+                    &published.report.trial.run.ended_early,
+                )
             }
             ExperimentFile::Coupler(coupler) => {
                 let published = coupler.run(request, supervisor)?;
-                let verdict = Some(published.report.settling.verdict.words().to_owned());
-                result(&published, verdict, of_coupler, &published.report.run.ended_early)
+                let verdict = Some(published.report.trial.settling.verdict.words().to_owned());
+                result(
+                    &published,
+                    verdict,
+                    of_coupler,
+                    &published.report.trial.run.ended_early,
+                )
             }
         })
     }
@@ -161,8 +191,8 @@ fn sample_time_s(experiment: &ExperimentFile) -> f64 {
     match experiment {
         ExperimentFile::Relax(experiment) => experiment.rendering.sample_time_s,
         ExperimentFile::Creep(experiment) => experiment.rendering.sample_time_s,
-        ExperimentFile::Wall(experiment) => experiment.device.sample_time.0,
-        ExperimentFile::Coupler(experiment) => experiment.device.sample_time.0,
+        ExperimentFile::Wall(experiment) => experiment.setup.device.sample_time.0,
+        ExperimentFile::Coupler(experiment) => experiment.setup.device.sample_time.0,
     }
 }
 
@@ -227,7 +257,8 @@ mod tests {
 
     #[test]
     fn a_form_is_read_as_an_experiment_file_is() {
-        let given = form(json!({"strain": 0.05, "duration_s": 2, "scheme": "grunwald:100", "guard": ""}));
+        let given =
+            form(json!({"strain": 0.05, "duration_s": 2, "scheme": "grunwald:100", "guard": ""}));
         let experiment = parse("relax", &given).expect("good");
         assert_eq!(experiment.samples().expect("good"), 2001);
     }
@@ -240,7 +271,11 @@ mod tests {
             ("relax", json!({"strain": [1, {}]}), "strain"),
             ("wall", json!({}), "missing key"),
             ("dance", json!({}), "is none of relax"),
-            ("relax", json!({"device": "serial:/dev/null"}), "simulated device"),
+            (
+                "relax",
+                json!({"device": "serial:/dev/null"}),
+                "simulated device",
+            ),
         ] {
             let error = parse(kind, &form(given)).expect_err(want).to_string();
             assert!(error.contains(want), "{error}");

@@ -31,7 +31,10 @@ fn parameter(parameter: &Parameter) -> Value {
         shown,
         help,
     } = parameter;
-    let required = [WALL_REQUIRED, COUPLER_REQUIRED].concat().iter().any(|known| known.key == *key);
+    let required = [WALL_REQUIRED, COUPLER_REQUIRED]
+        .concat()
+        .iter()
+        .any(|known| known.key == *key);
     let (kind, default) = match value {
         Default::Number(default, _) => ("number", json!(default)),
         Default::Count(default) => ("count", json!(default)),
@@ -83,15 +86,23 @@ mod tests {
     fn every_parameter_of_a_file_stands_in_a_form_with_its_default() {
         let forms = forms();
         for (kind, form) in KINDS.iter().zip(forms["forms"].as_array().expect("a list")) {
-            let shown = form["tables"].as_array().expect("a list").iter().flat_map(|table| {
-                table["parameters"].as_array().expect("a list")
-            });
+            let shown = form["tables"]
+                .as_array()
+                .expect("a list")
+                .iter()
+                .flat_map(|table| table["parameters"].as_array().expect("a list"));
             let keys: Vec<&str> = shown.filter_map(|shown| shown["key"].as_str()).collect();
             let tables = parameters::of_kind(kind);
             let wanted = tables.iter().flat_map(|(_, table)| *table);
-            assert_eq!(keys, wanted.map(|parameter| parameter.key).collect::<Vec<_>>());
+            assert_eq!(
+                keys,
+                wanted.map(|parameter| parameter.key).collect::<Vec<_>>()
+            );
         }
         let text = forms.to_string();
-        assert!(text.contains("\"choices\":[\"off\",\"observer\",\"energy-bounding\"]"), "{text}");
+        assert!(
+            text.contains("\"choices\":[\"off\",\"observer\",\"energy-bounding\"]"),
+            "{text}"
+        );
     }
 }

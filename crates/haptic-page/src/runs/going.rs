@@ -1,7 +1,7 @@
 //! The run that goes on: its thread, its samples for those who watch, its end.
 
-use super::experiment::{Job, Finished};
-use super::opened::{pyramid, push};
+use super::experiment::{Finished, Job};
+use super::opened::{push, pyramid};
 use crate::Announce;
 use crate::feel::locked;
 use crate::pyramid::Pyramid;

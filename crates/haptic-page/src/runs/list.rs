@@ -52,7 +52,8 @@ impl Listing {
         going: Option<&str>,
     ) -> Result<Vec<Listed>, Failure> {
         let logs = logs(folder)?;
-        self.known.retain(|path, _| logs.values().any(|(known, _)| known == path));
+        self.known
+            .retain(|path, _| logs.values().any(|(known, _)| known == path));
         let mut list = Vec::new();
         for (name, (path, seen)) in logs {
             let known = self.known.get(&path).filter(|(then, _)| *then == seen);
@@ -90,7 +91,10 @@ fn logs(folder: &Path) -> Result<BTreeMap<String, (PathBuf, Seen)>, Failure> {
     let mut found = BTreeMap::new();
     if folder.exists() {
         look(folder, "", DEPTH, &mut found).map_err(|error| {
-            Failure::bad_input(format_args!("cannot read the folder {}: {error}", folder.display()))
+            Failure::bad_input(format_args!(
+                "cannot read the folder {}: {error}",
+                folder.display()
+            ))
         })?;
     }
     Ok(found)
@@ -108,7 +112,9 @@ fn look(
         // A name that is no text cannot be asked for.
         let Some(file) = file.to_str() else { continue };
         // Followed links would lead out of the folder.
-        let Ok(about) = entry.metadata() else { continue };
+        let Ok(about) = entry.metadata() else {
+            continue;
+        };
         if about.is_dir() {
             if depth > 0 {
                 // A folder that may not be read holds nothing for us.
@@ -164,9 +170,15 @@ impl Listed {
     fn whole(&mut self, path: &Path) -> Result<(), Failure> {
         let summary = inspect(path)?;
         self.samples = Some(summary.samples);
-        self.duration_s = summary.first_s.zip(summary.last_s).map(|(first, last)| last - first);
+        self.duration_s = summary
+            .first_s
+            .zip(summary.last_s)
+            .map(|(first, last)| last - first);
         self.started_utc = summary.started_utc;
-        let experiment = summary.metadata.iter().find(|record| record.name == "experiment");
+        let experiment = summary
+            .metadata
+            .iter()
+            .find(|record| record.name == "experiment");
         self.about(experiment.map(|record| &record.values));
         if !summary.complete {
             self.verdict = Some("cut off or damaged".to_owned());
@@ -247,17 +259,39 @@ mod tests {
         let mut names: Vec<&str> = list.iter().map(|listed| listed.name.as_str()).collect();
         names.sort_unstable();
         assert_eq!(names, ["broken", "relax-0001/relax", "single"]);
-        let of = |name: &str| list.iter().find(|listed| listed.name == name).expect("there");
+        let of = |name: &str| {
+            list.iter()
+                .find(|listed| listed.name == name)
+                .expect("there")
+        };
         let relax = of("relax-0001/relax");
-        assert_eq!((relax.kind.as_deref(), relax.samples), (Some("relax"), Some(5)));
+        assert_eq!(
+            (relax.kind.as_deref(), relax.samples),
+            (Some("relax"), Some(5))
+        );
         assert_eq!((relax.running, of("single").running), (false, true));
         let broken = of("broken").verdict.as_deref();
-        assert!(broken.is_some_and(|said| said.starts_with("cannot be read")), "{broken:?}");
-        for outside in ["../secret", "..", "", "/etc/passwd", "relax-0001/../../secret", "single-0002"] {
+        assert!(
+            broken.is_some_and(|said| said.starts_with("cannot be read")),
+            "{broken:?}"
+        );
+        for outside in [
+            "../secret",
+            "..",
+            "",
+            "/etc/passwd",
+            "relax-0001/../../secret",
+            "single-0002",
+        ] {
             let error = listing.find(&runs, outside).expect_err(outside);
             assert!(error.to_string().contains("list the runs again"), "{error}");
         }
         assert!(listing.find(&runs, "single").is_ok());
-        assert!(Listing::default().list(&place.path().join("none"), None).expect("empty").is_empty());
+        assert!(
+            Listing::default()
+                .list(&place.path().join("none"), None)
+                .expect("empty")
+                .is_empty()
+        );
     }
 }

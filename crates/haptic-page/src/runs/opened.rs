@@ -90,7 +90,9 @@ impl Opened {
     pub(super) fn read(name: &str, path: &Path, seen: Seen) -> Result<Self, Failure> {
         let summary = inspect(path)?;
         let (Some(first_s), Some(last_s)) = (summary.first_s, summary.last_s) else {
-            return Err(Failure::bad_input(format_args!("the log {name} holds no sample")));
+            return Err(Failure::bad_input(format_args!(
+                "the log {name} holds no sample"
+            )));
         };
         let mut pyramid = pyramid(summary.samples + summary.missing_samples);
         let mut ticks = None;
@@ -101,9 +103,12 @@ impl Opened {
                 push(&mut pyramid, &tick)?;
             }
         }
-        let said = summary.metadata.iter().filter(|record| record.name == "experiment");
-        let said = said.filter_map(|record| record.values.get("sample_time_s")?.parse::<f64>().ok());
-        let said = said.filter(|time| time.is_finite() && *time > 0.0).last();
+        let said = summary
+            .metadata
+            .iter()
+            .find(|record| record.name == "experiment");
+        let said = said.and_then(|record| record.values.get("sample_time_s")?.parse::<f64>().ok());
+        let said = said.filter(|time| time.is_finite() && *time > 0.0);
         let (first, last) = ticks.unwrap_or((0, 0));
         let measured = (last_s - first_s) / last.saturating_sub(first).max(1) as f64;
         Ok(Self {
@@ -130,7 +135,9 @@ impl Opened {
             end,
             ..
         } = &self.summary;
-        let metadata = metadata.iter().map(|record| (record.name.clone(), json!(record.values)));
+        let metadata = metadata
+            .iter()
+            .map(|record| (record.name.clone(), json!(record.values)));
         json!({
             "name": self.name,
             "channels": CHANNELS,

@@ -1,9 +1,10 @@
 //! Answers to requests.
 
 use super::hub::{Hub, blocking, felt};
-use super::live::LiveView;
+use super::live::{FRAMES_PER_S, LiveView};
+use super::page::{Outgoing, Page};
 use super::request::{Request, ViewRequest};
-use super::socket::{FRAMES_PER_S, Outgoing, Page};
+use super::status::LIMITERS;
 use crate::feel::{CHANNELS, SAMPLE_TIME, locked, ranges, specimen_shape};
 use crate::frame::{LIVE, frame};
 use crate::identify::identified;
@@ -20,11 +21,6 @@ use std::sync::atomic::{AtomicU32, Ordering};
 const VERSION: u32 = 1;
 /// Most columns of a view.
 const COLUMNS_MOST: u32 = 8192;
-/// Names of the limiters, bit by bit.
-pub(super) const LIMITERS: [&str; 8] = [
-    "magnitude", "rate", "fault", "stopping", "start-up", "workspace", "velocity", "guard",
-];
-
 /// Numbers of views that are not live.
 static VIEWS: AtomicU32 = AtomicU32::new(LIVE + 1);
 
@@ -44,10 +40,13 @@ fn slow(work: impl FnOnce() -> Result<Value, Failure> + Send + 'static) -> Asked
     later(blocking(work))
 }
 
+fn nothing((): ()) -> Value {
+    Value::Null
+}
+
 /// Answers a request of a page that may ask it.
 pub(super) fn answer(request: Request, hub: &Arc<Hub>, page: &Page) -> Asked {
     let hub = Arc::clone(hub);
-    let nothing = |(): ()| Value::Null;
     let now = match request {
         Request::Hello { version } => hello(version, &hub, page),
         Request::TakeControls { force } => {
@@ -58,38 +57,9 @@ pub(super) fn answer(request: Request, hub: &Arc<Hub>, page: &Page) -> Asked {
             hub.release_controls();
             Ok(Value::Null)
         }
-        Request::FeelStart(start) => return later(async move { hub.start_feel(start).await }),
-        Request::FeelSet(change) => return later(async move { hub.change_feel(change).await }),
-        Request::FeelHand { position_m, held } => {
-            hub.felt().and_then(|feel| feel.hand(position_m, held)).map(nothing)
-        }
-        Request::FeelPause { paused } => hub.felt().and_then(|feel| feel.pause(paused)).map(nothing),
-        Request::FeelMark { text } => hub.felt().and_then(|feel| feel.mark(text)).map(nothing),
-        Request::FeelRecord { on } => {
-            return match hub.felt() {
-                Ok(feel) if on => slow(move || Ok(json!({"name": feel.record()?}))),
-                Ok(feel) => slow(move || {
-                    let (name, samples, missing) = feel.end_record()?;
-                    Ok(json!({"name": name, "samples": samples, "missing": missing}))
-                }),
-                Err(error) => Asked::Done(Err(error)),
-            };
-        }
-        Request::FeelEnd {} => {
-            return later(async move {
-                hub.end_feel().await;
-                Ok(Value::Null)
-            });
-        }
         Request::Stop {} => {
             hub.stop();
             Ok(Value::Null)
-        }
-        Request::Arm {} => {
-            return match hub.felt() {
-                Ok(feel) => slow(move || feel.arm().map(nothing)),
-                Err(error) => Asked::Done(Err(error)),
-            };
         }
         Request::View(view) => return self::view(view, hub, page),
         Request::ViewEnd { view } => {
@@ -101,16 +71,50 @@ pub(super) fn answer(request: Request, hub: &Arc<Hub>, page: &Page) -> Asked {
         Request::RunsList {} => return slow(move || hub.runs.list()),
         Request::RunsOpen { name } => return slow(move || hub.runs.open(&name)),
         Request::RunsForms {} => Ok(hub.runs.forms()),
-        Request::RunsStart(run) => {
-            return slow(move || hub.start_run(&run));
-        }
+        Request::RunsStart(run) => return slow(move || hub.start_run(&run)),
         Request::RunsStop {} => {
             hub.runs.stop();
             Ok(Value::Null)
         }
         Request::Identify(request) => return slow(move || identified(&request)),
+        felt => return self::feel(felt, hub),
     };
     Asked::Done(now)
+}
+
+/// Answers a request that is about what is felt.
+fn feel(request: Request, hub: Arc<Hub>) -> Asked {
+    match request {
+        Request::FeelStart(start) => return later(async move { hub.start_feel(start).await }),
+        Request::FeelSet(change) => return later(async move { hub.change_feel(change).await }),
+        Request::FeelEnd {} => {
+            return later(async move {
+                hub.end_feel().await;
+                Ok(Value::Null)
+            });
+        }
+        _ => {}
+    }
+    let feel = match hub.felt() {
+        Ok(feel) => feel,
+        Err(error) => return Asked::Done(Err(error)),
+    };
+    Asked::Done(match request {
+        Request::FeelHand { position_m, held } => feel.hand(position_m, held).map(nothing),
+        Request::FeelPause { paused } => feel.pause(paused).map(nothing),
+        Request::FeelMark { text } => feel.mark(text).map(nothing),
+        Request::FeelRecord { on: true } => {
+            return slow(move || Ok(json!({"name": feel.record()?})));
+        }
+        Request::FeelRecord { on: false } => {
+            return slow(move || {
+                let (name, samples, missing) = feel.end_record()?;
+                Ok(json!({"name": name, "samples": samples, "missing": missing}))
+            });
+        }
+        // The one that is left.
+        _ => return slow(move || feel.arm().map(nothing)),
+    })
 }
 
 fn hello(version: u32, hub: &Hub, page: &Page) -> Result<Value, Failure> {
@@ -120,7 +124,8 @@ fn hello(version: u32, hub: &Hub, page: &Page) -> Result<Value, Failure> {
         )));
     }
     let options = &hub.options;
-    let tissues: Result<Vec<Value>, Failure> = options.library.materials().iter().map(tissue).collect();
+    let tissues: Result<Vec<Value>, Failure> =
+        options.library.materials().iter().map(tissue).collect();
     Ok(json!({
         "version": VERSION,
         "program": options.provenance.get("program"),
@@ -157,15 +162,16 @@ fn tissue(material: &Material) -> Result<Value, Failure> {
 }
 
 fn parameters(model: &Model) -> Vec<Value> {
-    let parameter = |(parameter, value): (&haptic_tissue::Parameter, f64)| {
+    let parameters = model.parameters().into_iter();
+    let parameter = parameters.map(|(parameter, value)| {
         json!({
             "name": parameter.name,
             "unit": parameter.unit,
             "value": value,
             "help": parameter.help,
         })
-    };
-    model.parameters().into_iter().map(|(p, value)| parameter((&p, value))).collect()
+    });
+    parameter.collect()
 }
 
 /// A span of seconds, s.
@@ -197,7 +203,11 @@ fn view(view: ViewRequest, hub: Arc<Hub>, page: &Page) -> Asked {
             })?;
             let (channels, columns) = chosen(&view, shown.channels, shown.columns)?;
             let number = VIEWS.fetch_add(1, Ordering::Relaxed);
-            page.send(Outgoing::Frame(frame(number, &columns, shown.sample_time_s)));
+            page.send(Outgoing::Frame(frame(
+                number,
+                &columns,
+                shown.sample_time_s,
+            )));
             Ok(json!({"view": number, "channels": channels}))
         });
     }
@@ -232,7 +242,9 @@ fn chosen(
 
 fn live(view: &ViewRequest, hub: &Hub, page: &Page) -> Result<Value, Failure> {
     if view.channels.is_some() {
-        return Err(Failure::bad_input("a live view has all channels: leave `channels` out"));
+        return Err(Failure::bad_input(
+            "a live view has all channels: leave `channels` out",
+        ));
     }
     let answer = json!({"view": LIVE, "channels": CHANNELS});
     let t = SAMPLE_TIME.0;

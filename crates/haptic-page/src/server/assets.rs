@@ -15,7 +15,9 @@ const ASSETS: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/assets.rs")
 const INDEX: &str = "index.html";
 
 fn content(name: &str) -> Option<&'static [u8]> {
-    let place = ASSETS.binary_search_by(|(known, _)| (*known).cmp(name)).ok()?;
+    let place = ASSETS
+        .binary_search_by(|(known, _)| (*known).cmp(name))
+        .ok()?;
     Some(ASSETS[place].1)
 }
 
@@ -38,30 +40,36 @@ fn media_type(name: &str) -> &'static str {
 /// True if the browser takes this encoding.
 fn takes(headers: &HeaderMap, encoding: &str) -> bool {
     let accepted = headers.get_all(ACCEPT_ENCODING).iter();
-    accepted.filter_map(|value| value.to_str().ok()).any(|value| {
-        value.split(',').any(|part| {
-            let (name, weight) = part.split_once(';').unwrap_or((part, ""));
-            let refused = matches!(weight.trim(), "q=0" | "q=0.0" | "q=0.00" | "q=0.000");
-            name.trim() == encoding && !refused
+    accepted
+        .filter_map(|value| value.to_str().ok())
+        .any(|value| {
+            value.split(',').any(|part| {
+                let (name, weight) = part.split_once(';').unwrap_or((part, ""));
+                let refused = matches!(weight.trim(), "q=0" | "q=0.0" | "q=0.00" | "q=0.000");
+                name.trim() == encoding && !refused
+            })
         })
-    })
 }
 
 /// A file by its name, the shorter one where there is one and the browser takes it; `None` if there is none.
 pub(super) fn file(name: &str, headers: &HeaderMap) -> Option<Response> {
     let name = if name.is_empty() { INDEX } else { name };
     let plain = content(name)?;
-    let shorter = [("br", ".br"), ("gzip", ".gz")].into_iter().find_map(|(encoding, end)| {
-        let content = content(&format!("{name}{end}"))?;
-        takes(headers, encoding).then_some((encoding, content))
-    });
+    let shorter = [("br", ".br"), ("gzip", ".gz")]
+        .into_iter()
+        .find_map(|(encoding, end)| {
+            let content = content(&format!("{name}{end}"))?;
+            takes(headers, encoding).then_some((encoding, content))
+        });
     let (encoding, bytes) = shorter.map_or((None, plain), |(name, bytes)| (Some(name), bytes));
     // Of this build: a file that changes is in another program.
     let mut hasher = DefaultHasher::new();
     bytes.hash(&mut hasher);
     let tag = format!("\"{:016x}\"", hasher.finish());
     let is_index = name == INDEX;
-    let known = headers.get(IF_NONE_MATCH).is_some_and(|known| known.as_bytes() == tag.as_bytes());
+    let known = headers
+        .get(IF_NONE_MATCH)
+        .is_some_and(|known| known.as_bytes() == tag.as_bytes());
     let mut response = if known && !is_index {
         StatusCode::NOT_MODIFIED.into_response()
     } else {
@@ -100,7 +108,10 @@ mod tests {
     fn encodings_are_taken_as_the_browser_says() {
         let mut headers = HeaderMap::new();
         assert!(!takes(&headers, "br"));
-        headers.insert(ACCEPT_ENCODING, HeaderValue::from_static("gzip, br;q=0, zstd;q=0.5"));
+        headers.insert(
+            ACCEPT_ENCODING,
+            HeaderValue::from_static("gzip, br;q=0, zstd;q=0.5"),
+        );
         assert!(takes(&headers, "gzip") && takes(&headers, "zstd") && !takes(&headers, "br"));
     }
 }

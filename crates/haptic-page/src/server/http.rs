@@ -8,8 +8,8 @@ use axum::extract::State;
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::http::header::{
-    CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, HOST, HeaderName, ORIGIN, REFERRER_POLICY,
-    X_CONTENT_TYPE_OPTIONS,
+    CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, HOST, HeaderName, ORIGIN,
+    REFERRER_POLICY, X_CONTENT_TYPE_OPTIONS,
 };
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, Uri};
 use axum::response::{IntoResponse as _, Response};
@@ -43,7 +43,8 @@ impl Door {
             return false;
         };
         let own = self.hosts();
-        own.iter().any(|own| host.as_bytes().eq_ignore_ascii_case(own.as_bytes()))
+        own.iter()
+            .any(|own| host.as_bytes().eq_ignore_ascii_case(own.as_bytes()))
     }
 
     /// True if the page that asks is one of ours.
@@ -53,7 +54,8 @@ impl Door {
             return false;
         };
         let own = self.hosts();
-        own.iter().any(|own| origin.as_bytes() == format!("http://{own}").as_bytes())
+        own.iter()
+            .any(|own| origin.as_bytes() == format!("http://{own}").as_bytes())
     }
 
     /// What comes behind the token; `None` without it.
@@ -72,7 +74,9 @@ fn same(given: &str, own: &str) -> bool {
 
 /// The service.
 pub(super) fn router(door: Door, hub: Arc<Hub>) -> Router {
-    Router::new().fallback(answer).with_state((Arc::new(door), hub))
+    Router::new()
+        .fallback(answer)
+        .with_state((Arc::new(door), hub))
 }
 
 async fn answer(
@@ -93,7 +97,8 @@ async fn answer(
     ] {
         set.insert(name, HeaderValue::from_static(value));
     }
-    set.entry(CACHE_CONTROL).or_insert(HeaderValue::from_static("no-store"));
+    set.entry(CACHE_CONTROL)
+        .or_insert(HeaderValue::from_static("no-store"));
     response
 }
 
@@ -112,7 +117,10 @@ fn allowed(
         );
     }
     if method != Method::GET && method != Method::HEAD {
-        return sentence(StatusCode::METHOD_NOT_ALLOWED, "Only GET and HEAD are answered.");
+        return sentence(
+            StatusCode::METHOD_NOT_ALLOWED,
+            "Only GET and HEAD are answered.",
+        );
     }
     let Some(name) = door.behind(uri.path()) else {
         return sentence(
@@ -121,8 +129,9 @@ fn allowed(
         );
     };
     if name != "ws" {
-        return assets::file(name, headers)
-            .unwrap_or_else(|| sentence(StatusCode::NOT_FOUND, "The page has no file of this name."));
+        return assets::file(name, headers).unwrap_or_else(|| {
+            sentence(StatusCode::NOT_FOUND, "The page has no file of this name.")
+        });
     }
     if !door.knows_origin(headers) {
         return sentence(
@@ -140,7 +149,10 @@ fn allowed(
 }
 
 fn sentence(status: StatusCode, text: &'static str) -> Response {
-    let kind = (CONTENT_TYPE, HeaderValue::from_static("text/plain; charset=utf-8"));
+    let kind = (
+        CONTENT_TYPE,
+        HeaderValue::from_static("text/plain; charset=utf-8"),
+    );
     (status, [kind], text).into_response()
 }
 
@@ -168,7 +180,13 @@ mod tests {
         for host in ["127.0.0.1:8123", "localhost:8123", "LOCALHOST:8123"] {
             assert!(door().knows_host(&with(HOST, &[host])), "{host}");
         }
-        for host in ["", "127.0.0.1", "127.0.0.1:8124", "evil.example:8123", "127.0.0.1:8123.evil.example"] {
+        for host in [
+            "",
+            "127.0.0.1",
+            "127.0.0.1:8124",
+            "evil.example:8123",
+            "127.0.0.1:8123.evil.example",
+        ] {
             assert!(!door().knows_host(&with(HOST, &[host])), "{host}");
         }
         assert!(!door().knows_host(&HeaderMap::new()));
@@ -178,7 +196,13 @@ mod tests {
     #[test]
     fn only_the_pages_own_origin_may_open_the_socket() {
         assert!(door().knows_origin(&with(ORIGIN, &["http://127.0.0.1:8123"])));
-        for origin in ["null", "https://127.0.0.1:8123", "http://127.0.0.1", "http://evil.example", "http://localhost:8123/"] {
+        for origin in [
+            "null",
+            "https://127.0.0.1:8123",
+            "http://127.0.0.1",
+            "http://evil.example",
+            "http://localhost:8123/",
+        ] {
             assert!(!door().knows_origin(&with(ORIGIN, &[origin])), "{origin}");
         }
         assert!(!door().knows_origin(&HeaderMap::new()));
@@ -188,7 +212,14 @@ mod tests {
     fn the_token_is_all_of_the_first_part_of_the_path() {
         assert_eq!(door().behind("/0123456789abcdef/"), Some(""));
         assert_eq!(door().behind("/0123456789abcdef/a/b.js"), Some("a/b.js"));
-        for path in ["/", "", "/0123456789abcdef", "/0123456789abcde/", "/0123456789abcdeg/", "//0123456789abcdef/"] {
+        for path in [
+            "/",
+            "",
+            "/0123456789abcdef",
+            "/0123456789abcde/",
+            "/0123456789abcdeg/",
+            "//0123456789abcdef/",
+        ] {
             assert_eq!(door().behind(path), None, "{path}");
         }
     }

@@ -1,6 +1,6 @@
 //! What the sockets share: the loop that is felt, the run that goes on, who holds the controls.
 
-use super::ServerOptions;
+use super::options::ServerOptions;
 use super::request::RunStart;
 use crate::feel::{
     Feel, FeelChange, FeelPlace, FeelSettings, FeelStart, FeelState, Kept, force_limits, locked,
@@ -141,7 +141,8 @@ impl Hub {
             holder => {
                 pages.controls = Some(page);
                 if holder.is_some_and(|holder| holder != page) {
-                    self.announce.notice("another page has taken the controls".to_owned());
+                    self.announce
+                        .notice("another page has taken the controls".to_owned());
                 }
                 Ok(())
             }
@@ -275,11 +276,6 @@ impl Hub {
         let (made, lost) = feel.counts();
         Some((locked(&self.kept.state).clone(), made, lost))
     }
-
-    /// True while the world of the loop stands still.
-    pub(super) fn paused(&self) -> bool {
-        self.feel().is_some_and(|feel| feel.paused())
-    }
 }
 
 /// Does what takes time elsewhere.
@@ -291,7 +287,9 @@ pub(super) async fn blocking<T: Send + 'static>(
 ) -> Result<T, Failure> {
     match spawn_blocking(work).await {
         Ok(result) => result,
-        Err(_) => Err(Failure::bad_input("the server could not finish this: see the terminal")),
+        Err(_) => Err(Failure::bad_input(
+            "the server could not finish this: see the terminal",
+        )),
     }
 }
 
@@ -304,7 +302,10 @@ pub(super) fn felt(settings: &FeelSettings, verdict: Option<&PreflightVerdict>) 
         ("hand_damping_n_s_per_m", HAND_DAMPING.0),
         ("force_limit_n", force_limit_n),
         ("force_rate_limit_n_per_s", rate_n_per_s),
-        ("memory_s", pyramid_size().samples as f64 * crate::feel::SAMPLE_TIME.0),
+        (
+            "memory_s",
+            pyramid_size().samples as f64 * crate::feel::SAMPLE_TIME.0,
+        ),
     ] {
         feel[key] = json!(number);
     }

@@ -4,6 +4,9 @@ use crate::feel::{Kept, SAMPLE_TIME, locked};
 use crate::frame::{LIVE, frame};
 use crate::pyramid::Span;
 
+/// Frames of a live view in a second, at most.
+pub(super) const FRAMES_PER_S: u32 = 60;
+
 /// A view that goes on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LiveView {
@@ -58,7 +61,11 @@ mod tests {
     fn every_sample_was_shown_or_missed() {
         let mut shown = Shown::default();
         shown.show(50, 100);
-        assert_eq!((shown.sent, shown.missed), (50, 0), "what went before the view is not its own");
+        assert_eq!(
+            (shown.sent, shown.missed),
+            (50, 0),
+            "what went before the view is not its own"
+        );
         shown.show(60, 130);
         assert_eq!((shown.sent, shown.missed), (80, 0));
         shown.show(200, 300);

@@ -5,17 +5,17 @@ mod assets;
 mod http;
 mod hub;
 mod live;
+mod options;
+mod page;
 mod request;
 mod socket;
+mod status;
 
-use crate::OnClose;
-use haptic_experiment::{Failure, RealtimeOptions};
-use haptic_tissue::Library;
+use haptic_experiment::Failure;
 use http::Door;
 use hub::Hub;
-use std::collections::BTreeMap;
+pub use options::ServerOptions;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread::JoinHandle;
@@ -30,23 +30,6 @@ const LAST: Duration = Duration::from_secs(3);
 const NOTICES: usize = 64;
 /// Threads that answer.
 const WORKERS: usize = 2;
-
-/// Options of the server.
-#[derive(Clone, Debug)]
-pub struct ServerOptions {
-    /// The port; 0 for any that is free.
-    pub port: u16,
-    /// Folder of the runs, made when the first is recorded.
-    pub runs: PathBuf,
-    /// What happens to a loop or run when the page that controls it is closed.
-    pub on_close: OnClose,
-    /// For the thread of the loop.
-    pub realtime: RealtimeOptions,
-    /// The tissues that can be felt.
-    pub library: Library,
-    /// Maker of the logs, for their metadata: program, command line.
-    pub provenance: BTreeMap<String, String>,
-}
 
 /// A server at work. Dropped, it stops: force zero first, then the sockets.
 #[derive(Debug)]
@@ -64,7 +47,10 @@ impl PageServer {
     /// A port that is taken; a system that gives no random numbers or threads.
     pub fn start(options: ServerOptions) -> Result<Self, Failure> {
         let listener = listener(options.port)?;
-        let port = listener.local_addr().map_err(|error| no_socket(&error))?.port();
+        let port = listener
+            .local_addr()
+            .map_err(|error| no_socket(&error))?
+            .port();
         let token = token()?;
         let address = format!("http://127.0.0.1:{port}/{token}/");
         let (ending, ended) = watch::channel(None);
@@ -165,19 +151,25 @@ fn listener(port: u16) -> Result<TcpListener, Failure> {
             )
         }
     })?;
-    listener.set_nonblocking(true).map_err(|error| no_socket(&error))?;
+    listener
+        .set_nonblocking(true)
+        .map_err(|error| no_socket(&error))?;
     Ok(listener)
 }
 
 fn no_socket(error: &std::io::Error) -> Failure {
-    Failure::bad_input(format_args!("this system gives the server no socket or thread: {error}"))
+    Failure::bad_input(format_args!(
+        "this system gives the server no socket or thread: {error}"
+    ))
 }
 
 /// 128 random bits.
 fn token() -> Result<String, Failure> {
     let mut bytes = [0; 16];
     getrandom::fill(&mut bytes).map_err(|error| {
-        Failure::bad_input(format_args!("this system gives no random numbers for the token: {error}"))
+        Failure::bad_input(format_args!(
+            "this system gives no random numbers for the token: {error}"
+        ))
     })?;
     Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
 }

@@ -110,7 +110,9 @@ pub(super) fn parse(text: &str) -> Result<(Value, Request), (Value, String)> {
     let value: Value = serde_json::from_str(text)
         .map_err(|error| none(format!("the message is no JSON: {error}")))?;
     let Value::Object(mut object) = value else {
-        return Err(none("the message is no JSON object: send {\"id\": 1, \"do\": …}".to_owned()));
+        return Err(none(
+            "the message is no JSON object: send {\"id\": 1, \"do\": …}".to_owned(),
+        ));
     };
     let id = object.remove("id").filter(Value::is_number);
     let Some(id) = id else {
@@ -128,7 +130,15 @@ mod tests {
 
     #[test]
     fn garbage_has_no_number_and_a_wrong_request_has_its_own() {
-        for garbage in ["", "{", "7", "[]", "{}", "{\"do\": \"stop\"}", "{\"id\": \"x\", \"do\": \"stop\"}"] {
+        for garbage in [
+            "",
+            "{",
+            "7",
+            "[]",
+            "{}",
+            "{\"do\": \"stop\"}",
+            "{\"id\": \"x\", \"do\": \"stop\"}",
+        ] {
             let (id, sentence) = parse(garbage).expect_err(garbage);
             assert!(id.is_null() && !sentence.is_empty(), "{garbage}");
         }
@@ -150,7 +160,8 @@ mod tests {
 
     #[test]
     fn requests_are_read_as_the_protocol_writes_them() {
-        let (id, request) = parse("{\"id\": 7, \"do\": \"feel.set\", \"order\": 0.3}").expect("understood");
+        let (id, request) =
+            parse("{\"id\": 7, \"do\": \"feel.set\", \"order\": 0.3}").expect("understood");
         assert_eq!(id, 7);
         assert!(request.needs_controls());
         let Request::FeelSet(change) = request else {

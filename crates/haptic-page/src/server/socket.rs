@@ -2,22 +2,21 @@
 
 use super::answer::{self, Asked};
 use super::hub::Hub;
-use super::live::{LiveView, Shown, next_frame};
+use super::live::{FRAMES_PER_S, LiveView, Shown, next_frame};
+use super::page::{Outgoing, Page, QUEUE, refusal};
 use super::request::{self, Request};
-use crate::feel::SAMPLE_TIME;
+use super::status::status;
 use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket};
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt as _, StreamExt as _};
 use haptic_experiment::Failure;
-use serde_json::{Value, json};
+use serde_json::Value;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::broadcast::error::RecvError;
-use tokio::sync::{Notify, Semaphore, mpsc};
+use tokio::sync::{Semaphore, mpsc};
 use tokio::time::{MissedTickBehavior, interval, timeout};
 
-/// Answers that wait for a page to read them.
-const QUEUE: usize = 256;
 /// Requests of a page that are worked on at a time.
 const AT_ONCE: usize = 16;
 /// Messages in a row that are no requests.
@@ -26,8 +25,6 @@ const GARBAGE: u32 = 3;
 const SILENCE: Duration = Duration::from_secs(5);
 /// Time between two signs that are asked for.
 const PING: Duration = Duration::from_secs(1);
-/// Frames of the live view.
-pub(super) const FRAMES_PER_S: u32 = 60;
 /// Time between two messages of the status.
 const STATUS: Duration = Duration::from_millis(100);
 /// Messages of the status of which one is sent without a loop.
@@ -38,52 +35,6 @@ const FAREWELL: Duration = Duration::from_secs(1);
 /// Codes with which a socket is closed.
 const GOING_AWAY: u16 = 1001;
 const POLICY: u16 = 1008;
-
-/// What the writer is told.
-#[derive(Debug)]
-pub(super) enum Outgoing {
-    Text(String),
-    Frame(Vec<u8>),
-    /// The live view from now on.
-    Live(Option<LiveView>),
-    Close(u16, &'static str),
-}
-
-/// The way to the writer.
-#[derive(Clone, Debug)]
-pub(super) struct Page {
-    pub(super) number: u64,
-    out: mpsc::Sender<Outgoing>,
-    /// Told when the page does not read.
-    full: Arc<Notify>,
-}
-
-impl Page {
-    /// Puts something into the queue; a full one closes the socket.
-    pub(super) fn send(&self, outgoing: Outgoing) {
-        if let Err(mpsc::error::TrySendError::Full(_)) = self.out.try_send(outgoing) {
-            self.full.notify_one();
-        }
-    }
-
-    fn answer(&self, id: &Value, result: Result<Value, Failure>) {
-        let text = match result {
-            Ok(mut value) => {
-                if value.is_null() {
-                    value = json!({});
-                }
-                (value["id"], value["ok"]) = (id.clone(), true.into());
-                value
-            }
-            Err(failure) => refusal(id, &failure.to_string()),
-        };
-        self.send(Outgoing::Text(text.to_string()));
-    }
-}
-
-fn refusal(id: &Value, error: &str) -> Value {
-    json!({"id": id, "ok": false, "error": error})
-}
 
 /// Serves a socket until it is closed. What the page controlled is stopped before all else.
 pub(super) async fn serve(stream: WebSocket, hub: Arc<Hub>) {
@@ -170,7 +121,8 @@ async fn obey(id: Value, request: Request, hub: &Arc<Hub>, page: &Page, work: &A
         Asked::Done(result) => page.answer(&id, result),
         Asked::Later(later) => {
             let Ok(permit) = Arc::clone(work).try_acquire_owned() else {
-                let busy = Failure::bad_input("sixteen requests are being worked on: wait for an answer");
+                let busy =
+                    Failure::bad_input("sixteen requests are being worked on: wait for an answer");
                 return page.answer(&id, Err(busy));
             };
             let page = page.clone();
@@ -191,8 +143,8 @@ async fn write(
     page: u64,
 ) {
     let mut said = hub.hear();
-    let [mut frames, mut states, mut pings] =
-        [Duration::from_secs(1) / FRAMES_PER_S, STATUS, PING].map(|period| {
+    let [mut frames, mut states, mut pings] = [Duration::from_secs(1) / FRAMES_PER_S, STATUS, PING]
+        .map(|period| {
             let mut interval = interval(period);
             interval.set_missed_tick_behavior(MissedTickBehavior::Delay);
             interval
@@ -211,10 +163,7 @@ async fn write(
                     (live, shown) = (view, Shown::default());
                     continue;
                 }
-                Some(Outgoing::Close(code, reason)) => {
-                    let reason = Utf8Bytes::from_static(reason);
-                    Message::Close(Some(CloseFrame { code, reason }))
-                }
+                Some(Outgoing::Close(code, reason)) => farewell(code, reason),
             },
             text = said.recv() => match text {
                 Ok(text) => Message::text(text.to_string()),
@@ -246,49 +195,7 @@ async fn write(
     let _ = sink.close().await;
 }
 
-/// The status as this page is told it.
-fn status(hub: &Hub, page: u64, shown: &Shown) -> Value {
-    let mut status = json!({
-        "running": false,
-        "armed": false,
-        "watching": hub.watching(),
-        "controls": hub.has_controls(page),
-        "samples_sent": shown.sent,
-        "samples_missed": shown.missed,
-    });
-    if let Some((state, made, lost)) = hub.newest() {
-        let limiters: Vec<usize> = (0..8).filter(|bit| state.limiter & (1 << bit) != 0).collect();
-        let kept = crate::feel::locked(&hub.kept.pyramid).made();
-        let loop_status = json!({
-            "running": true,
-            "tick": state.tick,
-            "time_s": state.time_s,
-            "sample_time_s": SAMPLE_TIME.0,
-            "tick_p50_us": state.tick_p50_us,
-            "tick_p999_us": state.tick_p999_us,
-            "tick_max_us": state.tick_max_us,
-            "late_p50_us": state.late_p50_us,
-            "late_p999_us": state.late_p999_us,
-            "late": state.late,
-            "skipped": state.skipped,
-            "lost": lost,
-            "limiter": state.limiter,
-            "limiters": limiters.iter().map(|&bit| answer::LIMITERS[bit]).collect::<Vec<_>>(),
-            "fault": state.fault.map(|fault| fault.to_string()),
-            "energy_j": state.energy_j,
-            "position_m": state.position_m,
-            "force_n": state.force_n,
-            "armed": !state.stopping && state.fault.is_none(),
-            "stopped": state.stopping,
-            "paused": hub.paused(),
-            "recording": state.recording,
-            "recorded": state.recorded,
-            "samples_made": made,
-            "samples_kept": kept.saturating_sub(lost),
-        });
-        if let (Some(all), Value::Object(more)) = (status.as_object_mut(), loop_status) {
-            all.extend(more);
-        }
-    }
-    json!({"status": status})
+fn farewell(code: u16, reason: &'static str) -> Message {
+    let reason = Utf8Bytes::from_static(reason);
+    Message::Close(Some(CloseFrame { code, reason }))
 }

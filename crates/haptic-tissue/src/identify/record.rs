@@ -20,35 +20,23 @@ pub enum RecordKind {
 }
 
 impl RecordKind {
-    /// All of them, with their names and a few words.
-    pub const ALL: [(Self, &'static str, &'static str); 4] = [
-        (
-            Self::Relaxation,
-            "relaxation",
-            "stress after a step of strain, over that strain",
-        ),
-        (
-            Self::Creep,
-            "creep",
-            "strain after a step of stress, over that stress",
-        ),
-        (
-            Self::Oscillation,
-            "oscillation",
-            "storage and loss modulus over frequency",
-        ),
-        (
-            Self::History,
-            "record",
-            "strain and stress over time, from rest",
-        ),
+    /// All of them.
+    pub const ALL: [Self; 4] = [
+        Self::Relaxation,
+        Self::Creep,
+        Self::Oscillation,
+        Self::History,
     ];
 
     /// Its name on the command line and in JSON.
     #[must_use]
-    pub fn name(self) -> &'static str {
-        let found = Self::ALL.iter().find(|known| known.0 == self);
-        found.map_or("", |known| known.1)
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Relaxation => "relaxation",
+            Self::Creep => "creep",
+            Self::Oscillation => "oscillation",
+            Self::History => "record",
+        }
     }
 }
 

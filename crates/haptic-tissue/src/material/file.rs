@@ -1,7 +1,7 @@
 //! Tissue files: TOML with units in the names. Errors have a place in the text.
 
 use super::parameters::{Named, TwoElements};
-use super::parts::{Content, KelvinVoigt, Source, ValidRange, is_name};
+use super::parts::{KelvinVoigt, Material, Source, ValidRange, is_name};
 use crate::model::{Model, ModelKind};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -29,8 +29,8 @@ struct Head {
     model: Option<Spanned<String>>,
 }
 
-/// What a file says.
-pub(super) fn parse(text: &str) -> Result<Content, Wrong> {
+/// The material of a file of this text.
+pub(super) fn parse(text: &str) -> Result<Material, Wrong> {
     let head: Head = from_toml(text)?;
     match head.model {
         None => {
@@ -38,7 +38,7 @@ pub(super) fn parse(text: &str) -> Result<Content, Wrong> {
             let block = file.parameters.span().start;
             let (kelvin_voigt, model) = (file.parameters.get_ref().model())
                 .map_err(|(offset, reason)| (offset.unwrap_or(block), reason))?;
-            content(&file, kelvin_voigt, model, true)
+            material(text, &file, (kelvin_voigt, model), true)
         }
         Some(name) => {
             let kind = ModelKind::from_name(name.get_ref()).ok_or_else(|| {
@@ -54,7 +54,7 @@ pub(super) fn parse(text: &str) -> Result<Content, Wrong> {
             let block = file.parameters.span().start;
             let model = (file.parameters.get_ref().model(kind))
                 .map_err(|(offset, reason)| (offset.unwrap_or(block), reason))?;
-            content(&file, KelvinVoigt::of(&model), model, false)
+            material(text, &file, (KelvinVoigt::of(&model), model), false)
         }
     }
 }
@@ -68,12 +68,12 @@ fn from_toml<T: DeserializeOwned>(text: &str) -> Result<T, Wrong> {
     })
 }
 
-fn content<P>(
+fn material<P>(
+    text: &str,
     file: &File<P>,
-    kelvin_voigt: KelvinVoigt,
-    model: Model,
+    (kelvin_voigt, model): (KelvinVoigt, Model),
     two_elements: bool,
-) -> Result<Content, Wrong> {
+) -> Result<Material, Wrong> {
     let name = file.name.get_ref();
     if !is_name(name) {
         let reason =
@@ -87,13 +87,14 @@ fn content<P>(
             *range.get_ref()
         }
     };
-    Ok(Content {
+    Ok(Material {
         name: name.clone(),
         description: file.description.clone(),
         kelvin_voigt,
         model,
         range,
         source: file.source.clone(),
+        text: text.to_owned(),
         two_elements,
     })
 }

@@ -9,32 +9,11 @@ mod writer;
 use crate::model::{Model, ModelKind};
 use crate::text_file::read_text;
 pub use error::MaterialError;
-use parts::{Content, KelvinVoigt, is_name};
-pub use parts::{Source, ValidRange};
+use parts::{KelvinVoigt, is_name};
+pub use parts::{Material, Source, ValidRange};
 use serde::ser::SerializeMap as _;
 use serde::{Serialize, Serializer};
 use std::path::Path;
-
-/// A tissue by name, with its source.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Material {
-    /// Name on the command line: lower-case letters, digits and hyphens.
-    pub name: String,
-    /// A few words for people.
-    pub description: String,
-    /// E₀, η and α of a spring beside a spring-pot, as its file has them.
-    kelvin_voigt: KelvinVoigt,
-    /// The model with its parameters.
-    pub model: Model,
-    /// Where the parameters hold.
-    pub range: ValidRange,
-    /// The origin of the numbers.
-    pub source: Source,
-    /// The text of its file.
-    pub text: String,
-    /// A file without `model`: E₀, η and α are as they were written.
-    two_elements: bool,
-}
 
 impl Material {
     /// A tissue of a model.
@@ -95,29 +74,10 @@ impl Material {
     /// # Errors
     /// [`MaterialError::File`] with line and reason.
     pub fn parse(path: &Path, text: &str) -> Result<Self, MaterialError> {
-        let content = file::parse(text).map_err(|(offset, reason)| MaterialError::File {
+        file::parse(text).map_err(|(offset, reason)| MaterialError::File {
             path: path.to_owned(),
             line: 1 + text[..offset.min(text.len())].matches('\n').count(),
             reason,
-        })?;
-        let Content {
-            name,
-            description,
-            kelvin_voigt,
-            model,
-            range,
-            source,
-            two_elements,
-        } = content;
-        Ok(Self {
-            name,
-            description,
-            kelvin_voigt,
-            model,
-            range,
-            source,
-            text: text.to_owned(),
-            two_elements,
         })
     }
 
@@ -135,15 +95,7 @@ impl Material {
     /// from are not in it; [`Material::text`] has them.
     #[must_use]
     pub fn to_toml(&self) -> String {
-        writer::write(&Content {
-            name: self.name.clone(),
-            description: self.description.clone(),
-            kelvin_voigt: self.kelvin_voigt,
-            model: self.model.clone(),
-            range: self.range,
-            source: self.source.clone(),
-            two_elements: self.two_elements,
-        })
+        writer::write(self)
     }
 }
 

@@ -3,15 +3,24 @@
 use crate::model::{Form, Model};
 use serde::{Deserialize, Serialize};
 
-/// All that a tissue file says.
+/// A tissue by name, with its source.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Content {
-    pub(super) name: String,
-    pub(super) description: String,
+pub struct Material {
+    /// Name on the command line: lower-case letters, digits and hyphens.
+    pub name: String,
+    /// A few words for people.
+    pub description: String,
+    /// E₀, η and α of a spring beside a spring-pot, as its file has them.
     pub(super) kelvin_voigt: KelvinVoigt,
-    pub(super) model: Model,
-    pub(super) range: ValidRange,
-    pub(super) source: Source,
+    /// The model with its parameters.
+    pub model: Model,
+    /// Where the parameters hold.
+    pub range: ValidRange,
+    /// The origin of the numbers.
+    pub source: Source,
+    /// The text of its file.
+    pub text: String,
+    /// A file without `model`: E₀, η and α are as they were written.
     pub(super) two_elements: bool,
 }
 

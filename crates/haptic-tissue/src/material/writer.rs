@@ -1,10 +1,10 @@
 //! A tissue as the text of a file.
 
-use super::parts::{Content, Source, ValidRange};
+use super::parts::{Material, Source, ValidRange};
 use crate::model::ModelKind;
 
 /// TOML; `{:?}` of a number is the shortest text that reads back to the same bits.
-pub(super) fn write(material: &Content) -> String {
+pub(super) fn write(material: &Material) -> String {
     let mut text = format!(
         "name = {}\ndescription = {}\n",
         quoted(&material.name),
@@ -32,7 +32,7 @@ pub(super) fn write(material: &Content) -> String {
     text + &range(&material.range) + &source(&material.source)
 }
 
-fn parameters(material: &Content) -> String {
+fn parameters(material: &Material) -> String {
     let kind: ModelKind = material.model.kind();
     let values = material.model.parameters();
     let line = |parameter: &crate::model::Parameter| {

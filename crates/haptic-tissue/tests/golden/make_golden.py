@@ -114,7 +114,7 @@ def modulus(model, v, a, g, b, e):
 
 
 def two_orders():
-    rows, ml = [], []
+    rows = []
     for a_text, b_text in ORDERS:
         a, b = mpf(float(a_text)), mpf(float(b_text))
         g = SECOND
@@ -133,7 +133,6 @@ def two_orders():
                 e2 = mittag_leffler(a - b, 1 + a, z)
                 k = modulus("fractional-kelvin-voigt", v, a, g, b, None)
                 creep = check(("J", a_text, b_text, x), None if e2 is None else t**a / v * e2, inverted("J", lambda s: 1 / (s * k(s)), t))
-                e1, e2 = value / g * t**b, creep * v / t**a
             tail = [text(v), text(a), text(g), text(b), "", text(t)]
             rows.append(["fractional-maxwell", "relaxation", *tail, text(value)])
             rows.append(["fractional-kelvin-voigt", "creep", *tail, text(creep)])
@@ -144,19 +143,7 @@ def two_orders():
             tail[4] = text(e)
             rows.append(["fractional-zener", "relaxation", *tail, text(e + value)])
             rows.append(["fractional-poynting-thomson", "creep", *tail, text(1 / e + creep)])
-            for second, at_zero in ((1 - b, e1), (1 + a, e2)):
-                ml.append([text(mpf(float(a - b))), text(mpf(float(second))), text(mpf(float(-z))), None, None])
         print("two orders", a_text, b_text, flush=True)
-    # The library is asked with doubles: E at exactly these.
-    table = []
-    for a_text, b_text, z_text, *_ in ml:
-        a, b, z = mpf(float(a_text)), mpf(float(b_text)), -mpf(float(z_text))
-        if a == 1:
-            value = exp(-z) if b == 1 else -mp.expm1(-z) / z
-        else:
-            value = check(("E", a_text, b_text, z_text), mittag_leffler(a, b, z), inverted("E", lambda s: s ** (a - b) / (s**a + z), mpf(1)))
-        table.append([a_text, b_text, z_text, text(value)])
-    write("mittag_leffler.csv", ["a", "b", "z", "value"], table)
     return rows
 
 

@@ -57,6 +57,12 @@ pub fn conduct<R: Summary, C>(
         note("warning", &*warning);
     }
     output.summary(&report, |out| print(out, &report))?;
+    ended_well(report.run())
+}
+
+/// # Errors
+/// A run that ended early, or whose log lacks samples.
+fn ended_well(run: &RunReport) -> Result<(), Failure> {
     let RunReport {
         ended_early,
         duration_s,
@@ -64,7 +70,7 @@ pub fn conduct<R: Summary, C>(
         link_lost,
         log,
         ..
-    } = report.run();
+    } = run;
     if let (true, Some(reason)) = (*link_lost, ended_early) {
         return Err(Failure::Device(anyhow::anyhow!(
             "{reason}: the run ended at {} s, the device lets go by itself; the log is {log}",

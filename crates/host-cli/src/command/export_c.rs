@@ -8,11 +8,10 @@ use clap::Args;
 use fracdiff::{Operator, OperatorList, Order, Scheme, Seconds};
 use fracdiff_c::{CNumber, Header};
 use haptic_experiment::failure::Failure;
+use haptic_experiment::folder::write_text;
 use haptic_experiment::{Named as _, Precision};
-use haptic_log::record::{Leftover, NewFile, NewFileError};
 use serde::Serialize;
-use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Arguments of `export-c`.
 #[derive(Debug, Args)]
@@ -84,7 +83,7 @@ impl Arguments {
             Precision::F64 => self.header::<f64>(mu, horizon, error_bound)?,
         };
         if let Some(path) = &self.out {
-            write(path, &header, self.overwrite)?;
+            write_text(path, &header, self.overwrite)?;
         }
         let horizon_s = self.horizon_s();
         let in_file = self.out.is_some();
@@ -181,13 +180,4 @@ impl Arguments {
             .map_err(|error| Failure::input_with_advice(error, "give --name, as in half"));
         Ok((header?.to_string(), list.values.len()))
     }
-}
-
-/// Writes the header under its name once it is whole.
-fn write(path: &Path, header: &str, overwrite: bool) -> Result<(), Failure> {
-    let (new_file, mut file) = NewFile::create(path, Leftover::Discard, overwrite)?;
-    file.write_all(header.as_bytes())
-        .map_err(|source| NewFileError::io(path, source))?;
-    new_file.publish()?;
-    Ok(())
 }

@@ -20,7 +20,7 @@ use haptic_experiment::parameters::{
     WALL_REQUIRED,
 };
 use haptic_experiment::report::{Errors, RunReport};
-use haptic_experiment::{CouplerReport, ExperimentFile, Pace, Settling, WallReport};
+use haptic_experiment::{CouplerReport, ExperimentFile, Pace, Settling, TrialVerdict, WallReport};
 use std::fmt::Write as _;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -152,41 +152,44 @@ impl Arguments {
                 let mut verdict = None;
                 conduct(samples, output, print_wall, of_wall, |supervisor| {
                     let published = wall.run(&request("wall"), supervisor.watched(&live))?;
-                    let report = &published.report;
-                    verdict = Some((report.stable_by_both(), report.settling.verdict));
+                    let trial = &published.report.trial;
+                    verdict = Some((trial.stable_by_both(), trial.settling.verdict));
                     Ok(published)
                 })?;
-                match verdict {
-                    Some((false, trial)) if wall.must_be_stable => {
-                        Err(Failure::Run(anyhow::anyhow!(
-                            "must_be_stable: the wall is not stable by both trial ({}) and analysis: design a \
-                             weaker one, or take must_be_stable out of the file to run it all the same",
-                            trial.words()
-                        )))
-                    }
-                    _ => Ok(()),
-                }
+                required(wall.setup.must_be_stable, verdict, |trial| {
+                    format!("the wall is not stable by both trial ({trial}) and analysis")
+                })
             }
             ExperimentFile::Coupler(coupler) => {
                 let mut verdict = None;
                 conduct(samples, output, print_coupler, of_coupler, |supervisor| {
                     let published = coupler.run(&request("coupler"), supervisor.watched(&live))?;
                     let report = &published.report;
-                    verdict = Some((report.stable_by_all(), report.settling.verdict));
+                    verdict = Some((report.stable_by_all(), report.trial.settling.verdict));
                     Ok(published)
                 })?;
-                match verdict {
-                    Some((false, trial)) if coupler.must_be_stable => {
-                        Err(Failure::Run(anyhow::anyhow!(
-                            "must_be_stable: the coupler is not stable by trial ({}) and analysis and passed by Llewellyn's \
-                             criterion: design a weaker one, or take must_be_stable out of the file to run it all the same",
-                            trial.words()
-                        )))
-                    }
-                    _ => Ok(()),
-                }
+                required(coupler.setup.must_be_stable, verdict, |trial| {
+                    format!(
+                        "the coupler is not stable by trial ({trial}) and analysis and passed by Llewellyn's criterion"
+                    )
+                })
             }
         }
+    }
+}
+
+/// Refuses a trial that did not end well, if its file wants it to: stable by all that judge it, and the verdict of the trial itself.
+fn required(
+    must_be_stable: bool,
+    verdict: Option<(bool, TrialVerdict)>,
+    refusal: impl FnOnce(&str) -> String,
+) -> Result<(), Failure> {
+    match verdict {
+        Some((false, trial)) if must_be_stable => Err(Failure::Run(anyhow::anyhow!(
+            "must_be_stable: {}: design a weaker one, or take must_be_stable out of the file to run it all the same",
+            refusal(trial.words())
+        ))),
+        _ => Ok(()),
     }
 }
 
@@ -199,12 +202,13 @@ fn micrometres(x: Option<f64>) -> String {
 
 /// The result as a person reads it.
 fn print_wall(out: &mut dyn Write, report: &WallReport) -> io::Result<()> {
-    let (run, settling) = (&report.run, &report.settling);
+    let trial = &report.trial;
+    let (run, settling) = (&trial.run, &trial.settling);
     writeln!(
         out,
         "wall of order {} · scheme {} · K = {:.6} N/m · B = {:.6} N·s^μ/m · device {}",
-        report.order,
-        report.scheme,
+        trial.order,
+        trial.scheme,
         report.stiffness_n_per_m,
         report.dissipation_n_s_mu_per_m,
         run.device
@@ -221,18 +225,19 @@ fn print_wall(out: &mut dyn Write, report: &WallReport) -> io::Result<()> {
         "  force             peak {:.4e} N, at the end {:.4e} N",
         run.peak_force_n, run.final_force_n
     )?;
-    print_operator(out, &report.errors)?;
+    print_operator(out, &trial.errors)?;
     print_end(out, run)
 }
 
 /// The result of a coupler as a person reads it.
 fn print_coupler(out: &mut dyn Write, report: &CouplerReport) -> io::Result<()> {
-    let (run, settling) = (&report.run, &report.settling);
+    let trial = &report.trial;
+    let (run, settling) = (&trial.run, &trial.settling);
     writeln!(
         out,
         "coupler of order {} · scheme {} · k_c = {:.6} N·s/m · b_c = {:.6} N·s^(1−μ)/m · device {}",
-        report.order,
-        report.scheme,
+        trial.order,
+        trial.scheme,
         report.coupler_stiffness_n_s_per_m,
         report.coupler_dissipation_n_s_1_minus_mu_per_m,
         run.device
@@ -255,7 +260,7 @@ fn print_coupler(out: &mut dyn Write, report: &CouplerReport) -> io::Result<()> 
         "  force             peak {:.4e} N, at the end {:.4e} N",
         run.peak_force_n, run.final_force_n
     )?;
-    print_operator(out, &report.errors)?;
+    print_operator(out, &trial.errors)?;
     print_end(out, run)
 }
 

@@ -83,7 +83,9 @@ impl Arguments {
         {
             note(
                 "warning",
-                format_args!("no browser was opened ({error}): copy the address into one, or give --no-browser"),
+                format_args!(
+                    "no browser was opened ({error}): copy the address into one, or give --no-browser"
+                ),
             );
         }
         while !stop.load(Ordering::Relaxed) {

@@ -3,7 +3,7 @@
 use super::{CouplerCandidate, CouplerDesign};
 use crate::design::trial::{device_keys, plan, trial_keys, until_settled};
 use crate::failure::Failure;
-use crate::{CouplerExperiment, Imperfections, Pace, Safety, Settling, TrialPlan};
+use crate::{CouplerExperiment, Imperfections, Settling, TrialPlan, TrialSetup};
 use fracdiff::Order;
 use serde::Serialize;
 
@@ -71,21 +71,17 @@ impl CouplerDesign {
         candidate: &CouplerCandidate,
         stretch: f64,
     ) -> Result<CouplerExperiment, Failure> {
+        let sensors = Imperfections::NONE.sensors;
         Ok(CouplerExperiment {
-            device: self.device,
-            sensors: Imperfections::NONE.sensors,
+            setup: TrialSetup {
+                must_be_stable: true,
+                ..TrialSetup::new(self.device, sensors, self.plan(stretch))
+            },
             order: Order::new(candidate.order).map_err(Failure::input)?,
             scheme: self.scheme,
             coupler_stiffness_n_s_per_m: candidate.stiffness.unwrap_or(0.0),
             coupler_dissipation_n_s_1_minus_mu_per_m: candidate.dissipation.unwrap_or(0.0),
             object: self.object,
-            plan: self.plan(stretch),
-            must_be_stable: true,
-            force_rate_limit_n_per_s: None,
-            safety: Safety::default(),
-            pace: Pace::Virtual,
-            remote: None,
-            force_unstable: false,
         })
     }
 
@@ -115,8 +111,8 @@ impl CouplerDesign {
             coupler.object.damping_n_s_per_m,
             coupler.object.stiffness_n_per_m,
             criterion = self.criterion.name(),
-            device = device_keys(&coupler.device, coupler.sensors, &coupler.plan),
-            trial = trial_keys(&coupler.plan, coupler.must_be_stable),
+            device = device_keys(&coupler.setup),
+            trial = trial_keys(&coupler.setup),
         )
     }
 }

@@ -61,7 +61,29 @@ pub fn read_table(bytes: &[u8]) -> Result<TextTable, IdentifyError> {
         )));
     }
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let text = std::str::from_utf8(bytes).map_err(|error| {
+    let delimiter = delimiter(utf8(bytes)?)?;
+    let mut rows = rows(bytes, delimiter)?.into_iter();
+    let (header_line, header) = rows.next().unwrap_or_default();
+    // Messages show names in one line.
+    let header: Vec<String> = (header.iter())
+        .map(|name| name.replace(char::is_control, " "))
+        .collect();
+    if header.len() < 2 {
+        return Err(wrong(
+            header_line,
+            "there is one column only: give at least two, apart by tabs, commas or semicolons",
+        ));
+    }
+    Ok(TextTable {
+        delimiter,
+        header_line,
+        header,
+        rows: rows.collect(),
+    })
+}
+
+fn utf8(bytes: &[u8]) -> Result<&str, IdentifyError> {
+    std::str::from_utf8(bytes).map_err(|error| {
         let line = 1 + bytes[..error.valid_up_to()]
             .iter()
             .filter(|&&b| b == b'\n')
@@ -70,17 +92,24 @@ pub fn read_table(bytes: &[u8]) -> Result<TextTable, IdentifyError> {
             line as u64,
             "the text is not UTF-8: save the table as UTF-8",
         )
-    })?;
+    })
+}
+
+/// The separator of the first line with cells, the header.
+fn delimiter(text: &str) -> Result<u8, IdentifyError> {
     let is_data = |line: &&str| !line.trim().is_empty() && !line.trim_start().starts_with('#');
     let first = text.lines().find(is_data).ok_or_else(|| {
         IdentifyError::Record(
             "the table is empty: give a header and rows of numbers below it".to_owned(),
         )
     })?;
-    let delimiter = [b'\t', b';', b',']
-        .into_iter()
-        .find(|&mark| first.as_bytes().contains(&mark))
-        .unwrap_or(b',');
+    let mut marks = [b'\t', b';', b','].into_iter();
+    let found = marks.find(|&mark| first.as_bytes().contains(&mark));
+    Ok(found.unwrap_or(b','))
+}
+
+/// Line and cells of every row that has any, the header too.
+fn rows(bytes: &[u8], delimiter: u8) -> Result<Vec<(u64, StringRecord)>, IdentifyError> {
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
         .flexible(true)
@@ -106,24 +135,7 @@ pub fn read_table(bytes: &[u8]) -> Result<TextTable, IdentifyError> {
             rows.push((line, row.clone()));
         }
     }
-    let mut rows = rows.into_iter();
-    let (header_line, header) = rows.next().unwrap_or_default();
-    // Messages show names in one line.
-    let header: Vec<String> = (header.iter())
-        .map(|name| name.replace(char::is_control, " "))
-        .collect();
-    if header.len() < 2 {
-        return Err(wrong(
-            header_line,
-            "there is one column only: give at least two, apart by tabs, commas or semicolons",
-        ));
-    }
-    Ok(TextTable {
-        delimiter,
-        header_line,
-        header,
-        rows: rows.collect(),
-    })
+    Ok(rows)
 }
 
 /// Lines of rows: the reader's own count does not know of empty lines before a row.

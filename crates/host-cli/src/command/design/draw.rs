@@ -12,14 +12,6 @@ pub(super) fn draw(design: &Design, report: &DesignReport) -> Result<Picture, Fi
         }),
         Wish::Tissue { .. } => ("largest scale of the specimen", |c| c.largest_scale),
     };
-    let points = |value: fn(&Candidate) -> Option<f64>, candidates: &[Candidate]| {
-        let mut points: Vec<(f64, f64)> = candidates
-            .iter()
-            .filter_map(|c| Some((c.order, value(c)?)))
-            .collect();
-        points.sort_by(|a, b| a.0.total_cmp(&b.0));
-        points
-    };
     let beta: fn(&Candidate) -> Option<f64> = |c| c.beta;
     let best = report.best.as_slice();
     let (wished, wished_best) = (points(value, &report.candidates), points(value, best));
@@ -28,14 +20,6 @@ pub(super) fn draw(design: &Design, report: &DesignReport) -> Result<Picture, Fi
         Some(margin) => format!("stable, gain margin {margin}"),
         None => "passive".to_owned(),
     };
-    let subtitle = format!(
-        "m = {} kg · b = {} N·s/m · T = {} s · {} · scheme {}",
-        design.device.plant.mass.0,
-        design.device.plant.damping.0,
-        design.device.plant.sample_time.0,
-        report.imperfections.words(),
-        report.scheme
-    );
     let axis = |label| AxisSpec {
         label,
         scale: Scale::Linear,
@@ -58,7 +42,7 @@ pub(super) fn draw(design: &Design, report: &DesignReport) -> Result<Picture, Fi
     };
     ChartPage {
         title: &format!("Design: {}, {requirement}", report.wish),
-        subtitle: &subtitle,
+        subtitle: &subtitle(design, report),
         columns: 2,
         charts: vec![
             chart(label, &wished, &wished_best),
@@ -66,4 +50,26 @@ pub(super) fn draw(design: &Design, report: &DesignReport) -> Result<Picture, Fi
         ],
     }
     .draw()
+}
+
+/// The places of a quantity, by rising order.
+fn points(value: fn(&Candidate) -> Option<f64>, candidates: &[Candidate]) -> Vec<(f64, f64)> {
+    let mut points: Vec<(f64, f64)> = candidates
+        .iter()
+        .filter_map(|c| Some((c.order, value(c)?)))
+        .collect();
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    points
+}
+
+/// Device and operator in one line.
+fn subtitle(design: &Design, report: &DesignReport) -> String {
+    format!(
+        "m = {} kg · b = {} N·s/m · T = {} s · {} · scheme {}",
+        design.device.plant.mass.0,
+        design.device.plant.damping.0,
+        design.device.plant.sample_time.0,
+        report.imperfections.words(),
+        report.scheme
+    )
 }

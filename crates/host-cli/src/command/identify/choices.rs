@@ -8,26 +8,22 @@ use haptic_tissue::identify::{CANDIDATES, RecordKind, Weighting};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct KindChoice(pub(super) RecordKind);
 
+impl KindChoice {
+    const fn of(kind: RecordKind, words: &'static str) -> (Self, &'static str, &'static str) {
+        (Self(kind), kind.name(), words)
+    }
+}
+
 impl Named for KindChoice {
     const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
-        (
-            Self(RecordKind::Relaxation),
-            "relaxation",
-            "stress after a step of strain",
-        ),
-        (
-            Self(RecordKind::Creep),
-            "creep",
-            "strain after a step of stress",
-        ),
-        (
-            Self(RecordKind::Oscillation),
-            "oscillation",
+        Self::of(RecordKind::Relaxation, "stress after a step of strain"),
+        Self::of(RecordKind::Creep, "strain after a step of stress"),
+        Self::of(
+            RecordKind::Oscillation,
             "storage and loss modulus over frequency",
         ),
-        (
-            Self(RecordKind::History),
-            "record",
+        Self::of(
+            RecordKind::History,
             "strain and stress of any motion from rest",
         ),
     ];
@@ -47,35 +43,19 @@ impl Named for ModelChoice {
             "auto",
             "the simplest of those that the record supports best",
         ),
-        (
-            Self::One(ModelKind::SpringPot),
-            "spring-pot",
-            "one spring-pot",
-        ),
-        (
-            Self::One(ModelKind::FractionalKelvinVoigt),
-            "fractional-kelvin-voigt",
-            "two spring-pots side by side",
-        ),
-        (
-            Self::One(ModelKind::FractionalMaxwell),
-            "fractional-maxwell",
-            "two spring-pots in series",
-        ),
-        (
-            Self::One(ModelKind::FractionalZener),
-            "fractional-zener",
-            "a spring beside a fractional Maxwell model",
-        ),
-        (
-            Self::One(ModelKind::FractionalPoyntingThomson),
-            "fractional-poynting-thomson",
-            "a spring in series with a fractional Kelvin-Voigt model",
-        ),
+        Self::of(ModelKind::SpringPot),
+        Self::of(ModelKind::FractionalKelvinVoigt),
+        Self::of(ModelKind::FractionalMaxwell),
+        Self::of(ModelKind::FractionalZener),
+        Self::of(ModelKind::FractionalPoyntingThomson),
     ];
 }
 
 impl ModelChoice {
+    const fn of(kind: ModelKind) -> (Self, &'static str, &'static str) {
+        (Self::One(kind), kind.name(), kind.description())
+    }
+
     /// The models to fit: all, or the one and those with fewer parameters, to say if one of these is as good.
     pub(super) fn candidates(self) -> Vec<ModelKind> {
         let wanted = |candidate: &ModelKind| match self {

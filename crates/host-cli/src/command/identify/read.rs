@@ -3,7 +3,7 @@
 use crate::quantity::Time;
 use clap::Args;
 use haptic_experiment::failure::Failure;
-use haptic_log::record::{Entry, LogReader};
+use haptic_log::record::{Entry, LogReader, TickMessage};
 use haptic_tissue::identify::table::{
     Choice, Column, Columns, Loading, Reader, Reading, TABLE_MOST, Understood, read_table,
 };
@@ -77,31 +77,57 @@ impl TableArguments {
                 "a log has positions and forces: give --area and --thickness of the specimen, as in --area 4cm2 --thickness 20mm",
             ));
         }
-        let (mut time, mut position, mut force) = (Vec::new(), Vec::new(), Vec::new());
-        let (mut outside, mut limited) = (0_u64, 0_u64);
+        let (from, to) = (self.from.map(|time| time.0), self.to.map(|time| time.0));
+        let mut read = LogColumns::default();
         let mut log = LogReader::open(path)?;
         for entry in &mut log {
             let Entry::Tick(tick) = entry? else { continue };
-            let early = self.from.is_some_and(|from| tick.time_s < from.0);
-            if early || self.to.is_some_and(|to| tick.time_s > to.0) {
-                outside += 1;
-                continue;
-            }
-            // The force of the safety chain, not of the tissue; at rest it is both.
-            if tick.limiters != 0 && !(time.is_empty() && tick.force_n == 0.0) {
-                limited += 1;
-                continue;
-            }
-            if time.len() == SAMPLES_MOST {
+            let early = from.is_some_and(|from| tick.time_s < from);
+            if early || to.is_some_and(|to| tick.time_s > to) {
+                read.outside += 1;
+            } else if !read.take(&tick) {
                 return Err(Failure::bad_input(format_args!(
                     "{}: more than {SAMPLES_MOST} samples: give --from and --to, or export it and leave out rows",
                     path.display()
                 )));
             }
-            time.push(tick.time_s);
-            position.push(tick.position_m);
-            force.push(-tick.force_n);
         }
+        Ok(read.columns(log.condition().complete))
+    }
+}
+
+/// A log as it is read.
+#[derive(Debug, Default)]
+struct LogColumns {
+    time_s: Vec<f64>,
+    position_m: Vec<f64>,
+    force_n: Vec<f64>,
+    /// Samples that were left out.
+    outside: u64,
+    limited: u64,
+}
+
+impl LogColumns {
+    /// `false` if there is no room for it.
+    fn take(&mut self, tick: &TickMessage) -> bool {
+        // The force of the safety chain, not of the tissue; at rest it is both.
+        if tick.limiters != 0 && !(self.time_s.is_empty() && tick.force_n == 0.0) {
+            self.limited += 1;
+            return true;
+        }
+        if self.time_s.len() == SAMPLES_MOST {
+            return false;
+        }
+        self.time_s.push(tick.time_s);
+        self.position_m.push(tick.position_m);
+        self.force_n.push(-tick.force_n);
+        true
+    }
+
+    fn columns(self, complete: bool) -> Columns {
+        let Self {
+            outside, limited, ..
+        } = self;
         let mut notes = vec!["stress is the force against the motion, −force_n".to_owned()];
         if outside > 0 {
             notes.push(format!(
@@ -113,21 +139,21 @@ impl TableArguments {
                 "{limited} samples left out, in which the safety chain made the force"
             ));
         }
-        if !log.condition().complete {
+        if !complete {
             notes.push(
                 "the log is cut off or damaged: only what could be read is in the record (host-cli log check)"
                     .to_owned(),
             );
         }
-        Ok(Columns {
+        Columns {
             lines: Vec::new(),
             values: vec![
-                (Column::Time, "time_s".to_owned(), time),
-                (Column::Position, "position_m".to_owned(), position),
-                (Column::Force, "force_n".to_owned(), force),
+                (Column::Time, "time_s".to_owned(), self.time_s),
+                (Column::Position, "position_m".to_owned(), self.position_m),
+                (Column::Force, "force_n".to_owned(), self.force_n),
             ],
             notes,
-        })
+        }
     }
 }
 

@@ -5,10 +5,9 @@ use super::print::{Written, digits};
 use crate::picture_file;
 use clap::Args;
 use haptic_experiment::failure::Failure;
-use haptic_log::record::{Leftover, NewFile, NewFileError, StartTime};
+use haptic_log::record::{NewFile, NewFileError, StartTime};
 use haptic_tissue::identify::{Identification, RecordKind};
 use haptic_tissue::{Material, Source, ValidRange};
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
@@ -86,9 +85,7 @@ impl Planned<'_> {
         let text = self.text(found, source)?;
         let picture = draw(found, source).map_err(picture_file::PictureFileError::from)?;
         let overwrite = self.arguments.overwrite;
-        let (new_file, mut file) = NewFile::create(self.path, Leftover::Discard, overwrite)?;
-        file.write_all(text.as_bytes())
-            .map_err(|error| NewFileError::io(self.path, error))?;
+        let new_file = NewFile::filled(self.path, text.as_bytes(), overwrite)?;
         let saved = picture_file::save(&picture, &self.path.with_extension(""), overwrite)?;
         new_file.publish()?;
         Ok(Written {

@@ -6,11 +6,10 @@ use crate::parameter::with_options;
 use crate::quantity::Time;
 use clap::Args;
 use haptic_experiment::failure::Failure;
-use haptic_log::record::{Leftover, NewFile, NewFileError};
+use haptic_experiment::folder::write_text;
 use haptic_tissue::{ExportError, ExportFormat, MaxwellBranch, PronyFit};
 use serde::Serialize;
-use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Arguments of `materials export`.
 #[derive(Debug, Args)]
@@ -82,7 +81,7 @@ impl Arguments {
             .text(self.format, &title)
             .map_err(|error| refused(&error))?;
         if let Some(path) = &self.out {
-            write(path, &text, self.overwrite)?;
+            write_text(path, &text, self.overwrite)?;
         }
         let column = |value: fn(&MaxwellBranch) -> f64| fit.branches.iter().map(value).collect();
         let exported = Exported {
@@ -127,12 +126,4 @@ fn parse_format(name: &str) -> Result<ExportFormat, String> {
         let known: Vec<&str> = ExportFormat::ALL.iter().map(|one| one.name()).collect();
         format!("take one of {}", known.join(", "))
     })
-}
-
-fn write(path: &Path, text: &str, overwrite: bool) -> Result<(), Failure> {
-    let (new_file, mut file) = NewFile::create(path, Leftover::Discard, overwrite)?;
-    file.write_all(text.as_bytes())
-        .map_err(|error| NewFileError::io(path, error))?;
-    new_file.publish()?;
-    Ok(())
 }

@@ -1,0 +1,75 @@
+//! A run that reached its end, sample by sample: its table, its curves, and each force against theory.
+
+use crate::failure::Failure;
+use crate::judge::{Compared, Reference};
+use crate::kept::{KeptSample, Record, Samples};
+use crate::run::Ran;
+use crate::thinned::Thinned;
+use fracdiff::Order;
+use fracdiff::full_memory::Kernel;
+
+/// Results of a run that reached its end.
+pub(crate) struct Judged<const N: usize> {
+    pub(super) csv: String,
+    pub(super) curves: Thinned<N>,
+    /// See [`Errors::max_relative_error`](crate::report::Errors::max_relative_error).
+    pub(super) operator_error: Compared,
+}
+
+/// Writes the table, time and these quantities, and keeps the largest error of a force, N. `sample` tells the error and the
+/// quantities of each; `reason` says why the errors have no meaning.
+///
+/// # Errors
+/// A log that cannot be read again, a table that cannot be written.
+pub(crate) fn judged<const N: usize>(
+    ran: &Ran,
+    names: [&str; N],
+    reason: Option<&'static str>,
+    mut sample: impl FnMut(&KeptSample) -> (f64, [f64; N]),
+) -> Result<Judged<N>, Failure> {
+    let record = &ran.record;
+    let header: Vec<&str> = ["time_s"].into_iter().chain(names).collect();
+    let mut table = ran.folder.named_table_beside_log("csv", &header)?;
+    let mut curves = Thinned::of(record);
+    let mut off: f64 = 0.0;
+    Samples::of(record, &ran.log.paths).for_each(|kept| {
+        let (error, values) = sample(kept);
+        off = off.max(error);
+        curves.add(kept.time_s, values);
+        table.row((kept.time_s, values.as_slice()))
+    })?;
+    curves.finish();
+    let operator_error = match reason {
+        None => Compared::of_window(
+            off / record.largest_force_n(),
+            [0.0, record.duration_s()],
+            record.samples,
+        ),
+        Some(reason) => Compared::without_meaning(reason.to_owned()),
+    };
+    Ok(Judged {
+        csv: table.finish()?,
+        curves,
+        operator_error,
+    })
+}
+
+/// A limited force says nothing of the operator.
+pub(crate) fn limited(record: &Record) -> Option<&'static str> {
+    (record.limited > 0).then_some("the safety chain limited the force")
+}
+
+/// A force without a full history of this order, or without any force, has nothing to be compared with.
+pub(crate) fn incomparable(
+    reference: Reference,
+    order: Order,
+    record: &Record,
+) -> Option<&'static str> {
+    if reference == Reference::Kernel(Kernel::PiecewiseLinear) && order.get() >= 1.0 {
+        Some("the weights of this kernel are known in closed form below order 1 only")
+    } else if record.largest_force_n() == 0.0 {
+        Some("no force was commanded")
+    } else {
+        None
+    }
+}

@@ -1,0 +1,119 @@
+//! An experiment on a pushed device: what a wall and a coupler tell of themselves, and what follows for both.
+
+use super::judged::Judged;
+use super::report::TrialReport;
+use super::setup::{Parts, TrialSetup, warnings};
+use crate::curves::Origin;
+use crate::failure::Failure;
+use crate::judge::Compared;
+use crate::outcome::origin;
+use crate::remote::device_name;
+use crate::report::{Errors, Files, RunReport};
+use crate::run::Ran;
+use crate::settling::{Judge, Settling};
+use crate::thinned::Thinned;
+use crate::track::TOLERANCE;
+use fracdiff::{Order, Scheme};
+use haptic_loop::Environment;
+
+/// An experiment on a pushed device.
+pub(crate) trait Trial: Clone {
+    /// The law that the device feels.
+    type Law: Environment<f64, 1>;
+    /// The word for it.
+    const KIND: &'static str;
+    /// Reason for a push that no place of rest belongs to.
+    const NO_REST: &'static str;
+
+    /// All but the law.
+    fn setup(&self) -> &TrialSetup;
+
+    /// μ, and the operator.
+    fn operator_choice(&self) -> (Order, Scheme);
+
+    /// The same law in another setup.
+    fn with_setup(&self, setup: TrialSetup) -> Self;
+
+    /// The loop, made of good parameters.
+    ///
+    /// # Errors
+    /// A parameter outside its range.
+    fn parts(&self) -> Result<Parts<Self::Law>, Failure>;
+
+    /// A further warning about a run.
+    fn warning(&self, _: &Ran) -> Option<String> {
+        None
+    }
+
+    /// Runs it without log or files: does it settle?
+    ///
+    /// # Errors
+    /// Bad parameters.
+    fn tried(&self) -> Result<Settling, Failure> {
+        Ok(self.parts()?.try_out())
+    }
+
+    /// The same judgement, unless friction alone holds the device: then it is called that.
+    ///
+    /// # Errors
+    /// Those of the trial.
+    fn named(&self, settling: Settling) -> Result<Settling, Failure> {
+        let Some(smooth) = self.setup().smooth().filter(|_| settling.stable) else {
+            return Ok(settling);
+        };
+        match self.with_setup(smooth).tried()?.stable {
+            true => Ok(settling),
+            false => Ok(settling.by_friction()),
+        }
+    }
+
+    /// The report of a run, and its curves if it reached its end; `judged` makes its table.
+    ///
+    /// # Errors
+    /// A log that cannot be read again, a file that cannot be written.
+    fn reported<const N: usize>(
+        &self,
+        ran: &Ran,
+        (judge, rest_m): (Judge, Option<f64>),
+        judged: impl FnOnce() -> Result<Judged<N>, Failure>,
+    ) -> Result<(TrialReport, Option<(Origin, Thinned<N>)>), Failure> {
+        let setup = self.setup();
+        let (order, scheme) = self.operator_choice();
+        let record = &ran.record;
+        let whole = record.ended.is_none();
+        let settling = self.named(TrialSetup::settling(judge, ran, rest_m)?)?;
+        let agrees =
+            (ran.preflight.filter(|_| whole)).map(|analysis| analysis.stable == settling.stable);
+        let mut warnings = warnings(Self::KIND, &settling, agrees, record);
+        warnings.0.extend(self.warning(ran));
+        let mut files = Files::default();
+        let mut curves = None;
+        let mut operator_error = Compared::without_meaning("the run was cut short".to_owned());
+        if whole {
+            let judged = judged()?;
+            operator_error = judged.operator_error;
+            files.csv = Some(judged.csv);
+            curves = Some((origin(record), judged.curves));
+        } else {
+            ran.folder.remove_stale_results();
+        }
+        let deflection_error = setup.deflection_error(record, settling, Self::KIND, Self::NO_REST);
+        let report = TrialReport {
+            tissue: None,
+            order: order.get(),
+            scheme: scheme.to_string(),
+            run: RunReport::new(
+                ran,
+                device_name(setup.remote.as_ref()),
+                setup.device.sample_time.0,
+                files,
+                warnings,
+            ),
+            errors: Errors::new(operator_error, deflection_error),
+            reference_tolerance: record.whole.is_none().then_some(TOLERANCE),
+            settling,
+            analysis_agrees: agrees,
+        };
+        Ok((report, curves))
+    }
+}

@@ -1,0 +1,256 @@
+//! Messages of every kind, with values that differ from field to field.
+
+use haptic_link::{
+    Ack, Alive, BATCH_MAX, Batch, BatchItem, Capabilities, CoefficientBlock, Configuration, Event,
+    EventKind, FaultReport, Field, Flight, Guard, GuardKind, Hello, Keys, Limits, LoopMode,
+    OperatorForm, OperatorShape, Outcome, Refusal, Report, Request, Sample, Scope, Simulation,
+    SimulationKind, Start, State, Statistics, Status,
+};
+
+pub(super) fn status() -> Status {
+    Status {
+        state: State::Stopping,
+        fault: 2,
+        faults: 0x0403,
+    }
+}
+
+pub(super) fn sample() -> Sample {
+    Sample {
+        tick: 0x0403_0201,
+        time_us: 0x0807_0605,
+        position_m: 1.5,
+        environment_force_n: -2.5,
+        force_n: 3.5,
+        limiters: 9,
+    }
+}
+
+pub(super) fn block() -> CoefficientBlock {
+    CoefficientBlock {
+        offset: 0x0201,
+        values: core::array::from_fn(|i| i as f32 + 0.5),
+    }
+}
+
+/// Every field another value.
+pub(super) fn configuration() -> Configuration {
+    Configuration {
+        loop_mode: LoopMode::Host,
+        tick_period_us: 0x0403_0201,
+        stiffness_n_per_m: 1.25,
+        dissipation_n_s_mu_per_m: 2.25,
+        order: 3.25,
+        one_sided: true,
+        surface_m: -4.25,
+        operator: OperatorShape {
+            form: OperatorForm::Sections,
+            integer: -2,
+            count: 0x0605,
+        },
+        limits: Limits {
+            force_n: 5.25,
+            force_rate_n_per_s: 6.25,
+            watchdog_ms: 0x0807,
+            late_ticks: 0x0a09,
+            max_age_ticks: 0x0c0b,
+            start_force_n: 13.25,
+            rise_time_s: 14.25,
+            workspace_low_m: -15.25,
+            workspace_high_m: 16.25,
+            workspace_soft_m: 17.25,
+            speed_soft_m_per_s: 18.25,
+            speed_hard_m_per_s: 19.25,
+            velocity_bandwidth_hz: 20.25,
+            braking_n_s_per_m: 21.25,
+            stop_time_s: 22.25,
+            brake_force_n: 26.25,
+            device_mass_kg: 27.25,
+            device_delay_ticks: 4,
+            stuck_force_n: 28.25,
+            stuck_time_s: 29.25,
+            jump_m: 30.25,
+            guard: Guard {
+                kind: GuardKind::EnergyBounding,
+                damping_n_s_per_m: 23.25,
+                share: 24.25,
+                forget_s: 25.25,
+                delay_least_samples: 26.25,
+                delay_most_samples: 27.25,
+                lag_s: 28.25,
+                noise_m: 29.25,
+            },
+        },
+        simulation: Simulation {
+            kind: SimulationKind::RigidIndentation,
+            mass_kg: 7.25,
+            damping_n_s_per_m: 8.25,
+            hand_stiffness_n_per_m: 9.25,
+            push_n: 10.25,
+            depth_m: 11.25,
+            ramp_time_s: 12.25,
+        },
+    }
+}
+
+pub(super) fn requests() -> Vec<Request> {
+    vec![
+        Request::Hello { nonce: 0x0403_0201 },
+        Request::GetCapabilities,
+        Request::Configure(configuration()),
+        Request::Coefficients(block()),
+        Request::Commit {
+            digest: 0x0403_0201,
+            scope: Scope::Lasting,
+        },
+        Request::GetConfiguration,
+        Request::GetCoefficients { offset: 0x0201 },
+        Request::Arm { faults: 0x0201 },
+        Request::Disarm,
+        Request::Start(Start {
+            run: 0x0403_0201,
+            ticks: 0x0807_0605,
+            every: 0x0a09,
+            batch: 11,
+        }),
+        Request::Stop,
+        Request::Force {
+            tick: 0x0403_0201,
+            force_n: -0.5,
+        },
+        Request::KeepAlive { token: 0x0403_0201 },
+        Request::GetStatistics,
+        Request::ReadFlight { index: 0x0201 },
+        Request::Stream {
+            every: 0x0201,
+            batch: 3,
+        },
+        Request::GetKeys,
+    ]
+}
+
+pub(super) fn batch(count: usize) -> Batch {
+    let item = |n: usize| BatchItem {
+        position_m: n as f32 + 0.5,
+        environment_force_n: n as f32 + 100.5,
+        force_n: n as f32 + 200.5,
+        limiters: n as u8,
+    };
+    Batch {
+        tick: 0x0403_0201,
+        time_us: 0x0807_0605,
+        every: 0x0a09,
+        items: (0..count).map(item).collect(),
+    }
+}
+
+pub(super) fn statistics() -> Statistics {
+    Statistics {
+        ticks: 1,
+        overruns: 2,
+        tick_cycles_max: 3,
+        tick_cycles_last: 4,
+        stale_forces: 5,
+        samples_dropped: 6,
+        sent: 7,
+        received: 8,
+        corrupt: 9,
+        oversize: 10,
+        foreign: 11,
+        lost: 12,
+        duplicate: 13,
+        late: 14,
+        bytes_overrun: 15,
+        strangers: 16,
+    }
+}
+
+pub(super) fn ack(outcome: Outcome) -> Report {
+    Report::Ack(Ack {
+        sequence: 0x0201,
+        request: 4,
+        outcome,
+    })
+}
+
+pub(super) fn reports() -> Vec<Report> {
+    let time_us = 0x0807_0605_0403_0201;
+    vec![
+        Report::Hello(Hello {
+            nonce: 0x0403_0201,
+            connection: 0x0807_0605,
+            firmware: [1, 2, 3],
+            boot: 0x0403_0201,
+            status: status(),
+        }),
+        Report::Capabilities(Capabilities {
+            board: Capabilities::board_name("sixteen letters!"),
+            axes: 2,
+            simulated: true,
+            tick_period_min_us: 0x0403_0201,
+            tick_period_max_us: 0x0807_0605,
+            force_max_n: 1.5,
+            force_rate_max_n_per_s: 2.5,
+            position_resolution_m: 3.5,
+            coefficients_max: 0x0201,
+            modes_max: 0x0403,
+            degree_max: 0x0605,
+            flight_samples: 0x0807,
+        }),
+        ack(Outcome::Done),
+        Report::Configuration {
+            configuration: configuration(),
+            digest: 0x0403_0201,
+        },
+        Report::Coefficients(block()),
+        Report::Sample(sample()),
+        Report::Batch(batch(BATCH_MAX)),
+        Report::Event(Event {
+            kind: EventKind::Stopped,
+            tick: 0x0403_0201,
+            time_us,
+        }),
+        Report::Fault(FaultReport {
+            status: status(),
+            tick: 0x0403_0201,
+            time_us,
+        }),
+        Report::Statistics(statistics()),
+        Report::Alive(Alive {
+            token: 0x0403_0201,
+            time_us,
+            status: status(),
+            observed_energy_j: -4.5,
+        }),
+        Report::Flight(Flight {
+            index: 0x0201,
+            count: 0x0403,
+            sample: sample(),
+        }),
+        Report::Keys(Keys::current()),
+    ]
+}
+
+pub(super) fn refusals() -> Vec<Refusal> {
+    vec![
+        Refusal::State(State::Running),
+        Refusal::Range {
+            field: Field::ForceLimit,
+            value: 50.0,
+            least: 0.5,
+            most: 20.0,
+        },
+        Refusal::Digest,
+        Refusal::Incomplete,
+        Refusal::Unsupported(Field::Every),
+        Refusal::UnknownFault,
+        Refusal::ForceNotZero,
+        Refusal::ForceNotSmall {
+            wanted_n: 2.0,
+            allowed_n: 1.0,
+        },
+        Refusal::FaultPersists(4),
+        Refusal::Connection,
+        Refusal::Looser(Field::RiseTime),
+    ]
+}

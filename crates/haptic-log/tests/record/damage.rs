@@ -1,0 +1,335 @@
+//! Logs that are cut off, damaged, or that the disk does not take.
+
+use super::{CHUNK_TICKS, fill, finished_bytes, parameters, tick, ticks_of};
+use haptic_log::record::{
+    Damage, Entry, LogReader, LogWriter, NewFileError, RECOVERED, RecordError, TickMessage,
+    export_csv, inspect, recover,
+};
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::{Rng, SeedableRng};
+use std::cell::RefCell;
+use std::fs;
+use std::io::{self, Cursor, Seek, SeekFrom, Write};
+use std::path::Path;
+use std::rc::Rc;
+
+/// A sink that shares its bytes and fails once it holds `limit` of them.
+#[derive(Clone)]
+struct SmallDisk {
+    bytes: Rc<RefCell<Vec<u8>>>,
+    limit: usize,
+}
+
+impl SmallDisk {
+    fn new(limit: usize) -> Self {
+        let bytes = Rc::default();
+        Self { bytes, limit }
+    }
+}
+
+impl Write for SmallDisk {
+    fn write(&mut self, data: &[u8]) -> io::Result<usize> {
+        let mut bytes = self.bytes.borrow_mut();
+        let taken = data.len().min(self.limit - bytes.len());
+        if taken == 0 && !data.is_empty() {
+            return Err(io::Error::from_raw_os_error(28)); // ENOSPC
+        }
+        bytes.extend_from_slice(&data[..taken]);
+        Ok(taken)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Seek for SmallDisk {
+    fn seek(&mut self, _: SeekFrom) -> io::Result<u64> {
+        Ok(self.bytes.borrow().len() as u64)
+    }
+}
+
+#[test]
+fn what_was_written_100_ms_before_any_cut_survives_it() {
+    const TICKS: u64 = 20_000;
+    // How many ticks the program had produced when the file had grown to so many bytes.
+    let disk = SmallDisk::new(usize::MAX);
+    let mut writer = LogWriter::with_sink(disk.clone(), Path::new("disk")).expect("starts");
+    writer
+        .metadata("experiment", parameters())
+        .expect("metadata");
+    let mut growth = Vec::new();
+    for number in 0..TICKS {
+        writer.tick(&tick(number)).expect("tick");
+        growth.push(disk.bytes.borrow().len());
+    }
+    writer.close().expect("closes");
+    let whole = disk.bytes.borrow().clone();
+
+    let folder = tempfile::tempdir().expect("folder");
+    let mut random = Pcg64::seed_from_u64(2);
+    for round in 0..200 {
+        let cut = 1 + (random.next_u64() % (whole.len() as u64 - 1)) as usize;
+        let source = folder.path().join(format!("{round}.mcap.part"));
+        let target = folder.path().join(format!("{round}.mcap"));
+        fs::write(&source, &whole[..cut]).expect("writes");
+
+        let before = inspect(&source).expect("inspects");
+        assert!(!before.complete, "cut at {cut} of {}", whole.len());
+        let summary = recover(&source, &target, false).expect("recovers");
+        assert!(summary.lost_data() && !summary.missing().is_empty());
+
+        let produced = growth.partition_point(|&bytes| bytes <= cut) as u64;
+        let kept = summary.samples;
+        assert!(
+            kept + CHUNK_TICKS >= produced,
+            "cut at {cut}: {kept} ticks kept of {produced}"
+        );
+        let after = inspect(&target).expect("inspects");
+        assert!(after.complete && after.gaps.is_empty() && after.samples == kept);
+        let last = (after.metadata.last()).expect("a recovered log is marked");
+        assert_eq!(last.name, RECOVERED);
+        assert_eq!(last.values["samples_kept"], kept.to_string());
+        let entries: Vec<Entry> = (LogReader::open(&target).expect("opens"))
+            .collect::<Result<_, _>>()
+            .expect("reads");
+        let expected: Vec<TickMessage> = (0..kept).map(tick).collect();
+        assert!(ticks_of(&entries) == expected, "cut at {cut}: ticks differ");
+        fs::remove_file(&source).expect("removes");
+        fs::remove_file(&target).expect("removes");
+    }
+}
+
+#[test]
+fn a_killed_writer_leaves_all_but_the_last_100_ms() {
+    let folder = tempfile::tempdir().expect("folder");
+    let path = folder.path().join("run.mcap");
+    let part = folder.path().join("run.mcap.part");
+    let mut writer = LogWriter::create(&path).expect("creates");
+    fill(&mut writer, 5_050).expect("fills");
+    let safe = writer.samples_safe();
+    // No destructor runs, as when the process is killed.
+    std::mem::forget(writer);
+    assert!(!path.exists());
+    let summary = inspect(&part).expect("inspects");
+    assert!(!summary.complete);
+    assert_eq!((summary.samples, safe), (5_000, 5_000));
+    assert!(
+        summary.damage[0].contains("ends unfinished"),
+        "{:?}",
+        summary.damage
+    );
+
+    // To the system this process still writes it: neither another run nor a recovery gets in its way.
+    let saved = folder.path().join("saved.mcap");
+    let tries = [
+        LogWriter::create(&path).map(drop),
+        recover(&part, &saved, false).map(drop),
+    ];
+    for error in tries.map(|tried| tried.expect_err("refuses")) {
+        assert!(
+            matches!(error, RecordError::File(NewFileError::BeingWritten(_))),
+            "{error}"
+        );
+        let text = error.to_string();
+        assert!(text.contains("is being written by another run"), "{text}");
+    }
+    assert!(!saved.exists());
+
+    // A copy is what a killed process leaves. The next run under this name does not destroy it.
+    let (path, written) = (folder.path().join("killed.mcap"), part);
+    let part = folder.path().join("killed.mcap.part");
+    fs::copy(&written, &part).expect("copies");
+    let error = LogWriter::create(&path).expect_err("refuses");
+    assert!(matches!(
+        error,
+        RecordError::File(NewFileError::Leftover(_))
+    ));
+    assert!(error.to_string().contains("log recover"), "{error}");
+    let saved = recover(&part, &saved, false).expect("recovers");
+    assert_eq!(
+        (saved.samples, saved.events, saved.metadata_records),
+        (5_000, 1, 1)
+    );
+}
+
+#[test]
+fn a_dropped_writer_keeps_everything_but_does_not_look_finished() {
+    let folder = tempfile::tempdir().expect("folder");
+    let path = folder.path().join("run.mcap");
+    let mut writer = LogWriter::create(&path).expect("creates");
+    fill(&mut writer, 5_050).expect("fills");
+    drop(writer);
+    assert!(!path.exists());
+    let summary = inspect(&folder.path().join("run.mcap.part")).expect("inspects");
+    assert_eq!((summary.samples, summary.complete), (5_050, false));
+}
+
+#[test]
+fn a_damaged_chunk_costs_its_own_100_ms_and_nothing_else() {
+    let mut bytes = finished_bytes(10_000);
+    let middle = bytes.len() / 2;
+    // Far from any record header: 100 ticks of 69 random bytes make chunks of several kB.
+    bytes[middle] ^= 0x10;
+    let mut reader = LogReader::new(bytes.as_slice(), Path::new("memory")).expect("opens");
+    let entries: Vec<Entry> = reader.by_ref().collect::<Result<_, _>>().expect("reads");
+    let condition = reader.condition();
+    assert!(!condition.complete);
+    assert!(
+        matches!(condition.damage[0], Damage::Chunk { .. }),
+        "{condition:?}"
+    );
+    assert_eq!(ticks_of(&entries).len() as u64, 10_000 - CHUNK_TICKS);
+
+    let folder = tempfile::tempdir().expect("folder");
+    let damaged = folder.path().join("damaged.mcap");
+    fs::write(&damaged, &bytes).expect("writes");
+    let summary = inspect(&damaged).expect("inspects");
+    assert_eq!(summary.gaps.len(), 1);
+    assert_eq!(summary.gaps[0].missing, CHUNK_TICKS);
+    let saved = recover(&damaged, &folder.path().join("saved.mcap"), false).expect("recovers");
+    assert_eq!(saved.samples, 10_000 - CHUNK_TICKS);
+    let sentences = saved.missing().join("\n");
+    assert!(sentences.contains("100 ticks between"), "{sentences}");
+}
+
+#[test]
+fn corrupted_bytes_never_panic_never_lie_and_never_pass_for_whole() {
+    let whole = finished_bytes(2_000);
+    let mut random = Pcg64::seed_from_u64(3);
+    for _ in 0..500 {
+        let mut bytes = whole.clone();
+        for _ in 0..1 + random.next_u64() % 4 {
+            let place = 8 + (random.next_u64() % (bytes.len() as u64 - 8)) as usize;
+            bytes[place] = bytes[place].wrapping_add(1 + (random.next_u64() % 255) as u8);
+        }
+        let mut reader = LogReader::new(bytes.as_slice(), Path::new("memory")).expect("opens");
+        for entry in &mut reader {
+            if let Entry::Tick(message) = entry.expect("memory does not fail") {
+                assert_eq!(message, tick(message.tick), "a wrong number got through");
+            }
+        }
+        // Two changes of one byte may cancel; otherwise the sums must notice.
+        assert_eq!(reader.condition().complete, bytes == whole);
+    }
+}
+
+#[test]
+fn the_length_of_a_text_is_not_believed() {
+    let mut bytes = finished_bytes(10);
+    let name = b"\x0a\0\0\0experiment";
+    let at = (bytes.windows(name.len()))
+        .position(|window| window == name)
+        .expect("its metadata");
+    // 4 GiB, which nobody should ask the system for.
+    bytes[at..at + 4].fill(0xff);
+    let mut reader = LogReader::new(Cursor::new(bytes), Path::new("long")).expect("is MCAP");
+    let entries: Vec<Entry> = (&mut reader).map(|entry| entry.expect("read")).collect();
+    assert_eq!(ticks_of(&entries).len(), 10);
+    assert!(
+        (reader.condition().damage.iter())
+            .any(|damage| damage.to_string().contains("longer than the record")),
+        "{:?}",
+        reader.condition()
+    );
+}
+
+#[test]
+fn a_full_disk_says_which_file_and_how_much_is_safe_and_loses_no_more() {
+    let whole = finished_bytes(3_000).len();
+    let mut random = Pcg64::seed_from_u64(4);
+    let mut limits: Vec<usize> = (0..60)
+        .map(|_| (random.next_u64() % whole as u64) as usize)
+        .collect();
+    limits.extend([0, 7, 8, whole - 1]);
+    for limit in limits {
+        let disk = SmallDisk::new(limit);
+        let path = Path::new("run.mcap.part");
+        let result = LogWriter::with_sink(disk.clone(), path).and_then(|mut writer| {
+            let filled = fill(&mut writer, 3_000);
+            if filled.is_err() {
+                // The writer stays usable for the same answer, and its drop must not panic.
+                assert!(writer.tick(&tick(3_000)).is_err());
+                return filled;
+            }
+            writer.close().map(drop)
+        });
+        let error = result.expect_err("the disk is too small");
+        let RecordError::Write {
+            samples_safe,
+            source,
+            ..
+        } = &error
+        else {
+            panic!("{error:?}");
+        };
+        assert_eq!(source.raw_os_error(), Some(28));
+        let text = error.to_string();
+        for part in [
+            "run.mcap.part",
+            &samples_safe.to_string(),
+            "log recover",
+            "No space",
+        ] {
+            assert!(text.contains(part), "`{part}` is not in: {text}");
+        }
+        assert!(!text.contains('\n'));
+        let bytes = disk.bytes.borrow();
+        if bytes.is_empty() {
+            continue;
+        }
+        let reader = LogReader::new(bytes.as_slice(), path).expect("opens");
+        let entries: Vec<Entry> = reader.collect::<Result<_, _>>().expect("reads");
+        let recovered = ticks_of(&entries);
+        assert!(recovered.len() as u64 >= *samples_safe, "limit {limit}");
+        assert!(recovered == (0..recovered.len() as u64).map(tick).collect::<Vec<_>>());
+    }
+}
+
+#[test]
+fn a_recovered_log_replaces_another_only_when_asked_and_never_its_source() {
+    let folder = tempfile::tempdir().expect("folder");
+    let log = folder.path().join("run.mcap");
+    let mut writer = LogWriter::create(&log).expect("creates");
+    fill(&mut writer, 10).expect("fills");
+    writer.finish().expect("finishes");
+    let whole = fs::read(&log).expect("reads");
+    let old = folder.path().join("old.mcap");
+    fs::write(&old, "old").expect("writes");
+    recover(&log, &old, false).expect_err("not asked");
+    assert_eq!(fs::read(&old).expect("reads"), b"old");
+    assert_eq!(recover(&log, &old, true).expect("asked").samples, 10);
+
+    // By its own name, by another one, and by that of the unfinished copy.
+    let link = folder.path().join("link.mcap");
+    fs::hard_link(&log, &link).expect("links");
+    let copy = folder.path().join("copy.mcap");
+    let unfinished = folder.path().join("copy.mcap.host-cli-tmp");
+    fs::copy(&log, &unfinished).expect("copies");
+    for (source, target) in [(&log, &log), (&log, &link), (&unfinished, &copy)] {
+        let errors = [
+            recover(source, target, true)
+                .map(drop)
+                .expect_err("refuses"),
+            export_csv(source, target, true)
+                .map(drop)
+                .expect_err("refuses"),
+        ];
+        for error in errors {
+            let own = matches!(error, RecordError::File(NewFileError::OwnSource(_)));
+            assert!(own, "{error:?}");
+        }
+        assert_eq!(fs::read(source).expect("reads"), whole);
+    }
+}
+
+#[test]
+fn a_log_whose_writer_died_before_the_first_byte_is_an_empty_one() {
+    let folder = tempfile::tempdir().expect("folder");
+    let part = folder.path().join("run.mcap.part");
+    fs::write(&part, "").expect("writes");
+    let saved = folder.path().join("saved.mcap");
+    let summary = recover(&part, &saved, false).expect("recovers");
+    assert!(summary.lost_data() && summary.samples == 0, "{summary:?}");
+    assert!(inspect(&saved).expect("inspects").complete);
+}

@@ -1,0 +1,58 @@
+//! A page as the server knows it: its number, and the way to the task that writes to it.
+
+use super::live::LiveView;
+use haptic_experiment::Failure;
+use serde_json::{Value, json};
+use std::sync::Arc;
+use tokio::sync::{Notify, mpsc};
+
+/// Answers that wait for a page to read them.
+pub(super) const QUEUE: usize = 256;
+
+/// What the writer is told.
+#[derive(Debug)]
+pub(super) enum Outgoing {
+    Text(String),
+    Frame(Vec<u8>),
+    /// The live view from now on.
+    Live(Option<LiveView>),
+    Close(u16, &'static str),
+}
+
+/// The way to the writer.
+#[derive(Clone, Debug)]
+pub(super) struct Page {
+    pub(super) number: u64,
+    pub(super) out: mpsc::Sender<Outgoing>,
+    /// Told when the page does not read.
+    pub(super) full: Arc<Notify>,
+}
+
+impl Page {
+    /// Puts something into the queue; a full one closes the socket.
+    pub(super) fn send(&self, outgoing: Outgoing) {
+        if let Err(mpsc::error::TrySendError::Full(_)) = self.out.try_send(outgoing) {
+            self.full.notify_one();
+        }
+    }
+
+    /// Puts an answer into the queue.
+    pub(super) fn answer(&self, id: &Value, result: Result<Value, Failure>) {
+        let text = match result {
+            Ok(mut value) => {
+                if value.is_null() {
+                    value = json!({});
+                }
+                (value["id"], value["ok"]) = (id.clone(), true.into());
+                value
+            }
+            Err(failure) => refusal(id, &failure.to_string()),
+        };
+        self.send(Outgoing::Text(text.to_string()));
+    }
+}
+
+/// A refusal, with the number of the request.
+pub(super) fn refusal(id: &Value, error: &str) -> Value {
+    json!({"id": id, "ok": false, "error": error})
+}

@@ -1,0 +1,181 @@
+//! Bad lines, plugs that are pulled, and hosts that are killed.
+
+use super::{Emulated, RELAX, number};
+use crate::process::{PATIENCE, binary};
+use haptic_link::{FRAME_MAX, Header, Request, encode};
+use serde_json::Value;
+use std::io::Write as _;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+#[test]
+fn a_bad_line_is_counted_and_survived() {
+    let device = Emulated::new("--drop 1% --corrupt 1% --duplicate 1% --reorder 1% --line-seed 3");
+    device.loosen();
+    let ended = device.place.run(&format!("{RELAX} --json"));
+    // Samples are missing: exit code 4, everything else is there.
+    assert_eq!(ended.code, Some(4), "{ended}");
+    let report: Value = serde_json::from_str(&ended.stdout).expect("JSON");
+    let lost = number(&report, "/link/samples_lost");
+    assert!(lost > 20.0 && lost < 400.0, "{report}");
+    assert!(
+        number(&report, "/link/from_device/corrupt") > 5.0,
+        "{report}"
+    );
+    assert!(
+        number(&report, "/link/from_device/duplicate") > 5.0,
+        "{report}"
+    );
+    assert!(number(&report, "/link/from_device/late") > 5.0, "{report}");
+    assert_eq!(number(&report, "/dropped_samples"), lost);
+    let check = device.place.run("log check run/relax.mcap --json");
+    let check: Value = serde_json::from_str(&check.stdout).expect("JSON");
+    let gaps = check["gaps"].as_array().expect("gaps");
+    let missing: f64 = gaps.iter().map(|gap| number(gap, "/missing")).sum();
+    let at_the_ends = number(&check, "/missing_at_start") + number(&check, "/missing_at_end");
+    assert_eq!(missing + at_the_ends, lost, "{check}");
+    assert_eq!(number(&check, "/missing_samples"), lost, "{check}");
+    // What came is right: the force was computed on the device from the true position. What it is held against is
+    // interpolated where samples are missing; at the corner of a ramp of 500 ticks a gap of 1, 2, 3 ticks is
+    // 0.85e-3, 1.35e-3, 1.7e-3 off, by the sum of the Grünwald weights.
+    let gap = |gap: &Value| number(gap, "/missing");
+    let longest = gaps.iter().map(gap).fold(1.0, f64::max);
+    let error = number(&report, "/max_relative_error");
+    assert!(error < 0.9e-3 * longest, "{longest} in a row: {report}");
+}
+
+#[test]
+fn a_run_and_the_check_of_its_log_count_the_same_samples_missing() {
+    // The first of these lines loses the first samples; another only if a retry on a busy machine shifts it.
+    let mut lost_first = false;
+    for seed in 100..120 {
+        let device = Emulated::new(&format!("--drop 40% --line-seed {seed} --speed 4"));
+        let line = RELAX.replace("--duration 4s", "--duration 1s");
+        let ended = device.place.run(&format!("{line} --json"));
+        // A line as bad as this may end the run, or let none begin.
+        let Ok(report) = serde_json::from_str::<Value>(&ended.stdout) else {
+            continue;
+        };
+        let check = device.place.run("log check run/relax.mcap --json");
+        let check = check.failed(4).json();
+        assert_eq!(
+            check["missing_samples"], report["dropped_samples"],
+            "seed {seed}: {report} {check}"
+        );
+        assert_eq!(check["end"]["dropped_samples"], report["dropped_samples"]);
+        assert_eq!(number(&check, "/end/planned_samples"), 1001.0);
+        lost_first = number(&check, "/missing_at_start") > 0.0;
+        if lost_first {
+            break;
+        }
+    }
+    assert!(lost_first, "no line lost the first sample");
+}
+
+#[test]
+fn a_device_that_is_pulled_out_ends_the_run_with_a_whole_log() {
+    let mut device = Emulated::new("");
+    let mut run = Command::new(binary());
+    let line = RELAX.replace("--duration 4s", "--duration 60s");
+    run.args(line.split_whitespace())
+        .current_dir(device.place.path(""));
+    let run = run
+        .stderr(Stdio::piped())
+        .stdout(Stdio::null())
+        .spawn()
+        .expect("runs");
+    let began = Instant::now();
+    while !device.place.path("run/relax.mcap.part").exists() {
+        assert!(began.elapsed() < PATIENCE, "no log");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    std::thread::sleep(Duration::from_millis(500));
+    device.kill();
+    let ended = run.wait_with_output().expect("ends");
+    let error = String::from_utf8_lossy(&ended.stderr).into_owned();
+    assert_eq!(ended.status.code(), Some(3), "{error}");
+    assert!(error.contains("the line is gone"), "{error}");
+    let info = device.json("log info run/relax.mcap");
+    assert_eq!(info["complete"], true);
+    assert!(number(&info, "/samples") > 50.0, "{info}");
+    // Nobody knows how many samples the device still made.
+    let check = device.place.run("log check run/relax.mcap").failed(4);
+    assert!(check.error().contains("the link was lost"), "{check}");
+    let words = ["ended early: the line is gone", " of 60001 planned samples"];
+    assert!(
+        words.iter().all(|part| check.stdout.contains(part)),
+        "{check}"
+    );
+}
+
+#[test]
+fn a_host_that_is_killed_leaves_a_device_without_force() {
+    let device = Emulated::new("");
+    let mut run = Command::new(binary());
+    let line = RELAX.replace("--watchdog 1s", "--watchdog 300ms");
+    run.args(line.split_whitespace())
+        .current_dir(device.place.path(""));
+    let mut run = run
+        .stderr(Stdio::null())
+        .stdout(Stdio::null())
+        .spawn()
+        .expect("runs");
+    let began = Instant::now();
+    while !device.place.path("run/relax.mcap.part").exists() {
+        assert!(began.elapsed() < PATIENCE, "no log");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    std::thread::sleep(Duration::from_millis(500));
+    run.kill().expect("can be killed");
+    run.wait().expect("ends");
+    std::thread::sleep(Duration::from_millis(600));
+    let info = device.json("device info --device serial:device");
+    assert_eq!(info["state"], "in a fault", "{info}");
+    let fault = info["fault"].as_str().expect("a fault");
+    assert!(fault.contains("heard nothing from the host"), "{fault}");
+    // What it left of its log can be saved.
+    let saved = device
+        .place
+        .run("log recover run/relax.mcap.part saved.mcap --json");
+    assert!(matches!(saved.code, Some(0 | 4)), "{saved}");
+}
+
+#[test]
+fn a_flood_and_a_frame_without_end_do_not_stop_a_device() {
+    let device = Emulated::new("");
+    let path = device.place.path("device");
+    {
+        let port = serialport::new(path.to_string_lossy(), 460_800);
+        let mut port = port.timeout(PATIENCE).open_native().expect("opens");
+        // No zero for 20 kB, then noise with zeros, then a good frame cut in two.
+        port.write_all(&[7; 20_000]).expect("writes");
+        let noise: Vec<u8> = (0..100_000_u32)
+            .map(|n| (n.wrapping_mul(n) >> 7) as u8)
+            .collect();
+        port.write_all(&noise).expect("writes");
+        let mut line = [0; FRAME_MAX];
+        let header = Header::from_host(0, 0);
+        let length = encode(&Request::Stop, header, &mut line).expect("fits");
+        port.write_all(&line[..length / 2]).expect("writes");
+    }
+    let info = device.json("device info --device serial:device");
+    assert_eq!(info["state"], "idle");
+    assert!(
+        number(&info, "/statistics/frames_oversize") >= 1.0,
+        "{info}"
+    );
+    assert!(number(&info, "/statistics/frames_corrupt") > 10.0, "{info}");
+}
+
+/// A line that loses the frame that tells the end: what the device answers to keep-alives tells it too.
+#[test]
+fn an_end_whose_frame_was_lost_is_learned_from_what_the_device_answers() {
+    for (seed, workspace, code) in [(201, "--workspace=-10mm:0.5mm", 1), (4, "", 4)] {
+        let device = Emulated::new(&format!("--drop 8% --line-seed {seed}"));
+        let line = "relax --device serial:device --contact rigid --duration 2s --ramp-time 0.5s --watchdog 1s --out \
+                    run --quiet";
+        let ended = device.place.run(&format!("{line} {workspace}"));
+        assert_eq!(ended.code, Some(code), "{ended}");
+        assert!(!ended.stderr.contains("is stuck"), "{ended}");
+    }
+}

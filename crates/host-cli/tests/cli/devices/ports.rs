@@ -1,0 +1,180 @@
+//! Ports that are none, that are in use, or that have something else behind them than a device.
+
+use super::Emulated;
+use crate::process::Place;
+use haptic_link::FRAME_MAX;
+use serialport::SerialPort as _;
+use serialport::TTYPort;
+use std::io::Read as _;
+use std::io::Write as _;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+#[test]
+fn a_port_that_is_in_use_is_refused() {
+    let device = Emulated::new("");
+    let path = device.place.path("device");
+    let port = serialport::new(path.to_string_lossy(), 460_800).open_native();
+    let _held = port.expect("opens");
+    device
+        .place
+        .run("device info --device serial:device")
+        .refused(3, &["device", "in use by another program"]);
+}
+
+#[test]
+fn ports_that_are_none_are_refused() {
+    let place = Place::new();
+    for (line, words) in [
+        (
+            "relax --device serial:/dev/null",
+            ["/dev/null", "no serial port"],
+        ),
+        (
+            "creep --device serial:nowhere",
+            ["there is no port nowhere", "there "],
+        ),
+        (
+            "device info --device serial:nowhere",
+            ["there is no port nowhere", "there "],
+        ),
+    ] {
+        assert_eq!(place.run(line).complaint(3, &words), None);
+    }
+    for (line, words) in [
+        ("relax --device haptic", ["haptic", "sim"]),
+        ("relax --device serial:x@fast", ["fast", "baud"]),
+        ("relax --loop host", ["--loop", "--device"]),
+        (
+            "relax --device serial:x --sensor-noise 1um",
+            ["--sensor-noise", "serial"],
+        ),
+        (
+            "relax --device serial:x --watchdog 2s",
+            ["watchdog", "1000 ms"],
+        ),
+        ("device info --device sim", ["sim", "serial:PATH"]),
+        ("device emulate --drop 2", ["2", "100%"]),
+        ("device emulate --speed 0", ["speed 0", "1000"]),
+    ] {
+        assert_eq!(place.run(line).complaint(2, &words), None);
+    }
+    assert!(place.files().is_empty(), "{:?}", place.files());
+}
+
+/// A port with something else behind it than a device, until dropped.
+struct Impostor {
+    path: PathBuf,
+    over: Arc<AtomicBool>,
+    thread: Option<std::thread::JoinHandle<()>>,
+    _slave: TTYPort,
+}
+
+impl Impostor {
+    /// `answer` is given each piece of bytes that comes, and what it returns is sent.
+    fn new(mut answer: impl FnMut(&[u8]) -> Vec<u8> + Send + 'static) -> Self {
+        let (mut master, slave) = TTYPort::pair().expect("a pseudo-terminal");
+        master
+            .set_timeout(Duration::from_millis(20))
+            .expect("takes it");
+        let path = PathBuf::from(slave.name().expect("has a name"));
+        let over = Arc::new(AtomicBool::new(false));
+        let flag = Arc::clone(&over);
+        let thread = std::thread::spawn(move || {
+            let mut bytes = [0; 1024];
+            while !flag.load(Ordering::Relaxed) {
+                if let Ok(count) = master.read(&mut bytes) {
+                    // Nobody may listen any more.
+                    let _ = master.write_all(&answer(&bytes[..count]));
+                }
+            }
+        });
+        Self {
+            path,
+            over,
+            thread: Some(thread),
+            _slave: slave,
+        }
+    }
+
+    fn ask(&mut self, line: &str) -> crate::process::Ended {
+        let line = format!("{line} --device serial:{}", self.path.display());
+        Place::new().run(&line)
+    }
+
+    fn refused(&self, words: &[&str]) {
+        let place = Place::new();
+        let line = format!("device info --device serial:{}", self.path.display());
+        place.run(&line).refused(3, words);
+    }
+}
+
+impl Drop for Impostor {
+    fn drop(&mut self) {
+        self.over.store(true, Ordering::Relaxed);
+        let thread = self.thread.take().expect("runs");
+        thread.join().expect("ends");
+    }
+}
+
+#[test]
+fn a_port_with_something_else_behind_it_is_told_apart() {
+    Impostor::new(|_| Vec::new()).refused(&["no answer", "nothing came", "switched on"]);
+    Impostor::new(<[u8]>::to_vec).refused(&["sends back what it is sent", "echo"]);
+    Impostor::new(|_| b"AT+OK\r\n\0garbage\0".to_vec()).refused(&["garbage", "baud rate"]);
+    // Version 3 of the protocol, otherwise whole.
+    Impostor::new(|_| of_version(3)).refused(&["protocol version 3", "this program 2", "flash"]);
+    // A device of version 1 answers nobody but a host of version 1.
+    Impostor::new(|bytes| {
+        let greeted = bytes
+            .windows(10)
+            .any(|w| w == [2, 1, 1, 1, 1, 1, 1, 1, 1, 1]);
+        if greeted { of_version(1) } else { Vec::new() }
+    })
+    .refused(&["protocol version 1", "this program 2", "flash"]);
+}
+
+/// A whole frame of a device that speaks this version.
+fn of_version(version: u8) -> Vec<u8> {
+    let mut content = vec![0x80 | version, 0, 0, 0];
+    let crc = crc32(&content);
+    content.extend_from_slice(&crc.to_le_bytes());
+    let mut line = vec![0; FRAME_MAX];
+    let length = cobs::encode(&content, &mut line);
+    line.truncate(length);
+    line.push(0);
+    line
+}
+
+#[test]
+fn a_port_that_answers_after_a_second_is_waited_for() {
+    let device = Emulated::new("");
+    let path = device.place.path("device");
+    // As QEMU does it: what is said in the first second is lost.
+    let port = serialport::new(path.to_string_lossy(), 460_800);
+    let mut port = port
+        .timeout(Duration::from_millis(20))
+        .open_native()
+        .expect("opens");
+    let began = Instant::now();
+    let mut slow = Impostor::new(move |bytes| {
+        if began.elapsed() < Duration::from_millis(1200) {
+            return Vec::new();
+        }
+        port.write_all(bytes).expect("writes");
+        let mut answer = vec![0; 4096];
+        // Longer than the emulated device takes.
+        std::thread::sleep(Duration::from_millis(5));
+        let count = port.read(&mut answer).unwrap_or(0);
+        answer.truncate(count);
+        answer
+    });
+    let ended = slow.ask("device get --json");
+    assert_eq!(ended.code, Some(0), "{ended}");
+}
+
+fn crc32(bytes: &[u8]) -> u32 {
+    crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(bytes)
+}
