@@ -14,9 +14,13 @@ use std::path::Path;
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Plant")]
 pub(super) struct PlantArguments {
-    /// Transfer function, as in '0.55exp(-s)/(62s+1)' or '1/(0.8s^2.2+0.5s^0.9+1)'; or a plant file (*.toml); or a measured response (*.csv
-    /// with omega_rad_s, gain and phase_deg)
-    #[arg(long, value_name = "FUNCTION|FILE", allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "FUNCTION|FILE",
+        allow_hyphen_values = true,
+        help = "Transfer function, as in '0.55exp(-s)/(62s+1)' or '1/(0.8s^2.2+0.5s^0.9+1)'; or a plant file (*.toml); or a measured \
+                response (*.csv with omega_rad_s, gain and phase_deg)"
+    )]
     plant: Option<String>,
     /// Mass of a device, in place of --plant: force in, position out
     #[arg(long, conflicts_with = "plant", allow_hyphen_values = true)]

@@ -48,7 +48,7 @@ pub struct Arguments {
     /// Height of the step [default: 1]
     #[arg(long, value_parser = parse_number, allow_hyphen_values = true)]
     step: Option<f64>,
-    /// A record as the reference in place of a step: CSV with time_s and the column reference, held between its rows
+    /// A record as the reference in place of a step: a CSV with a time and a reference, held between its rows
     #[arg(long, value_name = "FILE.csv", conflicts_with = "step")]
     reference: Option<PathBuf>,
     #[command(flatten)]

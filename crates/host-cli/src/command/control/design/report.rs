@@ -331,7 +331,7 @@ impl Report {
                 ));
             }
             Some(other) if always(own) && !always(other) => {
-                said.push("The PID of order 1 is not stable at all of these gains.".to_owned())
+                said.push("The PID of order 1 is not stable at all of these gains.".to_owned());
             }
             Some(_) => {}
             None => said.push(format!(
