@@ -227,7 +227,7 @@ impl<O: Differintegrator<f64>> Port<O> {
         self.force_n
     }
 
-    /// Energy that the line has given to the device, J: Σ f[n]·(x[n] − x[n−1]).
+    /// Energy that the line has given to the device, J: `Σ f[n]·(x[n] − x[n−1])`.
     pub const fn given_j(&self) -> f64 {
         self.given_j
     }

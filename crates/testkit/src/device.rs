@@ -88,7 +88,7 @@ pub fn of_dynamics(device: &Dynamics, sample_time: Seconds) -> MassDamper<1> {
     })
 }
 
-/// True if a push of the device in a loop with this law dies out, as [`dies_out`] sees it.
+/// True if a push of the device in a loop with this law dies out, as `dies_out` sees it.
 ///
 /// # Panics
 /// Parameters outside their ranges.

@@ -34,9 +34,9 @@ pub struct PairTick {
     pub time_s: f64,
     /// Master and slave.
     pub sides: [SideTick; 2],
-    /// Energy that the line has given to both devices so far, J: Σ f[n]·(x[n] − x[n−1]).
+    /// Energy that the line has given to both devices so far, J: `Σ f[n]·(x[n] − x[n−1])`.
     pub given_j: f64,
-    /// The same with each force held until the next: Σ f[n]·(x[n+1] − x[n]), up to this tick.
+    /// The same with each force held until the next: `Σ f[n]·(x[n+1] − x[n])`, up to this tick.
     pub held_j: f64,
     /// Energy that the damping of both devices has taken at least, J, up to this tick: it has to pay for the hold.
     pub damped_j: f64,
