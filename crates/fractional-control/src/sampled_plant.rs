@@ -1,5 +1,6 @@
 //! A plant as a sampled loop sees it: held, late, exact where it can be.
 
+use crate::StateSpace;
 use crate::curves::transfer_fraction;
 use crate::enclosure::{Factor, Fraction, Product, Sum};
 use crate::plant::Model;
@@ -17,8 +18,9 @@ const DELAY_MAX: f64 = 10_000.0;
 
 /// A [`Plant`] behind a hold and its dead time (d + h)T, 0 ≤ h < 1, sampled with T.
 ///
-/// - *Matrices*: exactly, by matrix exponentials of the two parts of a sample.
-/// - *Transfer functions*: by the rule of [`Memory`], fed with the held command as a hat function between neighbouring samples sees it,
+/// - *Matrices, and transfer functions of whole orders* with more of them below than above: exactly, by matrix exponentials of the two
+///   parts of a sample. A function with a pole too fast for that is sampled as the others.
+/// - *Other transfer functions*: by the rule of [`Memory`], fed with the held command as a hat function between neighbouring samples sees it,
 ///   m\[n\] = p₀u\[n−d\] + p₁u\[n−d−1\] + p₂u\[n−d−2\] with p = ((1−h)²/2, 1/2 + h − h², h²/2): an error of O(T²) with
 ///   [`Rule::Bdf2`](crate::Rule::Bdf2). Where p₀ acts at once the loop is solved for the command.
 ///
@@ -84,6 +86,16 @@ impl SampledPlant {
         let delay = delay as usize;
         let (kind, path, curve) = match &plant.model {
             Model::Transfer(function) => {
+                let exact = StateSpace::of_function(function)
+                    .and_then(|states| states.sampled(sample_time.0, h).ok());
+                if let Some(sampled) = exact {
+                    let curve = states_fraction(&sampled);
+                    return Ok(Self::of(
+                        (Kind::States(sampled), [0.0; 3], curve),
+                        delay,
+                        sample_time,
+                    ));
+                }
                 let running = SampledTransferFunction::new(function, memory, sample_time)?;
                 let path = [0.5 * (1.0 - h) * (1.0 - h), 0.5 + h - h * h, 0.5 * h * h];
                 let curve = transfer_fraction(function, memory, sample_time)?;
@@ -103,17 +115,32 @@ impl SampledPlant {
                 return Err(RangeError::new("kind of plant", 3.0, allowed, "").into());
             }
         };
+        Ok(Self::of((kind, path, curve), delay, sample_time))
+    }
+
+    fn of(
+        (kind, path, curve): (Kind, [f64; 3], Fraction),
+        delay: usize,
+        sample_time: Seconds,
+    ) -> Self {
         let curve = Fraction {
             above: curve.above.with(&Factor::Delay(delay)),
             ..curve
         };
-        Ok(Self {
+        Self {
             kind,
             delay,
             path,
             curve,
             sample_time,
-        })
+        }
+    }
+
+    /// True if the samples are those of the plant behind a hold. If not, they follow a rule, which is right where the loop is slow for
+    /// the sample time: up to a crossover of about 0.3/T.
+    #[must_use]
+    pub const fn is_exact(&self) -> bool {
+        matches!(self.kind, Kind::States(_))
     }
 
     /// T.
@@ -141,7 +168,7 @@ impl SampledPlant {
         }
     }
 
-    /// The share of the command of now in the output of now: above 0 only for a transfer function without a whole sample of dead
+    /// The share of the command of now in the output of now: above 0 only for a transfer function that is sampled by a rule, without a whole sample of dead
     /// time.
     #[must_use]
     pub fn direct_gain(&self) -> f64 {

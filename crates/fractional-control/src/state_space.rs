@@ -1,6 +1,6 @@
 //! Linear plants as matrices, and their exact samples behind a hold, a delay and a lag.
 
-use crate::ControlError;
+use crate::{ControlError, FractionalTransferFunction};
 use fracdiff::parameter::{RangeError, not_negative, range};
 use nalgebra::{DMatrix, DVector, RowDVector};
 use num_complex::Complex;
@@ -54,6 +54,34 @@ impl StateSpace {
             range("element of a matrix", *value, true, "finite", "")?;
         }
         Ok(Self { a, b, c })
+    }
+
+    /// The matrices of a function whose orders are whole, more of them below than above: `None` for any other.
+    pub(crate) fn of_function(function: &FractionalTransferFunction) -> Option<Self> {
+        let (above, below) = (function.numerator(), function.denominator());
+        let degree = below.degree();
+        let terms = || above.terms().iter().chain(below.terms());
+        let whole = terms().all(|term| term.order == libm::round(term.order));
+        if !whole || above.degree() >= degree || degree > STATES_MAX {
+            return None;
+        }
+        let n = degree as usize;
+        let leading = below.terms().first()?.coefficient;
+        // Controllable canonical form: xᵢ is the i-th derivative of the first.
+        let mut a = DMatrix::zeros(n, n);
+        for row in 1..n {
+            a[(row - 1, row)] = 1.0;
+        }
+        for term in below.terms().iter().skip(1) {
+            a[(n - 1, term.order as usize)] = -term.coefficient / leading;
+        }
+        let mut b = DVector::zeros(n);
+        b[n - 1] = 1.0;
+        let mut c = RowDVector::zeros(n);
+        for term in above.terms() {
+            c[term.order as usize] = term.coefficient / leading;
+        }
+        Self::new(a, b, c).ok()
     }
 
     /// The same behind an actuator: τ·ḟ = u − f, and f in place of u. A lag of 0 is none.

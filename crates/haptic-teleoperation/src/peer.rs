@@ -95,6 +95,8 @@ pub enum Heard {
     Nothing,
     /// The other side has introduced itself, and wants an answer.
     Hello,
+    /// The other side has heard this one: no answer.
+    Met,
     /// A tick of the other side.
     Sample(HandSample),
     /// The other side has gone.
@@ -178,7 +180,9 @@ impl Peer {
         self.agree(hello)?;
         self.theirs = Some(hello.nonce);
         if hello.heard == self.nonce {
+            // It has heard this side: an answer would be answered in turn, for ever.
             self.connected = true;
+            return Ok(Heard::Met);
         }
         Ok(Heard::Hello)
     }

@@ -59,7 +59,10 @@ fn matrices_are_sampled_exactly_whatever_the_delay_and_lag() {
 
 #[test]
 fn a_transfer_function_is_the_same_plant_to_second_order() {
-    let function: FractionalTransferFunction = "1/(s^2+0.6s+2)".parse().expect("valid");
+    // The same function with the factor √s + 1 above and below, so that its orders are not whole.
+    let function: FractionalTransferFunction = "(s^0.5+1)/(s^2.5+s^2+0.6s^1.5+0.6s+2s^0.5+2)"
+        .parse()
+        .expect("valid");
     for delay in [0.0, 0.013, 0.2] {
         let exact = Plant::state_space(second_order(), delay).expect("valid");
         let other = Plant::transfer(function, delay).expect("valid");
@@ -82,6 +85,21 @@ fn a_transfer_function_is_the_same_plant_to_second_order() {
             fine < 5e-4 && coarse / fine > 3.0,
             "{delay}: {coarse} {fine}"
         );
+    }
+}
+
+#[test]
+fn a_function_of_whole_orders_is_sampled_as_exactly_as_its_matrices() {
+    let function: FractionalTransferFunction = "1/(s^2+0.6s+2)".parse().expect("valid");
+    for delay in [0.0, 0.013, 0.2] {
+        let written = Plant::transfer(function, delay).expect("valid");
+        let matrices = Plant::state_space(second_order(), delay).expect("valid");
+        let input = |n: usize| (n as f64 * 0.17).sin();
+        let (a, b) = (
+            run(&written, 0.1, input, 100),
+            run(&matrices, 0.1, input, 100),
+        );
+        assert_eq!(a, b);
     }
 }
 
@@ -252,6 +270,46 @@ fn the_curve_of_the_verdict_is_the_controller_that_runs() {
                 (have - want).norm() < 1e-9 * want.norm(),
                 "{parameters:?} {theta}: {have} {want}"
             );
+        }
+    }
+}
+
+#[test]
+fn a_plant_has_one_verdict_in_notation_and_as_matrices() {
+    let memory = Memory::new(Rule::Bdf2, 1e-6, 100.0).expect("is right");
+    // Plant, its matrices, T, and the gain at which the held loop turns unstable: (1 + e^(pT))/(e^(pT) − 1)·|p| for 1/(s − p).
+    let first_order = |p: f64| {
+        StateSpace::new(
+            DMatrix::from_row_slice(1, 1, &[p]),
+            DVector::from_column_slice(&[1.0]),
+            RowDVector::from_row_slice(&[1.0]),
+        )
+    };
+    for (text, pole, t) in [
+        ("1/(s-1)", 1.0, 1e-3),
+        ("1/(s+1)", -1.0, 10.0),
+        ("1/(s+1)", -1.0, 0.1),
+    ] {
+        let e = f64::exp(pole * t);
+        let limit = pole * (1.0 + e) / (e - 1.0);
+        let written: Plant = text.parse().expect("a plant");
+        let matrices = first_order(pole).expect("fits");
+        let matrices = Plant::state_space(matrices, 0.0).expect("is right");
+        for plant in [written, matrices] {
+            let sampled = SampledPlant::new(&plant, memory, Seconds(t)).expect("samples");
+            assert!(sampled.is_exact());
+            for (share, stable) in [(0.99, true), (1.01, false)] {
+                let gain = PidParameters {
+                    proportional: share * limit,
+                    ..PidParameters::NONE
+                };
+                let closed = SampledLoop::new(gain.into(), memory, &sampled).expect("is right");
+                assert_eq!(
+                    closed.verdict().stable,
+                    stable,
+                    "{text}, T = {t} s, {share}"
+                );
+            }
         }
     }
 }

@@ -28,9 +28,15 @@ pub struct LoopAnalysis {
     pub margins: Margins,
     /// The reason of the verdict.
     pub cause: Cause,
+    /// Where the plant is sampled by a rule and not exactly ([`SampledPlant::is_exact`](fractional_control::SampledPlant::is_exact)) and the
+    /// loop is too fast for that: how many times as often it would have to be sampled. The verdict then is of the rule, not of the plant.
+    pub coarse: Option<f64>,
     /// The open loop L and S = 1/(1 + L) over frequency.
     pub curve: Vec<LoopPoint>,
 }
+
+/// Largest crossover times sample time to which the rule of a fractional plant is trusted.
+const RULE_HOLDS_TO: f64 = 0.3;
 
 /// The reason of a verdict.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,7 +87,8 @@ impl LoopPoint {
 /// # Errors
 /// A plant that does not run, parameters outside their range.
 pub fn analyse(file: &ControllerFile, plant: &Plant) -> Result<LoopAnalysis, ControlError> {
-    let closed = file.closed_with(&sampled_for(file, plant)?)?;
+    let sampled = sampled_for(file, plant)?;
+    let closed = file.closed_with(&sampled)?;
     let (verdict, margins) = (closed.verdict(), closed.margins());
     let place = margins.phase.unwrap_or(margins.sensitivity).omega_rad_s;
     let t = file.sample_time_s;
@@ -92,8 +99,18 @@ pub fn analyse(file: &ControllerFile, plant: &Plant) -> Result<LoopAnalysis, Con
         verdict,
         margins,
         cause,
+        coarse: (!sampled.is_exact())
+            .then(|| too_fast(&curve, file.sample_time_s))
+            .flatten(),
         curve,
     })
+}
+
+/// How many times as often a loop with this L would have to be sampled for the rule of its plant to hold; `None` if it does.
+fn too_fast(curve: &[LoopPoint], sample_time_s: f64) -> Option<f64> {
+    let fast = curve.iter().rev().find(|point| point.open.norm() >= 1.0)?;
+    let times = fast.omega_rad_s * sample_time_s / RULE_HOLDS_TO;
+    (times > 1.0).then_some(times)
 }
 
 /// Responses from a frequency to another, equal steps of the logarithm; what is not known is left out.

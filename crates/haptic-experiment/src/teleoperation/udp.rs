@@ -287,7 +287,7 @@ impl Side {
                 }
                 Heard::Hello => self.line.greet(),
                 Heard::Bye => self.left = true,
-                Heard::Nothing => {}
+                Heard::Met | Heard::Nothing => {}
             }
         }
         Ok(())
@@ -430,7 +430,7 @@ impl Line {
                 )));
             }
         };
-        if heard == Heard::Hello {
+        if matches!(heard, Heard::Hello | Heard::Met) {
             self.peer = Some(from);
         }
         Ok(Some(heard))

@@ -113,6 +113,18 @@ fn stable(margins: &Margins) -> String {
 
 /// The verdict, its root and the way to the boundary, in sentences.
 pub(super) fn verdict(analysis: &LoopAnalysis) -> String {
+    let text = of_the_loop(analysis);
+    let Some(times) = analysis.coarse else {
+        return text;
+    };
+    let text = text.replace(", and proved", " by the sampled model, not proved");
+    format!(
+        "{text} The loop is too fast for the samples of this plant, whose orders are not whole: give a sample time {} times as short.",
+        digits(times)
+    )
+}
+
+fn of_the_loop(analysis: &LoopAnalysis) -> String {
     let at = |crossing: &Crossing| digits(crossing.omega_rad_s);
     let poles = match analysis.verdict.unstable_poles {
         Some(1) => "one pole grows".to_owned(),
