@@ -2,7 +2,7 @@
 
 use fracdiff::{Order, Seconds};
 use haptic_experiment::teleoperation::{
-    HandModel, HandMotion, RemotePlace, TeleoperationExperiment,
+    HandModel, HandMotion, RemotePlace, TeleoperationExperiment, TeleoperationVerdict,
 };
 use haptic_experiment::{ExperimentFile, ModelledTissue, Pace, Safety};
 use haptic_link::Architecture;
@@ -254,6 +254,34 @@ fn a_line_that_loses_everything_ends_with_both_forces_at_zero() {
         assert!(run.expect("in range"), "{architecture}");
         assert_eq!(last.map(f64::to_bits), [0; 2], "{architecture}: {last:?}");
     }
+}
+
+#[test]
+fn a_line_that_never_carried_anything_is_silent_and_not_passive() {
+    let library = Library::load(None).expect("loads");
+    let mut far = experiment(
+        Architecture::TimeDomain,
+        tissue(&library, "prostate-cancerous"),
+    );
+    (far.duration_s, far.window_s) = (5.0, 4.0);
+    far.channel.loss = 1.0;
+    let place = tempfile::tempdir().expect("a folder");
+    let request = haptic_experiment::folder::FolderRequest {
+        out: Some(place.path().to_owned()),
+        stem: "run".to_owned(),
+        overwrite: true,
+        roll_bytes: None,
+        provenance: Default::default(),
+    };
+    let supervisor = haptic_experiment::Supervisor {
+        stop: &std::sync::atomic::AtomicBool::new(false),
+        progress: &|_| (),
+        live: None,
+        warn: &|_| {},
+    };
+    let report = far.run(&request, supervisor).expect("runs").report;
+    assert_eq!(report.verdict, TeleoperationVerdict::Silent);
+    assert_eq!(report.back.delivered + report.forth.delivered, 0);
 }
 
 #[test]

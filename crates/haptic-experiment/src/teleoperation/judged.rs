@@ -80,7 +80,10 @@ impl Judged {
     }
 
     pub(super) fn verdict(&self, pair: &Pair, whole: bool) -> TeleoperationVerdict {
-        let silent = pair.ports().into_iter().any(|port| port.is_silent());
+        let silent = pair
+            .ports()
+            .into_iter()
+            .any(|port| port.is_silent() || !port.has_heard());
         let share = self.saturated as f64 / self.samples.max(1) as f64;
         if silent {
             TeleoperationVerdict::Silent
