@@ -39,7 +39,7 @@ const POLICY: u16 = 1008;
 /// Serves a socket until it is closed. What the page controlled is stopped before all else.
 pub(super) async fn serve(stream: WebSocket, hub: Arc<Hub>) {
     let number = hub.enter();
-    let (sink, source) = stream.split();
+    let (sink, mut source) = stream.split();
     let (out, queue) = mpsc::channel(QUEUE);
     let page = Page {
         number,
@@ -47,7 +47,7 @@ pub(super) async fn serve(stream: WebSocket, hub: Arc<Hub>) {
         full: Arc::default(),
     };
     let writer = tokio::spawn(write(sink, queue, Arc::clone(&hub), number));
-    let reason = read(source, &hub, &page).await;
+    let reason = read(&mut source, &hub, &page).await;
     // Not after the writer: a page that does not read would hold it.
     let leaving = tokio::spawn({
         let hub = Arc::clone(&hub);
@@ -61,13 +61,18 @@ pub(super) async fn serve(stream: WebSocket, hub: Arc<Hub>) {
     if timeout(FAREWELL, writer).await.is_err() {
         stop_writer.abort();
     }
+    if reason.is_some() {
+        // What the page still sent is read: a socket closed over unread bytes is reset, and the page would not hear the reason.
+        let rest = async { while source.next().await.is_some_and(|message| message.is_ok()) {} };
+        let _ = timeout(FAREWELL, rest).await;
+    }
     // It cannot fail but by a panic, which has told of itself.
     let _ = leaving.await;
 }
 
 /// Reads until the end; code and reason, if it is the server that ends it.
 async fn read(
-    mut source: SplitStream<WebSocket>,
+    source: &mut SplitStream<WebSocket>,
     hub: &Arc<Hub>,
     page: &Page,
 ) -> Option<(u16, &'static str)> {
