@@ -109,7 +109,8 @@ pub fn identify(
         why: "begin from another guess, nearer in gain and time constant, or with other terms",
     };
     let residuals = residuals.ok_or(unfit)?;
-    let function = problem.function().map_err(|_| unfit)?;
+    let function = problem.function().and_then(|found| settled(&found));
+    let function = function.map_err(|_| unfit)?;
     let samples = record.output.len() as f64;
     let mean = record.output.iter().sum::<f64>() / samples;
     let variance: f64 = record.output.iter().map(|y| (y - mean) * (y - mean)).sum();
@@ -199,6 +200,24 @@ struct Fit<'a> {
 
 /// Step of a central difference, of orders and logarithms alike.
 const STEP: f64 = 1e-5;
+/// Orders nearer than this to a whole number are that number: no record tells them apart, and a plant of whole orders is sampled exactly.
+const WHOLE: f64 = 1e-4;
+
+fn settled(found: &FractionalTransferFunction) -> Result<FractionalTransferFunction, ControlError> {
+    let whole = |terms: &[Term]| -> Vec<Term> {
+        let settle = |term: &Term| {
+            let nearest = libm::round(term.order);
+            let is_near = (term.order - nearest).abs() < WHOLE;
+            Term::new(term.coefficient, if is_near { nearest } else { term.order })
+        };
+        terms.iter().map(settle).collect()
+    };
+    FractionalTransferFunction::new(
+        &whole(found.numerator().terms()),
+        &whole(found.denominator().terms()),
+    )
+}
+
 /// A residual where there is no model, in units of the largest output.
 const NONE: f64 = 1e3;
 

@@ -93,7 +93,7 @@ fn a_design_meets_its_wishes_and_the_files_are_what_other_commands_take() {
 fn a_wish_that_is_not_met_ends_with_1_and_says_by_how_much() {
     let place = Place::new();
     let line = format!(
-        "control design --plant {OVEN} --crossover 1rad/s --phase-margin 60deg --sensitivity-peak 1.01 --out d --json"
+        "control design --plant {OVEN} --crossover 0.1rad/s --phase-margin 65deg --sensitivity-peak 1.01 --out d --json"
     );
     let ended = place.run(&line).failed(1);
     let said = ended.error();
