@@ -61,7 +61,7 @@ impl StateSpace {
         let (above, below) = (function.numerator(), function.denominator());
         let degree = below.degree();
         let terms = || above.terms().iter().chain(below.terms());
-        let whole = terms().all(|term| term.order == libm::round(term.order));
+        let whole = terms().all(|term| (term.order - libm::round(term.order)).abs() <= 0.0);
         if !whole || above.degree() >= degree || degree > STATES_MAX {
             return None;
         }
