@@ -446,7 +446,7 @@ fn an_experiment_is_started_from_a_form_watched_and_stopped() {
     let server = server(runs.path(), OnClose::Stop);
     let mut page = Page::open(server.address());
     let forms = page.ask("runs.forms", json!({}));
-    assert_eq!(forms["forms"].as_array().map(Vec::len), Some(4));
+    assert_eq!(forms["forms"].as_array().map(Vec::len), Some(5));
     let refused = page.refused(
         "runs.start",
         json!({"kind": "relax", "parameters": {"strain": 5}}),
@@ -490,6 +490,35 @@ fn an_experiment_is_started_from_a_form_watched_and_stopped() {
     assert_eq!(
         page.ask("runs.open", json!({"name": "wall-0001/wall"}))["complete"],
         true
+    );
+}
+
+#[test]
+fn two_hands_over_a_line_are_run_from_a_form_too() {
+    let runs = tempfile::tempdir().expect("a folder");
+    let server = server(runs.path(), OnClose::Stop);
+    let mut page = Page::open(server.address());
+    let refused = page.refused(
+        "runs.start",
+        json!({"kind": "teleoperation", "parameters": {"architecture": "telepathy"}}),
+    );
+    assert!(refused.contains("time-domain"), "{refused}");
+    page.ask(
+        "runs.start",
+        json!({"kind": "teleoperation", "parameters": {"architecture": "wave", "line_delay_s": 0.02, "duration_s": 5}}),
+    );
+    let done = page.wait("run", |run| run["state"] != "running");
+    assert_eq!(done["state"], "done", "{done}");
+    let opened = page.ask(
+        "runs.open",
+        json!({"name": "teleoperation-0001/teleoperation"}),
+    );
+    assert_eq!(opened["samples"], done["report"]["samples"]);
+    let curves = &opened["curves"];
+    let count = |key: &str| curves[key].as_array().map(Vec::len);
+    assert!(
+        count("far_position_m") > Some(10) && count("far_position_m") == count("position_m"),
+        "{curves}"
     );
 }
 

@@ -4,11 +4,12 @@ use haptic_experiment::Named;
 use haptic_experiment::parameters::{
     self, COUPLER_REQUIRED, Parameter, Range, Value as Default, WALL_REQUIRED,
 };
+use haptic_experiment::teleoperation::{ArchitectureName, PlaceName};
 use haptic_experiment::{Contact, CriterionName, GuardChoice, Precision};
 use serde_json::{Value, json};
 
 /// The experiments.
-pub(super) const KINDS: [&str; 4] = ["relax", "creep", "wall", "coupler"];
+pub(super) const KINDS: [&str; 5] = ["relax", "creep", "wall", "coupler", "teleoperation"];
 
 /// Names that a text may be; none where any will do.
 fn choices(key: &str) -> Vec<&'static str> {
@@ -20,6 +21,8 @@ fn choices(key: &str) -> Vec<&'static str> {
         "contact" => names::<Contact>(),
         "precision" => names::<Precision>(),
         "criterion" => names::<CriterionName>(),
+        "architecture" => names::<ArchitectureName>(),
+        "place" => names::<PlaceName>(),
         _ => Vec::new(),
     }
 }
