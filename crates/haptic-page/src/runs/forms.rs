@@ -1,28 +1,13 @@
 //! Forms of the experiments, from the tables of their parameters.
 
-use haptic_experiment::Named;
+use haptic_experiment::choices::choices;
 use haptic_experiment::parameters::{
     self, COUPLER_REQUIRED, Parameter, Range, Value as Default, WALL_REQUIRED,
 };
-use haptic_experiment::{Contact, CriterionName, GuardChoice, Precision};
 use serde_json::{Value, json};
 
 /// The experiments.
 pub(super) const KINDS: [&str; 4] = ["relax", "creep", "wall", "coupler"];
-
-/// Names that a text may be; none where any will do.
-fn choices(key: &str) -> Vec<&'static str> {
-    fn names<T: Named>() -> Vec<&'static str> {
-        T::CHOICES.iter().map(|choice| choice.1).collect()
-    }
-    match key {
-        "guard" => names::<GuardChoice>(),
-        "contact" => names::<Contact>(),
-        "precision" => names::<Precision>(),
-        "criterion" => names::<CriterionName>(),
-        _ => Vec::new(),
-    }
-}
 
 fn parameter(parameter: &Parameter) -> Value {
     let Parameter {
@@ -52,6 +37,7 @@ fn parameter(parameter: &Parameter) -> Value {
         Default::Number(_, range) => Some(range.to_string()),
         _ => None,
     };
+    let choices: Vec<&str> = choices(key).iter().map(|choice| choice.0).collect();
     json!({
         "key": key,
         "kind": kind,
@@ -61,7 +47,7 @@ fn parameter(parameter: &Parameter) -> Value {
         "most": most,
         "range": range,
         "required": required,
-        "choices": choices(key),
+        "choices": choices,
         "help": help,
     })
 }
