@@ -115,7 +115,13 @@ fn the_summary_lists_every_page_once_and_each_has_one_title() {
     let chapters = book::chapters();
     let there: BTreeSet<String> = std::fs::read_dir(book::folder())
         .expect("a folder")
-        .map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned())
+        .map(|entry| {
+            entry
+                .expect("an entry")
+                .file_name()
+                .to_string_lossy()
+                .into_owned()
+        })
         .filter(|file| file.ends_with(".md") && file != "SUMMARY.md")
         .collect();
     let listed: Vec<&String> = chapters.iter().filter(|file| !file.is_empty()).collect();
@@ -146,7 +152,12 @@ fn every_link_of_every_document_leads_somewhere() {
                 continue;
             }
             if let Some(why) = anchors.complaint(&document, &link.target, &repository) {
-                wrong.push(format!("{}:{}: {}: {why}", name(&document), link.line, link.target));
+                wrong.push(format!(
+                    "{}:{}: {}: {why}",
+                    name(&document),
+                    link.line,
+                    link.target
+                ));
             }
         }
     }

@@ -46,6 +46,7 @@ chapters! {
     log_files_in_other_programs: "log-files.md" ["ticks.csv"];
     on_your_microcontroller: "microcontroller.md" ["half.h"];
     reading_a_stability_map: "stability-map.md" ["map/region.png", "map/region.csv"];
+    safety: "safety.md" [];
     the_page_in_the_browser: "page.md" [];
     tissues_and_signals: "tissues.md" ["half.csv", "mine/relax.png"];
     walls_tried: "walls.md" ["zwidth/zwidth.csv"];

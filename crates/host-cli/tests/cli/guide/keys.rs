@@ -70,7 +70,10 @@ fn meaning(parameter: &Parameter) -> String {
 fn tables(text: &mut String, tables: &[(&str, &[Parameter])]) {
     for (heading, parameters) in tables {
         let required = heading.ends_with("to be given");
-        let _ = write!(text, "\n### {heading}\n\n| key | default | range | meaning |\n|---|---|---|---|\n");
+        let _ = write!(
+            text,
+            "\n### {heading}\n\n| key | default | range | meaning |\n|---|---|---|---|\n"
+        );
         for parameter in *parameters {
             let row = [
                 format!("`{}`", parameter.key),
@@ -78,7 +81,10 @@ fn tables(text: &mut String, tables: &[(&str, &[Parameter])]) {
                 range(parameter),
                 meaning(parameter),
             ];
-            assert!(row.iter().all(|cell| !cell.contains(['|', '\n'])), "{row:?}");
+            assert!(
+                row.iter().all(|cell| !cell.contains(['|', '\n'])),
+                "{row:?}"
+            );
             let _ = writeln!(text, "| {} |", row.join(" | "));
         }
     }
@@ -104,7 +110,9 @@ fn the_page_of_keys_is_made_from_the_tables() {
         std::fs::write(book::folder().join(FILE), format!("{head}{MARK}{made}")).expect("writes");
     } else if shown != made {
         let differs = shown.lines().zip(made.lines()).find(|(a, b)| a != b);
-        panic!("{FILE} is stale: make it anew with {UPDATE}=1 in the environment; first line that differs: {differs:?}");
+        panic!(
+            "{FILE} is stale: make it anew with {UPDATE}=1 in the environment; first line that differs: {differs:?}"
+        );
     }
 }
 

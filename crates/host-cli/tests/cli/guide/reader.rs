@@ -227,7 +227,9 @@ impl Reader<'_> {
                 stdout: read(&behind.stdout),
                 stderr: read(&behind.stderr),
             };
-            Ended::new(behind.command, &output).succeeded_with_warnings();
+            // What it tells of itself when it ends is no warning.
+            let ended = Ended::new(behind.command, &output);
+            assert_eq!(ended.code, Some(0), "{}: {ended}", self.file);
         }
     }
 
