@@ -32,9 +32,17 @@ const PLANT_FILES: &[(&str, &[Parameter])] = &[
     ("[source], if you like", PLANT_SOURCE),
 ];
 
+/// A line for people, and the default that some of them tell in words: `…, 1ms to 1s [default: 0.1s]`.
+fn told(parameter: &Parameter) -> (&'static str, Option<&'static str>) {
+    let split = parameter.help.split_once(" [default: ");
+    let told = split.and_then(|(help, rest)| Some((help, rest.strip_suffix(']')?)));
+    told.map_or((parameter.help, None), |(help, default)| (help, Some(default)))
+}
+
 fn default(parameter: &Parameter, required: bool) -> String {
     match parameter.value {
         _ if required => "to be given".to_owned(),
+        _ if told(parameter).1.is_some() => told(parameter).1.unwrap_or_default().to_owned(),
         Value::Number(Some(default), _) => format!("{default}"),
         Value::Count(default) => format!("{default}"),
         Value::Flag(default) => format!("{default}"),
@@ -60,7 +68,7 @@ fn range(parameter: &Parameter) -> String {
 }
 
 fn meaning(parameter: &Parameter) -> String {
-    let mut text = parameter.help.to_owned();
+    let mut text = told(parameter).0.to_owned();
     for (name, help) in choices(parameter.key) {
         let _ = write!(text, "<br>*{name}*: {help}");
     }
