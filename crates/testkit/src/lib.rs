@@ -8,6 +8,8 @@
 //! ```
 #![forbid(unsafe_code)]
 
+#[cfg(feature = "book")]
+pub mod book;
 #[cfg(feature = "browser")]
 pub mod browser;
 mod compare;

@@ -146,7 +146,10 @@ fn the_history_of_another_form_gives_nan_and_no_panic() {
 
 /// The description of the wire, which is not in the package of this crate.
 fn protocol() -> Option<String> {
-    let document = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/protocol.md");
+    let document = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../docs/guide/src/protocol.md"
+    );
     let read = std::fs::read_to_string(document);
     if let Err(why) = &read {
         let why = format!("skipped: {document}: {why}");

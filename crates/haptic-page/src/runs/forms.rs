@@ -1,31 +1,13 @@
 //! Forms of the experiments, from the tables of their parameters.
 
-use haptic_experiment::Named;
+use haptic_experiment::choices::choices;
 use haptic_experiment::parameters::{
     self, COUPLER_REQUIRED, Parameter, Range, Value as Default, WALL_REQUIRED,
 };
-use haptic_experiment::teleoperation::{ArchitectureName, PlaceName};
-use haptic_experiment::{Contact, CriterionName, GuardChoice, Precision};
 use serde_json::{Value, json};
 
 /// The experiments.
 pub(super) const KINDS: [&str; 5] = ["relax", "creep", "wall", "coupler", "teleoperation"];
-
-/// Names that a text may be; none where any will do.
-fn choices(key: &str) -> Vec<&'static str> {
-    fn names<T: Named>() -> Vec<&'static str> {
-        T::CHOICES.iter().map(|choice| choice.1).collect()
-    }
-    match key {
-        "guard" => names::<GuardChoice>(),
-        "contact" => names::<Contact>(),
-        "precision" => names::<Precision>(),
-        "criterion" => names::<CriterionName>(),
-        "architecture" => names::<ArchitectureName>(),
-        "place" => names::<PlaceName>(),
-        _ => Vec::new(),
-    }
-}
 
 fn parameter(parameter: &Parameter) -> Value {
     let Parameter {
@@ -55,6 +37,7 @@ fn parameter(parameter: &Parameter) -> Value {
         Default::Number(_, range) => Some(range.to_string()),
         _ => None,
     };
+    let choices: Vec<&str> = choices(key).iter().map(|choice| choice.0).collect();
     json!({
         "key": key,
         "kind": kind,
@@ -64,7 +47,7 @@ fn parameter(parameter: &Parameter) -> Value {
         "most": most,
         "range": range,
         "required": required,
-        "choices": choices(key),
+        "choices": choices,
         "help": help,
     })
 }

@@ -61,25 +61,27 @@ formula. verdict is passive, gave-energy, saturated, silent or unfinished; with 
 guard = \"observer\" or \"energy-bounding\" keeps a wall from shaking: the one adds damping, the other takes force, and so stiffness, \
 that the damping of the device cannot pay for.";
 
+/// Tables of experiment files, as `--help` and the guide show them: heading and keys.
+pub const TABLES: &[(&str, &[Parameter])] = &[
+    ("[relax]", RELAX),
+    ("[creep]", CREEP),
+    ("[relax] and [creep]", RENDERING),
+    ("[drive], beside [relax] or [creep]", DRIVE),
+    ("[wall], to be given", WALL_REQUIRED),
+    ("[wall]", WALL),
+    ("[coupler], to be given", COUPLER_REQUIRED),
+    ("[coupler]", COUPLER),
+    ("[teleoperation]", TELEOPERATION),
+    ("Every table but [teleoperation], the device", ON_DEVICE),
+    ("Every table, the safety chain", SAFETY),
+];
+
 /// The long help: keys of each table, with defaults and ranges.
 pub(crate) fn long_about() -> String {
     let mut text = LONG_ABOUT.to_owned();
-    let tables = [
-        ("[relax]", RELAX),
-        ("[creep]", CREEP),
-        ("[relax] and [creep]", RENDERING),
-        ("[drive], beside [relax] or [creep]", DRIVE),
-        ("[wall], to be given", WALL_REQUIRED),
-        ("[wall]", WALL),
-        ("[coupler], to be given", COUPLER_REQUIRED),
-        ("[coupler]", COUPLER),
-        ("[teleoperation]", TELEOPERATION),
-        ("Every table but [teleoperation], the device", ON_DEVICE),
-        ("Every table, the safety chain", SAFETY),
-    ];
-    for (heading, parameters) in tables {
+    for (heading, parameters) in TABLES {
         let _ = write!(text, "\n\n{heading}:");
-        for parameter in parameters {
+        for parameter in *parameters {
             let _ = write!(text, "\n  {}", described(parameter));
         }
     }

@@ -171,7 +171,7 @@ fn a_fault_on_a_device_is_kept_with_what_the_device_recorded() {
 
 #[test]
 fn every_fault_has_its_place_in_the_users_guide() {
-    let guide = include_str!("../../../../docs/faults.md");
+    let guide = include_str!("../../../../docs/guide/src/faults.md");
     for fault in haptic_loop::Fault::ALL {
         let heading = format!("\n## {} · {fault:?}: {fault}\n", fault.code());
         let section = guide.split_once(&heading);

@@ -1,124 +1,69 @@
-//! Pages of the guide: every command on them runs.
+//! The guide: every command on its pages runs, what the pages say that commands print is what they print, and the page of
+//! keys is made from the tables.
 
-use crate::process::{Place, binary};
+mod keys;
+mod reader;
 
-/// The commands of a page: the blocks that are marked `sh`, line by line, without what stands behind a `#`.
-fn commands(page: &str) -> Vec<String> {
-    let mut inside = false;
-    let mut commands = Vec::new();
-    for line in page.lines() {
-        if line.starts_with("```") {
-            inside = line == "```sh";
-        } else if inside && !line.trim().is_empty() {
-            commands.push(line.split(" #").next().unwrap_or(line).trim().to_owned());
-        }
-    }
-    commands
-}
+use reader::{follows, runs_something};
+use testkit::book::{self, Markdown};
 
-/// The files of a page: the blocks that are marked `toml`.
-fn files(page: &str) -> Vec<String> {
-    let blocks = page.split("```toml\n").skip(1);
-    let texts = blocks.filter_map(|block| block.split_once("```"));
-    texts.map(|(text, _)| text.to_owned()).collect()
-}
-
-#[test]
-fn feeling_something_far_away_runs_from_the_analysis_to_two_processes() {
-    let place = Place::new();
-    let page = include_str!("../../../../docs/feeling-something-far-away.md");
-    let files = files(page);
-    let [far, passive] = files.as_slice() else {
-        panic!("two files: {files:?}");
+/// Chapters, each with a test and with files that its commands leave behind among others.
+macro_rules! chapters {
+    ($($test:ident: $file:literal [$($wanted:literal),* $(,)?];)*) => {
+        const FOLLOWED: &[&str] = &[$($file),*];
+        $(#[test]
+        fn $test() {
+            follows($file, &[$($wanted),*]);
+        })*
     };
-    place.write("far.toml", far);
-    // A busy machine may be silent for longer than a line.
-    place.write("far-passive.toml", format!("{passive}silence_s = 60\n"));
-    let mut behind = String::new();
-    for command in commands(page) {
-        let arguments = command
-            .strip_prefix("host-cli ")
-            .unwrap_or_else(|| panic!("{command}"));
-        let script = format!("\"{}\" {arguments}", binary().display());
-        if script.ends_with('&') {
-            // In another terminal, until the next command.
-            behind = script;
-            continue;
-        }
-        let script = match behind.is_empty() {
-            true => script,
-            false => format!(
-                "{} {script}; ours=$?; wait $! && exit $ours",
-                std::mem::take(&mut behind)
-            ),
-        };
-        place.shell(&script).succeeded_with_warnings();
-    }
-    for wanted in [
+}
+
+chapters! {
+    a_coupler_and_an_object: "coupler.md" ["coupler/design.toml", "tried/coupler.png"];
+    a_fractional_pid: "a-fractional-pid.md" [
+        "oven.toml",
+        "oven.png",
+        "design/controller.toml",
+        "design/controller.png",
+        "run/response.png",
+        "loop/loop.png",
+    ];
+    an_indenter_held_by_a_controller: "driven-indenter.md" ["driven/relax.png"];
+    choose_mu_for_your_device: "choose-mu.md" ["omni/design.png", "falcon/design.toml"];
+    devices: "devices.md" [];
+    feeling_something_far_away: "feeling-something-far-away.md" [
         "best/teleoperation.png",
         "far/teleoperation.png",
         "passive/teleoperation.csv",
-    ] {
-        let files = place.files();
-        assert!(
-            files.iter().any(|file| file == wanted),
-            "{wanted}: {files:?}"
-        );
-    }
-}
-
-/// Runs every command of a page, which leave these files among others.
-fn runs(place: &Place, page: &str, wanted: &[&str]) {
-    let commands = commands(page);
-    assert!(commands.len() >= 4, "{commands:?}");
-    for command in &commands {
-        let arguments = command
-            .strip_prefix("host-cli ")
-            .unwrap_or_else(|| panic!("{command}"));
-        // As a shell reads it, for quotes and redirections; a name without its path is the binary.
-        let script = format!("\"{}\" {arguments}", binary().display());
-        place.shell(&script).succeeded_with_warnings();
-    }
-    let files = place.files();
-    for wanted in wanted {
-        assert!(
-            files.iter().any(|file| file == wanted),
-            "{wanted}: {files:?}"
-        );
-    }
+    ];
+    first_relaxation: "first-relaxation.md" [
+        "first/relax.png",
+        "first/relax.svg",
+        "first/relax.csv",
+        "first/relax.mcap",
+    ];
+    install: "install.md" ["host-cli.bash", "man/host-cli.1"];
+    log_files_in_other_programs: "log-files.md" ["ticks.csv"];
+    on_your_microcontroller: "microcontroller.md" ["half.h"];
+    reading_a_stability_map: "stability-map.md" ["map/region.png", "map/region.csv"];
+    safety: "safety.md" [];
+    the_page_in_the_browser: "page.md" [];
+    tissues_and_signals: "tissues.md" ["half.csv", "mine/relax.png"];
+    walls_tried: "walls.md" ["zwidth/zwidth.csv"];
+    your_own_tissue: "your-own-tissue.md" [
+        "fish.toml",
+        "fish.png",
+        "muscle/relax.png",
+        "muscle/relax.csv",
+    ];
 }
 
 #[test]
-fn your_own_tissue_runs_from_the_record_to_the_figure() {
-    let place = Place::new();
-    place.write(
-        "fish-muscle-relaxation.tsv",
-        include_str!("../../../haptic-tissue/records/fish-muscle-relaxation.tsv"),
-    );
-    runs(
-        &place,
-        include_str!("../../../../docs/your-own-tissue.md"),
-        &[
-            "fish.toml",
-            "fish.png",
-            "muscle/relax.png",
-            "muscle/relax.csv",
-        ],
-    );
-}
-
-#[test]
-fn a_fractional_pid_runs_from_the_step_to_the_verdict() {
-    runs(
-        &Place::new(),
-        include_str!("../../../../docs/a-fractional-pid.md"),
-        &[
-            "oven.toml",
-            "oven.png",
-            "design/controller.toml",
-            "design/controller.png",
-            "run/response.png",
-            "loop/loop.png",
-        ],
-    );
+fn every_chapter_with_commands_is_followed() {
+    for file in book::chapters().iter().filter(|file| !file.is_empty()) {
+        let page = Markdown::new(&book::chapter(file));
+        if page.blocks.iter().any(runs_something) {
+            assert!(FOLLOWED.contains(&file.as_str()), "{file} has no test");
+        }
+    }
 }

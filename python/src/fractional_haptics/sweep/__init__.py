@@ -17,7 +17,7 @@
     )
     result["stiffness"].mean("sample").plot()
 
-Needs ``pip install 'fractional-haptics[sweep]'``. ``docs/sweeps.md`` explains stores, clusters and costs.
+Needs ``pip install 'fractional-haptics[sweep]'``. ``docs/guide/src/sweeps.md`` explains stores, clusters and costs.
 """
 
 from .errors import ClusterLost, StoreInUse, StoreMismatch, SweepError
