@@ -67,6 +67,7 @@ fn experiment(architecture: Architecture, place: RemotePlace) -> TeleoperationEx
         must_be_passive: false,
         safety: Safety::default(),
         pace: Pace::Virtual,
+        force_unstable: false,
     }
 }
 

@@ -162,6 +162,8 @@ pub struct TeleoperationExperiment {
     pub safety: Safety,
     /// Pace of time.
     pub pace: Pace,
+    /// Run a remote place that the analysis calls unstable for the slave.
+    pub force_unstable: bool,
 }
 
 impl TeleoperationExperiment {

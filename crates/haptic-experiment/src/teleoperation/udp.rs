@@ -126,6 +126,9 @@ impl TeleoperationExperiment {
     ) -> Result<FarReport, Failure> {
         self.check_duration()?;
         let side = end.side();
+        if side == HandSide::Slave {
+            self.require_stable()?;
+        }
         let (port, body) = (self.port(side)?, self.body(side)?);
         let schedule = Schedule {
             samples: self.samples(),

@@ -53,7 +53,7 @@ object, and Llewellyn's criterion must be met; on the simulated device a refusal
 damping for any hand and object. The CSV has the object's place too. A coupler needs --loop host on a serial device.
 
 A teleoperation: a hand moves a master, and over a line with delay, jitter, loss and duplication a slave moves in a remote tissue or wall; \
-devices and line are simulated. architecture says how the two are joined; wave and time-domain give no energy at any delay. The summary says what \
+devices and line are simulated. A remote place that is unstable for the slave alone is refused without --force-unstable. architecture says how the two are joined; wave and time-domain give no energy at any delay. The summary says what \
 the line took or gave, which messages were lost or refused, and frequency by frequency what the hand felt of what the slave touched, beside the \
 formula. verdict is passive, gave-energy, saturated, silent or unfinished; with must_be_passive = true the exit code is 1 unless it is passive. \
 `host-cli analyze teleoperation` finds the coupler for a delay, `host-cli teleoperate` runs both sides over UDP.
@@ -147,7 +147,8 @@ impl Arguments {
         *safety = self.safety.over(*safety);
         let safety = *safety;
         experiment = experiment.driven(|file| self.drive.over(file))?;
-        let judged = serial || experiment.drive().is_some();
+        let far = matches!(experiment, ExperimentFile::Teleoperation(_));
+        let judged = serial || far || experiment.drive().is_some();
         let wanted = self.preflight.wanted(judged, &safety)?;
         let experiment = experiment.with_preflight(wanted);
         let samples = experiment.samples()?;

@@ -42,6 +42,9 @@ pub struct Arguments {
     /// How long, once the other side is there [default: `duration_s` of the file]
     #[arg(long, allow_hyphen_values = true)]
     duration: Option<Time>,
+    /// Be a slave in a remote place that the analysis calls unstable for it
+    #[arg(long)]
+    force_unstable: bool,
     /// How long to wait for the other side
     #[arg(long, default_value = "60s", allow_hyphen_values = true)]
     patience: Time,
@@ -54,6 +57,7 @@ impl Arguments {
     /// A wrong file or address; nobody, or the wrong one, at the other end; silence, a fault or Ctrl-C in the middle.
     pub fn run(self, output: Output) -> Result<(), Failure> {
         let mut experiment = self.experiment()?;
+        experiment.force_unstable = self.force_unstable;
         if let Some(Time(duration_s)) = self.duration {
             experiment.duration_s = duration_s;
         }

@@ -269,6 +269,31 @@ fn bad_input_of_a_teleoperation_is_one_line_with_the_remedy() {
 }
 
 #[test]
+fn a_remote_place_that_the_slave_cannot_touch_is_refused_before_anything_moves() {
+    let place = Place::new();
+    // As heavy as three slaves, told a sample late.
+    let text = "[teleoperation]\narchitecture = \"time-domain\"\nplace = \"wall\"\nwall_order = 2\n\
+                wall_dissipation_n_s_mu_per_m = 0.2\nduration_s = 3\nwindow_s = 1\n";
+    place.write("heavy.toml", text);
+    let words = [
+        "the slave in its remote place",
+        "would be unstable",
+        "--force-unstable",
+    ];
+    place.run("run heavy.toml --out heavy").refused(2, &words);
+    let listen = "teleoperate heavy.toml --listen 127.0.0.1:0 --patience 300ms --quiet";
+    place.run(listen).refused(2, &words);
+    assert_eq!(place.files(), ["heavy.toml"]);
+    let forced = place.run("run heavy.toml --out heavy --force-unstable --json");
+    assert_ne!(forced.code, Some(2), "{}", forced.stderr);
+    assert_eq!(forced.json()["preflight"]["stable"], false);
+    // One that it can touch: the verdict is in the report.
+    place.write("light.toml", text.replace("0.2", "0.02"));
+    let light = place.run("run light.toml --out light --json").succeeded_with_warnings();
+    assert_eq!(light.json()["preflight"]["stable"], true);
+}
+
+#[test]
 fn a_line_that_gives_energy_fails_where_it_must_be_passive() {
     let place = Place::new();
     let text = "[teleoperation]\nplace = \"wall\"\nwall_stiffness_n_per_m = 500\ncoupler_dissipation_n_s_mu_per_m = 0\n\
