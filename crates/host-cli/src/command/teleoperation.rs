@@ -47,17 +47,26 @@ pub fn print_teleoperation(out: &mut dyn Write, report: &TeleoperationReport) ->
     )?;
     print_way(out, "forth", &report.forth)?;
     print_way(out, "back", &report.back)?;
-    writeln!(
-        out,
-        "  any hand          {} by Llewellyn's criterion: ratio {:.3}, at {:.3} Hz",
-        if report.absolutely_stable {
-            "stable"
-        } else {
-            "not stable with every hand and place"
-        },
+    match (
+        report.absolutely_stable,
         report.least_ratio,
-        report.worst_hz
-    )?;
+        report.worst_hz,
+    ) {
+        (Some(stable), Some(ratio), Some(worst_hz)) => writeln!(
+            out,
+            "  any hand          {} by Llewellyn's criterion: ratio {ratio:.3}, at {worst_hz:.3} Hz",
+            if stable {
+                "stable"
+            } else {
+                "not stable with every hand and place"
+            },
+        )?,
+        _ => writeln!(
+            out,
+            "  any hand          not told: {} is no linear law, so there is neither Llewellyn's criterion nor a formula",
+            report.architecture
+        )?,
+    }
     print_felt(out, &report.felt)?;
     print_end(out, run)
 }
