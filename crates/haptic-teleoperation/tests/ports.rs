@@ -457,6 +457,7 @@ mod greeting {
         let (mut master, mut slave) = (Peer::new(MASTER, 7), Peer::new(SLAVE, 9));
         assert_eq!(master.take(&hello(&mut slave)), Ok(Heard::Hello));
         assert_eq!(slave.take(&hello(&mut master)), Ok(Heard::Met));
+        assert_eq!(master.take(&hello(&mut slave)), Ok(Heard::Met));
         let mut late = Peer::new(MASTER, 11);
         let mut line = [0; FRAME_MAX];
         let answer = slave.busy(&hello(&mut late), &mut line).expect("it fits");

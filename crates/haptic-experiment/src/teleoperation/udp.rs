@@ -54,12 +54,8 @@ impl TeleoperationExperiment {
         (stop, warn): (&AtomicBool, Warn<'_>),
     ) -> Result<FarReport, Failure> {
         let terms = terms.checked()?;
-        self.check_duration()?;
-        self.check_waves()?;
         let side = end.side();
-        if side == HandSide::Slave {
-            self.require_stable()?;
-        }
+        self.check_side(side)?;
         let (port, body) = (self.port(side)?, self.body(side)?);
         let schedule = Schedule {
             samples: self.samples(),
@@ -111,6 +107,15 @@ impl TeleoperationExperiment {
             ));
         }
         Ok(report)
+    }
+
+    fn check_side(&self, side: HandSide) -> Result<(), Failure> {
+        self.check_duration()?;
+        self.check_waves()?;
+        if side == HandSide::Slave {
+            self.require_stable()?;
+        }
+        Ok(())
     }
 
     fn introduction(&self, side: HandSide) -> Introduction {

@@ -50,7 +50,12 @@ pub struct Arguments {
     #[arg(long, default_value = "60s", allow_hyphen_values = true)]
     patience: Time,
     /// Largest share of the ticks that this machine may skip
-    #[arg(long, value_name = "SHARE", default_value = "10%", allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "SHARE",
+        default_value = "10%",
+        allow_hyphen_values = true
+    )]
     skipped_most: Strain,
 }
 
@@ -178,7 +183,9 @@ fn print(out: &mut dyn Write, report: &FarReport) -> io::Result<()> {
     writeln!(
         out,
         "  force             {:.4e} N at most, {} N at the end",
-        report.peak_force_n, report.final_force_n
+        // −0 is 0.
+        report.peak_force_n,
+        0.0 + report.final_force_n
     )?;
     if let Some(time) = report.silent_to_zero_s {
         writeln!(

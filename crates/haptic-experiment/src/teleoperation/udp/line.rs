@@ -68,7 +68,12 @@ impl Line {
     }
 
     /// Greets until the other side has heard; `false` if somebody asked to stop.
-    pub(super) fn meet(&mut self, end: End, patience: Duration, stop: &AtomicBool) -> Result<bool, Failure> {
+    pub(super) fn meet(
+        &mut self,
+        end: End,
+        patience: Duration,
+        stop: &AtomicBool,
+    ) -> Result<bool, Failure> {
         let began = Instant::now();
         let mut greeted: Option<Instant> = None;
         while !self.state.is_connected() {
