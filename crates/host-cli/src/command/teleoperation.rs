@@ -47,6 +47,13 @@ pub fn print_teleoperation(out: &mut dyn Write, report: &TeleoperationReport) ->
     )?;
     print_way(out, "forth", &report.forth)?;
     print_way(out, "back", &report.back)?;
+    print_any_hand(out, report)?;
+    print_felt(out, &report.felt)?;
+    print_end(out, run)
+}
+
+/// Llewellyn's verdict, where there is one.
+fn print_any_hand(out: &mut dyn Write, report: &TeleoperationReport) -> io::Result<()> {
     match (
         report.absolutely_stable,
         report.least_ratio,
@@ -60,15 +67,13 @@ pub fn print_teleoperation(out: &mut dyn Write, report: &TeleoperationReport) ->
             } else {
                 "not stable with every hand and place"
             },
-        )?,
+        ),
         _ => writeln!(
             out,
             "  any hand          not told: {} is no linear law, so there is neither Llewellyn's criterion nor a formula",
             report.architecture
-        )?,
+        ),
     }
-    print_felt(out, &report.felt)?;
-    print_end(out, run)
 }
 
 fn print_way(out: &mut dyn Write, name: &str, counts: &LineCounts) -> io::Result<()> {
