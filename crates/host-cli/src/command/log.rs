@@ -9,11 +9,10 @@ use crate::picture_file::{self, PictureFileError};
 use clap::Subcommand;
 use haptic_experiment::failure::Failure;
 use haptic_log::record::{
-    Entry, Gap, LogFiles, RecordError, RecoverySummary, export_csv,
-    export_csv_to, inspect, recover,
+    Entry, Gap, LogFiles, RecordError, RecoverySummary, export_csv, export_csv_to, inspect, recover,
 };
 use serde::Serialize;
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// Tasks with a log.

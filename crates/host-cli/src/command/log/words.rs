@@ -99,11 +99,7 @@ pub(super) fn recovered(out: &mut dyn Write, summary: &LogSummary) -> io::Result
 }
 
 /// All that a log says of itself.
-pub(super) fn print_info(
-    out: &mut dyn Write,
-    log: &Path,
-    summary: &LogSummary,
-) -> io::Result<()> {
+pub(super) fn print_info(out: &mut dyn Write, log: &Path, summary: &LogSummary) -> io::Result<()> {
     writeln!(
         out,
         "{}: {}",
