@@ -16,30 +16,11 @@ use haptic_link::{Architecture, HandSide, hand_digest};
 use haptic_loop::SafeForce;
 use haptic_loop::realtime::Periodic;
 use haptic_teleoperation::{Heard, Introduction, Port};
+pub use line::End;
 use line::{Line, unusable};
 pub use report::{FarEnd, FarReport, SKIPPED_MOST, Terms};
 use std::net::SocketAddr;
 use std::sync::atomic::{AtomicBool, Ordering};
-
-/// Which end this process is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum End {
-    /// Waits for the other; it is the slave.
-    Listen(SocketAddr),
-    /// Looks for the other; it is the master.
-    Connect(SocketAddr),
-}
-
-impl End {
-    /// The side that it is.
-    #[must_use]
-    pub const fn side(self) -> HandSide {
-        match self {
-            Self::Listen(_) => HandSide::Slave,
-            Self::Connect(_) => HandSide::Master,
-        }
-    }
-}
 
 impl TeleoperationExperiment {
     /// Runs a side for `duration_s` of its device, once the other is there. `opened` hears the address of this side.

@@ -1,13 +1,32 @@
 //! The socket of a side: greetings, datagrams, strangers.
 
-use super::End;
 use crate::failure::Failure;
-use haptic_link::FRAME_MAX;
+use haptic_link::{FRAME_MAX, HandSide};
 use haptic_teleoperation::{Heard, Introduction, Peer};
 use std::io::ErrorKind;
 use std::net::{SocketAddr, UdpSocket};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant, SystemTime};
+
+/// Which end this process is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// Waits for the other; it is the slave.
+    Listen(SocketAddr),
+    /// Looks for the other; it is the master.
+    Connect(SocketAddr),
+}
+
+impl End {
+    /// The side that it is.
+    #[must_use]
+    pub const fn side(self) -> HandSide {
+        match self {
+            Self::Listen(_) => HandSide::Slave,
+            Self::Connect(_) => HandSide::Master,
+        }
+    }
+}
 
 /// From one greeting to the next.
 const GREET: Duration = Duration::from_millis(50);
