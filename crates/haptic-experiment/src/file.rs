@@ -234,8 +234,9 @@ impl ExperimentFile {
             | Self::Coupler(CouplerExperiment { setup, .. }) => {
                 setup.force_unstable = wanted.force_unstable;
             }
-            // Of devices that are simulated here.
-            Self::Teleoperation(_) => {}
+            Self::Teleoperation(experiment) => {
+                experiment.force_unstable = wanted.force_unstable;
+            }
         }
         self
     }

@@ -58,6 +58,7 @@ pub(super) fn teleoperation(table: &Table<'_>) -> Result<TeleoperationExperiment
         must_be_passive: table.flag(&p::MUST_BE_PASSIVE)?,
         safety: safety(table)?,
         pace: Pace::Virtual,
+        force_unstable: false,
     };
     experiment
         .check()

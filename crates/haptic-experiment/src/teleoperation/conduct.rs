@@ -9,8 +9,9 @@ use crate::curves::Published;
 use crate::ended::Ended;
 use crate::failure::Failure;
 use crate::flight::FaultSeen;
-use crate::folder::FolderRequest;
+use crate::folder::{FolderRequest, OutputFolder, Table};
 use crate::kept::Record;
+use crate::preflight::PreflightVerdict;
 use crate::recorder::{Recorded, Recorder};
 use crate::report::{Files, RunReport};
 use crate::run::{REPORT, Ran, Supervisor, close, told};
@@ -20,7 +21,6 @@ use crate::warnings::Warnings;
 use haptic_log::record::{END, StartTime, TickMessage};
 use haptic_loop::realtime::Periodic;
 use serde::Serialize;
-use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
 use std::time::{Instant, SystemTime};
 
@@ -85,12 +85,14 @@ impl TeleoperationExperiment {
     /// Runs the experiment; log, table and report go into the folder.
     ///
     /// # Errors
-    /// Bad parameters, before any file is made; a log or table that cannot be written.
+    /// Bad parameters, or a slave that is not stable in its remote place, before any file is made; a log or table that cannot be
+    /// written.
     pub fn run(
         &self,
         request: &FolderRequest,
         supervisor: Supervisor<'_>,
     ) -> Result<Published<TeleoperationReport, TeleoperationCurves>, Failure> {
+        self.check_waves()?;
         let pair = self.pair()?;
         let schedule = Schedule {
             samples: self.samples(),
@@ -103,18 +105,17 @@ impl TeleoperationExperiment {
                 "give a `sample_time_s` within it, or leave `realtime` away",
             )
         })?;
+        let preflight = self.require_stable()?;
         let mut metadata = self.metadata();
+        if let Some(verdict) = &preflight {
+            verdict.describe(&mut metadata);
+        }
         metadata.extend(request.provenance.clone());
         let folder = request.prepare()?;
         let waits = schedule.pace == Pace::Virtual;
         let live = supervisor.live_streams();
-        let started = Recorder::start(
-            &folder.file("mcap"),
-            metadata,
-            waits,
-            folder.overwrite(),
-            live,
-        );
+        let log = folder.file("mcap");
+        let started = Recorder::start(&log, metadata, waits, folder.overwrite(), live);
         let mut recorder = started.inspect_err(|_| folder.discard())?;
         recorder.roll_at(folder.roll_bytes());
         let mut table = folder.table_beside_log("csv")?;
@@ -133,11 +134,18 @@ impl TeleoperationExperiment {
         })
         .map_err(Failure::Run)?;
         lost?;
-        let Recorded {
-            log,
-            fault_log,
-            warnings,
-        } = close(recorder, &run.record, run.pair.is_at_rest())?;
+        let recorded = close(recorder, &run.record, run.pair.is_at_rest())?;
+        self.publish(run, recorded, (folder, table), preflight)
+    }
+
+    /// Report, table and curves of a run whose log is closed.
+    fn publish(
+        &self,
+        run: Run,
+        recorded: Recorded,
+        (folder, table): (OutputFolder, Table),
+        preflight: Option<PreflightVerdict>,
+    ) -> Result<Published<TeleoperationReport, TeleoperationCurves>, Failure> {
         let Run {
             pair,
             judged,
@@ -147,11 +155,11 @@ impl TeleoperationExperiment {
         } = run;
         let ran = Ran {
             record,
-            log,
+            log: recorded.log,
             folder,
-            fault_log,
-            preflight: None,
-            live_warnings: warnings,
+            fault_log: recorded.fault_log,
+            preflight,
+            live_warnings: recorded.warnings,
         };
         let whole = ran.record.ended.is_none();
         let mut files = Files::default();
@@ -178,22 +186,10 @@ impl TeleoperationExperiment {
             true => judged.felt(self)?,
             false => Vec::new(),
         };
-        let stability = self.hands().absolute_stability().map_err(Failure::input)?;
-        let mut warnings = Warnings::default();
-        if verdict == TeleoperationVerdict::GaveEnergy {
-            warnings.0.push(format!(
-                "the line gave {:.3e} J: a hand that holds less tightly may be shaken; `architecture` wave or time-domain \
-                 gives none at any delay",
-                judged.given_most_j
-            ));
-        }
-        if verdict == TeleoperationVerdict::Saturated {
-            warnings.0.push(format!(
-                "a force was at its limit of {} N: what was felt is not what was touched; take a softer coupler, a smaller \
-                 motion or a passive `architecture`",
-                self.force_limit_n
-            ));
-        }
+        let stability = (self.hands())
+            .map(|hands| hands.absolute_stability().map_err(Failure::input))
+            .transpose()?;
+        let warnings = self.warnings(ran, verdict, judged);
         let [forth, back] = line_counts(pair);
         let most = felt.iter().filter_map(|felt| felt.off_formula_db);
         Ok(TeleoperationReport {
@@ -209,12 +205,44 @@ impl TeleoperationExperiment {
             slave_peak_n: judged.peaks_n[1],
             forth,
             back,
-            absolutely_stable: stability.stable,
-            least_ratio: stability.least_ratio,
-            worst_hz: stability.worst_rad_s / std::f64::consts::TAU,
+            absolutely_stable: stability.map(|found| found.stable),
+            least_ratio: stability.map(|found| found.least_ratio),
+            worst_hz: stability.map(|found| found.worst_rad_s / std::f64::consts::TAU),
             off_formula_most_db: most.map(f64::abs).reduce(f64::max),
             felt,
         })
+    }
+
+    fn warnings(&self, ran: &Ran, verdict: TeleoperationVerdict, judged: &Judged) -> Warnings {
+        let mut warnings = Warnings::default();
+        let unstable = ran.preflight.filter(|verdict| !verdict.stable);
+        if let Some(warning) = unstable.and_then(|verdict| verdict.warning(false)) {
+            warnings
+                .0
+                .push(format!("the slave in its remote place: {warning}"));
+        }
+        if verdict == TeleoperationVerdict::GaveEnergy {
+            warnings.0.push(format!(
+                "the line gave {:.3e} J: a hand that holds less tightly may be shaken; `architecture` wave or time-domain \
+                 gives none at any delay",
+                judged.given_most_j
+            ));
+        }
+        if verdict == TeleoperationVerdict::HeldForcesGaveEnergy {
+            warnings.0.push(format!(
+                "forces held over a sample gave the devices {:.3e} J more than their damping took: take a shorter \
+                 `sample_time_s`, a softer coupler, or devices with more damping",
+                judged.beyond_damping_most_j
+            ));
+        }
+        if verdict == TeleoperationVerdict::Saturated {
+            warnings.0.push(format!(
+                "a force was at its limit of {} N: what was felt is not what was touched; take a softer coupler, a smaller \
+                 motion or a passive `architecture`",
+                self.force_limit_n
+            ));
+        }
+        warnings
     }
 
     fn drawn(&self, report: &TeleoperationReport, curves: Thinned<6>) -> TeleoperationCurves {
@@ -342,66 +370,5 @@ impl Run {
             let _ = recorder.event(tick.time_s, "interrupted", "stop was asked for".to_owned());
             Ended::Interrupted
         })
-    }
-}
-
-impl TeleoperationExperiment {
-    /// Everything needed to repeat the run.
-    fn metadata(&self) -> BTreeMap<String, String> {
-        let entries = [
-            ("experiment", "teleoperation".to_owned()),
-            ("device", "sim".to_owned()),
-            ("architecture", self.architecture.name().to_owned()),
-            ("place", self.place.words()),
-            ("mass_kg", self.master.mass.0.to_string()),
-            ("damping_n_s_per_m", self.master.damping.0.to_string()),
-            ("slave_mass_kg", self.slave.mass.0.to_string()),
-            ("slave_damping_n_s_per_m", self.slave.damping.0.to_string()),
-            (
-                "hand_stiffness_n_per_m",
-                self.hand.stiffness_n_per_m.to_string(),
-            ),
-            (
-                "hand_damping_n_s_per_m",
-                self.hand.damping_n_s_per_m.to_string(),
-            ),
-            ("press_m", self.motion.press_m.to_string()),
-            ("amplitude_m", self.motion.amplitude_m.to_string()),
-            (
-                "frequencies_hz",
-                format!("{:?}", self.motion.frequencies_hz),
-            ),
-            (
-                "coupler_stiffness_n_per_m",
-                self.coupler.stiffness_n_per_m.to_string(),
-            ),
-            (
-                "coupler_dissipation_n_s_mu_per_m",
-                self.coupler.dissipation_n_s_mu_per_m.to_string(),
-            ),
-            ("order", self.order.to_string()),
-            ("scheme", self.scheme.to_string()),
-            (
-                "wave_impedance_n_s_per_m",
-                self.wave_impedance_n_s_per_m.to_string(),
-            ),
-            ("playout_samples", self.playout().to_string()),
-            ("line_delay_s", self.channel.delay.0.to_string()),
-            ("line_jitter", self.channel.jitter.to_string()),
-            ("line_loss", self.channel.loss.to_string()),
-            ("line_duplication", self.channel.duplication.to_string()),
-            ("seed", self.seed.to_string()),
-            ("silence_s", self.silence_s.to_string()),
-            ("sample_time_s", self.sample_time().0.to_string()),
-            ("duration_s", self.duration_s.to_string()),
-            ("window_s", self.window_s.to_string()),
-            ("force_limit_n", self.force_limit_n.to_string()),
-            ("pace", self.pace.to_string()),
-        ];
-        let mut metadata: BTreeMap<String, String> = (entries.into_iter())
-            .map(|(key, value)| (key.to_owned(), value))
-            .collect();
-        self.safety.describe(&mut metadata);
-        metadata
     }
 }

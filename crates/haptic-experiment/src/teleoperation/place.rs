@@ -7,6 +7,7 @@ use crate::pushed::{VirtualWall, wall_at_start};
 use fracdiff::num_complex::Complex;
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_loop::Specimen;
+use haptic_tissue::Model;
 
 /// Kinds of remote places.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,7 +52,44 @@ pub enum RemotePlace {
     },
 }
 
+/// A remote place as spring and damper.
+pub(super) struct PlaceConstants<'a> {
+    pub(super) stiffness_n_per_m: f64,
+    pub(super) dissipation_n_s_mu_per_m: f64,
+    pub(super) order: Order,
+    /// The model whose memory the damper is; `None` for D^μ.
+    pub(super) model: Option<&'a Model>,
+    one_sided: bool,
+}
+
 impl RemotePlace {
+    pub(super) fn constants(&self) -> PlaceConstants<'_> {
+        match self {
+            Self::Tissue { material, specimen } => {
+                let (stiffness, dissipation) = material.spring_and_damper(shape(specimen));
+                PlaceConstants {
+                    stiffness_n_per_m: stiffness,
+                    dissipation_n_s_mu_per_m: dissipation,
+                    order: material.order(),
+                    model: material.composed(),
+                    one_sided: false,
+                }
+            }
+            Self::Wall {
+                stiffness_n_per_m,
+                dissipation_n_s_mu_per_m,
+                order,
+                one_sided,
+            } => PlaceConstants {
+                stiffness_n_per_m: *stiffness_n_per_m,
+                dissipation_n_s_mu_per_m: *dissipation_n_s_mu_per_m,
+                order: *order,
+                model: None,
+                one_sided: *one_sided,
+            },
+        }
+    }
+
     /// Its law, stepped with `step`.
     ///
     /// # Errors
@@ -62,29 +100,10 @@ impl RemotePlace {
         step: Seconds,
         horizon: f64,
     ) -> Result<VirtualWall, Failure> {
-        match self {
-            Self::Tissue { material, specimen } => {
-                let (k, b) = material.spring_and_damper(shape(specimen));
-                let order = material.order();
-                let operator = operator(material.composed(), scheme, order, step, horizon)?;
-                wall_at_start(k, b, operator, false).map_err(Failure::input)
-            }
-            Self::Wall {
-                stiffness_n_per_m,
-                dissipation_n_s_mu_per_m,
-                order,
-                one_sided,
-            } => {
-                let operator = operator(None, scheme, *order, step, horizon)?;
-                wall_at_start(
-                    *stiffness_n_per_m,
-                    *dissipation_n_s_mu_per_m,
-                    operator,
-                    *one_sided,
-                )
-                .map_err(Failure::input)
-            }
-        }
+        let law = self.constants();
+        let operator = operator(law.model, scheme, law.order, step, horizon)?;
+        let (k, b) = (law.stiffness_n_per_m, law.dissipation_n_s_mu_per_m);
+        wall_at_start(k, b, operator, law.one_sided).map_err(Failure::input)
     }
 
     /// Force for a place at a frequency, N/m; `None` where it is not linear.

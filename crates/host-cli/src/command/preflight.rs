@@ -8,13 +8,13 @@ use haptic_experiment::{Dynamics, PreflightRequest, Safety};
 #[derive(Clone, Copy, Debug, Args)]
 #[command(next_help_heading = "Device")]
 pub struct PreflightArguments {
-    /// Run what the analysis calls unstable, on a serial device or under a drive
+    /// Run what the analysis calls unstable, on a serial device, under a drive or in a remote place
     #[arg(long)]
     force_unstable: bool,
 }
 
 impl PreflightArguments {
-    /// The request for the pre-flight; `judged` is true for an experiment that one can refuse: on a serial device or under a drive.
+    /// The request for the pre-flight; `judged` is true for an experiment that one can refuse: on a serial device, under a drive, or a teleoperation.
     /// Mass and damping of a real device are those of the guard.
     ///
     /// # Errors
@@ -22,7 +22,7 @@ impl PreflightArguments {
     pub fn wanted(&self, judged: bool, safety: &Safety) -> Result<PreflightRequest, Failure> {
         if !judged && self.force_unstable {
             return Err(Failure::bad_input(
-                "--force-unstable is for serial devices and drives: add --device serial:PATH or --drive FILE.toml",
+                "--force-unstable is for serial devices, drives and teleoperations: add --device serial:PATH or --drive FILE.toml",
             ));
         }
         let known = safety.device_mass_kg.zip(safety.device_damping_n_s_per_m);

@@ -15,7 +15,7 @@ use crate::output::Output;
 use crate::picture::{of_coupler, of_teleoperation, of_theory, of_wall};
 use crate::quantity::Bytes;
 use clap::Args;
-use haptic_experiment::curves::Published;
+use haptic_experiment::curves::{CouplerCurves, Published, WallCurves};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::folder::FolderRequest;
 use haptic_experiment::parameters::{
@@ -25,8 +25,8 @@ use haptic_experiment::parameters::{
 use haptic_experiment::report::{Errors, RunReport};
 use haptic_experiment::teleoperation::{TeleoperationCurves, TeleoperationVerdict};
 use haptic_experiment::{
-    CouplerReport, ExperimentFile, Pace, Settling, Supervisor, TeleoperationExperiment,
-    TeleoperationReport, TrialVerdict, WallReport,
+    CouplerExperiment, CouplerReport, ExperimentFile, Pace, Settling, Supervisor,
+    TeleoperationExperiment, TeleoperationReport, TrialVerdict, WallExperiment, WallReport,
 };
 use std::fmt::Write as _;
 use std::io::{self, Write};
@@ -53,9 +53,9 @@ object, and Llewellyn's criterion must be met; on the simulated device a refusal
 damping for any hand and object. The CSV has the object's place too. A coupler needs --loop host on a serial device.
 
 A teleoperation: a hand moves a master, and over a line with delay, jitter, loss and duplication a slave moves in a remote tissue or wall; \
-devices and line are simulated. architecture says how the two are joined; wave and time-domain give no energy at any delay. The summary says what \
+devices and line are simulated. A remote place that is unstable for the slave alone is refused without --force-unstable. architecture says how the two are joined; wave and time-domain give no energy at any delay. The summary says what \
 the line took or gave, which messages were lost or refused, and frequency by frequency what the hand felt of what the slave touched, beside the \
-formula. verdict is passive, gave-energy, saturated, silent or unfinished; with must_be_passive = true the exit code is 1 unless it is passive. \
+formula (time-domain has none). verdict is passive, gave-energy, held-forces-gave-energy, saturated, silent or unfinished; with must_be_passive = true the exit code is 1 unless it is passive. \
 `host-cli analyze teleoperation` finds the coupler for a delay, `host-cli teleoperate` runs both sides over UDP.
 
 guard = \"observer\" or \"energy-bounding\" keeps a wall from shaking: the one adds damping, the other takes force, and so stiffness, \
@@ -149,7 +149,8 @@ impl Arguments {
         *safety = self.safety.over(*safety);
         let safety = *safety;
         experiment = experiment.driven(|file| self.drive.over(file))?;
-        let judged = serial || experiment.drive().is_some();
+        let far = matches!(experiment, ExperimentFile::Teleoperation(_));
+        let judged = serial || far || experiment.drive().is_some();
         let wanted = self.preflight.wanted(judged, &safety)?;
         let experiment = experiment.with_preflight(wanted);
         let samples = experiment.samples()?;
@@ -171,30 +172,12 @@ impl Arguments {
                     creep.run(&request("creep"), supervisor.watched(&live))
                 })
             }
-            ExperimentFile::Wall(wall) => {
-                let mut verdict = None;
-                conduct(samples, output, print_wall, of_wall, |supervisor| {
-                    let published = wall.run(&request("wall"), supervisor.watched(&live))?;
-                    let trial = &published.report.trial;
-                    verdict = Some((trial.stable_by_both(), trial.settling.verdict));
-                    Ok(published)
-                })?;
-                required(wall.setup.must_be_stable, verdict, |trial| {
-                    format!("the wall is not stable by both trial ({trial}) and analysis")
-                })
-            }
+            ExperimentFile::Wall(wall) => run_wall(&wall, samples, output, |supervisor| {
+                wall.run(&request("wall"), supervisor.watched(&live))
+            }),
             ExperimentFile::Coupler(coupler) => {
-                let mut verdict = None;
-                conduct(samples, output, print_coupler, of_coupler, |supervisor| {
-                    let published = coupler.run(&request("coupler"), supervisor.watched(&live))?;
-                    let report = &published.report;
-                    verdict = Some((report.stable_by_all(), report.trial.settling.verdict));
-                    Ok(published)
-                })?;
-                required(coupler.setup.must_be_stable, verdict, |trial| {
-                    format!(
-                        "the coupler is not stable by trial ({trial}) and analysis and passed by Llewellyn's criterion"
-                    )
+                run_coupler(&coupler, samples, output, |supervisor| {
+                    coupler.run(&request("coupler"), supervisor.watched(&live))
                 })
             }
             ExperimentFile::Teleoperation(far) => {
@@ -204,6 +187,46 @@ impl Arguments {
             }
         }
     }
+}
+
+/// Runs a wall; refuses one that is not stable, if its file wants it to be.
+fn run_wall(
+    wall: &WallExperiment,
+    samples: u64,
+    output: Output,
+    run: impl FnOnce(Supervisor<'_>) -> Result<Published<WallReport, WallCurves>, Failure>,
+) -> Result<(), Failure> {
+    let mut verdict = None;
+    conduct(samples, output, print_wall, of_wall, |supervisor| {
+        let published = run(supervisor)?;
+        let trial = &published.report.trial;
+        verdict = Some((trial.stable_by_both(), trial.settling.verdict));
+        Ok(published)
+    })?;
+    required(wall.setup.must_be_stable, verdict, |trial| {
+        format!("the wall is not stable by both trial ({trial}) and analysis")
+    })
+}
+
+/// Runs a coupler; refuses one that is not stable and passed, if its file wants it to be.
+fn run_coupler(
+    coupler: &CouplerExperiment,
+    samples: u64,
+    output: Output,
+    run: impl FnOnce(Supervisor<'_>) -> Result<Published<CouplerReport, CouplerCurves>, Failure>,
+) -> Result<(), Failure> {
+    let mut verdict = None;
+    conduct(samples, output, print_coupler, of_coupler, |supervisor| {
+        let published = run(supervisor)?;
+        let report = &published.report;
+        verdict = Some((report.stable_by_all(), report.trial.settling.verdict));
+        Ok(published)
+    })?;
+    required(coupler.setup.must_be_stable, verdict, |trial| {
+        format!(
+            "the coupler is not stable by trial ({trial}) and analysis and passed by Llewellyn's criterion"
+        )
+    })
 }
 
 /// Runs a teleoperation; refuses one that was not passive, if its file wants it to be.

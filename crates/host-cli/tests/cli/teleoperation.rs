@@ -73,6 +73,8 @@ fn says(ended: &Ended, words: &[&str]) {
 
 /// Both sides of a file, the master at the slave's address.
 fn both(place: &Place, file: &str, options: &str) -> (Side, Side) {
+    // However busy this machine is.
+    let options = format!("{options} --skipped-most 100%");
     let listen = format!("teleoperate {file} --listen 127.0.0.1:0 {options}");
     let slave = Side::start(place, &listen);
     let connect = format!("teleoperate {file} --connect {} {options}", slave.address);
@@ -190,6 +192,33 @@ fn the_wrong_peer_is_refused_in_one_line() {
 }
 
 #[test]
+fn sides_that_do_not_share_a_coupler_or_come_third_are_told() {
+    let place = Place::new();
+    place.write("far.toml", PATIENT);
+    place.write(
+        "other.toml",
+        format!("{PATIENT}coupler_stiffness_n_per_m = 250\n"),
+    );
+    let slave = Side::start(&place, "teleoperate far.toml --listen 127.0.0.1:0");
+    let line = format!("teleoperate other.toml --connect {}", slave.address);
+    let master = Side::start(&place, &line);
+    for ended in [slave.end(), master.end()] {
+        let words = ["has another coupler", "the same file", "no force was made"];
+        says(&ended.failed(3), &words);
+    }
+    let (slave, master) = both(&place, "far.toml", "--duration 600s");
+    // As long as the master has not met, the third could be the second.
+    std::thread::sleep(Duration::from_millis(500));
+    let line = format!("teleoperate far.toml --connect {} --quiet", slave.address);
+    let third = place.run(&line).failed(3);
+    says(&third, &["the other side is busy", "take another port"]);
+    master.signal("INT");
+    assert_eq!(master.end().failed(1).json()["ended"], "interrupted");
+    slave.signal("INT");
+    let _ = slave.end();
+}
+
+#[test]
 fn something_else_at_the_port_is_the_wrong_peer_and_another_version_is_named() {
     let place = Place::new();
     let socket = UdpSocket::bind("127.0.0.1:0").expect("a port");
@@ -252,6 +281,34 @@ fn bad_input_of_a_teleoperation_is_one_line_with_the_remedy() {
             ["wave impedance", "change --wave-impedance"],
         ),
         (
+            "analyze teleoperation --line-delay 11s",
+            ["11 s is not in [0, 10]", "change --line-delay"],
+        ),
+        (
+            "analyze teleoperation --architecture wave --order 0.3",
+            ["--order has no effect", "leave it out"],
+        ),
+        (
+            "analyze teleoperation --playout 3",
+            ["--playout has no effect", "--architecture wave"],
+        ),
+        (
+            "analyze teleoperation --best --coupler-stiffness 3",
+            ["--coupler-stiffness has no effect", "--best"],
+        ),
+        (
+            "teleoperate",
+            ["--listen ADDRESS:PORT", "--connect ADDRESS:PORT"],
+        ),
+        (
+            "teleoperate --listen 127.0.0.1:0 --patience 0s",
+            ["patience 0 s", "give a --patience above 0"],
+        ),
+        (
+            "analyze teleoperation --architecture time-domain",
+            ["no linear law", "--architecture position-position"],
+        ),
+        (
             "teleoperate --listen nowhere",
             ["no address with a port", "give --listen"],
         ),
@@ -266,6 +323,33 @@ fn bad_input_of_a_teleoperation_is_one_line_with_the_remedy() {
     place
         .run("teleoperate wall.toml --listen 127.0.0.1:0")
         .refused(2, &["of another experiment", "[teleoperation]"]);
+}
+
+#[test]
+fn a_remote_place_that_the_slave_cannot_touch_is_refused_before_anything_moves() {
+    let place = Place::new();
+    // As heavy as three slaves, told a sample late.
+    let text = "[teleoperation]\narchitecture = \"time-domain\"\nplace = \"wall\"\nwall_order = 2\n\
+                wall_dissipation_n_s_mu_per_m = 0.2\nduration_s = 3\nwindow_s = 1\n";
+    place.write("heavy.toml", text);
+    let words = [
+        "the slave in its remote place",
+        "would be unstable",
+        "--force-unstable",
+    ];
+    place.run("run heavy.toml --out heavy").refused(2, &words);
+    let listen = "teleoperate heavy.toml --listen 127.0.0.1:0 --patience 300ms --quiet";
+    place.run(listen).refused(2, &words);
+    assert_eq!(place.files(), ["heavy.toml"]);
+    let forced = place.run("run heavy.toml --out heavy --force-unstable --json");
+    assert_ne!(forced.code, Some(2), "{}", forced.stderr);
+    assert_eq!(forced.json()["preflight"]["stable"], false);
+    // One that it can touch: the verdict is in the report.
+    place.write("light.toml", text.replace("0.2", "0.02"));
+    let light = place
+        .run("run light.toml --out light --json")
+        .succeeded_with_warnings();
+    assert_eq!(light.json()["preflight"]["stable"], true);
 }
 
 #[test]

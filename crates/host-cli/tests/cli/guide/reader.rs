@@ -143,7 +143,9 @@ impl Reader<'_> {
 
     fn shell(&self, command: &str) -> Command {
         let mut shell = Command::new("sh");
-        shell.args(["-c", command]).env("PATH", search_path());
+        // However busy this machine is.
+        let command = command.replace("teleoperate ", "teleoperate --skipped-most 100% ");
+        shell.args(["-c", &command]).env("PATH", search_path());
         shell.current_dir(self.place.path("")).stdin(Stdio::null());
         shell
     }
