@@ -3,9 +3,10 @@
 use haptic_experiment::curves::{CouplerCurves, TheoryCurves, WallCurves};
 use haptic_experiment::drive::DriveCurves;
 use haptic_experiment::teleoperation::{FeltAt, TeleoperationCurves};
+use haptic_experiment::touch::TouchCurves;
 use haptic_figure::{
-    AxisSpec, Chart, ChartPage, Conditions, FigureError, HeldPanels, Look, Picture, Scale, Series,
-    TheoryFigure,
+    AxisSpec, Chart, ChartPage, Conditions, FigureError, HeldPanels, Look, Picture, PlaneFigure,
+    Scale, Series, TheoryFigure,
 };
 
 /// A run beside its closed form.
@@ -154,6 +155,24 @@ pub fn of_teleoperation(curves: &TeleoperationCurves) -> Result<Picture, FigureE
                 .collect(),
             },
         ],
+    }
+    .draw()
+}
+
+/// A touch: the paths over the shape, the depth, and the force of each axis.
+///
+/// # Errors
+/// If there is nothing to draw.
+pub fn of_touch(curves: &TouchCurves) -> Result<Picture, FigureError> {
+    PlaneFigure {
+        title: "A touch, simulated",
+        subtitle: &curves.subtitle,
+        outline_m: &curves.outline_m,
+        time_s: &curves.time_s,
+        reference_m: [&curves.hand_m[0], &curves.hand_m[1]],
+        position_m: [&curves.position_m[0], &curves.position_m[1]],
+        depth_m: Some(&curves.depth_m),
+        force_n: &curves.force_n,
     }
     .draw()
 }
