@@ -61,6 +61,41 @@ impl PlaneFigure<'_> {
     /// # Errors
     /// If there is no sample to draw, or the slices differ in length.
     pub fn draw(&self) -> Result<Picture, FigureError> {
+        self.check()?;
+        let outline = scaled(self.outline_m.iter().copied());
+        let hand = self.path(self.reference_m);
+        let device = self.path(self.position_m);
+        let depth = self.depth_m.map(|depth| self.over_time(depth, MM_PER_M));
+        let places = self.position_m.map(|axis| self.over_time(axis, MM_PER_M));
+        let forces = self.force_n.iter();
+        let forces: Vec<_> = forces.map(|axis| self.over_time(axis, 1.0)).collect();
+        let over_time = |caption, label, series| Chart {
+            caption,
+            x: AxisSpec::new("time / s", Scale::Linear),
+            y: AxisSpec::new(label, Scale::Linear),
+            series,
+        };
+        let lengths = match &depth {
+            Some(depth) => {
+                let depth = vec![Series::new("device", depth, Look::Line, 0)];
+                over_time("depth", "depth / mm", depth)
+            }
+            None => over_time("place", "place / mm", axes(&places)),
+        };
+        ChartPage {
+            title: self.title,
+            subtitle: self.subtitle,
+            columns: 2,
+            charts: vec![
+                plane(&outline, &hand, &device),
+                over_time("force on the device", "force / N", axes(&forces)),
+                lengths,
+            ],
+        }
+        .draw()
+    }
+
+    fn check(&self) -> Result<(), FigureError> {
         let mut lengths = vec![
             ("reference", self.reference_m[0]),
             ("reference", self.reference_m[1]),
@@ -69,66 +104,7 @@ impl PlaneFigure<'_> {
         ];
         lengths.extend(self.depth_m.map(|depth| ("depth", depth)));
         lengths.extend(self.force_n.iter().map(|force| ("force", force.as_slice())));
-        check_lengths(self.time_s, &lengths)?;
-        let outline = scaled(self.outline_m.iter().copied());
-        let hand = self.path(self.reference_m);
-        let device = self.path(self.position_m);
-        let (x, y) = ranges([&outline, &hand, &device]);
-        let depth = self.depth_m.map(|depth| self.over_time(depth, MM_PER_M));
-        let places = self.position_m.map(|axis| self.over_time(axis, MM_PER_M));
-        let forces: Vec<_> = self
-            .force_n
-            .iter()
-            .map(|axis| self.over_time(axis, 1.0))
-            .collect();
-        let mut paths = vec![
-            Series::new("hand", &hand, Look::Dashed, 2),
-            Series::new("device", &device, Look::Line, 0),
-        ];
-        if !outline.is_empty() {
-            paths.insert(0, Series::new("surface", &outline, Look::Area, 6));
-        }
-        let time = AxisSpec::new("time / s", Scale::Linear);
-        let (caption, label, lengths) = match &depth {
-            Some(depth) => (
-                "depth",
-                "depth / mm",
-                vec![Series::new("device", depth, Look::Line, 0)],
-            ),
-            None => ("place", "place / mm", axes(&places)),
-        };
-        ChartPage {
-            title: self.title,
-            subtitle: self.subtitle,
-            columns: 2,
-            charts: vec![
-                Chart {
-                    caption: "path",
-                    x: AxisSpec {
-                        range: x,
-                        ..AxisSpec::new("x / mm", Scale::Linear)
-                    },
-                    y: AxisSpec {
-                        range: y,
-                        ..AxisSpec::new("y / mm", Scale::Linear)
-                    },
-                    series: paths,
-                },
-                Chart {
-                    caption: "force on the device",
-                    x: time,
-                    y: AxisSpec::new("force / N", Scale::Linear),
-                    series: axes(&forces),
-                },
-                Chart {
-                    caption,
-                    x: time,
-                    y: AxisSpec::new(label, Scale::Linear),
-                    series: lengths,
-                },
-            ],
-        }
-        .draw()
+        check_lengths(self.time_s, &lengths)
     }
 
     fn path(&self, [x, y]: [&[f64]; 2]) -> Vec<(f64, f64)> {
@@ -143,6 +119,32 @@ impl PlaneFigure<'_> {
     fn over_time(&self, values: &[f64], factor: f64) -> Vec<(f64, f64)> {
         let values = values.iter().map(|value| factor * value);
         self.time_s.iter().copied().zip(values).collect()
+    }
+}
+
+/// The paths over the outline, with one scale for both axes.
+fn plane<'a>(
+    outline: &'a [(f64, f64)],
+    hand: &'a [(f64, f64)],
+    device: &'a [(f64, f64)],
+) -> Chart<'a> {
+    let (x, y) = ranges([outline, hand, device]);
+    let axis = |label, range| AxisSpec {
+        range,
+        ..AxisSpec::new(label, Scale::Linear)
+    };
+    let mut series = vec![
+        Series::new("hand", hand, Look::Dashed, 2),
+        Series::new("device", device, Look::Line, 0),
+    ];
+    if !outline.is_empty() {
+        series.insert(0, Series::new("surface", outline, Look::Area, 6));
+    }
+    Chart {
+        caption: "path",
+        x: axis("x / mm", x),
+        y: axis("y / mm", y),
+        series,
     }
 }
 
@@ -163,7 +165,7 @@ fn axes(curves: &[Vec<(f64, f64)>]) -> Vec<Series<'_>> {
 type Ends = Option<(f64, f64)>;
 
 /// The ends of both axes for these points, with one scale for both.
-fn ranges(curves: [&Vec<(f64, f64)>; 3]) -> (Ends, Ends) {
+fn ranges(curves: [&[(f64, f64)]; 3]) -> (Ends, Ends) {
     let points = || curves.into_iter().flatten();
     let ends = |of: fn(&(f64, f64)) -> f64| {
         let values = || points().map(of).filter(|value| value.is_finite());
@@ -189,17 +191,14 @@ mod tests {
 
     #[test]
     fn a_millimetre_is_as_long_either_way() {
-        let flat = vec![(0.0, 1.0), (10.0, 2.0)];
-        let (x, y) = ranges([&flat, &Vec::new(), &vec![(f64::NAN, 5.0)]]);
+        let flat = [(0.0, 1.0), (10.0, 2.0)];
+        let (x, y) = ranges([&flat, &[], &[(f64::NAN, 5.0)]]);
         let ((x_low, x_high), (y_low, y_high)) = (x.expect("ends"), y.expect("ends"));
         let ratio = (x_high - x_low) / (y_high - y_low);
         assert!((ratio - BOX).abs() < 1e-12, "{ratio}");
         assert!(x_low < 0.0 && x_high > 10.0 && y_low < 1.0 && y_high > 5.0);
-        assert_eq!(
-            ranges([&Vec::new(), &Vec::new(), &Vec::new()]),
-            (None, None)
-        );
-        let point = vec![(1.0, 1.0)];
-        assert_eq!(ranges([&point, &point, &point]), (None, None));
+        assert_eq!(ranges([&[], &[], &[]]), (None, None));
+        let point: &[(f64, f64)] = &[(1.0, 1.0)];
+        assert_eq!(ranges([point, point, point]), (None, None));
     }
 }

@@ -16,7 +16,7 @@ use crate::output::Output;
 use crate::picture::{of_coupler, of_teleoperation, of_theory, of_touch, of_wall};
 use crate::quantity::Bytes;
 use clap::Args;
-use haptic_experiment::curves::Published;
+use haptic_experiment::curves::{Published, WallCurves};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::folder::FolderRequest;
 use haptic_experiment::parameters::{
@@ -28,7 +28,7 @@ use haptic_experiment::teleoperation::{TeleoperationCurves, TeleoperationVerdict
 use haptic_experiment::touch::{TouchCurves, TouchVerdict};
 use haptic_experiment::{
     CouplerReport, ExperimentFile, Pace, Settling, Supervisor, TeleoperationExperiment,
-    TeleoperationReport, TouchExperiment, TouchReport, TrialVerdict, WallReport,
+    TeleoperationReport, TouchExperiment, TouchReport, TrialVerdict, WallExperiment, WallReport,
 };
 use std::fmt::Write as _;
 use std::io::{self, Write};
@@ -183,18 +183,9 @@ impl Arguments {
                     creep.run(&request("creep"), supervisor.watched(&live))
                 })
             }
-            ExperimentFile::Wall(wall) => {
-                let mut verdict = None;
-                conduct(samples, output, print_wall, of_wall, |supervisor| {
-                    let published = wall.run(&request("wall"), supervisor.watched(&live))?;
-                    let trial = &published.report.trial;
-                    verdict = Some((trial.stable_by_both(), trial.settling.verdict));
-                    Ok(published)
-                })?;
-                required(wall.setup.must_be_stable, verdict, |trial| {
-                    format!("the wall is not stable by both trial ({trial}) and analysis")
-                })
-            }
+            ExperimentFile::Wall(wall) => run_wall(&wall, samples, output, |supervisor| {
+                wall.run(&request("wall"), supervisor.watched(&live))
+            }),
             ExperimentFile::Coupler(coupler) => {
                 let mut verdict = None;
                 conduct(samples, output, print_coupler, of_coupler, |supervisor| {
@@ -219,6 +210,25 @@ impl Arguments {
             }),
         }
     }
+}
+
+/// Runs a wall; refuses one that is not stable, if its file wants it to be.
+fn run_wall(
+    wall: &WallExperiment,
+    samples: u64,
+    output: Output,
+    run: impl FnOnce(Supervisor<'_>) -> Result<Published<WallReport, WallCurves>, Failure>,
+) -> Result<(), Failure> {
+    let mut verdict = None;
+    conduct(samples, output, print_wall, of_wall, |supervisor| {
+        let published = run(supervisor)?;
+        let trial = &published.report.trial;
+        verdict = Some((trial.stable_by_both(), trial.settling.verdict));
+        Ok(published)
+    })?;
+    required(wall.setup.must_be_stable, verdict, |trial| {
+        format!("the wall is not stable by both trial ({trial}) and analysis")
+    })
 }
 
 /// Runs a teleoperation; refuses one that was not passive, if its file wants it to be.
