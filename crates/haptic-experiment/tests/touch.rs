@@ -1,4 +1,5 @@
 //! A hand over a shape: against the wall of one axis, turned, limited, faulted; its energy, its log.
+#![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
 
 use haptic_experiment::folder::FolderRequest;
 use haptic_experiment::touch::{TouchReport, TouchVerdict};

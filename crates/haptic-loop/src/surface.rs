@@ -151,7 +151,7 @@ impl<F: Real, const D: usize> Ball<F, D> {
 
     /// x − c, and its length.
     #[inline]
-    fn from_centre(&self, position_m: &SVector<F, D>) -> (SVector<F, D>, F) {
+    fn off_centre(&self, position_m: &SVector<F, D>) -> (SVector<F, D>, F) {
         let offset: SVector<F, D> =
             SVector::from(array::from_fn(|axis| position_m[axis] - self.centre[axis]));
         let mut square = F::ZERO;
@@ -174,12 +174,12 @@ impl<F: Real, const D: usize> Ball<F, D> {
 impl<F: Real, const D: usize> Surface<F, D> for Ball<F, D> {
     #[inline]
     fn depth(&self, position_m: &SVector<F, D>) -> F {
-        self.depth_at(self.from_centre(position_m).1)
+        self.depth_at(self.off_centre(position_m).1)
     }
 
     #[inline]
     fn touch(&self, position_m: &SVector<F, D>) -> (F, SVector<F, D>) {
-        let (offset, distance) = self.from_centre(position_m);
+        let (offset, distance) = self.off_centre(position_m);
         let length = if distance < self.core {
             self.core
         } else {
