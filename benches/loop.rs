@@ -15,6 +15,8 @@
 //! - *Nothing is left out*: controller, device and sample pass through `black_box` in each tick.
 //! - *Compare with*, in the same run: the tick without an operator ("nothing") and with the naive sums of
 //!   1024 taps (`benches/baseline`); for plants an Euler step; for relaxation all 20 000 taps.
+//! - *Two and three axes* touch a disc and a sphere: one operator on the depth, whatever the number of axes. `axes` in the output is
+//!   their tick over that of one axis, whole chain and guard: least of 200 rounds of 1000 ticks, taken in turn.
 //! - *Relaxation* is the command line's loop without clock, log, CSV and picture; it keeps the forces.
 
 mod baseline;
@@ -35,7 +37,7 @@ use fractional_haptics::haptic_loop::units::{
     SquareMetres,
 };
 use fractional_haptics::haptic_loop::{
-    Contact, Controller, Device, EnergyBounding, Environment, Guard, KelvinVoigt, Limits,
+    Ball, Contact, Controller, Device, EnergyBounding, Environment, Guard, KelvinVoigt, Limits,
     PassivityObserver, SafetyChain, SafetyState, Specimen, Tissue, Workspace,
 };
 use input::{BATCH, SAMPLE_TIME, order, ramp_and_hold};
@@ -43,6 +45,7 @@ use nalgebra::SVector;
 use std::convert::Infallible;
 use std::error::Error;
 use std::hint::black_box;
+use std::time::Instant;
 
 /// Samples of a relaxation: 20 s.
 const SAMPLES: u16 = 20_000;
@@ -56,6 +59,8 @@ fn main() -> Outcome {
     plants(&mut criterion)?;
     relaxations::<f64>(&mut criterion, "f64")?;
     relaxations::<f32>(&mut criterion, "f32")?;
+    axes::<f64>("f64")?;
+    axes::<f32>("f32")?;
     criterion.final_summary();
     Ok(())
 }
@@ -77,6 +82,12 @@ fn ticks<F: Real>(criterion: &mut Criterion, precision: &str) -> Outcome {
         let wall = contact([1.0], full.clone())?;
         let name_1 = format!("D=1, whole chain, {name}");
         limited_tick(&mut group, &name_1, wall, &limits, script)?;
+        let disc = touched::<F, _, 2>(full.clone())?;
+        let name_2 = format!("D=2, disc, whole chain, {name}");
+        limited_tick(&mut group, &name_2, disc, &limits, Scripted::<F, 2>::new())?;
+        let sphere = touched::<F, _, 3>(full.clone())?;
+        let name_3 = format!("D=3, sphere, whole chain, {name}");
+        limited_tick(&mut group, &name_3, sphere, &limits, script_3)?;
         let axes = tissue(full.clone())?;
         let name_3 = format!("D=3, three histories, whole chain, {name}");
         limited_tick(&mut group, &name_3, axes, &limits, script_3)?;
@@ -144,6 +155,51 @@ fn whole(guard: Option<Guard>) -> Limits {
         guard,
         ..Limits::default()
     }
+}
+
+/// Prints the tick of two and three axes over that of one.
+fn axes<F: Real>(precision: &str) -> Outcome {
+    let full = operator::<F>("full:1e-6", 200e3)?;
+    for (name, guard) in guards() {
+        let limits = whole(guard);
+        let wall = contact([1.0], full.clone())?;
+        let mut one = batch(wall, &limits, Scripted::<F, 1>::new())?;
+        let disc = touched::<F, _, 2>(full.clone())?;
+        let mut two = batch(disc, &limits, Scripted::<F, 2>::new())?;
+        let sphere = touched::<F, _, 3>(full.clone())?;
+        let mut three = batch(sphere, &limits, Scripted::<F, 3>::new())?;
+        let mut least = [f64::INFINITY; 3];
+        for _ in 0..200 {
+            for (least, took) in least.iter_mut().zip([one(), two(), three()]) {
+                *least = least.min(took);
+            }
+        }
+        let [one, two, three] = least.map(|seconds| 1e9 * seconds / BATCH as f64);
+        println!(
+            "axes {precision}, {name}: {one:.0} ns, {two:.0} ns = {:.2} times, {three:.0} ns = {:.2} times",
+            two / one,
+            three / one
+        );
+    }
+    Ok(())
+}
+
+/// A batch of ticks, s.
+fn batch<F: Real, const D: usize>(
+    environment: impl Environment<F, D>,
+    limits: &Limits,
+    mut device: impl Device<F, D, Error = Infallible>,
+) -> Result<impl FnMut() -> f64, Box<dyn Error>> {
+    let chain = SafetyChain::from_limits(limits, SAMPLE_TIME)?;
+    let mut controller = Controller::new(environment, chain);
+    Ok(move || {
+        let before = Instant::now();
+        for _ in 0..BATCH {
+            let Ok(sample) = black_box(&mut controller).tick(black_box(&mut device));
+            black_box(&sample);
+        }
+        before.elapsed().as_secs_f64()
+    })
 }
 
 fn plants(criterion: &mut Criterion) -> Outcome {
@@ -244,6 +300,16 @@ fn contact<F: Real, O: Differintegrator<F>, const D: usize>(
     operator: O,
 ) -> Result<Contact<F, KelvinVoigt<F, O>, D>, Box<dyn Error>> {
     Ok(Contact::new(direction, Metres(0.0), tissue(operator)?)?)
+}
+
+/// A disc or sphere whose surface goes through the origin, met along the diagonal.
+fn touched<F: Real, O: Differintegrator<F>, const D: usize>(
+    operator: O,
+) -> Result<Contact<F, KelvinVoigt<F, O>, D, Ball<F, D>>, Box<dyn Error>> {
+    const RADIUS_M: f64 = 0.03;
+    let centre = Metres(RADIUS_M / (D as f64).sqrt());
+    let ball = Ball::solid([centre; D], Metres(RADIUS_M))?;
+    Ok(Contact::behind(ball, tissue(operator)?))
 }
 
 fn chain<F: Real>() -> Result<SafetyChain<F>, Box<dyn Error>> {

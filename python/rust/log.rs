@@ -4,7 +4,8 @@ use crate::conducted::conduct;
 use crate::json::to_python;
 use crate::refused::OrRefused as _;
 use haptic_log::record::{
-    Condition, Entry, EventMessage, LogFiles, MetadataRecord, RecordError, TickMessage,
+    AXES, Condition, Entry, EventMessage, LogFiles, MetadataRecord, RecordError, TickMessage,
+    VectorTick, column as column_of,
 };
 use numpy::{Element, PyArray1};
 use pyo3::prelude::*;
@@ -14,6 +15,7 @@ use std::path::{Path, PathBuf};
 /// All that a log holds.
 struct Log {
     ticks: Vec<TickMessage>,
+    vectors: Vec<VectorTick>,
     events: Vec<EventMessage>,
     metadata: Vec<MetadataRecord>,
     condition: Condition,
@@ -22,10 +24,12 @@ struct Log {
 
 fn read(path: &Path, stops: impl Fn() -> bool) -> Result<Log, RecordError> {
     let mut files = LogFiles::open(path)?;
-    let (mut ticks, mut events, mut metadata) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut ticks, mut vectors) = (Vec::new(), Vec::new());
+    let (mut events, mut metadata) = (Vec::new(), Vec::new());
     for entry in files.by_ref() {
         match entry? {
             Entry::Tick(tick) => ticks.push(tick),
+            Entry::Vector(tick) => vectors.push(tick),
             Entry::Event(event) => events.push(event),
             Entry::Metadata(record) => metadata.push(record),
             _ => {}
@@ -36,6 +40,7 @@ fn read(path: &Path, stops: impl Fn() -> bool) -> Result<Log, RecordError> {
     }
     Ok(Log {
         ticks,
+        vectors,
         events,
         metadata,
         condition: files.condition(),
@@ -51,7 +56,11 @@ pub(crate) fn read_log(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDi
     })?
     .or_refused()?;
     let result = PyDict::new(py);
-    result.set_item("columns", columns(py, &log.ticks)?)?;
+    let columns = match log.vectors.first() {
+        Some(first) if log.ticks.is_empty() => vector_columns(py, &log.vectors, first.axes())?,
+        _ => columns(py, &log.ticks)?,
+    };
+    result.set_item("columns", columns)?;
     let metadata = PyDict::new(py);
     for record in &log.metadata {
         metadata.set_item(&record.name, to_python(py, &record.values)?)?;
@@ -100,5 +109,35 @@ fn columns<'py>(py: Python<'py>, ticks: &[TickMessage]) -> PyResult<Bound<'py, P
         columns.set_item(name, column(py, ticks, field))?;
     }
     columns.set_item("limiters", column(py, ticks, |tick| tick.limiters))?;
+    Ok(columns)
+}
+
+/// A column for each axis of each vector, and for the other fields, in their order.
+fn vector_columns<'py>(
+    py: Python<'py>,
+    ticks: &[VectorTick],
+    axes: usize,
+) -> PyResult<Bound<'py, PyDict>> {
+    let columns = PyDict::new(py);
+    let number = |field: fn(&VectorTick) -> f64| PyArray1::from_iter(py, ticks.iter().map(field));
+    columns.set_item(
+        "tick",
+        PyArray1::from_iter(py, ticks.iter().map(|tick| tick.tick)),
+    )?;
+    columns.set_item("time_s", number(|tick| tick.time_s))?;
+    for (name, field) in VectorTick::VECTORS {
+        for (axis, letter) in AXES.iter().enumerate().take(axes) {
+            let values = ticks.iter().map(|tick| {
+                let vector = field(tick);
+                vector.as_slice().get(axis).copied().unwrap_or(f64::NAN)
+            });
+            columns.set_item(column_of(name, letter), PyArray1::from_iter(py, values))?;
+        }
+    }
+    columns.set_item("observed_energy_j", number(|tick| tick.observed_energy_j))?;
+    columns.set_item(
+        "limiters",
+        PyArray1::from_iter(py, ticks.iter().map(|tick| tick.limiters)),
+    )?;
     Ok(columns)
 }

@@ -156,6 +156,32 @@ def test_a_log_has_the_run_and_its_metadata(tmp_path) -> None:
     experiment.relax(**SHORT, out=tmp_path, overwrite=True)
 
 
+def test_a_touch_has_a_column_for_each_axis(tmp_path) -> None:
+    run = experiment.touch(radius_m=0.02, mass_kg=[0.05, 0.1], duration_s=2.0, out=tmp_path)
+    assert run.report["verdict"] == "passive"
+    # The hand goes 2 mm into the disc and the disc pushes it out again.
+    assert 0.2e-3 < run.report["largest_depth_m"] < 2e-3
+    table = log.read_log(run.report["log"])
+    assert len(table) == run.report["samples"] == 2001
+    for name in ("position", "reference"):
+        for axis in "xy":
+            assert np.array_equal(table[f"{name}_{axis}_m"], run[f"{name}_{axis}_m"])
+    assert "position_m" not in table and "position_z_m" not in table
+    depth = 0.02 - np.hypot(table["position_x_m"], table["position_y_m"])
+    np.testing.assert_allclose(np.maximum(depth, 0.0), run["depth_m"], atol=1e-15)
+    # Along the normal: force and place have one direction.
+    across = table["force_x_n"] * table["position_y_m"] - table["force_y_n"] * table["position_x_m"]
+    assert np.abs(across).max() < 1e-12
+    assert table.attrs["metadata"]["experiment"]["axes"] == "2"
+    with pytest.raises(ValueError, match="3 numbers, not one for each of 2 axes"):
+        experiment.touch(centre_m=[0.0, 0.0, 0.0])
+    space = experiment.touch(
+        axes=3, shape="plane", normal=(0, 0, -1), way_points=[[0, 0, 0, 1e-3], [1, 0.01, 0, -2e-3]], duration_s=1.0
+    )
+    assert space["force_z_n"].max() > 0.3
+    assert not space["force_x_n"].any()
+
+
 def test_a_cut_log_is_read_as_far_as_it_goes(tmp_path) -> None:
     run = experiment.relax(**SHORT, out=tmp_path)
     whole = log.read_log(run.report["log"])

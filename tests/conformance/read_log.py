@@ -20,8 +20,12 @@ except ImportError as error:
     print(f"Python package missing: {error.name}", file=sys.stderr)
     sys.exit(3)
 
-TICK, EVENT = "/haptics/tick", "/haptics/event"
-SCHEMAS = {TICK: "haptics_msgs/msg/Tick", EVENT: "haptics_msgs/msg/Event"}
+TICK, VECTOR, EVENT = "/haptics/tick", "/haptics/vector_tick", "/haptics/event"
+SCHEMAS = {
+    TICK: "haptics_msgs/msg/Tick",
+    VECTOR: "haptics_msgs/msg/VectorTick",
+    EVENT: "haptics_msgs/msg/Event",
+}
 
 
 def bits(number: float) -> bytes:
@@ -32,6 +36,19 @@ def bits(number: float) -> bytes:
 def check(condition: bool, what: str) -> None:
     if not condition:
         sys.exit(f"differs: {what}")
+
+
+def flat(tick: object) -> dict[str, object]:
+    """The fields; of a vector one an axis, with the axis before the unit."""
+    fields: dict[str, object] = {}
+    for name in tick.__slots__:
+        value = getattr(tick, name)
+        if isinstance(value, (int, float)):
+            fields[name] = value
+            continue
+        stem, unit = name.rsplit("_", 1)
+        fields.update({f"{stem}_{axis}_{unit}": number for axis, number in zip("xyz", value, strict=False)})
+    return fields
 
 
 def nanoseconds(rfc3339: str) -> int:
@@ -63,14 +80,15 @@ def main(log_path: str, csv_path: str) -> None:
 
         columns = list(rows[0])
         count = 0
-        for _, channel, message, tick in reader.iter_decoded_messages(topics=[TICK]):
-            check(list(tick.__slots__) == columns, f"fields {tick.__slots__}, columns {columns}")
+        for _, channel, message, tick in reader.iter_decoded_messages(topics=[TICK, VECTOR]):
+            fields = flat(tick)
+            check(list(fields) == columns, f"fields {list(fields)}, columns {columns}")
             row = rows[count]
             time_ns = started_ns + round(tick.time_s * 1e9)
             check(message.log_time == message.publish_time == time_ns, f"log time of row {count}")
             check(message.sequence == tick.tick % 2**32, f"sequence number of row {count}")
             for name in columns:
-                value = getattr(tick, name)
+                value = fields[name]
                 same = (
                     value == int(row[name])
                     if isinstance(value, int)

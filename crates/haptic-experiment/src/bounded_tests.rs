@@ -36,7 +36,9 @@ fn twice(text: &str) -> [(Value, Vec<Vec<f64>>); 2] {
             ExperimentFile::Creep(creep) => serde_json::to_value(creep.report(ran)?.0),
             ExperimentFile::Wall(wall) => serde_json::to_value(wall.report(ran)?.0),
             ExperimentFile::Coupler(coupler) => serde_json::to_value(coupler.report(ran)?.0),
-            ExperimentFile::Teleoperation(_) => unreachable!("it is judged while it runs"),
+            ExperimentFile::Teleoperation(_) | ExperimentFile::Touch(_) => {
+                unreachable!("it is judged while it runs")
+            }
         };
         Ok(value.expect("is JSON"))
     };
@@ -45,7 +47,9 @@ fn twice(text: &str) -> [(Value, Vec<Vec<f64>>); 2] {
         ExperimentFile::Creep(creep) => creep.record(&request, supervisor),
         ExperimentFile::Wall(wall) => wall.run_alone(&request, supervisor),
         ExperimentFile::Coupler(coupler) => coupler.run_alone(&request, supervisor),
-        ExperimentFile::Teleoperation(_) => unreachable!("it is judged while it runs"),
+        ExperimentFile::Teleoperation(_) | ExperimentFile::Touch(_) => {
+            unreachable!("it is judged while it runs")
+        }
     };
     let mut ran = ran.expect("runs");
     let table = || {

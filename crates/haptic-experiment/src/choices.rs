@@ -2,6 +2,7 @@
 
 use crate::device::Loop;
 use crate::teleoperation::{ArchitectureName, PlaceName};
+use crate::touch::{GripName, ShapeName};
 use crate::{Contact, CriterionName, GuardChoice, Named, Precision};
 
 /// Names that the text of a key may be, each with a few words for people; none where any text will do.
@@ -16,9 +17,11 @@ pub fn choices(key: &str) -> Vec<(&'static str, &'static str)> {
         "contact" => names::<Contact>(),
         "criterion" => names::<CriterionName>(),
         "guard" => names::<GuardChoice>(),
+        "hand" => names::<GripName>(),
         "loop" => names::<Loop>(),
         "place" => names::<PlaceName>(),
         "precision" => names::<Precision>(),
+        "shape" => names::<ShapeName>(),
         _ => Vec::new(),
     }
 }
@@ -31,7 +34,14 @@ mod tests {
     #[test]
     fn a_default_is_one_of_the_choices() {
         let mut found = 0;
-        for kind in ["relax", "creep", "wall", "coupler", "teleoperation"] {
+        for kind in [
+            "relax",
+            "creep",
+            "wall",
+            "coupler",
+            "teleoperation",
+            "touch",
+        ] {
             for parameter in of_kind(kind).iter().flat_map(|(_, table)| *table) {
                 let choices = choices(parameter.key);
                 if let (Value::Text(default), false) = (parameter.value, choices.is_empty()) {

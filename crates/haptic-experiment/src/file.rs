@@ -1,5 +1,5 @@
-//! Experiment files: TOML with one table, `[relax]`, `[creep]`, `[wall]`, `[coupler]` or `[teleoperation]`, units in the names of keys;
-//! `[drive]` beside the first two.
+//! Experiment files: TOML with one table, `[relax]`, `[creep]`, `[wall]`, `[coupler]`, `[teleoperation]` or `[touch]`, units in the names
+//! of keys; `[drive]` beside the first two.
 //!
 //! ```toml
 //! [wall]
@@ -22,6 +22,7 @@ mod safety;
 mod teleoperation;
 #[cfg(test)]
 mod tests;
+mod touch;
 mod wall;
 
 use crate::failure::Failure;
@@ -30,8 +31,8 @@ use crate::remote::RemoteDevice;
 use crate::safety::Safety;
 use crate::schedule::Pace;
 use crate::{
-    CouplerExperiment, Creep, Drive, Relaxation, TeleoperationExperiment, WallExperiment,
-    parameters,
+    CouplerExperiment, Creep, Drive, Relaxation, TeleoperationExperiment, TouchExperiment,
+    WallExperiment, parameters,
 };
 use haptic_tissue::read_text;
 use reader::Document;
@@ -66,13 +67,22 @@ pub enum ExperimentFile {
     Coupler(CouplerExperiment),
     /// `[teleoperation]`.
     Teleoperation(Box<TeleoperationExperiment>),
+    /// `[touch]`.
+    Touch(Box<TouchExperiment>),
 }
 
 /// The table beside an experiment that a controller drives, and the kinds that may have it.
 const DRIVE: &str = "drive";
 const DRIVEN: [&str; 2] = ["relax", "creep"];
 /// Kinds of experiments.
-const KINDS: [&str; 5] = ["relax", "creep", "wall", "coupler", "teleoperation"];
+const KINDS: [&str; 6] = [
+    "relax",
+    "creep",
+    "wall",
+    "coupler",
+    "teleoperation",
+    "touch",
+];
 
 impl ExperimentFile {
     /// Reads and checks a file.
@@ -111,6 +121,7 @@ impl ExperimentFile {
                 let read = teleoperation::teleoperation(&table)?;
                 Ok(Self::Teleoperation(Box::new(read)))
             }
+            "touch" => Ok(Self::Touch(Box::new(touch::touch(&table)?))),
             _ => wall::wall(&table).map(Self::Wall),
         }
     }
@@ -126,6 +137,7 @@ impl ExperimentFile {
             Self::Wall(experiment) => experiment.check(),
             Self::Coupler(experiment) => experiment.check(),
             Self::Teleoperation(experiment) => experiment.check(),
+            Self::Touch(experiment) => experiment.check(),
         }
     }
 
@@ -138,7 +150,7 @@ impl ExperimentFile {
             }
             Self::Wall(WallExperiment { setup, .. })
             | Self::Coupler(CouplerExperiment { setup, .. }) => setup.remote.as_ref(),
-            Self::Teleoperation(_) => None,
+            Self::Teleoperation(_) | Self::Touch(_) => None,
         }
     }
 
@@ -163,7 +175,12 @@ impl ExperimentFile {
                     "a teleoperation runs on two simulated devices: leave `device` away",
                 ));
             }
-            Self::Teleoperation(_) => return Ok(self),
+            Self::Touch(_) if remote.is_some() => {
+                return Err(Failure::bad_input(
+                    "a touch runs on a simulated device: no device with several axes is known yet; leave `device` away",
+                ));
+            }
+            Self::Teleoperation(_) | Self::Touch(_) => return Ok(self),
         };
         if let Self::Coupler(coupler) = &self {
             coupler.check_loop()?;
@@ -184,7 +201,7 @@ impl ExperimentFile {
             Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
                 rendering.drive.as_ref()
             }
-            Self::Wall(_) | Self::Coupler(_) | Self::Teleoperation(_) => None,
+            Self::Wall(_) | Self::Coupler(_) | Self::Teleoperation(_) | Self::Touch(_) => None,
         }
     }
 
@@ -200,7 +217,7 @@ impl ExperimentFile {
             Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
                 rendering.drive = choose(rendering.drive.take())?;
             }
-            Self::Wall(_) | Self::Coupler(_) | Self::Teleoperation(_) => {
+            Self::Wall(_) | Self::Coupler(_) | Self::Teleoperation(_) | Self::Touch(_) => {
                 if choose(None)?.is_some() {
                     return Err(Failure::bad_input(
                         "the `controller` of a drive holds the indenter of [relax] or [creep]: leave it out",
@@ -220,6 +237,7 @@ impl ExperimentFile {
             Self::Wall(WallExperiment { setup, .. })
             | Self::Coupler(CouplerExperiment { setup, .. }) => &mut setup.safety,
             Self::Teleoperation(experiment) => &mut experiment.safety,
+            Self::Touch(experiment) => &mut experiment.safety,
         }
     }
 
@@ -237,6 +255,8 @@ impl ExperimentFile {
             Self::Teleoperation(experiment) => {
                 experiment.force_unstable = wanted.force_unstable;
             }
+            // Its device is simulated here.
+            Self::Touch(_) => {}
         }
         self
     }
@@ -251,6 +271,7 @@ impl ExperimentFile {
             Self::Wall(WallExperiment { setup, .. })
             | Self::Coupler(CouplerExperiment { setup, .. }) => setup.pace = pace,
             Self::Teleoperation(experiment) => experiment.pace = pace,
+            Self::Touch(experiment) => experiment.pace = pace,
         }
         self
     }

@@ -8,7 +8,7 @@
 //! ```
 //! Kept in memory, so that it is there even when the disk was slower than the loop.
 
-use haptic_log::record::{EventMessage, Leftover, LogWriter, RecordError, StartTime, TickMessage};
+use haptic_log::record::{AnyTick, EventMessage, Leftover, LogWriter, RecordError, StartTime};
 use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;
 
@@ -47,7 +47,7 @@ pub struct RunOfFault<'a> {
 /// Keeps the last ticks, and the first after a fault.
 #[derive(Clone, Debug)]
 pub struct FlightRecorder {
-    ticks: VecDeque<TickMessage>,
+    ticks: VecDeque<AnyTick>,
     fault: Option<FaultSeen>,
     /// Ticks after that of the fault.
     after: u64,
@@ -69,7 +69,8 @@ impl Default for FlightRecorder {
 
 impl FlightRecorder {
     /// Takes in a tick. Once a fault has latched it takes 100 more, then none.
-    pub fn tick(&mut self, message: &TickMessage) {
+    pub fn tick(&mut self, tick: impl Into<AnyTick>) {
+        let tick = tick.into();
         if self.is_full() {
             return;
         }
@@ -77,17 +78,17 @@ impl FlightRecorder {
             None if self.ticks.len() == BEFORE => {
                 self.ticks.pop_front();
             }
-            Some(fault) if message.tick > fault.tick => self.after += 1,
+            Some(fault) if tick.tick() > fault.tick => self.after += 1,
             None | Some(_) => {}
         }
-        self.ticks.push_back(*message);
+        self.ticks.push_back(tick);
     }
 
     /// A fault has latched; the first counts.
     pub fn latch(&mut self, fault: FaultSeen) {
         // The news may come later than ticks that followed it.
         let behind = self.ticks.iter().rev();
-        let behind = behind.take_while(|message| message.tick > fault.tick);
+        let behind = behind.take_while(|message| message.tick() > fault.tick);
         if self.fault.is_none() {
             self.after = behind.count() as u64;
             self.fault = Some(fault);
@@ -107,19 +108,19 @@ impl FlightRecorder {
     }
 
     /// Adds what the device's own recorder has kept of this run and the line has lost.
-    pub fn fill(&mut self, kept: impl IntoIterator<Item = TickMessage>) {
-        let known: BTreeMap<u64, TickMessage> =
-            self.ticks.iter().map(|tick| (tick.tick, *tick)).collect();
+    pub fn fill(&mut self, kept: impl IntoIterator<Item = impl Into<AnyTick>>) {
+        let known: BTreeMap<u64, AnyTick> =
+            self.ticks.iter().map(|tick| (tick.tick(), *tick)).collect();
         let mut all = known.clone();
-        for tick in kept {
-            all.entry(tick.tick).or_insert(tick);
+        for tick in kept.into_iter().map(Into::into) {
+            all.entry(tick.tick()).or_insert(tick);
         }
         // As many as without it, those nearest to the fault.
         let fault = self.fault.as_ref().map_or(u64::MAX, |fault| fault.tick);
         let after = all.split_off(&fault.saturating_add(1));
         let spare = all.len().saturating_sub(BEFORE);
         let all = all.into_iter().skip(spare);
-        let all: BTreeMap<u64, TickMessage> =
+        let all: BTreeMap<u64, AnyTick> =
             all.chain(after.into_iter().take(AFTER as usize)).collect();
         let new = all.keys().filter(|tick| !known.contains_key(tick));
         self.filled = new.copied().collect();
@@ -151,12 +152,12 @@ impl FlightRecorder {
             text: fault.text.clone(),
         });
         for message in &self.ticks {
-            if message.tick > fault.tick
+            if message.tick() > fault.tick
                 && let Some(event) = event.take()
             {
                 log.event(&event)?;
             }
-            log.tick(message)?;
+            log.any_tick(message)?;
         }
         if let Some(event) = event {
             log.event(&event)?;
@@ -165,11 +166,11 @@ impl FlightRecorder {
     }
 
     fn metadata(&self, fault: &FaultSeen, run: &Path) -> BTreeMap<String, String> {
-        let after = |message: &&TickMessage| message.tick > fault.tick;
+        let after = |message: &&AnyTick| message.tick() > fault.tick;
         let after = self.ticks.iter().filter(after).count();
         let filled: Vec<String> = self.filled.iter().map(u64::to_string).collect();
         let pairs = self.ticks.iter().zip(self.ticks.iter().skip(1));
-        let gaps = pairs.map(|(a, b)| b.tick.saturating_sub(a.tick).saturating_sub(1));
+        let gaps = pairs.map(|(a, b)| b.tick().saturating_sub(a.tick()).saturating_sub(1));
         let missing: u64 = gaps.sum();
         let run = run.file_name().unwrap_or_default().to_string_lossy();
         let entries = [
@@ -191,7 +192,7 @@ impl FlightRecorder {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use haptic_log::record::{Entry, LogReader};
+    use haptic_log::record::{Entry, LogReader, TickMessage};
 
     fn tick(tick: u64) -> TickMessage {
         TickMessage {
@@ -211,18 +212,18 @@ mod tests {
     }
 
     fn ticks(recorder: &FlightRecorder) -> Vec<u64> {
-        recorder.ticks.iter().map(|message| message.tick).collect()
+        recorder.ticks.iter().map(AnyTick::tick).collect()
     }
 
     #[test]
     fn a_thousand_ticks_before_a_fault_and_a_hundred_after_it_are_kept() {
         let mut recorder = FlightRecorder::default();
-        (0..=5000).for_each(|n| recorder.tick(&tick(n)));
+        (0..=5000).for_each(|n| recorder.tick(tick(n)));
         assert!(recorder.fault().is_none() && !recorder.is_full());
         recorder.latch(fault(5000));
         recorder.latch(fault(7));
         assert_eq!(recorder.fault(), Some(&fault(5000)));
-        (5001..6000).for_each(|n| recorder.tick(&tick(n)));
+        (5001..6000).for_each(|n| recorder.tick(tick(n)));
         assert!(recorder.is_full());
         assert_eq!(ticks(&recorder), (4001..=5100).collect::<Vec<_>>());
     }
@@ -230,9 +231,9 @@ mod tests {
     #[test]
     fn a_fault_that_is_heard_of_late_keeps_its_place() {
         let mut recorder = FlightRecorder::default();
-        (0..=230).for_each(|n| recorder.tick(&tick(n)));
+        (0..=230).for_each(|n| recorder.tick(tick(n)));
         recorder.latch(fault(200));
-        (231..400).for_each(|n| recorder.tick(&tick(n)));
+        (231..400).for_each(|n| recorder.tick(tick(n)));
         assert_eq!(ticks(&recorder), (0..=300).collect::<Vec<_>>());
     }
 
@@ -241,7 +242,7 @@ mod tests {
         let mut recorder = FlightRecorder::default();
         let lost = [3, 4, 9];
         let came = (0..12).filter(|n| !lost.contains(n));
-        came.for_each(|n| recorder.tick(&tick(n)));
+        came.for_each(|n| recorder.tick(tick(n)));
         recorder.latch(fault(11));
         let device = (2..15).map(|n| TickMessage {
             force_n: 1.0,
@@ -250,10 +251,9 @@ mod tests {
         recorder.fill(device);
         assert_eq!(ticks(&recorder), (0..15).collect::<Vec<_>>());
         assert_eq!(recorder.filled, [3, 4, 9, 12, 13, 14]);
-        let from_device = recorder
-            .ticks
-            .iter()
-            .filter(|tick| (tick.force_n - 1.0).abs() < 1e-12);
+        let from_device = recorder.ticks.iter().filter(
+            |tick| matches!(tick, AnyTick::One(tick) if (tick.force_n - 1.0).abs() < 1e-12),
+        );
         assert_eq!(from_device.count(), 6);
     }
 
@@ -263,7 +263,7 @@ mod tests {
         let lost = 1990..2010;
         let came = (0..3000).filter(|n| !lost.contains(n));
         came.for_each(|n| {
-            recorder.tick(&tick(n));
+            recorder.tick(tick(n));
             if n == 2010 {
                 recorder.latch(fault(2000));
             }
@@ -279,7 +279,7 @@ mod tests {
         let path = folder.path().join("run-fault.mcap");
         let run = folder.path().join("run.mcap");
         let mut recorder = FlightRecorder::default();
-        (0..50).for_each(|n| recorder.tick(&tick(n)));
+        (0..50).for_each(|n| recorder.tick(tick(n)));
         let write = |recorder: &FlightRecorder, overwrite| {
             let run = RunOfFault {
                 log: &run,

@@ -10,7 +10,9 @@ use super::ended::Ended;
 use super::realtime::RealtimeSummary;
 use super::remote::LinkSummary;
 use crate::failure::Failure;
-use haptic_log::record::{EndKind, Entry, LogReader, RunEnd, TickMessage};
+use fracdiff::Real;
+use haptic_log::record::{AnyTick, EndKind, Entry, LogReader, RunEnd, TickMessage};
+use haptic_loop::Sample;
 use haptic_loop::realtime::RaisedThread;
 use hdrhistogram::Histogram;
 use std::path::PathBuf;
@@ -52,6 +54,49 @@ impl KeptSample {
             indenter_position_m: message.indenter_position_m,
             contact_force_n: message.contact_force_n,
         }
+    }
+}
+
+/// What is told of a tick: as the log has it, and as a run is judged by.
+pub trait TickRecord<const D: usize = 1>: Copy {
+    /// With what the loop did.
+    #[must_use]
+    fn of_loop<F: Real>(self, sample: &Sample<F, D>, guarded_energy_j: Option<F>) -> Self;
+
+    /// For the log.
+    fn logged(&self) -> AnyTick;
+
+    /// For the report.
+    fn kept(&self) -> KeptSample;
+
+    /// The limiters that acted.
+    fn limiters(&self) -> u8;
+}
+
+impl TickRecord for TickMessage {
+    fn of_loop<F: Real>(self, sample: &Sample<F, 1>, guarded_energy_j: Option<F>) -> Self {
+        Self {
+            tick: sample.reading.tick,
+            time_s: sample.reading.time_s,
+            position_m: sample.reading.position_m[0].to_f64(),
+            environment_force_n: sample.environment_force_n[0].to_f64(),
+            force_n: sample.force.newtons()[0].to_f64(),
+            limiters: sample.limiters.bits(),
+            observed_energy_j: guarded_energy_j.map_or(f64::NAN, Real::to_f64),
+            ..self
+        }
+    }
+
+    fn logged(&self) -> AnyTick {
+        (*self).into()
+    }
+
+    fn kept(&self) -> KeptSample {
+        KeptSample::of(self)
+    }
+
+    fn limiters(&self) -> u8 {
+        self.limiters
     }
 }
 
@@ -157,9 +202,9 @@ impl Record {
     }
 
     /// Adds a sample.
-    pub(super) fn push(&mut self, message: &TickMessage) {
-        let sample = KeptSample::of(message);
-        self.limited += u64::from(message.limiters != 0);
+    pub(super) fn push<const D: usize>(&mut self, message: &impl TickRecord<D>) {
+        let sample = message.kept();
+        self.limited += u64::from(message.limiters() != 0);
         self.samples += 1;
         self.largest_force_n = sample.force_n.abs().max(self.largest_force_n);
         self.last = Some(sample);

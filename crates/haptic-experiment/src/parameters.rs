@@ -11,6 +11,7 @@ mod experiment;
 mod kind;
 mod safety;
 mod teleoperation;
+mod touch;
 mod wall;
 
 pub use controller::*;
@@ -20,6 +21,7 @@ pub use experiment::*;
 pub use kind::{Parameter, Range, Value};
 pub use safety::*;
 pub use teleoperation::*;
+pub use touch::*;
 pub use wall::*;
 
 /// Tables of experiment files by kind: heading and parameters.
@@ -27,7 +29,7 @@ pub use wall::*;
 pub fn of_kind(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
     let common = match kind {
         // On simulated devices alone.
-        "teleoperation" => vec![("safety", SAFETY)],
+        "teleoperation" | "touch" => vec![("safety", SAFETY)],
         _ => vec![("device", ON_DEVICE), ("safety", SAFETY)],
     };
     let own: &[(&str, &[Parameter])] = match kind {
@@ -35,6 +37,7 @@ pub fn of_kind(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
         "creep" => &[("creep", CREEP), ("rendering", RENDERING)],
         "coupler" => &[("required", COUPLER_REQUIRED), ("coupler", COUPLER)],
         "teleoperation" => &[("teleoperation", TELEOPERATION)],
+        "touch" => &[("touch", TOUCH)],
         _ => &[("required", WALL_REQUIRED), ("wall", WALL)],
     };
     own.iter().copied().chain(common).collect()
@@ -53,6 +56,7 @@ pub fn is_key(key: &str) -> bool {
         COUPLER_REQUIRED,
         COUPLER,
         TELEOPERATION,
+        TOUCH,
         ON_DEVICE,
         SAFETY,
     ];
@@ -65,7 +69,14 @@ mod tests {
 
     #[test]
     fn a_table_has_no_key_twice_and_every_default_is_in_its_range() {
-        for kind in ["relax", "creep", "wall", "coupler", "teleoperation"] {
+        for kind in [
+            "relax",
+            "creep",
+            "wall",
+            "coupler",
+            "teleoperation",
+            "touch",
+        ] {
             let all: Vec<Parameter> = of_kind(kind)
                 .iter()
                 .flat_map(|(_, table)| *table)

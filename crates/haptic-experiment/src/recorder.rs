@@ -6,9 +6,7 @@
 use super::flight::{FaultSeen, FlightRecorder, RunOfFault};
 use crate::folder::fault_log_of;
 use haptic_log::live::Live;
-use haptic_log::record::{
-    EventMessage, FinishedLog, RecordError, RollingLog, StartTime, TickMessage,
-};
+use haptic_log::record::{AnyTick, EventMessage, FinishedLog, RecordError, RollingLog, StartTime};
 use rtrb::{Consumer, Producer, PushError, RingBuffer};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -43,7 +41,7 @@ pub struct Recorder {
 enum Entry {
     Started(StartTime),
     RollAt(u64),
-    Tick(TickMessage),
+    Tick(AnyTick),
     Event(EventMessage),
     Metadata(String, BTreeMap<String, String>),
 }
@@ -113,9 +111,10 @@ impl Recorder {
     ///
     /// # Errors
     /// If the writer has ended, as on a full disk.
-    pub fn tick(&mut self, message: TickMessage) -> Result<(), Stopped> {
-        self.flight.tick(&message);
-        self.send(Entry::Tick(message))
+    pub fn tick(&mut self, tick: impl Into<AnyTick>) -> Result<(), Stopped> {
+        let tick = tick.into();
+        self.flight.tick(tick);
+        self.send(Entry::Tick(tick))
     }
 
     /// Hands over an event.
@@ -148,7 +147,7 @@ impl Recorder {
     }
 
     /// Adds to it what a device's own recorder kept.
-    pub fn fill_flight(&mut self, kept: impl IntoIterator<Item = TickMessage>) {
+    pub fn fill_flight(&mut self, kept: impl IntoIterator<Item = impl Into<AnyTick>>) {
         self.flight.fill(kept);
     }
 
@@ -246,9 +245,14 @@ fn write(
             Entry::RollAt(full_bytes) => log.roll_at(full_bytes),
             Entry::Started(start) => log.starts_at(start)?,
             Entry::Metadata(name, values) => log.metadata(&name, values)?,
-            Entry::Tick(message) => {
-                log.tick(&message)?;
-                live.iter_mut().for_each(|live| live.tick(&message));
+            Entry::Tick(tick) => {
+                log.any_tick(&tick)?;
+                for live in &mut live {
+                    match &tick {
+                        AnyTick::One(tick) => live.tick(tick),
+                        AnyTick::Vector(tick) => live.vector_tick(tick),
+                    }
+                }
             }
             Entry::Event(message) => {
                 log.event(&message)?;
@@ -268,6 +272,7 @@ fn write(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use haptic_log::record::{TickMessage, VectorTick};
     use std::path::Path;
     use std::sync::mpsc::{Receiver, Sender, channel};
 
@@ -286,6 +291,8 @@ mod tests {
                 let _ = self.open.recv();
             }
         }
+
+        fn vector_tick(&mut self, _: &VectorTick) {}
 
         fn event(&mut self, _: &EventMessage) {}
 

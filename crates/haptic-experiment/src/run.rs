@@ -2,19 +2,19 @@
 
 use super::ended::Ended;
 use super::flight::FaultSeen;
-use super::kept::Record;
+use super::kept::{KeptSample, Record, TickRecord as _};
 use super::preflight::PreflightVerdict;
 use super::realtime::RealtimeSummary;
 use super::recorder::{Recorded, Recorder, Stopped};
 use super::schedule::{Pace, Schedule};
 use super::sensed::Sensed;
-use super::simulate::{Instrumented, message};
+use super::simulate::Instrumented;
 use crate::device::Warn;
 use crate::failure::Failure;
 use crate::folder::{FolderRequest, OutputFolder};
 use fracdiff::Real;
 use haptic_log::live::{Live, LiveStreams};
-use haptic_log::record::{END, FinishedLog, StartTime, TickMessage};
+use haptic_log::record::{END, FinishedLog, StartTime};
 use haptic_loop::realtime::Periodic;
 use haptic_loop::{Controller, Device, Engaged, Environment, SafetyState};
 use std::collections::BTreeMap;
@@ -79,8 +79,8 @@ pub struct Ran {
 ///
 /// # Errors
 /// A folder or log that cannot be written; what [`run`] refuses.
-pub fn run_logged<F, E, V>(
-    controller: &mut Controller<F, 1, E>,
+pub fn run_logged<F, E, V, const D: usize>(
+    controller: &mut Controller<F, D, E>,
     device: &mut Sensed<V>,
     schedule: Schedule,
     request: &FolderRequest,
@@ -89,8 +89,8 @@ pub fn run_logged<F, E, V>(
 ) -> Result<Ran, Failure>
 where
     F: Real,
-    E: Environment<F, 1>,
-    V: Device<F, 1, Error = Infallible> + Instrumented,
+    E: Environment<F, D>,
+    V: Device<F, D, Error = Infallible> + Instrumented<D>,
 {
     schedule.clock().map_err(|error| {
         Failure::input_with_advice(
@@ -155,8 +155,8 @@ pub(crate) const REPORT: u64 = 1024;
 ///
 /// # Errors
 /// More samples than the machine can address, a tick of more than 584 years, a sample time that no clock keeps.
-pub fn run<F, E, V>(
-    controller: &mut Controller<F, 1, E>,
+pub fn run<F, E, V, const D: usize>(
+    controller: &mut Controller<F, D, E>,
     device: &mut Sensed<V>,
     schedule: Schedule,
     recorder: &mut Recorder,
@@ -164,8 +164,8 @@ pub fn run<F, E, V>(
 ) -> anyhow::Result<Record>
 where
     F: Real,
-    E: Environment<F, 1>,
-    V: Device<F, 1, Error = Infallible> + Instrumented,
+    E: Environment<F, D>,
+    V: Device<F, D, Error = Infallible> + Instrumented<D>,
 {
     let mut record = Record::with_room_for(schedule.samples)?;
     // Its thread is raised until the end of this function: what others run has been started.
@@ -183,7 +183,7 @@ where
             let _ = recorder.starts_at(StartTime::at(SystemTime::now()));
         }
         let message = timed_tick(&mut engaged, &mut record)?;
-        let logged = recorder.tick(message);
+        let logged = recorder.tick(message.logged());
         tick += 1;
         if record.ended.is_some() {
             // The force is on its way to zero: in the log, but no part of the result.
@@ -193,7 +193,7 @@ where
             continue;
         }
         let safety = engaged.controller().safety();
-        record.ended = ended(&message, logged, safety, recorder, supervisor.stop);
+        record.ended = ended(&message.kept(), logged, safety, recorder, supervisor.stop);
         if matches!(record.ended, None | Some(Ended::Interrupted)) {
             record.push(&message);
         }
@@ -214,14 +214,14 @@ where
 }
 
 /// Runs a tick, and keeps how long it took.
-fn timed_tick<F, E, V>(
-    engaged: &mut Engaged<'_, F, 1, E, Sensed<V>>,
+fn timed_tick<F, E, V, const D: usize>(
+    engaged: &mut Engaged<'_, F, D, E, Sensed<V>>,
     record: &mut Record,
-) -> anyhow::Result<TickMessage>
+) -> anyhow::Result<V::Message>
 where
     F: Real,
-    E: Environment<F, 1>,
-    V: Device<F, 1, Error = Infallible> + Instrumented,
+    E: Environment<F, D>,
+    V: Device<F, D, Error = Infallible> + Instrumented<D>,
 {
     let observed = engaged.device().device().observe();
     let before = Instant::now();
@@ -232,18 +232,18 @@ where
     let took = u64::try_from(before.elapsed().as_nanos())?;
     record.tick_ns.saturating_record(took.max(1));
     let energy_j = engaged.controller().guarded_energy_j();
-    Ok(message(observed, &sample, energy_j))
+    Ok(observed.of_loop(&sample, energy_j))
 }
 
 /// Why a run is to end with this sample; fault and interruption go into the log.
-fn ended<F: Real>(
-    message: &TickMessage,
+fn ended<F: Real, const D: usize>(
+    sample: &KeptSample,
     logged: Result<(), Stopped>,
-    safety: &SafetyState<F, 1>,
+    safety: &SafetyState<F, D>,
     recorder: &mut Recorder,
     stop: &AtomicBool,
 ) -> Option<Ended> {
-    let time_s = message.time_s;
+    let time_s = sample.time_s;
     if let Err(Stopped) = logged {
         return Some(Ended::LogStopped);
     }
@@ -252,7 +252,7 @@ fn ended<F: Real>(
         recorder.fault(FaultSeen {
             code: fault.code(),
             text: fault.to_string(),
-            tick: message.tick,
+            tick: sample.tick,
             time_s,
         });
         let _ = recorder.event(time_s, "fault", fault.to_string());

@@ -6,35 +6,39 @@
 //! Everything that simulates goes through here: trials of walls, the search for a Z-width, the reproduced figures. A run
 //! with a log (`run`) makes the same messages from the same ticks and differs in who paces it and who listens.
 
+use crate::kept::TickRecord;
 use crate::sensed::Sensed;
 use fracdiff::Real;
 use haptic_log::record::TickMessage;
 use haptic_loop::plant::{IndentationRig, MassDamper};
-use haptic_loop::{Controller, Device, Environment, Sample};
+use haptic_loop::{Controller, Device, Environment};
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 
 /// Receiver of each sample; it may end the simulation.
-pub type Sink<'a> = &'a mut dyn FnMut(&TickMessage) -> ControlFlow<()>;
+pub type Sink<'a, M = TickMessage> = &'a mut dyn FnMut(&M) -> ControlFlow<()>;
 
 /// A simulated device with instruments of its own, beside the sensors that the loop reads.
-pub trait Instrumented {
+pub trait Instrumented<const D: usize = 1> {
+    /// What is told of a tick.
+    type Message: TickRecord<D>;
+
     /// Readings at the start of a tick: a message without what the loop itself knows.
-    fn observe(&self) -> TickMessage;
+    fn observe(&self) -> Self::Message;
 }
 
 /// Runs a loop for so many ticks, or until the sink has heard enough; `true` if it reached the end without a fault. When it
 /// returns, the force is zero.
-pub fn simulate<F, E, V>(
-    controller: &mut Controller<F, 1, E>,
+pub fn simulate<F, E, V, const D: usize>(
+    controller: &mut Controller<F, D, E>,
     device: &mut Sensed<V>,
     samples: u64,
-    sink: Sink<'_>,
+    sink: Sink<'_, V::Message>,
 ) -> bool
 where
     F: Real,
-    E: Environment<F, 1>,
-    V: Device<F, 1, Error = Infallible> + Instrumented,
+    E: Environment<F, D>,
+    V: Device<F, D, Error = Infallible> + Instrumented<D>,
 {
     let mut engaged = controller.engage(device);
     for _ in 0..samples {
@@ -44,7 +48,7 @@ where
             Err(never) => match never {},
         };
         let controller = engaged.controller();
-        let message = message(observed, &sample, controller.guarded_energy_j());
+        let message = observed.of_loop(&sample, controller.guarded_energy_j());
         if sink(&message).is_break() || controller.safety().fault().is_some() {
             return false;
         }
@@ -52,25 +56,9 @@ where
     true
 }
 
-/// Message of a tick: what the instruments showed and what the loop did.
-pub(crate) fn message<F: Real>(
-    observed: TickMessage,
-    sample: &Sample<F, 1>,
-    guarded_energy_j: Option<F>,
-) -> TickMessage {
-    TickMessage {
-        tick: sample.reading.tick,
-        time_s: sample.reading.time_s,
-        position_m: sample.reading.position_m[0].to_f64(),
-        environment_force_n: sample.environment_force_n[0].to_f64(),
-        force_n: sample.force.newtons()[0].to_f64(),
-        limiters: sample.limiters.bits(),
-        observed_energy_j: guarded_energy_j.map_or(f64::NAN, Real::to_f64),
-        ..observed
-    }
-}
-
 impl Instrumented for IndentationRig {
+    type Message = TickMessage;
+
     fn observe(&self) -> TickMessage {
         TickMessage {
             // A force drive has no position to follow.
@@ -83,6 +71,8 @@ impl Instrumented for IndentationRig {
 }
 
 impl Instrumented for MassDamper<1> {
+    type Message = TickMessage;
+
     /// The true position, and the force that the actuator really makes.
     fn observe(&self) -> TickMessage {
         TickMessage {

@@ -14,6 +14,7 @@ mod over_time;
 mod page;
 mod panel;
 mod picture;
+mod plane;
 #[cfg(feature = "png")]
 mod png;
 mod style;
@@ -27,5 +28,6 @@ pub use chart::{AxisSpec, Chart, ChartPage, Look, Series};
 pub use error::FigureError;
 pub use motion::MotionFigure;
 pub use picture::Picture;
+pub use plane::PlaneFigure;
 pub use style::{GRID, INK, SERIES_COLOURS};
 pub use theory::{Conditions, HeldPanels, TheoryFigure};

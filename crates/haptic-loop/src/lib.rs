@@ -5,6 +5,7 @@
 #[cfg(feature = "std")]
 extern crate std;
 
+mod contact;
 mod controller;
 mod coupler;
 mod device;
@@ -16,15 +17,17 @@ pub mod plant;
 #[cfg(feature = "std")]
 pub mod realtime;
 mod safety;
+mod surface;
 mod tissue;
 pub mod units;
 mod wall;
 
+pub use contact::Contact;
 pub use controller::{Begun, Controller, Sample};
 pub use coupler::{CoupledHistory, VirtualCoupler, VirtualObject, deflection_order};
 pub use device::{Device, Reading};
 pub use engaged::Engaged;
-pub use environment::{Contact, Environment, SpringDamper};
+pub use environment::{Environment, SpringDamper};
 pub use error::ParameterError;
 pub use guard::{
     EnergyBounding, Guard, MAX_GUARD_DELAY_SAMPLES, MAX_GUARD_LAG_SAMPLES, PassivityObserver,
@@ -33,6 +36,7 @@ pub use safety::{
     Fault, Limiters, Limits, SafeForce, SafetyChain, SafetyState, SpeedLimit, StartRefused, Stuck,
     Workspace,
 };
+pub use surface::{Ball, Plane, Shape, Surface};
 pub use tissue::{KelvinVoigt, Specimen, Tissue};
 pub use wall::{Wall, WallShape};
 

@@ -1,7 +1,8 @@
 //! A spring and a fractional damper on one axis, with or without a surface.
 
-use crate::environment::{Gains, Plane};
+use crate::environment::Gains;
 use crate::error::Checks;
+use crate::surface::Plane;
 use crate::units::Metres;
 use crate::{Contact, Environment, ParameterError, SpringDamper};
 use fracdiff::{Differintegrator, Real};
@@ -51,7 +52,7 @@ impl<F: Real> WallShape<F> {
         let mut checks = Checks::default();
         let shape = Self {
             gains: Gains::new(stiffness, dissipation, &mut checks),
-            plane: surface.map(|surface| Plane::new([1.0], surface, &mut checks)),
+            plane: surface.map(|surface| Plane::checked([1.0], surface, &mut checks)),
         };
         checks.done().map(|()| shape)
     }
@@ -74,9 +75,10 @@ impl<F: Real, O: Differintegrator<F>> Wall<F, O> {
     /// Around a shape that is checked already.
     pub fn of(shape: WallShape<F>, operator: O) -> Self {
         match shape.plane {
-            Some(plane) => {
-                Self::OneSided(Contact::of(plane, SpringDamper::of(shape.gains, operator)))
-            }
+            Some(plane) => Self::OneSided(Contact::behind(
+                plane,
+                SpringDamper::of(shape.gains, operator),
+            )),
             None => Self::Linear(SpringDamper::of(shape.gains, operator)),
         }
     }

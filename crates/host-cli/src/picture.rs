@@ -3,9 +3,10 @@
 use haptic_experiment::curves::{CouplerCurves, TheoryCurves, WallCurves};
 use haptic_experiment::drive::DriveCurves;
 use haptic_experiment::teleoperation::{FeltAt, TeleoperationCurves};
+use haptic_experiment::touch::TouchCurves;
 use haptic_figure::{
-    AxisSpec, Chart, ChartPage, Conditions, FigureError, HeldPanels, Look, Picture, Scale, Series,
-    TheoryFigure,
+    AxisSpec, Chart, ChartPage, Conditions, FigureError, HeldPanels, Look, Picture, PlaneFigure,
+    Scale, Series, TheoryFigure,
 };
 
 /// A run beside its closed form.
@@ -167,6 +168,24 @@ fn felt_chart<'a>(
         y: AxisSpec::new("stiffness |F/x| / N·m⁻¹", Scale::Log),
         series: there.filter(|series| !series.points.is_empty()).collect(),
     }
+}
+
+/// A touch: the paths over the shape, the depth, and the force of each axis.
+///
+/// # Errors
+/// If there is nothing to draw.
+pub fn of_touch(curves: &TouchCurves) -> Result<Picture, FigureError> {
+    PlaneFigure {
+        title: "A touch, simulated",
+        subtitle: &curves.subtitle,
+        outline_m: &curves.outline_m,
+        time_s: &curves.time_s,
+        reference_m: [&curves.hand_m[0], &curves.hand_m[1]],
+        position_m: [&curves.position_m[0], &curves.position_m[1]],
+        depth_m: Some(&curves.depth_m),
+        force_n: &curves.force_n,
+    }
+    .draw()
 }
 
 /// A device that is pushed into a wall or a coupler.

@@ -60,12 +60,16 @@ fn toml_value(key: &str, value: &Bound<'_, PyAny>) -> PyResult<toml::Value> {
     if let Ok(text) = value.extract::<String>() {
         return Ok(toml::Value::String(text));
     }
+    if let Ok(items) = value.try_iter() {
+        let items = items.map(|item| toml_value(key, &item?));
+        return items.collect::<PyResult<_>>().map(toml::Value::Array);
+    }
     let text = value
         .call_method0("__fspath__")
         .and_then(|path| path.extract::<String>());
     text.map(toml::Value::String).map_err(|_| {
         refused(format_args!(
-            "{key} is neither a number, a text nor True or False"
+            "{key} is neither a number, a text, a list nor True or False"
         ))
     })
 }

@@ -1,4 +1,4 @@
-//! Runs: relaxation, creep, a wall, a coupler.
+//! Runs: relaxation, creep, a wall, a coupler, a touch.
 
 use super::{failed, parsed};
 use crate::conducted::{Conduct, conduct};
@@ -28,6 +28,7 @@ pub(crate) fn experiment_parameters<'py>(
             let needed = section == "required" && required.contains(parameter);
             let range = match parameter.value {
                 Value::Number(_, range) => range.to_string(),
+                Value::List => "a list".to_owned(),
                 _ => String::new(),
             };
             let row = (
@@ -138,6 +139,7 @@ fn run(
         ExperimentFile::Wall(wall) => read(wall.run(request, supervisor)?),
         ExperimentFile::Coupler(coupler) => read(coupler.run(request, supervisor)?),
         ExperimentFile::Teleoperation(far) => read(far.run(request, supervisor)?),
+        ExperimentFile::Touch(touch) => read(touch.run(request, supervisor)?),
     }?;
     let columns = table.map(|path| columns(Path::new(&path))).transpose()?;
     Ok(Finished {

@@ -1,6 +1,6 @@
 """Experiments on simulated or serial devices: the crate ``haptic-experiment``, what ``host-cli`` runs.
 
-`relax`, `creep`, `wall` and `coupler` take the keys of experiment files, with their defaults and ranges; `zwidth` and `design` the
+`relax`, `creep`, `wall`, `coupler` and `touch` take the keys of experiment files, with their defaults and ranges; `zwidth` and `design` the
 keys of a wall that say device, operator and trial. All keys carry their SI unit.
 
 Every one releases the interpreter, reports progress, and stops on Ctrl-C: the force ramps to zero, the log is closed, then
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from fractional_haptics.tissue import Material
 
-__all__ = ["Run", "coupler", "creep", "design", "relax", "wall", "zwidth"]
+__all__ = ["Run", "coupler", "creep", "design", "relax", "touch", "wall", "zwidth"]
 
 Progress = Callable[[int], object]
 
@@ -107,6 +107,8 @@ def _described(rows: Iterable[tuple[str, str, Any, bool, str, str]]) -> str:
     for _section, key, default, required, allowed, text in rows:
         if required:
             kind = "float"
+        elif allowed == "a list":
+            kind, allowed = "list of float, optional", ""
         elif default is None:
             kind = "float, optional"
         else:
@@ -195,6 +197,11 @@ wall = _experiment(
     "``report['analysis_agrees']`` whether the analysis says the same.",
 )
 coupler = _experiment("coupler", "A device, a fractional virtual coupler and an object, hit and pushed.")
+touch = _experiment(
+    "touch",
+    "A hand moves a device of two or three axes over a plane, disc or sphere of tissue, simulated:\n"
+    "``report['verdict']`` says whether the hand was given energy.",
+)
 
 
 def _bench(parameters: dict[str, Any]) -> dict[str, Any]:

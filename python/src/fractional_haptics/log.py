@@ -25,7 +25,8 @@ def read_log(path: str | os.PathLike[str]) -> pandas.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        A row for each tick, indexed by the device's time ``time_s`` in s; columns carry their units. In ``attrs``:
+        A row for each tick, indexed by the device's time ``time_s`` in s; columns carry their units. Of a device with two or
+        three axes a vector is a column an axis, as ``position_x_m`` and ``position_y_m``. In ``attrs``:
 
         ``metadata`` : dict of dict of str
             Parameters, versions and results by the name of their record, as ``experiment`` and ``end``.

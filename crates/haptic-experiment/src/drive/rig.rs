@@ -36,6 +36,8 @@ impl<F: Real> Device<F, 1> for SimulatedRig {
 }
 
 impl Instrumented for SimulatedRig {
+    type Message = TickMessage;
+
     fn observe(&self) -> TickMessage {
         match self {
             Self::Plain(rig) => rig.observe(),

@@ -337,6 +337,28 @@ impl<'a> Table<'a> {
         rows.collect()
     }
 
+    /// A list of finite numbers, or one of them alone, if the key is there.
+    pub(crate) fn numbers_if(&self, parameter: &Parameter) -> Result<Option<Vec<f64>>, FileError> {
+        let key = parameter.key;
+        match self.find(key) {
+            None => Ok(None),
+            Some((DeValue::Array(items), offset)) => self.row(key, items, offset).map(Some),
+            Some((value, offset)) => {
+                let number = self.finite(key, value, offset, offset)?;
+                Ok(Some(vec![number]))
+            }
+        }
+    }
+
+    /// A list of lists of finite numbers, if the key is there.
+    pub(crate) fn matrix_if(
+        &self,
+        parameter: &Parameter,
+    ) -> Result<Option<Vec<Vec<f64>>>, FileError> {
+        let found = self.find(parameter.key);
+        found.map(|_| self.matrix(parameter)).transpose()
+    }
+
     fn list(&self, parameter: &Parameter) -> Result<(&'a DeArray<'a>, usize), FileError> {
         match self.find(parameter.key) {
             Some((DeValue::Array(items), offset)) => Ok((items, offset)),
@@ -348,19 +370,30 @@ impl<'a> Table<'a> {
     }
 
     fn row(&self, key: &str, items: &DeArray<'_>, offset: usize) -> Result<Vec<f64>, FileError> {
-        let numbers = items.iter().map(|item| {
-            let text = match item.get_ref() {
-                DeValue::Float(float) => float.as_str(),
-                DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str(),
-                other => return Err(self.wrong_kind(key, other, offset, "a number")),
-            };
-            let number = text.parse().ok().filter(|number: &f64| number.is_finite());
-            number.ok_or_else(|| {
-                let reason = format!("{key} has {}, which is not finite: change it", short(text));
-                self.source.fail(item.span().start, reason)
-            })
-        });
+        let numbers = items
+            .iter()
+            .map(|item| self.finite(key, item.get_ref(), offset, item.span().start));
         numbers.collect()
+    }
+
+    /// A finite number of a list that begins at `offset`, itself at `place`.
+    fn finite(
+        &self,
+        key: &str,
+        value: &DeValue<'_>,
+        offset: usize,
+        place: usize,
+    ) -> Result<f64, FileError> {
+        let text = match value {
+            DeValue::Float(float) => float.as_str(),
+            DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str(),
+            other => return Err(self.wrong_kind(key, other, offset, "a number")),
+        };
+        let number = text.parse().ok().filter(|number: &f64| number.is_finite());
+        number.ok_or_else(|| {
+            let reason = format!("{key} has {}, which is not finite: change it", short(text));
+            self.source.fail(place, reason)
+        })
     }
 
     fn missing(&self, parameter: &Parameter) -> FileError {

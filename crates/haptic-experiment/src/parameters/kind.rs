@@ -54,6 +54,8 @@ pub enum Value {
     Flag(bool),
     /// A text, or one of several names.
     Text(&'static str),
+    /// A list of numbers, or of lists of numbers.
+    List,
 }
 
 /// A parameter of an experiment.
@@ -116,6 +118,15 @@ impl Parameter {
             key,
             value,
             shown,
+            help,
+        }
+    }
+
+    pub(super) const fn list(key: &'static str, help: &'static str) -> Self {
+        Self {
+            key,
+            value: Value::List,
+            shown: "",
             help,
         }
     }

@@ -5,7 +5,7 @@
 //! or to set. It asks nobody who he is, so whoever reaches the port may watch.
 
 use super::{Live, LiveError, TimeOfDay};
-use crate::record::{EventMessage, LogMessage, TickMessage};
+use crate::record::{EventMessage, LogMessage, TickMessage, VectorTick};
 use foxglove::{
     Context, FoxgloveError, PartialMetadata, RawChannel, Schema, WebSocketServer,
     WebSocketServerHandle,
@@ -33,8 +33,10 @@ pub struct Foxglove {
     server: Option<WebSocketServerHandle>,
     address: SocketAddr,
     /// The channels live as long as this.
-    _context: Arc<Context>,
+    context: Arc<Context>,
     ticks: Arc<RawChannel>,
+    /// From the first tick with vectors on.
+    vectors: Option<Arc<RawChannel>>,
     events: Arc<RawChannel>,
     stamp: TimeOfDay,
     buffer: Vec<u8>,
@@ -75,8 +77,9 @@ impl Foxglove {
         Ok(Self {
             address: SocketAddr::new(address.ip(), server.port()),
             server: Some(server),
-            _context: context,
+            context,
             ticks,
+            vectors: None,
             events,
             stamp: TimeOfDay::default(),
             buffer: Vec::new(),
@@ -121,6 +124,17 @@ impl Live for Foxglove {
         log(&self.ticks, message, time, &mut self.buffer, &self.watch);
     }
 
+    fn vector_tick(&mut self, message: &VectorTick) {
+        let time = self.stamp.nanoseconds(message.time_s);
+        if self.vectors.is_none() {
+            // Only a topic that is taken is refused, and this one is ours.
+            self.vectors = channel::<VectorTick>(&self.context).ok();
+        }
+        if let Some(channel) = &self.vectors {
+            log(channel, message, time, &mut self.buffer, &self.watch);
+        }
+    }
+
     fn event(&mut self, message: &EventMessage) {
         let time = self.stamp.nanoseconds(message.time_s);
         log(&self.events, message, time, &mut self.buffer, &self.watch);
@@ -128,7 +142,12 @@ impl Live for Foxglove {
 
     fn finish(mut self: Box<Self>) -> Option<String> {
         if let Some(server) = self.server.take() {
-            if self.ticks.has_sinks() || self.events.has_sinks() {
+            let channels = [Some(&self.ticks), self.vectors.as_ref(), Some(&self.events)];
+            if channels
+                .into_iter()
+                .flatten()
+                .any(|channel| channel.has_sinks())
+            {
                 std::thread::sleep(DRAIN);
             }
             let viewers = server.stop();

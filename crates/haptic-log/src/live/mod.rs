@@ -21,7 +21,7 @@ mod teleplot;
 pub use self::foxglove::Foxglove;
 pub use self::teleplot::{DATAGRAM_BYTES, Teleplot};
 
-use crate::record::{EventMessage, TickMessage};
+use crate::record::{EventMessage, TickMessage, VectorTick};
 use std::fmt::Debug;
 use std::net::SocketAddr;
 use std::sync::{Mutex, PoisonError};
@@ -29,8 +29,11 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 /// Somebody who watches a run. Called from the thread that writes the log, in the order of the log.
 pub trait Live: Debug + Send {
-    /// A sample; must not wait.
+    /// A sample of one axis; must not wait.
     fn tick(&mut self, message: &TickMessage);
+
+    /// A sample of two or three axes; must not wait.
+    fn vector_tick(&mut self, message: &VectorTick);
 
     /// An event; must not wait.
     fn event(&mut self, message: &EventMessage);

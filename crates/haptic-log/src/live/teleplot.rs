@@ -1,7 +1,7 @@
 //! Teleplot: lines of text in UDP datagrams, `name:time_ms:value;time_ms:value§unit`.
 
 use super::{Live, LiveError, TimeOfDay};
-use crate::record::{EventMessage, TickMessage};
+use crate::record::{AXES, EventMessage, TickMessage, VectorTick, column};
 use std::fmt::Write as _;
 use std::io;
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
@@ -12,9 +12,8 @@ pub const DATAGRAM_BYTES: usize = 1400;
 /// A datagram is sent when its first sample is this old, s of device time.
 const INTERVAL_S: f64 = 0.05;
 
-/// A sample adds fewer bytes than this to a datagram: of 8 values each at most 18 for the time, 14
-/// for the value and 2 separators.
-const SAMPLE_BYTES: usize = 275;
+/// A value adds at most so many bytes to a datagram: 18 for the time, 14 for itself and 2 separators.
+const VALUE_BYTES: usize = 34;
 
 /// Name, unit and value of what is sent.
 type Field = (&'static str, &'static str, fn(&TickMessage) -> f64);
@@ -31,6 +30,49 @@ const FIELDS: [Field; 8] = [
     ("observed_energy_j", "J", |tick| tick.observed_energy_j),
 ];
 
+/// A field, its unit, and the points of it that wait, each followed by a semicolon.
+#[derive(Clone, Debug)]
+struct Line {
+    name: String,
+    unit: &'static str,
+    points: String,
+}
+
+impl Line {
+    fn new(name: impl Into<String>, unit: &'static str) -> Self {
+        Self {
+            name: name.into(),
+            unit,
+            points: String::new(),
+        }
+    }
+
+    /// Bytes of a datagram that are no points: the name, the colon, the sign of two bytes, the unit, the end of the line.
+    fn frame_bytes(&self) -> usize {
+        self.name.len() + self.unit.len() + 4
+    }
+}
+
+/// Lines of a sample of so many axes.
+fn lines(axes: usize) -> Vec<Line> {
+    if axes == 1 {
+        let fields = FIELDS.iter();
+        return fields
+            .map(|(name, unit, _)| Line::new(*name, unit))
+            .collect();
+    }
+    let vectors = VectorTick::VECTORS.iter().flat_map(|(field, _)| {
+        let unit = if field.ends_with("_n") { "N" } else { "m" };
+        let axes = AXES.iter().take(axes);
+        axes.map(move |axis| Line::new(column(field, axis), unit))
+    });
+    let rest = [
+        Line::new("limiters", ""),
+        Line::new("observed_energy_j", "J"),
+    ];
+    vectors.chain(rest).collect()
+}
+
 /// Sends samples to a Teleplot server, several in a datagram, values to seven digits. A value that
 /// is not finite is left out; an event becomes a line of Teleplot's log.
 ///
@@ -41,9 +83,9 @@ pub struct Teleplot {
     socket: UdpSocket,
     address: SocketAddr,
     stamp: TimeOfDay,
-    /// The points of each field that wait, each followed by a semicolon.
-    points: [String; FIELDS.len()],
-    /// Samples in `points`.
+    /// Of the samples that came.
+    lines: Vec<Line>,
+    /// Samples in `lines`.
     waiting: u64,
     /// Device time of the first of them, s.
     since_s: f64,
@@ -76,7 +118,7 @@ impl Teleplot {
             socket,
             address,
             stamp: TimeOfDay::default(),
-            points: Default::default(),
+            lines: Vec::new(),
             waiting: 0,
             since_s: 0.0,
             sent_last: 0,
@@ -86,11 +128,37 @@ impl Teleplot {
         })
     }
 
+    /// Takes the values of a sample, in the order of its [`lines`].
+    fn sample(&mut self, axes: usize, time_s: f64, values: impl Iterator<Item = f64>) {
+        if self.lines.is_empty() {
+            self.lines = lines(axes);
+        }
+        let time_ms = self.stamp.milliseconds(time_s);
+        for (value, Line { points, .. }) in values.zip(&mut self.lines) {
+            if value.is_finite() {
+                let _ = write!(points, "{time_ms}:{value:.6e};");
+            }
+        }
+        if self.waiting == 0 {
+            self.since_s = time_s;
+        }
+        self.waiting += 1;
+        self.samples += 1;
+        let lines = self.lines.iter();
+        let bytes: usize = lines
+            .map(|line| line.frame_bytes() + line.points.len())
+            .sum();
+        let next = self.lines.len() * VALUE_BYTES;
+        if bytes + next > DATAGRAM_BYTES || time_s - self.since_s >= INTERVAL_S {
+            self.flush();
+        }
+    }
+
     /// Sends the samples that wait.
     fn flush(&mut self) {
         let mut datagram = std::mem::take(&mut self.datagram);
         datagram.clear();
-        for ((name, unit, _), points) in FIELDS.iter().zip(&mut self.points) {
+        for Line { name, unit, points } in &mut self.lines {
             if let Some(points) = points.strip_suffix(';') {
                 let separator = if unit.is_empty() { "" } else { "§" };
                 // Writing to a string does not fail.
@@ -124,23 +192,15 @@ impl Teleplot {
 
 impl Live for Teleplot {
     fn tick(&mut self, message: &TickMessage) {
-        let time_ms = self.stamp.milliseconds(message.time_s);
-        for ((_, _, value), points) in FIELDS.iter().zip(&mut self.points) {
-            let value = value(message);
-            if value.is_finite() {
-                let _ = write!(points, "{time_ms}:{value:.6e};");
-            }
-        }
-        if self.waiting == 0 {
-            self.since_s = message.time_s;
-        }
-        self.waiting += 1;
-        self.samples += 1;
-        let points: usize = self.points.iter().map(String::len).sum();
-        let room = DATAGRAM_BYTES - FRAME_BYTES - SAMPLE_BYTES;
-        if points > room || message.time_s - self.since_s >= INTERVAL_S {
-            self.flush();
-        }
+        let values = FIELDS.iter().map(|(_, _, value)| value(message));
+        self.sample(1, message.time_s, values);
+    }
+
+    fn vector_tick(&mut self, message: &VectorTick) {
+        let vectors = VectorTick::VECTORS.map(|(_, field)| field(message));
+        let values = vectors.iter().flat_map(|vector| vector.as_slice());
+        let rest = [f64::from(message.limiters), message.observed_energy_j];
+        self.sample(message.axes(), message.time_s, values.copied().chain(rest));
     }
 
     fn event(&mut self, message: &EventMessage) {
@@ -167,17 +227,6 @@ impl Live for Teleplot {
         })
     }
 }
-
-/// Bytes of a datagram that are not points: names, units and their separators.
-const FRAME_BYTES: usize = {
-    let (mut bytes, mut n) = (0, 0);
-    while n < FIELDS.len() {
-        // The colon, the sign of two bytes, the end of the line.
-        bytes += FIELDS[n].0.len() + FIELDS[n].1.len() + 4;
-        n += 1;
-    }
-    bytes
-};
 
 #[cfg(test)]
 mod tests {
@@ -222,6 +271,32 @@ mod tests {
              force_n:1700000000000.5:-2.500000e-1§N\n\
              contact_force_n:1700000000000.5:0.000000e0§N\n\
              limiters:1700000000000.5:9.000000e0\n"
+        );
+    }
+
+    #[test]
+    fn a_sample_of_three_axes_is_a_line_for_each_and_fits() {
+        let (viewer, mut teleplot) = listen();
+        teleplot.stamp.start_ms = Some(1_700_000_000_000.0);
+        let long = [-f64::MIN_POSITIVE; 3].into();
+        let tick = VectorTick {
+            time_s: 0.001_001,
+            reference_m: long,
+            indenter_position_m: long,
+            position_m: long,
+            environment_force_n: long,
+            force_n: [0.5, -0.25, 1.0].into(),
+            contact_force_n: long,
+            observed_energy_j: -f64::MIN_POSITIVE,
+            ..VectorTick::at_rest(3)
+        };
+        teleplot.vector_tick(&tick);
+        assert_eq!(Box::new(teleplot).finish(), None);
+        let datagram = receive(&viewer);
+        assert_eq!(datagram.lines().count(), 20);
+        assert!(
+            datagram.contains("\nforce_y_n:1700000000001.001:-2.500000e-1§N\n"),
+            "{datagram}"
         );
     }
 

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{CONTINUES, MetadataRecord, RunEnd, TickMessage};
+use super::{CONTINUES, MetadataRecord, RunEnd};
 
 /// Ticks that are not in the log although later ones are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -30,20 +30,20 @@ pub(crate) struct TickCount {
 }
 
 impl TickCount {
-    /// Takes in the next tick.
-    pub(crate) fn add(&mut self, message: &TickMessage) {
+    /// Takes in the next tick and its time, s.
+    pub(crate) fn add(&mut self, tick: u64, time_s: f64) {
         match self.last {
-            None => self.first = Some((message.tick, message.time_s)),
-            Some((before, _)) if message.tick <= before => self.out_of_order += 1,
-            Some((before, _)) if message.tick - before > 1 => self.gaps.push(Gap {
+            None => self.first = Some((tick, time_s)),
+            Some((before, _)) if tick <= before => self.out_of_order += 1,
+            Some((before, _)) if tick - before > 1 => self.gaps.push(Gap {
                 after_tick: before,
-                before_tick: message.tick,
-                missing: message.tick - before - 1,
+                before_tick: tick,
+                missing: tick - before - 1,
             }),
             Some(_) => {}
         }
         self.samples += 1;
-        self.last = Some((message.tick, message.time_s));
+        self.last = Some((tick, time_s));
     }
 
     /// Takes in what metadata say of the ticks.

@@ -2,14 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use super::{EventMessage, TickMessage};
+use super::{EventMessage, TickMessage, VectorTick};
 
 /// One thing in a log.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Entry {
-    /// A control tick.
+    /// A control tick of one axis.
     Tick(TickMessage),
+    /// A control tick of two or three axes.
+    Vector(VectorTick),
     /// An event.
     Event(EventMessage),
     /// A metadata record.

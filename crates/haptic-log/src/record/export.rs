@@ -1,10 +1,11 @@
-//! A log as CSV: one row per tick, columns named as the fields of [`TickMessage`](super::TickMessage) with their units.
+//! A log as CSV: one row per tick, columns named as the fields of [`TickMessage`](super::TickMessage) with their units; of several
+//! axes a column each, as `position_x_m`.
 
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use super::new_file::refuse_own_source;
-use super::{Condition, Entry, Leftover, LogFiles, NewFile, RecordError};
+use super::{Condition, Entry, Leftover, LogFiles, NewFile, RecordError, VectorTick};
 
 /// The fields of [`TickMessage`](super::TickMessage) in order.
 const COLUMNS: [&str; 10] = [
@@ -98,16 +99,46 @@ fn write_rows(reader: &mut LogFiles, sink: impl Write, name: &Path) -> Result<u6
     let mut csv = csv::WriterBuilder::new()
         .has_headers(false)
         .from_writer(sink);
-    csv.write_record(COLUMNS).map_err(fail)?;
     let mut rows = 0;
-    for entry in reader {
-        if let Entry::Tick(message) = entry? {
-            csv.serialize(message).map_err(fail)?;
-            rows += 1;
+    let mut axes = None;
+    while let Some(entry) = reader.next() {
+        let entry = entry?;
+        let of_row = match &entry {
+            Entry::Tick(_) => 1,
+            Entry::Vector(tick) => tick.axes(),
+            _ => continue,
+        };
+        match axes {
+            None => write_header(&mut csv, of_row).map_err(fail)?,
+            Some(axes) if axes == of_row => {}
+            Some(axes) => {
+                return Err(RecordError::Axes {
+                    path: reader.path().to_owned(),
+                    axes: [axes, of_row],
+                });
+            }
         }
+        axes = Some(of_row);
+        match entry {
+            Entry::Tick(tick) => csv.serialize(tick).map_err(fail)?,
+            Entry::Vector(tick) => csv.serialize(tick).map_err(fail)?,
+            _ => {}
+        }
+        rows += 1;
+    }
+    if axes.is_none() {
+        write_header(&mut csv, 1).map_err(fail)?;
     }
     csv.flush().map_err(|error| fail(error.into()))?;
     Ok(rows)
+}
+
+/// The names of the columns, for ticks of so many axes.
+fn write_header<W: Write>(csv: &mut csv::Writer<W>, axes: usize) -> csv::Result<()> {
+    match axes {
+        1 => csv.write_record(COLUMNS),
+        axes => csv.write_record(VectorTick::columns(axes)),
+    }
 }
 
 #[cfg(test)]

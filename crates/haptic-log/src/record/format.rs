@@ -6,7 +6,7 @@ use std::io::{Seek, Write};
 use mcap::{Compression, WriteOptions};
 
 use super::message::LogMessage;
-use super::{EventMessage, RecordError, TickMessage};
+use super::{EventMessage, RecordError, TickMessage, VectorTick};
 
 /// A chunk of this many bytes is closed early, whatever the time.
 const CHUNK_BYTES: u64 = 1 << 20;
@@ -19,6 +19,9 @@ pub(crate) const LIBRARY_NAME: &str = "host-cli ";
 pub(crate) const TICK_CHANNEL: u16 = 1;
 /// MCAP channel of the events.
 pub(crate) const EVENT_CHANNEL: u16 = 2;
+
+/// MCAP channel of the ticks with vectors: only in logs that have some.
+pub(crate) const VECTOR_CHANNEL: u16 = 3;
 
 /// Writes header, schemas and channels, and flushes them.
 pub(super) fn start<W: Write + Seek>(sink: W) -> mcap::McapResult<mcap::Writer<W>> {
@@ -47,6 +50,11 @@ pub(super) fn options(indexed: bool) -> WriteOptions {
 pub(super) fn add_channels<W: Write + Seek>(mcap: &mut mcap::Writer<W>) -> mcap::McapResult<()> {
     add_channel::<TickMessage, W>(mcap, TICK_CHANNEL)?;
     add_channel::<EventMessage, W>(mcap, EVENT_CHANNEL)
+}
+
+/// Announces ticks with vectors.
+pub(super) fn add_vectors<W: Write + Seek>(mcap: &mut mcap::Writer<W>) -> mcap::McapResult<()> {
+    add_channel::<VectorTick, W>(mcap, VECTOR_CHANNEL)
 }
 
 fn add_channel<M: LogMessage, W: Write + Seek>(

@@ -64,7 +64,8 @@ pub fn inspect(path: &Path) -> Result<LogSummary, RecordError> {
     while let Some(entry) = reader.next() {
         started = started.or_else(|| reader.started());
         match entry? {
-            Entry::Tick(message) => count.add(&message),
+            Entry::Tick(tick) => count.add(tick.tick, tick.time_s),
+            Entry::Vector(tick) => count.add(tick.tick, tick.time_s),
             Entry::Event(event) => summary.events.push(event),
             Entry::Metadata(record) => {
                 count.note(&record);

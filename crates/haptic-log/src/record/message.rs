@@ -1,4 +1,4 @@
-//! Contents of a log: the two messages, their ROS 2 schemas, their CDR bytes.
+//! Contents of a log: the messages of one axis and of events, their ROS 2 schemas, their CDR bytes.
 //!
 //! A message on the wire is the 4-byte encapsulation header `00 01 00 00` (plain CDR, little
 //! endian, no options) and the fields in order, each aligned to its size counted from the end of
@@ -94,6 +94,14 @@ pub enum MessageError {
     /// The fields could not be written or read.
     #[error("message is not valid CDR: {0}")]
     Cdr(#[from] cdr_encoding::Error),
+    /// Vectors of another length, or of several.
+    #[error(
+        "a tick with {axes} axes, or with vectors of several lengths, is not one of 2 or 3 axes"
+    )]
+    Axes {
+        /// Length of its position.
+        axes: usize,
+    },
 }
 
 /// A message type of the log: where it goes and how a reader understands it.
@@ -121,7 +129,7 @@ pub(crate) trait LogMessage: Serialize + DeserializeOwned {
 }
 
 /// Reads fields behind the header.
-fn decode_fields<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, MessageError> {
+pub(super) fn decode_fields<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, MessageError> {
     let fields = bytes
         .strip_prefix(&ENCAPSULATION)
         .ok_or(MessageError::Encapsulation)?;

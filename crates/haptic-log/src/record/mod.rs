@@ -7,11 +7,12 @@
 //!                                       recover ──▶ new log     LogReader ──▶ inspect, export
 //! ```
 //!
-//! A log holds two topics and any number of metadata records:
+//! A log holds topics and any number of metadata records:
 //!
 //! | topic | type | one message per |
 //! |---|---|---|
-//! | `/haptics/tick` | `haptics_msgs/msg/Tick` | control tick |
+//! | `/haptics/tick` | `haptics_msgs/msg/Tick` | control tick of one axis |
+//! | `/haptics/vector_tick` | `haptics_msgs/msg/VectorTick` | control tick of two or three axes, in place of those |
 //! | `/haptics/event` | `haptics_msgs/msg/Event` | thing worth a sentence |
 //!
 //! Messages are CDR with `ros2msg` schemas under the profile `ros2`, so Foxglove, PlotJuggler
@@ -21,7 +22,7 @@
 //! closed and handed to the operating system: a process that dies loses at most that much.
 //!
 //! Every [`SYNC_INTERVAL`] a thread of its own brings what was handed over to the disk: a power failure
-//! costs that much, one chunk, and as long as the disk takes. No topics but these two survive [`recover()`].
+//! costs that much, one chunk, and as long as the disk takes. No topics but these survive [`recover()`].
 
 mod condition;
 mod count;
@@ -40,6 +41,7 @@ mod run_end;
 mod sink;
 mod start_time;
 mod sync;
+mod vector_tick;
 mod writer;
 
 pub use condition::{Condition, Damage};
@@ -58,4 +60,5 @@ pub use roll::{CONTINUES, LogFiles, NEXT, ROLL_LEAST, RollingLog, nth_file};
 pub use run_end::{END, EndKind, RunEnd};
 pub use start_time::{CLOCK, StartTime};
 pub use sync::{SYNC_INTERVAL, SyncTimes};
+pub use vector_tick::{AXES, AnyTick, PerAxis, VectorField, VectorTick, column};
 pub use writer::{FLUSH_INTERVAL_NS, FinishedLog, LogWriter};

@@ -13,14 +13,15 @@ use std::io::{BufReader, Chain, Cursor, Read};
 use std::path::{Path, PathBuf};
 
 use mcap::McapError;
-use mcap::records::{Record, op};
+use mcap::records::{Channel, Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
-use super::format::{EVENT_CHANNEL, LIBRARY_NAME, TICK_CHANNEL, nanoseconds};
+use super::format::{EVENT_CHANNEL, LIBRARY_NAME, TICK_CHANNEL, VECTOR_CHANNEL, nanoseconds};
 use super::lengths::texts_fit;
 use super::message::LogMessage;
 use super::{
     Condition, Damage, Entry, EventMessage, MetadataRecord, RecordError, StartTime, TickMessage,
+    VectorTick,
 };
 
 /// No record of a log is longer; a longer one is damage.
@@ -72,7 +73,22 @@ pub struct LogReader<R> {
 #[derive(Clone, Copy, Debug)]
 enum Kind {
     Tick,
+    Vector,
     Event,
+}
+
+impl Kind {
+    /// What comes on a channel; `None` for a foreign one.
+    fn of(channel: &Channel) -> Option<Self> {
+        let topic = (channel.message_encoding == "cdr").then_some(channel.topic.as_str())?;
+        [
+            (TickMessage::TOPIC, Self::Tick),
+            (VectorTick::TOPIC, Self::Vector),
+            (EventMessage::TOPIC, Self::Event),
+        ]
+        .into_iter()
+        .find_map(|(ours, kind)| (ours == topic).then_some(kind))
+    }
 }
 
 /// Result of one step of the walk through the file.
@@ -254,20 +270,18 @@ impl<R: Read> LogReader<R> {
                 // Our own channels are known even if the chunk that declares them is lost.
                 self.channels.insert(TICK_CHANNEL, Kind::Tick);
                 self.channels.insert(EVENT_CHANNEL, Kind::Event);
+                self.channels.insert(VECTOR_CHANNEL, Kind::Vector);
             }
             Record::Channel(channel) => {
-                if channel.message_encoding == "cdr" && channel.topic == TickMessage::TOPIC {
-                    self.channels.insert(channel.id, Kind::Tick);
-                } else if channel.message_encoding == "cdr" && channel.topic == EventMessage::TOPIC
-                {
-                    self.channels.insert(channel.id, Kind::Event);
-                } else {
-                    self.channels.remove(&channel.id);
-                }
+                match Kind::of(&channel) {
+                    Some(kind) => self.channels.insert(channel.id, kind),
+                    None => self.channels.remove(&channel.id),
+                };
             }
             Record::Message { header, data } => {
                 let entry = match self.channels.get(&header.channel_id) {
                     Some(Kind::Tick) => TickMessage::decode(&data).map(Entry::Tick),
+                    Some(Kind::Vector) => VectorTick::decode(&data).map(Entry::Vector),
                     Some(Kind::Event) => EventMessage::decode(&data).map(Entry::Event),
                     None => {
                         self.condition.foreign_messages += 1;
@@ -346,6 +360,7 @@ impl<R> fmt::Debug for LogReader<R> {
 fn device_time_ns(entry: &Entry) -> Option<u64> {
     let time_s = match entry {
         Entry::Tick(message) => message.time_s,
+        Entry::Vector(message) => message.time_s,
         Entry::Event(message) => message.time_s,
         Entry::Metadata(_) => return None,
     };

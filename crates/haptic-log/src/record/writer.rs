@@ -15,12 +15,16 @@ use std::time::Duration;
 use mcap::records::{MessageHeader, Metadata};
 
 use super::error::io_error;
-use super::format::{EVENT_CHANNEL, TICK_CHANNEL, add_channels, nanoseconds, options, start};
+use super::format::{
+    EVENT_CHANNEL, TICK_CHANNEL, VECTOR_CHANNEL, add_channels, add_vectors, nanoseconds, options,
+    start,
+};
 use super::message::LogMessage;
 use super::sink::{Control, Sink};
 use super::sync::{SyncTimes, Syncer};
 use super::{
-    CLOCK, EventMessage, Leftover, NewFile, NewFileError, RecordError, StartTime, TickMessage,
+    AnyTick, CLOCK, EventMessage, Leftover, NewFile, NewFileError, RecordError, StartTime,
+    TickMessage, VectorTick,
 };
 
 /// A chunk is closed and flushed when this much device time has begun anew, ns.
@@ -72,6 +76,8 @@ pub struct LogWriter<W: Write + Seek> {
     samples: u64,
     samples_safe: u64,
     events: u32,
+    /// Ticks with vectors have been announced.
+    vectors: bool,
     failed: bool,
 }
 
@@ -208,6 +214,7 @@ impl<W: Write + Seek> LogWriter<W> {
             samples: 0,
             samples_safe: 0,
             events: 0,
+            vectors: false,
             failed: false,
         })
     }
@@ -254,6 +261,32 @@ impl<W: Write + Seek> LogWriter<W> {
         self.message(TICK_CHANNEL, sequence, message.time_s, message)?;
         self.samples += 1;
         Ok(())
+    }
+
+    /// Adds a tick with vectors. A log has ticks of one version and number of axes.
+    ///
+    /// # Errors
+    /// If the sink fails, or the time is negative or not finite.
+    pub fn vector_tick(&mut self, message: &VectorTick) -> Result<(), RecordError> {
+        if !self.vectors {
+            self.attempt(add_vectors)?;
+            self.vectors = true;
+        }
+        let sequence = message.tick as u32;
+        self.message(VECTOR_CHANNEL, sequence, message.time_s, message)?;
+        self.samples += 1;
+        Ok(())
+    }
+
+    /// Adds a tick of either version.
+    ///
+    /// # Errors
+    /// If the sink fails, or the time is negative or not finite.
+    pub fn any_tick(&mut self, message: &AnyTick) -> Result<(), RecordError> {
+        match message {
+            AnyTick::One(message) => self.tick(message),
+            AnyTick::Vector(message) => self.vector_tick(message),
+        }
     }
 
     /// Adds an event.
@@ -340,7 +373,13 @@ impl<W: Write + Seek> LogWriter<W> {
         self.control.set_deaf(true);
         let continued = options(false).create(sink);
         self.control.set_deaf(false);
-        let added = continued.and_then(|mut mcap| add_channels(&mut mcap).map(|()| mcap));
+        let added = continued.and_then(|mut mcap| {
+            add_channels(&mut mcap)?;
+            if self.vectors {
+                add_vectors(&mut mcap)?;
+            }
+            Ok(mcap)
+        });
         self.mcap = Some(added.map_err(|error| self.error(io_error(error)))?);
         self.chunks = 0;
         Ok(())

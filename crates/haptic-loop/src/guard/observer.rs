@@ -15,6 +15,8 @@ use nalgebra::SVector;
 /// g = f_wanted·Δ\[n\] − E\[n\]                                          what the next sample would owe
 /// f = f_wanted − b_c·Δ\[n\]/T,    b_c = 0 if g ≤ 0,  else min(b_max, g·T/|Δ|²)
 /// ```
+/// - *Along the force*: with several axes Δ in the last line is its part along the wanted force, for only that part works:
+///   a guard adds no friction to a hand that slides. Without a force it is the whole of Δ.
 /// - *Prediction*: the next sample moves as the last did.
 /// - *No small divisor*: the quotient is formed only where it is below `b_max`.
 /// - *Forgetting* shrinks a credit, never a debt, so it makes the guard stricter: what a held spring has
@@ -82,6 +84,7 @@ impl<F: Real> Observer<F> {
         }
         // g = f·Δ − E
         let owed = dot(wanted, moved) - state.energy;
+        let moved = &along(moved, wanted);
         let square = dot(moved, moved);
         if owed.is_finite() && owed <= F::ZERO {
             return (*wanted, false);
@@ -94,4 +97,15 @@ impl<F: Real> Observer<F> {
         let damped = |axis| wanted[axis] - damping * moved[axis];
         (SVector::from(array::from_fn(damped)), square > F::ZERO)
     }
+}
+
+/// The part of a motion along a force, of which it is all if there is no force or no other axis.
+#[inline]
+fn along<F: Real, const D: usize>(moved: &SVector<F, D>, force: &SVector<F, D>) -> SVector<F, D> {
+    let square = dot(force, force);
+    if D == 1 || !(square.is_finite() && square > F::ZERO) {
+        return *moved;
+    }
+    let share = dot(moved, force) / square;
+    SVector::from(array::from_fn(|axis| share * force[axis]))
 }

@@ -199,7 +199,8 @@ impl<const D: usize> MassDamper<D> {
         &self.config
     }
 
-    fn advance(&mut self, force: SVector<f64, D>) {
+    /// Moves on by a sample under this force, N.
+    pub(super) fn advance(&mut self, force: SVector<f64, D>) {
         let (low, high) = (-self.limit, self.limit);
         self.line.push(force.map(|axis| axis.max(low).min(high)));
         for (index, axis) in self.axes.iter_mut().enumerate() {

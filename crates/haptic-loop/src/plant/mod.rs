@@ -15,6 +15,7 @@
 //! - *Not finite*: a safe force is always finite; nothing else enters after construction, except
 //!   an external force or a state set by the caller, whose NaN would stay.
 
+mod axes;
 mod delay;
 mod discretise;
 mod encoder;
@@ -22,16 +23,19 @@ mod friction;
 mod held;
 mod imposed;
 mod mass_damper;
+mod mass_matrix;
 mod motion;
 mod noise;
 mod profile;
 mod rig;
 
+pub use axes::Axes;
 pub use delay::{MAX_DELAY_SAMPLES, MeasurementDelay};
 pub use encoder::EncoderQuantiser;
 pub use held::{HeldRig, Holder};
 pub use imposed::ImposedMotion;
 pub use mass_damper::{MassDamper, MassDamperConfig};
+pub use mass_matrix::MassMatrix;
 pub use motion::RigMotion;
 pub use noise::SensorNoise;
 pub use profile::RampHold;

@@ -41,8 +41,11 @@ pub struct Limits {
     /// From start or [`clear`](crate::SafetyState::clear) the share of the wanted force that is used rises from
     /// 0 to 1 in this time, above 0. *Default* 0.5 s: whoever lets go within 0.2 s has met less than half.
     pub rise_time: Option<Seconds>,
-    /// The range in which the device may move. *Default* off.
+    /// The range in which the device may move, the same on each axis. *Default* off.
     pub workspace: Option<Workspace>,
+    /// A range of its own for each of the first three axes, in place of `workspace`; for devices of more than one axis.
+    /// *Default* off.
+    pub workspace_box: Option<[Workspace; 3]>,
     /// The speed at which it may move. *Default* 1 and 1.5 m/s: an exploring hand stays below 0.5 m/s.
     pub speed: Option<SpeedLimit>,
     /// ω/2π above 0, bandwidth of the velocity that is estimated from positions,
@@ -130,6 +133,7 @@ impl Limits {
             start_force: None,
             rise_time: None,
             workspace: None,
+            workspace_box: None,
             speed: None,
             velocity_bandwidth: Hertz(50.0),
             braking: None,
@@ -144,7 +148,7 @@ impl Limits {
     }
 }
 
-/// The range in which the device may move, the same interval on each axis.
+/// The range in which the device may move on an axis.
 ///
 /// ```text
 /// low ─soft─▶ ················· ◀─soft─ high       beyond low or high: Fault::Workspace

@@ -42,6 +42,9 @@ impl<F: Real> Zone<F> {
     }
 }
 
+/// The ends of a workspace: towards high, and towards −low.
+type Ends<F> = [Zone<F>; 2];
+
 /// The limits of motion, made of good parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct MotionLimits<F> {
@@ -49,8 +52,9 @@ pub(super) struct MotionLimits<F> {
     rate: F,
     /// 1 − e^(−ωT), ω the bandwidth.
     follow: F,
-    /// Towards high, and towards −low.
-    workspace: Option<[Zone<F>; 2]>,
+    workspace: Option<Ends<F>>,
+    /// Of several axes, over `workspace`.
+    workspace_box: Option<[Ends<F>; 3]>,
     speed: Option<Zone<F>>,
     jump: Option<Jump<F>>,
     stuck: Option<Standstill<F>>,
@@ -167,12 +171,24 @@ impl<F: Real> MotionLimits<F> {
             rate: checks.rounded("sample rate", 1.0 / sample_time, "Hz"),
             follow: checks.rounded("bandwidth of the velocity", follow, "of the sample rate"),
             workspace: limits.workspace.map(|ends| workspace(ends, checks)),
+            workspace_box: limits
+                .workspace_box
+                .map(|axes| axes.map(|ends| workspace(ends, checks))),
             speed: limits.speed.map(|ends| speed(ends, checks)),
             jump: jump(limits, sample_time, checks),
             stuck: limits
                 .stuck
                 .map(|stuck| standstill(stuck, sample_time, checks)),
             braking,
+        }
+    }
+
+    /// The workspace of an axis.
+    #[inline]
+    fn ends<const D: usize>(&self, axis: usize) -> Option<&Ends<F>> {
+        match &self.workspace_box {
+            Some(axes) if D > 1 => Some(&axes[axis.min(2)]),
+            _ => self.workspace.as_ref(),
         }
     }
 
@@ -217,8 +233,9 @@ impl<F: Real> MotionLimits<F> {
                 return Err(Fault::PositionJump);
             }
         }
-        for (&x, &v) in position_m.iter().zip(&motion.velocity) {
-            if let Some([high, low]) = &self.workspace
+        for axis in 0..D {
+            let (x, v) = (position_m[axis], motion.velocity[axis]);
+            if let Some([high, low]) = self.ends::<D>(axis)
                 && (x > high.hard || -x > low.hard)
             {
                 return Err(Fault::Workspace);
@@ -242,7 +259,7 @@ impl<F: Real> MotionLimits<F> {
         for axis in 0..D {
             let (x, v) = (position_m[axis], motion.velocity[axis]);
             let mut share = F::ZERO;
-            if let Some([high, low]) = &self.workspace {
+            if let Some([high, low]) = self.ends::<D>(axis) {
                 // Only outwards.
                 let (zone, x) = if v > F::ZERO { (high, x) } else { (low, -x) };
                 share = zone.depth(x);
@@ -344,7 +361,7 @@ fn standstill<F: Real>(stuck: Stuck, sample_time: f64, checks: &mut Checks) -> S
     }
 }
 
-fn workspace<F: Real>(workspace: Workspace, checks: &mut Checks) -> [Zone<F>; 2] {
+fn workspace<F: Real>(workspace: Workspace, checks: &mut Checks) -> Ends<F> {
     let (low, high, soft) = (workspace.low.0, workspace.high.0, workspace.soft.0);
     checks.range("low end of the workspace", low, true, "finite", "m");
     checks.range(

@@ -467,7 +467,8 @@ proptest! {
             let (force, limiters) = chain.apply(&mut state, &x, &wanted);
             last = *force.newtons();
             prop_assert!(state.observed_energy_j() <= given + 1e-12);
-            // Damping along the motion, no more than the device bears.
+            // Damping along the part of the motion that works, no more than the device bears.
+            let moved = wanted * (wanted.dot(&moved) / wanted.norm_squared());
             let damping = (wanted - last) * T.0;
             prop_assert!((damping.dot(&moved) - damping.norm() * moved.norm()).abs() < 1e-12);
             prop_assert!(damping.norm() <= most * moved.norm() + 1e-12);

@@ -194,6 +194,11 @@ impl Job {
                     &published.report.run.ended_early,
                 )
             }
+            ExperimentFile::Touch(_) => {
+                return Err(Failure::bad_input(
+                    "the page has no form for a touch: run it from a file",
+                ));
+            }
         })
     }
 }
@@ -205,6 +210,7 @@ fn sample_time_s(experiment: &ExperimentFile) -> f64 {
         ExperimentFile::Wall(experiment) => experiment.setup.device.sample_time.0,
         ExperimentFile::Coupler(experiment) => experiment.setup.device.sample_time.0,
         ExperimentFile::Teleoperation(experiment) => experiment.sample_time().0,
+        ExperimentFile::Touch(experiment) => experiment.sample_time().0,
     }
 }
 

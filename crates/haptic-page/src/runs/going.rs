@@ -7,7 +7,7 @@ use crate::feel::locked;
 use crate::pyramid::Pyramid;
 use haptic_experiment::{Failure, Supervisor};
 use haptic_log::live::{Live, LiveStreams};
-use haptic_log::record::{EventMessage, TickMessage};
+use haptic_log::record::{EventMessage, TickMessage, VectorTick};
 use serde_json::{Value, json};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -37,6 +37,9 @@ impl Live for Watcher {
         // A gap that cannot be drawn is not drawn; the log has it.
         let _ = push(&mut locked(&self.0), message);
     }
+
+    // The page draws one axis; the log has them all.
+    fn vector_tick(&mut self, _: &VectorTick) {}
 
     fn event(&mut self, _: &EventMessage) {}
 

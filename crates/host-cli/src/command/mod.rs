@@ -29,6 +29,7 @@ pub mod shell;
 pub mod summary;
 pub mod teleoperate;
 pub mod teleoperation;
+pub mod touch;
 pub mod weights;
 pub mod words;
 pub mod zwidth;

@@ -9,10 +9,11 @@ use super::remote::RemoteArguments;
 use super::safety::SafetyArguments;
 use super::summary::{print_end, print_force, print_summary};
 use super::teleoperation::print_teleoperation;
+use super::touch::print_touch;
 use super::words::roll_bytes;
 use crate::files::{folder, overwrite_acts};
 use crate::output::Output;
-use crate::picture::{of_coupler, of_teleoperation, of_theory, of_wall};
+use crate::picture::{of_coupler, of_teleoperation, of_theory, of_touch, of_wall};
 use crate::quantity::Bytes;
 use clap::Args;
 use haptic_experiment::curves::{CouplerCurves, Published, WallCurves};
@@ -20,21 +21,23 @@ use haptic_experiment::failure::Failure;
 use haptic_experiment::folder::FolderRequest;
 use haptic_experiment::parameters::{
     COUPLER, COUPLER_REQUIRED, CREEP, DRIVE, ON_DEVICE, Parameter, RELAX, RENDERING, SAFETY,
-    TELEOPERATION, Value, WALL, WALL_REQUIRED,
+    TELEOPERATION, TOUCH, Value, WALL, WALL_REQUIRED,
 };
 use haptic_experiment::report::{Errors, RunReport};
 use haptic_experiment::teleoperation::{TeleoperationCurves, TeleoperationVerdict};
+use haptic_experiment::touch::{TouchCurves, TouchVerdict};
 use haptic_experiment::{
     CouplerExperiment, CouplerReport, ExperimentFile, Pace, Settling, Supervisor,
-    TeleoperationExperiment, TeleoperationReport, TrialVerdict, WallExperiment, WallReport,
+    TeleoperationExperiment, TeleoperationReport, TouchExperiment, TouchReport, TrialVerdict,
+    WallExperiment, WallReport,
 };
 use std::fmt::Write as _;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
 const LONG_ABOUT: &str = "\
-Runs the experiment that a TOML file describes. The file has one table: [relax], [creep], [wall], [coupler] or \
-[teleoperation]; [drive] beside [relax] or [creep] names a controller file, whose controller holds the indenter. \
+Runs the experiment that a TOML file describes. The file has one table: [relax], [creep], [wall], [coupler], \
+[teleoperation] or [touch]; [drive] beside [relax] or [creep] names a controller file, whose controller holds the indenter. \
 Keys have their SI unit in the name, as in duration_s = 200. Paths in the file start from its folder. Options of the command win \
 over keys of the file.
 
@@ -58,6 +61,13 @@ the line took or gave, which messages were lost or refused, and frequency by fre
 formula (time-domain has none). verdict is passive, gave-energy, held-forces-gave-energy, saturated, silent or unfinished; with must_be_passive = true the exit code is 1 unless it is passive. \
 `host-cli analyze teleoperation` finds the coupler for a delay, `host-cli teleoperate` runs both sides over UDP.
 
+A touch: a hand moves a device of two or three axes over a plane or a ball (a disc, a sphere) of tissue, simulated. The force is along the normal, \
+without friction, and follows the history of the depth by one operator. The hand is a spring to a point that goes a circle or way_points, or a force \
+that does; mass_kg may be one an axis, box_low_m and box_high_m are the corners of a workspace. The log has a vector in place of each number. The \
+summary says how deep it went, what the hand was given, and how far each force is from the full history of the depth; the pre-flight is along the \
+normal, with the effective mass of the worst posture. verdict is passive, gave-energy, saturated or unfinished; with must_be_passive = true the exit \
+code is 1 unless it is passive.
+
 guard = \"observer\" or \"energy-bounding\" keeps a wall from shaking: the one adds damping, the other takes force, and so stiffness, \
 that the damping of the device cannot pay for.";
 
@@ -72,7 +82,11 @@ pub const TABLES: &[(&str, &[Parameter])] = &[
     ("[coupler], to be given", COUPLER_REQUIRED),
     ("[coupler]", COUPLER),
     ("[teleoperation]", TELEOPERATION),
-    ("Every table but [teleoperation], the device", ON_DEVICE),
+    ("[touch]", TOUCH),
+    (
+        "Every table but [teleoperation] and [touch], the device",
+        ON_DEVICE,
+    ),
     ("Every table, the safety chain", SAFETY),
 ];
 
@@ -99,6 +113,7 @@ fn described(parameter: &Parameter) -> String {
         Value::Count(default) => format!(" = {default}"),
         Value::Flag(default) => format!(" = {default}"),
         Value::Text(default) => format!(" = \"{default}\""),
+        Value::List => ", a list".to_owned(),
         _ => String::new(),
     };
     format!("{key}{default}: {help}")
@@ -185,6 +200,9 @@ impl Arguments {
                     far.run(&request("teleoperation"), supervisor.watched(&live))
                 })
             }
+            ExperimentFile::Touch(touch) => run_touch(&touch, samples, output, |supervisor| {
+                touch.run(&request("touch"), supervisor.watched(&live))
+            }),
         }
     }
 }
@@ -249,6 +267,29 @@ fn run_teleoperation(
         return Err(Failure::Run(anyhow::anyhow!(
             "must_be_passive: {}: take a passive architecture, a softer coupler or a smaller motion, or take \
              must_be_passive out of the file to run it all the same",
+            verdict.words()
+        )));
+    }
+    Ok(())
+}
+
+/// Runs a touch; refuses one that was not passive, if its file wants it to be.
+fn run_touch(
+    touch: &TouchExperiment,
+    samples: u64,
+    output: Output,
+    run: impl FnOnce(Supervisor<'_>) -> Result<Published<TouchReport, TouchCurves>, Failure>,
+) -> Result<(), Failure> {
+    let mut verdict = TouchVerdict::Unfinished;
+    conduct(samples, output, print_touch, of_touch, |supervisor| {
+        let published = run(supervisor)?;
+        verdict = published.report.verdict;
+        Ok(published)
+    })?;
+    if touch.must_be_passive && verdict != TouchVerdict::Passive {
+        return Err(Failure::Run(anyhow::anyhow!(
+            "must_be_passive: {}: take a softer shape, a shorter sample time or a guard, or take must_be_passive out of the \
+             file to run it all the same",
             verdict.words()
         )));
     }
@@ -355,7 +396,7 @@ fn print_trial(out: &mut dyn Write, run: &RunReport, settling: &Settling) -> io:
 }
 
 /// Prints the error of the commanded force against the full history.
-fn print_operator(out: &mut dyn Write, errors: &Errors) -> io::Result<()> {
+pub(super) fn print_operator(out: &mut dyn Write, errors: &Errors) -> io::Result<()> {
     match errors.max_relative_error {
         Some(error) => writeln!(
             out,

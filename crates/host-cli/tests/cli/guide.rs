@@ -28,6 +28,7 @@ chapters! {
         "run/response.png",
         "loop/loop.png",
     ];
+    a_hand_that_moves_over_a_shape: "touch.md" ["disc/touch.png", "disc/touch.mcap"];
     an_indenter_held_by_a_controller: "driven-indenter.md" ["driven/relax.png"];
     choose_mu_for_your_device: "choose-mu.md" ["omni/design.png", "falcon/design.toml"];
     devices: "devices.md" [];

@@ -26,3 +26,4 @@ mod realtime;
 mod refusals;
 mod safety;
 mod teleoperation;
+mod touch;

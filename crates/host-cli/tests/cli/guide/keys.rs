@@ -36,7 +36,9 @@ const PLANT_FILES: &[(&str, &[Parameter])] = &[
 fn told(parameter: &Parameter) -> (&'static str, Option<&'static str>) {
     let split = parameter.help.split_once(" [default: ");
     let told = split.and_then(|(help, rest)| Some((help, rest.strip_suffix(']')?)));
-    told.map_or((parameter.help, None), |(help, default)| (help, Some(default)))
+    told.map_or((parameter.help, None), |(help, default)| {
+        (help, Some(default))
+    })
 }
 
 fn default(parameter: &Parameter, required: bool) -> String {
@@ -126,7 +128,14 @@ fn the_page_of_keys_is_made_from_the_tables() {
 
 #[test]
 fn no_table_of_an_experiment_is_missing_on_the_page() {
-    for kind in ["relax", "creep", "wall", "coupler", "teleoperation"] {
+    for kind in [
+        "relax",
+        "creep",
+        "wall",
+        "coupler",
+        "teleoperation",
+        "touch",
+    ] {
         for (_, table) in parameters::of_kind(kind) {
             for parameter in table {
                 let shown = TABLES.iter().any(|(_, shown)| shown.contains(parameter));

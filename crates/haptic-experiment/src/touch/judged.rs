@@ -1,0 +1,256 @@
+//! Judges a touch: each force against the full history of the depth, and the energy of the hand.
+
+use super::device::{HandEnergy, depth};
+use super::posture::PostureVerdict;
+use super::report::{TouchCurves, TouchReport, TouchVerdict};
+use super::shape::{TouchLaw, TouchShape};
+use super::specification::TouchExperiment;
+use crate::failure::Failure;
+use crate::judge::{Compared, Reference, full_history};
+use crate::kept::{KeptSample, Record};
+use crate::modelled::memory;
+use crate::pushed::{incomparable, limited};
+use crate::report::{Errors, Files, RunReport};
+use crate::run::Ran;
+use crate::safety::GuardChoice;
+use crate::thinned::Thinned;
+use crate::warnings::Warnings;
+use haptic_log::record::{AXES, Entry, LogReader, VectorTick, column};
+use std::f64::consts::TAU;
+
+/// Curves of a touch: hand and device in the plane, depth, and the force of each axis.
+const CURVES: usize = 8;
+/// A share of the energy that went through the hand that is rounding.
+const ROUNDING: f64 = 1e-9;
+/// Limited samples that make no touch saturated, as a share.
+const LIMITED: f64 = 0.01;
+/// Points of the outline of a disc.
+const OUTLINE: u32 = 180;
+
+/// Table and curves of a run that reached its end.
+struct Drawn {
+    csv: String,
+    curves: Thinned<CURVES>,
+}
+
+impl TouchExperiment {
+    pub(super) fn publish<const D: usize>(
+        &self,
+        ran: &Ran,
+        energy: HandEnergy,
+        posture: PostureVerdict,
+    ) -> Result<(TouchReport, Option<TouchCurves>), Failure> {
+        let record = &ran.record;
+        let whole = record.ended.is_none();
+        let verdict = self.verdict(record, energy);
+        let mut files = Files::default();
+        let mut curves = None;
+        let mut compared = Compared::without_meaning("the run was cut short".to_owned());
+        if whole {
+            compared = self.compare(record)?;
+            let drawn = self.draw::<D>(ran)?;
+            files.csv = Some(drawn.csv);
+            curves = Some(self.curves(drawn.curves, verdict));
+        } else {
+            ran.folder.remove_stale_results();
+        }
+        let run = RunReport::new(
+            ran,
+            "sim".to_owned(),
+            self.sample_time().0,
+            files,
+            self.warnings(ran, verdict, energy),
+        );
+        let samples = record.whole.iter().flatten();
+        let report = TouchReport {
+            axes: D,
+            shape: self.shape.words(),
+            matter: self.law.words(),
+            order: self.law.order().get(),
+            scheme: self.scheme.to_string(),
+            run,
+            errors: Errors::new(
+                compared,
+                Compared::without_meaning("a scripted hand has no closed form".to_owned()),
+            ),
+            verdict,
+            largest_depth_m: samples.map(|sample| sample.position_m).fold(0.0, f64::max),
+            given_j: energy.given_j,
+            given_most_j: energy.most_j,
+            posture,
+        };
+        Ok((report, curves))
+    }
+
+    fn verdict(&self, record: &Record, energy: HandEnergy) -> TouchVerdict {
+        let acted = record.limited as f64 / record.samples.max(1) as f64;
+        if record.ended.is_some() {
+            TouchVerdict::Unfinished
+        } else if energy.most_j > ROUNDING * energy.moved_j {
+            TouchVerdict::GaveEnergy
+        } else if self.safety.guard == GuardChoice::Off && acted > LIMITED {
+            // A guard is a limiter too, and there to act.
+            TouchVerdict::Saturated
+        } else {
+            TouchVerdict::Passive
+        }
+    }
+
+    fn warnings(&self, ran: &Ran, verdict: TouchVerdict, energy: HandEnergy) -> Warnings {
+        let mut warnings = Warnings::default();
+        let guarded = self.safety.guard == GuardChoice::EnergyBounding;
+        let analysis = ran.preflight.as_ref();
+        (warnings.0).extend(analysis.and_then(|verdict| verdict.warning(guarded)));
+        warnings.limited(ran.record.limited);
+        if verdict == TouchVerdict::GaveEnergy {
+            warnings.0.push(format!(
+                "the hand was given {:.3e} J more than it gave: take a softer K and less B, a shorter `sample_time_s`, or a \
+                 `guard`",
+                energy.most_j
+            ));
+        }
+        warnings
+    }
+
+    /// The force that the full history of the depth asks for, at least 0, N.
+    fn full_history(&self, depths: &[f64]) -> Result<Vec<f64>, Failure> {
+        let t = self.sample_time();
+        let reference = Reference::of(self.scheme);
+        let (k, b) = self.law.spring_and_damper();
+        let rates = match self.law.model() {
+            Some(model) => {
+                let step = memory(model, t, depths.len() as u64)?;
+                depths.iter().copied().map(step).collect()
+            }
+            None => full_history(reference, self.law.order(), t, depths).map_err(Failure::Run)?,
+        };
+        let force = depths.iter().zip(rates).map(|(p, rate)| {
+            // Outside nothing pushes, inside nothing pulls.
+            if *p > 0.0 {
+                (k * p + b * rate).max(0.0)
+            } else {
+                0.0
+            }
+        });
+        Ok(force.collect())
+    }
+
+    /// The commanded force against the full history of what was read.
+    fn compare(&self, record: &Record) -> Result<Compared, Failure> {
+        let reference = Reference::of(self.scheme);
+        let reason = limited(record).or_else(|| match &self.law {
+            TouchLaw::Tissue { material, .. } if material.composed().is_some() => None,
+            law => incomparable(reference, law.order(), record),
+        });
+        if record.largest_force_n() == 0.0 {
+            return Ok(Compared::without_meaning(
+                "no force was commanded".to_owned(),
+            ));
+        }
+        if let Some(reason) = reason {
+            return Ok(Compared::without_meaning(reason.to_owned()));
+        }
+        let samples: &[KeptSample] = record.whole.as_deref().unwrap_or_default();
+        let depths: Vec<f64> = samples.iter().map(|sample| sample.position_m).collect();
+        let wanted = self.full_history(&depths)?;
+        let off = samples.iter().zip(&wanted);
+        let off = off.map(|(sample, wanted)| (sample.reaction_n() - wanted).abs());
+        Ok(Compared::of_window(
+            off.fold(0.0, f64::max) / record.largest_force_n(),
+            [0.0, record.duration_s()],
+            record.samples,
+        ))
+    }
+
+    /// Writes the table of the log, and keeps what is to be drawn.
+    fn draw<const D: usize>(&self, ran: &Ran) -> Result<Drawn, Failure> {
+        let shape = self.shape.of::<D>()?;
+        let fields = ["reference_m", "position_m", "force_n"];
+        let axes = &AXES[..D];
+        let columns = fields
+            .iter()
+            .flat_map(|field| axes.iter().map(|axis| column(field, axis)));
+        let columns: Vec<String> = columns.collect();
+        let mut header = vec!["time_s"];
+        header.extend(columns.iter().map(String::as_str));
+        header.push("depth_m");
+        let mut table = ran.folder.named_table_beside_log("csv", &header)?;
+        let mut curves = Thinned::of(&ran.record);
+        for log in &ran.log.paths {
+            for entry in LogReader::open(log)? {
+                let Entry::Vector(tick) = entry? else {
+                    continue;
+                };
+                let depth_m = depth(&shape, tick.position_m.as_slice());
+                let mut row = vec![tick.time_s];
+                for vector in [tick.reference_m, tick.position_m, tick.force_n] {
+                    row.extend_from_slice(vector.as_slice());
+                }
+                row.push(depth_m);
+                table.row(row)?;
+                curves.add(tick.time_s, drawn(&tick, depth_m));
+            }
+        }
+        curves.finish();
+        Ok(Drawn {
+            csv: table.finish()?,
+            curves,
+        })
+    }
+
+    fn curves(&self, curves: Thinned<CURVES>, verdict: TouchVerdict) -> TouchCurves {
+        let [hand_x, hand_y, x, y, depth_m, force @ ..] = curves.curves;
+        TouchCurves {
+            subtitle: format!(
+                "{} · {} · scheme {} · {} · {}",
+                self.shape.words(),
+                self.law.words(),
+                self.scheme,
+                self.path.words(),
+                verdict.words()
+            ),
+            outline_m: self.outline(),
+            time_s: curves.time_s,
+            hand_m: [hand_x, hand_y],
+            position_m: [x, y],
+            depth_m,
+            force_n: force.into_iter().take(self.axes).collect(),
+        }
+    }
+
+    /// Outline of a ball in the plane of the first two axes, through its centre.
+    fn outline(&self) -> Vec<(f64, f64)> {
+        let TouchShape::Ball {
+            centre_m, radius_m, ..
+        } = &self.shape
+        else {
+            return Vec::new();
+        };
+        let point = |n: u32| {
+            let angle = TAU * f64::from(n) / f64::from(OUTLINE);
+            (
+                centre_m[0] + radius_m * angle.cos(),
+                centre_m[1] + radius_m * angle.sin(),
+            )
+        };
+        (0..=OUTLINE).map(point).collect()
+    }
+}
+
+/// The values of a tick that are drawn.
+fn drawn(tick: &VectorTick, depth_m: f64) -> [f64; CURVES] {
+    let axis = |vector: &[f64], axis: usize| vector.get(axis).copied().unwrap_or(0.0);
+    let (hand, place) = (tick.reference_m, tick.position_m);
+    let (hand, place, force) = (hand.as_slice(), place.as_slice(), tick.force_n);
+    let force = force.as_slice();
+    [
+        axis(hand, 0),
+        axis(hand, 1),
+        axis(place, 0),
+        axis(place, 1),
+        depth_m,
+        axis(force, 0),
+        axis(force, 1),
+        axis(force, 2),
+    ]
+}

@@ -1,0 +1,123 @@
+//! The loop of a touch: made of good parameters, tried alone, or run with a log.
+
+use super::device::{HandEnergy, HeldAxes, depth};
+use super::hand::{Grip, HandPath};
+use super::report::{TouchCurves, TouchReport};
+use super::shape::Touched;
+use super::specification::TouchExperiment;
+use crate::curves::Published;
+use crate::failure::Failure;
+use crate::folder::FolderRequest;
+use crate::refused::parameter;
+use crate::run::{Ran, Supervisor, run_logged};
+use crate::schedule::{Schedule, horizon};
+use crate::sensed::Sensed;
+use haptic_loop::Controller;
+use haptic_loop::plant::Axes;
+
+/// A loop made of good parameters.
+struct Parts<const D: usize> {
+    controller: Controller<f64, D, Touched<D>>,
+    device: Sensed<HeldAxes<D>>,
+    samples: u64,
+}
+
+/// Deeper than this at the start is a blow, m: more than rounding.
+const START_MOST_M: f64 = 1e-9;
+
+impl TouchExperiment {
+    /// Runs the experiment; log and CSV go into the folder.
+    ///
+    /// # Errors
+    /// Bad parameters, before any file is made; a log or CSV that cannot be written.
+    pub fn run(
+        &self,
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Published<TouchReport, TouchCurves>, Failure> {
+        match self.axes {
+            3 => self.run_in::<3>(request, supervisor),
+            _ => self.run_in::<2>(request, supervisor),
+        }
+    }
+
+    /// The number of samples, if all parameters are good.
+    ///
+    /// # Errors
+    /// A parameter outside its range.
+    pub fn check(&self) -> Result<u64, Failure> {
+        match self.axes {
+            2 => self.parts::<2>().map(|parts| parts.samples),
+            3 => self.parts::<3>().map(|parts| parts.samples),
+            axes => Err(Failure::bad_input(format_args!(
+                "`axes` = {axes} is not 2 or 3: one axis is `wall`"
+            ))),
+        }
+    }
+
+    fn run_in<const D: usize>(
+        &self,
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Published<TouchReport, TouchCurves>, Failure> {
+        let mut parts = self.parts::<D>()?;
+        let (verdict, posture) = self.preflight::<D>(parts.samples)?;
+        let mut metadata = self.metadata();
+        verdict.describe(&mut metadata);
+        posture.describe(&mut metadata);
+        let schedule = Schedule {
+            samples: parts.samples,
+            sample_time_s: self.sample_time().0,
+            pace: self.pace,
+        };
+        let ran = run_logged(
+            &mut parts.controller,
+            &mut parts.device,
+            schedule,
+            request,
+            metadata,
+            supervisor,
+        )?;
+        let ran = Ran {
+            // Nothing can break, so it is only noted.
+            preflight: Some(verdict),
+            ..ran
+        };
+        let energy: HandEnergy = parts.device.device().energy();
+        let reported = self.publish::<D>(&ran, energy, posture)?;
+        Ok(Published::new(reported, ran.folder))
+    }
+
+    fn parts<const D: usize>(&self) -> Result<Parts<D>, Failure> {
+        let t = self.sample_time();
+        let samples = self.samples()?;
+        self.path.check(D)?;
+        if let (Grip::Force, HandPath::Circle { .. }) = (self.grip, &self.path) {
+            return Err(Failure::bad_input(
+                "a hand that is a force goes `way_points` in N: a circle is one of places; give those, or `hand` = spring",
+            ));
+        }
+        if self.law.order().get() < 0.0 {
+            return Err(Failure::bad_input(format_args!(
+                "`order` = {} is not in [0, 2]: a shape has no integral",
+                self.law.order()
+            )));
+        }
+        let shape = self.shape.of::<D>()?;
+        let touched = self.law.behind(shape, self.scheme, t, horizon(samples))?;
+        let axes = Axes::new(self.axes_of::<D>()?).map_err(parameter)?;
+        let device = HeldAxes::new(axes, (self.path.clone(), self.grip), shape, t.0);
+        let begins = depth(&shape, device.place().as_slice());
+        if begins > START_MOST_M {
+            return Err(Failure::bad_input(format_args!(
+                "the device begins {begins:.3e} m deep in the shape, which would be a blow: let the hand begin outside, \
+                 by `way_points` or `circle_start_radius_m`, or move the shape"
+            )));
+        }
+        Ok(Parts {
+            controller: Controller::new(touched, self.chain()?),
+            device: Sensed::new(device, self.sensors)?,
+            samples,
+        })
+    }
+}

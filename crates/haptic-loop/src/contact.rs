@@ -1,0 +1,133 @@
+//! One-sided environments: behind a surface, pushing but never pulling.
+
+use crate::environment::Environment;
+use crate::error::ParameterError;
+use crate::surface::{Plane, Surface};
+use crate::units::Metres;
+use core::array;
+use core::marker::PhantomData;
+use fracdiff::Real;
+use nalgebra::SVector;
+
+/// An environment behind a surface, a plane unless another one is given: it pushes but never pulls.
+///
+/// ```text
+/// p = max(0, depth(x))           penetration, m; of a plane n·x − s
+/// f = n·min(0, f_inner(p))       the inner environment's force on p, without its pull; n unit normal into it
+/// ```
+/// - *One scalar operator*: the inner environment sees the penetration, zero outside, so its history forgets nothing and gains
+///   nothing while the device is away. With one degree of freedom n = +1.
+/// - *Round a ball* the history is that of the penetration, wherever it was: a hand that slides along at one depth feels
+///   matter that relaxes as if it stood still. Real matter is fresh where the hand has not been yet.
+/// - *No friction*: the force is along the normal; sliding costs nothing.
+/// - *Continuous* at a first contact: p grows from 0. On a return it is too for orders up to 1, whose memory of an earlier
+///   touch only pulls; above 1 that memory may push at once.
+///
+/// ```
+/// use fracdiff::{Order, Seconds, ShortMemory};
+/// use haptic_loop::units::Metres;
+/// use haptic_loop::{Ball, Contact, Environment, SpringDamper};
+/// use nalgebra::vector;
+///
+/// let operator = ShortMemory::<f64, 64>::new(Order::new(0.5)?, Seconds(1e-3))?;
+/// let tissue = SpringDamper::new(500.0, 3.0, operator)?;
+/// let floor = Contact::new([0.0, -1.0], Metres(0.0), tissue.clone())?;
+/// let history = Environment::<f64, 2>::at_rest(&floor);
+/// assert_eq!(floor.force(&history, &vector![0.3, 0.1]), vector![0.0, 0.0]); // above it
+/// assert!(floor.force(&history, &vector![0.3, -1e-3])[1] > 0.5); // pushed up, never pulled
+/// // A disc of 20 mm about the origin, 1 mm deep from the right: pushed to the right.
+/// let disc = Contact::behind(Ball::solid([Metres(0.0); 2], Metres(0.02))?, tissue);
+/// assert!(disc.force(&history, &vector![0.019, 0.0])[0] > 0.5);
+/// # Ok::<(), haptic_loop::ParameterError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact<F, E, const D: usize, S = Plane<F, D>> {
+    inner: E,
+    surface: S,
+    number: PhantomData<F>,
+}
+
+impl<F: Real, E: Environment<F, 1>> Contact<F, E, 1> {
+    /// A surface at this position, the environment above it.
+    ///
+    /// # Errors
+    /// The position must be finite.
+    pub fn at(surface: Metres, inner: E) -> Result<Self, ParameterError> {
+        Self::new([1.0], surface, inner)
+    }
+}
+
+impl<F: Real, E: Environment<F, 1>, const D: usize> Contact<F, E, D> {
+    /// A plane with the given direction into the environment, of any length above 0, at `surface`
+    /// from the origin along that direction.
+    ///
+    /// # Errors
+    /// The direction must have a finite length above 0, the position must be finite.
+    pub fn new(direction: [f64; D], surface: Metres, inner: E) -> Result<Self, ParameterError> {
+        Plane::new(direction, surface).map(|plane| Self::behind(plane, inner))
+    }
+}
+
+impl<F: Real, E: Environment<F, 1>, const D: usize, S: Surface<F, D>> Contact<F, E, D, S> {
+    /// The environment behind any surface.
+    pub const fn behind(surface: S, inner: E) -> Self {
+        Self {
+            inner,
+            surface,
+            number: PhantomData,
+        }
+    }
+
+    /// The environment behind the surface.
+    pub const fn inner(&self) -> &E {
+        &self.inner
+    }
+
+    /// The surface.
+    pub const fn surface(&self) -> &S {
+        &self.surface
+    }
+}
+
+/// p of a depth, m.
+#[inline]
+fn penetration<F: Real>(depth: F) -> SVector<F, 1> {
+    SVector::from([if !depth.is_finite() {
+        // Even −∞, which is outside, must reach the safety chain.
+        F::from_f64(f64::NAN)
+    } else if depth < F::ZERO {
+        F::ZERO
+    } else {
+        depth
+    }])
+}
+
+impl<F: Real, E: Environment<F, 1>, const D: usize, S: Surface<F, D>> Environment<F, D>
+    for Contact<F, E, D, S>
+{
+    type History = E::History;
+
+    fn at_rest(&self) -> E::History {
+        self.inner.at_rest()
+    }
+
+    #[inline]
+    fn force(&self, history: &E::History, position_m: &SVector<F, D>) -> SVector<F, D> {
+        let (depth, normal) = self.surface.touch(position_m);
+        let depth = penetration(depth);
+        let inner = self.inner.force(history, &depth)[0];
+        // Outside nothing pushes, whatever the past; inside nothing pulls. A NaN stays a NaN.
+        let push = if depth[0] <= F::ZERO || inner > F::ZERO {
+            F::ZERO
+        } else {
+            inner
+        };
+        SVector::from(array::from_fn(|axis| normal[axis] * push))
+    }
+
+    #[inline]
+    fn advance(&self, history: &mut E::History, position_m: &SVector<F, D>) {
+        let depth = penetration(self.surface.depth(position_m));
+        self.inner.advance(history, &depth);
+    }
+}

@@ -1,0 +1,85 @@
+//! Mass that is felt along a direction.
+
+use crate::ParameterError;
+use crate::error::{positive, range};
+use crate::units::Kilograms;
+use nalgebra::{Cholesky, Const, SMatrix, SVector};
+
+/// The mass matrix of a device in one posture.
+///
+/// ```text
+/// M·x'' = f        pushed along n the device answers with x''·n = f·(nᵀ M⁻¹ n), as a mass of 1/(nᵀ M⁻¹ n) would
+/// ```
+/// - *Postures*: M of a linkage changes with its place; make one for each place. A device whose axes are masses of their own,
+///   as [`Axes`](super::Axes), has one for all, [`of_axes`](Self::of_axes).
+/// - *Along the axes of M* the effective mass is an eigenvalue; any other lies between the least and the largest.
+/// - *Sideways* a device with unequal masses moves too when it is pushed along n. A loop along n does not know of that.
+///
+/// Source: O. Khatib, "Inertial properties in robotic manipulation: an object-level framework", Int. J. Robotics Research
+/// 14(1), 1995, for the effective mass in a direction.
+///
+/// ```
+/// use haptic_loop::plant::MassMatrix;
+/// use haptic_loop::units::Kilograms;
+/// use nalgebra::{Vector2, matrix};
+///
+/// let posture = MassMatrix::new(matrix![0.10, 0.02; 0.02, 0.06])?;
+/// let along_x = posture.along(&Vector2::new(1.0, 0.0))?;
+/// // det M / M_yy: less than 0.1 kg, for the device gives way sideways.
+/// assert!((along_x.0 - 0.0056 / 0.06).abs() < 1e-15);
+/// # Ok::<(), haptic_loop::ParameterError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct MassMatrix<const D: usize> {
+    root: Cholesky<f64, Const<D>>,
+}
+
+impl<const D: usize> MassMatrix<D> {
+    /// M, kg.
+    ///
+    /// # Errors
+    /// M must be finite, symmetric to 1e-9 of its largest entry, and positive definite.
+    pub fn new(mass_kg: SMatrix<f64, D, D>) -> Result<Self, ParameterError> {
+        let largest = mass_kg.iter().fold(0.0, |most: f64, m| most.max(m.abs()));
+        let skew = (mass_kg - mass_kg.transpose()).abs().max();
+        let symmetric = skew <= 1e-9 * largest;
+        range(
+            "asymmetry of the mass matrix",
+            skew,
+            symmetric,
+            "at most 1e-9 of its largest entry",
+            "kg",
+        )?;
+        let root = Cholesky::new(mass_kg).ok_or(ParameterError::Range {
+            what: "largest entry of the mass matrix",
+            value: largest,
+            allowed: "that of a positive definite one",
+            unit: "kg",
+        })?;
+        Ok(Self { root })
+    }
+
+    /// Axes that are masses of their own.
+    ///
+    /// # Errors
+    /// Each must be finite and above 0.
+    pub fn of_axes(masses: [Kilograms; D]) -> Result<Self, ParameterError> {
+        for mass in masses {
+            positive("mass", mass.0, "kg")?;
+        }
+        Self::new(SMatrix::from_diagonal(&SVector::from(
+            masses.map(|mass| mass.0),
+        )))
+    }
+
+    /// 1/(nᵀ M⁻¹ n), for a direction of any length above 0.
+    ///
+    /// # Errors
+    /// A direction without a finite length above 0.
+    pub fn along(&self, direction: &SVector<f64, D>) -> Result<Kilograms, ParameterError> {
+        let length = libm::sqrt(direction.dot(direction));
+        positive("length of the direction", length, "")?;
+        let normal = direction / length;
+        Ok(Kilograms(1.0 / normal.dot(&self.root.solve(&normal))))
+    }
+}

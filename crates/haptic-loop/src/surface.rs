@@ -1,0 +1,220 @@
+//! Surfaces that an environment lies behind: how deep a position is, and along which normal.
+//!
+//! ```text
+//! p = max(0, depth(x))          penetration, m
+//! f = n(x)·min(0, f_inner(p))   n unit normal into the environment; no friction
+//! ```
+//! | surface | depth | n |
+//! |---|---|---|
+//! | [`Plane`] | n·x − s | n |
+//! | [`Ball`], solid | R − r | −(x − c)/r |
+//! | [`Ball`], hollow | r − R | (x − c)/r |
+//!
+//! r = |x − c|. A ball is a disc with two axes and a sphere with three.
+
+use crate::error::{Checks, ParameterError};
+use crate::units::Metres;
+use core::array;
+use core::fmt::Debug;
+use fracdiff::Real;
+use nalgebra::SVector;
+
+/// A surface, with an environment on its inner side.
+pub trait Surface<F: Real, const D: usize>: Clone + Debug {
+    /// Distance into the environment, m, negative outside. Not finite if the position is not.
+    fn depth(&self, position_m: &SVector<F, D>) -> F;
+
+    /// The same, and the normal into the environment, of length 1 at most.
+    fn touch(&self, position_m: &SVector<F, D>) -> (F, SVector<F, D>);
+}
+
+/// A plane; with two axes a straight line, with one a point.
+///
+/// ```text
+/// depth = n·x − s        n unit normal into the environment, s its distance from 0 along n, m
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plane<F, const D: usize> {
+    normal: SVector<F, D>,
+    surface: F,
+}
+
+impl<F: Real, const D: usize> Plane<F, D> {
+    /// A plane with this direction into the environment, at `surface` from the origin along it.
+    ///
+    /// # Errors
+    /// The direction must have a finite length above 0, the position must be finite.
+    pub fn new(direction: [f64; D], surface: Metres) -> Result<Self, ParameterError> {
+        let mut checks = Checks::default();
+        let plane = Self::checked(direction, surface, &mut checks);
+        checks.done().map(|()| plane)
+    }
+
+    /// Refuses as [`new`](Self::new).
+    pub(crate) fn checked(direction: [f64; D], surface: Metres, checks: &mut Checks) -> Self {
+        let length = libm::sqrt(direction.iter().map(|n| n * n).sum());
+        checks.positive("length of the contact's normal", length, "m");
+        checks.range("contact surface", surface.0, true, "finite", "m");
+        Self {
+            normal: SVector::from(direction.map(|n| F::from_f64(n / length))),
+            surface: F::from_f64(surface.0),
+        }
+    }
+}
+
+impl<F: Real, const D: usize> Surface<F, D> for Plane<F, D> {
+    #[inline]
+    fn depth(&self, position_m: &SVector<F, D>) -> F {
+        let mut depth = -self.surface;
+        for (&n, &x) in self.normal.iter().zip(position_m.iter()) {
+            depth += n * x;
+        }
+        depth
+    }
+
+    #[inline]
+    fn touch(&self, position_m: &SVector<F, D>) -> (F, SVector<F, D>) {
+        (self.depth(position_m), self.normal)
+    }
+}
+
+/// A ball: a disc with two axes, a sphere with three. Solid, with the environment inside, or hollow, with the environment
+/// around it.
+///
+/// ```text
+/// r = |x − c|      solid: depth = R − r, n = −(x − c)/max(r, R/1024)      hollow: depth = r − R, n = (x − c)/max(r, R/1024)
+/// ```
+/// - *In the middle* a direction has no meaning. Within R/1024 of the centre the normal is therefore shorter than 1, and 0 at
+///   the centre: the force is continuous there, bounded and without a direction of its own. A hollow ball is not felt there.
+/// - *Curvature* is not felt: the environment knows how deep the hand is, not where. See [`Contact`](crate::Contact).
+///
+/// ```
+/// use haptic_loop::units::Metres;
+/// use haptic_loop::{Ball, Surface};
+/// use nalgebra::vector;
+///
+/// let disc = Ball::<f64, 2>::solid([Metres(0.0), Metres(0.03)], Metres(0.02))?;
+/// let (depth, normal) = disc.touch(&vector![0.0, 0.012]); // 2 mm into it, from below
+/// assert!((depth - 2e-3).abs() < 1e-15);
+/// assert!((normal - vector![0.0, 1.0]).norm() < 1e-15);
+/// # Ok::<(), haptic_loop::ParameterError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ball<F, const D: usize> {
+    centre: SVector<F, D>,
+    radius: F,
+    /// R/1024, m.
+    core: F,
+    hollow: bool,
+}
+
+impl<F: Real, const D: usize> Ball<F, D> {
+    /// Smallest and largest radius, m: its square is a normal number in single precision too.
+    pub const RADIUS_M: [f64; 2] = [1e-6, 1e6];
+
+    /// The environment inside.
+    ///
+    /// # Errors
+    /// A centre that is not finite, a radius outside 1 µm to 1000 km.
+    pub fn solid(centre: [Metres; D], radius: Metres) -> Result<Self, ParameterError> {
+        Self::new(centre, radius, false)
+    }
+
+    /// The environment around it: the hand is kept inside.
+    ///
+    /// # Errors
+    /// As [`solid`](Self::solid).
+    pub fn hollow(centre: [Metres; D], radius: Metres) -> Result<Self, ParameterError> {
+        Self::new(centre, radius, true)
+    }
+
+    fn new(centre: [Metres; D], radius: Metres, hollow: bool) -> Result<Self, ParameterError> {
+        let mut checks = Checks::default();
+        let [least, most] = Self::RADIUS_M;
+        let within = (least..=most).contains(&radius.0);
+        checks.range(
+            "radius of the ball",
+            radius.0,
+            within,
+            "in [1e-6, 1e6]",
+            "m",
+        );
+        let centre = centre.map(|x| checks.rounded("centre of the ball", x.0, "m"));
+        let ball = Self {
+            centre: SVector::from(centre),
+            radius: F::from_f64(radius.0),
+            core: F::from_f64(radius.0 / 1024.0),
+            hollow,
+        };
+        checks.done().map(|()| ball)
+    }
+
+    /// x − c, and its length.
+    #[inline]
+    fn off_centre(&self, position_m: &SVector<F, D>) -> (SVector<F, D>, F) {
+        let offset: SVector<F, D> =
+            SVector::from(array::from_fn(|axis| position_m[axis] - self.centre[axis]));
+        let mut square = F::ZERO;
+        for &axis in &offset {
+            square += axis * axis;
+        }
+        (offset, square.sqrt())
+    }
+
+    #[inline]
+    fn depth_at(&self, distance: F) -> F {
+        if self.hollow {
+            distance - self.radius
+        } else {
+            self.radius - distance
+        }
+    }
+}
+
+impl<F: Real, const D: usize> Surface<F, D> for Ball<F, D> {
+    #[inline]
+    fn depth(&self, position_m: &SVector<F, D>) -> F {
+        self.depth_at(self.off_centre(position_m).1)
+    }
+
+    #[inline]
+    fn touch(&self, position_m: &SVector<F, D>) -> (F, SVector<F, D>) {
+        let (offset, distance) = self.off_centre(position_m);
+        let length = if distance < self.core {
+            self.core
+        } else {
+            distance
+        };
+        // Into the environment.
+        let length = if self.hollow { length } else { -length };
+        let normal = array::from_fn(|axis| offset[axis] / length);
+        (self.depth_at(distance), SVector::from(normal))
+    }
+}
+
+/// A surface whose kind is chosen at run time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shape<F, const D: usize> {
+    /// A plane.
+    Plane(Plane<F, D>),
+    /// A ball.
+    Ball(Ball<F, D>),
+}
+
+impl<F: Real, const D: usize> Surface<F, D> for Shape<F, D> {
+    #[inline]
+    fn depth(&self, position_m: &SVector<F, D>) -> F {
+        match self {
+            Self::Plane(plane) => plane.depth(position_m),
+            Self::Ball(ball) => ball.depth(position_m),
+        }
+    }
+
+    #[inline]
+    fn touch(&self, position_m: &SVector<F, D>) -> (F, SVector<F, D>) {
+        match self {
+            Self::Plane(plane) => plane.touch(position_m),
+            Self::Ball(ball) => ball.touch(position_m),
+        }
+    }
+}

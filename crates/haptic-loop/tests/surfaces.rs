@@ -1,0 +1,388 @@
+//! Planes and balls: penetration, normal, rotation, the middle of a ball, and what a safety chain makes of several axes.
+#![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
+
+use fracdiff::{Order, Seconds, ShortMemory};
+use haptic_loop::plant::{Axes, MassMatrix};
+use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
+use haptic_loop::{
+    Ball, Contact, Controller, EnergyBounding, Environment, Fault, Guard, Limits,
+    PassivityObserver, Plane, Reading, SafetyChain, SafetyState, Shape, SpringDamper, Surface,
+    Workspace,
+};
+use nalgebra::{Matrix2, Matrix3, Rotation2, Rotation3, SVector, Vector2, Vector3, vector};
+use testkit::device::{ideal, plant, safe, with_hand, write};
+use testkit::{assert_close, assert_relative};
+
+const T: Seconds = Seconds(1e-3);
+
+type Tissue = SpringDamper<f64, ShortMemory<f64, 64>>;
+
+fn tissue() -> Tissue {
+    let operator = ShortMemory::new(Order::new(0.3).expect("valid"), T).expect("valid");
+    SpringDamper::new(400.0, 8.0, operator).expect("valid")
+}
+
+/// Positions through an environment, forces out.
+fn run<E: Environment<f64, D>, const D: usize>(
+    environment: &E,
+    path: impl IntoIterator<Item = SVector<f64, D>>,
+) -> Vec<SVector<f64, D>> {
+    let mut history = environment.at_rest();
+    path.into_iter()
+        .map(|x| {
+            let force = environment.force(&history, &x);
+            environment.advance(&mut history, &x);
+            force
+        })
+        .collect()
+}
+
+/// In and out of a surface at 0, and in again: depth of sample n, m.
+fn depth(n: u32) -> f64 {
+    4e-3 * (0.03 * f64::from(n)).sin()
+}
+
+fn ball_3(centre: [f64; 3], radius: f64) -> Ball<f64, 3> {
+    Ball::solid(centre.map(Metres), Metres(radius)).expect("valid")
+}
+
+#[test]
+fn a_sphere_pressed_along_a_line_is_the_wall_of_one_axis() {
+    // Exact in binary, so that depth, normal and force have no rounding of their own.
+    let radius = 0.25;
+    let sphere = Contact::behind(ball_3([0.0; 3], radius), tissue());
+    let wall = Contact::at(Metres(0.0), tissue()).expect("valid");
+    let one = run(&wall, (0..600).map(|n| vector![depth(n)]));
+    let along = (0..600).map(|n| vector![0.0, 0.0, -(radius - depth(n))]);
+    for (n, (sphere, one)) in run(&sphere, along).iter().zip(&one).enumerate() {
+        assert_eq!([sphere[0], sphere[1]], [0.0, 0.0], "{n}");
+        // radius − (radius − depth) is the depth to a rounding of the radius.
+        assert_close("force", sphere[2], one[0], 1e-12);
+    }
+    assert!(one.iter().any(|force| force[0] < -1.0));
+}
+
+#[test]
+fn turning_plane_and_path_turns_the_force() {
+    let (normal, offset) = (vector![0.3, -0.5, 0.9], 4e-3);
+    let path = |n: u32| {
+        let s = 0.01 * f64::from(n);
+        vector![
+            9e-3 * s.sin(),
+            8e-3 * (1.7 * s).cos(),
+            7e-3 * (0.6 * s).sin()
+        ]
+    };
+    let wall = |normal: Vector3<f64>| {
+        Contact::new(normal.into(), Metres(offset), tissue()).expect("valid")
+    };
+    let straight = run(&wall(normal), (0..900).map(path));
+    let turn = Rotation3::from_euler_angles(0.7, -1.1, 2.3);
+    let turned = run(&wall(turn * normal), (0..900).map(|n| turn * path(n)));
+    let mut most = 0.0_f64;
+    for (straight, turned) in straight.iter().zip(&turned) {
+        assert!(
+            (turn * straight - turned).norm() <= 1e-12 * 8.0,
+            "{straight} {turned}"
+        );
+        most = most.max(straight.norm());
+    }
+    assert!(most > 1.0, "it was touched: {most} N");
+}
+
+#[test]
+fn turning_a_disc_and_its_path_turns_the_force() {
+    let (centre, radius) = (vector![0.01, -0.02], 0.03);
+    let disc = |centre: Vector2<f64>| {
+        let centre = [Metres(centre[0]), Metres(centre[1])];
+        Contact::behind(
+            Ball::solid(centre, Metres(radius)).expect("valid"),
+            tissue(),
+        )
+    };
+    let path = |n: u32| {
+        let s = 0.01 * f64::from(n);
+        centre + (radius - 3e-3 * (5.0 * s).sin()) * vector![s.cos(), s.sin()]
+    };
+    let turn = Rotation2::new(1.234);
+    let straight = run(&disc(centre), (0..900).map(path));
+    let turned = run(&disc(turn * centre), (0..900).map(|n| turn * path(n)));
+    for (straight, turned) in straight.iter().zip(&turned) {
+        assert!(
+            (turn * straight - turned).norm() <= 1e-11,
+            "{straight} {turned}"
+        );
+    }
+}
+
+#[test]
+fn a_hand_that_slides_round_a_disc_feels_one_memory() {
+    // At one depth all the way round: as if it stood still and the tissue relaxed.
+    let (radius, depth) = (0.25, 2e-3);
+    let disc = Ball::solid([Metres(0.0); 2], Metres(radius)).expect("valid");
+    let still = run(
+        &Contact::at(Metres(0.0), tissue()).expect("valid"),
+        (0..500).map(|_| vector![depth]),
+    );
+    let round = |n: u32| {
+        let angle = 0.02 * f64::from(n);
+        (radius - depth) * vector![angle.cos(), angle.sin()]
+    };
+    let forces = run(&Contact::behind(disc, tissue()), (0..500).map(round));
+    for (n, (force, still)) in forces.iter().zip(&still).enumerate() {
+        assert_close("force", force.norm(), -still[0], 1e-11);
+        // Outwards, along the normal: no friction.
+        let outwards = round(u32::try_from(n).expect("small")).normalize();
+        assert!((force - force.norm() * outwards).norm() < 1e-12);
+    }
+    // K·p stays of K·p + B·D^μ p.
+    assert!(forces[0].norm() > 1.1 * forces[499].norm());
+}
+
+#[test]
+fn in_the_middle_of_a_ball_the_force_is_bounded_continuous_and_no_nan() {
+    let radius = 0.02;
+    let ball = Contact::behind(ball_3([0.0; 3], radius), tissue());
+    let at = |x: f64| ball.force(&ball.at_rest(), &vector![x, 0.0, 0.0]);
+    assert_eq!(at(0.0), vector![0.0, 0.0, 0.0]);
+    let most = at(-radius / 512.0).norm();
+    let mut last = at(-1e-3)[0];
+    for n in -1000..=1000 {
+        let force = at(1e-6 * f64::from(n));
+        assert!(force.iter().all(|axis| axis.is_finite()) && force.norm() <= 1.001 * most);
+        // 1 µm in a core of 20 µm: a twentieth of the force, and a little of the slope.
+        assert!(
+            (force[0] - last).abs() < 0.06 * most,
+            "{n}: {last} to {}",
+            force[0]
+        );
+        last = force[0];
+    }
+    // So small that its square is no number: still none but a small force.
+    for tiny in [1e-200, f64::MIN_POSITIVE] {
+        assert!(at(tiny).norm() < 1e-6, "{tiny}");
+    }
+    let single = Ball::<f32, 2>::solid([Metres(0.0); 2], Metres(1e-6)).expect("valid");
+    let (depth, normal) = single.touch(&vector![1e-30, 0.0]);
+    assert!(depth > 0.0 && normal.iter().all(|n| n.abs() < 1e-6));
+}
+
+#[test]
+fn a_hollow_ball_keeps_the_hand_inside() {
+    let hollow = Ball::hollow([Metres(0.1), Metres(0.0)], Metres(0.05)).expect("valid");
+    let room = Contact::behind(hollow, tissue());
+    let force = |x| room.force(&room.at_rest(), &x);
+    assert_eq!(force(vector![0.1, 0.0]), vector![0.0, 0.0]);
+    assert_eq!(force(vector![0.12, 0.03]), vector![0.0, 0.0]);
+    let pushed = force(vector![0.1, 0.052]);
+    assert!(pushed[0].abs() < 1e-12 && pushed[1] < -0.5, "{pushed}");
+}
+
+#[test]
+fn a_place_that_is_not_finite_reaches_the_chain_as_no_force() {
+    let disc = Ball::<f64, 2>::solid([Metres(0.0); 2], Metres(0.02)).expect("valid");
+    let disc = Contact::behind(Shape::Ball(disc), tissue());
+    for x in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e200] {
+        let force = disc.force(&disc.at_rest(), &vector![x, 0.0]);
+        assert!(!force.iter().all(|axis| axis.is_finite()), "{x}: {force}");
+    }
+}
+
+#[test]
+fn surfaces_without_size_or_direction_are_refused() {
+    for radius in [0.0, -1.0, 1e-7, 1e7, f64::NAN] {
+        let error = Ball::<f64, 3>::solid([Metres(0.0); 3], Metres(radius)).expect_err("refused");
+        assert!(error.to_string().contains("radius of the ball"), "{error}");
+    }
+    assert!(Ball::<f32, 2>::hollow([Metres(1e300), Metres(0.0)], Metres(1.0)).is_err());
+    assert!(Plane::<f64, 2>::new([0.0, 0.0], Metres(0.0)).is_err());
+    assert!(Plane::<f64, 2>::new([1.0, 0.0], Metres(f64::INFINITY)).is_err());
+}
+
+#[test]
+fn the_norm_of_the_force_is_never_beyond_its_limit() {
+    let sphere = Contact::behind(ball_3([0.0; 3], 0.05), tissue());
+    let limits = Limits {
+        norm: Some(Newtons(2.0)),
+        ..Limits::bare(Newtons(10.0), NewtonsPerSecond(1e6))
+    };
+    let chain = SafetyChain::from_limits(&limits, T).expect("valid");
+    let mut controller = Controller::new(sphere, chain);
+    // A hand that pulls to the centre of the sphere.
+    let mut device = Axes::new([with_hand(0.06, 1.0, 300.0, T.0); 3]).expect("valid");
+    device.set_state(vector![0.03, 0.03, 0.03], Vector3::zeros());
+    let (mut most, mut limited) = (0.0_f64, false);
+    for n in 0..2000 {
+        let angle = 0.01 * f64::from(n);
+        // To ever other sides.
+        device.set_external_force(vector![angle.cos(), angle.sin(), (0.3 * angle).sin()]);
+        let Ok(sample) = controller.tick(&mut device);
+        most = most.max(sample.force.newtons().norm());
+        limited |= sample.environment_force_n.norm() > 4.0;
+    }
+    assert!(limited, "more was wanted");
+    assert!(most <= 2.0 && most > 1.99, "{most}");
+}
+
+#[test]
+fn a_box_has_ends_of_its_own_on_each_axis() {
+    let interval = |low, high| Workspace {
+        low: Metres(low),
+        high: Metres(high),
+        soft: Metres(0.0),
+    };
+    let limits = Limits {
+        // The box goes before it.
+        workspace: Some(interval(-1e-3, 1e-3)),
+        workspace_box: Some([
+            interval(-0.1, 0.1),
+            interval(-0.02, 0.05),
+            interval(0.0, 0.3),
+        ]),
+        ..Limits::bare(Newtons(10.0), NewtonsPerSecond(1e6))
+    };
+    let chain = SafetyChain::<f64>::from_limits(&limits, T).expect("valid");
+    let fault = |x: Vector3<f64>| {
+        let mut state = SafetyState::default();
+        chain.apply(&mut state, &x, &Vector3::zeros());
+        state.fault()
+    };
+    for inside in [vector![0.09, 0.04, 0.29], vector![-0.09, -0.019, 0.0]] {
+        assert_eq!(fault(inside), None, "{inside}");
+    }
+    for outside in [
+        vector![0.11, 0.0, 0.1],
+        vector![0.0, 0.06, 0.1],
+        vector![0.0, -0.03, 0.1],
+        vector![0.0, 0.0, -1e-6],
+        vector![0.0, 0.0, 0.31],
+    ] {
+        assert_eq!(fault(outside), Some(Fault::Workspace), "{outside}");
+    }
+    // With two axes the first two count.
+    let mut state = SafetyState::default();
+    chain.apply(&mut state, &vector![0.0, 0.06], &Vector2::zeros());
+    assert_eq!(state.fault(), Some(Fault::Workspace));
+    let upside_down = Limits {
+        workspace_box: Some([interval(0.1, -0.1); 3]),
+        ..limits
+    };
+    assert!(SafetyChain::<f64>::from_limits(&upside_down, T).is_err());
+}
+
+#[test]
+fn axes_of_their_own_move_as_devices_of_one_axis() {
+    use haptic_loop::Device;
+    let configs = [0.05, 0.2].map(|mass| with_hand(mass, 2.0, 300.0, T.0));
+    let mut both = Axes::new(configs).expect("valid");
+    let mut alone = configs.map(plant);
+    for n in 0..300 {
+        let force = vector![0.5, -0.01 * f64::from(n)];
+        both.write(safe(force)).expect("written");
+        for (axis, device) in alone.iter_mut().enumerate() {
+            write(device, force[axis]);
+            assert_eq!(device.position()[0], both.position()[axis]);
+            assert_eq!(device.velocity()[0], both.velocity()[axis]);
+        }
+        let reading: Reading<f64, 2> = both.read().expect("read");
+        assert_eq!(reading.tick, n as u64 + 1);
+    }
+    let mut other = configs;
+    other[1].sample_time = Seconds(2e-3);
+    let refused = Axes::new(other).expect_err("two sample times").to_string();
+    assert!(
+        refused.contains("sample time of an axis 0.002 s"),
+        "{refused}"
+    );
+}
+
+#[test]
+fn an_effective_mass_is_that_of_a_push_along_the_normal() {
+    let masses = [Kilograms(0.05), Kilograms(0.2)];
+    let axes = MassMatrix::of_axes(masses).expect("valid");
+    for angle in [0.0, 0.3, 1.0, 1.5, 2.5] {
+        let normal = vector![f64::cos(angle), f64::sin(angle)];
+        let closed = 1.0 / (normal[0] * normal[0] / 0.05 + normal[1] * normal[1] / 0.2);
+        let have = axes.along(&(3.0 * normal)).expect("a direction").0;
+        assert_relative("effective mass", have, closed, 1e-14);
+        assert!((0.05..=0.2).contains(&have));
+        // The device, pushed for a sample.
+        let configs = masses.map(|m| ideal(m.0, 0.0, T.0));
+        let mut device = Axes::new(configs).expect("valid");
+        haptic_loop::Device::write(&mut device, safe(normal)).expect("written");
+        assert_relative(
+            "speed along it",
+            device.velocity().dot(&normal),
+            T.0 / closed,
+            1e-12,
+        );
+    }
+    let turn = Rotation3::from_euler_angles(0.2, 0.4, -0.9);
+    let axes = Matrix3::from_diagonal(&vector![0.05, 0.1, 0.3]);
+    let turned = MassMatrix::new(turn * axes * turn.transpose()).expect("valid");
+    let along = turned
+        .along(&(turn * vector![0.0, 0.0, 1.0]))
+        .expect("valid");
+    assert_relative("along an own axis", along.0, 0.3, 1e-12);
+    for wrong in [
+        Matrix2::new(1.0, 2.0, 2.0, 1.0),
+        Matrix2::new(1.0, 0.5, 0.0, 1.0),
+        Matrix2::new(-1.0, 0.0, 0.0, 1.0),
+        Matrix2::new(f64::NAN, 0.0, 0.0, 1.0),
+    ] {
+        assert!(MassMatrix::new(wrong).is_err(), "{wrong}");
+    }
+    assert!(
+        MassMatrix::of_axes(masses)
+            .expect("valid")
+            .along(&Vector2::zeros())
+            .is_err()
+    );
+}
+
+/// A stiff wall, a hand that slides along it while it shakes: forces of both guards.
+fn guarded(guard: Guard) -> Vec<(Vector2<f64>, Vector2<f64>)> {
+    let operator = ShortMemory::<f64, 64>::new(Order::new(0.3).expect("valid"), T).expect("valid");
+    let stiff = SpringDamper::new(60e3, 0.0, operator).expect("valid");
+    let normal = [0.6, 0.8];
+    let wall = Contact::new(normal, Metres(0.0), stiff).expect("valid");
+    let limits = Limits {
+        guard: Some(guard),
+        ..Limits::bare(Newtons(1e3), NewtonsPerSecond(1e9))
+    };
+    let mut controller =
+        Controller::new(wall, SafetyChain::from_limits(&limits, T).expect("valid"));
+    let mut device = Axes::new([ideal(0.065, 3.5, T.0); 2]).expect("valid");
+    let (normal, along) = (Vector2::from(normal), vector![0.8, -0.6]);
+    (0..3000)
+        .map(|n| {
+            let slide = if n < 1500 { 1.5 } else { -1.5 };
+            device.set_external_force(2.0 * normal + slide * along);
+            let Ok(sample) = controller.tick(&mut device);
+            (*sample.force.newtons(), sample.environment_force_n)
+        })
+        .collect()
+}
+
+#[test]
+fn guards_act_along_the_normal_and_add_no_friction() {
+    let damping = NewtonSecondsPerMetre(3.5);
+    for guard in [
+        Guard::Observer(PassivityObserver::bearable(Kilograms(0.065), T)),
+        Guard::EnergyBounding(EnergyBounding::of(damping)),
+    ] {
+        let forces = guarded(guard);
+        let along = vector![0.8, -0.6];
+        let mut acted = 0;
+        for (sent, wanted) in &forces {
+            if wanted.norm() > 0.0 {
+                assert!(
+                    sent.dot(&along).abs() < 1e-9,
+                    "{guard:?}: {sent} for {wanted}"
+                );
+                acted += usize::from((sent - wanted).norm() > 1e-6);
+            }
+        }
+        assert!(acted > 10, "{guard:?} acted {acted} times");
+    }
+}

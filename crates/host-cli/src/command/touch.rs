@@ -1,0 +1,47 @@
+//! The result of a touch as a person reads it.
+
+use super::run::print_operator;
+use super::summary::{plain, print_end, print_force};
+use haptic_experiment::TouchReport;
+use std::io::{self, Write};
+
+/// The result.
+///
+/// # Errors
+/// Those of `out`.
+pub fn print_touch(out: &mut dyn Write, report: &TouchReport) -> io::Result<()> {
+    let run = &report.run;
+    writeln!(
+        out,
+        "touch of a {} · {} · order {} · scheme {} · {} axes",
+        report.shape, report.matter, report.order, report.scheme, report.axes
+    )?;
+    writeln!(
+        out,
+        "  {} samples, {} s at {} ms",
+        run.samples,
+        plain(run.duration_s),
+        plain(1e3 * run.sample_time_s)
+    )?;
+    writeln!(out, "  verdict           {}", report.verdict.words())?;
+    writeln!(
+        out,
+        "  depth             {:.4} mm at most",
+        1e3 * report.largest_depth_m
+    )?;
+    print_force(out, run)?;
+    writeln!(
+        out,
+        "  energy            the hand gave {:.3e} J, and was given {:.3e} J more than it gave at most",
+        0.0 - report.given_j,
+        report.given_most_j
+    )?;
+    print_operator(out, &report.errors)?;
+    let posture = &report.posture;
+    writeln!(
+        out,
+        "  along the normal  {:.4} to {:.4} kg; the pre-flight is of {:.4} kg",
+        posture.effective_mass_least_kg, posture.effective_mass_most_kg, posture.judged_mass_kg
+    )?;
+    print_end(out, run)
+}
