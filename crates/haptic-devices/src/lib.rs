@@ -1,0 +1,10 @@
+#![doc = include_str!("../README.md")]
+#![cfg_attr(docsrs, feature(doc_cfg))]
+#![forbid(unsafe_code)]
+
+mod foreign;
+pub mod haply;
+mod name;
+
+pub use foreign::{ForeignName, OpenError};
+pub use name::{NameError, Settings};
