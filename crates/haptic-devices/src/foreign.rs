@@ -1,6 +1,7 @@
 //! Devices of other makers by name, and opening one.
 
 use crate::haply::{HaplyName, HaplyOpenError};
+use crate::moteus::{MoteusName, MoteusOpenError};
 use crate::name::NameError;
 use haptic_remote::serial::{SerialError, SerialLink, ServeError, Served};
 use std::fmt;
@@ -29,12 +30,17 @@ use thiserror::Error;
 pub enum ForeignName {
     /// `haply:PATH[,version=2|3][,axis=x|y|-x|-y][,zero=LENGTH][,home=now|before]`.
     Haply(HaplyName),
+    /// `moteus:PATH[,id=1][,radius=LENGTH][,torque_limit=0.1][,watchdog=TIME][,lost=4]`.
+    Moteus(MoteusName),
 }
 
 impl ForeignName {
     /// Each kind with the form of its name.
     pub const KINDS: &'static [(&'static str, &'static str)] =
-        &[(HaplyName::KIND, HaplyName::FORM)];
+        &[
+        (HaplyName::KIND, HaplyName::FORM),
+        (MoteusName::KIND, MoteusName::FORM),
+    ];
 
     /// True if a name begins with a kind of these.
     #[must_use]
@@ -50,6 +56,7 @@ impl ForeignName {
     pub fn open(&self) -> Result<SerialLink, OpenError> {
         let served = match self {
             Self::Haply(name) => Served::start(name.open()?)?,
+            Self::Moteus(name) => Served::start(name.open()?)?,
         };
         Ok(SerialLink::to_served(served, &self.to_string())?)
     }
@@ -62,6 +69,7 @@ impl FromStr for ForeignName {
         let (kind, rest) = text.split_once(':').unwrap_or((text, ""));
         match kind {
             HaplyName::KIND => HaplyName::parse(rest).map(Self::Haply),
+            MoteusName::KIND => MoteusName::parse(rest).map(Self::Moteus),
             _ => {
                 let known: Vec<&str> = Self::KINDS.iter().map(|(known, _)| *known).collect();
                 Err(NameError::Kind {
@@ -77,6 +85,7 @@ impl fmt::Display for ForeignName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Haply(name) => name.fmt(f),
+            Self::Moteus(name) => name.fmt(f),
         }
     }
 }
@@ -88,6 +97,9 @@ pub enum OpenError {
     /// The Haply 2DIY.
     #[error(transparent)]
     Haply(#[from] HaplyOpenError),
+    /// A moteus servo.
+    #[error(transparent)]
+    Moteus(#[from] MoteusOpenError),
     /// It cannot be served.
     #[error(transparent)]
     Serve(#[from] ServeError),

@@ -4,6 +4,7 @@
 
 mod foreign;
 pub mod haply;
+pub mod moteus;
 mod name;
 
 pub use foreign::{ForeignName, OpenError};

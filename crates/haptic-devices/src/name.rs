@@ -178,6 +178,41 @@ impl<'a> Settings<'a> {
         self.measured(key, range, default, " m", read)
     }
 
+    /// A whole number; `default` if it is not given.
+    ///
+    /// # Errors
+    /// No whole number in the range.
+    pub fn whole(
+        &self,
+        key: &'static str,
+        range: RangeInclusive<u32>,
+        default: u32,
+    ) -> Result<u32, NameError> {
+        let read = |value: &str| value.parse::<u32>().ok().map(f64::from);
+        let range = f64::from(*range.start())..=f64::from(*range.end());
+        self.measured(key, range, default.into(), "", read)
+            .map(|number| number as u32)
+    }
+
+    /// A time in s, given as `100ms`, `0.1s` or `0.1`; `default` if it is not given.
+    ///
+    /// # Errors
+    /// No time in the range.
+    pub fn seconds(
+        &self,
+        key: &'static str,
+        range: RangeInclusive<f64>,
+        default: f64,
+    ) -> Result<f64, NameError> {
+        let read = |value: &str| {
+            if let Some(milliseconds) = value.strip_suffix("ms") {
+                return milliseconds.parse().ok().map(|number: f64| number / 1e3);
+            }
+            value.strip_suffix('s').unwrap_or(value).parse().ok()
+        };
+        self.measured(key, range, default, " s", read)
+    }
+
     fn measured(
         &self,
         key: &'static str,

@@ -1,0 +1,206 @@
+//! An emulated servo at the end of a line of virtual time, which can be harmed.
+
+use haptic_devices::moteus::emulated::{EmulatedAdapter, EmulatedServo, Shaft};
+use haptic_devices::moteus::{MoteusAxis, MoteusOpenError, MoteusSettings};
+use haptic_link::{Configuration, Limits, OperatorShape, Start, State};
+use haptic_loop::Fault;
+use haptic_remote::serial::ServedHardware as _;
+use haptic_remote::{Hardware as _, TickSide, prepare};
+use std::collections::VecDeque;
+use std::io::{ErrorKind, Read, Result, Write};
+use std::sync::{Arc, Mutex, MutexGuard};
+
+/// Between two ticks, µs.
+pub const PERIOD_US: u64 = 1000;
+/// From a line of the host to the answer, µs.
+const ROUND_TRIP_US: u64 = 300;
+/// Largest force of a run, N.
+pub const FORCE_LIMIT_N: f32 = 1.5;
+
+/// Does something to bytes on their way. True for those to the servo.
+pub type Harm = Box<dyn FnMut(&mut Vec<u8>, bool) + Send>;
+
+/// Servo, adapter and line.
+pub struct World {
+    pub adapter: EmulatedAdapter,
+    pub now_us: u64,
+    pub harm: Option<Harm>,
+    to_host: VecDeque<(u64, u8)>,
+    /// A read that finds nothing lets so much time pass, µs.
+    patience_us: u64,
+    pub gone: bool,
+}
+
+/// The host's end of the line.
+#[derive(Clone)]
+pub struct Wire(Arc<Mutex<World>>);
+
+impl Wire {
+    pub fn new(shaft: Shaft) -> Self {
+        let servo = EmulatedServo::new(1, shaft).expect("a good servo");
+        Self(Arc::new(Mutex::new(World {
+            adapter: EmulatedAdapter::new(servo),
+            now_us: 0,
+            harm: None,
+            to_host: VecDeque::new(),
+            patience_us: 20_000,
+            gone: false,
+        })))
+    }
+
+    pub fn world(&self) -> MutexGuard<'_, World> {
+        self.0.lock().expect("nobody panicked with it")
+    }
+
+    /// Opens the servo, as a host does.
+    pub fn open(&self, settings: MoteusSettings) -> std::result::Result<Axis, MoteusOpenError> {
+        let axis = MoteusAxis::open(self.clone(), settings, true)?;
+        self.world().patience_us = 0;
+        Ok(axis)
+    }
+}
+
+impl std::fmt::Debug for Wire {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Wire")
+    }
+}
+
+impl Read for Wire {
+    fn read(&mut self, into: &mut [u8]) -> Result<usize> {
+        let mut world = self.world();
+        if world.gone {
+            return Ok(0);
+        }
+        let now_us = world.now_us + world.patience_us;
+        let mut count = 0;
+        while count < into.len()
+            && let Some((_, byte)) = world.to_host.front().filter(|(at, _)| *at <= now_us)
+        {
+            into[count] = *byte;
+            count += 1;
+            world.to_host.pop_front();
+        }
+        if count > 0 {
+            return Ok(count);
+        }
+        world.now_us = now_us;
+        Err(ErrorKind::TimedOut.into())
+    }
+}
+
+impl Write for Wire {
+    fn write(&mut self, bytes: &[u8]) -> Result<usize> {
+        let mut guard = self.world();
+        let world = &mut *guard;
+        if world.gone {
+            return Err(ErrorKind::BrokenPipe.into());
+        }
+        let mut sent = bytes.to_vec();
+        if let Some(harm) = &mut world.harm {
+            harm(&mut sent, true);
+        }
+        let mut answer = Vec::new();
+        let (now_us, arrival_us) = (world.now_us, world.now_us + ROUND_TRIP_US);
+        world.adapter.receive(&sent, now_us, &mut answer);
+        if let Some(harm) = &mut world.harm {
+            harm(&mut answer, false);
+        }
+        world.to_host.extend(answer.iter().map(|byte| (arrival_us, *byte)));
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> Result<()> {
+        Ok(())
+    }
+}
+
+pub type Axis = MoteusAxis<Wire>;
+
+/// A device that renders a spring on the emulated servo.
+pub struct Rig {
+    pub wire: Wire,
+    pub device: TickSide<Axis>,
+    run: u32,
+}
+
+impl Rig {
+    pub fn new(stiffness_n_per_m: f32) -> Self {
+        let wire = Wire::new(Shaft::LEVER);
+        let axis = wire.open(MoteusSettings::DEFAULT).expect("it answers");
+        let capabilities = axis.capabilities();
+        let mut device = TickSide::new(axis).expect("no configuration is refused");
+        let configuration = Configuration {
+            stiffness_n_per_m,
+            operator: OperatorShape { count: 1, ..Configuration::PASSIVE.operator },
+            limits: Limits {
+                force_n: FORCE_LIMIT_N,
+                start_force_n: 0.0,
+                rise_time_s: 0.0,
+                ..Limits::DEFAULT
+            },
+            ..Configuration::PASSIVE
+        };
+        let prepared = prepare::<Axis>(configuration, &[0.0], &capabilities).expect("good");
+        device.install(prepared).expect("idle");
+        Self { wire, device, run: 0 }
+    }
+
+    pub fn tick(&mut self) {
+        let now_us = {
+            let mut world = self.wire.world();
+            world.now_us += PERIOD_US;
+            world.now_us
+        };
+        // A host keeps its watchdog quiet.
+        self.device.heard(now_us, true);
+        self.device.tick(now_us);
+    }
+
+    /// Arms and starts, after whatever fault there was. So many ticks until then.
+    pub fn start(&mut self) -> u32 {
+        for ticks in 0..500 {
+            if self.state() == State::Running {
+                return ticks;
+            }
+            let faults = self.device.status().faults;
+            if matches!(self.state(), State::Fault | State::Idle) {
+                // Refused while the board is not well.
+                let _ = self.device.arm(faults);
+            }
+            if self.state() == State::Armed {
+                self.run += 1;
+                let start = Start { run: self.run, ticks: 0, every: 1, batch: 1 };
+                let _ = self.device.start(start);
+            }
+            self.tick();
+        }
+        panic!("does not start again: {:?}", self.trouble());
+    }
+
+    pub fn state(&self) -> State {
+        self.device.status().state
+    }
+
+    pub fn fault(&self) -> Option<Fault> {
+        Fault::from_code(self.device.status().fault)
+    }
+
+    pub fn trouble(&self) -> String {
+        self.device.hardware().trouble().unwrap_or_default()
+    }
+
+    /// The torque that the servo makes now, N·m.
+    pub fn torque_nm(&self) -> f64 {
+        let mut world = self.wire.world();
+        let now_us = world.now_us;
+        world.adapter.servo.advance(now_us);
+        world.adapter.servo.torque_nm()
+    }
+
+    /// Puts the lever somewhere, m.
+    pub fn place(&self, position_m: f64) {
+        let metres = MoteusSettings::DEFAULT.metres_per_revolution();
+        self.wire.world().adapter.servo.place(position_m / metres);
+    }
+}
