@@ -18,6 +18,10 @@ use std::time::{Duration, Instant};
 pub const FORCE_MAX_N: f32 = 1.5;
 /// The board takes some milliseconds to be configured; more than this is silence.
 const FIRST_ANSWER: Duration = Duration::from_millis(500);
+/// Nothing for so long is quiet: several times what the board takes for an answer.
+const QUIET: Duration = Duration::from_millis(20);
+/// More bytes than a board ever has on its way: it speaks unasked.
+const THROWN_MOST: usize = 4096;
 /// Answers that are looked at before the device counts as one.
 const FIRST_ANSWERS: usize = 3;
 
@@ -44,11 +48,11 @@ impl<L: Line> Haply2Diy<L> {
     pub fn greet(mut line: L, name: &HaplyName) -> Result<Self, HaplyOpenError> {
         let model = name.version.model();
         let gone = |_| HaplyOpenError::First(Trouble::Gone);
-        line.set_patience(Duration::from_millis(1)).map_err(gone)?;
         if name.home == Home::Now {
             line.write_all(&resynchronise()).map_err(gone)?;
             line.write_all(&configuration(&model)).map_err(gone)?;
         }
+        quiet(&mut line)?;
         let mut posture = None;
         for _ in 0..FIRST_ANSWERS {
             let nothing = torques(&model, [0.0; 2]);
@@ -101,6 +105,26 @@ impl<L: Line> Haply2Diy<L> {
         }
         Err(trouble.fault())
     }
+}
+
+/// Throws away what is left of before, until nothing comes any more.
+fn quiet(line: &mut impl Line) -> Result<(), HaplyOpenError> {
+    let gone = |_| HaplyOpenError::First(Trouble::Gone);
+    line.set_patience(QUIET).map_err(gone)?;
+    let mut bytes = [0; 64];
+    let mut thrown = 0;
+    while thrown < THROWN_MOST {
+        match line.read(&mut bytes) {
+            Ok(0) => return Err(HaplyOpenError::First(Trouble::Gone)),
+            Ok(count) => thrown += count,
+            Err(error) if error.kind() == ErrorKind::TimedOut => {
+                return line.set_patience(Duration::from_millis(1)).map_err(gone);
+            }
+            Err(error) if error.kind() == ErrorKind::Interrupted => {}
+            Err(_) => return Err(HaplyOpenError::First(Trouble::Gone)),
+        }
+    }
+    Err(HaplyOpenError::Talks)
 }
 
 /// Waits for the whole answer to a first frame, and not more.

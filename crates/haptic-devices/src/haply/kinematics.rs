@@ -136,6 +136,17 @@ impl Pantograph {
         Ok(Posture { hand_m, jacobian })
     }
 
+    /// True if both elbows are on the outside, and the hand in front of the base: as the arms of a 2DIY are put together.
+    #[must_use]
+    pub fn is_assembled(&self, angles: [f64; 2], posture: &Posture) -> bool {
+        let side = |base_m: f64, angle: f64| {
+            let hand = posture.hand_m - Vector2::new(base_m, 0.0);
+            hand.x * libm::sin(angle) - hand.y * libm::cos(angle)
+        };
+        let [first, second] = angles;
+        posture.hand_m.y > 0.0 && side(0.0, first) > 0.0 && side(self.base_m, second) < 0.0
+    }
+
     /// The angles of a place of the hand, rad, with both elbows on the outside; θ₁ in (−½π, 3/2 π], θ₂ in (−3/2 π, ½π].
     ///
     /// # Errors

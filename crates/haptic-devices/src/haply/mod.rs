@@ -5,6 +5,7 @@
 
 mod board;
 mod body;
+mod emulation;
 mod hardware;
 mod kinematics;
 mod model;
@@ -15,6 +16,7 @@ mod protocol;
 
 pub use board::{Board, Counted};
 pub use body::{Body, Hand};
+pub use emulation::{Emulated, emulate};
 pub use hardware::{FORCE_MAX_N, Haply2Diy};
 pub use kinematics::{Pantograph, Posture, Singular};
 pub use model::{Direction, Joint, Model, Version};

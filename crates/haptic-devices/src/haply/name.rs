@@ -105,6 +105,11 @@ pub enum HaplyOpenError {
         /// Bytes that came.
         bytes: usize,
     },
+    /// It speaks unasked.
+    #[error(
+        "whatever is at this port sends without being asked, which no 2DIY does: is it this port?"
+    )]
+    Talks,
     /// Its first answers.
     #[error("the first answer is not that of a 2DIY in order: {0}")]
     First(Trouble),

@@ -76,8 +76,15 @@ pub enum Trouble {
         other: u8,
     },
     /// The posture is singular, or next to it.
-    #[error("{0}: lead the handle back into the middle")]
-    Singular(Singular),
+    #[error(
+        "{singular}: keep the handle in the middle, or give version={other} if it is one of those"
+    )]
+    Singular {
+        /// The posture.
+        singular: Singular,
+        /// The version that the device was not said to be.
+        other: u8,
+    },
 }
 
 impl Trouble {
@@ -85,7 +92,7 @@ impl Trouble {
     #[must_use]
     pub const fn fault(self) -> Fault {
         match self {
-            Self::Singular(_) => Fault::Workspace,
+            Self::Singular { .. } => Fault::Workspace,
             _ => Fault::BoardFailed,
         }
     }
@@ -111,11 +118,13 @@ pub(super) fn judged(
     let posture = posture.map_err(|singular| match singular {
         Singular::NotFinite => Trouble::NotFinite,
         Singular::OutOfReach { .. } => out_of_reach(model.version, angles_deg),
-        // An arm is less than half a turn from its home.
         _ if !turned_little(model, angles_deg) => out_of_reach(model.version, angles_deg),
-        singular => Trouble::Singular(singular),
+        singular => Trouble::Singular {
+            singular,
+            other: model.version.other().number(),
+        },
     })?;
-    if !turned_little(model, angles_deg) {
+    if !turned_little(model, angles_deg) || !model.pantograph.is_assembled(angles, &posture) {
         return Err(out_of_reach(model.version, angles_deg));
     }
     if let Some((last, time_s)) = before {

@@ -1,6 +1,7 @@
 //! `device`: find, inspect, configure, imitate, program and watch a device.
 
 pub mod emulate;
+pub mod emulate_haply;
 pub mod flash;
 pub mod info;
 pub mod list;
