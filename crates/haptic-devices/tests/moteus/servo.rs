@@ -11,19 +11,12 @@ use moteus_protocol::Mode;
 fn a_force_is_a_torque_at_the_radius() {
     let mut rig = Rig::new(200.0);
     rig.start();
-    rig.place(0.004);
-    for _ in 0..3 {
-        rig.tick();
-    }
-    // −K·x = −0.8 N, at 20 mm.
-    rig.place(0.004);
-    rig.tick();
-    rig.place(0.004);
-    rig.tick();
+    rig.lead(0.004);
+    // −K·x = −0.8 N, at 20 mm; within a tick the lever gives way by τ/J·t²/2 = 4 µm, a thousandth.
     let torque_nm = rig.torque_nm();
-    assert!((torque_nm + 0.8 * 0.02).abs() < 2e-4, "{torque_nm} N·m");
+    assert!((torque_nm + 0.8 * 0.02).abs() < 2e-5, "{torque_nm} N·m");
     let newest = rig.device.newest();
-    assert!((newest.position_m - 0.004).abs() < 1e-6, "{newest:?}");
+    assert!((newest.position_m - 0.004).abs() < 5e-6, "{newest:?}");
     rig.device.disarm();
     for _ in 0..200 {
         rig.tick();
@@ -49,18 +42,13 @@ fn a_radius_below_zero_turns_the_direction_round() {
 fn trouble_of(happens: impl FnOnce(&mut Rig)) -> String {
     let mut rig = Rig::new(200.0);
     rig.start();
-    rig.place(0.003);
-    for _ in 0..25 {
-        rig.tick();
-        rig.place(0.003);
-    }
+    rig.lead(0.003);
     assert!(rig.torque_nm().abs() > 0.01, "it drives");
     happens(&mut rig);
     for _ in 0..5 {
         rig.tick();
     }
     assert_eq!(rig.fault(), Some(Fault::BoardFailed), "{}", rig.trouble());
-    assert_eq!(rig.device.newest().force_n.abs(), rig.device.newest().force_n.abs());
     rig.trouble()
 }
 
@@ -79,8 +67,14 @@ fn each_fault_is_named_within_five_ticks() {
     let said = trouble_of(|rig| rig.wire.world().adapter.servo.place(f64::NAN));
     assert!(said.contains("does not know its position"), "{said}");
     let said = trouble_of(|rig| {
-        // Time passes for the servo alone.
-        rig.wire.world().now_us += 150_000;
+        // The host has stood still; a hand holds the lever meanwhile.
+        {
+            let mut world = rig.wire.world();
+            world.now_us += 150_000;
+            let now_us = world.now_us;
+            world.adapter.servo.advance(now_us);
+        }
+        rig.place(0.003);
     });
     assert!(said.contains("watchdog"), "{said}");
     let said = trouble_of(|rig| rig.wire.world().gone = true);
@@ -118,21 +112,14 @@ fn answer_of_another() -> Vec<u8> {
 fn the_force_is_zero_after_a_fault_and_comes_back_with_the_next_run() {
     let mut rig = Rig::new(200.0);
     rig.start();
-    rig.place(0.003);
-    for _ in 0..25 {
-        rig.tick();
-        rig.place(0.003);
-    }
+    rig.lead(0.003);
     rig.wire.world().adapter.servo.fail(40);
     for _ in 0..5 {
         rig.tick();
     }
     assert_eq!((rig.state(), rig.torque_nm()), (State::Fault, 0.0));
     assert!(rig.start() < 10, "the stop has cleared it");
-    for _ in 0..25 {
-        rig.place(0.003);
-        rig.tick();
-    }
+    rig.lead(0.003);
     assert!(rig.torque_nm().abs() > 0.01);
 }
 

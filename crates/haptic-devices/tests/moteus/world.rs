@@ -11,32 +11,32 @@ use std::io::{ErrorKind, Read, Result, Write};
 use std::sync::{Arc, Mutex, MutexGuard};
 
 /// Between two ticks, µs.
-pub const PERIOD_US: u64 = 1000;
+pub(crate) const PERIOD_US: u64 = 1000;
 /// From a line of the host to the answer, µs.
 const ROUND_TRIP_US: u64 = 300;
 /// Largest force of a run, N.
-pub const FORCE_LIMIT_N: f32 = 1.5;
+pub(crate) const FORCE_LIMIT_N: f32 = 1.5;
 
 /// Does something to bytes on their way. True for those to the servo.
-pub type Harm = Box<dyn FnMut(&mut Vec<u8>, bool) + Send>;
+pub(crate) type Harm = Box<dyn FnMut(&mut Vec<u8>, bool) + Send>;
 
 /// Servo, adapter and line.
-pub struct World {
-    pub adapter: EmulatedAdapter,
-    pub now_us: u64,
-    pub harm: Option<Harm>,
+pub(crate) struct World {
+    pub(crate) adapter: EmulatedAdapter,
+    pub(crate) now_us: u64,
+    pub(crate) harm: Option<Harm>,
     to_host: VecDeque<(u64, u8)>,
     /// A read that finds nothing lets so much time pass, µs.
     patience_us: u64,
-    pub gone: bool,
+    pub(crate) gone: bool,
 }
 
 /// The host's end of the line.
 #[derive(Clone)]
-pub struct Wire(Arc<Mutex<World>>);
+pub(crate) struct Wire(Arc<Mutex<World>>);
 
 impl Wire {
-    pub fn new(shaft: Shaft) -> Self {
+    pub(crate) fn new(shaft: Shaft) -> Self {
         let servo = EmulatedServo::new(1, shaft).expect("a good servo");
         Self(Arc::new(Mutex::new(World {
             adapter: EmulatedAdapter::new(servo),
@@ -48,12 +48,12 @@ impl Wire {
         })))
     }
 
-    pub fn world(&self) -> MutexGuard<'_, World> {
+    pub(crate) fn world(&self) -> MutexGuard<'_, World> {
         self.0.lock().expect("nobody panicked with it")
     }
 
     /// Opens the servo, as a host does.
-    pub fn open(&self, settings: MoteusSettings) -> std::result::Result<Axis, MoteusOpenError> {
+    pub(crate) fn open(&self, settings: MoteusSettings) -> std::result::Result<Axis, MoteusOpenError> {
         let axis = MoteusAxis::open(self.clone(), settings, true)?;
         self.world().patience_us = 0;
         Ok(axis)
@@ -115,17 +115,17 @@ impl Write for Wire {
     }
 }
 
-pub type Axis = MoteusAxis<Wire>;
+pub(crate) type Axis = MoteusAxis<Wire>;
 
 /// A device that renders a spring on the emulated servo.
-pub struct Rig {
-    pub wire: Wire,
-    pub device: TickSide<Axis>,
+pub(crate) struct Rig {
+    pub(crate) wire: Wire,
+    pub(crate) device: TickSide<Axis>,
     run: u32,
 }
 
 impl Rig {
-    pub fn new(stiffness_n_per_m: f32) -> Self {
+    pub(crate) fn new(stiffness_n_per_m: f32) -> Self {
         let wire = Wire::new(Shaft::LEVER);
         let axis = wire.open(MoteusSettings::DEFAULT).expect("it answers");
         let capabilities = axis.capabilities();
@@ -146,7 +146,7 @@ impl Rig {
         Self { wire, device, run: 0 }
     }
 
-    pub fn tick(&mut self) {
+    pub(crate) fn tick(&mut self) {
         let now_us = {
             let mut world = self.wire.world();
             world.now_us += PERIOD_US;
@@ -158,7 +158,7 @@ impl Rig {
     }
 
     /// Arms and starts, after whatever fault there was. So many ticks until then.
-    pub fn start(&mut self) -> u32 {
+    pub(crate) fn start(&mut self) -> u32 {
         for ticks in 0..500 {
             if self.state() == State::Running {
                 return ticks;
@@ -178,28 +178,40 @@ impl Rig {
         panic!("does not start again: {:?}", self.trouble());
     }
 
-    pub fn state(&self) -> State {
+    pub(crate) fn state(&self) -> State {
         self.device.status().state
     }
 
-    pub fn fault(&self) -> Option<Fault> {
+    pub(crate) fn fault(&self) -> Option<Fault> {
         Fault::from_code(self.device.status().fault)
     }
 
-    pub fn trouble(&self) -> String {
+    pub(crate) fn trouble(&self) -> String {
         self.device.hardware().trouble().unwrap_or_default()
     }
 
     /// The torque that the servo makes now, N·m.
-    pub fn torque_nm(&self) -> f64 {
+    pub(crate) fn torque_nm(&self) -> f64 {
         let mut world = self.wire.world();
         let now_us = world.now_us;
         world.adapter.servo.advance(now_us);
         world.adapter.servo.torque_nm()
     }
 
+    /// Leads the lever to a place, m, at 0.2 m/s, and holds it there for some ticks.
+    pub(crate) fn lead(&mut self, to_m: f64) {
+        let metres = MoteusSettings::DEFAULT.metres_per_revolution();
+        let from_m = metres * self.wire.world().adapter.servo.position_rev();
+        let steps = ((to_m - from_m).abs() / 2e-4).ceil();
+        for step in 1..=steps as u32 + 25 {
+            let share = f64::from(step).min(steps) / steps;
+            self.place(from_m + share * (to_m - from_m));
+            self.tick();
+        }
+    }
+
     /// Puts the lever somewhere, m.
-    pub fn place(&self, position_m: f64) {
+    pub(crate) fn place(&self, position_m: f64) {
         let metres = MoteusSettings::DEFAULT.metres_per_revolution();
         self.wire.world().adapter.servo.place(position_m / metres);
     }

@@ -1,6 +1,7 @@
 //! Commands on serial devices: an emulated one behind a pseudo-terminal.
 
 mod lines;
+mod moteus;
 mod ports;
 
 use crate::process::{PATIENCE, Place, binary};

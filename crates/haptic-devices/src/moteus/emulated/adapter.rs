@@ -4,6 +4,7 @@
 //! all others need it.
 
 use super::servo::EmulatedServo;
+use crate::at_line::AtLine;
 use moteus_protocol::CanFdFrame;
 use moteus_protocol::fdcanusb::{self, MAX_LINE_LENGTH};
 use std::io::Write as _;
@@ -49,15 +50,19 @@ impl EmulatedAdapter {
 
     /// Takes bytes of the host, and appends what there is to say.
     pub fn receive(&mut self, bytes: &[u8], now_us: u64, out: &mut Vec<u8>) {
-        for &byte in bytes {
-            if byte == b'\n' || byte == b'\r' {
-                let line = core::mem::take(&mut self.line);
-                if !line.is_empty() {
-                    self.obey(&line, now_us, out);
-                }
-            } else if self.line.len() <= MAX_LINE_LENGTH {
-                self.line.push(byte);
+        for byte in bytes {
+            self.take(*byte, now_us, out);
+        }
+    }
+
+    fn take(&mut self, byte: u8, now_us: u64, out: &mut Vec<u8>) {
+        if byte == b'\n' || byte == b'\r' {
+            let line = core::mem::take(&mut self.line);
+            if !line.is_empty() {
+                self.obey(&line, now_us, out);
             }
+        } else if self.line.len() <= MAX_LINE_LENGTH {
+            self.line.push(byte);
         }
     }
 
@@ -83,6 +88,16 @@ impl EmulatedAdapter {
                 say(words.as_bytes(), out);
             }
         }
+    }
+}
+
+impl AtLine for EmulatedAdapter {
+    fn advance(&mut self, now_us: u64) {
+        self.servo.advance(now_us);
+    }
+
+    fn receive(&mut self, byte: u8, now_us: u64, out: &mut Vec<u8>) {
+        self.take(byte, now_us, out);
     }
 }
 

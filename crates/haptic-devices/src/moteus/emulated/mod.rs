@@ -7,8 +7,10 @@
 //! because of it but what this machine makes late.
 
 mod adapter;
+mod emulation;
 mod registers;
 mod servo;
 
 pub use adapter::{EmulatedAdapter, Served};
+pub use emulation::{Emulated, emulate};
 pub use servo::{EmulatedServo, Hand, Shaft};

@@ -1,12 +1,14 @@
 //! `device emulate`.
 
 use super::emulate_haply::HaplyArguments;
+use super::emulate_moteus::{self, MoteusArguments};
 use super::port::duration;
 use crate::choice::choice;
 use crate::output::{Output, note};
 use crate::quantity::Time;
 use clap::Args;
 use haptic_devices::haply::HaplyName;
+use haptic_devices::moteus::MoteusName;
 use haptic_experiment::Named;
 use haptic_experiment::failure::Failure;
 use haptic_remote::LineFaults;
@@ -22,7 +24,8 @@ The line can be made as bad as real ones: frames lost, damaged, repeated, out of
 up. The same --line-seed gives the same damage for the same frames.
 
 With --kind haply-2diy it is the board of a Haply 2DIY, which the maker's own programs take for a real \
-one. It has no frames that anybody could check, so chances are those of single bytes.";
+one. With --kind moteus it is a moteus servo behind an adapter for CAN, which the maker's own programs take for \
+a real one too. Both live in real time, and the chances of their line are those of single bytes.";
 
 /// A device to imitate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -32,12 +35,15 @@ enum Kind {
     Own,
     /// The board of a Haply 2DIY.
     Haply2Diy,
+    /// A moteus servo.
+    Moteus,
 }
 
 impl Named for Kind {
     const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
         (Self::Own, "own", "The device of this program"),
         (Self::Haply2Diy, "haply-2diy", "The board of a Haply 2DIY"),
+        (Self::Moteus, "moteus", "A moteus servo behind an fdcanusb"),
     ];
 }
 
@@ -47,6 +53,7 @@ impl Kind {
         match self {
             Self::Own => "serial",
             Self::Haply2Diy => HaplyName::KIND,
+            Self::Moteus => MoteusName::KIND,
         }
     }
 }
@@ -57,7 +64,9 @@ impl Kind {
     long_about = LONG_ABOUT,
     after_help = "Examples:\n  host-cli device emulate --link device &\n  host-cli relax --device \
                   serial:device --duration 20s\n  host-cli device emulate --drop 1% --corrupt 1%\n  host-cli device \
-                  emulate --kind haply-2diy --link 2diy &\n  host-cli relax --device haply:2diy --duration 20s"
+                  emulate --kind haply-2diy --link 2diy &\n  host-cli relax --device haply:2diy --duration 20s\n  \
+                  host-cli device emulate --kind moteus --link servo --turn 1mm:1s &\n  host-cli relax --device \
+                  moteus:servo,radius=20mm --duration 20s"
 )]
 pub struct Arguments {
     /// The device to imitate [default: own]
@@ -76,6 +85,8 @@ pub struct Arguments {
     faults: LineArguments,
     #[command(flatten)]
     haply: HaplyArguments,
+    #[command(flatten)]
+    moteus: MoteusArguments,
 }
 
 /// What the line does to frames.
@@ -157,16 +168,8 @@ impl Arguments {
             )));
         }
         let kind = self.kind.unwrap_or_default();
-        if kind == Kind::Own && self.haply.is_given() {
-            return Err(Failure::bad_input(
-                "--hardware and --hand are those of a 2DIY: add --kind haply-2diy",
-            ));
-        }
-        if kind == Kind::Haply2Diy && (self.speed - 1.0).abs() > 0.0 {
-            return Err(Failure::bad_input(
-                "an emulated 2DIY lives in real time: leave --speed away",
-            ));
-        }
+        self.check_kind(kind)?;
+        let servo = self.moteus.servo()?;
         let duration = duration(self.duration)?;
         let (faults, seed) = self.faults.faults()?;
         let stop = crate::command::conduct::stop_on_interrupt()?;
@@ -187,6 +190,10 @@ impl Arguments {
             let line = (faults, seed);
             return (self.haply).run(&terminal, line, duration, stop, output.quiet);
         }
+        if kind == Kind::Moteus {
+            let line = (faults, seed);
+            return emulate_moteus::run(&terminal, servo, line, duration, stop, output.quiet);
+        }
         let emulation = Emulation {
             speed: self.speed,
             faults,
@@ -199,6 +206,22 @@ impl Arguments {
             note("emulated", in_words(&done));
         }
         Ok(())
+    }
+}
+
+impl Arguments {
+    /// Refuses options of another kind.
+    fn check_kind(&self, kind: Kind) -> Result<(), Failure> {
+        let refusal = if kind != Kind::Haply2Diy && self.haply.is_given() {
+            "--hardware and --hand are those of a 2DIY: add --kind haply-2diy"
+        } else if kind != Kind::Moteus && self.moteus.is_given() {
+            "--servo-id and --turn are those of a servo: add --kind moteus"
+        } else if kind != Kind::Own && (self.speed - 1.0).abs() > 0.0 {
+            "an emulated device of another maker lives in real time: leave --speed away"
+        } else {
+            return Ok(());
+        };
+        Err(Failure::bad_input(refusal))
     }
 }
 

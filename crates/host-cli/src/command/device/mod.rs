@@ -2,6 +2,7 @@
 
 pub mod emulate;
 pub mod emulate_haply;
+pub mod emulate_moteus;
 pub mod flash;
 pub mod info;
 pub mod list;
