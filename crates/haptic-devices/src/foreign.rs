@@ -36,8 +36,7 @@ pub enum ForeignName {
 
 impl ForeignName {
     /// Each kind with the form of its name.
-    pub const KINDS: &'static [(&'static str, &'static str)] =
-        &[
+    pub const KINDS: &'static [(&'static str, &'static str)] = &[
         (HaplyName::KIND, HaplyName::FORM),
         (MoteusName::KIND, MoteusName::FORM),
     ];
@@ -115,6 +114,8 @@ impl OpenError {
         matches!(
             self,
             Self::Haply(HaplyOpenError::Port(
+                SerialError::NotFound { .. } | SerialError::InUse { .. }
+            )) | Self::Moteus(MoteusOpenError::Port(
                 SerialError::NotFound { .. } | SerialError::InUse { .. }
             ))
         )

@@ -82,6 +82,11 @@ impl fmt::Display for Trouble {
                 "servo {id} heard nothing for its watchdog time and has let go: this machine was too busy; give the \
                  loop a core and priority, or a longer `watchdog`"
             ),
+            Self::OtherMode { id, mode: 0 } => write!(
+                f,
+                "servo {id} has stopped: it was switched off and on, or another program has stopped it; look at its supply, \
+                 end the other program"
+            ),
             Self::OtherMode { id, mode } => write!(
                 f,
                 "servo {id} is in mode {mode}, {}, which nobody here has asked for: another program commands it; end that",

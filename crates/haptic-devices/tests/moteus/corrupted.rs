@@ -21,7 +21,11 @@ fn harm(bytes: &mut Vec<u8>, random: &mut Random) {
         0 => bytes[at] ^= 1 << (random.bits() % 8),
         1 => bytes[at] = random.bits() as u8,
         2 => drop(bytes.drain(at..end)),
-        3 => drop(bytes.splice(at..at, (0..most).map(|_| random.bits() as u8)).count()),
+        3 => drop(
+            bytes
+                .splice(at..at, (0..most).map(|_| random.bits() as u8))
+                .count(),
+        ),
         4 => {
             let again = bytes[at..end].to_vec();
             bytes.splice(at..at, again);
@@ -84,7 +88,10 @@ fn damage_ends_in_a_fault_soon_or_does_no_harm() {
         if rig.state() == State::Fault {
             faults += 1;
             // The frames that say stop are whole again.
-            assert!(rig.torque_nm().abs() <= 0.0, "case {case}: a torque after a fault");
+            assert!(
+                rig.torque_nm().abs() <= 0.0,
+                "case {case}: a torque after a fault"
+            );
             continue;
         }
         harmless += 1;
@@ -94,5 +101,8 @@ fn damage_ends_in_a_fault_soon_or_does_no_harm() {
         assert!(off <= 2.0 * moved, "case {case}: {off} m off, and no fault");
     }
     println!("{cases} corruptions: {faults} faults, {harmless} without harm");
-    assert!(faults > cases / 1000 && harmless > cases / 4, "both ways are taken");
+    assert!(
+        faults > cases / 1000 && harmless > cases / 4,
+        "both ways are taken"
+    );
 }

@@ -55,7 +55,10 @@ fn trouble_of(happens: impl FnOnce(&mut Rig)) -> String {
 #[test]
 fn each_fault_is_named_within_five_ticks() {
     let said = trouble_of(|rig| rig.wire.world().adapter.servo.fail(34));
-    assert!(said.contains("servo 1 is in fault 34, over voltage"), "{said}");
+    assert!(
+        said.contains("servo 1 is in fault 34, over voltage"),
+        "{said}"
+    );
     let said = trouble_of(|rig| {
         rig.wire.world().harm = Some(Box::new(|bytes, to_servo| {
             if !to_servo {
@@ -63,7 +66,10 @@ fn each_fault_is_named_within_five_ticks() {
             }
         }));
     });
-    assert!(said.contains("servo 1 did not answer 4 times in a row: nothing came"), "{said}");
+    assert!(
+        said.contains("servo 1 did not answer 4 times in a row: nothing came"),
+        "{said}"
+    );
     let said = trouble_of(|rig| rig.wire.world().adapter.servo.place(f64::NAN));
     assert!(said.contains("does not know its position"), "{said}");
     let said = trouble_of(|rig| {
@@ -86,7 +92,10 @@ fn each_fault_is_named_within_five_ticks() {
             }
         }));
     });
-    assert!(said.contains("servo 3 talks to 0 on the bus of servo 1"), "{said}");
+    assert!(
+        said.contains("servo 3 talks to 0 on the bus of servo 1"),
+        "{said}"
+    );
     let said = trouble_of(|rig| {
         // Another program stops the servo; a stop of ours is followed by a command, this one is not.
         let mut world = rig.wire.world();
@@ -96,7 +105,10 @@ fn each_fault_is_named_within_five_ticks() {
             }
         }));
     });
-    assert!(said.contains("mode 12, zero velocity, which nobody here has asked for"), "{said}");
+    assert!(
+        said.contains("mode 12, zero velocity, which nobody here has asked for"),
+        "{said}"
+    );
 }
 
 fn line(text: &str) -> Vec<u8> {
@@ -134,14 +146,27 @@ fn refused(wire: &Wire) -> Trouble {
 fn a_servo_that_cannot_be_used_is_refused_at_the_door() {
     let wire = Wire::new(Shaft::LEVER);
     wire.world().harm = Some(Box::new(|bytes, _| bytes.clear()));
-    let silent = Trouble::Silent { id: 1, ticks: 25, instead: Instead::default() };
+    let silent = Trouble::Silent {
+        id: 1,
+        ticks: 25,
+        instead: Instead::default(),
+    };
     assert_eq!(refused(&wire), silent);
 
     let wire = Wire::new(Shaft::LEVER);
     // Its number is another: the adapter takes the frames, nobody answers.
-    let settings = MoteusSettings { id: 9, ..MoteusSettings::DEFAULT };
-    let words = wire.open(settings).expect_err("nobody is there").to_string();
-    assert!(words.contains("servo 9 did not answer") && words.contains("(`id`)"), "{words}");
+    let settings = MoteusSettings {
+        id: 9,
+        ..MoteusSettings::DEFAULT
+    };
+    let words = wire
+        .open(settings)
+        .expect_err("nobody is there")
+        .to_string();
+    assert!(
+        words.contains("servo 9 did not answer") && words.contains("(`id`)"),
+        "{words}"
+    );
 
     let wire = Wire::new(Shaft::LEVER);
     wire.world().harm = Some(Box::new(|bytes, to_servo| {

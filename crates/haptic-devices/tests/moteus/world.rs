@@ -53,7 +53,10 @@ impl Wire {
     }
 
     /// Opens the servo, as a host does.
-    pub(crate) fn open(&self, settings: MoteusSettings) -> std::result::Result<Axis, MoteusOpenError> {
+    pub(crate) fn open(
+        &self,
+        settings: MoteusSettings,
+    ) -> std::result::Result<Axis, MoteusOpenError> {
         let axis = MoteusAxis::open(self.clone(), settings, true)?;
         self.world().patience_us = 0;
         Ok(axis)
@@ -106,7 +109,9 @@ impl Write for Wire {
         if let Some(harm) = &mut world.harm {
             harm(&mut answer, false);
         }
-        world.to_host.extend(answer.iter().map(|byte| (arrival_us, *byte)));
+        world
+            .to_host
+            .extend(answer.iter().map(|byte| (arrival_us, *byte)));
         Ok(bytes.len())
     }
 
@@ -132,7 +137,10 @@ impl Rig {
         let mut device = TickSide::new(axis).expect("no configuration is refused");
         let configuration = Configuration {
             stiffness_n_per_m,
-            operator: OperatorShape { count: 1, ..Configuration::PASSIVE.operator },
+            operator: OperatorShape {
+                count: 1,
+                ..Configuration::PASSIVE.operator
+            },
             limits: Limits {
                 force_n: FORCE_LIMIT_N,
                 start_force_n: 0.0,
@@ -143,7 +151,11 @@ impl Rig {
         };
         let prepared = prepare::<Axis>(configuration, &[0.0], &capabilities).expect("good");
         device.install(prepared).expect("idle");
-        Self { wire, device, run: 0 }
+        Self {
+            wire,
+            device,
+            run: 0,
+        }
     }
 
     pub(crate) fn tick(&mut self) {
@@ -170,7 +182,12 @@ impl Rig {
             }
             if self.state() == State::Armed {
                 self.run += 1;
-                let start = Start { run: self.run, ticks: 0, every: 1, batch: 1 };
+                let start = Start {
+                    run: self.run,
+                    ticks: 0,
+                    every: 1,
+                    batch: 1,
+                };
                 let _ = self.device.start(start);
             }
             self.tick();

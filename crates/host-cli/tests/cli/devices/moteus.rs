@@ -13,7 +13,8 @@ const DEVICE: &str = "--device moteus:device,radius=20mm,watchdog=1s,lost=1000";
 /// What the maker's Python package reads from an emulated servo.
 fn read_by_the_maker(device: &Emulated, id: u8) -> Option<Value> {
     let python = std::env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/conformance/moteus_servo.py");
+    let script =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/conformance/moteus_servo.py");
     let run = Command::new(python)
         .arg(script)
         .arg(device.place.path("device"))
@@ -40,9 +41,19 @@ fn the_makers_own_client_takes_the_emulated_servo_for_a_real_one() {
     };
     let is = |path: &str, value: f64| {
         let found = number(&seen, path);
-        assert!((found - value).abs() < 1e-6, "{path} is {found}, not {value}: {seen}");
+        assert!(
+            (found - value).abs() < 1e-6,
+            "{path} is {found}, not {value}: {seen}"
+        );
     };
-    for step in ["stopped", "driven", "turning", "stopped_again", "silent", "last"] {
+    for step in [
+        "stopped",
+        "driven",
+        "turning",
+        "stopped_again",
+        "silent",
+        "last",
+    ] {
         is(&format!("/{step}/fault"), 0.0);
         is(&format!("/{step}/voltage_v"), 24.0);
         is(&format!("/{step}/temperature_c"), 25.0);
@@ -53,7 +64,10 @@ fn the_makers_own_client_takes_the_emulated_servo_for_a_real_one() {
     is("/driven/torque_nm", 0.0125);
     // The lever of 4e-5 kg·m² turns, with at most the speed that 0.0125 N·m reaches against 2e-4 N·m·s.
     let speed = number(&seen, "/turning/velocity_rev_per_s");
-    assert!(speed > 0.5 && speed < 0.0125 / 2e-4 / core::f64::consts::TAU, "{seen}");
+    assert!(
+        speed > 0.5 && speed < 0.0125 / 2e-4 / core::f64::consts::TAU,
+        "{seen}"
+    );
     assert!(number(&seen, "/turning/position_rev") > 0.01, "{seen}");
     is("/integers/mode", 10.0);
     // 1 mN·m a step, cut off.
@@ -61,7 +75,12 @@ fn the_makers_own_client_takes_the_emulated_servo_for_a_real_one() {
     is("/registers/0x22", 0.0125);
     is("/registers/0x25", 1.0);
     is("/registers/0x102", 5.0);
-    for (step, mode) in [("stopped_again", 0.0), ("silent", 11.0), ("refused", 11.0), ("last", 0.0)] {
+    for (step, mode) in [
+        ("stopped_again", 0.0),
+        ("silent", 11.0),
+        ("refused", 11.0),
+        ("last", 0.0),
+    ] {
         is(&format!("/{step}/mode"), mode);
         is(&format!("/{step}/torque_nm"), 0.0);
     }
@@ -89,7 +108,9 @@ fn relax(place_of_loop: &str) -> String {
 fn a_relaxation_in_either_loop_follows_theory() {
     for place_of_loop in ["device", "host"] {
         let device = Emulated::new("--kind moteus --turn 2mm:0.5s");
-        let ended = device.place.run(&format!("{} --json", relax(place_of_loop)));
+        let ended = device
+            .place
+            .run(&format!("{} --json", relax(place_of_loop)));
         assert!(matches!(ended.code, Some(0 | 4)), "{ended}");
         let report = ended.json();
         assert!(number(&report, "/max_relative_error") < 1e-3, "{report}");
