@@ -57,7 +57,7 @@ fn the_homes_of_both_versions_are_in_order() {
         let model = version.model();
         let posture = model.pantograph.posture(model.home()).expect("in order");
         let middle = 0.5 * model.pantograph.base_m();
-        assert!((posture.hand_m.x - middle).abs() < 1e-12, "{posture:?}");
+        assert!((posture.hand_m.x - middle).abs() < 1e-4, "{posture:?}");
         // Near the base: 22 and 36 mm from it.
         assert!((0.02..0.04).contains(&posture.hand_m.y), "{posture:?}");
     }

@@ -5,7 +5,7 @@
 //! [`TORQUE_MAX_NM`] is cut, and nothing lets go when the host falls silent.
 
 use super::body::Body;
-use super::model::{Direction, Model};
+use super::model::{Direction, Model, counts_at};
 use super::protocol::TORQUE_MAX_NM;
 use nalgebra::Vector2;
 
@@ -187,7 +187,7 @@ impl Board {
                 },
                 counts_per_turn,
                 // Counts are whole.
-                home: f64::from(float(0) * counts_per_turn / 360.0).trunc(),
+                home: f64::from(counts_at(float(0), counts_per_turn)),
                 angle: self.joint_at(port).map_or(0.0, |joint| angles[joint]),
             };
         }

@@ -21,13 +21,13 @@ pub enum Hand {
     /// Nobody holds the handle.
     Free,
     /// Leads the handle to a place within a second, m, and holds it there, softly.
-    At(Vector2<f64>),
+    At([f64; 2]),
     /// The handle is at this place whatever the motors do.
-    Fixed(Vector2<f64>),
+    Fixed([f64; 2]),
     /// Leads the handle to a place, m, and strokes away from the base and back, softly.
     Strokes {
         /// Place to begin at, m.
-        from: Vector2<f64>,
+        from: [f64; 2],
         /// Way of a stroke, m.
         depth_m: f64,
         /// Time of a stroke, there and back, s.
@@ -143,8 +143,8 @@ impl Body {
         let nowhere = (self.place_m, self.speed_m_per_s);
         match self.hand {
             Hand::Free => nowhere,
-            Hand::At(place) | Hand::Fixed(place) => self.led(place, since_s),
-            Hand::Strokes { from, .. } if since_s < LEAD_S => self.led(from, since_s),
+            Hand::At(place) | Hand::Fixed(place) => self.led(place.into(), since_s),
+            Hand::Strokes { from, .. } if since_s < LEAD_S => self.led(from.into(), since_s),
             Hand::Strokes {
                 from,
                 depth_m,
@@ -154,7 +154,10 @@ impl Body {
                 let phase = rate * (since_s - LEAD_S);
                 let depth = 0.5 * depth_m * (1.0 - libm::cos(phase));
                 let speed = 0.5 * depth_m * rate * libm::sin(phase);
-                (from + Vector2::new(0.0, depth), Vector2::new(0.0, speed))
+                (
+                    Vector2::from(from) + Vector2::new(0.0, depth),
+                    Vector2::new(0.0, speed),
+                )
             }
         }
     }

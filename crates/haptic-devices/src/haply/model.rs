@@ -105,6 +105,19 @@ const fn joint(port: u8, direction: Direction, home_deg: f32, counts_per_turn: f
     }
 }
 
+impl Joint {
+    /// Counts of the encoder when the handle is at home: whole, cut off as the board does.
+    #[must_use]
+    pub fn home_counts(&self) -> f32 {
+        counts_at(self.home_deg, self.counts_per_turn)
+    }
+}
+
+/// Whole counts of an angle in degrees, in the arithmetic of the board.
+pub(super) fn counts_at(degrees: f32, counts_per_turn: f32) -> f32 {
+    libm::truncf(degrees * counts_per_turn / 360.0)
+}
+
 impl Model {
     /// Largest step of the hand for one count of an encoder, to first order, in the middle of the workspace, m: l·2π/n times 1.
     #[must_use]
@@ -113,11 +126,13 @@ impl Model {
         core::f32::consts::TAU * self.pantograph.near_m() as f32 / counts
     }
 
-    /// Angles with the handle at home, rad.
+    /// Angles with the handle at home, rad: the whole counts that the board takes it for.
     #[must_use]
     pub fn home(&self) -> [f64; 2] {
-        self.joints
-            .map(|joint| f64::from(joint.home_deg).to_radians())
+        self.joints.map(|joint| {
+            let counts = f64::from(joint.home_counts());
+            counts / f64::from(joint.counts_per_turn) * core::f64::consts::TAU
+        })
     }
 
     /// Indices of the joints in the order of their ports, which is that of every list on the wire.

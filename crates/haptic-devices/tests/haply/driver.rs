@@ -7,7 +7,6 @@ use haptic_devices::haply::{
 };
 use haptic_link::State;
 use haptic_loop::Fault;
-use nalgebra::Vector2;
 
 /// A board of a version that a host has configured as another and led for so long, s.
 fn configured(version: Version, as_version: Version, hand: Hand, for_s: f64) -> (Board, u64) {
@@ -67,7 +66,7 @@ fn a_spring_along_the_line_pushes_along_the_line() {
 fn the_place_is_true_to_a_count() {
     for version in Version::ALL {
         let model = version.model();
-        let place = Vector2::new(0.5 * model.pantograph.base_m() + 0.02, 0.11);
+        let place = [0.5 * model.pantograph.base_m() + 0.02, 0.11];
         let (board, now_us) = configured(version, version, Hand::Fixed(place), 1.5);
         let mut running = Running::on(board, version, now_us);
         running.tick();
@@ -123,7 +122,7 @@ fn a_2diy_of_the_other_version_is_said_to_be_one() {
     // are out of reach, wherever it goes. The other way round they are those of another posture, and cannot be told.
     let model = Version::V2.model();
     for (x, y) in [(0.03, 0.12), (0.0, 0.09), (-0.05, 0.08), (0.04, 0.05)] {
-        let hand = Hand::At(Vector2::new(x, y));
+        let hand = Hand::At([x, y]);
         let (board, now_us) = configured(model.version, Version::V3, hand, 0.01);
         let mut running = Running::on(board, Version::V3, now_us);
         let mut ticks = 0;

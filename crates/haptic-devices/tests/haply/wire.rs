@@ -152,7 +152,7 @@ impl Line for Wire {
 /// A board whose handle a hand strokes, through the surface in the middle.
 pub(crate) fn stroking(version: Version) -> Board {
     let model = version.model();
-    let from = Vector2::new(0.5 * model.pantograph.base_m() + 0.004, 0.085);
+    let from = [0.5 * model.pantograph.base_m() + 0.004, 0.085];
     let hand = Hand::Strokes {
         from,
         depth_m: 0.015,

@@ -7,7 +7,6 @@ use haptic_devices::haply::{Board, Body, Emulated, Hand, Model, Version, emulate
 use haptic_experiment::failure::Failure;
 use haptic_remote::LineFaults;
 use haptic_remote::emulator::Terminal;
-use nalgebra::Vector2;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
@@ -32,8 +31,8 @@ pub struct HaplyArguments {
 enum Held {
     Strokes,
     Free,
-    At(Vector2<f64>),
-    Fixed(Vector2<f64>),
+    At([f64; 2]),
+    Fixed([f64; 2]),
 }
 
 fn version(text: &str) -> Result<Version, String> {
@@ -47,7 +46,7 @@ fn hand(text: &str) -> Result<Held, String> {
     let place = |text: &str| {
         let (x, y) = text.split_once(':')?;
         let metres = |text: &str| text.parse().ok().map(|length: Length| length.0);
-        Some(Vector2::new(metres(x)?, metres(y)?))
+        Some([metres(x)?, metres(y)?])
     };
     let (kind, rest) = text.split_once(':').unwrap_or((text, ""));
     let held = match (kind, rest) {
@@ -98,7 +97,7 @@ impl HaplyArguments {
             Held::Strokes => {
                 let (from_m, depth_m, time_s) = STROKES;
                 Hand::Strokes {
-                    from: Vector2::new(0.5 * model.pantograph.base_m(), from_m),
+                    from: [0.5 * model.pantograph.base_m(), from_m],
                     depth_m,
                     time_s,
                 }
