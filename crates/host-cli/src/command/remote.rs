@@ -14,7 +14,7 @@ use std::time::Duration;
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Device")]
 pub struct RemoteArguments {
-    /// Device: `sim`, `serial:PATH[@BAUD]`, `serial:auto`, or one of another maker, as `haply:PATH` [default: sim]
+    /// Device: `sim`, `serial:PATH[@BAUD]`, `serial:auto`, or one of another maker, as `haply:PATH` or `moteus:PATH` [default: sim]
     #[arg(long, value_name = "DEVICE")]
     pub device: Option<DeviceName>,
     /// Where the loop with a serial device is closed [default: device]

@@ -11,7 +11,7 @@ use std::time::Duration;
 /// Which device.
 #[derive(Debug, Args)]
 pub struct PortArguments {
-    /// Device: `serial:PATH[@BAUD]`, `serial:auto` for the only one that answers, or one of another maker, as `haply:PATH`
+    /// Device: `serial:PATH[@BAUD]`, `serial:auto` for the only one that answers, or one of another maker, as `haply:PATH` or `moteus:PATH`
     #[arg(long, value_name = "DEVICE", default_value = "serial:auto")]
     device: DeviceName,
     /// Go on trying for so long while the device is not there
