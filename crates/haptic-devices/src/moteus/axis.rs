@@ -304,8 +304,7 @@ impl<S: Read + Write> Hardware for MoteusAxis<S> {
             simulated: false,
             tick_period_min_us: 500,
             tick_period_max_us: 5000,
-            // Rounded down: what is told must not be more than what is done.
-            force_max_n: (self.settings.force_max_n() as f32).next_down(),
+            force_max_n: self.settings.force_max_n() as f32,
             force_rate_max_n_per_s: 1e5,
             // It has a filtered position, whose step it does not tell.
             position_resolution_m: 0.0,

@@ -38,6 +38,8 @@ impl Shaft {
 /// A hand that turns the shaft by an angle in a time and holds it there, whatever the torque.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hand {
+    /// From the first torque command to the begin of the turn, s.
+    pub wait_s: f64,
     /// Revolutions.
     pub turn_rev: f64,
     /// s.
@@ -200,10 +202,11 @@ impl EmulatedServo {
         let passed_s = now_us.saturating_sub(self.now_us) as f64 * 1e-6;
         self.now_us = self.now_us.max(now_us);
         if let (Some(profile), Some(since_us)) = (&self.profile, self.turned_since_us) {
-            let held_s = (self.now_us - since_us) as f64 * 1e-6;
+            let wait_s = self.shaft.hand.map_or(0.0, |hand| hand.wait_s);
+            let turned_s = (self.now_us - since_us) as f64 * 1e-6 - wait_s;
             let ramp_s = profile.ramp_time().0;
-            self.angle = TAU * profile.position(held_s);
-            self.speed = if held_s < ramp_s {
+            self.angle = TAU * profile.position(turned_s);
+            self.speed = if (0.0..ramp_s).contains(&turned_s) {
                 TAU * profile.depth().0 / ramp_s
             } else {
                 0.0
@@ -380,6 +383,26 @@ mod tests {
         // θ = τ·t²/(2J)
         let angle = f64::from(0.01_f32) * 0.05 * 0.05 / 2.0 / 4e-5;
         assert!((servo.angle / angle - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_hand_waits_turns_and_holds() {
+        let hand = Hand {
+            wait_s: 0.1,
+            turn_rev: 0.02,
+            ramp_time_s: 0.4,
+        };
+        let shaft = Shaft {
+            hand: Some(hand),
+            ..Shaft::LEVER
+        };
+        let mut servo = EmulatedServo::new(1, shaft).expect("a good servo");
+        servo.frame(&Frames::new(1, 1.0).drive(0.05), 1000);
+        for (now_ms, turned, speed) in [(51, 0.0, 0.0), (301, 0.01, 0.05), (901, 0.02, 0.0)] {
+            servo.advance(1000 * now_ms);
+            assert!((servo.position_rev() - turned).abs() < 1e-12, "{now_ms} ms");
+            assert!((servo.speed / TAU - speed).abs() < 1e-12, "{now_ms} ms");
+        }
     }
 
     #[test]

@@ -11,6 +11,9 @@ use haptic_remote::emulator::Terminal;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
+/// Longer than a force takes to rise to its full size.
+const WAIT_S: f64 = 0.6;
+
 /// Options of an emulated servo.
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "moteus")]
@@ -18,8 +21,8 @@ pub struct MoteusArguments {
     /// Number of the servo on its bus [default: 1]
     #[arg(long, value_name = "ID")]
     servo_id: Option<u8>,
-    /// A hand that turns the shaft by a length, at a radius of 20 mm, in a time, and holds it there, as 2mm:0.5s; it begins with
-    /// the first command [default: nobody holds the shaft]
+    /// A hand that turns the shaft by a length, at a radius of 20 mm, in a time, and holds it there, as 2mm:0.5s; it begins
+    /// 0.6 s after the first command [default: nobody holds the shaft]
     #[arg(long, value_name = "LENGTH:TIME", value_parser = turn)]
     turn: Option<Hand>,
 }
@@ -30,6 +33,7 @@ fn turn(text: &str) -> Result<Hand, String> {
         let length: Length = length.parse().ok()?;
         let time: Time = time.parse().ok()?;
         Some(Hand {
+            wait_s: WAIT_S,
             turn_rev: length.0 / MoteusSettings::DEFAULT.metres_per_revolution(),
             ramp_time_s: time.0,
         })
