@@ -49,7 +49,7 @@ impl MoteusName {
         let default = MoteusSettings::DEFAULT;
         let settings = MoteusSettings {
             id: given.whole("id", MoteusSettings::ID, default.id.into())? as u8,
-            radius_m: given.metres("radius", MoteusSettings::RADIUS_M, default.radius_m)?,
+            radius_m: radius_m(&given)?,
             torque_limit_nm: given.number(
                 "torque_limit",
                 MoteusSettings::TORQUE_LIMIT_NM,
@@ -80,6 +80,22 @@ impl MoteusName {
         })?;
         Ok(axis)
     }
+}
+
+/// The radius; one next to nothing would make any torque an endless force.
+fn radius_m(given: &Settings<'_>) -> Result<f64, NameError> {
+    let (range, least) = (MoteusSettings::RADIUS_M, MoteusSettings::RADIUS_LEAST_M);
+    let radius_m = given.metres("radius", range.clone(), MoteusSettings::DEFAULT.radius_m)?;
+    if radius_m.abs() >= least {
+        return Ok(radius_m);
+    }
+    Err(NameError::Number {
+        key: "radius",
+        value: given.text("radius").unwrap_or_default().to_owned(),
+        least,
+        most: *range.end(),
+        unit: " m",
+    })
 }
 
 /// True for a port of one of the maker's adapters.
@@ -170,6 +186,8 @@ mod tests {
         for bad in [
             "",
             "/dev/x,radius=3m",
+            "/dev/x,radius=0",
+            "/dev/x,radius=-0.5mm",
             "/dev/x,id=127",
             "/dev/x,id=1.5",
             "/dev/x,servo=1",

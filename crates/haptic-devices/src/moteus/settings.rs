@@ -34,7 +34,7 @@ impl MoteusSettings {
 
     /// Range of the number on the bus.
     pub const ID: RangeInclusive<u32> = 1..=126;
-    /// Range of the radius, m; within it, at least 1 mm either way.
+    /// Range of the radius, m; not within [`RADIUS_LEAST_M`](Self::RADIUS_LEAST_M) of 0.
     pub const RADIUS_M: RangeInclusive<f64> = -1.0..=1.0;
     /// Range of the torque limit, N·m.
     pub const TORQUE_LIMIT_NM: RangeInclusive<f64> = 1e-4..=20.0;
@@ -42,8 +42,8 @@ impl MoteusSettings {
     pub const WATCHDOG_S: RangeInclusive<f64> = 0.01..=1.0;
     /// Range of lost answers in a row.
     pub const LOST_MOST: RangeInclusive<u32> = 2..=1000;
-    /// Least radius, m.
-    const RADIUS_LEAST_M: f64 = 1e-3;
+    /// Least radius either way, m.
+    pub const RADIUS_LEAST_M: f64 = 1e-3;
 
     /// Largest force at the radius, N.
     #[must_use]
