@@ -26,6 +26,10 @@ const ARROWS: &[(&str, &[&str])] = &[
         "haptic-teleoperation",
         &["fracdiff", "haptic-loop", "haptic-link"],
     ),
+    (
+        "haptic-devices",
+        &["haptic-loop", "haptic-link", "haptic-remote"],
+    ),
     ("haptic-tissue", &["fracdiff"]),
     ("haptic-analysis", &["fracdiff"]),
     ("haptic-log", &[]),
@@ -36,6 +40,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "fracdiff",
             "fractional-control",
             "haptic-analysis",
+            "haptic-devices",
             "haptic-link",
             "haptic-log",
             "haptic-loop",

@@ -1,25 +1,35 @@
-//! Device of an experiment: `sim`, or `serial:PATH[@BAUD]`.
+//! Device of an experiment: `sim`, `serial:PATH[@BAUD]`, or one of another maker, as `haply:PATH`.
 
 use crate::failure::Failure;
 use crate::named::Named;
+use haptic_devices::{ForeignName, OpenError};
 use haptic_link::{Hello, LoopMode};
 use haptic_remote::serial::{ConnectOptions, SerialError, SerialLink, ports};
 use std::fmt;
 use std::str::FromStr;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Hears what a user should know before a run is over, a sentence each.
 pub type Warn<'a> = &'a (dyn Fn(&str) + Sync);
 
 /// A device by name.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub enum DeviceName {
     /// `sim`: simulated in this program.
     #[default]
     Simulated,
-    /// `serial:PATH[@BAUD]`.
+    /// At a port.
+    Linked(LinkedName),
+}
+
+/// A device at a port by name: one to connect to.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LinkedName {
+    /// `serial:PATH[@BAUD]`: it speaks the protocol of this program.
     Serial(SerialName),
+    /// Of another maker: this program serves it.
+    Foreign(ForeignName),
 }
 
 /// A serial device by name.
@@ -38,10 +48,19 @@ impl FromStr for DeviceName {
         if text == "sim" {
             return Ok(Self::Simulated);
         }
+        if ForeignName::is_kind(text) {
+            let name = text
+                .parse::<ForeignName>()
+                .map_err(|error| error.to_string())?;
+            return Ok(Self::Linked(LinkedName::Foreign(name)));
+        }
         let named = text.strip_prefix("serial:").filter(|name| !name.is_empty());
         let Some(name) = named else {
+            let foreign = ForeignName::KINDS.iter().map(|(_, form)| *form);
+            let foreign: Vec<&str> = foreign.collect();
             return Err(format!(
-                "device \"{text}\" is not one of sim, serial:PATH[@BAUD], serial:auto"
+                "device \"{text}\" is not one of sim, serial:PATH[@BAUD], serial:auto, {}",
+                foreign.join(", ")
             ));
         };
         let (path, baud) = match name.rsplit_once('@') {
@@ -57,10 +76,10 @@ impl FromStr for DeviceName {
             }
             None => (name, None),
         };
-        Ok(Self::Serial(SerialName {
+        Ok(Self::Linked(LinkedName::Serial(SerialName {
             path: path.to_owned(),
             baud,
-        }))
+        })))
     }
 }
 
@@ -68,7 +87,61 @@ impl fmt::Display for DeviceName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Simulated => f.write_str("sim"),
+            Self::Linked(name) => name.fmt(f),
+        }
+    }
+}
+
+impl fmt::Display for LinkedName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
             Self::Serial(name) => name.fmt(f),
+            Self::Foreign(name) => name.fmt(f),
+        }
+    }
+}
+
+impl LinkedName {
+    /// Connects, and tells `warn` what is worth saying about the port. A set `stop` ends the waiting.
+    ///
+    /// # Errors
+    /// Exit code 3: no port, no device, no answer.
+    pub fn connect(
+        &self,
+        patience: Duration,
+        warn: Warn<'_>,
+        stop: Option<&AtomicBool>,
+    ) -> Result<SerialLink, Failure> {
+        match self {
+            Self::Serial(name) => name.connect(patience, warn, stop),
+            Self::Foreign(name) => open(name, patience, stop),
+        }
+    }
+}
+
+/// Opens a device of another maker. Tries again while its port is not there or somebody else has it.
+fn open(
+    name: &ForeignName,
+    patience: Duration,
+    stop: Option<&AtomicBool>,
+) -> Result<SerialLink, Failure> {
+    /// Between two attempts.
+    const PAUSE: Duration = Duration::from_millis(250);
+    let began = Instant::now();
+    let told = |error: &OpenError| Failure::Device(anyhow::anyhow!("{name}: {error}"));
+    loop {
+        let error = match name.open() {
+            Ok(link) => return Ok(link),
+            Err(error) => error,
+        };
+        if !error.may_pass() || began.elapsed() + PAUSE > patience {
+            return Err(told(&error));
+        }
+        std::thread::sleep(PAUSE);
+        if stop.is_some_and(|stop| stop.load(Ordering::Relaxed)) {
+            return Err(Failure::Run(anyhow::anyhow!(
+                "interrupted: {name} was waited for in vain ({error})"
+            )));
         }
     }
 }
@@ -210,10 +283,10 @@ mod tests {
     #[test]
     fn a_name_says_port_and_speed() {
         let serial = |path: &str, baud| {
-            Ok(DeviceName::Serial(SerialName {
+            Ok(DeviceName::Linked(LinkedName::Serial(SerialName {
                 path: path.to_owned(),
                 baud,
-            }))
+            })))
         };
         assert_eq!("sim".parse(), Ok(DeviceName::Simulated));
         assert_eq!("serial:/dev/ttyACM0".parse(), serial("/dev/ttyACM0", None));
@@ -222,7 +295,13 @@ mod tests {
             "serial:/dev/ttyACM0@3000000".parse(),
             serial("/dev/ttyACM0", Some(3_000_000))
         );
-        for name in ["sim", "serial:/dev/pts/1", "serial:/dev/pts/1@115200"] {
+        for name in [
+            "sim",
+            "serial:/dev/pts/1",
+            "serial:/dev/pts/1@115200",
+            "haply:/dev/ttyACM0",
+            "haply:COM3,version=2,axis=-x,zero=10mm,home=before",
+        ] {
             let parsed: DeviceName = name.parse().expect("valid");
             assert_eq!(parsed.to_string(), name);
         }
@@ -233,6 +312,10 @@ mod tests {
             "usb:1",
             "serial:/dev/x@fast",
             "serial:/dev/x@1",
+            "haply",
+            "haply:",
+            "haply:/dev/x,version=4",
+            "haply:/dev/x,colour=red",
         ] {
             assert!(bad.parse::<DeviceName>().is_err(), "{bad}");
         }

@@ -11,7 +11,7 @@ use haptic_link::Limits;
 use haptic_tissue::Model;
 use std::ops::RangeInclusive;
 
-/// The serial device; `None` for the simulated one.
+/// The device at a port; `None` for the simulated one.
 pub(super) fn remote(table: &Table<'_>) -> Result<Option<RemoteDevice>, FileError> {
     let device = table.text(&p::DEVICE)?.parse::<DeviceName>();
     let device = device.map_err(|reason| table.fail_at("device", reason))?;
@@ -42,7 +42,7 @@ pub(super) fn remote(table: &Table<'_>) -> Result<Option<RemoteDevice>, FileErro
     })?;
     Ok(match device {
         DeviceName::Simulated => None,
-        DeviceName::Serial(name) => Some(RemoteDevice {
+        DeviceName::Linked(name) => Some(RemoteDevice {
             loop_mode: loop_mode.into(),
             watchdog_ms: watchdog_s.map(|time| (1e3 * time).round() as u16),
             late_ticks,

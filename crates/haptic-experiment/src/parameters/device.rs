@@ -5,7 +5,7 @@ use haptic_link::Limits as Wire;
 
 parameters! {
     /// The device.
-    DEVICE = text("device", "sim", "Device: `sim`, or `serial:PATH[@BAUD]`, or `serial:auto`");
+    DEVICE = text("device", "sim", "Device: `sim`, `serial:PATH[@BAUD]`, `serial:auto`, or one of another maker, as `haply:PATH` or `moteus:PATH`");
     /// Place where the loop is closed.
     LOOP = text("loop", "device", "Where the loop with a serial device is closed");
     /// Watchdog of a serial device, s.

@@ -17,7 +17,7 @@ pub use summary::{FrameCounts, LinkSummary};
 use super::refused::single;
 use super::safety::{GuardChoice, GuardedDevice};
 use super::schedule::Schedule;
-use crate::device::SerialName;
+use crate::device::LinkedName;
 use crate::failure::Failure;
 use fracdiff::Operator;
 use haptic_link::{
@@ -29,10 +29,10 @@ use haptic_remote::wire_limits;
 use std::time::Duration;
 
 /// A device and how the loop with it is closed.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct RemoteDevice {
-    /// The port.
-    pub name: SerialName,
+    /// Its name.
+    pub name: LinkedName,
     /// Place where the loop is closed.
     pub loop_mode: LoopMode,
     /// Silence after which the device lets go, ms; `None` for that of the loop mode.
@@ -48,7 +48,7 @@ pub struct RemoteDevice {
 impl RemoteDevice {
     /// With the defaults: the device's loop, 500 ms of silence, 20 late ticks, no patience.
     #[must_use]
-    pub fn new(name: SerialName) -> Self {
+    pub fn new(name: LinkedName) -> Self {
         Self {
             name,
             loop_mode: LoopMode::Device,

@@ -71,6 +71,9 @@ impl<'a, P: PreflightSubject> RemoteRun<'a, P> {
             session.give_up(&error);
         }
         session.after_fault();
+        if let Some(trouble) = session.link.trouble() {
+            (supervisor.warn)(&trouble);
+        }
         session.finish()
     }
 

@@ -34,11 +34,14 @@ pub enum Fault {
     PositionJump = 10,
     /// The host of a host loop sent a force that answers a sample too many ticks ago.
     StaleForce = 11,
+    /// The board of another maker that measures and applies did not answer in time, answered what cannot be, or reports a
+    /// fault of its own.
+    BoardFailed = 12,
 }
 
 impl Fault {
     /// Every fault, in the order of the codes.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::NonFiniteForce,
         Self::HostSilent,
         Self::TickOverrun,
@@ -50,13 +53,14 @@ impl Fault {
         Self::PositionStuck,
         Self::PositionJump,
         Self::StaleForce,
+        Self::BoardFailed,
     ];
 
     /// True if a damper can still oppose the motion: it needs its sensor and its actuator.
     pub(crate) const fn leaves_braking(self) -> bool {
         !matches!(
             self,
-            Self::CurrentMismatch | Self::PositionStuck | Self::PositionJump
+            Self::CurrentMismatch | Self::PositionStuck | Self::PositionJump | Self::BoardFailed
         )
     }
 
@@ -87,6 +91,7 @@ impl core::fmt::Display for Fault {
             Self::PositionStuck => "the position stands still while the force on the device grows",
             Self::PositionJump => "the position jumped by more than the speed limit allows",
             Self::StaleForce => "the host sent a force for a sample too many ticks ago",
+            Self::BoardFailed => "the board was silent, implausible or in a fault of its own",
         })
     }
 }

@@ -19,8 +19,6 @@ use crate::{DeviceSession, FaultyLine, LineDamage, LineFaults, SimulatedPlant, T
 use clock::Clock;
 use haptic_link::FRAME_MAX;
 use std::cell::RefCell;
-use std::collections::hash_map::RandomState;
-use std::hash::{BuildHasher as _, Hasher as _};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
@@ -152,11 +150,9 @@ impl Emulator {
         let line = |seed| FaultyLine::new(emulation.faults, seed).map_err(EmulatorError::Faults);
         let plant = SimulatedPlant::new("emulated", || 0);
         let device = TickSide::new(plant).map_err(EmulatorError::Device)?;
-        // Another number for each emulated device, even of one process.
-        let boot = RandomState::new().build_hasher().finish() as u32;
         Ok(Self {
             device: RefCell::new(device),
-            session: DeviceSession::new(firmware_version(), boot),
+            session: crate::session::within_this_process(),
             from_host: line(emulation.seed)?,
             to_host: line(emulation.seed.wrapping_add(1))?,
             arriving,
@@ -264,14 +260,4 @@ impl Emulator {
             unread: self.unread,
         }
     }
-}
-
-/// This program's version stands for that of a firmware.
-fn firmware_version() -> [u8; 3] {
-    let part = |text: &str| text.parse().unwrap_or(0);
-    [
-        part(env!("CARGO_PKG_VERSION_MAJOR")),
-        part(env!("CARGO_PKG_VERSION_MINOR")),
-        part(env!("CARGO_PKG_VERSION_PATCH")),
-    ]
 }

@@ -1,8 +1,10 @@
 //! The pseudo-terminal that stands for the port of a device.
 
 use super::error::EmulatorError;
-use serialport::{SerialPort as _, TTYPort};
+use crate::serial::Line;
+use serialport::{SerialPort, TTYPort};
 use std::borrow::ToOwned as _;
+use std::boxed::Box;
 use std::fmt;
 use std::format;
 use std::path::{Path, PathBuf};
@@ -59,6 +61,15 @@ impl Terminal {
 }
 
 impl Terminal {
+    /// Our end, for a device that is emulated elsewhere.
+    ///
+    /// # Errors
+    /// It cannot be shared.
+    pub fn line(&self) -> Result<Box<dyn Line>, EmulatorError> {
+        let port: Box<dyn SerialPort> = Box::new(self.share()?);
+        Ok(Box::new(port))
+    }
+
     /// A second handle on our end.
     pub(super) fn share(&self) -> Result<TTYPort, EmulatorError> {
         let port = self.master.try_clone_native();

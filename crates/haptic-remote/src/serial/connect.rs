@@ -2,14 +2,17 @@
 
 use super::error::SerialError;
 use super::greeting::{BAUDS, greet};
+use super::line::Line;
 use super::link::SerialLink;
 use super::port;
+use super::served::Served;
 use super::shared::Shared;
 use super::threads::{Reader, Writer};
 use crate::{Conversation, check_keys};
 use core::fmt::Display;
 use haptic_link::{Capabilities, Report, Request, State, Status};
 use hdrhistogram::Histogram;
+use std::boxed::Box;
 use std::string::ToString;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::mpsc::sync_channel;
@@ -77,10 +80,29 @@ impl SerialLink {
     fn connect_once(path: &str, baud: Option<u32>) -> Result<Self, SerialError> {
         let latency_ms = port::shorten_latency(path);
         let bauds = baud.as_ref().map_or(&BAUDS[..], std::slice::from_ref);
-        let mut port = port::open(path, bauds[0])?;
+        let line = port::open(path, bauds[0])?;
+        let mut link = Self::over(line, bauds, path)?;
+        link.latency_ms = latency_ms;
+        Ok(link)
+    }
+
+    /// Connects to a device that this process serves itself. It lives as long as the link, and is let go with it.
+    ///
+    /// # Errors
+    /// As [`connect`](Self::connect).
+    pub fn to_served(served: Served, name: &str) -> Result<Self, SerialError> {
+        let line = Box::new(served.line());
+        let mut link = Self::over(line, &BAUDS[..1], name)?;
+        link.served = Some(served);
+        Ok(link)
+    }
+
+    /// Greets whoever is at the other end of a line.
+    fn over(line: Box<dyn Line>, bauds: &[u32], path: &str) -> Result<Self, SerialError> {
+        let mut port = line;
         let mut conversation = Conversation::new(RETRY.as_micros() as u64);
         let (hello, baud) = greet(port.as_mut(), &mut conversation, bauds)?;
-        let reading = port.try_clone().map_err(|error| SerialError::Open {
+        let reading = port.share().map_err(|error| SerialError::Open {
             path: path.to_string(),
             baud,
             reason: error.to_string(),
@@ -111,7 +133,7 @@ impl SerialLink {
             threads: threads.into(),
             hello,
             capabilities: UNKNOWN,
-            latency_ms,
+            latency_ms: None,
             path: path.to_string(),
             baud,
             ahead: None,
@@ -121,6 +143,7 @@ impl SerialLink {
             newest_force_n: 0.0,
             heard_tick: 0,
             forces_skipped: 0,
+            served: None,
         };
         link.introduce()?;
         Ok(link)

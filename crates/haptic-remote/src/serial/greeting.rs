@@ -5,10 +5,10 @@
 //! - *Speed*: where none is asked for, the speeds of [`BAUDS`] take turns.
 
 use super::error::SerialError;
+use super::line::Line;
 use super::threads::write;
 use crate::{Conversation, Incoming, LinkError};
 use haptic_link::{FRAME_MAX, Hello, Report, Request, greet_version_1};
-use serialport::SerialPort;
 use std::collections::hash_map::RandomState;
 use std::hash::{BuildHasher as _, Hasher as _};
 use std::io::ErrorKind;
@@ -28,7 +28,7 @@ const TURN: Duration = Duration::from_millis(350);
 /// # Errors
 /// No answer, an echo, another version of the protocol; a port that is gone.
 pub(super) fn greet(
-    port: &mut dyn SerialPort,
+    port: &mut dyn Line,
     conversation: &mut Conversation,
     bauds: &[u32],
 ) -> Result<(Hello, u32), SerialError> {
@@ -41,7 +41,7 @@ pub(super) fn greet(
             break;
         }
         // A port without speeds, as a pseudo-terminal may be, has the only one.
-        let _ = port.set_baud_rate(baud);
+        port.set_baud_rate(baud);
         if began.elapsed() > GREETING / 3 && !old_version_too {
             old_version_too = true;
             let mut line = [0; FRAME_MAX];
@@ -60,7 +60,7 @@ pub(super) fn greet(
 
 /// One turn at the speed that is set.
 fn take_turn(
-    port: &mut dyn SerialPort,
+    port: &mut dyn Line,
     conversation: &mut Conversation,
     nonce: u32,
 ) -> Result<Hello, LinkError> {
@@ -91,7 +91,7 @@ fn take_turn(
     Err(conversation.no_answer())
 }
 
-fn send(port: &mut dyn SerialPort, bytes: &[u8]) -> Result<(), LinkError> {
+fn send(port: &mut dyn Line, bytes: &[u8]) -> Result<(), LinkError> {
     if write(port, bytes) {
         Ok(())
     } else {

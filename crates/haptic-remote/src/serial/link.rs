@@ -1,5 +1,6 @@
 //! A device that has answered, on an open port: what it is, what both ends have counted.
 
+use super::served::Served;
 use super::shared::{Command, Heard, Shared, lock};
 use crate::{HostCounters, LinkError};
 use haptic_link::{Capabilities, Hello, Report, Status};
@@ -71,6 +72,8 @@ pub struct SerialLink {
     /// Tick of the last sample heard.
     pub(super) heard_tick: u32,
     pub(super) forces_skipped: u64,
+    /// The other end, if this process serves it. Last, so that it goes when nobody speaks to it any more.
+    pub(super) served: Option<Served>,
 }
 
 impl SerialLink {
@@ -91,7 +94,14 @@ impl SerialLink {
     pub fn raise(&self, priority: u8) -> Result<(), realtime::Refusal> {
         self.threads
             .iter()
+            .chain(self.served.iter().filter_map(Served::thread))
             .try_for_each(|thread| raise_thread(thread, priority))
+    }
+
+    /// Words of a served device about its last fault: a code says less than the board that failed knows.
+    #[must_use]
+    pub fn trouble(&self) -> Option<String> {
+        self.served.as_ref().and_then(Served::trouble)
     }
 
     /// Answer of the device to the first greeting.
@@ -136,7 +146,16 @@ impl SerialLink {
         self.baud
     }
 
-    /// The port.
+    /// The device, as on the command line.
+    #[must_use]
+    pub fn name(&self) -> String {
+        match &self.served {
+            Some(_) => self.path.clone(),
+            None => std::format!("serial:{}", self.path),
+        }
+    }
+
+    /// The port; of a device that this process serves, its name.
     #[must_use]
     pub fn path(&self) -> &str {
         &self.path

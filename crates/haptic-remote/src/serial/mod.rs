@@ -4,22 +4,30 @@
 //! reader thread:  port ─▶ Conversation ─▶ answers, samples and notices (bounded; what finds no room counts)
 //! writer thread:  requests, forces ─▶ Conversation ─▶ port; retries; keep-alives
 //! ```
+//! The other end is a board, or a thread of this process that [serves](Served) a device of another maker.
+//!
 //! The thread that ticks never waits for the port: it takes samples from a queue and puts forces into one.
 //! Dropping a [`SerialLink`] disarms the device, then closes the port.
 
 mod connect;
 mod error;
 mod greeting;
+mod line;
 mod link;
+mod pipe;
 mod port;
 mod request;
 mod run;
+mod served;
 mod shared;
 mod threads;
 
 pub use connect::ConnectOptions;
 pub use error::SerialError;
 pub use greeting::{BAUDS, GREETING};
+pub use line::Line;
 pub use link::{LinkReport, SerialLink};
-pub use port::{PortInfo, ports};
+pub use pipe::Pipe;
+pub use port::{PortInfo, open, ports};
+pub use served::{ServeError, Served, ServedHardware};
 pub use shared::Heard;

@@ -1,7 +1,8 @@
 //! Serial ports: which there are, opening one, its latency.
 
 use super::error::SerialError;
-use serialport::{ClearBuffer, ErrorKind, SerialPort, SerialPortType};
+use super::line::Line;
+use serialport::{ClearBuffer, ErrorKind, SerialPortType};
 use std::boxed::Box;
 use std::format;
 use std::path::Path;
@@ -56,7 +57,10 @@ pub fn ports() -> Vec<PortInfo> {
 }
 
 /// Opens a port for us alone, 8N1, and throws away what it still holds.
-pub(super) fn open(path: &str, baud: u32) -> Result<Box<dyn SerialPort>, SerialError> {
+///
+/// # Errors
+/// No such port, somebody else has it, the system does not let us.
+pub fn open(path: &str, baud: u32) -> Result<Box<dyn Line>, SerialError> {
     let opened = serialport::new(path, baud).timeout(READ_TIMEOUT).open();
     let port = opened.map_err(|error| {
         let text = error.to_string();
@@ -87,7 +91,7 @@ pub(super) fn open(path: &str, baud: u32) -> Result<Box<dyn SerialPort>, SerialE
     })?;
     // Best effort: a line that cannot be cleared is cleaned by the first hello.
     let _ = port.clear(ClearBuffer::All);
-    Ok(port)
+    Ok(Box::new(port))
 }
 
 /// Time for which a USB serial adapter holds bytes back before it sends them on, ms. Asks for 1 ms where that is

@@ -1,9 +1,9 @@
 //! The two threads of a link.
 
+use super::line::Line;
 use super::shared::{Command, Heard, Shared, lock};
 use crate::{Incoming, LinkError};
 use haptic_link::{FRAME_MAX, Report};
-use serialport::SerialPort;
 use std::boxed::Box;
 use std::io::ErrorKind;
 use std::sync::Arc;
@@ -19,7 +19,7 @@ pub(super) struct Reader {
 }
 
 impl Reader {
-    pub(super) fn run(self, mut port: Box<dyn SerialPort>) {
+    pub(super) fn run(self, mut port: Box<dyn Line>) {
         let mut bytes = [0; 1024];
         while !self.shared.over.load(Ordering::Relaxed) {
             let count = match port.read(&mut bytes) {
@@ -99,7 +99,7 @@ pub(super) struct Writer {
 }
 
 impl Writer {
-    pub(super) fn run(self, mut port: Box<dyn SerialPort>, commands: &Receiver<Command>) {
+    pub(super) fn run(self, mut port: Box<dyn Line>, commands: &Receiver<Command>) {
         /// Time to wait when nothing is due.
         const IDLE: Duration = Duration::from_millis(50);
         let mut line = [0; FRAME_MAX];
@@ -146,7 +146,7 @@ impl Writer {
 
 /// Writes it all, and says whether the line took it. A line that is slower than what is sent, as an emulated
 /// one may be, is waited for; one that takes nothing for a second is gone.
-pub(super) fn write(port: &mut dyn SerialPort, mut bytes: &[u8]) -> bool {
+pub(super) fn write(port: &mut dyn Line, mut bytes: &[u8]) -> bool {
     let mut moved = Instant::now();
     while !bytes.is_empty() {
         match port.write(bytes) {

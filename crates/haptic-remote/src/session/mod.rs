@@ -349,6 +349,21 @@ impl DeviceSession {
     }
 }
 
+/// The half of a device that this process is itself: its version stands for that of a firmware, and each has another
+/// number, even of one process.
+#[cfg(feature = "std")]
+pub(crate) fn within_this_process() -> DeviceSession {
+    use std::hash::{BuildHasher as _, Hasher as _};
+    let part = |text: &str| text.parse().unwrap_or(0);
+    let version = [
+        part(env!("CARGO_PKG_VERSION_MAJOR")),
+        part(env!("CARGO_PKG_VERSION_MINOR")),
+        part(env!("CARGO_PKG_VERSION_PATCH")),
+    ];
+    let random = std::collections::hash_map::RandomState::new();
+    DeviceSession::new(version, random.build_hasher().finish() as u32)
+}
+
 /// The keys of all messages.
 #[inline(never)]
 fn keys() -> Report {

@@ -8,5 +8,6 @@ mod limits;
 mod line;
 mod runs;
 mod schedules;
+mod served;
 mod session;
 mod witness;

@@ -14,7 +14,7 @@ use std::time::Duration;
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Device")]
 pub struct RemoteArguments {
-    /// Device: `sim`, or `serial:PATH[@BAUD]`, or `serial:auto` [default: sim]
+    /// Device: `sim`, `serial:PATH[@BAUD]`, `serial:auto`, or one of another maker, as `haply:PATH` or `moteus:PATH` [default: sim]
     #[arg(long, value_name = "DEVICE")]
     pub device: Option<DeviceName>,
     /// Where the loop with a serial device is closed [default: device]
@@ -35,10 +35,10 @@ pub struct RemoteArguments {
 }
 
 impl RemoteArguments {
-    /// True if a serial device was named.
+    /// True if a device at a port was named.
     #[must_use]
     pub fn is_serial(&self) -> bool {
-        matches!(self.device, Some(DeviceName::Serial(_)))
+        matches!(self.device, Some(DeviceName::Linked(_)))
     }
 
     /// The serial device; `None` for the simulated one. What is not given is as in `file`.
@@ -47,7 +47,7 @@ impl RemoteArguments {
     /// A time outside its range; options of a serial device without one.
     pub fn remote(&self, file: Option<&RemoteDevice>) -> Result<Option<RemoteDevice>, Failure> {
         let name = match &self.device {
-            Some(DeviceName::Serial(name)) => Some(name.clone()),
+            Some(DeviceName::Linked(name)) => Some(name.clone()),
             Some(DeviceName::Simulated) => None,
             None => file.map(|file| file.name.clone()),
         };

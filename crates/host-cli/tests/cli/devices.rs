@@ -1,6 +1,7 @@
 //! Commands on serial devices: an emulated one behind a pseudo-terminal.
 
 mod lines;
+mod moteus;
 mod ports;
 
 use crate::process::{PATIENCE, Place, binary};
@@ -43,6 +44,17 @@ impl Emulated {
         self.child.wait().expect("ends");
     }
 
+    /// Stops it as Ctrl-C does; what it said at the end.
+    fn ends(&mut self) -> String {
+        let process = self.child.id().to_string();
+        let told = Command::new("kill").args(["-INT", &process]).status();
+        assert!(told.expect("kill runs").success());
+        let mut said = String::new();
+        let mut stderr = self.child.stderr.take().expect("piped");
+        std::io::Read::read_to_string(&mut stderr, &mut said).expect("is text");
+        said
+    }
+
     /// Limits that no experiment here reaches.
     fn loosen(&self) {
         self.json(
@@ -64,7 +76,7 @@ fn spawn(place: &Place, options: &str) -> Child {
         .arg(place.path("device"))
         .args(options.split_whitespace())
         .stdout(Stdio::null())
-        .stderr(Stdio::null())
+        .stderr(Stdio::piped())
         .spawn()
         .expect("runs")
 }

@@ -16,6 +16,7 @@ mod experiments;
 mod export;
 mod faults;
 mod guide;
+mod haply;
 mod identify;
 mod interrupted;
 #[cfg(unix)]

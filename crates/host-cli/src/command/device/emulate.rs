@@ -1,9 +1,15 @@
 //! `device emulate`.
 
+use super::emulate_haply::HaplyArguments;
+use super::emulate_moteus::{self, MoteusArguments};
 use super::port::duration;
+use crate::choice::choice;
 use crate::output::{Output, note};
 use crate::quantity::Time;
 use clap::Args;
+use haptic_devices::haply::HaplyName;
+use haptic_devices::moteus::MoteusName;
+use haptic_experiment::Named;
 use haptic_experiment::failure::Failure;
 use haptic_remote::LineFaults;
 use haptic_remote::emulator::{Emulated, Emulation, EmulatorError, Terminal, emulate};
@@ -15,15 +21,56 @@ Imitates a device: the same state machine as in the firmware, with a simulated p
 pseudo-terminal whose path is printed. Any command that takes --device serial:PATH can talk to it.
 
 The line can be made as bad as real ones: frames lost, damaged, repeated, out of order, late, held \
-up. The same --seed gives the same damage for the same frames.";
+up. The same --line-seed gives the same damage for the same frames.
+
+With --kind haply-2diy it is the board of a Haply 2DIY, which the maker's own programs take for a real \
+one. With --kind moteus it is a moteus servo behind an adapter for CAN, which the maker's own programs take for \
+a real one too. Both live in real time, and the chances of their line are those of single bytes.";
+
+/// A device to imitate.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Kind {
+    /// The device of this program.
+    #[default]
+    Own,
+    /// The board of a Haply 2DIY.
+    Haply2Diy,
+    /// A moteus servo.
+    Moteus,
+}
+
+impl Named for Kind {
+    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
+        (Self::Own, "own", "The device of this program"),
+        (Self::Haply2Diy, "haply-2diy", "The board of a Haply 2DIY"),
+        (Self::Moteus, "moteus", "A moteus servo behind an fdcanusb"),
+    ];
+}
+
+impl Kind {
+    /// Before the path in the name of such a device.
+    const fn scheme(self) -> &'static str {
+        match self {
+            Self::Own => "serial",
+            Self::Haply2Diy => HaplyName::KIND,
+            Self::Moteus => MoteusName::KIND,
+        }
+    }
+}
 
 /// Arguments of `device emulate`.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  host-cli device emulate --link device &\n  host-cli relax --device \
-                  serial:device --duration 20s\n  host-cli device emulate --drop 1% --corrupt 1%"
+                  serial:device --duration 20s\n  host-cli device emulate --drop 1% --corrupt 1%\n  host-cli device \
+                  emulate --kind haply-2diy --link 2diy &\n  host-cli relax --device haply:2diy --duration 20s\n  \
+                  host-cli device emulate --kind moteus --link servo --turn 1mm:1s &\n  host-cli relax --device \
+                  moteus:servo,radius=20mm --duration 20s"
 )]
 pub struct Arguments {
+    /// The device to imitate [default: own]
+    #[arg(long, value_parser = choice::<Kind>())]
+    kind: Option<Kind>,
     /// Make a symbolic link to the pseudo-terminal, so that its path is known beforehand
     #[arg(long, value_name = "PATH")]
     link: Option<PathBuf>,
@@ -35,6 +82,10 @@ pub struct Arguments {
     duration: Option<Time>,
     #[command(flatten)]
     faults: LineArguments,
+    #[command(flatten)]
+    haply: HaplyArguments,
+    #[command(flatten)]
+    moteus: MoteusArguments,
 }
 
 /// What the line does to frames.
@@ -115,13 +166,16 @@ impl Arguments {
                 self.speed
             )));
         }
+        let kind = self.kind.unwrap_or_default();
+        self.check_kind(kind)?;
+        let servo = self.moteus.servo()?;
         let duration = duration(self.duration)?;
         let (faults, seed) = self.faults.faults()?;
         let stop = crate::command::conduct::stop_on_interrupt()?;
         let terminal = Terminal::open(self.link.as_deref()).map_err(failed)?;
         let started = Started {
             path: terminal.path().display().to_string(),
-            device: format!("serial:{}", terminal.path().display()),
+            device: format!("{}:{}", kind.scheme(), terminal.path().display()),
         };
         output.print(&started, |out| {
             writeln!(out, "{}", started.path)?;
@@ -131,6 +185,14 @@ impl Arguments {
                 started.device
             )
         })?;
+        if kind == Kind::Haply2Diy {
+            let line = (faults, seed);
+            return (self.haply).run(&terminal, line, duration, stop, output.quiet);
+        }
+        if kind == Kind::Moteus {
+            let line = (faults, seed);
+            return emulate_moteus::run(&terminal, servo, line, duration, stop, output.quiet);
+        }
         let emulation = Emulation {
             speed: self.speed,
             faults,
@@ -143,6 +205,22 @@ impl Arguments {
             note("emulated", in_words(&done));
         }
         Ok(())
+    }
+}
+
+impl Arguments {
+    /// Refuses options of another kind.
+    fn check_kind(&self, kind: Kind) -> Result<(), Failure> {
+        let refusal = if kind != Kind::Haply2Diy && self.haply.is_given() {
+            "--hardware and --hand are those of a 2DIY: add --kind haply-2diy"
+        } else if kind != Kind::Moteus && self.moteus.is_given() {
+            "--servo-id and --turn are those of a servo: add --kind moteus"
+        } else if kind != Kind::Own && (self.speed - 1.0).abs() > 0.0 {
+            "an emulated device of another maker lives in real time: leave --speed away"
+        } else {
+            return Ok(());
+        };
+        Err(Failure::bad_input(refusal))
     }
 }
 

@@ -129,7 +129,7 @@ fn info(link: &SerialLink) -> Result<Info, Failure> {
     let status = link.status();
     let can = link.capabilities();
     Ok(Info {
-        device: format!("serial:{}", link.path()),
+        device: link.name(),
         board: can.board().to_owned(),
         firmware: firmware_version(link.hello()),
         simulated: can.simulated,

@@ -1,6 +1,8 @@
 //! `device`: find, inspect, configure, imitate, program and watch a device.
 
 pub mod emulate;
+pub mod emulate_haply;
+pub mod emulate_moteus;
 pub mod flash;
 pub mod info;
 pub mod list;

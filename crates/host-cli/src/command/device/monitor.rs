@@ -116,7 +116,7 @@ impl Arguments {
             stop,
             bar: status_line(output),
             watched: Watched {
-                device: format!("serial:{}", link.path()),
+                device: link.name(),
                 ..Watched::default()
             },
         };

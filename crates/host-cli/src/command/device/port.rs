@@ -3,7 +3,7 @@
 use crate::output::warn;
 use crate::quantity::Time;
 use clap::Args;
-use haptic_experiment::device::{DeviceName, SerialName};
+use haptic_experiment::device::{DeviceName, LinkedName};
 use haptic_experiment::failure::Failure;
 use haptic_remote::serial::SerialLink;
 use std::time::Duration;
@@ -11,7 +11,7 @@ use std::time::Duration;
 /// Which device.
 #[derive(Debug, Args)]
 pub struct PortArguments {
-    /// Device: `serial:PATH[@BAUD]`, or `serial:auto` for the only one that answers
+    /// Device: `serial:PATH[@BAUD]`, `serial:auto` for the only one that answers, or one of another maker, as `haply:PATH` or `moteus:PATH`
     #[arg(long, value_name = "DEVICE", default_value = "serial:auto")]
     device: DeviceName,
     /// Go on trying for so long while the device is not there
@@ -25,9 +25,9 @@ pub struct PortArguments {
 }
 
 impl PortArguments {
-    pub(super) fn name(&self) -> Result<&SerialName, Failure> {
+    pub(super) fn name(&self) -> Result<&LinkedName, Failure> {
         match &self.device {
-            DeviceName::Serial(name) => Ok(name),
+            DeviceName::Linked(name) => Ok(name),
             DeviceName::Simulated => Err(Failure::bad_input(
                 "device \"sim\" has no port: give --device serial:PATH, for example of host-cli device \
                  emulate",

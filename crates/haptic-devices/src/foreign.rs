@@ -1,0 +1,123 @@
+//! Devices of other makers by name, and opening one.
+
+use crate::haply::{HaplyName, HaplyOpenError};
+use crate::moteus::{MoteusName, MoteusOpenError};
+use crate::name::NameError;
+use haptic_remote::serial::{SerialError, SerialLink, ServeError, Served};
+use std::fmt;
+use std::str::FromStr;
+use thiserror::Error;
+
+/// A device of another maker by name: `KIND:PATH[,key=value]…`.
+///
+/// *A new kind* takes three things: a module with its name, read by [`Settings`](crate::Settings); a
+/// [`ServedHardware`](haptic_remote::serial::ServedHardware), whose reads and writes are called once a tick and whose force
+/// is a [`SafeForce`](haptic_loop::SafeForce) already; and a variant here, with a row in [`KINDS`](Self::KINDS) and an arm in
+/// [`open`](Self::open). The loop, limits, watchdog, flight recorder, log, page and commands come with it.
+///
+/// ```no_run
+/// use haptic_devices::ForeignName;
+///
+/// let name: ForeignName = "haply:/dev/ttyACM0,version=3".parse()?;
+/// let link = name.open()?;
+/// println!("{}", link.capabilities().board());
+/// // The force falls to zero and the board is let go.
+/// drop(link);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum ForeignName {
+    /// `haply:PATH[,version=2|3][,axis=x|y|-x|-y][,zero=LENGTH][,home=now|before]`.
+    Haply(HaplyName),
+    /// `moteus:PATH[,id=1][,radius=LENGTH][,torque_limit=0.1][,watchdog=TIME][,lost=4]`.
+    Moteus(MoteusName),
+}
+
+impl ForeignName {
+    /// Each kind with the form of its name.
+    pub const KINDS: &'static [(&'static str, &'static str)] = &[
+        (HaplyName::KIND, HaplyName::FORM),
+        (MoteusName::KIND, MoteusName::FORM),
+    ];
+
+    /// True if a name begins with a kind of these.
+    #[must_use]
+    pub fn is_kind(text: &str) -> bool {
+        let kind = text.split(':').next().unwrap_or_default();
+        Self::KINDS.iter().any(|(known, _)| *known == kind)
+    }
+
+    /// Opens the device, looks at its first answers, serves it on a thread of this process, and connects to that.
+    ///
+    /// # Errors
+    /// A port that cannot be opened, a device that does not answer or answers what cannot be.
+    pub fn open(&self) -> Result<SerialLink, OpenError> {
+        let served = match self {
+            Self::Haply(name) => Served::start(name.open()?)?,
+            Self::Moteus(name) => Served::start(name.open()?)?,
+        };
+        Ok(SerialLink::to_served(served, &self.to_string())?)
+    }
+}
+
+impl FromStr for ForeignName {
+    type Err = NameError;
+
+    fn from_str(text: &str) -> Result<Self, NameError> {
+        let (kind, rest) = text.split_once(':').unwrap_or((text, ""));
+        match kind {
+            HaplyName::KIND => HaplyName::parse(rest).map(Self::Haply),
+            MoteusName::KIND => MoteusName::parse(rest).map(Self::Moteus),
+            _ => {
+                let known: Vec<&str> = Self::KINDS.iter().map(|(known, _)| *known).collect();
+                Err(NameError::Kind {
+                    kind: kind.to_owned(),
+                    known: known.join(", "),
+                })
+            }
+        }
+    }
+}
+
+impl fmt::Display for ForeignName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Haply(name) => name.fmt(f),
+            Self::Moteus(name) => name.fmt(f),
+        }
+    }
+}
+
+/// A device of another maker that cannot be used.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum OpenError {
+    /// The Haply 2DIY.
+    #[error(transparent)]
+    Haply(#[from] HaplyOpenError),
+    /// A moteus servo.
+    #[error(transparent)]
+    Moteus(#[from] MoteusOpenError),
+    /// It cannot be served.
+    #[error(transparent)]
+    Serve(#[from] ServeError),
+    /// It does not answer as a device does.
+    #[error(transparent)]
+    Link(#[from] SerialError),
+}
+
+impl OpenError {
+    /// True if another attempt may help: the port is not there yet, or somebody else has it.
+    #[must_use]
+    pub const fn may_pass(&self) -> bool {
+        matches!(
+            self,
+            Self::Haply(HaplyOpenError::Port(
+                SerialError::NotFound { .. } | SerialError::InUse { .. }
+            )) | Self::Moteus(MoteusOpenError::Port(
+                SerialError::NotFound { .. } | SerialError::InUse { .. }
+            ))
+        )
+    }
+}

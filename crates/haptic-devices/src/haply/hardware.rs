@@ -1,0 +1,245 @@
+//! The 2DIY with one axis: a line of its plane.
+
+use super::kinematics::Posture;
+use super::model::Model;
+use super::name::{HaplyName, HaplyOpenError, Home};
+use super::planar::Planar;
+use super::plausible::{Trouble, judged};
+use super::protocol::{ANSWER_BYTES, configuration, resynchronise, torques};
+use haptic_link::{Capabilities, Field, Refusal, Simulation, SimulationKind};
+use haptic_loop::{Device, Fault, Reading, SafeForce};
+use haptic_remote::serial::{Line, ServedHardware};
+use haptic_remote::{COEFFICIENTS_MAX, DEGREE_MAX, FLIGHT_SAMPLES, Hardware, MODES_MAX};
+use nalgebra::{SVector, Vector2};
+use std::io::ErrorKind;
+use std::time::{Duration, Instant};
+
+/// Largest force along a line, N: both motors make it wherever 40 mm < y < 130 mm and the handle is within 50 mm of the middle.
+pub const FORCE_MAX_N: f32 = 1.5;
+/// The board takes some milliseconds to be configured; more than this is silence.
+const FIRST_ANSWER: Duration = Duration::from_millis(500);
+/// Nothing for so long is quiet: several times what the board takes for an answer.
+const QUIET: Duration = Duration::from_millis(20);
+/// More bytes than a board ever has on its way: it speaks unasked.
+const THROWN_MOST: usize = 4096;
+/// Answers that are looked at before the device counts as one.
+const FIRST_ANSWERS: usize = 3;
+
+/// A 2DIY that moves and pushes along one line of its plane; across it there is no force.
+#[derive(Debug)]
+pub struct Haply2Diy<L: Line> {
+    planar: Planar<L>,
+    /// Unit vector along the line.
+    along: Vector2<f64>,
+    /// Place of the line that is zero, m.
+    zero: Vector2<f64>,
+    /// The last place along the line, m.
+    position_m: f32,
+    /// Words of the last trouble were told as a fault.
+    told: bool,
+}
+
+impl<L: Line> Haply2Diy<L> {
+    /// Configures the board at the other end of a line, unless it is to keep the home of before, and looks at its first answers. No
+    /// torque meanwhile.
+    ///
+    /// # Errors
+    /// No answer, or one that cannot be of such a device.
+    pub fn greet(mut line: L, name: &HaplyName) -> Result<Self, HaplyOpenError> {
+        let model = name.version.model();
+        let gone = |_| HaplyOpenError::First(Trouble::Gone);
+        if name.home == Home::Now {
+            line.write_all(&resynchronise()).map_err(gone)?;
+            line.write_all(&configuration(&model)).map_err(gone)?;
+        }
+        quiet(&mut line)?;
+        let mut posture = None;
+        for _ in 0..FIRST_ANSWERS {
+            let nothing = torques(&model, [0.0; 2]);
+            line.write_all(&nothing).map_err(gone)?;
+            let answer = first_answer(&mut line)?;
+            let (_, seen) = judged(&model, answer, None).map_err(HaplyOpenError::First)?;
+            posture = Some(seen);
+        }
+        let posture = posture.ok_or(HaplyOpenError::First(Trouble::Gone))?;
+        Ok(Self::new(line, model, posture, name))
+    }
+
+    fn new(line: L, model: Model, posture: Posture, name: &HaplyName) -> Self {
+        let along = name.axis.along();
+        // The line goes through the middle between the arms.
+        let middle = Vector2::new(0.5 * model.pantograph.base_m(), 0.0);
+        let mut this = Self {
+            planar: Planar::new(line, model, posture),
+            along,
+            zero: middle + name.axis.across_and_along(name.zero_m),
+            position_m: 0.0,
+            told: false,
+        };
+        this.position_m = this.place(&posture);
+        this
+    }
+
+    /// The same device with both axes.
+    #[must_use]
+    pub const fn planar(&self) -> &Planar<L> {
+        &self.planar
+    }
+
+    fn place(&self, posture: &Posture) -> f32 {
+        (posture.hand_m - self.zero).dot(&self.along) as f32
+    }
+
+    fn reading(&self) -> Reading<f32, 1> {
+        Reading {
+            tick: 0,
+            time_s: 0.0,
+            position_m: SVector::from([self.position_m]),
+        }
+    }
+
+    /// A board that fails says so once: then the loop lets go, and looks on.
+    fn once(&mut self, trouble: Trouble) -> Result<(), Fault> {
+        if core::mem::replace(&mut self.told, true) {
+            return Ok(());
+        }
+        Err(trouble.fault())
+    }
+}
+
+/// Throws away what is left of before, until nothing comes any more.
+fn quiet(line: &mut impl Line) -> Result<(), HaplyOpenError> {
+    let gone = |_| HaplyOpenError::First(Trouble::Gone);
+    line.set_patience(QUIET).map_err(gone)?;
+    let mut bytes = [0; 64];
+    let mut thrown = 0;
+    while thrown < THROWN_MOST {
+        match line.read(&mut bytes) {
+            Ok(0) => return Err(HaplyOpenError::First(Trouble::Gone)),
+            Ok(count) => thrown += count,
+            Err(error) if error.kind() == ErrorKind::TimedOut => {
+                return line.set_patience(Duration::from_millis(1)).map_err(gone);
+            }
+            Err(error) if error.kind() == ErrorKind::Interrupted => {}
+            Err(_) => return Err(HaplyOpenError::First(Trouble::Gone)),
+        }
+    }
+    Err(HaplyOpenError::Talks)
+}
+
+/// Waits for the whole answer to a first frame, and not more.
+fn first_answer(line: &mut impl Line) -> Result<[u8; ANSWER_BYTES], HaplyOpenError> {
+    let began = Instant::now();
+    let mut bytes = [0; 64];
+    let mut filled = 0;
+    while filled < ANSWER_BYTES {
+        match line.read(&mut bytes[filled..]) {
+            Ok(0) => return Err(HaplyOpenError::First(Trouble::Gone)),
+            Ok(count) => filled += count,
+            Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => {}
+            Err(_) => return Err(HaplyOpenError::First(Trouble::Gone)),
+        }
+        if filled < ANSWER_BYTES && began.elapsed() > FIRST_ANSWER {
+            return Err(HaplyOpenError::Mute { bytes: filled });
+        }
+    }
+    if filled > ANSWER_BYTES {
+        return Err(HaplyOpenError::First(Trouble::TooMuch {
+            bytes: filled as u8,
+            expected: ANSWER_BYTES as u8,
+        }));
+    }
+    let mut answer = [0; ANSWER_BYTES];
+    answer.copy_from_slice(&bytes[..ANSWER_BYTES]);
+    Ok(answer)
+}
+
+impl<L: Line> Device<f32, 1> for Haply2Diy<L> {
+    type Error = Fault;
+
+    fn read(&mut self) -> Result<Reading<f32, 1>, Fault> {
+        match self.planar.measure() {
+            Ok(posture) => {
+                let posture = *posture;
+                self.position_m = self.place(&posture);
+            }
+            Err(trouble) => self.once(trouble)?,
+        }
+        Ok(self.reading())
+    }
+
+    fn write(&mut self, force: SafeForce<f32, 1>) -> Result<(), Fault> {
+        let force_n = self.along * f64::from(force.newtons()[0]);
+        match self.planar.push(force_n) {
+            Ok(()) => Ok(()),
+            Err(trouble) => self.once(trouble),
+        }
+    }
+}
+
+impl<L: Line> Hardware for Haply2Diy<L> {
+    type Setup = ();
+
+    fn capabilities(&self) -> Capabilities {
+        let board = match self.planar.model().version.number() {
+            2 => "Haply 2DIY v2",
+            _ => "Haply 2DIY v3",
+        };
+        Capabilities {
+            board: Capabilities::board_name(board),
+            axes: 1,
+            simulated: false,
+            // The board looks for a frame each 50 µs; a USB port of full speed moves bytes each millisecond.
+            tick_period_min_us: 500,
+            tick_period_max_us: 10_000,
+            force_max_n: FORCE_MAX_N,
+            // From one end to the other in a tick.
+            force_rate_max_n_per_s: 2000.0 * FORCE_MAX_N,
+            position_resolution_m: self.planar.model().resolution_m(),
+            coefficients_max: COEFFICIENTS_MAX as u16,
+            modes_max: MODES_MAX as u16,
+            degree_max: DEGREE_MAX as u16,
+            flight_samples: FLIGHT_SAMPLES as u16,
+        }
+    }
+
+    fn prepare(simulation: &Simulation, _: u32) -> Result<(), Refusal> {
+        match simulation.kind {
+            SimulationKind::Real => Ok(()),
+            _ => Err(Refusal::Unsupported(Field::SimulationKind)),
+        }
+    }
+
+    fn install(&mut self, (): (), tick_period_us: u32) {
+        self.planar.ticks_every(1e-6 * f64::from(tick_period_us));
+    }
+
+    fn restart(&mut self) {}
+
+    fn idle(&mut self) -> Result<Reading<f32, 1>, Fault> {
+        let reading = self.read()?;
+        if self.planar.trouble().is_none()
+            && let Err(trouble) = self.planar.push(Vector2::zeros())
+        {
+            self.once(trouble)?;
+        }
+        Ok(reading)
+    }
+
+    fn let_go(&mut self) {
+        self.planar.let_go();
+    }
+
+    fn persisting_fault(&self) -> Option<Fault> {
+        self.planar.trouble().map(Trouble::fault)
+    }
+}
+
+impl<L: Line + 'static> ServedHardware for Haply2Diy<L> {
+    fn trouble(&self) -> Option<String> {
+        let trouble = self.planar.trouble()?;
+        Some(format!(
+            "the 2DIY was told to let go and was reset: {trouble}. The next command looks for the handle at its home again"
+        ))
+    }
+}

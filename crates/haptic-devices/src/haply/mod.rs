@@ -1,0 +1,29 @@
+//! The Haply 2DIY: a five-bar pantograph with two motors, on a USB serial port without checksum and watchdog.
+//!
+//! The force along one line of the plane is that of the safety chain; across it there is none. [`Planar`] is the same
+//! device with both axes.
+
+mod board;
+mod body;
+mod emulation;
+mod hardware;
+mod kinematics;
+mod model;
+mod name;
+mod planar;
+mod plausible;
+mod protocol;
+
+pub use board::{Board, Counted};
+pub use body::{Body, Hand};
+pub use emulation::{Emulated, emulate};
+pub use hardware::{FORCE_MAX_N, Haply2Diy};
+pub use kinematics::{Pantograph, Posture, Singular};
+pub use model::{Direction, Joint, Model, Version};
+pub use name::{Axis, HaplyName, HaplyOpenError, Home};
+pub use planar::{LATE_MOST, Planar};
+pub use plausible::{SPEED_MOST_M_PER_S, Trouble};
+pub use protocol::{
+    ANSWER_BYTES, CONFIGURATION_BYTES, DEVICE_ID, TORQUE_MAX_NM, TORQUES_BYTES, angles_of, answer,
+    configuration, reset, resynchronise, torques,
+};

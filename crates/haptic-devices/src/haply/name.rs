@@ -1,0 +1,184 @@
+//! The name of a 2DIY, and opening it.
+
+use super::hardware::Haply2Diy;
+use super::model::Version;
+use super::plausible::Trouble;
+use crate::name::{NameError, Settings};
+use haptic_remote::serial::{Line, SerialError};
+use nalgebra::Vector2;
+use std::fmt;
+use thiserror::Error;
+
+/// A line of the plane along which the device moves and pushes, with its positive direction.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Axis {
+    /// Along the base, to the right.
+    X,
+    /// Away from the base.
+    #[default]
+    Y,
+    /// Along the base, to the left.
+    MinusX,
+    /// Towards the base.
+    MinusY,
+}
+
+impl Axis {
+    /// All, by name.
+    pub const NAMES: [(&'static str, Self); 4] = [
+        ("x", Self::X),
+        ("y", Self::Y),
+        ("-x", Self::MinusX),
+        ("-y", Self::MinusY),
+    ];
+
+    /// Unit vector in the positive direction.
+    #[must_use]
+    pub fn along(self) -> Vector2<f64> {
+        match self {
+            Self::X => Vector2::new(1.0, 0.0),
+            Self::Y => Vector2::new(0.0, 1.0),
+            Self::MinusX => Vector2::new(-1.0, 0.0),
+            Self::MinusY => Vector2::new(0.0, -1.0),
+        }
+    }
+
+    /// The place at a distance on this axis from the middle of the base; its sign is that of the plane.
+    pub(super) fn across_and_along(self, distance_m: f64) -> Vector2<f64> {
+        match self {
+            Self::X | Self::MinusX => Vector2::new(distance_m, 0.0),
+            Self::Y | Self::MinusY => Vector2::new(0.0, distance_m),
+        }
+    }
+
+    /// Place of zero on this axis unless another is given, m from the middle of the base: the middle of the workspace.
+    const fn zero_m(self) -> f64 {
+        match self {
+            Self::X | Self::MinusX => 0.0,
+            Self::Y | Self::MinusY => 0.09,
+        }
+    }
+
+    fn name(self) -> &'static str {
+        let found = Self::NAMES.iter().find(|(_, axis)| *axis == self);
+        found.map_or("", |(name, _)| name)
+    }
+}
+
+/// Where the encoders count from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Home {
+    /// The handle is at its home while the device is opened.
+    #[default]
+    Now,
+    /// It was at home when an earlier command opened the device, and the board has been on since.
+    Before,
+}
+
+/// A 2DIY by name: `haply:PATH[,version=2|3][,axis=x|y|-x|-y][,zero=LENGTH][,home=now|before]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HaplyName {
+    /// Path of the port.
+    pub path: String,
+    /// Version of the hardware; 3 unless given.
+    pub version: Version,
+    /// Line of the plane; y unless given.
+    pub axis: Axis,
+    /// Place of zero on that line, m from the middle of the base: 90 mm for y, 0 for x unless given.
+    pub zero_m: f64,
+    /// Where the encoders count from.
+    pub home: Home,
+}
+
+/// A 2DIY that cannot be opened.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum HaplyOpenError {
+    /// Its port.
+    #[error(transparent)]
+    Port(#[from] SerialError),
+    /// It does not answer.
+    #[error(
+        "no 2DIY answers: {bytes} of the 9 bytes of an answer came in 0.5 s; is it this port, and is the board on? With home=before it must have been configured before"
+    )]
+    Mute {
+        /// Bytes that came.
+        bytes: usize,
+    },
+    /// It speaks unasked.
+    #[error(
+        "whatever is at this port sends without being asked, which no 2DIY does: is it this port?"
+    )]
+    Talks,
+    /// Its first answers.
+    #[error("the first answer is not that of a 2DIY in order: {0}")]
+    First(Trouble),
+}
+
+impl HaplyName {
+    /// The kind of device.
+    pub const KIND: &'static str = "haply";
+    /// Form of its names.
+    pub const FORM: &'static str =
+        "haply:PATH[,version=2|3][,axis=x|y|-x|-y][,zero=LENGTH][,home=now|before]";
+    /// Bits per second; a USB port of the board's own has no speed.
+    const BAUD: u32 = 115_200;
+
+    /// With the settings that are not given.
+    #[must_use]
+    pub fn at(path: &str) -> Self {
+        Self {
+            path: path.to_owned(),
+            version: Version::default(),
+            axis: Axis::default(),
+            zero_m: Axis::default().zero_m(),
+            home: Home::default(),
+        }
+    }
+
+    /// Reads what stands behind `haply:`.
+    ///
+    /// # Errors
+    /// No path; a key or value that is not known.
+    pub fn parse(text: &str) -> Result<Self, NameError> {
+        let settings = Settings::parse(Self::KIND, text, &["version", "axis", "zero", "home"])?;
+        let axis = settings.choice("axis", &Axis::NAMES, Axis::default())?;
+        let versions = [("2", Version::V2), ("3", Version::V3)];
+        let homes = [("now", Home::Now), ("before", Home::Before)];
+        Ok(Self {
+            path: settings.path().to_owned(),
+            version: settings.choice("version", &versions, Version::default())?,
+            axis,
+            zero_m: settings.metres("zero", -0.2..=0.2, axis.zero_m())?,
+            home: settings.choice("home", &homes, Home::default())?,
+        })
+    }
+
+    /// Opens the port, configures the board and looks at its first answers.
+    ///
+    /// # Errors
+    /// A port that cannot be opened; a board that does not answer as a 2DIY does.
+    pub fn open(&self) -> Result<Haply2Diy<Box<dyn Line>>, HaplyOpenError> {
+        let line = haptic_remote::serial::open(&self.path, Self::BAUD)?;
+        Haply2Diy::greet(line, self)
+    }
+}
+
+impl fmt::Display for HaplyName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}", Self::KIND, self.path)?;
+        if self.version != Version::default() {
+            write!(f, ",version={}", self.version.number())?;
+        }
+        if self.axis != Axis::default() {
+            write!(f, ",axis={}", self.axis.name())?;
+        }
+        if (self.zero_m - self.axis.zero_m()).abs() > 0.0 {
+            write!(f, ",zero={}mm", 1e3 * self.zero_m)?;
+        }
+        if self.home == Home::Before {
+            f.write_str(",home=before")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,225 @@
+//! The 2DIY with both axes: positions and forces in its plane, a frame there and an answer back in each tick.
+
+use super::kinematics::Posture;
+use super::model::Model;
+use super::plausible::{Trouble, judged};
+use super::protocol::{ANSWER_BYTES, TORQUE_MAX_NM, configuration, reset, resynchronise, torques};
+use haptic_loop::{Device, Reading, SafeForce};
+use haptic_remote::serial::Line;
+use nalgebra::Vector2;
+use std::io::ErrorKind;
+use std::time::Duration;
+
+/// Ticks without a whole answer that are borne; the next is a fault.
+pub const LATE_MOST: u8 = 3;
+/// Part of a period that a tick waits for an answer.
+const WAITING: u32 = 4;
+/// Bytes that are looked at in a tick: more than ever are due.
+const ROOM: usize = 64;
+
+/// A 2DIY on a line, with both axes, m and N in the plane of the maker: x along the base, y away from it.
+///
+/// A force goes out in [`write`](Device::write), and the place of the handle in that moment comes back with the next
+/// [`read`](Device::read): a delay of one tick. A frame is sent only when the answer to the last has come whole, so that a lost byte
+/// leaves the board waiting instead of reading torques from the wrong place; a tick whose answer is late keeps the last place,
+/// and the board the last torque.
+///
+/// *Torques* beyond what the board makes are scaled down together: the force keeps its direction and is the smaller.
+#[derive(Debug)]
+pub struct Planar<L: Line> {
+    line: L,
+    model: Model,
+    period_s: f64,
+    bytes: [u8; ROOM],
+    filled: usize,
+    /// A frame was sent whose answer has not come.
+    awaiting: bool,
+    late: u8,
+    posture: Posture,
+    tick: u64,
+    trouble: Option<Trouble>,
+    /// Torques beyond the board's, scaled down.
+    scaled: u64,
+}
+
+impl<L: Line> Planar<L> {
+    /// A device that has answered, with the posture of its answer.
+    pub(super) fn new(line: L, model: Model, posture: Posture) -> Self {
+        Self {
+            line,
+            model,
+            period_s: 1e-3,
+            bytes: [0; ROOM],
+            filled: 0,
+            awaiting: false,
+            late: 0,
+            posture,
+            tick: 0,
+            trouble: None,
+            scaled: 0,
+        }
+    }
+
+    /// The device that it was said to be.
+    #[must_use]
+    pub const fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// The last posture that was believed.
+    #[must_use]
+    pub const fn posture(&self) -> &Posture {
+        &self.posture
+    }
+
+    /// The trouble that ended it, if any did.
+    #[must_use]
+    pub const fn trouble(&self) -> Option<Trouble> {
+        self.trouble
+    }
+
+    /// Ticks whose torques were scaled down to what the board makes.
+    #[must_use]
+    pub const fn scaled(&self) -> u64 {
+        self.scaled
+    }
+
+    /// From now on ticks come at this period.
+    pub(super) fn ticks_every(&mut self, period_s: f64) {
+        self.period_s = period_s;
+        // The answer has most of a period on its own.
+        let patience = Duration::from_secs_f64(period_s) / WAITING;
+        if self.line.set_patience(patience).is_err() {
+            self.fails(Trouble::Gone);
+        }
+    }
+
+    /// Takes in what came, and judges it.
+    pub(super) fn measure(&mut self) -> Result<&Posture, Trouble> {
+        if let Some(trouble) = self.trouble {
+            return Err(trouble);
+        }
+        match self.hear() {
+            Ok(()) => Ok(&self.posture),
+            Err(trouble) => Err(self.fails(trouble)),
+        }
+    }
+
+    fn hear(&mut self) -> Result<(), Trouble> {
+        self.receive()?;
+        let expected = if self.awaiting { ANSWER_BYTES } else { 0 };
+        if self.filled > expected {
+            return Err(Trouble::TooMuch {
+                bytes: self.filled as u8,
+                expected: expected as u8,
+            });
+        }
+        if !self.awaiting {
+            return Ok(());
+        }
+        if self.filled < ANSWER_BYTES {
+            self.late += 1;
+            if self.late > LATE_MOST {
+                return Err(Trouble::Silent {
+                    ticks: self.late,
+                    bytes: self.filled as u8,
+                });
+            }
+            return Ok(());
+        }
+        let mut answer = [0; ANSWER_BYTES];
+        answer.copy_from_slice(&self.bytes[..ANSWER_BYTES]);
+        let passed_s = f64::from(1 + self.late) * self.period_s;
+        let (_, posture) = judged(&self.model, answer, Some((&self.posture, passed_s)))?;
+        self.posture = posture;
+        (self.filled, self.awaiting, self.late) = (0, false, 0);
+        Ok(())
+    }
+
+    /// Takes what is there; waits only while an answer is due and not whole.
+    fn receive(&mut self) -> Result<(), Trouble> {
+        loop {
+            match self.line.read(&mut self.bytes[self.filled..]) {
+                Ok(0) => return Err(Trouble::Gone),
+                Ok(count) => self.filled += count,
+                Err(error) if error.kind() == ErrorKind::TimedOut => return Ok(()),
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(_) => return Err(Trouble::Gone),
+            }
+            if !self.awaiting || self.filled >= ANSWER_BYTES {
+                return Ok(());
+            }
+        }
+    }
+
+    /// Sends the torques of a force in the plane, N, unless the board still owes an answer.
+    pub(super) fn push(&mut self, force_n: Vector2<f64>) -> Result<(), Trouble> {
+        if let Some(trouble) = self.trouble {
+            return Err(trouble);
+        }
+        self.tick += 1;
+        if self.awaiting {
+            return Ok(());
+        }
+        let mut wanted = self.posture.torques(force_n);
+        let largest = wanted.amax();
+        if !largest.is_finite() {
+            return Err(self.fails(Trouble::NotFinite));
+        }
+        if largest > TORQUE_MAX_NM {
+            wanted *= TORQUE_MAX_NM / largest;
+            self.scaled += 1;
+        }
+        let frame = torques(&self.model, [wanted.x as f32, wanted.y as f32]);
+        if self.line.write_all(&frame).is_err() {
+            return Err(self.fails(Trouble::Gone));
+        }
+        self.awaiting = true;
+        Ok(())
+    }
+
+    /// The first trouble counts: no torque from now on.
+    fn fails(&mut self, trouble: Trouble) -> Trouble {
+        let first = *self.trouble.get_or_insert(trouble);
+        self.let_go();
+        first
+    }
+
+    /// No torque from now on. A device in order keeps its configuration, and with it the place of its home; one in trouble is brought
+    /// to the begin of a frame, told once more that there is no torque, and reset.
+    pub(super) fn let_go(&mut self) {
+        let nothing = torques(&self.model, [0.0; 2]);
+        // A line that takes no bytes has nobody at its other end.
+        let _ = self.line.write_all(&nothing);
+        if self.trouble.is_none() {
+            return;
+        }
+        let _ = self.line.write_all(&resynchronise());
+        let _ = self.line.write_all(&configuration(&self.model));
+        let _ = self.line.write_all(&nothing);
+        let _ = self.line.write_all(&reset());
+    }
+}
+
+impl<L: Line> Device<f64, 2> for Planar<L> {
+    type Error = Trouble;
+
+    fn read(&mut self) -> Result<Reading<f64, 2>, Trouble> {
+        let position_m = self.measure()?.hand_m;
+        Ok(Reading {
+            tick: self.tick,
+            time_s: self.tick as f64 * self.period_s,
+            position_m,
+        })
+    }
+
+    fn write(&mut self, force: SafeForce<f64, 2>) -> Result<(), Trouble> {
+        self.push(*force.newtons())
+    }
+}
+
+impl<L: Line> Drop for Planar<L> {
+    fn drop(&mut self) {
+        self.let_go();
+    }
+}

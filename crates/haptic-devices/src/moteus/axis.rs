@@ -1,0 +1,360 @@
+//! A servo as the board of one axis.
+//!
+//! ```text
+//! tick n:  read: answers to the frame of tick n − 1 ─▶ x        write: f ─▶ τ = r·f ─▶ frame with a query
+//! ```
+//! Nothing waits: an answer that has not come by the next tick counts as lost, and the axis stays where it was. So a position is
+//! one tick old, less the time of the way to the servo. *Cost* of a tick: one line each way, some 10⁴ operations, two calls
+//! of the system; no allocation.
+
+use super::adapter::{Adapter, Gone, Heard};
+use super::frames::{Frames, HOST, Reply, Route};
+use super::name::MoteusOpenError;
+use super::settings::MoteusSettings;
+use super::trouble::{Instead, Trouble};
+use haptic_link::{Capabilities, Field, Refusal, Simulation, SimulationKind};
+use haptic_loop::{Device, Fault, Reading, SafeForce};
+use haptic_remote::serial::ServedHardware;
+use haptic_remote::{COEFFICIENTS_MAX, DEGREE_MAX, FLIGHT_SAMPLES, Hardware, MODES_MAX};
+use moteus_protocol::{CanFdFrame, Mode};
+use nalgebra::SVector;
+use std::io::{Read, Write};
+use std::string::{String, ToString as _};
+
+/// Lines taken in a tick at most, so that a flood does not hold up the loop.
+const LINES_MOST: usize = 64;
+/// Frames after which a servo that was told to drive may still say that it is stopped: it prepares.
+const PREPARING_MOST: u32 = 20;
+/// Largest step of a position that the speed does not explain, revolutions.
+const STEP_MOST_REV: f64 = 0.05;
+/// Largest speed that is believed, revolutions per second: beyond what such a servo turns.
+const SPEED_MOST_REV_PER_S: f32 = 200.0;
+/// Answers in a row, of a servo at rest, with which it is opened.
+const ANSWERS: u32 = 3;
+/// Frames in which it may begin to answer.
+const ATTEMPTS: u32 = 25;
+
+/// A moteus servo as the hardware of one axis.
+///
+/// - *Start-up*: stopped; its place is x = 0.
+/// - *Torque*: the force times the radius, never beyond the limit of the settings, with the servo's own control off.
+/// - *Faults*, all of them [`Fault::BoardFailed`] with words in [`trouble`](ServedHardware::trouble): a servo in fault, in a
+///   mode that is not asked for, without a position; several answers in a row that did not come or cannot be; a frame of
+///   another servo; a port that is gone.
+/// - *Let go*: mode 0, repeated at every tick; where no frame arrives any more, the servo's own watchdog.
+#[derive(Debug)]
+pub struct MoteusAxis<S: Read + Write> {
+    adapter: Adapter<S>,
+    frames: Frames,
+    settings: MoteusSettings,
+    /// Place of x = 0, revolutions.
+    zero_rev: f64,
+    newest: Reply,
+    /// Ticks in a row without an answer.
+    lost: u32,
+    instead: Instead,
+    /// Frames in a row that asked for a torque; 0 while stopped.
+    driven: u32,
+    tick: u64,
+    period_s: f64,
+    trouble: Option<Trouble>,
+}
+
+impl<S: Read + Write> MoteusAxis<S> {
+    /// Stops the servo, which clears its faults, and waits until it answers as one that stands. Each read of the stream may
+    /// wait for some 20 ms here, and must not from then on: see [`stream`](Self::stream).
+    ///
+    /// # Errors
+    /// A setting outside its range; no answer, a fault that stays, another servo.
+    pub fn open(
+        stream: S,
+        settings: MoteusSettings,
+        checksum: bool,
+    ) -> Result<Self, MoteusOpenError> {
+        settings.check().map_err(MoteusOpenError::Settings)?;
+        let mut axis = Self {
+            adapter: Adapter::new(stream, checksum),
+            frames: Frames::new(settings.id, settings.watchdog_s),
+            settings,
+            zero_rev: 0.0,
+            newest: Reply {
+                mode: Mode::Stopped.into(),
+                position_rev: 0.0,
+                velocity_rev_per_s: 0.0,
+                torque_nm: 0.0,
+                fault: 0,
+            },
+            lost: 0,
+            instead: Instead::default(),
+            driven: 0,
+            tick: 0,
+            period_s: 1e-3,
+            trouble: None,
+        };
+        axis.greet().map_err(MoteusOpenError::Trouble)?;
+        axis.zero_rev = f64::from(axis.newest.position_rev);
+        Ok(axis)
+    }
+
+    fn greet(&mut self) -> Result<(), Trouble> {
+        let mut answers = 0;
+        for _ in 0..ATTEMPTS {
+            self.let_go();
+            match self.heard_now()? {
+                Some(reply) if reply.is_in(Mode::Stopped) => {
+                    self.newest = reply;
+                    answers += 1;
+                }
+                Some(reply) => {
+                    self.newest = reply;
+                    answers = 0;
+                }
+                None => {}
+            }
+            if answers == ANSWERS {
+                self.instead = Instead::default();
+                return Ok(());
+            }
+        }
+        // A servo that stands and answers was accepted above.
+        if self.newest.is_in(Mode::Stopped) {
+            return Err(self.silent(ATTEMPTS));
+        }
+        Err(self.unwanted_mode())
+    }
+
+    const fn silent(&self, ticks: u32) -> Trouble {
+        Trouble::Silent {
+            id: self.settings.id,
+            ticks,
+            instead: self.instead,
+        }
+    }
+
+    /// The first answer that comes, however long the stream waits for it.
+    fn heard_now(&mut self) -> Result<Option<Reply>, Trouble> {
+        for _ in 0..LINES_MOST {
+            match self.adapter.receive() {
+                Err(Gone) => return Err(Trouble::Gone),
+                Ok(None) => return Ok(None),
+                Ok(Some(heard)) => {
+                    if let Some(reply) = self.sorted(heard)? {
+                        return Ok(Some(reply));
+                    }
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    /// The stream, to set that its reads do not wait from now on.
+    pub const fn stream(&mut self) -> &mut S {
+        self.adapter.stream()
+    }
+
+    /// Takes what has come since the last tick.
+    fn listen(&mut self) -> Result<(), Trouble> {
+        let mut answered = false;
+        for _ in 0..LINES_MOST {
+            match self.adapter.receive() {
+                Err(Gone) => return Err(Trouble::Gone),
+                Ok(None) => break,
+                Ok(Some(heard)) => {
+                    if let Some(reply) = self.sorted(heard)?.filter(|reply| self.believed(reply)) {
+                        self.newest = reply;
+                        answered = true;
+                    }
+                }
+            }
+        }
+        if answered {
+            (self.lost, self.instead) = (0, Instead::default());
+            return if self.driven > 0 {
+                self.judge_mode(self.driven > PREPARING_MOST)
+            } else {
+                Ok(())
+            };
+        }
+        self.lost = self.lost.saturating_add(1);
+        if self.lost < self.settings.lost_most {
+            return Ok(());
+        }
+        Err(self.silent(self.lost))
+    }
+
+    /// The answer in a line; everything else is counted.
+    fn sorted(&mut self, heard: Heard) -> Result<Option<Reply>, Trouble> {
+        let id = self.settings.id;
+        let frame: CanFdFrame = match heard {
+            Heard::Frame(frame) => frame,
+            Heard::Taken => {
+                self.instead.taken = self.instead.taken.saturating_add(1);
+                return Ok(None);
+            }
+            Heard::Refused => {
+                self.instead.refused = self.instead.refused.saturating_add(1);
+                return Ok(None);
+            }
+            Heard::Garbage => {
+                self.instead.garbage = self.instead.garbage.saturating_add(1);
+                return Ok(None);
+            }
+        };
+        let Route { from, to } = Route::of(&frame);
+        if from != id || to != HOST {
+            return Err(Trouble::OtherSpeaker { id, from, to });
+        }
+        match self.frames.reply(&frame) {
+            Some(reply) if !reply.is_finite() => Err(Trouble::NotFinite { id }),
+            Some(reply) => Ok(Some(reply)),
+            None => {
+                self.instead.garbage = self.instead.garbage.saturating_add(1);
+                Ok(None)
+            }
+        }
+    }
+
+    /// Whether a position can have been reached since the last one.
+    fn believed(&mut self, reply: &Reply) -> bool {
+        let speed = reply.velocity_rev_per_s.abs();
+        let fastest = f64::from(speed.max(self.newest.velocity_rev_per_s.abs()));
+        let passed_s = self.period_s * f64::from(self.lost + 1);
+        let step = f64::from(reply.position_rev) - f64::from(self.newest.position_rev);
+        let believed =
+            speed <= SPEED_MOST_REV_PER_S && step.abs() <= STEP_MOST_REV + 2.0 * fastest * passed_s;
+        if !believed {
+            self.instead.garbage = self.instead.garbage.saturating_add(1);
+        }
+        believed
+    }
+
+    /// Refuses the modes in which a servo that drives must not be. While it prepares it may still be stopped.
+    fn judge_mode(&self, prepared: bool) -> Result<(), Trouble> {
+        match Mode::try_from(self.newest.mode) {
+            Ok(Mode::Position | Mode::Enabling | Mode::Calibrating | Mode::CalibrationComplete) => {
+                Ok(())
+            }
+            Ok(Mode::Stopped) if !prepared => Ok(()),
+            _ => Err(self.unwanted_mode()),
+        }
+    }
+
+    fn unwanted_mode(&self) -> Trouble {
+        let (id, mode) = (self.settings.id, self.newest.mode);
+        match Mode::try_from(mode) {
+            Ok(Mode::Fault) => Trouble::Fault {
+                id,
+                code: self.newest.fault,
+            },
+            Ok(Mode::Timeout) => Trouble::WatchdogLetGo { id },
+            _ => Trouble::OtherMode { id, mode },
+        }
+    }
+
+    fn failed(&mut self, trouble: Trouble) -> Fault {
+        self.trouble = Some(trouble);
+        Fault::BoardFailed
+    }
+
+    fn reading(&self) -> Reading<f32, 1> {
+        let turned_rev = f64::from(self.newest.position_rev) - self.zero_rev;
+        let position_m = self.settings.metres_per_revolution() * turned_rev;
+        Reading {
+            tick: self.tick,
+            time_s: self.tick as f64 * self.period_s,
+            position_m: SVector::from([position_m as f32]),
+        }
+    }
+
+    fn let_go(&mut self) {
+        self.driven = 0;
+        // Repeated at the next tick; a port that is gone is noticed when it is read.
+        let _ = self.adapter.send(&self.frames.stop());
+    }
+}
+
+impl<S: Read + Write> Device<f32, 1> for MoteusAxis<S> {
+    type Error = Fault;
+
+    fn read(&mut self) -> Result<Reading<f32, 1>, Fault> {
+        match self.listen() {
+            Ok(()) => Ok(self.reading()),
+            Err(trouble) => Err(self.failed(trouble)),
+        }
+    }
+
+    fn write(&mut self, force: SafeForce<f32, 1>) -> Result<(), Fault> {
+        let most = self.settings.torque_limit_nm as f32;
+        // τ = r·f
+        let torque_nm = (self.settings.radius_m * f64::from(force.newtons()[0])) as f32;
+        self.tick += 1;
+        self.driven = self.driven.saturating_add(1);
+        let frame = self.frames.drive(torque_nm.clamp(-most, most));
+        (self.adapter.send(&frame)).map_err(|Gone| self.failed(Trouble::Gone))
+    }
+}
+
+impl<S: Read + Write> Hardware for MoteusAxis<S> {
+    type Setup = ();
+
+    fn capabilities(&self) -> Capabilities {
+        Capabilities {
+            board: Capabilities::board_name("moteus"),
+            axes: 1,
+            simulated: false,
+            tick_period_min_us: 500,
+            tick_period_max_us: 5000,
+            force_max_n: self.settings.force_max_n() as f32,
+            force_rate_max_n_per_s: 1e5,
+            // It has a filtered position, whose step it does not tell.
+            position_resolution_m: 0.0,
+            coefficients_max: COEFFICIENTS_MAX as u16,
+            modes_max: MODES_MAX as u16,
+            degree_max: DEGREE_MAX as u16,
+            flight_samples: FLIGHT_SAMPLES as u16,
+        }
+    }
+
+    fn prepare(simulation: &Simulation, _: u32) -> Result<(), Refusal> {
+        if simulation.kind == SimulationKind::Real {
+            Ok(())
+        } else {
+            Err(Refusal::Unsupported(Field::SimulationKind))
+        }
+    }
+
+    fn install(&mut self, (): (), tick_period_us: u32) {
+        self.period_s = f64::from(tick_period_us) * 1e-6;
+    }
+
+    fn restart(&mut self) {
+        self.tick = 0;
+    }
+
+    fn idle(&mut self) -> Result<Reading<f32, 1>, Fault> {
+        let read = self.read();
+        self.let_go();
+        read
+    }
+
+    fn let_go(&mut self) {
+        self.let_go();
+    }
+
+    fn persisting_fault(&self) -> Option<Fault> {
+        let silent = self.lost >= self.settings.lost_most;
+        (silent || self.newest.is_in(Mode::Fault)).then_some(Fault::BoardFailed)
+    }
+}
+
+impl<S: Read + Write + Send + 'static> ServedHardware for MoteusAxis<S> {
+    fn trouble(&self) -> Option<String> {
+        self.trouble.map(|trouble| trouble.to_string())
+    }
+}
+
+impl<S: Read + Write> Drop for MoteusAxis<S> {
+    fn drop(&mut self) {
+        self.let_go();
+    }
+}

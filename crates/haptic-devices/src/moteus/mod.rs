@@ -1,0 +1,17 @@
+//! A [moteus](https://mjbots.com) servo with a capstan or lever, behind an `fdcanusb` adapter or on a UART.
+//!
+//! Text, registers and their scales are the maker's own crate `moteus-protocol`. Its transports wait for as long as an answer
+//! takes and allocate for each; a loop must do neither, so the lines are taken from the port here.
+
+mod adapter;
+mod axis;
+pub mod emulated;
+mod frames;
+mod name;
+mod settings;
+mod trouble;
+
+pub use axis::MoteusAxis;
+pub use name::{MoteusName, MoteusOpenError};
+pub use settings::MoteusSettings;
+pub use trouble::{Instead, Trouble};

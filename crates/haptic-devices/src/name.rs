@@ -1,0 +1,276 @@
+//! Names of devices: `KIND:PATH[,key=value]…`.
+
+use std::ops::RangeInclusive;
+use thiserror::Error;
+
+/// A device's name behind its kind: a path, and settings by key.
+///
+/// The path ends at the first comma. A key is given at most once.
+///
+/// ```
+/// use haptic_devices::Settings;
+///
+/// let settings = Settings::parse("haply", "/dev/ttyACM0,version=2", &["version", "axis"])?;
+/// assert_eq!(settings.path(), "/dev/ttyACM0");
+/// assert_eq!(settings.choice("version", &[("2", 2), ("3", 3)], 3)?, 2);
+/// assert_eq!(settings.metres("radius", 1e-3..=1.0, 0.02)?, 0.02);
+/// # Ok::<(), haptic_devices::NameError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Settings<'a> {
+    path: &'a str,
+    pairs: Vec<(&'a str, &'a str)>,
+}
+
+/// A name that names no device.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum NameError {
+    /// A kind of device that is not known.
+    #[error("\"{kind}\" is no kind of device: there are {known}")]
+    Kind {
+        /// As given.
+        kind: String,
+        /// All kinds.
+        known: String,
+    },
+    /// No path behind the kind.
+    #[error("{kind} needs the path of a port, as in {kind}:/dev/ttyACM0")]
+    Path {
+        /// The kind of device.
+        kind: &'static str,
+    },
+    /// Something behind a comma that is no `key=value`.
+    #[error("\"{text}\" is no setting: write key=value, the keys of {kind} are {keys}")]
+    Setting {
+        /// As given.
+        text: String,
+        /// The kind of device.
+        kind: &'static str,
+        /// All keys of this kind.
+        keys: String,
+    },
+    /// A key that is there twice.
+    #[error("{key} is given twice")]
+    Twice {
+        /// The key.
+        key: String,
+    },
+    /// A value that is none of the choices.
+    #[error("{key} = \"{value}\" is not one of {choices}")]
+    Choice {
+        /// The key.
+        key: &'static str,
+        /// As given.
+        value: String,
+        /// All choices.
+        choices: String,
+    },
+    /// A value that is no number in its range.
+    #[error("{key} = \"{value}\" is not in [{least}, {most}]{unit}")]
+    Number {
+        /// The key.
+        key: &'static str,
+        /// As given.
+        value: String,
+        /// The least value.
+        least: f64,
+        /// The greatest value.
+        most: f64,
+        /// A blank and the unit; nothing for a number without one.
+        unit: &'static str,
+    },
+}
+
+impl<'a> Settings<'a> {
+    /// Reads what stands behind `KIND:`.
+    ///
+    /// # Errors
+    /// No path, a setting that is no `key=value`, a key that is not in `keys` or is there twice.
+    pub fn parse(kind: &'static str, text: &'a str, keys: &[&str]) -> Result<Self, NameError> {
+        let mut parts = text.split(',');
+        let path = parts.next().filter(|path| !path.is_empty());
+        let path = path.ok_or(NameError::Path { kind })?;
+        let mut pairs: Vec<(&str, &str)> = Vec::new();
+        for part in parts {
+            let pair = part.split_once('=').filter(|(key, _)| keys.contains(key));
+            let (key, value) = pair.ok_or_else(|| NameError::Setting {
+                text: part.to_owned(),
+                kind,
+                keys: keys.join(", "),
+            })?;
+            if pairs.iter().any(|(there, _)| *there == key) {
+                let key = key.to_owned();
+                return Err(NameError::Twice { key });
+            }
+            pairs.push((key, value));
+        }
+        Ok(Self { path, pairs })
+    }
+
+    /// The path of the port.
+    #[must_use]
+    pub const fn path(&self) -> &'a str {
+        self.path
+    }
+
+    /// The value of a key as it was given.
+    #[must_use]
+    pub fn text(&self, key: &str) -> Option<&'a str> {
+        let found = self.pairs.iter().find(|(there, _)| *there == key);
+        found.map(|(_, value)| *value)
+    }
+
+    /// The value of a key, by its name among these; `default` if it is not given.
+    ///
+    /// # Errors
+    /// Another name.
+    pub fn choice<T: Copy>(
+        &self,
+        key: &'static str,
+        choices: &[(&str, T)],
+        default: T,
+    ) -> Result<T, NameError> {
+        let Some(value) = self.text(key) else {
+            return Ok(default);
+        };
+        let found = choices.iter().find(|(name, _)| *name == value);
+        found.map(|(_, chosen)| *chosen).ok_or_else(|| {
+            let names: Vec<&str> = choices.iter().map(|(name, _)| *name).collect();
+            NameError::Choice {
+                key,
+                value: value.to_owned(),
+                choices: names.join(", "),
+            }
+        })
+    }
+
+    /// A number without a unit; `default` if it is not given.
+    ///
+    /// # Errors
+    /// No number in the range.
+    pub fn number(
+        &self,
+        key: &'static str,
+        range: RangeInclusive<f64>,
+        default: f64,
+    ) -> Result<f64, NameError> {
+        let read = |value: &str| value.parse().ok();
+        self.measured(key, range, default, "", read)
+    }
+
+    /// A length in m, given as `20mm`, `0.02m` or `0.02`; `default` if it is not given.
+    ///
+    /// # Errors
+    /// No length in the range.
+    pub fn metres(
+        &self,
+        key: &'static str,
+        range: RangeInclusive<f64>,
+        default: f64,
+    ) -> Result<f64, NameError> {
+        let read = |value: &str| {
+            if let Some(millimetres) = value.strip_suffix("mm") {
+                return millimetres.parse().ok().map(|number: f64| number / 1e3);
+            }
+            value.strip_suffix('m').unwrap_or(value).parse().ok()
+        };
+        self.measured(key, range, default, " m", read)
+    }
+
+    /// A whole number; `default` if it is not given.
+    ///
+    /// # Errors
+    /// No whole number in the range.
+    pub fn whole(
+        &self,
+        key: &'static str,
+        range: RangeInclusive<u32>,
+        default: u32,
+    ) -> Result<u32, NameError> {
+        let read = |value: &str| value.parse::<u32>().ok().map(f64::from);
+        let range = f64::from(*range.start())..=f64::from(*range.end());
+        self.measured(key, range, default.into(), "", read)
+            .map(|number| number as u32)
+    }
+
+    /// A time in s, given as `100ms`, `0.1s` or `0.1`; `default` if it is not given.
+    ///
+    /// # Errors
+    /// No time in the range.
+    pub fn seconds(
+        &self,
+        key: &'static str,
+        range: RangeInclusive<f64>,
+        default: f64,
+    ) -> Result<f64, NameError> {
+        let read = |value: &str| {
+            if let Some(milliseconds) = value.strip_suffix("ms") {
+                return milliseconds.parse().ok().map(|number: f64| number / 1e3);
+            }
+            value.strip_suffix('s').unwrap_or(value).parse().ok()
+        };
+        self.measured(key, range, default, " s", read)
+    }
+
+    fn measured(
+        &self,
+        key: &'static str,
+        range: RangeInclusive<f64>,
+        default: f64,
+        unit: &'static str,
+        read: impl FnOnce(&str) -> Option<f64>,
+    ) -> Result<f64, NameError> {
+        let Some(value) = self.text(key) else {
+            return Ok(default);
+        };
+        let number = read(value).filter(|number| range.contains(number));
+        number.ok_or_else(|| NameError::Number {
+            key,
+            value: value.to_owned(),
+            least: *range.start(),
+            most: *range.end(),
+            unit,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_is_a_path_and_settings() {
+        let read = |text| Settings::parse("haply", text, &["version", "radius"]);
+        let settings = read("/dev/x,radius=20mm,version=2").expect("good");
+        assert_eq!(settings.path(), "/dev/x");
+        assert_eq!(settings.metres("radius", 0.0..=1.0, 1.0), Ok(0.02));
+        assert_eq!(settings.number("version", 2.0..=3.0, 3.0), Ok(2.0));
+        assert_eq!(read("COM3").expect("good").text("version"), None);
+        for (text, said) in [
+            (
+                "",
+                "haply needs the path of a port, as in haply:/dev/ttyACM0",
+            ),
+            (
+                "x,",
+                "\"\" is no setting: write key=value, the keys of haply are version, radius",
+            ),
+            (
+                "x,id=1",
+                "\"id=1\" is no setting: write key=value, the keys of haply are version, radius",
+            ),
+            ("x,version=2,version=3", "version is given twice"),
+        ] {
+            assert_eq!(read(text).expect_err("bad").to_string(), said);
+        }
+        let far = read("x,radius=2m").expect("reads");
+        let said = far.metres("radius", 0.0..=1.0, 1.0).expect_err("too far");
+        assert_eq!(said.to_string(), "radius = \"2m\" is not in [0, 1] m");
+        let choice = far.choice("radius", &[("1", 1), ("2", 2)], 1);
+        assert_eq!(
+            choice.expect_err("none").to_string(),
+            "radius = \"2m\" is not one of 1, 2"
+        );
+    }
+}

@@ -1,0 +1,5 @@
+//! The 2DIY in virtual time: driver, device side and an emulated board, byte by byte.
+
+mod corruption;
+mod driver;
+mod wire;

@@ -1,0 +1,261 @@
+//! An emulated board at the other end of a line in virtual time, and a device that is armed and runs on it.
+
+use haptic_devices::haply::{
+    Axis, Board, Body, Hand, Haply2Diy, HaplyName, Home, TORQUES_BYTES, Version, angles_of,
+};
+use haptic_link::{Configuration, Limits, Start};
+use haptic_remote::serial::Line;
+use haptic_remote::{TickSide, prepare};
+use nalgebra::Vector2;
+use std::collections::VecDeque;
+use std::io::{self, ErrorKind, Read, Write};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+/// Largest force of these runs, N.
+pub(crate) const FORCE_N: f32 = 1.0;
+/// T, µs.
+pub(crate) const TICK_US: u64 = 1000;
+
+/// Damage to one byte.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Damage {
+    Lost,
+    Added(u8),
+    /// Bits that flip.
+    Changed(u8),
+}
+
+/// Both directions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Way {
+    ToBoard,
+    ToHost,
+}
+
+/// The board, the bytes on their way to the host, and what is to happen to one of them.
+#[derive(Clone, Debug)]
+pub(crate) struct World {
+    pub(crate) board: Board,
+    pub(crate) now_us: u64,
+    to_host: VecDeque<u8>,
+    /// Way, bytes until the one that is hit, damage to it.
+    pub(crate) planned: Option<(Way, u32, Damage)>,
+    /// Bytes of the host are not heard: the board has stopped.
+    pub(crate) dead: bool,
+    /// The last frames of the host, as it sent them.
+    pub(crate) frames: VecDeque<[u8; TORQUES_BYTES]>,
+}
+
+impl World {
+    /// A board that was switched on with its handle at home, and configured as this name says.
+    pub(crate) fn new(board: Board) -> Self {
+        Self {
+            board,
+            now_us: 0,
+            to_host: VecDeque::new(),
+            planned: None,
+            dead: false,
+            frames: VecDeque::new(),
+        }
+    }
+
+    /// The byte as it comes through: none, one or two.
+    fn damaged(&mut self, way: Way, byte: u8) -> ([u8; 2], usize) {
+        let whole = ([byte, 0], 1);
+        let Some((planned, left, damage)) = self.planned else {
+            return whole;
+        };
+        if planned != way {
+            return whole;
+        }
+        if left > 0 {
+            self.planned = Some((planned, left - 1, damage));
+            return whole;
+        }
+        self.planned = None;
+        match damage {
+            Damage::Lost => ([0, 0], 0),
+            Damage::Added(added) => ([added, byte], 2),
+            Damage::Changed(bits) => ([byte ^ bits, 0], 1),
+        }
+    }
+}
+
+/// The host's end.
+#[derive(Clone, Debug)]
+pub(crate) struct Wire(pub(crate) Arc<Mutex<World>>);
+
+impl Wire {
+    pub(crate) fn new(world: World) -> Self {
+        Self(Arc::new(Mutex::new(world)))
+    }
+
+    pub(crate) fn with<R>(&self, user: impl FnOnce(&mut World) -> R) -> R {
+        user(&mut self.0.lock().expect("nobody panicked with it"))
+    }
+}
+
+impl Read for Wire {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        self.with(|world| {
+            if world.to_host.is_empty() {
+                return Err(ErrorKind::TimedOut.into());
+            }
+            world.to_host.read(into)
+        })
+    }
+}
+
+impl Write for Wire {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.with(|world| {
+            if let Ok(frame) = bytes.try_into() {
+                world.frames.push_front(frame);
+                world.frames.truncate(6);
+            }
+            for &byte in bytes {
+                let (through, count) = world.damaged(Way::ToBoard, byte);
+                if world.dead {
+                    continue;
+                }
+                let mut answer = Vec::new();
+                for &byte in &through[..count] {
+                    world.board.receive(byte, world.now_us, &mut answer);
+                }
+                for byte in answer {
+                    let (through, count) = world.damaged(Way::ToHost, byte);
+                    world.to_host.extend(&through[..count]);
+                }
+            }
+        });
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Line for Wire {
+    fn share(&self) -> io::Result<Box<dyn Line>> {
+        Err(ErrorKind::Unsupported.into())
+    }
+
+    fn set_baud_rate(&mut self, _: u32) {}
+
+    fn set_patience(&mut self, _: Duration) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// A board whose handle a hand strokes, through the surface in the middle.
+pub(crate) fn stroking(version: Version) -> Board {
+    let model = version.model();
+    let from = [0.5 * model.pantograph.base_m() + 0.004, 0.085];
+    let hand = Hand::Strokes {
+        from,
+        depth_m: 0.015,
+        time_s: 0.5,
+    };
+    Board::new(model, Body::at_home(&model, hand))
+}
+
+/// Settings of a device of this version along y.
+pub(crate) fn name(version: Version, home: Home) -> HaplyName {
+    HaplyName {
+        version,
+        axis: Axis::Y,
+        home,
+        ..HaplyName::at("virtual")
+    }
+}
+
+/// A device with a spring in front of its hand, armed and running; and its board.
+pub(crate) struct Running {
+    pub(crate) device: TickSide<Haply2Diy<Wire>>,
+    pub(crate) wire: Wire,
+}
+
+impl Running {
+    /// Begins with a board that was configured before.
+    pub(crate) fn on(board: Board, version: Version, now_us: u64) -> Self {
+        let mut world = World::new(board);
+        world.now_us = now_us;
+        let wire = Wire::new(world);
+        let hardware = Haply2Diy::greet(wire.clone(), &name(version, Home::Before));
+        let mut device = TickSide::new(hardware.expect("answers")).expect("starts");
+        let configuration = Configuration {
+            stiffness_n_per_m: 60.0,
+            one_sided: true,
+            limits: Limits {
+                watchdog_ms: 1000,
+                ..Limits::bare(FORCE_N, 1000.0)
+            },
+            ..Configuration::PASSIVE
+        };
+        let capabilities = haptic_remote::Hardware::capabilities(device.hardware());
+        let prepared = prepare::<Haply2Diy<Wire>>(configuration, &[0.0], &capabilities);
+        device.install(prepared.expect("good")).expect("is idle");
+        device.arm(0).expect("nothing is wrong");
+        let start = Start {
+            run: 1,
+            ticks: 0,
+            every: 1,
+            batch: 1,
+        };
+        device.start(start).expect("is armed");
+        Self { device, wire }
+    }
+
+    /// The next tick, a millisecond later.
+    pub(crate) fn tick(&mut self) {
+        let now_us = self.wire.with(|world| {
+            world.now_us += TICK_US;
+            world.board.advance(world.now_us);
+            world.now_us
+        });
+        self.device.heard(now_us, true);
+        self.device.tick(now_us);
+    }
+
+    /// The force at the handle that the motors make now, N.
+    pub(crate) fn force(&self) -> Vector2<f64> {
+        self.wire.with(|world| {
+            let [first, second] = world.board.torques_nm();
+            let pantograph = self.device.hardware().planar().model().pantograph;
+            let posture = pantograph
+                .posture(world.board.body().angles())
+                .expect("in order");
+            posture.force(Vector2::new(first, second))
+        })
+    }
+
+    /// True if a motor makes a torque that no frame of late has asked for, and that is one.
+    pub(crate) fn is_wrong(&self) -> bool {
+        let model = *self.device.hardware().planar().model();
+        self.wire.with(|world| {
+            let made = world.board.torques_nm();
+            // Torques stand where angles stand in an answer.
+            let frames = world.frames.iter().map(|frame| {
+                let [_, numbers @ ..] = *frame;
+                angles_of(&model, numbers).1.map(f64::from)
+            });
+            let frames: Vec<[f64; 2]> = frames.collect();
+            (0..2).any(|joint| {
+                let asked = frames
+                    .iter()
+                    .any(|frame| (frame[joint] - made[joint]).abs() < 1e-12);
+                made[joint].abs() > 1e-30 && !asked
+            })
+        })
+    }
+
+    /// Larger of both torques, N·m.
+    pub(crate) fn torque(&self) -> f64 {
+        self.wire.with(|world| {
+            let [first, second] = world.board.torques_nm();
+            first.abs().max(second.abs())
+        })
+    }
+}

@@ -1,0 +1,5 @@
+//! A moteus axis behind the device's side of the link, on an emulated servo, in virtual time.
+
+mod corrupted;
+mod servo;
+mod world;

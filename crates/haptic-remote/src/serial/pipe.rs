@@ -1,0 +1,123 @@
+//! A line within this process: two queues of bytes.
+
+use super::line::Line;
+use super::shared::lock;
+use std::boxed::Box;
+use std::collections::VecDeque;
+use std::io::{self, ErrorKind, Read, Write};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::time::Duration;
+
+/// Bytes on their way at most: with more of them nobody reads.
+const ON_THE_WAY_MOST: usize = 1 << 18;
+/// Time that a read waits unless another is set, as that of a serial port.
+const PATIENCE: Duration = Duration::from_millis(20);
+
+/// One end of a line within this process.
+///
+/// ```
+/// use haptic_remote::serial::{Line as _, Pipe};
+/// use std::io::{Read as _, Write as _};
+///
+/// let (mut here, mut there) = Pipe::pair();
+/// there.write_all(b"hello")?;
+/// let mut bytes = [0; 16];
+/// assert_eq!(here.read(&mut bytes)?, 5);
+/// drop(there);
+/// assert_eq!(here.read(&mut bytes)?, 0, "the other end is gone");
+/// # Ok::<(), std::io::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Pipe {
+    incoming: Arc<Queue>,
+    outgoing: Arc<Queue>,
+    /// Of the handles of this end: with the last of them the end is gone.
+    _end: Arc<End>,
+    patience: Duration,
+}
+
+#[derive(Debug, Default)]
+struct Queue {
+    state: Mutex<Queued>,
+    arrived: Condvar,
+}
+
+#[derive(Debug, Default)]
+struct Queued {
+    bytes: VecDeque<u8>,
+    closed: bool,
+}
+
+#[derive(Debug)]
+struct End([Arc<Queue>; 2]);
+
+impl Drop for End {
+    fn drop(&mut self) {
+        for queue in &self.0 {
+            lock(&queue.state).closed = true;
+            queue.arrived.notify_all();
+        }
+    }
+}
+
+impl Pipe {
+    /// Both ends of a new line.
+    #[must_use]
+    pub fn pair() -> (Self, Self) {
+        let queues = [(); 2].map(|()| Arc::new(Queue::default()));
+        let end = |incoming: usize| Self {
+            incoming: Arc::clone(&queues[incoming]),
+            outgoing: Arc::clone(&queues[1 - incoming]),
+            _end: Arc::new(End(queues.clone())),
+            patience: PATIENCE,
+        };
+        (end(0), end(1))
+    }
+}
+
+impl Read for Pipe {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        let queued = lock(&self.incoming.state);
+        let nothing = |queued: &mut Queued| queued.bytes.is_empty() && !queued.closed;
+        let waited = (self.incoming.arrived).wait_timeout_while(queued, self.patience, nothing);
+        let (mut queued, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        if queued.bytes.is_empty() && !queued.closed {
+            return Err(ErrorKind::TimedOut.into());
+        }
+        queued.bytes.read(into)
+    }
+}
+
+impl Write for Pipe {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let mut queued = lock(&self.outgoing.state);
+        if queued.closed {
+            return Err(ErrorKind::BrokenPipe.into());
+        }
+        let count = bytes.len().min(ON_THE_WAY_MOST - queued.bytes.len());
+        if count < bytes.len() {
+            return Err(ErrorKind::WouldBlock.into());
+        }
+        queued.bytes.extend(bytes);
+        drop(queued);
+        self.outgoing.arrived.notify_one();
+        Ok(count)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Line for Pipe {
+    fn share(&self) -> io::Result<Box<dyn Line>> {
+        Ok(Box::new(self.clone()))
+    }
+
+    fn set_baud_rate(&mut self, _: u32) {}
+
+    fn set_patience(&mut self, patience: Duration) -> io::Result<()> {
+        self.patience = patience;
+        Ok(())
+    }
+}

@@ -1,0 +1,235 @@
+//! A device that this process serves itself: a board of another maker behind the device's side of the link.
+//!
+//! ```text
+//! SerialLink ◀── Pipe ──▶ thread: DeviceSession, TickSide ◀── read, write ──▶ hardware of another maker
+//! ```
+//! The state machine of firmware and emulator, ticked by the clock. A period that has passed is skipped and counted as
+//! late, as on a board: nothing waits for a machine that is too busy.
+
+use super::line::Line as _;
+use super::pipe::Pipe;
+use super::shared::lock;
+use crate::session::within_this_process;
+use crate::{DeviceSession, Hardware, TickSide};
+use core::cell::RefCell;
+use core::hint::spin_loop;
+use haptic_link::{FRAME_MAX, Refusal, State};
+use std::io::{Read as _, Write as _};
+use std::string::String;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// Time before a tick at which sleeping ends and spinning begins.
+const SPIN: Duration = Duration::from_micros(80);
+/// Longer than a force takes to fall, at the end.
+const FALL: Duration = Duration::from_secs(2);
+
+/// Hardware that a thread of this process can serve.
+///
+/// [`let_go`](Hardware::let_go) is called at the end too, after the force has fallen; implement [`Drop`] as well where the
+/// hardware keeps its last force, so that it lets go even when the thread panics.
+pub trait ServedHardware: Hardware + Send + 'static {
+    /// Words about the last fault of the hardware, with the remedy; `None` if it had none. Not called in a tick.
+    fn trouble(&self) -> Option<String>;
+}
+
+/// A device of another maker and the thread that serves it, with the loop, limits, watchdog and flight recorder of any
+/// device.
+///
+/// Dropping it lets the force fall to zero, then lets go of the hardware.
+#[derive(Debug)]
+pub struct Served {
+    line: Pipe,
+    stop: Arc<AtomicBool>,
+    trouble: Arc<Mutex<Option<String>>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Served {
+    /// Starts serving. A [`SerialLink`](super::SerialLink) [connects](super::SerialLink::to_served) to it.
+    ///
+    /// # Errors
+    /// Hardware that cannot be without a configuration, which is a defect of it; no thread to be had.
+    pub fn start<H: ServedHardware>(hardware: H) -> Result<Self, ServeError> {
+        let device = TickSide::new(hardware).map_err(ServeError::Hardware)?;
+        let (here, there) = Pipe::pair();
+        let stop = Arc::new(AtomicBool::new(false));
+        let trouble = Arc::new(Mutex::new(None));
+        let mut serving = Serving {
+            device: RefCell::new(device),
+            session: within_this_process(),
+            line: there,
+            frame: [0; FRAME_MAX],
+            began: Instant::now(),
+            ticked_us: 0,
+            faults: 0,
+            trouble: Arc::clone(&trouble),
+        };
+        let stopped = Arc::clone(&stop);
+        let builder = std::thread::Builder::new().name("served-device".into());
+        let thread = builder.spawn(move || serving.run(&stopped));
+        Ok(Self {
+            line: here,
+            stop,
+            trouble,
+            thread: Some(thread.map_err(ServeError::Thread)?),
+        })
+    }
+
+    /// The host's end of the line.
+    pub(super) fn line(&self) -> Pipe {
+        self.line.clone()
+    }
+
+    pub(super) const fn thread(&self) -> Option<&JoinHandle<()>> {
+        self.thread.as_ref()
+    }
+
+    pub(super) fn trouble(&self) -> Option<String> {
+        lock(&self.trouble).clone()
+    }
+}
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            // A panic in there has been printed, and its hardware has been dropped.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// Hardware that cannot be served.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum ServeError {
+    /// It refuses the configuration of a device at power-up.
+    Hardware(Refusal),
+    /// No thread to be had.
+    Thread(std::io::Error),
+}
+
+impl core::fmt::Display for ServeError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Hardware(refusal) => {
+                write!(f, "the device refuses its first configuration: {refusal:?}")
+            }
+            Self::Thread(error) => write!(f, "a thread could not be started: {error}"),
+        }
+    }
+}
+
+impl core::error::Error for ServeError {}
+
+/// The thread.
+struct Serving<H: Hardware> {
+    device: RefCell<TickSide<H>>,
+    session: DeviceSession,
+    line: Pipe,
+    frame: [u8; FRAME_MAX],
+    began: Instant,
+    /// When the last tick was due.
+    ticked_us: u64,
+    /// Faults whose trouble has been told.
+    faults: u16,
+    trouble: Arc<Mutex<Option<String>>>,
+}
+
+impl<H: ServedHardware> Serving<H> {
+    fn run(&mut self, stop: &AtomicBool) {
+        while !stop.load(Ordering::Relaxed) {
+            self.round();
+        }
+        self.device.borrow_mut().disarm();
+        let ended = Instant::now();
+        while !self.is_at_rest() && ended.elapsed() < FALL {
+            self.round();
+        }
+        self.device.borrow_mut().hardware_mut().let_go();
+    }
+
+    fn is_at_rest(&self) -> bool {
+        // Idle, or in a fault whose force has fallen.
+        let device = self.device.borrow();
+        device.status().state != State::Stopping && device.may_install().is_ok()
+    }
+
+    fn now_us(&self) -> u64 {
+        self.began.elapsed().as_micros() as u64
+    }
+
+    /// Waits for bytes or for the next tick, and works on what came.
+    fn round(&mut self) {
+        let period_us = u64::from(self.device.borrow().configuration().0.tick_period_us);
+        let due_us = self.ticked_us + period_us;
+        self.hear(due_us);
+        if self.now_us() + SPIN.as_micros() as u64 >= due_us {
+            while self.now_us() < due_us {
+                spin_loop();
+            }
+            self.tick(due_us, period_us);
+        }
+        self.speak();
+    }
+
+    /// Hands what the host has sent to the session. Waits for it, but not into the time of spinning.
+    fn hear(&mut self, due_us: u64) {
+        let mut bytes = [0; 1024];
+        let left = Duration::from_micros(due_us.saturating_sub(self.now_us()));
+        // A pipe takes any patience.
+        let _ = self.line.set_patience(left.saturating_sub(SPIN));
+        let count = match self.line.read(&mut bytes) {
+            Ok(0) => {
+                // Nobody is there any more: the watchdog sees to it, until the end is told.
+                std::thread::sleep(left.saturating_sub(SPIN));
+                0
+            }
+            Ok(count) => count,
+            Err(_) => 0,
+        };
+        for &byte in &bytes[..count] {
+            let now_us = self.now_us();
+            let length = (self.session).receive(byte, now_us, &self.device, &mut self.frame);
+            self.send(length);
+        }
+    }
+
+    fn tick(&mut self, due_us: u64, period_us: u64) {
+        let now_us = self.now_us();
+        let mut device = self.device.borrow_mut();
+        device.tick(now_us);
+        // Whole periods that had passed before it have no tick.
+        self.ticked_us = due_us + now_us.saturating_sub(due_us) / period_us * period_us;
+        // The timer of a board would have fired again.
+        if self.began.elapsed().as_micros() as u64 >= self.ticked_us + period_us {
+            device.overrun();
+        }
+        let faults = device.status().faults;
+        if core::mem::replace(&mut self.faults, faults) != faults {
+            *lock(&self.trouble) = device.hardware().trouble();
+        }
+    }
+
+    /// Sends what the device has to say.
+    fn speak(&mut self) {
+        loop {
+            let length = self.session.poll(&self.device, &mut self.frame);
+            if length == 0 {
+                return;
+            }
+            self.send(length);
+        }
+    }
+
+    fn send(&mut self, length: usize) {
+        if length == 0 {
+            return;
+        }
+        // Nobody reads, or nobody is there: lost, as on a line that is too slow, and missed by its number.
+        let _ = self.line.write(&self.frame[..length]);
+    }
+}

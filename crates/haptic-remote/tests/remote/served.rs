@@ -1,0 +1,174 @@
+//! A device that this process serves: late ticks count, and the end of the link is the end of the force.
+
+use haptic_link::{Capabilities, Configuration, Limits, Refusal, Scope, Simulation, Start, State};
+use haptic_loop::{Device, Fault, Reading, SafeForce};
+use haptic_remote::serial::{Heard, SerialLink, Served, ServedHardware};
+use haptic_remote::{Hardware, SimulatedPlant};
+use nalgebra::SVector;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+/// What a board has done.
+#[derive(Debug, Default)]
+struct Done {
+    /// Each force, N.
+    forces_n: Mutex<Vec<f32>>,
+    /// Calls of `let_go`, and forces up to the last.
+    let_go: AtomicU32,
+    /// The next read fails.
+    breaks: AtomicBool,
+}
+
+/// A board that stands still, slowly.
+struct Slow {
+    done: Arc<Done>,
+    takes: Duration,
+}
+
+impl Device<f32, 1> for Slow {
+    type Error = Fault;
+
+    fn read(&mut self) -> Result<Reading<f32, 1>, Fault> {
+        std::thread::sleep(self.takes);
+        if self.done.breaks.swap(false, Ordering::Relaxed) {
+            return Err(Fault::BoardFailed);
+        }
+        Ok(Reading {
+            tick: 0,
+            time_s: 0.0,
+            position_m: SVector::from([0.01]),
+        })
+    }
+
+    fn write(&mut self, force: SafeForce<f32, 1>) -> Result<(), Fault> {
+        let mut forces = self.done.forces_n.lock().expect("nobody panicked");
+        forces.push(force.newtons()[0]);
+        Ok(())
+    }
+}
+
+impl Hardware for Slow {
+    type Setup = ();
+
+    fn capabilities(&self) -> Capabilities {
+        Capabilities {
+            simulated: false,
+            ..SimulatedPlant::new("slow", || 0).capabilities()
+        }
+    }
+
+    fn prepare(_: &Simulation, _: u32) -> Result<(), Refusal> {
+        Ok(())
+    }
+
+    fn install(&mut self, (): (), _: u32) {}
+
+    fn restart(&mut self) {}
+
+    fn idle(&mut self) -> Result<Reading<f32, 1>, Fault> {
+        self.read()
+    }
+
+    fn let_go(&mut self) {
+        self.done.let_go.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+impl ServedHardware for Slow {
+    fn trouble(&self) -> Option<String> {
+        Some("it is broken: mend it".to_owned())
+    }
+}
+
+/// A spring that pushes with 1 N, and no limit on how late its ticks may be but this.
+fn spring(late_ticks: u16) -> Configuration {
+    Configuration {
+        stiffness_n_per_m: 100.0,
+        limits: Limits {
+            late_ticks,
+            watchdog_ms: 1000,
+            ..Limits::bare(10.0, 1e5)
+        },
+        ..Configuration::PASSIVE
+    }
+}
+
+fn running(takes: Duration, late_ticks: u16) -> (SerialLink, Arc<Done>) {
+    let done = Arc::new(Done::default());
+    let slow = Slow {
+        done: Arc::clone(&done),
+        takes,
+    };
+    let served = Served::start(slow).expect("starts");
+    let mut link = SerialLink::to_served(served, "slow:one").expect("answers");
+    assert_eq!((link.name().as_str(), link.trouble()), ("slow:one", None));
+    link.set_for(spring(late_ticks), &[0.0], Scope::Run)
+        .expect("good");
+    link.arm(Duration::from_secs(1)).expect("arms");
+    let start = Start {
+        run: 1,
+        ticks: 0,
+        every: 1,
+        batch: 1,
+    };
+    link.start(start).expect("starts");
+    (link, done)
+}
+
+/// The fault that ends it.
+fn fault(link: &mut SerialLink) -> Fault {
+    loop {
+        match link.hear(Duration::from_secs(60)).expect("something") {
+            Heard::Fault(report) => return Fault::from_code(report.status.fault).expect("known"),
+            Heard::Over(error) => panic!("{error}"),
+            Heard::Sample(_) | Heard::Event(_) => {}
+        }
+    }
+}
+
+/// Waits for so many samples.
+fn samples(link: &mut SerialLink, mut count: u32) {
+    while count > 0 {
+        match link.hear(Duration::from_secs(60)).expect("something") {
+            Heard::Sample(_) => count -= 1,
+            Heard::Event(_) => {}
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+#[test]
+fn ticks_that_take_too_long_are_counted_and_are_a_fault() {
+    let (mut link, _) = running(Duration::from_millis(3), 20);
+    assert_eq!(fault(&mut link), Fault::TickOverrun);
+    let overruns = link.statistics().expect("answers").overruns;
+    assert!(overruns >= 20, "{overruns}");
+}
+
+#[test]
+fn dropping_the_link_lets_the_force_fall_and_then_lets_go() {
+    // However late this machine is.
+    let (mut link, done) = running(Duration::ZERO, 0);
+    samples(&mut link, 20);
+    assert_eq!(done.let_go.load(Ordering::Relaxed), 0);
+    drop(link);
+    assert_eq!(done.let_go.load(Ordering::Relaxed), 1);
+    let forces = done.forces_n.lock().expect("nobody panicked");
+    let largest = forces
+        .iter()
+        .fold(0.0_f32, |most, force| most.max(force.abs()));
+    assert!((largest - 1.0).abs() < 1e-6, "{largest} N");
+    assert_eq!(forces.last(), Some(&0.0));
+}
+
+#[test]
+fn a_board_that_fails_is_let_go_at_once_and_says_why() {
+    let (mut link, done) = running(Duration::ZERO, 0);
+    samples(&mut link, 20);
+    done.breaks.store(true, Ordering::Relaxed);
+    assert_eq!(fault(&mut link), Fault::BoardFailed);
+    assert!(done.let_go.load(Ordering::Relaxed) >= 1);
+    assert_eq!(link.trouble().as_deref(), Some("it is broken: mend it"));
+    assert_eq!(link.status().state, State::Fault);
+}

@@ -1,0 +1,208 @@
+//! A moteus servo: the emulated one held to the maker's own client, and experiments on it.
+
+use super::{Emulated, number};
+use crate::process::{Place, binary, skip};
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// A servo as a device; this machine may be too busy to answer in time for so long, so lost answers are allowed for.
+const DEVICE: &str = "--device moteus:device,radius=20mm,watchdog=1s,lost=1000";
+
+/// What the maker's Python package reads from an emulated servo.
+fn read_by_the_maker(device: &Emulated, id: u8) -> Option<Value> {
+    let python = std::env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
+    let script =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/conformance/moteus_servo.py");
+    let run = Command::new(python)
+        .arg(script)
+        .arg(device.place.path("device"))
+        .arg(id.to_string())
+        .output();
+    let Ok(output) = run else {
+        skip("there is no Python");
+        return None;
+    };
+    let errors = String::from_utf8_lossy(&output.stderr);
+    if output.status.code() == Some(3) {
+        skip(&errors);
+        return None;
+    }
+    assert!(output.status.success(), "{errors}");
+    Some(serde_json::from_slice(&output.stdout).expect("JSON"))
+}
+
+#[test]
+fn the_makers_own_client_takes_the_emulated_servo_for_a_real_one() {
+    let device = Emulated::new("--kind moteus --servo-id 5");
+    let Some(seen) = read_by_the_maker(&device, 5) else {
+        return;
+    };
+    let is = |path: &str, value: f64| {
+        let found = number(&seen, path);
+        assert!(
+            (found - value).abs() < 1e-6,
+            "{path} is {found}, not {value}: {seen}"
+        );
+    };
+    for step in [
+        "stopped",
+        "driven",
+        "turning",
+        "stopped_again",
+        "silent",
+        "last",
+    ] {
+        is(&format!("/{step}/fault"), 0.0);
+        is(&format!("/{step}/voltage_v"), 24.0);
+        is(&format!("/{step}/temperature_c"), 25.0);
+    }
+    is("/stopped/mode", 0.0);
+    is("/stopped/torque_nm", 0.0);
+    is("/driven/mode", 10.0);
+    is("/driven/torque_nm", 0.0125);
+    // The lever of 4e-5 kg·m² turns, with at most the speed that 0.0125 N·m reaches against 2e-4 N·m·s.
+    let speed = number(&seen, "/turning/velocity_rev_per_s");
+    assert!(
+        speed > 0.5 && speed < 0.0125 / 2e-4 / core::f64::consts::TAU,
+        "{seen}"
+    );
+    assert!(number(&seen, "/turning/position_rev") > 0.01, "{seen}");
+    is("/integers/mode", 10.0);
+    // 1 mN·m a step, cut off.
+    is("/integers/torque_nm", 0.012);
+    is("/registers/0x22", 0.0125);
+    is("/registers/0x25", 1.0);
+    is("/registers/0x102", 5.0);
+    for (step, mode) in [
+        ("stopped_again", 0.0),
+        ("silent", 11.0),
+        ("refused", 11.0),
+        ("last", 0.0),
+    ] {
+        is(&format!("/{step}/mode"), mode);
+        is(&format!("/{step}/torque_nm"), 0.0);
+    }
+}
+
+#[test]
+fn info_names_the_servo_and_its_largest_force() {
+    let device = Emulated::new("--kind moteus");
+    let info = device.json(&format!("device info {DEVICE}"));
+    assert_eq!(info["board"], "moteus");
+    assert_eq!(info["simulated"], false);
+    let most = number(&info, "/force_max_n");
+    assert!((most - 5.0).abs() < 1e-5, "0.1 N·m at 20 mm: {info}");
+}
+
+/// A relaxation at 500 Hz of a servo that a hand turns by 2 mm within half a second.
+fn relax(place_of_loop: &str) -> String {
+    format!(
+        "relax {DEVICE} --loop {place_of_loop} --contact rigid --duration 3s --sample-time 2ms --force-limit 4N \
+         --watchdog 1s --late-ticks 0 --max-age-ticks 1000 --out run --quiet"
+    )
+}
+
+/// What a servo said at its end: mode, torque and largest torque.
+fn last_words(said: &str) -> (f64, f64, f64) {
+    let after = |words: &str| -> f64 {
+        let rest = said
+            .split(words)
+            .nth(1)
+            .and_then(|rest| rest.split([' ', ',']).next());
+        let number = rest.and_then(|number| number.parse().ok());
+        number.unwrap_or_else(|| panic!("no number after {words}: {said}"))
+    };
+    (after("mode "), after(" torque "), after("the largest "))
+}
+
+#[test]
+fn a_relaxation_follows_the_sum_over_the_motion_that_was_recorded() {
+    let mut device = Emulated::new("--kind moteus --turn 2mm:0.5s");
+    let ended = device.place.run(&format!("{} --json", relax("device")));
+    // A machine that is too busy skips ticks, which is a warning.
+    let report = ended.succeeded_with_warnings().json();
+    println!("{report}");
+    assert!(number(&report, "/max_relative_error") < 1e-3, "{report}");
+    assert_eq!(report["link"]["board"], "moteus");
+    let peak_n = number(&report, "/peak_force_n");
+    assert!(peak_n > 0.01 && peak_n <= 4.0, "{report}");
+    // The last digit is rounded.
+    let (mode, torque_nm, most_nm) = last_words(&device.ends());
+    assert!(
+        (most_nm - 0.02 * peak_n).abs() < 1e-6,
+        "{most_nm} N·m for {peak_n} N"
+    );
+    assert_eq!((mode, torque_nm), (0.0, 0.0));
+}
+
+#[test]
+fn a_host_closes_the_loop_over_a_servo_as_over_a_board() {
+    let mut device = Emulated::new("--kind moteus --turn 2mm:0.5s");
+    let ended = device.place.run(&format!("{} --json", relax("host")));
+    let report = ended.succeeded_with_warnings().json();
+    assert_eq!(report["link"]["loop"], "host");
+    let (mode, torque_nm, most_nm) = last_words(&device.ends());
+    assert!(most_nm > 0.0 && most_nm <= 0.02 * 4.0, "{most_nm} N·m");
+    assert_eq!((mode, torque_nm), (0.0, 0.0));
+}
+
+#[test]
+fn an_emulated_servo_that_dies_ends_the_run() {
+    let mut device = Emulated::new("--kind moteus --turn 2mm:0.5s");
+    let run = under_way(&device, &relax("device"));
+    device.kill();
+    let output = run.wait_with_output().expect("ends");
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{errors}");
+    assert!(errors.contains("the adapter is gone"), "{errors}");
+}
+
+#[test]
+fn a_host_that_is_killed_leaves_no_torque_on_the_servo() {
+    let mut device = Emulated::new("--kind moteus --turn 2mm:0.5s");
+    let mut run = under_way(&device, &relax("device"));
+    run.kill().expect("can be killed");
+    run.wait().expect("ends");
+    // Longer than the servo's watchdog, and than this machine is late.
+    std::thread::sleep(Duration::from_millis(2500));
+    let (mode, torque_nm, most_nm) = last_words(&device.ends());
+    assert_eq!((mode, torque_nm), (11.0, 0.0), "it has let go");
+    assert!(most_nm > 0.0, "it drove before");
+}
+
+/// A run whose log has begun.
+fn under_way(device: &Emulated, line: &str) -> Child {
+    let run = Command::new(binary())
+        .args(line.split_whitespace())
+        .current_dir(device.place.path(""))
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("runs");
+    let began = Instant::now();
+    while !device.place.path("run/relax.mcap.part").exists() {
+        assert!(began.elapsed() < crate::process::PATIENCE, "no run");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    std::thread::sleep(Duration::from_millis(1500));
+    run
+}
+
+#[test]
+fn a_name_or_servo_that_cannot_be_is_said_in_one_line() {
+    let place = Place::new();
+    for (device, code, words) in [
+        ("moteus:x,servo=1", 2, "servo=1"),
+        ("moteus:x,radius=3m", 2, "radius"),
+        ("moteus:x,id=127", 2, "id"),
+        ("moteus:x", 3, "x"),
+    ] {
+        let ended = place.run(&format!("device info --device {device}"));
+        ended.refused(code, &[words]);
+    }
+    let device = Emulated::new("--kind moteus");
+    let ended = device.place.run("device info --device moteus:device,id=2");
+    ended.refused(3, &["servo 2 did not answer", "its number (`id`)"]);
+}

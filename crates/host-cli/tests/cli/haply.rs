@@ -1,0 +1,253 @@
+//! A Haply 2DIY: the maker's own host on the emulated board, and this program's experiments on it.
+
+use crate::process::{PATIENCE, Place, binary, number, skip};
+use haptic_devices::haply::Version;
+use std::process::{Child, Command, Stdio};
+use std::time::Instant;
+
+/// An emulated 2DIY in a place, as `2diy`.
+struct Emulated {
+    place: Place,
+    child: Child,
+}
+
+impl Emulated {
+    fn new(options: &str) -> Self {
+        let place = Place::new();
+        let child = Command::new(binary())
+            .args(["device", "emulate", "--kind", "haply-2diy", "--link"])
+            .arg(place.path("2diy"))
+            .args(options.split_whitespace())
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("runs");
+        let began = Instant::now();
+        while !place.path("2diy").exists() {
+            assert!(began.elapsed() < PATIENCE, "no emulated device");
+            std::thread::sleep(std::time::Duration::from_millis(5));
+        }
+        Self { place, child }
+    }
+
+    /// Stops it as Ctrl-C does; what it said at the end.
+    fn ends(mut self) -> String {
+        let process = self.child.id().to_string();
+        let ended = Command::new("kill").args(["-INT", &process]).status();
+        assert!(ended.expect("kill runs").success());
+        let mut said = String::new();
+        let mut stderr = self.child.stderr.take().expect("piped");
+        std::io::Read::read_to_string(&mut stderr, &mut said).expect("is text");
+        said
+    }
+}
+
+impl Drop for Emulated {
+    fn drop(&mut self) {
+        // It may have ended by itself.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// The maker's host on such a board: what it saw, and what the board said at the end. `None` where it is not installed.
+fn makers_host(
+    version: Version,
+    hand: &str,
+    force: [f64; 2],
+) -> Option<(serde_json::Value, String)> {
+    let number = version.number();
+    let emulated = Emulated::new(&format!("--hardware {number} --hand {hand}"));
+    let script = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../tests/conformance/haply_2diy.py"
+    );
+    let python = std::env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
+    let output = Command::new(&python)
+        .arg(script)
+        .arg(emulated.place.path("2diy"))
+        .args([
+            number.to_string(),
+            force[0].to_string(),
+            force[1].to_string(),
+        ])
+        .arg("2.5")
+        .output();
+    let missing = match output {
+        Ok(output) if output.status.code() == Some(3) => {
+            String::from_utf8_lossy(&output.stderr).trim().to_owned()
+        }
+        Ok(output) => {
+            let said = String::from_utf8_lossy(&output.stderr);
+            assert!(output.status.success() && said.is_empty(), "{said}");
+            let seen = serde_json::from_slice(&output.stdout).expect("one JSON object");
+            return Some((seen, emulated.ends()));
+        }
+        Err(error) => format!("{}: {error}", python.display()),
+    };
+    skip(&missing);
+    None
+}
+
+/// The numbers before a word.
+fn told(said: &str, before: &str, count: usize) -> Vec<f64> {
+    let text = said
+        .split(before)
+        .nth(1)
+        .unwrap_or_else(|| panic!("no {before}: {said}"));
+    let words = text
+        .split([' ', ',', ';'])
+        .filter_map(|word| word.parse().ok());
+    words.take(count).collect()
+}
+
+fn pair(seen: &serde_json::Value, key: &str) -> [f64; 2] {
+    [0, 1].map(|i| {
+        seen[key][i]
+            .as_f64()
+            .unwrap_or_else(|| panic!("{key}: {seen}"))
+    })
+}
+
+#[test]
+fn the_makers_own_host_reads_the_place_to_a_count_and_sends_our_torques() {
+    for version in Version::ALL {
+        let model = version.model();
+        let middle = 0.5 * model.pantograph.base_m();
+        for (x, y) in [(0.0, 0.09), (-0.03, 0.11), (0.04, 0.06)] {
+            let place = [middle + x, y];
+            let force = [0.3, -0.5];
+            let hand = format!("fixed:{}:{}", place[0], place[1]);
+            let Some((seen, said)) = makers_host(version, &hand, force) else {
+                return;
+            };
+            assert!(number(&seen, "answers") > 50.0, "{seen}");
+            let truth = model.pantograph.angles(place.into()).expect("within reach");
+            let angles = pair(&seen, "angles_deg").map(f64::to_radians);
+            for joint in 0..2 {
+                let count = std::f64::consts::TAU / f64::from(model.joints[joint].counts_per_turn);
+                let turn = std::f64::consts::TAU;
+                let off = (angles[joint] - truth[joint] + 0.5 * turn).rem_euclid(turn) - 0.5 * turn;
+                // Half a count, and the rounding of a float of degrees.
+                assert!(
+                    off.abs() < 0.51 * count,
+                    "{version:?} {place:?}: {off} of {count}"
+                );
+            }
+            // The same kinematics from the same angles: the maker's cosines of cosines lose some digits.
+            let posture = model.pantograph.posture(angles).expect("in order");
+            let read = pair(&seen, "place_m");
+            assert!(
+                (read[0] - posture.hand_m.x).abs() < 1e-9,
+                "{seen} {posture:?}"
+            );
+            assert!(
+                (read[1] - posture.hand_m.y).abs() < 1e-9,
+                "{seen} {posture:?}"
+            );
+            let ours = posture.torques(force.into());
+            let theirs = pair(&seen, "torques_nm");
+            assert!((ours.x - theirs[0]).abs() < 1e-9, "{ours} {seen}");
+            assert!((ours.y - theirs[1]).abs() < 1e-9, "{ours} {seen}");
+            // At the right motors.
+            let made = told(&said, "torques ", 2);
+            assert!((made[0] - ours.x).abs() < 1e-6, "{ours} {said}");
+            assert!((made[1] - ours.y).abs() < 1e-6, "{ours} {said}");
+        }
+    }
+}
+
+/// A soft tissue, felt along y, at the slowest rate: four ticks without an answer are a fault, and this machine may be busy.
+const RELAX: &str = "relax --device haply:2diy --sample-time 10ms --watchdog 1s --late-ticks 0 --contact rigid --tissue \
+                     prostate-normal --duration 6s --out run --overwrite --quiet --json";
+/// Runs on a machine that is too busy for the emulated board, at most.
+const ATTEMPTS: u32 = 10;
+
+#[test]
+fn a_relaxation_on_a_2diy_follows_the_sum_over_the_motion_that_was_recorded() {
+    for _ in 0..ATTEMPTS {
+        let emulated = Emulated::new("");
+        let ended = emulated.place.run(RELAX);
+        if ended.code == Some(1) {
+            // The one thing that a busy machine may do to it.
+            assert!(
+                ended.stderr.contains("no whole answer for 4 ticks"),
+                "{ended}"
+            );
+            let said = emulated.ends();
+            assert!(
+                told(&said, "torques ", 2)
+                    .iter()
+                    .all(|torque| *torque == 0.0),
+                "{said}"
+            );
+            println!("this machine is too busy: once more");
+            continue;
+        }
+        let ended = ended.succeeded_with_warnings();
+        let report = ended.json();
+        println!("{report}");
+        assert_eq!(report["link"]["simulated"], false);
+        assert_eq!(report["link"]["board"], "Haply 2DIY v3");
+        assert!(number(&report, "max_relative_error") < 1e-3, "{report}");
+        assert!(number(&report, "peak_force_n") > 0.01, "{report}");
+        let said = emulated.ends();
+        assert_eq!(told(&said, "torques ", 2), [0.0, 0.0], "{said}");
+        return;
+    }
+    panic!("in {ATTEMPTS} attempts the emulated board never answered in time");
+}
+
+#[test]
+fn a_line_that_loses_bytes_is_a_fault_that_says_so_and_no_torque() {
+    // A byte in 1000: of 19 bytes a tick one is lost within some 50 ticks.
+    let emulated = Emulated::new("--drop 0.1%");
+    let mut faults = 0;
+    for _ in 0..ATTEMPTS {
+        let ended = emulated.place.run(RELAX);
+        // Sometimes it is one of those at the opening.
+        assert!(matches!(ended.code, Some(1 | 3)), "{ended}");
+        faults += u32::from(ended.code == Some(1));
+        if faults > 0 {
+            let ended = ended.failed(1);
+            assert!(ended.stderr.contains("a byte was lost"), "{ended}");
+            break;
+        }
+    }
+    assert!(faults > 0, "no run began");
+    let said = emulated.ends();
+    // The zeros that end it may have lost bytes too: next to nothing then, and never what was there before.
+    assert!(
+        told(&said, "torques ", 2)
+            .iter()
+            .all(|torque| torque.abs() < 1e-6),
+        "{said}"
+    );
+}
+
+#[test]
+fn what_is_no_2diy_is_said_in_one_line() {
+    let place = Place::new();
+    place
+        .run("device info --device haply:nowhere")
+        .refused(3, &["haply:nowhere", "there is no port"]);
+    place
+        .run("device info --device haply:nowhere,version=4")
+        .refused(2, &["version = \"4\" is not one of 2, 3"]);
+    place
+        .run("device info --device haply:nowhere,colour=red")
+        .refused(2, &["colour=red", "version, axis, zero, home"]);
+    let own = super::devices::Emulated::new("");
+    own.place()
+        .run("device info --device haply:device")
+        .refused(3, &["haply:device", "no 2DIY answers"]);
+    let emulated = Emulated::new("");
+    emulated
+        .place
+        .run("device info --device haply:2diy,home=before")
+        .refused(3, &["no 2DIY answers: 1 of the 9 bytes"]);
+    emulated
+        .place
+        .run("device emulate --hand free")
+        .refused(2, &["--kind haply-2diy"]);
+}
