@@ -108,7 +108,7 @@ fn letting_go_leaves_the_board_without_torque_and_configured() {
         running.tick();
     }
     assert!(running.torque() > 0.0);
-    let Running { device, wire } = running;
+    let Running { device, wire, .. } = running;
     drop(device);
     assert!(wire.with(|world| world.board.torques_nm()) == [0.0; 2]);
     // The home of before is still there.

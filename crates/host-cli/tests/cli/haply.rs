@@ -158,8 +158,8 @@ fn the_makers_own_host_reads_the_place_to_a_count_and_sends_our_torques() {
 }
 
 /// A soft tissue, felt along y, at the slowest rate: four ticks without an answer are a fault, and this machine may be busy.
-const RELAX: &str = "relax --device haply:2diy --sample-time 10ms --watchdog 1s --late-ticks 0 --contact rigid --tissue \
-                     prostate-normal --duration 6s --out run --overwrite --quiet --json";
+const RELAX: &str = "relax --device haply:2diy --sample-time 10ms --watchdog 1s --late-ticks 0 --contact rigid \
+                     --duration 6s --out run --overwrite --quiet --json";
 /// Runs on a machine that is too busy for the emulated board, at most.
 const ATTEMPTS: u32 = 10;
 
