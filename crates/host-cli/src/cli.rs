@@ -24,8 +24,8 @@ DEVICE is what an experiment runs on:
   sim                           simulated in this program (default)
   serial:PATH[@BAUD]            a device at a serial port, or an emulated one
   serial:auto                   the only one that answers
-  haply:PATH[,version=2]        a Haply 2DIY, see docs/haply-2diy.md
-  moteus:PATH[,id=1,radius=20mm] a moteus servo, see docs/moteus.md
+  haply:PATH[,version=2]        a Haply 2DIY, see docs/guide/src/haply-2diy.md
+  moteus:PATH[,id=1,radius=20mm] a moteus servo, see docs/guide/src/moteus.md
 
 Exit codes: 0 done; 1 the run failed, was interrupted or a fault ended it; 2 bad usage or bad
 input; 3 device or link not usable; 4 data was lost, what could be kept was kept.";
