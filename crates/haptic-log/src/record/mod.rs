@@ -28,6 +28,7 @@ mod count;
 mod entry;
 mod error;
 mod export;
+mod follow;
 mod format;
 mod inspect;
 mod lengths;
@@ -47,6 +48,7 @@ pub use count::Gap;
 pub use entry::{Entry, MetadataRecord};
 pub use error::RecordError;
 pub use export::{ExportSummary, export_csv, export_csv_to};
+pub use follow::{Followed, LogFollower, is_being_written};
 pub use inspect::{LogSummary, inspect};
 #[cfg(feature = "foxglove")]
 pub(crate) use message::LogMessage;
