@@ -2,6 +2,7 @@
 
 mod lines;
 mod ports;
+mod selftest;
 
 use crate::process::{PATIENCE, Place, binary};
 use serde_json::Value;
