@@ -3,6 +3,7 @@
 
 #[cfg(test)]
 mod bounded_tests;
+pub mod budget;
 pub mod control;
 pub mod controller_file;
 pub mod coupler;

@@ -3,11 +3,12 @@
 //! The ring is lock-free, so whoever ticks never waits for the writer, nor wakes it: the writer looks for itself,
 //! each millisecond when the ring is empty.
 
+use super::budget::{Budget, TickParts};
 use super::flight::{FaultSeen, FlightRecorder, RunOfFault};
 use crate::folder::fault_log_of;
 use haptic_log::live::Live;
 use haptic_log::record::{
-    EventMessage, FinishedLog, RecordError, RollingLog, StartTime, TickMessage,
+    BUDGET, EventMessage, FinishedLog, RecordError, RollingLog, StartTime, TickMessage,
 };
 use rtrb::{Consumer, Producer, PushError, RingBuffer};
 use std::collections::BTreeMap;
@@ -43,7 +44,7 @@ pub struct Recorder {
 enum Entry {
     Started(StartTime),
     RollAt(u64),
-    Tick(TickMessage),
+    Tick(TickMessage, Option<TickParts>),
     Event(EventMessage),
     Metadata(String, BTreeMap<String, String>),
 }
@@ -115,7 +116,16 @@ impl Recorder {
     /// If the writer has ended, as on a full disk.
     pub fn tick(&mut self, message: TickMessage) -> Result<(), Stopped> {
         self.flight.tick(&message);
-        self.send(Entry::Tick(message))
+        self.send(Entry::Tick(message, None))
+    }
+
+    /// Hands over a sample of a loop by the clock, and where the time of its tick went: the log tells it once a second.
+    ///
+    /// # Errors
+    /// If the writer has ended.
+    pub fn timed_tick(&mut self, message: TickMessage, parts: TickParts) -> Result<(), Stopped> {
+        self.flight.tick(&message);
+        self.send(Entry::Tick(message, Some(parts)))
     }
 
     /// Hands over an event.
@@ -232,6 +242,7 @@ fn write(
     mut live: Vec<Box<dyn Live>>,
     mut entries: Consumer<Entry>,
 ) -> Result<Recorded, RecordError> {
+    let mut budget = Budget::new().ok();
     loop {
         // Asked before the ring is: what is pushed until it is abandoned is popped.
         let abandoned = entries.is_abandoned();
@@ -246,8 +257,13 @@ fn write(
             Entry::RollAt(full_bytes) => log.roll_at(full_bytes),
             Entry::Started(start) => log.starts_at(start)?,
             Entry::Metadata(name, values) => log.metadata(&name, values)?,
-            Entry::Tick(message) => {
+            Entry::Tick(message, parts) => {
                 log.tick(&message)?;
+                if let (Some(budget), Some(parts)) = (&mut budget, parts)
+                    && let Some(values) = budget.take(parts, message.time_s)
+                {
+                    log.metadata(BUDGET, values)?;
+                }
                 live.iter_mut().for_each(|live| live.tick(&message));
             }
             Entry::Event(message) => {

@@ -49,7 +49,7 @@ pub use entry::{Entry, MetadataRecord};
 pub use error::RecordError;
 pub use export::{ExportSummary, export_csv, export_csv_to};
 pub use follow::{Followed, LogFollower, is_being_written};
-pub use inspect::{LogSummary, inspect};
+pub use inspect::{BUDGET, LogSummary, inspect};
 #[cfg(feature = "foxglove")]
 pub(crate) use message::LogMessage;
 pub use message::{EventMessage, MessageError, TickMessage};
