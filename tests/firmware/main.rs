@@ -14,6 +14,7 @@ mod lists;
 mod loops;
 mod muscle;
 mod relaxation;
+mod selftest;
 mod tables;
 
 use board::Board;

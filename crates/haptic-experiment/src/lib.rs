@@ -3,6 +3,7 @@
 
 #[cfg(test)]
 mod bounded_tests;
+pub mod budget;
 pub mod choices;
 pub mod control;
 pub mod controller_file;
@@ -39,6 +40,7 @@ pub mod rt_check;
 pub mod run;
 pub mod safety;
 pub mod schedule;
+pub mod selftest;
 pub mod sensed;
 pub mod settling;
 pub mod simulate;
@@ -68,6 +70,7 @@ pub use report::{Report, RunReport, Summary};
 pub use run::Supervisor;
 pub use safety::{GuardChoice, Safety};
 pub use schedule::Pace;
+pub use selftest::{SelfTest, SelfTestReport};
 pub use sensed::{Sensed, Sensors};
 pub use settling::{Criterion, CriterionName, Settling, TrialVerdict};
 pub use teleoperation::{TeleoperationExperiment, TeleoperationReport};

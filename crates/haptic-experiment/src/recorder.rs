@@ -3,10 +3,13 @@
 //! The ring is lock-free, so whoever ticks never waits for the writer, nor wakes it: the writer looks for itself,
 //! each millisecond when the ring is empty.
 
+use super::budget::{Budget, TickParts};
 use super::flight::{FaultSeen, FlightRecorder, RunOfFault};
 use crate::folder::fault_log_of;
 use haptic_log::live::Live;
-use haptic_log::record::{AnyTick, EventMessage, FinishedLog, RecordError, RollingLog, StartTime};
+use haptic_log::record::{
+    AnyTick, BUDGET, EventMessage, FinishedLog, RecordError, RollingLog, StartTime,
+};
 use rtrb::{Consumer, Producer, PushError, RingBuffer};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -41,7 +44,7 @@ pub struct Recorder {
 enum Entry {
     Started(StartTime),
     RollAt(u64),
-    Tick(AnyTick),
+    Tick(AnyTick, Option<TickParts>),
     Event(EventMessage),
     Metadata(String, BTreeMap<String, String>),
 }
@@ -112,9 +115,24 @@ impl Recorder {
     /// # Errors
     /// If the writer has ended, as on a full disk.
     pub fn tick(&mut self, tick: impl Into<AnyTick>) -> Result<(), Stopped> {
-        let tick = tick.into();
+        self.ticked(tick.into(), None)
+    }
+
+    /// Hands over a sample of a loop by the clock, and where the time of its tick went: the log tells it once a second.
+    ///
+    /// # Errors
+    /// If the writer has ended.
+    pub fn timed_tick(
+        &mut self,
+        tick: impl Into<AnyTick>,
+        parts: TickParts,
+    ) -> Result<(), Stopped> {
+        self.ticked(tick.into(), Some(parts))
+    }
+
+    fn ticked(&mut self, tick: AnyTick, parts: Option<TickParts>) -> Result<(), Stopped> {
         self.flight.tick(tick);
-        self.send(Entry::Tick(tick))
+        self.send(Entry::Tick(tick, parts))
     }
 
     /// Hands over an event.
@@ -231,6 +249,7 @@ fn write(
     mut live: Vec<Box<dyn Live>>,
     mut entries: Consumer<Entry>,
 ) -> Result<Recorded, RecordError> {
+    let mut budget = Budget::new().ok();
     loop {
         // Asked before the ring is: what is pushed until it is abandoned is popped.
         let abandoned = entries.is_abandoned();
@@ -245,8 +264,13 @@ fn write(
             Entry::RollAt(full_bytes) => log.roll_at(full_bytes),
             Entry::Started(start) => log.starts_at(start)?,
             Entry::Metadata(name, values) => log.metadata(&name, values)?,
-            Entry::Tick(tick) => {
+            Entry::Tick(tick, parts) => {
                 log.any_tick(&tick)?;
+                if let (Some(budget), Some(parts)) = (&mut budget, parts)
+                    && let Some(values) = budget.take(parts, tick.time_s())
+                {
+                    log.metadata(BUDGET, values)?;
+                }
                 for live in &mut live {
                     match &tick {
                         AnyTick::One(tick) => live.tick(tick),

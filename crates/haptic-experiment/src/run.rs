@@ -1,5 +1,6 @@
 //! Runs the loop against a simulated device, in virtual or real time, and hands every sample on.
 
+use super::budget::TickParts;
 use super::ended::Ended;
 use super::flight::FaultSeen;
 use super::kept::{KeptSample, Record, TickRecord as _};
@@ -175,15 +176,23 @@ where
     let mut engaged = controller.engage(device);
     // A run that was ended goes on until the force is zero, past its last sample if need be.
     while tick < schedule.samples || record.ended.is_some() {
-        if let Some(periodic) = &mut periodic {
-            periodic.wait();
-        }
+        let cycle = periodic.as_mut().map(Periodic::wait);
         if tick == 0 {
             // A recorder that has ended is seen at the tick.
             let _ = recorder.starts_at(StartTime::at(SystemTime::now()));
         }
-        let message = timed_tick(&mut engaged, &mut record)?;
-        let logged = recorder.tick(message.logged());
+        let (message, compute_ns) = timed_tick(&mut engaged, &mut record)?;
+        let logged = match cycle {
+            Some(cycle) => {
+                let lateness_ns = u64::try_from(cycle.lateness.as_nanos())?;
+                let parts = TickParts {
+                    lateness_ns,
+                    compute_ns,
+                };
+                recorder.timed_tick(message.logged(), parts)
+            }
+            None => recorder.tick(message.logged()),
+        };
         tick += 1;
         if record.ended.is_some() {
             // The force is on its way to zero: in the log, but no part of the result.
@@ -213,11 +222,11 @@ where
     Ok(record)
 }
 
-/// Runs a tick, and keeps how long it took.
+/// Runs a tick, and keeps how long it took, ns.
 fn timed_tick<F, E, V, const D: usize>(
     engaged: &mut Engaged<'_, F, D, E, Sensed<V>>,
     record: &mut Record,
-) -> anyhow::Result<V::Message>
+) -> anyhow::Result<(V::Message, u64)>
 where
     F: Real,
     E: Environment<F, D>,
@@ -232,7 +241,7 @@ where
     let took = u64::try_from(before.elapsed().as_nanos())?;
     record.tick_ns.saturating_record(took.max(1));
     let energy_j = engaged.controller().guarded_energy_j();
-    Ok(observed.of_loop(&sample, energy_j))
+    Ok((observed.of_loop(&sample, energy_j), took))
 }
 
 /// Why a run is to end with this sample; fault and interruption go into the log.

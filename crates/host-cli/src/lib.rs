@@ -13,3 +13,5 @@ pub mod parameter;
 pub mod picture;
 pub mod picture_file;
 pub mod quantity;
+#[cfg(feature = "top")]
+pub mod top;

@@ -10,6 +10,10 @@ use super::{
     StartTime,
 };
 
+/// Name of the metadata record that tells, once a second of a loop by the clock, where the time of its ticks went. A
+/// summary of the log has the last of them.
+pub const BUDGET: &str = "budget";
+
 /// Summary of a log. The first five keys are a contract of the command line.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct LogSummary {
@@ -69,6 +73,9 @@ pub fn inspect(path: &Path) -> Result<LogSummary, RecordError> {
             Entry::Event(event) => summary.events.push(event),
             Entry::Metadata(record) => {
                 count.note(&record);
+                if record.name == BUDGET {
+                    summary.metadata.retain(|earlier| earlier.name != BUDGET);
+                }
                 summary.metadata.push(record);
             }
         }

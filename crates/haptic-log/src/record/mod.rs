@@ -29,6 +29,7 @@ mod count;
 mod entry;
 mod error;
 mod export;
+mod follow;
 mod format;
 mod inspect;
 mod lengths;
@@ -49,7 +50,8 @@ pub use count::Gap;
 pub use entry::{Entry, MetadataRecord};
 pub use error::RecordError;
 pub use export::{ExportSummary, export_csv, export_csv_to};
-pub use inspect::{LogSummary, inspect};
+pub use follow::{Followed, LogFollower, is_being_written};
+pub use inspect::{BUDGET, LogSummary, inspect};
 #[cfg(feature = "foxglove")]
 pub(crate) use message::LogMessage;
 pub use message::{EventMessage, MessageError, TickMessage};

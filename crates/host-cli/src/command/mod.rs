@@ -29,6 +29,8 @@ pub mod shell;
 pub mod summary;
 pub mod teleoperate;
 pub mod teleoperation;
+#[cfg(feature = "top")]
+pub mod top;
 pub mod touch;
 pub mod weights;
 pub mod words;

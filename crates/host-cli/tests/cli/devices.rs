@@ -3,6 +3,7 @@
 mod lines;
 mod moteus;
 mod ports;
+mod selftest;
 
 use crate::process::{PATIENCE, Place, binary};
 use serde_json::Value;

@@ -1,4 +1,4 @@
-//! `device`: find, inspect, configure, imitate, program and watch a device.
+//! `device`: find, inspect, configure, imitate, program, watch and test a device.
 
 pub mod emulate;
 pub mod emulate_haply;
@@ -12,6 +12,7 @@ pub mod number;
 pub mod parameters;
 pub mod port;
 pub mod safety;
+pub mod selftest;
 pub mod set;
 
 use crate::output::Output;
@@ -38,6 +39,8 @@ pub enum Command {
     /// Watch a device: its position and state on the terminal, every sample in a log
     #[command(long_about = monitor::LONG_ABOUT)]
     Monitor(monitor::Arguments),
+    /// Try what a device promises: arm, limits, watchdog, recorder, reconnect, emergency stop
+    Selftest(selftest::Arguments),
 }
 
 impl Command {
@@ -54,6 +57,7 @@ impl Command {
             Self::Emulate(arguments) => arguments.run(output),
             Self::Flash(arguments) => arguments.run(output),
             Self::Monitor(arguments) => arguments.run(output),
+            Self::Selftest(arguments) => arguments.run(output),
         }
     }
 }

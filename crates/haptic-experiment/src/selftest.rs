@@ -1,0 +1,126 @@
+//! Flight test of a device: its promises, tried one after another with a small force.
+//!
+//! ```text
+//! connect ─▶ arm ─▶ force limit, stop ─▶ finite check ─▶ watchdog, flight recorder ─▶ reconnect ─▶ emergency stop
+//! ```
+//! - *Safe by construction*: the loop is the host's without any environment, the force is limited on the device to
+//!   [`SelfTest::force_limit_n`] before it is armed, no more than three times that is ever asked for, so that a device
+//!   without limits makes no more either, and its sign changes every 40 ticks.
+//! - *Judged in device time*, by the samples of the device, whose forces tell which message of the host came when. So a
+//!   machine or line that is slow for a while changes no verdict.
+//! - *Left behind*: nothing. Settings are those of a run, and a device goes back to what was set to last.
+//!
+//! It needs nothing but a [`SerialLink`](haptic_remote::serial::SerialLink), so it tries whatever is behind one.
+
+mod arm;
+mod attendant;
+mod bench;
+mod emergency_stop;
+mod fall;
+mod followed;
+mod force_limit;
+mod promise;
+mod reconnect;
+mod recorder;
+mod settings;
+mod silence;
+mod trial;
+
+pub use attendant::{Attendant, Notice};
+pub use promise::{Check, Promise};
+pub use settings::{EmergencyStop, SelfTest};
+
+use crate::device::firmware_version;
+use crate::failure::Failure;
+use bench::{Bench, Broken};
+use serde::Serialize;
+
+/// Table of what was promised and what was seen.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SelfTestReport {
+    /// The port.
+    pub device: String,
+    /// Board.
+    pub board: String,
+    /// Firmware version.
+    pub firmware: String,
+    /// The device simulates its plant.
+    pub simulated: bool,
+    /// Limit of the force that held during the test, N.
+    pub force_limit_n: f32,
+    /// One for each promise.
+    pub checks: Vec<Check>,
+    /// True if every promise was kept that this device makes.
+    pub holds: bool,
+    /// Why the test ended before its end, if the link was lost.
+    pub link_lost: Option<String>,
+}
+
+impl SelfTest {
+    /// Goes through all promises. One that is broken is a row of the table and no error, and so is a link that is lost.
+    ///
+    /// Takes some 4 s, and as long as somebody needs for the emergency stop.
+    ///
+    /// # Errors
+    /// Exit code 2: a number outside its range. Exit code 3: no device. Exit code 1: stopped.
+    pub fn run(&self, attendant: Attendant<'_>) -> Result<SelfTestReport, Failure> {
+        self.check()?;
+        let link = (attendant.connect)()?;
+        let device = format!("serial:{}", link.path());
+        let (board, firmware) = (
+            link.capabilities().board().to_owned(),
+            firmware_version(link.hello()),
+        );
+        let simulated = link.capabilities().simulated;
+        let mut checks = Vec::new();
+        let mut bench = Bench::new(link, *self, attendant)?;
+        if !simulated {
+            (attendant.notice)(Notice::MayMove(bench.limits().force_n));
+        }
+        let link_lost = match try_all(&mut bench, &mut checks) {
+            Ok(()) => None,
+            Err(Broken::Interrupted) => {
+                return Err(Failure::Run(anyhow::anyhow!(
+                    "interrupted: the device was disarmed"
+                )));
+            }
+            Err(Broken::Link(error)) => Some(error.to_string()),
+        };
+        if let Some(error) = &link_lost {
+            not_reached(&mut checks, error);
+        }
+        Ok(SelfTestReport {
+            device,
+            board,
+            firmware,
+            simulated,
+            force_limit_n: bench.limits().force_n,
+            holds: checks.iter().all(|check| check.ok != Some(false)),
+            checks,
+            link_lost,
+        })
+    }
+}
+
+/// Tries one promise after another, up to the end or to that of the link.
+fn try_all(bench: &mut Bench<'_>, checks: &mut Vec<Check>) -> Result<(), Broken> {
+    checks.push(arm::check(bench)?);
+    let [limit, stop] = force_limit::check(bench)?;
+    checks.extend([limit, stop]);
+    checks.push(silence::finite_check(bench)?);
+    let (watchdog, followed) = silence::watchdog(bench)?;
+    checks.push(watchdog);
+    checks.push(recorder::check(bench, followed.as_ref())?);
+    checks.push(reconnect::check(bench)?);
+    checks.push(emergency_stop::check(bench)?);
+    Ok(())
+}
+
+/// Rows for the promises that could not be tried to their end.
+fn not_reached(checks: &mut Vec<Check>, error: &str) {
+    for promise in Promise::ALL.into_iter().skip(checks.len()) {
+        let first = !checks.iter().any(|check| check.promised.is_empty());
+        let seen = if first { error } else { "not reached" };
+        checks.push(Check::judged(promise, "", seen, false));
+    }
+}

@@ -1,0 +1,256 @@
+//! The device under test: limited before anything else, put to rest between its trials.
+
+use super::attendant::{Attendant, Notice};
+use super::promise::Promise;
+use super::settings::{EmergencyStop, SelfTest};
+use crate::device::at_port;
+use crate::failure::Failure;
+use haptic_link::{Configuration, Limits, LoopMode, Scope, Start, State};
+use haptic_remote::LinkError;
+use haptic_remote::serial::{SerialError, SerialLink};
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+/// Period of the loop, µs, where the board allows it.
+const PERIOD_US: u32 = 1000;
+/// Ticks in which the limit of the rate lets the force rise from zero to its limit.
+const RISE_TICKS: f32 = 10.0;
+/// Watchdog of trials in which nobody is silent on purpose, ms.
+pub(super) const LONG_WATCHDOG_MS: u16 = Limits::WATCHDOG_MAX_MS;
+/// A run ends by itself after so many ticks, whatever becomes of the host.
+const TICKS_MOST: u32 = 100_000;
+
+/// Why the test cannot go on.
+#[derive(Debug)]
+pub(super) enum Broken {
+    /// The device or the line.
+    Link(SerialError),
+    /// Somebody stopped it.
+    Interrupted,
+}
+
+impl From<SerialError> for Broken {
+    fn from(error: SerialError) -> Self {
+        Self::Link(error)
+    }
+}
+
+/// A device on the bench.
+pub(super) struct Bench<'a> {
+    link: Option<SerialLink>,
+    test: SelfTest,
+    attendant: Attendant<'a>,
+    /// As it was set to last, with its coefficients.
+    set: (Configuration, Vec<f32>),
+    limited: Configuration,
+    run: u32,
+}
+
+impl<'a> Bench<'a> {
+    /// Reads what is set, and limits the device.
+    ///
+    /// # Errors
+    /// A device that does not answer or refuses the limits.
+    pub(super) fn new(
+        link: SerialLink,
+        test: SelfTest,
+        attendant: Attendant<'a>,
+    ) -> Result<Self, Failure> {
+        let set = (link.configuration()).map_err(|error| at_port(link.path(), &error))?;
+        let limited = limited(&link, &test, &set.0);
+        let path = link.path().to_owned();
+        let mut bench = Self {
+            link: Some(link),
+            test,
+            attendant,
+            set,
+            limited,
+            run: 0,
+        };
+        let taken = bench.limit(LONG_WATCHDOG_MS);
+        taken.map_err(|error| at_port(&path, &error))?;
+        Ok(bench)
+    }
+
+    /// The limits during the test.
+    pub(super) const fn limits(&self) -> &Limits {
+        &self.limited.limits
+    }
+
+    /// As it was set to last before the test, with its coefficients.
+    pub(super) const fn set(&self) -> &(Configuration, Vec<f32>) {
+        &self.set
+    }
+
+    pub(super) const fn test(&self) -> &SelfTest {
+        &self.test
+    }
+
+    /// T, s.
+    pub(super) fn period_s(&self) -> f64 {
+        f64::from(self.limited.tick_period_us) * 1e-6
+    }
+
+    /// Tells that a promise is tried now.
+    ///
+    /// # Errors
+    /// Somebody stopped the test.
+    pub(super) fn trying(&self, promise: Promise) -> Result<(), Broken> {
+        self.notice(Notice::Trying(promise));
+        self.goes_on()
+    }
+
+    pub(super) fn notice(&self, notice: Notice) {
+        (self.attendant.notice)(notice);
+    }
+
+    /// # Errors
+    /// Somebody stopped the test.
+    pub(super) fn goes_on(&self) -> Result<(), Broken> {
+        if self.attendant.stop.load(Ordering::Relaxed) {
+            return Err(Broken::Interrupted);
+        }
+        Ok(())
+    }
+
+    /// True if somebody is to press an emergency stop.
+    pub(super) fn has_emergency_stop(&self) -> Result<bool, SerialError> {
+        Ok(match self.test.emergency_stop {
+            EmergencyStop::AsTheDevice => !self.link()?.capabilities().simulated,
+            EmergencyStop::Absent => false,
+            EmergencyStop::Pressed => true,
+        })
+    }
+
+    /// The link.
+    ///
+    /// # Errors
+    /// It was closed, and no new one could be had.
+    pub(super) fn link(&self) -> Result<&SerialLink, SerialError> {
+        self.link.as_ref().ok_or(LinkError::Gone.into())
+    }
+
+    /// The same, to be changed.
+    ///
+    /// # Errors
+    /// As [`link`](Self::link).
+    pub(super) fn link_mut(&mut self) -> Result<&mut SerialLink, SerialError> {
+        self.link.as_mut().ok_or(LinkError::Gone.into())
+    }
+
+    /// Closes the link and connects anew, for 10 s at most; the error of the last attempt.
+    pub(super) fn reconnect(&mut self) -> Result<Result<Duration, Failure>, Broken> {
+        const PATIENCE: Duration = Duration::from_secs(10);
+        self.link = None;
+        let began = Instant::now();
+        loop {
+            self.goes_on()?;
+            match (self.attendant.connect)() {
+                Ok(link) => {
+                    self.link = Some(link);
+                    return Ok(Ok(began.elapsed()));
+                }
+                Err(error) if began.elapsed() > PATIENCE => return Ok(Err(error)),
+                Err(_) => std::thread::sleep(Duration::from_millis(50)),
+            }
+        }
+    }
+
+    /// Puts the limits of the test in force, with this watchdog.
+    pub(super) fn limit(&mut self, watchdog_ms: u16) -> Result<(), SerialError> {
+        self.limited.limits.watchdog_ms = watchdog_ms;
+        let limited = self.limited;
+        self.link_mut()?.set_for(limited, &[0.0], Scope::Run)
+    }
+
+    /// The refusal of a run with more force than is set on the device; `None` if it was taken.
+    pub(super) fn loosen(&mut self) -> Result<Option<String>, SerialError> {
+        let mut looser = self.limited;
+        looser.limits.force_n = 2.0 * self.set.0.limits.force_n;
+        let taken = self.link_mut()?.set_for(looser, &[0.0], Scope::Run);
+        let refused = refusal(taken)?;
+        let watchdog_ms = self.limited.limits.watchdog_ms;
+        self.limit(watchdog_ms)?;
+        Ok(refused.map(|_| format!("{} N refused", looser.limits.force_n)))
+    }
+
+    /// Asks for a start. The refusal; `None` if it was taken.
+    pub(super) fn start(&mut self) -> Result<Option<LinkError>, SerialError> {
+        self.run += 1;
+        let start = Start {
+            run: self.run,
+            ticks: TICKS_MOST,
+            every: 1,
+            batch: 1,
+        };
+        refusal(self.link_mut()?.start(start))
+    }
+
+    /// Arms the device, and waits until it says so. Keep-alives ask for it, fast at first: an answer counts only if it
+    /// comes before the next one is asked for.
+    pub(super) fn arm(&self) -> Result<(), SerialError> {
+        let link = self.link()?;
+        let most_ms = u64::from(self.limited.limits.watchdog_ms) / 4;
+        for (interval_ms, times) in [(20, 10), (50, 20), (100, 20)] {
+            let interval_ms = most_ms.clamp(1, interval_ms);
+            // The same for a device that is armed already.
+            link.arm(Duration::from_millis(4 * interval_ms))?;
+            for _ in 0..times {
+                if link.status().state == State::Armed {
+                    return Ok(());
+                }
+                std::thread::sleep(Duration::from_millis(interval_ms));
+            }
+        }
+        Ok(())
+    }
+
+    /// The same. The refusal; `None` if it was armed.
+    pub(super) fn try_arm(&self) -> Result<Option<LinkError>, SerialError> {
+        refusal(self.arm())
+    }
+
+    /// Without force, disarmed.
+    pub(super) fn calm(&self) -> Result<(), SerialError> {
+        let link = self.link()?;
+        link.disarm()?;
+        link.wait_for_rest();
+        Ok(())
+    }
+}
+
+/// The refusal of a request; any other error is passed on.
+fn refusal(asked: Result<(), SerialError>) -> Result<Option<LinkError>, SerialError> {
+    match asked {
+        Ok(()) => Ok(None),
+        Err(SerialError::Link(refused @ LinkError::Refused { .. })) => Ok(Some(refused)),
+        Err(error) => Err(error),
+    }
+}
+
+/// A loop on the host without an environment, with the limits of the test or those that are set where these are tighter.
+fn limited(link: &SerialLink, test: &SelfTest, set: &Configuration) -> Configuration {
+    let can = link.capabilities();
+    let period_us = PERIOD_US.clamp(can.tick_period_min_us, can.tick_period_max_us);
+    let force_n = (test.force_limit_n as f32).min(can.force_max_n);
+    let rate = force_n / (RISE_TICKS * period_us as f32 * 1e-6);
+    let asked = Configuration {
+        loop_mode: LoopMode::Host,
+        tick_period_us: period_us,
+        limits: Limits {
+            force_n,
+            force_rate_n_per_s: rate.min(can.force_rate_max_n_per_s),
+            watchdog_ms: LONG_WATCHDOG_MS,
+            // A machine or line that is slow breaks no promise of the device.
+            late_ticks: 0,
+            max_age_ticks: Limits::MAX_AGE_TICKS,
+            rise_time_s: 0.0,
+            brake_force_n: 0.0,
+            ..Limits::DEFAULT
+        },
+        simulation: set.simulation,
+        ..Configuration::PASSIVE
+    };
+    let (limits, _) = asked.tightened(set);
+    Configuration { limits, ..asked }
+}

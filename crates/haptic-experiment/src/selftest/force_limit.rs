@@ -1,0 +1,161 @@
+//! Limits of force and rate, and the way to zero after a stop: one run.
+
+use super::bench::{Bench, Broken, LONG_WATCHDOG_MS};
+use super::fall::Fall;
+use super::followed::Followed;
+use super::promise::{Check, Promise};
+use super::trial::{ASKED, HALF_PERIOD_TICKS, Trial, alternating};
+use haptic_link::{Limits, Sample};
+use haptic_loop::Limiters;
+
+/// Limiter of a stop.
+const STOPPING: u8 = Limiters::STOPPING.bits();
+/// Ticks at the full share of the force: some changes of its sign.
+const TICKS: f64 = 300.0;
+/// Rounding of a difference of two forces, relative to their limit.
+const ROUNDING: f32 = 1e-5;
+
+/// The two rows.
+pub(super) fn check(bench: &mut Bench<'_>) -> Result<[Check; 2], Broken> {
+    bench.trying(Promise::ForceLimit)?;
+    let (limits, period_s) = (*bench.limits(), bench.period_s());
+    let loosened = bench.loosen()?;
+    let ticks = (f64::from(limits.rise_time_s) / period_s + TICKS) as u32;
+    let trial = Trial {
+        watchdog_ms: LONG_WATCHDOG_MS,
+        say: |sample: &Sample, sent| Some(alternating(&limits, sample.tick, sent, ASKED)),
+        // In the middle of a half period, so that a force acts when it is stopped.
+        until: |followed: &Followed| {
+            let newest = followed.samples.last();
+            newest.is_some_and(|sample| {
+                let half = HALF_PERIOD_TICKS;
+                sample.tick > ticks && (half / 2..3 * half / 4).contains(&(sample.tick % half))
+            })
+        },
+    };
+    let promised = format!(
+        "at most {} N and {} N/s, whatever is asked for; a run does not loosen it",
+        limits.force_n, limits.force_rate_n_per_s
+    );
+    let zero = format!("zero within {} s, never growing", limits.stop_time_s);
+    let followed = match bench.conduct(&trial, Followed::was_silent)? {
+        Ok(followed) => followed,
+        Err(refused) => {
+            let seen = refused.to_string();
+            return Ok([
+                Check::judged(Promise::ForceLimit, promised, seen, false),
+                Check::judged(Promise::Stop, zero, "not reached", false),
+            ]);
+        }
+    };
+    Ok([
+        limit(&followed, &limits, period_s, promised, loosened),
+        stop(&followed, &limits, period_s, zero),
+    ])
+}
+
+fn limit(
+    followed: &Followed,
+    limits: &Limits,
+    period_s: f64,
+    promised: String,
+    loosened: Option<String>,
+) -> Check {
+    let most_n = followed.largest_n();
+    let asked_n = followed
+        .sent
+        .iter()
+        .fold(0.0_f32, |most, (_, force)| most.max(force.abs()));
+    let rate = largest_rate(&followed.samples, period_s);
+    let slack = ROUNDING * limits.force_n;
+    let kept = most_n <= limits.force_n
+        && rate <= f64::from(limits.force_rate_n_per_s) + f64::from(2.0 * slack) / period_s;
+    // A device that makes no force at all has been asked nothing.
+    let reached = most_n >= 0.99 * limits.force_n;
+    let mut seen = format!(
+        "at most {most_n} N and {rate:.4} N/s of {:.4} N asked for; {}",
+        asked_n,
+        loosened.as_deref().unwrap_or("a looser limit was taken")
+    );
+    if let Some(fault) = followed.fault_in_words() {
+        seen = format!("{seen}; {fault}");
+    } else if !reached {
+        seen.push_str("; the limit was not reached, so it was not tried");
+    }
+    let ok = kept && reached && loosened.is_some() && followed.fault.is_none();
+    Check::judged(Promise::ForceLimit, promised, seen, ok)
+}
+
+/// Largest change of the force from a tick to the next, N/s; infinite for a force that is no number.
+fn largest_rate(samples: &[Sample], period_s: f64) -> f64 {
+    let running = samples
+        .iter()
+        .take_while(|sample| sample.limiters & STOPPING == 0);
+    let running: Vec<&Sample> = running.collect();
+    let steps = running
+        .windows(2)
+        .filter(|pair| pair[1].tick == pair[0].tick + 1);
+    steps.fold(0.0, |most, pair| {
+        let step = f64::from(pair[1].force_n - pair[0].force_n).abs() / period_s;
+        if step.is_nan() {
+            f64::INFINITY
+        } else {
+            step.max(most)
+        }
+    })
+}
+
+fn stop(followed: &Followed, limits: &Limits, period_s: f64, promised: String) -> Check {
+    let stopping = followed
+        .samples
+        .iter()
+        .find(|sample| sample.limiters & STOPPING != 0);
+    let first = stopping.map(|sample| sample.tick).or(followed.stop_asked);
+    let (Some(first), None) = (first, followed.fault_in_words()) else {
+        let seen = followed
+            .fault_in_words()
+            .unwrap_or_else(|| "it went on".to_owned());
+        return Check::judged(Promise::Stop, promised, seen, false);
+    };
+    let fall = Fall::of(&followed.samples, first);
+    let ok = fall.is_within(limits.stop_time_s, period_s);
+    Check::judged(Promise::Stop, promised, fall.words(period_s), ok)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn run(forces: &[f32]) -> Followed {
+        let numbered = forces.iter().zip(0..);
+        let samples = numbered.map(|(&force_n, tick)| Sample {
+            tick,
+            force_n,
+            ..Sample::default()
+        });
+        Followed {
+            samples: samples.collect(),
+            ..Followed::default()
+        }
+    }
+
+    #[test]
+    fn a_limit_is_kept_if_force_and_rate_are_and_it_was_reached() {
+        let limits = Limits {
+            force_n: 0.1,
+            force_rate_n_per_s: 50.0,
+            ..Limits::DEFAULT
+        };
+        let refused = || Some("20 N refused".to_owned());
+        let judge = |forces: &[f32], loosened| {
+            limit(&run(forces), &limits, 1e-3, String::new(), loosened).ok
+        };
+        assert_eq!(judge(&[0.0, 0.05, 0.1, 0.1, 0.05], refused()), Some(true));
+        // Too much, too fast, never there, no number, a looser limit was taken.
+        assert_eq!(judge(&[0.0, 0.05, 0.1, 0.100_01], refused()), Some(false));
+        assert_eq!(judge(&[0.0, 0.1], refused()), Some(false));
+        assert_eq!(judge(&[0.0, 0.05], refused()), Some(false));
+        assert_eq!(judge(&[0.0, f32::NAN, 0.1], refused()), Some(false));
+        assert_eq!(judge(&[0.0, 0.05, 0.1], None), Some(false));
+    }
+}

@@ -1,0 +1,84 @@
+//! Promises of a device, and what was seen of each.
+
+use serde::Serialize;
+use std::fmt;
+
+/// A promise of the device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Promise {
+    /// No force and no start before it is armed.
+    Arm,
+    /// Limits of force and rate hold, and a run cannot loosen them.
+    ForceLimit,
+    /// A stop takes the force to zero.
+    Stop,
+    /// A force that is no number is a fault.
+    FiniteCheck,
+    /// A silent host is a fault.
+    Watchdog,
+    /// The samples around a fault can be read afterwards.
+    FlightRecorder,
+    /// A new connection finds the device without force, and as it was set.
+    Reconnect,
+    /// The emergency stop is a fault until it is closed.
+    EmergencyStop,
+}
+
+impl Promise {
+    /// Every one, in the order in which they are tried.
+    pub const ALL: [Self; 8] = [
+        Self::Arm,
+        Self::ForceLimit,
+        Self::Stop,
+        Self::FiniteCheck,
+        Self::Watchdog,
+        Self::FlightRecorder,
+        Self::Reconnect,
+        Self::EmergencyStop,
+    ];
+}
+
+impl fmt::Display for Promise {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Arm => "arm",
+            Self::ForceLimit => "force limit",
+            Self::Stop => "stop",
+            Self::FiniteCheck => "finite check",
+            Self::Watchdog => "watchdog",
+            Self::FlightRecorder => "flight recorder",
+            Self::Reconnect => "reconnect",
+            Self::EmergencyStop => "emergency stop",
+        })
+    }
+}
+
+/// A row of the table.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Check {
+    /// The promise.
+    pub check: Promise,
+    /// In words, with its numbers.
+    pub promised: String,
+    /// Observation.
+    pub seen: String,
+    /// True if it was kept; `None` if this device has nothing of the kind.
+    pub ok: Option<bool>,
+}
+
+impl Check {
+    pub(super) fn judged(
+        check: Promise,
+        promised: impl Into<String>,
+        seen: impl Into<String>,
+        ok: bool,
+    ) -> Self {
+        Self {
+            check,
+            promised: promised.into(),
+            seen: seen.into(),
+            ok: Some(ok),
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! The device's flight recorder after a fault, beside the samples that came while it happened.
+
+use super::bench::{Bench, Broken};
+use super::followed::Followed;
+use super::promise::{Check, Promise};
+use haptic_link::{Report, Request, Sample};
+use std::collections::BTreeMap;
+
+/// The row; `followed` is the run that ended in the fault.
+pub(super) fn check(bench: &mut Bench<'_>, followed: Option<&Followed>) -> Result<Check, Broken> {
+    bench.trying(Promise::FlightRecorder)?;
+    let room = bench.link()?.capabilities().flight_samples;
+    if room == 0 {
+        return Ok(Check {
+            check: Promise::FlightRecorder,
+            promised: "the samples around a fault".to_owned(),
+            seen: "not there: this device keeps none".to_owned(),
+            ok: None,
+        });
+    }
+    let promised = format!("{room} samples around a fault, as they were");
+    let fault = followed.and_then(|followed| Some((followed, followed.fault_tick()?)));
+    let Some((followed, fault)) = fault else {
+        return Ok(Check::judged(
+            Promise::FlightRecorder,
+            promised,
+            "not tried: no fault before it",
+            false,
+        ));
+    };
+    let kept = read(bench)?;
+    let (seen, ok) = judge(&kept, followed, fault, usize::from(room));
+    Ok(Check::judged(Promise::FlightRecorder, promised, seen, ok))
+}
+
+/// All samples that the device has kept.
+fn read(bench: &Bench<'_>) -> Result<Vec<Sample>, Broken> {
+    let mut kept = Vec::new();
+    let mut count = 1;
+    while kept.len() < usize::from(count) {
+        let index = kept.len() as u16;
+        let Report::Flight(flight) = bench.link()?.ask(Request::ReadFlight { index })? else {
+            break;
+        };
+        count = flight.count;
+        if count > 0 {
+            kept.push(flight.sample);
+        }
+    }
+    Ok(kept)
+}
+
+/// In words, and whether all of it is there: full, without gap, with the fault in it, and as it was sent.
+fn judge(kept: &[Sample], followed: &Followed, fault: u32, room: usize) -> (String, bool) {
+    let gaps = kept
+        .windows(2)
+        .filter(|pair| pair[1].tick != pair[0].tick + 1)
+        .count();
+    let after = kept.iter().filter(|sample| sample.tick > fault).count();
+    let has_fault = kept.iter().any(|sample| sample.tick == fault);
+    let sent: BTreeMap<u32, &Sample> = (followed.samples.iter())
+        .map(|sample| (sample.tick, sample))
+        .collect();
+    let beside: Vec<(&Sample, &Sample)> = kept
+        .iter()
+        .filter_map(|sample| Some((sample, *sent.get(&sample.tick)?)))
+        .collect();
+    let same = beside
+        .iter()
+        .filter(|(kept, sent)| is_same(kept, sent))
+        .count();
+    let seen = format!(
+        "{} samples, {after} of them after the fault, {gaps} gaps; {same} of {} as they were sent",
+        kept.len(),
+        beside.len()
+    );
+    let full = kept.len() == room.min(fault as usize + 1 + after);
+    let ok = full && gaps == 0 && has_fault && !beside.is_empty() && same == beside.len();
+    (seen, ok)
+}
+
+/// To the last bit, but for the time, which a batch of samples does not carry.
+fn is_same(a: &Sample, b: &Sample) -> bool {
+    let bits = |sample: &Sample| {
+        let Sample {
+            position_m,
+            environment_force_n,
+            force_n,
+            ..
+        } = *sample;
+        [position_m, environment_force_n, force_n].map(f32::to_bits)
+    };
+    bits(a) == bits(b) && a.limiters == b.limiters
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn samples(ticks: std::ops::Range<u32>) -> Vec<Sample> {
+        let sample = |tick| Sample {
+            tick,
+            force_n: tick as f32,
+            ..Sample::default()
+        };
+        ticks.map(sample).collect()
+    }
+
+    #[test]
+    fn a_recorder_is_whole_without_gap_with_the_fault_and_as_it_was() {
+        let followed = Followed {
+            samples: samples(0..300),
+            ..Followed::default()
+        };
+        let ok = |kept: &[Sample]| judge(kept, &followed, 200, 96).1;
+        assert!(ok(&samples(129..225)));
+        assert!(!ok(&[]));
+        assert!(!ok(&samples(129..224)), "one is missing");
+        assert!(!ok(&samples(100..196)), "the fault is not in it");
+        let mut gap = samples(128..225);
+        gap.remove(50);
+        assert!(!ok(&gap), "a gap");
+        let mut other = samples(129..225);
+        other[40].force_n = 0.0;
+        assert!(!ok(&other), "another force");
+    }
+}

@@ -1,0 +1,212 @@
+//! Faults that a host makes: a force that is no number, and silence.
+
+use super::bench::{Bench, Broken, LONG_WATCHDOG_MS};
+use super::fall::Fall;
+use super::followed::Followed;
+use super::promise::{Check, Promise};
+use super::trial::{HALF_PERIOD_TICKS, Trial, alternating};
+use haptic_link::{Limits, Sample};
+use haptic_loop::Fault;
+use haptic_remote::LinkError;
+
+/// Share of the limit that acts when the fault comes.
+const SHARE: f32 = 0.9;
+/// Ticks at the full share before.
+const TICKS: f64 = 100.0;
+/// Ticks to wait for a fault beyond the time in which it has to come.
+const MORE_TICKS: u32 = 500;
+
+/// Tick at which the fault is made: at the end of a half period, when the force has its full share.
+fn made_at(limits: &Limits, period_s: f64) -> u32 {
+    let ticks = (f64::from(limits.rise_time_s) / period_s + TICKS) as u32;
+    ticks.next_multiple_of(HALF_PERIOD_TICKS) - 2
+}
+
+/// True if the run is so many ticks behind a tick.
+fn is_behind(followed: &Followed, tick: u32, more: u32) -> bool {
+    let newest = followed.samples.last();
+    newest.is_some_and(|sample| sample.tick > tick + more)
+}
+
+/// The row of the finite check.
+pub(super) fn finite_check(bench: &mut Bench<'_>) -> Result<Check, Broken> {
+    bench.trying(Promise::FiniteCheck)?;
+    let (limits, period_s) = (*bench.limits(), bench.period_s());
+    let made_at = made_at(&limits, period_s);
+    let trial = Trial {
+        watchdog_ms: LONG_WATCHDOG_MS,
+        say: |sample: &Sample, sent| {
+            let good = alternating(&limits, sample.tick, sent, SHARE);
+            Some(if sample.tick < made_at {
+                good
+            } else {
+                f32::NAN
+            })
+        },
+        until: |followed: &Followed| is_behind(followed, made_at, MORE_TICKS),
+    };
+    let promised = format!(
+        "a force that is no number is a fault, zero within {} s",
+        limits.stop_time_s
+    );
+    let followed = bench.conduct(&trial, Followed::was_silent)?;
+    Ok(faulted(
+        Promise::FiniteCheck,
+        promised,
+        &followed,
+        Fault::NonFiniteForce,
+        (&limits, period_s),
+    ))
+}
+
+/// The row of the watchdog, and its run, if there was one.
+pub(super) fn watchdog(bench: &mut Bench<'_>) -> Result<(Check, Option<Followed>), Broken> {
+    bench.trying(Promise::Watchdog)?;
+    let (limits, period_s) = (*bench.limits(), bench.period_s());
+    let watchdog_ms = bench.test().watchdog_ms;
+    let made_at = made_at(&limits, period_s);
+    let silent_ticks = (1e-3 * f64::from(watchdog_ms) / period_s) as u32;
+    let trial = Trial {
+        watchdog_ms,
+        say: |sample: &Sample, sent| {
+            (sample.tick < made_at).then(|| alternating(&limits, sample.tick, sent, SHARE))
+        },
+        until: |followed: &Followed| is_behind(followed, made_at, silent_ticks + MORE_TICKS),
+    };
+    let promised = format!(
+        "no force for {watchdog_ms} ms is a fault, zero within {} s; no start until armed anew",
+        limits.stop_time_s
+    );
+    // Silent too soon is silent: whichever force was the last, the time counts from it.
+    let followed = bench.conduct(&trial, |_| false)?;
+    let mut check = faulted(
+        Promise::Watchdog,
+        promised,
+        &followed,
+        Fault::HostSilent,
+        (&limits, period_s),
+    );
+    let Ok(followed) = followed else {
+        return Ok((check, None));
+    };
+    if followed.was_silent() {
+        let (silence, in_time) = silence(&followed, watchdog_ms, period_s);
+        let started = bench.start()?;
+        if started.is_none() {
+            bench.calm()?;
+        }
+        let latched = match &started {
+            Some(refused) => refused.to_string(),
+            None => "it started all the same".to_owned(),
+        };
+        check.seen = format!("{silence}; {}; {latched}", check.seen);
+        check.ok = Some(check.ok == Some(true) && in_time && started.is_some());
+    }
+    Ok((check, Some(followed)))
+}
+
+/// The row of a fault that has to latch and to take the force to zero.
+fn faulted(
+    promise: Promise,
+    promised: String,
+    followed: &Result<Followed, LinkError>,
+    fault: Fault,
+    (limits, period_s): (&Limits, f64),
+) -> Check {
+    let judged = |seen: String, ok| Check::judged(promise, promised.clone(), seen, ok);
+    let followed = match followed {
+        Ok(followed) => followed,
+        Err(refused) => return judged(refused.to_string(), false),
+    };
+    let Some(tick) = followed.fault_tick() else {
+        return judged("no fault".to_owned(), false);
+    };
+    let latched = followed.fault.map_or(0, |report| report.status.fault);
+    let fall = Fall::of(&followed.samples, tick);
+    let words = followed.fault_in_words().unwrap_or_default();
+    let ok = latched == fault.code() && fall.is_within(limits.stop_time_s, period_s);
+    judged(format!("{words}; {}", fall.words(period_s)), ok)
+}
+
+/// Silence before the fault by the clock of the device, in words, and whether it is the one that was set.
+///
+/// ```text
+/// tick that the last force answered  ≤  its arrival  ≤  first sample that shows it
+/// ```
+/// So the silence lies between the times from both to the fault.
+fn silence(followed: &Followed, watchdog_ms: u16, period_s: f64) -> (String, bool) {
+    /// Ticks from the end of the silence to the fault, and of rounding.
+    const SLACK: f64 = 3.0;
+    let unknown = || ("no force arrived before it".to_owned(), false);
+    let Some(fault) = followed.fault_tick() else {
+        return unknown();
+    };
+    let Some((answered, shown)) = followed.last_taken(fault) else {
+        return unknown();
+    };
+    let most_s = f64::from(fault - answered) * period_s;
+    let least_s = f64::from(fault - shown.tick) * period_s;
+    let set_s = 1e-3 * f64::from(watchdog_ms);
+    let in_time = most_s >= set_s - period_s && least_s <= set_s + SLACK * period_s;
+    (
+        format!("let go {least_s:.3} s after the last force"),
+        in_time,
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use haptic_link::{FaultReport, State, Status};
+
+    /// Forces 1, 2, 3, … N answer the ticks up to `sent`, arrive a tick later, and a fault latches at a tick.
+    fn followed(sent: u32, fault: u32) -> Followed {
+        let force = |tick: u32| tick.min(sent) as f32;
+        let samples = (0..fault + 20).map(|tick| Sample {
+            tick,
+            environment_force_n: force(tick.saturating_sub(1)),
+            ..Sample::default()
+        });
+        Followed {
+            samples: samples.collect(),
+            sent: (1..=sent).map(|tick| (tick, force(tick))).collect(),
+            fault: Some(FaultReport {
+                status: Status {
+                    state: State::Fault,
+                    fault: Fault::HostSilent.code(),
+                    faults: 1,
+                },
+                tick: fault,
+                time_us: 1,
+            }),
+            ..Followed::default()
+        }
+    }
+
+    #[test]
+    fn silence_counts_from_the_last_force_that_arrived() {
+        for (sent, fault, in_time) in [
+            (50, 250, true),
+            (50, 251, true),
+            (50, 253, true),
+            // Too late, and too soon.
+            (50, 260, false),
+            (50, 240, false),
+            // Nobody knows since when.
+            (0, 200, false),
+        ] {
+            let (words, judged) = silence(&followed(sent, fault), 200, 1e-3);
+            assert_eq!(judged, in_time, "{sent} {fault}: {words}");
+        }
+    }
+
+    #[test]
+    fn samples_that_the_line_lost_make_no_fault_late() {
+        let mut followed = followed(50, 251);
+        followed
+            .samples
+            .retain(|sample| !(45..80).contains(&sample.tick));
+        let (words, in_time) = silence(&followed, 200, 1e-3);
+        assert!(in_time, "{words}");
+    }
+}

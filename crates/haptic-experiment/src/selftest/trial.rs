@@ -1,0 +1,188 @@
+//! Runs of the device on the bench, followed by their samples.
+
+use super::bench::{Bench, Broken};
+use super::followed::Followed;
+use haptic_link::{EventKind, Limits, Request, Sample};
+use haptic_loop::Fault;
+use haptic_remote::LinkError;
+use haptic_remote::serial::Heard;
+use std::time::{Duration, Instant};
+
+/// Largest force that is asked for, in limits.
+pub(super) const ASKED: f32 = 3.0;
+/// Ticks after which the force that is asked for changes its sign.
+pub(super) const HALF_PERIOD_TICKS: u32 = 40;
+/// A run without a sample for so long is none.
+const SILENCE: Duration = Duration::from_secs(3);
+/// Nothing for so long after a fault or an end: all of it has come.
+const QUIET: Duration = Duration::from_millis(200);
+/// Attempts of a trial that a busy machine spoils by its own silence.
+const ATTEMPTS: u32 = 5;
+
+/// Trial to be made: force for a sample, and its end.
+pub(super) struct Trial<S, U> {
+    /// Silence of the host that is a fault, ms.
+    pub(super) watchdog_ms: u16,
+    /// Force that answers a sample, N, and how many were sent before; `None` for silence.
+    pub(super) say: S,
+    /// True once the run is to be stopped.
+    pub(super) until: U,
+}
+
+/// Force that changes its sign: `share` of the limit, and one in 10⁵ more with each that was sent before, so that each is
+/// known by its number.
+pub(super) fn alternating(limits: &Limits, tick: u32, sent: usize, share: f32) -> f32 {
+    let sign = if (tick / HALF_PERIOD_TICKS).is_multiple_of(2) {
+        1.0
+    } else {
+        -1.0
+    };
+    let more = 1.0 + 1e-5 * (sent % 5000) as f32;
+    // Whatever share: never more than what a device without limits may make.
+    sign * limits.force_n * (share * more).min(ASKED)
+}
+
+impl Bench<'_> {
+    /// Listens without a run, for so long.
+    pub(super) fn listen(&mut self, time: Duration) -> Result<Followed, Broken> {
+        self.link()?.stream(1, 1)?;
+        let began = Instant::now();
+        let followed = self.follow(|_, _| None, |_| began.elapsed() >= time);
+        self.link()?.stream(0, 1)?;
+        followed
+    }
+
+    /// A run from limits to rest: arm, start, follow, stop, disarm. Again where the device let go because this machine was
+    /// silent against its will: `spoiled` tells.
+    pub(super) fn conduct<S, U>(
+        &mut self,
+        trial: &Trial<S, U>,
+        spoiled: impl Fn(&Followed) -> bool,
+    ) -> Result<Result<Followed, LinkError>, Broken>
+    where
+        S: Fn(&Sample, usize) -> Option<f32>,
+        U: Fn(&Followed) -> bool,
+    {
+        let mut attempt = 1;
+        loop {
+            self.limit(trial.watchdog_ms)?;
+            self.arm()?;
+            // What is left of the run before is none of this one.
+            while self.link_mut()?.try_hear().is_some() {}
+            if let Some(refused) = self.start()? {
+                self.calm()?;
+                // Silent between arm and start.
+                let code = self.link()?.status().fault;
+                if attempt < ATTEMPTS && code == Fault::HostSilent.code() {
+                    attempt += 1;
+                    continue;
+                }
+                return Ok(Err(refused));
+            }
+            let followed = self
+                .follow(&trial.say, &trial.until)
+                .and_then(|followed| self.end(followed));
+            if followed.is_err() {
+                // Best effort: whatever went wrong, no force stays.
+                let _ = self.calm();
+            }
+            let followed = followed?;
+            if attempt == ATTEMPTS || !spoiled(&followed) {
+                return Ok(Ok(followed));
+            }
+            attempt += 1;
+        }
+    }
+
+    /// Answers samples, until told otherwise or a fault or end has come with all that follows it.
+    fn follow(
+        &mut self,
+        say: impl Fn(&Sample, usize) -> Option<f32>,
+        until: impl Fn(&Followed) -> bool,
+    ) -> Result<Followed, Broken> {
+        self.go_on(Followed::default(), say, until)
+    }
+
+    /// The same for a run that was followed up to now.
+    fn go_on(
+        &mut self,
+        mut followed: Followed,
+        say: impl Fn(&Sample, usize) -> Option<f32>,
+        until: impl Fn(&Followed) -> bool,
+    ) -> Result<Followed, Broken> {
+        let mut last = Instant::now();
+        loop {
+            self.goes_on()?;
+            match self.link_mut()?.hear(Duration::from_millis(20)) {
+                Some(heard) => {
+                    last = Instant::now();
+                    let mut newest = followed.take(heard)?;
+                    while let Some(heard) = self.link_mut()?.try_hear() {
+                        newest = followed.take(heard)?.or(newest);
+                    }
+                    if let Some(sample) = newest.filter(|_| !followed.is_over())
+                        && let Some(force_n) = say(&sample, followed.sent.len())
+                    {
+                        self.link()?.send_force(sample.tick, force_n);
+                        followed.sent.push((sample.tick, force_n));
+                    }
+                }
+                None if followed.is_over() && last.elapsed() >= QUIET => return Ok(followed),
+                None if last.elapsed() >= SILENCE => {
+                    let waited_ms = SILENCE.as_millis() as u64;
+                    return Err(Broken::Link(LinkError::NoSamples { waited_ms }.into()));
+                }
+                None => {}
+            }
+            if !followed.is_over() && until(&followed) {
+                return Ok(followed);
+            }
+        }
+    }
+
+    /// Stops a run that goes on, hears the rest of it, and disarms.
+    fn end(&mut self, mut followed: Followed) -> Result<Followed, Broken> {
+        if !followed.is_over() {
+            self.link()?.ask(Request::Stop)?;
+            followed.stop_asked = followed.samples.last().map(|sample| sample.tick);
+            followed = self.go_on(followed, |_, _| None, |_| false)?;
+        }
+        self.calm()?;
+        Ok(followed)
+    }
+}
+
+impl Followed {
+    /// Takes a message in; the sample, if it is one.
+    fn take(&mut self, heard: Heard) -> Result<Option<Sample>, Broken> {
+        match heard {
+            Heard::Sample(sample) => {
+                self.begun = true;
+                self.samples.push(sample);
+                return Ok(Some(sample));
+            }
+            Heard::Event(event) => {
+                self.begun |= event.kind == EventKind::Started;
+                // An end before the beginning is that of the run before.
+                self.ended |= self.begun
+                    && matches!(
+                        event.kind,
+                        EventKind::Finished | EventKind::Stopped | EventKind::Disarmed
+                    );
+            }
+            Heard::Fault(report) => self.fault = Some(report),
+            Heard::Over(error) => return Err(Broken::Link(error.into())),
+        }
+        Ok(None)
+    }
+
+    fn is_over(&self) -> bool {
+        self.ended || self.fault.is_some()
+    }
+
+    /// True if the device let go because nothing came from here.
+    pub(super) fn was_silent(&self) -> bool {
+        let code = Fault::HostSilent.code();
+        self.fault.is_some_and(|report| report.status.fault == code)
+    }
+}

@@ -1,0 +1,294 @@
+//! A board behind a pseudo-terminal, with the device's side of the link and, if wanted, a flaw.
+//!
+//! Its clock is that of its ticks: where this machine is late, the board is slow, and nothing else changes.
+
+use haptic_link::{
+    Capabilities, Configuration, Direction, FRAME_MAX, Flight, Header, Receiver, Refusal, Report,
+    Sample, Simulation, State, encode,
+};
+use haptic_loop::{Device, Fault, Reading, SafeForce};
+use haptic_remote::{DeviceSession, Hardware, SimulatedPlant, TickSide};
+use serialport::{SerialPort as _, TTYPort};
+use std::cell::RefCell;
+use std::io::{Read as _, Write as _};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// The promise that a board breaks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Flaw {
+    None,
+    /// Its watchdog is fed whoever is silent.
+    DeafWatchdog,
+    /// It makes twice the force that its chain lets through.
+    StrongForce,
+    /// It pushes while it is idle.
+    ForceAtRest,
+    /// Its force stays when its chain lets it fall.
+    ForceStays,
+    /// Its flight recorder is empty.
+    NoRecorder,
+    /// It says that the settings of the last connection are in force.
+    KeepsSettings,
+}
+
+/// A board with an emergency stop and a simulated axis.
+struct Axis {
+    plant: SimulatedPlant,
+    stop_is_open: Arc<AtomicBool>,
+}
+
+impl Axis {
+    fn look(&self) -> Result<(), Fault> {
+        match self.persisting_fault() {
+            Some(fault) => Err(fault),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Device<f32, 1> for Axis {
+    type Error = Fault;
+
+    fn read(&mut self) -> Result<Reading<f32, 1>, Fault> {
+        self.look()?;
+        self.plant.read()
+    }
+
+    fn write(&mut self, force: SafeForce<f32, 1>) -> Result<(), Fault> {
+        self.plant.write(force)
+    }
+}
+
+impl Hardware for Axis {
+    type Setup = <SimulatedPlant as Hardware>::Setup;
+
+    fn capabilities(&self) -> Capabilities {
+        self.plant.capabilities()
+    }
+
+    fn prepare(simulation: &Simulation, tick_period_us: u32) -> Result<Self::Setup, Refusal> {
+        SimulatedPlant::prepare(simulation, tick_period_us)
+    }
+
+    fn install(&mut self, setup: Self::Setup, tick_period_us: u32) {
+        self.plant.install(setup, tick_period_us);
+    }
+
+    fn restart(&mut self) {
+        self.plant.restart();
+    }
+
+    fn idle(&mut self) -> Result<Reading<f32, 1>, Fault> {
+        self.look()?;
+        self.plant.idle()
+    }
+
+    fn let_go(&mut self) {}
+
+    fn persisting_fault(&self) -> Option<Fault> {
+        let open = self.stop_is_open.load(Ordering::Relaxed);
+        open.then_some(Fault::EmergencyStop)
+    }
+}
+
+/// A board that runs until it is dropped.
+pub(crate) struct Board {
+    path: String,
+    over: Arc<AtomicBool>,
+    stop_is_open: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Board {
+    pub(crate) fn start(flaw: Flaw) -> Self {
+        let (mut master, slave) = TTYPort::pair().expect("a pseudo-terminal");
+        master
+            .set_timeout(Duration::from_micros(500))
+            .expect("takes a timeout");
+        let path = slave.name().expect("it has a name");
+        let over = Arc::new(AtomicBool::new(false));
+        let stop_is_open = Arc::new(AtomicBool::new(false));
+        let axis = Axis {
+            plant: SimulatedPlant::new("board", || 0),
+            stop_is_open: Arc::clone(&stop_is_open),
+        };
+        let ends = Arc::clone(&over);
+        let thread = std::thread::spawn(move || {
+            // Kept, so that a host may come and go.
+            let _slave = slave;
+            Running::new(master, axis, flaw).run(&ends);
+        });
+        Self {
+            path,
+            over,
+            stop_is_open,
+            thread: Some(thread),
+        }
+    }
+
+    pub(crate) fn path(&self) -> &str {
+        &self.path
+    }
+
+    pub(crate) fn open_stop(&self, open: bool) {
+        self.stop_is_open.store(open, Ordering::Relaxed);
+    }
+
+    /// Pulls the plug.
+    pub(crate) fn unplug(&self) {
+        self.over.store(true, Ordering::Relaxed);
+        while self
+            .thread
+            .as_ref()
+            .is_some_and(|thread| !thread.is_finished())
+        {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+}
+
+impl Drop for Board {
+    fn drop(&mut self) {
+        self.over.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            let ended = thread.join();
+            assert!(
+                ended.is_ok() || std::thread::panicking(),
+                "the board panicked"
+            );
+        }
+    }
+}
+
+struct Running {
+    port: TTYPort,
+    device: RefCell<TickSide<Axis>>,
+    session: DeviceSession,
+    flaw: Flaw,
+    /// Of its clock.
+    now_us: u64,
+    /// What leaves is read again, so that a flaw can change it.
+    leaving: Receiver<Report>,
+    /// Force before it began to fall, N.
+    held_n: f32,
+}
+
+impl Running {
+    fn new(port: TTYPort, axis: Axis, flaw: Flaw) -> Self {
+        Self {
+            port,
+            device: RefCell::new(TickSide::new(axis).expect("it starts")),
+            session: DeviceSession::new([0, 1, 0], 7),
+            flaw,
+            now_us: 0,
+            leaving: Receiver::new(Direction::FromDevice),
+            held_n: 0.0,
+        }
+    }
+
+    fn run(mut self, over: &AtomicBool) {
+        let mut ticked = Instant::now();
+        let mut bytes = [0; 1024];
+        let mut line = [0; FRAME_MAX];
+        while !over.load(Ordering::Relaxed) {
+            // Nobody has it open, or nothing came.
+            let count = self.port.read(&mut bytes).unwrap_or(0);
+            for &byte in &bytes[..count] {
+                let length = (self.session).receive(byte, self.now_us, &self.device, &mut line);
+                self.send(&line[..length]);
+            }
+            let period_us = u64::from(self.device.borrow().configuration().0.tick_period_us);
+            let period = Duration::from_micros(period_us);
+            if ticked.elapsed() >= period {
+                // A board that is far behind is slow, and does not hurry.
+                ticked = (ticked + period).max(Instant::now() - 3 * period);
+                self.tick(period_us);
+            }
+            loop {
+                let length = self.session.poll(&self.device, &mut line);
+                if length == 0 {
+                    break;
+                }
+                self.send(&line[..length]);
+            }
+        }
+    }
+
+    fn tick(&mut self, period_us: u64) {
+        self.now_us += period_us;
+        let now_us = self.now_us;
+        let mut device = self.device.borrow_mut();
+        if self.flaw == Flaw::DeafWatchdog {
+            device.heard(now_us, true);
+        }
+        device.tick(now_us);
+    }
+
+    fn send(&mut self, frame: &[u8]) {
+        for &byte in frame {
+            let Some((header, report)) = self.leaving.push(byte) else {
+                continue;
+            };
+            let report = self.spoil(report);
+            let mut line = [0; FRAME_MAX];
+            let header = Header::from_device(header.sequence as u16);
+            let length = encode(&report, header, &mut line).expect("it fits");
+            // A host that is gone reads nothing.
+            let _ = self.port.write_all(&line[..length]);
+        }
+    }
+
+    fn spoil(&mut self, report: Report) -> Report {
+        match (self.flaw, report) {
+            (Flaw::StrongForce, Report::Sample(sample)) => Report::Sample(Sample {
+                force_n: 2.0 * sample.force_n,
+                ..sample
+            }),
+            (Flaw::ForceAtRest, Report::Sample(sample)) => {
+                let idle = self.device.borrow().status().state != State::Running;
+                let force_n = if idle { 0.05 } else { sample.force_n };
+                Report::Sample(Sample { force_n, ..sample })
+            }
+            (Flaw::ForceStays, Report::Sample(sample)) => {
+                // What falls in a fault or after a stop.
+                if self.device.borrow().status().state == State::Running {
+                    self.held_n = sample.force_n;
+                }
+                Report::Sample(Sample {
+                    force_n: self.held_n,
+                    ..sample
+                })
+            }
+            (Flaw::NoRecorder, Report::Flight(flight)) => {
+                Report::Flight(Flight { count: 0, ..flight })
+            }
+            (
+                Flaw::KeepsSettings,
+                Report::Configuration {
+                    configuration,
+                    digest,
+                },
+            ) => {
+                // Those of the test, once a run has ended in a fault.
+                let changed = self.device.borrow().status().faults > 0;
+                let set = configuration.limits;
+                let limits = haptic_link::Limits {
+                    force_n: if changed { 0.1 } else { set.force_n },
+                    ..set
+                };
+                let configuration = Configuration {
+                    limits,
+                    ..configuration
+                };
+                Report::Configuration {
+                    configuration,
+                    digest,
+                }
+            }
+            (_, report) => report,
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! `device selftest`: what a device promises, tried, as a table.
+
+use super::port::PortArguments;
+use crate::choice::choice;
+use crate::command::conduct::stop_on_interrupt;
+use crate::output::{Output, note};
+use crate::quantity::{Force, Time};
+use clap::Args;
+use haptic_experiment::failure::Failure;
+use haptic_experiment::selftest::{Attendant, EmergencyStop, Notice, SelfTest, SelfTestReport};
+use std::io::{self, Write};
+
+const LONG_ABOUT: &str = "\
+Goes through what a device promises, whatever device it is, and prints a table of promised and seen: arm, force limit, \
+stop, finite check, watchdog, flight recorder, reconnect, emergency stop.
+
+The loop is closed on the host without any wall, with a force of at most 0.1 N (--force-limit) whose sign changes 25 \
+times a second; three times that is asked for to see it limited. Settings of the device stay as they are. It takes \
+some 4 s. A real device moves by a few millimetres: let it move freely. Somebody presses its emergency stop when told \
+to (--emergency-stop none for a device that has none).
+
+Exit code 0 only if every promise was kept that the device makes, 1 if one was not, 3 if the link was lost.";
+
+/// Arguments of `device selftest`.
+#[derive(Debug, Args)]
+#[command(
+    long_about = LONG_ABOUT,
+    after_help = "Example: host-cli device selftest --device serial:/dev/ttyACM0"
+)]
+pub struct Arguments {
+    #[command(flatten)]
+    port: PortArguments,
+    /// Limit of the force during the test
+    #[arg(long, value_name = "FORCE", allow_hyphen_values = true)]
+    force_limit: Option<Force>,
+    /// Silence after which the device has to let go
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    watchdog: Option<Time>,
+    /// The emergency stop [default: none on a simulated device, pressed on a real one]
+    #[arg(long, value_parser = choice::<EmergencyStop>())]
+    emergency_stop: Option<EmergencyStop>,
+}
+
+impl Arguments {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// Exit code 1 if a promise was not kept, 3 if there is no device or the link was lost.
+    pub fn run(self, output: Output) -> Result<(), Failure> {
+        let mut test = SelfTest::DEFAULT;
+        if let Some(force) = self.force_limit {
+            test.force_limit_n = force.0;
+        }
+        if let Some(watchdog) = self.watchdog {
+            test.watchdog_ms = super::number::watchdog_ms(watchdog)?;
+        }
+        if let Some(emergency_stop) = self.emergency_stop {
+            test.emergency_stop = emergency_stop;
+        }
+        let report = test.run(Attendant {
+            connect: &|| self.port.connect(),
+            notice: &|notice| say(notice, output),
+            stop: stop_on_interrupt()?,
+        })?;
+        output.summary(&report, |out| print(out, &report))?;
+        judge(&report)
+    }
+}
+
+/// What somebody beside the device has to know or do, whatever is quiet.
+fn say(notice: Notice, output: Output) {
+    let patience_s = SelfTest::PATIENCE.as_secs();
+    match notice {
+        Notice::MayMove(force_n) => note(
+            "warning",
+            format_args!(
+                "the device moves by itself, with at most {force_n} N: let it move freely"
+            ),
+        ),
+        Notice::Trying(promise) if !output.quiet && !output.json => note("trying", promise),
+        Notice::Trying(_) => {}
+        Notice::PressEmergencyStop => note(
+            "now",
+            format_args!("press the emergency stop, within {patience_s} s"),
+        ),
+        Notice::ReleaseEmergencyStop => note(
+            "now",
+            format_args!("release it again, within {patience_s} s"),
+        ),
+    }
+}
+
+fn print(out: &mut dyn Write, report: &SelfTestReport) -> io::Result<()> {
+    writeln!(
+        out,
+        "{} · board {}{} · firmware {}",
+        report.device,
+        report.board,
+        if report.simulated { " (simulated)" } else { "" },
+        report.firmware
+    )?;
+    for check in &report.checks {
+        let ok = match check.ok {
+            Some(true) => "ok",
+            Some(false) => "NO",
+            None => "–",
+        };
+        let name = check.check.to_string();
+        if !check.promised.is_empty() {
+            writeln!(out, "  {ok:<2}  {name:<15}  promised  {}", check.promised)?;
+            writeln!(out, "      {:<15}  seen      {}", "", check.seen)?;
+        } else {
+            writeln!(out, "  {ok:<2}  {name:<15}  seen      {}", check.seen)?;
+        }
+    }
+    Ok(())
+}
+
+/// # Errors
+/// A link that was lost, else a promise that was not kept.
+fn judge(report: &SelfTestReport) -> Result<(), Failure> {
+    if let Some(error) = &report.link_lost {
+        return Err(Failure::Device(anyhow::anyhow!(
+            "{}: {error}; the self-test ended there",
+            report.device
+        )));
+    }
+    let broken: Vec<String> = report
+        .checks
+        .iter()
+        .filter(|check| check.ok == Some(false))
+        .map(|check| check.check.to_string())
+        .collect();
+    if broken.is_empty() {
+        return Ok(());
+    }
+    Err(Failure::Run(anyhow::anyhow!(
+        "{} of {} promises were not kept: {}; do not use this device before that is mended",
+        broken.len(),
+        report.checks.len(),
+        broken.join(", ")
+    )))
+}

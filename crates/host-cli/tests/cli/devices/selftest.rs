@@ -1,0 +1,83 @@
+//! `device selftest`: a table of promises, and an exit code.
+
+use super::Emulated;
+use crate::process::{Place, number};
+use serde_json::Value;
+
+#[test]
+fn an_emulated_device_keeps_its_promises_on_a_bad_line_too() {
+    for line in ["", "--drop 1% --corrupt 1% --duplicate 1% --line-seed 3"] {
+        let device = Emulated::new(line);
+        let before = device.json("device get --device serial:device");
+        let report = device.json("device selftest --device serial:device");
+        assert_eq!(report["holds"], true, "{line}: {report:#}");
+        assert_eq!(report["board"], "emulated");
+        assert!((number(&report, "force_limit_n") - 0.1).abs() < 1e-6);
+        let checks = report["checks"].as_array().expect("a list");
+        let named = |name: &str| {
+            let mut found = checks.iter().filter(|check| check["check"] == name);
+            found
+                .next()
+                .unwrap_or_else(|| panic!("no {name}: {report:#}"))
+        };
+        for name in [
+            "arm",
+            "force-limit",
+            "stop",
+            "finite-check",
+            "watchdog",
+            "flight-recorder",
+            "reconnect",
+        ] {
+            assert_eq!(named(name)["ok"], true, "{line}: {report:#}");
+        }
+        assert_eq!(named("emergency-stop")["ok"], Value::Null);
+        // It is as it was, without a fault.
+        assert_eq!(device.json("device get --device serial:device"), before);
+        let info = device.json("device info --device serial:device");
+        assert_eq!(
+            (&info["state"], &info["fault"]),
+            (&"idle".into(), &Value::Null)
+        );
+    }
+}
+
+#[test]
+fn a_person_sees_a_table_and_what_cannot_be_is_refused() {
+    let device = Emulated::new("");
+    let shown = device
+        .place()
+        .run("device selftest --device serial:device --force-limit 50mN");
+    assert_eq!(shown.code, Some(0), "{shown}");
+    for words in [
+        "ok  force limit      promised  at most 0.05 N",
+        "ok  watchdog         promised  no force for 200 ms is a fault",
+        "–   emergency stop",
+        "seen      not there",
+    ] {
+        assert!(shown.stdout.contains(words), "{words}: {shown}");
+    }
+    for (options, words) in [
+        (
+            "--force-limit 20N",
+            ["20 N", "[0.001, 2] N", "--force-limit"],
+        ),
+        ("--watchdog 2s", ["2", "1000 ms", "--watchdog"]),
+        ("--emergency-stop maybe", ["maybe", "pressed", "none"]),
+    ] {
+        let line = format!("device selftest --device serial:device {options}");
+        device.place().run(&line).refused(2, &words);
+    }
+    Place::new()
+        .run("device selftest --device serial:nowhere")
+        .refused(3, &["nowhere"]);
+}
+
+#[test]
+fn a_device_with_a_limit_of_its_own_is_tested_within_it() {
+    let device = Emulated::new("");
+    device.json("device set --device serial:device --force-limit 20mN --rise-time 0.1s");
+    let report = device.json("device selftest --device serial:device");
+    assert_eq!(report["holds"], true, "{report:#}");
+    assert!((number(&report, "force_limit_n") - 0.02).abs() < 1e-6);
+}

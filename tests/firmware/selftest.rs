@@ -1,0 +1,38 @@
+//! The firmware keeps its promises: the self-test through the UART of the emulated device.
+
+use super::board::Emulator;
+use super::image::{Image, built};
+use haptic_experiment::selftest::Attendant;
+use haptic_experiment::{Failure, SelfTest};
+use haptic_remote::serial::{ConnectOptions, SerialLink};
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+#[test]
+fn the_firmware_keeps_what_it_promises() {
+    let Some(images) = built() else { return };
+    let emulator = Emulator::start(&images.path(Image::Device));
+    let connect = || {
+        // An emulator on a busy machine may stand still for a while.
+        let options = ConnectOptions {
+            patience: Duration::from_secs(20),
+            ..ConnectOptions::default()
+        };
+        SerialLink::connect(emulator.path(), options).map_err(Failure::input)
+    };
+    let stop = AtomicBool::new(false);
+    let attendant = Attendant {
+        connect: &connect,
+        notice: &|_| {},
+        stop: &stop,
+    };
+    let report = SelfTest::DEFAULT.run(attendant).expect("it is there");
+    for check in &report.checks {
+        println!(
+            "{:?} {}: {} / {}",
+            check.ok, check.check, check.promised, check.seen
+        );
+    }
+    assert_eq!(report.board, "mps2-an386");
+    assert!(report.holds, "{report:#?}");
+}
