@@ -71,6 +71,14 @@ fn run(
                 "{planned:?}: {made}"
             );
         }
+        if damage == Damage::Lost {
+            // Not for a moment either; 1e-33 is what zeros and a type of a frame make.
+            let (asked, sent) = running.largest_torques();
+            assert!(
+                asked <= sent.max(1e-20),
+                "{planned:?}: {asked} N·m of {sent}"
+            );
+        }
         if faulted {
             let ticks = since.expect("no fault before the damage");
             assert!(ticks < TICKS, "{planned:?}: {ticks} ticks");
