@@ -25,4 +25,4 @@ pub use hand::{Grip, HandPath};
 pub use posture::PostureVerdict;
 pub use report::{TouchCurves, TouchReport, TouchVerdict};
 pub use shape::{ShapeName, TouchLaw, TouchShape};
-pub use specification::TouchExperiment;
+pub use specification::{TouchExperiment, WorkspaceBox};

@@ -7,7 +7,9 @@ use super::safety::safety;
 use crate::kept::WHOLE_MOST;
 use crate::parameters as p;
 use crate::schedule::Pace;
-use crate::touch::{Grip, GripName, HandPath, ShapeName, TouchExperiment, TouchLaw, TouchShape};
+use crate::touch::{
+    Grip, GripName, HandPath, ShapeName, TouchExperiment, TouchLaw, TouchShape, WorkspaceBox,
+};
 use fracdiff::{Order, Seconds};
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
@@ -42,7 +44,7 @@ pub(super) fn touch(table: &Table<'_>) -> Result<TouchExperiment, FileError> {
         duration_s,
         force_limit_n: table.number(&p::FORCE_LIMIT)?,
         force_rate_limit_n_per_s: table.number_if(&p::TRIAL_FORCE_RATE_LIMIT)?,
-        box_m: corners(table, axes)?,
+        workspace: workspace(table, axes)?,
         must_be_passive: table.flag(&p::TOUCH_MUST_BE_PASSIVE)?,
         safety: safety(table)?,
         pace: Pace::Virtual,
@@ -167,13 +169,13 @@ fn path(table: &Table<'_>, axes: usize, shape: &TouchShape) -> Result<HandPath, 
     })
 }
 
-/// The corners of the workspace.
-fn corners(table: &Table<'_>, axes: usize) -> Result<Option<(Vec<f64>, Vec<f64>)>, FileError> {
+/// The workspace, if there is one.
+fn workspace(table: &Table<'_>, axes: usize) -> Result<Option<WorkspaceBox>, FileError> {
     let low = per_axis(table, &p::TOUCH_BOX_LOW, axes)?;
     let high = per_axis(table, &p::TOUCH_BOX_HIGH, axes)?;
     match (low, high) {
         (None, None) => Ok(None),
-        (Some(low), Some(high)) => Ok(Some((low, high))),
+        (Some(low_m), Some(high_m)) => Ok(Some(WorkspaceBox { low_m, high_m })),
         (Some(_), None) => {
             let reason = "a box has two corners: give box_high_m too".to_owned();
             Err(table.fail_at("box_low_m", reason))

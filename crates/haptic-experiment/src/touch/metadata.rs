@@ -41,9 +41,9 @@ impl TouchExperiment {
         ];
         entries.extend(self.describe_shape());
         entries.extend(self.describe_hand());
-        if let Some((low, high)) = &self.box_m {
-            entries.push(("box_low_m", list(low)));
-            entries.push(("box_high_m", list(high)));
+        if let Some(workspace) = &self.workspace {
+            entries.push(("box_low_m", list(&workspace.low_m)));
+            entries.push(("box_high_m", list(&workspace.high_m)));
         }
         if let Some(rate) = self.force_rate_limit_n_per_s {
             entries.push(("force_rate_limit_n_per_s", rate.to_string()));

@@ -53,14 +53,23 @@ pub struct TouchExperiment {
     pub force_limit_n: f64,
     /// Largest rate of the force on an axis, N/s; `None` for any.
     pub force_rate_limit_n_per_s: Option<f64>,
-    /// Corners of the workspace, a number an axis, m.
-    pub box_m: Option<(Vec<f64>, Vec<f64>)>,
+    /// The workspace, if there is one.
+    pub workspace: Option<WorkspaceBox>,
     /// Energy given to the hand, or a force at its limit, is a failure.
     pub must_be_passive: bool,
     /// Further settings of the safety chain.
     pub safety: Safety,
     /// Pace of time.
     pub pace: Pace,
+}
+
+/// Corners of a workspace, a number an axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WorkspaceBox {
+    /// Lowest place, m.
+    pub low_m: Vec<f64>,
+    /// Highest place, m, above it on each axis.
+    pub high_m: Vec<f64>,
 }
 
 impl TouchExperiment {
@@ -137,10 +146,10 @@ impl TouchExperiment {
     }
 
     fn workspace_box(&self) -> Result<Option<[Workspace; 3]>, Failure> {
-        let Some((low, high)) = &self.box_m else {
+        let Some(WorkspaceBox { low_m, high_m }) = &self.workspace else {
             return Ok(None);
         };
-        for (key, corner) in [("box_low_m", low), ("box_high_m", high)] {
+        for (key, corner) in [("box_low_m", low_m), ("box_high_m", high_m)] {
             if corner.len() != self.axes {
                 return Err(Failure::bad_input(format_args!(
                     "`{key}` has {} numbers, not one for each of {} axes",
@@ -149,7 +158,7 @@ impl TouchExperiment {
                 )));
             }
         }
-        if let Some((low, high)) = low.iter().zip(high).find(|(low, high)| low >= high) {
+        if let Some((low, high)) = low_m.iter().zip(high_m).find(|(low, high)| low >= high) {
             return Err(Failure::bad_input(format_args!(
                 "`box_high_m` has {high}, which is not above {low} of `box_low_m`"
             )));
@@ -162,8 +171,8 @@ impl TouchExperiment {
         let brakes = self.safety.braking_n_s_per_m.is_some();
         // An axis that is not there is not looked at.
         let ends = |axis: usize| {
-            let axis = axis.min(low.len() - 1);
-            workspace((low[axis], high[axis]), brakes)
+            let axis = axis.min(low_m.len() - 1);
+            workspace((low_m[axis], high_m[axis]), brakes)
         };
         Ok(Some([ends(0), ends(1), ends(2)]))
     }

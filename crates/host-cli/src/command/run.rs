@@ -7,7 +7,7 @@ use super::preflight::PreflightArguments;
 use super::realtime::RealtimeArguments;
 use super::remote::RemoteArguments;
 use super::safety::SafetyArguments;
-use super::summary::{print_end, print_force, print_summary};
+use super::summary::{print_end, print_force, print_operator, print_summary};
 use super::teleoperation::print_teleoperation;
 use super::touch::print_touch;
 use super::words::roll_bytes;
@@ -23,7 +23,7 @@ use haptic_experiment::parameters::{
     COUPLER, COUPLER_REQUIRED, CREEP, DRIVE, ON_DEVICE, Parameter, RELAX, RENDERING, SAFETY,
     TELEOPERATION, TOUCH, Value, WALL, WALL_REQUIRED,
 };
-use haptic_experiment::report::{Errors, RunReport};
+use haptic_experiment::report::RunReport;
 use haptic_experiment::teleoperation::{TeleoperationCurves, TeleoperationVerdict};
 use haptic_experiment::touch::{TouchCurves, TouchVerdict};
 use haptic_experiment::{
@@ -392,23 +392,5 @@ fn print_trial(out: &mut dyn Write, run: &RunReport, settling: &Settling) -> io:
             .force_std_n
             .map_or_else(|| "–".to_owned(), |f| format!("{f:.3e} N")),
     )?;
-    Ok(())
-}
-
-/// Prints the error of the commanded force against the full history.
-pub(super) fn print_operator(out: &mut dyn Write, errors: &Errors) -> io::Result<()> {
-    match errors.max_relative_error {
-        Some(error) => writeln!(
-            out,
-            "  operator          off by {error:.2e} of the largest force at most from the full history, from {} s to {} s",
-            errors.max_relative_error_from_s.unwrap_or_default(),
-            errors.max_relative_error_to_s.unwrap_or_default()
-        )?,
-        None => writeln!(
-            out,
-            "  operator          not compared: {}",
-            errors.max_relative_error_reason.as_deref().unwrap_or("–")
-        )?,
-    }
     Ok(())
 }

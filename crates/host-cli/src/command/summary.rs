@@ -3,7 +3,7 @@
 use fracdiff::Scheme;
 use haptic_experiment::Report;
 use haptic_experiment::drive::DriveReport;
-use haptic_experiment::report::RunReport;
+use haptic_experiment::report::{Errors, RunReport};
 use std::io::{self, Write};
 
 /// The result as a person reads it.
@@ -136,6 +136,27 @@ fn print_errors(out: &mut dyn Write, report: &Report) -> io::Result<()> {
             number(report.rig_error)
         ),
     }
+}
+
+/// Prints the error of the commanded force against the full history, as a share of the largest force.
+///
+/// # Errors
+/// Those of `out`.
+pub fn print_operator(out: &mut dyn Write, errors: &Errors) -> io::Result<()> {
+    match errors.max_relative_error {
+        Some(error) => writeln!(
+            out,
+            "  operator          off by {error:.2e} of the largest force at most from the full history, from {} s to {} s",
+            errors.max_relative_error_from_s.unwrap_or_default(),
+            errors.max_relative_error_to_s.unwrap_or_default()
+        )?,
+        None => writeln!(
+            out,
+            "  operator          not compared: {}",
+            errors.max_relative_error_reason.as_deref().unwrap_or("–")
+        )?,
+    }
+    Ok(())
 }
 
 /// Prints what the summaries of all experiments end with.

@@ -1,7 +1,6 @@
 //! The result of a touch as a person reads it.
 
-use super::run::print_operator;
-use super::summary::{plain, print_end, print_force};
+use super::summary::{plain, print_end, print_force, print_operator};
 use haptic_experiment::TouchReport;
 use std::io::{self, Write};
 
