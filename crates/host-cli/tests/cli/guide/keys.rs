@@ -49,7 +49,7 @@ fn default(parameter: &Parameter, required: bool) -> String {
         Value::Count(default) => format!("{default}"),
         Value::Flag(default) => format!("{default}"),
         Value::Text("") | Value::Number(None, _) => "none".to_owned(),
-        Value::Text(default) => format!("\"{default}\""),
+        Value::Text(default) => format!("`\"{default}\"`"),
         other => panic!("{other:?}"),
     }
 }
@@ -63,7 +63,7 @@ fn range(parameter: &Parameter) -> String {
         Value::Flag(_) => "true, false".to_owned(),
         _ if choices.is_empty() => "text".to_owned(),
         _ => {
-            let names = choices.iter().map(|choice| format!("\"{}\"", choice.0));
+            let names = choices.iter().map(|choice| format!("`\"{}\"`", choice.0));
             names.collect::<Vec<_>>().join(", ")
         }
     }
