@@ -242,7 +242,8 @@ fn the_command_finds_the_run_that_goes_on_and_refuses_what_is_none() {
         let output = run("top --json");
         if output.status.success() {
             figures = serde_json::from_slice(&output.stdout).expect("JSON");
-            if figures["samples"].as_u64() > Some(100) {
+            // A second has passed, and the log says where its time went.
+            if figures["timing"]["lateness_us_p99"].is_string() {
                 break;
             }
         }
@@ -251,6 +252,8 @@ fn the_command_finds_the_run_that_goes_on_and_refuses_what_is_none() {
     going.kill().expect("can be killed");
     going.wait().expect("ends");
     assert_eq!(figures["running"], true, "{figures}");
+    assert!(figures["timing"]["compute_us_max"].is_string(), "{figures}");
+    assert!(figures["samples"].as_u64() > Some(100), "{figures}");
     assert_eq!(figures["experiment"]["experiment"], "relax", "{figures}");
     let dead = run("top --json results/relax-0001");
     let dead: serde_json::Value = serde_json::from_slice(&dead.stdout).expect("JSON");

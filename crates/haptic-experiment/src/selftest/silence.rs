@@ -131,11 +131,13 @@ fn faulted(
 /// Silence before the fault by the clock of the device, in words, and whether it is the one that was set.
 ///
 /// ```text
-/// tick that the last force answered  ≤  its arrival  ≤  first sample that shows it
+/// sample that the last force answered  ≤  its arrival  ≤  first sample that shows it
 /// ```
-/// So the silence lies between the times from both to the fault.
+/// The fault has to latch in the first tick that comes after the time: from the answered sample to the fault it has
+/// passed, from the sample that shows the force to the tick before the fault it has not. A device whose ticks stand still
+/// for a while, as in an emulator, keeps that too.
 fn silence(followed: &Followed, watchdog_ms: u16, period_s: f64) -> (String, bool) {
-    /// Ticks from the end of the silence to the fault, and of rounding.
+    /// Ticks of rounding and jitter.
     const SLACK: f64 = 3.0;
     let unknown = || ("no force arrived before it".to_owned(), false);
     let Some(fault) = followed.fault_tick() else {
@@ -144,14 +146,24 @@ fn silence(followed: &Followed, watchdog_ms: u16, period_s: f64) -> (String, boo
     let Some((answered, shown)) = followed.last_taken(fault) else {
         return unknown();
     };
-    let most_s = f64::from(fault - answered) * period_s;
-    let least_s = f64::from(fault - shown.tick) * period_s;
+    let samples = &followed.samples;
+    let at = |tick: u32| samples.iter().find(|sample| sample.tick >= tick);
+    let before = samples.iter().rfind(|sample| sample.tick < fault);
+    let (Some(answered), Some(before), Some(latched)) = (at(answered), before, at(fault)) else {
+        return unknown();
+    };
+    // The clock goes round at 2³² µs.
+    let passed_s = |from: &Sample, to: &Sample| {
+        1e-6 * f64::from(to.time_us.wrapping_sub(from.time_us).cast_signed())
+    };
     let set_s = 1e-3 * f64::from(watchdog_ms);
-    let in_time = most_s >= set_s - period_s && least_s <= set_s + SLACK * period_s;
-    (
-        format!("let go {least_s:.3} s after the last force"),
-        in_time,
-    )
+    let in_time = passed_s(answered, latched) >= set_s - period_s
+        && passed_s(&shown, before) <= set_s + SLACK * period_s;
+    let words = format!(
+        "let go {:.3} s after the last force",
+        passed_s(&shown, latched)
+    );
+    (words, in_time)
 }
 
 #[cfg(test)]
@@ -164,6 +176,8 @@ mod tests {
         let force = |tick: u32| tick.min(sent) as f32;
         let samples = (0..fault + 20).map(|tick| Sample {
             tick,
+            // Round the end of the clock.
+            time_us: (u32::MAX - 99_500).wrapping_add(1000 * tick),
             environment_force_n: force(tick.saturating_sub(1)),
             ..Sample::default()
         });
@@ -201,11 +215,25 @@ mod tests {
     }
 
     #[test]
+    fn a_device_that_stands_still_for_a_while_lets_go_in_its_next_tick() {
+        let mut followed = followed(50, 100);
+        for sample in followed
+            .samples
+            .iter_mut()
+            .filter(|sample| sample.tick >= 100)
+        {
+            sample.time_us = sample.time_us.wrapping_add(500_000);
+        }
+        let (words, in_time) = silence(&followed, 200, 1e-3);
+        assert!(in_time, "{words}");
+    }
+
+    #[test]
     fn samples_that_the_line_lost_make_no_fault_late() {
         let mut followed = followed(50, 251);
         followed
             .samples
-            .retain(|sample| !(45..80).contains(&sample.tick));
+            .retain(|sample| !(51..80).contains(&sample.tick));
         let (words, in_time) = silence(&followed, 200, 1e-3);
         assert!(in_time, "{words}");
     }
