@@ -231,7 +231,7 @@ pub(super) fn is_parsable(payload: &[u8]) -> bool {
         } else {
             bytes.next()
         };
-        if !high.is_some_and(|high| high < 0x10) || count == 0 {
+        if high.is_none_or(|high| high >= 0x10) || count == 0 {
             return false;
         }
         let values = usize::from(count) * size;
