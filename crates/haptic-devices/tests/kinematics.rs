@@ -24,7 +24,7 @@ fn golden() -> Vec<Golden> {
         };
         let version = Version::ALL
             .into_iter()
-            .find(|v| f64::from(v.number()) == version);
+            .find(|v| v.number() == version as u8);
         Golden {
             pantograph: version.expect("2 or 3").model().pantograph,
             angles: [first, second],

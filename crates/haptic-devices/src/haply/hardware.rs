@@ -2,29 +2,17 @@
 
 use super::kinematics::Posture;
 use super::model::Model;
-use super::name::{HaplyName, HaplyOpenError, Home};
+use super::name::HaplyName;
 use super::planar::Planar;
-use super::plausible::{Trouble, judged};
-use super::protocol::{ANSWER_BYTES, configuration, resynchronise, torques};
+use super::plausible::Trouble;
 use haptic_link::{Capabilities, Field, Refusal, Simulation, SimulationKind};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::serial::{Line, ServedHardware};
 use haptic_remote::{COEFFICIENTS_MAX, DEGREE_MAX, FLIGHT_SAMPLES, Hardware, MODES_MAX};
 use nalgebra::{SVector, Vector2};
-use std::io::ErrorKind;
-use std::time::{Duration, Instant};
 
 /// Largest force along a line, N: both motors make it wherever 40 mm < y < 130 mm and the handle is within 50 mm of the middle.
 pub const FORCE_MAX_N: f32 = 1.5;
-/// The board takes some milliseconds to be configured; more than this is silence.
-const FIRST_ANSWER: Duration = Duration::from_millis(500);
-/// Nothing for so long is quiet: several times what the board takes for an answer.
-const QUIET: Duration = Duration::from_millis(20);
-/// More bytes than a board ever has on its way: it speaks unasked.
-const THROWN_MOST: usize = 4096;
-/// Answers that are looked at before the device counts as one.
-const FIRST_ANSWERS: usize = 3;
-
 /// A 2DIY that moves and pushes along one line of its plane; across it there is no force.
 #[derive(Debug)]
 pub struct Haply2Diy<L: Line> {
@@ -40,32 +28,8 @@ pub struct Haply2Diy<L: Line> {
 }
 
 impl<L: Line> Haply2Diy<L> {
-    /// Configures the board at the other end of a line, unless it is to keep the home of before, and looks at its first answers. No
-    /// torque meanwhile.
-    ///
-    /// # Errors
-    /// No answer, or one that cannot be of such a device.
-    pub fn greet(mut line: L, name: &HaplyName) -> Result<Self, HaplyOpenError> {
-        let model = name.version.model();
-        let gone = |_| HaplyOpenError::First(Trouble::Gone);
-        if name.home == Home::Now {
-            line.write_all(&resynchronise()).map_err(gone)?;
-            line.write_all(&configuration(&model)).map_err(gone)?;
-        }
-        quiet(&mut line)?;
-        let mut posture = None;
-        for _ in 0..FIRST_ANSWERS {
-            let nothing = torques(&model, [0.0; 2]);
-            line.write_all(&nothing).map_err(gone)?;
-            let answer = first_answer(&mut line)?;
-            let (_, seen) = judged(&model, answer, None).map_err(HaplyOpenError::First)?;
-            posture = Some(seen);
-        }
-        let posture = posture.ok_or(HaplyOpenError::First(Trouble::Gone))?;
-        Ok(Self::new(line, model, posture, name))
-    }
-
-    fn new(line: L, model: Model, posture: Posture, name: &HaplyName) -> Self {
+    /// A device that has answered.
+    pub(super) fn new(line: L, model: Model, posture: Posture, name: &HaplyName) -> Self {
         let along = name.axis.along();
         // The line goes through the middle between the arms.
         let middle = Vector2::new(0.5 * model.pantograph.base_m(), 0.0);
@@ -105,53 +69,6 @@ impl<L: Line> Haply2Diy<L> {
         }
         Err(trouble.fault())
     }
-}
-
-/// Throws away what is left of before, until nothing comes any more.
-fn quiet(line: &mut impl Line) -> Result<(), HaplyOpenError> {
-    let gone = |_| HaplyOpenError::First(Trouble::Gone);
-    line.set_patience(QUIET).map_err(gone)?;
-    let mut bytes = [0; 64];
-    let mut thrown = 0;
-    while thrown < THROWN_MOST {
-        match line.read(&mut bytes) {
-            Ok(0) => return Err(HaplyOpenError::First(Trouble::Gone)),
-            Ok(count) => thrown += count,
-            Err(error) if error.kind() == ErrorKind::TimedOut => {
-                return line.set_patience(Duration::from_millis(1)).map_err(gone);
-            }
-            Err(error) if error.kind() == ErrorKind::Interrupted => {}
-            Err(_) => return Err(HaplyOpenError::First(Trouble::Gone)),
-        }
-    }
-    Err(HaplyOpenError::Talks)
-}
-
-/// Waits for the whole answer to a first frame, and not more.
-fn first_answer(line: &mut impl Line) -> Result<[u8; ANSWER_BYTES], HaplyOpenError> {
-    let began = Instant::now();
-    let mut bytes = [0; 64];
-    let mut filled = 0;
-    while filled < ANSWER_BYTES {
-        match line.read(&mut bytes[filled..]) {
-            Ok(0) => return Err(HaplyOpenError::First(Trouble::Gone)),
-            Ok(count) => filled += count,
-            Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => {}
-            Err(_) => return Err(HaplyOpenError::First(Trouble::Gone)),
-        }
-        if filled < ANSWER_BYTES && began.elapsed() > FIRST_ANSWER {
-            return Err(HaplyOpenError::Mute { bytes: filled });
-        }
-    }
-    if filled > ANSWER_BYTES {
-        return Err(HaplyOpenError::First(Trouble::TooMuch {
-            bytes: filled as u8,
-            expected: ANSWER_BYTES as u8,
-        }));
-    }
-    let mut answer = [0; ANSWER_BYTES];
-    answer.copy_from_slice(&bytes[..ANSWER_BYTES]);
-    Ok(answer)
 }
 
 impl<L: Line> Device<f32, 1> for Haply2Diy<L> {

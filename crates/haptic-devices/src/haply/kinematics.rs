@@ -158,7 +158,7 @@ impl Pantograph {
             let distance = libm::sqrt(square);
             let (near, far) = (self.near_m, self.far_m);
             let cosine = (near * near + square - far * far) / (2.0 * near * distance);
-            if !(cosine.abs() <= 1.0) {
+            if cosine.is_nan() || cosine.abs() > 1.0 {
                 let sine = 0.0;
                 return Err(Singular::Straight { arm, sine });
             }

@@ -6,6 +6,7 @@
 mod board;
 mod body;
 mod emulation;
+mod greeting;
 mod hardware;
 mod kinematics;
 mod model;
@@ -17,10 +18,11 @@ mod protocol;
 pub use board::{Board, Counted};
 pub use body::{Body, Hand};
 pub use emulation::{Emulated, emulate};
+pub use greeting::HaplyOpenError;
 pub use hardware::{FORCE_MAX_N, Haply2Diy};
 pub use kinematics::{Pantograph, Posture, Singular};
 pub use model::{Direction, Joint, Model, Version};
-pub use name::{Axis, HaplyName, HaplyOpenError, Home};
+pub use name::{Axis, HaplyName, Home};
 pub use planar::{LATE_MOST, Planar};
 pub use plausible::{SPEED_MOST_M_PER_S, Trouble};
 pub use protocol::{

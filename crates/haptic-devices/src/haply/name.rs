@@ -1,13 +1,9 @@
-//! The name of a 2DIY, and opening it.
+//! The name of a 2DIY: port, version, line and home.
 
-use super::hardware::Haply2Diy;
 use super::model::Version;
-use super::plausible::Trouble;
 use crate::name::{NameError, Settings};
-use haptic_remote::serial::{Line, SerialError};
 use nalgebra::Vector2;
 use std::fmt;
-use thiserror::Error;
 
 /// A line of the plane along which the device moves and pushes, with its positive direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -90,40 +86,12 @@ pub struct HaplyName {
     pub home: Home,
 }
 
-/// A 2DIY that cannot be opened.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum HaplyOpenError {
-    /// Its port.
-    #[error(transparent)]
-    Port(#[from] SerialError),
-    /// It does not answer.
-    #[error(
-        "no 2DIY answers: {bytes} of the 9 bytes of an answer came in 0.5 s; is it this port, and is the board on? With home=before it must have been configured before"
-    )]
-    Mute {
-        /// Bytes that came.
-        bytes: usize,
-    },
-    /// It speaks unasked.
-    #[error(
-        "whatever is at this port sends without being asked, which no 2DIY does: is it this port?"
-    )]
-    Talks,
-    /// Its first answers.
-    #[error("the first answer is not that of a 2DIY in order: {0}")]
-    First(Trouble),
-}
-
 impl HaplyName {
     /// The kind of device.
     pub const KIND: &'static str = "haply";
     /// Form of its names.
     pub const FORM: &'static str =
         "haply:PATH[,version=2|3][,axis=x|y|-x|-y][,zero=LENGTH][,home=now|before]";
-    /// Bits per second; a USB port of the board's own has no speed.
-    const BAUD: u32 = 115_200;
-
     /// With the settings that are not given.
     #[must_use]
     pub fn at(path: &str) -> Self {
@@ -152,15 +120,6 @@ impl HaplyName {
             zero_m: settings.metres("zero", -0.2..=0.2, axis.zero_m())?,
             home: settings.choice("home", &homes, Home::default())?,
         })
-    }
-
-    /// Opens the port, configures the board and looks at its first answers.
-    ///
-    /// # Errors
-    /// A port that cannot be opened; a board that does not answer as a 2DIY does.
-    pub fn open(&self) -> Result<Haply2Diy<Box<dyn Line>>, HaplyOpenError> {
-        let line = haptic_remote::serial::open(&self.path, Self::BAUD)?;
-        Haply2Diy::greet(line, self)
     }
 }
 

@@ -23,8 +23,9 @@ pub const TORQUES_BYTES: usize = 10;
 pub const CONFIGURATION_BYTES: usize = 26;
 /// Bytes of an answer.
 pub const ANSWER_BYTES: usize = 9;
-/// More zeros than the longest frame still misses when all but its first byte was lost.
-const ZEROS: usize = 32;
+/// More zeros than any frame can still miss: a configuration of four motors and encoders with 255 sensors and pins, which a byte
+/// too many may have begun, has 3 + 4 + 1 + 4 + 1 + 255 + 1 + 255 + 4·8 = 556 bytes.
+const ZEROS: usize = 600;
 /// A type that no board knows.
 const SKIPPED: u8 = 0xFF;
 

@@ -2,4 +2,5 @@
 
 mod corruption;
 mod driver;
+mod relaxation;
 mod wire;

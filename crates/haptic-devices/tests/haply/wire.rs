@@ -3,7 +3,7 @@
 use haptic_devices::haply::{
     Axis, Board, Body, Hand, Haply2Diy, HaplyName, Home, TORQUES_BYTES, Version, angles_of,
 };
-use haptic_link::{Configuration, Limits, Start};
+use haptic_link::{Configuration, Limits, OperatorShape, Start};
 use haptic_remote::serial::Line;
 use haptic_remote::{TickSide, prepare};
 use nalgebra::Vector2;
@@ -15,7 +15,7 @@ use std::time::Duration;
 /// Largest force of these runs, N.
 pub(crate) const FORCE_N: f32 = 1.0;
 /// T, µs.
-pub(crate) const TICK_US: u64 = 1000;
+pub(crate) const TICK_US: u32 = 1000;
 
 /// Damage to one byte.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -175,19 +175,59 @@ pub(crate) fn name(version: Version, home: Home) -> HaplyName {
 pub(crate) struct Running {
     pub(crate) device: TickSide<Haply2Diy<Wire>>,
     pub(crate) wire: Wire,
+    tick_us: u64,
+}
+
+/// Law of a device.
+#[derive(Clone, Debug)]
+pub(crate) struct Law {
+    pub(crate) stiffness: f32,
+    pub(crate) dissipation: f32,
+    pub(crate) order: f32,
+    pub(crate) operator: (OperatorShape, Vec<f32>),
+    pub(crate) one_sided: bool,
+    pub(crate) tick_us: u32,
+}
+
+impl Default for Law {
+    /// Nothing.
+    fn default() -> Self {
+        Self {
+            stiffness: 0.0,
+            dissipation: 0.0,
+            order: 0.0,
+            operator: (Configuration::PASSIVE.operator, vec![0.0]),
+            one_sided: false,
+            tick_us: TICK_US,
+        }
+    }
 }
 
 impl Running {
-    /// Begins with a board that was configured before.
+    /// Begins with a board that was configured before, and a spring.
     pub(crate) fn on(board: Board, version: Version, now_us: u64) -> Self {
+        let spring = Law {
+            stiffness: 60.0,
+            one_sided: true,
+            ..Law::default()
+        };
+        Self::with(board, version, now_us, &spring)
+    }
+
+    /// Begins with a board that was configured before.
+    pub(crate) fn with(board: Board, version: Version, now_us: u64, law: &Law) -> Self {
         let mut world = World::new(board);
         world.now_us = now_us;
         let wire = Wire::new(world);
         let hardware = Haply2Diy::greet(wire.clone(), &name(version, Home::Before));
         let mut device = TickSide::new(hardware.expect("answers")).expect("starts");
         let configuration = Configuration {
-            stiffness_n_per_m: 60.0,
-            one_sided: true,
+            tick_period_us: law.tick_us,
+            stiffness_n_per_m: law.stiffness,
+            dissipation_n_s_mu_per_m: law.dissipation,
+            order: law.order,
+            one_sided: law.one_sided,
+            operator: law.operator.0,
             limits: Limits {
                 watchdog_ms: 1000,
                 ..Limits::bare(FORCE_N, 1000.0)
@@ -195,7 +235,7 @@ impl Running {
             ..Configuration::PASSIVE
         };
         let capabilities = haptic_remote::Hardware::capabilities(device.hardware());
-        let prepared = prepare::<Haply2Diy<Wire>>(configuration, &[0.0], &capabilities);
+        let prepared = prepare::<Haply2Diy<Wire>>(configuration, &law.operator.1, &capabilities);
         device.install(prepared.expect("good")).expect("is idle");
         device.arm(0).expect("nothing is wrong");
         let start = Start {
@@ -205,13 +245,19 @@ impl Running {
             batch: 1,
         };
         device.start(start).expect("is armed");
-        Self { device, wire }
+        let tick_us = u64::from(law.tick_us);
+        Self {
+            device,
+            wire,
+            tick_us,
+        }
     }
 
-    /// The next tick, a millisecond later.
+    /// The next tick, a period later.
     pub(crate) fn tick(&mut self) {
+        let period_us = self.tick_us;
         let now_us = self.wire.with(|world| {
-            world.now_us += TICK_US;
+            world.now_us += period_us;
             world.board.advance(world.now_us);
             world.now_us
         });

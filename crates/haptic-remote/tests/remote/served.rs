@@ -1,6 +1,6 @@
 //! A device that this process serves: late ticks count, and the end of the link is the end of the force.
 
-use haptic_link::{Capabilities, Configuration, Limits, Refusal, Scope, Simulation, Start, State};
+use haptic_link::{Capabilities, Configuration, Limits, Refusal, Simulation, Start, State};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::serial::{Heard, SerialLink, Served, ServedHardware};
 use haptic_remote::{Hardware, SimulatedPlant};
@@ -103,8 +103,7 @@ fn running(takes: Duration, late_ticks: u16) -> (SerialLink, Arc<Done>) {
     let served = Served::start(slow).expect("starts");
     let mut link = SerialLink::to_served(served, "slow:one").expect("answers");
     assert_eq!((link.name().as_str(), link.trouble()), ("slow:one", None));
-    link.set_for(spring(late_ticks), &[0.0], Scope::Run)
-        .expect("good");
+    link.set(spring(late_ticks), &[0.0]).expect("good");
     link.arm(Duration::from_secs(1)).expect("arms");
     let start = Start {
         run: 1,

@@ -1,0 +1,132 @@
+//! Opening a 2DIY: the board is configured, and its first answers are looked at.
+
+use super::hardware::Haply2Diy;
+use super::name::{HaplyName, Home};
+use super::plausible::{Trouble, judged};
+use super::protocol::{ANSWER_BYTES, configuration, resynchronise, torques};
+use haptic_remote::serial::{Line, SerialError};
+use std::io::ErrorKind;
+use std::time::{Duration, Instant};
+use thiserror::Error;
+
+/// Bits per second; a USB port of the board's own has no speed.
+const BAUD: u32 = 115_200;
+
+/// The board takes some milliseconds to be configured; more than this is silence.
+const FIRST_ANSWER: Duration = Duration::from_millis(500);
+/// Nothing for so long is quiet: several times what the board takes for an answer.
+const QUIET: Duration = Duration::from_millis(20);
+/// More bytes than a board ever has on its way: it speaks unasked.
+const THROWN_MOST: usize = 4096;
+/// Answers that are looked at before the device counts as one.
+const FIRST_ANSWERS: usize = 3;
+
+/// A 2DIY that cannot be opened.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum HaplyOpenError {
+    /// Its port.
+    #[error(transparent)]
+    Port(#[from] SerialError),
+    /// It does not answer.
+    #[error(
+        "no 2DIY answers: {bytes} of the 9 bytes of an answer came in 0.5 s; is it this port, and is the board on? With home=before it must have been configured before"
+    )]
+    Mute {
+        /// Bytes that came.
+        bytes: usize,
+    },
+    /// It speaks unasked.
+    #[error(
+        "whatever is at this port sends without being asked, which no 2DIY does: is it this port?"
+    )]
+    Talks,
+    /// Its first answers.
+    #[error("the first answer is not that of a 2DIY in order: {0}")]
+    First(Trouble),
+}
+
+impl HaplyName {
+    /// Opens the port, configures the board and looks at its first answers.
+    ///
+    /// # Errors
+    /// A port that cannot be opened; a board that does not answer as a 2DIY does.
+    pub fn open(&self) -> Result<Haply2Diy<Box<dyn Line>>, HaplyOpenError> {
+        let line = haptic_remote::serial::open(&self.path, BAUD)?;
+        Haply2Diy::greet(line, self)
+    }
+}
+
+impl<L: Line> Haply2Diy<L> {
+    /// Configures the board at the other end of a line, unless it is to keep the home of before, and looks at its first answers. No
+    /// torque meanwhile.
+    ///
+    /// # Errors
+    /// No answer, or one that cannot be of such a device.
+    pub fn greet(mut line: L, name: &HaplyName) -> Result<Self, HaplyOpenError> {
+        let model = name.version.model();
+        let gone = |_| HaplyOpenError::First(Trouble::Gone);
+        if name.home == Home::Now {
+            line.write_all(&resynchronise()).map_err(gone)?;
+            line.write_all(&configuration(&model)).map_err(gone)?;
+        }
+        quiet(&mut line)?;
+        let mut posture = None;
+        for _ in 0..FIRST_ANSWERS {
+            let nothing = torques(&model, [0.0; 2]);
+            line.write_all(&nothing).map_err(gone)?;
+            let answer = first_answer(&mut line)?;
+            let (_, seen) = judged(&model, answer, None).map_err(HaplyOpenError::First)?;
+            posture = Some(seen);
+        }
+        let posture = posture.ok_or(HaplyOpenError::First(Trouble::Gone))?;
+        Ok(Self::new(line, model, posture, name))
+    }
+}
+
+/// Throws away what is left of before, until nothing comes any more.
+fn quiet(line: &mut impl Line) -> Result<(), HaplyOpenError> {
+    let gone = |_| HaplyOpenError::First(Trouble::Gone);
+    line.set_patience(QUIET).map_err(gone)?;
+    let mut bytes = [0; 64];
+    let mut thrown = 0;
+    while thrown < THROWN_MOST {
+        match line.read(&mut bytes) {
+            Ok(0) => return Err(HaplyOpenError::First(Trouble::Gone)),
+            Ok(count) => thrown += count,
+            Err(error) if error.kind() == ErrorKind::TimedOut => {
+                return line.set_patience(Duration::from_millis(1)).map_err(gone);
+            }
+            Err(error) if error.kind() == ErrorKind::Interrupted => {}
+            Err(_) => return Err(HaplyOpenError::First(Trouble::Gone)),
+        }
+    }
+    Err(HaplyOpenError::Talks)
+}
+
+/// Waits for the whole answer to a first frame, and not more.
+fn first_answer(line: &mut impl Line) -> Result<[u8; ANSWER_BYTES], HaplyOpenError> {
+    let began = Instant::now();
+    let mut bytes = [0; 64];
+    let mut filled = 0;
+    while filled < ANSWER_BYTES {
+        match line.read(&mut bytes[filled..]) {
+            Ok(0) => return Err(HaplyOpenError::First(Trouble::Gone)),
+            Ok(count) => filled += count,
+            Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => {}
+            Err(_) => return Err(HaplyOpenError::First(Trouble::Gone)),
+        }
+        if filled < ANSWER_BYTES && began.elapsed() > FIRST_ANSWER {
+            return Err(HaplyOpenError::Mute { bytes: filled });
+        }
+    }
+    if filled > ANSWER_BYTES {
+        return Err(HaplyOpenError::First(Trouble::TooMuch {
+            bytes: filled as u8,
+            expected: ANSWER_BYTES as u8,
+        }));
+    }
+    let mut answer = [0; ANSWER_BYTES];
+    answer.copy_from_slice(&bytes[..ANSWER_BYTES]);
+    Ok(answer)
+}
