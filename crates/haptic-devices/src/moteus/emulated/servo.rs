@@ -1,6 +1,6 @@
 //! The servo: registers, modes, watchdog, a shaft with inertia and damping.
 
-use super::registers::{Quantity, Registers, answer, is_parsable};
+use super::registers::{Quantity, Registers, answer, parsable};
 use super::shaft::{Shaft, Turning};
 use crate::moteus::MoteusSettings;
 use core::f64::consts::TAU;
@@ -12,6 +12,11 @@ use moteus_protocol::{
 
 /// Servo time that a servo as delivered takes for a frame that names none, s.
 const WATCHDOG_DEFAULT_S: f32 = 0.1;
+/// Gains as delivered, N·m per revolution and N·m per revolution per second.
+const KP: f64 = 4.0;
+const KD: f64 = 0.05;
+/// Largest torque of the motor, N·m.
+const TORQUE_MOST_NM: f64 = 1.7;
 /// Number that all servos of a bus listen to.
 const BROADCAST: i8 = 0x7f;
 
@@ -21,8 +26,8 @@ const BROADCAST: i8 = 0x7f;
 /// J·ω′ = τ − b·ω        exactly from one frame to the next, as τ is constant there
 /// ```
 /// - *Start-up*: stopped at 0, 24 V, 25 °C.
-/// - *Position mode* makes the feed-forward torque, at most the largest torque: gains of its own it has none. Other modes
-///   make no torque.
+/// - *Position mode* controls place and speed with the gains as delivered, scaled as the frame says, and adds the feed-forward
+///   torque; at most the largest torque. Other modes make no torque.
 /// - *Watchdog*: after its time the servo is in mode 11 and makes no torque until it is stopped, as a servo does whose
 ///   `servo.timeout_mode` is 0.
 #[derive(Clone, Debug)]
@@ -37,6 +42,8 @@ pub struct EmulatedServo {
     deadline_us: Option<u64>,
     /// When the first command came.
     driven_since_us: Option<u64>,
+    /// Place that its own control holds.
+    control_rev: f64,
     torque_peak_nm: f64,
 }
 
@@ -64,6 +71,7 @@ impl EmulatedServo {
             now_us: 0,
             deadline_us: None,
             driven_since_us: None,
+            control_rev: 0.0,
             torque_peak_nm: 0.0,
         })
     }
@@ -80,17 +88,20 @@ impl EmulatedServo {
         if self.mode != Mode::Position {
             return 0.0;
         }
-        let most = f64::from(self.registers.largest_torque_nm().abs());
-        let wanted = f64::from(self.registers.feedforward_torque_nm());
-        if !wanted.is_finite() {
+        let command = |register| self.registers.command(register);
+        let kp = command(Register::CommandKpScale).clamp(0.0, 1.0);
+        let kd = command(Register::CommandKdScale).clamp(0.0, 1.0).min(kp);
+        let speed = command(Register::CommandVelocity);
+        let speed_off =
+            if speed.is_nan() { 0.0 } else { speed } - self.turning.speed_rad_per_s() / TAU;
+        // τ = k_p·(p* − p) + k_d·(v* − v) + feed-forward
+        let control = kp * KP * (self.control_rev - self.position_rev()) + kd * KD * speed_off;
+        let wanted = control + f64::from(self.registers.feedforward_torque_nm());
+        let most = f64::from(self.registers.largest_torque_nm().abs()).min(TORQUE_MOST_NM);
+        if wanted.is_nan() {
             return 0.0;
         }
-        // The largest torque is not a number where the servo's own limit holds, which is out of reach here.
-        if most.is_nan() {
-            wanted
-        } else {
-            wanted.clamp(-most, most)
-        }
+        wanted.clamp(-most, most)
     }
 
     /// Largest torque it has made so far, N·m.
@@ -139,24 +150,25 @@ impl EmulatedServo {
     pub fn frame(&mut self, frame: &CanFdFrame, now_us: u64) -> Option<CanFdFrame> {
         self.advance(now_us);
         let (from, to, _) = parse_arbitration_id(frame.arbitration_id);
-        if to != self.id.cast_signed() && to != BROADCAST || !is_parsable(frame.payload()) {
+        if to != self.id.cast_signed() && to != BROADCAST {
             return None;
         }
-        self.obey(frame);
+        let payload = parsable(frame.payload());
+        self.obey(payload);
         self.torque_peak_nm = self.torque_peak_nm.max(self.torque_nm().abs());
         // The highest bit of the sender asks for an answer.
         if frame.arbitration_id & 0x8000 == 0 {
             return None;
         }
-        let mut reply = answer(frame, |register| self.read(register));
+        let mut reply = answer(payload, |register| self.read(register));
         reply.arbitration_id = calculate_arbitration_id(self.id.cast_signed(), from, 0, false);
         Some(reply)
     }
 
     /// Carries out what a frame writes.
-    fn obey(&mut self, frame: &CanFdFrame) {
+    fn obey(&mut self, payload: &[u8]) {
         let mut commanded = None;
-        for subframe in parse_frame(frame.payload()) {
+        for subframe in parse_frame(payload) {
             let Subframe::Register {
                 subframe_type: SubframeType::Write,
                 register,
@@ -192,6 +204,12 @@ impl EmulatedServo {
 
     fn drive(&mut self, mode: Mode) {
         self.mode = mode;
+        let place = self.registers.command(Register::CommandPosition);
+        self.control_rev = if place.is_nan() {
+            self.position_rev()
+        } else {
+            place
+        };
         self.driven_since_us.get_or_insert(self.now_us);
         let asked = self.registers.watchdog_s();
         // 0 is the servo's own time, and no number stands for none.
@@ -258,8 +276,8 @@ mod tests {
     fn the_largest_torque_bounds_the_other() {
         let mut servo = servo();
         let mut frame = Frames::new(1, 0.1).drive(0.01);
-        // The feed-forward torque is the third number of the block.
-        frame.data[14..18].copy_from_slice(&5.0_f32.to_le_bytes());
+        // The feed-forward torque stands behind mode, largest torque, gains and place.
+        frame.data[21..25].copy_from_slice(&5.0_f32.to_le_bytes());
         servo.frame(&frame, 0);
         assert!((servo.torque_nm() - f64::from(0.01_f32)).abs() < 1e-15);
     }
@@ -272,6 +290,7 @@ mod tests {
         assert!(servo.frame(&frame, 0).is_some());
         // A register number that goes on and on, which the maker's parser overflows on.
         frame.data[..4].copy_from_slice(&[0x11, 0xff, 0xff, 0xff]);
-        assert!(servo.frame(&frame, 0).is_none());
+        let answer = servo.frame(&frame, 0).expect("it was asked");
+        assert!(answer.is_empty(), "{answer:?}");
     }
 }
