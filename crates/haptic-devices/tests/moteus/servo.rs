@@ -38,6 +38,34 @@ fn a_radius_below_zero_turns_the_direction_round() {
     wire.open(settings).expect("it answers");
 }
 
+#[test]
+fn an_answer_that_cannot_be_is_not_believed() {
+    let mut rig = Rig::new(200.0);
+    rig.start();
+    rig.lead(0.003);
+    // Half a turn further, at rest: 63 mm.
+    let forged = line("rcv 100 21000A2F010000003F0000000000000000210F00 E B F ");
+    rig.wire.world().harm = Some(Box::new(move |bytes, to_servo| {
+        if !to_servo {
+            bytes.clone_from(&forged);
+        }
+    }));
+    for tick in 0..5 {
+        rig.tick();
+        let position_m = rig.device.newest().position_m;
+        assert!(
+            (position_m - 0.003).abs() < 1e-4,
+            "tick {tick}: {position_m} m"
+        );
+    }
+    assert_eq!(rig.fault(), Some(Fault::BoardFailed));
+    assert!(
+        rig.trouble().contains("did not answer 4 times in a row"),
+        "{}",
+        rig.trouble()
+    );
+}
+
 /// The words for what happens to a servo that runs, at most five ticks later.
 fn trouble_of(happens: impl FnOnce(&mut Rig)) -> String {
     let mut rig = Rig::new(200.0);

@@ -10,7 +10,9 @@ mod adapter;
 mod emulation;
 mod registers;
 mod servo;
+mod shaft;
 
 pub use adapter::{EmulatedAdapter, Served};
 pub use emulation::{Emulated, emulate};
-pub use servo::{EmulatedServo, Hand, Shaft};
+pub use servo::EmulatedServo;
+pub use shaft::{Hand, Shaft};

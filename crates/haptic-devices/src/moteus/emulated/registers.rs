@@ -96,6 +96,11 @@ impl Registers {
         self.largest_torque_nm
     }
 
+    /// A command of a gain, or of a place or speed, by its register.
+    pub(super) fn command(&self, register: Register) -> f64 {
+        f64::from(self.others[usize::from(register.address() - COMMAND.start())])
+    }
+
     pub(super) const fn watchdog_s(&self) -> f32 {
         self.watchdog_s
     }
@@ -132,7 +137,7 @@ impl Registers {
         if !COMMAND.contains(&address) {
             return None;
         }
-        let other = f64::from(self.others[usize::from(address - COMMAND.start())]);
+        let other = self.command(register);
         Some(match register {
             Register::CommandFeedforwardTorque => {
                 Quantity::Torque(self.feedforward_torque_nm.into())
@@ -150,10 +155,10 @@ impl Registers {
 }
 
 /// The answer to what a frame asks, block by block as it asks. A block with a register that is not there is an error.
-pub(super) fn answer(asked: &CanFdFrame, read: impl Fn(u16) -> Option<Quantity>) -> CanFdFrame {
+pub(super) fn answer(asked: &[u8], read: impl Fn(u16) -> Option<Quantity>) -> CanFdFrame {
     let mut frame = CanFdFrame::new();
     let mut block: Vec<(u16, Resolution)> = Vec::new();
-    for subframe in parse_frame(asked.payload()) {
+    for subframe in parse_frame(asked) {
         let Subframe::Register {
             subframe_type: SubframeType::Read,
             register,
@@ -207,37 +212,35 @@ fn answer_block(
     }
 }
 
-/// Whether the maker's parser can take these bytes: it overflows on register numbers beyond 16 bits.
+/// The bytes up to the first block that the maker's parser cannot take: it overflows on register numbers beyond 16 bits. A
+/// servo obeys what stands before, too.
 ///
 /// Walks the blocks as it does: a head, perhaps a count, a number of at most two bytes, values.
-pub(super) fn is_parsable(payload: &[u8]) -> bool {
-    let mut bytes = payload.iter().copied();
-    while let Some(head) = bytes.next() {
+pub(super) fn parsable(payload: &[u8]) -> &[u8] {
+    let mut bytes = payload.iter().copied().enumerate();
+    while let Some((start, head)) = bytes.next() {
         let size = match head {
             0x50 => continue,
             0x00..=0x0f => [1, 2, 4, 4][usize::from(head >> 2 & 3)],
             0x10..=0x1f => 0,
-            _ => return false,
+            _ => return &payload[..start],
         };
+        let mut next = || bytes.next().map(|(_, byte)| byte);
         let count = match head & 3 {
-            0 => bytes.next(),
+            0 => next(),
             count => Some(count),
         };
-        let (Some(count), Some(low)) = (count, bytes.next()) else {
-            return false;
+        let (Some(count), Some(low)) = (count, next()) else {
+            return &payload[..start];
         };
-        let high = if low & 0x80 == 0 {
-            Some(0)
-        } else {
-            bytes.next()
-        };
-        if !high.is_some_and(|high| high < 0x10) || count == 0 {
-            return false;
+        let high = if low & 0x80 == 0 { Some(0) } else { next() };
+        if high.is_none_or(|high| high >= 0x10) || count == 0 {
+            return &payload[..start];
         }
         let values = usize::from(count) * size;
         if values > 0 && bytes.nth(values - 1).is_none() {
-            return false;
+            return payload;
         }
     }
-    true
+    payload
 }

@@ -1,10 +1,10 @@
 //! The servo: registers, modes, watchdog, a shaft with inertia and damping.
 
-use super::registers::{Quantity, Registers, answer, is_parsable};
+use super::registers::{Quantity, Registers, answer, parsable};
+use super::shaft::{Shaft, Turning};
+use crate::moteus::MoteusSettings;
 use core::f64::consts::TAU;
 use haptic_loop::ParameterError;
-use haptic_loop::plant::RampHold;
-use haptic_loop::units::{Metres, Seconds};
 use moteus_protocol::{
     CanFdFrame, Mode, Register, Subframe, SubframeType, calculate_arbitration_id,
     parse_arbitration_id, parse_frame, scaling,
@@ -12,39 +12,13 @@ use moteus_protocol::{
 
 /// Servo time that a servo as delivered takes for a frame that names none, s.
 const WATCHDOG_DEFAULT_S: f32 = 0.1;
+/// Gains as delivered, N·m per revolution and N·m per revolution per second.
+const KP: f64 = 4.0;
+const KD: f64 = 0.05;
+/// Largest torque of the motor, N·m.
+const TORQUE_MOST_NM: f64 = 1.7;
 /// Number that all servos of a bus listen to.
 const BROADCAST: i8 = 0x7f;
-
-/// The shaft of an emulated servo and what holds it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Shaft {
-    /// J, kg·m².
-    pub inertia_kg_m2: f64,
-    /// b, N·m·s/rad.
-    pub damping_n_m_s_per_rad: f64,
-    /// A hand that turns it as it will from the first torque command on; `None` for a free shaft.
-    pub hand: Option<Hand>,
-}
-
-impl Shaft {
-    /// A lever of 0.1 kg at 20 mm, turned against 0.5 N·s/m there.
-    pub const LEVER: Self = Self {
-        inertia_kg_m2: 4e-5,
-        damping_n_m_s_per_rad: 2e-4,
-        hand: None,
-    };
-}
-
-/// A hand that turns the shaft by an angle in a time and holds it there, whatever the torque.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hand {
-    /// From the first torque command to the begin of the turn, s.
-    pub wait_s: f64,
-    /// Revolutions.
-    pub turn_rev: f64,
-    /// s.
-    pub ramp_time_s: f64,
-}
 
 /// A moteus servo without hardware. Time is an argument, µs.
 ///
@@ -52,27 +26,24 @@ pub struct Hand {
 /// J·ω′ = τ − b·ω        exactly from one frame to the next, as τ is constant there
 /// ```
 /// - *Start-up*: stopped at 0, 24 V, 25 °C.
-/// - *Position mode* makes the feed-forward torque, at most the largest torque: gains of its own it has none. Other modes
-///   make no torque.
+/// - *Position mode* controls place and speed with the gains as delivered, scaled as the frame says, and adds the feed-forward
+///   torque; at most the largest torque. Other modes make no torque.
 /// - *Watchdog*: after its time the servo is in mode 11 and makes no torque until it is stopped, as a servo does whose
 ///   `servo.timeout_mode` is 0.
 #[derive(Clone, Debug)]
 pub struct EmulatedServo {
     id: u8,
-    shaft: Shaft,
-    profile: Option<RampHold>,
+    turning: Turning,
     mode: Mode,
     fault: i8,
     registers: Registers,
-    /// rad.
-    angle: f64,
-    /// rad/s.
-    speed: f64,
     now_us: u64,
     /// When the watchdog ends.
     deadline_us: Option<u64>,
-    /// When the hand began to turn.
-    turned_since_us: Option<u64>,
+    /// When the first command came.
+    driven_since_us: Option<u64>,
+    /// Place that its own control holds.
+    control_rev: f64,
     torque_peak_nm: f64,
 }
 
@@ -82,59 +53,25 @@ impl EmulatedServo {
     /// # Errors
     /// A number, inertia, damping or motion outside its range.
     pub fn new(id: u8, shaft: Shaft) -> Result<Self, ParameterError> {
-        let range = |what, value, good: bool, allowed, unit| {
-            good.then_some(()).ok_or(ParameterError::Range {
-                what,
-                value,
-                allowed,
-                unit,
-            })
-        };
-        let number = f64::from(id);
-        range(
-            "servo id",
-            number,
-            (1..=126).contains(&id),
-            "in [1, 126]",
-            "",
-        )?;
-        let inertia = shaft.inertia_kg_m2;
-        let good = (1e-9..=1e3).contains(&inertia);
-        range(
-            "inertia of the shaft",
-            inertia,
-            good,
-            "in [1e-9, 1e3]",
-            "kg·m²",
-        )?;
-        let damping = shaft.damping_n_m_s_per_rad;
-        let good = (0.0..=1e3).contains(&damping);
-        range(
-            "damping of the shaft",
-            damping,
-            good,
-            "in [0, 1e3]",
-            "N·m·s/rad",
-        )?;
-        let profile = match shaft.hand {
-            Some(hand) => {
-                let (turn, ramp) = (Metres(hand.turn_rev), Seconds(hand.ramp_time_s));
-                Some(RampHold::new(turn, ramp)?)
-            }
-            None => None,
-        };
+        if !MoteusSettings::ID.contains(&id.into()) {
+            return Err(ParameterError::Range {
+                what: "servo id",
+                value: id.into(),
+                allowed: "in [1, 126]",
+                unit: "",
+            });
+        }
+        let turning = Turning::new(shaft)?;
         Ok(Self {
             id,
-            shaft,
-            profile,
+            turning,
             mode: Mode::Stopped,
             fault: 0,
             registers: Registers::default(),
-            angle: 0.0,
-            speed: 0.0,
             now_us: 0,
             deadline_us: None,
-            turned_since_us: None,
+            driven_since_us: None,
+            control_rev: 0.0,
             torque_peak_nm: 0.0,
         })
     }
@@ -151,17 +88,20 @@ impl EmulatedServo {
         if self.mode != Mode::Position {
             return 0.0;
         }
-        let most = f64::from(self.registers.largest_torque_nm().abs());
-        let wanted = f64::from(self.registers.feedforward_torque_nm());
+        let command = |register| self.registers.command(register);
+        let kp = command(Register::CommandKpScale).clamp(0.0, 1.0);
+        let kd = command(Register::CommandKdScale).clamp(0.0, 1.0).min(kp);
+        let speed = command(Register::CommandVelocity);
+        let speed_off =
+            if speed.is_nan() { 0.0 } else { speed } - self.turning.speed_rad_per_s() / TAU;
+        // τ = k_p·(p* − p) + k_d·(v* − v) + feed-forward
+        let control = kp * KP * (self.control_rev - self.position_rev()) + kd * KD * speed_off;
+        let wanted = control + f64::from(self.registers.feedforward_torque_nm());
+        let most = f64::from(self.registers.largest_torque_nm().abs()).min(TORQUE_MOST_NM);
         if wanted.is_nan() {
             return 0.0;
         }
-        // The largest torque is not a number where the servo's own limit holds, which is out of reach here.
-        if most.is_nan() {
-            wanted
-        } else {
-            wanted.clamp(-most, most)
-        }
+        wanted.clamp(-most, most)
     }
 
     /// Largest torque it has made so far, N·m.
@@ -173,7 +113,7 @@ impl EmulatedServo {
     /// Turns, revolutions.
     #[must_use]
     pub fn position_rev(&self) -> f64 {
-        self.angle / TAU
+        self.turning.angle_rad() / TAU
     }
 
     /// Fails with a code of the maker's list, as a servo does: no torque, mode 1.
@@ -184,7 +124,7 @@ impl EmulatedServo {
 
     /// Puts the shaft somewhere, at rest, revolutions.
     pub fn place(&mut self, position_rev: f64) {
-        (self.angle, self.speed) = (TAU * position_rev, 0.0);
+        self.turning.place(TAU * position_rev);
     }
 
     /// Lets time pass up to this moment.
@@ -201,50 +141,34 @@ impl EmulatedServo {
     fn turn(&mut self, now_us: u64) {
         let passed_s = now_us.saturating_sub(self.now_us) as f64 * 1e-6;
         self.now_us = self.now_us.max(now_us);
-        if let (Some(profile), Some(since_us)) = (&self.profile, self.turned_since_us) {
-            let wait_s = self.shaft.hand.map_or(0.0, |hand| hand.wait_s);
-            let turned_s = (self.now_us - since_us) as f64 * 1e-6 - wait_s;
-            let ramp_s = profile.ramp_time().0;
-            self.angle = TAU * profile.position(turned_s);
-            self.speed = if (0.0..ramp_s).contains(&turned_s) {
-                TAU * profile.depth().0 / ramp_s
-            } else {
-                0.0
-            };
-            return;
-        }
-        let (inertia, damping) = (self.shaft.inertia_kg_m2, self.shaft.damping_n_m_s_per_rad);
-        let torque = self.torque_nm();
-        let share = damping * passed_s / inertia;
-        // ω = ω₀·e^(−s) + τ/J·t·(1 − e^(−s))/s,   θ = θ₀ + ω₀·t·φ₁(s) + τ/J·t²·φ₂(s)
-        let (first, second) = (phi_1(share), phi_2(share));
-        let push = torque / inertia * passed_s;
-        self.angle += passed_s * (self.speed * first + push * second);
-        self.speed = self.speed * libm::exp(-share) + push * first;
+        let driven = self.driven_since_us;
+        let driven_s = driven.map(|since_us| (self.now_us - since_us) as f64 * 1e-6);
+        self.turning.step(self.torque_nm(), passed_s, driven_s);
     }
 
     /// Takes a frame, and answers if it asks for that.
     pub fn frame(&mut self, frame: &CanFdFrame, now_us: u64) -> Option<CanFdFrame> {
         self.advance(now_us);
         let (from, to, _) = parse_arbitration_id(frame.arbitration_id);
-        if to != self.id.cast_signed() && to != BROADCAST || !is_parsable(frame.payload()) {
+        if to != self.id.cast_signed() && to != BROADCAST {
             return None;
         }
-        self.obey(frame);
+        let payload = parsable(frame.payload());
+        self.obey(payload);
         self.torque_peak_nm = self.torque_peak_nm.max(self.torque_nm().abs());
         // The highest bit of the sender asks for an answer.
         if frame.arbitration_id & 0x8000 == 0 {
             return None;
         }
-        let mut reply = answer(frame, |register| self.read(register));
+        let mut reply = answer(payload, |register| self.read(register));
         reply.arbitration_id = calculate_arbitration_id(self.id.cast_signed(), from, 0, false);
         Some(reply)
     }
 
     /// Carries out what a frame writes.
-    fn obey(&mut self, frame: &CanFdFrame) {
+    fn obey(&mut self, payload: &[u8]) {
         let mut commanded = None;
-        for subframe in parse_frame(frame.payload()) {
+        for subframe in parse_frame(payload) {
             let Subframe::Register {
                 subframe_type: SubframeType::Write,
                 register,
@@ -269,7 +193,7 @@ impl EmulatedServo {
         match commanded {
             Some(Mode::Stopped) => {
                 (self.mode, self.fault, self.deadline_us) = (Mode::Stopped, 0, None);
-                self.turned_since_us = None;
+                self.driven_since_us = None;
             }
             // Only a stop leads out of these.
             Some(_) if matches!(self.mode, Mode::Fault | Mode::Timeout) => {}
@@ -280,7 +204,13 @@ impl EmulatedServo {
 
     fn drive(&mut self, mode: Mode) {
         self.mode = mode;
-        self.turned_since_us.get_or_insert(self.now_us);
+        let place = self.registers.command(Register::CommandPosition);
+        self.control_rev = if place.is_nan() {
+            self.position_rev()
+        } else {
+            place
+        };
+        self.driven_since_us.get_or_insert(self.now_us);
         let asked = self.registers.watchdog_s();
         // 0 is the servo's own time, and no number stands for none.
         let time_s = if asked > 0.0 {
@@ -297,7 +227,7 @@ impl EmulatedServo {
             Register::Mode => Quantity::Whole(i32::from(u8::from(self.mode))),
             Register::Fault => Quantity::Whole(i32::from(self.fault)),
             Register::Position | Register::AbsPosition => Quantity::Position(self.position_rev()),
-            Register::Velocity => Quantity::Velocity(self.speed / TAU),
+            Register::Velocity => Quantity::Velocity(self.turning.speed_rad_per_s() / TAU),
             Register::Torque | Register::ControlTorque => Quantity::Torque(self.torque_nm()),
             Register::QCurrent | Register::DCurrent => Quantity::Current(0.0),
             Register::Voltage => Quantity::Voltage(24.0),
@@ -313,24 +243,6 @@ impl EmulatedServo {
     }
 }
 
-/// φ₁(s) = (1 − e^(−s))/s
-fn phi_1(share: f64) -> f64 {
-    if share > 0.0 {
-        -libm::expm1(-share) / share
-    } else {
-        1.0
-    }
-}
-
-/// φ₂(s) = (1 − φ₁(s))/s; for small s by its series 1/2 − s/6 + s²/24 − …, where the difference has no digits.
-fn phi_2(share: f64) -> f64 {
-    if share > 1e-3 {
-        (1.0 - phi_1(share)) / share
-    } else {
-        0.5 - share * (1.0 / 6.0 - share * (1.0 / 24.0 - share / 120.0))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -341,71 +253,6 @@ mod tests {
     }
 
     #[test]
-    fn the_shaft_moves_as_its_equation_says() {
-        // ω(t) = τ/b·(1 − e^(−bt/J)),  θ(t) = τ/b·(t − J/b·(1 − e^(−bt/J)))
-        let Shaft {
-            inertia_kg_m2: j,
-            damping_n_m_s_per_rad: b,
-            ..
-        } = Shaft::LEVER;
-        let (torque, time_s) = (f64::from(0.01_f32), 0.09);
-        let decay = libm::exp(-b * time_s / j);
-        let speed = torque / b * (1.0 - decay);
-        let angle = torque / b * (time_s - j / b * (1.0 - decay));
-        for frames in [1, 9, 900] {
-            let mut servo = servo();
-            for n in 0..frames {
-                servo.frame(&Frames::new(1, 0.1).drive(0.01), n * 90_000 / frames);
-            }
-            servo.advance(90_000);
-            assert!(
-                (servo.speed / speed - 1.0).abs() < 1e-11,
-                "{} {speed}",
-                servo.speed
-            );
-            assert!(
-                (servo.angle / angle - 1.0).abs() < 1e-11,
-                "{} {angle}",
-                servo.angle
-            );
-        }
-    }
-
-    #[test]
-    fn without_damping_it_falls_freely() {
-        let shaft = Shaft {
-            damping_n_m_s_per_rad: 0.0,
-            ..Shaft::LEVER
-        };
-        let mut servo = EmulatedServo::new(1, shaft).expect("a good servo");
-        servo.frame(&Frames::new(1, 0.1).drive(0.01), 0);
-        servo.advance(50_000);
-        // θ = τ·t²/(2J)
-        let angle = f64::from(0.01_f32) * 0.05 * 0.05 / 2.0 / 4e-5;
-        assert!((servo.angle / angle - 1.0).abs() < 1e-12);
-    }
-
-    #[test]
-    fn a_hand_waits_turns_and_holds() {
-        let hand = Hand {
-            wait_s: 0.1,
-            turn_rev: 0.02,
-            ramp_time_s: 0.4,
-        };
-        let shaft = Shaft {
-            hand: Some(hand),
-            ..Shaft::LEVER
-        };
-        let mut servo = EmulatedServo::new(1, shaft).expect("a good servo");
-        servo.frame(&Frames::new(1, 1.0).drive(0.05), 1000);
-        for (now_ms, turned, speed) in [(51, 0.0, 0.0), (301, 0.01, 0.05), (901, 0.02, 0.0)] {
-            servo.advance(1000 * now_ms);
-            assert!((servo.position_rev() - turned).abs() < 1e-12, "{now_ms} ms");
-            assert!((servo.speed / TAU - speed).abs() < 1e-12, "{now_ms} ms");
-        }
-    }
-
-    #[test]
     fn a_silent_host_leaves_no_torque() {
         let mut servo = servo();
         servo.frame(&Frames::new(1, 0.1).drive(0.01), 1000);
@@ -413,7 +260,8 @@ mod tests {
         assert_eq!(servo.mode(), Mode::Position);
         let before = servo.torque_nm();
         servo.advance(101_001);
-        assert_eq!((servo.mode(), servo.torque_nm()), (Mode::Timeout, 0.0));
+        assert_eq!(servo.mode(), Mode::Timeout);
+        assert!(servo.torque_nm().abs() <= 0.0);
         assert!(before > 0.0);
         // Another command does not wake it, a stop does.
         let frames = Frames::new(1, 0.1);
@@ -428,10 +276,10 @@ mod tests {
     fn the_largest_torque_bounds_the_other() {
         let mut servo = servo();
         let mut frame = Frames::new(1, 0.1).drive(0.01);
-        // The feed-forward torque is the third number of the block.
-        frame.data[14..18].copy_from_slice(&5.0_f32.to_le_bytes());
+        // The feed-forward torque stands behind mode, largest torque, gains and place.
+        frame.data[21..25].copy_from_slice(&5.0_f32.to_le_bytes());
         servo.frame(&frame, 0);
-        assert_eq!(servo.torque_nm(), f64::from(0.01_f32));
+        assert!((servo.torque_nm() - f64::from(0.01_f32)).abs() < 1e-15);
     }
 
     #[test]
@@ -442,6 +290,7 @@ mod tests {
         assert!(servo.frame(&frame, 0).is_some());
         // A register number that goes on and on, which the maker's parser overflows on.
         frame.data[..4].copy_from_slice(&[0x11, 0xff, 0xff, 0xff]);
-        assert!(servo.frame(&frame, 0).is_none());
+        let answer = servo.frame(&frame, 0).expect("it was asked");
+        assert!(answer.is_empty(), "{answer:?}");
     }
 }
