@@ -2,7 +2,8 @@
 
 use fracdiff::{Order, Seconds};
 use haptic_experiment::teleoperation::{
-    HandModel, HandMotion, RemotePlace, TeleoperationExperiment, TeleoperationVerdict,
+    HandModel, HandMotion, RemotePlace, TeleoperationExperiment, TeleoperationReport,
+    TeleoperationVerdict,
 };
 use haptic_experiment::{ExperimentFile, ModelledTissue, Pace, Safety};
 use haptic_link::Architecture;
@@ -225,14 +226,56 @@ fn what_is_felt_without_delay_is_what_the_formula_says_within_1_db() {
 #[test]
 fn time_domain_passivity_is_felt_as_position_position_where_it_need_not_act() {
     let library = Library::load(None).expect("the library");
-    let experiment = experiment(
-        Architecture::TimeDomain,
-        tissue(&library, "prostate-cancerous"),
-    );
-    for felt in experiment.felt().expect("in range") {
-        let off = felt.off_formula_db.expect("a linear place");
-        assert!(off.abs() < 3.0, "at {} Hz: {off} dB", felt.frequency_hz);
+    let felt = |architecture| {
+        let place = tissue(&library, "prostate-cancerous");
+        let experiment = experiment(architecture, place);
+        (experiment.felt().expect("in range"), experiment.hands())
+    };
+    let (limited, hands) = felt(Architecture::TimeDomain);
+    // The formula of its coupler is not its own, so it has none.
+    assert!(hands.is_none());
+    let (free, _) = felt(Architecture::PositionPosition);
+    for (limited, free) in limited.iter().zip(&free) {
+        assert!(limited.formula_n_per_m.is_none() && limited.off_formula_db.is_none());
+        let off = 20.0 * (limited.felt_n_per_m / free.felt_n_per_m).log10();
+        assert!(off.abs() < 3.0, "at {} Hz: {off} dB", free.frequency_hz);
     }
+}
+
+#[test]
+fn what_held_forces_give_beyond_the_damping_is_not_passive() {
+    let wall = RemotePlace::Wall {
+        stiffness_n_per_m: 200.0,
+        dissipation_n_s_mu_per_m: 0.0,
+        order: order(1.0),
+        one_sided: false,
+    };
+    // A coupler too stiff for devices that hardly dissipate; its line gives nothing.
+    let mut undamped = experiment(Architecture::TimeDomain, wall);
+    (undamped.master, undamped.slave) = (ideal(0.065, 0.01), ideal(0.065, 0.05));
+    undamped.coupler.stiffness_n_per_m = 300.0;
+    undamped.coupler.dissipation_n_s_mu_per_m = 0.0;
+    undamped.force_limit_n = 100.0;
+    (undamped.duration_s, undamped.window_s) = (3.0, 2.0);
+    let report = reported(&undamped);
+    assert!(report.given_most_j <= 1e-12, "{report:?}");
+    assert!(report.beyond_damping_most_j > 1e-8, "{report:?}");
+    assert_eq!(report.verdict, TeleoperationVerdict::HeldForcesGaveEnergy);
+    assert!(report.absolutely_stable.is_none());
+}
+
+#[test]
+fn waves_that_a_device_does_not_bear_are_refused() {
+    let library = Library::load(None).expect("the library");
+    let mut waves = experiment(Architecture::Wave, tissue(&library, "prostate-cancerous"));
+    waves.slave = ideal(0.065, 2.9);
+    let refused = waves.check().expect_err("3 is above 2.9").to_string();
+    assert!(
+        refused.starts_with("wave impedance 3 N·s/m is above the damping of the slave, 2.9 N·s/m"),
+        "{refused}"
+    );
+    waves.wave_impedance_n_s_per_m = 2.9;
+    assert!(waves.check().is_ok());
 }
 
 #[test]
@@ -266,6 +309,13 @@ fn a_line_that_never_carried_anything_is_silent_and_not_passive() {
     );
     (far.duration_s, far.window_s) = (5.0, 4.0);
     far.channel.loss = 1.0;
+    let report = reported(&far);
+    assert_eq!(report.verdict, TeleoperationVerdict::Silent);
+    assert_eq!(report.back.delivered + report.forth.delivered, 0);
+}
+
+/// Runs it with log and report.
+fn reported(far: &TeleoperationExperiment) -> TeleoperationReport {
     let place = tempfile::tempdir().expect("a folder");
     let request = haptic_experiment::folder::FolderRequest {
         out: Some(place.path().to_owned()),
@@ -280,9 +330,7 @@ fn a_line_that_never_carried_anything_is_silent_and_not_passive() {
         live: None,
         warn: &|_| {},
     };
-    let report = far.run(&request, supervisor).expect("runs").report;
-    assert_eq!(report.verdict, TeleoperationVerdict::Silent);
-    assert_eq!(report.back.delivered + report.forth.delivered, 0);
+    far.run(&request, supervisor).expect("runs").report
 }
 
 #[test]

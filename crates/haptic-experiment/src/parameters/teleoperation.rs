@@ -73,7 +73,7 @@ parameters! {
     /// Window of a teleoperation, s.
     TELEOPERATION_WINDOW = number("window_s", 4.0, "4s", ABOVE_0, "Window at the end over which impedances are taken");
     /// True if a line that gives energy is a failure.
-    MUST_BE_PASSIVE = flag("must_be_passive", "A line that gives energy, or a force at its limit, is a failure");
+    MUST_BE_PASSIVE = flag("must_be_passive", "Energy from the line, or from held forces beyond the damping of the devices, or a force at its limit, is a failure");
 }
 
 /// Of `[teleoperation]`.

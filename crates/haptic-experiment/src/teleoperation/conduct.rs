@@ -92,6 +92,7 @@ impl TeleoperationExperiment {
         request: &FolderRequest,
         supervisor: Supervisor<'_>,
     ) -> Result<Published<TeleoperationReport, TeleoperationCurves>, Failure> {
+        self.check_waves()?;
         let pair = self.pair()?;
         let schedule = Schedule {
             samples: self.samples(),
@@ -185,7 +186,9 @@ impl TeleoperationExperiment {
             true => judged.felt(self)?,
             false => Vec::new(),
         };
-        let stability = self.hands().absolute_stability().map_err(Failure::input)?;
+        let stability = (self.hands())
+            .map(|hands| hands.absolute_stability().map_err(Failure::input))
+            .transpose()?;
         let mut warnings = Warnings::default();
         let unstable = ran.preflight.filter(|verdict| !verdict.stable);
         if let Some(warning) = unstable.and_then(|verdict| verdict.warning(false)) {
@@ -198,6 +201,13 @@ impl TeleoperationExperiment {
                 "the line gave {:.3e} J: a hand that holds less tightly may be shaken; `architecture` wave or time-domain \
                  gives none at any delay",
                 judged.given_most_j
+            ));
+        }
+        if verdict == TeleoperationVerdict::HeldForcesGaveEnergy {
+            warnings.0.push(format!(
+                "forces held over a sample gave the devices {:.3e} J more than their damping took: take a shorter \
+                 `sample_time_s`, a softer coupler, or devices with more damping",
+                judged.beyond_damping_most_j
             ));
         }
         if verdict == TeleoperationVerdict::Saturated {
@@ -222,9 +232,9 @@ impl TeleoperationExperiment {
             slave_peak_n: judged.peaks_n[1],
             forth,
             back,
-            absolutely_stable: stability.stable,
-            least_ratio: stability.least_ratio,
-            worst_hz: stability.worst_rad_s / std::f64::consts::TAU,
+            absolutely_stable: stability.map(|found| found.stable),
+            least_ratio: stability.map(|found| found.least_ratio),
+            worst_hz: stability.map(|found| found.worst_rad_s / std::f64::consts::TAU),
             off_formula_most_db: most.map(f64::abs).reduce(f64::max),
             felt,
         })

@@ -74,9 +74,9 @@ impl Judged {
         }
     }
 
-    /// True if the line gave more than rounding.
-    fn gave_energy(&self) -> bool {
-        self.given_most_j > ROUNDING * self.exchanged_j
+    /// True if so much is more than rounding.
+    fn counts(&self, energy_j: f64) -> bool {
+        energy_j > ROUNDING * self.exchanged_j
     }
 
     pub(super) fn verdict(&self, pair: &Pair, whole: bool) -> TeleoperationVerdict {
@@ -91,8 +91,10 @@ impl Judged {
             TeleoperationVerdict::Unfinished
         } else if share > SATURATED_SHARE {
             TeleoperationVerdict::Saturated
-        } else if self.gave_energy() {
+        } else if self.counts(self.given_most_j) {
             TeleoperationVerdict::GaveEnergy
+        } else if self.counts(self.beyond_damping_most_j) {
+            TeleoperationVerdict::HeldForcesGaveEnergy
         } else {
             TeleoperationVerdict::Passive
         }
@@ -108,8 +110,8 @@ impl Judged {
             let s = Complex::new(0.0, omega);
             let (felt, touched) = (hand / master, -place / slave);
             let tissue = experiment.place.stiffness(omega);
-            let formula = tissue
-                .map(|tissue| hands.transmitted(omega, tissue / s))
+            let formula = (hands.zip(tissue))
+                .map(|(hands, tissue)| hands.transmitted(omega, tissue / s))
                 .transpose()
                 .map_err(Failure::input)?
                 .map(|impedance| impedance * s);

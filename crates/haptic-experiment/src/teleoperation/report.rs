@@ -7,10 +7,13 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum TeleoperationVerdict {
-    /// Both forces stayed within their limits, and the line gave no energy.
+    /// Both forces stayed within their limits, the line gave no energy, and the forces that were held from sample to sample gave
+    /// no more than the damping of the devices took.
     Passive,
     /// Both forces stayed within their limits, but the line gave energy.
     GaveEnergy,
+    /// The line gave none, but the forces held over a sample gave the devices more than their damping took.
+    HeldForcesGaveEnergy,
     /// A force was at its limit in more than 1 % of the samples.
     Saturated,
     /// A side heard nothing for too long.
@@ -24,8 +27,11 @@ impl TeleoperationVerdict {
     #[must_use]
     pub const fn words(self) -> &'static str {
         match self {
-            Self::Passive => "passive: the line gave no energy",
+            Self::Passive => "passive: the line gave no energy, held forces no more than damping took",
             Self::GaveEnergy => "active: the line gave energy",
+            Self::HeldForcesGaveEnergy => {
+                "active: held forces gave more than the damping of the devices took"
+            }
             Self::Saturated => "saturated: a force was at its limit",
             Self::Silent => "silent: a side heard nothing for too long",
             Self::Unfinished => "unfinished",
@@ -50,7 +56,7 @@ pub struct FeltAt {
     pub tissue_n_per_m: Option<f64>,
     /// Its phase, °.
     pub tissue_degrees: Option<f64>,
-    /// What the formula says is felt of it, N/m.
+    /// What the formula says is felt of it, N/m; null where there is none, as of time-domain passivity.
     pub formula_n_per_m: Option<f64>,
     /// Its phase, °.
     pub formula_degrees: Option<f64>,
@@ -106,12 +112,13 @@ pub struct TeleoperationReport {
     pub forth: LineCounts,
     /// Slave to master.
     pub back: LineCounts,
-    /// True if Llewellyn's conditions hold at every frequency: stable with any passive hand and place.
-    pub absolutely_stable: bool,
+    /// True if Llewellyn's conditions hold at every frequency: stable with any passive hand and place. Null for time-domain
+    /// passivity, which is no linear law and has no such conditions.
+    pub absolutely_stable: Option<bool>,
     /// Least ratio of Llewellyn's conditions, at least 1 for that.
-    pub least_ratio: f64,
+    pub least_ratio: Option<f64>,
     /// The frequency of it, Hz.
-    pub worst_hz: f64,
+    pub worst_hz: Option<f64>,
     /// What was felt, frequency by frequency; empty for a run that was cut short.
     pub felt: Vec<FeltAt>,
     /// Largest `off_formula_db`; null without formula.

@@ -178,7 +178,29 @@ impl TeleoperationExperiment {
     /// # Errors
     /// A parameter outside its range.
     pub fn check(&self) -> Result<u64, Failure> {
+        self.check_waves()?;
         self.pair().map(|_| self.samples())
+    }
+
+    /// Waves that both devices bear: each feels b as a damper that is told a sample late, and pays for that with its own damping.
+    ///
+    /// # Errors
+    /// A wave impedance above the damping of a device.
+    pub(super) fn check_waves(&self) -> Result<(), Failure> {
+        let impedance = self.wave_impedance_n_s_per_m;
+        for (device, side) in [
+            (&self.master, HandSide::Master),
+            (&self.slave, HandSide::Slave),
+        ] {
+            let damping = device.damping.0;
+            if self.architecture == Architecture::Wave && impedance > damping {
+                return Err(Failure::bad_input(format_args!(
+                    "wave impedance {impedance} N·s/m is above the damping of the {side}, {damping} N·s/m: held forces would give \
+                     it energy; take a smaller `wave_impedance_n_s_per_m` or a device with more damping"
+                )));
+            }
+        }
+        Ok(())
     }
 
     /// A duration of a number of samples.
@@ -305,9 +327,9 @@ impl TeleoperationExperiment {
         Ok(chain)
     }
 
-    /// The same for the analysis.
+    /// The same for the analysis; `None` for time-domain passivity, which is no linear law.
     #[must_use]
-    pub fn hands(&self) -> Teleoperation {
+    pub fn hands(&self) -> Option<Teleoperation> {
         let mass = |device: &MassDamperConfig| HandMass {
             mass_kg: device.mass.0,
             damping_n_s_per_m: device.damping.0,
@@ -318,9 +340,8 @@ impl TeleoperationExperiment {
             order: self.order,
         };
         let line = match self.architecture {
-            Architecture::PositionPosition | Architecture::TimeDomain => {
-                HandLine::PositionPosition(coupler)
-            }
+            Architecture::TimeDomain => return None,
+            Architecture::PositionPosition => HandLine::PositionPosition(coupler),
             Architecture::PositionForce => HandLine::PositionForce(coupler),
             Architecture::Wave => HandLine::Wave {
                 impedance_n_s_per_m: self.wave_impedance_n_s_per_m,
@@ -328,13 +349,13 @@ impl TeleoperationExperiment {
             },
         };
         let t = self.sample_time();
-        Teleoperation {
+        Some(Teleoperation {
             master: mass(&self.master),
             slave: mass(&self.slave),
             line,
             sample_time_s: t.0,
             // The analysis adds the sample that every message takes.
             delay_s: (self.channel.samples(t) - 1) as f64 * t.0,
-        }
+        })
     }
 }

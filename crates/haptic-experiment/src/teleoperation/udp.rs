@@ -125,6 +125,7 @@ impl TeleoperationExperiment {
         (stop, warn): (&AtomicBool, Warn<'_>),
     ) -> Result<FarReport, Failure> {
         self.check_duration()?;
+        self.check_waves()?;
         let side = end.side();
         if side == HandSide::Slave {
             self.require_stable()?;

@@ -55,7 +55,7 @@ damping for any hand and object. The CSV has the object's place too. A coupler n
 A teleoperation: a hand moves a master, and over a line with delay, jitter, loss and duplication a slave moves in a remote tissue or wall; \
 devices and line are simulated. A remote place that is unstable for the slave alone is refused without --force-unstable. architecture says how the two are joined; wave and time-domain give no energy at any delay. The summary says what \
 the line took or gave, which messages were lost or refused, and frequency by frequency what the hand felt of what the slave touched, beside the \
-formula. verdict is passive, gave-energy, saturated, silent or unfinished; with must_be_passive = true the exit code is 1 unless it is passive. \
+formula (time-domain has none). verdict is passive, gave-energy, held-forces-gave-energy, saturated, silent or unfinished; with must_be_passive = true the exit code is 1 unless it is passive. \
 `host-cli analyze teleoperation` finds the coupler for a delay, `host-cli teleoperate` runs both sides over UDP.
 
 guard = \"observer\" or \"energy-bounding\" keeps a wall from shaking: the one adds damping, the other takes force, and so stiffness, \

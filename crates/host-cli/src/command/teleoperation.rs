@@ -47,19 +47,33 @@ pub fn print_teleoperation(out: &mut dyn Write, report: &TeleoperationReport) ->
     )?;
     print_way(out, "forth", &report.forth)?;
     print_way(out, "back", &report.back)?;
-    writeln!(
-        out,
-        "  any hand          {} by Llewellyn's criterion: ratio {:.3}, at {:.3} Hz",
-        if report.absolutely_stable {
-            "stable"
-        } else {
-            "not stable with every hand and place"
-        },
-        report.least_ratio,
-        report.worst_hz
-    )?;
+    print_any_hand(out, report)?;
     print_felt(out, &report.felt)?;
     print_end(out, run)
+}
+
+/// Llewellyn's verdict, where there is one.
+fn print_any_hand(out: &mut dyn Write, report: &TeleoperationReport) -> io::Result<()> {
+    match (
+        report.absolutely_stable,
+        report.least_ratio,
+        report.worst_hz,
+    ) {
+        (Some(stable), Some(ratio), Some(worst_hz)) => writeln!(
+            out,
+            "  any hand          {} by Llewellyn's criterion: ratio {ratio:.3}, at {worst_hz:.3} Hz",
+            if stable {
+                "stable"
+            } else {
+                "not stable with every hand and place"
+            },
+        ),
+        _ => writeln!(
+            out,
+            "  any hand          not told: {} is no linear law, so there is neither Llewellyn's criterion nor a formula",
+            report.architecture
+        ),
+    }
 }
 
 fn print_way(out: &mut dyn Write, name: &str, counts: &LineCounts) -> io::Result<()> {

@@ -104,7 +104,7 @@ sampled controllers and held forces)? Up to which delay? And what does the hand 
 --best looks for the coupler k_c + b_c D^mu of each order that makes the tissue feel right from --low to --high: the least root mean square of \
 |ln(Z_felt/Z_tissue)|, 0.1 being 10 % or 6 degrees, among those that are stable with every hand and place at this delay. Of waves it finds the impedance.
 
-time-domain is judged as the position-position that it is while its account of energy is not empty; itself it gives no energy at any delay.";
+time-domain is no linear law and is refused: analyze position-position, whose coupler it limits; `host-cli run` shows what is felt of it.";
 
 /// A question with its tissue.
 struct Question {
@@ -120,6 +120,12 @@ impl TeleoperationArguments {
     /// # Errors
     /// A parameter outside its range; files that cannot be written.
     pub fn run(self, output: Output) -> Result<(), Failure> {
+        if self.architecture.0 == Architecture::TimeDomain {
+            return Err(Failure::bad_input(
+                "time-domain is no linear law, it has neither Llewellyn's criterion nor a formula: analyze its coupler with \
+                 --architecture position-position, and see with `run` what is felt of it",
+            ));
+        }
         let question = self.question()?;
         let candidates = match self.best {
             true => self.candidates(&question)?,
@@ -223,6 +229,7 @@ impl TeleoperationArguments {
 
     fn kind(&self, coupler: HandCoupler, impedance_n_s_per_m: f64) -> HandLine {
         match self.architecture.0 {
+            // `run` has refused the second.
             Architecture::PositionPosition | Architecture::TimeDomain => {
                 HandLine::PositionPosition(coupler)
             }
