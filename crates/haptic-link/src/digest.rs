@@ -4,6 +4,24 @@ use crate::bytes::written;
 use crate::configuration::Configuration;
 use crate::frame::CRC;
 
+/// Digest of what two hands must share: CRC-32 (as zlib's) over numbers of eight little-endian bytes each, then a text.
+///
+/// ```
+/// use haptic_link::hand_digest;
+///
+/// assert_eq!(hand_digest(&[300.0, 10.0, 0.5], "full"), hand_digest(&[300.0, 10.0, 0.5], "full"));
+/// assert_ne!(hand_digest(&[300.0, 10.0, 0.5], "full"), hand_digest(&[300.0, 11.0, 0.5], "full"));
+/// ```
+#[must_use]
+pub fn hand_digest(numbers: &[f64], text: &str) -> u32 {
+    let mut digest = CRC.digest();
+    for number in numbers {
+        digest.update(&number.to_le_bytes());
+    }
+    digest.update(text.as_bytes());
+    digest.finalize()
+}
+
 /// Digest of a configuration and its coefficients: CRC-32 (as zlib's) over the bytes of the
 /// [`Configuration`] as they are on the wire, then each coefficient as four little-endian bytes.
 ///

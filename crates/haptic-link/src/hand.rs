@@ -17,6 +17,12 @@ pub enum HandMessage {
     Sample(HandSample),
     /// The speaker has come to rest and goes.
     Bye,
+    /// To a stranger: the speaker is at work with somebody else.
+    Busy {
+        /// Number of the one that asked.
+        #[serde(with = "postcard::fixint::le")]
+        heard: u32,
+    },
 }
 
 /// Side of a line between two hands.
@@ -113,6 +119,9 @@ pub struct HandHello {
     pub sample_time_s: f64,
     /// b of the waves, N·s/m; 0 for other architectures.
     pub wave_impedance_n_s_per_m: f64,
+    /// Digest of the coupler, which both sides must share, see [`hand_digest`](crate::hand_digest); 0 for waves.
+    #[serde(with = "postcard::fixint::le")]
+    pub coupler_digest: u32,
 }
 
 impl HandHello {

@@ -32,7 +32,7 @@ pub use coefficients::{
 };
 pub use configuration::Configuration;
 pub use current_keys::{REPORT_KEYS, REQUEST_KEYS};
-pub use digest::DigestBuilder;
+pub use digest::{DigestBuilder, hand_digest};
 pub use field::Field;
 pub use frame::{
     Direction, EncodeError, FRAME_MAX, FrameError, Header, LineCounters, PROTOCOL_VERSION,

@@ -16,6 +16,8 @@ pub struct Introduction {
     pub sample_time_s: f64,
     /// b of waves, N·s/m; 0 for other architectures.
     pub wave_impedance_n_s_per_m: f64,
+    /// Digest of the coupler, its order and its scheme ([`hand_digest`](haptic_link::hand_digest)); 0 for waves.
+    pub coupler_digest: u32,
 }
 
 /// Why two sides do not fit each other: one line, with the remedy.
@@ -45,6 +47,10 @@ pub enum PeerError {
         /// That of this side, s.
         ours_s: f64,
     },
+    /// It has another coupler.
+    OtherCoupler,
+    /// It is at work with somebody else.
+    Busy,
     /// It has another wave impedance.
     OtherImpedance {
         /// Its own, N·s/m.
@@ -76,6 +82,13 @@ impl core::fmt::Display for PeerError {
             Self::OtherSampleTime { theirs_s, ours_s } => write!(
                 f,
                 "the other side has a sample time of {theirs_s} s, this one of {ours_s} s: give both the same `sample_time_s`"
+            ),
+            Self::OtherCoupler => f.write_str(
+                "the other side has another coupler: give both the same `coupler_stiffness_n_per_m`, \
+                 `coupler_dissipation_n_s_mu_per_m`, `order` and `scheme`, best the same file",
+            ),
+            Self::Busy => f.write_str(
+                "the other side is busy: it is at work with somebody else; wait until that has ended, or take another port",
             ),
             Self::OtherImpedance { theirs, ours } => write!(
                 f,
@@ -156,8 +169,12 @@ impl Peer {
         let Some((header, message)) = arrived else {
             return Ok(Heard::Nothing);
         };
-        if let HandMessage::Hello(hello) = message {
-            return self.greeted(&hello);
+        match message {
+            HandMessage::Hello(hello) => return self.greeted(&hello),
+            HandMessage::Busy { heard } if heard == self.nonce && !self.connected => {
+                return Err(PeerError::Busy);
+            }
+            HandMessage::Sample(_) | HandMessage::Bye | HandMessage::Busy { .. } => {}
         }
         if self.connection() != Some(header.connection) {
             self.other_connections = self.other_connections.wrapping_add(1);
@@ -167,8 +184,24 @@ impl Peer {
         Ok(match message {
             HandMessage::Sample(sample) => Heard::Sample(sample),
             HandMessage::Bye => Heard::Bye,
-            HandMessage::Hello(_) => Heard::Nothing,
+            HandMessage::Hello(_) | HandMessage::Busy { .. } => Heard::Nothing,
         })
+    }
+
+    /// Writes an answer for a stranger whose datagram this is: that this side is at work with somebody else. Its length; `None`
+    /// for a datagram that asks for nothing.
+    ///
+    /// # Errors
+    /// As [`hello`](Self::hello).
+    pub fn busy(&mut self, datagram: &[u8], line: &mut [u8]) -> Result<Option<usize>, EncodeError> {
+        // Apart from the frames of this conversation.
+        let mut receiver = Receiver::<HandMessage>::new(Direction::FromHost);
+        let arrived = datagram.iter().find_map(|&byte| receiver.push(byte));
+        let Some((_, HandMessage::Hello(hello))) = arrived else {
+            return Ok(None);
+        };
+        let heard = hello.nonce;
+        self.write(HandMessage::Busy { heard }, 0, line).map(Some)
     }
 
     fn greeted(&mut self, hello: &HandHello) -> Result<Heard, PeerError> {
@@ -200,6 +233,9 @@ impl Peer {
                 theirs: hello.architecture,
                 ours: own.architecture,
             });
+        }
+        if hello.coupler_digest != own.coupler_digest {
+            return Err(PeerError::OtherCoupler);
         }
         let differ = |a: f64, b: f64| a.to_bits() != b.to_bits();
         if differ(hello.sample_time_s, own.sample_time_s) {
@@ -248,6 +284,7 @@ impl Peer {
             architecture: own.architecture,
             sample_time_s: own.sample_time_s,
             wave_impedance_n_s_per_m: own.wave_impedance_n_s_per_m,
+            coupler_digest: own.coupler_digest,
         };
         self.write(HandMessage::Hello(hello), 0, line)
     }

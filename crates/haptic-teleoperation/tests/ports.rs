@@ -364,6 +364,7 @@ mod greeting {
         architecture: Architecture::Wave,
         sample_time_s: 1e-3,
         wave_impedance_n_s_per_m: 3.0,
+        coupler_digest: 0,
     };
     const SLAVE: Introduction = Introduction {
         side: HandSide::Slave,
@@ -444,6 +445,31 @@ mod greeting {
             ..SLAVE
         });
         assert!(error.to_string().contains("4 N·s/m, this one of 3 N·s/m"));
+        let error = refused(Introduction {
+            coupler_digest: 1,
+            ..SLAVE
+        });
+        assert_eq!(error, PeerError::OtherCoupler);
+    }
+
+    #[test]
+    fn somebody_who_comes_late_is_told_that_this_side_is_busy() {
+        let (mut master, mut slave) = (Peer::new(MASTER, 7), Peer::new(SLAVE, 9));
+        assert_eq!(master.take(&hello(&mut slave)), Ok(Heard::Hello));
+        assert_eq!(slave.take(&hello(&mut master)), Ok(Heard::Met));
+        assert_eq!(master.take(&hello(&mut slave)), Ok(Heard::Met));
+        let mut late = Peer::new(MASTER, 11);
+        let mut line = [0; FRAME_MAX];
+        let answer = slave.busy(&hello(&mut late), &mut line).expect("it fits");
+        let answer = &line[..answer.expect("a greeting is answered")];
+        assert!(answer.len() < hello(&mut late).len());
+        assert_eq!(late.take(answer), Err(PeerError::Busy));
+        // Nobody else is moved by it, and nothing but a greeting is answered.
+        assert_eq!(master.take(answer), Ok(Heard::Nothing));
+        assert!(master.is_connected());
+        let mut room = [0; FRAME_MAX];
+        assert_eq!(slave.busy(&sample(&mut late), &mut room), Ok(None));
+        assert_eq!(slave.busy(b"GET / HTTP/1.1\r\n\0", &mut room), Ok(None));
     }
 
     #[test]

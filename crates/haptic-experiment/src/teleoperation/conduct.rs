@@ -189,6 +189,31 @@ impl TeleoperationExperiment {
         let stability = (self.hands())
             .map(|hands| hands.absolute_stability().map_err(Failure::input))
             .transpose()?;
+        let warnings = self.warnings(ran, verdict, judged);
+        let [forth, back] = line_counts(pair);
+        let most = felt.iter().filter_map(|felt| felt.off_formula_db);
+        Ok(TeleoperationReport {
+            place: self.place.words(),
+            architecture: self.architecture.name().to_owned(),
+            run: RunReport::new(ran, "sim".to_owned(), self.sample_time().0, files, warnings),
+            verdict,
+            line_delay_s: self.channel.delay.0,
+            given_most_j: judged.given_most_j,
+            taken_j: 0.0 - judged.given_j,
+            beyond_damping_most_j: judged.beyond_damping_most_j,
+            master_peak_n: judged.peaks_n[0],
+            slave_peak_n: judged.peaks_n[1],
+            forth,
+            back,
+            absolutely_stable: stability.map(|found| found.stable),
+            least_ratio: stability.map(|found| found.least_ratio),
+            worst_hz: stability.map(|found| found.worst_rad_s / std::f64::consts::TAU),
+            off_formula_most_db: most.map(f64::abs).reduce(f64::max),
+            felt,
+        })
+    }
+
+    fn warnings(&self, ran: &Ran, verdict: TeleoperationVerdict, judged: &Judged) -> Warnings {
         let mut warnings = Warnings::default();
         let unstable = ran.preflight.filter(|verdict| !verdict.stable);
         if let Some(warning) = unstable.and_then(|verdict| verdict.warning(false)) {
@@ -217,27 +242,7 @@ impl TeleoperationExperiment {
                 self.force_limit_n
             ));
         }
-        let [forth, back] = line_counts(pair);
-        let most = felt.iter().filter_map(|felt| felt.off_formula_db);
-        Ok(TeleoperationReport {
-            place: self.place.words(),
-            architecture: self.architecture.name().to_owned(),
-            run: RunReport::new(ran, "sim".to_owned(), self.sample_time().0, files, warnings),
-            verdict,
-            line_delay_s: self.channel.delay.0,
-            given_most_j: judged.given_most_j,
-            taken_j: 0.0 - judged.given_j,
-            beyond_damping_most_j: judged.beyond_damping_most_j,
-            master_peak_n: judged.peaks_n[0],
-            slave_peak_n: judged.peaks_n[1],
-            forth,
-            back,
-            absolutely_stable: stability.map(|found| found.stable),
-            least_ratio: stability.map(|found| found.least_ratio),
-            worst_hz: stability.map(|found| found.worst_rad_s / std::f64::consts::TAU),
-            off_formula_most_db: most.map(f64::abs).reduce(f64::max),
-            felt,
-        })
+        warnings
     }
 
     fn drawn(&self, report: &TeleoperationReport, curves: Thinned<6>) -> TeleoperationCurves {

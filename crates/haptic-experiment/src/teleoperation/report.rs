@@ -27,7 +27,9 @@ impl TeleoperationVerdict {
     #[must_use]
     pub const fn words(self) -> &'static str {
         match self {
-            Self::Passive => "passive: the line gave no energy, held forces no more than damping took",
+            Self::Passive => {
+                "passive: the line gave no energy, held forces no more than damping took"
+            }
             Self::GaveEnergy => "active: the line gave energy",
             Self::HeldForcesGaveEnergy => {
                 "active: held forces gave more than the damping of the devices took"

@@ -2,6 +2,9 @@
 //!
 //! Both devices are simulated and paced by the clock. A port is served by one socket; nothing blocks the tick.
 
+mod line;
+mod report;
+
 use super::body::Body;
 use super::specification::TeleoperationExperiment;
 use crate::device::Warn;
@@ -9,127 +12,31 @@ use crate::failure::Failure;
 use crate::realtime::RealtimeOptions;
 use crate::schedule::{Pace, Schedule};
 use fracdiff::Operator;
-use haptic_link::{Architecture, FRAME_MAX, HandSide};
+use haptic_link::{Architecture, HandSide, hand_digest};
 use haptic_loop::SafeForce;
 use haptic_loop::realtime::Periodic;
-use haptic_teleoperation::{Heard, Introduction, Peer, Port};
-use serde::Serialize;
-use std::io::ErrorKind;
-use std::net::{SocketAddr, UdpSocket};
+use haptic_teleoperation::{Heard, Introduction, Port};
+pub use line::End;
+use line::{Line, unusable};
+pub use report::{FarEnd, FarReport, SKIPPED_MOST, Terms};
+use std::net::SocketAddr;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant, SystemTime};
-
-/// Which end this process is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum End {
-    /// Waits for the other; it is the slave.
-    Listen(SocketAddr),
-    /// Looks for the other; it is the master.
-    Connect(SocketAddr),
-}
-
-impl End {
-    /// The side that it is.
-    #[must_use]
-    pub const fn side(self) -> HandSide {
-        match self {
-            Self::Listen(_) => HandSide::Slave,
-            Self::Connect(_) => HandSide::Master,
-        }
-    }
-}
-
-/// Why a side ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum FarEnd {
-    /// Its time was over.
-    Done,
-    /// The other side said goodbye.
-    OtherLeft,
-    /// The other side was silent for too long.
-    Silent,
-    /// Somebody asked for it.
-    Interrupted,
-    /// The safety chain latched a fault.
-    Fault,
-}
-
-/// The report of a side.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct FarReport {
-    /// master or slave.
-    pub side: String,
-    /// Name of the architecture.
-    pub architecture: String,
-    /// Address of the other side.
-    pub peer: String,
-    /// Why it ended.
-    pub ended: FarEnd,
-    /// Ticks of its device.
-    pub ticks: u64,
-    /// Time of its device at the end, s.
-    pub duration_s: f64,
-    /// Ticks that the clock had to skip.
-    pub skipped: u64,
-    /// Messages sent.
-    pub sent: u64,
-    /// Messages that were acted on.
-    pub acted_on: u64,
-    /// Numbers that were passed over: lost, or late.
-    pub missing: u32,
-    /// Messages after a later one: refused.
-    pub stale: u32,
-    /// Messages that came twice: refused.
-    pub duplicate: u32,
-    /// Datagrams that were damaged or no messages.
-    pub corrupt: u32,
-    /// Datagrams from elsewhere or of another connection.
-    pub foreign: u64,
-    /// Largest force, N.
-    pub peak_force_n: f64,
-    /// Force at the end, N: 0.
-    pub final_force_n: f64,
-    /// Energy that the line gave to this device, J; below 0 it took some.
-    pub given_j: f64,
-    /// Device time from the last message to a force of zero, s; null unless the other side fell silent.
-    pub silent_to_zero_s: Option<f64>,
-    /// Most of that: silence, stop time and two samples, s.
-    pub silent_to_zero_most_s: f64,
-}
-
-/// From one greeting to the next.
-const GREET: Duration = Duration::from_millis(50);
-/// Farewells in a row: one may be lost.
-const FAREWELLS: usize = 3;
-
-/// The socket and who may speak on it.
-struct Line {
-    socket: UdpSocket,
-    peer: Option<SocketAddr>,
-    state: Peer,
-    buffer: [u8; FRAME_MAX],
-    strangers: u64,
-}
 
 impl TeleoperationExperiment {
-    /// Runs a side for `duration_s` of its device, once the other is there; waits `patience` for it. `opened` hears the address of this side.
+    /// Runs a side for `duration_s` of its device, once the other is there. `opened` hears the address of this side.
     ///
     /// # Errors
     /// A parameter outside its range; an address that cannot be had; nobody at the other end, or somebody who does not fit.
     pub fn run_side(
         &self,
         end: End,
-        patience: Duration,
+        terms: Terms,
         opened: &dyn Fn(SocketAddr),
         (stop, warn): (&AtomicBool, Warn<'_>),
     ) -> Result<FarReport, Failure> {
-        self.check_duration()?;
-        self.check_waves()?;
+        let terms = terms.checked()?;
         let side = end.side();
-        if side == HandSide::Slave {
-            self.require_stable()?;
-        }
+        self.check_side(side)?;
         let (port, body) = (self.port(side)?, self.body(side)?);
         let schedule = Schedule {
             samples: self.samples(),
@@ -148,7 +55,7 @@ impl TeleoperationExperiment {
                 .local_addr()
                 .map_err(|error| unusable(end, &error))?,
         );
-        if !line.meet(end, patience, stop)? {
+        if !line.meet(end, terms.patience, stop)? {
             return Err(Failure::Run(anyhow::anyhow!(
                 "interrupted before the other side was there; no force was made"
             )));
@@ -172,6 +79,7 @@ impl TeleoperationExperiment {
         let (_, thread) = periodic.finish();
         drop(thread);
         side.line.farewell();
+        let ended = terms.judge(ended, skipped, ticks);
         let report = self.told(&side, (ended, ticks, skipped, silent_to_zero));
         if report.skipped > 0 {
             warn(&format!(
@@ -182,6 +90,15 @@ impl TeleoperationExperiment {
         Ok(report)
     }
 
+    fn check_side(&self, side: HandSide) -> Result<(), Failure> {
+        self.check_duration()?;
+        self.check_waves()?;
+        if side == HandSide::Slave {
+            self.require_stable()?;
+        }
+        Ok(())
+    }
+
     fn introduction(&self, side: HandSide) -> Introduction {
         Introduction {
             side,
@@ -190,6 +107,17 @@ impl TeleoperationExperiment {
             wave_impedance_n_s_per_m: match self.architecture {
                 Architecture::Wave => self.wave_impedance_n_s_per_m,
                 _ => 0.0,
+            },
+            coupler_digest: match self.architecture {
+                Architecture::Wave => 0,
+                _ => hand_digest(
+                    &[
+                        self.coupler.stiffness_n_per_m,
+                        self.coupler.dissipation_n_s_mu_per_m,
+                        self.order.get(),
+                    ],
+                    &self.scheme.to_string(),
+                ),
             },
         }
     }
@@ -320,144 +248,6 @@ impl Side {
             Some(FarEnd::Silent)
         } else {
             over.then_some(FarEnd::Done)
-        }
-    }
-}
-
-/// An address that cannot be used.
-fn unusable(end: End, error: &std::io::Error) -> Failure {
-    let (address, advice) = match end {
-        End::Listen(address) => (address, "`listen`"),
-        End::Connect(address) => (address, "`connect`"),
-    };
-    Failure::Device(anyhow::anyhow!(
-        "cannot use {address}: {error}: give another address with {advice}, as 127.0.0.1:4810"
-    ))
-}
-
-impl Line {
-    fn open(end: End, own: Introduction) -> Result<Self, Failure> {
-        let socket = match end {
-            End::Listen(address) => UdpSocket::bind(address),
-            // Any port of the same family.
-            End::Connect(SocketAddr::V4(_)) => UdpSocket::bind("0.0.0.0:0"),
-            End::Connect(SocketAddr::V6(_)) => UdpSocket::bind("[::]:0"),
-        };
-        let opened = socket.and_then(|socket| {
-            socket.set_nonblocking(true)?;
-            Ok(socket)
-        });
-        let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
-        // Another one each time, as good as chance; that of a process beside it too.
-        let nonce =
-            since.map_or(0, |time| time.subsec_nanos()) ^ std::process::id().rotate_left(16);
-        Ok(Self {
-            socket: opened.map_err(|error| unusable(end, &error))?,
-            peer: match end {
-                End::Connect(address) => Some(address),
-                End::Listen(_) => None,
-            },
-            state: Peer::new(own, nonce),
-            buffer: [0; FRAME_MAX],
-            strangers: 0,
-        })
-    }
-
-    /// Greets until the other side has heard; `false` if somebody asked to stop.
-    fn meet(&mut self, end: End, patience: Duration, stop: &AtomicBool) -> Result<bool, Failure> {
-        let began = Instant::now();
-        let mut greeted: Option<Instant> = None;
-        while !self.state.is_connected() {
-            if stop.load(Ordering::Relaxed) {
-                return Ok(false);
-            }
-            if began.elapsed() > patience {
-                return Err(self.nobody(end, patience));
-            }
-            if greeted.is_none_or(|last| last.elapsed() >= GREET) {
-                self.greet();
-                greeted = Some(Instant::now());
-            }
-            while let Some(heard) = self.next()? {
-                if heard == Heard::Hello {
-                    self.greet();
-                }
-            }
-            std::thread::sleep(Duration::from_millis(1));
-        }
-        // The other may not know yet.
-        self.greet();
-        Ok(true)
-    }
-
-    fn nobody(&self, end: End, patience: Duration) -> Failure {
-        let counters = self.state.counters();
-        let strange = counters.corrupt + counters.oversize;
-        let seconds = patience.as_secs_f64();
-        let text = match (end, strange) {
-            (End::Listen(address), 0) => format!(
-                "nobody connected to {address} in {seconds} s: start the other side with `connect`"
-            ),
-            (End::Connect(address), 0) => format!(
-                "nobody answers at {address} after {seconds} s: start the other side with `listen` there"
-            ),
-            (End::Listen(address) | End::Connect(address), _) => format!(
-                "the wrong peer at {address}: {strange} datagrams in {seconds} s were no message of a teleoperation: give the address of \
-                 the other side"
-            ),
-        };
-        Failure::Device(anyhow::anyhow!("{text}"))
-    }
-
-    /// What the next datagram said; `None` if there is none.
-    fn next(&mut self) -> Result<Option<Heard>, Failure> {
-        // One more than a frame has: longer ones are cut there, and refused.
-        let mut datagram = [0; FRAME_MAX + 1];
-        let (length, from) = match self.socket.recv_from(&mut datagram) {
-            Ok(received) => received,
-            Err(error) if error.kind() == ErrorKind::WouldBlock => return Ok(None),
-            // Of a datagram sent before: nobody is there (yet, or any more). Silence says so in time.
-            Err(_) => return Ok(Some(Heard::Nothing)),
-        };
-        if self.peer.is_some_and(|peer| peer != from) {
-            self.strangers += 1;
-            return Ok(Some(Heard::Nothing));
-        }
-        let heard = match self.state.take(&datagram[..length]) {
-            Ok(heard) => heard,
-            Err(error) => {
-                // The other side is to see it too.
-                self.peer = Some(from);
-                (0..FAREWELLS).for_each(|_| self.greet());
-                return Err(Failure::Device(anyhow::anyhow!(
-                    "{error} ({from}); no force was made"
-                )));
-            }
-        };
-        if matches!(heard, Heard::Hello | Heard::Met) {
-            self.peer = Some(from);
-        }
-        Ok(Some(heard))
-    }
-
-    fn greet(&mut self) {
-        if let Ok(length) = self.state.hello(&mut self.buffer) {
-            self.send(length);
-        }
-    }
-
-    /// What cannot be sent is lost, as on the way.
-    fn send(&self, length: usize) {
-        if let Some(peer) = self.peer {
-            let _ = self.socket.send_to(&self.buffer[..length], peer);
-        }
-    }
-
-    fn farewell(&mut self) {
-        for _ in 0..FAREWELLS {
-            if let Ok(length) = self.state.bye(&mut self.buffer) {
-                self.send(length);
-            }
         }
     }
 }

@@ -3,10 +3,10 @@
 use super::conduct::stop_on_interrupt;
 use super::summary::plain;
 use crate::output::{Output, note, warn};
-use crate::quantity::Time;
+use crate::quantity::{Strain, Time};
 use clap::Args;
 use haptic_experiment::failure::Failure;
-use haptic_experiment::teleoperation::{End, FarEnd, FarReport};
+use haptic_experiment::teleoperation::{End, FarEnd, FarReport, Terms};
 use haptic_experiment::{ExperimentFile, TeleoperationExperiment};
 use std::io::{self, Write};
 use std::net::{SocketAddr, ToSocketAddrs};
@@ -17,10 +17,11 @@ use std::time::Duration;
 pub const LONG_ABOUT: &str = "\
 Runs one side of a teleoperation, with a simulated device paced by the clock; the other side runs in another process, and real UDP datagrams go \
 between them. Who listens is the slave in the remote tissue or wall; who connects is the master in the hand. Both take the same file with a table \
-[teleoperation]; its line_ keys are of a simulated line and do nothing here.
+[teleoperation]: another architecture, sample time, coupler or wave impedance is refused, and so is a third side. Its line_ keys are of a simulated line and do nothing here.
 
 Messages carry their number and the device's time. What comes late or twice is refused and counted, so is what comes from elsewhere. A side whose \
-partner is silent for silence_s lets its force fall to zero within stop_time_s, never growing, and ends with exit code 1. Ctrl-C does the same at \
+partner is silent for silence_s lets its force fall to zero within stop_time_s, never growing, and ends with exit code 1. So does a side whose clock skipped \
+more than --skipped-most of its ticks: the device moved on under held forces, and that is not the experiment of the file. Ctrl-C does the same at \
 once and says goodbye; then the partner ends too. Without a fault each side ends after --duration.";
 
 /// Arguments of `teleoperate`.
@@ -34,7 +35,7 @@ pub struct Arguments {
     #[arg(value_name = "FILE.toml")]
     file: Option<PathBuf>,
     /// Be the slave and wait for the master at this address and port; port 0 for any that is free
-    #[arg(long, value_name = "ADDRESS:PORT", required_unless_present = "connect")]
+    #[arg(long, value_name = "ADDRESS:PORT")]
     listen: Option<String>,
     /// Be the master and look for the slave there
     #[arg(long, value_name = "ADDRESS:PORT", conflicts_with = "listen")]
@@ -48,6 +49,14 @@ pub struct Arguments {
     /// How long to wait for the other side
     #[arg(long, default_value = "60s", allow_hyphen_values = true)]
     patience: Time,
+    /// Largest share of the ticks that this machine may skip
+    #[arg(
+        long,
+        value_name = "SHARE",
+        default_value = "10%",
+        allow_hyphen_values = true
+    )]
+    skipped_most: Strain,
 }
 
 impl Arguments {
@@ -67,6 +76,10 @@ impl Arguments {
                 self.patience.0
             ))
         })?;
+        let terms = Terms {
+            patience,
+            skipped_most: self.skipped_most.0,
+        };
         let end = self.end()?;
         let stop = stop_on_interrupt()?;
         let opened = |address| {
@@ -81,10 +94,17 @@ impl Arguments {
                 let _ = writeln!(io::stdout(), "{what}: {address}");
             }
         };
-        let report = experiment.run_side(end, patience, &opened, (stop, &warn))?;
+        let report = experiment.run_side(end, terms, &opened, (stop, &warn))?;
         output.summary(&report, |out| print(out, &report))?;
         match report.ended {
             FarEnd::Done | FarEnd::OtherLeft => Ok(()),
+            FarEnd::Late => Err(Failure::Run(anyhow::anyhow!(
+                "{} of {} ticks were skipped, more than {} %: this is no result; free this machine, take a longer `sample_time_s`, or \
+                 allow it with --skipped-most; the force is zero",
+                report.skipped,
+                report.ticks,
+                plain(100.0 * terms.skipped_most)
+            ))),
             ended => Err(Failure::Run(anyhow::anyhow!(
                 "{} after {} s; the force is zero",
                 words(ended),
@@ -118,7 +138,10 @@ impl Arguments {
         match (&self.listen, &self.connect) {
             (_, Some(text)) => Ok(End::Connect(address(text, "--connect")?)),
             (Some(text), None) => Ok(End::Listen(address(text, "--listen")?)),
-            (None, None) => Err(Failure::bad_input("give --listen or --connect")),
+            (None, None) => Err(Failure::bad_input(
+                "this side is missing: give --listen ADDRESS:PORT to be the slave, or --connect ADDRESS:PORT to be the master, as \
+                 127.0.0.1:4810",
+            )),
         }
     }
 }
@@ -126,6 +149,7 @@ impl Arguments {
 const fn words(ended: FarEnd) -> &'static str {
     match ended {
         FarEnd::Done => "done",
+        FarEnd::Late => "done, but late",
         FarEnd::OtherLeft => "the other side left",
         FarEnd::Silent => "the other side fell silent",
         FarEnd::Interrupted => "interrupted",
@@ -159,7 +183,9 @@ fn print(out: &mut dyn Write, report: &FarReport) -> io::Result<()> {
     writeln!(
         out,
         "  force             {:.4e} N at most, {} N at the end",
-        report.peak_force_n, report.final_force_n
+        // −0 is 0.
+        report.peak_force_n,
+        0.0 + report.final_force_n
     )?;
     if let Some(time) = report.silent_to_zero_s {
         writeln!(

@@ -39,6 +39,8 @@ fn feeling_something_far_away_runs_from_the_analysis_to_two_processes() {
         let arguments = command
             .strip_prefix("host-cli ")
             .unwrap_or_else(|| panic!("{command}"));
+        // However busy this machine is.
+        let arguments = arguments.replace("teleoperate ", "teleoperate --skipped-most 100% ");
         let script = format!("\"{}\" {arguments}", binary().display());
         if script.ends_with('&') {
             // In another terminal, until the next command.

@@ -73,6 +73,8 @@ fn says(ended: &Ended, words: &[&str]) {
 
 /// Both sides of a file, the master at the slave's address.
 fn both(place: &Place, file: &str, options: &str) -> (Side, Side) {
+    // However busy this machine is.
+    let options = format!("{options} --skipped-most 100%");
     let listen = format!("teleoperate {file} --listen 127.0.0.1:0 {options}");
     let slave = Side::start(place, &listen);
     let connect = format!("teleoperate {file} --connect {} {options}", slave.address);
@@ -190,6 +192,30 @@ fn the_wrong_peer_is_refused_in_one_line() {
 }
 
 #[test]
+fn sides_that_do_not_share_a_coupler_or_come_third_are_told() {
+    let place = Place::new();
+    place.write("far.toml", PATIENT);
+    place.write("other.toml", format!("{PATIENT}coupler_stiffness_n_per_m = 250\n"));
+    let slave = Side::start(&place, "teleoperate far.toml --listen 127.0.0.1:0");
+    let line = format!("teleoperate other.toml --connect {}", slave.address);
+    let master = Side::start(&place, &line);
+    for ended in [slave.end(), master.end()] {
+        let words = ["has another coupler", "the same file", "no force was made"];
+        says(&ended.failed(3), &words);
+    }
+    let (slave, master) = both(&place, "far.toml", "--duration 600s");
+    // As long as the master has not met, the third could be the second.
+    std::thread::sleep(Duration::from_millis(500));
+    let line = format!("teleoperate far.toml --connect {} --quiet", slave.address);
+    let third = place.run(&line).failed(3);
+    says(&third, &["the other side is busy", "take another port"]);
+    master.signal("INT");
+    assert_eq!(master.end().failed(1).json()["ended"], "interrupted");
+    slave.signal("INT");
+    let _ = slave.end();
+}
+
+#[test]
 fn something_else_at_the_port_is_the_wrong_peer_and_another_version_is_named() {
     let place = Place::new();
     let socket = UdpSocket::bind("127.0.0.1:0").expect("a port");
@@ -250,6 +276,15 @@ fn bad_input_of_a_teleoperation_is_one_line_with_the_remedy() {
         (
             "analyze teleoperation --architecture wave --wave-impedance 0",
             ["wave impedance", "change --wave-impedance"],
+        ),
+        ("teleoperate", ["--listen ADDRESS:PORT", "--connect ADDRESS:PORT"]),
+        (
+            "teleoperate --listen 127.0.0.1:0 --patience 0s",
+            ["patience 0 s", "give a --patience above 0"],
+        ),
+        (
+            "analyze teleoperation --architecture time-domain",
+            ["no linear law", "--architecture position-position"],
         ),
         (
             "teleoperate --listen nowhere",
