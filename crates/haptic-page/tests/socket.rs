@@ -33,6 +33,23 @@ fn prostate() -> serde_json::Value {
     json!({"environment": {"tissue": "prostate-cancerous"}})
 }
 
+/// Every key of an answer stands in the row of its request in docs/page-protocol.md.
+fn assert_documented(request: &str, answer: &serde_json::Value) {
+    let protocol = include_str!("../../../docs/page-protocol.md");
+    let row = protocol
+        .lines()
+        .find(|line| line.starts_with(&format!("| `{request}`")));
+    let row = row.unwrap_or_else(|| panic!("no row of {request}"));
+    let keys = answer.as_object().expect("an object").keys();
+    for key in keys.filter(|key| !["id", "ok"].contains(&key.as_str())) {
+        let word = |character: char| !(character.is_alphanumeric() || character == '_');
+        assert!(
+            row.split(word).any(|known| known == key),
+            "`{key}` of {request} is not documented: {row}"
+        );
+    }
+}
+
 #[test]
 fn a_tissue_is_felt_relaxes_and_remembers() {
     let runs = tempfile::tempdir().expect("a folder");
@@ -163,6 +180,9 @@ fn stop_is_always_possible_and_the_force_is_zero() {
     // Who only watches may not move anything, but may stop.
     let refused = watcher.refused("feel.hand", json!({"position_m": 0, "held": true}));
     assert!(refused.contains("controls.take"), "{refused}");
+    // With a force on the device nothing begins anew.
+    let refused = page.refused("arm", json!({}));
+    assert!(refused.contains("`stop` first"), "{refused}");
     watcher.ask("stop", json!({}));
     let stopped = page.status(|status| status["force_n"] == 0.0 && status["stopped"] == true);
     assert_eq!(
@@ -398,12 +418,13 @@ fn a_recording_holds_every_sample_and_is_listed_opened_and_gone() {
     assert_eq!(page.ask("runs.list", json!({}))["runs"], json!([]));
     page.ask("feel.start", prostate());
     let name = page.ask("feel.record", json!({"on": true}))["name"].clone();
-    assert_eq!(name, "feel-0001");
+    assert_eq!(name, "feel-0001/feel");
     page.ask("feel.hand", json!({"position_m": 5e-3, "held": true}));
     page.ask("feel.mark", json!({"text": "here"}));
     page.wait("mark", |mark| mark["text"] == "here");
     page.status(|status| status["recorded"].as_u64() > Some(500));
     let ended = page.ask("feel.record", json!({"on": false}));
+    assert_documented("feel.record", &ended);
     let samples = ended["samples"].as_u64().expect("a number");
     assert!(samples > 500 && ended["missing"] == 0, "{ended}");
     let list = page.ask("runs.list", json!({}));
@@ -414,6 +435,7 @@ fn a_recording_holds_every_sample_and_is_listed_opened_and_gone() {
     );
     assert_eq!(listed["samples"], samples);
     let opened = page.ask("runs.open", json!({"name": "feel-0001/feel"}));
+    assert_documented("runs.open", &opened);
     assert_eq!(
         (&opened["complete"], &opened["missing_samples"]),
         (&json!(true), &json!(0))
@@ -508,6 +530,7 @@ fn a_record_is_identified_and_one_that_is_none_is_refused() {
         "identify",
         json!({"name": "gel.csv", "text": text, "model": "spring-pot"}),
     );
+    assert_documented("identify", &found);
     assert_eq!(
         (&found["kind"], &found["best"]),
         (&json!("relaxation"), &json!("spring-pot"))

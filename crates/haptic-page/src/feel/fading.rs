@@ -1,9 +1,18 @@
-//! An environment that changes while it runs, without a bump.
+//! An environment that changes while it runs, without a bump, and gives no energy by that.
 //!
 //! ```text
 //! f = (1 − s)·f_old + s·f_new        s from 0 to 1 in so many ticks
+//! f ← c·f                            after a change, until the touch is over: see below
 //! ```
 //! Both laws hear the same motion meanwhile. Two walls that only push make one that only pushes.
+//!
+//! - *Energy*: a tissue that grows stiffer under a finger would push it back with more than the finger ever put in. So a touch
+//!   in which the law changed never gives more than it took:
+//!
+//! ```text
+//! A ← A − f_sent·Δx from the first contact on;    outwards, f·Δx > 0:  c ← c·A/(N·f·Δx) where that is below c
+//! ```
+//!   Inwards c comes back, by as much a tick as s. Out of contact A and c begin anew, and a change is done. Without a change c is 1, to the bit.
 
 use haptic_loop::Environment;
 use nalgebra::Vector1;
@@ -18,12 +27,62 @@ pub(crate) struct Fading<E> {
     step: f64,
 }
 
-/// Their histories, and the share of the new law.
+/// Their histories, the share of the new law, and the energy of this touch.
 #[derive(Clone, Debug)]
 pub(crate) struct FadingHistory<H> {
     old: H,
     new: H,
     share: f64,
+    touch: Touch,
+}
+
+/// N: a tick spends no more than 1/N of what the touch has taken.
+const SPEND: f64 = 4.0;
+
+/// Books of a touch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Touch {
+    /// Energy that it has taken, J.
+    taken_j: f64,
+    /// The force that was sent last, N, and where.
+    sent_n: f64,
+    position_m: f64,
+    /// The law has changed in it.
+    changed: bool,
+    /// c.
+    factor: f64,
+}
+
+impl Touch {
+    const NONE: Self = Self {
+        taken_j: 0.0,
+        sent_n: 0.0,
+        position_m: 0.0,
+        changed: false,
+        factor: 1.0,
+    };
+
+    /// c of a force that the laws want at this place, N; `step` is by how much it may come back.
+    #[inline]
+    fn factor(&self, wanted_n: f64, position_m: f64, step: f64) -> f64 {
+        if !self.changed {
+            return 1.0;
+        }
+        let moved = position_m - self.position_m;
+        let given = wanted_n * moved;
+        if given <= 0.0 {
+            // Inwards, or at rest.
+            let back = if given < 0.0 { step } else { 0.0 };
+            return f64::min(self.factor + back, 1.0);
+        }
+        // What the force that is held until now has given is known.
+        let left = f64::max(self.taken_j - self.sent_n * moved, 0.0) / SPEND;
+        if self.factor * given > left {
+            left / given
+        } else {
+            self.factor
+        }
+    }
 }
 
 /// A law with the history of what it has heard.
@@ -69,6 +128,7 @@ impl<E: Environment<f64, 1>> Fading<E> {
         mem::swap(&mut self.new, &mut next.environment);
         mem::swap(&mut history.new, &mut next.history);
         history.share = 0.0;
+        history.touch.changed = true;
     }
 
     /// `next` is felt at once, and becomes the law that was.
@@ -76,6 +136,37 @@ impl<E: Environment<f64, 1>> Fading<E> {
         mem::swap(&mut self.new, &mut next.environment);
         mem::swap(&mut history.new, &mut next.history);
         history.share = 1.0;
+        history.touch = Touch::NONE;
+    }
+
+    fn wanted(&self, history: &FadingHistory<E::History>, position_m: &Vector1<f64>) -> f64 {
+        let new = self.new.force(&history.new, position_m)[0];
+        if history.is_settled() {
+            return new;
+        }
+        let old = self.old.force(&history.old, position_m)[0];
+        old * (1.0 - history.share) + new * history.share
+    }
+
+    /// Books the motion to this place, before the laws hear of it.
+    #[inline]
+    fn book(&self, history: &mut FadingHistory<E::History>, position_m: &Vector1<f64>) {
+        let touch = history.touch;
+        let moved = position_m[0] - touch.position_m;
+        let wanted = if touch.changed || touch.sent_n == 0.0 {
+            self.wanted(history, position_m)
+        } else {
+            f64::NAN
+        };
+        if wanted == 0.0 {
+            // Out of contact: of both laws, since both push or are zero. So the old one may go at once.
+            history.touch = Touch::NONE;
+            history.share = 1.0;
+        } else {
+            history.touch.taken_j -= touch.sent_n * moved;
+            history.touch.factor = touch.factor(wanted, position_m[0], self.step);
+        }
+        history.touch.position_m = position_m[0];
     }
 }
 
@@ -83,6 +174,11 @@ impl<H> FadingHistory<H> {
     /// True if one law is felt alone.
     pub(crate) const fn is_settled(&self) -> bool {
         self.share >= 1.0
+    }
+
+    /// The force of this tick after all limits, N: what the books are kept of.
+    pub(crate) const fn sent(&mut self, force_n: f64) {
+        self.touch.sent_n = force_n;
     }
 }
 
@@ -94,21 +190,19 @@ impl<E: Environment<f64, 1>> Environment<f64, 1> for Fading<E> {
             old: self.old.at_rest(),
             new: self.new.at_rest(),
             share: 1.0,
+            touch: Touch::NONE,
         }
     }
 
     #[inline]
     fn force(&self, history: &Self::History, position_m: &Vector1<f64>) -> Vector1<f64> {
-        let new = self.new.force(&history.new, position_m);
-        if history.is_settled() {
-            return new;
-        }
-        let old = self.old.force(&history.old, position_m);
-        old * (1.0 - history.share) + new * history.share
+        let wanted = self.wanted(history, position_m);
+        Vector1::new(wanted * history.touch.factor(wanted, position_m[0], self.step))
     }
 
     #[inline]
     fn advance(&self, history: &mut Self::History, position_m: &Vector1<f64>) {
+        self.book(history, position_m);
         self.new.advance(&mut history.new, position_m);
         if !history.is_settled() {
             self.old.advance(&mut history.old, position_m);
@@ -169,8 +263,12 @@ mod tests {
             let share = (f64::from(n) - 500.0) / 100.0;
             let share = share.clamp(0.0, 1.0);
             let want = (1.0 - share) * of_old[n as usize] + share * of_new[n as usize];
-            assert!((force - want).abs() < 1e-12, "tick {n}: {force} for {want}");
-            if n > 490 {
+            // Until the touch is nearly over: then it gives no more than it took.
+            if n < 800 {
+                assert!((force - want).abs() < 1e-12, "tick {n}: {force} for {want}");
+            }
+            history.sent(force);
+            if (490..800).contains(&n) {
                 largest_step = largest_step.max((force - before).abs());
             }
             before = force;
@@ -179,6 +277,98 @@ mod tests {
         // No larger than the two forces themselves change, and a hundredth of what lies between them.
         let apart = (of_old[500] - of_new[500]).abs();
         assert!(apart > 10.0 * largest_step, "{largest_step} of {apart}");
+    }
+
+    /// Energy that a law, changed at these ticks, has given in each touch of a motion, J; and the force at each tick. Of the law, not
+    /// of the hold of its force, which the damping of a device pays for.
+    fn given(
+        laws: &[Felt],
+        changes: &[u32],
+        motion: impl Fn(u32) -> f64,
+        ticks: u32,
+    ) -> (Vec<f64>, Vec<f64>) {
+        let mut fading = Fading::new(laws[0].clone(), 200);
+        let mut history = fading.at_rest();
+        let (mut touches, mut forces) = (vec![0.0], Vec::new());
+        for n in 0..ticks {
+            if let Some(change) = changes.iter().position(|&at| at == n) {
+                let mut next = Law::at_rest(laws[change + 1].clone());
+                (0..n).for_each(|heard| next.hear(motion(heard)));
+                fading.change(&mut history, &mut next);
+            }
+            let x = Vector1::new(motion(n));
+            let force = fading.force(&history, &x)[0];
+            fading.advance(&mut history, &x);
+            history.sent(force);
+            if x[0] <= 0.0 {
+                touches.push(0.0);
+            }
+            if let Some(touch) = touches.last_mut() {
+                *touch += force * (motion(n) - motion(n.max(1) - 1));
+            }
+            forces.push(force);
+        }
+        (touches, forces)
+    }
+
+    type Felt = haptic_loop::Contact<f64, Damper, 1>;
+
+    fn tissue(order: f64, stiffness: f64, dissipation: f64) -> Felt {
+        let scheme: Scheme = "full".parse().expect("a scheme");
+        let order = Order::new(order).expect("valid");
+        let operator = scheme.build(order, Seconds(1e-3), 1e4).expect("made");
+        let inner = SpringDamper::new(stiffness, dissipation, operator).expect("valid");
+        Felt::at(haptic_loop::units::Metres(0.0), inner).expect("valid")
+    }
+
+    #[test]
+    fn a_touch_in_which_the_law_grows_stiffer_gives_no_more_than_it_took() {
+        let (soft, stiff) = (tissue(0.3, 100.0, 5.0), tissue(0.3, 1000.0, 50.0));
+        // Two touches to 5 mm: in 0.3 s, held for 1 s, back in 0.3 s.
+        let motion = |n: u32| {
+            let t = f64::from(n % 2000);
+            5e-3 * (t / 300.0).min(1.0).min((1600.0 - t) / 300.0) - 1e-4
+        };
+        let laws = [soft, stiff.clone()];
+        let (touches, forces) = given(&laws, &[700], motion, 4000);
+        let most = touches.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        assert!(most < 1e-9, "{most:e} J given");
+        // It is felt at once where nobody moves, and in the next touch as if it had always been.
+        let alone = given(&[stiff], &[], motion, 4000).1;
+        assert!((forces[1100] / alone[1100] - 1.0).abs() < 1e-12);
+        for n in 2000..4000 {
+            assert_eq!(forces[n].to_bits(), alone[n].to_bits(), "tick {n}");
+        }
+    }
+
+    #[test]
+    fn no_touch_gives_energy_whatever_changes_in_it() {
+        let mut random = 1_u64;
+        let mut share = move || {
+            random = random
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (random >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        for case in 0..40 {
+            let laws: Vec<Felt> = (0..4)
+                .map(|_| tissue(share(), 1000.0 * share(), 1.0 + 60.0 * share()))
+                .collect();
+            let changes = [1, 2, 3].map(|n| 700 * n + (400.0 * share()) as u32);
+            let (size, slow, fast) = (
+                5e-3 * share(),
+                100.0 + 400.0 * share(),
+                20.0 + 40.0 * share(),
+            );
+            let motion = |n: u32| {
+                let n = f64::from(n);
+                size * ((n / slow).sin() + 0.2 * (n / fast).sin())
+            };
+            let (touches, _) = given(&laws, &changes, motion, 3000);
+            for (n, touch) in touches.iter().enumerate() {
+                assert!(*touch < 1e-6, "case {case}, touch {n}: {touch:e} J");
+            }
+        }
     }
 
     #[test]

@@ -207,10 +207,18 @@ impl Feel {
     /// Begins anew after a stop or fault.
     ///
     /// # Errors
-    /// If the loop does not take orders, or no law can be made.
+    /// While a force acts; if the loop does not take orders, or no law can be made.
     pub(crate) fn arm(&self) -> Result<(), Failure> {
         // A stop while the law is being made wins.
         let stops = self.counts.stops.load(Ordering::Relaxed);
+        if self.counts.acts.load(Ordering::Relaxed) {
+            let stopped = self.counts.stopped.load(Ordering::Relaxed);
+            return Err(Failure::bad_input(if stopped {
+                "the force still falls to zero: arm again in a moment"
+            } else {
+                "a force acts: `stop` first, then `arm`"
+            }));
+        }
         let law = self.settings().law()?;
         self.order(LoopOrder::Arm(Box::new(Ready { law, next: 0 }), stops))
     }

@@ -13,6 +13,7 @@ use std::time::SystemTime;
 #[derive(Debug)]
 pub(super) struct Recording {
     recorder: Recorder,
+    /// Its path in the folder of the runs, without `.mcap`.
     name: String,
     /// Tick and time of its first sample.
     first: Option<(u64, f64)>,
@@ -43,11 +44,9 @@ impl Recording {
                 runs.display()
             ))
         })?;
-        let name = out
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned();
+        let folder = out.file_name().unwrap_or_default().to_string_lossy();
+        // As the list of runs has it.
+        let name = format!("{folder}/feel");
         let request = FolderRequest {
             out: Some(out),
             stem: "feel".to_owned(),

@@ -82,6 +82,10 @@ pub(super) struct LoopCounts {
     pub(super) paused: AtomicBool,
     /// Stops that were asked for: the force falls to zero, the hand lets go.
     pub(super) stops: AtomicU64,
+    /// A force acts on the device.
+    pub(super) acts: AtomicBool,
+    /// A stop or fault has ended the work of the loop, until it is armed.
+    pub(super) stopped: AtomicBool,
 }
 
 /// Ends of the two rings in the loop.
@@ -245,6 +249,8 @@ impl Looping<'_> {
         let (tick, position_m) = (sample.reading.tick, sample.reading.position_m[0]);
         self.recent[(tick % RECENT as u64) as usize] = position_m;
         self.next = tick + 1;
+        let force_n = sample.force.newtons()[0];
+        engaged.controller().law_mut().1.sent(force_n);
         self.catch_up(engaged);
         let fault = engaged.controller().safety().fault();
         if fault.is_some() && !self.stopping {
@@ -257,7 +263,7 @@ impl Looping<'_> {
             hand_m,
             hand_force_n: engaged.device().hand_force_n(),
             environment_force_n: sample.environment_force_n[0],
-            force_n: sample.force.newtons()[0],
+            force_n,
             limiters: sample.limiters,
             fault: fault.map_or(0, haptic_loop::Fault::code),
             stopping: self.stopping,
@@ -271,6 +277,9 @@ impl Looping<'_> {
         } else {
             self.fresh = false;
         }
+        let at_rest = engaged.controller().safety().is_at_rest();
+        self.counts.acts.store(!at_rest, Ordering::Relaxed);
+        self.counts.stopped.store(self.stopping, Ordering::Relaxed);
         self.counts.made.store(self.next, Ordering::Relaxed);
     }
 
