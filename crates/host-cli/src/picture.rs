@@ -99,12 +99,7 @@ pub fn of_teleoperation(curves: &TeleoperationCurves) -> Result<Picture, FigureE
         [&curves.hand_m, &curves.master_m, &curves.slave_m].map(|m| over_time(m, 1e3));
     let [master_n, slave_n] = [&curves.master_n, &curves.slave_n].map(|n| over_time(n, 1.0));
     let taken = over_time(&curves.taken_j, 1e3);
-    let felt = |value: fn(&FeltAt) -> Option<f64>| -> Vec<(f64, f64)> {
-        let pairs = curves.felt.iter();
-        pairs
-            .filter_map(|felt| Some((felt.frequency_hz, value(felt)?)))
-            .collect()
-    };
+    let felt = |value: fn(&FeltAt) -> Option<f64>| felt_over_frequency(&curves.felt, value);
     let (run, formula) = (felt(|f| Some(f.felt_n_per_m)), felt(|f| f.formula_n_per_m));
     let touched = felt(|f| Some(f.touched_n_per_m));
     let chart = |caption, y, series: Vec<_>| Chart {
@@ -140,22 +135,38 @@ pub fn of_teleoperation(curves: &TeleoperationCurves) -> Result<Picture, FigureE
                 "energy / mJ",
                 vec![Series::new("line", &taken, Look::Line, 3)],
             ),
-            Chart {
-                caption: "felt by the master, touched by the slave",
-                x: AxisSpec::new("frequency / Hz", Scale::Log),
-                y: AxisSpec::new("stiffness |F/x| / N·m⁻¹", Scale::Log),
-                series: vec![
-                    Series::new("slave", &touched, Look::Line, 1),
-                    Series::new("formula", &formula, Look::Dashed, 4),
-                    Series::new("master", &run, Look::Markers, 0),
-                ]
-                .into_iter()
-                .filter(|series| !series.points.is_empty())
-                .collect(),
-            },
+            felt_chart(&touched, &formula, &run),
         ],
     }
     .draw()
+}
+
+/// What was felt as points over frequency; without those of which there is none.
+fn felt_over_frequency(felt: &[FeltAt], value: fn(&FeltAt) -> Option<f64>) -> Vec<(f64, f64)> {
+    let points = felt.iter();
+    points
+        .filter_map(|felt| Some((felt.frequency_hz, value(felt)?)))
+        .collect()
+}
+
+/// Stiffnesses over frequency, of the run and by the formula, if there is one.
+fn felt_chart<'a>(
+    touched: &'a [(f64, f64)],
+    formula: &'a [(f64, f64)],
+    run: &'a [(f64, f64)],
+) -> Chart<'a> {
+    let series = [
+        Series::new("slave", touched, Look::Line, 1),
+        Series::new("formula", formula, Look::Dashed, 4),
+        Series::new("master", run, Look::Markers, 0),
+    ];
+    let there = series.into_iter();
+    Chart {
+        caption: "felt by the master, touched by the slave",
+        x: AxisSpec::new("frequency / Hz", Scale::Log),
+        y: AxisSpec::new("stiffness |F/x| / N·m⁻¹", Scale::Log),
+        series: there.filter(|series| !series.points.is_empty()).collect(),
+    }
 }
 
 /// A device that is pushed into a wall or a coupler.

@@ -100,60 +100,95 @@ impl HandLine {
         // (1 − w)/(jθ) = sin(θ/2)/(θ/2)·e^(−jθ/2)
         let half = 0.5 * theta;
         let hold = Complex::from_polar(libm::sin(half) / half, -half);
-        // Δ without playout, and 1 − Δ² = 2j·sin(ψ)·e^(−jψ)
         let psi = omega * (delay + t);
-        let late = Complex::from_polar(1.0, -psi);
+        let at = Frequency {
+            zm,
+            zs,
+            hold,
+            omega,
+            psi,
+        };
         match self {
-            Self::PositionPosition(coupler) => {
-                let c = hold * coupler.response(t, theta) / Complex::new(0.0, omega);
-                let spread = 1.0 + zs / c;
-                let through = late / spread;
-                let lost = Complex::new(0.0, 2.0 * libm::sin(psi)) * late;
-                Ports {
-                    // Z_m + (c·Z_s + c²(1 − Δ²))/(Z_s + c)
-                    h11: zm + (zs + c * lost) / spread,
-                    h12: through,
-                    h21: -through,
-                    h22: 1.0 / (zs + c),
-                }
-            }
-            Self::PositionForce(coupler) => {
-                let c = hold * coupler.response(t, theta) / Complex::new(0.0, omega);
-                let spread = 1.0 + zs / c;
-                let through = late / spread;
-                Ports {
-                    // Z_m + Δ²·c·Z_s/(Z_s + c)
-                    h11: zm + late * late * zs / spread,
-                    h12: through,
-                    h21: -through,
-                    h22: 1.0 / (zs + c),
-                }
-            }
+            Self::PositionPosition(coupler) => at.position_position(coupler.response(t, theta)),
+            Self::PositionForce(coupler) => at.position_force(coupler.response(t, theta)),
             Self::Wave {
                 impedance_n_s_per_m,
                 playout_samples,
-            } => {
-                let b = *impedance_n_s_per_m * hold * hold;
-                // σ = ln(1/Δ) = jψ + ln(1 + (N − 1)(1 − w)), since 1/S = N − (N − 1)w; then a = b·coth σ, n = b/sinh σ.
-                let one_less_w = Complex::new(0.0, theta) * hold;
-                let x = one_less_w * (f64::from(*playout_samples) - 1.0);
-                let damped = 0.5 * libm::log1p(2.0 * x.re + x.norm_sqr());
-                let (sin, cos) = libm::sincos(psi + libm::atan2(x.im, 1.0 + x.re));
-                let (sinh, cosh) = (libm::sinh(damped), libm::cosh(damped));
-                let (sinh, cosh) = (
-                    Complex::new(sinh * cos, cosh * sin),
-                    Complex::new(cosh * cos, sinh * sin),
-                );
-                // n/(Z_s + a) = b/(Z_s·sinh + b·cosh)
-                let through = b / (zs * sinh + b * cosh);
-                Ports {
-                    // Z_m + a − n²/(Z_s + a) = Z_m + (a·Z_s + b²)/(Z_s + a)
-                    h11: zm + (zs * cosh + b * sinh) * through,
-                    h12: through,
-                    h21: -through,
-                    h22: through * sinh / b,
-                }
-            }
+            } => at.wave(*impedance_n_s_per_m, *playout_samples, theta),
+        }
+    }
+}
+
+/// Both devices and the line at a frequency.
+struct Frequency {
+    /// Impedances of master and slave.
+    zm: Complex<f64>,
+    zs: Complex<f64>,
+    /// (1 − w)/(jθ).
+    hold: Complex<f64>,
+    omega: f64,
+    /// Δ = e^(−jψ) without playout.
+    psi: f64,
+}
+
+impl Frequency {
+    /// Δ without playout.
+    fn late(&self) -> Complex<f64> {
+        Complex::from_polar(1.0, -self.psi)
+    }
+
+    /// c, the coupler as an impedance, and 1 + `Z_s`/c.
+    fn coupled(&self, response: Complex<f64>) -> (Complex<f64>, Complex<f64>) {
+        let c = self.hold * response / Complex::new(0.0, self.omega);
+        (c, 1.0 + self.zs / c)
+    }
+
+    fn position_position(&self, response: Complex<f64>) -> Ports {
+        let (c, spread) = self.coupled(response);
+        let through = self.late() / spread;
+        // 1 − Δ² = 2j·sin(ψ)·e^(−jψ)
+        let lost = Complex::new(0.0, 2.0 * libm::sin(self.psi)) * self.late();
+        Ports {
+            // Z_m + (c·Z_s + c²(1 − Δ²))/(Z_s + c)
+            h11: self.zm + (self.zs + c * lost) / spread,
+            h12: through,
+            h21: -through,
+            h22: 1.0 / (self.zs + c),
+        }
+    }
+
+    fn position_force(&self, response: Complex<f64>) -> Ports {
+        let (c, spread) = self.coupled(response);
+        let through = self.late() / spread;
+        Ports {
+            // Z_m + Δ²·c·Z_s/(Z_s + c)
+            h11: self.zm + self.late() * self.late() * self.zs / spread,
+            h12: through,
+            h21: -through,
+            h22: 1.0 / (self.zs + c),
+        }
+    }
+
+    fn wave(&self, impedance_n_s_per_m: f64, playout_samples: u32, theta: f64) -> Ports {
+        let b = impedance_n_s_per_m * self.hold * self.hold;
+        // σ = ln(1/Δ) = jψ + ln(1 + (N − 1)(1 − w)), since 1/S = N − (N − 1)w; then a = b·coth σ, n = b/sinh σ.
+        let one_less_w = Complex::new(0.0, theta) * self.hold;
+        let x = one_less_w * (f64::from(playout_samples) - 1.0);
+        let damped = 0.5 * libm::log1p(2.0 * x.re + x.norm_sqr());
+        let (sin, cos) = libm::sincos(self.psi + libm::atan2(x.im, 1.0 + x.re));
+        let (sinh, cosh) = (libm::sinh(damped), libm::cosh(damped));
+        let (sinh, cosh) = (
+            Complex::new(sinh * cos, cosh * sin),
+            Complex::new(cosh * cos, sinh * sin),
+        );
+        // n/(Z_s + a) = b/(Z_s·sinh + b·cosh)
+        let through = b / (self.zs * sinh + b * cosh);
+        Ports {
+            // Z_m + a − n²/(Z_s + a) = Z_m + (a·Z_s + b²)/(Z_s + a)
+            h11: self.zm + (self.zs * cosh + b * sinh) * through,
+            h12: through,
+            h21: -through,
+            h22: through * sinh / b,
         }
     }
 }

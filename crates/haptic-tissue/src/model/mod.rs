@@ -14,6 +14,8 @@ mod error;
 mod exponentials;
 mod form;
 mod kind;
+mod of_kind;
+mod parameter;
 mod pole;
 mod prony;
 mod record;
@@ -22,5 +24,6 @@ mod spring_pot;
 
 pub use error::ModelError;
 pub use form::{Form, MaxwellBranch, Model};
-pub use kind::{ModelKind, Parameter, ParameterRange};
+pub use kind::ModelKind;
+pub use parameter::{Parameter, ParameterRange};
 pub use spring_pot::SpringPot;

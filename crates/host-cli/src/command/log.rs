@@ -1,16 +1,18 @@
 //! `log`: look into a log, verify it, save what a cut one holds, turn it into CSV or a picture.
 
+mod words;
+
+use self::words::{print_extent, print_info, print_missing, reasons, recovered};
 use crate::log_plot::LogFigure;
 use crate::output::Output;
 use crate::picture_file::{self, PictureFileError};
 use clap::Subcommand;
 use haptic_experiment::failure::Failure;
 use haptic_log::record::{
-    EndKind, Entry, Gap, LogFiles, LogSummary, RecordError, RecoverySummary, export_csv,
-    export_csv_to, inspect, recover,
+    Entry, Gap, LogFiles, RecordError, RecoverySummary, export_csv, export_csv_to, inspect, recover,
 };
 use serde::Serialize;
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// Tasks with a log.
@@ -253,100 +255,6 @@ fn check(log: &Path, output: Output) -> Result<(), Failure> {
     }
 }
 
-/// Why a log is not whole, a few words each; none if it is.
-fn reasons(summary: &LogSummary) -> Vec<String> {
-    let mut reasons = summary.damage.clone();
-    let between: u64 = summary.gaps.iter().map(|gap| gap.missing).sum();
-    for (missing, place) in [
-        (summary.missing_at_start, "before the first one".to_owned()),
-        (between, format!("in {} gaps", summary.gaps.len())),
-        (summary.missing_at_end, "after the last one".to_owned()),
-    ] {
-        if missing > 0 {
-            reasons.push(format!("{missing} ticks missing {place}"));
-        }
-    }
-    if summary.out_of_order > 0 {
-        reasons.push(format!("{} ticks out of order", summary.out_of_order));
-    }
-    if !summary.complete && summary.damage.is_empty() {
-        reasons.push("it was not finished".to_owned());
-    }
-    if let Some(end) = &summary.end {
-        // A file of a rolled log, and what was saved of a damaged one, do not show all that the run counted.
-        let counted = end.dropped_samples > summary.missing_samples && summary.continues.is_none();
-        if counted {
-            reasons.push(format!(
-                "the run counted {} samples and events missing, the log shows {}",
-                end.dropped_samples, summary.missing_samples
-            ));
-        }
-        if end.ended == EndKind::Link && end.made_samples < end.planned_samples {
-            reasons.push("the link was lost, and what the device still made with it".to_owned());
-        }
-    }
-    reasons
-}
-
-/// Damage and missing ticks, a line each.
-fn print_missing(out: &mut dyn Write, summary: &LogSummary) -> io::Result<()> {
-    for damage in &summary.damage {
-        writeln!(out, "damage: {damage}")?;
-    }
-    if summary.missing_at_start > 0 {
-        let missing = summary.missing_at_start;
-        writeln!(out, "start: {missing} ticks missing before {missing}")?;
-    }
-    for gap in &summary.gaps {
-        writeln!(
-            out,
-            "gap: {} ticks missing between {} and {}",
-            gap.missing, gap.after_tick, gap.before_tick
-        )?;
-    }
-    if summary.missing_at_end > 0 {
-        let (missing, made) = (summary.missing_at_end, summary.end.as_ref());
-        let last = made.map_or(0, |end| end.made_samples.saturating_sub(1));
-        writeln!(out, "end: {missing} ticks missing up to {last}")?;
-    }
-    Ok(())
-}
-
-/// The end of a run that did not reach its planned one, and the first file of the log if it is not this one.
-fn print_extent(out: &mut dyn Write, summary: &LogSummary) -> io::Result<()> {
-    if let Some(end) = &summary.end
-        && end.ended != EndKind::Finished
-    {
-        let planned = end.planned_samples;
-        let made = end.made_samples.min(planned);
-        let known = if end.ended == EndKind::Link {
-            "heard of"
-        } else {
-            "made"
-        };
-        let reason = &end.reason;
-        writeln!(
-            out,
-            "ended early: {reason}; {made} of {planned} planned samples were {known}"
-        )?;
-    }
-    match &summary.continues {
-        Some(first) => writeln!(
-            out,
-            "this file continues a log: give its first file, `{first}`, for all of it"
-        ),
-        None => Ok(()),
-    }
-}
-
-/// Says so if the log is what was saved of another.
-fn recovered(out: &mut dyn Write, summary: &LogSummary) -> io::Result<()> {
-    match &summary.missing_since_recovery {
-        Some(missing) => writeln!(out, "recovered from a log that was not whole: {missing}"),
-        None => Ok(()),
-    }
-}
-
 fn save(log: &Path, target: &Path, overwrite: bool, output: Output) -> Result<(), Failure> {
     let summary: RecoverySummary = recover(log, target, overwrite)?;
     let lost = summary.lost_data();
@@ -430,48 +338,4 @@ fn plot(log: &Path, out: Option<&Path>, overwrite: bool, output: Output) -> Resu
         )
     })?;
     require_complete(complete, log, saved.shown())
-}
-
-fn print_info(out: &mut dyn Write, log: &Path, summary: &LogSummary) -> io::Result<()> {
-    writeln!(
-        out,
-        "{}: {}",
-        log.display(),
-        if summary.complete {
-            "whole"
-        } else {
-            "cut off or damaged"
-        }
-    )?;
-    let time = |time: Option<f64>| time.map_or_else(|| "–".to_owned(), |t| format!("{t} s"));
-    writeln!(
-        out,
-        "  {} samples from {} to {}, {} missing in {} gaps and at the ends",
-        summary.samples,
-        time(summary.first_s),
-        time(summary.last_s),
-        summary.missing_samples,
-        summary.gaps.len()
-    )?;
-    if let Some(started) = &summary.started_utc {
-        writeln!(out, "  time 0 is {started}")?;
-    }
-    for record in &summary.metadata {
-        writeln!(out, "  [{}]", record.name)?;
-        for (key, value) in &record.values {
-            writeln!(out, "    {key:<26} {value}")?;
-        }
-    }
-    for event in &summary.events {
-        writeln!(
-            out,
-            "  event at {} s: {}: {}",
-            event.time_s, event.kind, event.text
-        )?;
-    }
-    for damage in &summary.damage {
-        writeln!(out, "  damage: {damage}")?;
-    }
-    print_extent(out, summary)?;
-    recovered(out, summary)
 }

@@ -15,7 +15,7 @@ use crate::output::Output;
 use crate::picture::{of_coupler, of_teleoperation, of_theory, of_wall};
 use crate::quantity::Bytes;
 use clap::Args;
-use haptic_experiment::curves::Published;
+use haptic_experiment::curves::{CouplerCurves, Published, WallCurves};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::folder::FolderRequest;
 use haptic_experiment::parameters::{
@@ -25,8 +25,8 @@ use haptic_experiment::parameters::{
 use haptic_experiment::report::{Errors, RunReport};
 use haptic_experiment::teleoperation::{TeleoperationCurves, TeleoperationVerdict};
 use haptic_experiment::{
-    CouplerReport, ExperimentFile, Pace, Settling, Supervisor, TeleoperationExperiment,
-    TeleoperationReport, TrialVerdict, WallReport,
+    CouplerExperiment, CouplerReport, ExperimentFile, Pace, Settling, Supervisor, TeleoperationExperiment,
+    TeleoperationReport, TrialVerdict, WallExperiment, WallReport,
 };
 use std::fmt::Write as _;
 use std::io::{self, Write};
@@ -170,30 +170,12 @@ impl Arguments {
                     creep.run(&request("creep"), supervisor.watched(&live))
                 })
             }
-            ExperimentFile::Wall(wall) => {
-                let mut verdict = None;
-                conduct(samples, output, print_wall, of_wall, |supervisor| {
-                    let published = wall.run(&request("wall"), supervisor.watched(&live))?;
-                    let trial = &published.report.trial;
-                    verdict = Some((trial.stable_by_both(), trial.settling.verdict));
-                    Ok(published)
-                })?;
-                required(wall.setup.must_be_stable, verdict, |trial| {
-                    format!("the wall is not stable by both trial ({trial}) and analysis")
-                })
-            }
+            ExperimentFile::Wall(wall) => run_wall(&wall, samples, output, |supervisor| {
+                wall.run(&request("wall"), supervisor.watched(&live))
+            }),
             ExperimentFile::Coupler(coupler) => {
-                let mut verdict = None;
-                conduct(samples, output, print_coupler, of_coupler, |supervisor| {
-                    let published = coupler.run(&request("coupler"), supervisor.watched(&live))?;
-                    let report = &published.report;
-                    verdict = Some((report.stable_by_all(), report.trial.settling.verdict));
-                    Ok(published)
-                })?;
-                required(coupler.setup.must_be_stable, verdict, |trial| {
-                    format!(
-                        "the coupler is not stable by trial ({trial}) and analysis and passed by Llewellyn's criterion"
-                    )
+                run_coupler(&coupler, samples, output, |supervisor| {
+                    coupler.run(&request("coupler"), supervisor.watched(&live))
                 })
             }
             ExperimentFile::Teleoperation(far) => {
@@ -203,6 +185,46 @@ impl Arguments {
             }
         }
     }
+}
+
+/// Runs a wall; refuses one that is not stable, if its file wants it to be.
+fn run_wall(
+    wall: &WallExperiment,
+    samples: u64,
+    output: Output,
+    run: impl FnOnce(Supervisor<'_>) -> Result<Published<WallReport, WallCurves>, Failure>,
+) -> Result<(), Failure> {
+    let mut verdict = None;
+    conduct(samples, output, print_wall, of_wall, |supervisor| {
+        let published = run(supervisor)?;
+        let trial = &published.report.trial;
+        verdict = Some((trial.stable_by_both(), trial.settling.verdict));
+        Ok(published)
+    })?;
+    required(wall.setup.must_be_stable, verdict, |trial| {
+        format!("the wall is not stable by both trial ({trial}) and analysis")
+    })
+}
+
+/// Runs a coupler; refuses one that is not stable and passed, if its file wants it to be.
+fn run_coupler(
+    coupler: &CouplerExperiment,
+    samples: u64,
+    output: Output,
+    run: impl FnOnce(Supervisor<'_>) -> Result<Published<CouplerReport, CouplerCurves>, Failure>,
+) -> Result<(), Failure> {
+    let mut verdict = None;
+    conduct(samples, output, print_coupler, of_coupler, |supervisor| {
+        let published = run(supervisor)?;
+        let report = &published.report;
+        verdict = Some((report.stable_by_all(), report.trial.settling.verdict));
+        Ok(published)
+    })?;
+    required(coupler.setup.must_be_stable, verdict, |trial| {
+        format!(
+            "the coupler is not stable by trial ({trial}) and analysis and passed by Llewellyn's criterion"
+        )
+    })
 }
 
 /// Runs a teleoperation; refuses one that was not passive, if its file wants it to be.

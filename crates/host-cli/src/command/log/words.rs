@@ -1,0 +1,144 @@
+//! A log in words: what is missing, and what is in it.
+
+use haptic_log::record::{EndKind, LogSummary};
+use std::io::{self, Write};
+use std::path::Path;
+
+/// Why a log is not whole, a few words each; none if it is.
+pub(super) fn reasons(summary: &LogSummary) -> Vec<String> {
+    let mut reasons = summary.damage.clone();
+    let between: u64 = summary.gaps.iter().map(|gap| gap.missing).sum();
+    for (missing, place) in [
+        (summary.missing_at_start, "before the first one".to_owned()),
+        (between, format!("in {} gaps", summary.gaps.len())),
+        (summary.missing_at_end, "after the last one".to_owned()),
+    ] {
+        if missing > 0 {
+            reasons.push(format!("{missing} ticks missing {place}"));
+        }
+    }
+    if summary.out_of_order > 0 {
+        reasons.push(format!("{} ticks out of order", summary.out_of_order));
+    }
+    if !summary.complete && summary.damage.is_empty() {
+        reasons.push("it was not finished".to_owned());
+    }
+    if let Some(end) = &summary.end {
+        // A file of a rolled log, and what was saved of a damaged one, do not show all that the run counted.
+        let counted = end.dropped_samples > summary.missing_samples && summary.continues.is_none();
+        if counted {
+            reasons.push(format!(
+                "the run counted {} samples and events missing, the log shows {}",
+                end.dropped_samples, summary.missing_samples
+            ));
+        }
+        if end.ended == EndKind::Link && end.made_samples < end.planned_samples {
+            reasons.push("the link was lost, and what the device still made with it".to_owned());
+        }
+    }
+    reasons
+}
+
+/// Damage and missing ticks, a line each.
+pub(super) fn print_missing(out: &mut dyn Write, summary: &LogSummary) -> io::Result<()> {
+    for damage in &summary.damage {
+        writeln!(out, "damage: {damage}")?;
+    }
+    if summary.missing_at_start > 0 {
+        let missing = summary.missing_at_start;
+        writeln!(out, "start: {missing} ticks missing before {missing}")?;
+    }
+    for gap in &summary.gaps {
+        writeln!(
+            out,
+            "gap: {} ticks missing between {} and {}",
+            gap.missing, gap.after_tick, gap.before_tick
+        )?;
+    }
+    if summary.missing_at_end > 0 {
+        let (missing, made) = (summary.missing_at_end, summary.end.as_ref());
+        let last = made.map_or(0, |end| end.made_samples.saturating_sub(1));
+        writeln!(out, "end: {missing} ticks missing up to {last}")?;
+    }
+    Ok(())
+}
+
+/// The end of a run that did not reach its planned one, and the first file of the log if it is not this one.
+pub(super) fn print_extent(out: &mut dyn Write, summary: &LogSummary) -> io::Result<()> {
+    if let Some(end) = &summary.end
+        && end.ended != EndKind::Finished
+    {
+        let planned = end.planned_samples;
+        let made = end.made_samples.min(planned);
+        let known = if end.ended == EndKind::Link {
+            "heard of"
+        } else {
+            "made"
+        };
+        let reason = &end.reason;
+        writeln!(
+            out,
+            "ended early: {reason}; {made} of {planned} planned samples were {known}"
+        )?;
+    }
+    match &summary.continues {
+        Some(first) => writeln!(
+            out,
+            "this file continues a log: give its first file, `{first}`, for all of it"
+        ),
+        None => Ok(()),
+    }
+}
+
+/// Says so if the log is what was saved of another.
+pub(super) fn recovered(out: &mut dyn Write, summary: &LogSummary) -> io::Result<()> {
+    match &summary.missing_since_recovery {
+        Some(missing) => writeln!(out, "recovered from a log that was not whole: {missing}"),
+        None => Ok(()),
+    }
+}
+
+/// All that a log says of itself.
+pub(super) fn print_info(out: &mut dyn Write, log: &Path, summary: &LogSummary) -> io::Result<()> {
+    writeln!(
+        out,
+        "{}: {}",
+        log.display(),
+        if summary.complete {
+            "whole"
+        } else {
+            "cut off or damaged"
+        }
+    )?;
+    let time = |time: Option<f64>| time.map_or_else(|| "–".to_owned(), |t| format!("{t} s"));
+    writeln!(
+        out,
+        "  {} samples from {} to {}, {} missing in {} gaps and at the ends",
+        summary.samples,
+        time(summary.first_s),
+        time(summary.last_s),
+        summary.missing_samples,
+        summary.gaps.len()
+    )?;
+    if let Some(started) = &summary.started_utc {
+        writeln!(out, "  time 0 is {started}")?;
+    }
+    for record in &summary.metadata {
+        writeln!(out, "  [{}]", record.name)?;
+        for (key, value) in &record.values {
+            writeln!(out, "    {key:<26} {value}")?;
+        }
+    }
+    for event in &summary.events {
+        writeln!(
+            out,
+            "  event at {} s: {}: {}",
+            event.time_s, event.kind, event.text
+        )?;
+    }
+    for damage in &summary.damage {
+        writeln!(out, "  damage: {damage}")?;
+    }
+    print_extent(out, summary)?;
+    recovered(out, summary)
+}
