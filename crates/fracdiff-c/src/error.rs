@@ -15,6 +15,11 @@ pub enum HeaderError {
         /// Differences (> 0) or sums (< 0) around them.
         integer: i8,
     },
+    /// A stiffness or dissipation of a law that is negative or not finite.
+    Law {
+        /// The value.
+        value: f64,
+    },
     /// A coefficient that is not finite.
     Value {
         /// Its place in the list.
@@ -36,6 +41,10 @@ impl fmt::Display for HeaderError {
                 f,
                 "{count} coefficients with an integer part of {integer} are not what this form of operator has: take \
                  the list of an operator"
+            ),
+            Self::Law { value } => write!(
+                f,
+                "a stiffness or dissipation of {value} is not finite and at least 0"
             ),
             Self::Value { index, value } => {
                 write!(f, "coefficient {index} is {value}, which is not finite")

@@ -2,6 +2,7 @@
 
 use crate::error::HeaderError;
 use crate::form::{self, Core, Field};
+use crate::law::Law;
 use crate::name;
 use crate::number::{CNumber, literal};
 use fracdiff::OperatorList;
@@ -47,10 +48,41 @@ impl Header {
         list: &OperatorList<F>,
         notes: &[String],
     ) -> Result<Self, HeaderError> {
+        Self::made(name, list, None, notes)
+    }
+
+    /// The same with the [`Law`] of a spring and this operator, as `haptic-loop` renders it:
+    ///
+    /// ```text
+    /// real NAME_force(const NAME_t *self, real x)       −(K·x + B·y[n]), then NAME_advance(self, x)
+    /// real NAME_push(const NAME_t *self, real x)        the same behind a surface at 0, which never pulls, …
+    /// real NAME_depth(real x)                           … then NAME_advance(self, NAME_depth(x))
+    /// ```
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); a K or B that is negative or not finite.
+    pub fn of_law<F: CNumber>(
+        name: &str,
+        list: &OperatorList<F>,
+        law: &Law,
+        notes: &[String],
+    ) -> Result<Self, HeaderError> {
+        Self::made(name, list, Some(law), notes)
+    }
+
+    fn made<F: CNumber>(
+        name: &str,
+        list: &OperatorList<F>,
+        law: Option<&Law>,
+        notes: &[String],
+    ) -> Result<Self, HeaderError> {
         let name = name::check(name)?;
         let core = form::core(list)?;
         let zero = literal(F::ZERO);
-        let functions = functions(&core, list.integer);
+        let mut functions = functions(&core, list.integer);
+        if let Some(law) = law {
+            functions.push_str(&law.functions::<F>()?);
+        }
         let comment = comment(name, &core, notes);
         let tables = core.tables.clone();
         let structure = structure(&fields(core, list.integer));

@@ -29,7 +29,12 @@ uint64_t run(uint32_t samples)
         if ((n / 4000U) % 2U == 0U) {
             x += ((REAL)(int32_t)(state >> 16) - (REAL)32768) / (REAL)1048576;
         }
+#ifdef LAW
+        y = op_push(&op, x);
+        op_advance(&op, op_depth(x));
+#else
         y = op_step(&op, x);
+#endif
         hash = hash_bytes(hash, (const unsigned char *)&y, (uint32_t)sizeof y);
     }
     return hash;

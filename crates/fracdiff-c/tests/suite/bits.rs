@@ -1,7 +1,7 @@
 //! The same bits over 100 000 samples, by every compiler that is here, without a warning or undefined behaviour.
 
-use super::{CASES, build, hash, header_of, is_here, output, source};
-use fracdiff_c::CNumber;
+use super::{CASES, build, hash, hash_of_push, header_of, is_here, output, source};
+use fracdiff_c::{CNumber, Header, Law};
 use std::process::Command;
 
 /// Every warning that C programmers look at.
@@ -72,4 +72,39 @@ fn check<F: CNumber>(compilers: &[(&str, &[&str])]) {
             );
         }
     }
+}
+
+#[test]
+fn the_law_of_a_tissue_has_the_same_bits() {
+    let law = Law {
+        stiffness: 120.0,
+        dissipation: 17.3,
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let operator = build::<f32>("full", 0.2247);
+    let list = operator.list().expect("a list");
+    let header = Header::of_law("op", &list, &law, &[]).expect("a header");
+    let path = folder.path().join("op.h");
+    std::fs::write(&path, header.to_string()).expect("writes");
+    let program = folder.path().join("run");
+    for (compiler, flags) in COMPILERS.iter().filter(|(compiler, _)| is_here(compiler)) {
+        let mut compile = Command::new(compiler);
+        compile.args(*flags).args(WARNINGS);
+        compile.args(["-DREAL=float", "-DLAW"]);
+        compile.arg("-include").arg(&path);
+        compile.args([source("run.c"), source("host.c")]);
+        output(compile.arg("-o").arg(&program));
+        let have = output(&mut Command::new(&program));
+        assert_eq!(have, hash_of_push(&operator, &law), "{compiler} {flags:?}");
+    }
+    let wrong = Law {
+        stiffness: -1.0,
+        ..law
+    };
+    let refused = Header::of_law("op", &list, &wrong, &[]).expect_err("a negative spring");
+    assert!(
+        refused
+            .to_string()
+            .starts_with("a stiffness or dissipation of -1")
+    );
 }

@@ -5,7 +5,7 @@ mod refusals;
 mod target;
 
 use fracdiff::{Differintegrator as _, Operator, Order, Scheme, Seconds};
-use fracdiff_c::{CNumber, Header};
+use fracdiff_c::{CNumber, Header, Law};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -91,13 +91,33 @@ fn output(command: &mut Command) -> String {
 /// FNV-1a of the bits of all outputs, for the input of `run.c`.
 fn hash<F: CNumber>(operator: &Operator<F>) -> String {
     let mut history = operator.at_rest();
+    hash_of(|x| operator.step(&mut history, x))
+}
+
+/// The same of the force of a law behind a surface.
+fn hash_of_push<F: CNumber>(operator: &Operator<F>, law: &Law) -> String {
+    let mut history = operator.at_rest();
+    let (k, b) = (F::from_f64(law.stiffness), F::from_f64(law.dissipation));
+    hash_of(|x| {
+        let depth = if x < F::ZERO { F::ZERO } else { x };
+        let force = -(k * depth + b * operator.output(&history, depth));
+        operator.advance(&mut history, depth);
+        if depth <= F::ZERO || force > F::ZERO {
+            F::ZERO
+        } else {
+            force
+        }
+    })
+}
+
+fn hash_of<F: CNumber>(mut tick: impl FnMut(F) -> F) -> String {
     let (mut hash, mut state, mut x) = (14_695_981_039_346_656_037_u64, 1_u32, F::ZERO);
     for n in 0..SAMPLES {
         state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         if (n / 4000).is_multiple_of(2) {
             x += F::from_f64((f64::from(state >> 16) - 32768.0) / 1_048_576.0);
         }
-        let y = operator.step(&mut history, x).to_f64();
+        let y = tick(x).to_f64();
         let bytes = if F::COMPENSATED {
             (y as f32).to_le_bytes().to_vec()
         } else {

@@ -1,4 +1,6 @@
-//! `export-c`: an operator as one header in C99.
+//! `export-c`: an operator, or the law of a tissue, as one header in C99.
+
+mod tissue;
 
 use super::words::{order, parse_order, parse_scheme, rate};
 use crate::choice::choice;
@@ -9,22 +11,29 @@ use fracdiff::{Operator, OperatorList, Order, Scheme, Seconds};
 use fracdiff_c::{CNumber, Header};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::folder::write_text;
+use haptic_experiment::modelled::operator;
 use haptic_experiment::{Named as _, Precision};
 use serde::Serialize;
 use std::path::PathBuf;
+use tissue::{Tissue, TissueArguments};
 
 /// Arguments of `export-c`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example: host-cli export-c --order 0.5 --sample-time 1ms --horizon 1h --name half --out half.h\n\
+    after_help = "Examples: host-cli export-c --order 0.5 --sample-time 1ms --horizon 1h --name half --out half.h\n\
+                  \x20         host-cli export-c --tissue fish-muscle --sample-time 1ms --name muscle --out muscle.h\n\
                   The header needs no heap, no libm and no other file than stdint.h, and gives the same bits as the \
                   crate fracdiff with these coefficients: half_init(&h), then y = half_output(&h, x) and half_advance(&h, x) for each sample. \
+                  A tissue has muscle_force(&h, x) too, its force in N at a displacement in m, and muscle_push(&h, x), the same behind a surface at 0, with \
+                  muscle_advance(&h, muscle_depth(x)) after it. \
                   Compile without -ffast-math and with -ffp-contract=off."
 )]
 pub struct Arguments {
     /// Order mu, -2 to 2: positive differentiates, negative integrates
-    #[arg(long, allow_hyphen_values = true, value_parser = parse_order)]
-    order: f64,
+    #[arg(long, allow_hyphen_values = true, value_parser = parse_order, required_unless_present = "tissue")]
+    order: Option<f64>,
+    #[command(flatten)]
+    tissue: TissueArguments,
     /// Time between two samples
     #[arg(long, allow_hyphen_values = true)]
     sample_time: Time,
@@ -52,6 +61,11 @@ pub struct Arguments {
 #[derive(Serialize)]
 struct Exported {
     name: String,
+    /// Its name; null for an operator alone.
+    tissue: Option<String>,
+    /// K and B of the law.
+    stiffness_n_per_m: Option<f64>,
+    dissipation_n_s_mu_per_m: Option<f64>,
     order: f64,
     sample_time_s: f64,
     scheme: String,
@@ -66,21 +80,46 @@ struct Exported {
     header: Option<String>,
 }
 
+/// The operator that is exported.
+struct What<'a> {
+    tissue: Option<&'a Tissue>,
+    order: Order,
+    /// Samples.
+    horizon: f64,
+    error_bound: Option<f64>,
+}
+
 impl Arguments {
     /// Runs the command.
     ///
     /// # Errors
     /// Bad parameters; a file that is there, or cannot be written.
     pub fn run(self, output: Output) -> Result<(), Failure> {
-        let mu = order(self.order)?;
+        let tissue = self.tissue.resolve()?;
+        let mu = match (&tissue, self.order) {
+            (Some(tissue), _) => tissue.material.order(),
+            (None, given) => order(given.unwrap_or_default())?,
+        };
         let t = Seconds(self.sample_time.0);
         rate(t, mu)?;
         let horizon = self.horizon_samples()?;
-        let error_bound = (self.scheme.error_bound(mu, horizon))
-            .map_err(|error| Failure::input_with_advice(error, "give another --scheme"))?;
+        let error_bound = match (&tissue, self.scheme) {
+            // Of all of its weights, by the design.
+            (Some(tissue), Scheme::Full { tolerance, .. }) if tissue.is_composed() => {
+                Some(tolerance)
+            }
+            _ => (self.scheme.error_bound(mu, horizon))
+                .map_err(|error| Failure::input_with_advice(error, "give another --scheme"))?,
+        };
+        let what = What {
+            tissue: tissue.as_ref(),
+            order: mu,
+            horizon,
+            error_bound,
+        };
         let (header, coefficients) = match self.precision {
-            Precision::F32 => self.header::<f32>(mu, horizon, error_bound)?,
-            Precision::F64 => self.header::<f64>(mu, horizon, error_bound)?,
+            Precision::F32 => self.header::<f32>(&what)?,
+            Precision::F64 => self.header::<f64>(&what)?,
         };
         if let Some(path) = &self.out {
             write_text(path, &header, self.overwrite)?;
@@ -89,6 +128,9 @@ impl Arguments {
         let in_file = self.out.is_some();
         let exported = Exported {
             name: self.name,
+            stiffness_n_per_m: tissue.as_ref().map(|tissue| tissue.law.stiffness),
+            dissipation_n_s_mu_per_m: tissue.as_ref().map(|tissue| tissue.law.dissipation),
+            tissue: tissue.map(|tissue| tissue.material.name.clone()),
             order: mu.get(),
             sample_time_s: t.0,
             scheme: self.scheme.to_string(),
@@ -137,15 +179,10 @@ impl Arguments {
     }
 
     /// The text, and the number of coefficients in it.
-    fn header<F: CNumber>(
-        &self,
-        mu: Order,
-        horizon: f64,
-        error_bound: Option<f64>,
-    ) -> Result<(String, usize), Failure> {
-        let operator: Operator<F> = self
-            .scheme
-            .build(mu, Seconds(self.sample_time.0), horizon)
+    fn header<F: CNumber>(&self, what: &What<'_>) -> Result<(String, usize), Failure> {
+        let model = what.tissue.and_then(|tissue| tissue.material.composed());
+        let t = Seconds(self.sample_time.0);
+        let operator: Operator<F> = operator(model, self.scheme, what.order, t, what.horizon)
             .map_err(|error| Failure::input_with_advice(error, "give another --scheme"))?;
         let list: OperatorList<F> = operator.list().ok_or_else(|| {
             Failure::bad_input(format_args!(
@@ -153,31 +190,49 @@ impl Arguments {
                 self.scheme
             ))
         })?;
-        let mut notes = vec![
-            format!(
-                "y = D^{mu} x, sample time {} s; y has the unit of x times s^-({mu}).",
-                self.sample_time.0
-            ),
-            format!("Scheme {}, {}.", self.scheme, self.precision.name()),
-        ];
-        if let Some(bound) = error_bound {
+        let notes = self.notes(what);
+        let header = match what.tissue {
+            Some(tissue) => Header::of_law(&self.name, &list, &tissue.law, &notes),
+            None => Header::new(&self.name, &list, &notes),
+        };
+        let header =
+            header.map_err(|error| Failure::input_with_advice(error, "give --name, as in half"));
+        Ok((header?.to_string(), list.values.len()))
+    }
+
+    /// Lines for the comment: what it is, its error, how it was made.
+    fn notes(&self, what: &What<'_>) -> Vec<String> {
+        let (mu, t) = (what.order, self.sample_time.0);
+        let mut notes = match what.tissue {
+            Some(tissue) => tissue.notes(&self.name, mu, t),
+            None => vec![format!(
+                "y = D^{mu} x, sample time {t} s; y has the unit of x times s^-({mu})."
+            )],
+        };
+        notes.push(format!(
+            "Scheme {}, {}.",
+            self.scheme,
+            self.precision.name()
+        ));
+        if let Some(bound) = what.error_bound {
             notes.push(format!(
                 "Error up to {} s: {bound:.1e} of the sum of all weighted increments of x, and rounding.",
                 self.horizon_s()
             ));
         }
-        let horizon =
-            error_bound.map_or_else(String::new, |_| format!("--horizon {}s ", self.horizon_s()));
+        let of = match what.tissue {
+            Some(tissue) => tissue.options(),
+            None => format!("--order {mu}"),
+        };
+        let horizon = (what.error_bound)
+            .map_or_else(String::new, |_| format!("--horizon {}s ", self.horizon_s()));
         notes.push(format!(
-            "Made by host-cli {} export-c --order {mu} --sample-time {}s --scheme {} {horizon}--precision {} --name {}",
+            "Made by host-cli {} export-c {of} --sample-time {t}s --scheme {} {horizon}--precision {} --name {}",
             env!("CARGO_PKG_VERSION"),
-            self.sample_time.0,
             self.scheme,
             self.precision.name(),
             self.name
         ));
-        let header = Header::new(&self.name, &list, &notes)
-            .map_err(|error| Failure::input_with_advice(error, "give --name, as in half"));
-        Ok((header?.to_string(), list.values.len()))
+        notes
     }
 }

@@ -21,8 +21,57 @@ fn a_header_is_written_once_and_compiles() {
     // The first output is T^(−1/2).
     let first: f64 = ran.succeeded().stdout.trim().parse().expect("a number");
     assert!((first - 1000f64.sqrt()).abs() < 1e-5, "{first}");
-    place.run(command).refused(2, &["half.h", "already exists"]);
+    place
+        .run(command)
+        .refused(2, &["half.h", "already exists", "--overwrite"]);
     place.run(&format!("{command} --overwrite")).succeeded();
+}
+
+#[test]
+fn the_law_of_any_tissue_compiles_and_presses_back_as_it_does_here() {
+    let place = Place::new();
+    // A fractional Maxwell model: one memory, not one order.
+    let command = "export-c --tissue fish-muscle --area 4cm2 --thickness 2cm --sample-time 1ms --name muscle \
+                   --precision f64 --out muscle.h --json";
+    let json = place.run(command).succeeded().json();
+    assert_eq!(json["tissue"], "fish-muscle");
+    assert_eq!(json["stiffness_n_per_m"], 0.0);
+    let header = place.text("muscle.h");
+    for words in [
+        "the one memory of the model fractional-maxwell",
+        "--tissue fish-muscle",
+        "muscle_push(",
+    ] {
+        assert!(header.contains(words), "{words}: {header}");
+    }
+    place.write(
+        "main.c",
+        "#include \"muscle.h\"\n#include <stdio.h>\nint main(void) { muscle_t h; int n; double f = 0.0; muscle_init(&h);\n\
+         for (n = 0; n <= 100; ++n) { f = muscle_push(&h, 1e-3); muscle_advance(&h, muscle_depth(1e-3)); }\n\
+         printf(\"%.17g %.17g\\n\", f, muscle_push(&h, -1e-3)); return 0; }\n",
+    );
+    let ran =
+        place.shell("cc -std=c99 -Wall -Wextra -Werror -ffp-contract=off main.c -o main && ./main");
+    let ran = ran.succeeded().stdout;
+    let numbers: Vec<f64> = (ran.split_whitespace())
+        .map(|n| n.parse().expect("a number"))
+        .collect();
+    // 5 % of strain for 0.1 s, by the sums over the whole history.
+    let library = haptic_tissue::Library::load(None).expect("loads");
+    let muscle = library.find("fish-muscle").expect("is there").model;
+    let stress = 0.05 * muscle.relaxation_moduli(&[0.1])[0];
+    let want = -stress * 4e-4;
+    assert!(
+        (numbers[0] / want - 1.0).abs() < 0.01,
+        "{ran}, wanted {want}"
+    );
+    assert_eq!(numbers[1], 0.0);
+    place
+        .run("export-c --tissue fish-muscle --order 0.5 --sample-time 1ms")
+        .refused(2, &["--tissue", "--order"]);
+    place
+        .run("export-c --tissue fish-muscle --sample-time 1ms --scheme grunwald:9")
+        .refused(2, &["model with more elements", "full"]);
 }
 
 #[test]
