@@ -91,6 +91,32 @@ fn numbers(line: &str) -> Vec<f64> {
         .collect()
 }
 
+#[test]
+fn classical_models_are_their_own_series() {
+    for (kind, values) in [
+        (ModelKind::Maxwell, &[2e3, 40.0][..]),
+        (ModelKind::Zener, &[500.0, 2e3, 40.0]),
+        (ModelKind::PoyntingThomson, &[500.0, 2e3, 40.0]),
+    ] {
+        let model = Model::from_parameters(kind, values).expect("in range");
+        // Far beyond the time at which nothing is left of it.
+        let fit = PronyFit::new(&model, 12, 1e-3, 1e6).expect("a series");
+        assert_eq!(
+            (fit.branches.len(), fit.max_relative_error),
+            (1, 0.0),
+            "{kind}"
+        );
+        let times = [1e-3, 0.01, 0.05, 0.2];
+        let series = fit.model().expect("a model").relaxation_moduli(&times);
+        for (have, want) in series.iter().zip(model.relaxation_moduli(&times)) {
+            assert!(
+                (have / want - 1.0).abs() < 1e-9,
+                "{kind}: {have} for {want}"
+            );
+        }
+    }
+}
+
 /// The model that a text describes by the convention it names.
 fn read_back(format: ExportFormat, text: &str, fit: &PronyFit) -> Model {
     let comment = |line: &str| {

@@ -1,6 +1,6 @@
 //! A Prony series of few branches for any model, over a band of times.
 
-use crate::model::{Form, MaxwellBranch, Model, ModelError};
+use crate::model::{Form, MaxwellBranch, Model, ModelError, ModelKind};
 use fracdiff::full_memory::non_negative_least_squares;
 use std::fmt;
 
@@ -106,7 +106,7 @@ impl PronyFit {
     ///
     /// Relaxation times at even distances in log τ; moduli by least squares of the relative error without negative ones,
     /// so there may be fewer branches than asked for. The first and the last τ are those with the least largest error.
-    /// A Prony series of no more branches stays as it is. Cost: 10 ms.
+    /// A Prony series of no more branches stays as it is, and a classical model that is one. Cost: 10 ms.
     ///
     /// ```
     /// use haptic_tissue::{Library, PronyFit};
@@ -139,15 +139,12 @@ impl PronyFit {
         if has_impulse(model) {
             return Err(ExportError::Impulse(model.kind().name()));
         }
-        if let Form::Prony {
-            elastic_modulus_pa,
-            branches: own,
-        } = model.form()
+        if let Some((elastic_modulus_pa, own)) = exact(model)
             && own.len() <= branches
         {
             return Ok(Self {
-                elastic_modulus_pa: *elastic_modulus_pa,
-                branches: own.clone(),
+                elastic_modulus_pa,
+                branches: own,
                 shortest_s,
                 horizon_s,
                 max_relative_error: 0.0,
@@ -182,6 +179,43 @@ fn has_impulse(model: &Model) -> bool {
         Form::SpringPot(one) => one.order() >= 1.0,
         Form::FractionalKelvinVoigt { first, .. } => first.order() >= 1.0,
         _ => false,
+    }
+}
+
+/// Spring and branches of a model that is a Prony series, whatever its name.
+///
+/// ```text
+/// Maxwell            E·e^(−t/τ),                       τ = η/E
+/// Zener              E₁ + E·e^(−t/τ)
+/// Poynting–Thomson   E₁·E/(E₁ + E) + E₁²/(E₁ + E)·e^(−t/τ),   τ = η/(E₁ + E)
+/// ```
+fn exact(model: &Model) -> Option<(f64, Vec<MaxwellBranch>)> {
+    let values: Vec<f64> = (model.parameters().iter())
+        .map(|(_, value)| *value)
+        .collect();
+    let one = |elastic_modulus_pa, relaxation_time_s| {
+        vec![MaxwellBranch {
+            elastic_modulus_pa,
+            relaxation_time_s,
+        }]
+    };
+    match (model.kind(), values.as_slice()) {
+        (ModelKind::Maxwell, &[spring, dashpot]) => Some((0.0, one(spring, dashpot / spring))),
+        (ModelKind::Zener, &[beside, spring, dashpot]) => {
+            Some((beside, one(spring, dashpot / spring)))
+        }
+        (ModelKind::PoyntingThomson, &[before, spring, dashpot]) => {
+            let sum = before + spring;
+            let (rest, falls) = (before * spring / sum, before * before / sum);
+            Some((rest, one(falls, dashpot / sum)))
+        }
+        _ => match model.form() {
+            Form::Prony {
+                elastic_modulus_pa,
+                branches,
+            } => Some((*elastic_modulus_pa, branches.clone())),
+            _ => None,
+        },
     }
 }
 

@@ -251,6 +251,12 @@ impl Columns {
         }
         no_effect(loading.stress_pa, "stress_pa", " Pa")?;
         let stress = self.need(Column::Stress, kind)?;
+        if let Some(strain) = loading.strain.filter(|strain| strain.abs() > 1.0) {
+            return Err(IdentifyError::Record(format!(
+                "`strain` = {strain} is {} %, more than a linear model holds for: give it as a share, as 0.05 or 5%",
+                100.0 * strain
+            )));
+        }
         let strain = held(loading.strain, self.take(Column::Strain), "strain", "")?;
         Record::relaxation(time, stress.iter().map(|stress| stress / strain).collect())
     }
