@@ -161,6 +161,7 @@ mod tests {
             force_limit_n: 0.2,
         };
         let stable = LoopVerdict {
+            stable_beyond_gain: None,
             stable: true,
             phase_margin_rad: None,
             crossover_rad_s: None,

@@ -31,7 +31,7 @@ use std::sync::Arc;
 pub struct LoopVerdict {
     /// No pole on or outside the unit circle, proved.
     pub stable: bool,
-    /// Phase margin, rad, with its sign; null if |L| is never 1.
+    /// Phase margin, rad; null if |L| is never 1, and of an unstable loop, which has no margins.
     pub phase_margin_rad: Option<f64>,
     /// Crossover of that, rad/s.
     pub crossover_rad_s: Option<f64>,
@@ -39,28 +39,63 @@ pub struct LoopVerdict {
     pub gain_margin: Option<f64>,
     /// The least further dead time at which it is, s; null if none is.
     pub delay_margin_s: Option<f64>,
+    /// Of an unstable loop the gain, as a multiple of the present one, beyond which it is stable: below it if it is below 1, above it if
+    /// it is above 1. Null if there is none within a hundred times, and of a stable loop.
+    pub stable_beyond_gain: Option<f64>,
 }
+
+/// A gain further from the present one is no remedy.
+const WITHIN: f64 = 100.0;
+/// A gain is tried this much beyond the edge.
+const BEYOND: f64 = 0.01;
 
 impl LoopVerdict {
     fn of(closed: &SampledLoop) -> Self {
         let Margins {
             phase,
             gain_up,
+            gain_down,
             delay_s,
             ..
         } = closed.margins();
+        if !closed.verdict().stable {
+            let stable_at = |gain: f64| closed.with_gain(gain).verdict().stable;
+            let down = gain_down
+                .filter(|down| down.value * WITHIN > 1.0 && stable_at(down.value * (1.0 - BEYOND)));
+            let up = gain_up.filter(|up| up.value < WITHIN && stable_at(up.value * (1.0 + BEYOND)));
+            return Self {
+                stable: false,
+                phase_margin_rad: None,
+                crossover_rad_s: None,
+                gain_margin: None,
+                delay_margin_s: None,
+                stable_beyond_gain: down.or(up).map(|gain| gain.value),
+            };
+        }
         Self {
-            stable: closed.verdict().stable,
+            stable: true,
             phase_margin_rad: phase.map(|phase| phase.value),
             crossover_rad_s: phase.map(|phase| phase.omega_rad_s),
             gain_margin: gain_up.map(|gain| gain.value),
             delay_margin_s: delay_s.map(|delay| delay.value),
+            stable_beyond_gain: None,
+        }
+    }
+
+    /// The gain that would make an unstable loop stable, in words.
+    fn remedy(&self) -> String {
+        match self.stable_beyond_gain {
+            Some(gain) if gain < 1.0 => {
+                format!("with less than {gain:.3} of its gain it is stable")
+            }
+            Some(gain) => format!("with more than {gain:.3} times its gain it is stable"),
+            None => format!("no gain within {WITHIN} times its own makes it stable"),
         }
     }
 
     fn line(&self) -> String {
         if !self.stable {
-            return "unstable".to_owned();
+            return format!("unstable, {}", self.remedy());
         }
         let phase = self.phase_margin_rad.zip(self.crossover_rad_s);
         let phase = phase.map_or_else(String::new, |(margin, omega)| {
@@ -97,12 +132,13 @@ impl DriveVerdict {
         if force || self.stable() {
             return Ok(());
         }
-        let whether = match self.free {
-            Some(free) if !free.stable => "before it touches the tissue",
-            _ => "in contact with the tissue",
+        let (whether, unstable) = match &self.free {
+            Some(free) if !free.stable => ("before it touches the tissue", free),
+            _ => ("in contact with the tissue", &self.in_contact),
         };
+        let remedy = unstable.remedy();
         Err(Failure::bad_input(format_args!(
-            "pre-flight: the loop of the drive would be unstable {whether}: take another `controller` (lower gains, or tuned with \
+            "pre-flight: the loop of the drive would be unstable {whether}; {remedy}: take another `controller` (lower gains, or tuned with \
              `host-cli control design`), or run it all the same with `force_unstable`"
         )))
     }
