@@ -195,7 +195,10 @@ fn the_wrong_peer_is_refused_in_one_line() {
 fn sides_that_do_not_share_a_coupler_or_come_third_are_told() {
     let place = Place::new();
     place.write("far.toml", PATIENT);
-    place.write("other.toml", format!("{PATIENT}coupler_stiffness_n_per_m = 250\n"));
+    place.write(
+        "other.toml",
+        format!("{PATIENT}coupler_stiffness_n_per_m = 250\n"),
+    );
     let slave = Side::start(&place, "teleoperate far.toml --listen 127.0.0.1:0");
     let line = format!("teleoperate other.toml --connect {}", slave.address);
     let master = Side::start(&place, &line);
@@ -277,7 +280,26 @@ fn bad_input_of_a_teleoperation_is_one_line_with_the_remedy() {
             "analyze teleoperation --architecture wave --wave-impedance 0",
             ["wave impedance", "change --wave-impedance"],
         ),
-        ("teleoperate", ["--listen ADDRESS:PORT", "--connect ADDRESS:PORT"]),
+        (
+            "analyze teleoperation --line-delay 11s",
+            ["11 s is not in [0, 10]", "change --line-delay"],
+        ),
+        (
+            "analyze teleoperation --architecture wave --order 0.3",
+            ["--order has no effect", "leave it out"],
+        ),
+        (
+            "analyze teleoperation --playout 3",
+            ["--playout has no effect", "--architecture wave"],
+        ),
+        (
+            "analyze teleoperation --best --coupler-stiffness 3",
+            ["--coupler-stiffness has no effect", "--best"],
+        ),
+        (
+            "teleoperate",
+            ["--listen ADDRESS:PORT", "--connect ADDRESS:PORT"],
+        ),
         (
             "teleoperate --listen 127.0.0.1:0 --patience 0s",
             ["patience 0 s", "give a --patience above 0"],
@@ -324,7 +346,9 @@ fn a_remote_place_that_the_slave_cannot_touch_is_refused_before_anything_moves()
     assert_eq!(forced.json()["preflight"]["stable"], false);
     // One that it can touch: the verdict is in the report.
     place.write("light.toml", text.replace("0.2", "0.02"));
-    let light = place.run("run light.toml --out light --json").succeeded_with_warnings();
+    let light = place
+        .run("run light.toml --out light --json")
+        .succeeded_with_warnings();
     assert_eq!(light.json()["preflight"]["stable"], true);
 }
 

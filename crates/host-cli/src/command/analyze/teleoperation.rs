@@ -6,6 +6,7 @@ use super::arguments::{Files, logarithmic};
 use crate::choice::choice;
 use crate::command::words::{parse_dissipation, parse_number};
 use crate::output::Output;
+use crate::parameter::help_with_default;
 use crate::quantity::{Area, Damping, Frequency, Length, Mass, Stiffness, Time};
 use answer::{Answer, Best, Point};
 use clap::Args;
@@ -27,13 +28,14 @@ use std::path::PathBuf;
 
 /// Longest delay that is looked for, s.
 const DELAY_MOST_S: f64 = 1.0;
+/// Samples of playout of waves.
+const PLAYOUT: u32 = 2;
 /// Orders that are tried: 0, 0.05, … 1.
 const ORDERS: u32 = 20;
 
 /// Arguments of `analyze teleoperation`.
 #[derive(Debug, Args)]
 #[command(
-    long_about = LONG_ABOUT,
     after_help = "Examples:\n  host-cli analyze teleoperation --coupler-stiffness 300 --coupler-dissipation 10 --order 0.5 --line-delay 20ms\n  \
                   host-cli analyze teleoperation --line-delay 20ms --best --out far"
 )]
@@ -42,17 +44,17 @@ pub struct TeleoperationArguments {
     architecture: ArchitectureName,
     #[arg(long, help = p::LINE_DELAY.help, default_value = p::LINE_DELAY.shown, allow_hyphen_values = true, help_heading = "Line")]
     line_delay: Time,
-    #[arg(long, help = p::HAND_COUPLER_STIFFNESS.help, default_value = p::HAND_COUPLER_STIFFNESS.shown, allow_hyphen_values = true, help_heading = "Line")]
-    coupler_stiffness: Stiffness,
-    #[arg(long, help = p::HAND_COUPLER_DISSIPATION.help, value_name = "B_C", default_value = p::HAND_COUPLER_DISSIPATION.shown, value_parser = parse_dissipation, allow_hyphen_values = true, help_heading = "Line")]
-    coupler_dissipation: f64,
-    #[arg(long, help = p::HAND_COUPLER_ORDER.help, default_value = p::HAND_COUPLER_ORDER.shown, value_parser = parse_number, allow_hyphen_values = true, help_heading = "Line")]
-    order: f64,
-    #[arg(long, help = p::WAVE_IMPEDANCE.help, default_value = p::WAVE_IMPEDANCE.shown, allow_hyphen_values = true, help_heading = "Line")]
-    wave_impedance: Damping,
-    /// Samples over which waves are played out
-    #[arg(long, default_value_t = 2, value_name = "SAMPLES", value_parser = clap::value_parser!(u32).range(1..=10_000), help_heading = "Line")]
-    playout: u32,
+    #[arg(long, help = help_with_default(&p::HAND_COUPLER_STIFFNESS), allow_hyphen_values = true, help_heading = "Line")]
+    coupler_stiffness: Option<Stiffness>,
+    #[arg(long, help = help_with_default(&p::HAND_COUPLER_DISSIPATION), value_name = "B_C", value_parser = parse_dissipation, allow_hyphen_values = true, help_heading = "Line")]
+    coupler_dissipation: Option<f64>,
+    #[arg(long, help = help_with_default(&p::HAND_COUPLER_ORDER), value_parser = parse_number, allow_hyphen_values = true, help_heading = "Line")]
+    order: Option<f64>,
+    #[arg(long, help = help_with_default(&p::WAVE_IMPEDANCE), allow_hyphen_values = true, help_heading = "Line")]
+    wave_impedance: Option<Damping>,
+    /// Samples over which waves are played out [default: 2]
+    #[arg(long, value_name = "SAMPLES", value_parser = clap::value_parser!(u32).range(1..=10_000), help_heading = "Line")]
+    playout: Option<u32>,
     /// Find the best coupler of each order, or the best impedance of waves, for this delay and tissue
     #[arg(long, help_heading = "Line")]
     best: bool,
@@ -97,7 +99,7 @@ pub struct TeleoperationArguments {
     files: Files,
 }
 
-const LONG_ABOUT: &str = "\
+pub(super) const LONG_ABOUT: &str = "\
 Is a teleoperation stable with every passive hand and every passive thing at the other end (Llewellyn's criterion, with the delay of the line, \
 sampled controllers and held forces)? Up to which delay? And what does the hand feel of a remote tissue?
 
@@ -105,6 +107,10 @@ sampled controllers and held forces)? Up to which delay? And what does the hand 
 |ln(Z_felt/Z_tissue)|, 0.1 being 10 % or 6 degrees, among those that are stable with every hand and place at this delay. Of waves it finds the impedance.
 
 time-domain is no linear law and is refused: analyze position-position, whose coupler it limits; `host-cli run` shows what is felt of it.";
+
+fn or_default(given: Option<f64>, parameter: &p::Parameter) -> f64 {
+    given.unwrap_or_else(|| parameter.default_number())
+}
 
 /// A question with its tissue.
 struct Question {
@@ -126,6 +132,7 @@ impl TeleoperationArguments {
                  --architecture position-position, and see with `run` what is felt of it",
             ));
         }
+        self.all_act()?;
         let question = self.question()?;
         let candidates = match self.best {
             true => self.candidates(&question)?,
@@ -174,7 +181,48 @@ impl TeleoperationArguments {
         output.print(&answer, |out| answer.print(out))
     }
 
+    /// Refuses options that would have no effect.
+    fn all_act(&self) -> Result<(), Failure> {
+        let wave = self.architecture.0 == Architecture::Wave;
+        let coupler = [
+            ("--coupler-stiffness", self.coupler_stiffness.is_some()),
+            ("--coupler-dissipation", self.coupler_dissipation.is_some()),
+            ("--order", self.order.is_some()),
+        ];
+        let impedance = ("--wave-impedance", self.wave_impedance.is_some());
+        let given = |options: &[(&'static str, bool)]| {
+            let mut given = options.iter().filter(|(_, given)| *given);
+            given.next().map(|(option, _)| *option)
+        };
+        let refusal = |option: &str, why: &str| {
+            Err(Failure::bad_input(format_args!(
+                "{option} has no effect {why}: leave it out"
+            )))
+        };
+        if wave && let Some(option) = given(&coupler) {
+            return refusal(option, "on waves, which have no coupler");
+        }
+        let of_waves = [impedance, ("--playout", self.playout.is_some())];
+        if !wave && let Some(option) = given(&of_waves) {
+            return refusal(option, "without --architecture wave");
+        }
+        let [k, b, order] = coupler;
+        if self.best
+            && let Some(option) = given(&[k, b, order, impedance])
+        {
+            return refusal(option, "with --best, which looks for it");
+        }
+        Ok(())
+    }
+
     fn question(&self) -> Result<Question, Failure> {
+        let range = p::LINE_DELAY.range();
+        if !range.contains(self.line_delay.0) {
+            return Err(Failure::bad_input(format_args!(
+                "delay of the line {} s is not {range} s: a line takes time, it does not give it; change --line-delay",
+                self.line_delay.0
+            )));
+        }
         let (low, high) = (self.low.0, self.high.0);
         let most = 0.5 / self.sample_time.0;
         if !(low > 0.0 && low < high && high <= most) {
@@ -199,10 +247,17 @@ impl TeleoperationArguments {
             mass_kg: mass.0,
             damping_n_s_per_m: damping.0,
         };
-        let order = Order::new(self.order).map_err(Failure::input)?;
+        let order =
+            Order::new(or_default(self.order, &p::HAND_COUPLER_ORDER)).map_err(Failure::input)?;
         let coupler = HandCoupler {
-            stiffness_n_per_m: self.coupler_stiffness.0,
-            dissipation_n_s_mu_per_m: self.coupler_dissipation,
+            stiffness_n_per_m: or_default(
+                self.coupler_stiffness.map(|k| k.0),
+                &p::HAND_COUPLER_STIFFNESS,
+            ),
+            dissipation_n_s_mu_per_m: or_default(
+                self.coupler_dissipation,
+                &p::HAND_COUPLER_DISSIPATION,
+            ),
             order,
         };
         // Checked where the loop is.
@@ -215,7 +270,10 @@ impl TeleoperationArguments {
                 self.slave_mass.unwrap_or(self.mass),
                 self.slave_damping.unwrap_or(self.damping),
             ),
-            line: self.kind(coupler, self.wave_impedance.0),
+            line: self.kind(
+                coupler,
+                or_default(self.wave_impedance.map(|b| b.0), &p::WAVE_IMPEDANCE),
+            ),
             sample_time_s: t.0,
             delay_s: self.line_delay.0,
         };
@@ -236,7 +294,7 @@ impl TeleoperationArguments {
             Architecture::PositionForce => HandLine::PositionForce(coupler),
             Architecture::Wave => HandLine::Wave {
                 impedance_n_s_per_m,
-                playout_samples: self.playout,
+                playout_samples: self.playout.unwrap_or(PLAYOUT),
             },
         }
     }
@@ -275,7 +333,6 @@ impl TeleoperationArguments {
 fn refused(error: AnalysisError) -> Failure {
     let advice = match &error {
         AnalysisError::Range { what, .. } => match *what {
-            "delay of the line" => "a line takes time, it does not give it: change --line-delay",
             "mass" => "change --mass or --slave-mass",
             "damping" => "change --damping or --slave-damping",
             "sample time" => "change --sample-time",
