@@ -95,6 +95,7 @@ pub enum Command {
     #[command(subcommand)]
     Materials(command::materials::Command),
     /// A tissue from a measured record: relaxation, creep, oscillation or any motion
+    #[command(long_about = command::identify::LONG_ABOUT)]
     Identify(command::identify::Arguments),
     /// Look into a log, verify it, save what a cut file still holds, turn it into CSV or a picture
     #[command(subcommand)]

@@ -18,7 +18,7 @@ use haptic_tissue::identify::table::Loading;
 use haptic_tissue::identify::{Options, identify};
 use std::path::PathBuf;
 
-const LONG_ABOUT: &str = "\
+pub(crate) const LONG_ABOUT: &str = "\
 Finds a tissue in a measured record: fits fractional models to it, says how sure each parameter is and which model the \
 record asks for, and writes a tissue file that relax --tissue takes.
 
@@ -33,7 +33,6 @@ any other motion, whose strain is taken as it really was.";
 /// Arguments of `identify`.
 #[derive(Debug, Args)]
 #[command(
-    long_about = LONG_ABOUT,
     after_help = "Examples:\n  host-cli identify relaxation.tsv\n  host-cli identify relaxation.csv --strain 5% --area 4cm2 \
                   --out my-tissue.toml\n  host-cli identify sweep.csv --model fractional-maxwell --bootstrap 500 --json"
 )]

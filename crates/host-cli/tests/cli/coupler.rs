@@ -308,6 +308,26 @@ fn the_long_help_of_a_command_is_all_of_it() {
             "design --help",
             ["Exit code 0 means", "sampled_damping_n_s_per_m"],
         ),
+        (
+            "device emulate --help",
+            ["the same state machine as in the firmware", "--seed"],
+        ),
+        (
+            "device flash --help",
+            ["greets the device", "Usage: host-cli device flash"],
+        ),
+        (
+            "device monitor --help",
+            ["without touching what it does", "monitor-2.mcap"],
+        ),
+        (
+            "analyze teleoperation --help",
+            ["Llewellyn's criterion", "time-domain is no linear law"],
+        ),
+        (
+            "identify --help",
+            ["relaxation", "Usage: host-cli identify"],
+        ),
         ("zwidth --help", ["JSON", "analysis_stiffness_n_per_m"]),
         (
             "relax --help",

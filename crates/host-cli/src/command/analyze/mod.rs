@@ -28,6 +28,7 @@ pub enum Command {
     /// Is a virtual coupler passive on both sides, and how much damping does that take?
     Coupling(coupling::CouplingArguments),
     /// Two hands over a line: stable up to which delay, what is felt, and the best coupler
+    #[command(long_about = teleoperation::LONG_ABOUT)]
     Teleoperation(teleoperation::TeleoperationArguments),
     /// Effective stiffness and damping of the closed loop, as the hand feels them
     Transparency(effective::TransparencyArguments),

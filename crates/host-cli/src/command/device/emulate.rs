@@ -10,7 +10,7 @@ use haptic_remote::emulator::{Emulated, Emulation, EmulatorError, Terminal, emul
 use serde::Serialize;
 use std::path::PathBuf;
 
-const LONG_ABOUT: &str = "\
+pub(super) const LONG_ABOUT: &str = "\
 Imitates a device: the same state machine as in the firmware, with a simulated plant, behind a \
 pseudo-terminal whose path is printed. Any command that takes --device serial:PATH can talk to it.
 
@@ -20,7 +20,6 @@ up. The same --seed gives the same damage for the same frames.";
 /// Arguments of `device emulate`.
 #[derive(Debug, Args)]
 #[command(
-    long_about = LONG_ABOUT,
     after_help = "Examples:\n  host-cli device emulate --link device &\n  host-cli relax --device \
                   serial:device --duration 20s\n  host-cli device emulate --drop 1% --corrupt 1%"
 )]

@@ -9,7 +9,7 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-const LONG_ABOUT: &str = "\
+pub(super) const LONG_ABOUT: &str = "\
 Builds the firmware for a board and programs it over a debug probe with probe-rs, then greets the \
 device and compares its board and version with those of the image. probe-rs is a program of its own: \
 https://probe.rs.";
@@ -45,7 +45,6 @@ impl Board {
 /// Arguments of `device flash`.
 #[derive(Debug, Args)]
 #[command(
-    long_about = LONG_ABOUT,
     after_help = "Example: host-cli device flash --board nucleo-f446re --device serial:/dev/ttyACM0"
 )]
 pub struct Arguments {

@@ -28,10 +28,13 @@ pub enum Command {
     /// Set parameters of a device, all of them or none
     Set(Box<set::SetArguments>),
     /// Imitate a device behind a pseudo-terminal
+    #[command(long_about = emulate::LONG_ABOUT)]
     Emulate(emulate::Arguments),
     /// Program a device over a debug probe
+    #[command(long_about = flash::LONG_ABOUT)]
     Flash(flash::Arguments),
     /// Watch a device: its position and state on the terminal, every sample in a log
+    #[command(long_about = monitor::LONG_ABOUT)]
     Monitor(monitor::Arguments),
 }
 

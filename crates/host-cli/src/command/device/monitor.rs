@@ -20,7 +20,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant, SystemTime};
 
-const LONG_ABOUT: &str = "\
+pub(super) const LONG_ABOUT: &str = "\
 Watches a device without touching what it does: position, force and state on the terminal, and every \
 sample in a log (monitor.mcap). A line that breaks or a device that reboots is said in one line, the log \
 is closed, and the next one (monitor-2.mcap) begins when the device is there again.";
@@ -28,7 +28,6 @@ is closed, and the next one (monitor-2.mcap) begins when the device is there aga
 /// Arguments of `device monitor`.
 #[derive(Debug, Args)]
 #[command(
-    long_about = LONG_ABOUT,
     after_help = "Examples:\n  host-cli device monitor --device serial:/dev/ttyACM0 --duration 10s\n  \
                   host-cli device monitor --device serial:/dev/ttyACM0 --teleplot"
 )]
