@@ -110,6 +110,10 @@ impl From<NewFileError> for Failure {
     fn from(error: NewFileError) -> Self {
         match &error {
             NewFileError::Io { source, .. } if is_full(source) => Self::DataLost(error.into()),
+            NewFileError::Exists(path) => Self::bad_input(format_args!(
+                "`{}` already exists and is not overwritten: choose another name, move it away, or say `overwrite`",
+                path.display()
+            )),
             _ => Self::Input(error.into()),
         }
     }
