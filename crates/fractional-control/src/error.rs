@@ -60,6 +60,8 @@ pub enum ControlError {
         /// Its poles in the right half-plane, or on its edge.
         poles: usize,
     },
+    /// A measured response was to be run: it can only be tuned for.
+    Measured,
     /// Two wishes that no controller can meet together.
     Contradiction {
         /// The first.
@@ -143,6 +145,9 @@ impl fmt::Display for ControlError {
             Self::UnstablePlant { poles } => write!(
                 f,
                 "the plant has {poles} poles that do not decay: close the loop with a controller first"
+            ),
+            Self::Measured => f.write_str(
+                "a measured response can be tuned for, not run: give a transfer function or matrices",
             ),
             Self::Contradiction {
                 first,

@@ -1,6 +1,7 @@
 //! A PI^λD^μ in the usual notation, and its loop with a plant as a function.
 
 use crate::notation::Quotient;
+use crate::polynomial::short;
 use crate::{ControlError, FractionalTransferFunction, PidParameters};
 use core::fmt;
 use core::str::FromStr;
@@ -73,7 +74,7 @@ impl fmt::Display for PidParameters {
         let nothing = self.integral == 0.0 && self.derivative == 0.0;
         let mut sign = "";
         if self.proportional != 0.0 || nothing {
-            write!(f, "{}", self.proportional)?;
+            short(f, self.proportional)?;
             sign = "+";
         }
         for (gain, before, order) in [
@@ -84,7 +85,8 @@ impl fmt::Display for PidParameters {
                 continue;
             }
             let sign_here = if gain < 0.0 { "" } else { sign };
-            write!(f, "{sign_here}{gain}")?;
+            f.write_str(sign_here)?;
+            short(f, gain)?;
             power(f, before, order)?;
             sign = "+";
         }

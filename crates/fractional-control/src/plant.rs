@@ -115,6 +115,18 @@ impl Plant {
         Ok(Self { delay_s, ..self })
     }
 
+    /// The same without its dead time; `None` of a measured response, whose own it has.
+    #[must_use]
+    pub fn without_dead_time(&self) -> Option<Self> {
+        match &self.model {
+            Model::Measured(_) => None,
+            _ => Some(Self {
+                delay_s: 0.0,
+                ..self.clone()
+            }),
+        }
+    }
+
     /// The transfer function without the dead time, of a plant that is one.
     #[must_use]
     pub fn function(&self) -> Option<&FractionalTransferFunction> {

@@ -174,6 +174,15 @@ impl fmt::Debug for FractionalPolynomial {
     }
 }
 
+/// Writes a number so that it reads back: with an exponent where it would have many digits.
+pub(crate) fn short(f: &mut fmt::Formatter<'_>, value: f64) -> fmt::Result {
+    if value == 0.0 || (1e-6..1e15).contains(&value.abs()) {
+        write!(f, "{value}")
+    } else {
+        write!(f, "{value:e}")
+    }
+}
+
 impl fmt::Display for FractionalPolynomial {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (index, term) in self.terms().iter().enumerate() {
@@ -185,7 +194,7 @@ impl fmt::Display for FractionalPolynomial {
             f.write_str(sign)?;
             let size = term.coefficient.abs();
             if term.order == 0.0 || (size - 1.0).abs() > 0.0 {
-                write!(f, "{size}")?;
+                short(f, size)?;
             }
             if (term.order - 1.0).abs() < f64::EPSILON {
                 f.write_str("s")?;

@@ -7,7 +7,7 @@ use crate::plant::Model;
 use crate::records::MODES;
 use crate::state_space::SampledStates;
 use crate::{ControlError, Memory, Plant, SampledHistory, SampledTransferFunction};
-use fracdiff::parameter::{RangeError, range};
+use fracdiff::parameter::range;
 use fracdiff::{Differintegrator, Seconds};
 use nalgebra::DVector;
 use std::collections::VecDeque;
@@ -110,10 +110,7 @@ impl SampledPlant {
                 let curve = states_fraction(&sampled);
                 (Kind::States(sampled), [0.0; 3], curve)
             }
-            Model::Measured(_) => {
-                let allowed = "a transfer function or matrices: a measured response can be tuned for, not run";
-                return Err(RangeError::new("kind of plant", 3.0, allowed, "").into());
-            }
+            Model::Measured(_) => return Err(ControlError::Measured),
         };
         Ok(Self::of((kind, path, curve), delay, sample_time))
     }

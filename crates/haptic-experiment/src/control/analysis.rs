@@ -4,8 +4,8 @@ use super::{sampled, sampled_for};
 use crate::controller_file::ControllerFile;
 use core::f64::consts::PI;
 use fractional_control::{
-    ControlError, Crossing, FractionalTransferFunction, Margins, Plant, SampledLoop,
-    StabilityVerdict,
+    ControlError, ControllerParameters, Crossing, FractionalTransferFunction, Margins, Plant,
+    SampledLoop, StabilityVerdict,
 };
 use num_complex::Complex;
 
@@ -24,7 +24,7 @@ const BESIDE: f64 = 0.01;
 pub struct LoopAnalysis {
     /// The certified verdict.
     pub verdict: StabilityVerdict,
-    /// Margins and peaks: of a stable loop, the way to the boundary.
+    /// Margins and peaks: of a stable loop, the way to the boundary; of another they mean nothing.
     pub margins: Margins,
     /// The reason of the verdict.
     pub cause: Cause,
@@ -35,6 +35,8 @@ pub struct LoopAnalysis {
     pub curve: Vec<LoopPoint>,
 }
 
+/// Orders nearer than this to a whole number, and not it, are told from it by no memory.
+const NEAR_WHOLE: f64 = 1e-4;
 /// Largest crossover times sample time to which the rule of a fractional plant is trusted.
 const RULE_HOLDS_TO: f64 = 0.3;
 
@@ -46,6 +48,10 @@ pub enum Cause {
     Stable,
     /// A pole on the unit circle, as far as can be told.
     Boundary,
+    /// Not decided: a number of the loop is larger than numbers are.
+    TooLarge,
+    /// Not decided: this order is next to a whole one, and no memory can tell the two apart.
+    NearWhole(f64),
     /// Stable for any gain below this share of the present one, at which L meets −1.
     GainTooHigh(Crossing),
     /// Stable from this multiple of the present gain on, at which L meets −1.
@@ -89,12 +95,18 @@ impl LoopPoint {
 pub fn analyse(file: &ControllerFile, plant: &Plant) -> Result<LoopAnalysis, ControlError> {
     let sampled = sampled_for(file, plant)?;
     let closed = file.closed_with(&sampled)?;
-    let (verdict, margins) = (closed.verdict(), closed.margins());
+    let (verdict, mut margins) = (closed.verdict(), closed.margins());
+    // Slower than all that the memory holds, the loop is not the one that was asked about.
+    margins.delay_s = (margins.delay_s).filter(|delay| delay.value < file.horizon_s());
     let place = margins.phase.unwrap_or(margins.sensitivity).omega_rad_s;
     let t = file.sample_time_s;
     let low = (place / BELOW).min(0.01 * PI / t);
     let curve = curve(low, PI / t, |omega| Some(closed.open(omega * t)));
-    let cause = cause(file, plant, &closed, &verdict, &margins)?;
+    let cause = match curve.len() {
+        // Of what is no number nothing can be told.
+        POINTS => cause(file, plant, &closed, &verdict, &margins)?,
+        _ => Cause::TooLarge,
+    };
     Ok(LoopAnalysis {
         verdict,
         margins,
@@ -141,6 +153,27 @@ pub fn curve(
     points
 }
 
+/// An order next to a whole one, but not it, in plant or controller.
+fn near_whole(file: &ControllerFile, plant: &Plant) -> Option<f64> {
+    let of = |function: &FractionalTransferFunction| -> Vec<f64> {
+        let terms = function.numerator().terms().iter();
+        let terms = terms.chain(function.denominator().terms());
+        terms.map(|term| term.order).collect()
+    };
+    let mut orders = plant.function().map(of).unwrap_or_default();
+    match &file.law {
+        ControllerParameters::Pid(own) => {
+            orders.extend([own.integral_order, own.derivative_order]);
+        }
+        ControllerParameters::Function(function) => orders.extend(of(function)),
+        _ => {}
+    }
+    orders.into_iter().find(|order| {
+        let off = (order - order.round()).abs();
+        off > 0.0 && off < NEAR_WHOLE
+    })
+}
+
 fn cause(
     file: &ControllerFile,
     plant: &Plant,
@@ -152,7 +185,7 @@ fn cause(
         return Ok(Cause::Stable);
     }
     if verdict.unstable_poles.is_none() {
-        return Ok(Cause::Boundary);
+        return Ok(near_whole(file, plant).map_or(Cause::Boundary, Cause::NearWhole));
     }
     let stable_at = |gain: f64| closed.with_gain(gain).verdict().stable;
     if let Some(down) = margins.gain_down.filter(|down| down.value * WITHIN > 1.0)
@@ -166,9 +199,9 @@ fn cause(
         return Ok(Cause::GainTooLow(up));
     }
     if plant.delay_s() > 0.0
-        && let Some(function) = plant.function()
+        && let Some(prompt) = plant.without_dead_time()
     {
-        let prompt = sampled(&Plant::transfer(*function, 0.0)?, file.sample_time())?;
+        let prompt = sampled(&prompt, file.sample_time())?;
         let prompt = file.closed_with(&prompt)?;
         if prompt.verdict().stable
             && let Some(delay) = prompt.margins().delay_s

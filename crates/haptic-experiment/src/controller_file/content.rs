@@ -129,8 +129,14 @@ impl ControllerFile {
     /// A scheme that no controller has.
     pub fn memory(&self) -> Result<Memory, ControlError> {
         let (rule, tolerance) = rule(self.scheme).ok_or(SCHEME_REFUSED)?;
+        Memory::new(rule, tolerance, self.horizon_s())
+    }
+
+    /// How far back the powers are remembered with that tolerance, s.
+    #[must_use]
+    pub fn horizon_s(&self) -> f64 {
         let default = MEMORY_SAMPLES * self.sample_time_s;
-        Memory::new(rule, tolerance, self.memory_s.unwrap_or(default))
+        self.memory_s.unwrap_or(default)
     }
 
     /// Makes the controller once.

@@ -126,7 +126,8 @@ impl PlantModel {
             Self::Function { function, .. } => function.to_string(),
             Self::Device(own) => own.in_words(),
             Self::StateSpace { a, delay_s, .. } => {
-                format!("{} states, delay {delay_s} s", a.len())
+                let plural = if a.len() == 1 { "" } else { "s" };
+                format!("{} state{plural}, delay {delay_s} s", a.len())
             }
             Self::Measured(points) => format!("measured at {} frequencies", points.len()),
         }

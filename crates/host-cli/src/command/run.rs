@@ -25,8 +25,8 @@ use haptic_experiment::parameters::{
 use haptic_experiment::report::{Errors, RunReport};
 use haptic_experiment::teleoperation::{TeleoperationCurves, TeleoperationVerdict};
 use haptic_experiment::{
-    CouplerExperiment, CouplerReport, ExperimentFile, Pace, Settling, Supervisor, TeleoperationExperiment,
-    TeleoperationReport, TrialVerdict, WallExperiment, WallReport,
+    CouplerExperiment, CouplerReport, ExperimentFile, Pace, Settling, Supervisor,
+    TeleoperationExperiment, TeleoperationReport, TrialVerdict, WallExperiment, WallReport,
 };
 use std::fmt::Write as _;
 use std::io::{self, Write};

@@ -65,7 +65,9 @@ pub fn print_force(out: &mut dyn Write, run: &RunReport) -> io::Result<()> {
     writeln!(
         out,
         "  force             peak {:.4e} N, at the end {:.4e} N",
-        run.peak_force_n, run.final_force_n
+        // −0 is 0.
+        run.peak_force_n,
+        0.0 + run.final_force_n
     )
 }
 

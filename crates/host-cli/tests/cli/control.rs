@@ -86,7 +86,7 @@ fn a_design_meets_its_wishes_and_the_files_are_what_other_commands_take() {
     let line = format!("control design --plant {OVEN} --crossover 0.1rad/s --out d");
     place
         .run(&line)
-        .refused(2, &["controller", "already exists"]);
+        .refused(2, &["controller", "already exists", "--overwrite"]);
 }
 
 #[test]
@@ -187,7 +187,54 @@ fn the_reason_of_a_verdict_is_said() {
         for word in wanted {
             assert!(ended.stdout.contains(word), "{word}: {ended}");
         }
+        // An answer is an answer; the margins of an unstable loop mean nothing.
+        let stable = wanted[0].starts_with("Stable");
+        assert_eq!(ended.stdout.contains("phase margin"), stable, "{ended}");
+        let line = format!(
+            "control analyze --plant {plant} --controller {controller} --sample-time 10ms --json"
+        );
+        let json = place.run(&line).succeeded().json();
+        assert_eq!(json["stable"], stable);
+        assert_eq!(json["margins"].is_null(), !stable, "{json}");
     }
+}
+
+#[test]
+fn numbers_that_overflow_or_are_nothing_have_words() {
+    let place = Place::new();
+    let large = "control analyze --plant 1e308/(s+1) --controller 1e10 --sample-time 10ms";
+    let large = place.run(large).succeeded().stdout;
+    assert!(
+        large.contains("Not decided") && !large.contains("boundary"),
+        "{large}"
+    );
+    assert!(large.contains("1e308/(s+1)"), "{large}");
+    let near = "control analyze --plant 1/(s^0.999994+1) --controller 2 --sample-time 10ms";
+    let near = place.run(near).succeeded().stdout;
+    assert!(near.contains("the order 0.999994 is next to 1"), "{near}");
+    let slow = "control analyze --plant 1/(s+1) --controller 1.00000000001 --sample-time 10ms";
+    let slow = place.run(slow).succeeded().stdout;
+    assert!(
+        slow.contains("Stable") && !slow.contains("more dead time"),
+        "{slow}"
+    );
+    let late = "control analyze --plant one.toml --controller 2+1/s --sample-time 10ms --delay 10s";
+    place.write(
+        "one.toml",
+        "[state_space]\na = [[-1.0]]\nb = [1.0]\nc = [1.0]\n",
+    );
+    let late = place.run(late).succeeded().stdout;
+    assert!(late.contains("because of the dead time"), "{late}");
+    let rest = place
+        .run("control analyze --plant 1/s^2")
+        .succeeded()
+        .stdout;
+    assert!(rest.contains("at rest") && !rest.contains("NaN"), "{rest}");
+    let one = place
+        .run("control analyze --plant one.toml")
+        .succeeded()
+        .stdout;
+    assert!(one.contains("1 state, delay 0 s"), "{one}");
 }
 
 #[test]
@@ -272,7 +319,7 @@ fn a_measured_response_can_be_designed_for() {
     assert!(measured["stable"].is_null() && measured["shape"].is_null());
     place
         .run("control analyze --plant oven.csv --controller 2 --sample-time 1s")
-        .refused(2, &["measured response"]);
+        .refused(2, &["a measured response can be tuned for, not run"]);
 }
 
 #[test]

@@ -123,7 +123,10 @@ fn what_a_drive_cannot_do_is_refused_in_one_line() {
     for (command, parts) in [
         (
             "relax --drive unstable.toml",
-            ["would be unstable before it touches", "--drive"],
+            [
+                "would be unstable before it touches the tissue; with less than 0.0",
+                "--drive",
+            ],
         ),
         (
             "relax --drive slow.toml",

@@ -15,13 +15,13 @@ use haptic_experiment::failure::Failure;
 use serde::Serialize;
 
 pub(super) const LONG_ABOUT: &str = "\
-Judges the loop that is really run: the controller's weights, the hold, the dead time. The verdict, stable or not, is a proof; the \
-margins say how far it is from changing, and a sentence says why it is so. Without a controller: the poles of the plant, and whether \
-they decay.
+Judges the loop that is really run: the controller's weights, the hold, the dead time. The verdict, stable or not, is a proof, and a \
+sentence says why it is so; of a stable loop the margins say how far it is from changing. Without a controller: the poles of the plant, and whether \
+they decay. An answer is an answer, also that a loop is unstable: the exit code is 0, `stable` in the JSON has it.
 
 JSON: plant, controller, sample_time_s, scheme, stable, unstable_poles (null on the boundary), distance, reason, margins{crossover_rad_s, \
 crossovers, phase_margin_deg, gain_up, gain_up_rad_s, gain_down, gain_down_rad_s, delay_margin_s, sensitivity_peak, \
-sensitivity_peak_rad_s, complementary_peak, complementary_peak_rad_s}, files; of a plant alone: plant, stable, unstable_poles, \
+sensitivity_peak_rad_s, complementary_peak, complementary_peak_rad_s} (null unless stable), files; of a plant alone: plant, stable, unstable_poles, \
 commensurate_order, poles[{re, im}], files.";
 
 /// Arguments of `control analyze`.
@@ -51,7 +51,8 @@ struct LoopReport {
     unstable_poles: Option<usize>,
     distance: f64,
     reason: String,
-    margins: MarginReport,
+    /// None of an unstable loop: they would mean nothing.
+    margins: Option<MarginReport>,
     files: Vec<String>,
 }
 
@@ -146,7 +147,7 @@ impl Arguments {
             unstable_poles: analysis.verdict.unstable_poles,
             distance: analysis.verdict.distance,
             reason: verdict(&analysis),
-            margins: (&analysis.margins).into(),
+            margins: (analysis.verdict.stable).then(|| (&analysis.margins).into()),
             files,
         };
         output.print(&report, |out| {
@@ -159,7 +160,9 @@ impl Arguments {
                 report.scheme
             )?;
             writeln!(out, "{}", report.reason)?;
-            report.margins.print(out)?;
+            if let Some(margins) = &report.margins {
+                margins.print(out)?;
+            }
             written(out, &report.files)
         })
     }
@@ -249,15 +252,20 @@ impl PlantReport {
             Some(order) => {
                 writeln!(out, "poles (orders are multiples of {}):", digits(order))?;
                 for pole in &self.poles {
-                    writeln!(
+                    let size = pole.re.hypot(pole.im);
+                    write!(
                         out,
-                        "  s = {:>12} {} {}j   {} rad/s, damping {}",
+                        "  s = {:>12} {} {}j",
                         digits(pole.re),
                         if pole.im < 0.0 { "-" } else { "+" },
                         digits(pole.im.abs()),
-                        digits(pole.re.hypot(pole.im)),
-                        digits(-pole.re / pole.re.hypot(pole.im))
                     )?;
+                    if size > 0.0 {
+                        let damping = digits(-pole.re / size);
+                        writeln!(out, "   {} rad/s, damping {damping}", digits(size))?;
+                    } else {
+                        writeln!(out, "   at rest: it adds up")?;
+                    }
                 }
             }
             None => writeln!(

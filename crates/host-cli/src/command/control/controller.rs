@@ -53,12 +53,15 @@ impl ControllerArguments {
     pub(super) fn resolve(&self) -> Result<Option<ControllerFile>, Failure> {
         let sample_time_s = self.sample_time_s()?;
         let Some(text) = &self.controller else {
-            return match (self.output_limits, self.scheme) {
-                (None, None) => Ok(None),
-                _ => Err(Failure::bad_input(
-                    "--output-limits and --scheme have no effect without a controller: give --controller too, or leave them out",
-                )),
+            let option = match (self.output_limits, self.scheme) {
+                (None, None) => return Ok(None),
+                (Some(_), None) => "--output-limits has",
+                (None, Some(_)) => "--scheme has",
+                (Some(_), Some(_)) => "--output-limits and --scheme have",
             };
+            return Err(Failure::bad_input(format_args!(
+                "{option} no effect without a controller: give --controller too, or leave it out"
+            )));
         };
         let path = Path::new(text);
         let is_file = path.extension().is_some_and(|own| own == "toml") || path.is_file();

@@ -50,7 +50,7 @@ impl MarginReport {
             let value = value.unwrap_or_else(|| "none".to_owned());
             let place =
                 place.map_or_else(String::new, |omega| format!("at {} rad/s", digits(omega)));
-            writeln!(out, "  {name:<22}{value:<14}{place}")
+            writeln!(out, "  {name:<22}{value:<14} {place}")
         };
         let times = |value: Option<f64>| value.map(|value| format!("{} times", digits(value)));
         line(

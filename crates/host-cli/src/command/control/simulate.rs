@@ -12,7 +12,7 @@ use crate::output::{Output, note};
 use crate::quantity::Time;
 use clap::Args;
 use fracdiff::Seconds;
-use fractional_control::Response;
+use fractional_control::{ControlError, Response};
 use haptic_experiment::control::run::{
     LoopRun, SAMPLES_MOST, integer_baseline, run, run_plant, samples_for,
 };
@@ -150,7 +150,11 @@ impl Arguments {
                     "warning",
                     format_args!(
                         "no PID of order 1 to compare with: {}",
-                        in_degrees(&error).replace('`', "")
+                        match error {
+                            // Its wishes are those of this loop, not of the user.
+                            ControlError::Range(range) => range.to_string(),
+                            error => in_degrees(&error).replace('`', ""),
+                        }
                     ),
                 );
                 None

@@ -24,6 +24,11 @@ pub(super) fn in_degrees(error: &ControlError) -> String {
             digits(range.value.to_degrees()),
             range.allowed.replace('π', "180°")
         ),
+        ControlError::Range(range)
+            if range.what == "crossover" && range.allowed.contains("sample") =>
+        {
+            format!("{range}; shorten `sample_time_s`, or lower `crossover_rad_s`")
+        }
         ControlError::Range(range) if range.what == "crossover" => {
             format!("{range}: give `crossover_rad_s`")
         }
@@ -79,7 +84,12 @@ pub(super) fn law(file: &ControllerFile) -> String {
 
 /// A share as a percentage.
 pub(super) fn percent(share: f64) -> String {
-    format!("{:.1} %", 100.0 * share)
+    let percent = 100.0 * share;
+    if percent.abs() < 1e6 {
+        format!("{percent:.1} %")
+    } else {
+        format!("{percent:.1e} %")
+    }
 }
 
 /// An amplitude ratio in decibel.
@@ -136,6 +146,14 @@ fn of_the_loop(analysis: &LoopAnalysis) -> String {
         Cause::Boundary => format!(
             "On the boundary: as far as can be told, {poles} at {} rad/s. Change the gain a little.",
             digits(analysis.verdict.omega_rad_s)
+        ),
+        Cause::TooLarge => {
+            "Not decided: a number of this loop is larger than 1e308 or smaller than 1e-308. Give plant and controller in other units."
+                .to_owned()
+        }
+        Cause::NearWhole(order) => format!(
+            "Not decided: the order {order} is next to {}, and a memory of samples cannot tell the two apart. Write the whole order.",
+            order.round()
         ),
         Cause::GainTooHigh(gain) => format!(
             "Unstable, and proved: {poles}, because the gain is too high. At {} rad/s the loop turns errors over and makes them {} times as large; \

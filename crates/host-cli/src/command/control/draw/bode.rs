@@ -4,7 +4,7 @@ use super::{Points, subtitle};
 use crate::command::control::plant::NamedPlant;
 use crate::command::control::words::decibel;
 use fractional_control::Crossing;
-use haptic_experiment::control::analysis::{LoopAnalysis, LoopPoint};
+use haptic_experiment::control::analysis::{Cause, LoopAnalysis, LoopPoint};
 use haptic_experiment::controller_file::ControllerFile;
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 
@@ -64,6 +64,9 @@ impl LoopCurves {
     fn new(analysis: &LoopAnalysis) -> Self {
         let (curve, margins) = (&analysis.curve, &analysis.margins);
         let crossover = margins.phase;
+        // An unstable loop has none.
+        let stable = analysis.verdict.stable;
+        let margin = crossover.filter(|_| stable);
         let turn = crossover.and_then(|crossing| half_turn(curve, &crossing));
         let half_turn_deg = turn.unwrap_or(-180.0);
         let up_to_curve = |gain: &Crossing| {
@@ -91,12 +94,15 @@ impl LoopCurves {
             half_turn_deg,
             half_turn: level(curve, half_turn_deg),
             crossover: crossover.iter().map(|at| (at.omega_rad_s, 0.0)).collect(),
-            phase_margin: crossover.map(at_margin).unwrap_or_default(),
-            margin_words: crossover.map_or_else(
+            phase_margin: margin.map(at_margin).unwrap_or_default(),
+            margin_words: margin.map_or_else(
                 || "phase margin".to_owned(),
                 |at| format!("phase margin {:.1}°", at.value.to_degrees()),
             ),
-            gain_margins: gains.iter().flatten().flat_map(up_to_curve).collect(),
+            gain_margins: (gains.iter().flatten())
+                .filter(|_| stable)
+                .flat_map(up_to_curve)
+                .collect(),
         }
     }
 
@@ -114,7 +120,10 @@ impl LoopCurves {
                     Series::new("", &self.zero, Look::Dotted, 5),
                     Series::new("gain margin", &self.gain_margins, Look::Broad, 2),
                     Series::new("crossover", &self.crossover, Look::Markers, 1),
-                ],
+                ]
+                .into_iter()
+                .filter(|series| !series.points.is_empty())
+                .collect(),
             },
             Chart {
                 caption: "its phase",
@@ -124,7 +133,10 @@ impl LoopCurves {
                     Series::new("open loop L", &self.phase, Look::Line, 0),
                     Series::new("", &self.half_turn, Look::Dotted, 5),
                     Series::new(&self.margin_words, &self.phase_margin, Look::Broad, 1),
-                ],
+                ]
+                .into_iter()
+                .filter(|series| !series.points.is_empty())
+                .collect(),
             },
         ]
     }
@@ -164,10 +176,13 @@ pub(in crate::command::control) fn draw_loop(
     plant: &NamedPlant,
     file: &ControllerFile,
 ) -> Result<Picture, FigureError> {
-    let verdict = match (analysis.verdict.stable, analysis.verdict.unstable_poles) {
-        (true, _) => "stable, proved",
-        (false, Some(_)) => "unstable, proved",
-        (false, None) => "on the boundary",
+    let verdict = match (analysis.verdict.stable, analysis.cause, analysis.coarse) {
+        (true, _, None) => "stable, proved",
+        (true, _, Some(_)) => "stable by the sampled model",
+        (false, Cause::Boundary, _) => "on the boundary",
+        (false, Cause::TooLarge | Cause::NearWhole(_), _) => "not decided",
+        (false, _, None) => "unstable, proved",
+        (false, _, Some(_)) => "unstable by the sampled model",
     };
     let curves = LoopCurves::new(analysis);
     ChartPage {
