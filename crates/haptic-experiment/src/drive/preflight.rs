@@ -11,7 +11,7 @@
 
 use super::Drive;
 use crate::failure::Failure;
-use crate::preflight::refused;
+use crate::preflight::{refused, softer};
 use fracdiff::num_complex::Complex;
 use fracdiff::{FrequencyResponse, Seconds};
 use fractional_control::{
@@ -54,22 +54,22 @@ impl LoopVerdict {
         let Margins {
             phase,
             gain_up,
-            gain_down,
             delay_s,
             ..
         } = closed.margins();
         if !closed.verdict().stable {
             let stable_at = |gain: f64| closed.with_gain(gain).verdict().stable;
-            let down = gain_down
-                .filter(|down| down.value * WITHIN > 1.0 && stable_at(down.value * (1.0 - BEYOND)));
-            let up = gain_up.filter(|up| up.value < WITHIN && stable_at(up.value * (1.0 + BEYOND)));
+            let down = softer(|gain| Ok(stable_at(gain))).ok().flatten();
+            let up = gain_up
+                .filter(|up| up.value < WITHIN && stable_at(up.value * (1.0 + BEYOND)))
+                .map(|up| up.value);
             return Self {
                 stable: false,
                 phase_margin_rad: None,
                 crossover_rad_s: None,
                 gain_margin: None,
                 delay_margin_s: None,
-                stable_beyond_gain: down.or(up).map(|gain| gain.value),
+                stable_beyond_gain: down.or(up),
             };
         }
         Self {
@@ -86,10 +86,11 @@ impl LoopVerdict {
     fn remedy(&self) -> String {
         match self.stable_beyond_gain {
             Some(gain) if gain < 1.0 => {
-                format!("with less than {gain:.3} of its gain it is stable")
+                // Rounded down, so that what is proposed is accepted.
+                format!("with {:.2e} of its gain it is stable", 0.99 * gain)
             }
             Some(gain) => format!("with more than {gain:.3} times its gain it is stable"),
-            None => format!("no gain within {WITHIN} times its own makes it stable"),
+            None => "no other gain makes it stable".to_owned(),
         }
     }
 

@@ -116,6 +116,10 @@ fn what_a_drive_cannot_do_is_refused_in_one_line() {
     let place = Place::new();
     let unstable = "[pid]\nproportional_gain = 2e5\n[loop]\nsample_time_s = 1e-3\n";
     place.write("unstable.toml", unstable);
+    place.write(
+        "indenter.toml",
+        std::fs::read(example("indenter.toml")).expect("the example"),
+    );
     place.write("slow.toml", unstable.replace("1e-3", "2e-3"));
     place.write("wall.toml", "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 2e-3\norder = 0.5\n\
                               stiffness_n_per_m = 3000\ndissipation_n_s_mu_per_m = 60\n[drive]\ncontroller = \"unstable.toml\"\n");
@@ -124,9 +128,13 @@ fn what_a_drive_cannot_do_is_refused_in_one_line() {
         (
             "relax --drive unstable.toml",
             [
-                "would be unstable before it touches the tissue; with less than 0.0",
+                "would be unstable before it touches the tissue; with ",
                 "--drive",
             ],
+        ),
+        (
+            "creep --drive indenter.toml",
+            ["in contact with the tissue; with ", "of its gain it is stable"],
         ),
         (
             "relax --drive slow.toml",
