@@ -30,7 +30,7 @@ and judged: the verdict is a proof for the sampled loop with its dead time, at h
 Ends with 1 if a wish is not met within 1 %: the table says which, and by how much. Wishes that contradict each other are refused by name.
 
 JSON: plant, sample_time_s, scheme, controller{the keys of a controller file}, specification[{name, wanted, reached, met, integer_reached}], \
-margins (as in analyze), stable, overshoot_spread, robustness[{gain_db, stable, shape}], shape, limited_share, integer{controller, \
+margins (as in analyze, null unless stable), stable, overshoot_spread, robustness[{gain_db, stable, shape}], shape, limited_share, integer{controller, \
 margins, stable, overshoot_spread, robustness, shape, limited_share} (null without one), integer_reason, step[{time_s, output, command}], \
 controller_file, files.";
 

@@ -44,7 +44,8 @@ struct WishReport {
 /// The loop of a controller.
 #[derive(Serialize)]
 struct TrialReport {
-    margins: MarginReport,
+    /// None of an unstable loop: they would mean nothing.
+    margins: Option<MarginReport>,
     overshoot_spread: f64,
     robustness: Vec<GainReport>,
     shape: ShapeReport,
@@ -104,7 +105,7 @@ fn row(name: WishName) -> Row {
 
 fn trial_report(trial: &Trial, t: f64) -> TrialReport {
     TrialReport {
-        margins: (&trial.margins).into(),
+        margins: (trial.verdict.stable).then(|| (&trial.margins).into()),
         overshoot_spread: trial.overshoot_spread(),
         robustness: trial
             .robustness
