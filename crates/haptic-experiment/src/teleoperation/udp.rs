@@ -80,14 +80,12 @@ impl TeleoperationExperiment {
         drop(thread);
         side.line.farewell();
         let ended = terms.judge(ended, skipped, ticks);
-        let report = self.told(&side, (ended, ticks, skipped, silent_to_zero));
-        if report.skipped > 0 {
+        if skipped > 0 {
             warn(&format!(
-                "this machine was late: {} of {} ticks were skipped",
-                report.skipped, report.ticks
+                "this machine was late: {skipped} of {ticks} ticks were skipped"
             ));
         }
-        Ok(report)
+        Ok(self.told(&side, (ended, ticks, skipped, silent_to_zero)))
     }
 
     fn check_side(&self, side: HandSide) -> Result<(), Failure> {

@@ -134,7 +134,10 @@ fn what_a_drive_cannot_do_is_refused_in_one_line() {
         ),
         (
             "creep --drive indenter.toml",
-            ["in contact with the tissue; with ", "of its gain it is stable"],
+            [
+                "in contact with the tissue; with ",
+                "of its gain it is stable",
+            ],
         ),
         (
             "relax --drive slow.toml",

@@ -243,6 +243,17 @@ impl TeleoperationArguments {
         let environment = (omegas.iter())
             .filter_map(|&omega| Some(place.stiffness(omega)? / Complex::new(0.0, omega)))
             .collect();
+        let hands = self.hands()?;
+        Ok(Question {
+            hands,
+            omegas,
+            place,
+            environment,
+        })
+    }
+
+    /// Devices and line.
+    fn hands(&self) -> Result<Teleoperation, Failure> {
         let device = |mass: Mass, damping: Damping| HandMass {
             mass_kg: mass.0,
             damping_n_s_per_m: damping.0,
@@ -264,7 +275,7 @@ impl TeleoperationArguments {
         let t = Seconds(self.sample_time.0);
         t.rate_to_the(order)
             .map_err(|error| Failure::input_with_advice(error, "give --sample-time, as in 1ms"))?;
-        let hands = Teleoperation {
+        Ok(Teleoperation {
             master: device(self.mass, self.damping),
             slave: device(
                 self.slave_mass.unwrap_or(self.mass),
@@ -276,12 +287,6 @@ impl TeleoperationArguments {
             ),
             sample_time_s: t.0,
             delay_s: self.line_delay.0,
-        };
-        Ok(Question {
-            hands,
-            omegas,
-            place,
-            environment,
         })
     }
 
