@@ -1,11 +1,10 @@
 //! Ticks by the real timer interrupt: their period, and what happens when they take longer.
 
 use super::Test;
-use boards::{Shared, Ticker, chip};
-use core::cell::RefCell;
+use boards::{RETAINED, chip};
 use core::mem::MaybeUninit;
 use cortex_m_rt::exception;
-use critical_section::Mutex;
+use haptic_board::{Shared, Ticker, TickerSlot};
 use haptic_link::{Capabilities, Refusal, Simulation, State};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::{Exclusive, Hardware, SimulatedPlant, TickSide, prepare};
@@ -68,15 +67,11 @@ impl Hardware for Slow {
     }
 }
 
-static TICKER: Mutex<RefCell<Option<Ticker<Slow, chip::Timer>>>> = Mutex::new(RefCell::new(None));
+static TICKER: TickerSlot<Slow, chip::Timer> = TickerSlot::empty();
 
 #[exception]
 fn SysTick() {
-    critical_section::with(|token| {
-        if let Some(ticker) = TICKER.borrow_ref_mut(token).as_mut() {
-            ticker.tick(chip::now_us());
-        }
-    });
+    TICKER.tick(chip::now_us);
 }
 
 fn wait(device: &Shared<Slow>, ticks: u32) {
@@ -105,11 +100,7 @@ fn ticks() {
     let memory = cortex_m::singleton!(: MaybeUninit<Shared<Slow>> = MaybeUninit::uninit());
     let memory = memory.expect("once");
     let device = &*memory.write(Shared::new(TickSide::new(slow).expect("a board")));
-    critical_section::with(|token| {
-        TICKER
-            .borrow_ref_mut(token)
-            .replace(Ticker::new(device, board.timer));
-    });
+    TICKER.put(Ticker::new(device, board.timer, &RETAINED));
     let overruns = || device.with(|device| device.statistics().overruns);
     wait(device, 50);
     for period_us in [100, 10_000, 1000] {

@@ -272,7 +272,12 @@ impl DeviceSession {
         match request {
             Request::Configure(configuration) => self.configure(configuration, device),
             Request::Coefficients(block) => self.stage(&block),
-            Request::Commit { digest, scope } => self.commit(digest, scope, device),
+            Request::Commit { digest, scope } => {
+                let done = self.commit(digest, scope, device);
+                #[cfg(feature = "defmt")]
+                tell(digest, &done);
+                done
+            }
             Request::Arm { faults } => self.arm(faults, now_us, device),
             Request::Disarm => {
                 device.with(TickSide::disarm);
@@ -346,6 +351,15 @@ impl DeviceSession {
             strangers: self.connections.strangers(),
             ..ticks
         }
+    }
+}
+
+/// For a developer with a probe.
+#[cfg(feature = "defmt")]
+fn tell(digest: u32, done: &Result<(), Refusal>) {
+    match done {
+        Ok(()) => defmt::info!("in force: configuration {=u32:08x}", digest),
+        Err(refusal) => defmt::warn!("refused: {}", defmt::Debug2Format(refusal)),
     }
 }
 
