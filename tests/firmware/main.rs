@@ -15,6 +15,7 @@ mod loops;
 mod muscle;
 mod relaxation;
 mod tables;
+mod template;
 
 use board::Board;
 use fracdiff::{Operator, Order, Scheme, Seconds};

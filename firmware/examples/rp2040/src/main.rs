@@ -14,6 +14,7 @@ mod usb;
 
 use axis::{Axis, NAME, Pins};
 use core::mem::MaybeUninit;
+use cortex_m::singleton;
 #[cfg(feature = "defmt")]
 use defmt_rtt as _;
 use embassy_executor::Spawner;
@@ -24,7 +25,7 @@ use embassy_time::{Duration, Timer};
 use haptic_board::haptic_remote::DeviceSession;
 use haptic_board::{MainLoop, RetainedMemory, Shared, Ticker, TickerSlot, identity, power_up};
 use tick::Alarm;
-use usb::UsbLine;
+use usb::{Buffers, UsbLine};
 
 /// Major, minor, patch.
 const VERSION: [u8; 3] = [0, 1, 0];
@@ -44,7 +45,7 @@ const WATCHDOG: Duration = Duration::from_millis(20);
 const ROUND: Duration = Duration::from_micros(500);
 
 #[embassy_executor::main]
-async fn main(_: Spawner) {
+async fn main(_spawner: Spawner) {
     let chip = embassy_rp::init(embassy_rp::config::Config::default());
     core::hint::black_box(&IDENTITY);
     // The motor first: disabled.
@@ -58,9 +59,9 @@ async fn main(_: Spawner) {
         stop: chip.PIN_7,
     });
     let retained = RETAINED.take();
-    let place = cortex_m::singleton!(: MaybeUninit<Shared<Axis>> = MaybeUninit::uninit());
+    let place = singleton!(: MaybeUninit<Shared<Axis>> = MaybeUninit::uninit());
     let device = place.and_then(|place| power_up(place, axis, retained).ok());
-    let Some(device) = device else {
+    let (Some(device), Some(buffers)) = (device, singleton!(: Buffers = Buffers::default())) else {
         panic!("the board starts once, and without a configuration of its own");
     };
     let mut session = DeviceSession::new(VERSION, retained.boot);
@@ -68,8 +69,7 @@ async fn main(_: Spawner) {
     watchdog.0.start(WATCHDOG);
     TICKER.put(Ticker::new(device, Alarm::start(), &RETAINED));
 
-    let mut buffers = usb::Buffers::default();
-    let (mut device_side, mut sender, mut receiver) = usb::start(chip.USB, &mut buffers);
+    let (mut device_side, mut sender, mut receiver) = usb::start(chip.USB, buffers);
     let serve = async {
         let mut main_loop = MainLoop::new(device, &mut session);
         loop {

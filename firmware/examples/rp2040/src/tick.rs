@@ -32,7 +32,9 @@ impl Alarm {
         interrupt::USBCTRL_IRQ.set_priority(Priority::P3);
         interrupt::TIMER_IRQ_0.set_priority(Priority::P2);
         interrupt::TIMER_IRQ_3.set_priority(Priority::P0);
-        TIMER.inte().modify(|enabled| enabled.set_alarm(ALARM, true));
+        TIMER
+            .inte()
+            .modify(|enabled| enabled.set_alarm(ALARM, true));
         #[expect(unsafe_code, reason = "interrupts begin")]
         // SAFETY: the handler looks into a slot that is empty until the ticker is in it.
         unsafe {

@@ -43,10 +43,14 @@ impl<const N: usize> Default for Text<N> {
 }
 
 /// The port at the bus, and both directions of it.
-pub(crate) fn start<'a>(
+pub(crate) fn start(
     usb: Peri<'static, USB>,
-    buffers: &'a mut Buffers,
-) -> (UsbDevice<'a, Port>, Sender<'a, Port>, Receiver<'a, Port>) {
+    buffers: &'static mut Buffers,
+) -> (
+    UsbDevice<'static, Port>,
+    Sender<'static, Port>,
+    Receiver<'static, Port>,
+) {
     // TODO of whoever sells it: a number of one's own. This one is for experiments (pid.codes 1209:0001).
     let mut config = Config::new(0x1209, 0x0001);
     config.manufacturer = Some("fractional-haptics");
@@ -66,7 +70,7 @@ pub(crate) fn start<'a>(
 }
 
 /// Packets from the host, into the queue.
-pub(crate) async fn receive(receiver: &mut Receiver<'_, Port>) {
+pub(crate) async fn receive(receiver: &mut Receiver<'static, Port>) {
     let mut packet = [0; PACKET];
     loop {
         receiver.wait_connection().await;
@@ -78,7 +82,7 @@ pub(crate) async fn receive(receiver: &mut Receiver<'_, Port>) {
 }
 
 /// What waits in the queue, to the host.
-pub(crate) async fn send(sender: &mut Sender<'_, Port>) {
+pub(crate) async fn send(sender: &mut Sender<'static, Port>) {
     let mut packet = [0; PACKET];
     loop {
         sender.wait_connection().await;
