@@ -6,7 +6,7 @@ use boards::{RETAINED, chip, serve};
 use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
 use cortex_m_rt::entry;
-use haptic_board::{Parts, Shared, Ticker, TickerSlot, identity, power_up};
+use haptic_board::{Parts, Shared, Ticker, TickerSlot, identity, power_up, session};
 use haptic_remote::DeviceSession;
 
 /// Major, minor, patch.
@@ -36,7 +36,7 @@ fn main() -> ! {
     };
     TICKER.put(Ticker::new(device, timer, &RETAINED));
     chip::enable_interrupts();
-    let session = SESSION.write(DeviceSession::new(VERSION, retained.boot));
+    let session = session(SESSION, VERSION, retained);
     serve(device, session, &mut line, &mut watchdog)
 }
 

@@ -180,6 +180,12 @@ impl<F: Real, const N: usize> FirHistory<F, N> {
         }
     }
 
+    /// Becomes a signal that was zero for ever.
+    pub(crate) fn rest(&mut self) {
+        self.samples.as_flattened_mut().fill(F::ZERO);
+        (self.newest, self.past) = (0, F::ZERO);
+    }
+
     /// A signal that has stood at x for ever.
     pub(crate) fn settled(taps: &[F], x: F) -> Self {
         let mut history = Self {

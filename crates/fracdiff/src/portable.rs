@@ -90,6 +90,71 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
         }
     }
 
+    /// An operator whose output is zero, as a place for [`replace`](Self::replace).
+    #[must_use]
+    pub const fn silent() -> Self {
+        Self(Core::Taps(Fir::silent()))
+    }
+
+    /// Accepts what [`new`](Self::new) accepts, and makes nothing.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn check(form: Form, integer: i8, values: &[F]) -> Result<(), ListError> {
+        if form == Form::Taps && integer != 0 {
+            return Err(ListError::IntegerPart(integer));
+        }
+        check_integer(integer)?;
+        check_finite(values)?;
+        match form {
+            Form::Taps => Fir::<F, TAPS>::check(values),
+            Form::Modes => Bank::<F, PORTABLE_TAPS, MODES>::parts(values).map(|_| ()),
+            Form::Recursion => Recursion::<F, DEGREE>::from_list(values).map(|_| ()),
+            Form::Sections => Cascade::<F, DEGREE>::from_list(values).map(|_| ()),
+        }
+    }
+
+    /// Becomes the operator of this list, in its place: the same as [`new`](Self::new), on a stack without room for another
+    /// one. A history goes on only if it is made anew, by [`rest`](Differintegrator::rest).
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); the operator is then as it was.
+    pub fn replace(&mut self, form: Form, integer: i8, values: &[F]) -> Result<(), ListError> {
+        Self::check(form, integer, values)?;
+        let integer = i32::from(integer);
+        match form {
+            Form::Taps => self.replace_taps(values),
+            Form::Modes => self.replace_modes(values, integer),
+            Form::Recursion => *self = Self::recursion(values, integer)?,
+            Form::Sections => *self = Self::sections(values, integer)?,
+        }
+        Ok(())
+    }
+
+    #[inline(never)]
+    fn replace_taps(&mut self, values: &[F]) {
+        if !matches!(self.0, Core::Taps(_)) {
+            *self = Self::silent();
+        }
+        if let Core::Taps(core) = &mut self.0 {
+            // It was checked.
+            let _ = core.replace(values);
+        }
+    }
+
+    #[inline(never)]
+    fn replace_modes(&mut self, values: &[F], integer: i32) {
+        if !matches!(self.0, Core::Modes(_)) {
+            let core = Bank::empty(1.0, F::ZERO);
+            self.0 = Core::Modes(WithIntegerPart { integer, core });
+        }
+        if let Core::Modes(core) = &mut self.0 {
+            core.integer = integer;
+            // It was checked.
+            let _ = core.core.replace(values, integer);
+        }
+    }
+
     /// Value `index` of the list; `None` behind its end.
     #[must_use]
     pub fn value(&self, index: usize) -> Option<F> {
@@ -127,6 +192,24 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
     }
 }
 
+// Each form of history on its own, as above.
+
+#[inline(never)]
+fn rest_as_taps<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>(
+    history: &mut PortableHistory<F, TAPS, MODES, DEGREE>,
+) {
+    *history = PortableHistory::Taps(FirHistory::at_rest());
+}
+
+#[inline(never)]
+fn rest_as<F: Real, C: Differintegrator<F>, H>(
+    core: &C,
+    form: impl FnOnce(C::History) -> H,
+    history: &mut H,
+) {
+    *history = form(core.at_rest());
+}
+
 /// A step of one form. Not inlined: LLVM otherwise prepares for all forms before it looks which it is.
 #[inline(never)]
 fn advance_apart<F: Real, C: Differintegrator<F>>(core: &C, history: &mut C::History, x: F) {
@@ -144,6 +227,16 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize> Differ
             Core::Modes(core) => PortableHistory::Modes(core.at_rest()),
             Core::Recursion(core) => PortableHistory::Recursion(core.at_rest()),
             Core::Sections(core) => PortableHistory::Sections(core.at_rest()),
+        }
+    }
+
+    fn rest(&self, history: &mut Self::History) {
+        match (&self.0, history) {
+            (Core::Taps(_), PortableHistory::Taps(own)) => own.rest(),
+            (Core::Taps(_), other) => rest_as_taps(other),
+            (Core::Modes(core), other) => rest_as(core, PortableHistory::Modes, other),
+            (Core::Recursion(core), other) => rest_as(core, PortableHistory::Recursion, other),
+            (Core::Sections(core), other) => rest_as(core, PortableHistory::Sections, other),
         }
     }
 

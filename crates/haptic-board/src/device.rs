@@ -7,7 +7,7 @@ use core::mem::MaybeUninit;
 use critical_section::Mutex;
 use haptic_link::{Refusal, State};
 use haptic_loop::Fault;
-use haptic_remote::{Exclusive, Hardware, TickSide};
+use haptic_remote::{DeviceSession, Exclusive, Hardware, TickSide};
 
 /// The device's loop, lent to one user at a time by a critical section.
 #[derive(Debug)]
@@ -43,6 +43,16 @@ pub fn power_up<H: Hardware>(
         device.with(|device| device.trip(Fault::Reset));
     }
     Ok(device)
+}
+
+/// Makes the device's half of the conversation in its place. On its own, as [`power_up`].
+#[inline(never)]
+pub fn session(
+    place: &'static mut MaybeUninit<DeviceSession>,
+    firmware: [u8; 3],
+    retained: Retained,
+) -> &'static mut DeviceSession {
+    place.write(DeviceSession::new(firmware, retained.boot))
 }
 
 /// The work of the tick interrupt.

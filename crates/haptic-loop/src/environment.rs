@@ -38,6 +38,12 @@ pub trait Environment<F: Real, const D: usize> {
     /// The history of a device that always rested at zero.
     fn at_rest(&self) -> Self::History;
 
+    /// Makes a history that of a device that always rested at zero, as [`at_rest`](Self::at_rest), in its place where an
+    /// environment can: for a stack without room for another one.
+    fn rest(&self, history: &mut Self::History) {
+        *history = self.at_rest();
+    }
+
     /// The force on the device at this position, N.
     fn force(&self, history: &Self::History, position_m: &SVector<F, D>) -> SVector<F, D>;
 
@@ -114,6 +120,16 @@ impl<F: Real, O: Differintegrator<F>> SpringDamper<F, O> {
     /// D^μ.
     pub const fn operator(&self) -> &O {
         &self.operator
+    }
+
+    /// With other gains, and its operator to be changed.
+    pub(crate) const fn reshape(&mut self, gains: Gains<F>) -> &mut O
+    where
+        F: Copy,
+    {
+        self.stiffness = gains.stiffness;
+        self.dissipation = gains.dissipation;
+        &mut self.operator
     }
 }
 
@@ -223,6 +239,15 @@ impl<F: Real, E: Environment<F, 1>, const D: usize> Contact<F, E, D> {
     /// The environment behind the surface.
     pub const fn inner(&self) -> &E {
         &self.inner
+    }
+
+    /// Behind another surface, and its environment to be changed.
+    pub(crate) fn reshape(&mut self, plane: Option<Plane<F, D>>) -> &mut E {
+        if let Some(plane) = plane {
+            self.normal = plane.normal;
+            self.surface = plane.surface;
+        }
+        &mut self.inner
     }
 
     /// p, m.

@@ -81,6 +81,19 @@ impl<F: Real, O: Differintegrator<F>> Wall<F, O> {
         }
     }
 
+    /// Becomes a wall around another shape, and gives its operator to be changed: in its place, on a stack without room for
+    /// another one. A wall of the other kind begins with the operator that `other` makes.
+    pub fn reshape(&mut self, shape: WallShape<F>, other: impl FnOnce() -> O) -> &mut O {
+        let is_one_sided = matches!(self, Self::OneSided(_));
+        if is_one_sided != shape.plane.is_some() {
+            *self = Self::of(shape, other());
+        }
+        match self {
+            Self::Linear(wall) => wall.reshape(shape.gains),
+            Self::OneSided(contact) => contact.reshape(shape.plane).reshape(shape.gains),
+        }
+    }
+
     /// D^μ.
     pub const fn operator(&self) -> &O {
         match self {
@@ -96,6 +109,10 @@ impl<F: Real, O: Differintegrator<F>> Environment<F, 1> for Wall<F, O> {
     fn at_rest(&self) -> Self::History {
         // The surface has no past. Not through either kind: each would move the history, kilobytes, once more.
         [self.operator().at_rest()]
+    }
+
+    fn rest(&self, history: &mut Self::History) {
+        self.operator().rest(&mut history[0]);
     }
 
     #[inline]

@@ -23,36 +23,61 @@ pub type DeviceOperator = PortableOperator<f32, COEFFICIENTS_MAX, MODES_MAX, DEG
 /// The environment of a device.
 pub type DeviceWall = Wall<f32, DeviceOperator>;
 
-/// A configuration that is good, ready to take effect. Without a history: that is made in its place.
+/// A configuration that is good, ready to take effect. Without operator and history: those are made in their places, from
+/// the coefficients, so that nowhere two of them are needed.
 #[derive(Clone, Debug)]
-pub struct Prepared<S> {
+pub struct Prepared<'a, S> {
     pub(super) configuration: Configuration,
     pub(super) digest: u32,
-    pub(super) wall: DeviceWall,
+    pub(super) law: Law<'a>,
     pub(super) chain: SafetyChain<f32>,
     pub(super) setup: S,
 }
 
-/// Checks a configuration and makes a controller of it. Nothing of it takes effect yet.
+/// A law that was checked: all that its wall is made of.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Law<'a> {
+    shape: WallShape<f32>,
+    form: Form,
+    integer: i8,
+    values: &'a [f32],
+}
+
+impl Law<'_> {
+    /// Makes a wall one of this law, in its place.
+    #[inline(never)]
+    pub(super) fn put(&self, wall: &mut DeviceWall) {
+        let operator = wall.reshape(self.shape, DeviceOperator::silent);
+        // It was checked.
+        let _ = operator.replace(self.form, self.integer, self.values);
+    }
+
+    /// A wall that is to become one of this law.
+    pub(super) fn place(&self) -> DeviceWall {
+        Wall::of(self.shape, DeviceOperator::silent())
+    }
+}
+
+/// Checks a configuration and prepares what a controller needs of it. Nothing of it takes effect yet.
 ///
-/// *Cost*: a copy of the coefficients, their checks, and what the plant needs; no allocation.
+/// *Cost*: the checks, and what the plant needs; no copy of the coefficients, no allocation.
 ///
 /// # Errors
 /// The first parameter that is not as this board needs it.
 #[inline(never)]
-pub fn prepare<H: Hardware>(
+pub fn prepare<'a, H: Hardware>(
     configuration: Configuration,
-    coefficients: &[f32],
+    coefficients: &'a [f32],
     capabilities: &Capabilities,
-) -> Result<Prepared<H::Setup>, Refusal> {
+) -> Result<Prepared<'a, H::Setup>, Refusal> {
     let limits = checked(&configuration, capabilities)?;
     // The setup needs the most memory. It comes first, while nothing else is there.
     let setup = H::prepare(&configuration.simulation, configuration.tick_period_us)?;
-    let (wall, chain) = built(&configuration, coefficients, &limits)?;
+    let (law, chain) = built(&configuration, coefficients, &limits)?;
     Ok(Prepared {
         configuration,
         digest: digest(&configuration, coefficients),
-        wall,
+        law,
         chain,
         setup,
     })
@@ -97,25 +122,21 @@ fn checked(
     fields.done().map(|()| chain)
 }
 
-/// Environment and safety chain of a configuration that was checked.
+/// Law and safety chain of a configuration that was checked.
 #[inline(never)]
-fn built(
+fn built<'a>(
     configuration: &Configuration,
-    coefficients: &[f32],
+    values: &'a [f32],
     limits: &haptic_loop::Limits,
-) -> Result<(DeviceWall, SafetyChain<f32>), Refusal> {
-    let shape = configuration.operator;
-    let form = match shape.form {
+) -> Result<(Law<'a>, SafetyChain<f32>), Refusal> {
+    let integer = configuration.operator.integer;
+    let form = match configuration.operator.form {
         OperatorForm::Taps => Form::Taps,
         OperatorForm::Modes => Form::Modes,
         OperatorForm::Recursion => Form::Recursion,
         OperatorForm::Sections => Form::Sections,
     };
-    let operator = match DeviceOperator::new(form, shape.integer, coefficients) {
-        // In memory: LLVM otherwise moves it through registers, word by word, with 4 KiB of code.
-        Ok(operator) => core::hint::black_box(operator),
-        Err(error) => return Err(refused(error)),
-    };
+    DeviceOperator::check(form, integer, values).map_err(refused)?;
     let surface = f64::from(configuration.surface_m);
     let surface = configuration.one_sided.then_some(Metres(surface));
     let stiffness = f64::from(configuration.stiffness_n_per_m);
@@ -125,7 +146,13 @@ fn built(
         .map_err(|_| Refusal::Unsupported(Field::Other))?;
     let sample_time = Seconds(f64::from(configuration.tick_period_us) * 1e-6);
     let chain = safety_chain(limits, sample_time)?;
-    Ok((Wall::of(shape, operator), chain))
+    let law = Law {
+        shape,
+        form,
+        integer,
+        values,
+    };
+    Ok((law, chain))
 }
 
 #[inline(never)]

@@ -12,7 +12,9 @@ use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
 use cortex_m_rt::{ExceptionFrame, entry, exception};
 use haptic_board::haptic_remote::DeviceSession;
-use haptic_board::{Parts, RetainedMemory, Shared, Ticker, TickerSlot, identity, power_up, serve};
+use haptic_board::{
+    Parts, RetainedMemory, Shared, Ticker, TickerSlot, identity, power_up, serve, session,
+};
 
 /// Version of your firmware: major, minor, patch.
 const VERSION: [u8; 3] = [0, 1, 0];
@@ -43,10 +45,17 @@ fn main() -> ! {
         chip::give_up();
     };
     TICKER.put(Ticker::new(device, timer, &RETAINED));
-    let session = SESSION.write(DeviceSession::new(VERSION, retained.boot));
+    let session = session(SESSION, VERSION, retained);
     // TODO: sleep (`cortex_m::asm::wfi`) once your line receives by interrupt or DMA. This one has to be looked at.
     let sleep = core::hint::spin_loop;
-    serve(device, session, &mut line, &mut watchdog, chip::now_us, sleep)
+    serve(
+        device,
+        session,
+        &mut line,
+        &mut watchdog,
+        chip::now_us,
+        sleep,
+    )
 }
 
 /// The tick. TODO: the interrupt of your timer; its priority is above that of the line.

@@ -105,7 +105,9 @@ impl DeviceSession {
         device.with(|device| device.may_install())?;
         let capabilities = device.with(|device| device.hardware().capabilities());
         let count = usize::from(configuration.operator.count);
-        let values = self.values.get(..count).unwrap_or_default();
+        // For a run, the place of these is needed for those in force.
+        let values = self.values;
+        let values = values.get(..count).unwrap_or_default();
         let prepared = prepare::<H>(*configuration, values, &capabilities)?;
         if for_run {
             let set = device.with(|device| *device.configuration().0);

@@ -101,7 +101,7 @@ impl<H: Hardware> TickSide<H> {
     ///
     /// # Errors
     /// As [`new`](Self::new).
-    pub fn passive(hardware: &H) -> Result<Prepared<H::Setup>, Refusal> {
+    pub fn passive(hardware: &H) -> Result<Prepared<'static, H::Setup>, Refusal> {
         let capabilities = hardware.capabilities();
         let mut passive = Configuration::PASSIVE;
         let limits = &mut passive.limits;
@@ -116,12 +116,14 @@ impl<H: Hardware> TickSide<H> {
     }
 
     /// A device at power-up, with this configuration: where there is no room to build it twice.
-    pub fn with(mut hardware: H, prepared: Prepared<H::Setup>) -> Self {
+    pub fn with(mut hardware: H, prepared: Prepared<'_, H::Setup>) -> Self {
         let configuration = prepared.configuration;
         hardware.install(prepared.setup, configuration.tick_period_us);
+        let mut wall = prepared.law.place();
+        prepared.law.put(&mut wall);
         Self {
             hardware,
-            controller: Controller::new(prepared.wall, prepared.chain),
+            controller: Controller::new(wall, prepared.chain),
             configuration,
             digest: prepared.digest,
             state: State::Idle,

@@ -178,16 +178,16 @@ impl<H: Hardware> TickSide<H> {
     ///
     /// # Errors
     /// As [`may_install`](Self::may_install).
-    pub fn install(&mut self, prepared: Prepared<H::Setup>) -> Result<(), Refusal> {
+    pub fn install(&mut self, prepared: Prepared<'_, H::Setup>) -> Result<(), Refusal> {
         self.may_install()?;
         let Prepared {
             configuration,
             digest,
-            wall,
+            law,
             chain,
             setup,
         } = prepared;
-        self.controller.replace(wall, chain);
+        self.controller.replace_within(chain, |wall| law.put(wall));
         if let Some(fault) = self.fault {
             self.controller.trip(fault);
         }
