@@ -3,11 +3,9 @@
 #![no_main]
 
 use boards::{RETAINED, chip, serve};
-use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
 use cortex_m_rt::entry;
-use haptic_board::{Parts, Shared, Ticker, TickerSlot, identity, power_up, session};
-use haptic_remote::DeviceSession;
+use haptic_board::{Parts, Place, Ticker, TickerSlot, identity, power_up};
 
 /// Major, minor, patch.
 const VERSION: [u8; 3] = [0, 1, 0];
@@ -18,8 +16,7 @@ static TICKER: TickerSlot<chip::Board, chip::Timer> = TickerSlot::empty();
 
 #[entry]
 fn main() -> ! {
-    static mut DEVICE: MaybeUninit<Shared<chip::Board>> = MaybeUninit::uninit();
-    static mut SESSION: MaybeUninit<DeviceSession> = MaybeUninit::uninit();
+    static mut PLACE: Place<chip::Board> = Place::new();
 
     let Parts {
         hardware,
@@ -31,12 +28,11 @@ fn main() -> ! {
     // Kept in the image though nothing here reads it.
     core::hint::black_box(&IDENTITY);
     // Compiled here, for speed: for size it needs three times as much of the stack.
-    let Ok(device) = power_up(DEVICE, hardware, retained) else {
+    let Ok((device, session)) = power_up(PLACE, hardware, VERSION, retained) else {
         chip::give_up();
     };
     TICKER.put(Ticker::new(device, timer, &RETAINED));
     chip::enable_interrupts();
-    let session = session(SESSION, VERSION, retained);
     serve(device, session, &mut line, &mut watchdog)
 }
 

@@ -70,19 +70,17 @@ impl<F: Real, const N: usize> Fir<F, N> {
     /// # Errors
     /// [`ListError::Count`] unless there are 1 to N; [`ListError::Value`] for one that is not finite.
     pub fn from_slice(coefficients: &[F]) -> Result<Self, ListError> {
-        let mut fir = Self::silent();
+        const { assert!(N > 0, "there is at least one coefficient") };
+        let mut fir = Self::SILENT;
         fir.replace(coefficients)?;
         Ok(fir)
     }
 
-    /// One coefficient, zero.
-    pub(crate) const fn silent() -> Self {
-        const { assert!(N > 0, "there is at least one coefficient") };
-        Self {
-            used: 1,
-            coefficients: [F::ZERO; N],
-        }
-    }
+    /// No coefficient: all zero, to the last bit, so that it is made in its place without a copy.
+    pub(crate) const SILENT: Self = Self {
+        used: 0,
+        coefficients: [F::ZERO; N],
+    };
 
     /// Accepts what [`from_slice`](Self::from_slice) accepts.
     pub(crate) fn check(coefficients: &[F]) -> Result<(), ListError> {

@@ -91,10 +91,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
     }
 
     /// An operator whose output is zero, as a place for [`replace`](Self::replace).
-    #[must_use]
-    pub const fn silent() -> Self {
-        Self(Core::Taps(Fir::silent()))
-    }
+    pub const SILENT: Self = Self(Core::Taps(Fir::SILENT));
 
     /// Accepts what [`new`](Self::new) accepts, and makes nothing.
     ///
@@ -125,8 +122,8 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
         match form {
             Form::Taps => self.replace_taps(values),
             Form::Modes => self.replace_modes(values, integer),
-            Form::Recursion => *self = Self::recursion(values, integer)?,
-            Form::Sections => *self = Self::sections(values, integer)?,
+            Form::Recursion => self.replace_recursion(values, integer),
+            Form::Sections => self.replace_sections(values, integer),
         }
         Ok(())
     }
@@ -134,7 +131,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
     #[inline(never)]
     fn replace_taps(&mut self, values: &[F]) {
         if !matches!(self.0, Core::Taps(_)) {
-            *self = Self::silent();
+            *self = Self::SILENT;
         }
         if let Core::Taps(core) = &mut self.0 {
             // It was checked.
@@ -145,13 +142,27 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
     #[inline(never)]
     fn replace_modes(&mut self, values: &[F], integer: i32) {
         if !matches!(self.0, Core::Modes(_)) {
-            let core = Bank::empty(1.0, F::ZERO);
-            self.0 = Core::Modes(WithIntegerPart { integer, core });
+            let core = Bank::SILENT;
+            self.0 = Core::Modes(WithIntegerPart { integer: 0, core });
         }
         if let Core::Modes(core) = &mut self.0 {
             core.integer = integer;
             // It was checked.
             let _ = core.core.replace(values, integer);
+        }
+    }
+
+    #[inline(never)]
+    fn replace_recursion(&mut self, values: &[F], integer: i32) {
+        if let Ok(core) = Recursion::from_list(values) {
+            self.0 = Core::Recursion(WithIntegerPart { integer, core });
+        }
+    }
+
+    #[inline(never)]
+    fn replace_sections(&mut self, values: &[F], integer: i32) {
+        if let Ok(core) = Cascade::from_list(values) {
+            self.0 = Core::Sections(WithIntegerPart { integer, core });
         }
     }
 
@@ -198,7 +209,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
 fn rest_as_taps<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>(
     history: &mut PortableHistory<F, TAPS, MODES, DEGREE>,
 ) {
-    *history = PortableHistory::Taps(FirHistory::at_rest());
+    *history = const { PortableHistory::Taps(FirHistory::AT_REST) };
 }
 
 #[inline(never)]
@@ -223,7 +234,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize> Differ
 
     fn at_rest(&self) -> Self::History {
         match &self.0 {
-            Core::Taps(core) => PortableHistory::Taps(core.at_rest()),
+            Core::Taps(_) => const { PortableHistory::Taps(FirHistory::AT_REST) },
             Core::Modes(core) => PortableHistory::Modes(core.at_rest()),
             Core::Recursion(core) => PortableHistory::Recursion(core.at_rest()),
             Core::Sections(core) => PortableHistory::Sections(core.at_rest()),

@@ -6,53 +6,99 @@ use core::cell::RefCell;
 use core::mem::MaybeUninit;
 use critical_section::Mutex;
 use haptic_link::{Refusal, State};
-use haptic_loop::Fault;
-use haptic_remote::{DeviceSession, Exclusive, Hardware, TickSide};
+use haptic_loop::{Fault, SafetyChain};
+use haptic_remote::{DeviceSession, Exclusive, Hardware, Records, TickSide};
+
+/// The device's loop, with its records elsewhere.
+type Loop<H> = TickSide<H, &'static mut Records>;
 
 /// The device's loop, lent to one user at a time by a critical section.
 #[derive(Debug)]
-pub struct Shared<H: Hardware>(Mutex<RefCell<TickSide<H>>>);
+pub struct Shared<H: Hardware>(Mutex<RefCell<Loop<H>>>);
 
-impl<H: Hardware> Shared<H> {
-    /// To be shared.
-    pub const fn new(device: TickSide<H>) -> Self {
-        Self(Mutex::new(RefCell::new(device)))
-    }
-}
-
-impl<H: Hardware> Exclusive<TickSide<H>> for Shared<H> {
-    fn with<R>(&self, user: impl FnOnce(&mut TickSide<H>) -> R) -> R {
+impl<H: Hardware> Exclusive<Loop<H>> for Shared<H> {
+    fn with<R>(&self, user: impl FnOnce(&mut Loop<H>) -> R) -> R {
         critical_section::with(|token| user(&mut self.0.borrow_ref_mut(token)))
     }
 }
 
-/// Makes the device in its place: idle, without a force, and in the fault [`Fault::Reset`] if a reset has come in
-/// between. On its own, so that what it needs of the stack is free again.
+/// The place of a device in memory, for a static: all that is large is made here, and not on the stack.
+#[derive(Debug)]
+pub struct Place<H: Hardware> {
+    device: MaybeUninit<Shared<H>>,
+    records: Records,
+    session: MaybeUninit<DeviceSession>,
+}
+
+impl<H: Hardware> Place<H> {
+    /// Empty, all zero.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            device: MaybeUninit::uninit(),
+            records: Records::new(),
+            session: MaybeUninit::uninit(),
+        }
+    }
+}
+
+impl<H: Hardware> Default for Place<H> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Makes the device, and its half of the conversation: idle, without a force, and in the fault [`Fault::Reset`] if a reset
+/// has come while it was armed. `firmware` is the version: major, minor, patch.
 ///
 /// # Errors
 /// As [`TickSide::passive`]: a board that cannot be without a configuration.
-#[inline(never)]
 pub fn power_up<H: Hardware>(
-    place: &'static mut MaybeUninit<Shared<H>>,
+    place: &'static mut Place<H>,
     hardware: H,
+    firmware: [u8; 3],
     retained: Retained,
-) -> Result<&'static Shared<H>, Refusal> {
-    let passive = TickSide::passive(&hardware)?;
-    let device = place.write(Shared::new(TickSide::with(hardware, passive)));
+) -> Result<(&'static Shared<H>, &'static mut DeviceSession), Refusal> {
+    let device = device(&mut place.device, &mut place.records, hardware)?;
     if retained.was_armed {
         device.with(|device| device.trip(Fault::Reset));
     }
+    let session = session(&mut place.session, firmware, retained.boot);
+    Ok((device, session))
+}
+
+// Each on its own, so that what it needs of the stack is free again.
+
+#[inline(never)]
+fn device<H: Hardware>(
+    place: &'static mut MaybeUninit<Shared<H>>,
+    records: &'static mut Records,
+    hardware: H,
+) -> Result<&'static Shared<H>, Refusal> {
+    let passive = TickSide::passive(&hardware)?;
+    let device = asleep(place, records, hardware, passive.chain());
+    device.with(|device| device.wake(passive, &TickSide::<H>::PASSIVE));
     Ok(device)
 }
 
-/// Makes the device's half of the conversation in its place. On its own, as [`power_up`].
 #[inline(never)]
-pub fn session(
+fn asleep<H: Hardware>(
+    place: &'static mut MaybeUninit<Shared<H>>,
+    records: &'static mut Records,
+    hardware: H,
+    chain: SafetyChain<f32>,
+) -> &'static Shared<H> {
+    let device = TickSide::asleep(hardware, chain, records);
+    place.write(Shared(Mutex::new(RefCell::new(device))))
+}
+
+#[inline(never)]
+fn session(
     place: &'static mut MaybeUninit<DeviceSession>,
     firmware: [u8; 3],
-    retained: Retained,
+    boot: u32,
 ) -> &'static mut DeviceSession {
-    place.write(DeviceSession::new(firmware, retained.boot))
+    place.write(DeviceSession::new(firmware, boot))
 }
 
 /// The work of the tick interrupt.

@@ -8,7 +8,7 @@ mod clock;
 mod device;
 mod identity;
 mod main_loop;
-#[cfg(feature = "defmt")]
+#[cfg(all(feature = "defmt", target_os = "none"))]
 mod news;
 mod parts;
 mod quadrature;
@@ -20,7 +20,7 @@ pub use {haptic_link, haptic_loop, haptic_remote, nalgebra};
 
 pub use abilities::{one_axis, only_real};
 pub use clock::Clock;
-pub use device::{Shared, Ticker, TickerSlot, power_up, session};
+pub use device::{Place, Shared, Ticker, TickerSlot, power_up};
 pub use identity::identity;
 pub use main_loop::{MainLoop, serve};
 pub use parts::{Line, NoWatchdog, Parts, TickTimer, Watchdog};

@@ -16,7 +16,7 @@ pub struct MainLoop<'a, H: Hardware> {
     session: &'a mut DeviceSession,
     frame: [u8; FRAME_MAX],
     ticks: u32,
-    #[cfg(feature = "defmt")]
+    #[cfg(all(feature = "defmt", target_os = "none"))]
     news: crate::news::News,
 }
 
@@ -28,7 +28,7 @@ impl<'a, H: Hardware> MainLoop<'a, H> {
             session,
             frame: [0; FRAME_MAX],
             ticks: 0,
-            #[cfg(feature = "defmt")]
+            #[cfg(all(feature = "defmt", target_os = "none"))]
             news: crate::news::News::new(),
         }
     }
@@ -64,7 +64,7 @@ impl<'a, H: Hardware> MainLoop<'a, H> {
         if ticked != self.ticks {
             self.ticks = ticked;
             watchdog.feed();
-            #[cfg(feature = "defmt")]
+            #[cfg(all(feature = "defmt", target_os = "none"))]
             self.news.tell(device.with(|device| device.status()));
         }
         idle

@@ -87,6 +87,11 @@ pub(crate) struct Gains<F> {
 }
 
 impl<F: Real> Gains<F> {
+    pub(crate) const NONE: Self = Self {
+        stiffness: F::ZERO,
+        dissipation: F::ZERO,
+    };
+
     /// Refuses as [`SpringDamper::new`].
     pub(crate) fn new(stiffness: f64, dissipation: f64, checks: &mut Checks) -> Self {
         checks.not_negative("stiffness", stiffness, "N/m");
@@ -109,6 +114,7 @@ impl<F: Real, O: Differintegrator<F>> SpringDamper<F, O> {
         checks.done().map(|()| Self::of(gains, operator))
     }
 
+    #[inline]
     pub(crate) fn of(gains: Gains<F>, operator: O) -> Self {
         Self {
             stiffness: gains.stiffness,
@@ -228,6 +234,7 @@ impl<F: Real, E: Environment<F, 1>, const D: usize> Contact<F, E, D> {
         checks.done().map(|()| Self::of(plane, inner))
     }
 
+    #[inline]
     pub(crate) fn of(plane: Plane<F, D>, inner: E) -> Self {
         Self {
             inner,

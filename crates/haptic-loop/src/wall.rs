@@ -40,6 +40,12 @@ pub struct WallShape<F> {
 }
 
 impl<F: Real> WallShape<F> {
+    /// A wall that makes no force.
+    pub const NONE: Self = Self {
+        gains: Gains::NONE,
+        plane: None,
+    };
+
     /// # Errors
     /// As [`Wall::new`].
     #[inline(never)]
@@ -86,12 +92,18 @@ impl<F: Real, O: Differintegrator<F>> Wall<F, O> {
     pub fn reshape(&mut self, shape: WallShape<F>, other: impl FnOnce() -> O) -> &mut O {
         let is_one_sided = matches!(self, Self::OneSided(_));
         if is_one_sided != shape.plane.is_some() {
-            *self = Self::of(shape, other());
+            self.begin(shape, other);
         }
         match self {
             Self::Linear(wall) => wall.reshape(shape.gains),
             Self::OneSided(contact) => contact.reshape(shape.plane).reshape(shape.gains),
         }
+    }
+
+    /// On its own, so that what it needs of the stack is free again.
+    #[inline(never)]
+    fn begin(&mut self, shape: WallShape<F>, operator: impl FnOnce() -> O) {
+        *self = Self::of(shape, operator());
     }
 
     /// D^μ.

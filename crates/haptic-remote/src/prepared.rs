@@ -23,38 +23,45 @@ pub type DeviceOperator = PortableOperator<f32, COEFFICIENTS_MAX, MODES_MAX, DEG
 /// The environment of a device.
 pub type DeviceWall = Wall<f32, DeviceOperator>;
 
-/// A configuration that is good, ready to take effect. Without operator and history: those are made in their places, from
-/// the coefficients, so that nowhere two of them are needed.
+/// A configuration that is good, ready to take effect with the coefficients that were checked. Without operator and history:
+/// those are made in their places, so that nowhere two of them are needed.
 #[derive(Clone, Debug)]
-pub struct Prepared<'a, S> {
+pub struct Prepared<S> {
     pub(super) configuration: Configuration,
     pub(super) digest: u32,
-    pub(super) law: Law<'a>,
+    pub(super) law: Law,
     pub(super) chain: SafetyChain<f32>,
     pub(super) setup: S,
 }
 
-/// A law that was checked: all that its wall is made of.
+/// A law that was checked: all that its wall is made of, but the coefficients.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Law<'a> {
+pub(super) struct Law {
     shape: WallShape<f32>,
     form: Form,
     integer: i8,
-    values: &'a [f32],
 }
 
-impl Law<'_> {
+impl<S> Prepared<S> {
+    /// Its safety chain, for [`TickSide::asleep`](crate::TickSide::asleep).
+    #[must_use]
+    pub const fn chain(&self) -> SafetyChain<f32> {
+        self.chain
+    }
+}
+
+impl Law {
     /// Makes a wall one of this law, in its place.
     #[inline(never)]
-    pub(super) fn put(&self, wall: &mut DeviceWall) {
-        let operator = wall.reshape(self.shape, DeviceOperator::silent);
-        // It was checked.
-        let _ = operator.replace(self.form, self.integer, self.values);
+    pub(super) fn put(&self, wall: &mut DeviceWall, coefficients: &[f32]) {
+        let operator = wall.reshape(self.shape, || DeviceOperator::SILENT);
+        // They were checked.
+        let _ = operator.replace(self.form, self.integer, coefficients);
     }
 
-    /// A wall that is to become one of this law.
-    pub(super) fn place(&self) -> DeviceWall {
-        Wall::of(self.shape, DeviceOperator::silent())
+    /// A wall that makes no force, and is to become another one.
+    pub(super) fn none() -> DeviceWall {
+        Wall::of(WallShape::NONE, DeviceOperator::SILENT)
     }
 }
 
@@ -65,11 +72,11 @@ impl Law<'_> {
 /// # Errors
 /// The first parameter that is not as this board needs it.
 #[inline(never)]
-pub fn prepare<'a, H: Hardware>(
+pub fn prepare<H: Hardware>(
     configuration: Configuration,
-    coefficients: &'a [f32],
+    coefficients: &[f32],
     capabilities: &Capabilities,
-) -> Result<Prepared<'a, H::Setup>, Refusal> {
+) -> Result<Prepared<H::Setup>, Refusal> {
     let limits = checked(&configuration, capabilities)?;
     // The setup needs the most memory. It comes first, while nothing else is there.
     let setup = H::prepare(&configuration.simulation, configuration.tick_period_us)?;
@@ -124,11 +131,11 @@ fn checked(
 
 /// Law and safety chain of a configuration that was checked.
 #[inline(never)]
-fn built<'a>(
+fn built(
     configuration: &Configuration,
-    values: &'a [f32],
+    coefficients: &[f32],
     limits: &haptic_loop::Limits,
-) -> Result<(Law<'a>, SafetyChain<f32>), Refusal> {
+) -> Result<(Law, SafetyChain<f32>), Refusal> {
     let integer = configuration.operator.integer;
     let form = match configuration.operator.form {
         OperatorForm::Taps => Form::Taps,
@@ -136,7 +143,7 @@ fn built<'a>(
         OperatorForm::Recursion => Form::Recursion,
         OperatorForm::Sections => Form::Sections,
     };
-    DeviceOperator::check(form, integer, values).map_err(refused)?;
+    DeviceOperator::check(form, integer, coefficients).map_err(refused)?;
     let surface = f64::from(configuration.surface_m);
     let surface = configuration.one_sided.then_some(Metres(surface));
     let stiffness = f64::from(configuration.stiffness_n_per_m);
@@ -150,7 +157,6 @@ fn built<'a>(
         shape,
         form,
         integer,
-        values,
     };
     Ok((law, chain))
 }

@@ -8,13 +8,9 @@ mod board;
 mod chip;
 
 use board::{Board, NAME};
-use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
 use cortex_m_rt::{ExceptionFrame, entry, exception};
-use haptic_board::haptic_remote::DeviceSession;
-use haptic_board::{
-    Parts, RetainedMemory, Shared, Ticker, TickerSlot, identity, power_up, serve, session,
-};
+use haptic_board::{Parts, Place, RetainedMemory, Ticker, TickerSlot, identity, power_up, serve};
 
 /// Version of your firmware: major, minor, patch.
 const VERSION: [u8; 3] = [0, 1, 0];
@@ -30,8 +26,7 @@ static TICKER: TickerSlot<Board, chip::Timer> = TickerSlot::empty();
 
 #[entry]
 fn main() -> ! {
-    static mut DEVICE: MaybeUninit<Shared<Board>> = MaybeUninit::uninit();
-    static mut SESSION: MaybeUninit<DeviceSession> = MaybeUninit::uninit();
+    static mut PLACE: Place<Board> = Place::new();
 
     let Parts {
         hardware,
@@ -41,11 +36,10 @@ fn main() -> ! {
     } = chip::start();
     core::hint::black_box(&IDENTITY);
     let retained = RETAINED.take();
-    let Ok(device) = power_up(DEVICE, hardware, retained) else {
+    let Ok((device, session)) = power_up(PLACE, hardware, VERSION, retained) else {
         chip::give_up();
     };
     TICKER.put(Ticker::new(device, timer, &RETAINED));
-    let session = session(SESSION, VERSION, retained);
     // TODO: sleep (`cortex_m::asm::wfi`) once your line receives by interrupt or DMA. This one has to be looked at.
     let sleep = core::hint::spin_loop;
     serve(

@@ -2,12 +2,11 @@
 
 use super::Test;
 use boards::{RETAINED, chip};
-use core::mem::MaybeUninit;
 use cortex_m_rt::exception;
-use haptic_board::{Shared, Ticker, TickerSlot};
+use haptic_board::{Place, Shared, Ticker, TickerSlot, power_up};
 use haptic_link::{Capabilities, Refusal, Simulation, State};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
-use haptic_remote::{Exclusive, Hardware, SimulatedPlant, TickSide, prepare};
+use haptic_remote::{Exclusive, Hardware, SimulatedPlant, prepare};
 
 pub(crate) const TESTS: [Test; 1] = [(
     "ticks_follow_their_period_and_one_that_takes_too_long_latches_a_fault",
@@ -87,7 +86,7 @@ fn set_period(device: &Shared<Slow>, period_us: u32) {
     configuration.tick_period_us = period_us;
     let prepared = prepare::<Slow>(configuration, &[0.0], &capabilities).expect("good");
     device
-        .with(|device| device.install(prepared))
+        .with(|device| device.install(prepared, &[0.0]))
         .expect("idle");
 }
 
@@ -97,9 +96,8 @@ fn ticks() {
         plant: board.hardware,
         slow: 0,
     };
-    let memory = cortex_m::singleton!(: MaybeUninit<Shared<Slow>> = MaybeUninit::uninit());
-    let memory = memory.expect("once");
-    let device = &*memory.write(Shared::new(TickSide::new(slow).expect("a board")));
+    let place = cortex_m::singleton!(: Place<Slow> = Place::new()).expect("once");
+    let (device, _) = power_up(place, slow, [1, 2, 3], RETAINED.take()).expect("a board");
     TICKER.put(Ticker::new(device, board.timer, &RETAINED));
     let overruns = || device.with(|device| device.statistics().overruns);
     wait(device, 50);

@@ -136,16 +136,23 @@ pub(crate) fn plain_modes<F: Real>(values: &[F], integer: i32) -> usize {
 }
 
 impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
+    /// Without taps and modes: all zero, to the last bit, so that it is made in its place without a copy.
+    pub(crate) const SILENT: Self = Self {
+        rate: 0.0,
+        direct: F::ZERO,
+        corrections: [F::ZERO; TAPS],
+        decays: [F::ZERO; MODES],
+        weights: [F::ZERO; MODES],
+        fast_blocks: 0,
+        blocks: 0,
+    };
+
     /// Without modes and corrections.
-    pub(crate) const fn empty(rate: f64, direct: F) -> Self {
+    fn empty(rate: f64, direct: F) -> Self {
         Self {
             rate,
             direct,
-            corrections: [F::ZERO; TAPS],
-            decays: [F::ZERO; MODES],
-            weights: [F::ZERO; MODES],
-            fast_blocks: 0,
-            blocks: 0,
+            ..Self::SILENT
         }
     }
 
@@ -158,7 +165,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
     /// From g, `k_1`, …, `k_{TAPS−1}`, then d and W of each mode, all finite. The response is not to be
     /// asked for: the rate is not in the list.
     pub(crate) fn from_list(values: &[F], integer: i32) -> Result<Self, ListError> {
-        let mut bank = Self::empty(1.0, F::ZERO);
+        let mut bank = Self::SILENT;
         bank.replace(values, integer)?;
         Ok(bank)
     }

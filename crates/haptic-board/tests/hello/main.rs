@@ -4,15 +4,15 @@
 mod board;
 
 use board::{Board, NAME};
-use core::mem::MaybeUninit;
 use haptic_board::haptic_link::{
     CoefficientBlock, Configuration, DigestBuilder, FRAME_MAX, Field, Keys, Limits, Refusal,
     Report, Request, Scope, Simulation, SimulationKind, Start, State,
 };
 use haptic_board::haptic_loop::Fault;
-use haptic_board::haptic_remote::{Conversation, DeviceSession, Exclusive as _, Incoming};
+use haptic_board::haptic_remote::{Conversation, Exclusive as _, Incoming};
 use haptic_board::{
-    Line, MainLoop, Queue, Retained, RetainedMemory, Shared, TickTimer, Ticker, Watchdog, power_up,
+    Line, MainLoop, Place, Queue, Retained, RetainedMemory, Shared, TickTimer, Ticker, Watchdog,
+    power_up,
 };
 use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
@@ -94,11 +94,11 @@ struct World {
 impl World {
     fn new(retained: &'static RetainedMemory) -> Self {
         let known = retained.take();
-        let place = Box::leak(Box::new(MaybeUninit::uninit()));
-        let device = power_up(place, Board::new(|| 0), known).expect("a board");
+        let place = Box::leak(Box::new(Place::new()));
+        let board = Board::new(|| 0);
+        let (device, session) = power_up(place, board, [1, 2, 3], known).expect("a board");
         let timer = Timer::default();
         let (period_us, pending) = (timer.period_us.clone(), timer.pending.clone());
-        let session = Box::leak(Box::new(DeviceSession::new([1, 2, 3], known.boot)));
         Self {
             device,
             ticker: Ticker::new(device, timer, retained),

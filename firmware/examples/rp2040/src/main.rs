@@ -13,7 +13,6 @@ mod tick;
 mod usb;
 
 use axis::{Axis, NAME, Pins};
-use core::mem::MaybeUninit;
 use cortex_m::singleton;
 #[cfg(feature = "defmt")]
 use defmt_rtt as _;
@@ -22,8 +21,7 @@ use embassy_futures::join::join4;
 use embassy_futures::select::select;
 use embassy_rp::watchdog::Watchdog;
 use embassy_time::{Duration, Timer};
-use haptic_board::haptic_remote::DeviceSession;
-use haptic_board::{MainLoop, RetainedMemory, Shared, Ticker, TickerSlot, identity, power_up};
+use haptic_board::{MainLoop, Place, RetainedMemory, Ticker, TickerSlot, identity, power_up};
 use tick::Alarm;
 use usb::{Buffers, UsbLine};
 
@@ -59,19 +57,19 @@ async fn main(_spawner: Spawner) {
         stop: chip.PIN_7,
     });
     let retained = RETAINED.take();
-    let place = singleton!(: MaybeUninit<Shared<Axis>> = MaybeUninit::uninit());
-    let device = place.and_then(|place| power_up(place, axis, retained).ok());
-    let (Some(device), Some(buffers)) = (device, singleton!(: Buffers = Buffers::default())) else {
+    let place = singleton!(: Place<Axis> = Place::new());
+    let device = place.and_then(|place| power_up(place, axis, VERSION, retained).ok());
+    let buffers = singleton!(: Buffers = Buffers::default());
+    let (Some((device, session)), Some(buffers)) = (device, buffers) else {
         panic!("the board starts once, and without a configuration of its own");
     };
-    let mut session = DeviceSession::new(VERSION, retained.boot);
     let mut watchdog = Fed(Watchdog::new(chip.WATCHDOG));
     watchdog.0.start(WATCHDOG);
     TICKER.put(Ticker::new(device, Alarm::start(), &RETAINED));
 
     let (mut device_side, mut sender, mut receiver) = usb::start(chip.USB, buffers);
     let serve = async {
-        let mut main_loop = MainLoop::new(device, &mut session);
+        let mut main_loop = MainLoop::new(device, session);
         loop {
             while !main_loop.round(&mut UsbLine, &mut watchdog, tick::now_us) {}
             select(usb::RECEIVED_SOME.wait(), Timer::after(ROUND)).await;
