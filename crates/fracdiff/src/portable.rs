@@ -213,6 +213,14 @@ fn rest_as_taps<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: us
 }
 
 #[inline(never)]
+fn rest_as_modes<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>(
+    history: &mut PortableHistory<F, TAPS, MODES, DEGREE>,
+) {
+    let at_rest = IntegerHistory::at_rest(BankHistory::AT_REST);
+    *history = PortableHistory::Modes(at_rest);
+}
+
+#[inline(never)]
 fn rest_as<F: Real, C: Differintegrator<F>, H>(
     core: &C,
     form: impl FnOnce(C::History) -> H,
@@ -245,7 +253,8 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize> Differ
         match (&self.0, history) {
             (Core::Taps(_), PortableHistory::Taps(own)) => own.rest(),
             (Core::Taps(_), other) => rest_as_taps(other),
-            (Core::Modes(core), other) => rest_as(core, PortableHistory::Modes, other),
+            (Core::Modes(core), PortableHistory::Modes(own)) => core.rest(own),
+            (Core::Modes(_), other) => rest_as_modes(other),
             (Core::Recursion(core), other) => rest_as(core, PortableHistory::Recursion, other),
             (Core::Sections(core), other) => rest_as(core, PortableHistory::Sections, other),
         }

@@ -275,6 +275,15 @@ pub struct BankHistory<F, const TAPS: usize, const MODES: usize> {
 }
 
 impl<F: Real, const TAPS: usize, const MODES: usize> BankHistory<F, TAPS, MODES> {
+    /// A signal that was zero for ever: all zero, to the last bit, so that it is made in its place without a copy.
+    pub(crate) const AT_REST: Self = Self {
+        due: [F::ZERO; TAPS],
+        states: [F::ZERO; MODES],
+        carries: [F::ZERO; MODES],
+        turn: 0,
+        past: F::ZERO,
+    };
+
     /// Blocks of states: the first `fast` of them, and all others with their compensation words.
     #[inline]
     fn blocks(&mut self, fast: usize) -> (IterMut<'_, Block<F>>, Pairs<IterMut<'_, Block<F>>>) {
@@ -305,13 +314,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Differintegrator<F> for Ban
     type History = BankHistory<F, TAPS, MODES>;
 
     fn at_rest(&self) -> Self::History {
-        BankHistory {
-            due: [F::ZERO; TAPS],
-            states: [F::ZERO; MODES],
-            carries: [F::ZERO; MODES],
-            turn: 0,
-            past: F::ZERO,
-        }
+        BankHistory::AT_REST
     }
 
     fn settled(&self, x: F) -> Option<Self::History> {
