@@ -167,7 +167,6 @@ fn every_dependency_is_justified_and_every_justified_one_is_there() {
         "Cargo.toml",
         "firmware/Cargo.toml",
         "firmware/examples/rp2040/Cargo.toml",
-        "firmware/template/Cargo.toml",
         "fuzz/Cargo.toml",
         "python/Cargo.toml",
     ];

@@ -6,7 +6,7 @@ use haptic_loop::Fault;
 /// something that samples pins (a PIO, an SPI, a timer with DMA).
 ///
 /// ```text
-/// A  _/‾‾‾\___/‾‾‾\_      one way: A leads, 00 01 11 10 as BA, count up
+/// A  _/‾‾‾\___/‾‾‾\_      one way: A leads, B and A 00 01 11 10, count up
 /// B  ___/‾‾‾\___/‾‾‾      four counts a line; the other way they go down
 /// ```
 /// - *Sampled often enough*: at least once a count, so counts a second below samples a second. Both channels changed
@@ -47,7 +47,7 @@ impl Quadrature {
         let mut followed = Ok(());
         for index in 0..number.min(16) {
             let pins = (samples >> (2 * index)) as u8 & 0b11;
-            // Gray code BA to binary: 00 01 11 10 are the quarters 0 1 2 3.
+            // Gray code, B and A, to binary: 00 01 11 10 are the quarters 0 1 2 3.
             let quarter = pins ^ pins >> 1;
             let moved = quarter.wrapping_sub(self.quarter.unwrap_or(quarter)) & 0b11;
             self.quarter = Some(quarter);
