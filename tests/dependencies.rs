@@ -166,6 +166,7 @@ fn every_dependency_is_justified_and_every_justified_one_is_there() {
     let manifests = [
         "Cargo.toml",
         "firmware/Cargo.toml",
+        "firmware/examples/rp2040/Cargo.toml",
         "fuzz/Cargo.toml",
         "python/Cargo.toml",
     ];

@@ -133,7 +133,7 @@ fn measure(list: &lists::List, name: &str, limits: Limits) {
     let capabilities = device.hardware().capabilities();
     let prepared =
         prepare::<Probe>(configuration(list, limits), values, &capabilities).expect("good");
-    device.install(prepared).expect("idle");
+    device.install(prepared, values).expect("idle");
     device.arm(0).expect("no fault");
     let start = Start {
         run: 1,

@@ -56,14 +56,19 @@ pub(crate) fn built() -> Option<&'static Images> {
 }
 
 fn build() -> Result<Images, String> {
+    needs()?;
+    Ok(compiled(&["--bins", "--tests"]))
+}
+
+/// Whether an image can be built and run.
+pub(crate) fn needs() -> Result<(), String> {
     let qemu = Command::new("qemu-system-arm").arg("--version").output();
     if qemu.is_err() {
         return Err(
             "qemu-system-arm is missing; on Debian `apt install qemu-system-arm`".to_owned(),
         );
     }
-    target()?;
-    Ok(compiled(&["--bins", "--tests"]))
+    target()
 }
 
 /// Whether there is a Rust for the target.

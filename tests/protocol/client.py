@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
 """A host for haptic devices in plain Python, written from docs/guide/src/protocol.md: take it as an example.
 
+    client.py PORT --hello
     client.py PORT --samples 10000 --stiffness 500 --push 1
 
-Sets the parameters of a device, reads them back, runs its loop, records every tick, and compares the forces
-with the law. Prints one JSON object. Needs nothing but Python 3.8 or later on a system with termios.
+The first says hello and tells what the device is; nothing is set, nothing moves. The second sets the parameters of
+a device, reads them back, runs its loop, records every tick, and compares the forces with the law. Each prints one
+JSON object. Needs nothing but Python 3.8 or later on a system with termios.
 Exit codes: 0 done, 1 the device, the line or the forces are not as they should be.
 """
 
@@ -345,6 +347,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("port")
     parser.add_argument("--baud", type=int, default=460800)
+    parser.add_argument("--hello", action="store_true", help="only tell what the device is")
     parser.add_argument("--samples", type=int, default=10000, help="ticks of the run")
     parser.add_argument("--stiffness", type=float, default=500.0, help="K, N/m")
     parser.add_argument("--dissipation", type=float, default=0.0, help="B, N·s^μ/m")
@@ -357,6 +360,9 @@ def main():
 
     device = Device(given.port, given.baud)
     summary = {**device.hello(), **device.capabilities()}
+    if given.hello:
+        print(json.dumps(summary))
+        return
     fields, _, _ = device.configuration()
     weights = grunwald(given.order, fields["tick_period_us"] * 1e-6, given.taps) if given.dissipation else [0.0]
     fields.update(loop_mode=0, one_sided=False, stiffness_n_per_m=float32(given.stiffness), form=0, integer=0,

@@ -23,6 +23,10 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("haptic-loop", &["fracdiff"]),
     ("haptic-remote", &["fracdiff", "haptic-loop", "haptic-link"]),
     (
+        "haptic-board",
+        &["haptic-link", "haptic-loop", "haptic-remote"],
+    ),
+    (
         "haptic-teleoperation",
         &["fracdiff", "haptic-loop", "haptic-link"],
     ),

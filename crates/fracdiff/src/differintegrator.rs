@@ -37,6 +37,12 @@ pub trait Differintegrator<F: Real> {
     /// The history of a signal that was always zero.
     fn at_rest(&self) -> Self::History;
 
+    /// Makes a history that of a signal that was always zero, as [`at_rest`](Self::at_rest), in its place where an operator
+    /// can: for a stack without room for another one.
+    fn rest(&self, history: &mut Self::History) {
+        *history = self.at_rest();
+    }
+
     /// The history of a signal that has stood at `x` for ever: a start without a bump. The output for `x` is then that
     /// of a constant, and stays so.
     ///

@@ -71,18 +71,34 @@ impl<F: Real, const N: usize> Fir<F, N> {
     /// [`ListError::Count`] unless there are 1 to N; [`ListError::Value`] for one that is not finite.
     pub fn from_slice(coefficients: &[F]) -> Result<Self, ListError> {
         const { assert!(N > 0, "there is at least one coefficient") };
-        let used = coefficients.len();
-        if !(1..=N).contains(&used) {
-            let (count, most) = (used, N);
+        let mut fir = Self::SILENT;
+        fir.replace(coefficients)?;
+        Ok(fir)
+    }
+
+    /// No coefficient: all zero, to the last bit, so that it is made in its place without a copy.
+    pub(crate) const SILENT: Self = Self {
+        used: 0,
+        coefficients: [F::ZERO; N],
+    };
+
+    /// Accepts what [`from_slice`](Self::from_slice) accepts.
+    pub(crate) fn check(coefficients: &[F]) -> Result<(), ListError> {
+        let (count, most) = (coefficients.len(), N);
+        if !(1..=most).contains(&count) {
             return Err(ListError::Count { count, most });
         }
-        check_finite(coefficients)?;
-        let mut all = [F::ZERO; N];
-        all[..used].copy_from_slice(coefficients);
-        Ok(Self {
-            used,
-            coefficients: all,
-        })
+        check_finite(coefficients)
+    }
+
+    /// Takes other coefficients, in its place; refused ones leave it as it is.
+    pub(crate) fn replace(&mut self, coefficients: &[F]) -> Result<(), ListError> {
+        Self::check(coefficients)?;
+        self.used = coefficients.len();
+        let (used, rest) = self.coefficients.split_at_mut(self.used);
+        used.copy_from_slice(coefficients);
+        rest.fill(F::ZERO);
+        Ok(())
     }
 
     /// Coefficients that are known to be finite; zeros at the end take no part.

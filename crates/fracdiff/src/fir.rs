@@ -171,13 +171,22 @@ impl<F: Real, const N: usize> From<Newest<F, N>> for FirHistory<F, N> {
 }
 
 impl<F: Real, const N: usize> FirHistory<F, N> {
+    /// A signal that was zero for ever: all zero, to the last bit, so that it is made in its place without a copy.
+    pub(crate) const AT_REST: Self = Self {
+        samples: [[F::ZERO; N]; 2],
+        newest: 0,
+        past: F::ZERO,
+    };
+
     /// A signal that was zero for ever.
-    pub(crate) fn at_rest() -> Self {
-        Self {
-            samples: [[F::ZERO; N]; 2],
-            newest: 0,
-            past: F::ZERO,
-        }
+    pub(crate) const fn at_rest() -> Self {
+        Self::AT_REST
+    }
+
+    /// Becomes a signal that was zero for ever.
+    pub(crate) fn rest(&mut self) {
+        self.samples.as_flattened_mut().fill(F::ZERO);
+        (self.newest, self.past) = (0, F::ZERO);
     }
 
     /// A signal that has stood at x for ever.

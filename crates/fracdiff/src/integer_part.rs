@@ -35,6 +35,18 @@ pub struct IntegerHistory<F, H> {
 }
 
 impl<F: Real, H> IntegerHistory<F, H> {
+    /// Around a core's history at rest.
+    #[inline]
+    pub(crate) const fn at_rest(core: H) -> Self {
+        Self {
+            core,
+            base: F::ZERO,
+            slope: F::ZERO,
+            sums: [(F::ZERO, F::ZERO); 2],
+            past: F::ZERO,
+        }
+    }
+
     /// Δⁿx\[n\]; x itself where no differences are taken.
     #[inline]
     fn increment(&self, x: F) -> F {
@@ -46,13 +58,13 @@ impl<F: Real, C: Differintegrator<F>> Differintegrator<F> for WithIntegerPart<C>
     type History = IntegerHistory<F, C::History>;
 
     fn at_rest(&self) -> Self::History {
-        IntegerHistory {
-            core: self.core.at_rest(),
-            base: F::ZERO,
-            slope: F::ZERO,
-            sums: [(F::ZERO, F::ZERO); 2],
-            past: F::ZERO,
-        }
+        IntegerHistory::at_rest(self.core.at_rest())
+    }
+
+    fn rest(&self, history: &mut Self::History) {
+        self.core.rest(&mut history.core);
+        (history.base, history.slope, history.past) = (F::ZERO, F::ZERO, F::ZERO);
+        history.sums = [(F::ZERO, F::ZERO); 2];
     }
 
     fn settled(&self, x: F) -> Option<Self::History> {

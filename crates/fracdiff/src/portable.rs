@@ -90,6 +90,82 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
         }
     }
 
+    /// An operator whose output is zero, as a place for [`replace`](Self::replace).
+    pub const SILENT: Self = Self(Core::Taps(Fir::SILENT));
+
+    /// Accepts what [`new`](Self::new) accepts, and makes nothing.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn check(form: Form, integer: i8, values: &[F]) -> Result<(), ListError> {
+        if form == Form::Taps && integer != 0 {
+            return Err(ListError::IntegerPart(integer));
+        }
+        check_integer(integer)?;
+        check_finite(values)?;
+        match form {
+            Form::Taps => Fir::<F, TAPS>::check(values),
+            Form::Modes => Bank::<F, PORTABLE_TAPS, MODES>::parts(values).map(|_| ()),
+            Form::Recursion => Recursion::<F, DEGREE>::from_list(values).map(|_| ()),
+            Form::Sections => Cascade::<F, DEGREE>::from_list(values).map(|_| ()),
+        }
+    }
+
+    /// Becomes the operator of this list, in its place: the same as [`new`](Self::new), on a stack without room for another
+    /// one. A history goes on only if it is made anew, by [`rest`](Differintegrator::rest).
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); the operator is then as it was.
+    pub fn replace(&mut self, form: Form, integer: i8, values: &[F]) -> Result<(), ListError> {
+        Self::check(form, integer, values)?;
+        let integer = i32::from(integer);
+        match form {
+            Form::Taps => self.replace_taps(values),
+            Form::Modes => self.replace_modes(values, integer),
+            Form::Recursion => self.replace_recursion(values, integer),
+            Form::Sections => self.replace_sections(values, integer),
+        }
+        Ok(())
+    }
+
+    #[inline(never)]
+    fn replace_taps(&mut self, values: &[F]) {
+        if !matches!(self.0, Core::Taps(_)) {
+            *self = Self::SILENT;
+        }
+        if let Core::Taps(core) = &mut self.0 {
+            // It was checked.
+            let _ = core.replace(values);
+        }
+    }
+
+    #[inline(never)]
+    fn replace_modes(&mut self, values: &[F], integer: i32) {
+        if !matches!(self.0, Core::Modes(_)) {
+            let core = Bank::SILENT;
+            self.0 = Core::Modes(WithIntegerPart { integer: 0, core });
+        }
+        if let Core::Modes(core) = &mut self.0 {
+            core.integer = integer;
+            // It was checked.
+            let _ = core.core.replace(values, integer);
+        }
+    }
+
+    #[inline(never)]
+    fn replace_recursion(&mut self, values: &[F], integer: i32) {
+        if let Ok(core) = Recursion::from_list(values) {
+            self.0 = Core::Recursion(WithIntegerPart { integer, core });
+        }
+    }
+
+    #[inline(never)]
+    fn replace_sections(&mut self, values: &[F], integer: i32) {
+        if let Ok(core) = Cascade::from_list(values) {
+            self.0 = Core::Sections(WithIntegerPart { integer, core });
+        }
+    }
+
     /// Value `index` of the list; `None` behind its end.
     #[must_use]
     pub fn value(&self, index: usize) -> Option<F> {
@@ -127,6 +203,32 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
     }
 }
 
+// Each form of history on its own, as above.
+
+#[inline(never)]
+fn rest_as_taps<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>(
+    history: &mut PortableHistory<F, TAPS, MODES, DEGREE>,
+) {
+    *history = const { PortableHistory::Taps(FirHistory::AT_REST) };
+}
+
+#[inline(never)]
+fn rest_as_modes<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>(
+    history: &mut PortableHistory<F, TAPS, MODES, DEGREE>,
+) {
+    let at_rest = IntegerHistory::at_rest(BankHistory::AT_REST);
+    *history = PortableHistory::Modes(at_rest);
+}
+
+#[inline(never)]
+fn rest_as<F: Real, C: Differintegrator<F>, H>(
+    core: &C,
+    form: impl FnOnce(C::History) -> H,
+    history: &mut H,
+) {
+    *history = form(core.at_rest());
+}
+
 /// A step of one form. Not inlined: LLVM otherwise prepares for all forms before it looks which it is.
 #[inline(never)]
 fn advance_apart<F: Real, C: Differintegrator<F>>(core: &C, history: &mut C::History, x: F) {
@@ -140,10 +242,21 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize> Differ
 
     fn at_rest(&self) -> Self::History {
         match &self.0 {
-            Core::Taps(core) => PortableHistory::Taps(core.at_rest()),
+            Core::Taps(_) => const { PortableHistory::Taps(FirHistory::AT_REST) },
             Core::Modes(core) => PortableHistory::Modes(core.at_rest()),
             Core::Recursion(core) => PortableHistory::Recursion(core.at_rest()),
             Core::Sections(core) => PortableHistory::Sections(core.at_rest()),
+        }
+    }
+
+    fn rest(&self, history: &mut Self::History) {
+        match (&self.0, history) {
+            (Core::Taps(_), PortableHistory::Taps(own)) => own.rest(),
+            (Core::Taps(_), other) => rest_as_taps(other),
+            (Core::Modes(core), PortableHistory::Modes(own)) => core.rest(own),
+            (Core::Modes(_), other) => rest_as_modes(other),
+            (Core::Recursion(core), other) => rest_as(core, PortableHistory::Recursion, other),
+            (Core::Sections(core), other) => rest_as(core, PortableHistory::Sections, other),
         }
     }
 

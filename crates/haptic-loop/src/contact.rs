@@ -66,6 +66,14 @@ impl<F: Real, E: Environment<F, 1>, const D: usize> Contact<F, E, D> {
     pub fn new(direction: [f64; D], surface: Metres, inner: E) -> Result<Self, ParameterError> {
         Plane::new(direction, surface).map(|plane| Self::behind(plane, inner))
     }
+
+    /// Behind another plane, and its environment to be changed.
+    pub(crate) fn reshape(&mut self, plane: Option<Plane<F, D>>) -> &mut E {
+        if let Some(plane) = plane {
+            self.surface = plane;
+        }
+        &mut self.inner
+    }
 }
 
 impl<F: Real, E: Environment<F, 1>, const D: usize, S: Surface<F, D>> Contact<F, E, D, S> {

@@ -119,8 +119,13 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
 
     /// Takes another environment and chain, and is at rest as if it were new.
     pub fn replace(&mut self, environment: E, chain: SafetyChain<F>) {
-        self.history = environment.at_rest();
-        self.environment = environment;
+        self.replace_within(chain, |own| *own = environment);
+    }
+
+    /// As [`replace`](Self::replace), with the environment changed in its place: for a stack without room for another one.
+    pub fn replace_within(&mut self, chain: SafetyChain<F>, change: impl FnOnce(&mut E)) {
+        change(&mut self.environment);
+        self.environment.rest(&mut self.history);
         self.chain = chain;
         self.safety = SafetyState::default();
     }
@@ -311,7 +316,7 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
     /// Forgets the past, clears a fault and a stop; the force goes on from where it is, at the rate
     /// limit.
     pub fn reset(&mut self) {
-        self.history = self.environment.at_rest();
+        self.environment.rest(&mut self.history);
         self.clear();
     }
 

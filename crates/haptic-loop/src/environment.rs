@@ -37,6 +37,12 @@ pub trait Environment<F: Real, const D: usize> {
     /// The history of a device that always rested at zero.
     fn at_rest(&self) -> Self::History;
 
+    /// Makes a history that of a device that always rested at zero, as [`at_rest`](Self::at_rest), in its place where an
+    /// environment can: for a stack without room for another one.
+    fn rest(&self, history: &mut Self::History) {
+        *history = self.at_rest();
+    }
+
     /// The force on the device at this position, N.
     fn force(&self, history: &Self::History, position_m: &SVector<F, D>) -> SVector<F, D>;
 
@@ -80,6 +86,11 @@ pub(crate) struct Gains<F> {
 }
 
 impl<F: Real> Gains<F> {
+    pub(crate) const NONE: Self = Self {
+        stiffness: F::ZERO,
+        dissipation: F::ZERO,
+    };
+
     /// Refuses as [`SpringDamper::new`].
     pub(crate) fn new(stiffness: f64, dissipation: f64, checks: &mut Checks) -> Self {
         checks.not_negative("stiffness", stiffness, "N/m");
@@ -102,6 +113,7 @@ impl<F: Real, O: Differintegrator<F>> SpringDamper<F, O> {
         checks.done().map(|()| Self::of(gains, operator))
     }
 
+    #[inline]
     pub(crate) fn of(gains: Gains<F>, operator: O) -> Self {
         Self {
             stiffness: gains.stiffness,
@@ -113,6 +125,16 @@ impl<F: Real, O: Differintegrator<F>> SpringDamper<F, O> {
     /// D^μ.
     pub const fn operator(&self) -> &O {
         &self.operator
+    }
+
+    /// With other gains, and its operator to be changed.
+    pub(crate) const fn reshape(&mut self, gains: Gains<F>) -> &mut O
+    where
+        F: Copy,
+    {
+        self.stiffness = gains.stiffness;
+        self.dissipation = gains.dissipation;
+        &mut self.operator
     }
 }
 

@@ -41,6 +41,12 @@ pub struct WallShape<F> {
 }
 
 impl<F: Real> WallShape<F> {
+    /// A wall that makes no force.
+    pub const NONE: Self = Self {
+        gains: Gains::NONE,
+        plane: None,
+    };
+
     /// # Errors
     /// As [`Wall::new`].
     #[inline(never)]
@@ -83,6 +89,25 @@ impl<F: Real, O: Differintegrator<F>> Wall<F, O> {
         }
     }
 
+    /// Becomes a wall around another shape, and gives its operator to be changed: in its place, on a stack without room for
+    /// another one. A wall of the other kind begins with the operator that `other` makes.
+    pub fn reshape(&mut self, shape: WallShape<F>, other: impl FnOnce() -> O) -> &mut O {
+        let is_one_sided = matches!(self, Self::OneSided(_));
+        if is_one_sided != shape.plane.is_some() {
+            self.begin(shape, other);
+        }
+        match self {
+            Self::Linear(wall) => wall.reshape(shape.gains),
+            Self::OneSided(contact) => contact.reshape(shape.plane).reshape(shape.gains),
+        }
+    }
+
+    /// On its own, so that what it needs of the stack is free again.
+    #[inline(never)]
+    fn begin(&mut self, shape: WallShape<F>, operator: impl FnOnce() -> O) {
+        *self = Self::of(shape, operator());
+    }
+
     /// D^μ.
     pub const fn operator(&self) -> &O {
         match self {
@@ -98,6 +123,10 @@ impl<F: Real, O: Differintegrator<F>> Environment<F, 1> for Wall<F, O> {
     fn at_rest(&self) -> Self::History {
         // The surface has no past. Not through either kind: each would move the history, kilobytes, once more.
         [self.operator().at_rest()]
+    }
+
+    fn rest(&self, history: &mut Self::History) {
+        self.operator().rest(&mut history[0]);
     }
 
     #[inline]

@@ -3,7 +3,9 @@
 
 use fracdiff::{Differintegrator, Order, Seconds, ShortMemory};
 use haptic_loop::units::{Metres, Newtons, Pascals, SquareMetres};
-use haptic_loop::{Contact, Environment, KelvinVoigt, Specimen, SpringDamper, Tissue};
+use haptic_loop::{
+    Contact, Environment, KelvinVoigt, Specimen, SpringDamper, Tissue, Wall, WallShape,
+};
 use nalgebra::{SVector, vector};
 use proptest::prelude::*;
 
@@ -212,4 +214,28 @@ fn three_axes_start_at_rest() {
     let history = Environment::<f64, 3>::at_rest(&environment);
     let zero = SVector::<f64, 3>::zeros();
     assert_eq!(environment.force(&history, &zero), zero);
+}
+
+#[test]
+fn a_wall_that_is_reshaped_in_its_place_is_the_new_one_and_its_history_at_rest() {
+    let shapes = [
+        (100.0, 2.0, None),
+        (300.0, 0.0, Some(Metres(0.01))),
+        (50.0, 1.0, Some(Metres(-0.02))),
+        (0.0, 3.0, None),
+    ];
+    for (k, b, surface) in shapes {
+        for (other_k, other_b, other_surface) in shapes {
+            let mut wall = Wall::new(k, b, operator(0.5), surface).expect("valid");
+            let mut history = wall.at_rest();
+            wall.advance(&mut history, &vector![0.1]);
+            let shape = WallShape::new(other_k, other_b, other_surface).expect("valid");
+            *wall.reshape(shape, || operator(1.0)) = operator(0.3);
+            assert_eq!(wall, Wall::of(shape, operator(0.3)));
+            wall.rest(&mut history);
+            assert_eq!(history, wall.at_rest());
+        }
+    }
+    let none = Wall::of(WallShape::NONE, operator(0.5));
+    assert_eq!(none.force(&none.at_rest(), &vector![1.0]), vector![0.0]);
 }

@@ -10,7 +10,7 @@ const AFTER: u16 = 24;
 
 /// Keeps the newest samples until a fault latches and some more have come; then it stands still until it is
 /// cleared.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct FlightRecorder {
     samples: HistoryBuf<Sample, FLIGHT_SAMPLES>,
     /// Samples still to be taken: all until a fault latches.
@@ -18,6 +18,14 @@ pub(super) struct FlightRecorder {
 }
 
 impl FlightRecorder {
+    /// Empty.
+    pub(super) const fn new() -> Self {
+        Self {
+            samples: HistoryBuf::new(),
+            left: None,
+        }
+    }
+
     pub(super) fn take(&mut self, sample: Sample) {
         match &mut self.left {
             None => self.samples.write(sample),

@@ -17,6 +17,7 @@ mod limits;
 mod link_error;
 mod outbox;
 mod prepared;
+mod records;
 #[cfg(feature = "std")]
 pub mod serial;
 mod session;
@@ -36,6 +37,7 @@ pub use prepared::operator_shape;
 pub use prepared::{
     COEFFICIENTS_MAX, DEGREE_MAX, DeviceOperator, DeviceWall, MODES_MAX, Prepared, prepare,
 };
+pub use records::Records;
 pub use session::DeviceSession;
 pub use simulated::SimulatedPlant;
 pub use tick_side::TickSide;

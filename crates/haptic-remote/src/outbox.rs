@@ -49,13 +49,21 @@ pub(super) enum Notice {
 }
 
 /// Samples and notices that wait for the line.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Outbox {
     samples: Deque<Sample, QUEUE_SAMPLES>,
     notices: Deque<Notice, QUEUE_NOTICES>,
 }
 
 impl Outbox {
+    /// Empty.
+    pub(super) const fn new() -> Self {
+        Self {
+            samples: Deque::new(),
+            notices: Deque::new(),
+        }
+    }
+
     /// Takes a sample; false if there is no room.
     pub(super) fn take(&mut self, sample: Sample) -> bool {
         self.samples.push_back(sample).is_ok()

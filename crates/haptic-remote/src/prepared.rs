@@ -23,19 +23,51 @@ pub type DeviceOperator = PortableOperator<f32, COEFFICIENTS_MAX, MODES_MAX, DEG
 /// The environment of a device.
 pub type DeviceWall = Wall<f32, DeviceOperator>;
 
-/// A configuration that is good, ready to take effect. Without a history: that is made in its place.
+/// A configuration that is good, ready to take effect with the coefficients that were checked. Without operator and history:
+/// those are made in their places, so that nowhere two of them are needed.
 #[derive(Clone, Debug)]
 pub struct Prepared<S> {
     pub(super) configuration: Configuration,
     pub(super) digest: u32,
-    pub(super) wall: DeviceWall,
+    pub(super) law: Law,
     pub(super) chain: SafetyChain<f32>,
     pub(super) setup: S,
 }
 
-/// Checks a configuration and makes a controller of it. Nothing of it takes effect yet.
+/// A law that was checked: all that its wall is made of, but the coefficients.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Law {
+    shape: WallShape<f32>,
+    form: Form,
+    integer: i8,
+}
+
+impl<S> Prepared<S> {
+    /// Its safety chain, for [`TickSide::asleep`](crate::TickSide::asleep).
+    #[must_use]
+    pub const fn chain(&self) -> SafetyChain<f32> {
+        self.chain
+    }
+}
+
+impl Law {
+    /// Makes a wall one of this law, in its place.
+    #[inline(never)]
+    pub(super) fn put(&self, wall: &mut DeviceWall, coefficients: &[f32]) {
+        let operator = wall.reshape(self.shape, || DeviceOperator::SILENT);
+        // They were checked.
+        let _ = operator.replace(self.form, self.integer, coefficients);
+    }
+
+    /// A wall that makes no force, and is to become another one.
+    pub(super) fn none() -> DeviceWall {
+        Wall::of(WallShape::NONE, DeviceOperator::SILENT)
+    }
+}
+
+/// Checks a configuration and prepares what a controller needs of it. Nothing of it takes effect yet.
 ///
-/// *Cost*: a copy of the coefficients, their checks, and what the plant needs; no allocation.
+/// *Cost*: the checks, and what the plant needs; no copy of the coefficients, no allocation.
 ///
 /// # Errors
 /// The first parameter that is not as this board needs it.
@@ -48,11 +80,11 @@ pub fn prepare<H: Hardware>(
     let limits = checked(&configuration, capabilities)?;
     // The setup needs the most memory. It comes first, while nothing else is there.
     let setup = H::prepare(&configuration.simulation, configuration.tick_period_us)?;
-    let (wall, chain) = built(&configuration, coefficients, &limits)?;
+    let (law, chain) = built(&configuration, coefficients, &limits)?;
     Ok(Prepared {
         configuration,
         digest: digest(&configuration, coefficients),
-        wall,
+        law,
         chain,
         setup,
     })
@@ -97,25 +129,21 @@ fn checked(
     fields.done().map(|()| chain)
 }
 
-/// Environment and safety chain of a configuration that was checked.
+/// Law and safety chain of a configuration that was checked.
 #[inline(never)]
 fn built(
     configuration: &Configuration,
     coefficients: &[f32],
     limits: &haptic_loop::Limits,
-) -> Result<(DeviceWall, SafetyChain<f32>), Refusal> {
-    let shape = configuration.operator;
-    let form = match shape.form {
+) -> Result<(Law, SafetyChain<f32>), Refusal> {
+    let integer = configuration.operator.integer;
+    let form = match configuration.operator.form {
         OperatorForm::Taps => Form::Taps,
         OperatorForm::Modes => Form::Modes,
         OperatorForm::Recursion => Form::Recursion,
         OperatorForm::Sections => Form::Sections,
     };
-    let operator = match DeviceOperator::new(form, shape.integer, coefficients) {
-        // In memory: LLVM otherwise moves it through registers, word by word, with 4 KiB of code.
-        Ok(operator) => core::hint::black_box(operator),
-        Err(error) => return Err(refused(error)),
-    };
+    DeviceOperator::check(form, integer, coefficients).map_err(refused)?;
     let surface = f64::from(configuration.surface_m);
     let surface = configuration.one_sided.then_some(Metres(surface));
     let stiffness = f64::from(configuration.stiffness_n_per_m);
@@ -125,7 +153,12 @@ fn built(
         .map_err(|_| Refusal::Unsupported(Field::Other))?;
     let sample_time = Seconds(f64::from(configuration.tick_period_us) * 1e-6);
     let chain = safety_chain(limits, sample_time)?;
-    Ok((Wall::of(shape, operator), chain))
+    let law = Law {
+        shape,
+        form,
+        integer,
+    };
+    Ok((law, chain))
 }
 
 #[inline(never)]

@@ -1,7 +1,7 @@
-//! Firmware of a haptic device: boards, drivers, interrupts.
+//! Boards of a haptic device: drivers, interrupts. All that does not depend on the board is `haptic_board`.
 //!
 //! ```text
-//! tick interrupt:   Ticker ─▶ TickSide::tick ─▶ hardware.read ─▶ force ─▶ safety chain ─▶ hardware.write
+//! tick interrupt:   haptic_board::Ticker ─▶ TickSide::tick ─▶ hardware.read ─▶ force ─▶ safety chain ─▶ hardware.write
 //! UART interrupts:  received bytes ─▶ queue          queue ─▶ sent bytes
 //! main loop:        queue ─▶ DeviceSession ─▶ queue;  watchdog, fed if ticks come;  sleep
 //! ```
@@ -22,20 +22,13 @@ compile_error!(
 );
 
 mod board;
-mod clock;
-mod device;
 #[cfg(feature = "board-mps2")]
 pub mod mps2;
-mod parts;
-mod retained;
+mod serve;
 #[cfg(feature = "board-nucleo-f446re")]
 pub mod stm32f4;
 
-pub use clock::Clock;
-pub use device::{Shared, Ticker, serve};
-
-pub use parts::{Line, Parts, TickTimer, Watchdog};
-pub use retained::Retained;
+pub use serve::{RETAINED, serve};
 
 #[cfg(feature = "board-mps2")]
 pub use mps2 as chip;

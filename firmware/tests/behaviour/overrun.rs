@@ -1,14 +1,12 @@
 //! Ticks by the real timer interrupt: their period, and what happens when they take longer.
 
 use super::Test;
-use boards::{Shared, Ticker, chip};
-use core::cell::RefCell;
-use core::mem::MaybeUninit;
+use boards::{RETAINED, chip};
 use cortex_m_rt::exception;
-use critical_section::Mutex;
+use haptic_board::{Place, Shared, Ticker, TickerSlot, power_up};
 use haptic_link::{Capabilities, Refusal, Simulation, State};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
-use haptic_remote::{Exclusive, Hardware, SimulatedPlant, TickSide, prepare};
+use haptic_remote::{Exclusive, Hardware, SimulatedPlant, prepare};
 
 pub(crate) const TESTS: [Test; 1] = [(
     "ticks_follow_their_period_and_one_that_takes_too_long_latches_a_fault",
@@ -68,15 +66,11 @@ impl Hardware for Slow {
     }
 }
 
-static TICKER: Mutex<RefCell<Option<Ticker<Slow, chip::Timer>>>> = Mutex::new(RefCell::new(None));
+static TICKER: TickerSlot<Slow, chip::Timer> = TickerSlot::empty();
 
 #[exception]
 fn SysTick() {
-    critical_section::with(|token| {
-        if let Some(ticker) = TICKER.borrow_ref_mut(token).as_mut() {
-            ticker.tick(chip::now_us());
-        }
-    });
+    TICKER.tick(chip::now_us);
 }
 
 fn wait(device: &Shared<Slow>, ticks: u32) {
@@ -92,7 +86,7 @@ fn set_period(device: &Shared<Slow>, period_us: u32) {
     configuration.tick_period_us = period_us;
     let prepared = prepare::<Slow>(configuration, &[0.0], &capabilities).expect("good");
     device
-        .with(|device| device.install(prepared))
+        .with(|device| device.install(prepared, &[0.0]))
         .expect("idle");
 }
 
@@ -102,14 +96,9 @@ fn ticks() {
         plant: board.hardware,
         slow: 0,
     };
-    let memory = cortex_m::singleton!(: MaybeUninit<Shared<Slow>> = MaybeUninit::uninit());
-    let memory = memory.expect("once");
-    let device = &*memory.write(Shared::new(TickSide::new(slow).expect("a board")));
-    critical_section::with(|token| {
-        TICKER
-            .borrow_ref_mut(token)
-            .replace(Ticker::new(device, board.timer));
-    });
+    let place = cortex_m::singleton!(: Place<Slow> = Place::new()).expect("once");
+    let (device, _) = power_up(place, slow, [1, 2, 3], RETAINED.take()).expect("a board");
+    TICKER.put(Ticker::new(device, board.timer, &RETAINED));
     let overruns = || device.with(|device| device.statistics().overruns);
     wait(device, 50);
     for period_us in [100, 10_000, 1000] {

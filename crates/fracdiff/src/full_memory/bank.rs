@@ -136,16 +136,23 @@ pub(crate) fn plain_modes<F: Real>(values: &[F], integer: i32) -> usize {
 }
 
 impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
+    /// Without taps and modes: all zero, to the last bit, so that it is made in its place without a copy.
+    pub(crate) const SILENT: Self = Self {
+        rate: 0.0,
+        direct: F::ZERO,
+        corrections: [F::ZERO; TAPS],
+        decays: [F::ZERO; MODES],
+        weights: [F::ZERO; MODES],
+        fast_blocks: 0,
+        blocks: 0,
+    };
+
     /// Without modes and corrections.
     fn empty(rate: f64, direct: F) -> Self {
         Self {
             rate,
             direct,
-            corrections: [F::ZERO; TAPS],
-            decays: [F::ZERO; MODES],
-            weights: [F::ZERO; MODES],
-            fast_blocks: 0,
-            blocks: 0,
+            ..Self::SILENT
         }
     }
 
@@ -158,6 +165,13 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
     /// From g, `k_1`, …, `k_{TAPS−1}`, then d and W of each mode, all finite. The response is not to be
     /// asked for: the rate is not in the list.
     pub(crate) fn from_list(values: &[F], integer: i32) -> Result<Self, ListError> {
+        let mut bank = Self::SILENT;
+        bank.replace(values, integer)?;
+        Ok(bank)
+    }
+
+    /// Taps, and d and W of each mode, of a list that is one.
+    pub(crate) fn parts(values: &[F]) -> Result<(&[F], &[[F; 2]]), ListError> {
         let (count, most) = (values.len(), TAPS + 2 * MODES);
         let wrong = ListError::Count { count, most };
         let (taps, modes) = values.split_at_checked(TAPS).ok_or(wrong)?;
@@ -165,14 +179,28 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
         if !rest.is_empty() || pairs.len() > MODES {
             return Err(wrong);
         }
-        let mut bank = Self::empty(1.0, taps[0]);
-        bank.corrections[..TAPS - 1].copy_from_slice(&taps[1..]);
-        for (q, &[decay, weight]) in pairs.iter().enumerate() {
-            bank.decays[q] = check_decay(decay, TAPS + 2 * q)?;
-            bank.weights[q] = weight;
+        for (q, &[decay, _]) in pairs.iter().enumerate() {
+            check_decay(decay, TAPS + 2 * q)?;
         }
-        bank.use_modes(pairs.len(), integer);
-        Ok(bank)
+        Ok((taps, pairs))
+    }
+
+    /// Becomes the bank of a list, in its place; a list that is none leaves it as it is.
+    pub(crate) fn replace(&mut self, values: &[F], integer: i32) -> Result<(), ListError> {
+        let (taps, pairs) = Self::parts(values)?;
+        self.rate = 1.0;
+        self.direct = taps[0];
+        self.corrections[..TAPS - 1].copy_from_slice(&taps[1..]);
+        self.corrections[TAPS - 1] = F::ZERO;
+        // A decay of zero is no mode.
+        self.decays.fill(F::ZERO);
+        self.weights.fill(F::ZERO);
+        for (q, &[decay, weight]) in pairs.iter().enumerate() {
+            self.decays[q] = decay;
+            self.weights[q] = weight;
+        }
+        self.use_modes(pairs.len(), integer);
+        Ok(())
     }
 
     /// Value `index` of the list that [`from_list`](Self::from_list) takes.
@@ -247,6 +275,15 @@ pub struct BankHistory<F, const TAPS: usize, const MODES: usize> {
 }
 
 impl<F: Real, const TAPS: usize, const MODES: usize> BankHistory<F, TAPS, MODES> {
+    /// A signal that was zero for ever: all zero, to the last bit, so that it is made in its place without a copy.
+    pub(crate) const AT_REST: Self = Self {
+        due: [F::ZERO; TAPS],
+        states: [F::ZERO; MODES],
+        carries: [F::ZERO; MODES],
+        turn: 0,
+        past: F::ZERO,
+    };
+
     /// Blocks of states: the first `fast` of them, and all others with their compensation words.
     #[inline]
     fn blocks(&mut self, fast: usize) -> (IterMut<'_, Block<F>>, Pairs<IterMut<'_, Block<F>>>) {
@@ -277,13 +314,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Differintegrator<F> for Ban
     type History = BankHistory<F, TAPS, MODES>;
 
     fn at_rest(&self) -> Self::History {
-        BankHistory {
-            due: [F::ZERO; TAPS],
-            states: [F::ZERO; MODES],
-            carries: [F::ZERO; MODES],
-            turn: 0,
-            past: F::ZERO,
-        }
+        BankHistory::AT_REST
     }
 
     fn settled(&self, x: F) -> Option<Self::History> {

@@ -206,3 +206,66 @@ fn the_list_that_the_document_makes_is_a_full_memory() {
         }
     }
 }
+
+#[test]
+fn an_operator_that_is_replaced_in_its_place_is_the_new_one_and_its_history_at_rest() {
+    // From each form to each, order by order.
+    let lists: Vec<_> = [0.2247, -0.6, 1.3]
+        .iter()
+        .flat_map(|&mu| SCHEMES.map(|scheme| operator::<f32>(scheme, mu).list().expect("portable")))
+        .collect();
+    let mut operator = Portable::<f32>::SILENT;
+    let mut history = operator.at_rest();
+    assert_eq!(
+        (operator.step(&mut history, 3.0), operator.value(0)),
+        (0.0, None)
+    );
+    for step in 0..lists.len() {
+        for from in [0, 5, 7] {
+            for list in [&lists[from * step % lists.len()], &lists[step]] {
+                operator
+                    .replace(list.form, list.integer, &list.values)
+                    .expect("a list");
+                let made = Portable::<f32>::new(list.form, list.integer, &list.values);
+                assert_eq!(Ok(&operator), made.as_ref());
+                operator.rest(&mut history);
+                assert_eq!(history, operator.at_rest());
+                for n in 0..20 {
+                    operator.step(&mut history, signal(n) as f32);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_refused_list_leaves_the_operator_as_it_is() {
+    for scheme in SCHEMES {
+        let list = operator::<f32>(scheme, 0.4).list().expect("portable");
+        let before = Portable::<f32>::new(list.form, list.integer, &list.values).expect("a list");
+        let mut after = before.clone();
+        let mut broken = list.values.clone();
+        *broken.last_mut().expect("a value") = f32::NAN;
+        for (form, integer, values) in [
+            (list.form, list.integer, broken.as_slice()),
+            (list.form, 3, list.values.as_slice()),
+            (Form::Taps, 1, list.values.as_slice()),
+            (Form::Taps, 0, &[]),
+            (Form::Taps, 0, &[1.0; 257]),
+            (Form::Modes, 0, &[1.0; 15]),
+            (Form::Modes, 0, &[2.0; 18]),
+            (Form::Recursion, 0, &[1.0; 34]),
+            (Form::Sections, 0, &[1.0, 1.0, 1.0, 0.0, 1.0]),
+        ] {
+            let refused = after.replace(form, integer, values).expect_err("no list");
+            let made = Portable::<f32>::new(form, integer, values).expect_err("no list");
+            // A NaN in an error is not equal to itself.
+            assert_eq!(format!("{refused:?}"), format!("{made:?}"), "{scheme}");
+            assert_eq!(
+                format!("{:?}", Portable::<f32>::check(form, integer, values)),
+                format!("{:?}", Err::<(), _>(made))
+            );
+            assert_eq!(after, before, "{scheme}");
+        }
+    }
+}

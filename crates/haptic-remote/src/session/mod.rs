@@ -5,7 +5,9 @@ mod staging;
 use crate::connections::{Arrived, Connections};
 use crate::hardware::{Exclusive, Hardware};
 use crate::prepared::COEFFICIENTS_MAX;
+use crate::records::Records;
 use crate::tick_side::TickSide;
+use core::borrow::BorrowMut;
 use haptic_link::{
     Ack, Alive, COEFFICIENTS_PER_BLOCK, CoefficientBlock, Configuration, Direction, Field, Header,
     Hello, Keys, Outcome, Receiver, Refusal, Report, Request, State, Statistics, Status, encode,
@@ -97,11 +99,11 @@ impl DeviceSession {
 
     /// Takes a byte. If it ends a request, acts on it, writes the answer as a frame into `line`, and returns
     /// its length; 0 otherwise. `line` holds [`FRAME_MAX`](haptic_link::FRAME_MAX) bytes.
-    pub fn receive<H: Hardware>(
+    pub fn receive<H: Hardware, R: BorrowMut<Records>>(
         &mut self,
         byte: u8,
         now_us: u64,
-        device: &impl Exclusive<TickSide<H>>,
+        device: &impl Exclusive<TickSide<H, R>>,
         line: &mut [u8],
     ) -> usize {
         let Some((header, request)) = self.take(byte) else {
@@ -161,7 +163,10 @@ impl DeviceSession {
     }
 
     /// A new connection has staged nothing and asked for no samples.
-    fn begin<H: Hardware>(&mut self, device: &impl Exclusive<TickSide<H>>) {
+    fn begin<H: Hardware, R: BorrowMut<Records>>(
+        &mut self,
+        device: &impl Exclusive<TickSide<H, R>>,
+    ) {
         if self.run_of == 0 {
             self.staged = None;
         }
@@ -170,9 +175,10 @@ impl DeviceSession {
     }
 
     /// Writes the next frame to send of itself into `line` and returns its length; 0 if there is none.
-    pub fn poll<H: Hardware>(
+    #[inline(never)]
+    pub fn poll<H: Hardware, R: BorrowMut<Records>>(
         &mut self,
-        device: &impl Exclusive<TickSide<H>>,
+        device: &impl Exclusive<TickSide<H, R>>,
         line: &mut [u8],
     ) -> usize {
         match device.with(TickSide::next_report) {
@@ -189,12 +195,12 @@ impl DeviceSession {
         length
     }
 
-    fn act<H: Hardware>(
+    fn act<H: Hardware, R: BorrowMut<Records>>(
         &mut self,
         header: Header,
         request: Request,
         now_us: u64,
-        device: &impl Exclusive<TickSide<H>>,
+        device: &impl Exclusive<TickSide<H, R>>,
     ) -> Option<Report> {
         let number = request.number();
         let owns = self.connections.is_owner();
@@ -218,13 +224,14 @@ impl DeviceSession {
         Some(ack(header, number, done))
     }
 
-    /// The answer to a question; nothing if it is an order.
-    fn answer<H: Hardware>(
+    /// The answer to a question; nothing if it is an order. On its own: an order needs the stack for other things.
+    #[inline(never)]
+    fn answer<H: Hardware, R: BorrowMut<Records>>(
         &self,
         header: Header,
         request: &Request,
         now_us: u64,
-        device: &impl Exclusive<TickSide<H>>,
+        device: &impl Exclusive<TickSide<H, R>>,
     ) -> Option<Report> {
         let refused = |refusal| ack(header, request.number(), Err(refusal));
         Some(match *request {
@@ -262,17 +269,23 @@ impl DeviceSession {
     }
 
     /// Does what an order asks for.
-    fn obey<H: Hardware>(
+    #[inline(never)]
+    fn obey<H: Hardware, R: BorrowMut<Records>>(
         &mut self,
         request: Request,
         now_us: u64,
-        device: &impl Exclusive<TickSide<H>>,
+        device: &impl Exclusive<TickSide<H, R>>,
     ) -> Result<(), Refusal> {
         let owns = self.connections.is_owner();
         match request {
             Request::Configure(configuration) => self.configure(configuration, device),
             Request::Coefficients(block) => self.stage(&block),
-            Request::Commit { digest, scope } => self.commit(digest, scope, device),
+            Request::Commit { digest, scope } => {
+                let done = self.commit(digest, scope, device);
+                #[cfg(all(feature = "defmt", target_os = "none"))]
+                tell(digest, &done);
+                done
+            }
             Request::Arm { faults } => self.arm(faults, now_us, device),
             Request::Disarm => {
                 device.with(TickSide::disarm);
@@ -302,21 +315,21 @@ impl DeviceSession {
     }
 
     /// The host that armed is there.
-    fn feed<H: Hardware>(
+    fn feed<H: Hardware, R: BorrowMut<Records>>(
         &mut self,
         now_us: u64,
         is_force: bool,
-        device: &impl Exclusive<TickSide<H>>,
+        device: &impl Exclusive<TickSide<H, R>>,
     ) {
         self.fed = self.fed.wrapping_add(1);
         device.with(|device| device.heard(now_us, is_force));
     }
 
-    fn arm<H: Hardware>(
+    fn arm<H: Hardware, R: BorrowMut<Records>>(
         &mut self,
         faults: u16,
         now_us: u64,
-        device: &impl Exclusive<TickSide<H>>,
+        device: &impl Exclusive<TickSide<H, R>>,
     ) -> Result<(), Refusal> {
         let owns = self.connections.is_owner();
         device.with(|device| {
@@ -364,6 +377,15 @@ pub(crate) fn within_this_process() -> DeviceSession {
     DeviceSession::new(version, random.build_hasher().finish() as u32)
 }
 
+/// For a developer with a probe.
+#[cfg(all(feature = "defmt", target_os = "none"))]
+fn tell(digest: u32, done: &Result<(), Refusal>) {
+    match done {
+        Ok(()) => defmt::info!("in force: configuration {=u32:08x}", digest),
+        Err(refusal) => defmt::warn!("refused: {}", defmt::Debug2Format(refusal)),
+    }
+}
+
 /// The keys of all messages.
 #[inline(never)]
 fn keys() -> Report {
@@ -381,8 +403,8 @@ fn ack(header: Header, request: u8, done: Result<(), Refusal>) -> Report {
 }
 
 /// The block of coefficients in force at an offset.
-fn coefficients<H: Hardware>(
-    device: &TickSide<H>,
+fn coefficients<H: Hardware, R: BorrowMut<Records>>(
+    device: &TickSide<H, R>,
     offset: u16,
 ) -> Result<CoefficientBlock, Refusal> {
     let count = device.configuration().0.operator.count;

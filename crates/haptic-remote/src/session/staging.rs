@@ -2,16 +2,18 @@
 
 use super::DeviceSession;
 use crate::hardware::{Exclusive, Hardware};
-use crate::prepared::{COEFFICIENTS_MAX, digest, prepare};
+use crate::prepared::{COEFFICIENTS_MAX, Prepared, digest, prepare};
+use crate::records::Records;
 use crate::tick_side::TickSide;
+use core::borrow::BorrowMut;
 use haptic_link::{COEFFICIENTS_PER_BLOCK, CoefficientBlock, Configuration, Field, Refusal, Scope};
 
 impl DeviceSession {
     /// Begins to stage a configuration in the place of what was staged before.
-    pub(super) fn configure<H: Hardware>(
+    pub(super) fn configure<H: Hardware, R: BorrowMut<Records>>(
         &mut self,
         configuration: Configuration,
-        device: &impl Exclusive<TickSide<H>>,
+        device: &impl Exclusive<TickSide<H, R>>,
     ) -> Result<(), Refusal> {
         self.put_back(device)?;
         self.staged = Some(configuration);
@@ -40,21 +42,22 @@ impl DeviceSession {
         Ok(())
     }
 
-    pub(super) fn commit<H: Hardware>(
+    pub(super) fn commit<H: Hardware, R: BorrowMut<Records>>(
         &mut self,
         digest: u32,
         scope: Scope,
-        device: &impl Exclusive<TickSide<H>>,
+        device: &impl Exclusive<TickSide<H, R>>,
     ) -> Result<(), Refusal> {
         let in_force = device.with(|device| device.configuration().1);
         let for_run = scope == Scope::Run;
         let Some(configuration) = self.whole(digest, in_force, for_run)? else {
             return Ok(());
         };
-        self.install(&configuration, for_run, device)?;
-        if !for_run {
-            self.staged = None;
+        if for_run {
+            return self.install_for_run(&configuration, device);
         }
+        self.install(&configuration, device)?;
+        self.staged = None;
         Ok(())
     }
 
@@ -93,48 +96,82 @@ impl DeviceSession {
         Ok(Some(configuration))
     }
 
-    /// Makes what is staged the configuration in force; for a run, keeps what was set to last in its place. On its own,
-    /// so that only this needs room for what it prepares.
+    /// Makes what is staged the configuration in force. On its own, so that only this needs room for what it prepares.
     #[inline(never)]
-    fn install<H: Hardware>(
+    fn install<H: Hardware, R: BorrowMut<Records>>(
         &mut self,
         configuration: &Configuration,
-        for_run: bool,
-        device: &impl Exclusive<TickSide<H>>,
+        device: &impl Exclusive<TickSide<H, R>>,
     ) -> Result<(), Refusal> {
-        device.with(|device| device.may_install())?;
-        let capabilities = device.with(|device| device.hardware().capabilities());
-        let count = usize::from(configuration.operator.count);
-        let values = self.values.get(..count).unwrap_or_default();
-        let prepared = prepare::<H>(*configuration, values, &capabilities)?;
-        if for_run {
-            let set = device.with(|device| *device.configuration().0);
-            not_looser(configuration, &set)?;
-            for (index, slot) in self.values.iter_mut().enumerate() {
-                *slot = device
-                    .with(|device| device.coefficient(index))
-                    .unwrap_or_default();
-            }
-            self.staged = Some(set);
-            self.run_of = self.connections.current();
+        let values = used(configuration, &self.values);
+        let prepared = prepared(configuration, values, device)?;
+        device.with(|device| device.install(prepared, values))
+    }
+
+    /// The same for a run: keeps what was set to last in its place.
+    #[inline(never)]
+    fn install_for_run<H: Hardware, R: BorrowMut<Records>>(
+        &mut self,
+        configuration: &Configuration,
+        device: &impl Exclusive<TickSide<H, R>>,
+    ) -> Result<(), Refusal> {
+        let set = device.with(|device| *device.configuration().0);
+        not_looser(configuration, &set)?;
+        let prepared = prepared(configuration, used(configuration, &self.values), device)?;
+        self.staged = Some(set);
+        self.exchange(prepared, device)
+    }
+
+    /// Puts staged values in force, and those in force in their place. On its own: nothing else has to be copied.
+    #[inline(never)]
+    fn exchange<H: Hardware, R: BorrowMut<Records>>(
+        &mut self,
+        prepared: Prepared<H::Setup>,
+        device: &impl Exclusive<TickSide<H, R>>,
+    ) -> Result<(), Refusal> {
+        let values = self.values;
+        for (index, slot) in self.values.iter_mut().enumerate() {
+            *slot = device
+                .with(|device| device.coefficient(index))
+                .unwrap_or_default();
         }
-        device.with(|device| device.install(prepared))
+        self.run_of = self.connections.current();
+        let used = used(&prepared.configuration, &values);
+        device.with(|device| device.install(prepared, used))
     }
 
     /// Puts what was set to last in force again, if a run has replaced it.
-    pub(super) fn put_back<H: Hardware>(
+    pub(super) fn put_back<H: Hardware, R: BorrowMut<Records>>(
         &mut self,
-        device: &impl Exclusive<TickSide<H>>,
+        device: &impl Exclusive<TickSide<H, R>>,
     ) -> Result<(), Refusal> {
         if self.run_of == 0 {
             return Ok(());
         }
         if let Some(set) = self.staged {
-            self.install(&set, false, device)?;
+            self.install(&set, device)?;
         }
         (self.staged, self.run_of) = (None, 0);
         Ok(())
     }
+}
+
+/// Those of the staged values that a configuration takes.
+fn used<'a>(configuration: &Configuration, values: &'a [f32]) -> &'a [f32] {
+    let count = usize::from(configuration.operator.count);
+    values.get(..count).unwrap_or_default()
+}
+
+/// What can take effect now, of staged values.
+#[inline]
+fn prepared<H: Hardware, R: BorrowMut<Records>>(
+    configuration: &Configuration,
+    values: &[f32],
+    device: &impl Exclusive<TickSide<H, R>>,
+) -> Result<Prepared<H::Setup>, Refusal> {
+    device.with(|device| device.may_install())?;
+    let capabilities = device.with(|device| device.hardware().capabilities());
+    prepare::<H>(*configuration, values, &capabilities)
 }
 
 /// A run may only tighten what was set to last.

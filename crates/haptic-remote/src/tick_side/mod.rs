@@ -11,15 +11,16 @@
 
 mod requests;
 
-use crate::flight::FlightRecorder;
 use crate::hardware::Hardware;
-use crate::outbox::{Notice, Outbox, Stream};
-use crate::prepared::{DeviceWall, Prepared, prepare};
+use crate::outbox::{Notice, Stream};
+use crate::prepared::{DeviceWall, Law, Prepared, prepare};
+use crate::records::Records;
+use core::borrow::BorrowMut;
 use haptic_link::{
     Configuration, Event, EventKind, FaultReport, Flight, LoopMode, Refusal, Report, Sample,
     Simulation, State, Statistics, Status,
 };
-use haptic_loop::{Controller, Fault};
+use haptic_loop::{Controller, Fault, SafetyChain};
 use nalgebra::SVector;
 
 /// So many ticks after a fault are sent unasked: what a host keeps of them must not depend on how soon it asks.
@@ -57,7 +58,7 @@ enum After {
 /// assert_eq!(device.newest().tick, 9);
 /// ```
 #[derive(Debug)]
-pub struct TickSide<H: Hardware> {
+pub struct TickSide<H: Hardware, R = Records> {
     hardware: H,
     controller: Controller<f32, 1, DeviceWall>,
     configuration: Configuration,
@@ -82,8 +83,7 @@ pub struct TickSide<H: Hardware> {
     /// Ticks after a fault that are still sent as those of the run it ended.
     aftermath: u8,
     newest: Sample,
-    outbox: Outbox,
-    flight: FlightRecorder,
+    records: R,
     statistics: Statistics,
 }
 
@@ -94,8 +94,13 @@ impl<H: Hardware> TickSide<H> {
     /// If the board cannot be without a configuration, which is a defect of the board.
     pub fn new(hardware: H) -> Result<Self, Refusal> {
         let passive = Self::passive(&hardware)?;
-        Ok(Self::with(hardware, passive))
+        let mut device = Self::asleep(hardware, passive.chain, Records::new());
+        device.wake(passive, &Self::PASSIVE);
+        Ok(device)
     }
+
+    /// Coefficients of a board without a configuration.
+    pub const PASSIVE: [f32; 1] = [0.0];
 
     /// Prepared state of a board without a configuration: no force, its plant at rest.
     ///
@@ -112,18 +117,19 @@ impl<H: Hardware> TickSide<H> {
         if capabilities.simulated {
             passive.simulation = Simulation::TESTBED;
         }
-        prepare::<H>(passive, &[0.0], &capabilities)
+        prepare::<H>(passive, &Self::PASSIVE, &capabilities)
     }
+}
 
-    /// A device at power-up, with this configuration: where there is no room to build it twice.
-    pub fn with(mut hardware: H, prepared: Prepared<H::Setup>) -> Self {
-        let configuration = prepared.configuration;
-        hardware.install(prepared.setup, configuration.tick_period_us);
+impl<H: Hardware, R: BorrowMut<Records>> TickSide<H, R> {
+    /// A device before its power-up is done: no law and no configuration yet. For a stack without room to build it twice:
+    /// first this, in its place, then [`wake`](Self::wake).
+    pub fn asleep(hardware: H, chain: SafetyChain<f32>, records: R) -> Self {
         Self {
             hardware,
-            controller: Controller::new(prepared.wall, prepared.chain),
-            configuration,
-            digest: prepared.digest,
+            controller: Controller::new(Law::none(), chain),
+            configuration: Configuration::PASSIVE,
+            digest: 0,
             state: State::Idle,
             after: After::Idle,
             fault: None,
@@ -141,10 +147,28 @@ impl<H: Hardware> TickSide<H> {
             run_stream: Stream::OFF,
             aftermath: 0,
             newest: Sample::default(),
-            outbox: Outbox::default(),
-            flight: FlightRecorder::default(),
+            records,
             statistics: Statistics::default(),
         }
+    }
+
+    /// Power-up is done: this configuration is in force with the coefficients that were prepared, whatever there was before,
+    /// and nobody is told.
+    #[inline(never)]
+    pub fn wake(&mut self, prepared: Prepared<H::Setup>, coefficients: &[f32]) {
+        let Prepared {
+            configuration,
+            digest,
+            law,
+            chain,
+            setup,
+        } = prepared;
+        self.controller
+            .replace_within(chain, |wall| law.put(wall, coefficients));
+        self.configuration = configuration;
+        self.digest = digest;
+        self.judged = true;
+        self.hardware.install(setup, configuration.tick_period_us);
     }
 
     /// One tick, at this time since power-up.
@@ -192,12 +216,13 @@ impl<H: Hardware> TickSide<H> {
         self.aftermath = if ran { AFTERMATH_TICKS } else { 0 };
         self.faults = self.faults.wrapping_add(1);
         self.state = State::Fault;
-        self.flight.fault();
-        self.outbox.notify(Notice::Fault(FaultReport {
+        self.records.borrow_mut().flight.fault();
+        let notice = Notice::Fault(FaultReport {
             status: self.status(),
             tick: self.tick,
             time_us: self.now_us,
-        }));
+        });
+        self.records.borrow_mut().outbox.notify(notice);
     }
 
     /// The board cannot measure or apply: no force at all, at once, because none can be computed.
@@ -272,8 +297,8 @@ impl<H: Hardware> TickSide<H> {
     /// Flight recorder and stream.
     fn keep(&mut self, sample: Sample) {
         self.newest = sample;
-        self.flight.take(sample);
-        if self.stream().takes(sample.tick) && !self.outbox.take(sample) {
+        self.records.borrow_mut().flight.take(sample);
+        if self.stream().takes(sample.tick) && !self.records.borrow_mut().outbox.take(sample) {
             self.statistics.samples_dropped = self.statistics.samples_dropped.wrapping_add(1);
         }
         if self.state == State::Fault {
@@ -320,11 +345,14 @@ impl<H: Hardware> TickSide<H> {
 
     #[inline(never)]
     fn event(&mut self, kind: EventKind) {
-        self.outbox.notify(Notice::Event(Event {
-            kind,
-            tick: self.tick,
-            time_us: self.now_us,
-        }));
+        self.records
+            .borrow_mut()
+            .outbox
+            .notify(Notice::Event(Event {
+                kind,
+                tick: self.tick,
+                time_us: self.now_us,
+            }));
     }
 
     /// State and fault.
@@ -382,12 +410,13 @@ impl<H: Hardware> TickSide<H> {
     /// # Errors
     /// An index behind its end.
     pub fn flight(&self, index: u16) -> Result<Flight, Refusal> {
-        self.flight.read(index)
+        self.records.borrow().flight.read(index)
     }
 
     /// The next thing to say, oldest first: events and faults, then samples.
     pub fn next_report(&mut self) -> Option<Report> {
         let more = matches!(self.state, State::Running | State::Stopping);
-        self.outbox.next(self.stream(), more)
+        let stream = self.stream();
+        self.records.borrow_mut().outbox.next(stream, more)
     }
 }

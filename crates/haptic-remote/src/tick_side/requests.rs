@@ -4,10 +4,12 @@ use super::{After, TickSide};
 use crate::hardware::Hardware;
 use crate::outbox::Stream;
 use crate::prepared::Prepared;
+use crate::records::Records;
+use core::borrow::BorrowMut;
 use haptic_link::{EventKind, Field, LoopMode, Refusal, Start, State};
 use haptic_loop::Fault;
 
-impl<H: Hardware> TickSide<H> {
+impl<H: Hardware, R: BorrowMut<Records>> TickSide<H, R> {
     /// The host was heard at this time. While a host loop runs only its forces count.
     pub fn heard(&mut self, now_us: u64, is_force: bool) {
         let host_loop = self.configuration.loop_mode == LoopMode::Host;
@@ -38,7 +40,7 @@ impl<H: Hardware> TickSide<H> {
         self.controller.reset();
         self.fault = None;
         self.run = None;
-        self.flight.clear();
+        self.records.borrow_mut().flight.clear();
         self.late_in_row = 0;
         self.state = State::Armed;
         self.event(EventKind::Armed);
@@ -78,8 +80,8 @@ impl<H: Hardware> TickSide<H> {
         self.controller.reset();
         self.hardware.restart();
         self.may_start()?;
-        self.outbox.forget_samples();
-        self.flight.clear();
+        self.records.borrow_mut().outbox.forget_samples();
+        self.records.borrow_mut().flight.clear();
         self.run = Some(start.run);
         self.ticks_left = (start.ticks > 0).then_some(start.ticks);
         self.run_stream = stream;
@@ -156,7 +158,7 @@ impl<H: Hardware> TickSide<H> {
     pub fn stream_idle(&mut self, every: u16, batch: u8) -> Result<(), Refusal> {
         self.idle_stream = Stream::new(every, batch)?;
         if every == 0 && matches!(self.state, State::Idle | State::Armed | State::Fault) {
-            self.outbox.forget_samples();
+            self.records.borrow_mut().outbox.forget_samples();
         }
         Ok(())
     }
@@ -174,27 +176,20 @@ impl<H: Hardware> TickSide<H> {
         }
     }
 
-    /// Makes a configuration take effect. A latched fault stays.
+    /// Makes a configuration take effect with the coefficients that were prepared. A latched fault stays.
     ///
     /// # Errors
     /// As [`may_install`](Self::may_install).
-    pub fn install(&mut self, prepared: Prepared<H::Setup>) -> Result<(), Refusal> {
+    pub fn install(
+        &mut self,
+        prepared: Prepared<H::Setup>,
+        coefficients: &[f32],
+    ) -> Result<(), Refusal> {
         self.may_install()?;
-        let Prepared {
-            configuration,
-            digest,
-            wall,
-            chain,
-            setup,
-        } = prepared;
-        self.controller.replace(wall, chain);
+        self.wake(prepared, coefficients);
         if let Some(fault) = self.fault {
             self.controller.trip(fault);
         }
-        self.configuration = configuration;
-        self.digest = digest;
-        self.judged = true;
-        self.hardware.install(setup, configuration.tick_period_us);
         self.event(EventKind::Configured);
         Ok(())
     }

@@ -12,7 +12,9 @@ fn a_board_that_cannot_measure_lets_go_at_once_and_can_be_armed_when_it_is_mende
     let (configuration, values) = crate::line::spring();
     let capabilities = device.hardware().capabilities();
     let prepared = haptic_remote::prepare::<Witness>(configuration, &values, &capabilities);
-    device.install(prepared.expect("good")).expect("idle");
+    device
+        .install(prepared.expect("good"), &values)
+        .expect("idle");
     device.arm(0).expect("idle");
     device.start(START).expect("armed");
     let mut now_us = 0;

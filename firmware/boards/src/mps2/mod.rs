@@ -6,11 +6,10 @@ mod vectors;
 
 pub use crate::board::mps2::NAME;
 use crate::board::mps2::{CLOCKS_PER_US, FPGAIO};
-use crate::clock::Clock;
-use crate::parts::{self, TickTimer};
 use cortex_m::peripheral::scb::SystemHandler;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{NVIC, SCB, SYST};
+use haptic_board::{Clock, NoWatchdog, TickTimer};
 use haptic_remote::SimulatedPlant;
 use register::Register;
 pub use uart::{Uart, on_receive, on_sent};
@@ -20,10 +19,10 @@ pub use vectors::interrupt;
 pub type Board = SimulatedPlant;
 /// Makes the ticks.
 pub type Timer = SysTick;
-/// Watches tick and main loop.
+/// Nothing on this board can move, so nothing has to be stopped.
 pub type Watchdog = NoWatchdog;
 /// This board, at power-up.
-pub type Parts = parts::Parts<Board, Timer, Uart, Watchdog>;
+pub type Parts = haptic_board::Parts<Board, Timer, Uart, Watchdog>;
 
 /// Priority of the tick; smaller is more urgent.
 const TICK_PRIORITY: u8 = 0x40;
@@ -75,14 +74,6 @@ impl TickTimer for SysTick {
         timer.enable_counter();
         timer.enable_interrupt();
     }
-}
-
-/// Nothing on this board can move, so nothing has to be stopped.
-#[derive(Debug)]
-pub struct NoWatchdog;
-
-impl parts::Watchdog for NoWatchdog {
-    fn feed(&mut self) {}
 }
 
 /// Starts the board. To be called once.

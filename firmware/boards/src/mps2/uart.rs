@@ -2,15 +2,12 @@
 
 use super::register::Register;
 use crate::board::mps2::{UART_DIVIDER, UART0};
-use crate::parts::Line;
-use core::cell::RefCell;
-use critical_section::Mutex;
-use heapless::Deque;
+use haptic_board::{Line, Queue};
 
 /// Bytes that wait to be fetched at most: the longest frame, twice.
-const RECEIVED: usize = 512;
+const RECEIVED_MAX: usize = 512;
 /// Bytes that wait to be sent at most.
-const TO_SEND: usize = 512;
+const TO_SEND_MAX: usize = 512;
 
 /// Bits of `STATE`.
 const TX_FULL: u32 = 1 << 0;
@@ -45,60 +42,36 @@ impl Registers {
     };
 }
 
-/// Shared by interrupts and main loop.
-#[derive(Debug)]
-struct Queues {
-    received: Deque<u8, RECEIVED>,
-    to_send: Deque<u8, TO_SEND>,
-    lost: u32,
-}
-
-static QUEUES: Mutex<RefCell<Queues>> = Mutex::new(RefCell::new(Queues {
-    received: Deque::new(),
-    to_send: Deque::new(),
-    lost: 0,
-}));
-
-fn with<R>(user: impl FnOnce(&mut Queues, &Registers) -> R) -> R {
-    critical_section::with(|token| user(&mut QUEUES.borrow_ref_mut(token), &Registers::UART))
-}
-
-impl Queues {
-    fn fetch(&mut self, uart: &Registers) {
-        // Acknowledge first: a byte that comes between draining and acknowledging would be forgotten.
-        uart.clear.write(CLEAR_RX);
-        let state = uart.state.read();
-        if state & RX_OVERRUN != 0 {
-            uart.state.write(RX_OVERRUN);
-            self.lost = self.lost.wrapping_add(1);
-        }
-        while uart.state.read() & RX_FULL != 0 {
-            let byte = uart.data.read() as u8;
-            if self.received.push_back(byte).is_err() {
-                self.lost = self.lost.wrapping_add(1);
-            }
-        }
-    }
-
-    fn give(&mut self, uart: &Registers) {
-        uart.clear.write(CLEAR_TX);
-        // The interrupt comes when the buffer has become empty, so the first byte is written unasked.
-        while uart.state.read() & TX_FULL == 0
-            && let Some(byte) = self.to_send.pop_front()
-        {
-            uart.data.write(u32::from(byte));
-        }
-    }
-}
+static RECEIVED: Queue<RECEIVED_MAX> = Queue::new();
+static TO_SEND: Queue<TO_SEND_MAX> = Queue::new();
 
 /// To be called by the interrupt `UART0_RX`.
 pub fn on_receive() {
-    with(Queues::fetch);
+    let uart = Registers::UART;
+    // Acknowledge first: a byte that comes between draining and acknowledging would be forgotten.
+    uart.clear.write(CLEAR_RX);
+    if uart.state.read() & RX_OVERRUN != 0 {
+        uart.state.write(RX_OVERRUN);
+        RECEIVED.count_lost(1);
+    }
+    while uart.state.read() & RX_FULL != 0 {
+        RECEIVED.push(uart.data.read() as u8);
+    }
 }
 
 /// To be called by the interrupt `UART0_TX`.
 pub fn on_sent() {
-    with(Queues::give);
+    let uart = Registers::UART;
+    // Nobody else may write a byte in between.
+    critical_section::with(|_| {
+        uart.clear.write(CLEAR_TX);
+        // The interrupt comes when the buffer has become empty, so the first byte is written unasked.
+        while uart.state.read() & TX_FULL == 0
+            && let Some(byte) = TO_SEND.pop()
+        {
+            uart.data.write(u32::from(byte));
+        }
+    });
 }
 
 /// UART0 as a line to the host.
@@ -116,27 +89,19 @@ impl Uart {
 
 impl Line for Uart {
     fn receive(&mut self) -> Option<u8> {
-        with(|queues, _| queues.received.pop_front())
+        RECEIVED.pop()
     }
 
     fn take_lost(&mut self) -> u32 {
-        with(|queues, _| core::mem::take(&mut queues.lost))
+        RECEIVED.take_lost()
     }
 
     fn room(&self) -> usize {
-        with(|queues, _| TO_SEND - queues.to_send.len())
+        TO_SEND.room()
     }
 
     fn send(&mut self, bytes: &[u8]) {
-        // Piece by piece, so that a tick waits for no more than a few bytes.
-        for piece in bytes.chunks(16) {
-            with(|queues, uart| {
-                for &byte in piece {
-                    // There is room, the caller has looked.
-                    let _ = queues.to_send.push_back(byte);
-                }
-                queues.give(uart);
-            });
-        }
+        TO_SEND.extend(bytes);
+        on_sent();
     }
 }

@@ -5,9 +5,10 @@ use crate::board::nucleo_f446re::{
     MISMATCH_A, MISMATCH_US, NAME, NEWTONS_PER_AMPERE,
 };
 use cortex_m::peripheral::DWT;
-use haptic_link::{Capabilities, Field, Refusal, Simulation, SimulationKind};
+use haptic_board::{one_axis, only_real};
+use haptic_link::{Capabilities, Refusal, Simulation};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
-use haptic_remote::{COEFFICIENTS_MAX, DEGREE_MAX, FLIGHT_SAMPLES, Hardware, MODES_MAX};
+use haptic_remote::Hardware;
 use nalgebra::SVector;
 use stm32f4xx_hal::adc::Adc;
 use stm32f4xx_hal::gpio::{Input, Output, PC7, PC8};
@@ -147,28 +148,16 @@ impl Hardware for Axis {
 
     fn capabilities(&self) -> Capabilities {
         Capabilities {
-            board: Capabilities::board_name(NAME),
-            axes: 1,
-            simulated: false,
-            tick_period_min_us: 100,
-            tick_period_max_us: 10_000,
             force_max_n: CURRENT_MAX_A * NEWTONS_PER_AMPERE,
             // The whole range in a tick of 1 ms; an amplifier's own limit is far above.
             force_rate_max_n_per_s: 2000.0 * CURRENT_MAX_A * NEWTONS_PER_AMPERE,
             position_resolution_m: METRES_PER_COUNT,
-            coefficients_max: COEFFICIENTS_MAX as u16,
-            modes_max: MODES_MAX as u16,
-            degree_max: DEGREE_MAX as u16,
-            flight_samples: FLIGHT_SAMPLES as u16,
+            ..one_axis(NAME)
         }
     }
 
     fn prepare(simulation: &Simulation, _: u32) -> Result<(), Refusal> {
-        if simulation.kind == SimulationKind::Real {
-            Ok(())
-        } else {
-            Err(Refusal::Unsupported(Field::SimulationKind))
-        }
+        only_real(simulation)
     }
 
     fn install(&mut self, (): (), tick_period_us: u32) {

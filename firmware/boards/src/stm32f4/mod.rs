@@ -10,10 +10,9 @@ pub use crate::board::nucleo_f446re::NAME;
 use crate::board::nucleo_f446re::{
     BAUD, CLOCK_HZ, DUTY_ZERO, HSE_HZ, PCLK1_HZ, PCLK2_HZ, PWM_HZ, WATCHDOG_MS,
 };
-use crate::clock::Clock;
-use crate::parts::{self, TickTimer};
 pub use axis::Axis;
 use cortex_m::peripheral::NVIC;
+use haptic_board::{Clock, TickTimer};
 use stm32f4xx_hal::adc::config::{AdcConfig, SampleTime, Sequence};
 use stm32f4xx_hal::adc::{self, Adc};
 use stm32f4xx_hal::dma::StreamsTuple;
@@ -35,7 +34,7 @@ pub type Timer = TickCounter;
 /// Watches tick and main loop.
 pub type Watchdog = Iwdg;
 /// This board, at power-up.
-pub type Parts = parts::Parts<Board, Timer, Uart, Watchdog>;
+pub type Parts = haptic_board::Parts<Board, Timer, Uart, Watchdog>;
 
 /// Priority of the tick; smaller is more urgent.
 const TICK_PRIORITY: u8 = 0x40;
@@ -83,7 +82,7 @@ impl TickTimer for TickCounter {
 #[derive(Debug)]
 pub struct Iwdg(IndependentWatchdog);
 
-impl parts::Watchdog for Iwdg {
+impl haptic_board::Watchdog for Iwdg {
     fn feed(&mut self) {
         self.0.feed();
     }

@@ -2,12 +2,10 @@
 //!
 //! A byte comes every 10.9 µs and the USART holds one: a tick may take longer, so only DMA loses none.
 
-use crate::parts::Line;
 use core::cell::RefCell;
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 use critical_section::Mutex;
-use heapless::Deque;
-use stm32f4xx_hal::nb;
+use haptic_board::{Line, Queue};
 use stm32f4xx_hal::pac::{DMA1, USART2};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::serial::{Rx, Tx};
@@ -15,7 +13,7 @@ use stm32f4xx_hal::serial::{Rx, Tx};
 /// Received bytes that wait to be fetched at most: 1024 at 91 837 B/s are 11 ms, longer than any tick.
 const RECEIVED: usize = 1024;
 /// Bytes that wait to be sent at most.
-const TO_SEND: usize = 512;
+const TO_SEND_MAX: usize = 512;
 /// DMA1 stream 5, channel 4: `USART2_RX` (RM0390, table 28).
 const STREAM: usize = 5;
 const CHANNEL: u8 = 4;
@@ -29,14 +27,11 @@ static ROUNDS: AtomicU32 = AtomicU32::new(0);
 struct Sender {
     tx: Option<Tx<USART2>>,
     rx: Option<Rx<USART2>>,
-    to_send: Deque<u8, TO_SEND>,
 }
 
-static SENDER: Mutex<RefCell<Sender>> = Mutex::new(RefCell::new(Sender {
-    tx: None,
-    rx: None,
-    to_send: Deque::new(),
-}));
+static TO_SEND: Queue<TO_SEND_MAX> = Queue::new();
+
+static SENDER: Mutex<RefCell<Sender>> = Mutex::new(RefCell::new(Sender { tx: None, rx: None }));
 
 fn with<R>(user: impl FnOnce(&mut Sender) -> R) -> R {
     critical_section::with(|token| user(&mut SENDER.borrow_ref_mut(token)))
@@ -44,7 +39,7 @@ fn with<R>(user: impl FnOnce(&mut Sender) -> R) -> R {
 
 /// To be called by the interrupt `USART2`: a byte has gone, or the host fell silent.
 pub fn on_uart() {
-    with(|Sender { tx, rx, to_send }| {
+    with(|Sender { tx, rx }| {
         if let Some(rx) = rx
             && rx.is_idle()
         {
@@ -53,16 +48,9 @@ pub fn on_uart() {
             rx.unlisten_idle();
         }
         let Some(tx) = tx else { return };
-        let Some(&byte) = to_send.front() else {
+        // If there is no room now, the interrupt comes again.
+        if !TO_SEND.offer(|byte| tx.write(byte).is_ok()) {
             tx.unlisten();
-            return;
-        };
-        match tx.write(byte) {
-            Ok(()) => {
-                to_send.pop_front();
-            }
-            // It comes again when there is room.
-            Err(nb::Error::WouldBlock | nb::Error::Other(_)) => {}
         }
     });
 }
@@ -183,21 +171,15 @@ impl Line for Uart {
     }
 
     fn room(&self) -> usize {
-        with(|sender| TO_SEND - sender.to_send.len())
+        TO_SEND.room()
     }
 
     fn send(&mut self, bytes: &[u8]) {
-        // Piece by piece, so that a tick waits for no more than a few bytes.
-        for piece in bytes.chunks(16) {
-            with(|Sender { tx, to_send, .. }| {
-                for &byte in piece {
-                    // There is room, the caller has looked.
-                    let _ = to_send.push_back(byte);
-                }
-                if let Some(tx) = tx {
-                    tx.listen();
-                }
-            });
-        }
+        TO_SEND.extend(bytes);
+        with(|Sender { tx, .. }| {
+            if let Some(tx) = tx {
+                tx.listen();
+            }
+        });
     }
 }

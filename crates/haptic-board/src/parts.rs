@@ -1,4 +1,4 @@
-//! The parts of a chip that the device needs.
+//! The parts of a chip that a device needs, and their promises.
 
 /// The timer whose interrupt is the tick.
 pub trait TickTimer {
@@ -20,7 +20,7 @@ pub trait Line {
     /// Bytes that were lost since the last call, as nobody had fetched them in time.
     fn take_lost(&mut self) -> u32;
 
-    /// Bytes that can be sent now.
+    /// Bytes that can be sent now: a frame's length, [`FRAME_MAX`](haptic_link::FRAME_MAX), when the line is idle.
     fn room(&self) -> usize;
 
     /// Sends as many of these bytes as there is [`room`](Self::room) for.
@@ -31,6 +31,14 @@ pub trait Line {
 pub trait Watchdog {
     /// Everything is well.
     fn feed(&mut self);
+}
+
+/// No watchdog: only where nothing can move, as in an emulator.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NoWatchdog;
+
+impl Watchdog for NoWatchdog {
+    fn feed(&mut self) {}
 }
 
 /// A board at power-up, with everything on it that the device uses.

@@ -1,0 +1,43 @@
+//! What a developer with a probe sees: changes of state and faults, told from the main loop.
+
+use haptic_link::{State, Status};
+use haptic_loop::Fault;
+
+/// Tells each change once.
+#[derive(Debug)]
+pub(crate) struct News {
+    known: Status,
+}
+
+impl News {
+    /// At power-up.
+    pub(crate) const fn new() -> Self {
+        Self {
+            known: Status {
+                state: State::Idle,
+                fault: 0,
+                faults: 0,
+            },
+        }
+    }
+
+    /// Tells what has changed since the last call.
+    pub(crate) fn tell(&mut self, status: Status) {
+        let known = core::mem::replace(&mut self.known, status);
+        if status.faults != known.faults {
+            match Fault::from_code(status.fault) {
+                Some(fault) => {
+                    defmt::error!(
+                        "fault {=u8}: {}",
+                        status.fault,
+                        defmt::Display2Format(&fault)
+                    );
+                }
+                None => defmt::error!("{=u16} faults, cleared already", status.faults),
+            }
+        }
+        if status.state != known.state {
+            defmt::info!("now {}", defmt::Display2Format(&status.state));
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! An encoder without a counter: counts from samples of its two channels.
+
+use haptic_loop::Fault;
+
+/// Counts an encoder's steps from samples of its channels A and B, for a chip that has no counter for them, but
+/// something that samples pins (a PIO, an SPI, a timer with DMA).
+///
+/// ```text
+/// A  _/‾‾‾\___/‾‾‾\_      one way: A leads, B and A 00 01 11 10, count up
+/// B  ___/‾‾‾\___/‾‾‾      four counts a line; the other way they go down
+/// ```
+/// - *Sampled often enough*: at least once a count, so counts a second below samples a second. Both channels changed
+///   between two samples are a fault, as the count is wrong from then on.
+/// - *Start-up*: count 0 wherever the encoder stands. It wraps at ±2³¹.
+///
+/// ```
+/// use haptic_board::Quadrature;
+///
+/// let mut encoder = Quadrature::new();
+/// let forward = 0b10_11_01_00; // the oldest sample is lowest, A is its lower bit
+/// encoder.take(forward, 4)?;
+/// assert_eq!(encoder.count(), 3);
+/// # Ok::<(), haptic_board::haptic_loop::Fault>(())
+/// ```
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Quadrature {
+    count: i32,
+    /// Quarter of the line, 0 to 3; none before the first sample.
+    quarter: Option<u8>,
+}
+
+impl Quadrature {
+    /// At count 0.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            count: 0,
+            quarter: None,
+        }
+    }
+
+    /// Takes in up to 16 samples of two bits, the oldest lowest.
+    ///
+    /// # Errors
+    /// Both channels have changed between two samples. The samples after it are counted all the same.
+    pub fn take(&mut self, samples: u32, number: u32) -> Result<(), Fault> {
+        let mut followed = Ok(());
+        for index in 0..number.min(16) {
+            let pins = (samples >> (2 * index)) as u8 & 0b11;
+            // Gray code, B and A, to binary: 00 01 11 10 are the quarters 0 1 2 3.
+            let quarter = pins ^ pins >> 1;
+            let moved = quarter.wrapping_sub(self.quarter.unwrap_or(quarter)) & 0b11;
+            self.quarter = Some(quarter);
+            self.count = match moved {
+                0 => self.count,
+                1 => self.count.wrapping_add(1),
+                3 => self.count.wrapping_sub(1),
+                _ => {
+                    followed = Err(Fault::PositionJump);
+                    self.count
+                }
+            };
+        }
+        followed
+    }
+
+    /// Counts since the start.
+    #[must_use]
+    pub const fn count(&self) -> i32 {
+        self.count
+    }
+}

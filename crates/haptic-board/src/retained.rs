@@ -1,0 +1,59 @@
+//! Two words that survive a reset.
+
+use core::sync::atomic::{AtomicU32, Ordering};
+
+/// In [`RetainedMemory::live`] while the device was armed.
+const ARMED: u32 = 0x5AFE_F0CE;
+
+/// Memory that a reset leaves alone, if the board puts it where no start-up code clears it: a section such as
+/// `.uninit` of `cortex-m-rt`. As an ordinary static it is cleared, and a reset is never known.
+#[derive(Debug)]
+pub struct RetainedMemory {
+    boot: AtomicU32,
+    live: AtomicU32,
+}
+
+impl RetainedMemory {
+    /// For a static. The values count for nothing where the memory is not cleared.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            boot: AtomicU32::new(0),
+            live: AtomicU32::new(0),
+        }
+    }
+
+    /// Reads it, and begins anew. To be called once, at start-up.
+    #[must_use]
+    pub fn take(&self) -> Retained {
+        // Only loads and stores: some processors have nothing else, and nobody else is there at start-up.
+        let boot = self.boot.load(Ordering::Relaxed).wrapping_add(1);
+        self.boot.store(boot, Ordering::Relaxed);
+        let was_armed = self.live.load(Ordering::Relaxed) == ARMED;
+        self.set_armed(false);
+        Retained { boot, was_armed }
+    }
+
+    /// To be known after the next reset.
+    pub(crate) fn set_armed(&self, armed: bool) {
+        self.live
+            .store(if armed { ARMED } else { 0 }, Ordering::Relaxed);
+    }
+}
+
+impl Default for RetainedMemory {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// The memory retained over the last reset.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Retained {
+    /// Another number after each reset; after power-up whatever the memory came up with. With the times of the hellos
+    /// and what the hosts contribute, it makes the numbers of connections: a chip need not have a source of chance.
+    pub boot: u32,
+    /// The device was armed, running or with a force when it was reset. After power-up by chance true
+    /// once in 4·10⁹ times.
+    pub was_armed: bool,
+}

@@ -1,0 +1,1 @@
+../../../../firmware/template/src/board.rs

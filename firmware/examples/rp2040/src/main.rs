@@ -1,0 +1,118 @@
+//! A haptic device on an RP2040 with embassy: encoder by PIO, motor by PWM, the host over USB. **Built, not yet run on
+//! hardware.**
+//!
+//! ```text
+//! alarm 3, highest priority:  Ticker ─▶ encoder ─▶ force ─▶ safety chain ─▶ PWM
+//! embassy's executor:         USB ─▶ queue ─▶ MainLoop ─▶ queue ─▶ USB;  watchdog, fed if ticks come
+//! ```
+#![no_std]
+#![no_main]
+
+mod axis;
+mod tick;
+mod usb;
+
+use axis::{Axis, NAME, Pins};
+use cortex_m::singleton;
+#[cfg(feature = "defmt")]
+use defmt_rtt as _;
+use embassy_executor::Spawner;
+use embassy_futures::join::join4;
+use embassy_futures::select::select;
+use embassy_rp::watchdog::Watchdog;
+use embassy_time::{Duration, Timer};
+use haptic_board::{MainLoop, Place, RetainedMemory, Ticker, TickerSlot, identity, power_up};
+use tick::Alarm;
+use usb::{Buffers, UsbLine};
+
+/// Major, minor, patch.
+const VERSION: [u8; 3] = [0, 1, 0];
+
+static IDENTITY: [u8; 39] = identity(NAME, VERSION);
+
+#[expect(unsafe_code, reason = "a section is named")]
+// SAFETY: the linker script has the section, in RAM, and any values of the words are allowed.
+#[unsafe(link_section = ".uninit.retained")]
+static RETAINED: RetainedMemory = RetainedMemory::new();
+
+static TICKER: TickerSlot<Axis, Alarm> = TickerSlot::empty();
+
+/// Time without a tick after which the chip is reset: more than two ticks of the longest period.
+const WATCHDOG: Duration = Duration::from_millis(20);
+/// The main loop looks for something to say at least so often: twice a tick of 1 ms.
+const ROUND: Duration = Duration::from_micros(500);
+
+#[embassy_executor::main]
+async fn main(_spawner: Spawner) {
+    let chip = embassy_rp::init(embassy_rp::config::Config::default());
+    core::hint::black_box(&IDENTITY);
+    // The motor first: disabled.
+    let axis = Axis::new(Pins {
+        pio: chip.PIO0,
+        a: chip.PIN_2,
+        b: chip.PIN_3,
+        slice: chip.PWM_SLICE2,
+        command: chip.PIN_4,
+        enable: chip.PIN_6,
+        stop: chip.PIN_7,
+    });
+    let retained = RETAINED.take();
+    let place = singleton!(: Place<Axis> = Place::new());
+    let device = place.and_then(|place| power_up(place, axis, VERSION, retained).ok());
+    let buffers = singleton!(: Buffers = Buffers::default());
+    let (Some((device, session)), Some(buffers)) = (device, buffers) else {
+        panic!("the board starts once, and without a configuration of its own");
+    };
+    let mut watchdog = Fed(Watchdog::new(chip.WATCHDOG));
+    watchdog.0.start(WATCHDOG);
+    TICKER.put(Ticker::new(device, Alarm::start(), &RETAINED));
+
+    let (mut device_side, mut sender, mut receiver) = usb::start(chip.USB, buffers);
+    let serve = async {
+        let mut main_loop = MainLoop::new(device, session);
+        loop {
+            while !main_loop.round(&mut UsbLine, &mut watchdog, tick::now_us) {}
+            select(usb::RECEIVED_SOME.wait(), Timer::after(ROUND)).await;
+        }
+    };
+    join4(
+        device_side.run(),
+        usb::receive(&mut receiver),
+        usb::send(&mut sender),
+        serve,
+    )
+    .await;
+}
+
+/// The watchdog, with its time.
+struct Fed(Watchdog);
+
+impl haptic_board::Watchdog for Fed {
+    fn feed(&mut self) {
+        self.0.feed(WATCHDOG);
+    }
+}
+
+/// No force, and the watchdog resets the chip.
+fn give_up() -> ! {
+    cortex_m::interrupt::disable();
+    axis::disable_motor();
+    loop {
+        cortex_m::asm::nop();
+    }
+}
+
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
+    give_up()
+}
+
+#[expect(unsafe_code, reason = "the runtime wants the handler marked so")]
+mod fault {
+    use cortex_m_rt::{ExceptionFrame, exception};
+
+    #[exception]
+    unsafe fn HardFault(_: &ExceptionFrame) -> ! {
+        crate::give_up()
+    }
+}

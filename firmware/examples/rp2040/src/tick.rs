@@ -1,0 +1,81 @@
+//! The tick: alarm 3 of the timer that counts microseconds. Alarm 0 is embassy's.
+
+use crate::TICKER;
+use embassy_rp::interrupt;
+use embassy_rp::interrupt::{InterruptExt as _, Priority};
+use embassy_rp::pac::TIMER;
+use embassy_time::Instant;
+use haptic_board::TickTimer;
+
+const ALARM: usize = 3;
+/// An alarm that is set for the past comes only when the counter comes round: 71 minutes. So a late one is set so far
+/// ahead, µs.
+const SOON_US: u32 = 5;
+
+/// Time since power-up, µs.
+pub(crate) fn now_us() -> u64 {
+    Instant::now().as_micros()
+}
+
+/// Alarm 3, once a period.
+#[derive(Debug)]
+pub(crate) struct Alarm {
+    /// When it is due, on the timer's lower word.
+    next_us: u32,
+    period_us: u32,
+}
+
+impl Alarm {
+    /// With the highest priority; it stands still until its period is set.
+    pub(crate) fn start() -> Self {
+        // All others come after it: USB and embassy's own alarm.
+        interrupt::USBCTRL_IRQ.set_priority(Priority::P3);
+        interrupt::TIMER_IRQ_0.set_priority(Priority::P2);
+        interrupt::TIMER_IRQ_3.set_priority(Priority::P0);
+        TIMER
+            .inte()
+            .modify(|enabled| enabled.set_alarm(ALARM, true));
+        #[expect(unsafe_code, reason = "interrupts begin")]
+        // SAFETY: the handler looks into a slot that is empty until the ticker is in it.
+        unsafe {
+            interrupt::TIMER_IRQ_3.enable();
+        }
+        Self {
+            next_us: 0,
+            period_us: 1000,
+        }
+    }
+
+    fn arm(&mut self) {
+        // A period that is over is skipped, not made up for.
+        let now_us = TIMER.timerawl().read();
+        let left_us = self.next_us.wrapping_sub(now_us) as i32;
+        if left_us < SOON_US as i32 {
+            self.next_us = now_us.wrapping_add(SOON_US);
+        }
+        TIMER.alarm(ALARM).write_value(self.next_us);
+    }
+}
+
+impl TickTimer for Alarm {
+    fn acknowledge(&mut self) {
+        TIMER.intr().write(|raised| raised.set_alarm(ALARM, true));
+        self.next_us = self.next_us.wrapping_add(self.period_us);
+        self.arm();
+    }
+
+    fn is_pending(&self) -> bool {
+        TIMER.intr().read().alarm(ALARM)
+    }
+
+    fn set_period_us(&mut self, period_us: u32) {
+        self.period_us = period_us;
+        self.next_us = TIMER.timerawl().read().wrapping_add(period_us);
+        self.arm();
+    }
+}
+
+#[interrupt]
+fn TIMER_IRQ_3() {
+    TICKER.tick(now_us);
+}

@@ -1,0 +1,105 @@
+//! Sensor and actuator. As it is: a position that never changes, and no motor.
+
+use haptic_board::haptic_link::{Capabilities, Refusal, Simulation};
+use haptic_board::haptic_loop::{Device, Fault, Reading, SafeForce};
+use haptic_board::haptic_remote::Hardware;
+use haptic_board::nalgebra::Vector1;
+use haptic_board::{one_axis, only_real};
+
+/// TODO: the name that the host sees, 16 bytes at most.
+pub(crate) const NAME: &str = "my-board";
+
+/// TODO: position of a count of your sensor, m. A wheel of 5 mm with 2000 counts a turn: 2π · 5 mm / 2000.
+const METRES_PER_COUNT: f32 = 1.570_796_3e-5;
+/// TODO: the largest force that your actuator can make, N.
+const FORCE_MAX_N: f32 = 2.0;
+/// TODO: its largest change, N/s.
+const FORCE_RATE_MAX_N_PER_S: f32 = 4000.0;
+
+/// One axis.
+#[derive(Debug)]
+pub(crate) struct Board {
+    // TODO: your pins, for instance
+    // encoder: Qei<TIM2>,
+    // command: PwmChannel<TIM1, 0>,
+    // enable: PC8<Output>,
+    now_us: fn() -> u64,
+    tick: u64,
+}
+
+impl Board {
+    /// At power-up. TODO: takes the pins, the motor disabled.
+    pub(crate) fn new(now_us: fn() -> u64) -> Self {
+        Self { now_us, tick: 0 }
+    }
+}
+
+impl Device<f32, 1> for Board {
+    type Error = Fault;
+
+    /// Once a tick, first thing. A fault that you find here (emergency stop, encoder) latches, and the force falls to zero.
+    fn read(&mut self) -> Result<Reading<f32, 1>, Fault> {
+        // TODO: the count of your sensor, such as
+        // let count = self.encoder.count() as i32;
+        let count = 0_i32;
+        let tick = self.tick;
+        self.tick += 1;
+        Ok(Reading {
+            tick,
+            time_s: (self.now_us)() as f64 * 1e-6,
+            position_m: Vector1::new(count as f32 * METRES_PER_COUNT),
+        })
+    }
+
+    /// Once a tick, with the force that the safety chain has let through. Only here the motor is enabled.
+    fn write(&mut self, force: SafeForce<f32, 1>) -> Result<(), Fault> {
+        let share = force.newtons()[0] / FORCE_MAX_N; // −1 to 1
+        // TODO: to your amplifier, such as
+        // self.command.set_duty(to_duty(share));
+        // self.enable.set_high();
+        let _ = share;
+        Ok(())
+    }
+}
+
+impl Hardware for Board {
+    type Setup = ();
+
+    fn capabilities(&self) -> Capabilities {
+        Capabilities {
+            force_max_n: FORCE_MAX_N,
+            force_rate_max_n_per_s: FORCE_RATE_MAX_N_PER_S,
+            position_resolution_m: METRES_PER_COUNT,
+            ..one_axis(NAME)
+        }
+    }
+
+    fn prepare(simulation: &Simulation, _: u32) -> Result<(), Refusal> {
+        only_real(simulation)
+    }
+
+    fn install(&mut self, (): (), _: u32) {}
+
+    /// A run begins.
+    fn restart(&mut self) {
+        self.tick = 0;
+    }
+
+    /// A tick in which no force may act.
+    fn idle(&mut self) -> Result<Reading<f32, 1>, Fault> {
+        self.let_go();
+        self.read()
+    }
+
+    /// No force, whatever was written last.
+    fn let_go(&mut self) {
+        // TODO: disable the motor, such as
+        // self.enable.set_low();
+        // self.command.set_duty(to_duty(0.0));
+    }
+
+    // TODO: with an emergency stop, so that nobody arms while it is open:
+    // fn persisting_fault(&self) -> Option<Fault> {
+    //     self.stop.is_high().then_some(Fault::EmergencyStop)
+    // }
+}

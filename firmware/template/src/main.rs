@@ -1,0 +1,69 @@
+//! A haptic device: starts the board, wires its interrupts, serves the host.
+//!
+//! All that is yours is in `board.rs` (sensor, actuator) and `chip.rs` (clock, tick, serial line). Look for TODO.
+#![no_std]
+#![no_main]
+
+mod board;
+mod chip;
+
+use board::{Board, NAME};
+use core::panic::PanicInfo;
+use cortex_m_rt::{ExceptionFrame, entry, exception};
+use haptic_board::{Parts, Place, RetainedMemory, Ticker, TickerSlot, identity, power_up, serve};
+
+/// Version of your firmware: major, minor, patch.
+const VERSION: [u8; 3] = [0, 1, 0];
+
+/// By which `host-cli device flash` knows the image.
+static IDENTITY: [u8; 39] = identity(NAME, VERSION);
+
+/// TODO: in a section that no start-up code clears (`#[unsafe(link_section = ".uninit.retained")]` with cortex-m-rt),
+/// so that a watchdog's reset in a run is told as the fault Reset. As it is, a reset looks like power-up.
+static RETAINED: RetainedMemory = RetainedMemory::new();
+
+static TICKER: TickerSlot<Board, chip::Timer> = TickerSlot::empty();
+
+#[entry]
+fn main() -> ! {
+    static mut PLACE: Place<Board> = Place::new();
+
+    let Parts {
+        hardware,
+        timer,
+        mut line,
+        mut watchdog,
+    } = chip::start();
+    core::hint::black_box(&IDENTITY);
+    let retained = RETAINED.take();
+    let Ok((device, session)) = power_up(PLACE, hardware, VERSION, retained) else {
+        chip::give_up();
+    };
+    TICKER.put(Ticker::new(device, timer, &RETAINED));
+    // TODO: sleep (`cortex_m::asm::wfi`) once your line receives by interrupt or DMA. This one has to be looked at.
+    let sleep = core::hint::spin_loop;
+    serve(
+        device,
+        session,
+        &mut line,
+        &mut watchdog,
+        chip::now_us,
+        sleep,
+    )
+}
+
+/// The tick. TODO: the interrupt of your timer; its priority is above that of the line.
+#[exception]
+fn SysTick() {
+    TICKER.tick(chip::now_us);
+}
+
+#[panic_handler]
+fn panic(_: &PanicInfo<'_>) -> ! {
+    chip::give_up()
+}
+
+#[exception]
+unsafe fn HardFault(_: &ExceptionFrame) -> ! {
+    chip::give_up()
+}
