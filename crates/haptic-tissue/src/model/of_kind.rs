@@ -200,6 +200,7 @@ fn values(kind: ModelKind, form: &Form) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::ParameterRange;
 
     fn example(kind: ModelKind) -> Vec<f64> {
         match kind {
