@@ -44,7 +44,8 @@ impl Fall {
     /// True if the force never grew and was zero within this time.
     pub(super) fn is_within(self, stop_time_s: f32, period_s: f64) -> bool {
         // The first tick of the fall is one of it; what is lost on the line is seen one sample later.
-        let most = (f64::from(stop_time_s) / period_s).ceil() + 1.0;
+        // A time in single precision is no whole number of ticks more.
+        let most = (f64::from(stop_time_s) / period_s - 1e-4).ceil() + 1.0;
         self.never_grew && self.ticks.is_some_and(|ticks| f64::from(ticks) <= most)
     }
 
