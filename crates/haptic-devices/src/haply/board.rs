@@ -85,6 +85,12 @@ impl Board {
         self.torques_nm
     }
 
+    /// The device that it is wired as.
+    #[must_use]
+    pub const fn wired(&self) -> &Model {
+        &self.wired
+    }
+
     /// The body.
     #[must_use]
     pub const fn body(&self) -> &Body {

@@ -45,6 +45,8 @@ pub(crate) struct World {
     pub(crate) dead: bool,
     /// The last frames of the host, as it sent them.
     pub(crate) frames: VecDeque<[u8; TORQUES_BYTES]>,
+    /// Largest torque in any of them, N·m.
+    largest_nm: f64,
 }
 
 impl World {
@@ -57,6 +59,7 @@ impl World {
             planned: None,
             dead: false,
             frames: VecDeque::new(),
+            largest_nm: 0.0,
         }
     }
 
@@ -80,6 +83,12 @@ impl World {
             Damage::Changed(bits) => ([byte ^ bits, 0], 1),
         }
     }
+}
+
+/// The torques of a frame, N·m: they stand where angles stand in an answer.
+fn numbers(board: &Board, frame: &[u8; TORQUES_BYTES]) -> [f64; 2] {
+    let [_, numbers @ ..] = *frame;
+    angles_of(board.wired(), numbers).1.map(f64::from)
 }
 
 /// The host's end.
@@ -112,6 +121,8 @@ impl Write for Wire {
         self.with(|world| {
             if let Ok(frame) = bytes.try_into() {
                 world.frames.push_front(frame);
+                let torques = numbers(&world.board, &frame).map(f64::abs);
+                world.largest_nm = torques.into_iter().fold(world.largest_nm, f64::max);
                 world.frames.truncate(6);
             }
             for &byte in bytes {
@@ -279,14 +290,12 @@ impl Running {
 
     /// True if a motor makes a torque that no frame of late has asked for, and that is one.
     pub(crate) fn is_wrong(&self) -> bool {
-        let model = *self.device.hardware().planar().model();
         self.wire.with(|world| {
             let made = world.board.torques_nm();
-            // Torques stand where angles stand in an answer.
-            let frames = world.frames.iter().map(|frame| {
-                let [_, numbers @ ..] = *frame;
-                angles_of(&model, numbers).1.map(f64::from)
-            });
+            let frames = world
+                .frames
+                .iter()
+                .map(|frame| numbers(&world.board, frame));
             let frames: Vec<[f64; 2]> = frames.collect();
             (0..2).any(|joint| {
                 let asked = frames
@@ -295,6 +304,12 @@ impl Running {
                 made[joint].abs() > 1e-30 && !asked
             })
         })
+    }
+
+    /// Largest torque that the board was to make so far, and the largest that was sent, N·m.
+    pub(crate) fn largest_torques(&self) -> (f64, f64) {
+        self.wire
+            .with(|world| (world.board.counted().largest_nm, world.largest_nm))
     }
 
     /// Larger of both torques, N·m.
