@@ -119,3 +119,38 @@ fn damage_ends_in_a_fault_soon_or_does_no_harm() {
         "both ways are taken"
     );
 }
+
+#[test]
+fn without_checksums_a_damaged_command_hardly_ever_makes_a_force_beyond_the_limit() {
+    /// Cases; each harms a command or three.
+    const CASES: u32 = 3000;
+    let mut random = Random(18);
+    let mut rig = Rig::without_checksum(300.0);
+    let torque_most = f64::from(FORCE_LIMIT_N) * MoteusSettings::DEFAULT.radius_m * (1.0 + 1e-6);
+    let (mut beyond, mut damaged) = (0, 0);
+    for _ in 0..CASES {
+        rig.start();
+        let mut chance = Random(random.bits());
+        rig.wire.world().harm = Some(Box::new(move |bytes, towards| {
+            if towards {
+                harm(bytes, &mut chance);
+            }
+        }));
+        for _ in 0..1 + random.bits() % 3 {
+            let now_us = rig.wire.world().now_us;
+            rig.place(place_m(now_us));
+            rig.tick();
+            damaged += 1;
+            beyond += u32::from(rig.torque_nm().abs() > torque_most);
+        }
+        rig.wire.world().harm = None;
+        for _ in 0..SOON {
+            let now_us = rig.wire.world().now_us;
+            rig.place(place_m(now_us));
+            rig.tick();
+        }
+    }
+    println!("{damaged} damaged commands: {beyond} with a torque beyond the limit");
+    // Gains and largest torque come before the torque, so it takes two damages, or one in a place of a few digits: 0.1 % seen.
+    assert!(500 * beyond <= damaged, "{beyond} of {damaged}");
+}

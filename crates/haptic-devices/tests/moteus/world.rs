@@ -33,23 +33,30 @@ pub(crate) struct World {
 
 /// The host's end of the line.
 #[derive(Clone)]
-pub(crate) struct Wire(Arc<Mutex<World>>);
+pub(crate) struct Wire {
+    world: Arc<Mutex<World>>,
+    checksum: bool,
+}
 
 impl Wire {
     pub(crate) fn new(shaft: Shaft) -> Self {
         let servo = EmulatedServo::new(1, shaft).expect("a good servo");
-        Self(Arc::new(Mutex::new(World {
+        let world = World {
             adapter: EmulatedAdapter::new(servo),
             now_us: 0,
             harm: None,
             to_host: VecDeque::new(),
             patience_us: 20_000,
             gone: false,
-        })))
+        };
+        Self {
+            world: Arc::new(Mutex::new(world)),
+            checksum: true,
+        }
     }
 
     pub(crate) fn world(&self) -> MutexGuard<'_, World> {
-        self.0.lock().expect("nobody panicked with it")
+        self.world.lock().expect("nobody panicked with it")
     }
 
     /// Opens the servo, as a host does.
@@ -57,7 +64,7 @@ impl Wire {
         &self,
         settings: MoteusSettings,
     ) -> std::result::Result<Axis, MoteusOpenError> {
-        let axis = MoteusAxis::open(self.clone(), settings, true)?;
+        let axis = MoteusAxis::open(self.clone(), settings, self.checksum)?;
         self.world().patience_us = 0;
         Ok(axis)
     }
@@ -131,7 +138,17 @@ pub(crate) struct Rig {
 
 impl Rig {
     pub(crate) fn new(stiffness_n_per_m: f32) -> Self {
-        let wire = Wire::new(Shaft::LEVER);
+        Self::on(Wire::new(Shaft::LEVER), stiffness_n_per_m)
+    }
+
+    /// At a port of an adapter, whose lines to the servo have no checksum.
+    pub(crate) fn without_checksum(stiffness_n_per_m: f32) -> Self {
+        let mut wire = Wire::new(Shaft::LEVER);
+        wire.checksum = false;
+        Self::on(wire, stiffness_n_per_m)
+    }
+
+    fn on(wire: Wire, stiffness_n_per_m: f32) -> Self {
         let axis = wire.open(MoteusSettings::DEFAULT).expect("it answers");
         let capabilities = axis.capabilities();
         let mut device = TickSide::new(axis).expect("no configuration is refused");

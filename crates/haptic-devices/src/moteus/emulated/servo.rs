@@ -12,9 +12,6 @@ use moteus_protocol::{
 
 /// Servo time that a servo as delivered takes for a frame that names none, s.
 const WATCHDOG_DEFAULT_S: f32 = 0.1;
-/// Gains as delivered, N·m per revolution and N·m per revolution per second.
-const KP: f64 = 4.0;
-const KD: f64 = 0.05;
 /// Largest torque of the motor, N·m.
 const TORQUE_MOST_NM: f64 = 1.7;
 /// Number that all servos of a bus listen to.
@@ -26,7 +23,7 @@ const BROADCAST: i8 = 0x7f;
 /// J·ω′ = τ − b·ω        exactly from one frame to the next, as τ is constant there
 /// ```
 /// - *Start-up*: stopped at 0, 24 V, 25 °C.
-/// - *Position mode* controls place and speed with the gains as delivered, scaled as the frame says, and adds the feed-forward
+/// - *Position mode* controls place and speed with the gains of its shaft, scaled as the frame says, and adds the feed-forward
 ///   torque; at most the largest torque. Other modes make no torque.
 /// - *Watchdog*: after its time the servo is in mode 11 and makes no torque until it is stopped, as a servo does whose
 ///   `servo.timeout_mode` is 0.
@@ -89,13 +86,15 @@ impl EmulatedServo {
             return 0.0;
         }
         let command = |register| self.registers.command(register);
+        let (kp_full, kd_full) = self.turning.gains();
         let kp = command(Register::CommandKpScale).clamp(0.0, 1.0);
         let kd = command(Register::CommandKdScale).clamp(0.0, 1.0).min(kp);
         let speed = command(Register::CommandVelocity);
         let speed_off =
             if speed.is_nan() { 0.0 } else { speed } - self.turning.speed_rad_per_s() / TAU;
         // τ = k_p·(p* − p) + k_d·(v* − v) + feed-forward
-        let control = kp * KP * (self.control_rev - self.position_rev()) + kd * KD * speed_off;
+        let control =
+            kp * kp_full * (self.control_rev - self.position_rev()) + kd * kd_full * speed_off;
         let wanted = control + f64::from(self.registers.feedforward_torque_nm());
         let most = f64::from(self.registers.largest_torque_nm().abs()).min(TORQUE_MOST_NM);
         if wanted.is_nan() {
@@ -219,7 +218,7 @@ impl EmulatedServo {
             WATCHDOG_DEFAULT_S
         };
         self.deadline_us =
-            (!asked.is_nan()).then(|| self.now_us + (f64::from(time_s) * 1e6) as u64);
+            (!asked.is_nan()).then(|| self.now_us.saturating_add((f64::from(time_s) * 1e6) as u64));
     }
 
     fn read(&self, register: u16) -> Option<Quantity> {
@@ -276,7 +275,7 @@ mod tests {
     fn the_largest_torque_bounds_the_other() {
         let mut servo = servo();
         let mut frame = Frames::new(1, 0.1).drive(0.01);
-        // The feed-forward torque stands behind mode, largest torque, gains and place.
+        // The feed-forward torque stands behind mode, gains, largest torque and place.
         frame.data[21..25].copy_from_slice(&5.0_f32.to_le_bytes());
         servo.frame(&frame, 0);
         assert!((servo.torque_nm() - f64::from(0.01_f32)).abs() < 1e-15);

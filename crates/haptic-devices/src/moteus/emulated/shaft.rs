@@ -12,15 +12,22 @@ pub struct Shaft {
     pub inertia_kg_m2: f64,
     /// b, N·m·s/rad.
     pub damping_n_m_s_per_rad: f64,
+    /// k_p of the servo's own control, N·m per revolution.
+    pub kp: f64,
+    /// k_d of the servo's own control, N·m·s per revolution.
+    pub kd: f64,
     /// A hand that turns it as it will from the first torque command on; `None` for a free shaft.
     pub hand: Option<Hand>,
 }
 
 impl Shaft {
-    /// A lever of 0.1 kg at 20 mm, turned against 0.5 N·s/m there.
+    /// A lever of 0.1 kg at 20 mm, turned against 0.5 N·s/m there; the servo without control of its own, as one for haptics
+    /// should be configured.
     pub const LEVER: Self = Self {
         inertia_kg_m2: 4e-5,
         damping_n_m_s_per_rad: 2e-4,
+        kp: 0.0,
+        kd: 0.0,
         hand: None,
     };
 }
@@ -98,6 +105,11 @@ impl Turning {
             angle: 0.0,
             speed: 0.0,
         })
+    }
+
+    /// Gains of the servo's own control.
+    pub(super) const fn gains(&self) -> (f64, f64) {
+        (self.shaft.kp, self.shaft.kd)
     }
 
     pub(super) const fn angle_rad(&self) -> f64 {
