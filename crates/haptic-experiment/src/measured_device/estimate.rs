@@ -4,7 +4,7 @@ use super::first_guess::{first_guess, velocity};
 use super::fit::{Fit, Fitted, Number};
 use super::intervals::{SIDES, Spread};
 use super::record::MotionRecord;
-use super::replay::{Replay, State};
+use super::replay::{Model, Replay, State};
 use super::sensor::{deviation_m, encoder_step, noise_m};
 use serde::Serialize;
 
@@ -117,10 +117,12 @@ pub enum MeasureError {
     },
 }
 
-/// Length of a piece of the motion with a state of its own, s.
-const PIECE_S: f64 = 0.5;
-/// The start of a piece is looked for within this time, where the device is fastest, s.
-const CHOICE_S: f64 = 0.1;
+/// Lengths of a piece of the motion with a state of its own, s: short ones find their way from a poor guess, long ones tell more.
+const PIECES_S: [f64; 2] = [0.08, 0.5];
+/// The start of a piece is looked for within this share of it, where the device is fastest.
+const CHOICE: f64 = 0.4;
+/// A residual that grows by this factor with longer pieces is no noise of the sensor.
+const GATHERS: f64 = 1.3;
 /// Fewest samples of the multi-sine.
 const LEAST: usize = 500;
 /// One sample in so many may be lost.
@@ -141,41 +143,77 @@ pub fn estimate(record: &MotionRecord, hand: bool) -> Result<Measured, MeasureEr
     check(record)?;
     let start = first_guess(record, hand).ok_or(MeasureError::Still)?;
     let speed = velocity(record);
-    let starts = starts(record, &speed);
     let zero = first_known(&record.position_m).ok_or(MeasureError::Still)?;
-    let replay = Replay::new(record, starts).map_err(|_| MeasureError::NoFit)?;
-    let position: Vec<f64> = record.position_m[replay.from()..record.len()]
-        .iter()
-        .map(|x| x - zero)
-        .collect();
-    let states: Vec<State> = (replay.starts.iter())
-        .map(|&n| [record.position_m[n] - zero, speed[n]])
-        .collect();
-    let fit = Fit::new(
-        &replay,
-        &position,
-        record.largest_force_n(),
-        hand,
-        &start,
-        states,
-    );
-    let fitted = fit.search().ok_or(MeasureError::NoFit)?;
-    let known = position.iter().filter(|x| x.is_finite()).count();
-    let fixed = 2 * replay.starts.len();
-    let spread = Spread::of(&fitted, record.sample_time_s, known, fixed);
-    let spread = spread.ok_or(MeasureError::NoFit)?;
-    let free = known.saturating_sub(fixed + fitted.numbers.len());
-    let mut measured = measured(record, &fitted, &spread, free);
-    let first = replay.from();
-    measured.curve = (position.iter().zip(&fitted.left).enumerate())
-        .map(|(n, (read, left))| [(first + n) as f64 * record.sample_time_s, *read, read + left])
-        .collect();
+    let mut model = start;
+    let mut best: Option<(f64, Measured)> = None;
+    for piece_s in PIECES_S {
+        let search = Search {
+            record,
+            speed: &speed,
+            zero,
+            hand,
+        };
+        let Some((found, measured)) = search.with_pieces(piece_s, &model) else {
+            continue;
+        };
+        let rms = measured.residual_rms_m;
+        // Longer pieces tell more, unless they gather what no model knows.
+        if best.as_ref().is_none_or(|(before, _)| rms < GATHERS * before) {
+            model = found;
+            best = Some((rms, measured));
+        }
+    }
+    let (_, measured) = best.ok_or(MeasureError::NoFit)?;
     let unsure = measured.mass_kg.relative();
     if unsure.is_nan() || unsure > UNSURE {
         let percent = 100.0 * unsure;
         return Err(MeasureError::Unsure { percent });
     }
     Ok(measured)
+}
+
+/// The search over one record.
+struct Search<'a> {
+    record: &'a MotionRecord,
+    speed: &'a [f64],
+    /// Position that counts as zero, m.
+    zero: f64,
+    hand: bool,
+}
+
+impl Search<'_> {
+    /// The model that fits best with pieces of this length, from a first one.
+    fn with_pieces(&self, piece_s: f64, start: &Model) -> Option<(Model, Measured)> {
+        let Self {
+            record,
+            speed,
+            zero,
+            hand,
+        } = *self;
+        let replay = Replay::new(record, starts(record, speed, piece_s)).ok()?;
+        let first = replay.from();
+        let position: Vec<f64> = record.position_m[first..record.len()]
+            .iter()
+            .map(|x| x - zero)
+            .collect();
+        let states: Vec<State> = (replay.starts.iter())
+            .map(|&n| [record.position_m[n] - zero, speed[n]])
+            .collect();
+        let force = record.largest_force_n();
+        let fitted = Fit::new(&replay, &position, force, hand, start, states).search()?;
+        let known = position.iter().filter(|x| x.is_finite()).count();
+        let fixed = 2 * replay.starts.len();
+        let spread = Spread::of(&fitted, record.sample_time_s, known, fixed)?;
+        let free = known.saturating_sub(fixed + fitted.numbers.len());
+        let mut measured = measured(record, &fitted, &spread, free);
+        measured.curve = (position.iter().zip(&fitted.left).enumerate())
+            .map(|(n, (read, left))| {
+                let time_s = (first + n) as f64 * record.sample_time_s;
+                [time_s, *read, read + left]
+            })
+            .collect();
+        Some((fitted.model, measured))
+    }
 }
 
 fn check(record: &MotionRecord) -> Result<(), MeasureError> {
@@ -191,8 +229,8 @@ fn check(record: &MotionRecord) -> Result<(), MeasureError> {
         let samples = record.len();
         return Err(MeasureError::Lost { lost, samples });
     }
-    let forces = record.force_n.iter().enumerate();
-    match forces.filter(|(_, force)| !force.is_finite()).next() {
+    let mut forces = record.force_n.iter().enumerate();
+    match forces.find(|(_, force)| !force.is_finite()) {
         Some((tick, &force_n)) => Err(MeasureError::NotFinite { tick, force_n }),
         None => Ok(()),
     }
@@ -203,9 +241,9 @@ fn first_known(positions: &[f64]) -> Option<f64> {
 }
 
 /// Starts of the pieces, each where the device is fastest near its turn: a state at rest would say nothing of its velocity.
-fn starts(record: &MotionRecord, speed: &[f64]) -> Vec<usize> {
+fn starts(record: &MotionRecord, speed: &[f64], piece_s: f64) -> Vec<usize> {
     let ticks = |time_s: f64| ((time_s / record.sample_time_s) as usize).max(1);
-    let (piece, choice) = (ticks(PIECE_S), ticks(CHOICE_S));
+    let (piece, choice) = (ticks(piece_s), ticks(CHOICE * piece_s));
     let last = record.len().saturating_sub(piece / 2);
     let fastest = |from: usize| {
         let there = (from..(from + choice).min(record.len()))

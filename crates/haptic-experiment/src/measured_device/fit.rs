@@ -12,7 +12,9 @@ use nalgebra_of_fit::storage::Owned;
 use nalgebra_of_fit::{DMatrix, DVector, Dyn};
 
 /// Gauss–Newton steps for the states.
-const STATE_STEPS: usize = 3;
+const STATE_STEPS: usize = 6;
+/// Relative gain below which a further step is none.
+const STATES_SETTLED: f64 = 1e-6;
 /// Evaluations of the search per number.
 const PATIENCE: usize = 25;
 
@@ -148,22 +150,29 @@ impl<'a> Fit<'a> {
         let model = model(self.numbers, &self.theta);
         let mut left = self.residuals(&model, &self.states)?;
         let mut by_state = self.by_state(&model, &left)?;
+        // Of the last step the share that is tried, for each piece.
+        let mut shares = vec![1.0; self.states.len()];
         for _ in 0..STATE_STEPS {
-            let mut states = self.states.clone();
-            for (piece, state) in self.replay.pieces().zip(&mut states) {
+            let mut tried = self.states.clone();
+            for ((piece, state), share) in self.replay.pieces().zip(&mut tried).zip(&shares) {
                 let [x, v] = step_of(&left, &by_state, piece);
-                state[0] -= x;
-                state[1] -= v;
+                state[0] -= share * x;
+                state[1] -= share * v;
             }
-            let next = self.residuals(&model, &states)?;
-            let (before, after) = (square(&left), square(&next));
-            if after.is_nan() || after >= before {
-                break;
+            let next = self.residuals(&model, &tried)?;
+            let before = square(&left);
+            // Pieces do not touch one another: each takes its step or goes half as far.
+            for (index, piece) in self.replay.pieces().enumerate() {
+                if square(&next[piece.clone()]) < square(&left[piece.clone()]) {
+                    self.states[index] = tried[index];
+                    left[piece.clone()].copy_from_slice(&next[piece]);
+                    shares[index] = 1.0;
+                } else {
+                    shares[index] *= 0.5;
+                }
             }
-            self.states = states;
-            left = next;
             by_state = self.by_state(&model, &left)?;
-            if before - after < 1e-9 * before {
+            if before - square(&left) < STATES_SETTLED * before {
                 break;
             }
         }
