@@ -25,7 +25,7 @@ mod sensor;
 mod serial;
 
 pub use conduct::{DriveError, Driven, Outcome, drive, on_simulated};
-pub use estimate::{Estimate, Measured, MeasureError, estimate};
+pub use estimate::{Estimate, MeasureError, Measured, estimate};
 pub use plan::MeasurePlan;
 pub use record::MotionRecord;
 pub use serial::{SerialMotion, on_serial};

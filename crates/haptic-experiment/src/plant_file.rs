@@ -16,9 +16,9 @@ mod response;
 
 pub use crate::file::FileError;
 use crate::parameters as p;
+pub use device::DeviceModel;
 use fractional_control::{ControlError, Plant};
 use haptic_tissue::read_text;
-pub use device::DeviceModel;
 pub use model::{DeviceValues, Interval, PlantFile, PlantModel};
 pub use response::read_response;
 use std::path::Path;

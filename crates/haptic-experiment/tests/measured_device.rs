@@ -3,7 +3,7 @@
 //! `CAMPAIGN_CASES` sets how many; 20 unless it is given.
 
 use fracdiff::Seconds;
-use haptic_experiment::measured_device::{Measured, MeasurePlan, estimate, on_simulated};
+use haptic_experiment::measured_device::{MeasurePlan, Measured, estimate, on_simulated};
 use haptic_experiment::{Imperfections, Sensors};
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
@@ -64,25 +64,72 @@ fn random_devices_are_found_as_they_are_and_intervals_hold() {
     let share = |holds: &dyn Fn(&Case) -> bool| all.iter().filter(|case| holds(case)).count();
     let within = |have: f64, want: f64, share: f64| (have / want - 1.0).abs() <= share;
     let right = [
-        ("mass", share(&|c| within(c.found.mass_kg.value, c.device.mass.0, 0.05))),
-        ("damping", share(&|c| within(c.found.damping_n_s_per_m.value, c.device.damping.0, 0.05))),
-        ("delay", share(&|c| (c.found.delay_s.value - c.imperfections.delay_s).abs() <= 1e-4)),
-        ("lag", share(&|c| within(c.found.current_lag_s.value, c.imperfections.current_lag_s, 0.2))),
-        ("all", share(&|c| {
-            within(c.found.mass_kg.value, c.device.mass.0, 0.05)
-                && within(c.found.damping_n_s_per_m.value, c.device.damping.0, 0.05)
-                && (c.found.delay_s.value - c.imperfections.delay_s).abs() <= 1e-4
-                && within(c.found.current_lag_s.value, c.imperfections.current_lag_s, 0.2)
-        })),
-        ("encoder", share(&|c| within(c.found.encoder_resolution_m, 1e-5, 1e-6))),
+        (
+            "mass",
+            share(&|c| within(c.found.mass_kg.value, c.device.mass.0, 0.05)),
+        ),
+        (
+            "damping",
+            share(&|c| within(c.found.damping_n_s_per_m.value, c.device.damping.0, 0.05)),
+        ),
+        (
+            "delay",
+            share(&|c| (c.found.delay_s.value - c.imperfections.delay_s).abs() <= 1e-4),
+        ),
+        (
+            "lag",
+            share(&|c| {
+                within(
+                    c.found.current_lag_s.value,
+                    c.imperfections.current_lag_s,
+                    0.2,
+                )
+            }),
+        ),
+        (
+            "all",
+            share(&|c| {
+                within(c.found.mass_kg.value, c.device.mass.0, 0.05)
+                    && within(c.found.damping_n_s_per_m.value, c.device.damping.0, 0.05)
+                    && (c.found.delay_s.value - c.imperfections.delay_s).abs() <= 1e-4
+                    && within(
+                        c.found.current_lag_s.value,
+                        c.imperfections.current_lag_s,
+                        0.2,
+                    )
+            }),
+        ),
+        (
+            "encoder",
+            share(&|c| within(c.found.encoder_resolution_m, 1e-5, 1e-6)),
+        ),
     ];
     let covered = [
         ("mass", share(&|c| c.found.mass_kg.covers(c.device.mass.0))),
-        ("damping", share(&|c| c.found.damping_n_s_per_m.covers(c.device.damping.0))),
-        ("friction", share(&|c| c.found.friction_n.covers(c.imperfections.friction_n))),
-        ("delay", share(&|c| c.found.delay_s.covers(c.imperfections.delay_s))),
-        ("lag", share(&|c| c.found.current_lag_s.covers(c.imperfections.current_lag_s))),
-        ("noise", share(&|c| c.found.sensor_noise_m.covers(c.imperfections.sensors.noise_m))),
+        (
+            "damping",
+            share(&|c| c.found.damping_n_s_per_m.covers(c.device.damping.0)),
+        ),
+        (
+            "friction",
+            share(&|c| c.found.friction_n.covers(c.imperfections.friction_n)),
+        ),
+        (
+            "delay",
+            share(&|c| c.found.delay_s.covers(c.imperfections.delay_s)),
+        ),
+        (
+            "lag",
+            share(&|c| c.found.current_lag_s.covers(c.imperfections.current_lag_s)),
+        ),
+        (
+            "noise",
+            share(&|c| {
+                c.found
+                    .sensor_noise_m
+                    .covers(c.imperfections.sensors.noise_m)
+            }),
+        ),
     ];
     println!("of {cases}: right {right:?}, covered {covered:?}");
     if std::env::var("MEASURE_SHOW").is_ok() {
@@ -90,17 +137,35 @@ fn random_devices_are_found_as_they_are_and_intervals_hold() {
             let (d, i, f) = (&case.device, &case.imperfections, &case.found);
             println!(
                 "{n}: m {:.4} {:.4} ±{:.2}% · b {:.3} {:.3} ±{:.2}% · Fc {:.4} {:.4} ±{:.4} · D {:.4} {:.4} ±{:.4} ms · τ {:.4} {:.4} ±{:.4} ms · σ {:.2} {:.2} [{:.2},{:.2}] µm · rms {:.2} · ρ {:.3} · ab {:?}",
-                d.mass.0, f.mass_kg.value, 100.0 * f.mass_kg.relative(),
-                d.damping.0, f.damping_n_s_per_m.value, 100.0 * f.damping_n_s_per_m.relative(),
-                i.friction_n, f.friction_n.value, f.friction_n.high - f.friction_n.value,
-                1e3 * i.delay_s, 1e3 * f.delay_s.value, 1e3 * (f.delay_s.high - f.delay_s.value),
-                1e3 * i.current_lag_s, 1e3 * f.current_lag_s.value, 1e3 * (f.current_lag_s.high - f.current_lag_s.value),
-                1e6 * i.sensors.noise_m, 1e6 * f.sensor_noise_m.value, 1e6 * f.sensor_noise_m.low, 1e6 * f.sensor_noise_m.high,
-                1e6 * f.residual_rms_m, f.delay_lag_correlation, f.breakaway_n
+                d.mass.0,
+                f.mass_kg.value,
+                100.0 * f.mass_kg.relative(),
+                d.damping.0,
+                f.damping_n_s_per_m.value,
+                100.0 * f.damping_n_s_per_m.relative(),
+                i.friction_n,
+                f.friction_n.value,
+                f.friction_n.high - f.friction_n.value,
+                1e3 * i.delay_s,
+                1e3 * f.delay_s.value,
+                1e3 * (f.delay_s.high - f.delay_s.value),
+                1e3 * i.current_lag_s,
+                1e3 * f.current_lag_s.value,
+                1e3 * (f.current_lag_s.high - f.current_lag_s.value),
+                1e6 * i.sensors.noise_m,
+                1e6 * f.sensor_noise_m.value,
+                1e6 * f.sensor_noise_m.low,
+                1e6 * f.sensor_noise_m.high,
+                1e6 * f.residual_rms_m,
+                f.delay_lag_correlation,
+                f.breakaway_n
             );
         }
     }
     for (what, count) in right {
-        assert!(count as f64 >= 0.95 * cases as f64, "{what}: {count} of {cases}");
+        assert!(
+            count as f64 >= 0.95 * cases as f64,
+            "{what}: {count} of {cases}"
+        );
     }
 }

@@ -169,7 +169,8 @@ impl<'a> Document<'a> {
             DeValue::Table(entries) => Some(entries),
             _ => None,
         });
-        let entry = entries.and_then(|entries| entries.iter().find(|(name, _)| name.get_ref() == key));
+        let entry =
+            entries.and_then(|entries| entries.iter().find(|(name, _)| name.get_ref() == key));
         let offset = entry.map_or(0, |(_, value)| value.span().start);
         self.source.fail(offset, reason)
     }

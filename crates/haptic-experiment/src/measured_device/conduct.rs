@@ -136,7 +136,9 @@ impl Outcome {
         let box_mm = 1e3 * plan.box_m;
         Err(Failure::Run(match self {
             Self::Complete => return Ok(()),
-            Self::Interrupted => anyhow::anyhow!("interrupted: the force is zero, nothing was written"),
+            Self::Interrupted => {
+                anyhow::anyhow!("interrupted: the force is zero, nothing was written")
+            }
             Self::Fault(Fault::Workspace) => anyhow::anyhow!(
                 "the device left the box of {box_mm} mm about its start, and the force is zero: put it in the middle of its range, give a larger \
                  `box_m` or a smaller `force_limit_n`"

@@ -80,7 +80,9 @@ pub struct Measured {
 #[non_exhaustive]
 pub enum MeasureError {
     /// Fewer samples than numbers.
-    #[error("the record has {samples} samples of the multi-sine, which is below {least}: give a longer `duration_s`")]
+    #[error(
+        "the record has {samples} samples of the multi-sine, which is below {least}: give a longer `duration_s`"
+    )]
     Short {
         /// Samples.
         samples: usize,
@@ -96,7 +98,9 @@ pub enum MeasureError {
         force_n: f64,
     },
     /// Too many samples that never came.
-    #[error("{lost} of {samples} samples were lost, more than 1 in 20: free the machine or the line, or give a longer `sample_time_s`")]
+    #[error(
+        "{lost} of {samples} samples were lost, more than 1 in 20: free the machine or the line, or give a longer `sample_time_s`"
+    )]
     Lost {
         /// Lost samples.
         lost: usize,
@@ -104,13 +108,19 @@ pub enum MeasureError {
         samples: usize,
     },
     /// Nothing moves.
-    #[error("the device moves too little to tell what it is: give a larger `force_limit_n` or a larger `box_m`")]
+    #[error(
+        "the device moves too little to tell what it is: give a larger `force_limit_n` or a larger `box_m`"
+    )]
     Still,
     /// No model fits.
-    #[error("no mass with damping, friction, delay and lag moves like this device: see that nothing touches it and that its position is right, and give a larger `force_limit_n`")]
+    #[error(
+        "no mass with damping, friction, delay and lag moves like this device: see that nothing touches it and that its position is right, and give a larger `force_limit_n`"
+    )]
     NoFit,
     /// An interval as wide as the number itself.
-    #[error("the record tells the mass to ±{percent:.0} % only: give a larger `force_limit_n`, a larger `box_m` or a longer `duration_s`")]
+    #[error(
+        "the record tells the mass to ±{percent:.0} % only: give a larger `force_limit_n`, a larger `box_m` or a longer `duration_s`"
+    )]
     Unsure {
         /// Half the interval of the mass, %.
         percent: f64,
@@ -158,7 +168,10 @@ pub fn estimate(record: &MotionRecord, hand: bool) -> Result<Measured, MeasureEr
         };
         let rms = measured.residual_rms_m;
         // Longer pieces tell more, unless they gather what no model knows.
-        if best.as_ref().is_none_or(|(before, _)| rms < GATHERS * before) {
+        if best
+            .as_ref()
+            .is_none_or(|(before, _)| rms < GATHERS * before)
+        {
             model = found;
             best = Some((rms, measured));
         }
@@ -275,7 +288,11 @@ fn measured(record: &MotionRecord, fitted: &Fitted, spread: &Spread, free: usize
     let squares: f64 = fitted.left.iter().map(|r| r * r).sum();
     let residual_rms_m = (squares / free.max(1) as f64).sqrt();
     // Steps that are far below all else are no steps that count, as those of single precision on the wire.
-    let step = if step > 1e-3 * residual_rms_m { step } else { 0.0 };
+    let step = if step > 1e-3 * residual_rms_m {
+        step
+    } else {
+        0.0
+    };
     let [noise, low, high] = noise_m(&fitted.left, free, step, SIDES);
     let at_rest = deviation_m(&record.position_m[..record.rest.min(record.len())]);
     let expected = (step / 12_f64.sqrt()).hypot(at_rest);
@@ -333,8 +350,16 @@ impl Measured {
             ));
         }
         let wide = [
-            ("damping", self.damping_n_s_per_m.relative(), self.damping_n_s_per_m.value > 0.0),
-            ("current lag", self.current_lag_s.relative(), self.current_lag_s.low > 0.0),
+            (
+                "damping",
+                self.damping_n_s_per_m.relative(),
+                self.damping_n_s_per_m.value > 0.0,
+            ),
+            (
+                "current lag",
+                self.current_lag_s.relative(),
+                self.current_lag_s.low > 0.0,
+            ),
         ];
         for (what, relative, counts) in wide {
             if counts && relative > UNSURE {

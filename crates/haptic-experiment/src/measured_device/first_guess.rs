@@ -56,7 +56,9 @@ fn smoothed(record: &MotionRecord) -> Smoothed {
     Smoothed {
         x: all(&record.position_m, &|_| 1.0),
         v: all(&record.position_m, &|i| i / square / t),
-        a: all(&record.position_m, &|i| (i * i / square - 1.0) / square / (t * t)),
+        a: all(&record.position_m, &|i| {
+            (i * i / square - 1.0) / square / (t * t)
+        }),
         u: all(&record.force_n, &|_| 1.0),
     }
 }
@@ -68,7 +70,9 @@ pub(super) fn first_guess(record: &MotionRecord, hand: bool) -> Option<Model> {
     let moving = || (from..record.len()).filter(|&n| signals.a[n].is_finite());
     let count = moving().count();
     let rms = (moving().map(|n| signals.v[n] * signals.v[n]).sum::<f64>() / count as f64).sqrt();
-    let rows: Vec<usize> = moving().filter(|&n| signals.v[n].abs() > SLOW * rms).collect();
+    let rows: Vec<usize> = moving()
+        .filter(|&n| signals.v[n].abs() > SLOW * rms)
+        .collect();
     if rows.len() < 50 || rms <= 0.0 {
         return None;
     }
@@ -91,7 +95,11 @@ pub(super) fn first_guess(record: &MotionRecord, hand: bool) -> Option<Model> {
         let earlier = |n: usize| {
             let (whole, odd) = (half / 2, half % 2);
             let u = |back: usize| signals.u[n - back];
-            if odd == 0 { u(whole) } else { 0.5 * (u(whole) + u(whole + 1)) }
+            if odd == 0 {
+                u(whole)
+            } else {
+                0.5 * (u(whole) + u(whole + 1))
+            }
         };
         let forces = DVector::from_iterator(rows.len(), rows.iter().map(|&n| earlier(n)));
         let found = &project * &forces;

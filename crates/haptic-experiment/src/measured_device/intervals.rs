@@ -27,11 +27,17 @@ pub(super) struct Spread {
 impl Spread {
     /// `known` residuals are of samples that were there; `states` numbers were fitted beside those of the model. `None` if the record says
     /// nothing of one of the numbers.
-    pub(super) fn of(fitted: &Fitted, sample_time_s: f64, known: usize, states: usize) -> Option<Self> {
+    pub(super) fn of(
+        fitted: &Fitted,
+        sample_time_s: f64,
+        known: usize,
+        states: usize,
+    ) -> Option<Self> {
         let p = fitted.slopes.len();
         let slope = |row: usize, n: usize| fitted.slopes[row][n];
         let count = fitted.left.len();
-        let product = |a: usize, b: usize| (0..count).map(|n| slope(a, n) * slope(b, n)).sum::<f64>();
+        let product =
+            |a: usize, b: usize| (0..count).map(|n| slope(a, n) * slope(b, n)).sum::<f64>();
         let information = DMatrix::from_fn(p, p, product);
         // Numbers of very different size: to a unit diagonal first.
         let scale = DVector::from_fn(p, |n, _| information[(n, n)].sqrt());
@@ -50,7 +56,10 @@ impl Spread {
         for start in (0..count).step_by(block) {
             let block = start..(start + block).min(count);
             let score = DVector::from_fn(p, |row, _| {
-                block.clone().map(|n| slope(row, n) * fitted.left[n]).sum::<f64>()
+                block
+                    .clone()
+                    .map(|n| slope(row, n) * fitted.left[n])
+                    .sum::<f64>()
             });
             middle += &score * score.transpose();
             blocks += 1;
@@ -66,7 +75,9 @@ impl Spread {
     /// Standard error of a number.
     pub(super) fn error(&self, index: usize) -> f64 {
         let at = (index, index);
-        f64::max(self.covariance[at], self.plain[at]).max(0.0).sqrt()
+        f64::max(self.covariance[at], self.plain[at])
+            .max(0.0)
+            .sqrt()
     }
 
     /// Correlation of two numbers, −1 to 1.

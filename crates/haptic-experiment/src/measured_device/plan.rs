@@ -63,8 +63,18 @@ impl MeasurePlan {
     /// The parameter, its value and its range.
     pub fn check(&self) -> Result<(), Failure> {
         let values = [
-            (&p::MEASURE_SAMPLE_TIME, self.sample_time_s, "s", "as in 1ms"),
-            (&p::MEASURE_FORCE_LIMIT, self.force_limit_n, "N", "as in 10N"),
+            (
+                &p::MEASURE_SAMPLE_TIME,
+                self.sample_time_s,
+                "s",
+                "as in 1ms",
+            ),
+            (
+                &p::MEASURE_FORCE_LIMIT,
+                self.force_limit_n,
+                "N",
+                "as in 10N",
+            ),
             (&p::MEASURE_BOX, self.box_m, "m", "as in 5mm"),
             (&p::MEASURE_DURATION, self.duration_s, "s", "as in 8s"),
         ];

@@ -63,7 +63,9 @@ impl MotionRecord {
     /// Largest force, N.
     #[must_use]
     pub fn largest_force_n(&self) -> f64 {
-        self.force_n.iter().fold(0.0, |most, f| f64::max(most, f.abs()))
+        self.force_n
+            .iter()
+            .fold(0.0, |most, f| f64::max(most, f.abs()))
     }
 
     /// Lowest and highest position about the first, m.

@@ -44,8 +44,7 @@ impl Replay {
     pub(super) fn new(record: &MotionRecord, starts: Vec<usize>) -> Result<Self, ParameterError> {
         let t = Seconds(record.sample_time_s);
         let most = 1e9;
-        let chain =
-            SafetyChain::<f64>::new(Newtons(most), NewtonsPerSecond(2.0 * most / t.0), t)?;
+        let chain = SafetyChain::<f64>::new(Newtons(most), NewtonsPerSecond(2.0 * most / t.0), t)?;
         let mut state = SafetyState::default();
         let still = Vector1::new(0.0);
         let hand_on = |force: &f64| chain.apply(&mut state, &still, &Vector1::new(*force)).0;
@@ -84,13 +83,18 @@ impl Replay {
             friction: Newtons(model.friction),
             delay: Seconds(model.delay * t),
             saturation: None,
-            lag: Seconds(if model.lag > NO_LAG { model.lag * t } else { 0.0 }),
+            lag: Seconds(if model.lag > NO_LAG {
+                model.lag * t
+            } else {
+                0.0
+            }),
         })
         .ok()?;
         device.set_external_force(Vector1::new(model.bias));
         let from = self.from();
         // The forces on their way at the first tick, and a current that has forgotten where it began.
-        let before = from.saturating_sub(2 * DELAY_MAX as usize + 40 * model.lag.min(10.0) as usize);
+        let before =
+            from.saturating_sub(2 * DELAY_MAX as usize + 40 * model.lag.min(10.0) as usize);
         let mut pieces = self.starts.iter().zip(states).peekable();
         let mut positions = Vec::with_capacity(self.len());
         for (tick, force) in self.forces.iter().enumerate().skip(before) {
@@ -100,9 +104,7 @@ impl Replay {
             if tick >= from {
                 positions.push(device.position()[0]);
             }
-            device
-                .write(*force)
-                .unwrap_or_else(|never| match never {});
+            device.write(*force).unwrap_or_else(|never| match never {});
         }
         positions.iter().all(|x| x.is_finite()).then_some(positions)
     }

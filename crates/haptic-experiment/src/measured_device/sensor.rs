@@ -12,7 +12,11 @@ const LEVELS: usize = 5;
 /// The smallest difference of two positions is the first guess. Counting the levels up from the lowest, all differences must be whole multiples of
 /// it; the way from the lowest to the highest level, divided by the count, is q. *Cost*: a sort.
 pub(super) fn encoder_step(positions_m: &[f64]) -> Option<f64> {
-    let mut levels: Vec<f64> = positions_m.iter().copied().filter(|x| x.is_finite()).collect();
+    let mut levels: Vec<f64> = positions_m
+        .iter()
+        .copied()
+        .filter(|x| x.is_finite())
+        .collect();
     levels.sort_by(f64::total_cmp);
     levels.dedup_by(|a, b| (*a - *b).abs() < ROUNDING_M);
     let (lowest, highest) = (levels.first()?, levels.last()?);
@@ -56,7 +60,11 @@ pub(super) fn noise_m(left: &[f64], free: usize, step_m: f64, sides: f64) -> [f6
 
 /// Standard deviation, m; 0 of fewer than two.
 pub(super) fn deviation_m(positions_m: &[f64]) -> f64 {
-    let known: Vec<f64> = positions_m.iter().copied().filter(|x| x.is_finite()).collect();
+    let known: Vec<f64> = positions_m
+        .iter()
+        .copied()
+        .filter(|x| x.is_finite())
+        .collect();
     if known.len() < 2 {
         return 0.0;
     }

@@ -6,9 +6,7 @@ use super::record::MotionRecord;
 use crate::device::{Warn, at_port, firmware_version};
 use crate::failure::Failure;
 use crate::realtime::RealtimeOptions;
-use crate::remote::{
-    Kept, RemoteDevice, RemoteLaw, configuration, keep_within, no_operator, push,
-};
+use crate::remote::{Kept, RemoteDevice, RemoteLaw, configuration, keep_within, no_operator, push};
 use crate::safety::{GuardChoice, GuardedDevice};
 use crate::schedule::{Pace, Schedule};
 use haptic_link::{LoopMode, Scope, Simulation, SimulationKind, Start};

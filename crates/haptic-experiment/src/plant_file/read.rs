@@ -42,7 +42,8 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<PlantFile, FileError> {
     let mut file = PlantFile::new(self::model(name, &table)?);
     if let Some(found) = intervals {
         let PlantModel::Device(values) = &file.model else {
-            let reason = format!("[{INTERVALS}] are of a [device], which [{name}] is not: leave it out");
+            let reason =
+                format!("[{INTERVALS}] are of a [device], which [{name}] is not: leave it out");
             return Err(found.fail(reason));
         };
         file.intervals = self::intervals(&found, values)?;
@@ -120,7 +121,10 @@ fn intervals(table: &Table<'_>, values: &DeviceValues) -> Result<Vec<Interval>, 
                 return Err(table.fail_at(key, reason));
             }
             _ => {
-                let reason = format!("{key} has {} numbers, not two: write [LOW, HIGH]", ends.len());
+                let reason = format!(
+                    "{key} has {} numbers, not two: write [LOW, HIGH]",
+                    ends.len()
+                );
                 return Err(table.fail_at(key, reason));
             }
         }
