@@ -25,6 +25,7 @@ mod tests;
 mod wall;
 
 use crate::failure::Failure;
+use crate::plant_file::DeviceModel;
 use crate::preflight::PreflightRequest;
 use crate::remote::RemoteDevice;
 use crate::safety::Safety;
@@ -221,6 +222,36 @@ impl ExperimentFile {
             | Self::Coupler(CouplerExperiment { setup, .. }) => &mut setup.safety,
             Self::Teleoperation(experiment) => &mut experiment.safety,
         }
+    }
+
+    /// The same, on the device of a device file: what it says wins over the keys of a wall or coupler. On a serial device, which has its own friction,
+    /// delay and sensors, mass, damping and hand are for the pre-flight and the rest for a guard.
+    ///
+    /// # Errors
+    /// An experiment in which it would do nothing.
+    pub fn of_device(mut self, model: &DeviceModel) -> Result<Self, Failure> {
+        match &mut self {
+            Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
+                let real = rendering.remote.is_some();
+                rendering.safety = rendering.safety.on_rig(&model.guarded(), real)?;
+            }
+            Self::Wall(WallExperiment { setup, .. })
+            | Self::Coupler(CouplerExperiment { setup, .. }) => {
+                setup.take_device(
+                    model.values.mass_kg,
+                    model.values.damping_n_s_per_m,
+                    model.values.hand_stiffness_n_per_m,
+                    &model.imperfections(),
+                    &model.guarded(),
+                );
+            }
+            Self::Teleoperation(_) => {
+                return Err(Failure::bad_input(
+                    "a teleoperation has two devices, each with its own keys: leave `device_model` out",
+                ));
+            }
+        }
+        Ok(self)
     }
 
     /// The same, with this wish for the pre-flight. A wall and a coupler know their device; for the others it is told here.

@@ -28,6 +28,7 @@ const OPTIONS: &[(&str, &str)] = &[
     ("device_delay_most_s", "--device-delay"),
     ("device_lag_s", "--device-lag"),
     ("device_mass_kg", "--device-mass"),
+    ("device_model", "--device-model"),
     ("device_noise_m", "--device-noise"),
     ("disturbance", "--disturbance"),
     ("drive_force_limit_n", "--drive-force-limit"),

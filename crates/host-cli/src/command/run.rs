@@ -143,12 +143,16 @@ impl Arguments {
         let pace = self.realtime.pace(remote.is_some())?;
         let serial = remote.is_some();
         let mut experiment = file.in_pace(pace).on(remote)?;
+        let model = self.safety.device_model()?;
         let safety = experiment.safety_mut();
         *safety = self.safety.over(*safety);
-        let safety = *safety;
+        if let Some(model) = &model {
+            experiment = experiment.of_device(model)?;
+        }
+        let safety = *experiment.safety_mut();
         experiment = experiment.driven(|file| self.drive.over(file))?;
         let judged = serial || experiment.drive().is_some();
-        let wanted = self.preflight.wanted(judged, &safety)?;
+        let wanted = self.preflight.wanted(judged, &safety, model.as_ref())?;
         let experiment = experiment.with_preflight(wanted);
         let samples = experiment.samples()?;
         overwrite_acts(self.out.as_deref(), self.overwrite)?;
