@@ -3,6 +3,7 @@
 mod draw;
 mod print;
 
+use super::number::watchdog_ms;
 use super::port::PortArguments;
 use crate::choice::choice;
 use crate::command::conduct::{progress_bar, stop_on_interrupt};
@@ -13,6 +14,7 @@ use crate::parameter::with_options;
 use crate::picture_file;
 use crate::quantity::{Force, Length, Time};
 use clap::Args;
+use haptic_experiment::device::SerialName;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::measured_device::{
     MeasurePlan, Measured, MotionRecord, SerialMotion, estimate, on_serial, on_simulated,
@@ -23,7 +25,7 @@ use haptic_experiment::{Named, parameters};
 use haptic_log::record::{NewFile, NewFileError, StartTime};
 use print::{Report, print};
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
+use std::time::{Duration, SystemTime};
 
 const LONG_ABOUT: &str = "\
 Finds mass, damping, Coulomb friction, delay, current lag, encoder step and noise of the device at hand, with intervals, and writes a device \
@@ -63,6 +65,8 @@ pub struct Arguments {
     #[arg(long, value_parser = choice::<Hand>(), default_value = "off")]
     hand: Hand,
     #[command(flatten)]
+    line: LineArguments,
+    #[command(flatten)]
     simulated: SimulatedArguments,
     /// Device file to write; a picture of the same name goes beside it
     #[arg(long, value_name = "FILE.toml", help_heading = "Files")]
@@ -70,6 +74,35 @@ pub struct Arguments {
     /// Replace the files of an earlier measurement
     #[arg(long, help_heading = "Files")]
     overwrite: bool,
+}
+
+/// Patience of a serial device with the loop that is closed here.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Serial device")]
+struct LineArguments {
+    /// Silence from this program after which a serial device lets go [default: 20ms]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    watchdog: Option<Time>,
+    #[arg(long, help = parameters::MAX_AGE_TICKS.help, value_name = "COUNT", value_parser = clap::value_parser!(u16).range(1..=1000))]
+    max_age_ticks: Option<u16>,
+}
+
+impl LineArguments {
+    /// The serial device of this name.
+    ///
+    /// # Errors
+    /// A time outside its range.
+    fn remote(&self, name: &SerialName, patience: Duration) -> Result<RemoteDevice, Failure> {
+        let mut remote = RemoteDevice {
+            patience,
+            watchdog_ms: self.watchdog.map(watchdog_ms).transpose()?,
+            ..RemoteDevice::new(name.clone())
+        };
+        if let Some(ticks) = self.max_age_ticks {
+            remote.max_age_ticks = ticks;
+        }
+        Ok(remote)
+    }
 }
 
 /// A hand at the device, or none.
@@ -154,10 +187,7 @@ impl Arguments {
                  is measured, or give --device sim",
             )),
             Some(name) => {
-                let remote = RemoteDevice {
-                    patience: self.port.patience()?,
-                    ..RemoteDevice::new(name.clone())
-                };
+                let remote = self.line.remote(name, self.port.patience()?)?;
                 let moved = on_serial(plan, &remote, &warn, &progress, stop);
                 moved.map(
                     |SerialMotion {
