@@ -128,11 +128,11 @@ pub enum MeasureError {
 }
 
 /// Lengths of a piece of the motion with a state of its own, s: short ones find their way from a poor guess, long ones tell more.
-const PIECES_S: [f64; 2] = [0.08, 0.5];
+const PIECES_S: [f64; 3] = [0.08, 0.25, 0.5];
 /// The start of a piece is looked for within this share of it, where the device is fastest.
 const CHOICE: f64 = 0.4;
 /// A residual that grows by this factor with longer pieces is no noise of the sensor.
-const GATHERS: f64 = 1.3;
+const GATHERS: f64 = 1.05;
 /// Fewest samples of the multi-sine.
 const LEAST: usize = 500;
 /// One sample in so many may be lost.

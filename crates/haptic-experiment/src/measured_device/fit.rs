@@ -12,9 +12,9 @@ use nalgebra_of_fit::storage::Owned;
 use nalgebra_of_fit::{DMatrix, DVector, Dyn};
 
 /// Gauss–Newton steps for the states.
-const STATE_STEPS: usize = 6;
+const STATE_STEPS: usize = 5;
 /// Relative gain below which a further step is none.
-const STATES_SETTLED: f64 = 1e-6;
+const STATES_SETTLED: f64 = 1e-5;
 /// Evaluations of the search per number.
 const PATIENCE: usize = 25;
 

@@ -14,8 +14,8 @@ use nalgebra::{DMatrix, DVector};
 /// Length of a block, s, and at least so many samples.
 const BLOCK_S: f64 = 0.1;
 const BLOCK_SAMPLES: usize = 20;
-/// Standard errors on each side of a value between which it lies in 95 of 100 cases.
-pub(super) const SIDES: f64 = 1.96;
+/// Standard errors on each side of a value between which it lies in 95 of 100 cases: Student's t of some seventy blocks.
+pub(super) const SIDES: f64 = 2.0;
 
 /// Standard errors and correlations of the numbers of a fit.
 #[derive(Clone, Debug)]

@@ -122,3 +122,12 @@ fn a_fractional_pid_runs_from_the_step_to_the_verdict() {
         ],
     );
 }
+
+#[test]
+fn measure_your_device_runs_from_the_motion_to_the_walls() {
+    runs(
+        &Place::new(),
+        include_str!("../../../../docs/measure-your-device.md"),
+        &["device.toml", "device.png"],
+    );
+}

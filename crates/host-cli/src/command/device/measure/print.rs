@@ -1,6 +1,7 @@
 //! The result for programs and for people.
 
 use super::Motion;
+use crate::output::short;
 use haptic_experiment::measured_device::{Estimate, Measured};
 use serde::Serialize;
 use std::io::{self, Write};
@@ -42,8 +43,21 @@ impl<'a> Report<'a> {
 
 /// A number with four significant digits.
 pub(super) fn digits(value: f64) -> String {
-    let four: f64 = format!("{value:.3e}").parse().unwrap_or(value);
-    four.to_string()
+    significant(value, 4)
+}
+
+fn significant(value: f64, digits: usize) -> String {
+    let decimals = digits - 1;
+    short(format!("{value:.decimals$e}").parse().unwrap_or(value))
+}
+
+/// Digits that tell the ends of an interval apart: two of its width.
+fn telling(estimate: &Estimate) -> usize {
+    let share = (estimate.high - estimate.low) / estimate.high.abs().max(estimate.low.abs());
+    match share {
+        share if share > 0.0 => (3.0 - share.log10()).ceil().clamp(3.0, 8.0) as usize,
+        _ => 4,
+    }
 }
 
 /// The result as a person reads it.
@@ -63,8 +77,8 @@ pub(super) fn print(out: &mut dyn Write, report: &Report<'_>) -> io::Result<()> 
         1e3 * report.reach_high_m
     )?;
     let mut line = |name: &str, estimate: &Estimate, scale: f64, unit: &str| {
-        let [value, low, high] =
-            [estimate.value, estimate.low, estimate.high].map(|x| digits(scale * x));
+        let [value, low, high] = [estimate.value, estimate.low, estimate.high]
+            .map(|x| significant(scale * x, telling(estimate)));
         writeln!(out, "  {name:<17} {value} {unit}   95 %: {low} to {high}")
     };
     line("mass", &found.mass_kg, 1e3, "g")?;
