@@ -237,13 +237,8 @@ impl ExperimentFile {
             }
             Self::Wall(WallExperiment { setup, .. })
             | Self::Coupler(CouplerExperiment { setup, .. }) => {
-                setup.take_device(
-                    model.values.mass_kg,
-                    model.values.damping_n_s_per_m,
-                    model.values.hand_stiffness_n_per_m,
-                    &model.imperfections(),
-                    &model.guarded(),
-                );
+                let (imperfections, known) = (model.imperfections(), model.guarded());
+                setup.take_device(model.dynamics(), &imperfections, &known);
             }
             Self::Teleoperation(_) => {
                 return Err(Failure::bad_input(

@@ -269,6 +269,35 @@ fn starts(record: &MotionRecord, speed: &[f64], piece_s: f64) -> Vec<usize> {
         .collect()
 }
 
+/// What is known of the sensor.
+struct Sensor {
+    step_m: f64,
+    noise_m: Estimate,
+    residual_rms_m: f64,
+    /// Of rounding and of the noise at rest.
+    expected_rms_m: f64,
+}
+
+impl Sensor {
+    /// From the positions, and what is left of `free` of them.
+    fn of(record: &MotionRecord, left: &[f64], free: usize) -> Self {
+        let step = encoder_step(&record.position_m).unwrap_or_default();
+        let squares: f64 = left.iter().map(|r| r * r).sum();
+        let residual_rms_m = (squares / free.max(1) as f64).sqrt();
+        // Steps far below all else do not count, as those of single precision on the wire.
+        let counts = step > 1e-3 * residual_rms_m;
+        let step_m = if counts { step } else { 0.0 };
+        let [value, low, high] = noise_m(left, free, step_m, SIDES);
+        let at_rest = deviation_m(&record.position_m[..record.rest.min(record.len())]);
+        Self {
+            step_m,
+            noise_m: Estimate { value, low, high },
+            residual_rms_m,
+            expected_rms_m: (step_m / 12_f64.sqrt()).hypot(at_rest),
+        }
+    }
+}
+
 fn measured(record: &MotionRecord, fitted: &Fitted, spread: &Spread, free: usize) -> Measured {
     let t = record.sample_time_s;
     let model = &fitted.model;
@@ -284,18 +313,7 @@ fn measured(record: &MotionRecord, fitted: &Fitted, spread: &Spread, free: usize
     };
     let factor = libm::exp(side(Number::Mass));
     let bias = side(Number::Bias);
-    let step = encoder_step(&record.position_m).unwrap_or_default();
-    let squares: f64 = fitted.left.iter().map(|r| r * r).sum();
-    let residual_rms_m = (squares / free.max(1) as f64).sqrt();
-    // Steps that are far below all else are no steps that count, as those of single precision on the wire.
-    let step = if step > 1e-3 * residual_rms_m {
-        step
-    } else {
-        0.0
-    };
-    let [noise, low, high] = noise_m(&fitted.left, free, step, SIDES);
-    let at_rest = deviation_m(&record.position_m[..record.rest.min(record.len())]);
-    let expected = (step / 12_f64.sqrt()).hypot(at_rest);
+    let sensor = Sensor::of(record, &fitted.left, free);
     let correlation = index(Number::Delay)
         .zip(index(Number::Lag))
         .map_or(0.0, |(delay, lag)| spread.correlation(delay, lag));
@@ -311,20 +329,16 @@ fn measured(record: &MotionRecord, fitted: &Fitted, spread: &Spread, free: usize
             .map(|_| around(Number::Stiffness, model.stiffness, 1.0)),
         delay_s: around(Number::Delay, model.delay * t, t),
         current_lag_s: around(Number::Lag, model.lag * t, t),
-        encoder_resolution_m: step,
-        sensor_noise_m: Estimate {
-            value: noise,
-            low,
-            high,
-        },
+        encoder_resolution_m: sensor.step_m,
+        sensor_noise_m: sensor.noise_m,
         bias_n: Estimate {
             value: model.bias,
             low: model.bias - bias,
             high: model.bias + bias,
         },
         breakaway_n: record.breakaway_n.map(|(up, down)| 0.5 * (up - down)),
-        residual_rms_m,
-        expected_residual_rms_m: expected,
+        residual_rms_m: sensor.residual_rms_m,
+        expected_residual_rms_m: sensor.expected_rms_m,
         delay_lag_correlation: correlation,
         sample_time_s: t,
         samples: fitted.left.len(),

@@ -9,6 +9,7 @@ use crate::parameters as p;
 use crate::parameters::Parameter;
 use crate::safety::GuardedDevice;
 use crate::sensed::Sensors;
+use haptic_analysis::Dynamics;
 use haptic_tissue::read_text;
 use std::path::Path;
 
@@ -166,6 +167,18 @@ impl DeviceModel {
                 noise_m: self.values.sensor_noise_m,
                 ..Imperfections::NONE.sensors
             },
+        }
+    }
+
+    /// Mass, damping, hand, delay and lag, for an analysis.
+    #[must_use]
+    pub const fn dynamics(&self) -> Dynamics {
+        Dynamics {
+            mass_kg: self.values.mass_kg,
+            damping_n_s_per_m: self.values.damping_n_s_per_m,
+            hand_stiffness_n_per_m: self.values.hand_stiffness_n_per_m,
+            delay_s: self.values.delay_s,
+            current_lag_s: self.values.current_lag_s,
         }
     }
 

@@ -96,16 +96,14 @@ impl TrialSetup {
     /// Takes a known device: with its imperfections if it is simulated; a real one has its own, and they are told to its guard.
     pub(crate) fn take_device(
         &mut self,
-        mass_kg: f64,
-        damping_n_s_per_m: f64,
-        hand_stiffness_n_per_m: f64,
+        dynamics: Dynamics,
         imperfections: &Imperfections,
         known: &GuardedDevice,
     ) {
         let device = MassDamperConfig {
-            mass: Kilograms(mass_kg),
-            damping: NewtonSecondsPerMetre(damping_n_s_per_m),
-            stiffness: NewtonsPerMetre(hand_stiffness_n_per_m),
+            mass: Kilograms(dynamics.mass_kg),
+            damping: NewtonSecondsPerMetre(dynamics.damping_n_s_per_m),
+            stiffness: NewtonsPerMetre(dynamics.hand_stiffness_n_per_m),
             ..self.device
         };
         if self.remote.is_some() {

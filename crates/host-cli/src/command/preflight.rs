@@ -40,14 +40,13 @@ impl PreflightArguments {
         }
         Ok(PreflightRequest {
             force_unstable: self.force_unstable,
-            dynamics: known.map(|(mass_kg, damping)| {
-                let ideal = Dynamics::ideal(mass_kg, damping);
-                model.map_or(ideal, |model| Dynamics {
-                    hand_stiffness_n_per_m: model.values.hand_stiffness_n_per_m,
-                    delay_s: model.values.delay_s,
-                    current_lag_s: model.values.current_lag_s,
-                    ..ideal
-                })
+            dynamics: known.map(|(mass_kg, damping_n_s_per_m)| Dynamics {
+                mass_kg,
+                damping_n_s_per_m,
+                ..model.map_or(
+                    Dynamics::ideal(mass_kg, damping_n_s_per_m),
+                    DeviceModel::dynamics,
+                )
             }),
         })
     }
