@@ -201,7 +201,7 @@ fn a_serial_device_is_measured_without_its_line() {
     let device = Emulated::new("");
     // A busy machine answers late: the box is wide, the device patient.
     let found = device.json(
-        "device measure --device serial:device --duration 2s --box 50mm --watchdog 10s --max-age-ticks 1000 --out device.toml",
+        "device measure --device serial:device --duration 2s --box 50mm --watchdog 1s --max-age-ticks 1000 --out device.toml",
     );
     let value = |key: &str| number(&found[key], "value");
     assert!((value("mass_kg") / 0.065 - 1.0).abs() < 0.01, "{found}");

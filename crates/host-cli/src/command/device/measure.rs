@@ -148,14 +148,15 @@ impl Arguments {
             *warning = with_options(warning);
             note("warning", &*warning);
         }
-        let (model, figure) = match &self.out {
+        let files = match &self.out {
             Some(path) => {
                 let (model, figure) = self.write(path, &motion, &plan, &found)?;
                 (Some(model), Some(figure))
             }
             None => (None, None),
         };
-        let report = Report::new(&motion, &found, model, figure);
+        let names = (motion.device.as_str(), motion.board.as_deref());
+        let report = Report::new(names, &motion.record, &found, files);
         output.summary(&report, |out| print(out, &report))
     }
 

@@ -1,8 +1,7 @@
 //! The result for programs and for people.
 
-use super::Motion;
 use crate::output::short;
-use haptic_experiment::measured_device::{Estimate, Measured};
+use haptic_experiment::measured_device::{Estimate, Measured, MotionRecord};
 use serde::Serialize;
 use std::io::{self, Write};
 
@@ -22,17 +21,17 @@ pub(super) struct Report<'a> {
 
 impl<'a> Report<'a> {
     pub(super) fn new(
-        motion: &'a Motion,
+        (device, board): (&'a str, Option<&'a str>),
+        record: &MotionRecord,
         found: &'a Measured,
-        model: Option<String>,
-        figure: Option<String>,
+        (model, figure): (Option<String>, Option<String>),
     ) -> Self {
-        let (reach_low_m, reach_high_m) = motion.record.reach_m();
+        let (reach_low_m, reach_high_m) = record.reach_m();
         Self {
-            device: &motion.device,
-            board: motion.board.as_deref(),
+            device,
+            board,
             found,
-            largest_force_n: motion.record.largest_force_n(),
+            largest_force_n: record.largest_force_n(),
             reach_low_m,
             reach_high_m,
             model,
