@@ -28,7 +28,7 @@ pub(super) fn encoder_step(positions_m: &[f64]) -> Option<f64> {
     let mut count = 0.0;
     for gap in gaps() {
         let steps = gap / smallest;
-        if (steps - steps.round()).abs() > WHOLE * steps.round().max(1.0).min(3.0) {
+        if (steps - steps.round()).abs() > WHOLE * steps.round().clamp(1.0, 3.0) {
             return None;
         }
         count += steps.round();
