@@ -26,6 +26,7 @@ mod touch;
 mod wall;
 
 use crate::failure::Failure;
+use crate::plant_file::DeviceModel;
 use crate::preflight::PreflightRequest;
 use crate::remote::RemoteDevice;
 use crate::safety::Safety;
@@ -239,6 +240,37 @@ impl ExperimentFile {
             Self::Teleoperation(experiment) => &mut experiment.safety,
             Self::Touch(experiment) => &mut experiment.safety,
         }
+    }
+
+    /// The same, on the device of a device file: what it says wins over the keys of a wall or coupler. On a serial device, which has its own friction,
+    /// delay and sensors, mass, damping and hand are for the pre-flight and the rest for a guard.
+    ///
+    /// # Errors
+    /// An experiment in which it would do nothing.
+    pub fn of_device(mut self, model: &DeviceModel) -> Result<Self, Failure> {
+        match &mut self {
+            Self::Relax(Relaxation { rendering, .. }) | Self::Creep(Creep { rendering, .. }) => {
+                let real = rendering.remote.is_some();
+                rendering.safety = rendering.safety.on_rig(&model.guarded(), real)?;
+            }
+            Self::Wall(WallExperiment { setup, .. })
+            | Self::Coupler(CouplerExperiment { setup, .. }) => {
+                let (imperfections, known) = (model.imperfections(), model.guarded());
+                setup.take_device(model.dynamics(), &imperfections, &known);
+            }
+            Self::Teleoperation(_) => {
+                return Err(Failure::bad_input(
+                    "a teleoperation has two devices, each with its own keys: leave `device_model` out",
+                ));
+            }
+            Self::Touch(_) => {
+                return Err(Failure::bad_input(
+                    "a touch has a mass for each axis, a device file has one: leave `device_model` out, and give `mass_kg` and \
+                     `damping_n_s_per_m`",
+                ));
+            }
+        }
+        Ok(self)
     }
 
     /// The same, with this wish for the pre-flight. A wall and a coupler know their device; for the others it is told here.

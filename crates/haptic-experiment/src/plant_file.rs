@@ -5,18 +5,21 @@
 //! function = "1/(0.8s^2.2+0.5s^0.9+1)"
 //! delay_s = 0.2
 //! ```
-//! `[device]` has the keys of a `[wall]`: mass, damping, hand, delay, current lag; force in, position out. `[state_space]` has `a`, `b`, `c`,
+//! `[device]` has the keys of a `[wall]`: mass, damping, hand, delay, current lag, friction, encoder, noise; force in, position out. Beside it
+//! `[intervals]` says between which numbers its values lie, as a measurement writes it, see [`DeviceModel`]. `[state_space]` has `a`, `b`, `c`,
 //! `delay_s` and `current_lag_s`. `[measured_response]` names a CSV, see [`read_response`].
 
+mod device;
 mod model;
 mod read;
 mod response;
 
 pub use crate::file::FileError;
 use crate::parameters as p;
+pub use device::DeviceModel;
 use fractional_control::{ControlError, Plant};
 use haptic_tissue::read_text;
-pub use model::{DeviceValues, PlantFile, PlantModel};
+pub use model::{DeviceValues, Interval, PlantFile, PlantModel};
 pub use response::read_response;
 use std::path::Path;
 
@@ -26,6 +29,7 @@ impl PlantFile {
     pub const fn new(model: PlantModel) -> Self {
         Self {
             model,
+            intervals: Vec::new(),
             program: String::new(),
             note: String::new(),
         }
@@ -57,18 +61,19 @@ impl PlantFile {
         self.model.plant()
     }
 
-    /// The text of a file of a transfer function; `None` of anything else, which people write.
+    /// The text of a file of a transfer function or of a device; `None` of anything else, which people write.
     #[must_use]
     pub fn to_toml(&self) -> Option<String> {
-        let PlantModel::Function { function, delay_s } = &self.model else {
-            return None;
-        };
         let quoted = |words: &str| toml::Value::from(words).to_string();
-        let mut text = format!(
-            "[transfer_function]\n{} = \"{function}\"\n{} = {delay_s:?}\n",
-            p::FUNCTION.key,
-            p::DEAD_TIME.key
-        );
+        let mut text = match &self.model {
+            PlantModel::Function { function, delay_s } => format!(
+                "[transfer_function]\n{} = \"{function}\"\n{} = {delay_s:?}\n",
+                p::FUNCTION.key,
+                p::DEAD_TIME.key
+            ),
+            PlantModel::Device(values) => device::tables(values, &self.intervals),
+            PlantModel::StateSpace { .. } | PlantModel::Measured(_) => return None,
+        };
         let source = [
             (&p::SOURCE_PROGRAM, &self.program),
             (&p::SOURCE_NOTE, &self.note),

@@ -246,6 +246,40 @@ impl Safety {
         self.acts_on_device()
     }
 
+    /// The same with what a device file says of the device, where nothing else does, and as far as these settings ask for it; `real` is true for a
+    /// device that is not simulated here.
+    #[must_use]
+    pub fn with_device(self, known: &GuardedDevice, real: bool) -> Self {
+        let bounded = self.guard == GuardChoice::EnergyBounding;
+        let braked = self.guard == GuardChoice::Observer || self.braking_n_s_per_m.is_some();
+        let mass = known.mass_kg.filter(|_| real || braked);
+        let damping = known.damping_n_s_per_m.filter(|_| real || bounded);
+        Self {
+            device_mass_kg: self.device_mass_kg.or(mass),
+            device_damping_n_s_per_m: self.device_damping_n_s_per_m.or(damping),
+            device_delay_s: self.device_delay_s.or(known.delay_s.filter(|_| bounded)),
+            device_lag_s: self.device_lag_s.or(known.lag_s.filter(|_| bounded)),
+            device_noise_m: self.device_noise_m.or(known.noise_m.filter(|_| bounded)),
+            ..self
+        }
+    }
+
+    /// The same on the rig of a relaxation or creep test: the simulated one has masses of its own, so that a device file only serves a guard or
+    /// braking there.
+    ///
+    /// # Errors
+    /// A device file that would do nothing.
+    pub fn on_rig(self, known: &GuardedDevice, real: bool) -> Result<Self, Failure> {
+        let with_device = self.with_device(known, real);
+        if !real && with_device == self {
+            return Err(Failure::bad_input(
+                "a device file has no effect on the simulated rig, which has masses of its own, without a guard or braking: leave `device_model` \
+                 out, or give `device` = serial:PATH, `guard` or `braking_n_s_per_m` too",
+            ));
+        }
+        Ok(with_device)
+    }
+
     /// Refuses what would do nothing on any device.
     ///
     /// # Errors

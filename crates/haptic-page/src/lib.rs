@@ -11,5 +11,6 @@ mod runs;
 mod server;
 
 pub(crate) use announce::Announce;
+pub use feel::DeviceNumbers;
 pub use on_close::OnClose;
 pub use server::{PageServer, ServerOptions};

@@ -8,6 +8,7 @@ use haptic_experiment::{Failure, Imperfections};
 /// Keys of the libraries' parameters, each with the option that sets it.
 const OPTIONS: &[(&str, &str)] = &[
     ("area_m2", "--area"),
+    ("box_m", "--box"),
     ("branches", "--prony"),
     ("brake_force_n", "--brake-force"),
     ("bootstrap", "--bootstrap"),
@@ -27,6 +28,7 @@ const OPTIONS: &[(&str, &str)] = &[
     ("device_delay_most_s", "--device-delay"),
     ("device_lag_s", "--device-lag"),
     ("device_mass_kg", "--device-mass"),
+    ("device_model", "--device-model"),
     ("device_noise_m", "--device-noise"),
     ("disturbance", "--disturbance"),
     ("drive_force_limit_n", "--drive-force-limit"),
@@ -39,6 +41,7 @@ const OPTIONS: &[(&str, &str)] = &[
     ("friction_n", "--friction"),
     ("gain_margin", "--gain-margin"),
     ("guard", "--guard"),
+    ("hand", "--hand"),
     ("hand_stiffness_n_per_m", "--hand-stiffness"),
     ("horizon_s", "--horizon"),
     ("jump_m", "--jump"),
@@ -162,10 +165,10 @@ mod tests {
             Area, Damping, Force, ForceRate, Length, Mass, Stiffness, Strain, Stress, Time,
         };
         use haptic_experiment::parameters::{
-            CREEP, DRIVE, RELAX, RENDERING, Value, WALL, WALL_REQUIRED,
+            CREEP, DRIVE, MEASURE, RELAX, RENDERING, Value, WALL, WALL_REQUIRED,
         };
         let mut numbers = 0;
-        for parameter in [RELAX, CREEP, RENDERING, DRIVE, WALL_REQUIRED, WALL].concat() {
+        for parameter in [RELAX, CREEP, RENDERING, DRIVE, MEASURE, WALL_REQUIRED, WALL].concat() {
             let (Value::Number(Some(default), _), false) =
                 (parameter.value, parameter.shown.is_empty())
             else {

@@ -3,8 +3,11 @@
 use super::device::{samples_fit, sensors};
 use super::reader::{FileError, Table};
 use super::safety::safety;
+use crate::parameters::Parameter;
+use crate::plant_file::{DeviceModel, DeviceValues};
 use crate::pushed::TRIAL_SAMPLES;
 use crate::remote::RemoteDevice;
+use crate::sensed::Sensors;
 use crate::{Criterion, CriterionName, TrialPlan, TrialSetup, parameters as p};
 use fracdiff::Seconds;
 use haptic_loop::plant::MassDamperConfig;
@@ -18,18 +21,60 @@ pub(super) fn times(table: &Table<'_>) -> Result<(f64, f64), FileError> {
     Ok((sample_time_s, duration_s))
 }
 
-/// The device.
-fn device(table: &Table<'_>, sample_time_s: f64) -> Result<MassDamperConfig, FileError> {
-    Ok(MassDamperConfig {
-        mass: Kilograms(table.required(&p::MASS)?),
-        damping: NewtonSecondsPerMetre(table.required(&p::DAMPING)?),
-        stiffness: NewtonsPerMetre(table.number(&p::HAND_STIFFNESS)?),
+/// The device file, if one is named.
+fn device_model(table: &Table<'_>) -> Result<Option<DeviceModel>, FileError> {
+    let name = table.text(&p::DEVICE_MODEL)?;
+    let read = |name: &str| {
+        DeviceModel::read(&table.beside(name))
+            .map_err(|error| table.fail_at(p::DEVICE_MODEL.key, error.to_string()))
+    };
+    (!name.is_empty()).then(|| read(name)).transpose()
+}
+
+/// The device and its sensors: keys, where there are none the device file, where there is none the defaults. A serial device has its own
+/// friction, delay, lag and sensors, whatever the file says of them.
+fn device(
+    table: &Table<'_>,
+    model: Option<&DeviceModel>,
+    serial: bool,
+    sample_time_s: f64,
+) -> Result<(MassDamperConfig, Sensors), FileError> {
+    let values = model.map(|model| model.values);
+    let own = |parameter: &Parameter, value: fn(&DeviceValues) -> f64| {
+        let given = table.number_if(parameter)?;
+        Ok(given.or(values.as_ref().map(value)))
+    };
+    let must = |parameter: &Parameter, value: fn(&DeviceValues) -> f64| match own(parameter, value)?
+    {
+        Some(number) => Ok(number),
+        None => table.required(parameter),
+    };
+    let simulated =
+        |parameter: &Parameter, value: fn(&DeviceValues) -> f64| match own(parameter, value)? {
+            Some(number) if !serial => Ok(number),
+            _ => table.number(parameter),
+        };
+    let device = MassDamperConfig {
+        mass: Kilograms(must(&p::MASS, |device| device.mass_kg)?),
+        damping: NewtonSecondsPerMetre(must(&p::DAMPING, |device| device.damping_n_s_per_m)?),
+        stiffness: NewtonsPerMetre(
+            own(&p::HAND_STIFFNESS, |device| device.hand_stiffness_n_per_m)?
+                .unwrap_or(p::HAND_STIFFNESS.default_number()),
+        ),
         sample_time: Seconds(sample_time_s),
-        delay: Seconds(table.number(&p::DELAY)?),
-        friction: Newtons(table.number(&p::FRICTION)?),
+        delay: Seconds(simulated(&p::DELAY, |device| device.delay_s)?),
+        friction: Newtons(simulated(&p::FRICTION, |device| device.friction_n)?),
         saturation: None,
-        lag: Seconds(table.number(&p::CURRENT_LAG)?),
-    })
+        lag: Seconds(simulated(&p::CURRENT_LAG, |device| device.current_lag_s)?),
+    };
+    let sensors = Sensors {
+        encoder_resolution_m: simulated(&p::ENCODER_RESOLUTION, |device| {
+            device.encoder_resolution_m
+        })?,
+        noise_m: simulated(&p::SENSOR_NOISE, |device| device.sensor_noise_m)?,
+        ..sensors(table)?
+    };
+    Ok((device, sensors))
 }
 
 /// Device, trial, safety and pace, but `must_be_stable`, which each table has by itself.
@@ -38,13 +83,18 @@ pub(super) fn setup(
     remote: Option<RemoteDevice>,
     (sample_time_s, duration_s): (f64, f64),
 ) -> Result<TrialSetup, FileError> {
-    let device = device(table, sample_time_s)?;
+    let model = device_model(table)?;
+    let (device, sensors) = device(table, model.as_ref(), remote.is_some(), sample_time_s)?;
     let plan = plan(table, duration_s)?;
+    let mut safety = safety(table)?;
+    if let (Some(model), Some(_)) = (&model, &remote) {
+        safety = safety.with_device(&model.guarded(), true);
+    }
     Ok(TrialSetup {
         force_rate_limit_n_per_s: table.number_if(&p::TRIAL_FORCE_RATE_LIMIT)?,
-        safety: safety(table)?,
+        safety,
         remote,
-        ..TrialSetup::new(device, sensors(table)?, plan)
+        ..TrialSetup::new(device, sensors, plan)
     })
 }
 

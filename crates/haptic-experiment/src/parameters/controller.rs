@@ -1,7 +1,8 @@
 //! Of controller files and plant files.
 
+use super::experiment::{ENCODER_RESOLUTION, SENSOR_NOISE};
 use super::kind::{ABOVE_0, AT_LEAST_0, Parameter, Range, SAMPLE_TIMES, parameters};
-use super::wall::{CURRENT_LAG, DAMPING, DELAY, HAND_STIFFNESS, MASS};
+use super::wall::{CURRENT_LAG, DAMPING, DELAY, FRICTION, HAND_STIFFNESS, MASS};
 
 const ANY: Range = Range::Within(f64::MIN, f64::MAX);
 const ORDERS: Range = Range::AboveUpTo(0.0, 2.0);
@@ -116,7 +117,16 @@ pub const CONTROLLER_SOURCE: &[Parameter] =
 /// Of `[transfer_function]` in a plant file.
 pub const TRANSFER_PLANT: &[Parameter] = &[FUNCTION, DEAD_TIME];
 /// Of `[device]` in a plant file.
-pub const DEVICE_PLANT: &[Parameter] = &[MASS, DAMPING, HAND_STIFFNESS, DELAY, CURRENT_LAG];
+pub const DEVICE_PLANT: &[Parameter] = &[
+    MASS,
+    DAMPING,
+    HAND_STIFFNESS,
+    DELAY,
+    CURRENT_LAG,
+    FRICTION,
+    ENCODER_RESOLUTION,
+    SENSOR_NOISE,
+];
 /// Of `[state_space]` in a plant file.
 pub const STATE_PLANT: &[Parameter] = &[STATE_A, STATE_B, STATE_C, DEAD_TIME, CURRENT_LAG];
 /// Of `[measured_response]` in a plant file.

@@ -11,6 +11,9 @@ parameters! {
     /// Stiffness of the hand, N/m.
     HAND_STIFFNESS = number("hand_stiffness_n_per_m", 0.0, "0", AT_LEAST_0,
         "Stiffness of the hand that holds it; 0 without a hand");
+    /// Device file of a wall or coupler.
+    DEVICE_MODEL = text("device_model", "",
+        "Device file, as device measure writes it: mass, damping, hand, delay, lag, friction, encoder and noise where no key says them");
     /// Sample time of a wall, s.
     WALL_SAMPLE_TIME = number("sample_time_s", 2e-3, "2ms", SAMPLE_TIMES, "Sample time");
     /// Delay of a simulated device, s.
@@ -63,6 +66,7 @@ pub const WALL_REQUIRED: &[Parameter] = &[
 ];
 /// Of `[wall]`, with defaults.
 pub const WALL: &[Parameter] = &[
+    DEVICE_MODEL,
     HAND_STIFFNESS,
     DELAY,
     FRICTION,

@@ -22,6 +22,8 @@ use std::str::FromStr;
 pub struct PlantFile {
     /// The plant.
     pub model: PlantModel,
+    /// Of a device that was measured: between which numbers its values lie.
+    pub intervals: Vec<Interval>,
     /// The program that made the file.
     pub program: String,
     /// Anything else.
@@ -57,7 +59,18 @@ pub enum PlantModel {
     Measured(Vec<(f64, Complex<f64>)>),
 }
 
-/// A device with a hand: force in, position out.
+/// Two numbers between which a value of a device lies in 95 of 100 cases.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interval {
+    /// Key of the value.
+    pub key: &'static str,
+    /// Low end.
+    pub low: f64,
+    /// High end.
+    pub high: f64,
+}
+
+/// A device with a hand: force in, position out. Friction, encoder and noise are no part of the linear plant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DeviceValues {
     /// m.
@@ -70,6 +83,12 @@ pub struct DeviceValues {
     pub delay_s: f64,
     /// Time constant of the actuator's current, s.
     pub current_lag_s: f64,
+    /// Coulomb friction, N.
+    pub friction_n: f64,
+    /// Encoder resolution, m per count; 0 for none.
+    pub encoder_resolution_m: f64,
+    /// Standard deviation of the sensor's noise, m; 0 for none.
+    pub sensor_noise_m: f64,
 }
 
 impl FromStr for PlantModel {
@@ -135,6 +154,21 @@ impl PlantModel {
 }
 
 impl DeviceValues {
+    /// A mass with damping and nothing else.
+    #[must_use]
+    pub const fn ideal(mass_kg: f64, damping_n_s_per_m: f64) -> Self {
+        Self {
+            mass_kg,
+            damping_n_s_per_m,
+            hand_stiffness_n_per_m: 0.0,
+            delay_s: 0.0,
+            current_lag_s: 0.0,
+            friction_n: 0.0,
+            encoder_resolution_m: 0.0,
+            sensor_noise_m: 0.0,
+        }
+    }
+
     /// As matrices.
     ///
     /// # Errors

@@ -1,6 +1,6 @@
 //! From TOML to a plant.
 
-use super::model::{DeviceValues, PlantFile, PlantModel};
+use super::model::{DeviceValues, Interval, PlantFile, PlantModel};
 use super::response::read_response;
 use crate::file::FileError;
 use crate::file::reader::{Document, Table};
@@ -16,24 +16,38 @@ const MODELS: [(&str, &[Parameter]); 4] = [
     ("state_space", p::STATE_PLANT),
     ("measured_response", p::MEASURED_PLANT),
 ];
-const CHOICE: &str = "a plant file has one of [transfer_function], [device], [state_space], [measured_response], and perhaps [source]";
+const CHOICE: &str = "a plant file has one of [transfer_function], [device], [state_space], [measured_response], and perhaps [source]; \
+[intervals] beside [device]";
+/// Intervals of a measured device, with its keys.
+const INTERVALS: &str = "intervals";
 
 pub(super) fn parse(path: &Path, text: &str) -> Result<PlantFile, FileError> {
     let document = Document::parse(path, text)?;
     let names: Vec<&str> = MODELS.iter().map(|(name, _)| *name).collect();
-    let names = [&names[..], &["source"]].concat();
-    let (mut model, mut source) = (None, None);
+    let names = [&names[..], &["source", INTERVALS]].concat();
+    let (mut model, mut source, mut intervals) = (None, None, None);
     for (name, table) in document.tables(&names, CHOICE)? {
         match MODELS.iter().find(|(model, _)| *model == name) {
             Some(_) if model.is_some() => {
                 return Err(table.fail(format!("a second plant [{name}]: {CHOICE}")));
             }
             Some(known) => model = Some((name, table.with_keys(&[*known])?)),
+            None if name == INTERVALS => {
+                intervals = Some(table.with_keys(&[(INTERVALS, p::DEVICE_PLANT)])?);
+            }
             None => source = Some(table.with_keys(&[("source", p::PLANT_SOURCE)])?),
         }
     }
     let (name, table) = model.ok_or_else(|| document.fail(format!("no plant: {CHOICE}")))?;
     let mut file = PlantFile::new(self::model(name, &table)?);
+    if let Some(found) = intervals {
+        let PlantModel::Device(values) = &file.model else {
+            let reason =
+                format!("[{INTERVALS}] are of a [device], which [{name}] is not: leave it out");
+            return Err(found.fail(reason));
+        };
+        file.intervals = self::intervals(&found, values)?;
+    }
     if let Some(source) = source {
         source
             .text(&p::SOURCE_PROGRAM)?
@@ -62,6 +76,9 @@ fn model(name: &str, table: &Table<'_>) -> Result<PlantModel, FileError> {
             hand_stiffness_n_per_m: table.number(&p::HAND_STIFFNESS)?,
             delay_s: table.number(&p::DELAY)?,
             current_lag_s: table.number(&p::CURRENT_LAG)?,
+            friction_n: table.number(&p::FRICTION)?,
+            encoder_resolution_m: table.number(&p::ENCODER_RESOLUTION)?,
+            sensor_noise_m: table.number(&p::SENSOR_NOISE)?,
         }),
         "state_space" => PlantModel::StateSpace {
             a: table.matrix(&p::STATE_A)?,
@@ -78,4 +95,39 @@ fn model(name: &str, table: &Table<'_>) -> Result<PlantModel, FileError> {
             )
         }
     })
+}
+
+/// Intervals that are given, each about the value that it is of.
+fn intervals(table: &Table<'_>, values: &DeviceValues) -> Result<Vec<Interval>, FileError> {
+    let mut intervals = Vec::new();
+    for (parameter, value) in values.named() {
+        let Some(ends) = table.numbers_if(parameter)? else {
+            continue;
+        };
+        let key = parameter.key;
+        let about = |low: f64, high: f64| {
+            // Values are written with fewer digits than they have.
+            let slack = 1e-6 * value.abs();
+            low - slack <= value && value <= high + slack
+        };
+        match ends[..] {
+            [low, high] if about(low, high) && low >= 0.0 => {
+                intervals.push(Interval { key, low, high });
+            }
+            [low, high] => {
+                let reason = format!(
+                    "{key} = [{low}, {high}] is not an interval of numbers from 0 on about the value {value} in [device]: change it, or leave it out"
+                );
+                return Err(table.fail_at(key, reason));
+            }
+            _ => {
+                let reason = format!(
+                    "{key} has {} numbers, not two: write [LOW, HIGH]",
+                    ends.len()
+                );
+                return Err(table.fail_at(key, reason));
+            }
+        }
+    }
+    Ok(intervals)
 }

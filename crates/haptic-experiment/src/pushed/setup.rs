@@ -3,6 +3,7 @@
 use super::{TrialPlan, dynamics, force_alone, safe_force_limit, thrown, try_out};
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
+use crate::imperfections::Imperfections;
 use crate::judge::Compared;
 use crate::kept::{Record, Samples};
 use crate::named::Named as _;
@@ -20,7 +21,9 @@ use crate::warnings::Warnings;
 use fracdiff::{Order, Scheme};
 use haptic_link::{LoopMode, Simulation, SimulationKind};
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
-use haptic_loop::units::{Newtons, NewtonsPerSecond};
+use haptic_loop::units::{
+    Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, NewtonsPerSecond,
+};
 use haptic_loop::{Controller, Environment, Limits, SafetyChain};
 use std::collections::BTreeMap;
 
@@ -88,6 +91,32 @@ impl TrialSetup {
             remote: None,
             force_unstable: false,
         }
+    }
+
+    /// Takes a known device: with its imperfections if it is simulated; a real one has its own, and they are told to its guard.
+    pub(crate) fn take_device(
+        &mut self,
+        dynamics: Dynamics,
+        imperfections: &Imperfections,
+        known: &GuardedDevice,
+    ) {
+        let device = MassDamperConfig {
+            mass: Kilograms(dynamics.mass_kg),
+            damping: NewtonSecondsPerMetre(dynamics.damping_n_s_per_m),
+            stiffness: NewtonsPerMetre(dynamics.hand_stiffness_n_per_m),
+            ..self.device
+        };
+        if self.remote.is_some() {
+            self.device = device;
+            self.safety = self.safety.with_device(known, true);
+            return;
+        }
+        self.device = imperfections.on(device);
+        let seed = self.sensors.seed;
+        self.sensors = Sensors {
+            seed,
+            ..imperfections.sensors
+        };
     }
 
     /// Device and hand, as the analysis knows them.

@@ -54,7 +54,7 @@ pub(crate) struct Ranges {
 }
 
 /// All of them.
-pub(crate) const ALL: Ranges = Ranges {
+const ALL: Ranges = Ranges {
     order: ORDER,
     stiffness_n_per_m: STIFFNESS,
     dissipation_n_s_mu_per_m: DISSIPATION,
@@ -63,6 +63,14 @@ pub(crate) const ALL: Ranges = Ranges {
     damping_n_s_per_m: DAMPING,
     hand_m: HAND_M,
 };
+
+/// All of them, with this mass, kg, and damping, N·s/m, as defaults.
+pub(crate) const fn with_device(mass_kg: f64, damping_n_s_per_m: f64) -> Ranges {
+    let mut ranges = ALL;
+    ranges.mass_kg.default = mass_kg;
+    ranges.damping_n_s_per_m.default = damping_n_s_per_m;
+    ranges
+}
 
 impl NumberRange {
     /// The number, if it is in the range.

@@ -79,7 +79,7 @@ pub struct FeelStart {
     pub environment: FeltThing,
     /// The device.
     #[serde(default)]
-    pub device: DeviceNumbers,
+    pub device: Option<DeviceNumbers>,
     /// The ghosts.
     #[serde(default = "all_ghosts")]
     pub ghosts: Vec<Ghost>,
@@ -140,13 +140,14 @@ impl FeelSettings {
     /// # Errors
     /// A tissue that there is not, a number outside its range.
     pub fn new(library: &Library, start: FeelStart) -> Result<Self, Failure> {
+        let device = start.device.unwrap_or_default();
         let DeviceNumbers {
             mass_kg,
             damping_n_s_per_m,
-        } = start.device;
+        } = device;
         ranges::MASS.checked("mass_kg", mass_kg)?;
         ranges::DAMPING.checked("damping_n_s_per_m", damping_n_s_per_m)?;
-        Self::of(library, start.environment, start.device, start.ghosts)
+        Self::of(library, start.environment, device, start.ghosts)
     }
 
     fn of(
@@ -281,7 +282,7 @@ mod tests {
     fn tissue(name: &str) -> FeelStart {
         FeelStart {
             environment: FeltThing::Tissue(name.to_owned()),
-            device: DeviceNumbers::default(),
+            device: None,
             ghosts: all_ghosts(),
         }
     }

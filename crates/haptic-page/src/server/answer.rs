@@ -136,7 +136,7 @@ fn hello(version: u32, hub: &Hub, page: &Page) -> Result<Value, Failure> {
         "channels": CHANNELS,
         "limiters": LIMITERS,
         "tissues": tissues?,
-        "ranges": ranges::ALL,
+        "ranges": ranges::with_device(options.device.mass_kg, options.device.damping_n_s_per_m),
         "feel": hub.feel().map(|feel| felt(&feel.settings(), None)["feel"].take()),
         "view_columns_most": COLUMNS_MOST,
         "frames_per_s": FRAMES_PER_S,

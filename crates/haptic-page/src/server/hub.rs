@@ -180,7 +180,8 @@ impl Hub {
     ///
     /// # Errors
     /// As [`Feel::start`].
-    pub(super) async fn start_feel(&self, start: FeelStart) -> Result<Value, Failure> {
+    pub(super) async fn start_feel(&self, mut start: FeelStart) -> Result<Value, Failure> {
+        start.device.get_or_insert(self.options.device);
         let stops = self.stops.load(Ordering::Relaxed);
         let settings = FeelSettings::new(&self.options.library, start)?;
         let _making = self.making.lock().await;

@@ -1,6 +1,7 @@
 //! Options of the server.
 
 use crate::OnClose;
+use crate::feel::DeviceNumbers;
 use haptic_experiment::RealtimeOptions;
 use haptic_tissue::Library;
 use std::collections::BTreeMap;
@@ -19,6 +20,8 @@ pub struct ServerOptions {
     pub realtime: RealtimeOptions,
     /// The tissues that can be felt.
     pub library: Library,
+    /// The simulated device where a page asks for none.
+    pub device: DeviceNumbers,
     /// Maker of the logs, for their metadata: program, command line.
     pub provenance: BTreeMap<String, String>,
 }

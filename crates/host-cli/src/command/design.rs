@@ -229,7 +229,7 @@ impl Arguments {
             },
         };
         let mut imperfections = self.device.imperfections()?;
-        let ideal = self.device.ideal();
+        let ideal = self.device.ideal()?;
         if let Some(samples) = self.delay_samples {
             imperfections.delay_s = f64::from(samples) * ideal.sample_time.0;
         }

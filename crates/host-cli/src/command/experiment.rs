@@ -116,10 +116,14 @@ impl RenderingArguments {
                 Failure::input_with_advice(error, "give --area 4cm2 --thickness 20mm, for example")
             },
         )?;
-        let safety = self.safety.over(Safety::default());
+        let model = self.safety.device_model()?;
+        let mut safety = self.safety.over(Safety::default());
+        if let Some(model) = &model {
+            safety = safety.on_rig(&model.guarded(), remote.is_some())?;
+        }
         let drive = self.drive.over(None)?;
         let judged = remote.is_some() || drive.is_some();
-        let preflight = self.preflight.wanted(judged, &safety)?;
+        let preflight = self.preflight.wanted(judged, &safety, model.as_ref())?;
         Ok(Rendering {
             preflight,
             material,

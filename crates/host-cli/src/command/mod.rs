@@ -6,6 +6,7 @@ pub mod control;
 pub mod creep;
 pub mod design;
 pub mod device;
+pub mod device_model;
 pub mod differintegrate;
 pub mod drive;
 pub mod experiment;

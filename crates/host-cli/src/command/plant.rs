@@ -1,5 +1,6 @@
 //! The simulated device, as every command that simulates one asks for it.
 
+use super::device_model::DeviceModelArguments;
 use crate::parameter::{help_with_default, seed_for};
 use crate::quantity::{Damping, Force, Length, Mass, Stiffness, Time};
 use clap::Args;
@@ -13,17 +14,30 @@ use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Device")]
 pub struct PlantArguments {
-    #[arg(long, help = parameters::MASS.help, default_value = parameters::MASS.shown, allow_hyphen_values = true)]
-    mass: Mass,
-    #[arg(long, help = parameters::DAMPING.help, default_value = parameters::DAMPING.shown, allow_hyphen_values = true)]
-    damping: Damping,
-    #[arg(long, help = parameters::HAND_STIFFNESS.help, default_value = parameters::HAND_STIFFNESS.shown, allow_hyphen_values = true)]
-    hand_stiffness: Stiffness,
+    #[command(flatten)]
+    simulated: SimulatedArguments,
     #[arg(long, help = parameters::WALL_SAMPLE_TIME.help, default_value = parameters::WALL_SAMPLE_TIME.shown, allow_hyphen_values = true)]
     sample_time: Time,
+    /// Largest force of the actuator [default: 100 N]
+    #[arg(long, value_name = "FORCE", allow_hyphen_values = true)]
+    force_limit: Option<Force>,
+}
+
+/// Values of the simulated device; those that are not given are of the device file, else the defaults.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Device")]
+pub struct SimulatedArguments {
+    #[command(flatten)]
+    file: DeviceModelArguments,
+    #[arg(long, help = help_with_default(&parameters::MASS), value_name = "MASS", allow_hyphen_values = true)]
+    mass: Option<Mass>,
+    #[arg(long, help = help_with_default(&parameters::DAMPING), value_name = "DAMPING", allow_hyphen_values = true)]
+    damping: Option<Damping>,
+    #[arg(long, help = help_with_default(&parameters::HAND_STIFFNESS), value_name = "STIFFNESS", allow_hyphen_values = true)]
+    hand_stiffness: Option<Stiffness>,
     /// What real devices have: 1 um encoder, 0.05 N friction, half a sample of delay, 1 ms current lag
     /// (each can be set by itself)
-    #[arg(long)]
+    #[arg(long, conflicts_with = "device_model")]
     realistic: bool,
     #[arg(long, help = parameters::FRICTION.help, value_name = "FORCE", allow_hyphen_values = true)]
     friction: Option<Force>,
@@ -33,57 +47,111 @@ pub struct PlantArguments {
     current_lag: Option<Time>,
     #[arg(long, help = parameters::ENCODER_RESOLUTION.help, value_name = "LENGTH", allow_hyphen_values = true)]
     encoder_resolution: Option<Length>,
-    #[arg(long, help = parameters::SENSOR_NOISE.help, value_name = "LENGTH", default_value = parameters::SENSOR_NOISE.shown, allow_hyphen_values = true)]
-    sensor_noise: Length,
+    #[arg(long, help = help_with_default(&parameters::SENSOR_NOISE), value_name = "LENGTH", allow_hyphen_values = true)]
+    sensor_noise: Option<Length>,
     #[arg(long, help = help_with_default(&parameters::SEED), allow_hyphen_values = true)]
     seed: Option<u64>,
-    /// Largest force of the actuator [default: 100 N]
-    #[arg(long, value_name = "FORCE", allow_hyphen_values = true)]
-    force_limit: Option<Force>,
 }
 
-impl PlantArguments {
-    /// True if the simulated device is to have any imperfection of a real one.
+impl SimulatedArguments {
+    /// True if the simulated device is to have any imperfection of a real one by an option of its own.
     pub(super) fn is_less_than_ideal(&self) -> bool {
         self.realistic
             || self.friction.is_some()
             || self.delay.is_some()
             || self.current_lag.is_some()
             || self.encoder_resolution.is_some()
-            || self.sensor_noise.0 > 0.0
+            || self.sensor_noise.is_some_and(|noise| noise.0 > 0.0)
     }
 
-    /// Mass, damping, hand and sample time, the rest ideal.
-    pub(super) fn ideal(&self) -> MassDamperConfig {
-        MassDamperConfig {
-            mass: Kilograms(self.mass.0),
-            damping: NewtonSecondsPerMetre(self.damping.0),
-            stiffness: NewtonsPerMetre(self.hand_stiffness.0),
-            ..dissertation_device(Seconds(self.sample_time.0))
-        }
+    /// True if anything at all is said of the simulated device.
+    pub(super) fn is_described(&self) -> bool {
+        self.is_less_than_ideal()
+            || self.file.is_given()
+            || self.mass.is_some()
+            || self.damping.is_some()
+            || self.hand_stiffness.is_some()
+            || self.seed.is_some()
     }
 
-    /// Imperfections of the simulated device. `--realistic` sets each one that is not given by its own option.
+    /// Mass, damping and hand, the rest ideal.
     ///
     /// # Errors
-    /// A seed without noise.
-    pub(super) fn imperfections(&self) -> Result<Imperfections, Failure> {
-        let usual = if self.realistic {
-            Imperfections::realistic(self.sample_time.0)
-        } else {
-            Imperfections::NONE
+    /// A device file that is wrong.
+    pub(super) fn ideal(&self, sample_time_s: f64) -> Result<MassDamperConfig, Failure> {
+        let device = dissertation_device(Seconds(sample_time_s));
+        let file = self.file.read()?.map(|file| file.values);
+        let or = |given: Option<f64>, of_file: Option<f64>, default: f64| {
+            given.or(of_file).unwrap_or(default)
+        };
+        let mass = or(
+            self.mass.map(|m| m.0),
+            file.map(|f| f.mass_kg),
+            device.mass.0,
+        );
+        let damping = or(
+            self.damping.map(|b| b.0),
+            file.map(|f| f.damping_n_s_per_m),
+            device.damping.0,
+        );
+        let stiffness = or(
+            self.hand_stiffness.map(|k| k.0),
+            file.map(|f| f.hand_stiffness_n_per_m),
+            device.stiffness.0,
+        );
+        Ok(MassDamperConfig {
+            mass: Kilograms(mass),
+            damping: NewtonSecondsPerMetre(damping),
+            stiffness: NewtonsPerMetre(stiffness),
+            ..device
+        })
+    }
+
+    /// Imperfections of the simulated device. A device file or `--realistic` sets each one that is not given by its own option.
+    ///
+    /// # Errors
+    /// A device file that is wrong, a seed without noise.
+    pub(super) fn imperfections(&self, sample_time_s: f64) -> Result<Imperfections, Failure> {
+        let usual = match self.file.read()? {
+            Some(file) => file.imperfections(),
+            None if self.realistic => Imperfections::realistic(sample_time_s),
+            None => Imperfections::NONE,
         };
         let steps = usual.sensors.encoder_resolution_m;
+        let noise_m = (self.sensor_noise).map_or(usual.sensors.noise_m, |noise| noise.0);
         Ok(Imperfections {
             friction_n: self.friction.map_or(usual.friction_n, |force| force.0),
             delay_s: self.delay.map_or(usual.delay_s, |delay| delay.0),
             current_lag_s: self.current_lag.map_or(usual.current_lag_s, |lag| lag.0),
             sensors: Sensors {
                 encoder_resolution_m: self.encoder_resolution.map_or(steps, |step| step.0),
-                noise_m: self.sensor_noise.0,
-                seed: seed_for(self.seed, self.sensor_noise.0)?,
+                noise_m,
+                seed: seed_for(self.seed, noise_m)?,
             },
         })
+    }
+}
+
+impl PlantArguments {
+    /// True if the simulated device is to have any imperfection of a real one by an option of its own.
+    pub(super) fn is_less_than_ideal(&self) -> bool {
+        self.simulated.is_less_than_ideal()
+    }
+
+    /// Mass, damping, hand and sample time, the rest ideal.
+    ///
+    /// # Errors
+    /// A device file that is wrong.
+    pub(super) fn ideal(&self) -> Result<MassDamperConfig, Failure> {
+        self.simulated.ideal(self.sample_time.0)
+    }
+
+    /// Imperfections of the simulated device. A device file or `--realistic` sets each one that is not given by its own option.
+    ///
+    /// # Errors
+    /// A device file that is wrong, a seed without noise.
+    pub(super) fn imperfections(&self) -> Result<Imperfections, Failure> {
+        self.simulated.imperfections(self.sample_time.0)
     }
 
     /// True if a force limit was given.

@@ -2,6 +2,7 @@
 
 use clap::Args;
 use haptic_experiment::failure::Failure;
+use haptic_experiment::plant_file::DeviceModel;
 use haptic_experiment::{Dynamics, PreflightRequest, Safety};
 
 /// Arguments of every experiment that can run on a device.
@@ -15,11 +16,16 @@ pub struct PreflightArguments {
 
 impl PreflightArguments {
     /// The request for the pre-flight; `judged` is true for an experiment that one can refuse: on a serial device, under a drive, or a teleoperation.
-    /// Mass and damping of a real device are those of the guard.
+    /// Mass and damping of a real device are those of the guard, its delay and lag those of its device file.
     ///
     /// # Errors
     /// The option where nothing is refused; a mass or damping outside its range.
-    pub fn wanted(&self, judged: bool, safety: &Safety) -> Result<PreflightRequest, Failure> {
+    pub fn wanted(
+        &self,
+        judged: bool,
+        safety: &Safety,
+        model: Option<&DeviceModel>,
+    ) -> Result<PreflightRequest, Failure> {
         if !judged && self.force_unstable {
             return Err(Failure::bad_input(
                 "--force-unstable is for serial devices, drives and teleoperations: add --device serial:PATH or --drive FILE.toml",
@@ -34,7 +40,14 @@ impl PreflightArguments {
         }
         Ok(PreflightRequest {
             force_unstable: self.force_unstable,
-            dynamics: known.map(|(mass_kg, damping)| Dynamics::ideal(mass_kg, damping)),
+            dynamics: known.map(|(mass_kg, damping_n_s_per_m)| Dynamics {
+                mass_kg,
+                damping_n_s_per_m,
+                ..model.map_or(
+                    Dynamics::ideal(mass_kg, damping_n_s_per_m),
+                    DeviceModel::dynamics,
+                )
+            }),
         })
     }
 }

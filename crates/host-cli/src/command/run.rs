@@ -155,19 +155,7 @@ impl Arguments {
     /// # Errors
     /// A file that is wrong; what went wrong in the run, with its exit code.
     pub fn run(self, output: Output) -> Result<(), Failure> {
-        let file = ExperimentFile::read(&self.file).map_err(Failure::input)?;
-        let remote = self.remote.remote(file.remote())?;
-        let pace = self.realtime.pace(remote.is_some())?;
-        let serial = remote.is_some();
-        let mut experiment = file.in_pace(pace).on(remote)?;
-        let safety = experiment.safety_mut();
-        *safety = self.safety.over(*safety);
-        let safety = *safety;
-        experiment = experiment.driven(|file| self.drive.over(file))?;
-        let far = matches!(experiment, ExperimentFile::Teleoperation(_));
-        let judged = serial || far || experiment.drive().is_some();
-        let wanted = self.preflight.wanted(judged, &safety)?;
-        let experiment = experiment.with_preflight(wanted);
+        let (experiment, pace) = self.experiment()?;
         let samples = experiment.samples()?;
         overwrite_acts(self.out.as_deref(), self.overwrite)?;
         let roll_bytes = roll_bytes(self.roll)?;
@@ -204,6 +192,32 @@ impl Arguments {
                 touch.run(&request("touch"), supervisor.watched(&live))
             }),
         }
+    }
+}
+
+impl Arguments {
+    /// The experiment of the file with what the options say over it, and its pace.
+    ///
+    /// # Errors
+    /// A file that is wrong; options that do not fit it.
+    fn experiment(&self) -> Result<(ExperimentFile, Pace), Failure> {
+        let file = ExperimentFile::read(&self.file).map_err(Failure::input)?;
+        let remote = self.remote.remote(file.remote())?;
+        let pace = self.realtime.pace(remote.is_some())?;
+        let serial = remote.is_some();
+        let mut experiment = file.in_pace(pace).on(remote)?;
+        let model = self.safety.device_model()?;
+        let safety = experiment.safety_mut();
+        *safety = self.safety.over(*safety);
+        if let Some(model) = &model {
+            experiment = experiment.of_device(model)?;
+        }
+        let safety = *experiment.safety_mut();
+        experiment = experiment.driven(|file| self.drive.over(file))?;
+        let far = matches!(experiment, ExperimentFile::Teleoperation(_));
+        let judged = serial || far || experiment.drive().is_some();
+        let wanted = self.preflight.wanted(judged, &safety, model.as_ref())?;
+        Ok((experiment.with_preflight(wanted), pace))
     }
 }
 

@@ -1,15 +1,20 @@
 //! Options of the safety chain that every experiment has.
 
+use super::device_model::DeviceModelArguments;
 use crate::choice::choice;
 use crate::quantity::{Damping, Delay, Force, Length, Mass, Speed, Time, Workspace};
 use clap::Args;
+use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters;
+use haptic_experiment::plant_file::DeviceModel;
 use haptic_experiment::{GuardChoice, Safety};
 
 /// An option that is not given is as in the file, else off.
-#[derive(Clone, Copy, Debug, Args)]
+#[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Safety")]
 pub struct SafetyArguments {
+    #[command(flatten)]
+    device_model: DeviceModelArguments,
     /// Keep the loop from feeding the device energy [default: off]
     #[arg(long, value_parser = choice::<GuardChoice>())]
     guard: Option<GuardChoice>,
@@ -47,6 +52,14 @@ pub struct SafetyArguments {
 }
 
 impl SafetyArguments {
+    /// The device file, if one was named.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is wrong.
+    pub fn device_model(&self) -> Result<Option<DeviceModel>, Failure> {
+        self.device_model.read()
+    }
+
     /// The settings of the file, replaced by those given here.
     #[must_use]
     pub fn over(&self, file: Safety) -> Safety {

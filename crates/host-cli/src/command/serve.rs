@@ -1,6 +1,7 @@
 //! `serve`: the page in a browser.
 
 use super::conduct::stop_on_interrupt;
+use super::device_model::DeviceModelArguments;
 use super::materials::folder::Folder;
 use super::realtime::ThreadArguments;
 use crate::choice::choice;
@@ -9,7 +10,7 @@ use crate::output::{Output, note};
 use crate::parameter::with_options;
 use clap::Args;
 use haptic_experiment::failure::Failure;
-use haptic_page::{OnClose, PageServer, ServerOptions};
+use haptic_page::{DeviceNumbers, OnClose, PageServer, ServerOptions};
 use serde::Serialize;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
@@ -26,6 +27,8 @@ on a simulated device; Design, what is stable and passive; Runs, logs of a folde
 
 The address has a token that is new each time: only who has it gets in. Nothing listens but 127.0.0.1, and the page asks nobody else for \
 anything. For a computer elsewhere: ssh -L 8765:127.0.0.1:8765 HOST, then the same address.
+
+--device-model sets mass and damping of the simulated device of a page that asks for none by itself; its delay, lag and friction are not felt.
 
 One page holds the controls, others watch. The space bar stops: force zero first. Ctrl-C here does the same, closes the page's socket, and ends.";
 
@@ -48,6 +51,8 @@ pub struct Arguments {
     #[arg(long, value_parser = choice::<OnClose>(), default_value = "stop")]
     on_close: OnClose,
     #[command(flatten)]
+    device: DeviceModelArguments,
+    #[command(flatten)]
     tissues: Folder,
     #[command(flatten)]
     thread: ThreadArguments,
@@ -66,12 +71,17 @@ impl Arguments {
     /// A port that is taken, a wrong tissue file.
     pub fn run(self, output: Output) -> Result<(), Failure> {
         let stop = stop_on_interrupt()?;
+        let device = self.device.read()?.map(|file| DeviceNumbers {
+            mass_kg: file.values.mass_kg,
+            damping_n_s_per_m: file.values.damping_n_s_per_m,
+        });
         let server = PageServer::start(ServerOptions {
             port: self.port,
             runs: self.runs,
             on_close: self.on_close,
             realtime: self.thread.options(None)?,
             library: self.tissues.load()?,
+            device: device.unwrap_or_default(),
             provenance: provenance(),
         })?;
         let address = server.address();

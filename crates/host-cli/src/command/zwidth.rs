@@ -13,7 +13,9 @@ use fracdiff::{Order, Scheme};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::folder::OutputFolder;
 use haptic_experiment::parameters;
-use haptic_experiment::{Criterion, CriterionName, Named as _, TrialPlan, ZWidth, ZWidthReport};
+use haptic_experiment::{
+    Criterion, CriterionName, Imperfections, Named as _, TrialPlan, ZWidth, ZWidthReport,
+};
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use serde::Serialize;
 use std::io::{self, Write};
@@ -205,9 +207,13 @@ impl Arguments {
                  of the simulated device: omit them with a serial one, which has its own",
             ));
         }
-        let imperfections = plant.imperfections()?;
+        // A serial device has its own, whatever its file says of them.
+        let imperfections = match remote {
+            Some(_) => Imperfections::NONE,
+            None => plant.imperfections()?,
+        };
         Ok(ZWidth {
-            device: imperfections.on(plant.ideal()),
+            device: imperfections.on(plant.ideal()?),
             sensors: imperfections.sensors,
             one_sided: self.one_sided,
             scheme: self.scheme,

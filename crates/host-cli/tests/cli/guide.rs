@@ -45,6 +45,7 @@ chapters! {
     ];
     install: "install.md" ["host-cli.bash", "man/host-cli.1"];
     log_files_in_other_programs: "log-files.md" ["ticks.csv"];
+    measure_your_device: "measure-your-device.md" ["device.toml", "device.png"];
     on_your_microcontroller: "microcontroller.md" ["half.h"];
     reading_a_stability_map: "stability-map.md" ["map/region.png", "map/region.csv"];
     safety: "safety.md" [];

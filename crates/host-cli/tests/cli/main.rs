@@ -22,6 +22,8 @@ mod interrupted;
 #[cfg(unix)]
 mod killed;
 mod log;
+#[cfg(unix)]
+mod measure;
 mod process;
 mod realtime;
 mod refusals;

@@ -1,5 +1,6 @@
 //! Arguments that several analyses share: the loop, with units or without, and the files.
 
+use crate::command::device_model::DeviceModelArguments;
 use crate::command::words::{
     parse_dissipation, parse_number, parse_order, parse_scheme, wall_order,
 };
@@ -12,6 +13,7 @@ use haptic_analysis::{
     AnalysisError, ForcePath, Loop, LoopOperator, Nondimensional, SampledLoop, SampledPlant,
 };
 use haptic_experiment::failure::Failure;
+use haptic_experiment::plant_file::DeviceValues;
 use haptic_figure::{FigureError, Picture};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -30,6 +32,8 @@ pub struct LoopArguments {
     pub scheme: Scheme,
     #[command(flatten)]
     path: PathArguments,
+    #[command(flatten)]
+    file: DeviceModelArguments,
     /// Sample time T; needed with units, for a delay or lag in seconds, and for a scheme with frequencies in Hz
     #[arg(long, allow_hyphen_values = true)]
     sample_time: Option<Time>,
@@ -79,11 +83,15 @@ pub(super) struct PathArguments {
 }
 
 impl PathArguments {
-    /// Delay and lag in samples; `sample_time_s` is that of the loop, if it was given.
+    /// Delay and lag in samples; `sample_time_s` is that of the loop, if it was given. What is not given is of the device file.
     ///
     /// # Errors
     /// A delay in both units, a time without a sample time, something outside its range.
-    pub(super) fn resolve(&self, sample_time_s: Option<f64>) -> Result<ForcePath, Failure> {
+    pub(super) fn resolve(
+        &self,
+        sample_time_s: Option<f64>,
+        file: Option<&DeviceValues>,
+    ) -> Result<ForcePath, Failure> {
         if self.delay.is_some() && self.delay_samples.is_some() {
             return Err(Failure::bad_input(
                 "the delay is given both in samples and in seconds: give either --delay-samples or --delay",
@@ -103,11 +111,16 @@ impl PathArguments {
         };
         let delay = match (self.delay, self.delay_samples) {
             (Some(time), _) => samples(time, "--delay")?,
-            (None, given) => given.unwrap_or(0.0),
+            (None, Some(given)) => given,
+            (None, None) => match file {
+                Some(file) => samples(Time(file.delay_s), "the delay of --device-model,")?,
+                None => 0.0,
+            },
         };
-        let lag = match self.current_lag {
-            Some(time) => samples(time, "--current-lag")?,
-            None => 0.0,
+        let lag = match (self.current_lag, file) {
+            (Some(time), _) => samples(time, "--current-lag")?,
+            (None, Some(file)) => samples(Time(file.current_lag_s), "the lag of --device-model,")?,
+            (None, None) => 0.0,
         };
         ForcePath::new(delay, lag).map_err(|error| {
             Failure::input_with_advice(error, "change --delay, --delay-samples or --current-lag")
@@ -195,9 +208,11 @@ impl LoopArguments {
     /// Units mixed with none, something missing, something outside its range.
     pub fn resolve(&self, wall: Wall) -> Result<ResolvedLoop, Failure> {
         let mu = wall_order(self.order, "--order")?;
+        let file = self.file.read()?.map(|file| file.values);
         let without = [self.alpha, self.beta, self.delta, self.gamma];
         let without_units = without.iter().any(Option::is_some);
-        let with_units = self.mass.is_some()
+        let with_units = file.is_some()
+            || self.mass.is_some()
             || self.damping.is_some()
             || self.hand_stiffness.is_some()
             || self.stiffness.is_some()
@@ -205,11 +220,11 @@ impl LoopArguments {
         if without_units && with_units {
             return Err(Failure::bad_input(
                 "the loop is given both without units and with them: give either --alpha --beta \
-                 --delta --gamma, or --mass --damping --hand-stiffness --sample-time --stiffness \
+                 --delta --gamma, or --mass --damping --hand-stiffness (or --device-model) --sample-time --stiffness \
                  --dissipation",
             ));
         }
-        let (parameters, units) = self.parameters(mu, with_units, wall)?;
+        let (parameters, units) = self.parameters(mu, with_units, file.as_ref(), wall)?;
         let parameters = parameters.map_err(|error| refused_parameter(error, with_units))?;
         let sample_time_s = self.sample_time.map(|t| t.0);
         if let Some(t) = sample_time_s.filter(|t| *t <= 0.0 || t.is_nan()) {
@@ -223,10 +238,10 @@ impl LoopArguments {
             order: mu,
             operator: LoopOperator::new(self.scheme, mu, sample_time, HORIZON).map_err(refused)?,
             scheme: self.scheme,
-            path: self.path.resolve(sample_time_s)?,
+            path: self.path.resolve(sample_time_s, file.as_ref())?,
             sample_time_s,
             units,
-            delta_given: self.delta.is_some() || self.damping.is_some(),
+            delta_given: self.delta.is_some() || self.damping.is_some() || file.is_some(),
         })
     }
 
@@ -235,6 +250,7 @@ impl LoopArguments {
         &self,
         mu: Order,
         with_units: bool,
+        file: Option<&DeviceValues>,
         wall: Wall,
     ) -> Result<(Checked, Option<(f64, f64)>), Failure> {
         let missing = |option: &str| {
@@ -249,12 +265,19 @@ impl LoopArguments {
             (None, Wall::Needed) => Err(missing(option)),
         };
         Ok(if with_units {
-            let mass = self.mass.ok_or_else(|| missing("--mass"))?.0;
+            let or =
+                |given: Option<f64>, of_file: fn(&DeviceValues) -> f64| given.or(file.map(of_file));
+            let mass = or(self.mass.map(|m| m.0), |file| file.mass_kg);
+            let mass = mass.ok_or_else(|| missing("--mass"))?;
+            let damping = or(self.damping.map(|b| b.0), |file| file.damping_n_s_per_m);
+            let hand = or(self.hand_stiffness.map(|k| k.0), |file| {
+                file.hand_stiffness_n_per_m
+            });
             let sample_time = self.sample_time.ok_or_else(|| missing("--sample-time"))?.0;
             let parameters = Loop {
                 mass_kg: mass,
-                damping_n_s_per_m: self.damping.map_or(0.0, |b| b.0),
-                hand_stiffness_n_per_m: self.hand_stiffness.map_or(0.0, |k| k.0),
+                damping_n_s_per_m: damping.unwrap_or(0.0),
+                hand_stiffness_n_per_m: hand.unwrap_or(0.0),
                 sample_time_s: sample_time,
                 order: mu,
                 stiffness_n_per_m: needed(self.stiffness.map(|k| k.0), "--stiffness")?,

@@ -1,6 +1,7 @@
 //! `analyze environment` and `analyze transparency`: effective stiffness and damping.
 
 use super::arguments::{Files, HORIZON, PathArguments, PathResult, logarithmic, refused};
+use crate::command::device_model::DeviceModelArguments;
 use crate::command::words::{
     parse_dissipation, parse_number, parse_order, parse_scheme, wall_order,
 };
@@ -10,6 +11,7 @@ use clap::Args;
 use fracdiff::{Scheme, Seconds};
 use haptic_analysis::{ClosedLoop, Effective, Environment, LoopOperator};
 use haptic_experiment::failure::Failure;
+use haptic_experiment::plant_file::DeviceValues;
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use serde::Serialize;
 
@@ -93,12 +95,22 @@ pub struct EnvironmentArguments {
 pub struct TransparencyArguments {
     #[command(flatten)]
     wall: Wall,
+    #[command(flatten)]
+    file: DeviceModelArguments,
     /// Mass m of the device
-    #[arg(long, allow_hyphen_values = true)]
-    mass: Mass,
+    #[arg(
+        long,
+        required_unless_present = "device_model",
+        allow_hyphen_values = true
+    )]
+    mass: Option<Mass>,
     /// Viscous damping b of the device
-    #[arg(long, allow_hyphen_values = true)]
-    damping: Damping,
+    #[arg(
+        long,
+        required_unless_present = "device_model",
+        allow_hyphen_values = true
+    )]
+    damping: Option<Damping>,
     #[command(flatten)]
     path: PathArguments,
     #[command(flatten)]
@@ -175,13 +187,20 @@ impl TransparencyArguments {
     /// A parameter outside its range; files that cannot be written.
     pub fn run(self, output: Output) -> Result<(), Failure> {
         let (environment, operator) = self.wall.environment()?;
+        let file = self.file.read()?.map(|file| file.values);
+        let or = |given: Option<f64>, of_file: fn(&DeviceValues) -> f64| {
+            // The parser asks for one of the two.
+            given.or(file.as_ref().map(of_file)).unwrap_or_default()
+        };
         let closed = ClosedLoop {
-            mass_kg: self.mass.0,
-            damping_n_s_per_m: self.damping.0,
+            mass_kg: or(self.mass.map(|m| m.0), |file| file.mass_kg),
+            damping_n_s_per_m: or(self.damping.map(|b| b.0), |file| file.damping_n_s_per_m),
             environment,
             delay_samples: 0,
         };
-        let path = self.path.resolve(Some(self.wall.sample_time.0))?;
+        let path = self
+            .path
+            .resolve(Some(self.wall.sample_time.0), file.as_ref())?;
         let closed = closed.through(path);
         let points = self
             .wall

@@ -233,6 +233,7 @@ impl Arguments {
         let name = self.data.file_name().unwrap_or(self.data.as_os_str());
         let name = name.to_string_lossy();
         let file = PlantFile {
+            intervals: Vec::new(),
             model: PlantModel::Function {
                 function: Box::new(with_digits(&best.identified.function, DIGITS)),
                 delay_s: self.delay.0,

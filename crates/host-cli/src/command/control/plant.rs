@@ -68,11 +68,10 @@ impl PlantArguments {
         let model = match (&self.plant, self.mass) {
             (Some(text), _) => named(text)?,
             (None, Some(mass)) => PlantModel::Device(DeviceValues {
-                mass_kg: mass.0,
-                damping_n_s_per_m: self.damping.map_or(0.0, |damping| damping.0),
                 hand_stiffness_n_per_m: self.hand_stiffness.map_or(0.0, |hand| hand.0),
                 delay_s,
                 current_lag_s: self.current_lag.map_or(0.0, |lag| lag.0),
+                ..DeviceValues::ideal(mass.0, self.damping.map_or(0.0, |damping| damping.0))
             }),
             (None, None) => {
                 return Err(Failure::bad_input(

@@ -44,7 +44,7 @@ impl Arguments {
             }
         };
         let design = CouplerDesign {
-            device: self.device.ideal(),
+            device: self.device.ideal()?,
             object: CouplerDesign::OBJECT,
             scheme: self.scheme,
             orders: self.orders()?,

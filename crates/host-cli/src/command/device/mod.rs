@@ -1,4 +1,4 @@
-//! `device`: find, inspect, configure, imitate, program, watch and test a device.
+//! `device`: find, inspect, configure, measure, imitate, program, watch and test a device.
 
 pub mod emulate;
 pub mod emulate_haply;
@@ -7,6 +7,7 @@ pub mod flash;
 pub mod info;
 pub mod list;
 mod loosened;
+pub mod measure;
 pub mod monitor;
 pub mod number;
 pub mod parameters;
@@ -30,6 +31,8 @@ pub enum Command {
     Get(set::GetArguments),
     /// Set parameters of a device, all of them or none
     Set(Box<set::SetArguments>),
+    /// Find mass, damping, friction, delay, lag and sensor of a device by small safe forces
+    Measure(Box<measure::Arguments>),
     /// Imitate a device behind a pseudo-terminal
     #[command(long_about = emulate::LONG_ABOUT)]
     Emulate(emulate::Arguments),
@@ -54,6 +57,7 @@ impl Command {
             Self::Info(arguments) => arguments.run(output),
             Self::Get(arguments) => arguments.run(output),
             Self::Set(arguments) => arguments.run(output),
+            Self::Measure(arguments) => arguments.run(output),
             Self::Emulate(arguments) => arguments.run(output),
             Self::Flash(arguments) => arguments.run(output),
             Self::Monitor(arguments) => arguments.run(output),

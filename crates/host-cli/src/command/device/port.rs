@@ -35,6 +35,14 @@ impl PortArguments {
         }
     }
 
+    /// The serial device; `None` for the simulated one.
+    pub(super) fn serial(&self) -> Option<&SerialName> {
+        match &self.device {
+            DeviceName::Serial(name) => Some(name),
+            DeviceName::Simulated => None,
+        }
+    }
+
     pub(super) fn patience(&self) -> Result<Duration, Failure> {
         Duration::try_from_secs_f64(self.wait.0).map_err(|_| {
             Failure::bad_input(format_args!(

@@ -1,0 +1,124 @@
+//! The excitation on a serial device: the loop is closed here, the force is the one that the device tells it applied.
+
+use super::conduct::{DriveError, drive};
+use super::plan::MeasurePlan;
+use super::record::MotionRecord;
+use crate::device::{Warn, at_port, firmware_version};
+use crate::failure::Failure;
+use crate::realtime::RealtimeOptions;
+use crate::remote::{Kept, RemoteDevice, RemoteLaw, configuration, keep_within, no_operator, push};
+use crate::safety::{GuardChoice, GuardedDevice};
+use crate::schedule::{Pace, Schedule};
+use haptic_link::{LoopMode, Scope, Simulation, SimulationKind, Start};
+use haptic_remote::serial::{SerialError, SerialLink};
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+/// A motion of a serial device, and what the device calls itself.
+#[derive(Clone, Debug)]
+pub struct SerialMotion {
+    /// The motion.
+    pub record: MotionRecord,
+    /// Name of the board, and its firmware.
+    pub board: String,
+    /// True if the device simulates its plant.
+    pub simulated: bool,
+}
+
+/// Measures a serial device. Its own limits hold too, where they are tighter.
+///
+/// The delay that is found is the device's own: the line is not in it, as the force of each tick is the one that the device says it applied.
+///
+/// # Errors
+/// A device that cannot be used; a parameter outside its range; a measurement that did not come to its end.
+pub fn on_serial(
+    plan: &MeasurePlan,
+    remote: &RemoteDevice,
+    warn: Warn<'_>,
+    progress: &dyn Fn(u64),
+    stop: &AtomicBool,
+) -> Result<SerialMotion, Failure> {
+    plan.check()?;
+    let remote = RemoteDevice {
+        loop_mode: LoopMode::Host,
+        ..remote.clone()
+    };
+    let mut link = remote.name.connect(remote.patience, warn, Some(stop))?;
+    let path = link.path().to_owned();
+    let problem = |error: SerialError| {
+        if error.is_refusal() {
+            Failure::bad_input(error)
+        } else {
+            at_port(&path, &error)
+        }
+    };
+    configure(plan, &remote, &mut link, warn)?.map_err(problem)?;
+    let watchdog = Duration::from_millis(u64::from(remote.watchdog_ms()));
+    link.arm(watchdog).map_err(problem)?;
+    let start = Start {
+        run: 1,
+        ticks: 0,
+        every: 1,
+        batch: 1,
+    };
+    link.start(start).map_err(problem)?;
+    let mut applied = |link: &SerialLink, _sent: f64| f64::from(link.newest_force_n());
+    let driven = drive(plan, &mut link, &mut applied, progress, stop);
+    // After an error too: dropped, the link does it once more.
+    let disarmed = link.disarm();
+    let driven = driven.map_err(|error| match error {
+        DriveError::Plan(error) => Failure::input(error),
+        DriveError::Device(error) => at_port(&path, &error),
+    })?;
+    driven.outcome.require_complete(plan)?;
+    disarmed.map_err(problem)?;
+    let can = link.capabilities();
+    Ok(SerialMotion {
+        record: driven.record,
+        board: format!("{} {}", can.board(), firmware_version(link.hello())),
+        simulated: can.simulated,
+    })
+}
+
+/// Sets the limits of the measurement for this run.
+fn configure(
+    plan: &MeasurePlan,
+    remote: &RemoteDevice,
+    link: &mut SerialLink,
+    warn: Warn<'_>,
+) -> Result<Result<(), SerialError>, Failure> {
+    let (set, _) = link
+        .configuration()
+        .map_err(|error| at_port(link.path(), &error))?;
+    let law = RemoteLaw {
+        stiffness_n_per_m: 0.0,
+        dissipation_n_s_mu_per_m: 0.0,
+        order: 0.0,
+        one_sided: false,
+        operator: no_operator(),
+        // The box is about the start, which is not known yet: the chain here watches over it.
+        limits: haptic_loop::Limits {
+            workspace: None,
+            ..plan.limits(0.0)
+        },
+        kept: Kept::default(),
+        guard: (GuardChoice::Off, GuardedDevice::default()),
+        simulation: Simulation {
+            kind: SimulationKind::MassDamper,
+            ..push(0.0)
+        },
+    };
+    let schedule = Schedule {
+        samples: plan.ticks_at_most(),
+        sample_time_s: plan.sample_time_s,
+        pace: Pace::Realtime(RealtimeOptions::NORMAL),
+    };
+    let can = link.capabilities();
+    let mut configuration = configuration(remote, &law, schedule, can, &set.limits)?;
+    if let Some(text) = keep_within(&mut configuration, &set) {
+        warn(&text);
+    }
+    Ok(link
+        .set_for(configuration, &law.operator.1, Scope::Run)
+        .map(|_| ()))
+}
