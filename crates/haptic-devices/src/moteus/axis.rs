@@ -9,7 +9,7 @@
 
 use super::adapter::{Adapter, Gone, Heard};
 use super::frames::{Frames, HOST, Reply, Route};
-use super::name::MoteusOpenError;
+use super::open_error::MoteusOpenError;
 use super::settings::MoteusSettings;
 use super::trouble::{Instead, Trouble};
 use haptic_link::{Capabilities, Field, Refusal, Simulation, SimulationKind};

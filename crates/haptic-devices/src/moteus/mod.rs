@@ -8,10 +8,12 @@ mod axis;
 pub mod emulated;
 mod frames;
 mod name;
+mod open_error;
 mod settings;
 mod trouble;
 
 pub use axis::MoteusAxis;
-pub use name::{MoteusName, MoteusOpenError};
+pub use name::MoteusName;
+pub use open_error::MoteusOpenError;
 pub use settings::MoteusSettings;
 pub use trouble::{Instead, Trouble};

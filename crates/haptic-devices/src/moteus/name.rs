@@ -1,15 +1,13 @@
 //! A servo by name, and opening it.
 
 use super::axis::MoteusAxis;
+use super::open_error::MoteusOpenError;
 use super::settings::MoteusSettings;
-use super::trouble::Trouble;
 use crate::name::{NameError, Settings};
-use haptic_loop::ParameterError;
-use haptic_remote::serial::{Line, SerialError, open, ports};
+use haptic_remote::serial::{Line, open, ports};
 use std::fmt;
 use std::path::Path;
 use std::time::Duration;
-use thiserror::Error;
 
 /// Bits per second of a servo on a UART; an adapter on USB has no speed.
 const BAUD: u32 = 921_600;
@@ -138,29 +136,6 @@ impl fmt::Display for MoteusName {
         }
         Ok(())
     }
-}
-
-/// A servo that cannot be opened.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum MoteusOpenError {
-    /// The port.
-    #[error(transparent)]
-    Port(#[from] SerialError),
-    /// A setting outside its range.
-    #[error(transparent)]
-    Settings(#[from] ParameterError),
-    /// The servo or its adapter.
-    #[error(transparent)]
-    Trouble(#[from] Trouble),
-    /// Reads of the port cannot be made not to wait.
-    #[error("{path}: the port cannot be read without waiting: {error}")]
-    Patience {
-        /// The port.
-        path: String,
-        /// Words of the system.
-        error: std::io::Error,
-    },
 }
 
 #[cfg(test)]

@@ -94,7 +94,7 @@ impl fmt::Display for Trouble {
             ),
             Self::NotFinite { id } => write!(
                 f,
-                "servo {id} does not know its position: look at its encoder (`moteus_tool -t {id} --info`, then tview)"
+                "servo {id} does not know its position: look at its encoder with the maker's `tview`"
             ),
             Self::OtherSpeaker { id, from, to } => write!(
                 f,

@@ -37,8 +37,10 @@ pub struct EmulatedServo {
     now_us: u64,
     /// When the watchdog ends.
     deadline_us: Option<u64>,
-    /// When the first command came.
-    driven_since_us: Option<u64>,
+    /// Commands since the last stop.
+    commands: u32,
+    /// When the hand began to turn.
+    turned_since_us: Option<u64>,
     /// Place that its own control holds.
     control_rev: f64,
     torque_peak_nm: f64,
@@ -67,7 +69,8 @@ impl EmulatedServo {
             registers: Registers::default(),
             now_us: 0,
             deadline_us: None,
-            driven_since_us: None,
+            commands: 0,
+            turned_since_us: None,
             control_rev: 0.0,
             torque_peak_nm: 0.0,
         })
@@ -140,9 +143,9 @@ impl EmulatedServo {
     fn turn(&mut self, now_us: u64) {
         let passed_s = now_us.saturating_sub(self.now_us) as f64 * 1e-6;
         self.now_us = self.now_us.max(now_us);
-        let driven = self.driven_since_us;
-        let driven_s = driven.map(|since_us| (self.now_us - since_us) as f64 * 1e-6);
-        self.turning.step(self.torque_nm(), passed_s, driven_s);
+        let turned = self.turned_since_us;
+        let turned_s = turned.map(|since_us| (self.now_us - since_us) as f64 * 1e-6);
+        self.turning.step(self.torque_nm(), passed_s, turned_s);
     }
 
     /// Takes a frame, and answers if it asks for that.
@@ -192,7 +195,7 @@ impl EmulatedServo {
         match commanded {
             Some(Mode::Stopped) => {
                 (self.mode, self.fault, self.deadline_us) = (Mode::Stopped, 0, None);
-                self.driven_since_us = None;
+                (self.commands, self.turned_since_us) = (0, None);
             }
             // Only a stop leads out of these.
             Some(_) if matches!(self.mode, Mode::Fault | Mode::Timeout) => {}
@@ -209,7 +212,10 @@ impl EmulatedServo {
         } else {
             place
         };
-        self.driven_since_us.get_or_insert(self.now_us);
+        self.commands = self.commands.saturating_add(1);
+        if self.commands > self.turning.wait_commands() {
+            self.turned_since_us.get_or_insert(self.now_us);
+        }
         let asked = self.registers.watchdog_s();
         // 0 is the servo's own time, and no number stands for none.
         let time_s = if asked > 0.0 {

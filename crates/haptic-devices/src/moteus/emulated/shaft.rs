@@ -35,8 +35,8 @@ impl Shaft {
 /// A hand that turns the shaft by an angle in a time and holds it there, whatever the torque.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hand {
-    /// From the first torque command to the begin of the turn, s.
-    pub wait_s: f64,
+    /// Torque commands before the turn begins: a force rises by commands too, however late they come.
+    pub wait_commands: u32,
     /// Revolutions.
     pub turn_rev: f64,
     /// s.
@@ -65,7 +65,6 @@ impl Turning {
     /// Inertia, damping or the motion of the hand outside its range.
     pub(super) fn new(shaft: Shaft) -> Result<Self, ParameterError> {
         let (inertia, damping) = (shaft.inertia_kg_m2, shaft.damping_n_m_s_per_rad);
-        let wait = shaft.hand.map_or(0.0, |hand| hand.wait_s);
         for (what, value, range, allowed, unit) in [
             (
                 "inertia of the shaft",
@@ -81,7 +80,6 @@ impl Turning {
                 "in [0, 1e3]",
                 "N·m·s/rad",
             ),
-            ("wait of the hand", wait, 0.0..=1e6, "in [0, 1e6]", "s"),
         ] {
             if !range.contains(&value) {
                 return Err(ParameterError::Range {
@@ -107,6 +105,11 @@ impl Turning {
         })
     }
 
+    /// Torque commands before the hand begins.
+    pub(super) fn wait_commands(&self) -> u32 {
+        self.shaft.hand.map_or(0, |hand| hand.wait_commands)
+    }
+
     /// Gains of the servo's own control.
     pub(super) const fn gains(&self) -> (f64, f64) {
         (self.shaft.kp, self.shaft.kd)
@@ -125,12 +128,9 @@ impl Turning {
         (self.angle, self.speed) = (angle_rad, 0.0);
     }
 
-    /// Lets time pass at a torque; the first command came so long ago, if it came.
-    pub(super) fn step(&mut self, torque_nm: f64, passed_s: f64, driven_s: Option<f64>) {
-        if let (Some(profile), Some(hand), Some(driven_s)) =
-            (&self.profile, self.shaft.hand, driven_s)
-        {
-            let turned_s = driven_s - hand.wait_s;
+    /// Lets time pass at a torque; the hand began so long ago, if it has begun.
+    pub(super) fn step(&mut self, torque_nm: f64, passed_s: f64, turned_s: Option<f64>) {
+        if let (Some(profile), Some(turned_s)) = (&self.profile, turned_s) {
             let ramp_s = profile.ramp_time().0;
             self.angle = TAU * profile.position(turned_s);
             self.speed = if (0.0..ramp_s).contains(&turned_s) {
@@ -208,9 +208,9 @@ mod tests {
     }
 
     #[test]
-    fn a_hand_waits_turns_and_holds() {
+    fn a_hand_turns_and_holds() {
         let hand = Hand {
-            wait_s: 0.05,
+            wait_commands: 0,
             turn_rev: 0.02,
             ramp_time_s: 0.4,
         };
@@ -219,8 +219,8 @@ mod tests {
             ..Shaft::LEVER
         };
         let mut turning = Turning::new(shaft).expect("a good shaft");
-        for (driven_s, turned, speed) in [(0.04, 0.0, 0.0), (0.25, 0.01, 0.05), (0.9, 0.02, 0.0)] {
-            turning.step(0.05, 0.1, Some(driven_s));
+        for (turned_s, turned, speed) in [(0.0, 0.0, 0.05), (0.2, 0.01, 0.05), (0.9, 0.02, 0.0)] {
+            turning.step(0.05, 0.1, Some(turned_s));
             assert!((turning.angle / TAU - turned).abs() < 1e-12, "{turning:?}");
             assert!((turning.speed / TAU - speed).abs() < 1e-12, "{turning:?}");
         }

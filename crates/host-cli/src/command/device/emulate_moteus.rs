@@ -11,8 +11,8 @@ use haptic_remote::emulator::Terminal;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-/// Longer than a force takes to rise to its full size.
-const WAIT_S: f64 = 0.6;
+/// Ticks: longer than a force takes to rise to its full size at 1 kHz.
+const WAIT_COMMANDS: u32 = 600;
 
 /// Options of an emulated servo.
 #[derive(Clone, Debug, Args)]
@@ -22,7 +22,7 @@ pub struct MoteusArguments {
     #[arg(long, value_name = "ID")]
     servo_id: Option<u8>,
     /// A hand that turns the shaft by a length, at a radius of 20 mm, in a time, and holds it there, as 2mm:0.5s; it begins
-    /// 0.6 s after the first command [default: nobody holds the shaft]
+    /// with command 600 [default: nobody holds the shaft]
     #[arg(long, value_name = "LENGTH:TIME", value_parser = turn)]
     turn: Option<Hand>,
 }
@@ -33,7 +33,7 @@ fn turn(text: &str) -> Result<Hand, String> {
         let length: Length = length.parse().ok()?;
         let time: Time = time.parse().ok()?;
         Some(Hand {
-            wait_s: WAIT_S,
+            wait_commands: WAIT_COMMANDS,
             turn_rev: length.0 / MoteusSettings::DEFAULT.metres_per_revolution(),
             ramp_time_s: time.0,
         })

@@ -99,7 +99,7 @@ fn info_names_the_servo_and_its_largest_force() {
 /// A relaxation at 500 Hz of a servo that a hand turns by 2 mm within half a second.
 fn relax(place_of_loop: &str) -> String {
     format!(
-        "relax {DEVICE} --loop {place_of_loop} --contact rigid --duration 3s --sample-time 2ms --force-limit 4N \
+        "relax {DEVICE} --loop {place_of_loop} --contact rigid --duration 5s --sample-time 2ms --force-limit 4N \
          --watchdog 1s --late-ticks 0 --max-age-ticks 1000 --out run --quiet"
     )
 }
