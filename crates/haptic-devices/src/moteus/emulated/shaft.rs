@@ -12,9 +12,9 @@ pub struct Shaft {
     pub inertia_kg_m2: f64,
     /// b, N·m·s/rad.
     pub damping_n_m_s_per_rad: f64,
-    /// k_p of the servo's own control, N·m per revolution.
+    /// Proportional gain of the servo's own control, N·m per revolution.
     pub kp: f64,
-    /// k_d of the servo's own control, N·m·s per revolution.
+    /// Damping gain of the servo's own control, N·m·s per revolution.
     pub kd: f64,
     /// A hand that turns it as it will from the first torque command on; `None` for a free shaft.
     pub hand: Option<Hand>,
