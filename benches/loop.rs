@@ -302,10 +302,13 @@ fn contact<F: Real, O: Differintegrator<F>, const D: usize>(
     Ok(Contact::new(direction, Metres(0.0), tissue(operator)?)?)
 }
 
+/// Kelvin–Voigt tissue in the form of a ball.
+type SoftBall<F, O, const D: usize> = Contact<F, KelvinVoigt<F, O>, D, Ball<F, D>>;
+
 /// A disc or sphere whose surface goes through the origin, met along the diagonal.
 fn touched<F: Real, O: Differintegrator<F>, const D: usize>(
     operator: O,
-) -> Result<Contact<F, KelvinVoigt<F, O>, D, Ball<F, D>>, Box<dyn Error>> {
+) -> Result<SoftBall<F, O, D>, Box<dyn Error>> {
     const RADIUS_M: f64 = 0.03;
     let centre = Metres(RADIUS_M / (D as f64).sqrt());
     let ball = Ball::solid([centre; D], Metres(RADIUS_M))?;

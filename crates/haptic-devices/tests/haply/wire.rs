@@ -247,7 +247,8 @@ impl Running {
         };
         let capabilities = haptic_remote::Hardware::capabilities(device.hardware());
         let prepared = prepare::<Haply2Diy<Wire>>(configuration, &law.operator.1, &capabilities);
-        device.install(prepared.expect("good")).expect("is idle");
+        let installed = device.install(prepared.expect("good"), &law.operator.1);
+        installed.expect("is idle");
         device.arm(0).expect("nothing is wrong");
         let start = Start {
             run: 1,

@@ -167,7 +167,7 @@ impl Rig {
             ..Configuration::PASSIVE
         };
         let prepared = prepare::<Axis>(configuration, &[0.0], &capabilities).expect("good");
-        device.install(prepared).expect("idle");
+        device.install(prepared, &[0.0]).expect("idle");
         Self {
             wire,
             device,

@@ -335,14 +335,6 @@ impl<'a> Table<'a> {
         self.row(parameter.key, value, offset)
     }
 
-    /// A list of finite numbers, if the key is there.
-    pub(crate) fn numbers_if(&self, parameter: &Parameter) -> Result<Option<Vec<f64>>, FileError> {
-        match self.find(parameter.key) {
-            Some(_) => self.numbers(parameter).map(Some),
-            None => Ok(None),
-        }
-    }
-
     /// A list of lists of finite numbers that must be there.
     pub(crate) fn matrix(&self, parameter: &Parameter) -> Result<Vec<Vec<f64>>, FileError> {
         let (key, (rows, offset)) = (parameter.key, self.list(parameter)?);

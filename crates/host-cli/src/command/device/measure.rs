@@ -14,7 +14,7 @@ use crate::parameter::with_options;
 use crate::picture_file;
 use crate::quantity::{Force, Length, Time};
 use clap::Args;
-use haptic_experiment::device::SerialName;
+use haptic_experiment::device::LinkedName;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::measured_device::{
     MeasurePlan, Measured, MotionRecord, SerialMotion, estimate, on_serial, on_simulated,
@@ -88,11 +88,11 @@ struct LineArguments {
 }
 
 impl LineArguments {
-    /// The serial device of this name.
+    /// The device of this name.
     ///
     /// # Errors
     /// A time outside its range.
-    fn remote(&self, name: &SerialName, patience: Duration) -> Result<RemoteDevice, Failure> {
+    fn remote(&self, name: &LinkedName, patience: Duration) -> Result<RemoteDevice, Failure> {
         let mut remote = RemoteDevice {
             patience,
             watchdog_ms: self.watchdog.map(watchdog_ms).transpose()?,
@@ -182,7 +182,7 @@ impl Arguments {
         let stop = stop_on_interrupt()?;
         let bar = progress_bar(plan.ticks_at_most(), output);
         let progress = |ticks| bar.set_position(ticks);
-        let moved = match self.port.serial() {
+        let moved = match self.port.linked() {
             Some(_) if self.simulated.is_described() => Err(Failure::bad_input(
                 "--device-model, --mass, --damping, --friction and the like are of the simulated device: leave them away with a serial one, which \
                  is measured, or give --device sim",

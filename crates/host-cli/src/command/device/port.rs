@@ -35,10 +35,10 @@ impl PortArguments {
         }
     }
 
-    /// The serial device; `None` for the simulated one.
-    pub(super) fn serial(&self) -> Option<&SerialName> {
+    /// The device at a port; `None` for the simulated one.
+    pub(super) const fn linked(&self) -> Option<&LinkedName> {
         match &self.device {
-            DeviceName::Serial(name) => Some(name),
+            DeviceName::Linked(name) => Some(name),
             DeviceName::Simulated => None,
         }
     }
