@@ -8,7 +8,7 @@ use crate::quantity::{Force, Time};
 use clap::Args;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::selftest::{Attendant, EmergencyStop, Notice, SelfTest, SelfTestReport};
-use std::io::{self, Write};
+use std::io::{self, IsTerminal as _, Write};
 
 const LONG_ABOUT: &str = "\
 Goes through what a device promises, whatever device it is, and prints a table of promised and seen: arm, force limit, \
@@ -67,6 +67,11 @@ impl Arguments {
     }
 }
 
+/// True if somebody looks on and wants to be told how far it is.
+fn is_watched(output: Output) -> bool {
+    !output.quiet && !output.json && io::stderr().is_terminal()
+}
+
 /// What somebody beside the device has to know or do, whatever is quiet.
 fn say(notice: Notice, output: Output) {
     let patience_s = SelfTest::PATIENCE.as_secs();
@@ -77,7 +82,7 @@ fn say(notice: Notice, output: Output) {
                 "the device moves by itself, with at most {force_n} N: let it move freely"
             ),
         ),
-        Notice::Trying(promise) if !output.quiet && !output.json => note("trying", promise),
+        Notice::Trying(promise) if is_watched(output) => note("trying", promise),
         Notice::Trying(_) => {}
         Notice::PressEmergencyStop => note(
             "now",

@@ -48,7 +48,7 @@ fn default(parameter: &Parameter, required: bool) -> String {
         Value::Number(Some(default), _) => format!("{default}"),
         Value::Count(default) => format!("{default}"),
         Value::Flag(default) => format!("{default}"),
-        Value::Text("") | Value::Number(None, _) => "none".to_owned(),
+        Value::Text("") | Value::Number(None, _) | Value::List => "none".to_owned(),
         Value::Text(default) => format!("`\"{default}\"`"),
         other => panic!("{other:?}"),
     }
@@ -61,6 +61,7 @@ fn range(parameter: &Parameter) -> String {
         Value::Number(_, range) => range.to_string(),
         Value::Count(_) => "whole number".to_owned(),
         Value::Flag(_) => "true, false".to_owned(),
+        Value::List => "list of numbers".to_owned(),
         _ if choices.is_empty() => "text".to_owned(),
         _ => {
             let names = choices.iter().map(|choice| format!("`\"{}\"`", choice.0));
