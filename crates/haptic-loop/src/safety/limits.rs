@@ -44,7 +44,8 @@ pub struct Limits {
     /// The range in which the device may move, the same on each axis. *Default* off.
     pub workspace: Option<Workspace>,
     /// A range of its own for each of the first three axes, in place of `workspace`; for devices of more than one axis.
-    /// *Default* off.
+    /// *Default* off. With the feature `std`: a microcontroller of one axis has no room for it.
+    #[cfg(feature = "std")]
     pub workspace_box: Option<[Workspace; 3]>,
     /// The speed at which it may move. *Default* 1 and 1.5 m/s: an exploring hand stays below 0.5 m/s.
     pub speed: Option<SpeedLimit>,
@@ -133,6 +134,7 @@ impl Limits {
             start_force: None,
             rise_time: None,
             workspace: None,
+            #[cfg(feature = "std")]
             workspace_box: None,
             speed: None,
             velocity_bandwidth: Hertz(50.0),
@@ -145,6 +147,15 @@ impl Limits {
             jump: None,
             guard: None,
         }
+    }
+
+    /// True with a range of places.
+    pub(super) const fn bound_places(&self) -> bool {
+        #[cfg(feature = "std")]
+        if self.workspace_box.is_some() {
+            return true;
+        }
+        self.workspace.is_some()
     }
 }
 

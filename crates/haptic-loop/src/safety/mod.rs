@@ -219,8 +219,7 @@ impl<F: Real> SafetyChain<F> {
             checks.rounded("rise of a sample", f64::min(share, 1.0), "")
         });
         let guard = limits.guard.as_ref();
-        let bounded = limits.workspace.is_some() || limits.workspace_box.is_some();
-        let moves = bounded || limits.speed.is_some() || limits.jump.is_some();
+        let moves = limits.bound_places() || limits.speed.is_some() || limits.jump.is_some();
         let follows =
             moves || limits.braking.is_some() || limits.stuck.is_some() || guard.is_some();
         Self {

@@ -54,6 +54,7 @@ pub(super) struct MotionLimits<F> {
     follow: F,
     workspace: Option<Ends<F>>,
     /// Of several axes, over `workspace`.
+    #[cfg(feature = "std")]
     workspace_box: Option<[Ends<F>; 3]>,
     speed: Option<Zone<F>>,
     jump: Option<Jump<F>>,
@@ -171,6 +172,7 @@ impl<F: Real> MotionLimits<F> {
             rate: checks.rounded("sample rate", 1.0 / sample_time, "Hz"),
             follow: checks.rounded("bandwidth of the velocity", follow, "of the sample rate"),
             workspace: limits.workspace.map(|ends| workspace(ends, checks)),
+            #[cfg(feature = "std")]
             workspace_box: limits
                 .workspace_box
                 .map(|axes| axes.map(|ends| workspace(ends, checks))),
@@ -185,11 +187,16 @@ impl<F: Real> MotionLimits<F> {
 
     /// The workspace of an axis.
     #[inline]
+    #[cfg_attr(
+        not(feature = "std"),
+        expect(unused_variables, reason = "the same on each axis")
+    )]
     fn ends<const D: usize>(&self, axis: usize) -> Option<&Ends<F>> {
-        match &self.workspace_box {
-            Some(axes) if D > 1 => Some(&axes[axis.min(2)]),
-            _ => self.workspace.as_ref(),
+        #[cfg(feature = "std")]
+        if let Some(axes) = self.workspace_box.as_ref().filter(|_| D > 1) {
+            return Some(&axes[axis.min(2)]);
         }
+        self.workspace.as_ref()
     }
 
     /// Takes a finite position: Δ, and v ← v + (1 − e^(−ωT))·(Δ/T − v). A velocity beyond the number type is a
