@@ -254,9 +254,11 @@ fn a_page_that_goes_stops_what_it_controlled_or_not_as_asked() {
             page.ask("feel.start", prostate());
             page.ask("feel.hand", json!({"position_m": 5e-3, "held": true}));
             page.status(|status| status["force_n"].as_f64() < Some(-0.1));
-            Page::open(server.address())
-        }; // Without a word.
-        watcher.ask("hello", json!({"version": 1}));
+            let mut watcher = Page::open(server.address());
+            // Answered, so it is there before the first goes, without a word.
+            watcher.ask("hello", json!({"version": 1}));
+            watcher
+        };
         // A busy machine tells of a page that has gone before it tells of the loop.
         let there = watcher.status(|status| status["watching"] == 0 && status["tick"].is_u64());
         let tick = there["tick"].as_u64().expect("a tick");

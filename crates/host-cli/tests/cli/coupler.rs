@@ -310,7 +310,7 @@ fn the_long_help_of_a_command_is_all_of_it() {
         ),
         (
             "device emulate --help",
-            ["the same state machine as in the firmware", "--seed"],
+            ["the same state machine as in the firmware", "--line-seed"],
         ),
         (
             "device flash --help",

@@ -143,7 +143,7 @@ fn a_file_that_is_wrong_is_refused_in_one_line() {
             "damping_n_s_per_m",
             "damping",
             "wall.toml:3: unknown key `damping` in [wall]: known are mass_kg, damping_n_s_per_m, sample_time_s, \
-             order, stiffness_n_per_m, dissipation_n_s_mu_per_m, hand_stiffness_n_per_m, delay_s, friction_n, \
+             order, stiffness_n_per_m, dissipation_n_s_mu_per_m, device_model, hand_stiffness_n_per_m, delay_s, friction_n, \
              current_lag_s, encoder_resolution_m, sensor_noise_m, seed, force_limit_n, force_rate_limit_n_per_s, \
              scheme, one_sided, criterion, impact_m_per_s, push_n, duration_s, window_s, threshold_m, \
              must_be_stable, device, loop, watchdog_s, late_ticks, max_age_ticks, guard, workspace_low_m, \
