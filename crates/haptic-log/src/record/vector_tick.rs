@@ -106,7 +106,7 @@ impl<'de> Deserialize<'de> for PerAxis {
 /// let folder = tempfile::tempdir()?;
 /// let path = folder.path().join("run.mcap");
 /// let mut log = LogWriter::create(&path)?;
-/// let tick = VectorTick { force_n: [0.3, -0.4].into(), ..VectorTick::at_rest(2) };
+/// let tick = VectorTick { force_n: [0.3, -0.4].into(), observed_energy_j: 0.0, ..VectorTick::at_rest(2) };
 /// log.vector_tick(&tick)?;
 /// log.finish()?;
 /// let entry = LogReader::open(&path)?.next().transpose()?;
