@@ -28,6 +28,15 @@ impl Ended {
         matches!(self, Self::LinkLost(_))
     }
 
+    /// True if the board of another maker failed: then nobody knows for sure if it has heard that there is to be no force.
+    #[must_use]
+    pub const fn is_board(self) -> bool {
+        match self {
+            Self::DeviceFault(report) => report.status.fault == Fault::BoardFailed.code(),
+            _ => false,
+        }
+    }
+
     /// True if a fault ended the run.
     #[must_use]
     pub const fn is_fault(self) -> bool {

@@ -66,6 +66,9 @@ pub struct RunReport {
     /// The link was lost in the middle of the run.
     #[serde(skip)]
     pub link_lost: bool,
+    /// The board of another maker failed in the middle of the run.
+    #[serde(skip)]
+    pub board_failed: bool,
     /// Warnings to the user about these numbers, a sentence each.
     pub warnings: Vec<String>,
 }
@@ -220,6 +223,7 @@ impl RunReport {
             preflight: ran.preflight,
             fault_log: (ran.fault_log.as_ref()).map(|path| path.display().to_string()),
             link_lost: record.ended.is_some_and(Ended::is_link),
+            board_failed: record.ended.is_some_and(Ended::is_board),
             warnings: warnings.0,
         }
     }

@@ -273,6 +273,35 @@ fn friction_of_another_make_is_found_too_and_lost_samples_do_no_harm() {
 }
 
 #[test]
+fn a_motor_slower_than_the_device_is_not_taken_for_its_mass() {
+    // m/b = 3.75 ms, or 18.6 ms; the lag is longer, and exchanged with it the motion is all but the same.
+    for (mass, damping, lag_s, friction_n) in [(0.03, 8.0, 5e-3, 0.02), (0.065, 3.5, 25e-3, 0.0)] {
+        let damped = NewtonSecondsPerMetre(damping);
+        let device = MassDamperConfig::ideal(Kilograms(mass), damped, Seconds(1e-3));
+        let imperfections = Imperfections {
+            friction_n,
+            delay_s: 1e-3,
+            current_lag_s: lag_s,
+            sensors: Sensors {
+                encoder_resolution_m: 1e-6,
+                noise_m: 1e-6,
+                seed: 1,
+            },
+        };
+        let (plan, never) = (MeasurePlan::default(), AtomicBool::new(false));
+        let record =
+            on_simulated(&plan, device, &imperfections, &|_| {}, &never).expect("measures");
+        let found = found(&record, false);
+        let told = found.warnings.iter().any(|said| said.contains("apart"));
+        let right = (found.mass_kg.value / mass - 1.0).abs() < 0.05;
+        assert!(right || told, "{found:?}");
+        let slack = 0.01 * mass;
+        let (low, high) = (found.mass_kg.low - slack, found.mass_kg.high + slack);
+        assert!(low <= mass && mass <= high, "{:?}", found.mass_kg);
+    }
+}
+
+#[test]
 fn a_hand_and_a_slope_are_found() {
     let held = MassDamperConfig {
         stiffness: NewtonsPerMetre(150.0),

@@ -35,7 +35,8 @@ impl Output {
         };
         match printed.and_then(|()| out.flush()) {
             Ok(()) => Ok(()),
-            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Err(Failure::BrokenPipe),
+            // Whatever the command has still to say, its exit code above all, it says.
+            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
             Err(error) => Err(Failure::writing(error, "cannot write standard output")),
         }
     }

@@ -4,7 +4,7 @@ use super::first_guess::{first_guess, velocity};
 use super::fit::{Fit, Fitted, Number};
 use super::intervals::{SIDES, Spread};
 use super::record::MotionRecord;
-use super::replay::{Model, Replay, State};
+use super::replay::{DELAY_MAX, Model, Replay, State};
 use super::sensor::{deviation_m, encoder_step, noise_m};
 use serde::Serialize;
 
@@ -139,6 +139,10 @@ const LEAST: usize = 500;
 const LOST: usize = 20;
 /// Widest interval of the mass, half of it, that still is an answer.
 const UNSURE: f64 = 0.5;
+/// Residuals larger by this factor tell a worse fit from a better one.
+const TELLS_APART: f64 = 1.02;
+/// Residuals below it, m, are rounding and tell nothing.
+const NOTHING_M: f64 = 1e-15;
 /// Residuals beyond so many times what the sensor explains are worth a warning.
 const UNEXPLAINED: f64 = 2.0;
 
@@ -152,17 +156,15 @@ const UNEXPLAINED: f64 = 2.0;
 pub fn estimate(record: &MotionRecord, hand: bool) -> Result<Measured, MeasureError> {
     check(record)?;
     let start = first_guess(record, hand).ok_or(MeasureError::Still)?;
-    let speed = velocity(record);
-    let zero = first_known(&record.position_m).ok_or(MeasureError::Still)?;
+    let search = Search {
+        record,
+        speed: &velocity(record),
+        zero: first_known(&record.position_m).ok_or(MeasureError::Still)?,
+        hand,
+    };
     let mut model = start;
     let mut best: Option<(f64, Measured)> = None;
     for piece_s in PIECES_S {
-        let search = Search {
-            record,
-            speed: &speed,
-            zero,
-            hand,
-        };
         let Some((found, measured)) = search.with_pieces(piece_s, &model) else {
             continue;
         };
@@ -170,19 +172,40 @@ pub fn estimate(record: &MotionRecord, hand: bool) -> Result<Measured, MeasureEr
         // Longer pieces tell more, unless they gather what no model knows.
         if best
             .as_ref()
-            .is_none_or(|(before, _)| rms < GATHERS * before)
+            .is_none_or(|(_, before)| rms < GATHERS * before.residual_rms_m)
         {
             model = found;
-            best = Some((rms, measured));
+            best = Some((piece_s, measured));
         }
     }
-    let (_, measured) = best.ok_or(MeasureError::NoFit)?;
+    let (piece_s, measured) = best.ok_or(MeasureError::NoFit)?;
+    let measured = match exchanged(&model, record.sample_time_s) {
+        Some(other) if !hand => match search.with_pieces(piece_s, &other) {
+            Some((_, other)) => measured.or_exchanged(other),
+            None => measured,
+        },
+        _ => measured,
+    };
     let unsure = measured.mass_kg.relative();
     if unsure.is_nan() || unsure > UNSURE {
         let percent = 100.0 * unsure;
         return Err(MeasureError::Unsure { percent });
     }
     Ok(measured)
+}
+
+/// The same device with its two time constants exchanged: m/b and that of the motor. Without friction both move alike,
+/// as 1/((m·s + b)(τ·s + 1)) is 1/(b(m/b·s + 1)(τ·s + 1)).
+fn exchanged(model: &Model, sample_time_s: f64) -> Option<Model> {
+    let (mass, lag) = (
+        model.damping * model.lag * sample_time_s,
+        model.mass / model.damping / sample_time_s,
+    );
+    (mass > 0.0 && lag < DELAY_MAX).then_some(Model {
+        mass,
+        lag,
+        ..*model
+    })
 }
 
 /// The search over one record.
@@ -351,6 +374,44 @@ fn measured(record: &MotionRecord, fitted: &Fitted, spread: &Spread, free: usize
 }
 
 impl Measured {
+    /// This device, or the one with exchanged time constants if that fits better. If none does, the one with the faster motor,
+    /// its intervals wide enough for both.
+    fn or_exchanged(self, other: Self) -> Self {
+        let [ours, theirs] = [&self, &other].map(|found| found.residual_rms_m.max(NOTHING_M));
+        let apart = |a: &Estimate, b: &Estimate| a.high < b.low || b.high < a.low;
+        if !apart(&self.mass_kg, &other.mass_kg) || theirs > TELLS_APART * ours {
+            return self;
+        }
+        if ours > TELLS_APART * theirs {
+            return other;
+        }
+        let faster = |a: &Self, b: &Self| a.current_lag_s.value <= b.current_lag_s.value;
+        let (mut found, other) = if faster(&self, &other) {
+            (self, other)
+        } else {
+            (other, self)
+        };
+        found.warnings.push(format!(
+            "the motion does not tell mass and current lag apart: {:.3} g and {:.3} ms fit as well as {:.3} g and {:.3} ms; the intervals \
+             hold both. Add a mass that you know and measure again, or take the lag from the motor's data",
+            1e3 * found.mass_kg.value,
+            1e3 * found.current_lag_s.value,
+            1e3 * other.mass_kg.value,
+            1e3 * other.current_lag_s.value
+        ));
+        for (ours, theirs) in [
+            (&mut found.mass_kg, other.mass_kg),
+            (&mut found.current_lag_s, other.current_lag_s),
+            (&mut found.delay_s, other.delay_s),
+            (&mut found.damping_n_s_per_m, other.damping_n_s_per_m),
+            (&mut found.friction_n, other.friction_n),
+        ] {
+            ours.low = ours.low.min(theirs.low);
+            ours.high = ours.high.max(theirs.high);
+        }
+        found
+    }
+
     /// What a user should know.
     fn warn(&mut self) {
         let micro = |x: f64| 1e6 * x;

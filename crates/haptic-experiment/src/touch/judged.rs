@@ -83,17 +83,30 @@ impl TouchExperiment {
     }
 
     fn verdict(&self, record: &Record, energy: HandEnergy) -> TouchVerdict {
-        let acted = record.limited as f64 / record.samples.max(1) as f64;
+        let share = |count: usize| count as f64 / record.samples.max(1) as f64;
+        // A guard is a limiter too, and there to act; the limit of the force is not.
+        let limited = match self.safety.guard {
+            GuardChoice::Off => share(record.limited as usize),
+            _ => share(self.at_limit(record)),
+        };
         if record.ended.is_some() {
             TouchVerdict::Unfinished
         } else if energy.most_j > ROUNDING * energy.moved_j {
             TouchVerdict::GaveEnergy
-        } else if self.safety.guard == GuardChoice::Off && acted > LIMITED {
-            // A guard is a limiter too, and there to act.
+        } else if limited > LIMITED {
             TouchVerdict::Saturated
         } else {
             TouchVerdict::Passive
         }
+    }
+
+    /// Samples whose force is as large as it may be.
+    fn at_limit(&self, record: &Record) -> usize {
+        let most = (1.0 - ROUNDING) * self.force_limit_n;
+        let samples = record.whole.iter().flatten();
+        samples
+            .filter(|sample| sample.force_n.abs() >= most)
+            .count()
     }
 
     fn warnings(&self, ran: &Ran, verdict: TouchVerdict, energy: HandEnergy) -> Warnings {

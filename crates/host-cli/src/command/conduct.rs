@@ -68,12 +68,20 @@ fn ended_well(run: &RunReport) -> Result<(), Failure> {
         duration_s,
         dropped_samples,
         link_lost,
+        board_failed,
         log,
         ..
     } = run;
     if let (true, Some(reason)) = (*link_lost, ended_early) {
         return Err(Failure::Device(anyhow::anyhow!(
             "{reason}: the run ended at {} s, the device lets go by itself; the log is {log}",
+            plain(*duration_s)
+        )));
+    }
+    if let (true, Some(reason)) = (*board_failed, ended_early) {
+        return Err(Failure::Run(anyhow::anyhow!(
+            "{reason}: the run ended at {} s, the board was told to make no force; if it has not heard that, as with its plug out, it may \
+             still push: switch its supply off before you touch it; the log is {log}",
             plain(*duration_s)
         )));
     }

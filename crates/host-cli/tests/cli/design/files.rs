@@ -169,7 +169,7 @@ fn a_file_that_is_wrong_is_refused_in_one_line() {
         (
             WALL,
             "# nothing\n",
-            "wall.toml:1: no experiment: an experiment file has one of [relax], [creep], [wall], [coupler], [teleoperation]",
+            "wall.toml:1: no experiment: an experiment file has one of [relax], [creep], [wall], [coupler], [teleoperation], [touch]",
         ),
         (
             "[wall]",

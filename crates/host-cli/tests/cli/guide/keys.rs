@@ -107,7 +107,7 @@ fn made() -> String {
     tables(&mut text, TABLES);
     text.push_str("\n## Controller files\n\nOne of the first five, and `[loop]`.\n");
     tables(&mut text, CONTROLLER_FILES);
-    text.push_str("\n## Plant files\n\nOne of the first four; `[intervals]` beside `[device]` has its keys too, each `[low, high]`.\n");
+    text.push_str("\n## Plant files\n\nOne of the first four. In `[device]` mass and damping are to be given; `[intervals]` beside `[device]` has its keys too, each `[low, high]`.\n");
     tables(&mut text, PLANT_FILES);
     text
 }
