@@ -13,8 +13,9 @@ use haptic_remote::LinkError;
 const SHARE: f32 = 0.9;
 /// Ticks at the full share before.
 const TICKS: f64 = 100.0;
-/// Ticks to wait for a fault beyond the time in which it has to come.
-const MORE_TICKS: u32 = 500;
+/// Ticks to wait for a fault beyond the time in which it has to come: a busy host may be seconds behind the device, and its last
+/// forces come as late. A device that keeps its promise spares the wait.
+const MORE_TICKS: u32 = 5000;
 
 /// Tick at which the fault is made: at the end of a half period, when the force has its full share.
 fn made_at(limits: &Limits, period_s: f64) -> u32 {
