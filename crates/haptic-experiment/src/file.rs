@@ -15,6 +15,8 @@
 
 mod coupler;
 mod device;
+pub(crate) mod document;
+mod error;
 mod pushed;
 pub(crate) mod reader;
 mod rendering;
@@ -35,9 +37,9 @@ use crate::{
     CouplerExperiment, Creep, Drive, Relaxation, TeleoperationExperiment, TouchExperiment,
     WallExperiment, parameters,
 };
+use document::Document;
+pub use error::FileError;
 use haptic_tissue::read_text;
-use reader::Document;
-pub use reader::FileError;
 use std::path::Path;
 
 /// The experiment that a file describes, all of its parameters checked.
