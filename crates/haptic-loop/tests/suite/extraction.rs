@@ -263,16 +263,12 @@ impl Case {
         (least, most)
     }
 
-    /// The least energy of device and loop over a run, J, and the largest force that was let through, N.
-    fn least<F: Real, const D: usize>(
-        &self,
-        guard: Option<EnergyBounding>,
-        samples: u32,
-    ) -> (f64, f64) {
+    /// The limits of the chain.
+    fn chain_limits(&self, guard: Option<EnergyBounding>) -> Limits {
         let t = self.sample_time;
         let (force, rate) = self.limits;
         let rate = rate.unwrap_or(2.0 * force / t);
-        let limits = Limits {
+        Limits {
             guard: guard.map(Guard::EnergyBounding),
             norm: self.braking.map(|_| Newtons(force)),
             rise_time: self.braking.map(|_| Seconds(20.0 * t)),
@@ -284,7 +280,17 @@ impl Case {
             // Heavy enough to bear it, with the sample of delay that is assumed.
             device_mass: self.braking.map(|b| Kilograms(3.01 * b * t)),
             ..Limits::bare(Newtons(force), NewtonsPerSecond(rate))
-        };
+        }
+    }
+
+    /// The least energy of device and loop over a run, J, and the largest force that was let through, N.
+    fn least<F: Real, const D: usize>(
+        &self,
+        guard: Option<EnergyBounding>,
+        samples: u32,
+    ) -> (f64, f64) {
+        let t = self.sample_time;
+        let limits = self.chain_limits(guard);
         let chain = SafetyChain::<F>::from_limits(&limits, Seconds(t)).expect("valid");
         let mut state = SafetyState::<F, D>::default();
         let mut random = Random(self.seed);
