@@ -1,7 +1,7 @@
 //! Passivity of the sampled port: its closed form, what it asks for, and what it is worth.
 
 use super::{Case, T, enough, exact, operator};
-use fracdiff::ExactDifference;
+use fracdiff::{ExactDifference, FrequencyResponse as _};
 use haptic_analysis::{
     CoupledLoop, CoupledObject, CouplerOperator, Dynamics, ForcePath, LeastDamping,
 };

@@ -1,6 +1,7 @@
 //! Loops whose boundary is known.
 
 use super::stiffest;
+use fracdiff::FrequencyResponse as _;
 use haptic_analysis::SampledLoop;
 use testkit::operator::{operator, wall};
 
