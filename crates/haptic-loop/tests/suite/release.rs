@@ -9,7 +9,6 @@ use fracdiff::Seconds;
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
 use haptic_loop::{Fault, Limits, ParameterError, SafetyChain, SafetyState};
 use nalgebra::vector;
-use rand_distr::Distribution as _;
 
 const T: Seconds = Seconds(1e-3);
 

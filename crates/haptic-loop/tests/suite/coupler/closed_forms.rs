@@ -1,10 +1,10 @@
 //! Order one against two masses with springs and dampers, in closed form.
 
-use super::{coupler, energy, object, order, run};
+use super::{object, order};
 use fracdiff::{Seconds, ShortMemory};
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
-use haptic_loop::{Controller, SafetyChain, VirtualCoupler};
+use haptic_loop::{Controller, Environment as _, SafetyChain, VirtualCoupler};
 use nalgebra::{SMatrix, SVector, vector};
 
 /// e^A by scaling and squaring of the power series.

@@ -1,6 +1,6 @@
 //! The books of the guards: what they hold, predict and go on with.
 
-use super::{DAMPING, MASS, T, bare, bounding, observer};
+use super::{DAMPING, MASS, T, bounding, observer};
 use fracdiff::Seconds;
 use haptic_loop::units::{NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
 use haptic_loop::{EnergyBounding, Guard, Limiters, Limits, SafetyChain, SafetyState};

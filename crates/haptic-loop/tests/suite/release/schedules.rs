@@ -1,6 +1,5 @@
 //! Random schedules of faults, stops and missing ticks: no force comes out of its envelope.
 
-use super::{chain, fault};
 use fracdiff::{Real, Seconds};
 use haptic_loop::units::{
     Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond,
@@ -9,7 +8,7 @@ use haptic_loop::{
     EnergyBounding, Fault, Guard, Limits, PassivityObserver, SafetyChain, SafetyState, SpeedLimit,
     Stuck, Workspace,
 };
-use nalgebra::{SVector, vector};
+use nalgebra::SVector;
 use rand_distr::{Distribution as _, StandardUniform};
 use rand_pcg::Pcg32;
 

@@ -1,6 +1,6 @@
 //! No input whatever leaves the limits.
 
-use super::{BARE, T, chain, workspace};
+use super::{BARE, T};
 use fracdiff::{Real, Seconds};
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons};
 use haptic_loop::{
