@@ -5,8 +5,8 @@ mod transactions;
 
 use crate::line::{Bench, START, spring};
 use haptic_link::{
-    EventKind, LoopMode, OperatorForm, OperatorShape, Refusal, Report, Request, Sample,
-    SimulationKind, Start, State,
+    EventKind, LoopMode, OperatorForm, OperatorShape, Refusal, Report, Request, SimulationKind,
+    Start, State,
 };
 use haptic_loop::Fault;
 use haptic_remote::{DeviceOperator, LinkError};

@@ -2,9 +2,8 @@
 
 use super::Told;
 use crate::line::{Bench, START, spring};
-use haptic_link::{Report, Request, Sample, Start, Statistics};
+use haptic_link::{Report, Request, Sample, Statistics};
 use haptic_remote::LineFaults;
-use rand_distr::Distribution as _;
 
 /// A line in the middle of a session, its frames counted at both ends.
 fn losses(seed: u64, faults: LineFaults) {
