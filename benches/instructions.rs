@@ -24,7 +24,7 @@ use std::collections::BTreeMap;
 use std::error::Error;
 use std::fmt::Write as _;
 use std::hint::black_box;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 /// Ticks of the shorter run: whole periods of the longest block of the catalogue, 2048.
@@ -91,6 +91,23 @@ fn parent(reason: Option<&str>) -> Outcome<ExitCode> {
     let mut rows = table.map(|table| table.tick).unwrap_or_default();
     let mut names = Names::default();
     catalogue::visit_all(&mut names)?;
+    let (seen, mut complaints) = counted(&names, &mut rows, reason)?;
+    if reason.is_some() {
+        rows.retain(|key, _| seen.contains(key));
+        return write(&path, here, rows);
+    }
+    for key in rows.keys().filter(|key| !seen.contains(key)) {
+        complaints.push(format!("{key}: in the table, but no such operator"));
+    }
+    judge(&complaints)
+}
+
+/// Counts each phase of each operator: the keys that were counted, and what is not as in the table. With a reason the rows take what is new.
+fn counted(
+    names: &Names,
+    rows: &mut BTreeMap<String, Row>,
+    reason: Option<&str>,
+) -> Outcome<(Vec<String>, Vec<String>)> {
     let mut complaints = Vec::new();
     let mut seen = Vec::new();
     for name in &names.0 {
@@ -120,21 +137,27 @@ fn parent(reason: Option<&str>) -> Outcome<ExitCode> {
             complaints.extend(idle(name)?);
         }
     }
-    if reason.is_some() {
-        rows.retain(|key, _| seen.contains(key));
-        let (rustc, target) = here;
-        let table = Table {
-            rustc,
-            target,
-            tick: rows,
-        };
-        std::fs::write(&path, format!("{HEADER}{}", toml::to_string(&table)?))?;
-        println!("written: {}", path.display());
-        return Ok(ExitCode::SUCCESS);
-    }
-    for key in rows.keys().filter(|key| !seen.contains(key)) {
-        complaints.push(format!("{key}: in the table, but no such operator"));
-    }
+    Ok((seen, complaints))
+}
+
+/// Writes the table.
+fn write(
+    path: &Path,
+    (rustc, target): (String, String),
+    tick: BTreeMap<String, Row>,
+) -> Outcome<ExitCode> {
+    let table = Table {
+        rustc,
+        target,
+        tick,
+    };
+    std::fs::write(path, format!("{HEADER}{}", toml::to_string(&table)?))?;
+    println!("written: {}", path.display());
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Says what has changed; a failure unless nothing has.
+fn judge(complaints: &[String]) -> Outcome<ExitCode> {
     if complaints.is_empty() {
         println!("all within {} % of the table", 100.0 * TOLERANCE);
         return Ok(ExitCode::SUCCESS);

@@ -1,7 +1,9 @@
-//! How the house stands: which crate may use which, no circle of modules inside one, and a command that alone speaks.
+//! How the house stands: which crate may use which, no circle of modules inside one, a command that alone speaks, and files and functions that
+//! are read at a glance.
 //!
 //! Tests, benches, examples and build scripts are free.
 
+mod length;
 mod reader;
 mod source;
 mod still;

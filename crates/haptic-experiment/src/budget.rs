@@ -64,15 +64,7 @@ impl Budget {
             ("lateness", &mut self.lateness_ns),
             ("compute", &mut self.compute_ns),
         ] {
-            let us = Microseconds::of(histogram);
-            for (percentile, value) in [
-                ("p50", us.p50),
-                ("p99", us.p99),
-                ("p999", us.p999),
-                ("max", us.max),
-            ] {
-                values.insert(format!("{name}_us_{percentile}"), value.to_string());
-            }
+            Microseconds::of(histogram).describe(name, &mut values);
             histogram.reset();
         }
         Some(values)

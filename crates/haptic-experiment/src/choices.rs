@@ -29,19 +29,12 @@ pub fn choices(key: &str) -> Vec<(&'static str, &'static str)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::parameters::{Value, of_kind};
+    use crate::parameters::{KINDS, Value, of_kind};
 
     #[test]
     fn a_default_is_one_of_the_choices() {
         let mut found = 0;
-        for kind in [
-            "relax",
-            "creep",
-            "wall",
-            "coupler",
-            "teleoperation",
-            "touch",
-        ] {
+        for kind in KINDS {
             for parameter in of_kind(kind).iter().flat_map(|(_, table)| *table) {
                 let choices = choices(parameter.key);
                 if let (Value::Text(default), false) = (parameter.value, choices.is_empty()) {

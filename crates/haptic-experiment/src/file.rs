@@ -15,6 +15,8 @@
 
 mod coupler;
 mod device;
+pub(crate) mod document;
+mod error;
 mod pushed;
 pub(crate) mod reader;
 mod rendering;
@@ -35,9 +37,9 @@ use crate::{
     CouplerExperiment, Creep, Drive, Relaxation, TeleoperationExperiment, TouchExperiment,
     WallExperiment, parameters,
 };
+use document::Document;
+pub use error::FileError;
 use haptic_tissue::read_text;
-use reader::Document;
-pub use reader::FileError;
 use std::path::Path;
 
 /// The experiment that a file describes, all of its parameters checked.
@@ -75,15 +77,6 @@ pub enum ExperimentFile {
 /// The table beside an experiment that a controller drives, and the kinds that may have it.
 const DRIVE: &str = "drive";
 const DRIVEN: [&str; 2] = ["relax", "creep"];
-/// Kinds of experiments.
-const KINDS: [&str; 6] = [
-    "relax",
-    "creep",
-    "wall",
-    "coupler",
-    "teleoperation",
-    "touch",
-];
 
 impl ExperimentFile {
     /// Reads and checks a file.
@@ -102,7 +95,7 @@ impl ExperimentFile {
     /// If it is wrong: in one line, with file and line.
     pub fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
         let document = Document::parse(path, text)?;
-        let (kind, table, drive) = document.experiment(&KINDS, DRIVE)?;
+        let (kind, table, drive) = document.experiment(&parameters::KINDS, DRIVE)?;
         let table = table.with_keys(&parameters::of_kind(kind))?;
         if let Some(drive) = drive.as_ref().filter(|_| !DRIVEN.contains(&kind)) {
             let reason = format!(

@@ -18,6 +18,7 @@ mod excitation;
 mod first_guess;
 mod fit;
 mod intervals;
+mod measured;
 mod plan;
 mod record;
 mod replay;
@@ -25,7 +26,8 @@ mod sensor;
 mod serial;
 
 pub use conduct::{DriveError, Driven, Outcome, drive, on_simulated};
-pub use estimate::{Estimate, MeasureError, Measured, estimate};
+pub use estimate::{MeasureError, estimate};
+pub use measured::{Estimate, Measured};
 pub use plan::MeasurePlan;
 pub use record::MotionRecord;
 pub use serial::{SerialMotion, on_serial};

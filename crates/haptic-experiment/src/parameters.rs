@@ -26,6 +26,16 @@ pub use teleoperation::*;
 pub use touch::*;
 pub use wall::*;
 
+/// Kinds of experiments, the names of their tables in files.
+pub const KINDS: [&str; 6] = [
+    "relax",
+    "creep",
+    "wall",
+    "coupler",
+    "teleoperation",
+    "touch",
+];
+
 /// Tables of experiment files by kind: heading and parameters.
 #[must_use]
 pub fn of_kind(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
@@ -71,14 +81,7 @@ mod tests {
 
     #[test]
     fn a_table_has_no_key_twice_and_every_default_is_in_its_range() {
-        for kind in [
-            "relax",
-            "creep",
-            "wall",
-            "coupler",
-            "teleoperation",
-            "touch",
-        ] {
+        for kind in KINDS {
             let all: Vec<Parameter> = of_kind(kind)
                 .iter()
                 .flat_map(|(_, table)| *table)

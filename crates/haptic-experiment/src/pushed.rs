@@ -3,6 +3,7 @@
 //! The device arrives from free flight: at time 0 it is at the wall with the speed of the impact, and the
 //! wall remembers nothing. From then on the push acts.
 
+mod described;
 mod judged;
 mod report;
 mod setup;
@@ -15,6 +16,7 @@ use super::settling::{Criterion, Judge, Scales, Tolerance};
 use crate::failure::Failure;
 use crate::parameters;
 use crate::simulate::simulate;
+pub(super) use described::six_digits;
 use fracdiff::{Operator, Seconds};
 use haptic_analysis::Dynamics;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
@@ -23,8 +25,8 @@ use haptic_loop::{Controller, Environment, Limits, ParameterError, SafetyChain, 
 pub(super) use judged::{Judged, incomparable, judged, limited};
 use nalgebra::SVector;
 pub use report::TrialReport;
+pub(super) use setup::Parts;
 pub use setup::TrialSetup;
-pub(super) use setup::{Parts, six_digits};
 use std::ops::{ControlFlow, RangeInclusive};
 pub(super) use trial::Trial;
 

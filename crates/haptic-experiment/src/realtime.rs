@@ -69,6 +69,18 @@ impl Microseconds {
             max: microseconds(max),
         }
     }
+
+    /// Adds them to metadata, each as `NAME_us_PERCENTILE`.
+    pub(crate) fn describe(self, name: &str, metadata: &mut BTreeMap<String, String>) {
+        for (percentile, value) in [
+            ("p50", self.p50),
+            ("p99", self.p99),
+            ("p999", self.p999),
+            ("max", self.max),
+        ] {
+            metadata.insert(format!("{name}_us_{percentile}"), value.to_string());
+        }
+    }
 }
 
 /// To the ns.
@@ -188,14 +200,7 @@ impl RealtimeSummary {
             ("compute", timing.compute_ns(), self.compute_us),
             ("tick", timing.tick_ns(), self.tick_us),
         ] {
-            for (percentile, value) in [
-                ("p50", us.p50),
-                ("p99", us.p99),
-                ("p999", us.p999),
-                ("max", us.max),
-            ] {
-                values.insert(format!("{name}_us_{percentile}"), value.to_string());
-            }
+            us.describe(name, &mut values);
             values.insert(format!("{name}_histogram"), buckets(histogram));
         }
         values

@@ -15,8 +15,8 @@ use crate::failure::Failure;
 use crate::folder::{FolderRequest, OutputFolder};
 use fracdiff::Real;
 use haptic_log::live::{Live, LiveStreams};
-use haptic_log::record::{END, FinishedLog, StartTime};
-use haptic_loop::realtime::Periodic;
+use haptic_log::record::{AnyTick, END, FinishedLog, StartTime};
+use haptic_loop::realtime::{Cycle, Periodic};
 use haptic_loop::{Controller, Device, Engaged, Environment, SafetyState};
 use std::collections::BTreeMap;
 use std::convert::Infallible;
@@ -182,17 +182,7 @@ where
             let _ = recorder.starts_at(StartTime::at(SystemTime::now()));
         }
         let (message, compute_ns) = timed_tick(&mut engaged, &mut record)?;
-        let logged = match cycle {
-            Some(cycle) => {
-                let lateness_ns = u64::try_from(cycle.lateness.as_nanos())?;
-                let parts = TickParts {
-                    lateness_ns,
-                    compute_ns,
-                };
-                recorder.timed_tick(message.logged(), parts)
-            }
-            None => recorder.tick(message.logged()),
-        };
+        let logged = log_tick(recorder, message.logged(), cycle, compute_ns)?;
         tick += 1;
         if record.ended.is_some() {
             // The force is on its way to zero: in the log, but no part of the result.
@@ -242,6 +232,23 @@ where
     record.tick_ns.saturating_record(took.max(1));
     let energy_j = engaged.controller().guarded_energy_j();
     Ok((observed.of_loop(&sample, energy_j), took))
+}
+
+/// Hands a tick to the recorder; with a clock, with where its time went.
+fn log_tick(
+    recorder: &mut Recorder,
+    tick: AnyTick,
+    cycle: Option<Cycle>,
+    compute_ns: u64,
+) -> anyhow::Result<Result<(), Stopped>> {
+    let Some(cycle) = cycle else {
+        return Ok(recorder.tick(tick));
+    };
+    let parts = TickParts {
+        lateness_ns: u64::try_from(cycle.lateness.as_nanos())?,
+        compute_ns,
+    };
+    Ok(recorder.timed_tick(tick, parts))
 }
 
 /// Why a run is to end with this sample; fault and interruption go into the log.

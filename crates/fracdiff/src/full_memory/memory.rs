@@ -1,6 +1,6 @@
 //! Memories that only fade: weights that are moments of a density, whatever the density.
 
-use super::design::DesignError;
+use super::design_error::DesignError;
 use super::mode::Mode;
 use crate::ParameterError;
 use core::f64::consts::PI;

@@ -18,6 +18,7 @@
 
 mod bank;
 mod design;
+mod design_error;
 mod grid;
 mod kernel;
 #[cfg(feature = "std")]
@@ -38,7 +39,8 @@ pub use crate::range::{HORIZON_MAX, HORIZON_MIN, TOLERANCE_MAX, TOLERANCE_MIN};
 pub(crate) use bank::plain_modes;
 pub(crate) use bank::{Bank, PORTABLE_TAPS};
 pub use bank::{BankHistory, FullMemory, FullMemoryHistory};
-pub use design::{Design, DesignError};
+pub use design::Design;
+pub use design_error::DesignError;
 pub use kernel::Kernel;
 #[cfg(feature = "std")]
 pub use memory::{Memory, MemoryWeights};

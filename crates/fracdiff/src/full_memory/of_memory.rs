@@ -1,6 +1,7 @@
 //! The modes that stand for any memory that only fades.
 
-use super::design::{Design, DesignError, NOTHING, OWN_SWING, check_lags};
+use super::design::{Design, NOTHING, OWN_SWING, check_lags};
+use super::design_error::DesignError;
 use super::grid::{Grid, gauss_pair};
 use super::memory::{Memory, MemoryWeights};
 use super::mode::Mode;

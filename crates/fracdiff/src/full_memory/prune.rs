@@ -1,6 +1,7 @@
 //! Fewer modes for the same tolerance: weights fitted by non-negative least squares.
 
-use super::design::{Design, DesignError, check_lags};
+use super::design::{Design, check_lags};
+use super::design_error::DesignError;
 use super::grid::Grid;
 use super::kernel::{Core, Kernel};
 use super::mode::Mode;

@@ -2,7 +2,8 @@
 
 use super::content::{ControllerFile, ControllerOrigin, rule};
 use crate::file::FileError;
-use crate::file::reader::{Document, Table};
+use crate::file::document::Document;
+use crate::file::reader::Table;
 use crate::parameters as p;
 use crate::parameters::Parameter;
 use fracdiff::{Scheme, Seconds};

@@ -1,8 +1,9 @@
 //! `[coupler]`: device, coupler, object and trial.
 
 use super::device::{remote, scheme};
+use super::error::FileError;
 use super::pushed::{setup, times};
-use super::reader::{FileError, Table};
+use super::reader::Table;
 use crate::{CouplerExperiment, parameters as p};
 use fracdiff::Order;
 use haptic_analysis::CoupledObject;

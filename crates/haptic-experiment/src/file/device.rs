@@ -1,6 +1,7 @@
 //! Keys of every table: the device, its sensors, the operator, and how many samples there are.
 
-use super::reader::{FileError, Table};
+use super::error::FileError;
+use super::reader::Table;
 use crate::device::{DeviceName, Loop};
 use crate::modelled::operator;
 use crate::parameters as p;

@@ -1,7 +1,8 @@
 //! Keys that `[wall]` and `[coupler]` share: the device, and the plan of the trial.
 
 use super::device::{samples_fit, sensors};
-use super::reader::{FileError, Table};
+use super::error::FileError;
+use super::reader::Table;
 use super::safety::safety;
 use crate::parameters::Parameter;
 use crate::plant_file::{DeviceModel, DeviceValues};

@@ -1,7 +1,8 @@
 //! `[relax]` and `[creep]`: a tissue that is rendered.
 
 use super::device::{remote, samples_fit, scheme, sensors};
-use super::reader::{FileError, Table};
+use super::error::FileError;
+use super::reader::Table;
 use super::safety::safety;
 use crate::drive::Drive;
 use crate::modelled::ModelledTissue;

@@ -1,6 +1,7 @@
 //! Keys of every table: the safety chain.
 
-use super::reader::{FileError, Table};
+use super::error::FileError;
+use super::reader::Table;
 use crate::parameters as p;
 use crate::safety::Safety;
 

@@ -1,6 +1,7 @@
 //! `[teleoperation]`: devices, hand, motion, remote place, laws, line.
 
-use super::reader::{FileError, Table};
+use super::error::FileError;
+use super::reader::Table;
 use super::rendering::piece;
 use super::safety::safety;
 use crate::parameters as p;

@@ -1,7 +1,8 @@
 //! `[touch]`: shape, matter, device, hand, limits.
 
 use super::device::{samples_fit, scheme, sensors};
-use super::reader::{FileError, Table};
+use super::error::FileError;
+use super::reader::Table;
 use super::rendering::piece;
 use super::safety::safety;
 use crate::kept::WHOLE_MOST;

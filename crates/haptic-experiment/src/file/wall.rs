@@ -1,8 +1,9 @@
 //! `[wall]`: device, wall and trial.
 
 use super::device::{remote, scheme};
+use super::error::FileError;
 use super::pushed::{setup, times};
-use super::reader::{FileError, Table};
+use super::reader::Table;
 use crate::{WallExperiment, parameters as p};
 use fracdiff::Order;
 

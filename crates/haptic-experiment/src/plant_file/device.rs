@@ -2,7 +2,7 @@
 
 use super::model::{DeviceValues, Interval, PlantFile, PlantModel};
 use crate::file::FileError;
-use crate::file::reader::Document;
+use crate::file::document::Document;
 use crate::imperfections::Imperfections;
 use crate::measured_device::{Estimate, Measured};
 use crate::parameters as p;

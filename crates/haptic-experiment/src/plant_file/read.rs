@@ -3,7 +3,8 @@
 use super::model::{DeviceValues, Interval, PlantFile, PlantModel};
 use super::response::read_response;
 use crate::file::FileError;
-use crate::file::reader::{Document, Table};
+use crate::file::document::Document;
+use crate::file::reader::Table;
 use crate::parameters as p;
 use crate::parameters::Parameter;
 use fractional_control::ControlError;

@@ -1,8 +1,9 @@
 //! An experiment on a pushed device: what a wall and a coupler tell of themselves, and what follows for both.
 
+use super::described::warnings;
 use super::judged::Judged;
 use super::report::TrialReport;
-use super::setup::{Parts, TrialSetup, warnings};
+use super::setup::{Parts, TrialSetup};
 use crate::curves::Origin;
 use crate::failure::Failure;
 use crate::judge::Compared;

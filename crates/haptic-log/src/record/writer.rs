@@ -6,11 +6,11 @@
 //! more than 65 536 chunks (1.8 h) gets no index and no summary, so that memory does not grow with it: readers
 //! read it from front to back. The chunks keep their checksums; the sum over the whole file is left out.
 
+mod in_file;
+
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{self, BufWriter, Seek, Write};
+use std::io::{self, Seek, Write};
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 use mcap::records::{MessageHeader, Metadata};
 
@@ -21,11 +21,11 @@ use super::format::{
 };
 use super::message::LogMessage;
 use super::sink::{Control, Sink};
-use super::sync::{SyncTimes, Syncer};
+use super::sync::Syncer;
 use super::{
-    AnyTick, CLOCK, EventMessage, Leftover, NewFile, NewFileError, RecordError, StartTime,
-    TickMessage, VectorTick,
+    AnyTick, CLOCK, EventMessage, NewFile, RecordError, StartTime, TickMessage, VectorTick,
 };
+pub use in_file::FinishedLog;
 
 /// A chunk is closed and flushed when this much device time has begun anew, ns.
 pub const FLUSH_INTERVAL_NS: u64 = 100_000_000;
@@ -79,113 +79,6 @@ pub struct LogWriter<W: Write + Seek> {
     /// Ticks with vectors have been announced.
     vectors: bool,
     failed: bool,
-}
-
-/// Files that [`LogWriter::finish`] leaves on the disk.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct FinishedLog {
-    /// The file, the first if there are more.
-    pub path: PathBuf,
-    /// All files, in order.
-    pub paths: Vec<PathBuf>,
-    /// Ticks in it.
-    pub samples: u64,
-    /// Its size.
-    pub bytes: u64,
-    /// Number and durations of the syncs to the disk while the log grew.
-    pub syncs: SyncTimes,
-}
-
-impl LogWriter<BufWriter<File>> {
-    /// Starts the log `path`, under the name `path.part` until it is finished.
-    ///
-    /// # Errors
-    /// If `path` or `path.part` exists, or the folder does not take the file.
-    pub fn create(path: &Path) -> Result<Self, RecordError> {
-        Self::create_with(path, Leftover::Keep, false)
-    }
-
-    /// As [`create`](Self::create), with a choice of what happens to an unfinished file, and whether
-    /// the finished one may replace another.
-    ///
-    /// # Errors
-    /// As there.
-    pub fn create_with(
-        path: &Path,
-        leftover: Leftover,
-        overwrite: bool,
-    ) -> Result<Self, RecordError> {
-        Self::create_synced(path, leftover, overwrite, None)
-    }
-
-    /// As [`create_with`](Self::create_with); brought to the disk at an interval, if one is given.
-    pub(crate) fn create_synced(
-        path: &Path,
-        leftover: Leftover,
-        overwrite: bool,
-        interval: Option<Duration>,
-    ) -> Result<Self, RecordError> {
-        let (new_file, file) = NewFile::create(path, leftover, overwrite)?;
-        let syncer = interval.map(|interval| Syncer::start(&file, interval));
-        let started = syncer
-            .transpose()
-            .map_err(|error| NewFileError::io(path, error).into())
-            .and_then(|syncer| {
-                let mut writer = Self::with_sink(BufWriter::new(file), new_file.part())?;
-                writer.syncer = syncer;
-                Ok(writer)
-            });
-        match started {
-            Ok(mut writer) => {
-                // The name in the folder must survive a power cut as well.
-                new_file.sync_folder();
-                writer.new_file = Some(new_file);
-                Ok(writer)
-            }
-            Err(error) => {
-                new_file.discard();
-                Err(error)
-            }
-        }
-    }
-
-    /// Writes the index, brings the file to the disk and gives it its name.
-    ///
-    /// # Errors
-    /// If the disk is full, or the name was taken in the meantime; the `.part` file stays.
-    pub fn finish(mut self) -> Result<FinishedLog, RecordError> {
-        let new_file = self.new_file.take();
-        let syncer = self.syncer.take();
-        let (path, samples) = (self.path.clone(), self.samples);
-        let fail = |source| RecordError::Write {
-            path: path.clone(),
-            samples_safe: samples,
-            source,
-        };
-        let sink = self.close()?;
-        let file = sink
-            .into_inner()
-            .map_err(|error| fail(error.into_error()))?;
-        file.sync_data().map_err(fail)?;
-        let syncs = syncer.map_or(Ok(SyncTimes::default()), Syncer::stop);
-        let syncs = syncs.map_err(fail)?;
-        let bytes = file.metadata().map_err(fail)?.len();
-        let path = match new_file {
-            Some(new_file) => {
-                let target = new_file.target().to_owned();
-                new_file.publish()?;
-                target
-            }
-            None => path,
-        };
-        Ok(FinishedLog {
-            paths: vec![path.clone()],
-            path,
-            samples,
-            bytes,
-            syncs,
-        })
-    }
 }
 
 impl<W: Write + Seek> LogWriter<W> {

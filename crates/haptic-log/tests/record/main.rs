@@ -1,10 +1,12 @@
 //! The run log: what is written is read back, whatever happens to the file in between.
 
 mod damage;
+mod long;
+mod vectors;
 
 use haptic_log::record::{
-    Entry, EventMessage, LogFiles, LogReader, LogWriter, NewFileError, PerAxis, ROLL_LEAST,
-    RecordError, RollingLog, StartTime, TickMessage, VectorTick, export_csv, inspect, recover,
+    Entry, EventMessage, LogReader, LogWriter, NewFileError, RecordError, StartTime, TickMessage,
+    export_csv, inspect, recover,
 };
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -254,123 +256,6 @@ fn log_times_are_wall_clock_and_read_back_as_seconds_from_the_start() {
 }
 
 #[test]
-fn a_very_long_log_has_no_index_and_is_whole_all_the_same() {
-    // A tick in each 100 ms is a chunk each; 65 536 of them have an index.
-    let ticks = 150_000;
-    let chunked = |number: u64| TickMessage {
-        time_s: 0.1 * number as f64,
-        ..tick(number)
-    };
-    let folder = tempfile::tempdir().expect("folder");
-    let path = folder.path().join("long.mcap");
-    let mut writer = LogWriter::create(&path).expect("creates");
-    writer.starts_at(noon()).expect("dates");
-    writer
-        .metadata("experiment", parameters())
-        .expect("describes");
-    (0..ticks).for_each(|n| writer.tick(&chunked(n)).expect("writes"));
-    writer.finish().expect("finishes");
-
-    let summary = inspect(&path).expect("inspects");
-    assert!(summary.complete && summary.gaps.is_empty(), "{summary:?}");
-    assert_eq!((summary.samples, summary.out_of_order), (ticks, 0));
-    // The MCAP library finds no summary to trust, and every message.
-    let bytes = fs::read(&path).expect("reads");
-    let index = mcap::Summary::read(&bytes).expect("is MCAP");
-    assert!(index.is_none_or(|index| index.chunk_indexes.is_empty() && index.stats.is_none()));
-    let messages = mcap::MessageStream::new(&bytes).expect("is MCAP");
-    let messages = messages.map(|message| message.expect("is whole"));
-    assert!(messages.map(|message| message.sequence).eq(0..ticks as u32));
-    // A byte that changed is still found by its chunk.
-    let mut damaged = bytes;
-    let middle = damaged.len() * 2 / 3;
-    damaged[middle] ^= 0x40;
-    fs::write(&path, damaged).expect("writes");
-    let summary = inspect(&path).expect("inspects");
-    assert!(
-        !summary.complete && summary.samples >= ticks - 2,
-        "{}",
-        summary.samples
-    );
-}
-
-#[test]
-fn a_log_in_several_files_reads_as_one() {
-    let folder = tempfile::tempdir().expect("folder");
-    let name = |number: usize| match number {
-        1 => folder.path().join("run.mcap"),
-        _ => folder.path().join(format!("run-{number:04}.mcap")),
-    };
-    let write = |ticks: u64, overwrite| {
-        let mut log = RollingLog::create(&name(1), parameters(), overwrite).expect("creates");
-        log.roll_at(ROLL_LEAST);
-        log.starts_at(noon()).expect("dates");
-        (0..ticks).for_each(|n| log.tick(&tick(n)).expect("writes"));
-        log.finish().expect("finishes")
-    };
-    let ticks = 60_000;
-    let finished = write(ticks, false);
-    let files = finished.paths.len();
-    assert!((3..12).contains(&files), "{files} files");
-    let expected: Vec<PathBuf> = (1..=files).map(name).collect();
-    assert_eq!(
-        (finished.paths, finished.samples),
-        (expected.clone(), ticks)
-    );
-    for (n, path) in expected.iter().enumerate() {
-        let bytes = fs::metadata(path).expect("is there").len();
-        // A chunk more than full at most, and the index.
-        assert!(bytes < ROLL_LEAST + ROLL_LEAST / 5, "{bytes}");
-        assert!(bytes > ROLL_LEAST || n + 1 == files, "{bytes}");
-        // Each by itself has an index, metadata and date.
-        let bytes = fs::read(path).expect("reads");
-        let index = mcap::Summary::read(&bytes).expect("is MCAP");
-        assert!(!index.expect("is there").chunk_indexes.is_empty());
-        let own: Vec<Entry> = LogReader::open(path)
-            .expect("opens")
-            .collect::<Result<_, _>>()
-            .expect("reads");
-        let described = |entry: &&Entry| matches!(entry, Entry::Metadata(record) if record.values == parameters());
-        assert_eq!(own.iter().filter(described).count(), 1);
-    }
-    let all = |path: &Path| -> Vec<TickMessage> {
-        let entries = LogFiles::open(path).expect("opens");
-        ticks_of(&entries.collect::<Result<Vec<_>, _>>().expect("reads"))
-    };
-    assert!(all(&name(1)) == (0..ticks).map(tick).collect::<Vec<_>>());
-    let summary = inspect(&name(1)).expect("inspects");
-    assert!(summary.complete && summary.gaps.is_empty());
-    assert_eq!((summary.samples, summary.last_s), (ticks, Some(59.999)));
-    let named = summary.metadata.iter().map(|record| record.name.as_str());
-    assert_eq!(named.collect::<Vec<_>>(), ["experiment", "clock"]);
-
-    // A file that is gone is missed, one in the middle as well as the last.
-    for gone in [2, files] {
-        let aside = folder.path().join("aside");
-        fs::rename(name(gone), &aside).expect("moves");
-        let summary = inspect(&name(1)).expect("inspects");
-        assert!(!summary.complete && summary.samples < ticks);
-        let missing = format!("run-{gone:04}.mcap");
-        assert!(summary.damage[0].contains(&missing), "{:?}", summary.damage);
-        fs::rename(&aside, name(gone)).expect("moves back");
-    }
-    // The file that was being written when the process died is `.part`.
-    let part = folder.path().join(format!("run-{files:04}.mcap.part"));
-    let bytes = fs::read(name(files)).expect("reads");
-    fs::write(&part, &bytes[..bytes.len() / 2]).expect("writes");
-    fs::remove_file(name(files)).expect("removes");
-    let summary = inspect(&name(1)).expect("inspects");
-    assert!(!summary.complete && summary.gaps.is_empty());
-    fs::remove_file(part).expect("removes");
-
-    // A shorter log that takes the place of this leaves none of its files.
-    let finished = write(10, true);
-    assert_eq!(finished.paths, [name(1)]);
-    assert_eq!(inspect(&name(1)).expect("inspects").samples, 10);
-    assert_eq!(fs::read_dir(folder.path()).expect("lists").count(), 1);
-}
-
-#[test]
 fn the_csv_has_every_digit() {
     let folder = tempfile::tempdir().expect("folder");
     let (log, csv) = (
@@ -393,113 +278,6 @@ fn the_csv_has_every_digit() {
 #[test]
 fn foreign_readers_agree_with_the_csv_on_every_value() {
     foreign_readers_agree(|writer| fill(writer, 2_000));
-}
-
-#[test]
-fn foreign_readers_agree_on_ticks_with_two_and_three_axes() {
-    for axes in [2, 3] {
-        foreign_readers_agree(|writer| {
-            (0..2_000).try_for_each(|n| writer.vector_tick(&vector_tick(n, axes)))
-        });
-    }
-}
-
-/// A tick whose numbers tell fields and axes apart.
-fn vector_tick(n: u64, axes: usize) -> VectorTick {
-    let vector = |field: f64| {
-        let axis = |axis: usize| field + 0.1 * axis as f64 + 1e-3 * n as f64;
-        let numbers: Vec<f64> = (0..axes).map(axis).collect();
-        PerAxis::new(&numbers).expect("three at most")
-    };
-    VectorTick {
-        tick: n,
-        time_s: 1e-3 * n as f64,
-        reference_m: vector(1.0),
-        indenter_position_m: vector(2.0),
-        position_m: vector(3.0),
-        environment_force_n: vector(-4.0),
-        force_n: vector(-5.0),
-        contact_force_n: vector(f64::NAN),
-        limiters: (n % 7) as u8,
-        observed_energy_j: 1e-9 * n as f64,
-    }
-}
-
-#[test]
-fn ticks_with_vectors_are_read_counted_saved_and_tabled() {
-    let folder = tempfile::tempdir().expect("folder");
-    let path = |name: &str| folder.path().join(name);
-    let mut writer = LogWriter::create(&path("run.mcap")).expect("creates");
-    for n in (0..500).filter(|n| *n != 250) {
-        writer.vector_tick(&vector_tick(n, 3)).expect("takes");
-    }
-    writer.finish().expect("finishes");
-    let summary = inspect(&path("run.mcap")).expect("reads");
-    assert_eq!((summary.samples, summary.gaps.len()), (499, 1));
-    assert_eq!(summary.foreign_messages, 0);
-
-    // Cut in the middle, and saved.
-    let bytes = fs::read(path("run.mcap")).expect("reads");
-    fs::write(path("cut.mcap"), &bytes[..bytes.len() / 2]).expect("writes");
-    let saved = recover(&path("cut.mcap"), &path("saved.mcap"), false).expect("saves");
-    assert!(saved.samples > 100 && saved.lost_data());
-    let ticks = |log: &str| -> Vec<Entry> {
-        let entries = LogReader::open(&path(log))
-            .expect("opens")
-            .map(Result::unwrap);
-        entries
-            .filter(|entry| matches!(entry, Entry::Vector(_)))
-            .collect()
-    };
-    let (all, kept) = (ticks("run.mcap"), ticks("saved.mcap"));
-    assert_eq!(kept.len() as u64, saved.samples);
-    // As text, for NaN.
-    assert_eq!(format!("{:?}", &all[..kept.len()]), format!("{kept:?}"));
-
-    let table = export_csv(&path("run.mcap"), &path("run.csv"), false).expect("exports");
-    assert_eq!(table.rows, 499);
-    let mut table = csv::Reader::from_path(path("run.csv")).expect("opens");
-    assert_eq!(table.headers().expect("has one"), VectorTick::columns(3));
-    let row = table.records().nth(7).expect("rows").expect("parses");
-    let column = |name: &str| {
-        let place = VectorTick::columns(3)
-            .iter()
-            .position(|column| column == name);
-        row[place.expect("is there")]
-            .parse::<f64>()
-            .expect("a number")
-    };
-    for (name, want) in [
-        ("position_x_m", 3.007),
-        ("position_y_m", 3.107),
-        ("force_z_n", -4.793),
-        ("limiters", 0.0),
-    ] {
-        assert!((column(name) - want).abs() < 1e-12, "{name}");
-    }
-
-    // Both kinds fit in no one table.
-    let mut mixed = LogWriter::create(&path("mixed.mcap")).expect("creates");
-    mixed.vector_tick(&vector_tick(0, 2)).expect("takes");
-    mixed.tick(&tick(1)).expect("takes");
-    mixed.finish().expect("finishes");
-    let error = export_csv(&path("mixed.mcap"), &path("mixed.csv"), false).expect_err("refused");
-    assert!(
-        error.to_string().contains("ticks of 2 and of 1 axes"),
-        "{error}"
-    );
-    assert!(!path("mixed.csv").exists());
-}
-
-#[test]
-fn a_log_of_one_axis_says_nothing_of_vectors() {
-    let mut log = Cursor::new(Vec::new());
-    let mut writer = LogWriter::with_sink(&mut log, Path::new("run")).expect("begins");
-    fill(&mut writer, 100).expect("fills");
-    writer.close().expect("closes");
-    let bytes = log.into_inner();
-    let words = b"VectorTick";
-    assert!(!bytes.windows(words.len()).any(|window| window == words));
 }
 
 fn foreign_readers_agree(

@@ -28,6 +28,7 @@ mod motion;
 mod noise;
 mod profile;
 mod rig;
+mod rig_config;
 
 pub use axes::Axes;
 pub use delay::{MAX_DELAY_SAMPLES, MeasurementDelay};
@@ -39,4 +40,5 @@ pub use mass_matrix::MassMatrix;
 pub use motion::RigMotion;
 pub use noise::SensorNoise;
 pub use profile::RampHold;
-pub use rig::{IndentationRig, RigConfig, RigContact, RigDrive, RigServo, SUB_STEPS};
+pub use rig::{IndentationRig, SUB_STEPS};
+pub use rig_config::{RigConfig, RigContact, RigDrive, RigServo};

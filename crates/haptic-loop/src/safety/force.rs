@@ -44,6 +44,18 @@ impl Limiters {
     /// The passivity guard changed the force.
     pub const GUARD: Self = Self(128);
 
+    /// Names of the limiters, bit by bit from the lowest.
+    pub const NAMES: [&str; 8] = [
+        "magnitude",
+        "rate",
+        "fault",
+        "stopping",
+        "start-up",
+        "workspace",
+        "velocity",
+        "guard",
+    ];
+
     /// The bits, as logs keep them: 1 magnitude, 2 rate, 4 fault, 8 stopping, 16 start-up, 32 workspace,
     /// 64 velocity, 128 guard.
     #[must_use]

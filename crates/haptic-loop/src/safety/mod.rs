@@ -30,6 +30,7 @@ mod force;
 mod limits;
 mod motion;
 mod release;
+mod zone;
 
 pub use fault::Fault;
 pub use force::{Limiters, SafeForce};

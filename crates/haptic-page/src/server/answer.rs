@@ -4,12 +4,12 @@ use super::hub::{Hub, blocking, felt};
 use super::live::{FRAMES_PER_S, LiveView};
 use super::page::{Outgoing, Page};
 use super::request::{Request, ViewRequest};
-use super::status::LIMITERS;
 use crate::feel::{CHANNELS, SAMPLE_TIME, locked, ranges, specimen_shape};
 use crate::frame::{LIVE, frame};
 use crate::identify::identified;
 use crate::pyramid::{Columns, Span};
 use haptic_experiment::{Failure, ModelledTissue, Named as _};
+use haptic_loop::Limiters;
 use haptic_tissue::{Material, Model};
 use serde_json::{Value, json};
 use std::future::Future;
@@ -134,7 +134,7 @@ fn hello(version: u32, hub: &Hub, page: &Page) -> Result<Value, Failure> {
         "on_close": options.on_close.name(),
         "sample_time_s": SAMPLE_TIME.0,
         "channels": CHANNELS,
-        "limiters": LIMITERS,
+        "limiters": Limiters::NAMES,
         "tissues": tissues?,
         "ranges": ranges::with_device(options.device.mass_kg, options.device.damping_n_s_per_m),
         "feel": hub.feel().map(|feel| felt(&feel.settings(), None)["feel"].take()),

@@ -3,19 +3,8 @@
 use super::hub::Hub;
 use super::live::Shown;
 use crate::feel::{SAMPLE_TIME, locked};
+use haptic_loop::Limiters;
 use serde_json::{Value, json};
-
-/// Names of the limiters, bit by bit.
-pub(super) const LIMITERS: [&str; 8] = [
-    "magnitude",
-    "rate",
-    "fault",
-    "stopping",
-    "start-up",
-    "workspace",
-    "velocity",
-    "guard",
-];
 
 /// The status as this page is told it.
 pub(super) fn status(hub: &Hub, page: u64, shown: &Shown) -> Value {
@@ -48,7 +37,7 @@ pub(super) fn status(hub: &Hub, page: u64, shown: &Shown) -> Value {
             "skipped": state.skipped,
             "lost": lost,
             "limiter": state.limiter,
-            "limiters": limiters.iter().map(|&bit| LIMITERS[bit]).collect::<Vec<_>>(),
+            "limiters": limiters.iter().map(|&bit| Limiters::NAMES[bit]).collect::<Vec<_>>(),
             "fault": state.fault.map(|fault| fault.to_string()),
             "energy_j": state.energy_j,
             "position_m": state.position_m,

@@ -1,9 +1,12 @@
 //! Sessions over a good line: states, transactions, streams, watchdog.
 
-use crate::line::{Bench, START, spring, transaction};
+mod faults;
+mod transactions;
+
+use crate::line::{Bench, START, spring};
 use haptic_link::{
-    Configuration, EventKind, Field, LoopMode, OperatorForm, OperatorShape, Refusal, Report,
-    Request, Sample, SimulationKind, Start, State,
+    EventKind, LoopMode, OperatorForm, OperatorShape, Refusal, Report, Request, SimulationKind,
+    Start, State,
 };
 use haptic_loop::Fault;
 use haptic_remote::{DeviceOperator, LinkError};
@@ -79,134 +82,6 @@ fn a_device_at_power_up_makes_no_force_and_waits() {
         panic!("no capabilities");
     };
     assert_eq!(capabilities.board(), "bench");
-}
-
-#[test]
-fn a_configuration_takes_effect_as_a_whole_and_reads_back() {
-    let mut bench = Bench::ideal();
-    bench.hello();
-    let values: Vec<f32> = (0..40).map(|n| 1.0 / (1.0 + n as f32)).collect();
-    let (mut configuration, _) = spring();
-    configuration.operator.count = 40;
-    bench.set(configuration, &values).expect("good");
-    let Report::Configuration {
-        configuration: have,
-        ..
-    } = bench.done(Request::GetConfiguration)
-    else {
-        panic!("no configuration");
-    };
-    assert_eq!(have, configuration);
-    let mut back = Vec::new();
-    for offset in [0, 16, 32] {
-        let Report::Coefficients(block) = bench.done(Request::GetCoefficients { offset }) else {
-            panic!("no coefficients");
-        };
-        back.extend(block.values);
-    }
-    assert_eq!(back[..40], values);
-    assert!(back[40..].iter().all(|&value| value == 0.0));
-    assert_eq!(events(&bench), [EventKind::Configured]);
-}
-
-#[test]
-fn a_transaction_that_is_not_whole_changes_nothing() {
-    let mut bench = Bench::ideal();
-    bench.hello();
-    let (configuration, values) = spring();
-    let before = bench.done(Request::GetConfiguration);
-    let commit = Request::Commit {
-        digest: 1,
-        scope: haptic_link::Scope::Lasting,
-    };
-    assert_eq!(bench.refused(commit.clone()), Refusal::Incomplete);
-    for request in transaction(configuration, &[]) {
-        bench.done(request);
-    }
-    assert_eq!(bench.refused(commit.clone()), Refusal::Incomplete);
-    for request in transaction(configuration, &values) {
-        bench.done(request);
-    }
-    assert_eq!(bench.refused(commit), Refusal::Digest);
-    assert_eq!(bench.done(Request::GetConfiguration), before);
-}
-
-#[test]
-fn parameters_beyond_the_limits_of_the_device_are_refused_by_name() {
-    type Change = fn(&mut Configuration);
-    let cases: [(Field, Change); 13] = [
-        (Field::TickPeriod, |c| c.tick_period_us = 20),
-        (Field::TickPeriod, |c| c.tick_period_us = 1_000_000),
-        (Field::Stiffness, |c| c.stiffness_n_per_m = -1.0),
-        (Field::Stiffness, |c| c.stiffness_n_per_m = f32::NAN),
-        (Field::Dissipation, |c| {
-            c.dissipation_n_s_mu_per_m = f32::INFINITY;
-        }),
-        (Field::Surface, |c| c.surface_m = f32::NAN),
-        (Field::IntegerPart, |c| c.operator.integer = 1),
-        (Field::ForceLimit, |c| c.limits.force_n = 1000.0),
-        (Field::ForceLimit, |c| c.limits.force_n = 0.0),
-        (Field::ForceRateLimit, |c| {
-            c.limits.force_rate_n_per_s = f32::NAN;
-        }),
-        (Field::Watchdog, |c| c.limits.watchdog_ms = 4),
-        (Field::Watchdog, |c| c.limits.watchdog_ms = 1001),
-        (Field::Mass, |c| c.simulation.mass_kg = 0.0),
-    ];
-    let mut bench = Bench::ideal();
-    bench.hello();
-    for (field, change) in cases {
-        let (mut configuration, values) = spring();
-        change(&mut configuration);
-        let answer = bench.set(configuration, &values);
-        match answer {
-            Err(Refusal::Range { field: named, .. }) => assert_eq!(named, field),
-            other => panic!("{field}: {other:?}"),
-        }
-    }
-    assert_eq!(
-        bench.done(Request::GetConfiguration),
-        Bench::ideal_configuration()
-    );
-}
-
-#[test]
-fn coefficients_that_no_operator_has_are_refused_by_name() {
-    let mut bench = Bench::ideal();
-    bench.hello();
-    let (configuration, values) = spring();
-    let mut many = configuration;
-    many.operator.count = 300;
-    for (configuration, values, want) in [
-        (many, values, Field::CoefficientCount),
-        (configuration, [1.0, f32::NAN], Field::Coefficient),
-    ] {
-        match bench.set(configuration, &values) {
-            Err(Refusal::Range { field, .. }) => assert_eq!(field, want),
-            other => panic!("{want}: {other:?}"),
-        }
-    }
-    // A decay of 1.5 lies outside the range that the refusal names.
-    let (mut configuration, _) = spring();
-    configuration.operator = OperatorShape {
-        form: OperatorForm::Sections,
-        integer: 0,
-        count: 5,
-    };
-    let answer = bench.set(configuration, &[1.0, 1.0, 1.0, 1.5, 1.0]);
-    assert_eq!(
-        answer.map(|_| ()),
-        Err(Refusal::Range {
-            field: Field::Coefficient,
-            value: 1.5,
-            least: f32::from_bits(1),
-            most: 1.0,
-        })
-    );
-    assert_eq!(
-        bench.done(Request::GetConfiguration),
-        Bench::ideal_configuration()
-    );
 }
 
 #[test]
@@ -316,68 +191,6 @@ fn the_force_of_a_device_loop_is_that_of_the_same_loop_on_the_host() {
 }
 
 #[test]
-fn silence_latches_a_fault_and_the_force_falls_to_zero() {
-    let mut bench = started(START);
-    bench.run_ms(100);
-    assert!(bench.force_n() < -0.9);
-    bench.host_dead = true;
-    // 20 ms of silence, then 1 N at 10 000 N/s: one tick.
-    bench.run_ms(26);
-    assert_eq!(bench.state(), State::Fault);
-    assert_eq!(bench.force_n(), 0.0);
-    assert_eq!(fault(&bench), Some(Fault::HostSilent));
-    // The host comes back, looks, and only then arms again.
-    bench.host_dead = false;
-    assert_eq!(
-        bench.refused(Request::Start(START)),
-        Refusal::State(State::Fault)
-    );
-    assert_eq!(
-        bench.refused(Request::Arm { faults: 0 }),
-        Refusal::UnknownFault
-    );
-    bench.done(Request::Arm { faults: 1 });
-    bench.done(Request::Start(Start { run: 2, ..START }));
-    bench.run_ms(100);
-    assert_eq!(bench.state(), State::Running);
-}
-
-#[test]
-fn an_idle_device_does_not_mind_silence() {
-    let mut bench = Bench::ideal();
-    bench.hello();
-    bench.host_dead = true;
-    bench.run_ms(2000);
-    assert_eq!(bench.state(), State::Idle);
-}
-
-#[test]
-fn stop_and_disarm_work_in_every_state() {
-    let mut bench = Bench::ideal();
-    bench.hello();
-    assert_eq!(bench.refused(Request::Stop), Refusal::State(State::Idle));
-    bench.done(Request::Disarm);
-    let mut bench = armed();
-    bench.done(Request::Stop);
-    assert_eq!(bench.state(), State::Armed);
-    bench.done(Request::Start(START));
-    bench.run_ms(100);
-    bench.done(Request::Stop);
-    bench.run_ms(10);
-    assert_eq!((bench.state(), bench.force_n()), (State::Armed, 0.0));
-    bench.done(Request::Start(Start { run: 2, ..START }));
-    bench.run_ms(100);
-    bench.done(Request::Disarm);
-    bench.done(Request::Disarm);
-    bench.run_ms(10);
-    assert_eq!((bench.state(), bench.force_n()), (State::Idle, 0.0));
-    bench.device.borrow_mut().trip(Fault::EmergencyStop);
-    assert_eq!(bench.refused(Request::Stop), Refusal::State(State::Fault));
-    bench.done(Request::Disarm);
-    assert_eq!(bench.state(), State::Fault);
-}
-
-#[test]
 fn parameters_cannot_change_under_a_closed_loop() {
     let mut bench = armed();
     let (configuration, values) = spring();
@@ -442,77 +255,6 @@ fn a_host_loop_applies_the_force_it_is_sent() {
     bench.law = None;
     bench.run_ms(30);
     assert_eq!(fault(&bench), Some(Fault::HostSilent));
-}
-
-#[test]
-fn a_force_that_is_not_finite_latches_a_fault() {
-    let mut bench = host_loop(|_| f32::NAN);
-    bench.run_ms(10);
-    assert_eq!(fault(&bench), Some(Fault::NonFiniteForce));
-    assert_eq!(bench.force_n(), 0.0);
-}
-
-#[test]
-fn late_ticks_in_a_row_latch_a_fault() {
-    let bench = started(START);
-    for n in 0..20_u64 {
-        bench.device.borrow_mut().overrun();
-        assert_eq!(bench.state() == State::Fault, n == 19, "{n}");
-    }
-}
-
-#[test]
-fn the_flight_recorder_keeps_what_led_to_a_fault() {
-    let mut bench = started(START);
-    bench.run_ms(200);
-    let nothing = |bench: &mut Bench| match bench.done(Request::ReadFlight { index: 0 }) {
-        Report::Flight(flight) => flight.count == 0 && flight.sample == Sample::default(),
-        other => panic!("{other:?}"),
-    };
-    assert!(nothing(&mut bench), "no fault has latched");
-    let second = bench.refused(Request::ReadFlight { index: 1 });
-    assert!(matches!(second, Refusal::Range { .. }), "{second:?}");
-    bench.device.borrow_mut().trip(Fault::EmergencyStop);
-    bench.run_ms(100);
-    let Report::Flight(first) = bench.done(Request::ReadFlight { index: 0 }) else {
-        panic!("no flight");
-    };
-    let mut ticks = Vec::new();
-    for index in 0..first.count {
-        let Report::Flight(flight) = bench.done(Request::ReadFlight { index }) else {
-            panic!("no flight");
-        };
-        ticks.push(flight.sample);
-    }
-    assert!(
-        ticks
-            .windows(2)
-            .all(|pair| pair[1].tick == pair[0].tick + 1)
-    );
-    let faulty = ticks
-        .iter()
-        .filter(|sample| sample.limiters & 4 != 0)
-        .count();
-    assert!(
-        faulty >= 1 && ticks.len() > 24 + faulty,
-        "{faulty} of {}",
-        ticks.len()
-    );
-    // It stands still until the fault is cleared.
-    bench.run_ms(200);
-    let again = bench.done(Request::ReadFlight { index: 0 });
-    assert_eq!(again, Report::Flight(first));
-    let index = first.count;
-    let refusal = bench.refused(Request::ReadFlight { index });
-    assert!(matches!(
-        refusal,
-        Refusal::Range {
-            field: Field::FlightIndex,
-            ..
-        }
-    ));
-    bench.done(Request::Arm { faults: 1 });
-    assert!(nothing(&mut bench), "the fault is cleared");
 }
 
 #[test]

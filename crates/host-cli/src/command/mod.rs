@@ -17,6 +17,7 @@ pub mod log;
 pub mod materials;
 pub mod plant;
 pub mod preflight;
+pub mod pushed;
 pub mod realtime;
 pub mod relax;
 pub mod remote;

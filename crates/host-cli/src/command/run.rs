@@ -4,10 +4,11 @@ use super::conduct::conduct;
 use super::drive::DriveArguments;
 use super::live::LiveArguments;
 use super::preflight::PreflightArguments;
+use super::pushed::{print_coupler, print_wall};
 use super::realtime::RealtimeArguments;
 use super::remote::RemoteArguments;
 use super::safety::SafetyArguments;
-use super::summary::{print_end, print_force, print_operator, print_summary};
+use super::summary::print_summary;
 use super::teleoperation::print_teleoperation;
 use super::touch::print_touch;
 use super::words::roll_bytes;
@@ -23,16 +24,13 @@ use haptic_experiment::parameters::{
     COUPLER, COUPLER_REQUIRED, CREEP, DRIVE, ON_DEVICE, Parameter, RELAX, RENDERING, SAFETY,
     TELEOPERATION, TOUCH, Value, WALL, WALL_REQUIRED,
 };
-use haptic_experiment::report::RunReport;
 use haptic_experiment::teleoperation::{TeleoperationCurves, TeleoperationVerdict};
 use haptic_experiment::touch::{TouchCurves, TouchVerdict};
 use haptic_experiment::{
-    CouplerExperiment, CouplerReport, ExperimentFile, Pace, Settling, Supervisor,
-    TeleoperationExperiment, TeleoperationReport, TouchExperiment, TouchReport, TrialVerdict,
-    WallExperiment, WallReport,
+    CouplerExperiment, CouplerReport, ExperimentFile, Pace, Supervisor, TeleoperationExperiment,
+    TeleoperationReport, TouchExperiment, TouchReport, TrialVerdict, WallExperiment, WallReport,
 };
 use std::fmt::Write as _;
-use std::io::{self, Write};
 use std::path::PathBuf;
 
 const LONG_ABOUT: &str = "\
@@ -323,88 +321,4 @@ fn required(
         ))),
         _ => Ok(()),
     }
-}
-
-fn micrometres(x: Option<f64>) -> String {
-    match x {
-        Some(x) => format!("{:.4} µm", 1e6 * x),
-        None => "–".to_owned(),
-    }
-}
-
-/// The result as a person reads it.
-fn print_wall(out: &mut dyn Write, report: &WallReport) -> io::Result<()> {
-    let trial = &report.trial;
-    let (run, settling) = (&trial.run, &trial.settling);
-    writeln!(
-        out,
-        "wall of order {} · scheme {} · K = {:.6} N/m · B = {:.6} N·s^μ/m · device {}",
-        trial.order,
-        trial.scheme,
-        report.stiffness_n_per_m,
-        report.dissipation_n_s_mu_per_m,
-        run.device
-    )?;
-    print_trial(out, run, settling)?;
-    writeln!(
-        out,
-        "  deflection        {}, at rest {} by push/(K + k)",
-        micrometres(settling.deflection_m),
-        micrometres(settling.expected_deflection_m)
-    )?;
-    print_force(out, run)?;
-    print_operator(out, &trial.errors)?;
-    print_end(out, run)
-}
-
-/// The result of a coupler as a person reads it.
-fn print_coupler(out: &mut dyn Write, report: &CouplerReport) -> io::Result<()> {
-    let trial = &report.trial;
-    let (run, settling) = (&trial.run, &trial.settling);
-    writeln!(
-        out,
-        "coupler of order {} · scheme {} · k_c = {:.6} N·s/m · b_c = {:.6} N·s^(1−μ)/m · device {}",
-        trial.order,
-        trial.scheme,
-        report.coupler_stiffness_n_s_per_m,
-        report.coupler_dissipation_n_s_1_minus_mu_per_m,
-        run.device
-    )?;
-    writeln!(
-        out,
-        "  object            {} kg, {} N·s/m, {} N/m to the ground",
-        report.object_mass_kg, report.object_damping_n_s_per_m, report.object_stiffness_n_per_m
-    )?;
-    print_trial(out, run, settling)?;
-    writeln!(
-        out,
-        "  deflection        {}, at rest {} by the springs; object at the end {}",
-        micrometres(settling.deflection_m),
-        micrometres(settling.expected_deflection_m),
-        micrometres(report.object_position_m)
-    )?;
-    print_force(out, run)?;
-    print_operator(out, &trial.errors)?;
-    print_end(out, run)
-}
-
-/// Length of a trial, and its verdict.
-fn print_trial(out: &mut dyn Write, run: &RunReport, settling: &Settling) -> io::Result<()> {
-    writeln!(
-        out,
-        "  {} samples, {} s at {} ms",
-        run.samples,
-        run.duration_s,
-        1e3 * run.sample_time_s
-    )?;
-    writeln!(
-        out,
-        "  trial             {}: position varies by {} at the end, force by {} (standard deviations)",
-        settling.verdict.words(),
-        micrometres(settling.position_std_m),
-        settling
-            .force_std_n
-            .map_or_else(|| "–".to_owned(), |f| format!("{f:.3e} N")),
-    )?;
-    Ok(())
 }

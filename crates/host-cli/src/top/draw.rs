@@ -1,7 +1,8 @@
 //! Figures of a run drawn into a terminal of any size.
 
-use super::figures::{Figures, LIMITERS, Point, WINDOW_S};
+use super::figures::{Figures, Point, WINDOW_S};
 use super::follow::Run;
+use haptic_loop::Limiters;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style};
@@ -237,7 +238,7 @@ fn rows_of_timing(figures: &Figures) -> Vec<Row> {
 /// Each limiter: share of the last second, samples so far.
 fn rows_of_limiters(figures: &Figures) -> Vec<Row> {
     let limited = figures.limited();
-    LIMITERS
+    Limiters::NAMES
         .into_iter()
         .zip(limited)
         .map(|(name, share)| {

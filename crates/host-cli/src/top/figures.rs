@@ -1,6 +1,7 @@
 //! Figures of a run, made of the entries of its log as they come.
 
 use haptic_log::record::{BUDGET, CLOCK, Entry, EventMessage, MetadataRecord, RunEnd, TickMessage};
+use haptic_loop::Limiters;
 use serde::Serialize;
 use std::collections::{BTreeMap, VecDeque};
 
@@ -10,18 +11,6 @@ pub const WINDOW_S: f64 = 10.0;
 const KEPT_MOST: usize = 100_000;
 /// Events kept.
 const EVENTS_MOST: usize = 8;
-
-/// Limiters by their bits, as a reader knows them.
-pub const LIMITERS: [&str; 8] = [
-    "magnitude",
-    "rate",
-    "fault",
-    "stopping",
-    "start-up",
-    "workspace",
-    "velocity",
-    "guard",
-];
 
 /// A sample of the curves.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -203,7 +192,7 @@ impl Figures {
 
 /// Names of the limiters whose bits are set.
 fn names(bits: u8) -> impl Iterator<Item = &'static str> {
-    let named = LIMITERS.into_iter().enumerate();
+    let named = Limiters::NAMES.into_iter().enumerate();
     named.filter_map(move |(bit, name)| (bits >> bit & 1 == 1).then_some(name))
 }
 

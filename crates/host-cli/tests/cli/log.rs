@@ -1,12 +1,11 @@
 //! `log`: what is in a log, whether it is whole, and what a cut one still holds.
 
+mod checked;
+mod damaged;
+
 use crate::experiments::SHORT;
 use crate::process::{Place, number, table};
-use haptic_log::record::{END, EndKind, RollingLog, RunEnd, TickMessage};
-use rand_pcg::Pcg64;
-use rand_pcg::rand_core::{Rng, SeedableRng};
 use serde_json::Value;
-use std::collections::BTreeMap;
 
 /// Header of `log export`.
 const COLUMNS: &str = "tick,time_s,reference_m,indenter_position_m,position_m,environment_force_n,\
@@ -140,85 +139,6 @@ fn export_to_standard_output_is_the_file() {
 }
 
 #[test]
-fn check_finds_a_whole_log_whole() {
-    let place = with_log();
-    let check = place.run("log check run/relax.mcap").succeeded();
-    assert!(check.stdout.contains("whole: 3001 samples"), "{check}");
-    let check = place.run("log check run/relax.mcap --json").succeeded();
-    assert_eq!(check.json()["complete"], Value::from(true));
-}
-
-/// A log of these ticks at 1 kHz, of a run that made 1000 of 2000.
-fn log_of(place: &Place, ticks: impl Iterator<Item = u64>, ended: EndKind, dropped: u64) {
-    let path = place.path("made.mcap");
-    let mut log = RollingLog::create(&path, BTreeMap::new(), true).expect("starts");
-    for tick in ticks {
-        let message = TickMessage {
-            tick,
-            time_s: 1e-3 * tick as f64,
-            ..TickMessage::default()
-        };
-        log.tick(&message).expect("writes");
-    }
-    let end = RunEnd {
-        ended,
-        reason: "for a reason".to_owned(),
-        planned_samples: 2000,
-        made_samples: 1000,
-        dropped_samples: dropped,
-    };
-    log.metadata(END, end.metadata()).expect("writes");
-    log.finish().expect("finishes");
-}
-
-#[test]
-fn check_counts_what_is_missing_before_the_first_sample_and_after_the_last() {
-    let place = Place::new();
-    for (lost, [start, between, end]) in [
-        (vec![0..100, 100..200], [200, 0, 0]),
-        (vec![900..950, 950..1000], [0, 0, 100]),
-        (vec![0..1, 7..9, 999..1000], [1, 2, 1]),
-        (vec![0..500, 500..1000], [0, 0, 1000]),
-    ] {
-        let came = (0..1000).filter(|tick| !lost.iter().any(|lost| lost.contains(tick)));
-        let missing = start + between + end;
-        log_of(&place, came, EndKind::Interrupted, missing);
-        let check = place.run("log check made.mcap --json").failed(4).json();
-        let counted = ["missing_at_start", "missing_at_end", "missing_samples"];
-        let counted = counted.map(|key| number(&check, key) as u64);
-        assert_eq!(counted, [start, end, missing], "{check}");
-        // What is saved of it lacks the same.
-        let saved = place.run("log recover made.mcap saved.mcap --overwrite");
-        saved.failed(4);
-        let check = place.run("log check saved.mcap --json").failed(4).json();
-        assert_eq!(number(&check, "missing_samples") as u64, missing, "{check}");
-    }
-    let text = place.run("log check made.mcap").failed(4);
-    assert!(text.error().contains("1000 ticks missing"), "{text}");
-}
-
-#[test]
-fn check_judges_a_run_up_to_its_end_and_says_that_it_ended_early() {
-    let place = Place::new();
-    let early = "ended early: for a reason; 1000 of 2000 planned samples";
-    for ended in [EndKind::Interrupted, EndKind::Fault] {
-        log_of(&place, 0..1000, ended, 0);
-        let check = place.run("log check made.mcap").succeeded();
-        assert!(check.stdout.contains("whole: 1000 samples"), "{check}");
-        assert!(check.stdout.contains(early), "{check}");
-    }
-    // Nobody knows how many samples there were.
-    log_of(&place, 0..1000, EndKind::Link, 0);
-    let check = place.run("log check made.mcap").failed(4);
-    assert!(check.stdout.contains(early), "{check}");
-    assert!(check.error().contains("the link was lost"), "{check}");
-    // The run knows of more than the log shows.
-    log_of(&place, 0..1000, EndKind::Finished, 3);
-    let check = place.run("log check made.mcap").failed(4);
-    assert!(check.error().contains("counted 3"), "{check}");
-}
-
-#[test]
 fn export_writes_every_tick() {
     let place = with_log();
     let export = place.run("log export run/relax.mcap --json").succeeded();
@@ -325,110 +245,6 @@ fn a_target_that_cannot_be_written_is_refused_by_its_name() {
         assert_eq!(ended.error().matches("os error").count(), 1, "{ended}");
     }
     assert_eq!(place.files(), before);
-}
-
-#[test]
-fn a_log_cut_anywhere_is_recovered() {
-    let place = with_log();
-    let whole = place.read("run/relax.mcap");
-    place.run("log export run/relax.mcap whole.csv").succeeded();
-    let all = place.text("whole.csv");
-    let mut random = Pcg64::seed_from_u64(2);
-    let mut most = 0;
-    for _ in 0..20 {
-        // From an empty file's next byte to all but one.
-        let length = 1 + (random.next_u64() % (whole.len() as u64 - 1)) as usize;
-        let cut = Place::new();
-        cut.write("cut.mcap.part", &whole[..length]);
-
-        let check = cut.run("log check cut.mcap.part").failed(4);
-        assert!(check.error().contains("log recover"), "{check}");
-        let recovered = cut.run("log recover cut.mcap.part --json").failed(4);
-        assert!(recovered.error().contains("cut.mcap.part"), "{recovered}");
-        let summary = recovered.json();
-        assert_eq!(summary["log"], "cut.recovered.mcap");
-        assert_eq!(summary["complete"], Value::from(false));
-        assert!(
-            cut.read("cut.mcap.part") == whole[..length],
-            "the cut log is left as it is"
-        );
-
-        // What was saved is whole, and the start of what there was.
-        let check = cut.run("log check cut.recovered.mcap --json").succeeded();
-        assert_eq!(check.json()["samples"], summary["samples"]);
-        cut.run("log export cut.recovered.mcap saved.csv")
-            .succeeded();
-        assert!(all.starts_with(&cut.text("saved.csv")), "{length} bytes");
-
-        // The file shrinks by chunks of 100 samples, so little more than one is lost beyond the cut.
-        let samples = number(&summary, "samples") as usize;
-        let share = 3001 * length / whole.len();
-        assert!(
-            samples + 300 >= share,
-            "{samples} samples from {length} of {} bytes",
-            whole.len()
-        );
-        most = most.max(samples);
-    }
-    assert!(most > 1500, "no cut left much: {most} samples");
-}
-
-#[test]
-fn a_damaged_byte_is_found_and_the_rest_is_saved() {
-    let place = with_log();
-    let bytes = place.read("run/relax.mcap");
-    let mut gaps = 0;
-    // Somewhere in the chunks; the first and the last tenth hold other records too.
-    for tenth in 1..=8 {
-        let mut bad = bytes.clone();
-        bad[bytes.len() * tenth / 10] ^= 0x55;
-        place.write("bad.mcap", &bad);
-        let check = place.run("log check bad.mcap --json").failed(4).json();
-        assert_eq!(check["complete"], Value::from(false), "{tenth}");
-        let samples = number(&check, "samples");
-        let saved = format!("log recover bad.mcap saved-{tenth}.mcap --json");
-        let saved = place.run(&saved).failed(4).json();
-        assert_eq!(number(&saved, "samples"), samples, "{tenth}");
-        // A chunk is 100 samples. The byte may lie in an index and cost none.
-        let missing = 3001 - samples as u64;
-        assert!(missing == 0 || missing == 100, "{tenth}: {missing}");
-        if missing > 0 {
-            // The new log is whole but for the gap, and check says so.
-            let check = format!("log check saved-{tenth}.mcap --json");
-            let check = place.run(&check).failed(4).json();
-            assert_eq!(check["complete"], Value::from(true), "{tenth}");
-            assert_eq!(check["gaps"][0]["missing"], Value::from(missing));
-            gaps += 1;
-        }
-    }
-    assert!(gaps > 3, "most bytes are in chunks: {gaps}");
-}
-
-#[test]
-fn recovering_a_whole_log_loses_nothing() {
-    let place = with_log();
-    let saved = place.run("log recover run/relax.mcap copy.mcap --json");
-    let saved = saved.succeeded().json();
-    assert_eq!(saved["complete"], Value::from(true));
-    assert_eq!(saved["missing"], Value::Array(Vec::new()));
-    place.run("log export run/relax.mcap a.csv").succeeded();
-    place.run("log export copy.mcap b.csv").succeeded();
-    assert!(place.read("a.csv") == place.read("b.csv"));
-}
-
-#[test]
-fn a_cut_log_is_exported_and_drawn_as_far_as_it_goes() {
-    let place = with_log();
-    let bytes = place.read("run/relax.mcap");
-    place.write("cut.mcap", &bytes[..bytes.len() / 2]);
-    for command in ["export", "plot"] {
-        let ended = place.run(&format!("log {command} cut.mcap --json"));
-        let ended = ended.failed(4);
-        assert!(ended.error().contains("not whole"), "{ended}");
-        assert_eq!(ended.json()["complete"], Value::from(false));
-    }
-    let info = place.run("log info cut.mcap").succeeded();
-    assert!(info.stdout.contains("cut off or damaged"), "{info}");
 }
 
 /// A log of 300 ticks as the first schema had them, without the guard's energy.

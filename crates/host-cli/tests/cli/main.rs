@@ -21,12 +21,15 @@ mod identify;
 mod interrupted;
 #[cfg(unix)]
 mod killed;
+mod live;
 mod log;
 #[cfg(unix)]
 mod measure;
+mod picture_file;
 mod process;
 mod realtime;
 mod refusals;
 mod safety;
 mod teleoperation;
+mod top;
 mod touch;

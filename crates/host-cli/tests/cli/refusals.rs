@@ -1,8 +1,11 @@
 //! Bad usage and bad input: each a one-line error with its exit code, and no file made.
 
+mod files;
+mod ranges;
+
 use crate::data::GEL;
 use crate::experiments::SHORT;
-use crate::process::{Place, words};
+use crate::process::Place;
 
 /// Runs each line in a folder that holds only the regular file `file`, and gathers all complaints,
 /// so that one run of the test shows every message that is wrong.
@@ -70,73 +73,6 @@ fn an_analysis_names_the_option_and_writes_large_numbers_short() {
     let longest = ended.stdout.split([' ', ',']).map(str::len).max();
     assert!(longest < Some(30), "{}", ended.stdout);
     ended.succeeded();
-}
-
-/// Value, range and option: what a user needs to mend it.
-#[test]
-fn an_order_outside_its_range_is_refused() {
-    all_refused(
-        2,
-        &[
-            ("weights --order 3", &["3", "[-2, 2]", "--order"]),
-            ("weights --order -2.5", &["-2.5", "[-2, 2]", "--order"]),
-            ("weights --order NaN", &["NaN", "[-2, 2]", "--order"]),
-            ("weights --order inf", &["inf", "[-2, 2]", "--order"]),
-            ("weights --order half", &["half", "--order"]),
-            (
-                "differintegrate --order 2.01 --sample-time 1ms file",
-                &["2.01", "[-2, 2]", "--order"],
-            ),
-        ],
-    );
-}
-
-#[test]
-fn an_order_that_no_wall_has_is_refused_as_such() {
-    let wall = "[0, 2], a wall has no integral: give --order within it";
-    let walls = "[0, 2], a wall has no integral: give --orders within it";
-    all_refused(
-        2,
-        &[
-            (
-                "analyze stability --order 2.5 --alpha 0.1 --beta 0.1",
-                &["2.5", wall],
-            ),
-            (
-                "analyze environment --order -0.5 --stiffness 1 --dissipation 1 --sample-time 1ms",
-                &["-0.5", wall],
-            ),
-            (
-                "analyze coupling --order 2.5 --coupler-stiffness 1 --coupler-dissipation 2 --sample-time 1ms",
-                &["2.5", wall],
-            ),
-            ("zwidth --orders 0.5,2.5", &["2.5", walls]),
-            ("zwidth --orders -1", &["-1", walls]),
-            ("design --mass 65g --orders 3", &["3", walls]),
-        ],
-    );
-}
-
-#[test]
-fn the_unit_of_a_dissipation_is_explained() {
-    let environment =
-        "analyze environment --order 0.5 --stiffness 1 --sample-time 1ms --dissipation";
-    for given in ["100Ns/m", "1e2N.s^0.5/m", "100 Ns/m"] {
-        let mut arguments = words(environment);
-        arguments.push(given);
-        let ended = Place::new().run_arguments(&arguments, &[]);
-        ended.refused(
-            2,
-            &[
-                given,
-                "N·s^μ/m",
-                "follows from the order",
-                "the number alone",
-            ],
-        );
-    }
-    let line = format!("{environment} soft");
-    all_refused(2, &[(line.as_str(), &["soft", "not a finite number"])]);
 }
 
 /// A message shows what it is about, not all that somebody gave.
@@ -236,152 +172,6 @@ fn endless_input_ends_in_a_message() {
 }
 
 #[test]
-fn a_sample_time_outside_its_range_is_refused() {
-    all_refused(
-        2,
-        &[
-            ("relax --sample-time 0", &["0 s", "--sample-time"]),
-            ("relax --sample-time 0s", &["0 s", "--sample-time"]),
-            ("relax --sample-time -1ms", &["-", "--sample-time"]),
-            ("relax --sample-time -0.001", &["-0.001 s", "--sample-time"]),
-            ("relax --sample-time NaN", &["NaN", "--sample-time"]),
-            ("relax --sample-time inf", &["inf", "--sample-time"]),
-            ("relax --sample-time 1kg", &["1kg", "ms", "--sample-time"]),
-            ("creep --sample-time 0", &["0 s", "--sample-time"]),
-            (
-                "differintegrate --order 0.5 --sample-time 0 file",
-                &["0 s", "--sample-time"],
-            ),
-            (
-                "differintegrate --order 0.5 --sample-time -1ms file",
-                &["-", "--sample-time"],
-            ),
-            (
-                "differintegrate --order 0.5 --sample-time NaN file",
-                &["NaN", "--sample-time"],
-            ),
-            (
-                "weights --order 0.5 --scheme full --sample-time 0",
-                &["0 s", "--sample-time"],
-            ),
-        ],
-    );
-}
-
-#[test]
-fn a_strain_or_stress_outside_its_range_is_refused() {
-    all_refused(
-        2,
-        &[
-            ("relax --strain 0", &["0", "(0, 1]", "--strain"]),
-            ("relax --strain 0%", &["0", "(0, 1]", "--strain"]),
-            ("relax --strain -0.05", &["-0.05", "(0, 1]", "--strain"]),
-            ("relax --strain -5%", &["-0.05", "(0, 1]", "--strain"]),
-            ("relax --strain=-5%", &["-0.05", "(0, 1]", "--strain"]),
-            ("relax --strain 200%", &["2", "(0, 1]", "--strain"]),
-            ("relax --strain NaN", &["NaN", "--strain"]),
-            ("relax --strain 5mm", &["5mm", "%", "--strain"]),
-            ("creep --stress 0", &["0 Pa", "--stress"]),
-            ("creep --stress -100Pa", &["-100", "--stress"]),
-            ("creep --stress NaN", &["NaN", "--stress"]),
-        ],
-    );
-}
-
-#[test]
-fn a_specimen_that_is_none_is_refused() {
-    all_refused(
-        2,
-        &[
-            ("relax --thickness 0", &["0 m", "--thickness"]),
-            ("relax --thickness -20mm", &["-0.02 m", "--thickness"]),
-            ("relax --thickness=-20mm", &["-0.02 m", "--thickness"]),
-            ("relax --thickness NaN", &["NaN", "--thickness"]),
-            ("relax --area 0", &["0 m²", "--area"]),
-            ("relax --area -4cm2", &["-0.0004 m²", "--area"]),
-            ("relax --area NaN", &["NaN", "--area"]),
-            ("creep --thickness 0", &["0 m", "--thickness"]),
-        ],
-    );
-}
-
-#[test]
-fn times_that_make_no_experiment_are_refused() {
-    all_refused(
-        2,
-        &[
-            ("relax --duration 0", &["0 s", "--duration"]),
-            ("relax --duration -1s", &["-1", "--duration"]),
-            ("relax --duration NaN", &["NaN", "--duration"]),
-            ("relax --duration 5ms", &["0.005 s", "--duration"]),
-            ("relax --duration 1e9s", &["1000000000 s", "--duration"]),
-            ("relax --ramp-time 0", &["0 s", "--ramp-time"]),
-            ("relax --ramp-time 200s", &["200 s", "--ramp-time"]),
-            ("creep --duration 0", &["0 s", "--duration"]),
-        ],
-    );
-}
-
-#[test]
-fn an_unknown_or_impossible_scheme_is_refused() {
-    all_refused(
-        2,
-        &[
-            ("relax --scheme gruenwald:9", &["gruenwald:9", "grunwald:N"]),
-            ("relax --scheme grunwald", &["grunwald", "grunwald:N"]),
-            ("relax --scheme grunwald:0", &["0", "[1, ", "--scheme"]),
-            ("relax --scheme grunwald:many", &["many", "--scheme"]),
-            ("relax --scheme full:0", &["0", "[1e-11, ", "--scheme"]),
-            ("relax --scheme full:NaN", &["NaN", "--scheme"]),
-            ("relax --scheme exact", &["exact", "analysis", "full"]),
-            (
-                "relax --scheme oustaloup:3:100:1",
-                &["100 Hz", "1 Hz", "500 Hz"],
-            ),
-            ("relax --scheme oustaloup:3:1:1000", &["1000 Hz", "500 Hz"]),
-            ("weights --order 0.5 --scheme muir:0", &["0", "--scheme"]),
-            (
-                "differintegrate --order 0.5 --sample-time 1ms --scheme spline file",
-                &["spline", "grunwald:N"],
-            ),
-        ],
-    );
-}
-
-#[test]
-fn an_unknown_tissue_is_refused_with_those_there_are() {
-    let known: &[&str] = &["jelly", "prostate-cancerous", "prostate-healthy"];
-    all_refused(
-        2,
-        &[
-            ("relax --tissue jelly", known),
-            ("creep --tissue jelly", known),
-            ("materials show jelly", known),
-            ("relax --tissue jelly.toml", &["jelly.toml"]),
-            ("relax --library nowhere", &["nowhere", "folder"]),
-            ("materials list --library nowhere", &["nowhere", "folder"]),
-        ],
-    );
-}
-
-#[test]
-fn limits_and_sensors_outside_their_range_are_refused() {
-    all_refused(
-        2,
-        &[
-            ("relax --force-limit 0", &["0 N", "force limit"]),
-            ("relax --force-limit -1N", &["-1 N", "force limit"]),
-            ("relax --force-limit NaN", &["NaN", "--force-limit"]),
-            ("relax --force-rate-limit 0", &["0 N/s"]),
-            ("relax --sensor-noise -1um", &["-0.000001 m", "noise"]),
-            ("relax --encoder-resolution -1um", &["-0.000001 m"]),
-            ("relax --seed -1", &["-1", "--seed"]),
-            ("relax --out new/deep --force-limit 0", &["force limit"]),
-        ],
-    );
-}
-
-#[test]
 fn an_option_without_effect_is_refused_with_what_would_give_it_one() {
     let seed: &[&str] = &["seed 7", "no effect", "--sensor-noise", "leave --seed out"];
     let specimen: &[&str] = &["no effect", "--wish tissue NAME"];
@@ -469,88 +259,6 @@ fn a_command_without_its_command_shows_help_as_bad_usage() {
         assert!(ended.stderr.contains("Usage: "), "{ended}");
         assert!(ended.stderr.contains(word), "{ended}");
     }
-}
-
-/// Permissions do not stop the superuser; a folder below a regular file cannot be made by anyone.
-#[test]
-fn a_folder_that_cannot_be_made_is_refused() {
-    let advice: &[&str] = &["file/run", "--out"];
-    all_refused(
-        2,
-        &[
-            ("relax --out file/run", advice),
-            ("creep --out file/run", advice),
-            ("relax --out file", &["file", "--out"]),
-            ("man file/run", &["file/run"]),
-        ],
-    );
-}
-
-#[test]
-fn files_of_an_earlier_run_are_kept_unless_overwriting_is_asked_for() {
-    let place = Place::new();
-    place.run(SHORT).succeeded();
-    let files = place.files();
-    let (log, csv) = (place.read("run/relax.mcap"), place.read("run/relax.csv"));
-    let other = format!("{SHORT} --strain 4%");
-    let ended = place.run(&other);
-    ended.refused(2, &["run/relax.mcap", "already exists", "--overwrite"]);
-    assert!(place.read("run/relax.mcap") == log && place.read("run/relax.csv") == csv);
-
-    place.run(&format!("{other} --overwrite")).succeeded();
-    assert_eq!(place.files(), files);
-    assert!(place.read("run/relax.mcap") != log && place.read("run/relax.csv") != csv);
-}
-
-#[test]
-fn one_file_of_an_earlier_run_is_enough_to_be_refused() {
-    for ending in ["mcap", "csv", "svg", "png", "mcap.part"] {
-        let place = Place::new();
-        let name = format!("run/relax.{ending}");
-        std::fs::create_dir(place.path("run")).expect("makes the folder");
-        place.write(&name, "theirs");
-        place.run(SHORT).refused(2, &[name.as_str()]);
-        assert_eq!(place.files(), ["run/", &name]);
-        assert_eq!(place.text(&name), "theirs");
-    }
-}
-
-#[test]
-fn bad_parameters_do_not_cost_the_files_they_would_have_overwritten() {
-    let place = Place::new();
-    place.run(SHORT).succeeded();
-    let files = place.files();
-    for bad in [
-        "--strain 0",
-        "--force-limit 0",
-        "--force-rate-limit 0",
-        "--sensor-noise=-1",
-        "--encoder-resolution=-1",
-        "--scheme oustaloup:3:100:1",
-    ] {
-        place.run(&format!("{SHORT} --overwrite {bad}")).failed(2);
-        assert_eq!(place.files(), files, "after {bad}");
-    }
-}
-
-#[test]
-fn a_cut_log_in_the_way_costs_nothing_either() {
-    let place = Place::new();
-    place.run(SHORT).succeeded();
-    place.write("run/relax.mcap.part", "");
-    let files = place.files();
-    let ended = place.run(&format!("{SHORT} --overwrite"));
-    ended.refused(2, &["run/relax.mcap.part", "log recover"]);
-    assert_eq!(place.files(), files);
-}
-
-#[test]
-fn an_empty_folder_of_the_users_outlives_bad_parameters() {
-    let place = Place::new();
-    std::fs::create_dir(place.path("mine")).expect("makes the folder");
-    let line = "relax --out mine --force-limit 0";
-    place.run_arguments(&words(line), b"").failed(2);
-    assert_eq!(place.files(), ["mine/"]);
 }
 
 #[test]

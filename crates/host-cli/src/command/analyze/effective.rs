@@ -1,6 +1,7 @@
 //! `analyze environment` and `analyze transparency`: effective stiffness and damping.
 
-use super::arguments::{Files, HORIZON, PathArguments, PathResult, logarithmic, refused};
+use super::arguments::{Files, HORIZON, logarithmic, refused};
+use super::path::{PathArguments, PathResult};
 use crate::command::device_model::DeviceModelArguments;
 use crate::command::words::{
     parse_dissipation, parse_number, parse_order, parse_scheme, wall_order,

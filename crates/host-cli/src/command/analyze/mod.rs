@@ -4,6 +4,7 @@ mod arguments;
 mod coupling;
 mod effective;
 mod passivity;
+mod path;
 mod region;
 mod sensitivity;
 mod stability;

@@ -1,6 +1,7 @@
 //! `analyze passivity`: the damping that a wall needs to be passive.
 
-use super::arguments::{LoopArguments, PathResult, Wall, refused};
+use super::arguments::{LoopArguments, Wall, refused};
+use super::path::PathResult;
 use crate::output::{Output, fixed, short};
 use clap::Args;
 use haptic_analysis::{AnalysisError, Largest, OnePort};

@@ -1,6 +1,7 @@
 //! `analyze stability-region`: all walls that are stable on a device.
 
-use super::arguments::{Files, LoopArguments, PathResult, ResolvedLoop, Wall, refused};
+use super::arguments::{Files, LoopArguments, ResolvedLoop, Wall, refused};
+use super::path::PathResult;
 use crate::output::{Output, fixed, short};
 use clap::Args;
 use haptic_analysis::{BoundaryPoint, StabilityRegion};

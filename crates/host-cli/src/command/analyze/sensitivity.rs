@@ -1,8 +1,7 @@
 //! `analyze sensitivity`: how much a loop amplifies at each frequency.
 
-use super::arguments::{
-    Files, LoopArguments, PathResult, ResolvedLoop, Wall, decibel, logarithmic, refused,
-};
+use super::arguments::{Files, LoopArguments, ResolvedLoop, Wall, decibel, logarithmic, refused};
+use super::path::PathResult;
 use crate::output::Output;
 use clap::Args;
 use haptic_experiment::failure::Failure;

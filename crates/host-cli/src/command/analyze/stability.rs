@@ -1,6 +1,7 @@
 //! `analyze stability`: is this wall stable on this device, and by how much?
 
-use super::arguments::{LoopArguments, PathResult, Wall, decibel};
+use super::arguments::{LoopArguments, Wall, decibel};
+use super::path::PathResult;
 use crate::output::{Output, fixed, short};
 use clap::Args;
 use haptic_experiment::failure::Failure;

@@ -129,14 +129,7 @@ fn the_page_of_keys_is_made_from_the_tables() {
 
 #[test]
 fn no_table_of_an_experiment_is_missing_on_the_page() {
-    for kind in [
-        "relax",
-        "creep",
-        "wall",
-        "coupler",
-        "teleoperation",
-        "touch",
-    ] {
+    for kind in parameters::KINDS {
         for (_, table) in parameters::of_kind(kind) {
             for parameter in table {
                 let shown = TABLES.iter().any(|(_, shown)| shown.contains(parameter));

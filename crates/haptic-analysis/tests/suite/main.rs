@@ -1,0 +1,15 @@
+//! Tests of the public face of `haptic-analysis`, in one binary.
+
+mod coupled;
+mod coupling;
+mod crossings;
+mod margin;
+mod own_operator;
+mod passivity;
+mod passivity_path;
+mod path;
+mod plant;
+mod region;
+mod stability;
+mod teleoperation;
+mod transparency;

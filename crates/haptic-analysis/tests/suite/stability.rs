@@ -1,0 +1,354 @@
+//! Stability verdicts: by encirclement, by the Schur–Cohn recursion, and by eigenvalues found here,
+//! independently of the crate.
+
+mod known;
+mod operators;
+
+use fracdiff::{Order, Scheme, Seconds};
+use haptic_analysis::{Jury, LoopOperator, Nondimensional, SampledLoop, SampledPlant};
+use nalgebra::{Complex, DMatrix};
+use proptest::prelude::*;
+use testkit::Random;
+use testkit::operator::{operator, wall};
+
+/// The characteristic polynomial and its roots, with nothing from the crate: (4.1) and (4.2) as
+/// printed, with c₃ where the dissertation repeats c₂.
+struct Independent {
+    moduli: Vec<f64>,
+}
+
+impl Independent {
+    fn new(parameters: Nondimensional, delay: usize, taps: &[f64]) -> Self {
+        let Nondimensional {
+            alpha,
+            beta,
+            delta,
+            gamma,
+        } = parameters;
+        let [n1, n0, sum, product] = Self::plant(delta, gamma);
+        let mut x = vec![0.0; delay + 2 + taps.len().max(1) + 1];
+        x[0] += 1.0;
+        x[1] -= sum;
+        x[2] += product;
+        for (j, tap) in taps.iter().enumerate() {
+            let h = beta * tap + if j == 0 { alpha } else { 0.0 };
+            x[delay + 1 + j] += n1 * h;
+            x[delay + 2 + j] += n0 * h;
+        }
+        let n = x.len() - 1;
+        // Companion with the coefficients in the last column, unlike the crate's.
+        let companion = DMatrix::from_fn(n, n, |row, column| {
+            if column == n - 1 {
+                -x[n - row]
+            } else {
+                f64::from(u8::from(row == column + 1))
+            }
+        });
+        let moduli = companion
+            .complex_eigenvalues()
+            .iter()
+            .map(|z| z.norm())
+            .collect();
+        Self { moduli }
+    }
+
+    fn plant(delta: f64, gamma: f64) -> [f64; 4] {
+        let e = (-delta).exp();
+        if gamma == 0.0 {
+            if delta == 0.0 {
+                return [0.5, 0.5, 2.0, 1.0];
+            }
+            let square = delta * delta;
+            return [
+                (delta - 1.0 + e) / square,
+                (1.0 - e - delta * e) / square,
+                1.0 + e,
+                e,
+            ];
+        }
+        let c1 = Complex::new(delta * delta - 4.0 * gamma, 0.0).sqrt();
+        let c2 = (-(c1 + delta) / 2.0).exp();
+        let c3 = (-(-c1 + delta) / 2.0).exp();
+        let n1 = ((-c2 - c3 + 2.0) * c1 + (c2 - c3) * delta) / (c1 * 2.0 * gamma);
+        let n0 = ((-c2 - c3 + 2.0 * e) * c1 + (c3 - c2) * delta) / (c1 * 2.0 * gamma);
+        [n1.re, n0.re, (c2 + c3).re, e]
+    }
+
+    fn unstable(&self) -> usize {
+        self.moduli.iter().filter(|&&r| r > 1.0).count()
+    }
+
+    fn gap(&self) -> f64 {
+        self.moduli
+            .iter()
+            .fold(f64::INFINITY, |least, r| least.min((r - 1.0).abs()))
+    }
+
+    fn radius(&self) -> f64 {
+        self.moduli.iter().copied().fold(0.0, f64::max)
+    }
+}
+
+fn muir3(order: f64) -> Vec<f64> {
+    vec![1.0, -order, order * order / 3.0, -order / 3.0]
+}
+
+fn grunwald(order: f64, length: usize) -> Vec<f64> {
+    let mut weight = 1.0;
+    let mut weights = Vec::new();
+    for j in 1..=length {
+        weights.push(weight);
+        weight *= 1.0 - (order + 1.0) / j as f64;
+    }
+    weights
+}
+
+#[test]
+fn no_verdict_is_wrong_in_ten_thousand_random_loops() {
+    const CASES: usize = 10_000;
+    let mut random = Random(20_241);
+    let (mut skipped, mut stable, mut undecided) = (0, 0, 0);
+    let mut worst_radius: f64 = 0.0;
+    for case in 0..CASES {
+        let order = match case % 7 {
+            0 => f64::from(random.between(0.0, 5.0).floor() as u8) * 0.5,
+            _ => random.between(0.0, 2.0),
+        };
+        let (name, taps) = if case % 2 == 0 {
+            ("muir:3", muir3(order))
+        } else {
+            ("grunwald:20", grunwald(order, 20))
+        };
+        let delay = (random.between(0.0, 4.0)) as usize;
+        // Stiffness about as large as the delay lets a loop bear, so that both verdicts are common.
+        let most = 2.0 / (1.0 + 3.0 * delay as f64);
+        let parameters = wall(
+            random.between(0.0, most) * random.share(),
+            random.between(0.0, most),
+            random.or_nothing(2.0),
+            random.or_nothing(2.0),
+        );
+        let want = Independent::new(parameters, delay, &taps);
+        if want.gap() < 1e-9 {
+            skipped += 1;
+            continue;
+        }
+        let operator = operator(name, order);
+        let subject = SampledLoop::new(parameters, &operator, delay).expect("in range");
+        let what = format!("case {case}: {name}, μ = {order}, {parameters:?}, d = {delay}");
+        let verdict = subject.verdict();
+        assert_eq!(
+            verdict.unstable_poles,
+            Some(want.unstable()),
+            "{what}, gap {:e}",
+            want.gap()
+        );
+        assert_eq!(verdict.stable, want.unstable() == 0, "{what}");
+        stable += usize::from(verdict.stable);
+        match subject.jury().expect("a polynomial") {
+            Jury::Stable => assert!(verdict.stable, "{what}"),
+            Jury::NotStable => assert!(!verdict.stable, "{what}"),
+            _ => undecided += 1,
+        }
+        let radius = verdict.spectral_radius.expect("a polynomial");
+        // A zero as good as double is known to the root of a rounding error only.
+        worst_radius = worst_radius.max((radius - want.radius()).abs());
+        assert_eq!(radius < 1.0, verdict.stable, "{what}, radius {radius}");
+    }
+    println!(
+        "{stable} stable, {skipped} skipped, Jury undecided {undecided}, radius {worst_radius:.1e}"
+    );
+    assert!(
+        stable > CASES / 5 && stable < 4 * CASES / 5,
+        "{stable} stable: a lopsided sample"
+    );
+    assert!(skipped < 5, "{skipped} skipped");
+    assert!(undecided < CASES / 100, "{undecided} undecided");
+    assert!(worst_radius < 1e-6, "{worst_radius:e}");
+}
+
+#[test]
+fn slow_and_nearly_marginal_loops_are_judged_right() {
+    let mut random = Random(7);
+    let mut checked = 0;
+    for case in 0..2000 {
+        let mut small = |least: f64| 10_f64.powf(random.between(least, 0.3));
+        let parameters = wall(small(-7.0), small(-3.0), small(-3.0), 0.0);
+        let order = random.between(0.0, 2.0);
+        let want = Independent::new(parameters, case % 3, &muir3(order));
+        if want.gap() < 1e-9 {
+            continue;
+        }
+        let operator = operator("muir:3", order);
+        let subject = SampledLoop::new(parameters, &operator, case % 3).expect("in range");
+        let have = subject.verdict().unstable_poles;
+        assert_eq!(
+            have,
+            Some(want.unstable()),
+            "case {case}: μ = {order}, {parameters:?}"
+        );
+        checked += 1;
+    }
+    assert!(checked > 1950, "{checked}");
+}
+
+/// The largest stable α for a given β, by bisection of verdicts; the region is one interval there.
+fn stiffest(operator: &LoopOperator, beta: f64, delta: f64, delay: usize) -> f64 {
+    let stable = |alpha| {
+        let parameters = wall(alpha, beta, delta, 0.0);
+        SampledLoop::new(parameters, operator, delay)
+            .expect("in range")
+            .is_stable()
+    };
+    let (mut low, mut high) = (1e-3, 4.0);
+    assert!(stable(low) && !stable(high));
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if stable(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    low
+}
+
+#[test]
+fn the_exact_operator_agrees_with_a_full_memory_and_long_grunwald_sums() {
+    let mut random = Random(99);
+    let mut checked = 0;
+    for case in 0..60 {
+        let order = random.between(0.05, 1.95);
+        let exact = operator("exact", order);
+        let full = operator("full:1e-9", order);
+        let long = operator("grunwald:3000", order);
+        for _ in 0..20 {
+            let parameters = wall(
+                random.between(0.05, 1.5),
+                random.between(0.05, 1.5),
+                random.or_nothing(0.5),
+                random.or_nothing(0.5),
+            );
+            let delay = case % 3;
+            let verdict = |operator| {
+                SampledLoop::new(parameters, operator, delay)
+                    .expect("in range")
+                    .verdict()
+            };
+            let want = verdict(&exact);
+            // Truncation moves P by about N^(−μ) at most; skip loops closer to the boundary.
+            if want.distance < 0.02 {
+                continue;
+            }
+            assert_eq!(
+                verdict(&full).unstable_poles,
+                want.unstable_poles,
+                "full, μ = {order}, {parameters:?}"
+            );
+            if order > 0.6 {
+                assert_eq!(
+                    verdict(&long).unstable_poles,
+                    want.unstable_poles,
+                    "long, μ = {order}, {parameters:?}"
+                );
+            }
+            checked += 1;
+        }
+    }
+    assert!(checked > 300, "{checked}");
+}
+
+#[test]
+fn bad_input_is_refused_in_words() {
+    let integral = LoopOperator::new(
+        Scheme::Exact,
+        Order::new(-0.5).expect("an order"),
+        Seconds(1e-3),
+        1e3,
+    );
+    let words = integral.expect_err("refused").to_string();
+    assert!(words.contains("order -0.5 is not from 0 to 2"), "{words}");
+    let exact = operator("exact", 0.5);
+    for (parameters, delay, want) in [
+        (
+            wall(-1.0, 0.0, 0.0, 0.0),
+            0,
+            "alpha -1 is not from 0 to 1e12",
+        ),
+        (
+            wall(0.0, f64::NAN, 0.0, 0.0),
+            0,
+            "beta NaN is not from 0 to 1e12",
+        ),
+        (
+            wall(0.0, 0.0, -3.0, 0.0),
+            0,
+            "delta -3 is not from 0 to 1e6",
+        ),
+        (
+            wall(0.0, 0.0, 0.0, f64::INFINITY),
+            0,
+            "gamma inf is not from 0 to 1e12",
+        ),
+        (
+            wall(1e13, 0.0, 0.0, 0.0),
+            0,
+            "alpha 10000000000000 is not from 0 to 1e12",
+        ),
+        (
+            wall(0.0, 0.0, 0.0, 0.0),
+            10_001,
+            "delay 10001 samples is not from 0 to 10000 samples",
+        ),
+    ] {
+        let have = SampledLoop::new(parameters, &exact, delay)
+            .expect_err("refused")
+            .to_string();
+        assert_eq!(have, want);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    #[test]
+    fn encirclement_jury_and_eigenvalues_agree(
+        mu in 0.0..=2.0_f64,
+        alpha in 0.0..2.0_f64,
+        beta in 0.0..2.0_f64,
+        delta in 0.0..3.0_f64,
+        gamma in 0.0..3.0_f64,
+        delay in 0..6_usize,
+        scheme in prop::sample::select(vec!["muir:3", "muir:7", "grunwald:8", "grunwald:20", "tustin-muir:3", "tustin-muir:9"]),
+    ) {
+        let operator = operator(scheme, mu);
+        let subject = SampledLoop::new(wall(alpha, beta, delta, gamma), &operator, delay).expect("in range");
+        let verdict = subject.verdict();
+        let radius = verdict.spectral_radius.expect("a polynomial");
+        prop_assume!((radius - 1.0).abs() > 1e-9);
+        prop_assert_eq!(verdict.stable, radius < 1.0);
+        let poles = subject.poles().expect("a polynomial");
+        let outside = poles.iter().filter(|z| z.norm() > 1.0).count();
+        prop_assert_eq!(verdict.unstable_poles, Some(outside));
+        match subject.jury().expect("a polynomial") {
+            Jury::Stable => prop_assert!(verdict.stable),
+            Jury::NotStable => prop_assert!(!verdict.stable),
+            _ => {}
+        }
+    }
+
+    #[test]
+    fn the_characteristic_function_is_the_sum_it_is_made_of(
+        mu in 0.0..=2.0_f64, alpha in 0.0..2.0_f64, beta in 0.0..2.0_f64,
+        delta in 0.0..3.0_f64, gamma in 0.0..3.0_f64, delay in 0..40_usize, theta in 0.0..3.1_f64,
+    ) {
+        let operator = operator("exact", mu);
+        let have = SampledLoop::new(wall(alpha, beta, delta, gamma), &operator, delay).expect("in range").characteristic(theta);
+        let plant = SampledPlant::new(delta, gamma).expect("in range");
+        let w = Complex::from_polar(1.0, -theta);
+        let p = (-w + 1.0).powf(mu);
+        let fed_back = w.powu(delay as u32 + 1) * (w * plant.n0() + plant.n1()) * (p * beta + alpha);
+        let want = w * w * plant.pole_product() - w * plant.pole_sum() + 1.0 + fed_back;
+        prop_assert!((have - want).norm() < 1e-12 * (1.0 + want.norm()), "{} {}", have, want);
+    }
+}

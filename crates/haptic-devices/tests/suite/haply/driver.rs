@@ -1,0 +1,172 @@
+//! The driver in order: place, force along the line and none across it, both versions; and boards that are not in order.
+
+use super::wire::{FORCE_N, Running, Wire, World, name, stroking};
+use haptic_devices::haply::{
+    Board, Body, Hand, Haply2Diy, HaplyOpenError, Home, LATE_MOST, Trouble, Version, configuration,
+    torques,
+};
+use haptic_link::State;
+use haptic_loop::Fault;
+
+/// A board of a version that a host has configured as another and led for so long, s.
+fn configured(version: Version, as_version: Version, hand: Hand, for_s: f64) -> (Board, u64) {
+    let model = version.model();
+    let mut board = Board::new(model, Body::at_home(&model, hand));
+    for byte in configuration(&as_version.model()) {
+        board.receive(byte, 0, &mut Vec::new());
+    }
+    let now_us = (for_s * 1e6) as u64;
+    board.advance(now_us);
+    (board, now_us)
+}
+
+/// The same, stroked by a hand through the surface.
+fn stroked(version: Version, for_s: f64) -> (Board, u64) {
+    let mut board = stroking(version);
+    for byte in configuration(&version.model()) {
+        board.receive(byte, 0, &mut Vec::new());
+    }
+    let now_us = (for_s * 1e6) as u64;
+    board.advance(now_us);
+    (board, now_us)
+}
+
+#[test]
+fn a_spring_along_the_line_pushes_along_the_line() {
+    for version in Version::ALL {
+        let (board, now_us) = stroked(version, 1.0);
+        let mut running = Running::on(board, version, now_us);
+        let (mut pressed, mut largest) = (0, 0.0_f64);
+        for _ in 0..1000 {
+            running.tick();
+            let sample = *running.device.newest();
+            let force = running.force();
+            // The Jacobian is that of a tick ago: 0.1 mm away at most, of 60 mm.
+            let across = 0.01 * force.y.abs() + 1e-6;
+            assert!(force.x.abs() < across, "{force}");
+            let difference = (force.y - f64::from(sample.force_n)).abs();
+            assert!(
+                difference < 0.01 * force.y.abs() + 1e-6,
+                "{force} {sample:?}"
+            );
+            pressed += u32::from(sample.force_n < -0.01);
+            largest = largest.max(force.y.abs());
+        }
+        assert_eq!(running.device.status().state, State::Running);
+        assert!(
+            pressed > 200 && largest > 0.1,
+            "{pressed} ticks, {largest} N"
+        );
+        assert!(largest < f64::from(FORCE_N));
+        assert_eq!(running.device.hardware().planar().scaled(), 0);
+    }
+}
+
+#[test]
+fn the_place_is_true_to_a_count() {
+    for version in Version::ALL {
+        let model = version.model();
+        let place = [0.5 * model.pantograph.base_m() + 0.02, 0.11];
+        let (board, now_us) = configured(version, version, Hand::Fixed(place), 1.5);
+        let mut running = Running::on(board, version, now_us);
+        running.tick();
+        let position = f64::from(running.device.newest().position_m);
+        // A whole count at the beginning, half a count now, of two encoders.
+        let most = 1.5 * 2.0 * f64::from(model.resolution_m());
+        assert!((position - 0.02).abs() < most, "{position}");
+    }
+}
+
+#[test]
+fn a_board_that_falls_silent_is_a_fault_and_has_no_torque_when_it_comes_back() {
+    let (board, now_us) = stroked(Version::V3, 1.2);
+    let mut running = Running::on(board, Version::V3, now_us);
+    for _ in 0..50 {
+        running.tick();
+    }
+    assert!(running.torque() > 0.0);
+    running.wire.with(|world| world.dead = true);
+    for tick in 1..=5 {
+        running.tick();
+        let faulted = running.device.status().state == State::Fault;
+        // The answer to the last frame is on its way already.
+        assert_eq!(faulted, tick > 1 + usize::from(LATE_MOST), "tick {tick}");
+    }
+    assert_eq!(running.device.status().fault, Fault::BoardFailed.code());
+    let trouble = running.device.hardware().planar().trouble();
+    let silent = matches!(trouble, Some(Trouble::Silent { bytes: 0, .. }));
+    assert!(silent, "{trouble:?}");
+    // Armed again it is not, however often: what came last is not known to be true.
+    assert!(running.device.arm(running.device.status().faults).is_err());
+}
+
+#[test]
+fn letting_go_leaves_the_board_without_torque_and_configured() {
+    let (board, now_us) = stroked(Version::V2, 1.2);
+    let mut running = Running::on(board, Version::V2, now_us);
+    for _ in 0..50 {
+        running.tick();
+    }
+    assert!(running.torque() > 0.0);
+    let Running { device, wire, .. } = running;
+    drop(device);
+    let left = wire.with(|world| world.board.torques_nm());
+    assert!(left.iter().all(|torque| torque.abs() < 1e-30), "{left:?}");
+    // The home of before is still there.
+    let again = Haply2Diy::greet(wire, &name(Version::V2, Home::Before));
+    assert!(again.is_ok(), "{again:?}");
+}
+
+#[test]
+fn a_2diy_of_the_other_version_is_said_to_be_one() {
+    // At its home each version answers as it was told. On its way into the middle the angles of the one that counts twice as far
+    // are out of reach, wherever it goes. The other way round they are those of another posture, and cannot be told.
+    let model = Version::V2.model();
+    for (x, y) in [(0.03, 0.12), (0.0, 0.09), (-0.05, 0.08), (0.04, 0.05)] {
+        let hand = Hand::At([x, y]);
+        let (board, now_us) = configured(model.version, Version::V3, hand, 0.01);
+        let mut running = Running::on(board, Version::V3, now_us);
+        let mut ticks = 0;
+        while running.device.status().state == State::Running && ticks < 3000 {
+            running.tick();
+            ticks += 1;
+        }
+        let trouble = running.device.hardware().planar().trouble();
+        println!("to ({x}, {y}): tick {ticks}, {trouble:?}");
+        let said = trouble.expect("a trouble").to_string();
+        assert!(said.contains("version"), "{said}");
+        assert!(running.torque() < 1e-30);
+    }
+}
+
+#[test]
+fn a_device_that_is_none_is_refused() {
+    let fresh = || {
+        let model = Version::V3.model();
+        Board::new(model, Body::at_home(&model, Hand::Free))
+    };
+    // A board that nobody has configured answers with one byte.
+    let wire = Wire::new(World::new(fresh()));
+    let before = Haply2Diy::greet(wire, &name(Version::V3, Home::Before));
+    let mute = matches!(before, Err(HaplyOpenError::Mute { bytes: 1 }));
+    assert!(mute, "{before:?}");
+    let mut world = World::new(fresh());
+    world.dead = true;
+    let dead = Haply2Diy::greet(Wire::new(world), &name(Version::V3, Home::Now));
+    assert!(
+        matches!(dead, Err(HaplyOpenError::Mute { bytes: 0 })),
+        "{dead:?}"
+    );
+    // A frame that somebody else has begun does no harm.
+    let wire = Wire::new(World::new(fresh()));
+    let begun = torques(&Version::V3.model(), [0.1, 0.1]);
+    for cut in 1..begun.len() {
+        wire.with(|world| {
+            for &byte in &begun[..cut] {
+                world.board.receive(byte, 0, &mut Vec::new());
+            }
+        });
+        let greeted = Haply2Diy::greet(wire.clone(), &name(Version::V3, Home::Now));
+        assert!(greeted.is_ok(), "{cut}: {greeted:?}");
+    }
+}

@@ -1,0 +1,5 @@
+//! Tests of the public face of `haptic-devices`, in one binary.
+
+mod haply;
+mod kinematics;
+mod moteus;

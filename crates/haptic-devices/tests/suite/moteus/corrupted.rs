@@ -1,0 +1,156 @@
+//! Bytes that are lost, shifted, flipped or made up on the line: a fault within five ticks, or no harm; never a force beyond
+//! the limits.
+
+use super::world::{FORCE_LIMIT_N, Rig};
+use haptic_devices::moteus::MoteusSettings;
+use haptic_link::State;
+use testkit::Random;
+
+/// Ticks after the last harmed one by which a fault must have latched.
+const SOON: u32 = 5;
+
+/// Something that happens to bytes.
+fn harm(bytes: &mut Vec<u8>, random: &mut Random) {
+    if bytes.is_empty() {
+        return;
+    }
+    let at = (random.bits() % bytes.len() as u64) as usize;
+    let most = 1 + (random.bits() % 20) as usize;
+    let end = (at + most).min(bytes.len());
+    match random.bits() % 8 {
+        0 => bytes[at] ^= 1 << (random.bits() % 8),
+        1 => bytes[at] = random.bits() as u8,
+        2 => drop(bytes.drain(at..end)),
+        3 => drop(
+            bytes
+                .splice(at..at, (0..most).map(|_| random.bits() as u8))
+                .count(),
+        ),
+        4 => {
+            let again = bytes[at..end].to_vec();
+            bytes.splice(at..at, again);
+        }
+        5 => bytes.truncate(at),
+        6 => {
+            // Another digit in the place of one: what no text shows.
+            let digits = b"0123456789ABCDEF";
+            bytes[at] = digits[(random.bits() % 16) as usize];
+        }
+        _ => {
+            for byte in &mut bytes[at..end] {
+                *byte = random.bits() as u8;
+            }
+        }
+    }
+}
+
+/// Where the lever is at this time, m: it is moved to and fro, 4 mm at 1.5 Hz.
+fn place_m(now_us: u64) -> f64 {
+    4e-3 * libm::sin(core::f64::consts::TAU * 1.5 * now_us as f64 * 1e-6)
+}
+
+#[test]
+fn damage_ends_in_a_fault_soon_or_does_no_harm() {
+    // `CAMPAIGN_CASES`: how many; 10⁵ each night.
+    let cases: u32 = std::env::var("CAMPAIGN_CASES")
+        .map_or(10_000, |cases| cases.parse().expect("a number of cases"));
+    let mut random = Random(17);
+    let mut rig = Rig::new(300.0);
+    let torque_most = f64::from(FORCE_LIMIT_N) * MoteusSettings::DEFAULT.radius_m * (1.0 + 1e-6);
+    let (mut faults, mut harmless, mut mistaken) = (0, 0, 0);
+    let step = |rig: &mut Rig| {
+        let now_us = rig.wire.world().now_us;
+        rig.place(place_m(now_us));
+        rig.tick();
+        let torque_nm = rig.torque_nm();
+        assert!(torque_nm.abs() <= torque_most, "{torque_nm} N·m");
+    };
+    for case in 0..cases {
+        rig.start();
+        for _ in 0..1 + random.bits() % 4 {
+            step(&mut rig);
+        }
+        let to_servo = random.chance(0.5);
+        let harmed = 1 + (random.bits() % 6) as u32;
+        let mut chance = Random(random.bits());
+        rig.wire.world().harm = Some(Box::new(move |bytes, towards| {
+            if towards == to_servo {
+                harm(bytes, &mut chance);
+            }
+        }));
+        // Ticks for which the place has been wrong, at most.
+        let (mut wrong, mut longest) = (0, 0);
+        for tick in 0..harmed + SOON {
+            if tick == harmed {
+                rig.wire.world().harm = None;
+            }
+            step(&mut rig);
+            let now_us = rig.wire.world().now_us;
+            let seen = f64::from(rig.device.newest().position_m);
+            // As old as four ticks, at 0.04 mm a tick.
+            let off = (seen - place_m(now_us - 1000)).abs() > 0.2e-3;
+            let felt = off && rig.state() != State::Fault;
+            wrong = if felt { wrong + 1 } else { 0 };
+            longest = longest.max(wrong);
+        }
+        assert!(
+            longest <= SOON,
+            "case {case}: {longest} ticks at a wrong place, and no fault"
+        );
+        mistaken += u32::from(longest > 0);
+        if rig.state() == State::Fault {
+            faults += 1;
+            // The frames that say stop are whole again.
+            assert!(
+                rig.torque_nm().abs() <= 0.0,
+                "case {case}: a torque after a fault"
+            );
+        } else {
+            harmless += 1;
+        }
+    }
+    println!(
+        "{cases} corruptions: {faults} faults, {harmless} without harm; a wrong place in {mistaken}"
+    );
+    // A checksum of 8 bits lets one of 256 through, and most of those are no answers.
+    assert!(mistaken <= cases / 1000, "{mistaken} wrong places");
+    assert!(
+        faults > cases / 1000 && harmless > cases / 4,
+        "both ways are taken"
+    );
+}
+
+#[test]
+fn without_checksums_a_damaged_command_hardly_ever_makes_a_force_beyond_the_limit() {
+    /// Cases; each harms a command or three.
+    const CASES: u32 = 3000;
+    let mut random = Random(18);
+    let mut rig = Rig::without_checksum(300.0);
+    let torque_most = f64::from(FORCE_LIMIT_N) * MoteusSettings::DEFAULT.radius_m * (1.0 + 1e-6);
+    let (mut beyond, mut damaged) = (0, 0);
+    for _ in 0..CASES {
+        rig.start();
+        let mut chance = Random(random.bits());
+        rig.wire.world().harm = Some(Box::new(move |bytes, towards| {
+            if towards {
+                harm(bytes, &mut chance);
+            }
+        }));
+        for _ in 0..1 + random.bits() % 3 {
+            let now_us = rig.wire.world().now_us;
+            rig.place(place_m(now_us));
+            rig.tick();
+            damaged += 1;
+            beyond += u32::from(rig.torque_nm().abs() > torque_most);
+        }
+        rig.wire.world().harm = None;
+        for _ in 0..SOON {
+            let now_us = rig.wire.world().now_us;
+            rig.place(place_m(now_us));
+            rig.tick();
+        }
+    }
+    println!("{damaged} damaged commands: {beyond} with a torque beyond the limit");
+    // Gains and largest torque come before the torque, so it takes two damages, or one in a place of a few digits: 0.1 % seen.
+    assert!(500 * beyond <= damaged, "{beyond} of {damaged}");
+}

@@ -1,0 +1,215 @@
+//! Forces that arrive, and each fault that a servo can have.
+
+use super::world::{Rig, Wire};
+use haptic_devices::moteus::emulated::Shaft;
+use haptic_devices::moteus::{Instead, MoteusOpenError, MoteusSettings, Trouble};
+use haptic_link::State;
+use haptic_loop::Fault;
+use moteus_protocol::Mode;
+
+#[test]
+fn a_force_is_a_torque_at_the_radius() {
+    let mut rig = Rig::new(200.0);
+    rig.start();
+    rig.lead(0.004);
+    // −K·x = −0.8 N, at 20 mm; within a tick the lever gives way by τ/J·t²/2 = 4 µm, a thousandth.
+    let torque_nm = rig.torque_nm();
+    assert!((torque_nm + 0.8 * 0.02).abs() < 2e-5, "{torque_nm} N·m");
+    let newest = rig.device.newest();
+    assert!((newest.position_m - 0.004).abs() < 5e-6, "{newest:?}");
+    rig.device.disarm();
+    for _ in 0..200 {
+        rig.tick();
+    }
+    assert_eq!(rig.state(), State::Idle);
+    let world = rig.wire.world();
+    assert_eq!(world.adapter.servo.mode(), Mode::Stopped);
+}
+
+#[test]
+fn a_radius_below_zero_turns_the_direction_round() {
+    let wire = Wire::new(Shaft::LEVER);
+    let settings = MoteusSettings {
+        radius_m: -0.02,
+        ..MoteusSettings::DEFAULT
+    };
+    assert!(settings.metres_per_revolution() < 0.0);
+    assert!((settings.force_max_n() - 5.0).abs() < 1e-12);
+    wire.open(settings).expect("it answers");
+}
+
+#[test]
+fn an_answer_that_cannot_be_is_not_believed() {
+    let mut rig = Rig::new(200.0);
+    rig.start();
+    rig.lead(0.003);
+    // Half a turn further, at rest: 63 mm.
+    let forged = line("rcv 100 21000A2F010000003F0000000000000000210F00 E B F ");
+    rig.wire.world().harm = Some(Box::new(move |bytes, to_servo| {
+        if !to_servo {
+            bytes.clone_from(&forged);
+        }
+    }));
+    for tick in 0..5 {
+        rig.tick();
+        let position_m = rig.device.newest().position_m;
+        assert!(
+            (position_m - 0.003).abs() < 1e-4,
+            "tick {tick}: {position_m} m"
+        );
+    }
+    assert_eq!(rig.fault(), Some(Fault::BoardFailed));
+    assert!(
+        rig.trouble().contains("did not answer 4 times in a row"),
+        "{}",
+        rig.trouble()
+    );
+}
+
+/// The words for what happens to a servo that runs, at most five ticks later.
+fn trouble_of(happens: impl FnOnce(&mut Rig)) -> String {
+    let mut rig = Rig::new(200.0);
+    rig.start();
+    rig.lead(0.003);
+    assert!(rig.torque_nm().abs() > 0.01, "it drives");
+    happens(&mut rig);
+    for _ in 0..5 {
+        rig.tick();
+    }
+    assert_eq!(rig.fault(), Some(Fault::BoardFailed), "{}", rig.trouble());
+    rig.trouble()
+}
+
+#[test]
+fn each_fault_is_named_within_five_ticks() {
+    let said = trouble_of(|rig| rig.wire.world().adapter.servo.fail(34));
+    assert!(
+        said.contains("servo 1 is in fault 34, over voltage"),
+        "{said}"
+    );
+    let said = trouble_of(|rig| {
+        rig.wire.world().harm = Some(Box::new(|bytes, to_servo| {
+            if !to_servo {
+                bytes.clear();
+            }
+        }));
+    });
+    assert!(
+        said.contains("servo 1 did not answer 4 times in a row: nothing came"),
+        "{said}"
+    );
+    let said = trouble_of(|rig| rig.wire.world().adapter.servo.place(f64::NAN));
+    assert!(said.contains("does not know its position"), "{said}");
+    let said = trouble_of(|rig| {
+        // The host has stood still; a hand holds the lever meanwhile.
+        {
+            let mut world = rig.wire.world();
+            world.now_us += 150_000;
+            let now_us = world.now_us;
+            world.adapter.servo.advance(now_us);
+        }
+        rig.place(0.003);
+    });
+    assert!(said.contains("watchdog"), "{said}");
+    let said = trouble_of(|rig| rig.wire.world().gone = true);
+    assert!(said.contains("the adapter is gone"), "{said}");
+    let said = trouble_of(|rig| {
+        rig.wire.world().harm = Some(Box::new(|bytes, to_servo| {
+            if !to_servo {
+                *bytes = answer_of_another();
+            }
+        }));
+    });
+    assert!(
+        said.contains("servo 3 talks to 0 on the bus of servo 1"),
+        "{said}"
+    );
+    let said = trouble_of(|rig| {
+        // Another program stops the servo; a stop of ours is followed by a command, this one is not.
+        let mut world = rig.wire.world();
+        world.harm = Some(Box::new(|bytes, to_servo| {
+            if to_servo {
+                *bytes = line("can send 8001 01000C11001F01110F BF ");
+            }
+        }));
+    });
+    assert!(
+        said.contains("mode 12, zero velocity, which nobody here has asked for"),
+        "{said}"
+    );
+}
+
+fn line(text: &str) -> Vec<u8> {
+    let crc = moteus_protocol::fdcanusb::compute_crc8(text.as_bytes());
+    format!("{text}*{crc:02X}\n").into_bytes()
+}
+
+fn answer_of_another() -> Vec<u8> {
+    line("rcv 300 21000A2F01000000000000000000000000210F00 E B F ")
+}
+
+#[test]
+fn the_force_is_zero_after_a_fault_and_comes_back_with_the_next_run() {
+    let mut rig = Rig::new(200.0);
+    rig.start();
+    rig.lead(0.003);
+    rig.wire.world().adapter.servo.fail(40);
+    for _ in 0..5 {
+        rig.tick();
+    }
+    assert_eq!((rig.state(), rig.torque_nm()), (State::Fault, 0.0));
+    assert!(rig.start() < 10, "the stop has cleared it");
+    rig.lead(0.003);
+    assert!(rig.torque_nm().abs() > 0.01);
+}
+
+fn refused(wire: &Wire) -> Trouble {
+    match wire.open(MoteusSettings::DEFAULT) {
+        Err(MoteusOpenError::Trouble(trouble)) => trouble,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_servo_that_cannot_be_used_is_refused_at_the_door() {
+    let wire = Wire::new(Shaft::LEVER);
+    wire.world().harm = Some(Box::new(|bytes, _| bytes.clear()));
+    let silent = Trouble::Silent {
+        id: 1,
+        ticks: 25,
+        instead: Instead::default(),
+    };
+    assert_eq!(refused(&wire), silent);
+
+    let wire = Wire::new(Shaft::LEVER);
+    // Its number is another: the adapter takes the frames, nobody answers.
+    let settings = MoteusSettings {
+        id: 9,
+        ..MoteusSettings::DEFAULT
+    };
+    let words = wire
+        .open(settings)
+        .expect_err("nobody is there")
+        .to_string();
+    assert!(
+        words.contains("servo 9 did not answer") && words.contains("(`id`)"),
+        "{words}"
+    );
+
+    let wire = Wire::new(Shaft::LEVER);
+    wire.world().harm = Some(Box::new(|bytes, to_servo| {
+        if !to_servo {
+            *bytes = line("rcv 100 2100012F01000000000000000000000000210F24 E B F ");
+        }
+    }));
+    assert_eq!(refused(&wire), Trouble::Fault { id: 1, code: 36 });
+
+    let wire = Wire::new(Shaft::LEVER);
+    wire.world().harm = Some(Box::new(|bytes, to_servo| {
+        if !to_servo {
+            *bytes = b"login:\r\n".repeat(3);
+        }
+    }));
+    let words = refused(&wire).to_string();
+    assert!(words.contains("none of an fdcanusb"), "{words}");
+}

@@ -1,0 +1,387 @@
+//! Random simulated devices are measured, and what is found is held against what they are.
+//!
+//! `CAMPAIGN_CASES` sets how many; 20 unless it is given.
+
+mod random_devices;
+
+use fracdiff::Seconds;
+use haptic_experiment::measured_device::{
+    Driven, MeasureError, MeasurePlan, Measured, MotionRecord, Outcome, drive, estimate,
+    on_simulated,
+};
+use haptic_experiment::plant_file::DeviceModel;
+use haptic_experiment::{Imperfections, Sensors};
+use haptic_loop::plant::{MassDamper, MassDamperConfig};
+use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
+use haptic_loop::{Device, Fault, Reading, SafeForce};
+use nalgebra::Vector1;
+use std::convert::Infallible;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// A device whose plant is stepped `parts` times a sample, so that its friction is not that of the model, with an encoder, and all that was done
+/// to it.
+struct Fine {
+    plant: MassDamper<1>,
+    parts: u32,
+    step_m: f64,
+    tick: u64,
+    written_n: Vec<f64>,
+    /// Ticks after which the stop flag is set.
+    stop_after: Option<(usize, &'static AtomicBool)>,
+}
+
+impl Fine {
+    fn new(config: MassDamperConfig, parts: u32) -> Self {
+        let sample_time = Seconds(config.sample_time.0 / f64::from(parts));
+        let config = MassDamperConfig {
+            sample_time,
+            ..config
+        };
+        Self {
+            plant: MassDamper::new(config).expect("valid"),
+            parts,
+            step_m: 10e-6,
+            tick: 0,
+            written_n: Vec::new(),
+            stop_after: None,
+        }
+    }
+
+    fn drive(&mut self, plan: &MeasurePlan) -> Driven {
+        let never = AtomicBool::new(false);
+        let stop = self.stop_after.map_or(&never, |(_, stop)| stop);
+        let driven = drive(plan, self, &mut |_, sent| sent, &|_| {}, stop);
+        let driven = driven.unwrap_or_else(|_| panic!("a simulated device"));
+        // Whatever happened, no force was beyond the limit, and none is left.
+        assert!(
+            self.written_n
+                .iter()
+                .all(|force| force.abs() <= plan.force_n())
+        );
+        assert_eq!(self.written_n.last(), Some(&0.0));
+        driven
+    }
+}
+
+impl Device<f64, 1> for Fine {
+    type Error = Infallible;
+
+    fn read(&mut self) -> Result<Reading<f64, 1>, Infallible> {
+        let counts = (self.plant.position()[0] / self.step_m).round();
+        Ok(Reading {
+            tick: self.tick,
+            time_s: self.tick as f64 * 1e-3,
+            position_m: Vector1::new(counts * self.step_m),
+        })
+    }
+
+    fn write(&mut self, force: SafeForce<f64, 1>) -> Result<(), Infallible> {
+        for _ in 0..self.parts {
+            self.plant.write(force)?;
+        }
+        self.tick += 1;
+        self.written_n.push(force.newtons()[0]);
+        if let Some((ticks, stop)) = self.stop_after {
+            stop.store(self.written_n.len() >= ticks, Ordering::Relaxed);
+        }
+        Ok(())
+    }
+}
+
+/// 65 g, 3.5 N·s/m, 0.05 N of friction, 1.3 samples and 0.5 ms late.
+fn usual() -> MassDamperConfig {
+    MassDamperConfig {
+        friction: Newtons(0.05),
+        delay: Seconds(1.3e-3),
+        lag: Seconds(0.5e-3),
+        ..MassDamperConfig::ideal(Kilograms(0.065), NewtonSecondsPerMetre(3.5), Seconds(1e-3))
+    }
+}
+
+fn short() -> MeasurePlan {
+    MeasurePlan {
+        duration_s: 4.0,
+        ..MeasurePlan::default()
+    }
+}
+
+fn is_usual(found: &Measured) {
+    let within = |have: f64, want: f64, share: f64| (have / want - 1.0).abs() <= share;
+    assert!(within(found.mass_kg.value, 0.065, 0.05), "{found:?}");
+    assert!(
+        within(found.damping_n_s_per_m.value, 3.5, 0.05),
+        "{found:?}"
+    );
+    assert!(within(found.friction_n.value, 0.05, 0.1), "{found:?}");
+    assert!((found.delay_s.value - 1.3e-3).abs() <= 1e-4, "{found:?}");
+    assert!(within(found.current_lag_s.value, 0.5e-3, 0.2), "{found:?}");
+}
+
+fn found(record: &MotionRecord, hand: bool) -> Measured {
+    estimate(record, hand).unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn friction_of_another_make_is_found_too_and_lost_samples_do_no_harm() {
+    let driven = Fine::new(usual(), 16).drive(&short());
+    assert_eq!(driven.outcome, Outcome::Complete);
+    let mut record = driven.record;
+    is_usual(&found(&record, false));
+    let (up, down) = record.breakaway_n.expect("it moved both ways");
+    assert!(up > 0.05 && up < 0.15 && down < -0.05 && down > -0.15);
+    // One sample in forty is lost.
+    for n in (0..record.position_m.len()).step_by(40) {
+        record.position_m[n] = f64::NAN;
+    }
+    is_usual(&found(&record, false));
+    for n in (0..record.position_m.len()).step_by(15) {
+        record.position_m[n] = f64::NAN;
+    }
+    let lost = estimate(&record, false).expect_err("too many");
+    assert!(matches!(lost, MeasureError::Lost { .. }), "{lost}");
+    record.force_n[77] = f64::INFINITY;
+    record.position_m.fill(0.0);
+    let wrong = estimate(&record, false).expect_err("no force");
+    assert!(
+        matches!(wrong, MeasureError::NotFinite { tick: 77, .. }),
+        "{wrong}"
+    );
+}
+
+#[test]
+fn a_motor_slower_than_the_device_is_not_taken_for_its_mass() {
+    // m/b = 3.75 ms, or 18.6 ms; the lag is longer, and exchanged with it the motion is all but the same.
+    for (mass, damping, lag_s, friction_n) in [(0.03, 8.0, 5e-3, 0.02), (0.065, 3.5, 25e-3, 0.0)] {
+        let damped = NewtonSecondsPerMetre(damping);
+        let device = MassDamperConfig::ideal(Kilograms(mass), damped, Seconds(1e-3));
+        let imperfections = Imperfections {
+            friction_n,
+            delay_s: 1e-3,
+            current_lag_s: lag_s,
+            sensors: Sensors {
+                encoder_resolution_m: 1e-6,
+                noise_m: 1e-6,
+                seed: 1,
+            },
+        };
+        let (plan, never) = (MeasurePlan::default(), AtomicBool::new(false));
+        let record =
+            on_simulated(&plan, device, &imperfections, &|_| {}, &never).expect("measures");
+        let found = found(&record, false);
+        let told = found.warnings.iter().any(|said| said.contains("apart"));
+        let right = (found.mass_kg.value / mass - 1.0).abs() < 0.05;
+        assert!(right || told, "{found:?}");
+        let slack = 0.01 * mass;
+        let (low, high) = (found.mass_kg.low - slack, found.mass_kg.high + slack);
+        assert!(low <= mass && mass <= high, "{:?}", found.mass_kg);
+    }
+}
+
+#[test]
+fn a_hand_and_a_slope_are_found() {
+    let held = MassDamperConfig {
+        stiffness: NewtonsPerMetre(150.0),
+        ..usual()
+    };
+    let plan = MeasurePlan {
+        hand: true,
+        ..short()
+    };
+    let mut device = Fine::new(held, 1);
+    device.plant.set_external_force(Vector1::new(0.03));
+    let driven = device.drive(&plan);
+    let found = found(&driven.record, true);
+    is_usual(&found);
+    let hand = found.hand_stiffness_n_per_m.expect("looked for");
+    assert!((hand.value / 150.0 - 1.0).abs() < 0.05, "{hand:?}");
+    assert!(
+        (found.bias_n.value - 0.03).abs() < 0.005,
+        "{:?}",
+        found.bias_n
+    );
+}
+
+#[test]
+fn nothing_is_made_of_an_ideal_device() {
+    let ideal = MassDamperConfig {
+        friction: Newtons(0.0),
+        delay: Seconds(0.0),
+        lag: Seconds(0.0),
+        ..usual()
+    };
+    let never = AtomicBool::new(false);
+    let record = on_simulated(&short(), ideal, &Imperfections::NONE, &|_| {}, &never);
+    let found = found(&record.expect("measures"), false);
+    assert!(
+        (found.mass_kg.value / 0.065 - 1.0).abs() < 1e-4,
+        "{found:?}"
+    );
+    assert!(
+        (found.damping_n_s_per_m.value / 3.5 - 1.0).abs() < 1e-4,
+        "{found:?}"
+    );
+    assert!(found.friction_n.value < 1e-3, "{found:?}");
+    assert!(
+        found.delay_s.value + found.current_lag_s.value < 5e-6,
+        "{found:?}"
+    );
+    assert!(
+        found.encoder_resolution_m <= 0.0 && found.sensor_noise_m.value < 1e-7,
+        "{found:?}"
+    );
+}
+
+#[test]
+fn whatever_goes_wrong_the_force_is_zero_and_the_reason_said() {
+    let refusal = |driven: &Driven, plan: &MeasurePlan| {
+        let refused = driven.outcome.require_complete(plan);
+        refused.expect_err("refused").to_string()
+    };
+    let plan = short();
+    let blocked = MassDamperConfig {
+        friction: Newtons(2.5),
+        ..usual()
+    };
+    let driven = Fine::new(blocked, 1).drive(&plan);
+    assert_eq!(driven.outcome, Outcome::Blocked);
+    assert!(
+        refusal(&driven, &plan)
+            .starts_with("the device does not move under 2 N, and the force is zero")
+    );
+
+    let mut sliding = Fine::new(usual(), 1);
+    sliding.plant.set_external_force(Vector1::new(0.5));
+    let driven = sliding.drive(&plan);
+    assert_eq!(driven.outcome, Outcome::MovesByItself);
+    assert!(driven.record.largest_force_n() <= 0.0);
+    assert!(refusal(&driven, &plan).starts_with("the device moves by itself"));
+
+    let light = MassDamperConfig {
+        mass: Kilograms(0.002),
+        damping: NewtonSecondsPerMetre(0.0),
+        friction: Newtons(0.0),
+        ..usual()
+    };
+    let driven = Fine::new(light, 1).drive(&plan);
+    let Outcome::Fault(fault) = driven.outcome else {
+        panic!("{:?}", driven.outcome);
+    };
+    assert!(
+        [Fault::Workspace, Fault::Velocity, Fault::PositionJump].contains(&fault),
+        "{fault}"
+    );
+    let said = refusal(&driven, &plan);
+    assert!(
+        said.contains("the force is zero") && said.contains("smaller `force_limit_n`"),
+        "{said}"
+    );
+
+    static STOP: AtomicBool = AtomicBool::new(false);
+    let mut stopped = Fine::new(usual(), 1);
+    stopped.stop_after = Some((3000, &STOP));
+    let driven = stopped.drive(&plan);
+    assert_eq!(driven.outcome, Outcome::Interrupted);
+    // 0.1 s of falling force and a tick.
+    assert!(
+        stopped.written_n.len() < 3105,
+        "{}",
+        stopped.written_n.len()
+    );
+
+    for (plan, what) in [
+        (
+            MeasurePlan {
+                force_limit_n: f64::NAN,
+                ..plan
+            },
+            "force_limit_n NaN N is not in",
+        ),
+        (
+            MeasurePlan {
+                box_m: -1.0,
+                ..plan
+            },
+            "box_m -1 m is not in",
+        ),
+        (
+            MeasurePlan {
+                duration_s: 0.1,
+                ..plan
+            },
+            "duration_s 0.1 s is not in",
+        ),
+        (
+            MeasurePlan {
+                sample_time_s: 1.0,
+                ..plan
+            },
+            "sample_time_s 1 s is not in",
+        ),
+    ] {
+        let said = plan.check().expect_err(what).to_string();
+        assert!(said.starts_with(what), "{said}");
+    }
+}
+
+#[test]
+fn a_device_file_says_what_was_measured_and_refuses_what_cannot_be() {
+    let driven = Fine::new(usual(), 1).drive(&short());
+    let found = found(&driven.record, false);
+    let written = DeviceModel::measured(&found, "a test", "on \"sim\"");
+    let path = Path::new("lab/device.toml");
+    let read = DeviceModel::parse(path, &written.to_toml()).expect("reads what it writes");
+    assert_eq!(read, written);
+    assert!((read.values.mass_kg / found.mass_kg.value - 1.0).abs() < 1e-5);
+    let guarded = read.guarded();
+    assert!(guarded.mass_kg.expect("known") <= read.values.mass_kg);
+    let (least, most) = guarded.delay_s.expect("known");
+    assert!(least <= read.values.delay_s && read.values.delay_s <= most);
+
+    let device = "[device]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\n";
+    for (text, want) in [
+        (
+            "[device]\nmass_kg = -1\ndamping_n_s_per_m = 3.5\n".to_owned(),
+            "lab/device.toml:2: mass_kg = -1 is not above 0",
+        ),
+        (
+            "[device]\nmass_kg = nan\ndamping_n_s_per_m = 3.5\n".to_owned(),
+            "lab/device.toml:2: mass_kg = NaN is not above 0",
+        ),
+        (
+            format!("{device}delay_s = 1.3\n"),
+            "lab/device.toml:4: delay_s = 1.3 is above 0.1 s, which no haptic device has: change it, it is in s",
+        ),
+        (
+            format!("{device}friction_n = -0.1\n"),
+            "lab/device.toml:4: friction_n = -0.1 is not at least 0",
+        ),
+        (
+            format!("{device}sensor_noise_m = inf\n"),
+            "lab/device.toml:4: sensor_noise_m = inf is not at least 0",
+        ),
+        (
+            format!("{device}[intervals]\nmass_kg = [0.07, 0.08]\n"),
+            "lab/device.toml:5: mass_kg = [0.07, 0.08] is not an interval",
+        ),
+        (
+            format!("{device}[intervals]\nmass_kg = [0.06]\n"),
+            "lab/device.toml:5: mass_kg has 1 numbers, not two",
+        ),
+        (
+            format!("{device}[intervals]\nmas_kg = [0.06, 0.07]\n"),
+            "lab/device.toml:5: unknown key `mas_kg` in [intervals]: did you mean `mass_kg`?",
+        ),
+        (
+            "[transfer_function]\nfunction = \"1/(s+1)\"\n".to_owned(),
+            "lab/device.toml:1: no [device] in it",
+        ),
+        (
+            "[transfer_function]\nfunction = \"1/(s+1)\"\n[intervals]\n".to_owned(),
+            "lab/device.toml:3: [intervals] are of a [device]",
+        ),
+    ] {
+        let said = DeviceModel::parse(path, &text).expect_err(want).to_string();
+        assert!(said.starts_with(want) && !said.contains('\n'), "{said}");
+    }
+}

@@ -1,0 +1,118 @@
+//! Order one against two masses with springs and dampers, in closed form.
+
+use super::{object, order};
+use fracdiff::{Seconds, ShortMemory};
+use haptic_loop::plant::{MassDamper, MassDamperConfig};
+use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
+use haptic_loop::{Controller, Environment as _, SafetyChain, VirtualCoupler};
+use nalgebra::{SMatrix, SVector, vector};
+
+/// e^A by scaling and squaring of the power series.
+fn exponential<const N: usize>(a: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
+    let small = a / 1024.0;
+    let mut sum = SMatrix::<f64, N, N>::identity();
+    let mut term = sum;
+    for k in 1..20 {
+        term = term * small / f64::from(k);
+        sum += term;
+    }
+    for _ in 0..10 {
+        sum = sum * sum;
+    }
+    sum
+}
+
+/// A device of 0.1 kg that is pushed with 1 N for 0.3 s into a coupler of order 1 and an object: its place and the object's
+/// at the end, m.
+fn pushed(t: f64, [k_c, b_c]: [f64; 2], [m, b, k]: [f64; 3]) -> [f64; 2] {
+    let sample_time = Seconds(t);
+    let spring = ShortMemory::<f64, 1>::new(order(0.0), sample_time).expect("valid");
+    let coupler = VirtualCoupler::new(k_c, b_c, spring, object([m, b, k]), sample_time);
+    let chain = SafetyChain::new(Newtons(1e3), NewtonsPerSecond(1e9), sample_time).expect("valid");
+    let mut controller = Controller::new(coupler.expect("valid"), chain);
+    let config = MassDamperConfig::ideal(Kilograms(0.1), NewtonSecondsPerMetre(0.8), sample_time);
+    let mut device = MassDamper::<1>::new(config).expect("valid");
+    device.set_external_force(vector![1.0]);
+    let mut replay = controller.environment().at_rest();
+    for _ in 0..(0.3 / t).round() as usize {
+        let sample = controller
+            .tick(&mut device)
+            .unwrap_or_else(|never| match never {});
+        let x = sample.reading.position_m;
+        controller.environment().advance(&mut replay, &x);
+    }
+    [
+        device.position()[0],
+        controller.environment().object_position_m(&replay)[0],
+    ]
+}
+
+#[test]
+fn at_order_one_it_tends_to_two_masses_with_springs_and_dampers() {
+    let ([k_c, b_c], [m, b, k]) = ([0.5, 300.0], [0.15, 0.1, 200.0]);
+    let (m_d, b_d) = (0.1, 0.8);
+    // x' = v,  m_d·v' = 1 − b_d·v − c(v − u) − s(x − p),  p' = u,  m·u' = c(v − u) + s(x − p) − b·u − k·p,  1' = 0
+    #[rustfmt::skip]
+    let a = SMatrix::<f64, 5, 5>::from_row_slice(&[
+        0.0, 1.0, 0.0, 0.0, 0.0,
+        -b_c / m_d, -(b_d + k_c) / m_d, b_c / m_d, k_c / m_d, 1.0 / m_d,
+        0.0, 0.0, 0.0, 1.0, 0.0,
+        b_c / m, k_c / m, -(b_c + k) / m, -(k_c + b) / m, 0.0,
+        0.0, 0.0, 0.0, 0.0, 0.0,
+    ]);
+    let end = exponential(&(a * 0.3)) * SVector::<f64, 5>::from([0.0, 0.0, 0.0, 0.0, 1.0]);
+    let off = |t: f64| {
+        let [x, p] = pushed(t, [k_c, b_c], [m, b, k]);
+        (x - end[0]).abs().max((p - end[2]).abs())
+    };
+    let errors = [2e-4, 1e-4, 5e-5].map(off);
+    // Of first order in T: hold, difference and running sum.
+    assert!(
+        errors[2] < 1e-3 * end[0].abs(),
+        "{errors:?} of {} m",
+        end[0]
+    );
+    for pair in errors.windows(2) {
+        assert!((1.8..2.2).contains(&(pair[0] / pair[1])), "{errors:?}");
+    }
+}
+
+#[test]
+fn without_loss_two_masses_keep_energy_and_momentum_as_the_sample_time_falls() {
+    // 0.1 kg at 0.2 m/s, coupled by a spring to 0.15 kg at rest, nothing else.
+    let run = |t: f64| {
+        let sample_time = Seconds(t);
+        let spring = ShortMemory::<f64, 1>::new(order(0.0), sample_time).expect("valid");
+        let behind = object([0.15, 0.0, 0.0]);
+        let coupler = VirtualCoupler::new(0.0, 300.0, spring, behind, sample_time).expect("valid");
+        let chain = SafetyChain::new(Newtons(1e3), NewtonsPerSecond(1e9), sample_time);
+        let mut controller = Controller::new(coupler, chain.expect("valid"));
+        let config =
+            MassDamperConfig::ideal(Kilograms(0.1), NewtonSecondsPerMetre(0.0), sample_time);
+        let mut device = MassDamper::<1>::new(config).expect("valid");
+        device.set_state(vector![0.0], vector![0.2]);
+        let mut replay = controller.environment().at_rest();
+        for _ in 0..(0.5 / t).round() as usize {
+            let sample = controller
+                .tick(&mut device)
+                .unwrap_or_else(|never| match never {});
+            let x = sample.reading.position_m;
+            controller.environment().advance(&mut replay, &x);
+        }
+        let environment = controller.environment();
+        let u = environment.object_velocity_m_per_s(&replay)[0];
+        let p = environment.object_position_m(&replay)[0];
+        let (x, v) = (device.position()[0], device.velocity()[0]);
+        let energy = 0.5 * (0.1 * v * v + 0.15 * u * u + 300.0 * (x - p) * (x - p));
+        [
+            (energy / 2e-3 - 1.0).abs(),
+            ((0.1 * v + 0.15 * u) / 0.02 - 1.0).abs(),
+        ]
+    };
+    // What hold and difference take or give is of first order in T.
+    let (coarse, fine) = (run(1e-4), run(5e-5));
+    for k in 0..2 {
+        let ratio = coarse[k] / fine[k];
+        assert!((1.9..2.1).contains(&ratio), "{coarse:?} {fine:?}");
+    }
+}

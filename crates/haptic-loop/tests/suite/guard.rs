@@ -1,0 +1,340 @@
+//! The passivity guard: walls that shake without it, its books, and its price.
+//!
+//! The device of O. Tokatlı, *Fractional Order Control in Haptics*, section 4.4: 65 g, 3.5 N·s/m, T = 2 ms, pushed with
+//! 1 N into a wall at its start for 5 s; unstable if the position varies by more than 0.1 mm over the last 0.4 s.
+//! Walls lie on rays of (α, β), at multiples of Corollary 1, δ = α/2 + β·2^(μ−1), and of what is stable in simulation.
+
+mod books;
+mod bounding;
+
+use fracdiff::{Order, Real, Seconds, ShortMemory};
+use haptic_loop::plant::{EncoderQuantiser, MassDamper, MassDamperConfig};
+use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
+use haptic_loop::{
+    Controller, Device, EnergyBounding, Guard, Limits, PassivityObserver, Reading, SafeForce,
+    SafetyChain, SpringDamper,
+};
+use nalgebra::vector;
+use std::convert::Infallible;
+
+const MASS: f64 = 0.065;
+
+const DAMPING: f64 = 3.5;
+
+const T: Seconds = Seconds(2e-3);
+
+const DELTA: f64 = DAMPING * T.0 / MASS;
+
+const SAMPLES: usize = 2501;
+
+const ORDERS: [f64; 4] = [0.0, 0.5, 1.0, 1.5];
+
+/// Directions of (α, β): spring alone, then ever less of it.
+const RAYS: [(f64, f64); 5] = [(1.0, 0.0), (4.0, 1.0), (1.0, 1.0), (1.0, 3.0), (1.0, 5.0)];
+
+/// The largest standard deviation of a stable wall, m.
+const STABLE: f64 = 1e-4;
+
+fn observer() -> Option<Guard> {
+    Some(Guard::Observer(PassivityObserver::bearable(
+        Kilograms(MASS),
+        T,
+    )))
+}
+
+/// For a known delay, in samples.
+fn bounding(delay: f64) -> Option<Guard> {
+    let delay = Seconds(delay * T.0);
+    Some(Guard::EnergyBounding(EnergyBounding {
+        delay_least: delay,
+        delay_most: delay,
+        ..EnergyBounding::of(NewtonSecondsPerMetre(DAMPING))
+    }))
+}
+
+/// A wall and what makes the device less than ideal.
+#[derive(Clone, Copy, Debug)]
+struct Case {
+    order: f64,
+    alpha: f64,
+    beta: f64,
+    /// m per count.
+    encoder: f64,
+    /// Samples.
+    delay: f64,
+}
+
+/// A device with an encoder, or without for a resolution of 0.
+enum Sensed {
+    Ideal(MassDamper<1>),
+    Encoder(EncoderQuantiser<MassDamper<1>>),
+}
+
+impl Device<f64, 1> for Sensed {
+    type Error = Infallible;
+
+    fn read(&mut self) -> Result<Reading<f64, 1>, Infallible> {
+        match self {
+            Self::Ideal(device) => device.read(),
+            Self::Encoder(device) => device.read(),
+        }
+    }
+
+    fn write(&mut self, force: SafeForce<f64, 1>) -> Result<(), Infallible> {
+        match self {
+            Self::Ideal(device) => device.write(force),
+            Self::Encoder(device) => device.write(force),
+        }
+    }
+}
+
+/// The end of a run: standard deviation and mean of the true position over the last 0.4 s, m.
+#[derive(Clone, Copy, Debug)]
+struct End {
+    deviation: f64,
+    mean: f64,
+}
+
+impl Case {
+    fn on_ray(order: f64, (alpha, beta): (f64, f64), multiple: f64) -> Self {
+        Self {
+            order,
+            alpha: alpha * multiple,
+            beta: beta * multiple,
+            encoder: 0.0,
+            delay: 0.0,
+        }
+    }
+
+    /// 100 N, crossed within a sample, as the command line's wall.
+    fn run(&self, guard: Option<Guard>) -> End {
+        self.run_with(&Limits {
+            guard,
+            ..Limits::bare(Newtons(100.0), NewtonsPerSecond(200.0 / T.0))
+        })
+    }
+
+    fn run_with(&self, limits: &Limits) -> End {
+        let stiffness = self.alpha * MASS / (T.0 * T.0);
+        let dissipation = self.beta * MASS / T.0.powf(2.0 - self.order);
+        let order = Order::new(self.order).expect("valid");
+        let operator = ShortMemory::<f64, SAMPLES>::new(order, T).expect("valid");
+        let wall = SpringDamper::new(stiffness, dissipation, operator).expect("valid");
+        let chain = SafetyChain::from_limits(limits, T).expect("valid");
+        let mut controller = Controller::new(wall, chain);
+        let ideal = MassDamperConfig::ideal(Kilograms(MASS), NewtonSecondsPerMetre(DAMPING), T);
+        let delay = Seconds(self.delay * T.0);
+        let mut mass = MassDamper::new(MassDamperConfig { delay, ..ideal }).expect("valid");
+        mass.set_external_force(vector![1.0]);
+        let mut device = if self.encoder > 0.0 {
+            Sensed::Encoder(EncoderQuantiser::new(mass, Metres(self.encoder)).expect("valid"))
+        } else {
+            Sensed::Ideal(mass)
+        };
+        let mut positions = Vec::with_capacity(SAMPLES);
+        for _ in 0..SAMPLES {
+            let _ = controller.tick(&mut device).expect("infallible");
+            positions.push(match &device {
+                Sensed::Ideal(mass) => mass.position()[0],
+                Sensed::Encoder(encoder) => encoder.device().position()[0],
+            });
+        }
+        let last = &positions[SAMPLES - 200..];
+        let mean = last.iter().sum::<f64>() / 200.0;
+        let squares: f64 = last.iter().map(|x| (x - mean) * (x - mean)).sum();
+        End {
+            deviation: (squares / 200.0).sqrt(),
+            mean,
+        }
+    }
+
+    fn is_stable(&self, guard: Option<Guard>) -> bool {
+        self.run(guard).deviation < STABLE
+    }
+}
+
+/// Multiple of a ray at which δ = α/2 + β·2^(μ−1).
+fn passivity_limit(order: f64, (alpha, beta): (f64, f64)) -> f64 {
+    DELTA / (alpha / 2.0 + beta * 2f64.powf(order - 1.0))
+}
+
+/// Largest multiple of a ray that settles in simulation.
+fn stability_limit(order: f64, ray: (f64, f64)) -> f64 {
+    let (mut low, mut high) = (passivity_limit(order, ray), 8.0);
+    for _ in 0..8 {
+        let middle = 0.5 * (low + high);
+        let stable = Case::on_ray(order, ray, middle).is_stable(None);
+        *(if stable { &mut low } else { &mut high }) = middle;
+    }
+    low
+}
+
+#[test]
+fn both_guards_hold_walls_of_twice_and_three_times_the_passivity_limit() {
+    let mut shaking = Vec::new();
+    for order in ORDERS {
+        for ray in RAYS {
+            for multiple in [2.0, 3.0] {
+                let case = Case::on_ray(order, ray, multiple * passivity_limit(order, ray));
+                if !case.is_stable(None) {
+                    shaking.push((order, ray, multiple));
+                }
+                assert!(case.is_stable(observer()), "observer {case:?}");
+                assert!(case.is_stable(bounding(0.0)), "bounding {case:?}");
+            }
+        }
+    }
+    // A damper does not shake so soon: what is beyond passivity is mostly stable for μ ≥ 0.5.
+    let alone = |order: f64| {
+        shaking
+            .iter()
+            .filter(|(mu, ..)| (mu - order).abs() < 0.1)
+            .count()
+    };
+    assert_eq!(ORDERS.map(alone), [10, 4, 3, 3], "{shaking:?}");
+}
+
+#[test]
+fn energy_bounding_holds_what_is_twice_and_three_times_beyond_stability() {
+    for order in ORDERS {
+        for ray in RAYS {
+            let limit = stability_limit(order, ray);
+            for multiple in [2.0, 3.0] {
+                let case = Case::on_ray(order, ray, multiple * limit);
+                assert!(!case.is_stable(None), "{case:?}");
+                assert!(case.is_stable(bounding(0.0)), "{case:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn damping_cannot_hold_what_is_twice_beyond_stability_for_a_derivative() {
+    // Where the observer ends, as its documentation says.
+    for order in [0.5, 1.0, 1.5] {
+        for ray in &RAYS[2..] {
+            let limit = stability_limit(order, *ray);
+            let case = Case::on_ray(order, *ray, 2.0 * limit);
+            assert!(!case.is_stable(observer()), "{case:?}");
+        }
+    }
+    // Nor a wall with a sample of delay, for which the energy bounding must know of the delay.
+    for order in ORDERS {
+        for ray in RAYS {
+            let case = Case {
+                delay: 1.0,
+                ..Case::on_ray(order, ray, 3.0 * passivity_limit(order, ray))
+            };
+            let shakes = !case.is_stable(None);
+            assert_eq!(case.is_stable(observer()), !shakes, "{case:?}");
+            assert_eq!(case.is_stable(bounding(0.0)), !shakes, "{case:?}");
+            assert!(case.is_stable(bounding(1.0)), "{case:?}");
+        }
+    }
+}
+
+#[test]
+fn an_encoder_and_delays_do_not_shake_a_bounded_wall() {
+    for order in ORDERS {
+        for ray in RAYS {
+            let limit = passivity_limit(order, ray);
+            for encoder in [1e-6, 1e-5] {
+                for multiple in [2.0, 3.0] {
+                    let case = Case {
+                        encoder,
+                        ..Case::on_ray(order, ray, multiple * limit)
+                    };
+                    assert!(case.is_stable(observer()), "observer {case:?}");
+                    for delay in [0.0, 1.0, 2.0] {
+                        let late = Case { delay, ..case };
+                        let end = late.run(bounding(delay));
+                        // A count or two.
+                        assert!(end.deviation < STABLE, "{late:?} {end:?}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// 1/x under the push of 1 N, N/m.
+fn rendered(case: Case, guard: Option<Guard>) -> f64 {
+    1.0 / case.run(guard).mean
+}
+
+#[test]
+fn the_price_is_the_stiffness_above_what_the_damping_can_pay() {
+    // c = 2ρb/T = 2800 N/m, and c/(d + 1) with delay.
+    let most = 2.0 * 0.8 * DAMPING / T.0;
+    for delay in [0.0, 0.5, 1.0, 2.0] {
+        let most = most / (1.0 + delay);
+        // With delay a spring is passive up to c/(2d + 1) only, and between the two a little is lost.
+        let (below, off) = if delay == 0.0 {
+            (0.9, 1e-3)
+        } else {
+            (0.5, 0.05)
+        };
+        for share in [0.1, below, 1.5, 4.0] {
+            let case = Case {
+                delay,
+                ..Case::on_ray(0.0, (share * most * T.0 * T.0 / MASS, 0.0), 1.0)
+            };
+            let have = rendered(case, bounding(delay));
+            let want = most * f64::min(share, 1.0);
+            assert!((have / want - 1.0).abs() < off, "{case:?} {have} {want}");
+        }
+    }
+    // The observer adds damping only: the stiffness at rest is the commanded one.
+    let case = Case::on_ray(0.0, (1.0, 0.0), 3.0 * passivity_limit(0.0, (1.0, 0.0)));
+    let have = rendered(case, observer());
+    assert!((have / 10_500.0 - 1.0).abs() < 1e-3, "{have}");
+}
+
+#[test]
+fn a_passive_wall_is_left_as_it_is() {
+    for order in ORDERS {
+        for ray in &RAYS[1..] {
+            // Up to ρ of what is passive.
+            let case = Case::on_ray(order, *ray, 0.8 * passivity_limit(order, *ray));
+            let free = case.run(None).mean;
+            for guard in [observer(), bounding(0.0)] {
+                let kept = case.run(guard).mean;
+                assert!((kept / free - 1.0).abs() < 1e-3, "{case:?} {kept} {free}");
+            }
+        }
+    }
+}
+
+#[test]
+fn guards_work_within_the_whole_chain() {
+    // Start-up over 0.5 s, 10 N, 1000 N/s, braking: all defaults.
+    for guard in [observer(), bounding(0.0)] {
+        for ray in RAYS {
+            let case = Case::on_ray(0.5, ray, 3.0 * passivity_limit(0.5, ray));
+            let limits = Limits {
+                guard,
+                ..Limits::default()
+            };
+            let end = case.run_with(&limits);
+            assert!(end.deviation < STABLE, "{case:?} {end:?}");
+        }
+    }
+}
+
+/// A chain with nothing but this guard.
+fn bare<F: Real>(bounding: EnergyBounding, sample_time: Seconds) -> SafetyChain<F> {
+    let limits = Limits {
+        guard: Some(Guard::EnergyBounding(bounding)),
+        ..Limits::bare(Newtons(100.0), NewtonsPerSecond(200.0 / sample_time.0))
+    };
+    SafetyChain::from_limits(&limits, sample_time).expect("valid")
+}
+
+fn late(least: f64, most: f64, lag: f64) -> EnergyBounding {
+    EnergyBounding {
+        delay_least: Seconds(least),
+        delay_most: Seconds(most),
+        lag: Seconds(lag),
+        ..EnergyBounding::of(NewtonSecondsPerMetre(DAMPING))
+    }
+}

@@ -1,0 +1,285 @@
+//! The way of a force to zero, and what makes a position implausible.
+//!
+//! `CAMPAIGN_CASES` sets how many random schedules are run, 4000 unless given: 100 000 take some 40 s of a processor.
+#![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
+
+mod schedules;
+
+use fracdiff::Seconds;
+use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
+use haptic_loop::{Fault, Limits, ParameterError, SafetyChain, SafetyState};
+use nalgebra::vector;
+
+const T: Seconds = Seconds(1e-3);
+
+fn chain(limits: &Limits) -> SafetyChain<f64> {
+    SafetyChain::from_limits(limits, T).expect("valid")
+}
+
+#[test]
+fn a_force_is_zero_within_the_stop_time_however_slow_its_rate() {
+    let bare = Limits::bare(Newtons(10.0), NewtonsPerSecond(0.1));
+    for (stop_s, ticks) in [(0.1, 100), (1e-3, 1), (0.0305, 31), (1.0, 1000)] {
+        for fault in [None, Some(Fault::HostSilent)] {
+            let chain = chain(&Limits {
+                stop_time: Seconds(stop_s),
+                ..bare
+            });
+            let mut state = SafetyState::default();
+            for _ in 0..20_000 {
+                chain.apply(&mut state, &vector![0.0], &vector![1.8]);
+            }
+            match fault {
+                Some(fault) => state.trip(fault),
+                None => state.stop(),
+            }
+            let mut last = 1.8;
+            for tick in 1..=ticks {
+                assert!(!state.is_at_rest(), "{stop_s} s, tick {tick}");
+                let (force, _) = chain.apply(&mut state, &vector![0.0], &vector![1.8]);
+                let force = force.newtons()[0];
+                // The brake force of 2 N is larger than 1.8 N.
+                let envelope = 2.0 * (1.0 - f64::from(tick) / f64::from(ticks));
+                assert!(
+                    force <= envelope + 1e-15 && force <= last,
+                    "{tick}: {force} N"
+                );
+                last = force;
+            }
+            assert!(state.is_at_rest(), "{stop_s} s");
+        }
+    }
+}
+
+#[test]
+fn braking_after_a_fault_stays_in_the_envelope() {
+    // 3 kg bear 1000 N·s/m with a tick of delay.
+    let chain = chain(&Limits {
+        braking: Some(NewtonSecondsPerMetre(1000.0)),
+        device_mass: Some(Kilograms(3.0)),
+        ..Limits::bare(Newtons(100.0), NewtonsPerSecond(1e5))
+    });
+    let mut state = SafetyState::<f64, 1>::default();
+    let mut largest = 0.0_f64;
+    for tick in 0..300 {
+        // 1 m/s, whatever the force: 1000 N wanted of the damper.
+        let (force, _) = chain.apply(&mut state, &vector![1e-3 * f64::from(tick)], &vector![-1.8]);
+        let force = force.newtons()[0];
+        if tick >= 100 {
+            let envelope = 2.0 * (1.0 - f64::from(tick - 99) / 100.0).max(0.0);
+            assert!(force.abs() <= envelope + 1e-15, "{tick}: {force} N");
+            largest = largest.max(force.abs());
+        }
+        if tick == 99 {
+            assert_eq!(force, -1.8);
+            state.trip(Fault::HostSilent);
+        }
+    }
+    assert!(largest > 1.9, "the damper brakes: {largest} N");
+}
+
+#[test]
+fn ticks_that_did_not_come_count_on_the_way_to_zero() {
+    let chain = chain(&Limits::bare(Newtons(10.0), NewtonsPerSecond(1e5)));
+    let mut state = SafetyState::<f64, 1>::default();
+    chain.apply(&mut state, &vector![0.0], &vector![8.0]);
+    state.stop();
+    chain.apply(&mut state, &vector![0.0], &vector![8.0]);
+    state.skip(98);
+    chain.apply(&mut state, &vector![0.0], &vector![8.0]);
+    assert!(state.is_at_rest());
+}
+
+#[test]
+fn braking_beyond_what_the_device_bears_is_refused_in_one_line() {
+    let of = |braking, mass: Option<f64>, delay| Limits {
+        braking: Some(NewtonSecondsPerMetre(braking)),
+        device_mass: mass.map(Kilograms),
+        device_delay_samples: delay,
+        ..Limits::default()
+    };
+    for (limits, most, words) in [
+        (of(5.001, None, 1), 5.0, "give its mass"),
+        (of(1000.0, Some(0.065), 0), 65.0, "take less braking"),
+        (of(22.0, Some(0.065), 1), 0.065 / 3e-3, "half of what"),
+    ] {
+        let refused = SafetyChain::<f32>::from_limits(&limits, T).expect_err("too much");
+        let text = refused.to_string();
+        assert!(text.contains(words) && !text.contains('\n'), "{text}");
+        let ParameterError::Braking { most_n_s_per_m, .. } = refused else {
+            panic!("{refused:?}");
+        };
+        assert!((most_n_s_per_m - most).abs() < 1e-9, "{most_n_s_per_m}");
+    }
+    for good in [
+        of(5.0, None, 1),
+        of(65.0, Some(0.065), 0),
+        of(9.0, Some(0.065), 3),
+    ] {
+        SafetyChain::<f32>::from_limits(&good, T).expect("bearable");
+    }
+}
+
+/// Largest speed left of a free mass that a sampled damper brakes with `gain` times the most that is accepted.
+fn braked(mass: f64, delay: u32, bandwidth_hz: f64, sample_time: f64, gain: f64) -> f64 {
+    let limits = Limits {
+        device_mass: Some(Kilograms(mass)),
+        device_delay_samples: delay,
+        ..Limits::default()
+    };
+    let t = sample_time;
+    let b = gain * limits.braking_max(Seconds(t)).0;
+    let follow = 1.0 - (-std::f64::consts::TAU * bandwidth_hz * t).exp();
+    let (mut x, mut v, mut estimate, mut before) = (0.0, 1.0, 0.0, 0.0);
+    let mut pipe = vec![0.0; delay as usize + 1];
+    let mut late = 0.0_f64;
+    let ticks = 40_000;
+    for tick in 0..ticks {
+        estimate += follow * ((x - before) / t - estimate);
+        before = x;
+        pipe.rotate_right(1);
+        pipe[0] = -b * estimate;
+        let force = pipe[delay as usize];
+        // Exact over a hold.
+        x += v * t + 0.5 * force / mass * t * t;
+        v += force / mass * t;
+        if !v.is_finite() || v.abs() > 1e9 {
+            return f64::INFINITY;
+        }
+        if tick >= ticks - 1000 {
+            late = late.max(v.abs());
+        }
+    }
+    late
+}
+
+#[test]
+fn the_most_braking_has_a_gain_margin_of_two_for_every_filter_and_delay() {
+    for delay in 0..=4 {
+        for bandwidth in [3.0, 20.0, 50.0, 200.0, 5000.0] {
+            for sample_time in [5e-4, 1e-3, 2e-3] {
+                let left = |gain| braked(0.065, delay, bandwidth, sample_time, gain);
+                let case = format!("{delay} ticks, {bandwidth} Hz, {sample_time} s");
+                assert!(left(1.0) < 1e-2, "{case}: {}", left(1.0));
+                // bT/m = 2·sin(θ/2)/sin((2d + 1)θ/2) is never below 2/(2d + 1).
+                assert!(left(1.98) < 1.0, "{case}: {}", left(1.98));
+                if delay == 0 {
+                    // There it is 2, whatever the filter.
+                    assert!(left(2.02) > 1.5, "{case}: {}", left(2.02));
+                }
+            }
+        }
+    }
+    // A slow filter comes close to the bound with delay too.
+    assert!(braked(0.065, 2, 1.0, 1e-3, 2.05) > 1.0);
+}
+
+/// The first fault of positions and wanted forces, with the limits of a device by default.
+fn fault(ticks: impl Iterator<Item = (f64, f64)>) -> Option<(usize, Fault)> {
+    let limits = Limits {
+        rise_time: None,
+        ..Limits::default()
+    };
+    let chain = chain(&limits);
+    let mut state = SafetyState::<f64, 1>::default();
+    for (tick, (position, wanted)) in ticks.enumerate() {
+        chain.apply(&mut state, &vector![position], &vector![wanted]);
+        if let Some(fault) = state.fault() {
+            return Some((tick, fault));
+        }
+    }
+    None
+}
+
+#[test]
+fn a_position_that_stands_still_under_a_growing_force_is_a_fault() {
+    // A host pushes with a sine of 5 N at 2 Hz; the sensor sticks from the first tick on.
+    let sine = |n: usize| 5.0 * (std::f64::consts::TAU * 2e-3 * n as f64).sin();
+    let stuck = fault((0..1000).map(|n| (0.01, sine(n)))).expect("a fault");
+    assert_eq!(stuck.1, Fault::PositionStuck);
+    assert!(stuck.0 < 400, "{stuck:?}");
+    // One that moves by a count now and then does not stick.
+    let moves = (0..1000).map(|n| (0.01 + 1e-5 * ((n / 50) % 2) as f64, sine(n)));
+    assert_eq!(fault(moves), None);
+    // Below the set amount nothing is said.
+    assert_eq!(fault((0..1000).map(|n| (0.01, 0.55 * sine(n)))), None);
+    // A force that the limits keep away moves nothing.
+    assert_eq!(fault((0..1000).map(|n| (0.01, 20.0 + sine(n)))), None);
+}
+
+#[test]
+fn no_honest_standstill_is_a_fault() {
+    // A hand that does not move, a wall of 8 N, the force slewed up to it: 200 s.
+    assert_eq!(fault((0..200_000).map(|_| (0.004, -8.0))), None);
+    // Relaxation of every order on a rigid indenter, from 9 N, from the end of a ramp of 10 ms on.
+    for order in [0.05, 0.2247, 0.5, 0.8, 0.95] {
+        let shape = |n: usize| {
+            let (t, ramp) = (1e-3 * n as f64, 0.01);
+            let power = |t: f64| t.max(0.0).powf(1.0 - order);
+            (power(t) - power(t - ramp)) / power(ramp)
+        };
+        let ticks = (0..200_000).map(|n| (1e-3 * (n as f64 / 10.0).min(1.0), -9.0 * shape(n)));
+        assert_eq!(fault(ticks), None, "order {order}");
+    }
+    // An order above 1 turns round at the end of a ramp and comes back, 2 N to 9 N within the first 50 ms.
+    let returns = (0..20_000).map(|n| {
+        let since = (n as f64 - 100.0).max(0.0);
+        (
+            1e-4 * (n as f64).min(100.0),
+            -9.0 + 7.0 * (-since / 10.0).exp(),
+        )
+    });
+    assert_eq!(fault(returns), None);
+}
+
+#[test]
+fn a_position_that_jumps_is_a_fault_before_its_force_is() {
+    for jump in [0.01, 0.0026, -0.01] {
+        let limits = Limits::default();
+        let chain = chain(&limits);
+        let mut state = SafetyState::<f64, 1>::default();
+        for _ in 0..1000 {
+            chain.apply(&mut state, &vector![0.0], &vector![-0.5]);
+        }
+        let (force, _) = chain.apply(&mut state, &vector![jump], &vector![-30.0]);
+        assert_eq!(state.fault(), Some(Fault::PositionJump), "{jump} m");
+        assert!(force.newtons()[0].abs() <= 0.5, "{jump} m: {force:?}");
+    }
+    // 1.5 m/s and 1 mm more in a tick are 2.5 mm.
+    assert_eq!(fault([(0.0, 0.0), (2.4e-3, 0.0)].into_iter()), None);
+    // Over ticks that did not come a hand may have moved further.
+    let chain = chain(&Limits::default());
+    let mut state = SafetyState::<f64, 1>::default();
+    chain.apply(&mut state, &vector![0.0], &vector![0.0]);
+    state.skip(3);
+    chain.apply(&mut state, &vector![3e-3], &vector![0.0]);
+    assert_eq!(state.fault(), None);
+}
+
+#[test]
+fn a_jump_that_is_none_is_refused_without_a_speed_limit_too() {
+    let limits = Limits {
+        jump: Some(Metres(-1e-3)),
+        ..Limits::bare(Newtons(10.0), NewtonsPerSecond(1000.0))
+    };
+    SafetyChain::<f64>::from_limits(&limits, T).expect_err("below 0");
+}
+
+#[test]
+fn what_is_switched_off_finds_nothing() {
+    let limits = Limits {
+        stuck: None,
+        jump: None,
+        speed: None,
+        rise_time: None,
+        ..Limits::default()
+    };
+    let chain = chain(&limits);
+    let mut state = SafetyState::<f64, 1>::default();
+    for tick in 0..1000 {
+        let position = if tick < 900 { 0.0 } else { 0.05 };
+        let wanted = 0.02 * f64::from(tick).min(400.0);
+        chain.apply(&mut state, &vector![position], &vector![wanted]);
+        assert_eq!(state.fault(), None, "{tick}");
+    }
+}

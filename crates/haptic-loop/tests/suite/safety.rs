@@ -1,0 +1,311 @@
+//! Limits of the safety chain: start-up, norm, workspace, speed, and what holds whatever happens.
+#![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
+
+mod motion;
+mod random;
+
+use fracdiff::Seconds;
+use haptic_loop::units::{
+    Hertz, Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond,
+};
+use haptic_loop::{
+    EnergyBounding, Fault, Guard, Limiters, Limits, SafetyChain, SafetyState, SpeedLimit,
+    StartRefused, Stuck, Workspace,
+};
+use nalgebra::{SVector, vector};
+
+const T: Seconds = Seconds(1e-3);
+
+/// 10 N on each axis, 1 N a tick, everything else off.
+const BARE: Limits = Limits::bare(Newtons(10.0), NewtonsPerSecond(1000.0));
+
+fn chain(limits: Limits) -> SafetyChain<f64> {
+    SafetyChain::from_limits(&limits, T).expect("valid")
+}
+
+#[test]
+fn the_force_rises_in_proportion_to_time_after_start_and_after_clear() {
+    let chain = chain(Limits {
+        rise_time: Some(Seconds(0.1)),
+        ..BARE
+    });
+    let mut state = SafetyState::default();
+    for _ in 0..2 {
+        for tick in 0..150 {
+            let (force, limiters) = chain.apply(&mut state, &vector![0.0], &vector![5.0]);
+            let share = f64::from(tick.min(100)) / 100.0;
+            assert!(
+                (force.newtons()[0] - 5.0 * share).abs() < 1e-12,
+                "tick {tick}"
+            );
+            // The share is a sum of hundredths: its last rounding may take a tick more.
+            if tick != 100 {
+                assert_eq!(limiters.contains(Limiters::STARTUP), tick < 100, "{tick}");
+            }
+        }
+        state.stop();
+        for _ in 0..5 {
+            chain.apply(&mut state, &vector![0.0], &vector![5.0]);
+        }
+        assert!(state.is_at_rest());
+        state.clear();
+    }
+}
+
+#[test]
+fn the_start_is_over_with_the_sample_that_has_the_whole_force() {
+    // Quarters are exact.
+    let chain = chain(Limits {
+        rise_time: Some(Seconds(4e-3)),
+        ..BARE
+    });
+    let mut state = SafetyState::default();
+    for (share, bits) in [(0.0, 16), (0.25, 16), (0.5, 16), (0.75, 16), (1.0, 0)] {
+        let (force, limiters) = chain.apply(&mut state, &vector![0.0], &vector![2.0]);
+        assert_eq!((force.newtons()[0], limiters.bits()), (2.0 * share, bits));
+    }
+}
+
+#[test]
+fn a_start_is_refused_with_too_large_a_force() {
+    let chain = chain(Limits {
+        start_force: Some(Newtons(1.0)),
+        ..BARE
+    });
+    assert_eq!(chain.may_start(&vector![0.6, -0.8]), Ok(()));
+    let refused = StartRefused {
+        wanted_n: 5.0,
+        allowed_n: 1.0,
+    };
+    assert_eq!(chain.may_start(&vector![3.0, -4.0]), Err(refused));
+    assert_eq!(
+        refused.to_string(),
+        "the wanted force of 5 N is not within the 1 N allowed at the start"
+    );
+    for bad in [f64::NAN, f64::INFINITY] {
+        assert!(chain.may_start(&vector![bad]).is_err());
+        let any = SafetyChain::from_limits(&BARE, T).expect("valid");
+        assert!(any.may_start(&vector![bad]).is_err());
+        assert_eq!(any.may_start(&vector![1e9]), Ok(()));
+    }
+}
+
+#[test]
+fn the_norm_is_limited_without_turning_the_force_and_no_force_is_stuck() {
+    let limits = Limits {
+        norm: Some(Newtons(5.0)),
+        ..BARE
+    };
+    let chain = chain(limits);
+    let mut state = SafetyState::<f64, 2>::default();
+    let settle = |state: &mut _, wanted: [f64; 2]| {
+        let mut last = (SVector::zeros(), Limiters::NONE);
+        for _ in 0..30 {
+            let (force, limiters) = chain.apply(state, &vector![0.0, 0.0], &SVector::from(wanted));
+            last = (*force.newtons(), limiters);
+        }
+        last
+    };
+    // 3-4-5, twice as long: limited to 5 N, one millionth less for rounding.
+    let (force, limiters) = settle(&mut state, [6.0, 8.0]);
+    assert!((force - vector![3.0, 4.0]).norm() < 1e-5, "{force}");
+    assert_eq!(limiters, Limiters::MAGNITUDE);
+    // Along the circle, where a slew of each axis for itself would lead outside.
+    for angle in 0..360 {
+        let (y, x) = (f64::from(angle * 7).to_radians()).sin_cos();
+        let (force, _) = settle(&mut state, [50.0 * x, 50.0 * y]);
+        // The box of 10 N does not turn it much; compare with the scaled one.
+        let boxed = vector![(50.0 * x).clamp(-10.0, 10.0), (50.0 * y).clamp(-10.0, 10.0)];
+        assert!((force - boxed.normalize() * 5.0).norm() < 1e-5, "{force}");
+    }
+}
+
+/// 0 to 100 mm, zones of 20 mm, 5 N·s/m, and a velocity that follows within the tick.
+fn workspace() -> Limits {
+    Limits {
+        workspace: Some(Workspace {
+            low: Metres(0.0),
+            high: Metres(0.1),
+            soft: Metres(0.02),
+        }),
+        braking: Some(NewtonSecondsPerMetre(5.0)),
+        velocity_bandwidth: Hertz(1e5),
+        ..BARE
+    }
+}
+
+#[test]
+fn a_sensor_stands_still_if_the_force_grows_by_more_and_more_is_applied() {
+    let chain = chain(Limits {
+        stuck: Some(Stuck {
+            force: Newtons(3.0),
+            time: Seconds(2e-3),
+        }),
+        ..BARE
+    });
+    // From 1 N to 4 N is no more than 3 N; half a newton more is.
+    let mut state = SafetyState::<f64, 1>::default();
+    for wanted in [1.0, 1.0, 1.0, 2.0, 3.0, 4.0, 4.0, 4.0] {
+        chain.apply(&mut state, &vector![0.0], &vector![wanted]);
+        assert_eq!(state.fault(), None);
+    }
+    chain.apply(&mut state, &vector![0.0], &vector![4.5]);
+    assert_eq!(state.fault(), Some(Fault::PositionStuck));
+    // Wanted at once, 1 N a tick applied: not yet while the last that was applied is 3 N.
+    let mut state = SafetyState::<f64, 1>::default();
+    for _ in 0..3 {
+        chain.apply(&mut state, &vector![0.0], &vector![0.0]);
+    }
+    for applied in [1.0, 2.0, 3.0, 4.0] {
+        let (force, _) = chain.apply(&mut state, &vector![0.0], &vector![9.0]);
+        assert_eq!((force.newtons()[0], state.fault()), (applied, None));
+    }
+    chain.apply(&mut state, &vector![0.0], &vector![9.0]);
+    assert_eq!(state.fault(), Some(Fault::PositionStuck));
+}
+
+#[test]
+fn after_a_fault_the_force_goes_through_damping_to_zero() {
+    let chain = chain(Limits {
+        stop_time: Seconds(0.1),
+        ..workspace()
+    });
+    let mut state = SafetyState::<f64, 1>::default();
+    for tick in 0..300 {
+        // Moves on at 0.1 m/s, whatever the force.
+        let position = vector![0.05 + 1e-4 * f64::from(tick)];
+        if tick == 100 {
+            state.trip(Fault::HostSilent);
+        }
+        let (force, limiters) = chain.apply(&mut state, &position, &vector![0.3]);
+        let force = force.newtons()[0];
+        if tick >= 100 {
+            let left = match tick - 100 {
+                tick @ 0..99 => 1.0 - f64::from(tick) / 100.0,
+                _ => 0.0,
+            };
+            assert!((force + left * 0.5).abs() < 1e-9, "{tick}: {force}");
+            assert!(limiters.contains(Limiters::FAULT));
+        }
+        assert_eq!(state.is_at_rest(), tick >= 199, "{tick}");
+    }
+}
+
+#[test]
+fn no_braking_without_a_sensor_or_an_actuator() {
+    for fault in [Fault::NonFiniteForce, Fault::CurrentMismatch] {
+        let chain = chain(workspace());
+        let mut state = SafetyState::<f64, 1>::default();
+        for tick in 0..20 {
+            let mut position = vector![0.05 + 1e-4 * f64::from(tick)];
+            if tick == 10 && fault == Fault::NonFiniteForce {
+                position[0] = f64::NAN;
+            } else if tick == 10 {
+                state.trip(fault);
+            }
+            let (force, _) = chain.apply(&mut state, &position, &vector![0.0]);
+            assert_eq!(force.newtons()[0], 0.0);
+        }
+        assert_eq!(state.fault(), Some(fault));
+    }
+}
+
+#[test]
+fn what_is_not_finite_is_a_fault_while_stopping_and_in_the_braking_too() {
+    let mut state = SafetyState::<f64, 1>::default();
+    state.stop();
+    chain(BARE).apply(&mut state, &vector![0.0], &vector![f64::NAN]);
+    assert_eq!(state.fault(), Some(Fault::NonFiniteForce));
+    // 1e308 m/s is a number, 5 N·s/m times that is none.
+    let vast = chain(Limits {
+        workspace: Some(Workspace {
+            low: Metres(-1e305),
+            high: Metres(1e305),
+            soft: Metres(1e305),
+        }),
+        ..workspace()
+    });
+    let mut state = SafetyState::<f64, 1>::default();
+    vast.apply(&mut state, &vector![0.0], &vector![1.0]);
+    assert_eq!(state.fault(), None);
+    let (force, limiters) = vast.apply(&mut state, &vector![1e305], &vector![1.0]);
+    assert_eq!(force.newtons()[0], 0.0);
+    assert!(limiters.contains(Limiters::FAULT));
+    assert_eq!(state.fault(), Some(Fault::NonFiniteForce));
+}
+
+#[test]
+fn bad_limits_are_refused() {
+    let refused = |change: &dyn Fn(&mut Limits)| {
+        let mut limits = Limits::default();
+        change(&mut limits);
+        SafetyChain::<f32>::from_limits(&limits, T).is_err()
+    };
+    assert!(!refused(&|_| {}));
+    for bad in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-46] {
+        assert!(refused(&|limits| limits.norm = Some(Newtons(bad))));
+        assert!(refused(
+            &|limits| limits.braking = Some(NewtonSecondsPerMetre(bad))
+        ));
+        assert!(refused(&|limits| limits.velocity_bandwidth = Hertz(bad)));
+        if bad != 1e-46 {
+            assert!(refused(&|limits| limits.start_force = Some(Newtons(bad))));
+            assert!(refused(&|limits| limits.rise_time = Some(Seconds(bad))));
+            assert!(refused(&|limits| limits.stop_time = Seconds(bad)));
+            assert!(refused(&|limits| limits.jump = Some(Metres(bad))));
+            assert!(refused(&|limits| limits.device_mass = Some(Kilograms(bad))));
+            let stuck = Stuck::DEFAULT;
+            assert!(refused(&|limits| limits.stuck = Some(Stuck {
+                force: Newtons(bad),
+                ..stuck
+            })));
+            assert!(refused(&|limits| limits.stuck = Some(Stuck {
+                time: Seconds(bad),
+                ..stuck
+            })));
+        }
+    }
+    let ends = [
+        (0.1, 0.1, 0.0),
+        (0.1, 0.0, 0.0),
+        (0.0, 0.1, 0.06),
+        (0.0, 0.1, -0.01),
+    ];
+    for (low, high, soft) in ends
+        .into_iter()
+        .chain([(f64::NAN, 0.1, 0.0), (0.0, f64::INFINITY, 0.0)])
+    {
+        assert!(refused(&|limits| limits.workspace = Some(Workspace {
+            low: Metres(low),
+            high: Metres(high),
+            soft: Metres(soft),
+        })));
+    }
+    for (soft, hard) in [(1.0, 1.0), (-1.0, 1.0), (2.0, 1.0), (0.0, f64::NAN)] {
+        assert!(refused(&|limits| limits.speed = Some(SpeedLimit {
+            soft: MetresPerSecond(soft),
+            hard: MetresPerSecond(hard),
+        })));
+    }
+    let good = EnergyBounding::of(NewtonSecondsPerMetre(3.5));
+    for guard in [
+        EnergyBounding { share: 1.1, ..good },
+        EnergyBounding { share: 0.0, ..good },
+        EnergyBounding {
+            delay_most: Seconds(0.1),
+            ..good
+        },
+        EnergyBounding {
+            forget: Seconds(0.5e-3),
+            ..good
+        },
+        EnergyBounding {
+            device_damping: NewtonSecondsPerMetre(0.0),
+            ..good
+        },
+    ] {
+        assert!(refused(
+            &|limits| limits.guard = Some(Guard::EnergyBounding(guard))
+        ));
+    }
+}

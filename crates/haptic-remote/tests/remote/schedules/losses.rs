@@ -1,0 +1,98 @@
+//! Frames that a line loses, counted at both ends.
+
+use super::Told;
+use crate::line::{Bench, START, spring};
+use haptic_link::{Report, Request, Sample, Statistics};
+use haptic_remote::LineFaults;
+
+/// A line in the middle of a session, its frames counted at both ends.
+fn losses(seed: u64, faults: LineFaults) {
+    let told = Told(seed);
+    let mut bench = Bench::new(LineFaults::default(), seed);
+    bench.hello();
+    let (configuration, values) = spring();
+    let set = bench.configure(configuration, &values);
+    set.expect("a good line").expect("good parameters");
+    bench.host.set_keep_alive(Some(1_000));
+    bench.done(Request::Arm { faults: 0 });
+    bench.done(Request::Start(START));
+    bench.run_ms(10);
+    bench.told.clear();
+    bench.to_host.set_faults(faults).expect("valid");
+    bench.to_device.set_faults(faults).expect("valid");
+    bench.run_ms(400);
+    bench
+        .to_host
+        .set_faults(LineFaults::default())
+        .expect("valid");
+    bench
+        .to_device
+        .set_faults(LineFaults::default())
+        .expect("valid");
+    bench.run_ms(150);
+    // The first good frame after the damage tells of all that are missing before it.
+    let Report::Statistics(device) = bench.done(Request::GetStatistics) else {
+        panic!("no statistics");
+    };
+    bench.run_ms(5);
+    let host = bench.host.counters();
+    let (to_host, to_device) = (bench.to_host.damage(), bench.to_device.damage());
+    for (lost, late, line) in [
+        (host.lost, host.late, to_host),
+        (device.lost, device.late, to_device),
+    ] {
+        let lost = u64::from(lost);
+        if faults.corrupt == 0.0 && faults.reorder == 0.0 {
+            assert_eq!(lost, line.dropped);
+        }
+        // A damaged zero takes the next frame along. A late frame was counted as lost before it came.
+        let most = line.dropped + 2 * line.corrupted + line.reordered;
+        assert!(lost <= most, "{lost} lost, {line:?}");
+        assert!(lost >= line.dropped, "{lost} lost, {line:?}");
+        assert!(u64::from(late) <= line.reordered + line.duplicated);
+    }
+    // Nobody but the line loses samples.
+    let Statistics {
+        samples_dropped, ..
+    } = device;
+    assert_eq!(samples_dropped, 0);
+    let samples: Vec<Sample> = (bench.told.iter())
+        .filter_map(|report| match report {
+            Report::Sample(sample) => Some(*sample),
+            _ => None,
+        })
+        .collect();
+    let gaps = samples.windows(2).map(|pair| {
+        assert!(pair[1].tick > pair[0].tick);
+        u64::from(pair[1].tick - pair[0].tick - 1)
+    });
+    let gaps: u64 = gaps.sum();
+    assert!(gaps <= u64::from(host.lost), "{gaps} > {}", host.lost);
+    drop(told);
+}
+
+#[test]
+fn every_lost_frame_is_counted_at_both_ends() {
+    for seed in 0..20 {
+        let drop = 0.3 * (seed as f64 / 20.0);
+        let only_drops = LineFaults {
+            drop,
+            ..LineFaults::default()
+        };
+        losses(seed, only_drops);
+        let repeats_and_delays = LineFaults {
+            duplicate: 0.2,
+            delay_s: 0.01,
+            ..only_drops
+        };
+        losses(seed, repeats_and_delays);
+        let all = LineFaults {
+            corrupt: 0.1,
+            reorder: 0.1,
+            stall: 0.01,
+            stall_s: 0.02,
+            ..repeats_and_delays
+        };
+        losses(seed, all);
+    }
+}

@@ -1,0 +1,135 @@
+//! A configuration takes effect as a whole, or not at all.
+
+use super::events;
+use crate::line::{Bench, spring, transaction};
+use haptic_link::{
+    Configuration, EventKind, Field, OperatorForm, OperatorShape, Refusal, Report, Request,
+};
+
+#[test]
+fn a_configuration_takes_effect_as_a_whole_and_reads_back() {
+    let mut bench = Bench::ideal();
+    bench.hello();
+    let values: Vec<f32> = (0..40).map(|n| 1.0 / (1.0 + n as f32)).collect();
+    let (mut configuration, _) = spring();
+    configuration.operator.count = 40;
+    bench.set(configuration, &values).expect("good");
+    let Report::Configuration {
+        configuration: have,
+        ..
+    } = bench.done(Request::GetConfiguration)
+    else {
+        panic!("no configuration");
+    };
+    assert_eq!(have, configuration);
+    let mut back = Vec::new();
+    for offset in [0, 16, 32] {
+        let Report::Coefficients(block) = bench.done(Request::GetCoefficients { offset }) else {
+            panic!("no coefficients");
+        };
+        back.extend(block.values);
+    }
+    assert_eq!(back[..40], values);
+    assert!(back[40..].iter().all(|&value| value == 0.0));
+    assert_eq!(events(&bench), [EventKind::Configured]);
+}
+
+#[test]
+fn a_transaction_that_is_not_whole_changes_nothing() {
+    let mut bench = Bench::ideal();
+    bench.hello();
+    let (configuration, values) = spring();
+    let before = bench.done(Request::GetConfiguration);
+    let commit = Request::Commit {
+        digest: 1,
+        scope: haptic_link::Scope::Lasting,
+    };
+    assert_eq!(bench.refused(commit.clone()), Refusal::Incomplete);
+    for request in transaction(configuration, &[]) {
+        bench.done(request);
+    }
+    assert_eq!(bench.refused(commit.clone()), Refusal::Incomplete);
+    for request in transaction(configuration, &values) {
+        bench.done(request);
+    }
+    assert_eq!(bench.refused(commit), Refusal::Digest);
+    assert_eq!(bench.done(Request::GetConfiguration), before);
+}
+
+#[test]
+fn parameters_beyond_the_limits_of_the_device_are_refused_by_name() {
+    type Change = fn(&mut Configuration);
+    let cases: [(Field, Change); 13] = [
+        (Field::TickPeriod, |c| c.tick_period_us = 20),
+        (Field::TickPeriod, |c| c.tick_period_us = 1_000_000),
+        (Field::Stiffness, |c| c.stiffness_n_per_m = -1.0),
+        (Field::Stiffness, |c| c.stiffness_n_per_m = f32::NAN),
+        (Field::Dissipation, |c| {
+            c.dissipation_n_s_mu_per_m = f32::INFINITY;
+        }),
+        (Field::Surface, |c| c.surface_m = f32::NAN),
+        (Field::IntegerPart, |c| c.operator.integer = 1),
+        (Field::ForceLimit, |c| c.limits.force_n = 1000.0),
+        (Field::ForceLimit, |c| c.limits.force_n = 0.0),
+        (Field::ForceRateLimit, |c| {
+            c.limits.force_rate_n_per_s = f32::NAN;
+        }),
+        (Field::Watchdog, |c| c.limits.watchdog_ms = 4),
+        (Field::Watchdog, |c| c.limits.watchdog_ms = 1001),
+        (Field::Mass, |c| c.simulation.mass_kg = 0.0),
+    ];
+    let mut bench = Bench::ideal();
+    bench.hello();
+    for (field, change) in cases {
+        let (mut configuration, values) = spring();
+        change(&mut configuration);
+        let answer = bench.set(configuration, &values);
+        match answer {
+            Err(Refusal::Range { field: named, .. }) => assert_eq!(named, field),
+            other => panic!("{field}: {other:?}"),
+        }
+    }
+    assert_eq!(
+        bench.done(Request::GetConfiguration),
+        Bench::ideal_configuration()
+    );
+}
+
+#[test]
+fn coefficients_that_no_operator_has_are_refused_by_name() {
+    let mut bench = Bench::ideal();
+    bench.hello();
+    let (configuration, values) = spring();
+    let mut many = configuration;
+    many.operator.count = 300;
+    for (configuration, values, want) in [
+        (many, values, Field::CoefficientCount),
+        (configuration, [1.0, f32::NAN], Field::Coefficient),
+    ] {
+        match bench.set(configuration, &values) {
+            Err(Refusal::Range { field, .. }) => assert_eq!(field, want),
+            other => panic!("{want}: {other:?}"),
+        }
+    }
+    // A decay of 1.5 lies outside the range that the refusal names.
+    let (mut configuration, _) = spring();
+    configuration.operator = OperatorShape {
+        form: OperatorForm::Sections,
+        integer: 0,
+        count: 5,
+    };
+    let answer = bench.set(configuration, &[1.0, 1.0, 1.0, 1.5, 1.0]);
+    assert_eq!(
+        answer.map(|_| ()),
+        Err(Refusal::Range {
+            field: Field::Coefficient,
+            value: 1.5,
+            least: f32::from_bits(1),
+            most: 1.0,
+        })
+    );
+    assert_eq!(
+        bench.done(Request::GetConfiguration),
+        Bench::ideal_configuration()
+    );
+}

@@ -1,0 +1,84 @@
+//! Any motion: the strain that really was.
+
+use super::{candidate, one};
+use haptic_tissue::ModelKind;
+use haptic_tissue::identify::{Record, rms_of};
+
+/// A spring-pot under ramp and hold in closed form: σ = V·r·(t^(1−α) − (t − T₀)^(1−α))/Γ(2−α).
+fn ramp_and_hold(times: &[f64], viscosity: f64, order: f64) -> (Vec<f64>, Vec<f64>) {
+    let (held, ramp) = (0.05, 1.0);
+    let rate = held / ramp;
+    let power = |t: f64| if t > 0.0 { t.powf(1.0 - order) } else { 0.0 };
+    let gamma = libm::tgamma(2.0 - order);
+    let strain = times.iter().map(|&t| rate * t.min(ramp)).collect();
+    let stress = times
+        .iter()
+        .map(|&t| viscosity * rate * (power(t) - power(t - ramp)) / gamma)
+        .collect();
+    (strain, stress)
+}
+
+#[test]
+fn a_finite_ramp_costs_nothing() {
+    let times: Vec<f64> = (0..2001).map(|i| 0.01 * f64::from(i)).collect();
+    let (strain, stress) = ramp_and_hold(&times, 8650.0, 0.2247);
+    let record = Record::history(times.clone(), strain, stress.clone()).expect("valid");
+    let largest = stress.iter().copied().fold(0.0, f64::max);
+    let rms = rms_of(&record, ModelKind::SpringPot, &[8650.0, 0.2247]).expect("a model");
+    assert!(rms < 1e-6 * largest, "{rms} of {largest}");
+    let found = one(&record, candidate("spring-pot"));
+    let [viscosity, order] = [0, 1].map(|k| found.fits[0].parameters[k].value);
+    assert!(
+        (viscosity / 8650.0 - 1.0).abs() < 1e-5 && (order - 0.2247).abs() < 1e-5,
+        "{viscosity} {order}"
+    );
+}
+
+/// Samples need not be even: the same motion at times that grow apart.
+#[test]
+fn uneven_samples_give_the_same_tissue() {
+    let mut times = vec![0.0];
+    times.extend((0..400).map(|i| 1e-3 * 1.025_f64.powi(i)));
+    // The end of the ramp is a sample.
+    times.push(1.0);
+    times.sort_by(f64::total_cmp);
+    times.dedup();
+    let (strain, stress) = ramp_and_hold(&times, 3610.0, 0.2154);
+    let record = Record::history(times, strain, stress).expect("valid");
+    let found = one(&record, candidate("spring-pot"));
+    let [viscosity, order] = [0, 1].map(|k| found.fits[0].parameters[k].value);
+    assert!(
+        (viscosity / 3610.0 - 1.0).abs() < 1e-5 && (order - 0.2154).abs() < 1e-5,
+        "{viscosity} {order}"
+    );
+}
+
+/// A long record with a strain that never rests: some samples are compared, with the strain of all.
+#[test]
+fn a_long_record_is_thinned_but_not_its_strain() {
+    let rate = 0.01;
+    let times: Vec<f64> = (0..30_001).map(|i| 1e-3 * f64::from(i)).collect();
+    // Strain t² has the stress 2·V·t^(2−α)/Γ(3−α).
+    let strain = times.iter().map(|t| rate * t * t).collect();
+    let gamma = libm::tgamma(3.0 - 0.3);
+    let stress = times
+        .iter()
+        .map(|t| 2.0 * 5e3 * rate * t.powf(1.7) / gamma)
+        .collect();
+    let record = Record::history(times, strain, stress).expect("valid");
+    let found = one(&record, candidate("spring-pot"));
+    let [viscosity, order] = [0, 1].map(|k| found.fits[0].parameters[k].value);
+    assert!(
+        (viscosity / 5e3 - 1.0).abs() < 1e-4 && (order - 0.3).abs() < 1e-4,
+        "{viscosity} {order}"
+    );
+    assert!(found.x.len() < 2500, "{}", found.x.len());
+    assert!(
+        found
+            .warnings
+            .iter()
+            .any(|said| said.contains("of 30001 samples")),
+        "{:?}",
+        found.warnings
+    );
+}

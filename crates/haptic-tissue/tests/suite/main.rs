@@ -1,0 +1,8 @@
+//! Tests of the public face of `haptic-tissue`, in one binary.
+
+mod closed_forms;
+mod export;
+mod identify;
+mod records;
+mod rendering;
+mod tissue_files;

@@ -1,0 +1,198 @@
+//! Stress and strain of records: closed forms of ramps from mpmath, sums of ramps, records that make no sense.
+
+use haptic_tissue::{Form, MaxwellBranch, Model, SpringPot};
+
+fn models(numbers: &[f64]) -> Vec<(&'static str, Model)> {
+    let first = SpringPot::new(numbers[0], numbers[1]).expect("valid");
+    let second = SpringPot::new(numbers[2], numbers[3]).expect("valid");
+    let elastic_modulus_pa = numbers[4];
+    [
+        (
+            "fractional-kelvin-voigt",
+            Form::FractionalKelvinVoigt { first, second },
+        ),
+        (
+            "fractional-maxwell",
+            Form::FractionalMaxwell { first, second },
+        ),
+        (
+            "fractional-zener",
+            Form::FractionalZener {
+                first,
+                second,
+                elastic_modulus_pa,
+            },
+        ),
+        (
+            "fractional-poynting-thomson",
+            Form::FractionalPoyntingThomson {
+                first,
+                second,
+                elastic_modulus_pa,
+            },
+        ),
+    ]
+    .map(|(name, form)| (name, Model::new(form).expect("valid")))
+    .into()
+}
+
+/// Golden ramps: parameters, and (time, stress, strain) of a unit ramp.
+fn golden() -> Vec<(String, Model, Vec<[f64; 3]>)> {
+    let mut ramps: Vec<(String, Model, Vec<[f64; 3]>)> = Vec::new();
+    for line in include_str!("../golden/ramps.csv").lines().skip(1) {
+        let cells: Vec<&str> = line.split(',').collect();
+        let numbers: Vec<f64> = (1..9).map(|i| cells[i].parse().expect("number")).collect();
+        let label = cells[..6].join(",");
+        let row = [numbers[5], numbers[6], numbers[7]];
+        match ramps.iter_mut().find(|(known, ..)| *known == label) {
+            Some((.., rows)) => rows.push(row),
+            None => {
+                let found = models(&numbers)
+                    .into_iter()
+                    .find(|(name, _)| *name == cells[0]);
+                ramps.push((label, found.expect("known").1, vec![row]));
+            }
+        }
+    }
+    ramps
+}
+
+#[test]
+fn ramps_agree_with_mpmath_whatever_the_samples() {
+    let mut worst = 0.0_f64;
+    for (label, model, rows) in golden() {
+        // Every golden time in one record, with samples between them at uneven distances.
+        let mut times: Vec<f64> = rows.iter().map(|row| row[0]).collect();
+        times.extend((0..400).map(|i| 5e-4 * libm::pow(10.0, f64::from(i) * 0.0131)));
+        times.push(0.0);
+        times.sort_by(f64::total_cmp);
+        times.dedup();
+        let (stress, strain) = (model.stress(&times, &times), model.strain(&times, &times));
+        for [time, want_stress, want_strain] in rows {
+            let at = times.partition_point(|t| *t < time);
+            let errors = [
+                stress[at] / want_stress - 1.0,
+                strain[at] / want_strain - 1.0,
+            ];
+            for error in errors {
+                worst = worst.max(error.abs());
+                assert!(error.abs() < 1e-10, "{label} {time}: {errors:?}");
+            }
+        }
+    }
+    println!("worst {worst:.1e}");
+}
+
+#[test]
+fn a_ramp_and_hold_is_a_difference_of_ramps_and_a_step_is_the_modulus() {
+    for (label, model, _) in golden() {
+        let times: Vec<f64> = (0..1001).map(|i| f64::from(i) * 0.01).collect();
+        let hold: Vec<f64> = times.iter().map(|t| t.min(1.0)).collect();
+        let late: Vec<f64> = times.iter().map(|t| (t - 1.0).max(0.0)).collect();
+        let step = vec![1.0; times.len()];
+        for stress in [true, false] {
+            let respond = |input: &[f64]| {
+                if stress {
+                    model.stress(&times, input)
+                } else {
+                    model.strain(&times, input)
+                }
+            };
+            let (whole, ramp, late) = (respond(&hold), respond(&times), respond(&late));
+            let most = whole.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+            for at in 0..times.len() {
+                let error = whole[at] - (ramp[at] - late[at]);
+                let scale = most.max(ramp[at].abs());
+                assert!(error.abs() < 1e-12 * scale, "{label} {at}: {error:e}");
+            }
+            let stepped = respond(&step);
+            for at in [1, 2, 30, 1000] {
+                let want = if stress {
+                    model.relaxation_modulus(times[at])
+                } else {
+                    model.creep_compliance(times[at])
+                };
+                let scale = if stress {
+                    model.relaxation_modulus(times[1])
+                } else {
+                    want
+                };
+                let error = (stepped[at] - want).abs();
+                assert!(error < 1e-11 * scale, "{label} {stress} {at}: {error:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn stress_undoes_strain() {
+    let (_, muscle) = models(&[876e3, 0.675, 22.1e3, 0.11, 1e5]).swap_remove(2);
+    // Creep under a smooth load, then the stress of that strain; straight lines between samples differ by their curvature.
+    let mut errors = Vec::new();
+    for samples in [201, 401, 801] {
+        let times: Vec<f64> = (0..samples)
+            .map(|i| 10.0 * f64::from(i) / f64::from(samples - 1))
+            .collect();
+        let load: Vec<f64> = times.iter().map(|t| t * t * (10.0 - t)).collect();
+        let back = muscle.stress(&times, &muscle.strain(&times, &load));
+        let error = (load.iter().zip(&back)).fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
+        errors.push(error);
+    }
+    assert!(
+        errors[0] < 0.1 && errors[0] > 3.0 * errors[1] && errors[1] > 3.0 * errors[2],
+        "{errors:?}"
+    );
+}
+
+#[test]
+fn a_prony_series_is_exact() {
+    let branch = |elastic_modulus_pa, relaxation_time_s| MaxwellBranch {
+        elastic_modulus_pa,
+        relaxation_time_s,
+    };
+    for elastic_modulus_pa in [0.0, 500.0] {
+        let branches = vec![branch(2000.0, 0.01), branch(900.0, 0.5), branch(50.0, 30.0)];
+        let model = Model::new(Form::Prony {
+            elastic_modulus_pa,
+            branches: branches.clone(),
+        })
+        .expect("valid");
+        let modulus = |t: f64| {
+            branches.iter().fold(elastic_modulus_pa, |sum, one| {
+                sum + one.elastic_modulus_pa * libm::exp(-t / one.relaxation_time_s)
+            })
+        };
+        for t in [0.0, 1e-3, 0.1, 5.0, 100.0] {
+            assert!((model.relaxation_modulus(t) / modulus(t) - 1.0).abs() < 1e-14);
+        }
+        // ∫ G(t − s)·J(s) ds = t: the strain of a stress that is the modulus is a step, so its stress response is too.
+        let times: Vec<f64> = (0..4001).map(|i| f64::from(i) * 0.005).collect();
+        let compliance = model.creep_compliances(&times);
+        let stress = model.stress(&times, &compliance);
+        // A step of 1 Pa; straight lines between samples leave the curvature of J.
+        let worst = stress[1..]
+            .iter()
+            .fold(0.0_f64, |most, s| most.max((s - 1.0).abs()));
+        assert!(worst < 0.02, "{worst}");
+        let at_ramp = |t: f64| {
+            branches.iter().fold(elastic_modulus_pa * t, |sum, one| {
+                let tau = one.relaxation_time_s;
+                sum - one.elastic_modulus_pa * tau * libm::expm1(-t / tau)
+            })
+        };
+        let ramp = model.stress(&times, &times);
+        assert!((ramp[4000] / at_ramp(20.0) - 1.0).abs() < 1e-13);
+    }
+}
+
+#[test]
+fn records_that_make_no_sense_give_no_numbers() {
+    let (_, model) = models(&[876e3, 0.675, 22.1e3, 0.11, 1e5]).swap_remove(1);
+    assert!(model.stress(&[], &[]).is_empty());
+    assert_eq!(model.stress(&[0.0], &[0.0]), [0.0]);
+    assert!(model.stress(&[0.0, 1.0], &[0.1, 0.1])[0].is_infinite());
+    let broken = model.stress(&[0.0, 1.0, 1.0, 2.0], &[0.0, 0.1, 0.1, 0.1]);
+    assert!(broken[1] > 0.0 && broken[2].is_nan() && broken[3].is_nan());
+    assert!(model.stress(&[f64::NAN, 1.0], &[0.0, 0.1])[0].is_nan());
+    assert_eq!(model.stress(&[0.0, 1.0, 2.0], &[0.0, 0.1]).len(), 2);
+}

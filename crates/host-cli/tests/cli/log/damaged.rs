@@ -1,0 +1,111 @@
+//! Logs that are cut or damaged.
+
+use super::with_log;
+use crate::process::{Place, number};
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::{Rng, SeedableRng};
+use serde_json::Value;
+
+#[test]
+fn a_log_cut_anywhere_is_recovered() {
+    let place = with_log();
+    let whole = place.read("run/relax.mcap");
+    place.run("log export run/relax.mcap whole.csv").succeeded();
+    let all = place.text("whole.csv");
+    let mut random = Pcg64::seed_from_u64(2);
+    let mut most = 0;
+    for _ in 0..20 {
+        // From an empty file's next byte to all but one.
+        let length = 1 + (random.next_u64() % (whole.len() as u64 - 1)) as usize;
+        let cut = Place::new();
+        cut.write("cut.mcap.part", &whole[..length]);
+
+        let check = cut.run("log check cut.mcap.part").failed(4);
+        assert!(check.error().contains("log recover"), "{check}");
+        let recovered = cut.run("log recover cut.mcap.part --json").failed(4);
+        assert!(recovered.error().contains("cut.mcap.part"), "{recovered}");
+        let summary = recovered.json();
+        assert_eq!(summary["log"], "cut.recovered.mcap");
+        assert_eq!(summary["complete"], Value::from(false));
+        assert!(
+            cut.read("cut.mcap.part") == whole[..length],
+            "the cut log is left as it is"
+        );
+
+        // What was saved is whole, and the start of what there was.
+        let check = cut.run("log check cut.recovered.mcap --json").succeeded();
+        assert_eq!(check.json()["samples"], summary["samples"]);
+        cut.run("log export cut.recovered.mcap saved.csv")
+            .succeeded();
+        assert!(all.starts_with(&cut.text("saved.csv")), "{length} bytes");
+
+        // The file shrinks by chunks of 100 samples, so little more than one is lost beyond the cut.
+        let samples = number(&summary, "samples") as usize;
+        let share = 3001 * length / whole.len();
+        assert!(
+            samples + 300 >= share,
+            "{samples} samples from {length} of {} bytes",
+            whole.len()
+        );
+        most = most.max(samples);
+    }
+    assert!(most > 1500, "no cut left much: {most} samples");
+}
+
+#[test]
+fn a_damaged_byte_is_found_and_the_rest_is_saved() {
+    let place = with_log();
+    let bytes = place.read("run/relax.mcap");
+    let mut gaps = 0;
+    // Somewhere in the chunks; the first and the last tenth hold other records too.
+    for tenth in 1..=8 {
+        let mut bad = bytes.clone();
+        bad[bytes.len() * tenth / 10] ^= 0x55;
+        place.write("bad.mcap", &bad);
+        let check = place.run("log check bad.mcap --json").failed(4).json();
+        assert_eq!(check["complete"], Value::from(false), "{tenth}");
+        let samples = number(&check, "samples");
+        let saved = format!("log recover bad.mcap saved-{tenth}.mcap --json");
+        let saved = place.run(&saved).failed(4).json();
+        assert_eq!(number(&saved, "samples"), samples, "{tenth}");
+        // A chunk is 100 samples. The byte may lie in an index and cost none.
+        let missing = 3001 - samples as u64;
+        assert!(missing == 0 || missing == 100, "{tenth}: {missing}");
+        if missing > 0 {
+            // The new log is whole but for the gap, and check says so.
+            let check = format!("log check saved-{tenth}.mcap --json");
+            let check = place.run(&check).failed(4).json();
+            assert_eq!(check["complete"], Value::from(true), "{tenth}");
+            assert_eq!(check["gaps"][0]["missing"], Value::from(missing));
+            gaps += 1;
+        }
+    }
+    assert!(gaps > 3, "most bytes are in chunks: {gaps}");
+}
+
+#[test]
+fn recovering_a_whole_log_loses_nothing() {
+    let place = with_log();
+    let saved = place.run("log recover run/relax.mcap copy.mcap --json");
+    let saved = saved.succeeded().json();
+    assert_eq!(saved["complete"], Value::from(true));
+    assert_eq!(saved["missing"], Value::Array(Vec::new()));
+    place.run("log export run/relax.mcap a.csv").succeeded();
+    place.run("log export copy.mcap b.csv").succeeded();
+    assert!(place.read("a.csv") == place.read("b.csv"));
+}
+
+#[test]
+fn a_cut_log_is_exported_and_drawn_as_far_as_it_goes() {
+    let place = with_log();
+    let bytes = place.read("run/relax.mcap");
+    place.write("cut.mcap", &bytes[..bytes.len() / 2]);
+    for command in ["export", "plot"] {
+        let ended = place.run(&format!("log {command} cut.mcap --json"));
+        let ended = ended.failed(4);
+        assert!(ended.error().contains("not whole"), "{ended}");
+        assert_eq!(ended.json()["complete"], Value::from(false));
+    }
+    let info = place.run("log info cut.mcap").succeeded();
+    assert!(info.stdout.contains("cut off or damaged"), "{info}");
+}
