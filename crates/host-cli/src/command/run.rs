@@ -7,7 +7,7 @@ use super::preflight::PreflightArguments;
 use super::realtime::RealtimeArguments;
 use super::remote::RemoteArguments;
 use super::safety::SafetyArguments;
-use super::summary::{print_end, print_force, print_operator, print_summary};
+use super::summary::{print_end, print_force, print_length, print_operator, print_summary};
 use super::teleoperation::print_teleoperation;
 use super::touch::print_touch;
 use super::words::roll_bytes;
@@ -390,13 +390,7 @@ fn print_coupler(out: &mut dyn Write, report: &CouplerReport) -> io::Result<()> 
 
 /// Length of a trial, and its verdict.
 fn print_trial(out: &mut dyn Write, run: &RunReport, settling: &Settling) -> io::Result<()> {
-    writeln!(
-        out,
-        "  {} samples, {} s at {} ms",
-        run.samples,
-        run.duration_s,
-        1e3 * run.sample_time_s
-    )?;
+    print_length(out, run)?;
     writeln!(
         out,
         "  trial             {}: position varies by {} at the end, force by {} (standard deviations)",
