@@ -247,7 +247,7 @@ fn a_full_disk_was_survived(place: &Place, ended: Ended) {
         &[
             "run/relax.mcap.part",
             "log recover",
-            "the force ramped to zero",
+            "the force fell to zero",
         ],
     );
     // One line says the cause once.
