@@ -15,6 +15,7 @@
 mod arm;
 mod attendant;
 mod bench;
+mod bounds;
 mod emergency_stop;
 mod fall;
 mod followed;

@@ -14,8 +14,8 @@ pub(super) const ASKED: f32 = 3.0;
 pub(super) const HALF_PERIOD_TICKS: u32 = 40;
 /// A run without a sample for so long is none.
 const SILENCE: Duration = Duration::from_secs(3);
-/// Nothing for so long after a fault or an end: all of it has come.
-const QUIET: Duration = Duration::from_millis(200);
+/// Ticks after a fault that a device tells of unasked.
+const AFTERMATH_TICKS: u32 = 100;
 /// Attempts of a trial that a busy machine spoils by its own silence.
 const ATTEMPTS: u32 = 5;
 
@@ -27,6 +27,17 @@ pub(super) struct Trial<S, U> {
     pub(super) say: S,
     /// True once the run is to be stopped.
     pub(super) until: U,
+}
+
+/// What a device still has to say of a run that is over.
+#[derive(Clone, Copy)]
+enum Rest {
+    /// Nobody knows yet.
+    Awaited,
+    /// All of it will have been said when the device has made so many ticks.
+    Until(u32),
+    /// Nothing any more.
+    Came,
 }
 
 /// Force that changes its sign: `share` of the limit, and one in 10⁵ more with each that was sent before, so that each is
@@ -111,6 +122,7 @@ impl Bench<'_> {
         until: impl Fn(&Followed) -> bool,
     ) -> Result<Followed, Broken> {
         let mut last = Instant::now();
+        let mut rest = Rest::Awaited;
         loop {
             self.goes_on()?;
             match self.link_mut()?.hear(Duration::from_millis(20)) {
@@ -127,7 +139,10 @@ impl Bench<'_> {
                         followed.sent.push((sample.tick, force_n));
                     }
                 }
-                None if followed.is_over() && last.elapsed() >= QUIET => return Ok(followed),
+                None if followed.is_over() => match rest {
+                    Rest::Came => return Ok(followed),
+                    _ => rest = self.rest(rest)?,
+                },
                 None if last.elapsed() >= SILENCE => {
                     let waited_ms = SILENCE.as_millis() as u64;
                     return Err(Broken::Link(LinkError::NoSamples { waited_ms }.into()));
@@ -138,6 +153,18 @@ impl Bench<'_> {
                 return Ok(followed);
             }
         }
+    }
+
+    /// Asks a device whose run is over, and that has been quiet since, how far it is. Its answer comes behind all that it had
+    /// said before, however late.
+    fn rest(&self, rest: Rest) -> Result<Rest, Broken> {
+        let ticks = self.link()?.statistics()?.ticks;
+        let more = self.bounds().stop_ticks() + AFTERMATH_TICKS;
+        Ok(match rest {
+            Rest::Until(until) if ticks.wrapping_sub(until).cast_signed() >= 0 => Rest::Came,
+            Rest::Until(_) | Rest::Came => rest,
+            Rest::Awaited => Rest::Until(ticks.wrapping_add(more)),
+        })
     }
 
     /// Stops a run that goes on, hears the rest of it, and disarms.
