@@ -20,7 +20,7 @@ use haptic_link::{
     Configuration, Event, EventKind, FaultReport, Flight, LoopMode, Refusal, Report, Sample,
     Simulation, State, Statistics, Status,
 };
-use haptic_loop::{Controller, Fault, SafetyChain};
+use haptic_loop::{Controller, Fault, Limiters, SafetyChain};
 use nalgebra::SVector;
 
 /// So many ticks after a fault are sent unasked: what a host keeps of them must not depend on how soon it asks.
@@ -197,6 +197,15 @@ impl<H: Hardware, R: BorrowMut<Records>> TickSide<H, R> {
         statistics.tick_cycles_max = statistics.tick_cycles_max.max(cycles);
     }
 
+    /// Periods have passed without a tick. To be told before the next [`tick`](Self::tick): they have their numbers and their part of
+    /// a run, but no samples, so that a tick's number is its time whatever happened.
+    pub fn skip(&mut self, periods: u32) {
+        self.tick = self.tick.wrapping_add(periods);
+        if let Some(left) = &mut self.ticks_left {
+            *left = left.saturating_sub(periods);
+        }
+    }
+
     /// The timer fired again before the tick was done. To be told after [`tick`](Self::tick); the next one,
     /// which then begins late, is not counted once more.
     pub fn overrun(&mut self) {
@@ -225,12 +234,20 @@ impl<H: Hardware, R: BorrowMut<Records>> TickSide<H, R> {
         self.records.borrow_mut().outbox.notify(notice);
     }
 
-    /// The board cannot measure or apply: no force at all, at once, because none can be computed.
+    /// The board cannot measure or apply: no force at all, at once, because none can be computed. The tick is kept where the last
+    /// one was.
     #[inline(never)]
     fn give_way(&mut self, fault: Fault) {
         self.trip(fault);
         self.hardware.let_go();
         self.controller.let_go();
+        self.keep(Sample {
+            tick: self.tick,
+            time_us: self.now_us as u32,
+            position_m: self.newest.position_m,
+            limiters: Limiters::FAULT.bits(),
+            ..Sample::default()
+        });
     }
 
     fn judge_time(&mut self, now_us: u64) {
