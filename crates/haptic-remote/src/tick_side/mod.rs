@@ -183,7 +183,7 @@ impl<H: Hardware, R: BorrowMut<Records>> TickSide<H, R> {
         }
         match self.act() {
             Ok(sample) => self.keep(sample),
-            Err(fault) => self.give_way(fault),
+            Err(fault) => self.fail(fault),
         }
         if let Some(fault) = self.controller.safety().fault() {
             self.trip(fault);
@@ -234,13 +234,18 @@ impl<H: Hardware, R: BorrowMut<Records>> TickSide<H, R> {
         self.records.borrow_mut().outbox.notify(notice);
     }
 
-    /// The board cannot measure or apply: no force at all, at once, because none can be computed. The tick is kept where the last
-    /// one was.
+    /// The board cannot measure or apply: no force at all, at once, because none can be computed.
     #[inline(never)]
     fn give_way(&mut self, fault: Fault) {
         self.trip(fault);
         self.hardware.let_go();
         self.controller.let_go();
+    }
+
+    /// The same in a tick, which is kept with the last position.
+    #[inline(never)]
+    fn fail(&mut self, fault: Fault) {
+        self.give_way(fault);
         self.keep(Sample {
             tick: self.tick,
             time_us: self.now_us as u32,
