@@ -12,6 +12,8 @@ use std::time::{Duration, Instant};
 pub(super) const ASKED: f32 = 3.0;
 /// Ticks after which the force that is asked for changes its sign.
 pub(super) const HALF_PERIOD_TICKS: u32 = 40;
+/// Time to wait for something to be heard, or to be asked for.
+const LOOK: Duration = Duration::from_millis(20);
 /// A run without a sample for so long is none.
 const SILENCE: Duration = Duration::from_secs(3);
 /// Ticks after a fault that a device tells of unasked.
@@ -122,10 +124,10 @@ impl Bench<'_> {
         until: impl Fn(&Followed) -> bool,
     ) -> Result<Followed, Broken> {
         let mut last = Instant::now();
-        let mut rest = Rest::Awaited;
+        let (mut rest, mut asked) = (Rest::Awaited, Instant::now());
         loop {
             self.goes_on()?;
-            match self.link_mut()?.hear(Duration::from_millis(20)) {
+            match self.link_mut()?.hear(LOOK) {
                 Some(heard) => {
                     last = Instant::now();
                     let mut newest = followed.take(heard)?;
@@ -139,24 +141,26 @@ impl Bench<'_> {
                         followed.sent.push((sample.tick, force_n));
                     }
                 }
-                None if followed.is_over() => match rest {
-                    Rest::Came => return Ok(followed),
-                    _ => rest = self.rest(rest)?,
-                },
-                None if last.elapsed() >= SILENCE => {
+                None if last.elapsed() >= SILENCE && !followed.is_over() => {
                     let waited_ms = SILENCE.as_millis() as u64;
                     return Err(Broken::Link(LinkError::NoSamples { waited_ms }.into()));
                 }
                 None => {}
             }
-            if !followed.is_over() && until(&followed) {
+            if followed.is_over() {
+                if matches!(rest, Rest::Came) {
+                    return Ok(followed);
+                }
+                if asked.elapsed() >= LOOK {
+                    (rest, asked) = (self.rest(rest)?, Instant::now());
+                }
+            } else if until(&followed) {
                 return Ok(followed);
             }
         }
     }
 
-    /// Asks a device whose run is over, and that has been quiet since, how far it is. Its answer comes behind all that it had
-    /// said before, however late.
+    /// Asks a device whose run is over how far it is. Its answer comes behind all that it had said before, however late.
     fn rest(&self, rest: Rest) -> Result<Rest, Broken> {
         let ticks = self.link()?.statistics()?.ticks;
         let more = self.bounds().stop_ticks() + AFTERMATH_TICKS;
@@ -170,12 +174,22 @@ impl Bench<'_> {
     /// Stops a run that goes on, hears the rest of it, and disarms.
     fn end(&mut self, mut followed: Followed) -> Result<Followed, Broken> {
         if !followed.is_over() {
+            // Behind the stop samples go on: its last one may be lost, and so may the news of its end.
+            self.stream(1)?;
             self.link()?.ask(Request::Stop)?;
             followed.stop_asked = followed.samples.last().map(|sample| sample.tick);
+            followed.ended = true;
             followed = self.go_on(followed, |_, _| None, |_| false)?;
+            self.stream(0)?;
         }
         self.calm()?;
         Ok(followed)
+    }
+
+    /// Asks for each n-th tick without a run; 0 for none. The company that is kept stays as it is.
+    fn stream(&self, every: u16) -> Result<(), Broken> {
+        self.link()?.ask(Request::Stream { every, batch: 1 })?;
+        Ok(())
     }
 }
 
