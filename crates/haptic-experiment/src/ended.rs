@@ -103,3 +103,34 @@ fn longer_watchdog(watchdog_ms: u16) -> String {
     let longer_s = f64::from(longer) / 1e3;
     format!("; if this machine was only busy, give it longer with `watchdog_s` = {longer_s}")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use haptic_link::{State, Status};
+
+    #[test]
+    fn what_became_of_a_force_is_seen_in_the_log_or_nobody_knows() {
+        let fault = |fault: Fault| {
+            Ended::DeviceFault(FaultReport {
+                status: Status {
+                    state: State::Fault,
+                    fault: fault.code(),
+                    faults: 1,
+                },
+                tick: 7,
+                time_us: 7000,
+            })
+        };
+        for (ended, acting, let_go) in [
+            (Ended::Interrupted, 10, LetGo::Ramped),
+            (Ended::Interrupted, 0, LetGo::InOneSample),
+            (Ended::Fault(Fault::Workspace), 0, LetGo::InOneSample),
+            (fault(Fault::HostSilent), 10, LetGo::Ramped),
+            (fault(Fault::BoardFailed), 0, LetGo::Told),
+            (Ended::LinkLost(LinkError::Gone), 0, LetGo::ByItself),
+        ] {
+            assert_eq!(LetGo::of(ended, acting), let_go, "{ended:?} {acting}");
+        }
+    }
+}
