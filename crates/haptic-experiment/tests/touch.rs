@@ -271,7 +271,7 @@ fn what_is_told_of_a_run_that_a_fault_ended_is_what_its_log_shows() {
     for (safety, let_go) in [
         ("", LetGo::InOneSample),
         ("force_rate_limit_n_per_s = 200", LetGo::Ramped),
-        ("braking_n_s_per_m = 8\nbrake_force_n = 20", LetGo::Ramped),
+        ("braking_n_s_per_m = 8\nbrake_force_n = 8", LetGo::Ramped),
     ] {
         let (report, ticks) = run(&pressed(safety));
         let run = &report.run;

@@ -224,7 +224,7 @@ impl<'a> Bench<'a> {
 }
 
 /// The refusal of a request; any other error is passed on.
-fn refusal(asked: Result<(), SerialError>) -> Result<Option<LinkError>, SerialError> {
+pub(super) fn refusal(asked: Result<(), SerialError>) -> Result<Option<LinkError>, SerialError> {
     match asked {
         Ok(()) => Ok(None),
         Err(SerialError::Link(refused @ LinkError::Refused { .. })) => Ok(Some(refused)),

@@ -1,6 +1,6 @@
 //! Runs of the device on the bench, followed by their samples.
 
-use super::bench::{Bench, Broken};
+use super::bench::{Bench, Broken, refusal};
 use super::followed::Followed;
 use haptic_link::{EventKind, Limits, Request, Sample};
 use haptic_loop::Fault;
@@ -176,9 +176,16 @@ impl Bench<'_> {
         if !followed.is_over() {
             // Behind the stop samples go on: its last one may be lost, and so may the news of its end.
             self.stream(1)?;
-            self.link()?.ask(Request::Stop)?;
+            let stopped = self.link()?.ask(Request::Stop);
             followed.stop_asked = followed.samples.last().map(|sample| sample.tick);
-            followed.ended = true;
+            followed.ended = match refusal(stopped.map(drop))? {
+                None => true,
+                // A fault was sooner: it is heard of when nothing else comes.
+                Some(_) => {
+                    self.stream(0)?;
+                    false
+                }
+            };
             followed = self.go_on(followed, |_, _| None, |_| false)?;
             self.stream(0)?;
         }
