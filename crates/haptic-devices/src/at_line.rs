@@ -13,7 +13,7 @@ const PATIENCE: Duration = Duration::from_millis(1);
 const NOBODY: Duration = Duration::from_millis(5);
 
 /// A device without hardware that takes bytes and answers in bytes. Time is an argument, µs.
-pub(crate) trait AtLine {
+pub trait AtLine {
     /// Lets time pass up to this moment.
     fn advance(&mut self, now_us: u64);
 

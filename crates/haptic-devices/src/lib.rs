@@ -7,6 +7,9 @@ mod foreign;
 pub mod haply;
 pub mod moteus;
 mod name;
+mod near_line;
 
+pub use at_line::AtLine;
 pub use foreign::{ForeignName, OpenError};
 pub use name::{NameError, Settings};
+pub use near_line::NearLine;

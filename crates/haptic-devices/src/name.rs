@@ -169,13 +169,7 @@ impl<'a> Settings<'a> {
         range: RangeInclusive<f64>,
         default: f64,
     ) -> Result<f64, NameError> {
-        let read = |value: &str| {
-            if let Some(millimetres) = value.strip_suffix("mm") {
-                return millimetres.parse().ok().map(|number: f64| number / 1e3);
-            }
-            value.strip_suffix('m').unwrap_or(value).parse().ok()
-        };
-        self.measured(key, range, default, " m", read)
+        self.measured(key, range, default, " m", |value| with_unit(value, "m"))
     }
 
     /// A whole number; `default` if it is not given.
@@ -204,13 +198,7 @@ impl<'a> Settings<'a> {
         range: RangeInclusive<f64>,
         default: f64,
     ) -> Result<f64, NameError> {
-        let read = |value: &str| {
-            if let Some(milliseconds) = value.strip_suffix("ms") {
-                return milliseconds.parse().ok().map(|number: f64| number / 1e3);
-            }
-            value.strip_suffix('s').unwrap_or(value).parse().ok()
-        };
-        self.measured(key, range, default, " s", read)
+        self.measured(key, range, default, " s", |value| with_unit(value, "s"))
     }
 
     fn measured(
@@ -235,9 +223,37 @@ impl<'a> Settings<'a> {
     }
 }
 
+/// A number in a unit, in a thousandth of it, or without one.
+fn with_unit(value: &str, unit: &str) -> Option<f64> {
+    let bare = value.strip_suffix(unit).unwrap_or(value);
+    match bare.strip_suffix('m').filter(|_| bare.len() < value.len()) {
+        Some(thousandths) => thousandths.parse().ok().map(|number: f64| number / 1e3),
+        None => bare.parse().ok(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_quantity_has_its_unit_or_a_thousandth_of_it_or_none() {
+        for (value, unit, read) in [
+            ("20mm", "m", Some(0.02)),
+            ("0.02m", "m", Some(0.02)),
+            ("0.02", "m", Some(0.02)),
+            ("-15mm", "m", Some(-0.015)),
+            ("100ms", "s", Some(0.1)),
+            ("0.1s", "s", Some(0.1)),
+            ("0.1", "s", Some(0.1)),
+            ("0.1m", "s", None),
+            ("20ms", "m", None),
+            ("mm", "m", None),
+            ("", "s", None),
+        ] {
+            assert_eq!(with_unit(value, unit), read, "{value} in {unit}");
+        }
+    }
 
     #[test]
     fn a_name_is_a_path_and_settings() {

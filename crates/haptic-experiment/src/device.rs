@@ -4,6 +4,7 @@ use crate::failure::Failure;
 use crate::named::Named;
 use haptic_devices::{ForeignName, OpenError};
 use haptic_link::{Hello, LoopMode};
+use haptic_remote::LinkError;
 use haptic_remote::serial::{ConnectOptions, SerialError, SerialLink, ports};
 use std::fmt;
 use std::str::FromStr;
@@ -231,15 +232,19 @@ pub fn firmware_version(hello: &Hello) -> String {
     format!("{major}.{minor}.{patch}")
 }
 
-/// A serial device that cannot be used, with its port: exit code 3.
+/// A serial device that cannot be used, with its port: exit code 3. A fault that latched on it has ended a run: exit code 1.
 #[must_use]
 pub fn at_port(path: &str, error: &SerialError) -> Failure {
     let text = error.to_string();
-    Failure::Device(if text.contains(path) {
+    let error_at = if text.contains(path) {
         anyhow::anyhow!("{text}")
     } else {
         anyhow::anyhow!("{path}: {text}")
-    })
+    };
+    match error {
+        SerialError::Link(LinkError::Faulted(_)) => Failure::Run(error_at),
+        _ => Failure::Device(error_at),
+    }
 }
 
 /// Place where the loop is closed.
@@ -279,6 +284,24 @@ impl From<Loop> for LoopMode {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_fault_ends_a_run_and_a_silent_port_is_not_usable() {
+        let report = haptic_link::FaultReport {
+            status: haptic_link::Status {
+                state: haptic_link::State::Fault,
+                fault: 12,
+                faults: 1,
+            },
+            tick: 7,
+            time_us: 7000,
+        };
+        let failure = |error: LinkError| at_port("/dev/x", &error.into());
+        let faulted = failure(LinkError::Faulted(report));
+        assert_eq!(faulted.exit_code(), 1);
+        assert!(faulted.to_string().starts_with("/dev/x: "), "{faulted}");
+        assert_eq!(failure(LinkError::Gone).exit_code(), 3);
+    }
 
     #[test]
     fn a_name_says_port_and_speed() {

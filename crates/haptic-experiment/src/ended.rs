@@ -21,22 +21,48 @@ pub enum Ended {
     LogStopped,
 }
 
-impl Ended {
-    /// True if the link ended the run.
-    #[must_use]
-    pub const fn is_link(self) -> bool {
-        matches!(self, Self::LinkLost(_))
-    }
+/// What became of the force of a run that ended before its time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LetGo {
+    /// It fell to zero over several samples: at the limit of its rate, within the stop time, or braking.
+    Ramped,
+    /// It was zero in the next sample.
+    InOneSample,
+    /// The link is gone: the device lets go when its watchdog has run out.
+    ByItself,
+    /// The board of another maker failed and was told to let go; nobody knows for sure if it has heard that.
+    Told,
+}
 
-    /// True if the board of another maker failed: then nobody knows for sure if it has heard that there is to be no force.
-    #[must_use]
-    pub const fn is_board(self) -> bool {
-        match self {
-            Self::DeviceFault(report) => report.status.fault == Fault::BoardFailed.code(),
-            _ => false,
+impl LetGo {
+    /// Of a run that ended for this reason, in whose log so many samples with a force came after the last that counts.
+    pub(crate) const fn of(ended: Ended, acting: u64) -> Self {
+        match ended {
+            Ended::LinkLost(_) => Self::ByItself,
+            Ended::DeviceFault(report) if report.status.fault == Fault::BoardFailed.code() => {
+                Self::Told
+            }
+            _ if acting > 0 => Self::Ramped,
+            _ => Self::InOneSample,
         }
     }
 
+    /// In words.
+    #[must_use]
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Ramped => "the force ramped to zero",
+            Self::InOneSample => "the force was zero one sample later",
+            Self::ByItself => "the device lets go by itself",
+            Self::Told => {
+                "the board was told to make no force; if it has not heard that, as with its plug out, it may still push: switch its \
+                 supply off before you touch it"
+            }
+        }
+    }
+}
+
+impl Ended {
     /// True if a fault ended the run.
     #[must_use]
     pub const fn is_fault(self) -> bool {
@@ -76,4 +102,35 @@ fn longer_watchdog(watchdog_ms: u16) -> String {
     let longer = watchdog_ms.saturating_mul(5).min(most);
     let longer_s = f64::from(longer) / 1e3;
     format!("; if this machine was only busy, give it longer with `watchdog_s` = {longer_s}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use haptic_link::{State, Status};
+
+    #[test]
+    fn what_became_of_a_force_is_seen_in_the_log_or_nobody_knows() {
+        let fault = |fault: Fault| {
+            Ended::DeviceFault(FaultReport {
+                status: Status {
+                    state: State::Fault,
+                    fault: fault.code(),
+                    faults: 1,
+                },
+                tick: 7,
+                time_us: 7000,
+            })
+        };
+        for (ended, acting, let_go) in [
+            (Ended::Interrupted, 10, LetGo::Ramped),
+            (Ended::Interrupted, 0, LetGo::InOneSample),
+            (Ended::Fault(Fault::Workspace), 0, LetGo::InOneSample),
+            (fault(Fault::HostSilent), 10, LetGo::Ramped),
+            (fault(Fault::BoardFailed), 0, LetGo::Told),
+            (Ended::LinkLost(LinkError::Gone), 0, LetGo::ByItself),
+        ] {
+            assert_eq!(LetGo::of(ended, acting), let_go, "{ended:?} {acting}");
+        }
+    }
 }

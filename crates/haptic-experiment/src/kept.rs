@@ -6,7 +6,7 @@
 //! ```
 //! So memory does not grow with the length of a run.
 
-use super::ended::Ended;
+use super::ended::{Ended, LetGo};
 use super::realtime::RealtimeSummary;
 use super::remote::LinkSummary;
 use crate::failure::Failure;
@@ -127,7 +127,18 @@ pub struct Record {
     pub link: Option<LinkSummary>,
     /// Silence after which the device at its other end lets go, ms.
     pub watchdog_ms: Option<u16>,
+    /// The last sample in the log of this run, whether it counts or not.
+    pub newest: Option<KeptSample>,
     largest_force_n: f64,
+    after: After,
+}
+
+/// Forces in the log after the last sample that counts: on their way to zero.
+#[derive(Clone, Copy, Debug, Default)]
+struct After {
+    /// Samples with a force.
+    acting: u64,
+    largest_n: f64,
 }
 
 impl Record {
@@ -154,14 +165,27 @@ impl Record {
             ended: None,
             link: None,
             watchdog_ms: None,
+            newest: None,
             largest_force_n: 0.0,
+            after: After::default(),
         })
     }
 
-    /// Largest magnitude of the commanded force, N.
+    /// Largest magnitude of the commanded force, N, of the samples that count.
     #[must_use]
     pub const fn largest_force_n(&self) -> f64 {
         self.largest_force_n
+    }
+
+    /// The same of all samples, those after an early end included, N.
+    pub(super) const fn peak_force_n(&self) -> f64 {
+        self.largest_force_n.max(self.after.largest_n)
+    }
+
+    /// What became of the force, if the run ended before its time.
+    pub(super) fn let_go(&self) -> Option<LetGo> {
+        let ended = self.ended?;
+        Some(LetGo::of(ended, self.after.acting))
     }
 
     /// Time of the last sample, s; 0 without samples.
@@ -207,10 +231,19 @@ impl Record {
         self.limited += u64::from(message.limiters() != 0);
         self.samples += 1;
         self.largest_force_n = sample.force_n.abs().max(self.largest_force_n);
-        self.last = Some(sample);
+        (self.last, self.newest) = (Some(sample), Some(sample));
         if let Some(whole) = &mut self.whole {
             whole.push(sample);
         }
+    }
+
+    /// Adds a sample that is in the log but no part of the result: the force is on its way to zero.
+    pub(super) fn push_after<const D: usize>(&mut self, message: &impl TickRecord<D>) {
+        let sample = message.kept();
+        let force_n = sample.force_n.abs();
+        self.after.acting += u64::from(force_n > 0.0);
+        self.after.largest_n = self.after.largest_n.max(force_n);
+        self.newest = Some(sample);
     }
 }
 

@@ -1,7 +1,7 @@
 //! Report of an experiment: one JSON object, or a summary for a person.
 
 use crate::drive::DriveReport;
-use crate::ended::Ended;
+use crate::ended::LetGo;
 use crate::judge::Compared;
 use crate::kept::{KeptSample, Record};
 use crate::preflight::PreflightVerdict;
@@ -31,9 +31,9 @@ pub struct RunReport {
     pub samples: u64,
     /// Time of the last sample that counts, s: of the log, or of when the run was cut short.
     pub duration_s: f64,
-    /// Largest magnitude of the commanded force, N.
+    /// Largest magnitude of the commanded force, N; of a run that ended early up to the end of its log, braking included.
     pub peak_force_n: f64,
-    /// Force that is opposed to the device's motion at the end, N.
+    /// Force that is opposed to the device's motion at the end, N; of a run that ended early at the end of its log.
     pub final_force_n: f64,
     /// Time of a tick; null in a loop on a device, which does not tell.
     pub tick_ns: Option<TickTimes>,
@@ -63,12 +63,9 @@ pub struct RunReport {
     pub preflight: Option<PreflightVerdict>,
     /// The log of the fault, 1000 samples before it and 100 after; null without a fault.
     pub fault_log: Option<String>,
-    /// The link was lost in the middle of the run.
+    /// What became of the force, if the run ended early.
     #[serde(skip)]
-    pub link_lost: bool,
-    /// The board of another maker failed in the middle of the run.
-    #[serde(skip)]
-    pub board_failed: bool,
+    pub let_go: Option<LetGo>,
     /// Warnings to the user about these numbers, a sentence each.
     pub warnings: Vec<String>,
 }
@@ -204,8 +201,8 @@ impl RunReport {
             device,
             samples: ran.log.samples,
             duration_s: record.duration_s(),
-            peak_force_n: record.largest_force_n(),
-            final_force_n: record.last.as_ref().map_or(0.0, KeptSample::reaction_n),
+            peak_force_n: record.peak_force_n(),
+            final_force_n: record.newest.as_ref().map_or(0.0, KeptSample::reaction_n),
             tick_ns: TickTimes::of(record),
             missed_deadlines: record.missed_deadlines,
             realtime: record.realtime,
@@ -222,8 +219,7 @@ impl RunReport {
             link: record.link.clone(),
             preflight: ran.preflight,
             fault_log: (ran.fault_log.as_ref()).map(|path| path.display().to_string()),
-            link_lost: record.ended.is_some_and(Ended::is_link),
-            board_failed: record.ended.is_some_and(Ended::is_board),
+            let_go: record.let_go(),
             warnings: warnings.0,
         }
     }

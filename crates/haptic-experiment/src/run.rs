@@ -137,7 +137,7 @@ pub(super) fn close(
             return error.into();
         }
         let force = if at_rest {
-            "the run was ended, the force ramped to zero"
+            "the run was ended, the force fell to zero"
         } else {
             "the run was ended"
         };
@@ -185,7 +185,7 @@ where
         let logged = log_tick(recorder, message.logged(), cycle, compute_ns)?;
         tick += 1;
         if record.ended.is_some() {
-            // The force is on its way to zero: in the log, but no part of the result.
+            record.push_after(&message);
             if engaged.controller().safety().is_at_rest() && recorder.has_aftermath() {
                 break;
             }
@@ -195,6 +195,8 @@ where
         record.ended = ended(&message.kept(), logged, safety, recorder, supervisor.stop);
         if matches!(record.ended, None | Some(Ended::Interrupted)) {
             record.push(&message);
+        } else {
+            record.push_after(&message);
         }
         if record.ended.is_some() {
             engaged.controller().stop();

@@ -15,6 +15,7 @@
 mod arm;
 mod attendant;
 mod bench;
+mod bounds;
 mod emergency_stop;
 mod fall;
 mod followed;
@@ -66,7 +67,7 @@ impl SelfTest {
     pub fn run(&self, attendant: Attendant<'_>) -> Result<SelfTestReport, Failure> {
         self.check()?;
         let link = (attendant.connect)()?;
-        let device = format!("serial:{}", link.path());
+        let device = link.name();
         let (board, firmware) = (
             link.capabilities().board().to_owned(),
             firmware_version(link.hello()),

@@ -13,6 +13,8 @@ pub mod emulator;
 mod faulty_line;
 mod flight;
 mod hardware;
+#[cfg(feature = "std")]
+mod held_clock;
 mod limits;
 mod link_error;
 mod outbox;

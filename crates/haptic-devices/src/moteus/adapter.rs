@@ -23,6 +23,17 @@ const CHUNKS_MOST: usize = 4;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Gone;
 
+/// Checksums at the end of lines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Checksums {
+    /// The other end does not know them.
+    Unknown,
+    /// Ours have them; its first line tells whether it knows them.
+    Tried,
+    /// Each line has one: a line without is none.
+    Needed,
+}
+
 /// A line of the adapter.
 #[derive(Clone, Debug)]
 pub(super) enum Heard {
@@ -40,8 +51,7 @@ pub(super) enum Heard {
 #[derive(Debug)]
 pub(super) struct Adapter<S> {
     stream: S,
-    /// Lines carry a checksum, and must.
-    checksum: bool,
+    checksums: Checksums,
     chunk: [u8; CHUNK],
     /// What is left of the chunk.
     left: Range<usize>,
@@ -54,10 +64,16 @@ pub(super) struct Adapter<S> {
 }
 
 impl<S: Read + Write> Adapter<S> {
-    pub(super) fn new(stream: S, checksum: bool) -> Self {
+    /// `known` if the other end takes checksums for sure. Else it is asked by a line with one: an adapter that knows them answers
+    /// with its own.
+    pub(super) fn new(stream: S, known: bool) -> Self {
         Self {
             stream,
-            checksum,
+            checksums: if known {
+                Checksums::Needed
+            } else {
+                Checksums::Tried
+            },
             chunk: [0; CHUNK],
             left: 0..0,
             line: Vec::new(),
@@ -78,7 +94,7 @@ impl<S: Read + Write> Adapter<S> {
             return Ok(());
         }
         let options = EncodeOptions {
-            checksum: self.checksum,
+            checksum: self.checksums != Checksums::Unknown,
             ..EncodeOptions::default()
         };
         // The longest frame fits.
@@ -132,15 +148,20 @@ impl<S: Read + Write> Adapter<S> {
             return None;
         }
         let (content, had, valid) = fdcanusb::strip_checksum(&line);
-        if had && !valid || self.checksum && !had {
-            return Some(Heard::Garbage);
-        }
+        self.checksums = match (self.checksums, had) {
+            (_, true) if !valid => return Some(Heard::Garbage),
+            (Checksums::Needed, false) => return Some(Heard::Garbage),
+            (_, true) => Checksums::Needed,
+            (_, false) => Checksums::Unknown,
+        };
         Some(match fdcanusb::parse_line(content) {
             Line::Ok => Heard::Taken,
             Line::Rcv(frame) => Heard::Frame(frame),
             Line::Err(words) => {
                 // A servo on a UART that was once spoken to with checksums wants them from then on.
-                self.checksum |= fdcanusb::is_checksum_error(words);
+                if fdcanusb::is_checksum_error(words) {
+                    self.checksums = Checksums::Needed;
+                }
                 Heard::Refused
             }
             Line::Other(_) => Heard::Garbage,

@@ -69,7 +69,7 @@ impl MoteusName {
     /// A port that cannot be opened; a servo that does not answer, or as one that cannot be used.
     pub fn open(&self) -> Result<MoteusAxis<Box<dyn Line>>, MoteusOpenError> {
         let line = open(&self.path, BAUD)?;
-        // As the maker's clients: a servo on a UART takes checksums, an adapter may not know them.
+        // As the maker's clients: a servo on a UART takes checksums; an adapter may not know them, and is asked.
         let mut axis = MoteusAxis::open(line, self.settings, !is_fdcanusb(&self.path))?;
         let no_wait = axis.stream().set_patience(Duration::ZERO);
         no_wait.map_err(|error| MoteusOpenError::Patience {

@@ -1,5 +1,6 @@
 //! A moteus axis behind the device's side of the link, on an emulated servo, in virtual time.
 
 mod corrupted;
+mod relaxation;
 mod servo;
 mod world;

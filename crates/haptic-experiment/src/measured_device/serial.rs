@@ -66,6 +66,9 @@ pub fn on_serial(
     let driven = drive(plan, &mut link, &mut applied, progress, stop);
     // After an error too: dropped, the link does it once more.
     let disarmed = link.disarm();
+    if let Some(trouble) = link.trouble() {
+        warn(&trouble);
+    }
     let driven = driven.map_err(|error| match error {
         DriveError::Plan(error) => Failure::input(error),
         DriveError::Device(error) => at_port(&path, &error),

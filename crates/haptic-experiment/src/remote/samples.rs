@@ -81,6 +81,8 @@ impl HostSession<'_> {
         let logged = self.recorder.tick(message);
         if counted {
             self.record.push(&message);
+        } else if self.record.ended.is_some() {
+            self.record.push_after(&message);
         }
         if logged.is_err() && self.record.ended.is_none() {
             self.record.ended = Some(Ended::LogStopped);

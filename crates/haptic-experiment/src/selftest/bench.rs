@@ -1,6 +1,7 @@
 //! The device under test: limited before anything else, put to rest between its trials.
 
 use super::attendant::{Attendant, Notice};
+use super::bounds::Bounds;
 use super::promise::Promise;
 use super::settings::{EmergencyStop, SelfTest};
 use crate::device::at_port;
@@ -86,9 +87,12 @@ impl<'a> Bench<'a> {
         &self.test
     }
 
-    /// T, s.
-    pub(super) fn period_s(&self) -> f64 {
-        f64::from(self.limited.tick_period_us) * 1e-6
+    /// The same with the time of a tick.
+    pub(super) fn bounds(&self) -> Bounds {
+        Bounds {
+            limits: self.limited.limits,
+            period_s: f64::from(self.limited.tick_period_us) * 1e-6,
+        }
     }
 
     /// Tells that a promise is tried now.
@@ -220,7 +224,7 @@ impl<'a> Bench<'a> {
 }
 
 /// The refusal of a request; any other error is passed on.
-fn refusal(asked: Result<(), SerialError>) -> Result<Option<LinkError>, SerialError> {
+pub(super) fn refusal(asked: Result<(), SerialError>) -> Result<Option<LinkError>, SerialError> {
     match asked {
         Ok(()) => Ok(None),
         Err(SerialError::Link(refused @ LinkError::Refused { .. })) => Ok(Some(refused)),

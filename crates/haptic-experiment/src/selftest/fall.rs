@@ -1,5 +1,6 @@
 //! The way of a force to zero, as its samples show it.
 
+use super::bounds::Bounds;
 use haptic_link::Sample;
 
 /// Rounding of a force, relative.
@@ -18,15 +19,22 @@ pub(super) struct Fall {
 
 impl Fall {
     /// Of these samples, from the first tick on that may not grow any more.
-    pub(super) fn of(samples: &[Sample], first: u32) -> Self {
-        let before = samples.iter().rev().find(|sample| sample.tick < first);
+    ///
+    /// Up to that tick the force may have grown where the line has lost samples, as fast as these bounds let it; from then on
+    /// it may not, whatever was lost.
+    pub(super) fn of(samples: &[Sample], first: u32, bounds: &Bounds) -> Self {
+        let before = samples.iter().rfind(|sample| sample.tick < first);
         let from_n = before.map_or(0.0, |sample| sample.force_n.abs());
         let mut fall = Self {
             from_n,
             never_grew: true,
             ticks: None,
         };
-        let mut most = from_n * (1.0 + ROUNDING);
+        let mut most = match before {
+            Some(before) => bounds.grown(from_n, first - 1 - before.tick),
+            None => from_n,
+        };
+        most *= 1.0 + ROUNDING;
         for sample in samples.iter().filter(|sample| sample.tick >= first) {
             let force = sample.force_n.abs();
             // Written so that what is no number has grown.
@@ -41,22 +49,21 @@ impl Fall {
         fall
     }
 
-    /// True if the force never grew and was zero within this time.
-    pub(super) fn is_within(self, stop_time_s: f32, period_s: f64) -> bool {
+    /// True if the force never grew and was zero within the stop time.
+    pub(super) fn is_within(self, bounds: &Bounds) -> bool {
         // The first tick of the fall is one of it; what is lost on the line is seen one sample later.
-        // A time in single precision is no whole number of ticks more.
-        let most = (f64::from(stop_time_s) / period_s - 1e-4).ceil() + 1.0;
-        self.never_grew && self.ticks.is_some_and(|ticks| f64::from(ticks) <= most)
+        let most = bounds.stop_ticks() + 1;
+        self.never_grew && self.ticks.is_some_and(|ticks| ticks <= most)
     }
 
     /// In words.
-    pub(super) fn words(self, period_s: f64) -> String {
+    pub(super) fn words(self, bounds: &Bounds) -> String {
         let Self { from_n, ticks, .. } = self;
         let grew = if self.never_grew { "" } else { ", but it grew" };
         match ticks {
             Some(ticks) => format!(
                 "{from_n} N to zero in {:.3} s{grew}",
-                f64::from(ticks) * period_s
+                f64::from(ticks) * bounds.period_s
             ),
             None => format!("{from_n} N did not fall to zero{grew}"),
         }
@@ -66,6 +73,7 @@ impl Fall {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use haptic_link::Limits;
 
     fn samples(forces: &[f32]) -> Vec<Sample> {
         let numbered = forces.iter().zip(0..);
@@ -78,15 +86,39 @@ mod tests {
             .collect()
     }
 
+    /// 0.1 N, risen to in 10 ticks of 1 ms, and gone in 4.
+    const BOUNDS: Bounds = Bounds {
+        limits: Limits {
+            force_n: 0.1,
+            force_rate_n_per_s: 10.0,
+            stop_time_s: 4e-3,
+            ..Limits::DEFAULT
+        },
+        period_s: 1e-3,
+    };
+
+    /// The same bounds with another stop time, s.
+    fn within(stop_time_s: f32) -> Bounds {
+        let limits = Limits {
+            stop_time_s,
+            ..BOUNDS.limits
+        };
+        Bounds { limits, ..BOUNDS }
+    }
+
     #[test]
     fn a_fall_that_ends_in_time_is_kept_and_any_other_is_not() {
-        let good = Fall::of(&samples(&[1.0, -1.0, 0.75, 0.5, 0.25, 0.0, 0.0]), 2);
+        let good = Fall::of(
+            &samples(&[1.0, -1.0, 0.75, 0.5, 0.25, 0.0, 0.0]),
+            2,
+            &BOUNDS,
+        );
         assert_eq!(
             (good.from_n, good.never_grew, good.ticks),
             (1.0, true, Some(4))
         );
-        assert!(good.is_within(4e-3, 1e-3) && good.is_within(3e-3, 1e-3));
-        assert!(!good.is_within(2e-3, 1e-3));
+        assert!(good.is_within(&within(4e-3)) && good.is_within(&within(3e-3)));
+        assert!(!good.is_within(&within(2e-3)));
         for bad in [
             // It grows.
             &[1.0, 0.5, 0.6, 0.0][..],
@@ -99,8 +131,63 @@ mod tests {
             // It is no number.
             &[1.0, f32::NAN, 0.0],
         ] {
-            let fall = Fall::of(&samples(bad), 1);
-            assert!(!fall.is_within(1.0, 1e-3), "{bad:?}: {fall:?}");
+            let fall = Fall::of(&samples(bad), 1, &within(1.0));
+            assert!(!fall.is_within(&within(1.0)), "{bad:?}: {fall:?}");
         }
+    }
+
+    /// A force that rises by 10 mN a tick up to tick 5 and falls by 10 mN a tick from tick 6 on, without these ticks.
+    fn risen_and_fallen(lost: &[u32], spoil: impl Fn(u32, f32) -> f32) -> Vec<Sample> {
+        let forces = [
+            0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.05, 0.04, 0.03, 0.02, 0.01, 0.0,
+        ];
+        let mut samples = samples(&forces);
+        for sample in &mut samples {
+            sample.force_n = spoil(sample.tick, sample.force_n);
+        }
+        samples.retain(|sample| !lost.contains(&sample.tick));
+        samples
+    }
+
+    #[test]
+    fn a_force_may_have_grown_where_samples_before_the_stop_were_lost() {
+        for lost in [
+            &[][..],
+            &[5],
+            &[4, 5],
+            &[3, 4, 5],
+            &[4, 5, 6],
+            &[4, 5, 7, 8],
+            &[1, 3, 6],
+        ] {
+            let fall = Fall::of(&risen_and_fallen(lost, |_, force| force), 6, &within(0.1));
+            assert!(fall.is_within(&within(0.1)), "without {lost:?}: {fall:?}");
+        }
+    }
+
+    #[test]
+    fn a_growth_after_the_stop_is_seen_whatever_was_lost() {
+        for lost in [&[][..], &[5], &[4, 5], &[3, 4, 5]] {
+            // One tick more than what was lost explains.
+            let late = risen_and_fallen(lost, |tick, force| if tick == 6 { 0.07 } else { force });
+            assert!(!Fall::of(&late, 6, &BOUNDS).never_grew, "without {lost:?}");
+            // A loss after the stop explains nothing.
+            let mut later = lost.to_vec();
+            later.push(7);
+            let comes_back = |tick, force| if tick == 8 { 0.055 } else { force };
+            let later = risen_and_fallen(&later, comes_back);
+            assert!(!Fall::of(&later, 6, &BOUNDS).never_grew, "without {lost:?}");
+        }
+        // However much was lost: never beyond the limit.
+        let lost: Vec<u32> = (1..6).collect();
+        let beyond = risen_and_fallen(&lost, |tick, force| if tick == 6 { 0.11 } else { force });
+        let bounds = Bounds {
+            limits: Limits {
+                force_rate_n_per_s: 1e3,
+                ..BOUNDS.limits
+            },
+            ..BOUNDS
+        };
+        assert!(!Fall::of(&beyond, 6, &bounds).never_grew);
     }
 }

@@ -1,11 +1,12 @@
 //! Limits of force and rate, and the way to zero after a stop: one run.
 
 use super::bench::{Bench, Broken, LONG_WATCHDOG_MS};
+use super::bounds::Bounds;
 use super::fall::Fall;
 use super::followed::Followed;
 use super::promise::{Check, Promise};
 use super::trial::{ASKED, HALF_PERIOD_TICKS, Trial, alternating};
-use haptic_link::{Limits, Sample};
+use haptic_link::Sample;
 use haptic_loop::Limiters;
 
 /// Limiter of a stop.
@@ -18,7 +19,8 @@ const ROUNDING: f32 = 1e-5;
 /// The two rows.
 pub(super) fn check(bench: &mut Bench<'_>) -> Result<[Check; 2], Broken> {
     bench.trying(Promise::ForceLimit)?;
-    let (limits, period_s) = (*bench.limits(), bench.period_s());
+    let bounds = bench.bounds();
+    let Bounds { limits, period_s } = bounds;
     let loosened = bench.loosen()?;
     let ticks = (f64::from(limits.rise_time_s) / period_s + TICKS) as u32;
     let trial = Trial {
@@ -49,18 +51,18 @@ pub(super) fn check(bench: &mut Bench<'_>) -> Result<[Check; 2], Broken> {
         }
     };
     Ok([
-        limit(&followed, &limits, period_s, promised, loosened),
-        stop(&followed, &limits, period_s, zero),
+        limit(&followed, &bounds, promised, loosened),
+        stop(&followed, &bounds, zero),
     ])
 }
 
 fn limit(
     followed: &Followed,
-    limits: &Limits,
-    period_s: f64,
+    bounds: &Bounds,
     promised: String,
     loosened: Option<String>,
 ) -> Check {
+    let Bounds { limits, period_s } = *bounds;
     let most_n = followed.largest_n();
     let asked_n = followed
         .sent
@@ -105,7 +107,7 @@ fn largest_rate(samples: &[Sample], period_s: f64) -> f64 {
     })
 }
 
-fn stop(followed: &Followed, limits: &Limits, period_s: f64, promised: String) -> Check {
+fn stop(followed: &Followed, bounds: &Bounds, promised: String) -> Check {
     let stopping = followed
         .samples
         .iter()
@@ -117,14 +119,15 @@ fn stop(followed: &Followed, limits: &Limits, period_s: f64, promised: String) -
             .unwrap_or_else(|| "it went on".to_owned());
         return Check::judged(Promise::Stop, promised, seen, false);
     };
-    let fall = Fall::of(&followed.samples, first);
-    let ok = fall.is_within(limits.stop_time_s, period_s);
-    Check::judged(Promise::Stop, promised, fall.words(period_s), ok)
+    let fall = Fall::of(&followed.samples, first, bounds);
+    let ok = fall.is_within(bounds);
+    Check::judged(Promise::Stop, promised, fall.words(bounds), ok)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use haptic_link::Limits;
 
     fn run(forces: &[f32]) -> Followed {
         let numbered = forces.iter().zip(0..);
@@ -141,15 +144,17 @@ mod tests {
 
     #[test]
     fn a_limit_is_kept_if_force_and_rate_are_and_it_was_reached() {
-        let limits = Limits {
-            force_n: 0.1,
-            force_rate_n_per_s: 50.0,
-            ..Limits::DEFAULT
+        let bounds = Bounds {
+            limits: Limits {
+                force_n: 0.1,
+                force_rate_n_per_s: 50.0,
+                ..Limits::DEFAULT
+            },
+            period_s: 1e-3,
         };
         let refused = || Some("20 N refused".to_owned());
-        let judge = |forces: &[f32], loosened| {
-            limit(&run(forces), &limits, 1e-3, String::new(), loosened).ok
-        };
+        let judge =
+            |forces: &[f32], loosened| limit(&run(forces), &bounds, String::new(), loosened).ok;
         assert_eq!(judge(&[0.0, 0.05, 0.1, 0.1, 0.05], refused()), Some(true));
         // Too much, too fast, never there, no number, a looser limit was taken.
         assert_eq!(judge(&[0.0, 0.05, 0.1, 0.100_01], refused()), Some(false));

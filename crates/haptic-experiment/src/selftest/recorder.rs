@@ -52,15 +52,19 @@ fn read(bench: &Bench<'_>) -> Result<Vec<Sample>, Broken> {
 
 /// In words, and whether all of it is there: full, without gap, with the fault in it, and as it was sent.
 fn judge(kept: &[Sample], followed: &Followed, fault: u32, room: usize) -> (String, bool) {
-    let gaps = kept
-        .windows(2)
-        .filter(|pair| pair[1].tick != pair[0].tick + 1)
-        .count();
     let after = kept.iter().filter(|sample| sample.tick > fault).count();
     let has_fault = kept.iter().any(|sample| sample.tick == fault);
     let sent: BTreeMap<u32, &Sample> = (followed.samples.iter())
         .map(|sample| (sample.tick, sample))
         .collect();
+    // A period that the device has skipped has no sample anywhere.
+    let gaps = kept
+        .windows(2)
+        .filter(|pair| {
+            let [before, tick] = [pair[0].tick, pair[1].tick];
+            before >= tick || sent.range(before + 1..tick).next().is_some()
+        })
+        .count();
     let beside: Vec<(&Sample, &Sample)> = kept
         .iter()
         .filter_map(|sample| Some((sample, *sent.get(&sample.tick)?)))
@@ -120,8 +124,26 @@ mod tests {
         let mut gap = samples(128..225);
         gap.remove(50);
         assert!(!ok(&gap), "a gap");
+        let mut twice = samples(129..225);
+        twice[50] = twice[49];
+        assert!(!ok(&twice), "one is there twice");
         let mut other = samples(129..225);
         other[40].force_n = 0.0;
         assert!(!ok(&other), "another force");
+    }
+
+    #[test]
+    fn periods_that_the_device_skipped_are_no_gap() {
+        let mut skipped = samples(0..300);
+        skipped.retain(|sample| !(150..190).contains(&sample.tick));
+        let followed = Followed {
+            samples: skipped.clone(),
+            ..Followed::default()
+        };
+        let kept: Vec<Sample> = (skipped.into_iter())
+            .filter(|sample| (89..225).contains(&sample.tick))
+            .collect();
+        assert_eq!(kept.len(), 96);
+        assert!(judge(&kept, &followed, 200, 96).1);
     }
 }

@@ -1,11 +1,12 @@
 //! Faults that a host makes: a force that is no number, and silence.
 
 use super::bench::{Bench, Broken, LONG_WATCHDOG_MS};
+use super::bounds::Bounds;
 use super::fall::Fall;
 use super::followed::Followed;
 use super::promise::{Check, Promise};
 use super::trial::{HALF_PERIOD_TICKS, Trial, alternating};
-use haptic_link::{Limits, Sample};
+use haptic_link::Sample;
 use haptic_loop::Fault;
 use haptic_remote::LinkError;
 
@@ -18,8 +19,8 @@ const TICKS: f64 = 100.0;
 const MORE_TICKS: u32 = 5000;
 
 /// Tick at which the fault is made: at the end of a half period, when the force has its full share.
-fn made_at(limits: &Limits, period_s: f64) -> u32 {
-    let ticks = (f64::from(limits.rise_time_s) / period_s + TICKS) as u32;
+fn made_at(bounds: &Bounds) -> u32 {
+    let ticks = (f64::from(bounds.limits.rise_time_s) / bounds.period_s + TICKS) as u32;
     ticks.next_multiple_of(HALF_PERIOD_TICKS) - 2
 }
 
@@ -32,8 +33,8 @@ fn is_behind(followed: &Followed, tick: u32, more: u32) -> bool {
 /// The row of the finite check.
 pub(super) fn finite_check(bench: &mut Bench<'_>) -> Result<Check, Broken> {
     bench.trying(Promise::FiniteCheck)?;
-    let (limits, period_s) = (*bench.limits(), bench.period_s());
-    let made_at = made_at(&limits, period_s);
+    let bounds = bench.bounds();
+    let (limits, made_at) = (bounds.limits, made_at(&bounds));
     let trial = Trial {
         watchdog_ms: LONG_WATCHDOG_MS,
         say: |sample: &Sample, sent| {
@@ -56,16 +57,17 @@ pub(super) fn finite_check(bench: &mut Bench<'_>) -> Result<Check, Broken> {
         promised,
         &followed,
         Fault::NonFiniteForce,
-        (&limits, period_s),
+        &bounds,
     ))
 }
 
 /// The row of the watchdog, and its run, if there was one.
 pub(super) fn watchdog(bench: &mut Bench<'_>) -> Result<(Check, Option<Followed>), Broken> {
     bench.trying(Promise::Watchdog)?;
-    let (limits, period_s) = (*bench.limits(), bench.period_s());
+    let bounds = bench.bounds();
+    let Bounds { limits, period_s } = bounds;
     let watchdog_ms = bench.test().watchdog_ms;
-    let made_at = made_at(&limits, period_s);
+    let made_at = made_at(&bounds);
     let silent_ticks = (1e-3 * f64::from(watchdog_ms) / period_s) as u32;
     let trial = Trial {
         watchdog_ms,
@@ -85,7 +87,7 @@ pub(super) fn watchdog(bench: &mut Bench<'_>) -> Result<(Check, Option<Followed>
         promised,
         &followed,
         Fault::HostSilent,
-        (&limits, period_s),
+        &bounds,
     );
     let Ok(followed) = followed else {
         return Ok((check, None));
@@ -112,7 +114,7 @@ fn faulted(
     promised: String,
     followed: &Result<Followed, LinkError>,
     fault: Fault,
-    (limits, period_s): (&Limits, f64),
+    bounds: &Bounds,
 ) -> Check {
     let judged = |seen: String, ok| Check::judged(promise, promised.clone(), seen, ok);
     let followed = match followed {
@@ -123,10 +125,10 @@ fn faulted(
         return judged("no fault".to_owned(), false);
     };
     let latched = followed.fault.map_or(0, |report| report.status.fault);
-    let fall = Fall::of(&followed.samples, tick);
+    let fall = Fall::of(&followed.samples, tick, bounds);
     let words = followed.fault_in_words().unwrap_or_default();
-    let ok = latched == fault.code() && fall.is_within(limits.stop_time_s, period_s);
-    judged(format!("{words}; {}", fall.words(period_s)), ok)
+    let ok = latched == fault.code() && fall.is_within(bounds);
+    judged(format!("{words}; {}", fall.words(bounds)), ok)
 }
 
 /// Silence before the fault by the clock of the device, in words, and whether it is the one that was set.

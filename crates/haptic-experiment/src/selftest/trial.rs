@@ -1,6 +1,6 @@
 //! Runs of the device on the bench, followed by their samples.
 
-use super::bench::{Bench, Broken};
+use super::bench::{Bench, Broken, refusal};
 use super::followed::Followed;
 use haptic_link::{EventKind, Limits, Request, Sample};
 use haptic_loop::Fault;
@@ -12,10 +12,12 @@ use std::time::{Duration, Instant};
 pub(super) const ASKED: f32 = 3.0;
 /// Ticks after which the force that is asked for changes its sign.
 pub(super) const HALF_PERIOD_TICKS: u32 = 40;
+/// Time to wait for something to be heard, or to be asked for.
+const LOOK: Duration = Duration::from_millis(20);
 /// A run without a sample for so long is none.
 const SILENCE: Duration = Duration::from_secs(3);
-/// Nothing for so long after a fault or an end: all of it has come.
-const QUIET: Duration = Duration::from_millis(200);
+/// Ticks after a fault that a device tells of unasked.
+const AFTERMATH_TICKS: u32 = 100;
 /// Attempts of a trial that a busy machine spoils by its own silence.
 const ATTEMPTS: u32 = 5;
 
@@ -27,6 +29,17 @@ pub(super) struct Trial<S, U> {
     pub(super) say: S,
     /// True once the run is to be stopped.
     pub(super) until: U,
+}
+
+/// What a device still has to say of a run that is over.
+#[derive(Clone, Copy)]
+enum Rest {
+    /// Nobody knows yet.
+    Awaited,
+    /// All of it will have been said when the device has made so many ticks.
+    Until(u32),
+    /// Nothing any more.
+    Came,
 }
 
 /// Force that changes its sign: `share` of the limit, and one in 10⁵ more with each that was sent before, so that each is
@@ -111,9 +124,10 @@ impl Bench<'_> {
         until: impl Fn(&Followed) -> bool,
     ) -> Result<Followed, Broken> {
         let mut last = Instant::now();
+        let (mut rest, mut asked) = (Rest::Awaited, Instant::now());
         loop {
             self.goes_on()?;
-            match self.link_mut()?.hear(Duration::from_millis(20)) {
+            match self.link_mut()?.hear(LOOK) {
                 Some(heard) => {
                     last = Instant::now();
                     let mut newest = followed.take(heard)?;
@@ -127,28 +141,62 @@ impl Bench<'_> {
                         followed.sent.push((sample.tick, force_n));
                     }
                 }
-                None if followed.is_over() && last.elapsed() >= QUIET => return Ok(followed),
-                None if last.elapsed() >= SILENCE => {
+                None if last.elapsed() >= SILENCE && !followed.is_over() => {
                     let waited_ms = SILENCE.as_millis() as u64;
                     return Err(Broken::Link(LinkError::NoSamples { waited_ms }.into()));
                 }
                 None => {}
             }
-            if !followed.is_over() && until(&followed) {
+            if followed.is_over() {
+                if matches!(rest, Rest::Came) {
+                    return Ok(followed);
+                }
+                if asked.elapsed() >= LOOK {
+                    (rest, asked) = (self.rest(rest)?, Instant::now());
+                }
+            } else if until(&followed) {
                 return Ok(followed);
             }
         }
     }
 
+    /// Asks a device whose run is over how far it is. Its answer comes behind all that it had said before, however late.
+    fn rest(&self, rest: Rest) -> Result<Rest, Broken> {
+        let ticks = self.link()?.statistics()?.ticks;
+        let more = self.bounds().stop_ticks() + AFTERMATH_TICKS;
+        Ok(match rest {
+            Rest::Until(until) if ticks.wrapping_sub(until).cast_signed() >= 0 => Rest::Came,
+            Rest::Until(_) | Rest::Came => rest,
+            Rest::Awaited => Rest::Until(ticks.wrapping_add(more)),
+        })
+    }
+
     /// Stops a run that goes on, hears the rest of it, and disarms.
     fn end(&mut self, mut followed: Followed) -> Result<Followed, Broken> {
         if !followed.is_over() {
-            self.link()?.ask(Request::Stop)?;
+            // Behind the stop samples go on: its last one may be lost, and so may the news of its end.
+            self.stream(1)?;
+            let stopped = self.link()?.ask(Request::Stop);
             followed.stop_asked = followed.samples.last().map(|sample| sample.tick);
+            followed.ended = match refusal(stopped.map(drop))? {
+                None => true,
+                // A fault was sooner: it is heard of when nothing else comes.
+                Some(_) => {
+                    self.stream(0)?;
+                    false
+                }
+            };
             followed = self.go_on(followed, |_, _| None, |_| false)?;
+            self.stream(0)?;
         }
         self.calm()?;
         Ok(followed)
+    }
+
+    /// Asks for each n-th tick without a run; 0 for none. The company that is kept stays as it is.
+    fn stream(&self, every: u16) -> Result<(), Broken> {
+        self.link()?.ask(Request::Stream { every, batch: 1 })?;
+        Ok(())
     }
 }
 

@@ -298,6 +298,7 @@ impl Run {
             let logged = recorder.tick(message);
             done += 1;
             if self.record.ended.is_some() {
+                self.record.push_after(&message);
                 if self.pair.is_at_rest() && recorder.has_aftermath() {
                     break;
                 }

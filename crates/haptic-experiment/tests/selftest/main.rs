@@ -1,7 +1,9 @@
-//! The self-test on devices that keep their promises and on devices that break one, each through a serial port.
+//! The self-test on devices that keep their promises and on devices that break one.
 #![cfg(unix)]
 
+mod bad_line;
 mod board;
+mod foreign;
 
 use board::{Board, Flaw};
 use haptic_experiment::selftest::{Attendant, EmergencyStop, Notice, Promise};
@@ -9,28 +11,35 @@ use haptic_experiment::{Failure, SelfTest, SelfTestReport};
 use haptic_remote::serial::{ConnectOptions, SerialLink};
 use std::sync::atomic::AtomicBool;
 
-/// What a host sees of a board.
-fn tested(board: &Board, test: SelfTest, notice: &dyn Fn(Notice)) -> SelfTestReport {
-    let connect = || {
-        let options = ConnectOptions {
-            patience: std::time::Duration::from_secs(20),
-            ..ConnectOptions::default()
-        };
-        SerialLink::connect(board.path(), options).map_err(Failure::input)
-    };
+/// What a host sees of a device.
+fn tested(
+    connect: &dyn Fn() -> Result<SerialLink, Failure>,
+    test: SelfTest,
+    notice: &dyn Fn(Notice),
+) -> SelfTestReport {
     let stop = AtomicBool::new(false);
     let attendant = Attendant {
-        connect: &connect,
+        connect,
         notice,
         stop: &stop,
     };
     test.run(attendant).expect("the device is there")
 }
 
+/// What a host sees of the device at a port.
+fn tested_at(path: &str, test: SelfTest, notice: &dyn Fn(Notice)) -> SelfTestReport {
+    let options = ConnectOptions {
+        patience: std::time::Duration::from_secs(20),
+        ..ConnectOptions::default()
+    };
+    let connect = || SerialLink::connect(path, options).map_err(Failure::input);
+    tested(&connect, test, notice)
+}
+
 /// The promises that a board with this flaw breaks.
 fn broken(flaw: Flaw) -> (Vec<Promise>, SelfTestReport) {
     let board = Board::start(flaw);
-    let report = tested(&board, SelfTest::DEFAULT, &|_| {});
+    let report = tested_at(board.path(), SelfTest::DEFAULT, &|_| {});
     let checks: Vec<Promise> = report.checks.iter().map(|check| check.check).collect();
     assert_eq!(checks, Promise::ALL, "every promise has its row, in order");
     let wrong = report.checks.iter().filter(|check| check.ok == Some(false));
@@ -107,7 +116,7 @@ fn an_emergency_stop_is_pressed_and_released_by_somebody() {
         emergency_stop: EmergencyStop::Pressed,
         ..SelfTest::DEFAULT
     };
-    let report = tested(&board, test, &|notice| match notice {
+    let report = tested_at(board.path(), test, &|notice| match notice {
         Notice::PressEmergencyStop => board.open_stop(true),
         Notice::ReleaseEmergencyStop => board.open_stop(false),
         _ => {}
@@ -120,7 +129,7 @@ fn an_emergency_stop_is_pressed_and_released_by_somebody() {
 #[test]
 fn a_device_that_is_unplugged_in_the_middle_ends_the_table_and_no_more() {
     let board = Board::start(Flaw::None);
-    let report = tested(&board, SelfTest::DEFAULT, &|notice| {
+    let report = tested_at(board.path(), SelfTest::DEFAULT, &|notice| {
         if notice == Notice::Trying(Promise::Watchdog) {
             board.unplug();
         }

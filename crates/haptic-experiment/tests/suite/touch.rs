@@ -1,6 +1,7 @@
 //! A hand over a shape: against the wall of one axis, turned, limited, faulted; its energy, its log.
 #![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
 
+use haptic_experiment::ended::LetGo;
 use haptic_experiment::folder::FolderRequest;
 use haptic_experiment::touch::{TouchReport, TouchVerdict};
 use haptic_experiment::{ExperimentFile, Supervisor, TouchExperiment};
@@ -256,6 +257,35 @@ fn leaving_the_box_is_a_fault_that_ends_the_run() {
     assert!(report.run.fault_log.is_some());
     let last = ticks.last().expect("ticks").position_m;
     assert!((0.02..0.03).contains(&last.as_slice()[1]), "{last:?}");
+}
+
+#[test]
+fn what_is_told_of_a_run_that_a_fault_ended_is_what_its_log_shows() {
+    // Pressed 20 mm deep when it leaves its box.
+    let pressed = |safety: &str| {
+        touch(&format!(
+            "shape = \"plane\"\nstiffness_n_per_m = 200\ndissipation_n_s_mu_per_m = 0\nforce_limit_n = 50\nduration_s = 2\n\
+             way_points = [[0, -0.005, 0], [0.5, 0.06, 0]]\nbox_low_m = [-0.1, -0.1]\nbox_high_m = [0.02, 0.1]\n{safety}"
+        ))
+    };
+    for (safety, let_go) in [
+        ("", LetGo::InOneSample),
+        ("force_rate_limit_n_per_s = 200", LetGo::Ramped),
+        ("braking_n_s_per_m = 8\nbrake_force_n = 8", LetGo::Ramped),
+    ] {
+        let (report, ticks) = run(&pressed(safety));
+        let run = &report.run;
+        assert_eq!(run.let_go, Some(let_go), "{safety}: {run:?}");
+        let norms: Vec<f64> = ticks.iter().map(|tick| tick.force_n.norm()).collect();
+        let most = norms.iter().copied().fold(0.0, f64::max);
+        assert!(most > 3.0, "{most} N");
+        assert_eq!(
+            (run.peak_force_n, run.final_force_n),
+            (most, 0.0),
+            "{safety}"
+        );
+        assert_eq!(norms.last(), Some(&0.0));
+    }
 }
 
 #[test]

@@ -7,7 +7,6 @@
 //! machine is too busy to tick in time the device's clock waits, as if everything on it had been slower:
 //! an emulated device never reports faults that it would not have.
 
-mod clock;
 mod error;
 mod port;
 mod terminal;
@@ -15,8 +14,8 @@ mod terminal;
 pub use error::EmulatorError;
 pub use terminal::Terminal;
 
+use crate::held_clock::HeldClock;
 use crate::{DeviceSession, FaultyLine, LineDamage, LineFaults, SimulatedPlant, TickSide};
-use clock::Clock;
 use haptic_link::FRAME_MAX;
 use std::cell::RefCell;
 use std::path::PathBuf;
@@ -129,7 +128,7 @@ struct Emulator {
     to_host: FaultyLine,
     arriving: Receiver<Vec<u8>>,
     leave: SyncSender<Vec<u8>>,
-    clock: Clock,
+    clock: HeldClock,
     speed: f64,
     /// Real time at which the watchdog was fed.
     heard: Instant,
@@ -157,7 +156,7 @@ impl Emulator {
             to_host: line(emulation.seed.wrapping_add(1))?,
             arriving,
             leave,
-            clock: Clock::new(emulation.speed),
+            clock: HeldClock::new(emulation.speed),
             speed: emulation.speed,
             heard: Instant::now(),
             frame: Vec::new(),

@@ -22,7 +22,8 @@ pub struct Terminal {
 }
 
 impl Terminal {
-    /// Makes one, with a symbolic link to it if asked for.
+    /// Makes one, with a symbolic link to it if asked for. A link of before that leads to no pseudo-terminal any more, as that of an
+    /// emulator that was killed, gives way; everything else that is there stays.
     ///
     /// # Errors
     /// If the system gives none, or the link cannot be made.
@@ -40,6 +41,10 @@ impl Terminal {
         let path = name.ok_or_else(|| failed("the pseudo-terminal", &"it has no name"))?;
         let path = PathBuf::from(path);
         if let Some(link) = link {
+            if is_stale(link, &path) {
+                // If it does not go, the new one cannot be made, which is told.
+                let _ = std::fs::remove_file(link);
+            }
             std::os::unix::fs::symlink(&path, link).map_err(|error| EmulatorError::Link {
                 link: link.to_owned(),
                 error,
@@ -77,11 +82,55 @@ impl Terminal {
     }
 }
 
+/// True for a link to a pseudo-terminal that is gone, or to the new one: then it was that of somebody who had its number before.
+fn is_stale(link: &Path, new: &Path) -> bool {
+    let Ok(target) = std::fs::read_link(link) else {
+        return false;
+    };
+    target.parent() == new.parent() && (target == new || !target.exists())
+}
+
 impl Drop for Terminal {
     fn drop(&mut self) {
-        if let Some(link) = &self.link {
+        if let Some(link) = &self.link
+            && std::fs::read_link(link).is_ok_and(|target| target == self.path)
+        {
             // It leads nowhere from now on; nothing to be done if it is gone already.
             let _ = std::fs::remove_file(link);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::os::unix::fs::symlink;
+
+    #[test]
+    fn a_link_that_leads_nowhere_gives_way_and_nothing_else_does() {
+        let folder = std::env::temp_dir().join(format!("terminal-links-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a folder");
+        let link = folder.join("device");
+        let there = || std::fs::symlink_metadata(&link).is_ok();
+        let terminal = Terminal::open(None).expect("a pseudo-terminal");
+        let gone = terminal.path().with_file_name("4294967295");
+        symlink(&gone, &link).expect("a link");
+        {
+            let first = Terminal::open(Some(&link)).expect("the dead one gives way");
+            assert_eq!(first.path(), link);
+            Terminal::open(Some(&link)).expect_err("the living one stays");
+            assert!(there());
+        }
+        assert!(!there(), "gone with its terminal");
+        for foreign in [folder.join("nowhere"), folder.clone()] {
+            symlink(&foreign, &link).expect("a link");
+            Terminal::open(Some(&link)).expect_err("it is somebody else's");
+            assert_eq!(std::fs::read_link(&link).expect("a link"), foreign);
+            std::fs::remove_file(&link).expect("goes");
+        }
+        std::fs::write(&link, "data").expect("a file");
+        Terminal::open(Some(&link)).expect_err("it is a file");
+        assert_eq!(std::fs::read(&link).expect("a file"), b"data");
+        std::fs::remove_dir_all(&folder).expect("goes");
     }
 }

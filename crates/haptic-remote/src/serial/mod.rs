@@ -10,6 +10,7 @@
 //! Dropping a [`SerialLink`] disarms the device, then closes the port.
 
 mod connect;
+mod device_time;
 mod error;
 mod greeting;
 mod line;
@@ -23,6 +24,7 @@ mod shared;
 mod threads;
 
 pub use connect::ConnectOptions;
+pub use device_time::DeviceTime;
 pub use error::SerialError;
 pub use greeting::{BAUDS, GREETING};
 pub use line::Line;

@@ -4,11 +4,14 @@
 //! SerialLink ◀── Pipe ──▶ thread: DeviceSession, TickSide ◀── read, write ──▶ hardware of another maker
 //! ```
 //! The state machine of firmware and emulator, ticked by the clock. A period that has passed is skipped and counted as
-//! late, as on a board: nothing waits for a machine that is too busy.
+//! late, as on a board: nothing waits for a machine that is too busy, and the number of the next tick tells it. Emulated
+//! hardware of this process needs no clock: it is served in its own time, which waits.
 
+use super::device_time::DeviceTime;
 use super::line::Line as _;
 use super::pipe::Pipe;
 use super::shared::lock;
+use crate::held_clock::HeldClock;
 use crate::session::within_this_process;
 use crate::{DeviceSession, Hardware, TickSide};
 use core::cell::RefCell;
@@ -53,6 +56,25 @@ impl Served {
     /// # Errors
     /// Hardware that cannot be without a configuration, which is a defect of it; no thread to be had.
     pub fn start<H: ServedHardware>(hardware: H) -> Result<Self, ServeError> {
+        Self::serve(hardware, None)
+    }
+
+    /// The same for emulated hardware: its time is that of its ticks, which come by the clock, but never more than one
+    /// period after the last. So a machine that is too busy makes the device slow, and not late.
+    ///
+    /// # Errors
+    /// As [`start`](Self::start).
+    pub fn in_its_own_time<H: ServedHardware>(
+        hardware: H,
+        time: DeviceTime,
+    ) -> Result<Self, ServeError> {
+        Self::serve(hardware, Some(time))
+    }
+
+    fn serve<H: ServedHardware>(
+        hardware: H,
+        own_time: Option<DeviceTime>,
+    ) -> Result<Self, ServeError> {
         let device = TickSide::new(hardware).map_err(ServeError::Hardware)?;
         let (here, there) = Pipe::pair();
         let stop = Arc::new(AtomicBool::new(false));
@@ -62,8 +84,8 @@ impl Served {
             session: within_this_process(),
             line: there,
             frame: [0; FRAME_MAX],
-            began: Instant::now(),
-            ticked_us: 0,
+            clock: HeldClock::new(1.0),
+            own_time,
             faults: 0,
             trouble: Arc::clone(&trouble),
         };
@@ -131,9 +153,9 @@ struct Serving<H: Hardware> {
     session: DeviceSession,
     line: Pipe,
     frame: [u8; FRAME_MAX],
-    began: Instant,
-    /// When the last tick was due.
-    ticked_us: u64,
+    /// Held back only for a device in its own time.
+    clock: HeldClock,
+    own_time: Option<DeviceTime>,
     /// Faults whose trouble has been told.
     faults: u16,
     trouble: Arc<Mutex<Option<String>>>,
@@ -158,20 +180,33 @@ impl<H: ServedHardware> Serving<H> {
         device.status().state != State::Stopping && device.may_install().is_ok()
     }
 
-    fn now_us(&self) -> u64 {
-        self.began.elapsed().as_micros() as u64
+    /// When something is heard: by the clock, or in the time of the ticks, whose watchdog would else see the future.
+    fn heard_us(&self) -> u64 {
+        match self.own_time {
+            None => self.clock.now_us(),
+            Some(_) => self.clock.ticked_us,
+        }
     }
 
     /// Waits for bytes or for the next tick, and works on what came.
     fn round(&mut self) {
         let period_us = u64::from(self.device.borrow().configuration().0.tick_period_us);
-        let due_us = self.ticked_us + period_us;
+        let due_us = self.clock.ticked_us + period_us;
         self.hear(due_us);
-        if self.now_us() + SPIN.as_micros() as u64 >= due_us {
-            while self.now_us() < due_us {
+        if self.clock.now_us() + SPIN.as_micros() as u64 >= due_us {
+            while self.clock.now_us() < due_us {
                 spin_loop();
             }
-            self.tick(due_us, period_us);
+            match self.own_time.clone() {
+                None => self.tick_by_the_clock(due_us, period_us),
+                Some(time) => {
+                    time.pass(period_us);
+                    self.clock.ticked_us = due_us;
+                    self.device.borrow_mut().tick(due_us);
+                    self.clock.catch_up(self.clock.now_us());
+                }
+            }
+            self.tell_trouble();
         }
         self.speak();
     }
@@ -179,7 +214,7 @@ impl<H: ServedHardware> Serving<H> {
     /// Hands what the host has sent to the session. Waits for it, but not into the time of spinning.
     fn hear(&mut self, due_us: u64) {
         let mut bytes = [0; 1024];
-        let left = Duration::from_micros(due_us.saturating_sub(self.now_us()));
+        let left = Duration::from_micros(due_us.saturating_sub(self.clock.now_us()));
         // A pipe takes any patience.
         let _ = self.line.set_patience(left.saturating_sub(SPIN));
         let count = match self.line.read(&mut bytes) {
@@ -192,22 +227,29 @@ impl<H: ServedHardware> Serving<H> {
             Err(_) => 0,
         };
         for &byte in &bytes[..count] {
-            let now_us = self.now_us();
-            let length = (self.session).receive(byte, now_us, &self.device, &mut self.frame);
+            let heard_us = self.heard_us();
+            let length = (self.session).receive(byte, heard_us, &self.device, &mut self.frame);
             self.send(length);
         }
     }
 
-    fn tick(&mut self, due_us: u64, period_us: u64) {
-        let now_us = self.now_us();
-        let mut device = self.device.borrow_mut();
-        device.tick(now_us);
+    fn tick_by_the_clock(&mut self, due_us: u64, period_us: u64) {
+        let now_us = self.clock.now_us();
         // Whole periods that had passed before it have no tick.
-        self.ticked_us = due_us + now_us.saturating_sub(due_us) / period_us * period_us;
+        let skipped = now_us.saturating_sub(due_us) / period_us;
+        let mut device = self.device.borrow_mut();
+        device.skip(skipped as u32);
+        device.tick(now_us);
+        self.clock.ticked_us = due_us + skipped * period_us;
         // The timer of a board would have fired again.
-        if self.began.elapsed().as_micros() as u64 >= self.ticked_us + period_us {
+        if self.clock.now_us() >= self.clock.ticked_us + period_us {
             device.overrun();
         }
+    }
+
+    /// Tells the words of a new fault.
+    fn tell_trouble(&mut self) {
+        let device = self.device.borrow();
         let faults = device.status().faults;
         if core::mem::replace(&mut self.faults, faults) != faults {
             *lock(&self.trouble) = device.hardware().trouble();

@@ -20,7 +20,7 @@ use haptic_link::{
     Configuration, Event, EventKind, FaultReport, Flight, LoopMode, Refusal, Report, Sample,
     Simulation, State, Statistics, Status,
 };
-use haptic_loop::{Controller, Fault, SafetyChain};
+use haptic_loop::{Controller, Fault, Limiters, SafetyChain};
 use nalgebra::SVector;
 
 /// So many ticks after a fault are sent unasked: what a host keeps of them must not depend on how soon it asks.
@@ -183,7 +183,7 @@ impl<H: Hardware, R: BorrowMut<Records>> TickSide<H, R> {
         }
         match self.act() {
             Ok(sample) => self.keep(sample),
-            Err(fault) => self.give_way(fault),
+            Err(fault) => self.fail(fault),
         }
         if let Some(fault) = self.controller.safety().fault() {
             self.trip(fault);
@@ -195,6 +195,15 @@ impl<H: Hardware, R: BorrowMut<Records>> TickSide<H, R> {
         statistics.ticks = statistics.ticks.wrapping_add(1);
         statistics.tick_cycles_last = cycles;
         statistics.tick_cycles_max = statistics.tick_cycles_max.max(cycles);
+    }
+
+    /// Periods have passed without a tick. To be told before the next [`tick`](Self::tick): they have their numbers and their part of
+    /// a run, but no samples, so that a tick's number is its time whatever happened.
+    pub fn skip(&mut self, periods: u32) {
+        self.tick = self.tick.wrapping_add(periods);
+        if let Some(left) = &mut self.ticks_left {
+            *left = left.saturating_sub(periods);
+        }
     }
 
     /// The timer fired again before the tick was done. To be told after [`tick`](Self::tick); the next one,
@@ -231,6 +240,19 @@ impl<H: Hardware, R: BorrowMut<Records>> TickSide<H, R> {
         self.trip(fault);
         self.hardware.let_go();
         self.controller.let_go();
+    }
+
+    /// The same in a tick, which is kept with the last position.
+    #[inline(never)]
+    fn fail(&mut self, fault: Fault) {
+        self.give_way(fault);
+        self.keep(Sample {
+            tick: self.tick,
+            time_us: self.now_us as u32,
+            position_m: self.newest.position_m,
+            limiters: Limiters::FAULT.bits(),
+            ..Sample::default()
+        });
     }
 
     fn judge_time(&mut self, now_us: u64) {

@@ -5,6 +5,7 @@ use crate::files::save_picture;
 use crate::output::{Output, note, warn};
 use crate::parameter::with_options;
 use haptic_experiment::curves::Published;
+use haptic_experiment::ended::LetGo;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::report::RunReport;
 use haptic_experiment::{Summary, Supervisor};
@@ -65,31 +66,22 @@ pub fn conduct<R: Summary, C>(
 fn ended_well(run: &RunReport) -> Result<(), Failure> {
     let RunReport {
         ended_early,
+        let_go,
         duration_s,
         dropped_samples,
-        link_lost,
-        board_failed,
         log,
         ..
     } = run;
-    if let (true, Some(reason)) = (*link_lost, ended_early) {
-        return Err(Failure::Device(anyhow::anyhow!(
-            "{reason}: the run ended at {} s, the device lets go by itself; the log is {log}",
-            plain(*duration_s)
-        )));
-    }
-    if let (true, Some(reason)) = (*board_failed, ended_early) {
-        return Err(Failure::Run(anyhow::anyhow!(
-            "{reason}: the run ended at {} s, the board was told to make no force; if it has not heard that, as with its plug out, it may \
-             still push: switch its supply off before you touch it; the log is {log}",
-            plain(*duration_s)
-        )));
-    }
-    if let Some(reason) = ended_early {
-        return Err(Failure::Run(anyhow::anyhow!(
-            "{reason}: the run ended at {} s, the force ramped to zero; the log is {log}",
+    if let (Some(reason), Some(let_go)) = (ended_early, let_go) {
+        let error = anyhow::anyhow!(
+            "{reason}: the run ended at {} s, {}; the log is {log}",
             plain(*duration_s),
-        )));
+            let_go.words()
+        );
+        return Err(match let_go {
+            LetGo::ByItself => Failure::Device(error),
+            LetGo::Ramped | LetGo::InOneSample | LetGo::Told => Failure::Run(error),
+        });
     }
     if *dropped_samples > 0 {
         return Err(Failure::DataLost(anyhow::anyhow!(

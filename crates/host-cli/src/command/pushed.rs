@@ -1,6 +1,6 @@
 //! The result of a wall or a coupler as a person reads it.
 
-use super::summary::{print_end, print_force, print_operator};
+use super::summary::{print_end, print_force, print_length, print_operator};
 use haptic_experiment::report::RunReport;
 use haptic_experiment::{CouplerReport, Settling, WallReport};
 use std::io::{self, Write};
@@ -76,13 +76,7 @@ pub fn print_coupler(out: &mut dyn Write, report: &CouplerReport) -> io::Result<
 
 /// Length of a trial, and its verdict.
 fn print_trial(out: &mut dyn Write, run: &RunReport, settling: &Settling) -> io::Result<()> {
-    writeln!(
-        out,
-        "  {} samples, {} s at {} ms",
-        run.samples,
-        run.duration_s,
-        1e3 * run.sample_time_s
-    )?;
+    print_length(out, run)?;
     writeln!(
         out,
         "  trial             {}: position varies by {} at the end, force by {} (standard deviations)",

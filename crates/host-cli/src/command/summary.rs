@@ -26,13 +26,7 @@ pub fn print_summary(out: &mut dyn Write, report: &Report) -> io::Result<()> {
         format!("{:?}", report.precision).to_lowercase(),
         run.device
     )?;
-    writeln!(
-        out,
-        "  {} samples, {} s at {} ms",
-        run.samples,
-        plain(run.duration_s),
-        plain(1e3 * run.sample_time_s)
-    )?;
+    print_length(out, run)?;
     if let Ok(Scheme::Full { tolerance, .. }) = report.scheme.parse() {
         // |error| ≤ ε·T^(−μ)·Σ c_j|Δⁿx|
         writeln!(
@@ -55,6 +49,20 @@ pub fn print_summary(out: &mut dyn Write, report: &Report) -> io::Result<()> {
     }
     print_errors(out, report)?;
     print_end(out, run)
+}
+
+/// Number, time and period of the samples of a run.
+///
+/// # Errors
+/// Those of `out`.
+pub fn print_length(out: &mut dyn Write, run: &RunReport) -> io::Result<()> {
+    writeln!(
+        out,
+        "  {} samples, {} s at {} ms",
+        run.samples,
+        plain(run.duration_s),
+        plain(1e3 * run.sample_time_s)
+    )
 }
 
 /// Prints the largest and the last force.

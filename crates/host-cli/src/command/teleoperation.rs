@@ -1,6 +1,6 @@
 //! The result of a teleoperation as a person reads it.
 
-use super::summary::{plain, print_end};
+use super::summary::{plain, print_end, print_length};
 use haptic_experiment::TeleoperationReport;
 use haptic_experiment::teleoperation::{FeltAt, LineCounts};
 use std::io::{self, Write};
@@ -18,13 +18,7 @@ pub fn print_teleoperation(out: &mut dyn Write, report: &TeleoperationReport) ->
         report.place,
         plain(1e3 * report.line_delay_s)
     )?;
-    writeln!(
-        out,
-        "  {} samples, {} s at {} ms",
-        run.samples,
-        plain(run.duration_s),
-        plain(1e3 * run.sample_time_s)
-    )?;
+    print_length(out, run)?;
     writeln!(out, "  verdict           {}", report.verdict.words())?;
     writeln!(
         out,

@@ -1,6 +1,6 @@
 //! The result of a touch as a person reads it.
 
-use super::summary::{plain, print_end, print_force, print_operator};
+use super::summary::{print_end, print_force, print_length, print_operator};
 use haptic_experiment::TouchReport;
 use std::io::{self, Write};
 
@@ -15,13 +15,7 @@ pub fn print_touch(out: &mut dyn Write, report: &TouchReport) -> io::Result<()> 
         "touch of a {} · {} · order {} · scheme {} · {} axes",
         report.shape, report.matter, report.order, report.scheme, report.axes
     )?;
-    writeln!(
-        out,
-        "  {} samples, {} s at {} ms",
-        run.samples,
-        plain(run.duration_s),
-        plain(1e3 * run.sample_time_s)
-    )?;
+    print_length(out, run)?;
     writeln!(out, "  verdict           {}", report.verdict.words())?;
     writeln!(
         out,

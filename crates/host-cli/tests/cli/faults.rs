@@ -288,7 +288,7 @@ fn a_full_disk_under_a_run_on_a_device_lets_the_device_go() {
         &[
             "run/relax.mcap.part",
             "log recover",
-            "the force ramped to zero",
+            "the force fell to zero",
         ],
     );
     let info = device.json("device info --device serial:device");

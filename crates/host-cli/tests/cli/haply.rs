@@ -166,66 +166,50 @@ fn the_makers_own_host_reads_the_place_to_a_count_and_sends_our_torques() {
 /// A soft tissue, felt along y, at the slowest rate: four ticks without an answer are a fault, and this machine may be busy.
 const RELAX: &str = "relax --device haply:2diy --sample-time 10ms --watchdog 1s --late-ticks 0 --contact rigid \
                      --duration 6s --out run --overwrite --quiet --json";
-/// Runs on a machine that is too busy for the emulated board, at most.
-const ATTEMPTS: u32 = 10;
 
+/// By the clock a busy machine may make a fault of it, or skip periods. How near the force is to the sum over the motion is held in
+/// virtual time, by the tests of `haptic-devices`.
 #[test]
-fn a_relaxation_on_a_2diy_follows_the_sum_over_the_motion_that_was_recorded() {
-    for _ in 0..ATTEMPTS {
-        let emulated = Emulated::new("");
-        let ended = emulated.place.run(RELAX);
-        if ended.code == Some(1) {
-            // The one thing that a busy machine may do to it.
-            assert!(
-                ended.stderr.contains("no whole answer for 4 ticks"),
-                "{ended}"
-            );
-            let said = emulated.ends();
-            assert!(
-                told(&said, "torques ", 2)
-                    .iter()
-                    .all(|torque| *torque == 0.0),
-                "{said}"
-            );
-            println!("this machine is too busy: once more");
-            continue;
+fn a_relaxation_on_a_2diy_ends_well_or_as_a_fault_that_says_why() {
+    let emulated = Emulated::new("");
+    let ended = emulated.place.run(RELAX);
+    let report = ended.json();
+    println!("{report}");
+    assert_eq!(report["link"]["simulated"], false);
+    assert_eq!(report["link"]["board"], "Haply 2DIY v3");
+    assert!(number(&report, "peak_force_n") <= 1.5, "{report}");
+    let mut check = emulated.place.run("log check run/relax.mcap --json");
+    if ended.code == Some(1) {
+        println!("this machine was too busy for the emulated board");
+        let ended = ended.failed(1);
+        for words in ["no whole answer for 4 ticks", "may still push"] {
+            assert!(ended.stderr.contains(words), "{words}: {ended}");
         }
-        let ended = ended.succeeded_with_warnings();
-        let report = ended.json();
-        println!("{report}");
-        assert_eq!(report["link"]["simulated"], false);
-        assert_eq!(report["link"]["board"], "Haply 2DIY v3");
+    } else {
+        let ended = ended.ended_by_the_clock();
         assert!(number(&report, "peak_force_n") > 0.01, "{report}");
-        // The emulated hand moves by the clock: 4e-6 to 5e-5 on a quiet machine, 1.2e-3 was seen on a busy one. The figure itself is
-        // held in virtual time, by the tests of `haptic-devices`.
-        if number(&report, "max_relative_error") >= 1e-3 {
-            println!("this machine is too busy: once more");
-            continue;
-        }
-        let said = emulated.ends();
-        assert_eq!(told(&said, "torques ", 2), [0.0, 0.0], "{said}");
-        return;
+        // What is missing in the log is what the run says.
+        assert_eq!(check.code, ended.code, "{check}");
+        check = check.ended_by_the_clock();
     }
-    panic!("in {ATTEMPTS} attempts no run was as it should be");
+    let missing = number(&check.json(), "missing_samples");
+    assert_eq!(missing, number(&report, "dropped_samples"), "{check}");
+    let said = emulated.ends();
+    assert_eq!(told(&said, "torques ", 2), [0.0, 0.0], "{said}");
 }
 
 #[test]
 fn a_line_that_loses_bytes_is_a_fault_that_says_so_and_no_torque() {
-    // A byte in 1000: of 19 bytes a tick one is lost within some 50 ticks.
+    // A byte in 1000, of 19 a tick: one is lost within some 50 ticks, in the run or while it is opened.
     let emulated = Emulated::new("--drop 0.1%");
-    let mut faults = 0;
-    for _ in 0..ATTEMPTS {
-        let ended = emulated.place.run(RELAX);
-        // Sometimes it is one of those at the opening.
-        assert!(matches!(ended.code, Some(1 | 3)), "{ended}");
-        faults += u32::from(ended.code == Some(1));
-        if faults > 0 {
-            let ended = ended.failed(1);
-            assert!(ended.stderr.contains("a byte was lost"), "{ended}");
-            break;
-        }
+    let ended = emulated.place.run(RELAX);
+    if ended.code == Some(1) {
+        let ended = ended.failed(1);
+        assert!(ended.stderr.contains("a byte was lost"), "{ended}");
+    } else {
+        println!("lost before the run began");
+        ended.failed(3);
     }
-    assert!(faults > 0, "no run began");
     let said = emulated.ends();
     // The zeros that end it may have lost bytes too: next to nothing then, and never what was there before.
     assert!(

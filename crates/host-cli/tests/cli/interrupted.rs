@@ -224,6 +224,17 @@ fn long_searches_stop_at_ctrl_c_and_say_what_they_have() {
     assert!(place.text("again/report.md").contains("laim"));
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn whoever_waits_for_a_device_in_vain_may_stop_and_is_told() {
+    let place = Place::new();
+    for device in ["serial:nowhere", "haply:nowhere"] {
+        let line = format!("device info --device {device} --wait 60s");
+        let ended = interrupt_when_it_listens(&place, &line);
+        ended.refused(1, &["interrupted", "nowhere", "in vain"]);
+    }
+}
+
 #[test]
 fn a_fault_ends_the_run_with_its_name_and_a_whole_log() {
     let place = Place::new();
@@ -247,7 +258,7 @@ fn a_full_disk_was_survived(place: &Place, ended: Ended) {
         &[
             "run/relax.mcap.part",
             "log recover",
-            "the force ramped to zero",
+            "the force fell to zero",
         ],
     );
     // One line says the cause once.

@@ -126,6 +126,16 @@ impl Ended {
         self
     }
 
+    /// The same, or exit code 4 of a machine so busy that it skipped periods of the device that it serves: they are missing in the
+    /// log.
+    pub(crate) fn ended_by_the_clock(self) -> Self {
+        if self.code == Some(4) {
+            println!("this machine was busy: {}", self.error());
+            return self.failed(4);
+        }
+        self.succeeded_with_warnings()
+    }
+
     /// This exit code, and one line that starts with `error: ` at the end of standard error.
     pub(crate) fn failed(self, code: i32) -> Self {
         if let Some(complaint) = self.fault_in_failure(code) {

@@ -1,7 +1,7 @@
 //! The adapter before the servo: lines of text in, lines of text out.
 //!
 //! As a servo on a UART does: checksums are taken where they come, each answer has one, and after the first line with one
-//! all others need it.
+//! all others need it. Or as an old adapter, which knows none.
 
 use super::servo::EmulatedServo;
 use crate::at_line::AtLine;
@@ -25,6 +25,7 @@ pub struct Served {
 pub struct EmulatedAdapter {
     /// The servo.
     pub servo: EmulatedServo,
+    knows_checksums: bool,
     checksum_needed: bool,
     line: Vec<u8>,
     served: Served,
@@ -36,9 +37,19 @@ impl EmulatedAdapter {
     pub fn new(servo: EmulatedServo) -> Self {
         Self {
             servo,
+            knows_checksums: true,
             checksum_needed: false,
             line: Vec::new(),
             served: Served::default(),
+        }
+    }
+
+    /// The same with an adapter that knows no checksums: it overlooks them in what it is sent, and sends none.
+    #[must_use]
+    pub fn without_checksums(servo: EmulatedServo) -> Self {
+        Self {
+            knows_checksums: false,
+            ..Self::new(servo)
         }
     }
 
@@ -69,25 +80,39 @@ impl EmulatedAdapter {
     fn obey(&mut self, line: &[u8], now_us: u64, out: &mut Vec<u8>) {
         let (content, had, valid) = fdcanusb::strip_checksum(line);
         let frame = match (had, valid) {
+            _ if !self.knows_checksums => sent(content).ok_or("ERR unknown command"),
             (true, false) => Err("ERR checksum mismatch"),
             (false, _) if self.checksum_needed => Err("ERR checksum required"),
             _ => sent(content).ok_or("ERR unknown command"),
         };
-        self.checksum_needed |= had && valid;
+        self.checksum_needed |= had && valid && self.knows_checksums;
         match frame {
             Ok(frame) => {
                 self.served.frames += 1;
-                say(b"OK", out);
+                self.say(b"OK", out);
                 if let Some(answer) = self.servo.frame(&frame, now_us) {
                     self.served.answers += 1;
-                    say(&received(answer), out);
+                    self.say(&received(answer), out);
                 }
             }
             Err(words) => {
                 self.served.refused += 1;
-                say(words.as_bytes(), out);
+                self.say(words.as_bytes(), out);
             }
         }
+    }
+}
+
+impl EmulatedAdapter {
+    /// A line, with its checksum if it knows them: that covers the space before the asterisk.
+    fn say(&self, line: &[u8], out: &mut Vec<u8>) {
+        out.extend(line);
+        if self.knows_checksums {
+            let covered = [line, b" "].concat();
+            // A vector takes all that is written.
+            let _ = write!(out, " *{:02X}", fdcanusb::compute_crc8(&covered));
+        }
+        out.extend(b"\r\n");
     }
 }
 
@@ -118,14 +143,6 @@ fn received(mut frame: CanFdFrame) -> Vec<u8> {
     }
     line.extend(b" E B F");
     line
-}
-
-/// A line with its checksum, which covers the space before the asterisk.
-fn say(line: &[u8], out: &mut Vec<u8>) {
-    let covered = [line, b" "].concat();
-    out.extend(&covered);
-    // A vector takes all that is written.
-    let _ = write!(out, "*{:02X}\r\n", fdcanusb::compute_crc8(&covered));
 }
 
 #[cfg(test)]

@@ -1,9 +1,11 @@
 //! Bytes that are lost, shifted, flipped or made up on the line: a fault within five ticks, or no harm; never a force beyond
 //! the limits.
 
-use super::world::{FORCE_LIMIT_N, Rig};
+use super::world::{FORCE_LIMIT_N, Rig, Wire};
 use haptic_devices::moteus::MoteusSettings;
+use haptic_devices::moteus::emulated::{EmulatedAdapter, EmulatedServo, Shaft};
 use haptic_link::State;
+use std::sync::{Arc, Mutex};
 use testkit::Random;
 
 /// Ticks after the last harmed one by which a fault must have latched.
@@ -51,9 +53,8 @@ fn place_m(now_us: u64) -> f64 {
 
 #[test]
 fn damage_ends_in_a_fault_soon_or_does_no_harm() {
-    // `CAMPAIGN_CASES`: how many; 10⁵ each night.
-    let cases: u32 = std::env::var("CAMPAIGN_CASES")
-        .map_or(10_000, |cases| cases.parse().expect("a number of cases"));
+    // 10⁵ each night.
+    let cases = cases(10_000);
     let mut random = Random(17);
     let mut rig = Rig::new(300.0);
     let torque_most = f64::from(FORCE_LIMIT_N) * MoteusSettings::DEFAULT.radius_m * (1.0 + 1e-6);
@@ -120,15 +121,12 @@ fn damage_ends_in_a_fault_soon_or_does_no_harm() {
     );
 }
 
-#[test]
-fn without_checksums_a_damaged_command_hardly_ever_makes_a_force_beyond_the_limit() {
-    /// Cases; each harms a command or three.
-    const CASES: u32 = 3000;
+/// Damages commands and nothing else, one to three in a row: how many, and how many of them made a torque beyond the limit.
+fn damaged_commands(mut rig: Rig, cases: u32) -> (u32, u32) {
     let mut random = Random(18);
-    let mut rig = Rig::without_checksum(300.0);
     let torque_most = f64::from(FORCE_LIMIT_N) * MoteusSettings::DEFAULT.radius_m * (1.0 + 1e-6);
     let (mut beyond, mut damaged) = (0, 0);
-    for _ in 0..CASES {
+    for _ in 0..cases {
         rig.start();
         let mut chance = Random(random.bits());
         rig.wire.world().harm = Some(Box::new(move |bytes, towards| {
@@ -151,6 +149,77 @@ fn without_checksums_a_damaged_command_hardly_ever_makes_a_force_beyond_the_limi
         }
     }
     println!("{damaged} damaged commands: {beyond} with a torque beyond the limit");
-    // Gains and largest torque come before the torque, so it takes two damages, or one in a place of a few digits: 0.1 % seen.
+    (damaged, beyond)
+}
+
+fn cases(usual: u32) -> u32 {
+    std::env::var("CAMPAIGN_CASES").map_or(usual, |cases| cases.parse().expect("a number of cases"))
+}
+
+#[test]
+fn without_checksums_a_damaged_command_hardly_ever_makes_a_force_beyond_the_limit() {
+    let (damaged, beyond) = damaged_commands(Rig::without_checksum(300.0), cases(3000));
+    // Several bytes in a row that are lost, added or others may make a block of one-byte torques, of 0.5 N·m a step, in the place of
+    // those that are limited. No single byte does: see below. 0.07 % seen.
     assert!(500 * beyond <= damaged, "{beyond} of {damaged}");
+}
+
+#[test]
+fn an_adapter_that_shows_that_it_knows_checksums_is_spoken_to_with_them() {
+    let servo = EmulatedServo::new(1, Shaft::LEVER).expect("a good servo");
+    let wire = Wire::to(EmulatedAdapter::new(servo), false);
+    let (_, beyond) = damaged_commands(Rig::on(wire, 300.0), cases(3000));
+    assert_eq!(beyond, 0);
+}
+
+/// An adapter whose servo drives at a torque, N·m, and the line of its next command.
+fn driving(mut rig: Rig) -> (EmulatedAdapter, f64, Vec<u8>) {
+    rig.start();
+    rig.lead(0.003);
+    let torque_nm = rig.torque_nm().abs();
+    let sent = Arc::new(Mutex::new(Vec::new()));
+    let heard = Arc::clone(&sent);
+    rig.wire.world().harm = Some(Box::new(move |bytes, towards| {
+        if towards {
+            heard.lock().expect("whole").clone_from(bytes);
+        }
+    }));
+    rig.tick();
+    let line = sent.lock().expect("whole").clone();
+    let adapter = rig.wire.world().adapter.clone();
+    (adapter, torque_nm.max(rig.torque_nm().abs()), line)
+}
+
+#[test]
+fn one_byte_of_a_command_makes_no_more_torque_whatever_becomes_of_it() {
+    for rig in [Rig::new(300.0), Rig::without_checksum(300.0)] {
+        let (adapter, torque_nm, line) = driving(rig);
+        let most_nm = torque_nm * (1.0 + 1e-6);
+        assert!(torque_nm > 0.01 && line.len() > 80, "{torque_nm} N·m");
+        let mut tried = 0;
+        let mut take = |damaged: &[u8]| {
+            let mut adapter = adapter.clone();
+            // A line without its end goes on with the next one.
+            for bytes in [damaged, &line, &line] {
+                adapter.receive(bytes, 0, &mut Vec::new());
+                let made_nm = adapter.servo.torque_nm();
+                let text = String::from_utf8_lossy(damaged);
+                assert!(made_nm.abs() <= most_nm, "{made_nm} N·m: {text}");
+            }
+            tried += 1;
+        };
+        for at in 0..line.len() {
+            let mut lost = line.clone();
+            lost.remove(at);
+            take(&lost);
+            for byte in 0..=u8::MAX {
+                let (mut changed, mut added) = (line.clone(), line.clone());
+                changed[at] = byte;
+                added.insert(at, byte);
+                take(&changed);
+                take(&added);
+            }
+        }
+        println!("{tried} commands with one byte lost, changed or added: none made more torque");
+    }
 }

@@ -10,8 +10,6 @@ use std::collections::VecDeque;
 use std::io::{ErrorKind, Read, Result, Write};
 use std::sync::{Arc, Mutex, MutexGuard};
 
-/// Between two ticks, µs.
-pub(crate) const PERIOD_US: u64 = 1000;
 /// From a line of the host to the answer, µs.
 const ROUND_TRIP_US: u64 = 300;
 /// Largest force of a run, N.
@@ -41,8 +39,13 @@ pub(crate) struct Wire {
 impl Wire {
     pub(crate) fn new(shaft: Shaft) -> Self {
         let servo = EmulatedServo::new(1, shaft).expect("a good servo");
+        Self::to(EmulatedAdapter::new(servo), true)
+    }
+
+    /// To an adapter of which it is known, or not, that it takes checksums.
+    pub(crate) fn to(adapter: EmulatedAdapter, checksum: bool) -> Self {
         let world = World {
-            adapter: EmulatedAdapter::new(servo),
+            adapter,
             now_us: 0,
             harm: None,
             to_host: VecDeque::new(),
@@ -51,7 +54,7 @@ impl Wire {
         };
         Self {
             world: Arc::new(Mutex::new(world)),
-            checksum: true,
+            checksum,
         }
     }
 
@@ -134,6 +137,7 @@ pub(crate) struct Rig {
     pub(crate) wire: Wire,
     pub(crate) device: TickSide<Axis>,
     run: u32,
+    period_us: u64,
 }
 
 impl Rig {
@@ -141,44 +145,54 @@ impl Rig {
         Self::on(Wire::new(Shaft::LEVER), stiffness_n_per_m)
     }
 
-    /// At a port of an adapter, whose lines to the servo have no checksum.
+    /// At a port of an adapter that knows no checksums.
     pub(crate) fn without_checksum(stiffness_n_per_m: f32) -> Self {
-        let mut wire = Wire::new(Shaft::LEVER);
-        wire.checksum = false;
-        Self::on(wire, stiffness_n_per_m)
+        let servo = EmulatedServo::new(1, Shaft::LEVER).expect("a good servo");
+        let adapter = EmulatedAdapter::without_checksums(servo);
+        Self::on(Wire::to(adapter, false), stiffness_n_per_m)
     }
 
-    fn on(wire: Wire, stiffness_n_per_m: f32) -> Self {
-        let axis = wire.open(MoteusSettings::DEFAULT).expect("it answers");
-        let capabilities = axis.capabilities();
-        let mut device = TickSide::new(axis).expect("no configuration is refused");
-        let configuration = Configuration {
+    pub(crate) fn on(wire: Wire, stiffness_n_per_m: f32) -> Self {
+        let spring = Configuration {
             stiffness_n_per_m,
             operator: OperatorShape {
                 count: 1,
                 ..Configuration::PASSIVE.operator
             },
+            ..Configuration::PASSIVE
+        };
+        Self::with(wire, spring, &[0.0])
+    }
+
+    /// With a law, and the limits of all rigs.
+    pub(crate) fn with(wire: Wire, law: Configuration, coefficients: &[f32]) -> Self {
+        let axis = wire.open(MoteusSettings::DEFAULT).expect("it answers");
+        let capabilities = axis.capabilities();
+        let mut device = TickSide::new(axis).expect("no configuration is refused");
+        let configuration = Configuration {
             limits: Limits {
                 force_n: FORCE_LIMIT_N,
                 start_force_n: 0.0,
                 rise_time_s: 0.0,
                 ..Limits::DEFAULT
             },
-            ..Configuration::PASSIVE
+            ..law
         };
-        let prepared = prepare::<Axis>(configuration, &[0.0], &capabilities).expect("good");
-        device.install(prepared, &[0.0]).expect("idle");
+        let period_us = u64::from(configuration.tick_period_us);
+        let prepared = prepare::<Axis>(configuration, coefficients, &capabilities).expect("good");
+        device.install(prepared, coefficients).expect("idle");
         Self {
             wire,
             device,
             run: 0,
+            period_us,
         }
     }
 
     pub(crate) fn tick(&mut self) {
         let now_us = {
             let mut world = self.wire.world();
-            world.now_us += PERIOD_US;
+            world.now_us += self.period_us;
             world.now_us
         };
         // A host keeps its watchdog quiet.

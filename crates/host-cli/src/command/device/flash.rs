@@ -104,7 +104,7 @@ impl Arguments {
             board: link.capabilities().board().to_owned(),
             image: image.display().to_string(),
             firmware: firmware_version(link.hello()),
-            device: format!("serial:{}", link.path()),
+            device: link.name(),
         };
         output.summary(&flashed, |out| {
             writeln!(

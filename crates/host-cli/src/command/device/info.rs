@@ -39,6 +39,8 @@ struct Info {
     flight_samples: u16,
     state: String,
     fault: Option<String>,
+    /// Words of a board of another maker about its fault.
+    fault_reason: Option<String>,
     faults: u16,
     latency_ms: Option<u32>,
     round_trip_us: RoundTrip,
@@ -145,6 +147,7 @@ fn info(link: &SerialLink) -> Result<Info, Failure> {
         flight_samples: can.flight_samples,
         state: status.state.to_string(),
         fault: fault_in_words(status),
+        fault_reason: link.trouble().filter(|_| status.fault > 0),
         faults: status.faults,
         latency_ms: link.latency_ms(),
         round_trip_us: RoundTrip {
@@ -166,9 +169,10 @@ fn print(out: &mut dyn Write, info: &Info) -> io::Result<()> {
         info.firmware
     )?;
     write!(out, "  state             {}", info.state)?;
-    match &info.fault {
-        Some(fault) => writeln!(out, ": {fault}")?,
-        None => writeln!(out, ", {} faults since power-up", info.faults)?,
+    match (&info.fault, &info.fault_reason) {
+        (Some(fault), Some(reason)) => writeln!(out, ": {fault}: {reason}")?,
+        (Some(fault), None) => writeln!(out, ": {fault}")?,
+        (None, _) => writeln!(out, ", {} faults since power-up", info.faults)?,
     }
     writeln!(
         out,

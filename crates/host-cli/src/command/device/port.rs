@@ -1,5 +1,6 @@
 //! The device that a command is about, and how long a command lasts.
 
+use crate::command::conduct::stop_on_interrupt;
 use crate::output::warn;
 use crate::quantity::Time;
 use clap::Args;
@@ -57,8 +58,14 @@ impl PortArguments {
         self.name()?.connect(Duration::ZERO, &warn, None)
     }
 
+    /// Attempts until the patience is over; Ctrl-C ends them in words.
     pub(super) fn connect(&self) -> Result<SerialLink, Failure> {
-        self.name()?.connect(self.patience()?, &warn, None)
+        let patience = self.patience()?;
+        let stop = match patience {
+            Duration::ZERO => None,
+            _ => Some(stop_on_interrupt()?),
+        };
+        self.name()?.connect(patience, &warn, stop)
     }
 }
 

@@ -1,0 +1,102 @@
+//! The self-test on the emulated devices of other makers, each in its own time: what a busy machine makes late is not judged,
+//! because nothing is late.
+
+use crate::tested;
+use haptic_devices::haply::{Board, Body, Hand, Haply2Diy, HaplyName, Version};
+use haptic_devices::moteus::emulated::{EmulatedAdapter, EmulatedServo, Shaft};
+use haptic_devices::moteus::{MoteusAxis, MoteusSettings};
+use haptic_devices::{AtLine, NearLine};
+use haptic_experiment::selftest::{EmergencyStop, Promise};
+use haptic_experiment::{Failure, SelfTest, SelfTestReport};
+use haptic_remote::serial::{DeviceTime, SerialLink, Served, ServedHardware};
+use std::sync::{Arc, Mutex};
+
+/// An emulated device that outlives its connections, and the time that it lives in.
+struct Emulated<D> {
+    device: Arc<Mutex<D>>,
+    time: DeviceTime,
+}
+
+impl<D: AtLine> Emulated<D> {
+    fn new(device: D) -> Self {
+        Self {
+            device: Arc::new(Mutex::new(device)),
+            time: DeviceTime::default(),
+        }
+    }
+
+    fn line(&self) -> NearLine<D> {
+        NearLine::new(Arc::clone(&self.device), self.time.clone())
+    }
+
+    fn link(&self, hardware: impl ServedHardware, name: &str) -> SerialLink {
+        let served = Served::in_its_own_time(hardware, self.time.clone()).expect("serves");
+        SerialLink::to_served(served, name).expect("answers")
+    }
+
+    fn look<R>(&self, look: impl FnOnce(&D) -> R) -> R {
+        look(&self.device.lock().expect("nobody panicked with it"))
+    }
+}
+
+/// The report of a device that keeps all its promises; it has no emergency stop.
+fn kept(connect: &dyn Fn() -> Result<SerialLink, Failure>) -> SelfTestReport {
+    let test = SelfTest {
+        emergency_stop: EmergencyStop::Absent,
+        ..SelfTest::DEFAULT
+    };
+    let report = tested(connect, test, &|_| {});
+    let verdicts: Vec<_> = (report.checks.iter())
+        .map(|check| (check.check, check.ok))
+        .collect();
+    let promised = Promise::ALL.map(|promise| {
+        let there = promise != Promise::EmergencyStop;
+        (promise, there.then_some(true))
+    });
+    assert_eq!(verdicts, promised, "{report:#?}");
+    assert!(report.holds && report.link_lost.is_none(), "{report:#?}");
+    assert!(!report.simulated);
+    report
+}
+
+#[test]
+fn a_2diy_keeps_every_promise() {
+    for version in Version::ALL {
+        let model = version.model();
+        let board = Board::new(model, Body::at_home(&model, Hand::Free));
+        let emulated = Emulated::new(board);
+        let name = HaplyName {
+            version,
+            ..HaplyName::at("emulated")
+        };
+        let report = kept(&|| {
+            let hardware = Haply2Diy::greet(emulated.line(), &name).expect("answers");
+            Ok(emulated.link(hardware, &format!("{name}")))
+        });
+        assert!(report.board.starts_with("Haply 2DIY"), "{report:#?}");
+        let (asked, left) = emulated.look(|board| (board.counted(), board.torques_nm()));
+        // It did move the motors, and has let go.
+        assert!(asked.largest_nm > 1e-3, "{asked:?}");
+        assert!(left.iter().all(|torque| torque.abs() < 1e-30), "{left:?}");
+    }
+}
+
+#[test]
+fn a_servo_keeps_every_promise() {
+    let servo = EmulatedServo::new(1, Shaft::LEVER).expect("a good servo");
+    let emulated = Emulated::new(EmulatedAdapter::new(servo));
+    let settings = MoteusSettings::DEFAULT;
+    let report = kept(&|| {
+        let axis = MoteusAxis::open(emulated.line(), settings, true).expect("answers");
+        Ok(emulated.link(axis, "moteus:emulated"))
+    });
+    assert_eq!(report.board, "moteus");
+    let (peak_nm, left_nm) =
+        emulated.look(|adapter| (adapter.servo.torque_peak_nm(), adapter.servo.torque_nm()));
+    let most_nm = report.force_limit_n as f64 * settings.radius_m;
+    assert!(
+        (peak_nm / most_nm - 1.0).abs() < 1e-6,
+        "{peak_nm} of {most_nm} N·m"
+    );
+    assert!(left_nm.abs() <= 0.0, "{left_nm}");
+}
