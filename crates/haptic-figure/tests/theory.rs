@@ -270,8 +270,8 @@ fn the_png_has_its_size_and_its_text() {
         .expect("is PNG");
     let mut pixels = vec![0; reader.output_buffer_size().expect("fits")];
     let info = reader.next_frame(&mut pixels).expect("is whole");
-    assert_eq!(f64::from(info.width), width * f64::from(SCALE));
-    assert_eq!(f64::from(info.height), height.ceil() * f64::from(SCALE));
+    assert_eq!(info.width, width as u32 * SCALE);
+    assert_eq!(info.height, height.ceil() as u32 * SCALE);
     // A font that is not found would lose its text silently: the band of the title must have ink.
     let band = pixels
         .chunks_exact(4)

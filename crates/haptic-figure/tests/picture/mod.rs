@@ -33,7 +33,7 @@ pub(crate) fn texts(picture: &Picture) -> Vec<(String, Edges)> {
         match reader.read_event().expect("is XML") {
             Event::Start(element) => match (element.name().as_ref(), &mut line) {
                 ("text", None) => {
-                    line = Some(Line::new(&element, *places.last().expect("a place")))
+                    line = Some(Line::new(&element, *places.last().expect("a place")));
                 }
                 ("tspan", Some(line)) => line.begin_span(&element),
                 ("tspan" | "text", _) => panic!("a line within a line, or a span without"),
