@@ -1,19 +1,16 @@
 //! Contents of a panel's box: lines, areas and markers, and their samples in the legend.
 
-use std::fmt::Write as _;
-
 use crate::axis::Axis;
 use crate::clip::clip;
-use crate::drawing::{Element, hundredths};
+use crate::drawing::{Item, Rectangle};
 use crate::marker::Shape;
-use crate::style::Stroke;
+use crate::style::{PAPER, Stroke};
 use crate::thin::{Points, scatter, simplify};
 
 /// Opacity of an area in the colour of its outline.
 const AREA_OPACITY: f64 = 0.1;
 /// The rim that sets a marker off from what lies beneath it.
-const RIM: &str = "white";
-const RIM_WIDTH: f64 = 0.8;
+const RIM: Stroke = Stroke::solid(PAPER, 0.8);
 /// A marker takes as much of a file as so many points of a line.
 const POINTS_OF_A_MARKER: usize = 5;
 /// Length and height of a sample in the legend.
@@ -67,12 +64,8 @@ impl BoxEdges {
         (self.x(0.5), self.y(0.5))
     }
 
-    pub(crate) fn element(self) -> Element {
-        Element::new("rect")
-            .at("x", self.left)
-            .at("y", self.top)
-            .at("width", self.right - self.left)
-            .at("height", self.bottom - self.top)
+    pub(crate) fn rectangle(self) -> Rectangle {
+        Rectangle::new((self.left, self.top), (self.right, self.bottom))
     }
 }
 
@@ -81,11 +74,11 @@ impl BoxEdges {
 pub(crate) struct Drawn {
     /// Insides of areas, which must not tint the lines of others; to be cut off at the edge of the
     /// box.
-    pub(crate) fills: Vec<Element>,
+    pub(crate) fills: Vec<Item>,
     /// To be cut off at the edge of the box.
-    pub(crate) lines: Vec<Element>,
+    pub(crate) lines: Vec<Item>,
     /// Markers: their middles are in the box, and at its edge they are whole.
-    pub(crate) markers: Vec<Element>,
+    pub(crate) markers: Vec<Item>,
 }
 
 impl Curve {
@@ -139,12 +132,12 @@ impl Curve {
             } => {
                 let mut middles = scatter(pieces.concat(), most / POINTS_OF_A_MARKER);
                 if is_apart {
-                    middles = apart(middles, 2.0 * radius + RIM_WIDTH, placed);
+                    middles = apart(middles, 2.0 * radius + RIM.width, placed);
                 }
                 placed.extend(&middles);
                 let mut drawn = Drawn::default();
                 if !middles.is_empty() {
-                    (drawn.markers).push(markers(&middles, shape, radius, colour));
+                    (drawn.markers).push(Item::markers(&middles, (shape, radius), colour, RIM));
                 }
                 drawn
             }
@@ -163,12 +156,12 @@ fn draw_lines(pieces: Vec<Points>, stroke: Stroke, most: usize) -> Drawn {
     }
     let lines = simplify_all(lines, most);
     if !lines.is_empty() {
-        drawn.lines.push(path(&lines, stroke));
+        drawn.lines.push(Item::curves(&lines, stroke));
     }
     let dots = scatter(dots.concat(), most / POINTS_OF_A_MARKER);
     if !dots.is_empty() {
-        let (colour, radius) = (stroke.colour, 0.7 * stroke.width);
-        (drawn.markers).push(markers(&dots, Shape::Circle, radius, colour));
+        let dot = (Shape::Circle, 0.7 * stroke.width);
+        (drawn.markers).push(Item::markers(&dots, dot, stroke.colour, RIM));
     }
     drawn
 }
@@ -177,36 +170,37 @@ fn draw_areas(pieces: Vec<Points>, stroke: Stroke, edges: BoxEdges, most: usize)
     let mut drawn = Drawn::default();
     let rings = simplify_all(pieces, most / 2);
     if !rings.is_empty() {
-        drawn.fills.push(fill(&rings, stroke.colour));
+        (drawn.fills).push(Item::area(&rings, stroke.colour, AREA_OPACITY));
         let outline = rings.iter().flat_map(|ring| outline(ring, edges));
-        (drawn.lines).push(path(&outline.collect::<Vec<Points>>(), stroke));
+        (drawn.lines).push(Item::curves(&outline.collect::<Vec<Points>>(), stroke));
     }
     drawn
 }
 
 impl Form {
     /// The sample of the form in the legend, from `x` on and around the height `y`.
-    pub(crate) fn sample(&self, x: f64, y: f64) -> Vec<Element> {
+    pub(crate) fn sample(&self, x: f64, y: f64) -> Vec<Item> {
         let end = x + SAMPLE_LENGTH;
         match *self {
-            Self::Line(stroke) => vec![path(&[vec![(x, y), (end, y)]], stroke)],
+            Self::Line(stroke) => vec![Item::curves(&[vec![(x, y), (end, y)]], stroke)],
             Self::Area(stroke) => {
                 let (top, bottom) = (y - SAMPLE_HEIGHT / 2.0, y + SAMPLE_HEIGHT / 2.0);
                 let corners = [(x, top), (end, top), (end, bottom), (x, bottom), (x, top)];
                 let ring = [corners.to_vec()];
-                vec![fill(&ring, stroke.colour), path(&ring, stroke)]
+                vec![
+                    Item::area(&ring, stroke.colour, AREA_OPACITY),
+                    Item::curves(&ring, stroke),
+                ]
             }
             Self::Markers {
                 colour,
                 shape,
                 radius,
                 ..
-            } => vec![markers(
-                &[(x + SAMPLE_LENGTH / 2.0, y)],
-                shape,
-                radius,
-                colour,
-            )],
+            } => {
+                let middle = (x + SAMPLE_LENGTH / 2.0, y);
+                vec![Item::markers(&[middle], (shape, radius), colour, RIM)]
+            }
         }
     }
 }
@@ -271,49 +265,6 @@ fn simplify_all(pieces: Vec<Points>, most: usize) -> Vec<Points> {
             simplify(piece, share)
         })
         .collect()
-}
-
-fn path(pieces: &[Points], stroke: Stroke) -> Element {
-    let path = Element::new("path")
-        .with("d", path_data(pieces))
-        .with("stroke", stroke.colour)
-        .with("stroke-width", stroke.width)
-        .with("fill", "none");
-    match stroke.dash {
-        Some(dash) => path.with("stroke-dasharray", dash),
-        None => path,
-    }
-}
-
-fn fill(rings: &[Points], colour: &str) -> Element {
-    Element::new("path")
-        .with("d", path_data(rings))
-        .with("fill", colour)
-        .with("fill-opacity", AREA_OPACITY)
-}
-
-fn path_data(pieces: &[Points]) -> String {
-    let mut data = String::new();
-    for piece in pieces {
-        for (index, (x, y)) in piece.iter().enumerate() {
-            let start = if index == 0 { "M" } else { " " };
-            let _ = write!(data, "{start}{} {}", hundredths(*x), hundredths(*y));
-        }
-    }
-    data
-}
-
-fn markers(middles: &[(f64, f64)], shape: Shape, radius: f64, colour: &str) -> Element {
-    let outline = shape.outline(radius);
-    let mut data = String::new();
-    for (x, y) in middles {
-        let _ = write!(data, "M{} {}{outline}", hundredths(*x), hundredths(*y));
-    }
-    Element::new("path")
-        .with("d", data)
-        .with("stroke", RIM)
-        .with("stroke-width", RIM_WIDTH)
-        .with("fill", colour)
 }
 
 #[cfg(test)]

@@ -8,17 +8,22 @@ mod clip;
 mod curve;
 mod drawing;
 mod error;
+#[cfg(feature = "png")]
+mod lettering;
 mod marker;
 mod motion;
 mod over_time;
 mod page;
 mod panel;
 mod picture;
+#[cfg(feature = "png")]
+mod pixels;
 mod plane;
 #[cfg(feature = "png")]
 mod png;
 mod style;
 mod superscript;
+mod svg;
 mod theory;
 mod thin;
 mod tick;

@@ -4,7 +4,7 @@
 //! and that are too long for one of them stand once, beside or below them all.
 
 use crate::curve::{BoxEdges, Form, SAMPLE_LENGTH};
-use crate::drawing::{Anchor, Drawing, Element, Text};
+use crate::drawing::{Anchor, Drawing, Item, Text};
 use crate::panel::{Frame, Panel};
 use crate::style::{
     LABEL_SIZE, MUTED_INK, PAGE_EDGE, PAGE_WIDTH, SUBTITLE_SIZE, Sizes, TITLE_SIZE, fit, text_width,
@@ -69,7 +69,7 @@ pub(crate) struct Page {
 }
 
 impl Page {
-    /// Draws the page as SVG.
+    /// Draws the page.
     pub(crate) fn draw(mut self) -> Result<Picture, FigureError> {
         let legend = self.legend_lines();
         let header = match legend.len() {
@@ -89,7 +89,7 @@ impl Page {
         let frames = self.place();
         self.draw_shared_labels(&mut drawing, &frames, panels_top, rows_height);
         self.draw_panels(&mut drawing, &frames, panels_top);
-        drawing.finish()
+        Picture::new(drawing)
     }
 
     /// Fits all axes and finds the frame of each panel with its left edge on the page.
@@ -196,9 +196,9 @@ impl Page {
         for (row, frames) in self.rows.iter().zip(frames) {
             for (column, (panel, (x, frame))) in row.panels.iter().zip(frames).enumerate() {
                 let (heading, size) = fit(&heading(panel), size, room(frames, column));
-                let place = format!("translate({x:.2},{y:.2})");
-                drawing.within(Element::new("g").with("transform", place), |drawing| {
-                    panel.draw(drawing, *frame, &heading, size);
+                drawing.items.push(Item::Moved {
+                    by: (*x, y),
+                    items: panel.draw(*frame, &heading, size),
                 });
             }
             y += row.height;
@@ -285,8 +285,7 @@ impl Page {
             for (x, entry) in entries {
                 for form in &entry.forms {
                     let middle = baseline - 0.35 * f64::from(LABEL_SIZE);
-                    let sample = form.sample(*x, middle).into_iter();
-                    sample.for_each(|element| drawing.add(element));
+                    drawing.items.append(&mut form.sample(*x, middle));
                 }
                 let x = x + SAMPLE_LENGTH + SAMPLE_GAP;
                 let (name, size) = fit(&entry.name, LABEL_SIZE, PAGE_WIDTH - left - x);

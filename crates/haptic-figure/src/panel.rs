@@ -2,7 +2,7 @@
 
 use crate::axis::Axis;
 use crate::curve::{BoxEdges, Curve};
-use crate::drawing::{Anchor, Drawing, Element, Text};
+use crate::drawing::{Anchor, Item, Ruled, Text};
 use crate::style::{GRID, INK, MUTED_INK, Sizes, fit, text_width};
 use crate::tick::Tick;
 
@@ -83,39 +83,32 @@ impl Panel {
         (self.x).fit(length, |label| text_width(label, sizes.tick) + gap);
     }
 
-    /// Draws the panel, with its upper left corner at the origin of the group around it.
-    pub(crate) fn draw(
-        &self,
-        drawing: &mut Drawing,
-        frame: Frame,
-        heading: &str,
-        heading_size: u32,
-    ) {
+    /// The panel, with its upper left corner at the origin.
+    pub(crate) fn draw(&self, frame: Frame, heading: &str, heading_size: u32) -> Vec<Item> {
         let (x_ticks, y_ticks) = (self.x.ticks(), self.y.ticks());
-        draw_grid(drawing, frame.edges, &x_ticks, &y_ticks);
-        for is_small in [false, true] {
-            draw_ticks(drawing, frame, &x_ticks, &y_ticks, is_small);
-        }
-        draw_tick_labels(drawing, frame, &x_ticks, &y_ticks);
-        self.draw_curves(drawing, frame);
-        self.draw_axis_labels(drawing, frame);
         let edges = frame.edges;
+        let mut items = vec![grid(edges, &x_ticks, &y_ticks)];
+        items.extend([false, true].map(|is_small| ticks(frame, &x_ticks, &y_ticks, is_small)));
+        items.extend(tick_labels(frame, &x_ticks, &y_ticks).map(Item::Text));
+        items.append(&mut self.draw_curves(frame));
+        items.extend(self.axis_labels(frame).map(Item::Text));
         if !heading.is_empty() {
             let y = edges.top - 11.0;
-            drawing.text(Text::new(heading, edges.left, y, heading_size));
+            items.push(Item::Text(Text::new(heading, edges.left, y, heading_size)));
         }
         if let Some(note) = &self.note {
             let (note, size) = fit(note, frame.sizes.label, edges.right - edges.left);
             let (x, y) = edges.middle();
-            drawing.text(Text {
+            items.push(Item::Text(Text {
                 colour: MUTED_INK,
                 ..Text::new(&note, x, y, size).anchored(Anchor::Middle)
-            });
+            }));
         }
+        items
     }
 
     /// Areas and lines, cut off at the box, and markers on top.
-    fn draw_curves(&self, drawing: &mut Drawing, frame: Frame) {
+    fn draw_curves(&self, frame: Frame) -> Vec<Item> {
         let (edges, most) = (frame.edges, frame.most_points);
         let (mut fills, mut lines, mut markers) = (Vec::new(), Vec::new(), Vec::new());
         let mut placed = Vec::new();
@@ -125,42 +118,35 @@ impl Panel {
             lines.append(&mut drawn.lines);
             markers.append(&mut drawn.markers);
         }
-        // Named by panel, the same data give the same file.
-        let clip = format!("box-{}", self.name);
-        drawing.within(Element::new("clipPath").with("id", &clip), |drawing| {
-            drawing.add(edges.element());
-        });
-        let group = Element::new("g")
-            .with("clip-path", format_args!("url(#{clip})"))
-            .with("stroke-linejoin", "round")
-            .with("fill-rule", "evenodd");
-        drawing.within(group, |drawing| {
-            fills
-                .into_iter()
-                .chain(lines)
-                .for_each(|element| drawing.add(element));
-        });
-        markers.into_iter().for_each(|element| drawing.add(element));
+        fills.append(&mut lines);
+        let boxed = Item::Boxed {
+            name: self.name,
+            edges: edges.rectangle(),
+            items: fills,
+        };
+        [vec![boxed], markers].concat()
     }
 
-    fn draw_axis_labels(&self, drawing: &mut Drawing, frame: Frame) {
+    /// The labels of both axes that have one.
+    fn axis_labels(&self, frame: Frame) -> impl Iterator<Item = Text> {
         let (edges, sizes) = (frame.edges, frame.sizes);
         let (x, y) = edges.middle();
-        if !self.x.label.is_empty() {
+        let below = (!self.x.label.is_empty()).then(|| {
             let (label, size) = fit(&self.x.label, sizes.label, frame.width);
             let y = frame.height - 0.5 * f64::from(size);
-            drawing.text(Text::new(&label, x, y, size).anchored(Anchor::Middle));
-        }
-        if !self.y.label.is_empty() {
+            Text::new(&label, x, y, size).anchored(Anchor::Middle)
+        });
+        let beside = (!self.y.label.is_empty()).then(|| {
             let (label, size) = fit(&self.y.label, sizes.label, frame.height);
             let widest = (self.widest_y_label(sizes)).max(2.0 * f64::from(sizes.tick));
             let half = 0.5 * f64::from(size);
             let x = (edges.left - TICK_LABEL_GAP - widest - LABEL_GAP - half).max(half + 8.0);
-            drawing.text(Text {
+            Text {
                 upright: true,
                 ..Text::new(&label, x, y, size).anchored(Anchor::Middle)
-            });
-        }
+            }
+        });
+        below.into_iter().chain(beside)
     }
 
     fn widest_y_label(&self, sizes: Sizes) -> f64 {
@@ -171,33 +157,27 @@ impl Panel {
 }
 
 /// A faint line at each large tick that is not on the border.
-fn draw_grid(drawing: &mut Drawing, edges: BoxEdges, x_ticks: &[Tick], y_ticks: &[Tick]) {
+fn grid(edges: BoxEdges, x_ticks: &[Tick], y_ticks: &[Tick]) -> Item {
     let large = |ticks: &[Tick]| -> Vec<f64> {
         let ticks = ticks.iter().filter(|tick| !tick.is_small);
         ticks.map(|tick| tick.fraction).collect()
     };
-    drawing.within(stroked(GRID, GRID_WIDTH), |drawing| {
-        for x in large(x_ticks).into_iter().map(|share| edges.x(share)) {
-            if x - edges.left >= 1.0 && edges.right - x >= 1.0 {
-                drawing.line((x, edges.top), (x, edges.bottom));
-            }
+    let mut grid = Ruled::new(GRID, GRID_WIDTH);
+    for x in large(x_ticks).into_iter().map(|share| edges.x(share)) {
+        if x - edges.left >= 1.0 && edges.right - x >= 1.0 {
+            grid.line((x, edges.top), (x, edges.bottom));
         }
-        for y in large(y_ticks).into_iter().map(|share| edges.y(share)) {
-            if y - edges.top >= 1.0 && edges.bottom - y >= 1.0 {
-                drawing.line((edges.left, y), (edges.right, y));
-            }
+    }
+    for y in large(y_ticks).into_iter().map(|share| edges.y(share)) {
+        if y - edges.top >= 1.0 && edges.bottom - y >= 1.0 {
+            grid.line((edges.left, y), (edges.right, y));
         }
-    });
+    }
+    Item::Ruled(grid)
 }
 
 /// The box with its large ticks, or the small ticks, inwards from all four sides.
-fn draw_ticks(
-    drawing: &mut Drawing,
-    frame: Frame,
-    x_ticks: &[Tick],
-    y_ticks: &[Tick],
-    is_small: bool,
-) {
+fn ticks(frame: Frame, x_ticks: &[Tick], y_ticks: &[Tick], is_small: bool) -> Item {
     let edges = frame.edges;
     let (length, width) = match is_small {
         true => (frame.sizes.minor_tick_length, SMALL_TICK_WIDTH),
@@ -207,42 +187,31 @@ fn draw_ticks(
         let ticks = ticks.iter().filter(|tick| tick.is_small == is_small);
         ticks.map(|tick| tick.fraction).collect()
     };
-    drawing.within(stroked(INK, width), |drawing| {
-        if !is_small {
-            drawing.add(edges.element().with("fill", "none"));
-        }
-        for x in places(x_ticks).into_iter().map(|share| edges.x(share)) {
-            drawing.line((x, edges.bottom), (x, edges.bottom - length));
-            drawing.line((x, edges.top), (x, edges.top + length));
-        }
-        for y in places(y_ticks).into_iter().map(|share| edges.y(share)) {
-            drawing.line((edges.left, y), (edges.left + length, y));
-            drawing.line((edges.right, y), (edges.right - length, y));
-        }
-    });
+    let mut ruled = Ruled::new(INK, width);
+    ruled.border = (!is_small).then(|| edges.rectangle());
+    for x in places(x_ticks).into_iter().map(|share| edges.x(share)) {
+        ruled.line((x, edges.bottom), (x, edges.bottom - length));
+        ruled.line((x, edges.top), (x, edges.top + length));
+    }
+    for y in places(y_ticks).into_iter().map(|share| edges.y(share)) {
+        ruled.line((edges.left, y), (edges.left + length, y));
+        ruled.line((edges.right, y), (edges.right - length, y));
+    }
+    Item::Ruled(ruled)
 }
 
 /// Labels below the box and on its left.
-fn draw_tick_labels(drawing: &mut Drawing, frame: Frame, x_ticks: &[Tick], y_ticks: &[Tick]) {
+fn tick_labels(frame: Frame, x_ticks: &[Tick], y_ticks: &[Tick]) -> impl Iterator<Item = Text> {
     let (edges, size) = (frame.edges, frame.sizes.tick);
-    let below = edges.bottom + frame.sizes.tick_length + ASCENT * f64::from(size);
-    let beside = edges.left - frame.sizes.tick_length - TICK_GAP;
-    for tick in x_ticks {
-        if let Some(label) = &tick.label {
-            let text = Text::new(label, edges.x(tick.fraction), below, size);
-            drawing.text(text.anchored(Anchor::Middle));
-        }
-    }
-    for tick in y_ticks {
-        if let Some(label) = &tick.label {
-            let y = edges.y(tick.fraction) + HALF_DIGIT * f64::from(size);
-            drawing.text(Text::new(label, beside, y, size).anchored(Anchor::End));
-        }
-    }
-}
-
-fn stroked(colour: &str, width: f64) -> Element {
-    Element::new("g")
-        .with("stroke", colour)
-        .with("stroke-width", width)
+    let bottom = edges.bottom + frame.sizes.tick_length + ASCENT * f64::from(size);
+    let left = edges.left - frame.sizes.tick_length - TICK_GAP;
+    let below = x_ticks.iter().filter_map(move |tick| {
+        let text = Text::new(tick.label.as_ref()?, edges.x(tick.fraction), bottom, size);
+        Some(text.anchored(Anchor::Middle))
+    });
+    let beside = y_ticks.iter().filter_map(move |tick| {
+        let y = edges.y(tick.fraction) + HALF_DIGIT * f64::from(size);
+        Some(Text::new(tick.label.as_ref()?, left, y, size).anchored(Anchor::End))
+    });
+    below.chain(beside)
 }

@@ -1,6 +1,9 @@
-//! A finished drawing.
+//! A finished picture.
 
-/// A finished drawing: an SVG.
+use crate::drawing::Drawing;
+use crate::{FigureError, svg};
+
+/// A finished picture: an SVG. Two pictures are equal if their SVGs are.
 ///
 /// ```
 /// use haptic_figure::{AxisSpec, Chart, ChartPage, Look, Scale, Series};
@@ -22,14 +25,21 @@
 /// // With the feature `png`, `picture.png()?` has the bytes of a PNG.
 /// # Ok::<(), haptic_figure::FigureError>(())
 /// ```
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 pub struct Picture {
     svg: String,
+    /// What the SVG says, for pixels.
+    #[cfg(feature = "png")]
+    pub(crate) drawing: Drawing,
 }
 
 impl Picture {
-    pub(crate) fn new(svg: String) -> Self {
-        Self { svg }
+    pub(crate) fn new(drawing: Drawing) -> Result<Self, FigureError> {
+        Ok(Self {
+            svg: svg::write(&drawing)?,
+            #[cfg(feature = "png")]
+            drawing,
+        })
     }
 
     /// The drawing as SVG text; lengths in it are CSS pixels, 96 to the inch.
@@ -37,3 +47,11 @@ impl Picture {
         &self.svg
     }
 }
+
+impl PartialEq for Picture {
+    fn eq(&self, other: &Self) -> bool {
+        self.svg == other.svg
+    }
+}
+
+impl Eq for Picture {}

@@ -23,6 +23,7 @@ pub(crate) const VERMILION: &str = "#d55e00";
 pub(crate) const GREEN: &str = "#009e73";
 const PURPLE: &str = "#cc79a7";
 const SKY: &str = "#56b4e9";
+pub(crate) const PAPER: &str = "white";
 /// Text and axes.
 pub const INK: &str = "#1a1a1a";
 pub(crate) const MUTED_INK: &str = "#555555";
@@ -38,17 +39,17 @@ const SERIES_DASHES: [Dash; 8] = [
     None,
     DASHED,
     DOTTED,
-    Some("11 3 2.2 3"),
-    Some("18 5"),
-    Some("11 3 2.2 3 2.2 3"),
-    Some("4.5 4.5"),
-    Some("18 4 6 4"),
+    Some(&[11.0, 3.0, 2.2, 3.0]),
+    Some(&[18.0, 5.0]),
+    Some(&[11.0, 3.0, 2.2, 3.0, 2.2, 3.0]),
+    Some(&[4.5, 4.5]),
+    Some(&[18.0, 4.0, 6.0, 4.0]),
 ];
-pub(crate) const DASHED: Dash = Some("9 4");
-pub(crate) const DOTTED: Dash = Some("2.2 3");
+pub(crate) const DASHED: Dash = Some(&[9.0, 4.0]);
+pub(crate) const DOTTED: Dash = Some(&[2.2, 3.0]);
 
-/// Lengths of dashes and gaps, px; `None` is a solid line.
-pub(crate) type Dash = Option<&'static str>;
+/// Lengths of dashes and gaps by turns, px; `None` is a solid line.
+pub(crate) type Dash = Option<&'static [f64]>;
 
 /// The colour of a series.
 pub(crate) fn series_colour(index: usize) -> &'static str {

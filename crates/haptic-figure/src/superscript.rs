@@ -1,5 +1,11 @@
 //! Superscripts that Unicode does not have, above all μ in the unit N·s^μ/m: `s^μ` and `T^{2−μ}`.
 
+/// Size of what is raised, over that of the line.
+pub(crate) const RAISED_SIZE: f64 = 0.7;
+/// Its height above the line over its own size, and over the line's.
+pub(crate) const RAISE_EM: f64 = 0.5;
+pub(crate) const LOWER_EM: f64 = RAISE_EM * RAISED_SIZE;
+
 /// A part of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Part<'a> {

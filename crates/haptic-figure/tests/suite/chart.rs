@@ -71,7 +71,7 @@ fn places(data: &str) -> Points {
 
 /// No text covers another. The boxes are those of lines, higher than their letters.
 fn assert_apart(picture: &Picture, name: &str) {
-    let (_, texts) = texts(picture);
+    let texts = texts(picture);
     let cores: Vec<_> = (texts.iter())
         .map(|(text, [left, top, right, bottom])| {
             let (dx, dy) = (0.1 * (right - left), 0.25 * (bottom - top));
@@ -111,7 +111,7 @@ fn a_chart_says_what_is_on_its_axes_and_names_its_series() {
     let picture = draw(2, charts).expect("draws");
     assert_sound(&picture, "two panels");
     assert_apart(&picture, "two panels");
-    let (_, texts) = texts(&picture);
+    let texts = texts(&picture);
     let count = |wanted: &str| texts.iter().filter(|(text, _)| text == wanted).count();
     for wanted in [
         "Stability of the virtual wall",
@@ -226,7 +226,7 @@ fn fifteen_panels_can_be_read_in_three_columns_and_in_five() {
         for wanted in names {
             assert_eq!(picture.svg().matches(wanted).count(), 1, "{name}: {wanted}");
         }
-        let (_, texts) = texts(&picture);
+        let texts = texts(&picture);
         let label = |wanted: &str| texts.iter().any(|(text, _)| text == wanted);
         assert!(
             label("stiffness K / N·mm⁻¹") && label("dissipation β = BT2−μ/m"),
