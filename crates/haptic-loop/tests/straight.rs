@@ -78,7 +78,11 @@ fn stays_on_its_line<F: Real, const D: usize>(
         }
         released = (released || event < 2) && !(2..6).contains(&event);
         let wanted = (direction * along).map(F::from_f64);
-        let (force, _) = chain.apply(&mut state, &SVector::<f64, D>::zeros().map(F::from_f64), &wanted);
+        let (force, _) = chain.apply(
+            &mut state,
+            &SVector::<f64, D>::zeros().map(F::from_f64),
+            &wanted,
+        );
         let now = force.newtons().map(F::to_f64);
         let tolerance = 16.0 * relative * (1.0 + size(&last).max(size(&now)));
         let off = now - direction * direction.dot(&now);
