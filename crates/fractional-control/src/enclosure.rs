@@ -270,3 +270,47 @@ pub(crate) fn count(f: impl Fn(&Arc) -> Enclosed) -> Count {
         theta: place,
     }
 }
+
+/// True if below + k·above is proved to be 0 nowhere on the circle, whatever k is from `low` to `high`, both above 0.
+///
+/// ```text
+/// min over k of |d + kn| > (h/2)·(sup|d′| + high·sup|n′|)   on each arc,   the least at k = −Re(d·n̄)/|n|², or at an end
+/// ```
+pub(crate) fn is_clear(f: impl Fn(&Arc) -> (Enclosed, Enclosed), [low, high]: [f64; 2]) -> bool {
+    let pi = core::f64::consts::PI;
+    let (mut theta, mut width) = (0.0, 1e-9);
+    for _ in 0..ARCS_MAX {
+        let next = if theta + width > pi {
+            pi
+        } else {
+            theta + width
+        };
+        let arc = Arc::new(theta, next);
+        let (below, above) = f(&arc);
+        let (d, n) = (below.value, above.value);
+        let nearest = -(d * n.conj()).re / n.norm_sqr();
+        // Where n is 0 any k will do.
+        let k = if nearest > low {
+            nearest.min(high)
+        } else {
+            low
+        };
+        let distance = (d + n * k).norm();
+        let size = below.size + high * above.size;
+        let rate = below.rate + high * above.rate;
+        let is_zero = distance <= ZERO * size;
+        if is_zero || distance.is_nan() || width < 1e-13 {
+            return false;
+        }
+        if distance <= 1.01 * arc.half_width() * rate {
+            width *= 0.5;
+            continue;
+        }
+        theta = next;
+        if theta >= pi {
+            return true;
+        }
+        width *= 2.0;
+    }
+    false
+}

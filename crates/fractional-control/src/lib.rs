@@ -14,6 +14,8 @@ mod enclosure;
 mod error;
 mod function_controller;
 #[cfg(feature = "std")]
+mod gains;
+#[cfg(feature = "std")]
 mod identify;
 #[cfg(feature = "std")]
 mod law;
@@ -62,6 +64,7 @@ pub use loaded::{LoadedPlant, TwoPort};
 #[cfg(feature = "std")]
 pub use margins::{Crossing, Margins};
 pub use memory::{Memory, Rule};
+pub use notation::factor_after_division;
 pub use parallel::ParallelHistory;
 pub use pid::{FractionalPid, PidParameters, SetPoint, Tid, TidParameters};
 #[cfg(feature = "std")]

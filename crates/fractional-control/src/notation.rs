@@ -10,7 +10,6 @@
 //! `exp(-0.5s)`, also `e^(-0.5s)`, is a dead time of 0.5 s; it stands only as a factor of the whole.
 
 use crate::{ControlError, FractionalPolynomial, FractionalTransferFunction, Term};
-use core::str::FromStr;
 use fracdiff::parameter::RangeError;
 
 /// Longest nesting of brackets.
@@ -23,13 +22,32 @@ pub(crate) fn read(text: &str) -> Result<(FractionalTransferFunction, f64), Cont
     Ok((function, value.delay_s))
 }
 
+/// The place of the first factor that follows a division with neither sign nor brackets, as (s+2) in 1/(s+1)(s+2): it multiplies the whole,
+/// where a reader may take it for a part of the denominator. `None` without one, and of what is no notation.
+///
+/// ```
+/// use fractional_control::factor_after_division;
+///
+/// assert_eq!(factor_after_division("1/(s+1)(s+2)"), Some(7));
+/// assert_eq!(factor_after_division("1/((s+1)(s+2))"), None);
+/// ```
+#[must_use]
+pub fn factor_after_division(text: &str) -> Option<usize> {
+    Quotient::with_place(text).ok()?.1
+}
+
 impl Quotient {
     /// Any quotient, proper or not.
     pub(crate) fn read(text: &str) -> Result<Self, ControlError> {
+        Self::with_place(text).map(|(value, _)| value)
+    }
+
+    fn with_place(text: &str) -> Result<(Self, Option<usize>), ControlError> {
         let mut reader = Reader {
             text: text.as_bytes(),
             at: 0,
             depth: 0,
+            loose: None,
         };
         let value = reader.sum()?;
         if reader.peek().is_some() {
@@ -38,21 +56,7 @@ impl Quotient {
         if value.delay_s < 0.0 {
             return Err(RangeError::new("dead time", value.delay_s, "at least 0", "s").into());
         }
-        Ok(value)
-    }
-}
-
-impl FromStr for FractionalTransferFunction {
-    type Err = ControlError;
-
-    fn from_str(text: &str) -> Result<Self, ControlError> {
-        let (function, delay_s) = read(text)?;
-        if delay_s > 0.0 {
-            return Err(
-                RangeError::new("dead time", delay_s, "0: only a plant has one", "s").into(),
-            );
-        }
-        Ok(function)
+        Ok((value, reader.loose))
     }
 }
 
@@ -142,6 +146,8 @@ struct Reader<'a> {
     text: &'a [u8],
     at: usize,
     depth: usize,
+    /// Of the first factor that follows a division with no sign before it.
+    loose: Option<usize>,
 }
 
 impl Reader<'_> {
@@ -203,6 +209,7 @@ impl Reader<'_> {
 
     fn product(&mut self) -> Result<Quotient, ControlError> {
         let mut product = self.power()?;
+        let mut divided = false;
         loop {
             product = match self.peek() {
                 Some(b'*') => {
@@ -211,9 +218,15 @@ impl Reader<'_> {
                 }
                 Some(b'/') => {
                     self.at += 1;
+                    divided = true;
                     product.over(&self.power()?)?
                 }
-                Some(b's' | b'(' | b'e') => product.times(&self.power()?)?,
+                Some(next @ (b's' | b'(' | b'e')) => {
+                    if divided && next != b'e' {
+                        self.loose.get_or_insert(self.at);
+                    }
+                    product.times(&self.power()?)?
+                }
                 _ => return Ok(product),
             };
         }

@@ -1,5 +1,6 @@
 //! The thing to be controlled: a transfer function, matrices, or a measured response, each with a dead time.
 
+use crate::poles::OnAxis;
 use crate::{ControlError, FractionalTransferFunction, StateSpace};
 use core::str::FromStr;
 use fracdiff::parameter::{RangeError, not_negative, positive, range};
@@ -176,20 +177,80 @@ impl Plant {
     #[must_use]
     pub fn unstable_poles(&self) -> usize {
         match &self.model {
-            Model::Transfer(function) => function.unstable_poles().unwrap_or(0),
+            Model::Transfer(function) => function.growing_poles().unwrap_or(0),
             Model::StateSpace(states) => states.unstable_poles(),
             Model::Measured(_) => 0,
         }
     }
 
-    /// The sign of the plant: that of its gain at low frequency, where G ~ k·s^n.
+    /// The sign that the integral part of its controller must have: that of b/a, b the coefficient of its numerator that acts at low
+    /// frequency and a that of its denominator that acts at high frequency. Of a plant with an odd number of unstable poles it is not
+    /// that of the gain at low frequency.
     pub(crate) fn sign(&self) -> f64 {
+        if let Model::Transfer(function) = &self.model
+            && let Some(above) = function.numerator().terms().last()
+            && let Some(below) = function.denominator().terms().first()
+        {
+            return above.coefficient.signum() * below.coefficient.signum();
+        }
         let low = self.band().0.max(1e-6) * 1.02;
         let response = self.response(low).unwrap_or_default();
         let order = self.slope(low).unwrap_or_default().re;
         let (sin, cos) = libm::sincos(0.5 * core::f64::consts::PI * order);
         let turned = (response * Complex::new(cos, -sin)).re;
-        if turned < 0.0 { -1.0 } else { 1.0 }
+        let odd = self.unstable_poles() % 2 == 1;
+        if (turned < 0.0) == odd { 1.0 } else { -1.0 }
+    }
+
+    /// The phase of sign·G for ω → 0, rad: ω^n turns by nπ/2, and a pole that grows begins with half a turn of lag. `low` is a frequency
+    /// at which the slope is that at rest.
+    pub(crate) fn phase_at_rest(&self, low: f64) -> f64 {
+        let order = self.slope(low).unwrap_or_default().re;
+        core::f64::consts::PI * (0.5 * order - self.unstable_poles() as f64)
+    }
+
+    /// The degree of the denominator; 0 of a measured response, which is taken for one without poles that grow.
+    pub(crate) fn degree(&self) -> f64 {
+        match &self.model {
+            Model::Transfer(function) => function.denominator().degree(),
+            Model::StateSpace(states) => states.poles().len() as f64,
+            Model::Measured(_) => 0.0,
+        }
+    }
+
+    /// ln of the size of the denominator at jω, and its direction, with a positive coefficient of the highest power.
+    pub(crate) fn denominator(&self, omega: f64) -> (f64, Complex<f64>) {
+        let (scale, value) = match &self.model {
+            Model::Transfer(function) => {
+                let (axis, x) = (OnAxis(function.denominator()), libm::log(omega));
+                let scale = axis.scale(x);
+                let terms = function.denominator().terms();
+                let sign = terms.first().map_or(1.0, |term| term.coefficient.signum());
+                (scale, axis.at(x, scale) * sign)
+            }
+            Model::StateSpace(states) => {
+                let factors = states.poles().into_iter();
+                let factors = factors.map(|pole| Complex::new(0.0, omega) - pole);
+                (0.0, factors.product())
+            }
+            Model::Measured(_) => (0.0, Complex::new(1.0, 0.0)),
+        };
+        let size = value.norm();
+        (scale + libm::log(size), value / size)
+    }
+
+    /// The angle by which the denominator turns from this frequency on, rad.
+    pub(crate) fn denominator_turn_from(&self, omega: f64) -> f64 {
+        match &self.model {
+            Model::Transfer(function) => OnAxis(function.denominator()).turn_from(omega),
+            Model::StateSpace(states) => {
+                let poles = states.poles().into_iter();
+                let left = poles
+                    .map(|pole| (Complex::new(0.0, 1.0) / (Complex::new(0.0, omega) - pole)).arg());
+                left.sum()
+            }
+            Model::Measured(_) => 0.0,
+        }
     }
 
     /// Refuses a plant that is shown by itself and does not settle.

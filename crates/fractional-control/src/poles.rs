@@ -67,13 +67,16 @@ impl FractionalTransferFunction {
     /// imaginary axis, with a bound of its derivative between samples. `None` with a pole on the axis, s = 0 included.
     #[must_use]
     pub fn unstable_poles(&self) -> Option<usize> {
+        let at_rest = self.denominator().lowest() > 0.0;
+        self.growing_poles().filter(|_| !at_rest)
+    }
+
+    /// The same where s = 0 may be a pole too, which is not counted.
+    pub(crate) fn growing_poles(&self) -> Option<usize> {
         let denominator = self.denominator();
-        if denominator.lowest() > 0.0 {
-            return None;
-        }
-        let turn = turn_along_the_axis(denominator)?;
-        // From jω → 0 to jω → ∞ a stable one turns by α·π/2.
-        let missing = (0.5 * PI * denominator.degree() - turn) / PI;
+        let turn = OnAxis(denominator).turn()?;
+        // From jω → 0 to jω → ∞ one that does not grow turns by (α − α₀)·π/2.
+        let missing = (0.5 * PI * (denominator.degree() - denominator.lowest()) - turn) / PI;
         let poles = libm::round(missing);
         (poles >= 0.0 && (missing - poles).abs() < 1e-3).then_some(poles as usize)
     }
@@ -105,55 +108,122 @@ fn common(orders: &[f64], highest: f64) -> Option<f64> {
     })
 }
 
-/// The angle by which A(jω) turns for ω from 0 to ∞, or `None` if A is 0 on the way.
-///
-/// ```text
-/// |dA/d ln ω| ≤ Σ α_i|a_i|ω^(α_i), which grows with ω: over a step in ln ω it is below its value at the end
-/// ```
-fn turn_along_the_axis(a: &FractionalPolynomial) -> Option<f64> {
-    let size = |term: &crate::Term, x: f64| term.coefficient.abs() * libm::exp(term.order * x);
-    let others = |order: f64, x: f64| -> f64 {
-        let terms = a.terms().iter();
-        terms
-            .filter(|t| (t.order - order).abs() > 0.0)
-            .map(|t| size(t, x))
-            .sum()
-    };
-    let (first, last) = (a.terms()[0], *a.terms().last()?);
-    // Beyond these one term is all but alone.
-    let (mut low, mut high) = (0.0, 0.0);
-    while others(last.order, low) > 1e-6 * size(&last, low) {
-        low -= 1.0;
-        if low < -700.0 {
-            return None;
-        }
+/// A polynomial on the imaginary axis, over x = ln ω. Its numbers are relative to e^scale, so that no power is too large or too small.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct OnAxis<'a>(pub(crate) &'a FractionalPolynomial);
+
+/// Steps of a turn at most: a thousand times what any of the tests takes.
+const STEPS_MAX: usize = 1_000_000;
+/// Shortest step of ln ω: what is nearer to the axis is on it.
+const STEP_MIN: f64 = 1e-11;
+
+impl OnAxis<'_> {
+    /// ln of the largest term.
+    pub(crate) fn scale(&self, x: f64) -> f64 {
+        let terms = self.0.terms().iter();
+        let sizes = terms.map(|term| libm::log(term.coefficient.abs()) + term.order * x);
+        sizes.fold(f64::NEG_INFINITY, f64::max)
     }
-    while others(first.order, high) > 1e-6 * size(&first, high) {
-        high += 1.0;
-        if high > 700.0 {
-            return None;
-        }
+
+    /// A(je^x)/e^scale.
+    pub(crate) fn at(&self, x: f64, scale: f64) -> Complex<f64> {
+        let terms = self.0.terms().iter();
+        let terms = terms.map(|term| {
+            let size = libm::exp(libm::log(term.coefficient.abs()) + term.order * x - scale);
+            let (sin, cos) = libm::sincos(0.5 * PI * term.order);
+            Complex::new(cos, sin) * size * term.coefficient.signum()
+        });
+        terms.sum()
     }
-    let at = |x: f64| a.at(Complex::new(0.0, libm::exp(x)));
-    let rate = |x: f64| -> f64 { a.terms().iter().map(|t| t.order * size(t, x)).sum() };
-    let (mut turn, mut x, mut here) = (0.0, low, at(low));
-    let mut step = 0.1;
-    while x < high {
-        let next = (x + step).min(high);
-        let middle = at(0.5 * (x + next));
-        if middle.norm() <= 0.51 * (next - x) * rate(next) {
-            step *= 0.5;
-            if step < 1e-11 {
-                return None;
+
+    /// `Σ α_i|a_i|ω^(α_i)`/e^scale.
+    fn rate(&self, x: f64, scale: f64) -> f64 {
+        let terms = self.0.terms().iter();
+        let sizes = terms.map(|term| {
+            term.order * libm::exp(libm::log(term.coefficient.abs()) + term.order * x - scale)
+        });
+        sizes.sum()
+    }
+
+    /// Below the first place the lowest term is at least twice all others together, above the second the highest.
+    fn ends(&self) -> (f64, f64) {
+        let terms = self.0.terms();
+        let (Some(first), Some(last)) = (terms.first(), terms.last()) else {
+            return (0.0, 0.0);
+        };
+        let room = libm::log(2.0 * terms.len() as f64);
+        let ln = |term: &crate::Term| libm::log(term.coefficient.abs());
+        let others = |one: f64| {
+            let terms = terms.iter();
+            terms.filter(move |term| (term.order - one).abs() > 0.0)
+        };
+        let low = others(last.order)
+            .map(|term| (ln(last) - ln(term) - room) / (term.order - last.order))
+            .fold(f64::INFINITY, f64::min);
+        let high = others(first.order)
+            .map(|term| (ln(term) - ln(first) + room) / (first.order - term.order))
+            .fold(f64::NEG_INFINITY, f64::max);
+        if low < high { (low, high) } else { (0.0, 0.0) }
+    }
+
+    /// The angle by which A turns for ω from 0 to ∞, or `None` if A is 0 on the way.
+    fn turn(&self) -> Option<f64> {
+        let (low, high) = self.ends();
+        let lowest = self.0.terms().last()?;
+        let (sin, cos) = libm::sincos(0.5 * PI * lowest.order);
+        let begin = Complex::new(cos, sin) * lowest.coefficient.signum();
+        let first = self.at(low, self.scale(low));
+        Some((first / begin).arg() + self.turned(low, high)? + self.left(high))
+    }
+
+    /// The angle by which A turns for ω from this one to ∞; 0 where A is 0 on the way.
+    pub(crate) fn turn_from(&self, omega: f64) -> f64 {
+        let (from, high) = (libm::log(omega), self.ends().1);
+        if from >= high {
+            return self.left(from);
+        }
+        self.turned(from, high)
+            .map_or(0.0, |turn| turn + self.left(high))
+    }
+
+    /// The angle that is left from where the highest term is the largest by far.
+    fn left(&self, x: f64) -> f64 {
+        let highest = self.0.terms().first();
+        highest.map_or(0.0, |highest| {
+            let (sin, cos) = libm::sincos(0.5 * PI * highest.order);
+            let end = Complex::new(cos, sin) * highest.coefficient.signum();
+            (end / self.at(x, self.scale(x))).arg()
+        })
+    }
+
+    /// The angle between two places, in steps that are short enough for each to be below π.
+    ///
+    /// ```text
+    /// |dA/d ln ω| ≤ Σ α_i|a_i|ω^(α_i), which grows with ω: over a step in ln ω it is below its value at the end
+    /// ```
+    fn turned(&self, low: f64, high: f64) -> Option<f64> {
+        let (mut turn, mut x) = (0.0, low);
+        let mut step = 0.1;
+        for _ in 0..STEPS_MAX {
+            if x >= high {
+                return Some(turn);
             }
-            continue;
+            let next = (x + step).min(high);
+            let scale = self.scale(next);
+            let middle = self.at(0.5 * (x + next), scale);
+            if middle.norm() <= 0.51 * (next - x) * self.rate(next, scale) {
+                step *= 0.5;
+                if step < STEP_MIN {
+                    return None;
+                }
+                continue;
+            }
+            turn += (self.at(next, scale) / self.at(x, scale)).arg();
+            x = next;
+            step *= 2.0;
         }
-        let there = at(next);
-        turn += (there / here).arg();
-        (x, here) = (next, there);
-        step = (2.0 * step).min(0.1);
+        None
     }
-    Some(turn)
 }
 
 impl Commensurate {

@@ -123,8 +123,12 @@ impl StateSpace {
     /// Number of eigenvalues with Re s > 0.
     #[must_use]
     pub fn unstable_poles(&self) -> usize {
-        let poles = self.a.complex_eigenvalues();
-        poles.iter().filter(|pole| pole.re > 0.0).count()
+        self.poles().iter().filter(|pole| pole.re > 0.0).count()
+    }
+
+    /// Its eigenvalues.
+    pub(crate) fn poles(&self) -> Vec<Complex<f64>> {
+        self.a.complex_eigenvalues().iter().copied().collect()
     }
 
     /// e^(At) − 1 and ∫₀^t e^(As)B ds.

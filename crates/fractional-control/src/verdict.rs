@@ -106,17 +106,22 @@ impl SampledLoop {
         1.0 / self.sample_time.0
     }
 
+    /// `A_C·A_G` and `B_C·B_G`, the latter at the nominal gain.
+    pub(crate) fn parts(&self, arc: &Arc) -> (Enclosed, Enclosed) {
+        let (controller, plant) = (&self.controller, &self.plant);
+        (
+            controller.below.at(arc).times(plant.below.at(arc)),
+            controller.above.at(arc).times(plant.above.at(arc)),
+        )
+    }
+
+    /// k.
+    pub(crate) fn gain(&self) -> f64 {
+        self.gain
+    }
+
     fn enclosed(&self, arc: &Arc) -> Enclosed {
-        let below = self
-            .controller
-            .below
-            .at(arc)
-            .times(self.plant.below.at(arc));
-        let above = self
-            .controller
-            .above
-            .at(arc)
-            .times(self.plant.above.at(arc));
+        let (below, above) = self.parts(arc);
         below.plus(Enclosed {
             value: above.value * self.gain,
             size: above.size * self.gain.abs(),

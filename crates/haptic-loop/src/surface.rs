@@ -149,6 +149,21 @@ impl<F: Real, const D: usize> Ball<F, D> {
         checks.done().map(|()| ball)
     }
 
+    /// The length of the normal at this depth, m: 1, but within R/1024 of the centre the share of that which is left.
+    #[must_use]
+    pub fn normal_length(&self, depth: F) -> F {
+        let distance = if self.hollow {
+            self.radius + depth
+        } else {
+            self.radius - depth
+        };
+        if distance < self.core {
+            distance / self.core
+        } else {
+            F::ONE
+        }
+    }
+
     /// x − c, and its length.
     #[inline]
     fn off_centre(&self, position_m: &SVector<F, D>) -> (SVector<F, D>, F) {
@@ -199,6 +214,17 @@ pub enum Shape<F, const D: usize> {
     Plane(Plane<F, D>),
     /// A ball.
     Ball(Ball<F, D>),
+}
+
+impl<F: Real, const D: usize> Shape<F, D> {
+    /// The length of the normal at this depth, m: the share of the inner force that acts; 1 but next to the centre of a [`Ball`].
+    #[must_use]
+    pub fn normal_length(&self, depth: F) -> F {
+        match self {
+            Self::Plane(_) => F::ONE,
+            Self::Ball(ball) => ball.normal_length(depth),
+        }
+    }
 }
 
 impl<F: Real, const D: usize> Surface<F, D> for Shape<F, D> {

@@ -1,5 +1,6 @@
 //! The open loop on a grid of frequencies, and what can be read from it.
 
+use super::nyquist::Nyquist;
 use super::specification::{Sampling, Specification};
 use crate::{ControlError, PidParameters, Plant, Rule};
 use core::f64::consts::PI;
@@ -21,7 +22,10 @@ pub(crate) struct OpenLoop {
     /// At the crossover: ln s, its slope over ln ω, G with the hold, and the slope of its logarithm.
     pub(crate) crossover: (Complex<f64>, Complex<f64>, Complex<f64>, Complex<f64>),
     pub(crate) omega: f64,
-    unstable_poles: f64,
+    nyquist: Nyquist,
+    /// Of the plant as it would be followed from 0 on, with the sign that its controller has.
+    phase_at_rest: f64,
+    sign: f64,
     /// Rows that make y(t) of Re T on the grid, one for each time.
     steps: Vec<Vec<f64>>,
 }
@@ -130,21 +134,26 @@ impl OpenLoop {
             points,
             crossover: (ln_s(omega, sampling), slope_s, here, slope_plant),
             omega,
-            unstable_poles: plant.unstable_poles() as f64,
+            nyquist: Nyquist::new(plant, &frequencies),
+            phase_at_rest: plant.phase_at_rest(low),
+            sign: plant.sign(),
         })
     }
 
-    /// The phase of the plant at the crossover, followed from low frequencies on, rad.
+    /// The phase of the plant at the crossover, times its sign, followed from low frequencies on, rad.
     pub(crate) fn plant_phase(&self) -> f64 {
         let below = self.points.iter().filter(|point| point.omega < self.omega);
-        let mut last: Option<Complex<f64>> = None;
-        let mut phase = 0.0;
+        let rest = Complex::from_polar(self.sign, self.phase_at_rest);
+        let (mut phase, mut last) = (self.phase_at_rest, rest);
         for next in below.map(|point| point.plant).chain([self.crossover.2]) {
-            phase += match last {
-                Some(last) => (next / last).arg(),
-                None => next.arg(),
+            let turn = (next / last).arg();
+            // Across a pole on the axis: as with a little damping.
+            phase += if turn > PI - 1e-6 {
+                turn - 2.0 * PI
+            } else {
+                turn
             };
-            last = Some(next);
+            last = next;
         }
         phase
     }
@@ -181,8 +190,10 @@ impl OpenLoop {
             disturbance: wishes.disturbance.map(|_| disturbance),
             overshoot_spread: self.overshoot_spread(&open),
             margin_spread_rad: self.margin_spread(&open, wishes.phase_margin_rad),
-            stable: self.is_stable(&open, 1.0),
-            stable_over_gains: super::GAINS.iter().all(|gain| self.is_stable(&open, *gain)),
+            stable: self.nyquist.is_stable(&open, 1.0),
+            stable_over_gains: super::GAINS
+                .iter()
+                .all(|gain| self.nyquist.is_stable(&open, *gain)),
         }
     }
 
@@ -225,39 +236,6 @@ impl OpenLoop {
             spread = spread.max((phase - margin).abs());
         }
         spread
-    }
-
-    /// Nyquist at a gain k: from the highest frequency, where kL is small, down to the lowest 1 + kL turns by −k₀π/2 and −π for each
-    /// unstable pole of the plant, L ~ ω^(−k₀).
-    fn is_stable(&self, open: &[Complex<f64>], gain: f64) -> bool {
-        let (Some(first), Some(second), Some(last)) = (open.first(), open.get(1), open.last())
-        else {
-            return false;
-        };
-        let (first, second, last) = (first * gain, second * gain, last * gain);
-        if last.norm() > 0.7 || !last.norm().is_finite() {
-            return false;
-        }
-        let ratio = libm::log(self.points[1].omega / self.points[0].omega);
-        let order = libm::log(first.norm() / second.norm()) / ratio;
-        // A straight line from point to point turns by less than π; each that passes −1 on the left adds a whole turn.
-        let mut turns = 0.0;
-        for pair in open.windows(2) {
-            let (from, to) = (pair[1], pair[0]);
-            if (from.im < 0.0) != (to.im < 0.0) {
-                let meets = (from.re * to.im - to.re * from.im) / (to.im - from.im);
-                if meets * gain < -1.0 {
-                    turns += if to.im < 0.0 { 1.0 } else { -1.0 };
-                }
-            }
-        }
-        let turn = (first + 1.0).arg() + 2.0 * PI * turns;
-        let order = if first.norm() > 10.0 {
-            order
-        } else {
-            return (turn + PI * self.unstable_poles).abs() < 1.0;
-        };
-        (turn + 0.5 * PI * order + PI * self.unstable_poles).abs() < 1.0
     }
 }
 

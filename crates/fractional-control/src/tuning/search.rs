@@ -72,6 +72,29 @@ pub fn tune(
     sampling: Option<Sampling>,
     wishes: &Specification,
 ) -> Result<Tuned, ControlError> {
+    let found = search(plant, sampling, wishes);
+    let free = Specification {
+        iso_damping: false,
+        ..*wishes
+    };
+    match found {
+        Err(ControlError::NotFound { .. })
+            if wishes.iso_damping && search(plant, sampling, &free).is_ok() =>
+        {
+            Err(ControlError::NotFound {
+                what: "a stable controller with this crossover, margin and a flat phase",
+                why: "there is one whose phase is not flat there: give up `iso_damping`, or change `crossover_rad_s`",
+            })
+        }
+        found => found,
+    }
+}
+
+fn search(
+    plant: &Plant,
+    sampling: Option<Sampling>,
+    wishes: &Specification,
+) -> Result<Tuned, ControlError> {
     let search = Search::new(plant, sampling, wishes)?;
     let orders = || (1..=19).map(|k| 0.1 * f64::from(k));
     let slopes: &[f64] = if wishes.iso_damping { &[0.0] } else { &SLOPES };
@@ -330,14 +353,7 @@ impl<'a> Search<'a> {
 
     /// The phase by which the controller has to lead, rad.
     fn lead(&self) -> f64 {
-        let turned = if self.sign < 0.0 { PI } else { 0.0 };
-        let lead = self.wishes.phase_margin_rad - PI - self.open.plant_phase();
-        // The sign turns by half a turn, to the side that is nearer.
-        if (lead - turned).abs() < (lead + turned).abs() {
-            lead - turned
-        } else {
-            lead + turned
-        }
+        self.wishes.phase_margin_rad - PI - self.open.plant_phase()
     }
 
     /// The reason why there is no controller.

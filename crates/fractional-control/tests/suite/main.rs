@@ -11,4 +11,5 @@ mod notation;
 mod plants;
 mod streaming;
 mod tuning;
+mod unstable;
 mod windup;

@@ -10,6 +10,8 @@ use fractional_control::{
     ControlError, Margins, Plant, Response, SampledLoop, SetPoint, Shape, StabilityVerdict,
 };
 
+/// The gains of the plant, over the nominal one, for which a design should hold.
+pub const ROBUST_GAINS: [f64; 2] = [0.5, 2.0];
 /// A wish that is missed by less than this share is met.
 const MET: f64 = 0.01;
 
@@ -70,6 +72,8 @@ pub struct Trial {
     pub verdict: StabilityVerdict,
     /// Margins and peaks.
     pub margins: Margins,
+    /// The gains of the plant, over the nominal one, between which the loop is proved stable; `None` if it is not stable.
+    pub stable_gains: Option<[f64; 2]>,
     /// Steps while the gain of the plant goes from half to double, without limits: gain, shape, verdict.
     pub robustness: Vec<GainStep>,
     /// The step with the limits of the file.
@@ -107,10 +111,11 @@ impl Trial {
         high - low
     }
 
-    /// True if the loop is proved stable at every gain.
+    /// True if the loop is proved stable for every gain of the plant in [`ROBUST_GAINS`].
     #[must_use]
-    pub fn always_stable(&self) -> bool {
-        self.robustness.iter().all(|row| row.stable)
+    pub fn is_robust(&self) -> bool {
+        let [least, most] = ROBUST_GAINS;
+        (self.stable_gains).is_some_and(|[low, high]| low <= least && high >= most)
     }
 }
 
@@ -235,9 +240,11 @@ impl ControlDesign {
             });
         let step = vec![self.step; self.samples];
         let run = run::run(file, &self.plant, &step, Some(self.step))?;
+        let margins = closed.margins();
         Ok(Trial {
             verdict: run.verdict,
-            margins: closed.margins(),
+            stable_gains: closed.gain_interval(&margins),
+            margins,
             robustness: robustness.collect(),
             shape: run.response.shape_of_step(self.step),
             limited_share: run.limited_share,

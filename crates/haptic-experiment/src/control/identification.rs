@@ -6,6 +6,8 @@ use fractional_control::{
     ControlError, FractionalTransferFunction, Identified, Memory, Record, Rule, Term, respond,
 };
 
+/// A residual over the largest output below which a model is as good as exact.
+const EXACT: f64 = 1e-5;
 /// Steps of time may differ by this share.
 const EVEN: f64 = 1e-3;
 
@@ -142,7 +144,63 @@ pub fn candidates(record: &InputOutput) -> Vec<FractionalTransferFunction> {
     let functions = shapes
         .iter()
         .map(|below| FractionalTransferFunction::new(&[Term::new(gain, 0.0)], below));
-    functions.filter_map(Result::ok).collect()
+    let mut functions: Vec<_> = functions.filter_map(Result::ok).collect();
+    if moves_on(record) {
+        functions.extend(growing(record));
+    }
+    functions
+}
+
+/// Parts of a record that are compared with each other.
+const PARTS: usize = 10;
+/// An output that goes on by more than this share of its largest value in a tenth of the record is not at rest, nor is such an input.
+const MOVES: f64 = 0.02;
+
+/// True if the output is still on its way at the end, though the input rests: the plant is slow for this record, or it adds up, or grows.
+fn moves_on(record: &InputOutput) -> bool {
+    let moves = |signal: &[f64]| {
+        let largest = signal.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let tenth = (signal.len() / PARTS).max(1);
+        let end = signal.last().zip(signal.iter().rev().nth(tenth));
+        end.is_some_and(|(last, before)| (last - before).abs() > MOVES * largest)
+    };
+    moves(&record.output) && !moves(&record.input)
+}
+
+/// First guesses of plants that do not come to rest: y ≈ k·∫u, the same behind a lag, and a pole that grows as the end of the record does.
+fn growing(record: &InputOutput) -> Vec<FractionalTransferFunction> {
+    let t = record.sample_time_s();
+    let length = t * record.time_s.len() as f64;
+    let Some((end, sum)) = record
+        .output
+        .last()
+        .map(|end| (*end, record.input.iter().sum::<f64>() * t))
+    else {
+        return Vec::new();
+    };
+    let mut guesses = Vec::new();
+    let mut guess = |gain: f64, below: &[Term]| {
+        let function = FractionalTransferFunction::new(&[Term::new(gain, 0.0)], below);
+        guesses.extend(function.ok());
+    };
+    let rate = end / sum;
+    guess(rate, &[Term::new(1.0, 0.95)]);
+    guess(rate, &[Term::new(0.1 * length, 1.95), Term::new(1.0, 0.95)]);
+    // e^(rt) grows by e^(rh) from one piece of h to the next.
+    let piece = record.output.len() / 4;
+    let back = |pieces: usize| record.output.iter().rev().nth(pieces * piece);
+    if let (Some(last), Some(middle), Some(first)) = (back(0), back(1), back(2)) {
+        let grows = libm::log((last - middle) / (middle - first)) / (piece as f64 * t);
+        if grows * length > 0.5 {
+            // k·u·(e^(rt) − 1) of a step.
+            let gain = grows * end / libm::expm1(grows * length) * length / sum;
+            let one = Term::new(-1.0, 0.0);
+            guess(gain / grows, &[Term::new(1.0 / grows, 1.0), one]);
+            let second = Term::new(0.1 / (grows * grows), 2.0);
+            guess(gain / grows, &[second, Term::new(0.9 / grows, 1.0), one]);
+        }
+    }
+    guesses
 }
 
 /// Fits each guess; the best first, of those that fit at all. `held` as in [`Record`].
@@ -186,8 +244,8 @@ fn judged(identified: Identified, record: &InputOutput, held: bool) -> Result<Fo
         .output
         .iter()
         .fold(0.0, |most: f64, y| most.max(y.abs()));
-    // What is exact would be infinitely good.
-    let rms = identified.rms_residual.max(1e-12 * largest);
+    // A model runs no better than this itself: what is less says nothing for one of them.
+    let rms = identified.rms_residual.max(EXACT * largest);
     let numbers = identified.standard_errors.len() as f64;
     let t = record.sample_time_s();
     let mut input = record.input.clone();

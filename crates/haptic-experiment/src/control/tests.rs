@@ -1,10 +1,12 @@
 //! Reasons against loops whose boundary is known, baselines, records.
 
 use super::analysis::{Cause, analyse};
+use super::design::ControlDesign;
 use super::identification::{InputOutput, candidates, identify, shifted};
 use super::run::{integer_baseline, run, run_plant, samples_for};
 use crate::controller_file::ControllerFile;
 use fracdiff::Seconds;
+use fractional_control::tuning::Specification;
 use fractional_control::{PidParameters, Plant};
 
 fn p(gain: f64, t: f64) -> ControllerFile {
@@ -131,4 +133,94 @@ fn a_record_with_a_dead_time_gives_its_plant_back() {
     assert!(said.starts_with("line 9:"), "{said}");
     record.subtract_start();
     assert_eq!(record.input[0].to_bits(), 0f64.to_bits());
+}
+
+/// y for a step from rest, and the function that made it.
+fn growing(output: impl Fn(f64) -> f64) -> InputOutput {
+    let time_s: Vec<f64> = (0..400).map(|n| f64::from(n) * 0.01).collect();
+    InputOutput {
+        input: vec![1.0; time_s.len()],
+        output: time_s.iter().map(|t| output(*t)).collect(),
+        time_s,
+    }
+}
+
+/// 1/(s − 1), 2/s, 1/(s(0.5s + 1)), 1/s²: each by its closed form, exact but for the rule of the model.
+#[test]
+fn a_record_that_grows_gives_its_plant_back() {
+    let found = |output: &dyn Fn(f64) -> f64| {
+        let record = growing(output);
+        let found = identify(&record, &candidates(&record), true).expect("found");
+        found[0].identified.function
+    };
+    let unstable = found(&|t| t.exp_m1());
+    assert_eq!(unstable.unstable_poles(), Some(1), "{unstable}");
+    let [first, last] = unstable.denominator().terms() else {
+        panic!("{unstable}");
+    };
+    assert!(
+        (first.coefficient - 1.0).abs() < 1e-2 && last.coefficient < 0.0,
+        "{unstable}"
+    );
+    let gain = unstable.numerator().terms()[0].coefficient;
+    assert!((gain - 1.0).abs() < 1e-2, "{unstable}");
+    let adds = found(&|t| 2.0 * t);
+    assert_eq!(adds.unstable_poles(), None, "{adds}");
+    let gain = adds.numerator().terms()[0].coefficient;
+    assert!(
+        (gain - 2.0).abs() < 1e-3 && adds.denominator().terms().len() == 1,
+        "{adds}"
+    );
+    let late = found(&|t| t + 0.5 * (-2.0 * t).exp_m1());
+    assert!((late.denominator().lowest() - 1.0).abs() < 0.01, "{late}");
+    assert!(
+        (late.response(2.0).norm() - 0.5 / 2f64.sqrt()).abs() < 5e-3,
+        "{late}"
+    );
+    let twice = found(&|t| 0.5 * t * t);
+    assert!((twice.denominator().lowest() - 2.0).abs() < 0.01, "{twice}");
+}
+
+/// A record that ends early is no record that grows: the slow plant stays the best.
+#[test]
+fn a_slow_plant_is_not_taken_for_one_that_adds_up() {
+    let record = growing(|t| 1.0 - (-t / 3.0).exp());
+    let found = identify(&record, &candidates(&record), true).expect("found");
+    let best = &found[0].identified.function;
+    assert_eq!(best.unstable_poles(), Some(0), "{best}");
+    assert!(
+        (best.denominator().terms()[0].coefficient - 3.0).abs() < 0.02,
+        "{best}"
+    );
+}
+
+/// Order 1.9 on 1/(s + 1) with a sample time near the crossover: stable, and lost below twice the gain.
+#[test]
+fn a_design_that_is_lost_at_twice_the_gain_is_not_robust() {
+    let design = |crossover: f64| ControlDesign {
+        plant: plant("exp(-0.1s)/(s+1)"),
+        plant_words: String::new(),
+        wishes: Specification {
+            iso_damping: false,
+            ..Specification::new(crossover, 35_f64.to_radians())
+        },
+        wishes_words: String::new(),
+        sample_time: Seconds(0.01),
+        scheme: p(1.0, 0.01).scheme,
+        output_low: None,
+        output_high: None,
+        step: 1.0,
+        samples: 400,
+    };
+    for (crossover, robust) in [(2.0, true), (12.0, false)] {
+        let answer = design(crossover).answer().expect("found").fractional;
+        let trial = answer.trial.expect("runs");
+        assert!(trial.verdict.stable);
+        let [low, high] = trial.stable_gains.expect("stable");
+        println!("{crossover}: {low} to {high}");
+        assert_eq!(trial.is_robust(), robust, "{crossover}: {low} to {high}");
+        // The end is the gain margin of the sampled loop.
+        let up = trial.margins.gain_up.expect("a dead time").value;
+        assert!(high <= up && high > 0.99 * up.min(100.0), "{high} {up}");
+    }
 }

@@ -3,11 +3,12 @@
 use crate::dynamics;
 use crate::failure::Failure;
 use crate::modelled::ModelledTissue;
+use crate::refused::parameter;
 use crate::{Imperfections, Sensors};
 use fracdiff::{Order, Scheme};
 use haptic_analysis::Dynamics;
 use haptic_loop::Specimen;
-use haptic_loop::plant::MassDamperConfig;
+use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_tissue::Model;
 
 /// A device.
@@ -150,6 +151,8 @@ impl Design {
         let device = &self.device;
         let plant = device.dynamics().plant(device.plant.sample_time.0);
         plant.map_err(Failure::input)?;
+        // The device on which the best is tried.
+        MassDamper::<1>::new(device.plant).map_err(parameter)?;
         if self.scheme == Scheme::Exact {
             return Err(Failure::input(fracdiff::SchemeError::AnalysisOnly));
         }

@@ -47,7 +47,7 @@ impl TouchExperiment {
         let mut curves = None;
         let mut compared = Compared::without_meaning("the run was cut short".to_owned());
         if whole {
-            compared = self.compare(record)?;
+            compared = self.compare::<D>(record)?;
             let drawn = self.draw::<D>(ran)?;
             files.csv = Some(drawn.csv);
             curves = Some(self.curves(drawn.curves, verdict));
@@ -125,8 +125,10 @@ impl TouchExperiment {
         warnings
     }
 
-    /// The force that the full history of the depth asks for, at least 0, N.
-    fn full_history(&self, depths: &[f64]) -> Result<Vec<f64>, Failure> {
+    /// The force that the full history of the depth asks for, at least 0, N: next to the centre of a ball as much of it as the normal is
+    /// long.
+    fn full_history<const D: usize>(&self, depths: &[f64]) -> Result<Vec<f64>, Failure> {
+        let shape = self.shape.of::<D>()?;
         let t = self.sample_time();
         let reference = Reference::of(self.scheme);
         let (k, b) = self.law.spring_and_damper();
@@ -140,7 +142,7 @@ impl TouchExperiment {
         let force = depths.iter().zip(rates).map(|(p, rate)| {
             // Outside nothing pushes, inside nothing pulls.
             if *p > 0.0 {
-                (k * p + b * rate).max(0.0)
+                shape.normal_length(*p) * (k * p + b * rate).max(0.0)
             } else {
                 0.0
             }
@@ -149,7 +151,7 @@ impl TouchExperiment {
     }
 
     /// The commanded force against the full history of what was read.
-    fn compare(&self, record: &Record) -> Result<Compared, Failure> {
+    fn compare<const D: usize>(&self, record: &Record) -> Result<Compared, Failure> {
         let reference = Reference::of(self.scheme);
         let reason = limited(record).or_else(|| match &self.law {
             TouchLaw::Tissue { material, .. } if material.composed().is_some() => None,
@@ -165,7 +167,7 @@ impl TouchExperiment {
         }
         let samples: &[KeptSample] = record.whole.as_deref().unwrap_or_default();
         let depths: Vec<f64> = samples.iter().map(|sample| sample.position_m).collect();
-        let wanted = self.full_history(&depths)?;
+        let wanted = self.full_history::<D>(&depths)?;
         let off = samples.iter().zip(&wanted);
         let off = off.map(|(sample, wanted)| (sample.reaction_n() - wanted).abs());
         Ok(Compared::of_window(

@@ -136,6 +136,30 @@ fn turning_the_edge_and_the_path_turns_the_force() {
     assert!(most > 0.3, "it was touched: {most} N");
 }
 
+/// Through the middle of a ball the force fades, and the comparison knows it.
+#[test]
+fn a_touch_through_the_centre_is_compared_with_the_law_that_was_run() {
+    for axes in [2, 3] {
+        let rest = ", 0".repeat(axes - 2);
+        let (report, ticks) = run(&touch(&format!(
+            "axes = {axes}\nradius_m = 0.01\ncentre_m = [0, 0.01{rest}]\nstiffness_n_per_m = 4\ndissipation_n_s_mu_per_m = 0.2\nmass_kg = 0.05\n\
+             force_limit_n = 10\nforce_rate_limit_n_per_s = 1e6\nsample_time_s = 0.001\nduration_s = 3\n\
+             hand_stiffness_n_per_m = 5000\nway_points = [[0, 0, -0.002{rest}], [3, 0, 0.022{rest}]]"
+        )));
+        let y = |tick: &VectorTick| tick.position_m.as_slice()[1];
+        let core = ticks
+            .iter()
+            .filter(|tick| (y(tick) - 0.01).abs() < 0.01 / 1024.0);
+        assert!(core.count() > 0, "the centre was passed");
+        let error = report.errors.max_relative_error;
+        assert!(
+            error.is_some_and(|error| error < 1e-3),
+            "{:?}",
+            report.errors
+        );
+    }
+}
+
 /// The example of the repository: round a disc of tissue.
 #[test]
 fn a_finger_round_a_disc_is_held_against_the_full_history() {

@@ -3,22 +3,23 @@
 use super::force::Limiters;
 use super::limits::Limits;
 use crate::error::Checks;
+use core::array;
 use fracdiff::Real;
 use nalgebra::SVector;
 
 /// The last stage: whatever is wanted, the next force lies within the limits and one step of the last.
 ///
 /// ```text
-/// C = {f: |f_i| ≤ magnitude, |f| ≤ norm},   p ∈ C the last force,   q ∈ C: the wanted one, limited and scaled
-/// f = p + λ(q − p),   λ ≤ 1 the largest with λ·|q_i − p_i| ≤ step on every axis
+/// C = {f: |f_i| ≤ magnitude, |f| ≤ norm},   p ∈ C the last force,   q ∈ C: the wanted one, scaled towards 0
+/// f = p + λ(q − p),   λ ≤ 1 the largest with λ·|q − p| ≤ step
 /// ```
-/// C is convex, so f ∈ C; no axis moves by more than a step, by the choice of λ; and λ > 0, so no force is stuck. Slewing each
-/// axis for itself instead would leave the ball. Without a norm C is a box, and each axis is on its own.
+/// C is convex, so f ∈ C; the force moves by no more than a step, in whatever direction, by the choice of λ; and λ > 0, so no force
+/// is stuck. A wanted force on the line of the last one stays on it: no limit turns it. Without a norm C is a box.
 /// *Start-up*: p = 0. *Rounding*: magnitude and norm hold exactly, a step to one rounding of the force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Clamps<F> {
     magnitude: F,
-    /// Largest change in a sample, N.
+    /// Largest change in a sample, of the whole force, N.
     step: F,
     norm: Option<Norm<F>>,
 }
@@ -61,15 +62,16 @@ impl<F: Real> Clamps<F> {
         wanted: &SVector<F, D>,
         limiters: &mut Limiters,
     ) {
-        match &self.norm {
-            Some(norm) => self.limit_all(norm, force, wanted, limiters),
-            None => self.limit_each(force, wanted, limiters),
+        if D == 1 && self.norm.is_none() {
+            self.limit_one(force, wanted, limiters);
+        } else {
+            self.limit_all(force, wanted, limiters);
         }
     }
 
-    /// Each axis for itself: towards the wanted force by one step, then within the magnitude.
+    /// The only axis: towards the wanted force by one step, then within the magnitude.
     #[inline]
-    fn limit_each<const D: usize>(
+    fn limit_one<const D: usize>(
         &self,
         force: &mut SVector<F, D>,
         wanted: &SVector<F, D>,
@@ -92,44 +94,57 @@ impl<F: Real> Clamps<F> {
     #[inline]
     fn limit_all<const D: usize>(
         &self,
-        norm: &Norm<F>,
         force: &mut SVector<F, D>,
         wanted: &SVector<F, D>,
         limiters: &mut Limiters,
     ) {
-        let mut aim = wanted.map(|axis| clamp(axis, -self.magnitude, self.magnitude));
-        let square = square(&aim);
-        if square > norm.aim_square {
-            let scale = norm.aim / square.sqrt();
-            aim = aim.map(|axis| axis * scale);
-        }
+        let mut aim = self.allowed(wanted);
         if aim != *wanted {
             limiters.insert(Limiters::MAGNITUDE);
         }
-        let mut furthest = F::ZERO;
-        for (&aim, &last) in aim.iter().zip(force.iter()) {
-            let distance = (aim - last).abs();
-            if distance > furthest {
-                furthest = distance;
-            }
-        }
-        if furthest > self.step {
+        let change: [F; D] = array::from_fn(|axis| aim[axis] - force[axis]);
+        let distance = norm(&SVector::from(change));
+        if distance > self.step {
             limiters.insert(Limiters::RATE);
             // λ
-            let share = self.step / furthest;
-            for (aim, &last) in aim.iter_mut().zip(force.iter()) {
+            let share = self.step / distance;
+            for ((aim, &last), change) in aim.iter_mut().zip(force.iter()).zip(change) {
                 // The clamp takes a rounding of the product, no more.
-                *aim = clamp(
-                    last + share * (*aim - last),
-                    last - self.step,
-                    last + self.step,
-                );
+                *aim = clamp(last + share * change, last - self.step, last + self.step);
             }
         }
-        // By rounding alone: then p stays, which is in C.
-        if self::square(&aim) <= norm.never_square {
+        // Not so by rounding alone, or where a change is beyond the number type: then p stays, which is in C.
+        let within = match &self.norm {
+            Some(norm) => square(&aim) <= norm.never_square,
+            None => distance.is_finite(),
+        };
+        if within {
             *force = aim.map(|axis| clamp(axis, -self.magnitude, self.magnitude));
         }
+    }
+
+    /// q: into the box and into the ball, on the line to 0.
+    #[inline]
+    fn allowed<const D: usize>(&self, wanted: &SVector<F, D>) -> SVector<F, D> {
+        let within = |axis: F| clamp(axis, -self.magnitude, self.magnitude);
+        let mut aim = *wanted;
+        if D == 1 {
+            aim = aim.map(within);
+        } else {
+            let largest = largest(wanted);
+            if largest > self.magnitude {
+                // The quotient first: it is at most 1, whatever is wanted.
+                aim = aim.map(|axis| within(axis / largest * self.magnitude));
+            }
+        }
+        if let Some(norm) = &self.norm {
+            let square = square(&aim);
+            if square > norm.aim_square {
+                let scale = norm.aim / square.sqrt();
+                aim = aim.map(|axis| axis * scale);
+            }
+        }
+        aim
     }
 }
 
@@ -159,6 +174,33 @@ fn square<F: Real, const D: usize>(vector: &SVector<F, D>) -> F {
         sum += axis * axis;
     }
     sum
+}
+
+/// The largest size of an axis.
+#[inline]
+fn largest<F: Real, const D: usize>(vector: &SVector<F, D>) -> F {
+    let mut largest = F::ZERO;
+    for axis in vector {
+        if axis.abs() > largest {
+            largest = axis.abs();
+        }
+    }
+    largest
+}
+
+/// The Euclidean norm, without a square that overflows.
+#[inline]
+pub(super) fn norm<F: Real, const D: usize>(vector: &SVector<F, D>) -> F {
+    let largest = largest(vector);
+    if D == 1 || largest <= F::ZERO {
+        return largest;
+    }
+    let mut squares = F::ZERO;
+    for &axis in vector {
+        let share = axis / largest;
+        squares += share * share;
+    }
+    largest * squares.sqrt()
 }
 
 /// The nearest value in [low, high], for finite numbers.

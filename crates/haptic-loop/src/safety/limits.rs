@@ -28,12 +28,13 @@ use crate::units::{
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
-    /// Largest force on each axis, above 0. *Default* 10 N: what a desktop device makes and a finger holds.
+    /// Largest force on each axis, above 0; a force beyond it is shortened, not turned. *Default* 10 N: what a desktop device makes and a
+    /// finger holds.
     pub force: Newtons,
     /// Largest magnitude of the whole force, above 0 and at most 1e9 N: else a diagonal gets √D times the limit
     /// of an axis. With it `force` too is at most 1e9 N. *Default* 10 N.
     pub norm: Option<Newtons>,
-    /// Largest rate of force on each axis, above 0. *Default* 1000 N/s: a wall of 2 kN/m met at 0.5 m/s.
+    /// Largest rate of the force, |Δf|/T of the whole vector, above 0. *Default* 1000 N/s: a wall of 2 kN/m met at 0.5 m/s.
     pub rate: NewtonsPerSecond,
     /// Largest magnitude of a wanted force with which [`may_start`](crate::Controller::may_start) lets a
     /// device be armed, above 0. *Default* 1 N: felt, but moves no hand.

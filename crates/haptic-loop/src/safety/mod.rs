@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! wanted ─▶ finite? ─▶ passivity observer ─▶ start-up ramp ─▶ braking near limits of motion
-//!        ─▶ magnitude per axis and by norm (N) ∩ rate (N/s) ─▶ envelope of a stop ─▶ energy bounding ─▶ SafeForce
+//!        ─▶ magnitude per axis and by norm (N) ∩ rate of the whole force (N/s) ─▶ envelope of a stop ─▶ energy bounding ─▶ SafeForce
 //! ```
 //! - *Finite check first*: a NaN passed through `max` and `min` would come out as the full force. A
 //!   wanted force that is not finite latches a [`Fault`]; from then on the chain wants zero, until
@@ -12,9 +12,8 @@
 //!   so the force is zero within [`Limits::stop_time`] and a tick. Without braking it never grows.
 //! - *Energy bounding last*: it only scales a force down, so magnitude, norm and envelope hold after it. The rate limit
 //!   holds back a force that grows, not one that this guard takes away: zero must always be possible.
-//! - *Magnitude, norm and rate at once*: with a norm limit the force moves straight towards the wanted one,
-//!   limited and scaled into the set of allowed forces; that set is convex, so no step leaves it. Without one
-//!   each axis is slewed and limited on its own.
+//! - *Magnitude, norm and rate at once*: the force moves straight towards the wanted one, which is first scaled into the set of allowed
+//!   forces; that set is convex, so no step leaves it. The rate is that of the vector, and no limit turns a force off its line.
 //! - *Velocity*: v ← v + (1 − e^(−ωT))·(Δ/T − v), first order with the bandwidth of [`Limits`].
 //! - *After a fault or stop* braking −b·v is wanted, which fades out with the envelope. None after a position that
 //!   is not finite, stands still or jumps, nor after [`Fault::CurrentMismatch`]: a damper needs its sensor and its
@@ -184,7 +183,7 @@ impl<F: Real, const D: usize> SafetyState<F, D> {
 }
 
 impl<F: Real> SafetyChain<F> {
-    /// A chain for the largest force per axis, the largest rate, and the sample time, everything else off:
+    /// A chain for the largest force per axis, the largest rate of the whole force, and the sample time, everything else off:
     /// [`Limits::bare`].
     ///
     /// # Errors

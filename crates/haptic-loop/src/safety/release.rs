@@ -1,6 +1,6 @@
 //! The way of a force to zero.
 
-use super::clamps::clamp;
+use super::clamps::{clamp, norm};
 use super::limits::Limits;
 use crate::error::Checks;
 use fracdiff::Real;
@@ -104,24 +104,4 @@ impl<F: Real> Release<F> {
 #[inline(never)]
 pub(super) fn whole_ticks(time: f64, sample_time: f64) -> f64 {
     libm::ceil(time / sample_time * (1.0 - 1e-6)).clamp(1.0, 8_388_608.0)
-}
-
-/// The Euclidean norm, without a square that overflows.
-#[inline]
-fn norm<F: Real, const D: usize>(vector: &SVector<F, D>) -> F {
-    let mut largest = F::ZERO;
-    for axis in vector {
-        if axis.abs() > largest {
-            largest = axis.abs();
-        }
-    }
-    if D == 1 || largest <= F::ZERO {
-        return largest;
-    }
-    let mut squares = F::ZERO;
-    for &axis in vector {
-        let share = axis / largest;
-        squares += share * share;
-    }
-    largest * squares.sqrt()
 }

@@ -13,4 +13,5 @@ mod release;
 mod rig;
 mod safety;
 mod sensors;
+mod straight;
 mod surfaces;

@@ -168,6 +168,23 @@ fn in_the_middle_of_a_ball_the_force_is_bounded_continuous_and_no_nan() {
 }
 
 #[test]
+fn a_depth_tells_how_long_the_normal_is() {
+    let centre = [Metres(0.01), Metres(-0.02)];
+    let solid = Ball::<f64, 2>::solid(centre, Metres(0.02)).expect("valid");
+    let hollow = Ball::<f64, 2>::hollow(centre, Metres(0.02)).expect("valid");
+    let line = Plane::<f64, 2>::new([1.0, 2.0], Metres(0.0)).expect("valid");
+    for shape in [Shape::Ball(solid), Shape::Ball(hollow), Shape::Plane(line)] {
+        for n in 0..400 {
+            // From the centre, by a core of 20 µm, to outside.
+            let place = vector![0.01, -0.02] + vector![0.6, 0.8] * 1e-6 * 1.04_f64.powi(n);
+            let (depth, normal) = shape.touch(&place);
+            let have = shape.normal_length(depth);
+            assert!((have - normal.norm()).abs() < 1e-9, "{n}: {have}");
+        }
+    }
+}
+
+#[test]
 fn a_hollow_ball_keeps_the_hand_inside() {
     let hollow = Ball::hollow([Metres(0.1), Metres(0.0)], Metres(0.05)).expect("valid");
     let room = Contact::behind(hollow, tissue());

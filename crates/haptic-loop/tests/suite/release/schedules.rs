@@ -191,10 +191,12 @@ fn no_schedule_brings_a_force_out_of_its_envelope() {
     let cases = std::env::var("CAMPAIGN_CASES").map_or(4000, |n| n.parse().expect("a number"));
     let mut faults = 0;
     for seed in 0..cases {
-        faults += match seed % 4 {
+        faults += match seed % 6 {
             0 => schedule::<f32, 1>(seed),
             1 => schedule::<f64, 1>(seed),
-            2 => schedule::<f32, 3>(seed),
+            2 => schedule::<f32, 2>(seed),
+            3 => schedule::<f64, 2>(seed),
+            4 => schedule::<f32, 3>(seed),
             _ => schedule::<f64, 3>(seed),
         };
     }

@@ -30,7 +30,7 @@ struct StabilityVerdict {
     gamma: f64,
     #[serde(flatten)]
     path: PathResult,
-    /// There is no spring at all: the device stays where it is left, and the loop is judged held by a tiny one.
+    /// There is no spring, or one too weak to tell: the device stays where it is left, and the loop is judged held by a stronger one.
     drifts: bool,
     stable: bool,
     /// Largest |z| of a pole; null if P is irrational or the polynomial too long.
@@ -104,9 +104,17 @@ impl StabilityVerdict {
             self.path.words()
         )?;
         if self.drifts {
+            let spring = if self.alpha + self.gamma > 0.0 {
+                format!(
+                    "with a spring of {}, too weak to be told from none (1e-9)",
+                    short(self.alpha + self.gamma)
+                )
+            } else {
+                "without any spring".to_owned()
+            };
             writeln!(
                 out,
-                "  without any spring: the device stays where it is left; judged with one of 1e-4 beta"
+                "  {spring}: the device stays where it is left; judged with one of 1e-4 beta"
             )?;
         }
         if let Some(poles) = self.encirclements.filter(|poles| *poles > 0) {

@@ -95,6 +95,7 @@ fn law(text: &str) -> Result<ControllerParameters, Failure> {
         return Ok(pid.into());
     }
     let function = text.parse::<FractionalTransferFunction>();
+    super::plant::say_loose_factor("controller", text);
     function.map(Into::into).map_err(|error| {
         let (text, error) = (short(text), in_degrees(&error));
         Failure::bad_input(format_args!(

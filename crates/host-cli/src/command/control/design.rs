@@ -25,13 +25,14 @@ use std::path::PathBuf;
 pub(super) const LONG_ABOUT: &str = "\
 Tunes a PI^lambda D^mu to wishes: crossover and phase margin exactly, a phase that stays flat there (so that the overshoot stays when the \
 gain of the plant changes), and bounds of |S| and |T| as well as can be. Beside it stands the PID of order 1 that comes closest. Both are run \
-and judged: the verdict is a proof for the sampled loop with its dead time, at half to double the gain.
+and judged: the verdict is a proof for the sampled loop with its dead time, and for every gain of the plant in an interval, which is said. A \
+loop whose interval does not reach from half to double is shown with a warning.
 
 Ends with 1 if a wish is not met within 1 %: the table says which, and by how much. Wishes that contradict each other are refused by name.
 
 JSON: plant, sample_time_s, scheme, controller{the keys of a controller file}, specification[{name, wanted, reached, met, integer_reached}], \
-margins (as in analyze, null unless stable), stable, overshoot_spread, robustness[{gain_db, stable, shape}], shape, limited_share, integer{controller, \
-margins, stable, overshoot_spread, robustness, shape, limited_share} (null without one), integer_reason, step[{time_s, output, command}], \
+margins (as in analyze, null unless stable), stable, stable_gain_low, stable_gain_high, robust, overshoot_spread, robustness[{gain_db, stable, shape}], shape, limited_share, integer{controller, \
+margins, stable, stable_gain_low, stable_gain_high, robust, overshoot_spread, robustness, shape, limited_share} (null without one), integer_reason, step[{time_s, output, command}], \
 controller_file, files.";
 
 /// Samples in the time 1/crossover, if no sample time is given.

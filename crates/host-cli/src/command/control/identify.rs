@@ -25,9 +25,9 @@ Fits a fractional transfer function to a record of input and output that begins 
 of the output, with the whole history. Writes a plant file that the other commands of control take.
 
 DATA is a CSV with a header; the time runs in equal steps. Without --model, functions of one and two powers of s are fitted, begun from the \
-record itself, and the one with the least BIC is taken. With --model the terms and the first values are yours.
+record itself, and the one with the least BIC is taken; of a record that does not come to rest also functions that add up or grow. With --model the terms and the first values are yours.
 
-JSON: function, delay_s, samples, sample_time_s, rms_residual, fit, bic, numbers[{name, value, standard_error}], candidates[{function, \
+JSON: function, delay_s, samples, sample_time_s, rms_residual, fit, bic, unstable_poles (null with one that neither grows nor decays), numbers[{name, value, standard_error}], candidates[{function, \
 rms_residual, bic}], plant_file, files.";
 
 /// Arguments of `control identify`.
@@ -99,6 +99,8 @@ struct Report {
     rms_residual: f64,
     fit: f64,
     bic: f64,
+    /// Null with a pole at s = 0 or on the imaginary axis.
+    unstable_poles: Option<usize>,
     numbers: Vec<Number>,
     candidates: Vec<Candidate>,
     plant_file: Option<String>,
@@ -214,6 +216,7 @@ impl Arguments {
             rms_residual: own.rms_residual,
             fit: own.fit,
             bic: best.bic,
+            unstable_poles: own.function.unstable_poles(),
             numbers: numbers.collect(),
             candidates: candidates.collect(),
             plant_file: None,
@@ -263,6 +266,8 @@ impl Arguments {
     }
 }
 
+/// A number whose standard error is above this share of it is not determined.
+const LOOSE: f64 = 0.5;
 /// Digits of a plant file: more than any record has.
 const DIGITS: usize = 9;
 
@@ -309,6 +314,36 @@ fn named(function: &FractionalTransferFunction, number: FreeNumber) -> (String, 
 }
 
 impl Report {
+    /// What to know of the function before it is used.
+    fn sentences(&self) -> Vec<String> {
+        let mut said = Vec::new();
+        match self.unstable_poles {
+            Some(0) => {}
+            Some(_) => said.push(
+                "The record grows: this plant does not hold itself. Close the loop with host-cli control design."
+                    .to_owned(),
+            ),
+            None => said.push(
+                "The record does not come to rest: this plant adds up what goes in. Close the loop with host-cli control design."
+                    .to_owned(),
+            ),
+        }
+        let loose = |number: &&Number| {
+            let error = number.standard_error.unwrap_or(f64::INFINITY);
+            error > LOOSE * number.value.abs()
+        };
+        let loose: Vec<&str> = (self.numbers.iter().filter(loose))
+            .map(|number| number.name.as_str())
+            .collect();
+        if !loose.is_empty() {
+            said.push(format!(
+                "The record does not determine {}: record for longer, or give --model with fewer terms.",
+                loose.join(", ")
+            ));
+        }
+        said
+    }
+
     fn print(&self, out: &mut dyn std::io::Write) -> std::io::Result<()> {
         let function: Result<FractionalTransferFunction, _> = self.function.parse();
         let shown = function.map_or_else(|_| self.function.clone(), |function| rounded(&function));
@@ -352,6 +387,9 @@ impl Report {
             rows.push(vec![number.name.clone(), digits(number.value), error]);
         }
         table(out, &rows)?;
+        for sentence in self.sentences() {
+            writeln!(out, "{sentence}")?;
+        }
         written(out, self.plant_file.as_slice())?;
         written(out, &self.files)
     }

@@ -1,9 +1,10 @@
 //! The plant, as every command of `control` asks for it.
 
 use super::words::{in_degrees, refused};
+use crate::output::note;
 use crate::quantity::{Damping, Mass, Stiffness, Time};
 use clap::Args;
-use fractional_control::Plant;
+use fractional_control::{Plant, factor_after_division};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::input::short;
 use haptic_experiment::parameters;
@@ -111,10 +112,30 @@ fn named(text: &str) -> Result<PlantModel, Failure> {
         let file = PlantFile::read(path).map_err(Failure::input)?;
         return Ok(file.model);
     }
-    text.parse().map_err(|error| {
+    let model = text.parse().map_err(|error| {
         let (text, error) = (short(text), in_degrees(&error));
         Failure::bad_input(format_args!("plant \"{text}\": {error}; change --plant"))
-    })
+    })?;
+    say_loose_factor("plant", text);
+    Ok(model)
+}
+
+/// Says how a factor was understood that follows a division.
+pub(super) fn say_loose_factor(what: &str, text: &str) {
+    let Some(place) = factor_after_division(text) else {
+        return;
+    };
+    let (before, factor) = text.split_at(place);
+    note(
+        "note",
+        format_args!(
+            "{what} \"{}\": what follows \"{}\" multiplies the whole, it does not divide; if \"{}\" belongs to the denominator, put \
+             brackets round all of that",
+            short(text),
+            short(before.trim_end()),
+            short(factor)
+        ),
+    );
 }
 
 /// Sample time that is asked for and lies in the range of all.

@@ -1,5 +1,7 @@
 //! The answer for programs and for people.
 
+mod said;
+
 use super::super::draw::over_time;
 use super::super::print::{MarginReport, PidReport, ShapeReport, table, written};
 use super::super::words::{decibel, digits, in_degrees, percent};
@@ -46,6 +48,11 @@ struct WishReport {
 struct TrialReport {
     /// None of an unstable loop: they would mean nothing.
     margins: Option<MarginReport>,
+    /// The gains of the plant, over the nominal one, between which it is proved stable.
+    stable_gain_low: Option<f64>,
+    stable_gain_high: Option<f64>,
+    /// They reach from half to double.
+    robust: bool,
     overshoot_spread: f64,
     robustness: Vec<GainReport>,
     shape: ShapeReport,
@@ -106,6 +113,9 @@ fn row(name: WishName) -> Row {
 fn trial_report(trial: &Trial, t: f64) -> TrialReport {
     TrialReport {
         margins: (trial.verdict.stable).then(|| (&trial.margins).into()),
+        stable_gain_low: trial.stable_gains.map(|[low, _]| low),
+        stable_gain_high: trial.stable_gains.map(|[_, high]| high),
+        robust: trial.is_robust(),
         overshoot_spread: trial.overshoot_spread(),
         robustness: trial
             .robustness
@@ -184,12 +194,12 @@ impl Report {
         }
     }
 
-    /// Wishes that are not met, for the controller file.
+    /// Wishes that are not met, and a loop that is not robust, for the controller file.
     pub(super) fn note(&self) -> String {
-        match self.unmet() {
-            unmet if unmet.is_empty() => String::new(),
-            unmet => format!("not met: {unmet}"),
-        }
+        let unmet = Some(self.unmet()).filter(|unmet| !unmet.is_empty());
+        let parts = unmet.map(|unmet| format!("not met: {unmet}"));
+        let parts: Vec<String> = parts.into_iter().chain(self.fragile()).collect();
+        parts.join("; ")
     }
 
     /// Which wishes are missed, and by how much.
@@ -284,6 +294,13 @@ impl Report {
             .collect();
         let limited = |trial: &TrialReport| percent(trial.limited_share);
         rows.push(pair("command at a limit", limited(own), other.map(limited)));
+        let gains = |trial: &TrialReport| {
+            let ends = trial.stable_gain_low.zip(trial.stable_gain_high);
+            ends.map_or_else(none, |(low, high)| {
+                format!("{} to {}", three_digits(low), three_digits(high))
+            })
+        };
+        rows.push(pair("stable at gains of", gains(own), other.map(gains)));
         let overshoots = |trial: &TrialReport| {
             let all = || trial.robustness.iter().map(|row| row.shape.overshoot);
             let (low, high) = (all().fold(f64::MAX, f64::min), all().fold(0.0, f64::max));
@@ -298,65 +315,6 @@ impl Report {
             other.map(overshoots),
         ));
         rows
-    }
-
-    /// The verdict and the comparison.
-    fn sentences(&self) -> Vec<String> {
-        let Some(own) = &self.trial else {
-            return vec![
-                "Tuned to a measured response, which does not run: stable by Nyquist's count at the frequencies that were measured, not proved. \
-                 Identify a transfer function (host-cli control identify) for a proof and steps."
-                    .to_owned(),
-            ];
-        };
-        let always = |trial: &TrialReport| trial.robustness.iter().all(|row| row.stable);
-        let mut said = Vec::new();
-        said.push(match (self.stable, always(own)) {
-            (Some(true), true) => {
-                "The sampled loop is stable, and proved so, from half to double the gain of the plant.".to_owned()
-            }
-            (Some(true), false) => {
-                "The sampled loop is stable, and proved so, but not everywhere from half to double the gain of the plant.".to_owned()
-            }
-            _ => "The sampled loop is not stable.".to_owned(),
-        });
-        let other = self.integer.as_ref().and_then(|other| other.trial.as_ref());
-        match other {
-            Some(other) if always(own) && always(other) => {
-                let (fractional, integer) = (own.overshoot_spread, other.overshoot_spread);
-                said.push(format!(
-                    "Over these gains its overshoot varies by {} of the step, that of the PID of order 1 by {}: {}.",
-                    percent(fractional),
-                    percent(integer),
-                    compared(fractional, integer)
-                ));
-            }
-            Some(other) if always(own) && !always(other) => {
-                said.push("The PID of order 1 is not stable at all of these gains.".to_owned());
-            }
-            Some(_) => {}
-            None => said.push(format!(
-                "There is no PID of order 1 with this crossover and margin: {}.",
-                self.integer_reason
-                    .as_deref()
-                    .unwrap_or("none was found")
-                    .replace('`', "")
-            )),
-        }
-        let order = self.controller.integral_order;
-        if self.stable == Some(true) && own.shape.settling_time_s.is_none() && order < 1.0 {
-            said.push(format!(
-                "It does not settle within the time shown: what is left of an integral of order {} fades as slowly as t^-{0}. Ask for little error at low \
-                 frequency too, as with --disturbance {}rad/s:0.05.",
-                digits(order),
-                digits(0.05 * self.specification.first().map_or(1.0, |wish| wish.wanted))
-            ));
-        }
-        let unmet = self.unmet();
-        if unmet.is_empty() {
-            said.push("Every wish is met within 1 %.".to_owned());
-        }
-        said
     }
 }
 
@@ -375,6 +333,11 @@ fn pair(name: &str, own: String, other: Option<String>) -> Vec<String> {
     ]
 }
 
+/// A gain of the plant over the nominal one.
+fn three_digits(gain: f64) -> String {
+    digits(format!("{gain:.2e}").parse().unwrap_or(gain))
+}
+
 /// A number as a table shows what was reached: what is next to 0 is 0.
 fn rounded(value: f64) -> String {
     let rounded = (1e4 * value).round() / 1e4;
@@ -382,17 +345,5 @@ fn rounded(value: f64) -> String {
         "0".to_owned()
     } else {
         digits(value)
-    }
-}
-
-/// One spread against another.
-fn compared(fractional: f64, integer: f64) -> String {
-    let least = 1e-3;
-    if fractional < least && integer < least {
-        "there is nothing between them".to_owned()
-    } else if fractional <= integer {
-        format!("{:.1} times less", integer / fractional.max(1e-6))
-    } else {
-        "the fractional one is no better here".to_owned()
     }
 }

@@ -1,0 +1,98 @@
+//! What a design means, in sentences.
+
+use super::super::super::words::{digits, percent};
+use super::{Report, TrialReport, three_digits};
+use haptic_experiment::control::design::ROBUST_GAINS;
+
+impl Report {
+    /// The gains of the plant for which the loop is proved stable, if they do not reach from half to double.
+    pub(super) fn fragile(&self) -> Option<String> {
+        let own = self.trial.as_ref().filter(|own| !own.robust)?;
+        let (low, high) = own.stable_gain_low.zip(own.stable_gain_high)?;
+        Some(format!(
+            "the sampled loop is proved stable only from {} to {} times the gain of the plant, not from half to double",
+            three_digits(low),
+            three_digits(high)
+        ))
+    }
+
+    /// The remedy.
+    fn sturdier(&self) -> &'static str {
+        let low = self.trial.as_ref().and_then(|own| own.stable_gain_low);
+        if low.is_some_and(|low| low > ROBUST_GAINS[0]) {
+            "Ask for a higher --crossover: a smaller gain does not hold this plant"
+        } else {
+            "Ask for a lower --crossover or more --phase-margin, or shorten --sample-time"
+        }
+    }
+
+    /// The verdict and the comparison.
+    pub(super) fn sentences(&self) -> Vec<String> {
+        let Some(own) = &self.trial else {
+            return vec![
+                "Tuned to a measured response, which does not run: stable by Nyquist's count at the frequencies that were measured, not proved. \
+                 Identify a transfer function (host-cli control identify) for a proof and steps."
+                    .to_owned(),
+            ];
+        };
+        let always = |trial: &TrialReport| trial.robust;
+        let mut said = vec![match (self.stable, self.fragile()) {
+            (Some(true), None) => {
+                "The sampled loop is stable, and proved so for every gain of the plant from half to double.".to_owned()
+            }
+            (Some(true), Some(fragile)) => {
+                format!("Warning: {fragile}. {}.", self.sturdier())
+            }
+            _ => "The sampled loop is not stable.".to_owned(),
+        }];
+        let other = self.integer.as_ref().and_then(|other| other.trial.as_ref());
+        match other {
+            Some(other) if always(own) && always(other) => {
+                let (fractional, integer) = (own.overshoot_spread, other.overshoot_spread);
+                said.push(format!(
+                    "Over these gains its overshoot varies by {} of the step, that of the PID of order 1 by {}: {}.",
+                    percent(fractional),
+                    percent(integer),
+                    compared(fractional, integer)
+                ));
+            }
+            Some(other) if always(own) && !always(other) => {
+                said.push("The PID of order 1 is not stable at all of these gains.".to_owned());
+            }
+            Some(_) => {}
+            None => said.push(format!(
+                "There is no PID of order 1 with this crossover and margin: {}.",
+                self.integer_reason
+                    .as_deref()
+                    .unwrap_or("none was found")
+                    .replace('`', "")
+            )),
+        }
+        let order = self.controller.integral_order;
+        if self.stable == Some(true) && own.shape.settling_time_s.is_none() && order < 1.0 {
+            said.push(format!(
+                "It does not settle within the time shown: what is left of an integral of order {} fades as slowly as t^-{0}. Ask for little error at low \
+                 frequency too, as with --disturbance {}rad/s:0.05.",
+                digits(order),
+                digits(0.05 * self.specification.first().map_or(1.0, |wish| wish.wanted))
+            ));
+        }
+        let unmet = self.unmet();
+        if unmet.is_empty() {
+            said.push("Every wish is met within 1 %.".to_owned());
+        }
+        said
+    }
+}
+
+/// One spread against another.
+fn compared(fractional: f64, integer: f64) -> String {
+    let least = 1e-3;
+    if fractional < least && integer < least {
+        "there is nothing between them".to_owned()
+    } else if fractional <= integer {
+        format!("{:.1} times less", integer / fractional.max(1e-6))
+    } else {
+        "the fractional one is no better here".to_owned()
+    }
+}
