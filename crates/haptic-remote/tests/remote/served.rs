@@ -1,9 +1,11 @@
 //! A device that this process serves: late ticks count, and the end of the link is the end of the force.
 
-use haptic_link::{Capabilities, Configuration, Limits, Refusal, Simulation, Start, State};
-use haptic_loop::{Device, Fault, Reading, SafeForce};
+use haptic_link::{
+    Capabilities, Configuration, FaultReport, Limits, Refusal, Sample, Simulation, Start, State,
+};
+use haptic_loop::{Device, Fault, Limiters, Reading, SafeForce};
 use haptic_remote::serial::{Heard, SerialLink, Served, ServedHardware};
-use haptic_remote::{Hardware, SimulatedPlant};
+use haptic_remote::{Hardware, SimulatedPlant, TickSide};
 use nalgebra::SVector;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
@@ -115,32 +117,37 @@ fn running(takes: Duration, late_ticks: u16) -> (SerialLink, Arc<Done>) {
     (link, done)
 }
 
-/// The fault that ends it.
-fn fault(link: &mut SerialLink) -> Fault {
+/// The fault that ends it, and its news.
+fn fault(link: &mut SerialLink) -> (Fault, FaultReport) {
     loop {
         match link.hear(Duration::from_secs(60)).expect("something") {
-            Heard::Fault(report) => return Fault::from_code(report.status.fault).expect("known"),
+            Heard::Fault(report) => {
+                let fault = Fault::from_code(report.status.fault).expect("known");
+                return (fault, report);
+            }
             Heard::Over(error) => panic!("{error}"),
             Heard::Sample(_) | Heard::Event(_) => {}
         }
     }
 }
 
-/// Waits for so many samples.
-fn samples(link: &mut SerialLink, mut count: u32) {
-    while count > 0 {
+/// The next so many samples.
+fn samples(link: &mut SerialLink, count: usize) -> Vec<Sample> {
+    let mut samples = Vec::new();
+    while samples.len() < count {
         match link.hear(Duration::from_secs(60)).expect("something") {
-            Heard::Sample(_) => count -= 1,
+            Heard::Sample(sample) => samples.push(sample),
             Heard::Event(_) => {}
             other => panic!("{other:?}"),
         }
     }
+    samples
 }
 
 #[test]
 fn ticks_that_take_too_long_are_counted_and_are_a_fault() {
     let (mut link, _) = running(Duration::from_millis(3), 20);
-    assert_eq!(fault(&mut link), Fault::TickOverrun);
+    assert_eq!(fault(&mut link).0, Fault::TickOverrun);
     let overruns = link.statistics().expect("answers").overruns;
     assert!(overruns >= 20, "{overruns}");
 }
@@ -166,8 +173,64 @@ fn a_board_that_fails_is_let_go_at_once_and_says_why() {
     let (mut link, done) = running(Duration::ZERO, 0);
     samples(&mut link, 20);
     done.breaks.store(true, Ordering::Relaxed);
-    assert_eq!(fault(&mut link), Fault::BoardFailed);
+    let (fault, report) = fault(&mut link);
+    assert_eq!(fault, Fault::BoardFailed);
     assert!(done.let_go.load(Ordering::Relaxed) >= 1);
     assert_eq!(link.trouble().as_deref(), Some("it is broken: mend it"));
     assert_eq!(link.status().state, State::Fault);
+    // The tick of the fault is told too: no force, and the place of before.
+    let rest = samples(&mut link, 50);
+    let failed = rest.iter().find(|sample| sample.tick == report.tick);
+    let failed = failed.expect("it is among them");
+    assert_eq!((failed.force_n, failed.position_m), (0.0, 0.01));
+    assert_eq!(failed.limiters, Limiters::FAULT.bits());
+}
+
+#[test]
+fn the_number_of_a_tick_is_its_time_however_late_it_is() {
+    // Three periods a tick, and no limit on that.
+    let (mut link, _) = running(Duration::from_millis(3), 0);
+    let samples = samples(&mut link, 20);
+    let (first, last) = (samples[0], samples[19]);
+    for sample in &samples {
+        let passed_us = sample.time_us.wrapping_sub(first.time_us);
+        let numbers = f64::from(sample.tick - first.tick);
+        assert!(
+            (f64::from(passed_us) / 1e3 - numbers).abs() <= 1.0,
+            "{sample:?}"
+        );
+    }
+    assert!(
+        last.tick - first.tick >= 2 * 19,
+        "{} to {}",
+        first.tick,
+        last.tick
+    );
+}
+
+#[test]
+fn skipped_periods_have_their_numbers_and_their_part_of_a_run() {
+    let mut device = TickSide::new(SimulatedPlant::new("skips", || 0)).expect("starts");
+    device.arm(0).expect("nothing is wrong");
+    let start = Start {
+        run: 1,
+        ticks: 20,
+        every: 1,
+        batch: 1,
+    };
+    device.start(start).expect("is armed");
+    let mut now_us = 0;
+    for (skipped, tick, runs) in [
+        (0, 0, true),
+        (0, 1, true),
+        (7, 9, true),
+        (0, 10, true),
+        (30, 41, false),
+    ] {
+        device.skip(skipped);
+        now_us += 1000 * (1 + u64::from(skipped));
+        device.tick(now_us);
+        assert_eq!(device.newest().tick, tick);
+        assert_eq!(device.status().state == State::Running, runs, "tick {tick}");
+    }
 }

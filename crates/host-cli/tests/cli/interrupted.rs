@@ -189,7 +189,7 @@ fn an_interrupted_run_leaves_no_picture_of_the_run_it_overwrites() {
 
 /// Starts `host-cli LINE` and interrupts it as soon as it listens.
 #[cfg(target_os = "linux")]
-fn interrupt_when_it_listens(place: &Place, line: &str) -> Ended {
+pub(crate) fn interrupt_when_it_listens(place: &Place, line: &str) -> Ended {
     // Caught signals as a mask: bit 1 is SIGINT.
     let listens = |child: &Child| {
         let status = std::fs::read_to_string(format!("/proc/{}/status", child.id()));
@@ -222,17 +222,6 @@ fn long_searches_stop_at_ctrl_c_and_say_what_they_have() {
         );
     }
     assert!(place.text("again/report.md").contains("laim"));
-}
-
-#[cfg(target_os = "linux")]
-#[test]
-fn whoever_waits_for_a_device_in_vain_may_stop_and_is_told() {
-    let place = Place::new();
-    for device in ["serial:nowhere", "haply:nowhere"] {
-        let line = format!("device info --device {device} --wait 60s");
-        let ended = interrupt_when_it_listens(&place, &line);
-        ended.refused(1, &["interrupted", "nowhere", "in vain"]);
-    }
 }
 
 #[test]

@@ -178,3 +178,14 @@ fn a_port_that_answers_after_a_second_is_waited_for() {
 fn crc32(bytes: &[u8]) -> u32 {
     crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(bytes)
 }
+
+#[cfg(target_os = "linux")]
+#[test]
+fn whoever_waits_for_a_device_in_vain_may_stop_and_is_told() {
+    let place = Place::new();
+    for device in ["serial:nowhere", "haply:nowhere"] {
+        let line = format!("device info --device {device} --wait 60s");
+        let ended = crate::interrupted::interrupt_when_it_listens(&place, &line);
+        ended.refused(1, &["interrupted", "nowhere", "in vain"]);
+    }
+}
