@@ -253,3 +253,131 @@ fn colour(name: &str) -> Result<Color, FigureError> {
         .to_be_bytes();
     Ok(Color::from_rgba8(red, green, blue, u8::MAX))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drawing::Anchor;
+
+    const RED: &str = "#ff0000";
+    const SEEN: [u8; 3] = [255, 0, 0];
+    const WHITE: [u8; 3] = [255; 3];
+
+    /// The items on paper of 20 px by 20 px, and the colour at a place of it.
+    fn painted(items: Vec<Item>) -> impl Fn(f64, f64) -> [u8; 3] {
+        let mut drawing = Drawing::new(20.0, 20.0);
+        drawing.items = items;
+        let pixels = paint(&drawing, 2).expect("paints");
+        move |x, y| {
+            let pixel = pixels.pixel((2.0 * x) as u32, (2.0 * y) as u32);
+            let pixel = pixel.expect("is on the paper").demultiply();
+            [pixel.red(), pixel.green(), pixel.blue()]
+        }
+    }
+
+    fn line(from: (f64, f64), to: (f64, f64), dash: Option<&'static [f64]>) -> Item {
+        let stroke = Stroke {
+            dash,
+            ..Stroke::solid(RED, 2.0)
+        };
+        Item::curves(&[vec![from, to]], stroke)
+    }
+
+    fn square(from: f64, to: f64) -> Points {
+        vec![(from, from), (to, from), (to, to), (from, to)]
+    }
+
+    #[test]
+    fn lines_lie_at_their_places_in_their_dashes_and_move_with_their_group() {
+        let mut ruled = Ruled::new(RED, 2.0);
+        ruled.border = Some(Rectangle::new((2.0, 2.0), (18.0, 18.0)));
+        ruled.line((0.0, 10.0), (20.0, 10.0));
+        let at = painted(vec![Item::Ruled(ruled)]);
+        assert_eq!([at(5.0, 10.0), at(2.0, 5.0), at(18.0, 15.0)], [SEEN; 3]);
+        assert_eq!([at(5.0, 5.0), at(0.5, 5.0)], [WHITE; 2]);
+
+        let dashed = line((0.0, 3.0), (20.0, 3.0), Some(&[4.0, 6.0]));
+        let at = painted(vec![Item::Moved {
+            by: (1.0, 4.0),
+            items: vec![dashed],
+        }]);
+        assert_eq!([at(2.0, 7.0), at(4.0, 7.0), at(12.0, 7.0)], [SEEN; 3]);
+        assert_eq!([at(2.0, 3.0), at(6.0, 7.0), at(10.0, 7.0)], [WHITE; 3]);
+    }
+
+    #[test]
+    fn a_box_hides_what_is_outside_and_a_ring_in_a_ring_is_a_hole() {
+        let tinted = Item::area(&[square(0.0, 20.0), square(8.0, 12.0)], RED, 0.1);
+        let at = painted(vec![Item::Boxed {
+            name: 'a',
+            edges: Rectangle::new((4.0, 0.0), (16.0, 20.0)),
+            items: vec![tinted, line((0.0, 18.0), (20.0, 18.0), None)],
+        }]);
+        assert_eq!([at(5.0, 18.0), at(15.0, 18.0)], [SEEN; 2]);
+        assert_eq!([at(3.0, 18.0), at(17.0, 18.0), at(3.0, 5.0)], [WHITE; 3]);
+        assert_eq!(at(10.0, 10.0), WHITE);
+        let [red, green, blue] = at(6.0, 6.0);
+        assert!(
+            red == 255 && green == blue && (228..=231).contains(&green),
+            "{green}"
+        );
+    }
+
+    #[test]
+    fn markers_are_whole_with_a_rim_over_what_lies_beneath() {
+        let beneath = Item::area(&[square(0.0, 20.0)], "#0000ff", 1.0);
+        for shape in (0..8).map(Shape::of_series) {
+            let marker = (shape, 3.0);
+            let rim = Stroke::solid(PAPER, 1.0);
+            let items = vec![
+                beneath.clone(),
+                Item::markers(&[(10.0, 10.0)], marker, RED, rim),
+            ];
+            let at = painted(items);
+            assert_eq!(at(10.0, 10.0), SEEN, "{shape:?}");
+            let along: Vec<[u8; 3]> = (0..40).map(|i| at(10.0, f64::from(i) / 2.0)).collect();
+            assert!(along.contains(&WHITE), "{shape:?}: no rim");
+            assert_eq!((along[0], along[39]), ([0, 0, 255], [0, 0, 255]));
+        }
+    }
+
+    #[test]
+    fn upright_text_runs_upwards_from_its_place() {
+        let text = |upright| Text {
+            colour: RED,
+            upright,
+            ..Text::new("—", 10.0, 10.0, 10).anchored(Anchor::Start)
+        };
+        // A dash as long as the size, a third of it above the baseline.
+        let dark = |at: &dyn Fn(f64, f64) -> [u8; 3], places: [(f64, f64); 2]| {
+            places.map(|(x, y)| {
+                (-1..=1).any(|off| {
+                    let off = f64::from(off) / 2.0;
+                    at(x + off, y + off)[1] < 128
+                })
+            })
+        };
+        let (right, up) = ((15.0, 6.9), (6.9, 5.0));
+        assert_eq!(
+            dark(&painted(vec![Item::Text(text(false))]), [right, up]),
+            [true, false]
+        );
+        assert_eq!(
+            dark(&painted(vec![Item::Text(text(true))]), [right, up]),
+            [false, true]
+        );
+    }
+
+    #[test]
+    fn a_colour_without_a_name_here_is_an_error() {
+        for name in ["red", "#12345", "#12345g", ""] {
+            assert!(colour(name).is_err(), "{name}");
+        }
+        for name in crate::SERIES_COLOURS
+            .into_iter()
+            .chain([PAPER, crate::INK, crate::GRID])
+        {
+            assert!(colour(name).is_ok(), "{name}");
+        }
+    }
+}
