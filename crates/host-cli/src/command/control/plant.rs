@@ -127,7 +127,7 @@ pub(super) fn say_loose_factor(what: &str, text: &str) {
     };
     let (before, factor) = text.split_at(place);
     note(
-        "note",
+        "warning",
         format_args!(
             "{what} \"{}\": what follows \"{}\" multiplies the whole, it does not divide; if \"{}\" belongs to the denominator, put \
              brackets round all of that",
