@@ -1,5 +1,6 @@
 //! Keys of experiment files that take one of several names, and the names.
 
+use crate::design::{RequireName, WishName};
 use crate::device::Loop;
 use crate::teleoperation::{ArchitectureName, PlaceName};
 use crate::touch::{GripName, ShapeName};
@@ -21,7 +22,9 @@ pub fn choices(key: &str) -> Vec<(&'static str, &'static str)> {
         "loop" => names::<Loop>(),
         "place" => names::<PlaceName>(),
         "precision" => names::<Precision>(),
+        "require" => names::<RequireName>(),
         "shape" => names::<ShapeName>(),
+        "wish" => names::<WishName>(),
         _ => Vec::new(),
     }
 }
@@ -41,6 +44,8 @@ mod tests {
             "coupler",
             "teleoperation",
             "touch",
+            "zwidth",
+            "design",
         ] {
             for parameter in of_kind(kind).iter().flat_map(|(_, table)| *table) {
                 let choices = choices(parameter.key);

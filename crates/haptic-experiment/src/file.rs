@@ -13,9 +13,11 @@
 //! Defaults are those of the commands. Whatever is wrong is refused in one line, `FILE:LINE: reason`;
 //! so are keys that are not known. Paths in a file start from the folder of the file.
 
+mod bench;
 mod coupler;
 mod device;
 mod pushed;
+mod question;
 pub(crate) mod reader;
 mod rendering;
 mod safety;
@@ -36,6 +38,7 @@ use crate::{
     WallExperiment, parameters,
 };
 use haptic_tissue::read_text;
+pub use question::Question;
 use reader::Document;
 pub use reader::FileError;
 use std::path::Path;

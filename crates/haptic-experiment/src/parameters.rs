@@ -10,6 +10,7 @@ mod device;
 mod experiment;
 mod kind;
 mod measure;
+mod question;
 mod safety;
 mod teleoperation;
 mod touch;
@@ -21,17 +22,19 @@ pub use device::*;
 pub use experiment::*;
 pub use kind::{Parameter, Range, Value};
 pub use measure::*;
+pub use question::*;
 pub use safety::*;
 pub use teleoperation::*;
 pub use touch::*;
 pub use wall::*;
 
-/// Tables of experiment files by kind: heading and parameters.
+/// Tables of experiment files, and of questions to a device, by kind: heading and parameters.
 #[must_use]
 pub fn of_kind(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
     let common = match kind {
         // On simulated devices alone.
         "teleoperation" | "touch" => vec![("safety", SAFETY)],
+        "zwidth" | "design" => vec![("device", BENCH)],
         _ => vec![("device", ON_DEVICE), ("safety", SAFETY)],
     };
     let own: &[(&str, &[Parameter])] = match kind {
@@ -40,6 +43,8 @@ pub fn of_kind(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
         "coupler" => &[("required", COUPLER_REQUIRED), ("coupler", COUPLER)],
         "teleoperation" => &[("teleoperation", TELEOPERATION)],
         "touch" => &[("touch", TOUCH)],
+        "zwidth" => &[("Z-width", ZWIDTH)],
+        "design" => &[("design", DESIGN)],
         _ => &[("required", WALL_REQUIRED), ("wall", WALL)],
     };
     own.iter().copied().chain(common).collect()
@@ -78,6 +83,8 @@ mod tests {
             "coupler",
             "teleoperation",
             "touch",
+            "zwidth",
+            "design",
         ] {
             let all: Vec<Parameter> = of_kind(kind)
                 .iter()
@@ -92,6 +99,15 @@ mod tests {
                 );
                 if let Value::Number(Some(default), range) = parameter.value {
                     assert!(range.contains(default), "{}: {default}", parameter.key);
+                }
+                if let (Value::List, false) = (parameter.value, parameter.shown.is_empty()) {
+                    let wanted = parameter.shown.matches(',').count() + 1;
+                    assert_eq!(
+                        parameter.default_numbers().len(),
+                        wanted,
+                        "{}",
+                        parameter.key
+                    );
                 }
             }
         }
