@@ -25,13 +25,16 @@ fn a_tissue_is_felt_relaxes_and_remembers() {
     );
     page.ask("feel.hand", json!({"position_m": 5e-3, "held": true}));
     // 5 mm into 173 N·s^μ/m: some tenths of a newton, pushing back.
-    let pushed = page.frame(|frame| frame.least(FORCE).iter().any(|&force| force < -0.2));
+    let pushed = page.frame(|frame| {
+        let deep = frame.largest(0).iter().any(|&position| position > 1e-3);
+        deep && frame.least(FORCE).iter().any(|&force| force < -0.2)
+    });
     assert_eq!(
         (pushed.source, pushed.channels, pushed.sample_time_s),
         (0, 7, 1e-3)
     );
     let position = pushed.largest(0).iter().copied().fold(f32::NAN, f32::max);
-    assert!((5e-4..8e-3).contains(&position), "{position}");
+    assert!(position < 8e-3, "{position}");
     // It relaxes: three seconds later the force is smaller, and A₃, which forgets at once, is not where the true one is.
     let since = pushed.first_tick + pushed.columns as f64 * pushed.ticks_per_column;
     let later = page.frame(|frame| {
