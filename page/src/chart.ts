@@ -11,6 +11,8 @@ export interface Line {
   colour: string;
   dash?: number[];
   width?: number;
+  /** Its points are marked, not joined. */
+  marked?: boolean;
 }
 
 export interface ChartOptions {
@@ -155,9 +157,9 @@ export class Chart {
         ...options.lines.map((line) => ({
           label: line.label,
           stroke: () => style(line.colour),
-          width: line.width ?? 2,
+          width: line.marked ? 0 : (line.width ?? 2),
           ...(line.dash === undefined ? {} : { dash: line.dash }),
-          points: { show: false },
+          points: line.marked ? { show: true, size: 8, stroke: () => style(line.colour), fill: () => style(line.colour) } : { show: false },
           spanGaps: false,
         })),
       ],
@@ -220,7 +222,8 @@ export function legend(lines: Line[]): HTMLElement {
     const item = document.createElement("span");
     const stroke = document.createElement("i");
     stroke.style.borderColor = `var(${line.colour})`;
-    stroke.style.borderTopStyle = line.dash === undefined ? "solid" : (line.dash[0] ?? 0) < 4 ? "dotted" : "dashed";
+    stroke.classList.toggle("dot", line.marked === true);
+    stroke.style.borderTopStyle = line.marked ? "solid" : line.dash === undefined ? "solid" : (line.dash[0] ?? 0) < 4 ? "dotted" : "dashed";
     item.append(stroke, line.label);
     root.append(item);
   }

@@ -54,8 +54,8 @@ export class FeelView implements ViewPart {
   private readonly tissue = el("select", { "aria-label": "Tissue" });
   private readonly compare = el("select", { "aria-label": "Compare with" });
   private readonly order: Knob;
+  private readonly dissipation: Knob;
   private readonly stiffness: Knob;
-  private readonly spring: Knob;
   private readonly legend = legend(FORCES);
   private readonly demonstration: Demonstration;
   private readonly surface: Surface;
@@ -105,13 +105,13 @@ export class FeelView implements ViewPart {
       help: "0 is a spring, 1 a damper; between them it relaxes and remembers",
       changed: (order) => this.change({ order }),
     });
-    this.stiffness = new Knob({
-      label: "stiffness B", unit: "N·s^μ/m", kind: "number", least: 1, most: 1000, log: true, value: 100, parse,
+    this.dissipation = new Knob({
+      label: "dissipation B", unit: "N·s^μ/m", kind: "number", least: 1, most: 1000, log: true, value: 100, parse,
       help: "of the part that remembers",
-      changed: (value) => this.changeStiffness(value),
+      changed: (value) => this.changeDissipation(value),
     });
-    this.spring = new Knob({
-      label: "spring K", unit: "N/m", kind: "stiffness", least: 0, most: 1000, log: true, value: 0, parse,
+    this.stiffness = new Knob({
+      label: "stiffness K", unit: "N/m", kind: "stiffness", least: 0, most: 1000, log: true, value: 0, parse,
       help: "of the part that does not",
       changed: (value) => this.change({ stiffness_n_per_m: value }),
     });
@@ -131,8 +131,8 @@ export class FeelView implements ViewPart {
       el("label", { class: "choice" }, "Tissue", this.tissue),
       el("label", { class: "choice" }, "Compare with", this.compare),
       this.order.root,
+      this.dissipation.root,
       this.stiffness.root,
-      this.spring.root,
     );
     return el(
       "div",
@@ -219,15 +219,15 @@ export class FeelView implements ViewPart {
     this.sendLaw(change);
   }
 
-  private changeStiffness(value: number): void {
+  private changeDissipation(value: number): void {
     const { feel } = this;
     if (!feel) return;
     if (feel.order_free) this.change({ dissipation_n_s_mu_per_m: value / feel.scale });
-    else this.change({ scale: (feel.scale * value) / this.shownStiffness(feel) });
+    else this.change({ scale: (feel.scale * value) / this.shownDissipation(feel) });
   }
 
   /** B as it acts, or the scale of a tissue that is no spring-pot beside a spring. */
-  private shownStiffness(feel: Feel): number {
+  private shownDissipation(feel: Feel): number {
     return feel.order_free ? feel.dissipation_n_s_mu_per_m * feel.scale : feel.scale;
   }
 
@@ -274,15 +274,15 @@ export class FeelView implements ViewPart {
     const ranges = this.app.hello?.ranges;
     const range = feel.order_free ? ranges?.["dissipation_n_s_mu_per_m"] : ranges?.["scale"];
     if (range) {
-      const names = feel.order_free ? { label: "stiffness B", unit: "N·s^μ/m" } : { label: "size", unit: "×" };
-      this.stiffness.change({ ...names, least: Math.max(range.least, range.most * 1e-4), most: range.most });
+      const names = feel.order_free ? { label: "dissipation B", unit: "N·s^μ/m" } : { label: "size", unit: "×" };
+      this.dissipation.change({ ...names, least: Math.max(range.least, range.most * 1e-4), most: range.most });
     }
-    this.stiffness.show(this.shownStiffness(feel));
+    this.dissipation.show(this.shownDissipation(feel));
     const wall = "wall" in feel.environment || feel.stiffness_n_per_m > 0;
-    this.spring.root.hidden = !wall;
-    const spring = ranges?.["stiffness_n_per_m"];
-    if (spring) this.spring.change({ least: spring.least, most: spring.most });
-    this.spring.show(feel.stiffness_n_per_m);
+    this.stiffness.root.hidden = !wall;
+    const stiffness = ranges?.["stiffness_n_per_m"];
+    if (stiffness) this.stiffness.change({ least: stiffness.least, most: stiffness.most });
+    this.stiffness.show(feel.stiffness_n_per_m);
     this.legend.children[1]?.toggleAttribute("hidden", !feel.ghosts.includes("short"));
     this.legend.children[2]?.toggleAttribute("hidden", !feel.ghosts.includes("a3"));
     this.judge(feel);

@@ -20,6 +20,23 @@ const KINDS: [RegExp, string][] = [
   [/_n$/, "force"],
 ];
 
+/** What is asked, in words. */
+const TITLES: Record<string, string> = {
+  relax: "relax: strain held, force falls",
+  creep: "creep: force held, strain grows",
+  wall: "wall: pushed into a wall",
+  coupler: "coupler: an object behind a coupler",
+  touch: "touch: a hand over a shape, 2 or 3 axes",
+  teleoperation: "teleoperation: two hands over a line",
+  zwidth: "zwidth: how stiff can a wall be?",
+  design: "design: what is the best wall?",
+};
+/** Kinds that have no pace: they are answered, not run. */
+const QUESTIONS = ["zwidth", "design"];
+
+/** How lists are written. */
+const LIST_HINT: Record<string, string> = { way_points: "0, 25 mm, 0; 2, 15 mm, 0;", mass_kg: "65 g, 120 g" };
+
 interface Field {
   parameter: Parameter;
   input: HTMLInputElement | HTMLSelectElement;
@@ -31,10 +48,11 @@ export class FormPanel {
   private readonly tables = el("div", { class: "tables" });
   private readonly trouble = el("p", { class: "trouble", role: "alert" });
   private readonly realtime = el("input", { type: "checkbox", id: "realtime" });
+  private readonly pace = el("label", { class: "check", for: "realtime" }, this.realtime, "by the clock, not in virtual time");
   private forms: Form[] = [];
   private fields: Field[] = [];
 
-  constructor(private readonly app: App, private readonly started: (name: string) => void) {
+  constructor(private readonly app: App, private readonly started: (name: string, kind: string) => void) {
     const start = el("button", { type: "submit", class: "primary" }, "Start");
     const form = el(
       "form",
@@ -43,7 +61,7 @@ export class FormPanel {
       el("label", { class: "choice" }, "Experiment", this.kind),
       this.tables,
       this.trouble,
-      el("div", { class: "buttons" }, start, el("label", { class: "check", for: "realtime" }, this.realtime, "by the clock, not in virtual time")),
+      el("div", { class: "buttons" }, start, this.pace),
     );
     form.addEventListener("submit", (event) => {
       event.preventDefault();
@@ -59,7 +77,7 @@ export class FormPanel {
     this.app.connection.ask<{ forms: Form[] }>("runs.forms").then(
       ({ forms }) => {
         this.forms = forms;
-        this.kind.replaceChildren(...forms.map((form) => el("option", { value: form.kind }, form.kind)));
+        this.kind.replaceChildren(...forms.map((form) => el("option", { value: form.kind }, TITLES[form.kind] ?? form.kind)));
         this.draw();
       },
       () => undefined,
@@ -74,6 +92,7 @@ export class FormPanel {
       return el("details", { open: index === 0 }, el("summary", {}, table.title), el("div", { class: "fields" }, ...rows));
     });
     this.tables.replaceChildren(...tables);
+    this.pace.hidden = QUESTIONS.includes(this.kind.value);
     say(this.trouble, "");
   }
 
@@ -93,9 +112,10 @@ export class FormPanel {
         const value = await this.value(parameter, input);
         if (value !== undefined) parameters[parameter.key] = value;
       }
-      const realtime = this.realtime.checked ? { realtime: true } : {};
-      const { name } = await this.app.connection.ask<{ name: string }>("runs.start", { kind: this.kind.value, parameters, ...realtime });
-      this.started(name);
+      const kind = this.kind.value;
+      const realtime = this.realtime.checked && !this.pace.hidden ? { realtime: true } : {};
+      const { name } = await this.app.connection.ask<{ name: string }>("runs.start", { kind, parameters, ...realtime });
+      this.started(name, kind);
     } catch (error) {
       say(this.trouble, error instanceof Error ? error.message : String(error));
     }
@@ -109,15 +129,29 @@ export class FormPanel {
     if (text === "" || (asDefault && !parameter.required)) return undefined;
     if (asDefault) return parameter.default;
     const known = KINDS.find(([pattern]) => pattern.test(parameter.key))?.[1];
+    if (parameter.kind === "list") return this.list(parameter, text, known ?? "number", input);
     // What is optional and has no unit is a number if it looks like one.
     if (isText(parameter) && (known === undefined || parameter.default !== null)) return Number.isNaN(Number(text)) || parameter.default !== null ? text : Number(text);
-    const kind = known ?? "number";
+    return this.number(parameter, text, known ?? "number", input);
+  }
+
+  private async number(parameter: Parameter, text: string, kind: string, input: HTMLElement): Promise<number> {
     try {
       return await this.app.analysis.parse(kind, text);
     } catch (error) {
       input.focus();
       throw new Error(`${readable(parameter.key)}: ${error instanceof Error ? error.message : String(error)}`);
     }
+  }
+
+  /** Numbers with commas between them; rows of them with semicolons. */
+  private async list(parameter: Parameter, text: string, kind: string, input: HTMLElement): Promise<number[] | number[][]> {
+    const row = (text: string): Promise<number[]> => {
+      const parts = text.split(",").map((part) => part.trim());
+      return Promise.all(parts.filter((part) => part !== "").map((part) => this.number(parameter, part, kind, input)));
+    };
+    if (!text.includes(";")) return row(text);
+    return Promise.all(text.split(";").map((part) => part.trim()).filter((part) => part !== "").map(row));
   }
 }
 
@@ -137,5 +171,6 @@ function inputFor(parameter: Parameter, shown: string): HTMLInputElement | HTMLS
     box.checked = parameter.default === true;
     return box;
   }
-  return el("input", { type: "text", value: shown, placeholder: parameter.shown ?? "", spellcheck: "false", autocomplete: "off" });
+  const hint = parameter.kind === "list" && shown === "" ? LIST_HINT[parameter.key] ?? "numbers with commas" : (parameter.shown ?? "");
+  return el("input", { type: "text", value: shown, placeholder: hint, spellcheck: "false", autocomplete: "off" });
 }

@@ -8,8 +8,10 @@ import { csvOf, pngOf, svgOf, type Picture } from "./export";
 import { plain } from "./format";
 import type { Frame } from "./frame";
 import { readable } from "./names";
+import { PlaneView } from "./plane";
 import type { OpenRun } from "./protocol";
 import { save } from "./save";
+import { choices, componentName, members, strokeOf } from "./vectors";
 
 /** Strokes of runs, best told apart first: as in the figures. */
 const STROKES: Omit<Line, "label">[] = [
@@ -28,8 +30,10 @@ const JUDGED = "over its closed form";
 
 interface Curve {
   run: OpenRun;
+  /** Of the log, or what of the run's own curves. */
   channel: string;
   theory: boolean;
+  judged: boolean;
 }
 
 interface Sampled {
@@ -48,14 +52,16 @@ class Part {
   x: number[] = [];
   drawn: Points[] = [];
 
-  constructor(name: string, readonly prefers: RegExp) {
+  constructor(name: string, readonly prefers: string[]) {
     this.select.setAttribute("aria-label", name);
   }
 }
 
 export class Overlay {
   readonly root: HTMLElement;
-  private readonly parts = [new Part("Channel above", /^(contact_)?force_n$/), new Part("Channel below", /^(indenter_)?position_m$/)];
+  /** Of runs with several axes. */
+  readonly plane: PlaneView;
+  private readonly parts = [new Part("Channel above", ["force_n", "contact_force_n"]), new Part("Channel below", ["position_m", "indenter_position_m"])];
   private readonly all_ = el("button", { type: "button", class: "small", hidden: true }, "show all");
   private runs: OpenRun[] = [];
   private zoom: [number, number] | null = null;
@@ -85,36 +91,44 @@ export class Overlay {
       return el("div", { class: "overlay-part" }, part?.select ?? "", part?.holder ?? "");
     });
     this.root = el("section", { class: "card overlay" }, el("h2", {}, "Curves", this.all_, files), ...parts);
+    this.plane = new PlaneView(app, (view) => this.frameOfView(view));
     this.all_.addEventListener("click", () => this.all());
   }
 
-  /** Draws these runs. */
-  show(runs: OpenRun[]): void {
+  /** Draws these runs; true if one of them has a plane to show. */
+  show(runs: OpenRun[]): boolean {
     this.runs = runs;
     this.zoom = null;
     const judged = runs.filter(hasTheory).map((run) => `${run.curves?.quantity ?? "force"} ${JUDGED}`);
-    const channels = [...new Set([...runs.flatMap((run) => run.channels), ...judged])];
+    const channels = choices([...runs.flatMap((run) => run.channels), ...judged]);
     for (const part of this.parts) {
       const before = part.select.value;
       part.select.replaceChildren(...channels.map((name) => el("option", { value: name }, readable(name))));
-      const best = channels.find((name) => part === this.parts[0] && name.endsWith(JUDGED)) ?? channels.find((name) => part.prefers.test(name)) ?? channels.find((name) => name !== this.parts[0]?.select.value);
+      const best = channels.find((name) => part === this.parts[0] && name.endsWith(JUDGED)) ?? part.prefers.find((name) => channels.includes(name)) ?? channels.find((name) => name !== this.parts[0]?.select.value);
       // A choice of one's own stays; what was best for other runs need not be now.
       part.select.value = part.chosen && channels.includes(before) ? before : (best ?? "");
     }
     this.load();
+    return this.plane.show(runs);
   }
 
   /** Draws anew what goes on. */
   refresh(): void {
     this.load();
+    this.plane.refresh();
   }
 
   /** Shows all of the time again; true if it was not. */
   all(): boolean {
     if (this.zoom === null) return false;
-    this.zoom = null;
-    this.load();
+    this.zoomTo(null);
     return true;
+  }
+
+  private zoomTo(zoom: [number, number] | null): void {
+    this.zoom = zoom;
+    this.load();
+    this.plane.zoomTo(zoom);
   }
 
   frame(frame: Frame): void {
@@ -135,18 +149,18 @@ export class Overlay {
   }
 
   private async loadPart(part: Part, round: number): Promise<void> {
-    const channel = part.select.value;
-    const judged = channel.endsWith(JUDGED);
-    const runs = this.runs.filter((run) => (judged ? hasTheory(run) : run.channels.includes(channel)));
-    part.curves = runs.map((run) => ({ run, channel, theory: false }));
-    if (judged) part.curves.unshift(...runs.map((run) => ({ run, channel: "closed form", theory: true })));
-    const key = JSON.stringify([channel, this.runs.map((run) => run.name)]);
+    const choice = part.select.value;
+    const judged = choice.endsWith(JUDGED);
+    const runs = this.runs.filter((run) => (judged ? hasTheory(run) : members(choice, run.channels).length > 0));
+    part.curves = runs.flatMap((run) => (judged ? [choice] : members(choice, run.channels)).map((channel) => ({ run, channel, theory: false, judged })));
+    if (judged) part.curves.unshift(...runs.map((run) => ({ run, channel: "closed form", theory: true, judged })));
+    const key = JSON.stringify([choice, part.curves.map(({ run, channel }) => [run.name, channel])]);
     if (key !== part.key) this.makeChart(part);
     part.key = key;
     const chart = part.chart;
     if (!chart) return;
     try {
-      const columns = await Promise.all(part.curves.map((curve) => this.fetch(curve, chart.columns)));
+      const columns = await this.fetch(part.curves, chart.columns);
       if (round !== this.round) return;
       this.draw(part, chart, columns);
     } catch (error) {
@@ -154,15 +168,26 @@ export class Overlay {
     }
   }
 
-  private async fetch(curve: Curve, columns: number): Promise<Sampled> {
-    const { curves } = curve.run;
-    if (curves && (curve.theory || curve.channel.endsWith(JUDGED))) return decimate(curves.time_s, (curve.theory ? curves.closed_form : curves.values) ?? [], columns);
-    return sampled(await this.frameOf(curve, columns));
+  /** Points of the curves: of each run one frame with all of its channels. */
+  private async fetch(curves: Curve[], columns: number): Promise<Sampled[]> {
+    const logged = [...new Set(curves.filter(({ judged }) => !judged).map(({ run }) => run))];
+    const frames = new Map<OpenRun, { channels: string[]; frame: Frame }>();
+    await Promise.all(
+      logged.map(async (run) => {
+        const channels = curves.filter((curve) => curve.run === run).map(({ channel }) => channel);
+        frames.set(run, { channels, frame: await this.frameOf(run, channels, columns) });
+      }),
+    );
+    return curves.map(({ run, channel, theory }) => {
+      const found = frames.get(run);
+      if (found) return sampled(found.frame, found.channels.indexOf(channel));
+      return decimate(run.curves?.time_s ?? [], (theory ? run.curves?.closed_form : run.curves?.values) ?? [], columns);
+    });
   }
 
-  private async frameOf(curve: Curve, columns: number): Promise<Frame> {
-    const span = this.zoom === null ? {} : { from_s: Math.max(curve.run.first_s, this.zoom[0]), to_s: Math.min(curve.run.last_s, this.zoom[1]) };
-    const { view } = await this.app.connection.ask<{ view: number }>("view", { source: curve.run.name, ...span, columns, channels: [curve.channel] });
+  private async frameOf(run: OpenRun, channels: string[], columns: number): Promise<Frame> {
+    const span = this.zoom === null ? {} : { from_s: Math.max(run.first_s, this.zoom[0]), to_s: Math.min(run.last_s, this.zoom[1]) };
+    const { view } = await this.app.connection.ask<{ view: number }>("view", { source: run.name, ...span, columns, channels });
     return this.frameOfView(view);
   }
 
@@ -174,22 +199,31 @@ export class Overlay {
   }
 
   private makeChart(part: Part): void {
-    const lines = part.curves.map((curve): Line => {
-      const index = this.runs.indexOf(curve.run);
-      const label = curve.theory ? readable(curve.channel) : this.runs.length > 1 || curve.channel.endsWith(JUDGED) ? curve.run.name : readable(curve.channel);
-      return curve.theory ? { label, ...THEORY } : { label, width: 2, ...(STROKES[index % STROKES.length] ?? { colour: "--blue" }) };
-    });
+    const lines = part.curves.map((curve): Line => ({ label: this.label(curve, part.select.value), ...this.stroke(curve) }));
     part.chart = new Chart({
       name: `${readable(part.select.value)} over time`,
       lines,
       xLabel: (value) => `${plain(value)} s`,
-      zoomed: (zoom) => {
-        this.zoom = zoom;
-        this.load();
-      },
+      zoomed: (zoom) => this.zoomTo(zoom),
+      cursor: (time) => this.plane.at(time),
       group: "runs",
     });
     part.holder.replaceChildren(legend(lines), part.chart.root);
+  }
+
+  private label({ run, channel, theory, judged }: Curve, choice: string): string {
+    if (theory) return readable(channel);
+    const part = channel === choice ? "" : componentName(channel);
+    if (this.runs.length > 1 || judged) return part === "" ? run.name : `${run.name} ${part}`;
+    return part === "" ? readable(channel) : part;
+  }
+
+  /** Runs are told apart by colour and dashes; components of vectors by colour, and of several runs by the dashes of the run. */
+  private stroke({ run, channel, theory }: Curve): Omit<Line, "label"> {
+    if (theory) return THEORY;
+    const own = STROKES[this.runs.indexOf(run) % STROKES.length] ?? { colour: "--blue" };
+    const several = this.runs.length > 1 ? (own.dash ?? []) : undefined;
+    return strokeOf(channel, several) ?? { width: 2, ...own };
   }
 
   /** All curves on the times of all of them: where another has none, it has a gap that is not drawn. */
@@ -216,7 +250,7 @@ export class Overlay {
         lines: part.curves.map((curve, index) => ({
           name: `${curve.run.name} ${curve.channel}`,
           points: part.drawn[index] ?? [],
-          ...(curve.theory ? THEORY : { width: 2, ...(STROKES[this.runs.indexOf(curve.run) % STROKES.length] ?? { colour: "--blue" }) }),
+          ...this.stroke(curve),
         })),
       }));
   }
@@ -226,7 +260,7 @@ function hasTheory(run: OpenRun): boolean {
   return (run.curves?.closed_form?.length ?? 0) > 0;
 }
 
-function sampled(frame: Frame): Sampled {
-  const [least = new Float32Array(), most = new Float32Array()] = [frame.least[0], frame.most[0]];
+function sampled(frame: Frame, channel: number): Sampled {
+  const [least = new Float32Array(), most = new Float32Array()] = [frame.least[channel], frame.most[channel]];
   return { time: times(frame), value: values(least, most) };
 }

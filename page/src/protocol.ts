@@ -111,18 +111,34 @@ export interface RunEntry {
 export interface OpenRun {
   name: string;
   channels: string[];
+  /** One, or those of the vectors. */
+  axes?: number;
   samples: number;
   sample_time_s: number;
   first_s: number;
   last_s: number;
   complete: boolean;
-  damage: string | null;
+  /** It goes on. */
+  running?: boolean;
+  damage: string[] | string | null;
   missing_samples: number | null;
   metadata: Record<string, unknown>;
   events: { time_s: number; kind: string; text: string }[];
   end: string | null;
   /** What the experiment drew of itself, if it ran since the server was started. */
   curves?: RunCurves | null;
+}
+
+/** An answer of a question, as its file has it. */
+export interface Answer {
+  name: string;
+  kind: string;
+  /** It is not there yet. */
+  running?: boolean;
+  verdict: string | null;
+  report: Record<string, unknown>;
+  /** The experiment that tries a proposal. */
+  experiment: { kind: string; text: string; parameters: Record<string, unknown> } | null;
 }
 
 /** A run over its closed form. */

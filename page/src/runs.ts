@@ -1,5 +1,6 @@
-// Runs: what happened? A list, curves over each other, new runs, records to identify.
+// Runs: what happened? A list, curves over each other, answers, new runs, records to identify.
 
+import { AnswerPanel } from "./answer";
 import type { App, ViewPart } from "./app";
 import { el, say } from "./dom";
 import { bytes, duration, number } from "./format";
@@ -7,7 +8,7 @@ import type { Frame } from "./frame";
 import { FormPanel } from "./forms";
 import { IdentifyPanel } from "./identify";
 import { Overlay } from "./overlay";
-import type { Hello, OpenRun, RunEntry, RunProgress, Unasked } from "./protocol";
+import type { Answer, Hello, OpenRun, RunEntry, RunProgress, Unasked } from "./protocol";
 
 /** Runs that can be told apart over each other. */
 const OPEN_MOST = 6;
@@ -15,7 +16,7 @@ const OPEN_MOST = 6;
 /** Time between two pictures of a run that goes on, ms. */
 const WATCH_MS = 300;
 
-type Panel = "curves" | "form" | "identify";
+type Panel = "curves" | "answer" | "form" | "identify";
 
 export class RunsView implements ViewPart {
   readonly root: HTMLElement;
@@ -25,24 +26,30 @@ export class RunsView implements ViewPart {
   private readonly progress = el("p", { class: "progress", role: "status" });
   private readonly stop = el("button", { type: "button", hidden: true }, "End the run");
   private readonly overlay: Overlay;
+  private readonly answer: AnswerPanel;
   private readonly form: FormPanel;
   private readonly identify: IdentifyPanel;
   private readonly panels: Record<Panel, HTMLElement>;
   private entries: RunEntry[] = [];
   private open = new Map<string, OpenRun>();
+  /** The answer that is shown. */
+  private answered = "";
   private wanted: string[] = [];
+  private wantedAnswer = "";
   private visible = false;
-  /** The run that goes on. */
-  private going: { name: string; samples: number; sampleTime: number; drawn: number } | null = null;
+  /** The run that goes on, and when it was drawn last, ms. */
+  private going: { name: string; drawn: number } | null = null;
   /** A run of this page that is to be drawn as soon as there is something. */
   private awaited: string | null = null;
 
   constructor(private readonly app: App) {
     this.overlay = new Overlay(app);
-    this.form = new FormPanel(app, (name) => this.started(name));
+    this.form = new FormPanel(app, (name, kind) => this.started(name, kind));
+    this.answer = new AnswerPanel((kind, parameters) => void this.tryOut(kind, parameters));
     this.identify = new IdentifyPanel(app);
     this.panels = {
-      curves: el("div", { class: "panel curves-panel" }, this.overlay.root, el("section", { class: "card facts-card" }, el("h2", {}, "Report"), this.facts)),
+      curves: el("div", { class: "panel curves-panel" }, this.overlay.root, el("div", { class: "side" }, this.overlay.plane.root, el("section", { class: "card facts-card" }, el("h2", {}, "Report"), this.facts))),
+      answer: el("div", { class: "panel" }, this.answer.root),
       form: el("div", { class: "panel" }, this.form.root),
       identify: el("div", { class: "panel" }, this.identify.root),
     };
@@ -78,15 +85,45 @@ export class RunsView implements ViewPart {
 
   private drawList(): void {
     const rows = this.entries.map((entry) => {
+      const facts = [entry.kind, entry.running ? "running" : entry.duration_s === null ? "" : duration(entry.duration_s), bytes(entry.size_bytes), entry.verdict ?? ""];
+      const text = el("span", { class: "run" }, el("b", {}, entry.name), el("small", {}, facts.filter((fact) => fact).join(" · ")));
+      if (isQuestion(entry.kind)) return el("li", {}, this.answerButton(entry.name, text));
       const box = el("input", { type: "checkbox" });
       box.checked = this.open.has(entry.name);
       box.addEventListener("change", () => void this.toggle(entry.name, box.checked));
-      const facts = [entry.kind, entry.running ? "running" : entry.duration_s === null ? "" : duration(entry.duration_s), bytes(entry.size_bytes), entry.verdict ?? ""];
-      const text = el("span", { class: "run" }, el("b", {}, entry.name), el("small", {}, facts.filter((fact) => fact !== "").join(" · ")));
       return el("li", {}, el("label", {}, box, text));
     });
     if (rows.length === 0) rows.push(el("li", { class: "hint" }, "No runs yet. Start one, or record in Feel."));
     this.list.replaceChildren(...rows);
+  }
+
+  private answerButton(name: string, text: HTMLElement): HTMLElement {
+    const button = el("button", { type: "button", class: "row", "aria-current": this.answered === name }, text);
+    button.addEventListener("click", () => void this.openAnswer(name));
+    return button;
+  }
+
+  private async openAnswer(name: string): Promise<void> {
+    try {
+      this.answer.show(await this.app.connection.ask<Answer>("runs.open", { name }));
+    } catch (error) {
+      this.app.notify(error instanceof Error ? error.message : String(error));
+      return;
+    }
+    this.answered = name;
+    this.show("answer");
+    this.drawList();
+    this.app.remember("runs", new Map([["answer", name]]));
+  }
+
+  /** Runs the experiment of a proposal. */
+  private async tryOut(kind: string, parameters: Record<string, unknown>): Promise<void> {
+    try {
+      const { name } = await this.app.connection.ask<{ name: string }>("runs.start", { kind, parameters });
+      this.started(name, kind);
+    } catch (error) {
+      this.app.notify(error instanceof Error ? error.message : String(error));
+    }
   }
 
   private async toggle(name: string, wanted: boolean): Promise<void> {
@@ -97,30 +134,19 @@ export class RunsView implements ViewPart {
     }
     if (wanted) {
       try {
-        this.open.set(name, await this.opened(name));
+        this.open.set(name, await this.app.connection.ask<OpenRun>("runs.open", { name }));
       } catch (error) {
         this.app.notify(error instanceof Error ? error.message : String(error));
         await this.refresh();
         return;
       }
     } else this.open.delete(name);
+    this.answered = "";
     this.show("curves");
     this.drawList();
     this.drawFacts();
-    this.overlay.show([...this.open.values()]);
+    this.panels.curves.classList.toggle("with-plane", this.overlay.show([...this.open.values()]));
     this.app.remember("runs", new Map([["open", [...this.open.keys()].join(",")]]));
-  }
-
-  /** A run, or as much of it as there is while it goes on. */
-  private async opened(name: string): Promise<OpenRun> {
-    const { connection } = this.app;
-    if (this.going?.name !== name) return { ...(await connection.ask<OpenRun>("runs.open", { name })), name };
-    const { channels } = await connection.ask<{ channels: string[] }>("view", { source: name, columns: 1 });
-    const { samples, sampleTime } = this.going;
-    return {
-      name, channels, samples, sample_time_s: sampleTime, first_s: 0, last_s: samples * sampleTime,
-      complete: true, damage: "goes on", missing_samples: null, metadata: {}, events: [], end: null,
-    };
   }
 
   private drawFacts(): void {
@@ -128,7 +154,7 @@ export class RunsView implements ViewPart {
     for (const run of this.open.values()) {
       const rows: [string, string][] = [
         ["samples", `${run.samples} of ${number(run.sample_time_s * 1000)} ms`],
-        ["log", run.damage || (run.complete ? "whole" : "not closed: the run was cut off")],
+        ["log", run.running ? "goes on" : run.damage?.length ? [run.damage].flat().join("; ") : run.complete ? "whole" : "not closed: the run was cut off"],
         ...(run.missing_samples ? [["missing", String(run.missing_samples)] as [string, string]] : []),
         ...flat(run.metadata),
         ...(run.end ? [["end", run.end] as [string, string]] : []),
@@ -142,11 +168,17 @@ export class RunsView implements ViewPart {
 
   // Runs that go on.
 
-  private started(name: string): void {
+  private started(name: string, kind: string): void {
     say(this.progress, `${name} goes on`);
     this.stop.hidden = false;
-    for (const other of [...this.open.keys()]) this.open.delete(other);
-    this.show("curves");
+    if (isQuestion(kind)) {
+      this.answer.wait(name);
+      this.answered = name;
+      this.show("answer");
+    } else {
+      for (const other of [...this.open.keys()]) this.open.delete(other);
+      this.show("curves");
+    }
     void this.refresh();
     // With its first word it is drawn.
     this.awaited = name;
@@ -158,6 +190,10 @@ export class RunsView implements ViewPart {
     const end = { running: "", done: "is done", failed: "failed", stopped: "was stopped" }[run.state];
     say(this.progress, going ? `${run.name}: ${share} %` : `${run.name} ${end}${run.verdict ? `: ${run.verdict}` : ""}${run.error ? `: ${run.error}` : ""}`);
     this.stop.hidden = !going;
+    if (isQuestion(run.kind)) {
+      this.questionProgressed(run, share);
+      return;
+    }
     if (going) {
       void this.watch(run);
       return;
@@ -169,9 +205,23 @@ export class RunsView implements ViewPart {
     });
   }
 
+  /** A question has no curves: how far it is, then its answer. */
+  private questionProgressed(run: RunProgress, share: number): void {
+    const mine = this.answered === run.name;
+    if (run.state === "running") {
+      if (mine) this.answer.wait(run.name, share);
+      return;
+    }
+    this.awaited = null;
+    if (mine && run.report === undefined) this.answer.refuse(run.error ?? "it was stopped");
+    void this.refresh().then(() => {
+      if (mine && this.visible && run.report !== undefined) void this.openAnswer(run.name);
+    });
+  }
+
   /** Draws the run that goes on, a few times a second. */
   private async watch(run: RunProgress): Promise<void> {
-    if (this.going?.name !== run.name) this.going = { name: run.name, samples: run.samples, sampleTime: await this.sampleTimeOf(run.name), drawn: 0 };
+    if (this.going?.name !== run.name) this.going = { name: run.name, drawn: 0 };
     const now = performance.now();
     if (!this.visible || now - this.going.drawn < WATCH_MS) return;
     this.going.drawn = now;
@@ -179,12 +229,6 @@ export class RunsView implements ViewPart {
       this.awaited = null;
       await this.toggle(run.name, true);
     } else if (this.open.has(run.name)) this.overlay.refresh();
-  }
-
-  /** From a frame: nothing else says it while a run goes on. */
-  private async sampleTimeOf(name: string): Promise<number> {
-    const { view } = await this.app.connection.ask<{ view: number }>("view", { source: name, columns: 1 });
-    return (await this.overlay.frameOfView(view)).sampleTimeS;
   }
 
   // Files.
@@ -215,6 +259,9 @@ export class RunsView implements ViewPart {
 
   private async openWanted(): Promise<void> {
     if (!this.app.connection.ready || !this.visible) return;
+    const answer = this.wantedAnswer;
+    this.wantedAnswer = "";
+    if (answer !== "" && this.entries.some((entry) => entry.name === answer)) await this.openAnswer(answer);
     const names = this.wanted.splice(0);
     for (const name of names) {
       if (!this.open.has(name) && this.entries.some((entry) => entry.name === name)) await this.toggle(name, true);
@@ -232,6 +279,7 @@ export class RunsView implements ViewPart {
   shown(values: Map<string, string>): void {
     this.visible = true;
     this.wanted = (values.get("open") ?? "").split(",").filter((name) => name !== "");
+    this.wantedAnswer = values.get("answer") ?? "";
     this.drawFacts();
     this.form.shown();
     void this.refresh().then(() => this.openWanted());
@@ -243,12 +291,18 @@ export class RunsView implements ViewPart {
 
   themed(): void {
     this.overlay.themed();
+    this.answer.themed();
     this.identify.themed();
   }
 
   key(event: KeyboardEvent, down: boolean): boolean {
     return down && event.key === "Escape" && this.overlay.all();
   }
+}
+
+/** Kinds that are answered, and have no log. */
+function isQuestion(kind: string | null): boolean {
+  return kind === "zwidth" || kind === "design";
 }
 
 /** Keys and values of a report, one level down. */

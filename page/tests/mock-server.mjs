@@ -127,7 +127,21 @@ const FORMS = [
       },
     ],
   },
+  {
+    kind: "touch",
+    tables: [{ title: "touch", parameters: [{ key: "centre_m", kind: "list", default: "", least: null, most: null, range: null, required: false, choices: [], help: "Of a ball: its centre" }] }],
+  },
+  {
+    kind: "zwidth",
+    tables: [{ title: "Z-width", parameters: [{ key: "orders", kind: "list", default: "0,0.5,1", shown: "0,0.5,1", least: null, most: null, range: null, required: false, choices: [], help: "Orders of the dissipation" }] }],
+  },
 ];
+
+/** What a Z-width answers. */
+function stiffestWalls(orders) {
+  const boundary = [0, 1, 2, 3].map((n) => ({ dissipation: 10 * n, stiffness_max: 5000 - 400 * n * n, alpha: 0.3 - 0.024 * n * n, beta: 0.1 * n, analysis_stiffness_n_per_m: 5100 - 400 * n * n, analysis_agrees: n !== 2, held_by_friction_up_to_n_per_m: null }));
+  return { orders: orders.map((order) => ({ order, dissipation_unit: "N·s^μ/m", boundary })), scheme: "full", device: "sim", sample_time_s: 0.002, delta: 0.1, criterion: "settling", impact_m_per_s: 0.1, push_n: 1, alpha_searched: 4, runs: 100, disagreements: 1, ended_early: null };
+}
 
 export function startMock({ port = 0, token = randomBytes(16).toString("hex") } = {}) {
   let loop = null;
@@ -136,7 +150,7 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
   const pages = new Set();
   const marks = [];
   let recording = null;
-  const runs = [makeRun("relax-0001", "relax", 0.2), makeRun("wall-0002", "wall", 0.5)];
+  const runs = [makeRun("relax-0001", "relax", 0.2), makeRun("wall-0002", "wall", 0.5), makeTouch("touch-0001")];
 
   const server = createServer((request, response) => {
     const { pathname } = new URL(request.url, "http://127.0.0.1");
@@ -272,12 +286,20 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
       case "runs.open": {
         const run = runs.find(({ entry }) => entry.name === message.name);
         if (!run) throw new Error(`there is no run ${message.name} any more`);
-        return { name: message.name, channels: run.channels, samples: run.samples[0].length, sample_time_s: T, first_s: 0, last_s: run.samples[0].length * T, complete: true, damage: null, missing_samples: 0, metadata: { kind: run.entry.kind, order: 0.2 }, events: [{ time_s: 1, kind: "phase", text: "hold" }], end: "done", curves: run.curves };
+        if (run.answer) return { name: message.name, kind: run.entry.kind, verdict: run.entry.verdict, program: "mock", report: run.answer, experiment: null };
+        return { name: message.name, channels: run.channels, samples: run.samples[0].length, sample_time_s: T, first_s: 0, last_s: run.samples[0].length * T, complete: true, damage: null, missing_samples: 0, axes: run.axes ?? 1, metadata: run.metadata ?? { kind: run.entry.kind, order: 0.2 }, events: [{ time_s: 1, kind: "phase", text: "hold" }], end: "done", curves: run.curves };
       }
       case "runs.forms":
         return { forms: FORMS };
       case "runs.start": {
         controls(page);
+        if (message.kind === "zwidth") {
+          const name = `zwidth-${String(runs.length + 1).padStart(4, "0")}/zwidth`;
+          const run = { entry: { name, kind: "zwidth", started_utc: null, duration_s: null, samples: null, size_bytes: 1234, verdict: "stiffest wall: K = 5000 N/m, of order 0", running: true }, channels: [], samples: [[]], answer: stiffestWalls(message.parameters.orders ?? [0, 0.5, 1]) };
+          runs.unshift(run);
+          running = { run, done: 0, samples: 8000 };
+          return { name, samples: running.samples };
+        }
         if (!("order" in message.parameters)) throw new Error("`order` is missing: give a number from 0 to 2");
         const run = makeRun(`wall-${String(runs.length + 1).padStart(4, "0")}`, message.kind, message.parameters.order);
         run.entry.running = true;
@@ -305,7 +327,7 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
   function finish(state) {
     const { run } = running;
     run.entry.running = false;
-    for (const page of pages) page.socket.send(JSON.stringify({ run: { name: run.entry.name, kind: run.entry.kind, state, samples_done: running.done, samples: running.samples, verdict: "passed", error: null, report: { verdict: "passed" } } }));
+    for (const page of pages) page.socket.send(JSON.stringify({ run: { name: run.entry.name, kind: run.entry.kind, state, samples_done: running.done, samples: running.samples, verdict: run.entry.verdict, error: null, report: run.answer ?? { verdict: "passed" } } }));
     running = null;
   }
 
@@ -324,7 +346,7 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
     if (running) {
       running.done += 400;
       if (running.done >= running.samples) finish("done");
-      else for (const page of pages) page.socket.send(JSON.stringify({ run: { name: running.run.entry.name, kind: "wall", state: "running", samples_done: running.done, samples: running.samples, verdict: null, error: null, report: null } }));
+      else for (const page of pages) page.socket.send(JSON.stringify({ run: { name: running.run.entry.name, kind: running.run.entry.kind, state: "running", samples_done: running.done, samples: running.samples, verdict: null, error: null, report: null } }));
     }
   }, 16);
   const status = setInterval(() => {
@@ -384,6 +406,19 @@ function makeRun(name, kind, order) {
     samples[2].push(-force * 1.002);
   }
   return { entry: { name, kind, started_utc: "2026-11-20T22:00:00Z", duration_s: 8, samples: 8000, size_bytes: 412345, verdict: "passed", running: false }, channels: ["position_m", "force_n", "contact_force_n"], samples, curves: { title: name, quantity: "force", label: "force / N", time_s: samples[0].map((_, n) => n * T), values: samples[1].map((f) => -f), closed_form: samples[2].map((f) => -f) } };
+}
+
+/** A finger round a disc of 20 mm, 2 mm deep. */
+function makeTouch(name) {
+  const channels = ["reference_x_m", "reference_y_m", "position_x_m", "position_y_m", "force_x_n", "force_y_n", "force_norm_n", "limiter"];
+  const samples = channels.map(() => []);
+  for (let n = 0; n < 4000; n += 1) {
+    const [angle, radius, force] = [(2 * Math.PI * n) / 2000, 0.02 - 0.002 * Math.min(1, n / 500), 0.5 * Math.min(1, n / 500)];
+    const [x, y] = [Math.cos(angle), Math.sin(angle)];
+    [(radius - 0.001) * x, (radius - 0.001) * y, radius * x, radius * y, force * x, force * y, force, 0].forEach((value, channel) => samples[channel].push(value));
+  }
+  const metadata = { experiment: { experiment: "touch", shape: "ball", centre_m: "0 0", radius_m: "0.02" } };
+  return { entry: { name, kind: "touch", started_utc: null, duration_s: 4, samples: 4000, size_bytes: 312345, verdict: "passive", running: false }, axes: 2, channels, samples, metadata, curves: null };
 }
 
 if (process.argv[1] === fileURLToPath(import.meta.url)) startMock({ port: Number(process.argv[2] ?? 0) }).then(({ address }) => console.log(address));

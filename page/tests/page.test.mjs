@@ -219,19 +219,19 @@ test("sliders and fields change the law while it runs, and the address keeps it"
   for (let n = 0; n < 5; n += 1) await page.keyboard.press("ArrowRight");
   await until(async () => Math.abs(Number(await order.locator(".value").inputValue()) - 0.23) < 0.0051, "the order did not change");
   await until(() => Promise.resolve(/order=0\.23/.test(page.url())), `the address: ${page.url()}`);
-  const stiffness = page.locator(".feel .knob", { hasText: "stiffness B" });
-  await stiffness.locator(".value").fill("60");
+  const dissipation = page.locator(".feel .knob", { hasText: "dissipation B" });
+  await dissipation.locator(".value").fill("60");
   await page.keyboard.press("Enter");
   await until(() => Promise.resolve(/B=60(&|$)/.test(page.url())), `the address: ${page.url()}`);
-  await stiffness.locator(".value").fill("nonsense");
+  await dissipation.locator(".value").fill("nonsense");
   await page.keyboard.press("Enter");
-  await until(async () => /not a finite number/.test(await stiffness.locator(".trouble").textContent()), "nonsense is not refused");
+  await until(async () => /not a finite number/.test(await dissipation.locator(".trouble").textContent()), "nonsense is not refused");
   const address = page.url();
   assert.deepEqual(errors, []);
   await context.close();
   // A copied address opens the same page.
   const copied = await begin({}, new URL(address).hash);
-  await until(async () => (await copied.page.locator(".feel .knob", { hasText: "stiffness B" }).locator(".value").inputValue()).startsWith("60"), "the copied address is another");
+  await until(async () => (await copied.page.locator(".feel .knob", { hasText: "dissipation B" }).locator(".value").inputValue()).startsWith("60"), "the copied address is another");
   await copied.context.close();
 });
 
@@ -288,7 +288,7 @@ test("Design: a region follows the slider, the point is dragged, units are read"
   await page.mouse.down();
   await page.mouse.move(box.x + box.width * 0.95, box.y + box.height * 0.1, { steps: 6 });
   await page.mouse.up();
-  await until(async () => /unstable/.test(await page.locator(".verdict").textContent()), "far outside is not unstable");
+  await until(async () => /unstable/.test(await page.locator(".design .verdict").textContent()), "far outside is not unstable");
   const mass = page.locator(".design .knob", { hasText: "mass" });
   await mass.locator(".value").fill("45 g");
   await page.keyboard.press("Enter");
@@ -307,7 +307,7 @@ test("a wall of Design runs in the loop; one that is not stable is refused with 
   await until(async () => (await page.locator(".design path.stable").getAttribute("d"))?.length > 200, "no region");
   await page.locator("text=Use in the loop").click();
   await until(() => Promise.resolve(/#feel\?.*K=200&B=5/.test(page.url())), `not in the loop: ${page.url()}`);
-  assert.ok(await page.locator(".feel .knob", { hasText: "spring K" }).isVisible());
+  assert.ok(await page.locator(".feel .knob", { hasText: "stiffness K" }).isVisible());
   if (REAL) {
     await page.goto(`${server.address}#design?K=900000&B=0&mu=0.5&T=0.001&m=0.065&b=3.5`);
     await page.keyboard.press("2");
@@ -348,6 +348,74 @@ test("Runs: one is started from a form, watched, opened, laid over another, and 
     const content = readFileSync(await download.path(), "latin1");
     assert.ok(content.startsWith(start) && content.length > 500, `${name}: ${content.slice(0, 40)}`);
   }
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
+test("Runs: a log with two axes shows components, the norm, and the plane with its shape", async () => {
+  const { page, context, errors } = await begin({}, "#runs");
+  await page.keyboard.press("3");
+  if (REAL) {
+    await page.locator("button", { hasText: "New run" }).click();
+    await page.selectOption("select[aria-label='Experiment']", "touch");
+    const field = (name) => page.locator(".form .fields label", { hasText: name }).locator("input[type=text]").first();
+    await field(/^centre, m/).fill("0, 0 mm");
+    await page.locator(".form button[type=submit]").click();
+    await until(async () => /is done/.test(await page.locator(".runs-list .progress").textContent()), `the run does not end: ${await page.locator(".form .trouble").textContent()}`, 60_000);
+  } else await page.locator(".list label", { hasText: "touch-0001" }).locator("input").check();
+  await until(() => page.locator(".plane-card .track:not(.whole)").isVisible(), "no plane");
+  await until(async () => ((await page.locator(".plane .track:not(.whole)").getAttribute("d")) ?? "").length > 500, "no path");
+  assert.ok(((await page.locator(".plane .matter").getAttribute("d")) ?? "").includes("a"), "no disc");
+  const legends = await page.locator(".overlay .legend").allTextContents();
+  assert.match(legends[0], /x.*y.*norm/);
+  assert.match(legends[1], /^xy$/);
+  // The cursor of a chart is a place in the plane, with the force there.
+  const before = await page.locator(".plane-card h2 span").textContent();
+  const box = await page.locator(".overlay .u-over").first().boundingBox();
+  await page.mouse.move(box.x + 0.4 * box.width, box.y + 0.5 * box.height);
+  await until(async () => (await page.locator(".plane-card h2 span").textContent()) !== before, "the cursor does nothing");
+  assert.match(await page.locator(".plane-card h2 span").textContent(), /N at [0-9.]+ s/);
+  // A zoom in time draws that part of the path strongly, the rest behind it.
+  await page.mouse.down();
+  await page.mouse.move(box.x + 0.6 * box.width, box.y + 0.5 * box.height, { steps: 5 });
+  await page.mouse.up();
+  await until(async () => ((await page.locator(".plane .track.whole").getAttribute("d")) ?? "").length > 500, "no zoom");
+  await page.keyboard.press("Escape");
+  await until(async () => ((await page.locator(".plane .track.whole").getAttribute("d")) ?? "") === "", "no way back");
+  // A component by itself.
+  await page.locator("select[aria-label='Channel above']").selectOption("force_y_n");
+  await until(async () => (await page.locator(".overlay .legend").first().textContent()) === "force y, N", "no component by itself");
+  if (process.env.PICTURES) await page.screenshot({ path: `${process.env.PICTURES}/touch.png` });
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
+test("Runs: a Z-width is asked for from its form and answered by map and tables, and stays in the list", async () => {
+  const { page, context, errors } = await begin({}, "#runs");
+  await page.keyboard.press("3");
+  await page.locator("button", { hasText: "New run" }).click();
+  await page.selectOption("select[aria-label='Experiment']", "zwidth");
+  assert.equal(await page.locator("#realtime").isVisible(), false);
+  const field = (name) => page.locator(".form .fields label", { hasText: name }).locator("input[type=text]").first();
+  await field(/^orders/).fill("0, nonsense");
+  await page.locator(".form button[type=submit]").click();
+  await until(async () => /orders: .*nonsense/.test(await page.locator(".form .trouble").textContent()), "nonsense is not refused");
+  await field(/^orders/).fill("0, 1");
+  if (REAL) await field(/^points/).fill("3");
+  await page.locator(".form button[type=submit]").click();
+  await until(async () => /stiffest wall/.test(await page.locator(".answer .verdict").textContent()), "no answer", 120_000);
+  assert.equal(await page.locator(".answer details").count(), 2);
+  await until(() => page.locator(".answer .chart canvas").isVisible(), "no map");
+  await page.locator(".answer details").first().click();
+  assert.ok((await page.locator(".answer tbody tr").first().textContent()).length > 3);
+  const [download] = await Promise.all([page.waitForEvent("download"), page.locator(".answer button", { hasText: "JSON" }).click()]);
+  assert.equal(JSON.parse(readFileSync(await download.path(), "utf8")).orders.length, 2);
+  assert.match(page.url(), /answer=zwidth/);
+  if (process.env.PICTURES) await page.screenshot({ path: `${process.env.PICTURES}/zwidth.png` });
+  // Away, and back by the list.
+  await page.locator("button", { hasText: "New run" }).click();
+  await page.locator(".list .row", { hasText: "zwidth" }).first().click();
+  await until(() => page.locator(".answer .verdict").isVisible(), "the list does not lead back");
   assert.deepEqual(errors, []);
   await context.close();
 });

@@ -1,5 +1,6 @@
 //! Keys of experiment files that take one of several names, and the names.
 
+use crate::design::{RequireName, WishName};
 use crate::device::Loop;
 use crate::teleoperation::{ArchitectureName, PlaceName};
 use crate::touch::{GripName, ShapeName};
@@ -21,7 +22,9 @@ pub fn choices(key: &str) -> Vec<(&'static str, &'static str)> {
         "loop" => names::<Loop>(),
         "place" => names::<PlaceName>(),
         "precision" => names::<Precision>(),
+        "require" => names::<RequireName>(),
         "shape" => names::<ShapeName>(),
+        "wish" => names::<WishName>(),
         _ => Vec::new(),
     }
 }
@@ -29,12 +32,12 @@ pub fn choices(key: &str) -> Vec<(&'static str, &'static str)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::parameters::{KINDS, Value, of_kind};
+    use crate::parameters::{KINDS, QUESTIONS, Value, of_kind};
 
     #[test]
     fn a_default_is_one_of_the_choices() {
         let mut found = 0;
-        for kind in KINDS {
+        for kind in KINDS.into_iter().chain(QUESTIONS) {
             for parameter in of_kind(kind).iter().flat_map(|(_, table)| *table) {
                 let choices = choices(parameter.key);
                 if let (Value::Text(default), false) = (parameter.value, choices.is_empty()) {

@@ -29,6 +29,7 @@ mod bench;
 mod beside;
 mod candidate;
 pub mod coupler;
+mod names;
 mod noise;
 mod passive;
 mod question;
@@ -36,4 +37,5 @@ mod stable;
 mod trial;
 
 pub use candidate::{Candidate, DesignReport, RealisticTrial, TissueVerdict};
+pub(crate) use names::{RequireName, WishName};
 pub use question::{Design, Device, Requirement, Wish};

@@ -13,11 +13,13 @@
 //! Defaults are those of the commands. Whatever is wrong is refused in one line, `FILE:LINE: reason`;
 //! so are keys that are not known. Paths in a file start from the folder of the file.
 
+mod bench;
 mod coupler;
 mod device;
 pub(crate) mod document;
 mod error;
 mod pushed;
+mod question;
 pub(crate) mod reader;
 mod rendering;
 mod safety;
@@ -40,6 +42,7 @@ use crate::{
 use document::Document;
 pub use error::FileError;
 use haptic_tissue::read_text;
+pub use question::Question;
 use std::path::Path;
 
 /// The experiment that a file describes, all of its parameters checked.

@@ -10,6 +10,7 @@ mod device;
 mod experiment;
 mod kind;
 mod measure;
+mod question;
 mod safety;
 mod teleoperation;
 mod touch;
@@ -21,6 +22,7 @@ pub use device::*;
 pub use experiment::*;
 pub use kind::{Parameter, Range, Value};
 pub use measure::*;
+pub use question::*;
 pub use safety::*;
 pub use teleoperation::*;
 pub use touch::*;
@@ -36,12 +38,16 @@ pub const KINDS: [&str; 6] = [
     "touch",
 ];
 
-/// Tables of experiment files by kind: heading and parameters.
+/// Questions to a device, the names of their tables in files.
+pub const QUESTIONS: [&str; 2] = ["zwidth", "design"];
+
+/// Tables of experiment files, and of questions to a device, by kind: heading and parameters.
 #[must_use]
 pub fn of_kind(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
     let common = match kind {
         // On simulated devices alone.
         "teleoperation" | "touch" => vec![("safety", SAFETY)],
+        "zwidth" | "design" => vec![("device", BENCH)],
         _ => vec![("device", ON_DEVICE), ("safety", SAFETY)],
     };
     let own: &[(&str, &[Parameter])] = match kind {
@@ -50,6 +56,8 @@ pub fn of_kind(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
         "coupler" => &[("required", COUPLER_REQUIRED), ("coupler", COUPLER)],
         "teleoperation" => &[("teleoperation", TELEOPERATION)],
         "touch" => &[("touch", TOUCH)],
+        "zwidth" => &[("Z-width", ZWIDTH)],
+        "design" => &[("design", DESIGN)],
         _ => &[("required", WALL_REQUIRED), ("wall", WALL)],
     };
     own.iter().copied().chain(common).collect()
@@ -81,7 +89,7 @@ mod tests {
 
     #[test]
     fn a_table_has_no_key_twice_and_every_default_is_in_its_range() {
-        for kind in KINDS {
+        for kind in KINDS.into_iter().chain(QUESTIONS) {
             let all: Vec<Parameter> = of_kind(kind)
                 .iter()
                 .flat_map(|(_, table)| *table)
@@ -95,6 +103,15 @@ mod tests {
                 );
                 if let Value::Number(Some(default), range) = parameter.value {
                     assert!(range.contains(default), "{}: {default}", parameter.key);
+                }
+                if let (Value::List, false) = (parameter.value, parameter.shown.is_empty()) {
+                    let wanted = parameter.shown.matches(',').count() + 1;
+                    assert_eq!(
+                        parameter.default_numbers().len(),
+                        wanted,
+                        "{}",
+                        parameter.key
+                    );
                 }
             }
         }

@@ -17,5 +17,5 @@ mod search;
 mod specification;
 mod theory;
 
-pub use report::{BoundaryPoint, OrderBoundary, ZWidthReport};
+pub use report::{BoundaryPoint, BoundaryRow, OrderBoundary, ZWidthReport};
 pub use specification::{ZWidth, dissertation_device};

@@ -5,9 +5,21 @@ use super::question::{Design, Requirement, Wish};
 use crate::failure::Failure;
 use fracdiff::Order;
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A candidate must be better by this share to win over one of lower order.
 const BETTER: f64 = 1e-6;
+
+/// Ends a design that is to stop.
+///
+/// # Errors
+/// If it is.
+pub(super) fn goes_on(stop: &AtomicBool) -> Result<(), Failure> {
+    match stop.load(Ordering::Relaxed) {
+        true => Err(Failure::Run(anyhow::anyhow!("interrupted"))),
+        false => Ok(()),
+    }
+}
 
 impl Design {
     /// Answers it; `progress` hears of each order that is done.
@@ -15,16 +27,30 @@ impl Design {
     /// # Errors
     /// A parameter outside its range.
     pub fn answer(&self, progress: &(dyn Fn(u64) + Sync)) -> Result<DesignReport, Failure> {
+        self.answer_unless(&AtomicBool::new(false), progress)
+    }
+
+    /// The same; `stop` ends it before the next order.
+    ///
+    /// # Errors
+    /// A parameter outside its range; a stop.
+    pub fn answer_unless(
+        &self,
+        stop: &AtomicBool,
+        progress: &(dyn Fn(u64) + Sync),
+    ) -> Result<DesignReport, Failure> {
         self.check()?;
         let candidates = self
             .orders_to_try()
             .par_iter()
             .map(|&order| {
+                goes_on(stop)?;
                 let candidate = self.candidate(order);
                 progress(1);
                 candidate
             })
             .collect::<Result<Vec<_>, _>>()?;
+        goes_on(stop)?;
         let best = self.best(&candidates).cloned();
         let trial = best.as_ref().map(|best| self.trial(best)).transpose()?;
         let imperfections = self.device.imperfections();

@@ -18,6 +18,7 @@
 mod search;
 mod trial;
 
+use super::answer::goes_on;
 use crate::failure::Failure;
 use crate::pushed::dynamics;
 use fracdiff::{Order, Scheme};
@@ -30,6 +31,7 @@ use rayon::prelude::*;
 use search::{INSIDE, cheapest, with_margin};
 use serde::Serialize;
 use std::f64::consts::PI;
+use std::sync::atomic::AtomicBool;
 pub use trial::CouplerAnswer;
 
 /// The stiffest coupler of an order.
@@ -123,15 +125,31 @@ impl CouplerDesign {
     /// # Errors
     /// A parameter outside its range.
     pub fn candidates(&self) -> Result<Vec<CouplerCandidate>, Failure> {
+        self.candidates_unless(&AtomicBool::new(false), &|_| {})
+    }
+
+    /// The same; `progress` hears of each order that is done, `stop` ends it before the next.
+    ///
+    /// # Errors
+    /// A parameter outside its range; a stop.
+    pub(super) fn candidates_unless(
+        &self,
+        stop: &AtomicBool,
+        progress: &(dyn Fn(u64) + Sync),
+    ) -> Result<Vec<CouplerCandidate>, Failure> {
         if !(self.frequency_hz > 0.0 && self.frequency_hz.is_finite()) {
             return Err(Failure::bad_input(format_args!(
                 "frequency {} Hz is not above 0 Hz: give `frequency_hz`, as in 1",
                 self.frequency_hz
             )));
         }
-        let found = self.orders.par_iter().map(|order| self.stiffest(*order));
-        let found: Result<Vec<_>, AnalysisError> = found.collect();
-        found.map_err(Failure::input)
+        let found = self.orders.par_iter().map(|order| {
+            goes_on(stop)?;
+            let found = self.stiffest(*order).map_err(Failure::input);
+            progress(1);
+            found
+        });
+        found.collect()
     }
 
     /// The stiffest coupler of an order.

@@ -147,7 +147,7 @@ impl Design {
         }
     }
 
-    pub(super) fn check(&self) -> Result<(), Failure> {
+    pub(crate) fn check(&self) -> Result<(), Failure> {
         let device = &self.device;
         let plant = device.dynamics().plant(device.plant.sample_time.0);
         plant.map_err(Failure::input)?;

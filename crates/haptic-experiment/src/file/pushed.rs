@@ -23,7 +23,7 @@ pub(super) fn times(table: &Table<'_>) -> Result<(f64, f64), FileError> {
 }
 
 /// The device file, if one is named.
-fn device_model(table: &Table<'_>) -> Result<Option<DeviceModel>, FileError> {
+pub(super) fn device_model(table: &Table<'_>) -> Result<Option<DeviceModel>, FileError> {
     let name = table.text(&p::DEVICE_MODEL)?;
     let read = |name: &str| {
         DeviceModel::read(&table.beside(name))
@@ -100,7 +100,7 @@ pub(super) fn setup(
 }
 
 /// Reads the plan of a trial: how a wall is tried and judged.
-fn plan(table: &Table<'_>, duration_s: f64) -> Result<TrialPlan, FileError> {
+pub(super) fn plan(table: &Table<'_>, duration_s: f64) -> Result<TrialPlan, FileError> {
     let name = table.choice(&p::CRITERION)?;
     let threshold = table.number_if(&p::THRESHOLD)?;
     let (default, criterion) = match (name, threshold) {

@@ -131,6 +131,18 @@ impl Parameter {
         }
     }
 
+    /// A list of numbers with a default, which is written with commas between them.
+    pub(super) const fn list_of(
+        key: &'static str,
+        shown: &'static str,
+        help: &'static str,
+    ) -> Self {
+        Self {
+            shown,
+            ..Self::list(key, help)
+        }
+    }
+
     /// One that is off unless it is given.
     pub(super) const fn flag(key: &'static str, help: &'static str) -> Self {
         Self {
@@ -148,6 +160,13 @@ impl Parameter {
             Value::Number(Some(default), _) => default,
             _ => f64::NAN,
         }
+    }
+
+    /// The default of a list of numbers; empty if it has none.
+    #[must_use]
+    pub fn default_numbers(&self) -> Vec<f64> {
+        let numbers = self.shown.split(',');
+        numbers.filter_map(|number| number.parse().ok()).collect()
     }
 
     /// The range of a number; empty for anything else.

@@ -118,8 +118,12 @@ impl TouchExperiment {
         if verdict == TouchVerdict::GaveEnergy {
             warnings.0.push(format!(
                 "the hand was given {:.3e} J more than it gave: take a softer K and less B, a shorter `sample_time_s`, or a \
-                 `guard`",
-                energy.most_j
+                 `guard`{}",
+                energy.most_j,
+                match self.safety.rise_time_s {
+                    Some(_) => "; a shape that grows stiff under the hand gives too, so leave `rise_time_s` away",
+                    None => "",
+                }
             ));
         }
         warnings

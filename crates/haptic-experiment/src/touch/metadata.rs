@@ -12,8 +12,9 @@ fn list(numbers: &[f64]) -> String {
 }
 
 impl TouchExperiment {
-    /// Everything needed to repeat the run.
-    pub(super) fn metadata(&self) -> BTreeMap<String, String> {
+    /// Everything needed to repeat the run, as its log has it in the record `experiment`.
+    #[must_use]
+    pub fn metadata(&self) -> BTreeMap<String, String> {
         let (k, b) = self.law.spring_and_damper();
         let mut entries = vec![
             ("experiment", "touch".to_owned()),

@@ -70,7 +70,41 @@ pub struct BoundaryPoint {
     pub held_by_friction_up_to_n_per_m: Option<f64>,
 }
 
+/// A row of the table of all points.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct BoundaryRow {
+    /// μ.
+    pub order: f64,
+    /// B.
+    pub dissipation_n_s_mu_per_m: f64,
+    /// Largest stable K.
+    pub stiffness_max_n_per_m: f64,
+    /// K·T²/m.
+    pub alpha: f64,
+    /// B·T^(2−μ)/m.
+    pub beta: f64,
+    /// By the analysis.
+    pub analysis_stiffness_n_per_m: Option<f64>,
+    /// By friction alone.
+    pub held_by_friction_up_to_n_per_m: Option<f64>,
+}
+
 impl ZWidthReport {
+    /// All points as rows of a table.
+    pub fn rows(&self) -> impl Iterator<Item = BoundaryRow> {
+        self.orders.iter().flat_map(|order| {
+            order.boundary.iter().map(|point| BoundaryRow {
+                order: order.order,
+                dissipation_n_s_mu_per_m: point.dissipation,
+                stiffness_max_n_per_m: point.stiffness_max,
+                alpha: point.alpha,
+                beta: point.beta,
+                analysis_stiffness_n_per_m: point.analysis_stiffness_n_per_m,
+                held_by_friction_up_to_n_per_m: point.held_by_friction_up_to_n_per_m,
+            })
+        })
+    }
+
     /// True if there is a point to draw.
     #[must_use]
     pub fn has_points(&self) -> bool {

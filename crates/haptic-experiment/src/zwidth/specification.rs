@@ -66,7 +66,7 @@ impl ZWidth {
         (self.orders.len() * self.points) as u64
     }
 
-    pub(super) fn check(&self) -> Result<(), Failure> {
+    pub(crate) fn check(&self) -> Result<(), Failure> {
         if !(2..=1000).contains(&self.points) {
             return Err(Failure::bad_input(format_args!(
                 "number of points {} is not in [2, 1000]: give as many dissipations an order",

@@ -16,6 +16,8 @@ mod law;
 pub mod ranges;
 mod recording;
 mod settings;
+#[cfg(test)]
+mod tests;
 mod ticking;
 
 pub use hand::{HAND_DAMPING, HAND_SPEED_M_PER_S, HAND_STIFFNESS};
@@ -80,7 +82,9 @@ pub(crate) struct Feel {
     threads: Mutex<Vec<JoinHandle<()>>>,
 }
 
-/// Limits of the safety chain: the usual ones of a desktop device, with its workspace and mass.
+/// Limits of the safety chain: the usual ones of a desktop device, with its workspace and mass, but no start-up ramp. The device begins
+/// in front of the surface, where no force acts, so none can jump; and a wall that grows stiffer while it is pressed would give the
+/// hand more than the hand put in.
 fn limits(mass: Kilograms) -> Limits {
     let (low, high, soft) = WORKSPACE_M;
     let limits = Limits {
@@ -90,6 +94,7 @@ fn limits(mass: Kilograms) -> Limits {
             soft: Metres(soft),
         }),
         device_mass: Some(mass),
+        rise_time: None,
         ..Limits::default()
     };
     // A light device bears less braking.

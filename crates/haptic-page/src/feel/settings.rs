@@ -243,6 +243,14 @@ impl FeelSettings {
         let dissipation = change.dissipation_n_s_mu_per_m;
         next.dissipation_n_s_mu_per_m = dissipation.unwrap_or(next.dissipation_n_s_mu_per_m);
         next.scale = change.scale.unwrap_or(next.scale);
+        // A wall is its three numbers.
+        if let FeltThing::Wall(wall) = &mut next.environment {
+            *wall = WallNumbers {
+                order: next.order,
+                stiffness_n_per_m: next.stiffness_n_per_m,
+                dissipation_n_s_mu_per_m: next.dissipation_n_s_mu_per_m,
+            };
+        }
         next.checked()
     }
 }

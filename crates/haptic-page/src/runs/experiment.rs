@@ -1,17 +1,16 @@
 //! An experiment from a form: it becomes an experiment file, so the same reader checks it.
 
-use super::forms::KINDS;
+use super::channels::Channels;
+use super::form::{FormFile, place};
+use super::work::{Attendant, Drawn, Finished, Work};
 use haptic_experiment::curves::{CouplerCurves, Published, TheoryCurves, WallCurves};
-use haptic_experiment::folder::{FolderRequest, next_free};
+use haptic_experiment::folder::FolderRequest;
 use haptic_experiment::teleoperation::TeleoperationCurves;
 use haptic_experiment::{ExperimentFile, Failure, Pace, RealtimeOptions, Supervisor};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
-
-/// Name of the file in the messages of its reader.
-const FILE: &str = "form";
+use std::path::Path;
 
 /// Reads a form.
 ///
@@ -21,30 +20,7 @@ pub(super) fn parse(
     kind: &str,
     parameters: &Map<String, Value>,
 ) -> Result<ExperimentFile, Failure> {
-    if !KINDS.contains(&kind) {
-        return Err(Failure::bad_input(format_args!(
-            "experiment {kind:?} is none of {}",
-            KINDS.join(", ")
-        )));
-    }
-    let mut table = toml::Table::new();
-    // Null and an empty field of a form are the default.
-    let given = parameters
-        .iter()
-        .filter(|(_, value)| !value.is_null() && **value != "");
-    for (key, value) in given {
-        let value = toml::Value::try_from(value).map_err(|_| {
-            Failure::bad_input(format_args!(
-                "`{key}` is not a number, a text, or true or false"
-            ))
-        })?;
-        table.insert(key.clone(), value);
-    }
-    let document = toml::Table::from_iter([(kind.to_owned(), toml::Value::Table(table))]);
-    let text = toml::to_string(&document).map_err(Failure::input)?;
-    let parsed = ExperimentFile::parse(Path::new(FILE), &text);
-    let experiment =
-        parsed.map_err(|error| Failure::bad_input(without_place(&error.to_string())))?;
+    let experiment = FormFile::new(kind, parameters)?.read(ExperimentFile::parse)?;
     if experiment.remote().is_some() {
         return Err(Failure::bad_input(
             "the page runs experiments on the simulated device: for a serial one use the command line, as in \
@@ -52,17 +28,6 @@ pub(super) fn parse(
         ));
     }
     Ok(experiment)
-}
-
-/// The message without the file and line that nobody sees.
-fn without_place(message: &str) -> &str {
-    let after_line = message.strip_prefix(FILE).and_then(|rest| {
-        let rest = rest
-            .strip_prefix(':')?
-            .trim_start_matches(|c: char| c.is_ascii_digit());
-        Some(rest.trim_start_matches(':').trim_start())
-    });
-    after_line.unwrap_or(message)
 }
 
 /// An experiment with its place.
@@ -73,15 +38,45 @@ pub(super) struct Job {
     request: FolderRequest,
     name: String,
     samples: u64,
-    sample_time_s: f64,
 }
 
-/// Results of a job.
-pub(super) struct Finished {
-    pub(super) report: Value,
-    pub(super) curves: Value,
-    pub(super) verdict: Option<String>,
-    pub(super) ended_early: Option<String>,
+impl Work for Job {
+    fn kind(&self) -> &str {
+        &self.kind
+    }
+
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn steps(&self) -> u64 {
+        self.samples
+    }
+
+    fn drawn(&self) -> Option<Drawn> {
+        let (axes, metadata) = match &self.experiment {
+            ExperimentFile::Touch(touch) => (touch.axes, touch.metadata()),
+            _ => (
+                1,
+                BTreeMap::from([("experiment".to_owned(), self.kind.clone())]),
+            ),
+        };
+        Some(Drawn {
+            channels: Channels::of(axes),
+            sample_time_s: sample_time_s(&self.experiment),
+            metadata,
+        })
+    }
+
+    fn run(&self, attendant: Attendant<'_>) -> Result<Finished, Failure> {
+        let supervisor = Supervisor {
+            stop: attendant.stop,
+            progress: &attendant.progress,
+            live: None,
+            warn: attendant.warn,
+        };
+        self.supervised(supervisor.watched(attendant.live))
+    }
 }
 
 impl Job {
@@ -98,50 +93,17 @@ impl Job {
     ) -> Result<Self, Failure> {
         let experiment = experiment.in_pace(realtime.map_or(Pace::Virtual, Pace::Realtime));
         let samples = experiment.samples()?;
-        let out: PathBuf = next_free(runs, kind).ok_or_else(|| {
-            Failure::bad_input(format_args!(
-                "`{}` holds {kind}-0001 to {kind}-9999: move some away",
-                runs.display()
-            ))
-        })?;
-        let folder = out.file_name().unwrap_or_default().to_string_lossy();
+        let (request, name) = place(runs, kind, provenance)?;
         Ok(Self {
-            name: format!("{folder}/{kind}"),
-            sample_time_s: sample_time_s(&experiment),
-            request: FolderRequest {
-                out: Some(out),
-                stem: kind.to_owned(),
-                overwrite: false,
-                roll_bytes: None,
-                provenance: provenance.clone(),
-            },
             kind: kind.to_owned(),
             experiment,
+            request,
+            name,
             samples,
         })
     }
 
-    pub(super) fn kind(&self) -> &str {
-        &self.kind
-    }
-
-    pub(super) fn name(&self) -> &str {
-        &self.name
-    }
-
-    pub(super) const fn samples(&self) -> u64 {
-        self.samples
-    }
-
-    pub(super) const fn sample_time_s(&self) -> f64 {
-        self.sample_time_s
-    }
-
-    /// Runs it.
-    ///
-    /// # Errors
-    /// Those of the experiment.
-    pub(super) fn run(&self, supervisor: Supervisor<'_>) -> Result<Finished, Failure> {
+    fn supervised(&self, supervisor: Supervisor<'_>) -> Result<Finished, Failure> {
         let request = &self.request;
         Ok(match &self.experiment {
             ExperimentFile::Relax(relaxation) => {
@@ -194,10 +156,12 @@ impl Job {
                     &published.report.run.ended_early,
                 )
             }
-            ExperimentFile::Touch(_) => {
-                return Err(Failure::bad_input(
-                    "the page has no form for a touch: run it from a file",
-                ));
+            ExperimentFile::Touch(touch) => {
+                let published = touch.run(request, supervisor)?;
+                let verdict = Some(published.report.verdict.words().to_owned());
+                // The log has all of it, in every axis.
+                let none = |_: &_| Value::Null;
+                result(&published, verdict, none, &published.report.run.ended_early)
             }
         })
     }
@@ -299,6 +263,12 @@ mod tests {
             ("relax", json!({"strain": [1, {}]}), "strain"),
             ("wall", json!({}), "missing key"),
             ("dance", json!({}), "is none of relax"),
+            ("touch", json!({"axes": 4}), "is not 2 or 3"),
+            (
+                "touch",
+                json!({"centre_m": [0, 0, 0]}),
+                "one for each of 2 axes",
+            ),
             (
                 "relax",
                 json!({"device": "serial:/dev/null"}),
@@ -307,7 +277,10 @@ mod tests {
         ] {
             let error = parse(kind, &form(given)).expect_err(want).to_string();
             assert!(error.contains(want), "{error}");
-            assert!(!error.contains(FILE) || error.contains("closed"), "{error}");
+            assert!(
+                !error.contains("form") || error.contains("closed"),
+                "{error}"
+            );
             assert!(!error.contains('\n'), "{error}");
         }
     }

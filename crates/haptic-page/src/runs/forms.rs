@@ -2,29 +2,29 @@
 
 use haptic_experiment::choices::choices;
 use haptic_experiment::parameters::{
-    self, COUPLER_REQUIRED, Parameter, Range, Value as Default, WALL_REQUIRED,
+    self, COUPLER_REQUIRED, KINDS, Parameter, QUESTIONS, Range, Value as Default, WALL_REQUIRED,
 };
 use serde_json::{Value, json};
 
-/// The experiments.
-pub(super) const KINDS: [&str; 5] = ["relax", "creep", "wall", "coupler", "teleoperation"];
+/// Experiments and questions.
+pub(super) fn kinds() -> impl Iterator<Item = &'static str> {
+    KINDS.into_iter().chain(QUESTIONS)
+}
 
-fn parameter(parameter: &Parameter) -> Value {
+fn parameter(parameter: &Parameter, required: &[Parameter]) -> Value {
     let Parameter {
         key,
         value,
         shown,
         help,
     } = parameter;
-    let required = [WALL_REQUIRED, COUPLER_REQUIRED]
-        .concat()
-        .iter()
-        .any(|known| known.key == *key);
+    let required = required.iter().any(|known| known.key == *key);
     let (kind, default) = match value {
         Default::Number(default, _) => ("number", json!(default)),
         Default::Count(default) => ("count", json!(default)),
         Default::Flag(default) => ("flag", json!(default)),
         Default::Text(default) => ("text", json!(default)),
+        Default::List => ("list", json!(shown)),
         _ => ("text", Value::Null),
     };
     let (least, most) = match value {
@@ -54,14 +54,20 @@ fn parameter(parameter: &Parameter) -> Value {
 
 /// All of them.
 pub(super) fn forms() -> Value {
-    let form = |kind: &&str| {
+    let form = |kind: &str| {
+        // The others have defaults for all.
+        let required = match kind {
+            "wall" => WALL_REQUIRED,
+            "coupler" => COUPLER_REQUIRED,
+            _ => &[],
+        };
         let tables = parameters::of_kind(kind).into_iter().map(|(title, table)| {
-            let parameters: Vec<Value> = table.iter().map(parameter).collect();
+            let parameters: Vec<Value> = table.iter().map(|p| parameter(p, required)).collect();
             json!({"title": title, "parameters": parameters})
         });
         json!({"kind": kind, "tables": tables.collect::<Vec<_>>()})
     };
-    json!({"forms": KINDS.iter().map(form).collect::<Vec<_>>()})
+    json!({"forms": kinds().map(form).collect::<Vec<_>>()})
 }
 
 #[cfg(test)]
@@ -71,7 +77,7 @@ mod tests {
     #[test]
     fn every_parameter_of_a_file_stands_in_a_form_with_its_default() {
         let forms = forms();
-        for (kind, form) in KINDS.iter().zip(forms["forms"].as_array().expect("a list")) {
+        for (kind, form) in kinds().zip(forms["forms"].as_array().expect("a list")) {
             let shown = form["tables"]
                 .as_array()
                 .expect("a list")

@@ -1,13 +1,14 @@
 //! The run that goes on: its thread, its samples for those who watch, its end.
 
-use super::experiment::{Finished, Job};
+use super::channels::Channels;
 use super::opened::{push, pyramid};
+use super::work::{Attendant, Drawn, Finished, Work};
 use crate::Announce;
 use crate::feel::locked;
 use crate::pyramid::Pyramid;
-use haptic_experiment::{Failure, Supervisor};
+use haptic_experiment::Failure;
 use haptic_log::live::{Live, LiveStreams};
-use haptic_log::record::{EventMessage, TickMessage, VectorTick};
+use haptic_log::record::{AnyTick, EventMessage, TickMessage, VectorTick};
 use serde_json::{Value, json};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -17,29 +18,48 @@ use std::time::{Duration, Instant};
 /// Time between two words on how far a run is.
 const PROGRESS: Duration = Duration::from_millis(100);
 
-/// A run in a thread.
+/// A run or question in a thread.
 #[derive(Debug)]
 pub(super) struct Going {
     name: String,
-    sample_time_s: f64,
-    pyramid: Arc<Mutex<Pyramid>>,
+    kind: String,
+    steps: u64,
+    /// `None` for a question.
+    watched: Option<Watched>,
     stop: AtomicBool,
     over: AtomicBool,
     thread: Mutex<Option<JoinHandle<()>>>,
 }
 
+/// The samples of a run so far, and what is known of it before its end.
+#[derive(Debug)]
+pub(super) struct Watched {
+    pub(super) drawn: Drawn,
+    pub(super) pyramid: Arc<Mutex<Pyramid>>,
+}
+
 /// A watcher that puts the samples where views find them.
 #[derive(Debug)]
-struct Watcher(Arc<Mutex<Pyramid>>);
+struct Watcher {
+    channels: Channels,
+    pyramid: Arc<Mutex<Pyramid>>,
+}
+
+impl Watcher {
+    fn push(&self, tick: &AnyTick) {
+        // A gap that cannot be drawn is not drawn; the log has it.
+        let _ = push(&mut locked(&self.pyramid), self.channels, tick);
+    }
+}
 
 impl Live for Watcher {
     fn tick(&mut self, message: &TickMessage) {
-        // A gap that cannot be drawn is not drawn; the log has it.
-        let _ = push(&mut locked(&self.0), message);
+        self.push(&(*message).into());
     }
 
-    // The page draws one axis; the log has them all.
-    fn vector_tick(&mut self, _: &VectorTick) {}
+    fn vector_tick(&mut self, message: &VectorTick) {
+        self.push(&(*message).into());
+    }
 
     fn event(&mut self, _: &EventMessage) {}
 
@@ -48,34 +68,57 @@ impl Live for Watcher {
     }
 }
 
+impl Watched {
+    fn of(drawn: Drawn, samples: u64) -> Self {
+        Self {
+            pyramid: Arc::new(Mutex::new(pyramid(drawn.channels, samples))),
+            drawn,
+        }
+    }
+
+    fn watcher(&self) -> Box<dyn Live> {
+        Box::new(Watcher {
+            channels: self.drawn.channels,
+            pyramid: Arc::clone(&self.pyramid),
+        })
+    }
+}
+
 impl Going {
-    /// Starts it. `keep` takes its curves.
+    /// Starts it. `keep` takes its curves and its verdict.
     pub(super) fn start(
-        job: Job,
+        work: Box<dyn Work>,
         announce: Announce,
-        keep: impl FnOnce(&str, Value) + Send + 'static,
+        keep: impl FnOnce(&str, Value, Option<String>) + Send + 'static,
     ) -> Arc<Self> {
+        let steps = work.steps();
         let going = Arc::new(Self {
-            name: job.name().to_owned(),
-            sample_time_s: job.sample_time_s(),
-            pyramid: Arc::new(Mutex::new(pyramid(job.samples()))),
+            name: work.name().to_owned(),
+            kind: work.kind().to_owned(),
+            steps,
+            watched: work.drawn().map(|drawn| Watched::of(drawn, steps)),
             stop: AtomicBool::new(false),
             over: AtomicBool::new(false),
             thread: Mutex::default(),
         });
         let own = Arc::clone(&going);
-        let thread = std::thread::spawn(move || own.run(&job, &announce, keep));
+        let thread = std::thread::spawn(move || own.run(work.as_ref(), &announce, keep));
         *locked(&going.thread) = Some(thread);
         going
     }
 
-    fn run(&self, job: &Job, announce: &Announce, keep: impl FnOnce(&str, Value)) {
+    fn run(
+        &self,
+        work: &dyn Work,
+        announce: &Announce,
+        keep: impl FnOnce(&str, Value, Option<String>),
+    ) {
         let say = |state: &str, more: Value| {
             let mut run = json!({
-                "name": job.name(),
-                "kind": job.kind(),
+                "name": self.name,
+                "kind": self.kind,
                 "state": state,
-                "samples": job.samples(),
+                "samples": self.steps,
             });
             if let (Some(all), Value::Object(more)) = (run.as_object_mut(), more) {
                 all.extend(more);
@@ -91,39 +134,58 @@ impl Going {
             }
         };
         let warn = |text: &str| announce.notice(text.to_owned());
-        let live = LiveStreams::new(vec![Box::new(Watcher(Arc::clone(&self.pyramid)))]);
-        let supervisor = Supervisor {
+        let watcher = self.watched.as_ref().map(Watched::watcher);
+        let live = LiveStreams::new(watcher.into_iter().collect());
+        let result = work.run(Attendant {
             stop: &self.stop,
             progress: &progress,
-            live: None,
             warn: &warn,
-        };
-        let result = job.run(supervisor.watched(&live));
+            live: &live,
+        });
         self.over.store(true, Ordering::Relaxed);
         match result {
-            Ok(result) => {
-                let Finished {
-                    report,
-                    curves,
-                    verdict,
-                    ended_early,
-                } = result;
-                keep(job.name(), curves);
-                let state = match &ended_early {
-                    None => "done",
-                    Some(_) if self.stop.load(Ordering::Relaxed) => "stopped",
-                    Some(_) => "failed",
-                };
-                let more = json!({
-                    "samples_done": report["samples"],
-                    "verdict": verdict,
-                    "error": ended_early,
-                    "report": report,
-                });
+            Ok(finished) => {
+                let (state, more) = self.end_of(finished, keep);
                 say(state, more);
+            }
+            // What was stopped before it had anything has not failed.
+            Err(error) if self.is_stopped() => {
+                say("stopped", json!({"error": error.to_string()}));
             }
             Err(error) => self.failed(&error, announce, say),
         }
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
+    /// The last word of a run.
+    fn end_of(
+        &self,
+        finished: Finished,
+        keep: impl FnOnce(&str, Value, Option<String>),
+    ) -> (&'static str, Value) {
+        let Finished {
+            report,
+            curves,
+            verdict,
+            ended_early,
+        } = finished;
+        keep(&self.name, curves, verdict.clone());
+        let state = match &ended_early {
+            None => "done",
+            Some(_) if self.is_stopped() => "stopped",
+            Some(_) => "failed",
+        };
+        let more = json!({
+            // A question has steps, not samples.
+            "samples_done": report.get("samples").cloned().unwrap_or(self.steps.into()),
+            "verdict": verdict,
+            "error": ended_early,
+            "report": report,
+        });
+        (state, more)
     }
 
     fn failed(&self, error: &Failure, announce: &Announce, say: impl Fn(&str, Value)) {
@@ -135,12 +197,31 @@ impl Going {
         &self.name
     }
 
-    pub(super) const fn sample_time_s(&self) -> f64 {
-        self.sample_time_s
+    /// Its samples so far; `None` of a question.
+    pub(super) const fn watched(&self) -> Option<&Watched> {
+        self.watched.as_ref()
     }
 
-    pub(super) fn pyramid(&self) -> &Mutex<Pyramid> {
-        &self.pyramid
+    /// What `runs.open` answers while it goes: its samples are those that are planned.
+    pub(super) fn answer(&self) -> Value {
+        let Some(Watched { drawn, .. }) = &self.watched else {
+            return json!({"name": self.name, "kind": self.kind, "running": true});
+        };
+        json!({
+            "name": self.name,
+            "channels": drawn.channels.names(),
+            "axes": drawn.channels.axes(),
+            "samples": self.steps,
+            "sample_time_s": drawn.sample_time_s,
+            "first_s": 0.0,
+            "last_s": self.steps.saturating_sub(1) as f64 * drawn.sample_time_s,
+            "complete": false,
+            "running": true,
+            "damage": [],
+            "missing_samples": 0,
+            "metadata": {"experiment": drawn.metadata},
+            "events": [],
+        })
     }
 
     /// True if its log is whole, or there is none.

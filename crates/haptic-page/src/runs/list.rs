@@ -1,5 +1,6 @@
-//! The logs of a folder: names, and what their metadata say.
+//! The logs and answers of a folder: names, and what they say of themselves.
 
+use super::answers;
 use haptic_experiment::Failure;
 use haptic_log::record::{Entry, LogFiles, StartTime, inspect};
 use serde::Serialize;
@@ -22,10 +23,19 @@ pub(super) struct Seen {
     changed: Option<SystemTime>,
 }
 
+impl Seen {
+    fn of(about: &fs::Metadata) -> Self {
+        Self {
+            bytes: about.len(),
+            changed: about.modified().ok(),
+        }
+    }
+}
+
 /// A line of the list.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Listed {
-    name: String,
+    pub(super) name: String,
     kind: Option<String>,
     started_utc: Option<String>,
     duration_s: Option<f64>,
@@ -124,11 +134,11 @@ fn look(
             && let Some(stem) = file.strip_suffix(".mcap")
             && !goes_on_with(stem, folder)
         {
-            let seen = Seen {
-                bytes: about.len(),
-                changed: about.modified().ok(),
-            };
-            found.insert(format!("{prefix}{stem}"), (path, seen));
+            found.insert(format!("{prefix}{stem}"), (path, Seen::of(&about)));
+        } else if about.is_file()
+            && let Some(stem) = file.strip_suffix(answers::SUFFIX)
+        {
+            found.insert(format!("{prefix}{stem}"), (path, Seen::of(&about)));
         }
     }
     Ok(())
@@ -155,7 +165,9 @@ fn listed(name: &str, path: &Path, seen: Seen) -> Listed {
         running: false,
     };
     let whole = seen.bytes <= WHOLE_BYTES;
-    let said = if whole {
+    let said = if answers::is_one(path) {
+        listed.answer(path)
+    } else if whole {
         listed.whole(path)
     } else {
         listed.beginning(path)
@@ -167,6 +179,21 @@ fn listed(name: &str, path: &Path, seen: Seen) -> Listed {
 }
 
 impl Listed {
+    /// The verdict of the run itself, which knows more than its log.
+    pub(super) fn judged(&mut self, verdict: Option<&str>) {
+        if let Some(verdict) = verdict {
+            self.verdict = Some(verdict.to_owned());
+        }
+    }
+
+    fn answer(&mut self, path: &Path) -> Result<(), Failure> {
+        let answer = answers::read(path)?;
+        let text = |key: &str| answer[key].as_str().map(str::to_owned);
+        self.kind = text("kind");
+        self.verdict = text("verdict");
+        Ok(())
+    }
+
     fn whole(&mut self, path: &Path) -> Result<(), Failure> {
         let summary = inspect(path)?;
         self.samples = Some(summary.samples);
@@ -212,12 +239,18 @@ impl Listed {
         self.kind = values.get("experiment").cloned();
         let planned = || values.get("duration_s").and_then(|text| text.parse().ok());
         self.duration_s = self.duration_s.or_else(planned);
+        // Of a teleoperation the analysis knows the slave in its place, not the line.
+        let of = match self.kind.as_deref() {
+            Some("teleoperation") => "the slave in its place is ",
+            _ => "",
+        };
         self.verdict = values.get("preflight.stable").map(|stable| {
-            if stable == "true" {
-                "stable by the analysis".to_owned()
+            let stable = if stable == "true" {
+                "stable"
             } else {
-                "unstable by the analysis".to_owned()
-            }
+                "unstable"
+            };
+            format!("{of}{stable} by the analysis")
         });
     }
 }

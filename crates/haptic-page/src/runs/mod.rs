@@ -2,15 +2,21 @@
 //!
 //! ```text
 //! folder ─▶ list ─▶ open ─▶ pyramid ─▶ views             form ─▶ experiment file ─▶ run in a thread ─▶ log in the folder
-//!                                                                                     └─▶ pyramid, while it goes
+//!                     └─▶ answer                                                      └─▶ pyramid, while it goes
+//!                                                       form ─▶ question ─▶ thread ─▶ answer in the folder
 //! ```
 //! A log is named by its path in the folder, without `.mcap`; only what the folder holds has a name.
 
+mod answers;
+mod channels;
 mod experiment;
+mod form;
 mod forms;
 mod going;
 mod list;
 mod opened;
+mod question;
+mod work;
 
 use crate::Announce;
 use crate::feel::locked;
@@ -18,16 +24,17 @@ use crate::pyramid::{Columns, Span};
 use going::Going;
 use haptic_experiment::{Failure, RealtimeOptions};
 use list::Listing;
-use opened::{CHANNELS, Opened};
+use opened::Opened;
 use serde_json::{Map, Value, json};
 use std::collections::{BTreeMap, VecDeque};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
+use work::Work;
 
 /// Logs that are kept open; each is some tens of megabytes.
 const OPEN: usize = 2;
-/// Runs whose curves are remembered.
-const CURVES: usize = 8;
+/// Runs whose curves and verdict are remembered.
+const TOLD: usize = 8;
 
 /// The runs of a folder.
 #[derive(Debug)]
@@ -40,13 +47,22 @@ pub(crate) struct Runs {
     /// Newest last.
     open: Mutex<VecDeque<Arc<Opened>>>,
     going: Mutex<Option<Arc<Going>>>,
-    /// Theory and run of those that were run here, by name; newest last.
-    curves: Arc<Mutex<VecDeque<(String, Value)>>>,
+    /// Of those that were run here; newest last.
+    told: Arc<Mutex<VecDeque<Told>>>,
+}
+
+/// What a run said of itself at its end, which its log does not hold.
+#[derive(Debug)]
+struct Told {
+    name: String,
+    /// Theory and run.
+    curves: Value,
+    verdict: Option<String>,
 }
 
 /// Columns of a log.
 pub(crate) struct ShownRun {
-    pub(crate) channels: &'static [&'static str],
+    pub(crate) channels: Vec<String>,
     pub(crate) columns: Columns,
     pub(crate) sample_time_s: f64,
 }
@@ -66,7 +82,7 @@ impl Runs {
             listing: Mutex::default(),
             open: Mutex::default(),
             going: Mutex::default(),
-            curves: Arc::default(),
+            told: Arc::default(),
         }
     }
 
@@ -81,25 +97,44 @@ impl Runs {
     pub(crate) fn list(&self) -> Result<Value, Failure> {
         let going = self.going();
         let name = going.as_ref().map(|going| going.name());
-        let runs = locked(&self.listing).list(&self.folder, name)?;
+        let mut runs = locked(&self.listing).list(&self.folder, name)?;
+        for told in locked(&self.told).iter() {
+            if let Some(listed) = runs.iter_mut().find(|listed| listed.name == told.name) {
+                listed.judged(told.verdict.as_deref());
+            }
+        }
         Ok(json!({"runs": runs}))
     }
 
-    /// Metadata and events of a log.
+    /// Metadata and events of a log, or of the run that goes on as far as they are known; or an answer.
     ///
     /// # Errors
     /// A log that there is not, or that cannot be read.
     pub(crate) fn open(&self, name: &str) -> Result<Value, Failure> {
+        if let Some(going) = self.going().filter(|going| going.name() == name) {
+            return Ok(going.answer());
+        }
+        let (path, _) = locked(&self.listing).find(&self.folder, name)?;
+        if answers::is_one(&path) {
+            let mut answer = answers::read(&path)?;
+            answer["name"] = name.into();
+            return Ok(answer);
+        }
         let opened = self.opened(name)?;
         let mut answer = opened.answer();
-        let curves = locked(&self.curves);
-        let found = curves.iter().find(|(of, _)| of == name);
-        answer["curves"] = found.map_or(Value::Null, |(_, curves)| curves.clone());
+        let told = locked(&self.told);
+        let found = told.iter().find(|told| told.name == name);
+        answer["curves"] = found.map_or(Value::Null, |told| told.curves.clone());
         Ok(answer)
     }
 
     fn opened(&self, name: &str) -> Result<Arc<Opened>, Failure> {
         let (path, seen) = locked(&self.listing).find(&self.folder, name)?;
+        if answers::is_one(&path) {
+            return Err(Failure::bad_input(format_args!(
+                "{name} is an answer, not a log, and has no curves: open it with `runs.open`"
+            )));
+        }
         let known = |opened: &&Arc<Opened>| opened.name == name && opened.seen == seen;
         if let Some(opened) = locked(&self.open).iter().find(known) {
             return Ok(Arc::clone(opened));
@@ -123,12 +158,13 @@ impl Runs {
         name: &str,
         span: impl Fn(u64, f64) -> Result<Span, Failure>,
     ) -> Result<ShownRun, Failure> {
-        if let Some(going) = self.going().filter(|going| going.name() == name) {
-            let pyramid = locked(going.pyramid());
-            let sample_time_s = going.sample_time_s();
+        let going = self.going().filter(|going| going.name() == name);
+        if let Some(watched) = going.as_ref().and_then(|going| going.watched()) {
+            let pyramid = locked(&watched.pyramid);
+            let sample_time_s = watched.drawn.sample_time_s;
             let span = span(pyramid.made().max(1), sample_time_s)?;
             return Ok(ShownRun {
-                channels: &CHANNELS,
+                channels: watched.drawn.channels.names(),
                 columns: pyramid.columns(span),
                 sample_time_s,
             });
@@ -136,7 +172,7 @@ impl Runs {
         let opened = self.opened(name)?;
         let span = span(opened.pyramid.made().max(1), opened.sample_time_s)?;
         Ok(ShownRun {
-            channels: &CHANNELS,
+            channels: opened.channels.names(),
             columns: opened.pyramid.columns(span),
             sample_time_s: opened.sample_time_s,
         })
@@ -147,7 +183,7 @@ impl Runs {
         forms::forms()
     }
 
-    /// Starts an experiment in a thread.
+    /// Starts an experiment or a question in a thread.
     ///
     /// # Errors
     /// Parameters that are refused, with the reason; a run that goes on; a folder that cannot be made.
@@ -157,7 +193,7 @@ impl Runs {
         parameters: &Map<String, Value>,
         realtime: bool,
     ) -> Result<Value, Failure> {
-        let experiment = experiment::parse(kind, parameters)?;
+        let work = self.work(kind, parameters, realtime)?;
         let mut slot = locked(&self.going);
         if let Some(going) = slot.as_ref().filter(|going| !going.is_over()) {
             return Err(Failure::bad_input(format_args!(
@@ -165,19 +201,48 @@ impl Runs {
                 going.name()
             )));
         }
-        let realtime = realtime.then_some(self.realtime);
-        let job = experiment::Job::new(kind, experiment, realtime, &self.folder, &self.provenance)?;
-        let (name, samples) = (job.name().to_owned(), job.samples());
-        let curves = Arc::clone(&self.curves);
-        let keep = move |name: &str, value: Value| {
-            let mut curves = locked(&curves);
-            curves.push_back((name.to_owned(), value));
-            while curves.len() > CURVES {
-                curves.pop_front();
+        let (name, samples) = (work.name().to_owned(), work.steps());
+        let told = Arc::clone(&self.told);
+        let keep = move |name: &str, curves: Value, verdict: Option<String>| {
+            let mut told = locked(&told);
+            told.push_back(Told {
+                name: name.to_owned(),
+                curves,
+                verdict,
+            });
+            while told.len() > TOLD {
+                told.pop_front();
             }
         };
-        *slot = Some(Going::start(job, self.announce.clone(), keep));
+        *slot = Some(Going::start(work, self.announce.clone(), keep));
         Ok(json!({"name": name, "samples": samples}))
+    }
+
+    /// Work of a form: an experiment or a question.
+    ///
+    /// # Errors
+    /// Parameters that are refused; no free folder.
+    fn work(
+        &self,
+        kind: &str,
+        parameters: &Map<String, Value>,
+        realtime: bool,
+    ) -> Result<Box<dyn Work>, Failure> {
+        let (folder, provenance) = (&self.folder, &self.provenance);
+        if haptic_experiment::parameters::QUESTIONS.contains(&kind) {
+            if realtime {
+                return Err(Failure::bad_input(format_args!(
+                    "{kind} is a question, which no clock holds up: leave `realtime` away"
+                )));
+            }
+            let question = question::parse(kind, parameters)?;
+            let inquiry = question::Inquiry::new(kind, question, folder, provenance)?;
+            return Ok(Box::new(inquiry));
+        }
+        let experiment = experiment::parse(kind, parameters)?;
+        let realtime = realtime.then_some(self.realtime);
+        let job = experiment::Job::new(kind, experiment, realtime, folder, provenance)?;
+        Ok(Box::new(job))
     }
 
     /// Ends the run that goes on, force ramped to zero.

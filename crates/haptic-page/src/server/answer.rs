@@ -201,7 +201,7 @@ fn view(view: ViewRequest, hub: Arc<Hub>, page: &Page) -> Asked {
             let shown = hub.runs.columns(&view.source, |made, sample_time_s| {
                 span(&view, view.columns, made, sample_time_s)
             })?;
-            let (channels, columns) = chosen(&view, shown.channels, shown.columns)?;
+            let (channels, columns) = chosen(&view, &shown.channels, shown.columns)?;
             let number = VIEWS.fetch_add(1, Ordering::Relaxed);
             page.send(Outgoing::Frame(frame(
                 number,
@@ -217,9 +217,9 @@ fn view(view: ViewRequest, hub: Arc<Hub>, page: &Page) -> Asked {
 /// The channels that a view names, of those that there are.
 fn chosen(
     view: &ViewRequest,
-    names: &[&'static str],
+    names: &[String],
     columns: Columns,
-) -> Result<(Vec<&'static str>, Columns), Failure> {
+) -> Result<(Vec<String>, Columns), Failure> {
     let Some(wanted) = &view.channels else {
         return Ok((names.to_vec(), columns));
     };
@@ -237,7 +237,8 @@ fn chosen(
         .collect();
     let places = places?;
     let columns = columns.chosen(&places);
-    Ok((places.iter().map(|&place| names[place]).collect(), columns))
+    let names = places.iter().map(|&place| names[place].clone());
+    Ok((names.collect(), columns))
 }
 
 fn live(view: &ViewRequest, hub: &Hub, page: &Page) -> Result<Value, Failure> {

@@ -80,16 +80,9 @@ pub struct Arguments {
     /// What the wall must be [default: stable]
     #[arg(long, value_enum)]
     require: Option<Require>,
-    /// Factor by which a stable wall could grow before it is unstable [default: 2]
-    #[arg(long, value_name = "FACTOR", allow_hyphen_values = true)]
+    #[arg(long, help = help_with_default(&parameters::GAIN_MARGIN), value_name = "FACTOR", allow_hyphen_values = true)]
     gain_margin: Option<f64>,
-    /// Orders to try, 0 to 2
-    #[arg(
-        long,
-        value_delimiter = ',',
-        default_value = "0,0.25,0.5,0.75,1,1.25,1.5,1.75,2",
-        allow_hyphen_values = true
-    )]
+    #[arg(long, help = parameters::DESIGN_ORDERS.help, value_delimiter = ',', default_value = parameters::DESIGN_ORDERS.shown, allow_hyphen_values = true)]
     orders: Vec<f64>,
     #[arg(long, help = parameters::SCHEME.help, value_parser = parse_scheme, default_value = parameters::SCHEME.shown)]
     scheme: Scheme,
@@ -225,7 +218,7 @@ impl Arguments {
                 ));
             }
             (Require::Stable, margin) => Requirement::Stable {
-                gain_margin: margin.unwrap_or(2.0),
+                gain_margin: margin.unwrap_or(parameters::GAIN_MARGIN.default_number()),
             },
         };
         let mut imperfections = self.device.imperfections()?;
@@ -288,7 +281,9 @@ impl Arguments {
                 Ok(Wish::Tissue {
                     material: modelled(&library, name)?,
                     specimen,
-                    frequency_hz: self.frequency.map_or(1.0, |frequency| frequency.0),
+                    frequency_hz: self
+                        .frequency
+                        .map_or(parameters::COMPARED_AT_HZ, |frequency| frequency.0),
                 })
             }
             ["tissue"] => Err(Failure::bad_input(

@@ -35,9 +35,7 @@ pub struct SimulatedArguments {
     damping: Option<Damping>,
     #[arg(long, help = help_with_default(&parameters::HAND_STIFFNESS), value_name = "STIFFNESS", allow_hyphen_values = true)]
     hand_stiffness: Option<Stiffness>,
-    /// What real devices have: 1 um encoder, 0.05 N friction, half a sample of delay, 1 ms current lag
-    /// (each can be set by itself)
-    #[arg(long, conflicts_with = "device_model")]
+    #[arg(long, help = parameters::REALISTIC.help, conflicts_with = "device_model")]
     realistic: bool,
     #[arg(long, help = parameters::FRICTION.help, value_name = "FORCE", allow_hyphen_values = true)]
     friction: Option<Force>,

@@ -17,7 +17,6 @@ use haptic_experiment::{
     Criterion, CriterionName, Imperfections, Named as _, TrialPlan, ZWidth, ZWidthReport,
 };
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
-use serde::Serialize;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
@@ -48,16 +47,9 @@ sample_time_s, delta, criterion, impact_m_per_s, push_n, alpha_searched, runs, d
                   host-cli zwidth --criterion dissertation --scheme muir:3"
 )]
 pub struct Arguments {
-    /// Orders of the dissipation, 0 to 2
-    #[arg(
-        long,
-        value_delimiter = ',',
-        default_value = "0,0.5,1,1.5,2",
-        allow_hyphen_values = true
-    )]
+    #[arg(long, help = parameters::ZWIDTH_ORDERS.help, value_delimiter = ',', default_value = parameters::ZWIDTH_ORDERS.shown, allow_hyphen_values = true)]
     orders: Vec<f64>,
-    /// Dissipations for each order, from 0 to the largest stable one
-    #[arg(long, default_value_t = 21, allow_hyphen_values = true)]
+    #[arg(long, help = parameters::ZWIDTH_POINTS.help, default_value = parameters::ZWIDTH_POINTS.shown, allow_hyphen_values = true)]
     points: usize,
     #[arg(long, help = parameters::SCHEME.help, value_parser = parse_scheme, default_value = parameters::SCHEME.shown)]
     scheme: Scheme,
@@ -65,8 +57,7 @@ pub struct Arguments {
     remote: RemoteArguments,
     #[command(flatten)]
     plant: PlantArguments,
-    /// A wall that pushes but never pulls; without this it is linear, as the theory assumes
-    #[arg(long)]
+    #[arg(long, help = parameters::ONE_SIDED.help)]
     one_sided: bool,
     #[command(flatten)]
     trial: TrialArguments,
@@ -125,18 +116,6 @@ impl TrialArguments {
             force_limit_n,
         })
     }
-}
-
-/// A row of the CSV.
-#[derive(Serialize)]
-struct Row {
-    order: f64,
-    dissipation_n_s_mu_per_m: f64,
-    stiffness_max_n_per_m: f64,
-    alpha: f64,
-    beta: f64,
-    analysis_stiffness_n_per_m: Option<f64>,
-    held_by_friction_up_to_n_per_m: Option<f64>,
 }
 
 impl Arguments {
@@ -270,18 +249,7 @@ fn print(out: &mut dyn Write, report: &ZWidthReport, files: &[String]) -> io::Re
 
 /// Writes the boundary as CSV and picture.
 fn save(report: &ZWidthReport, folder: &OutputFolder) -> Result<Vec<String>, Failure> {
-    let rows = report.orders.iter().flat_map(|order| {
-        order.boundary.iter().map(|point| Row {
-            order: order.order,
-            dissipation_n_s_mu_per_m: point.dissipation,
-            stiffness_max_n_per_m: point.stiffness_max,
-            alpha: point.alpha,
-            beta: point.beta,
-            analysis_stiffness_n_per_m: point.analysis_stiffness_n_per_m,
-            held_by_friction_up_to_n_per_m: point.held_by_friction_up_to_n_per_m,
-        })
-    });
-    let table = folder.write_table("csv", rows)?;
+    let table = folder.write_table("csv", report.rows())?;
     Ok(vec![table, save_picture(folder, draw(report))?])
 }
 

@@ -6,6 +6,7 @@ use crate::failure::Failure;
 use crate::{CouplerExperiment, Imperfections, Settling, TrialPlan, TrialSetup};
 use fracdiff::Order;
 use serde::Serialize;
+use std::sync::atomic::AtomicBool;
 
 /// Answer to a [`CouplerDesign`].
 #[derive(Clone, Debug, Serialize)]
@@ -27,7 +28,19 @@ impl CouplerDesign {
     /// # Errors
     /// A parameter outside its range.
     pub fn answer(&self) -> Result<CouplerAnswer, Failure> {
-        let candidates = self.candidates()?;
+        self.answer_unless(&AtomicBool::new(false), &|_| {})
+    }
+
+    /// The same; `progress` hears of each order that is done, `stop` ends it before the next.
+    ///
+    /// # Errors
+    /// A parameter outside its range; a stop.
+    pub fn answer_unless(
+        &self,
+        stop: &AtomicBool,
+        progress: &(dyn Fn(u64) + Sync),
+    ) -> Result<CouplerAnswer, Failure> {
+        let candidates = self.candidates_unless(stop, progress)?;
         let felt = |c: &CouplerCandidate| c.felt_stiffness_n_per_m.unwrap_or(0.0);
         let best = candidates
             .iter()

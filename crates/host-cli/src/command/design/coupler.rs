@@ -7,6 +7,7 @@ use haptic_experiment::design::coupler::{
     CouplerAnswer, CouplerCandidate, CouplerCriterion, CouplerDesign,
 };
 use haptic_experiment::failure::Failure;
+use haptic_experiment::parameters;
 use serde::Serialize;
 use std::io::{self, Write};
 
@@ -49,7 +50,9 @@ impl Arguments {
             scheme: self.scheme,
             orders: self.orders()?,
             criterion,
-            frequency_hz: self.frequency.map_or(1.0, |frequency| frequency.0),
+            frequency_hz: self
+                .frequency
+                .map_or(parameters::COMPARED_AT_HZ, |frequency| frequency.0),
         };
         let mut report = CouplerReport {
             wish: "coupler",

@@ -1,0 +1,94 @@
+//! A form as the file that it stands for, and the place of what comes of it.
+
+use super::forms;
+use haptic_experiment::Failure;
+use haptic_experiment::folder::{FolderRequest, next_free};
+use serde_json::{Map, Value};
+use std::collections::BTreeMap;
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
+
+/// Name of the file in the messages of its reader.
+const FILE: &str = "form";
+
+/// A form as the file that it stands for.
+pub(super) struct FormFile(String);
+
+impl FormFile {
+    /// # Errors
+    /// A kind that there is not; a value that is no number, text or list.
+    pub(super) fn new(kind: &str, parameters: &Map<String, Value>) -> Result<Self, Failure> {
+        if !forms::kinds().any(|known| known == kind) {
+            let kinds: Vec<&str> = forms::kinds().collect();
+            return Err(Failure::bad_input(format_args!(
+                "experiment {kind:?} is none of {}",
+                kinds.join(", ")
+            )));
+        }
+        let mut table = toml::Table::new();
+        // Null and an empty field of a form are the default.
+        let given = parameters
+            .iter()
+            .filter(|(_, value)| !value.is_null() && **value != "");
+        for (key, value) in given {
+            let value = toml::Value::try_from(value).map_err(|_| {
+                Failure::bad_input(format_args!(
+                    "`{key}` is not a number, a text, a list of numbers, or true or false"
+                ))
+            })?;
+            table.insert(key.clone(), value);
+        }
+        let document = toml::Table::from_iter([(kind.to_owned(), toml::Value::Table(table))]);
+        toml::to_string(&document).map(Self).map_err(Failure::input)
+    }
+
+    /// Read by its reader.
+    ///
+    /// # Errors
+    /// What that refuses.
+    pub(super) fn read<T, E: Display>(
+        &self,
+        read: impl FnOnce(&Path, &str) -> Result<T, E>,
+    ) -> Result<T, Failure> {
+        let read = read(Path::new(FILE), &self.0);
+        read.map_err(|error| Failure::bad_input(without_place(&error.to_string())))
+    }
+}
+
+/// The message without the file and line that nobody sees.
+fn without_place(message: &str) -> &str {
+    let after_line = message.strip_prefix(FILE).and_then(|rest| {
+        let rest = rest
+            .strip_prefix(':')?
+            .trim_start_matches(|c: char| c.is_ascii_digit());
+        Some(rest.trim_start_matches(':').trim_start())
+    });
+    after_line.unwrap_or(message)
+}
+
+/// The next free folder of the runs for this kind, and the name of what will be in it.
+///
+/// # Errors
+/// No free folder.
+pub(super) fn place(
+    runs: &Path,
+    kind: &str,
+    provenance: &BTreeMap<String, String>,
+) -> Result<(FolderRequest, String), Failure> {
+    let out: PathBuf = next_free(runs, kind).ok_or_else(|| {
+        Failure::bad_input(format_args!(
+            "`{}` holds {kind}-0001 to {kind}-9999: move some away",
+            runs.display()
+        ))
+    })?;
+    let folder = out.file_name().unwrap_or_default().to_string_lossy();
+    let name = format!("{folder}/{kind}");
+    let request = FolderRequest {
+        out: Some(out),
+        stem: kind.to_owned(),
+        overwrite: false,
+        roll_bytes: None,
+        provenance: provenance.clone(),
+    };
+    Ok((request, name))
+}

@@ -1,0 +1,264 @@
+//! A question from a form, a Z-width or a design: read as the command reads it, answered into a folder.
+//!
+//! ```text
+//! form ─▶ question ─▶ zwidth-0001/  zwidth.answer.json   what the page shows
+//!                                   zwidth.csv           the same as a table
+//!                     design-0001/  design.toml          the experiment that tries the proposal
+//! ```
+
+use super::answers;
+use super::form::{FormFile, place};
+use super::work::{Attendant, Drawn, Finished, Work};
+use haptic_experiment::design::coupler::{CouplerAnswer, CouplerDesign};
+use haptic_experiment::design::{Design, DesignReport};
+use haptic_experiment::file::Question;
+use haptic_experiment::folder::{FolderRequest, OutputFolder, write_text};
+use haptic_experiment::{Failure, Settling, ZWidth, ZWidthReport};
+use serde_json::{Map, Value, json};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Reads a form.
+///
+/// # Errors
+/// What the reader of questions refuses.
+pub(super) fn parse(kind: &str, parameters: &Map<String, Value>) -> Result<Question, Failure> {
+    let form = FormFile::new(kind, parameters)?;
+    form.read(Question::parse)
+}
+
+/// A question with its place.
+#[derive(Debug)]
+pub(super) struct Inquiry {
+    kind: String,
+    question: Question,
+    request: FolderRequest,
+    name: String,
+    provenance: BTreeMap<String, String>,
+}
+
+/// What was found, before it is written.
+struct Answer {
+    report: Value,
+    verdict: String,
+    ended_early: Option<String>,
+    /// The experiment file of a proposal.
+    experiment: Option<String>,
+}
+
+impl Inquiry {
+    /// In the next free folder of the runs.
+    ///
+    /// # Errors
+    /// No free folder.
+    pub(super) fn new(
+        kind: &str,
+        question: Question,
+        runs: &Path,
+        provenance: &BTreeMap<String, String>,
+    ) -> Result<Self, Failure> {
+        let (request, name) = place(runs, kind, provenance)?;
+        Ok(Self {
+            kind: kind.to_owned(),
+            question,
+            request,
+            name,
+            provenance: provenance.clone(),
+        })
+    }
+
+    fn answer(&self, attendant: Attendant<'_>, folder: &OutputFolder) -> Result<Answer, Failure> {
+        let done = AtomicU64::new(0);
+        let progress = |steps: u64| {
+            let before = done.fetch_add(steps, Ordering::Relaxed);
+            (attendant.progress)(before + steps);
+        };
+        match &self.question {
+            Question::ZWidth(zwidth) => of_zwidth(zwidth, attendant, &progress, folder),
+            Question::Design(design) => of_design(design, attendant, &progress, folder),
+            Question::Coupler(design) => of_coupler(design, attendant, &progress, folder),
+        }
+    }
+
+    /// Answers it, and writes the answer.
+    fn written(
+        &self,
+        attendant: Attendant<'_>,
+        folder: &OutputFolder,
+    ) -> Result<Finished, Failure> {
+        let answer = self.answer(attendant, folder)?;
+        let experiment = match &answer.experiment {
+            Some(text) => {
+                write_text(&folder.file("toml"), text, false)?;
+                of_file(text)
+            }
+            None => Value::Null,
+        };
+        let shown = json!({
+            "kind": self.kind,
+            "verdict": answer.verdict,
+            "program": self.provenance.get("program"),
+            "report": answer.report,
+            "experiment": experiment,
+        });
+        write_text(&folder.file(answers::EXTENSION), &shown.to_string(), false)?;
+        Ok(Finished {
+            report: answer.report,
+            curves: Value::Null,
+            verdict: Some(answer.verdict),
+            ended_early: answer.ended_early,
+        })
+    }
+}
+
+impl Work for Inquiry {
+    fn kind(&self) -> &str {
+        &self.kind
+    }
+
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn steps(&self) -> u64 {
+        self.question.steps()
+    }
+
+    fn drawn(&self) -> Option<Drawn> {
+        None
+    }
+
+    fn run(&self, attendant: Attendant<'_>) -> Result<Finished, Failure> {
+        let folder = self.request.prepare()?;
+        let result = self.written(attendant, &folder);
+        result.inspect_err(|_| folder.discard())
+    }
+}
+
+fn of_zwidth(
+    zwidth: &ZWidth,
+    attendant: Attendant<'_>,
+    progress: &(dyn Fn(u64) + Sync),
+    folder: &OutputFolder,
+) -> Result<Answer, Failure> {
+    let report = zwidth.run(progress, attendant.stop, attendant.warn)?;
+    folder.write_table("csv", report.rows())?;
+    Ok(Answer {
+        verdict: stiffest(&report),
+        ended_early: report.ended_early.map(str::to_owned),
+        report: json!(report),
+        experiment: None,
+    })
+}
+
+/// The stiffest wall of all, in words.
+fn stiffest(report: &ZWidthReport) -> String {
+    let points = report.rows();
+    let best = points.max_by(|a, b| a.stiffness_max_n_per_m.total_cmp(&b.stiffness_max_n_per_m));
+    best.map_or_else(
+        || "no wall came to rest".to_owned(),
+        |best| {
+            format!(
+                "stiffest wall: K = {:.0} N/m, of order {}",
+                best.stiffness_max_n_per_m, best.order
+            )
+        },
+    )
+}
+
+fn of_design(
+    design: &Design,
+    attendant: Attendant<'_>,
+    progress: &(dyn Fn(u64) + Sync),
+    folder: &OutputFolder,
+) -> Result<Answer, Failure> {
+    let report = design.answer_unless(attendant.stop, progress)?;
+    folder.write_table("csv", report.candidates.iter())?;
+    let DesignReport {
+        best, simulated, ..
+    } = &report;
+    Ok(Answer {
+        verdict: proposal(best.as_ref().map(|best| best.order), simulated.as_ref()),
+        ended_early: None,
+        report: json!(report),
+        experiment: report.experiment_text,
+    })
+}
+
+fn of_coupler(
+    design: &CouplerDesign,
+    attendant: Attendant<'_>,
+    progress: &(dyn Fn(u64) + Sync),
+    folder: &OutputFolder,
+) -> Result<Answer, Failure> {
+    let answer = design.answer_unless(attendant.stop, progress)?;
+    folder.write_table("csv", answer.candidates.iter())?;
+    let CouplerAnswer {
+        best, simulated, ..
+    } = &answer;
+    let verdict = proposal(best.as_ref().map(|best| best.order), simulated.as_ref());
+    let mut report = json!(answer);
+    for (key, value) in [
+        ("wish", json!("coupler")),
+        ("require", json!(design.criterion.name())),
+        ("scheme", json!(design.scheme.to_string())),
+        ("frequency_hz", json!(design.frequency_hz)),
+    ] {
+        report[key] = value;
+    }
+    Ok(Answer {
+        verdict,
+        ended_early: None,
+        report,
+        experiment: answer.experiment_text,
+    })
+}
+
+/// The best order and its trial, in words.
+fn proposal(order: Option<f64>, simulated: Option<&Settling>) -> String {
+    let Some(order) = order else {
+        return "nothing on the grid does it".to_owned();
+    };
+    let tried = simulated.map(|settling| format!(", {} when tried", settling.verdict.words()));
+    format!("best: order {order}{}", tried.unwrap_or_default())
+}
+
+/// The experiment of a file as the page has it: kind, text, and the parameters of its form.
+fn of_file(text: &str) -> Value {
+    let table: toml::Table = toml::from_str(text).unwrap_or_default();
+    let Some((kind, parameters)) = table.into_iter().next() else {
+        return Value::Null;
+    };
+    json!({"kind": kind, "text": text, "parameters": parameters})
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_file_of_a_proposal_is_a_form_too() {
+        let text = "# A comment.\n[wall]\nmass_kg = 0.065\nscheme = \"full\"\none_sided = false\n";
+        let shown = of_file(text);
+        assert_eq!(
+            (&shown["kind"], &shown["text"]),
+            (&json!("wall"), &json!(text))
+        );
+        assert_eq!(shown["parameters"]["mass_kg"], 0.065);
+        assert_eq!(of_file("no file"), Value::Null);
+    }
+
+    #[test]
+    fn a_form_is_refused_in_a_sentence_without_a_file() {
+        for (kind, given, want) in [
+            ("zwidth", json!({"points": 1}), "[2, 1000]"),
+            ("zwidth", json!({"orders": [5]}), "not in [0, 2]"),
+            ("design", json!({"wish": "peace"}), "stiffest-wall"),
+        ] {
+            let given = given.as_object().expect("an object").clone();
+            let error = parse(kind, &given).expect_err(want).to_string();
+            assert!(error.contains(want) && !error.contains("form"), "{error}");
+        }
+    }
+}

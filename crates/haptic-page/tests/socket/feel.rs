@@ -1,0 +1,218 @@
+//! What is felt: a tissue, changes of it, stop, a recording.
+
+use crate::{A3, FORCE, SHORT, assert_documented, prostate, server, two};
+use haptic_page::OnClose;
+use serde_json::json;
+use testkit::browser::Page;
+
+#[test]
+fn a_tissue_is_felt_relaxes_and_remembers() {
+    let runs = tempfile::tempdir().expect("a folder");
+    let server = server(runs.path(), OnClose::Stop);
+    let mut page = Page::open(server.address());
+    let hello = page.ask("hello", json!({"version": 1}));
+    assert_eq!(
+        (&hello["controls"], &hello["feel"]),
+        (&json!(true), &json!(null))
+    );
+    assert_eq!(hello["channels"][FORCE], "force_n");
+    let started = page.ask("feel.start", prostate());
+    assert_eq!(started["verdict"]["stable"], true);
+    assert_eq!(started["feel"]["ghosts"], json!(["short", "a3"]));
+    page.ask(
+        "view",
+        json!({"source": "live", "last_s": 30, "columns": 800}),
+    );
+    page.ask("feel.hand", json!({"position_m": 5e-3, "held": true}));
+    // 5 mm into 173 N·s^μ/m: some tenths of a newton, pushing back.
+    let pushed = page.frame(|frame| {
+        let deep = frame.largest(0).iter().any(|&position| position > 1e-3);
+        deep && frame.least(FORCE).iter().any(|&force| force < -0.2)
+    });
+    assert_eq!(
+        (pushed.source, pushed.channels, pushed.sample_time_s),
+        (0, 7, 1e-3)
+    );
+    let position = pushed.largest(0).iter().copied().fold(f32::NAN, f32::max);
+    assert!(position < 8e-3, "{position}");
+    // It relaxes: three seconds later the force is smaller, and A₃, which forgets at once, is not where the true one is.
+    let since = pushed.first_tick + pushed.columns as f64 * pushed.ticks_per_column;
+    let later = page.frame(|frame| {
+        frame.first_tick + (frame.columns as f64) * frame.ticks_per_column > since + 3000.0
+    });
+    let last = later.columns - 2;
+    let peak = later.least(FORCE).iter().copied().fold(f32::NAN, f32::min);
+    let (now, short, a3) = (
+        later.least(FORCE)[last],
+        later.least(SHORT)[last],
+        later.least(A3)[last],
+    );
+    assert!(now > 0.9 * peak && now < -0.05, "from {peak} N to {now} N");
+    assert!(
+        short < 1.02 * now,
+        "the last second alone does not relax on: {short} and {now}"
+    );
+    assert!(
+        a3.is_finite() && (a3 - now).abs() > 0.1 * now.abs(),
+        "{a3} and {now}"
+    );
+    let status = page.status(|status| status["samples_sent"].as_u64() > Some(3000));
+    assert_eq!(
+        (&status["lost"], &status["fault"], &status["armed"]),
+        (&json!(0), &json!(null), &json!(true))
+    );
+    assert_eq!(status["samples_missed"], 0);
+    server.stop();
+    assert_eq!(page.closed(), "1001: the server was stopped");
+}
+
+#[test]
+fn what_is_felt_changes_while_it_runs_without_a_bump_and_only_to_what_is_stable() {
+    let runs = tempfile::tempdir().expect("a folder");
+    let server = server(runs.path(), OnClose::Stop);
+    let mut page = Page::open(server.address());
+    page.ask("feel.start", json!({"environment": {"wall": {"order": 0.3, "stiffness_n_per_m": 100, "dissipation_n_s_mu_per_m": 20}}}));
+    page.ask("feel.hand", json!({"position_m": 4e-3, "held": true}));
+    page.status(|status| status["force_n"].as_f64() < Some(-0.3));
+    let set = page.ask("feel.set", json!({"order": 0.7, "stiffness_n_per_m": 200}));
+    assert_eq!(
+        (&set["feel"]["order"], &set["feel"]["stiffness_n_per_m"]),
+        (&json!(0.7), &json!(200.0))
+    );
+    assert_eq!(set["feel"]["dissipation_n_s_mu_per_m"], 20.0);
+    // A wall is its numbers, so what is told of it has the new ones.
+    let wall = json!({"order": 0.7, "stiffness_n_per_m": 200.0, "dissipation_n_s_mu_per_m": 20.0});
+    assert_eq!(set["feel"]["environment"]["wall"], wall);
+    // Too stiff for 65 g at 1 kHz: refused with the numbers and a factor that helps.
+    let refused = page.refused(
+        "feel.set",
+        json!({"scale": 100, "dissipation_n_s_mu_per_m": 2000}),
+    );
+    assert!(
+        refused.contains("unstable") && refused.contains("of K and B"),
+        "{refused}"
+    );
+    for wrong in [
+        json!({"order": 2}),
+        json!({"order": "x"}),
+        json!({"environment": {"tissue": "nothing"}}),
+        json!({"colour": 1}),
+    ] {
+        let refused = page.refused("feel.set", wrong.clone());
+        assert!(!refused.contains('\n'), "{wrong}: {refused}");
+    }
+    // What ran before goes on, with the change that was good.
+    let felt = page.ask("hello", json!({"version": 1}));
+    assert_eq!(
+        (&felt["feel"]["order"], &felt["feel"]["scale"]),
+        (&json!(0.7), &json!(1.0))
+    );
+    let before = page.status(|_| true)["tick"].as_u64().expect("a tick");
+    page.status(|status| status["tick"].as_u64() > Some(before + 600));
+    // In no tick did the force change by more than the motion or a fifth of a second of change makes it: 1 N/ms would be a bump.
+    let made = page.status(|_| true)["samples_made"]
+        .as_u64()
+        .expect("a number");
+    page.ask(
+        "view",
+        json!({"source": "live", "from_s": 0, "to_s": made as f64 * 1e-3, "columns": 8192}),
+    );
+    let frame = page.frame(|_| true);
+    let steps = (0..frame.columns).map(|n| frame.largest(FORCE)[n] - frame.least(FORCE)[n]);
+    let largest = steps.fold(
+        0.0_f32,
+        |largest, step| if step > largest { step } else { largest },
+    );
+    assert!(
+        largest < 0.05 * frame.ticks_per_column as f32 + 0.05,
+        "{largest} N in {} ticks",
+        frame.ticks_per_column
+    );
+}
+
+#[test]
+fn stop_is_always_possible_and_the_force_is_zero() {
+    let runs = tempfile::tempdir().expect("a folder");
+    let server = server(runs.path(), OnClose::Stop);
+    let (mut page, mut watcher) = two(server.address());
+    page.ask("feel.start", prostate());
+    page.ask("feel.hand", json!({"position_m": 5e-3, "held": true}));
+    page.status(|status| status["force_n"].as_f64() < Some(-0.1));
+    // Who only watches may not move anything, but may stop.
+    let refused = watcher.refused("feel.hand", json!({"position_m": 0, "held": true}));
+    assert!(refused.contains("controls.take"), "{refused}");
+    // With a force on the device nothing begins anew.
+    let refused = page.refused("arm", json!({}));
+    assert!(refused.contains("`stop` first"), "{refused}");
+    watcher.ask("stop", json!({}));
+    let stopped = page.status(|status| status["force_n"] == 0.0 && status["stopped"] == true);
+    assert_eq!(
+        (&stopped["armed"], &stopped["running"]),
+        (&json!(false), &json!(true))
+    );
+    // Nothing moves it before it is armed.
+    page.ask("feel.hand", json!({"position_m": 5e-3, "held": true}));
+    let tick = stopped["tick"].as_u64().expect("a tick");
+    let still = page.status(|status| status["tick"].as_u64() > Some(tick + 200));
+    assert_eq!(still["force_n"], 0.0);
+    page.ask("arm", json!({}));
+    page.status(|status| status["armed"] == true && status["position_m"].as_f64() < Some(0.0));
+    page.ask("feel.hand", json!({"position_m": 5e-3, "held": true}));
+    page.status(|status| status["force_n"].as_f64() < Some(-0.1));
+    // A world that stands still is stopped too.
+    page.ask("feel.pause", json!({"paused": true}));
+    page.ask("stop", json!({}));
+    page.status(|status| status["force_n"] == 0.0 && status["stopped"] == true);
+}
+
+#[test]
+fn a_recording_holds_every_sample_and_is_listed_opened_and_gone() {
+    let runs = tempfile::tempdir().expect("a folder");
+    let server = server(runs.path(), OnClose::Stop);
+    let mut page = Page::open(server.address());
+    assert_eq!(page.ask("runs.list", json!({}))["runs"], json!([]));
+    page.ask("feel.start", prostate());
+    let name = page.ask("feel.record", json!({"on": true}))["name"].clone();
+    assert_eq!(name, "feel-0001/feel");
+    page.ask("feel.hand", json!({"position_m": 5e-3, "held": true}));
+    page.ask("feel.mark", json!({"text": "here"}));
+    page.wait("mark", |mark| mark["text"] == "here");
+    page.status(|status| status["recorded"].as_u64() > Some(500));
+    let ended = page.ask("feel.record", json!({"on": false}));
+    assert_documented("feel.record", &ended);
+    let samples = ended["samples"].as_u64().expect("a number");
+    assert!(samples > 500 && ended["missing"] == 0, "{ended}");
+    let list = page.ask("runs.list", json!({}));
+    let listed = &list["runs"][0];
+    assert_eq!(
+        (&listed["name"], &listed["kind"]),
+        (&json!("feel-0001/feel"), &json!("feel"))
+    );
+    assert_eq!(listed["samples"], samples);
+    let opened = page.ask("runs.open", json!({"name": "feel-0001/feel"}));
+    assert_documented("runs.open", &opened);
+    assert_eq!(
+        (&opened["complete"], &opened["missing_samples"]),
+        (&json!(true), &json!(0))
+    );
+    assert_eq!(opened["events"][0]["text"], "here");
+    let view =
+        json!({"source": "feel-0001/feel", "columns": 300, "channels": ["force_n", "position_m"]});
+    let shown = page.ask("view", view.clone());
+    assert_eq!(shown["channels"], json!(["force_n", "position_m"]));
+    let frame = page.frame(|frame| frame.source != 0);
+    assert_eq!(json!(frame.source), shown["view"]);
+    assert!(frame.least(0).iter().any(|&force| force < -0.1));
+    let covered = frame.columns as f64 * frame.ticks_per_column;
+    assert!(covered >= samples as f64 && frame.first_tick == 0.0);
+    std::fs::remove_dir_all(runs.path().join("feel-0001")).expect("deleted");
+    for (what, with) in [
+        ("view", view),
+        ("runs.open", json!({"name": "feel-0001/feel"})),
+    ] {
+        let refused = page.refused(what, with);
+        assert!(refused.contains("deleted or moved"), "{refused}");
+    }
+    let outside = page.refused("runs.open", json!({"name": "../../etc/passwd"}));
+    assert!(outside.contains("there is no log"), "{outside}");
+}

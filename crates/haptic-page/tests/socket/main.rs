@@ -1,0 +1,66 @@
+//! A page drives the server: every request, and everything that can go wrong.
+//!
+//! The loop runs by the clock, but nothing here depends on how fast: each test waits until what it wants is there.
+
+mod door;
+mod feel;
+mod pages;
+mod questions;
+mod records;
+mod runs;
+
+use haptic_experiment::RealtimeOptions;
+use haptic_page::{OnClose, PageServer, ServerOptions};
+use haptic_tissue::Library;
+use serde_json::json;
+use std::collections::BTreeMap;
+use std::path::Path;
+use testkit::browser::Page;
+
+const FORCE: usize = 2;
+const SHORT: usize = 3;
+const A3: usize = 4;
+
+fn server(runs: &Path, on_close: OnClose) -> PageServer {
+    PageServer::start(options(runs, on_close, 0)).expect("starts")
+}
+
+fn options(runs: &Path, on_close: OnClose, port: u16) -> ServerOptions {
+    ServerOptions {
+        device: haptic_page::DeviceNumbers::default(),
+        port,
+        runs: runs.to_owned(),
+        on_close,
+        realtime: RealtimeOptions::NORMAL,
+        library: Library::load(None).expect("built in"),
+        provenance: BTreeMap::from([("program".to_owned(), "a test".to_owned())]),
+    }
+}
+
+/// A page with the controls, and one that watches: it comes when the first is there.
+fn two(address: &str) -> (Page, Page) {
+    let mut page = Page::open(address);
+    page.ask("hello", json!({"version": 1}));
+    (page, Page::open(address))
+}
+
+fn prostate() -> serde_json::Value {
+    json!({"environment": {"tissue": "prostate-cancerous"}})
+}
+
+/// Every key of an answer stands in the row of its request in docs/page-protocol.md.
+fn assert_documented(request: &str, answer: &serde_json::Value) {
+    let protocol = include_str!("../../../../docs/page-protocol.md");
+    let row = protocol
+        .lines()
+        .find(|line| line.starts_with(&format!("| `{request}`")));
+    let row = row.unwrap_or_else(|| panic!("no row of {request}"));
+    let keys = answer.as_object().expect("an object").keys();
+    for key in keys.filter(|key| !["id", "ok"].contains(&key.as_str())) {
+        let word = |character: char| !(character.is_alphanumeric() || character == '_');
+        assert!(
+            row.split(word).any(|known| known == key),
+            "`{key}` of {request} is not documented: {row}"
+        );
+    }
+}

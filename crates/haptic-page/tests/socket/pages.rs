@@ -1,0 +1,125 @@
+//! Several pages, pages that go, pages that talk garbage.
+
+use crate::{prostate, server, two};
+use haptic_page::OnClose;
+use serde_json::json;
+use testkit::browser::Page;
+
+#[test]
+fn one_page_holds_the_controls_and_the_others_watch() {
+    let runs = tempfile::tempdir().expect("a folder");
+    let server = server(runs.path(), OnClose::Stop);
+    let mut first = Page::open(server.address());
+    assert_eq!(first.ask("hello", json!({"version": 1}))["controls"], true);
+    let mut second = Page::open(server.address());
+    let hello = second.ask("hello", json!({"version": 1}));
+    assert_eq!(
+        (&hello["controls"], &hello["watching"]),
+        (&json!(false), &json!(1))
+    );
+    let refused = second.refused("controls.take", json!({}));
+    assert!(refused.contains("let them go there"), "{refused}");
+    first.ask("controls.release", json!({}));
+    second.ask("controls.take", json!({}));
+    assert!(
+        first
+            .refused("feel.start", prostate())
+            .contains("controls.take")
+    );
+    first.ask("controls.take", json!({"force": true}));
+    second.wait("notice", |notice| {
+        notice == "another page has taken the controls"
+    });
+    // Both see what is felt.
+    first.ask("feel.start", prostate());
+    second.wait("feel", |feel| {
+        feel["environment"]["tissue"] == "prostate-cancerous"
+    });
+    second.ask(
+        "view",
+        json!({"source": "live", "last_s": 1, "columns": 100}),
+    );
+    second.frame(|frame| frame.columns > 10);
+    let version = second.refused("hello", json!({"version": 2}));
+    assert!(version.contains("reload the page"), "{version}");
+}
+
+#[test]
+fn a_page_that_goes_stops_what_it_controlled_or_not_as_asked() {
+    let runs = tempfile::tempdir().expect("a folder");
+    for (on_close, goes_on) in [(OnClose::Stop, false), (OnClose::Continue, true)] {
+        let server = server(runs.path(), on_close);
+        let mut watcher = {
+            let mut page = Page::open(server.address());
+            page.ask("feel.start", prostate());
+            page.ask("feel.hand", json!({"position_m": 5e-3, "held": true}));
+            page.status(|status| status["force_n"].as_f64() < Some(-0.1));
+            let mut watcher = Page::open(server.address());
+            // Answered, so it is there before the first goes, without a word.
+            watcher.ask("hello", json!({"version": 1}));
+            watcher
+        };
+        // A busy machine tells of a page that has gone before it tells of the loop.
+        let there = watcher.status(|status| status["watching"] == 0 && status["tick"].is_u64());
+        let tick = there["tick"].as_u64().expect("a tick");
+        if goes_on {
+            let status = watcher.status(|status| status["tick"].as_u64() > Some(tick + 300));
+            assert!(status["force_n"].as_f64() < Some(-0.05), "{status}");
+        } else {
+            watcher.status(|status| status["stopped"] == true && status["force_n"] == 0.0);
+        }
+        watcher.ask("controls.take", json!({}));
+    }
+}
+
+#[test]
+fn garbage_is_answered_and_closes_the_socket_the_third_time() {
+    let runs = tempfile::tempdir().expect("a folder");
+    let server = server(runs.path(), OnClose::Stop);
+    let mut page = Page::open(server.address());
+    for garbage in ["", "{\"id\": 1"] {
+        page.send(garbage);
+        let answer = page.answer(&json!(null));
+        assert_eq!(answer["ok"], false);
+        assert!(
+            answer["error"]
+                .as_str()
+                .is_some_and(|error| !error.contains('\n')),
+            "{answer}"
+        );
+    }
+    // Something sensible in between starts anew.
+    page.ask("hello", json!({"version": 1}));
+    assert!(page.refused("dance", json!({})).contains("not understood"));
+    for _ in 0..3 {
+        page.send("☃");
+    }
+    assert_eq!(
+        page.closed(),
+        "1008: three messages in a row were no requests"
+    );
+    // The next page finds a server.
+    Page::open(server.address()).ask("hello", json!({"version": 1}));
+}
+
+#[test]
+fn a_page_that_does_not_read_is_closed_and_can_stop_until_then() {
+    let runs = tempfile::tempdir().expect("a folder");
+    let server = server(runs.path(), OnClose::Stop);
+    let (mut page, mut watcher) = two(server.address());
+    page.ask("feel.start", prostate());
+    page.ask("feel.hand", json!({"position_m": 5e-3, "held": true}));
+    page.status(|status| status["force_n"].as_f64() < Some(-0.1));
+    // Frames and answers that nobody reads: the queue is bounded, so the socket goes, and with the controls the force.
+    page.ask(
+        "view",
+        json!({"source": "live", "last_s": 30, "columns": 8192}),
+    );
+    for _ in 0..100_000 {
+        if page.try_post("runs.forms", json!({})).is_err() {
+            break;
+        }
+    }
+    watcher.status(|status| status["stopped"] == true && status["force_n"] == 0.0);
+    watcher.ask("controls.take", json!({}));
+}

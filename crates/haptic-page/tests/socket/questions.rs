@@ -1,0 +1,147 @@
+//! Questions from forms: a Z-width, a design.
+
+use crate::{assert_documented, server};
+use haptic_page::OnClose;
+use serde_json::{Value, json};
+use testkit::browser::Page;
+
+/// Asks, and the last word.
+fn asked(page: &mut Page, kind: &str, parameters: Value) -> Value {
+    let started = page.ask(
+        "runs.start",
+        json!({"kind": kind, "parameters": parameters}),
+    );
+    let name = started["name"].clone();
+    page.wait("run", |run| {
+        run["name"] == name && run["state"] != "running"
+    })
+}
+
+#[test]
+fn the_stiffest_walls_of_a_device_are_found_and_kept() {
+    let runs = tempfile::tempdir().expect("a folder");
+    let server = server(runs.path(), OnClose::Stop);
+    let mut page = Page::open(server.address());
+    let refused = page.refused(
+        "runs.start",
+        json!({"kind": "zwidth", "parameters": {"points": 1}}),
+    );
+    assert!(refused.contains("[2, 1000]"), "{refused}");
+    let refused = page.refused(
+        "runs.start",
+        json!({"kind": "zwidth", "realtime": true, "parameters": {}}),
+    );
+    assert!(refused.contains("leave `realtime` away"), "{refused}");
+    let done = asked(
+        &mut page,
+        "zwidth",
+        json!({"orders": [0, 1], "points": 2, "scheme": "muir:3"}),
+    );
+    assert_eq!(
+        (&done["state"], &done["samples"]),
+        (&json!("done"), &json!(4))
+    );
+    let opened = page.ask("runs.open", json!({"name": "zwidth-0001/zwidth"}));
+    assert_documented("runs.open", &opened);
+    assert_eq!(opened["report"], done["report"]);
+    let softest = &opened["report"]["orders"][1]["boundary"][0];
+    // Trial and analysis find the same edge.
+    let (tried, known) = (
+        softest["stiffness_max"].as_f64().expect("a number"),
+        softest["analysis_stiffness_n_per_m"]
+            .as_f64()
+            .expect("a number"),
+    );
+    assert!((tried / known - 1.0).abs() < 0.05, "{tried} and {known}");
+    // It stays: another server finds it, and a view of it is refused.
+    let again = crate::server(runs.path(), OnClose::Stop);
+    let mut other = Page::open(again.address());
+    let listed = other.ask("runs.list", json!({}))["runs"][0].clone();
+    assert_eq!(
+        (&listed["name"], &listed["kind"], &listed["verdict"]),
+        (
+            &json!("zwidth-0001/zwidth"),
+            &json!("zwidth"),
+            &done["verdict"]
+        )
+    );
+    let refused = other.refused(
+        "view",
+        json!({"source": "zwidth-0001/zwidth", "columns": 10}),
+    );
+    assert!(refused.contains("is an answer, not a log"), "{refused}");
+    std::fs::write(runs.path().join("mine.answer.json"), "[]").expect("written");
+    let refused = other.refused("runs.open", json!({"name": "mine"}));
+    assert!(refused.contains("is no answer"), "{refused}");
+    let table = std::fs::read_to_string(runs.path().join("zwidth-0001/zwidth.csv"));
+    assert_eq!(table.expect("a table").lines().count(), 5);
+}
+
+#[test]
+fn a_design_proposes_an_experiment_that_runs() {
+    let runs = tempfile::tempdir().expect("a folder");
+    let server = server(runs.path(), OnClose::Stop);
+    let mut page = Page::open(server.address());
+    for (number, given, kind) in [
+        (1, json!({"orders": [1], "scheme": "muir:3"}), "wall"),
+        (
+            2,
+            json!({"wish": "coupler", "orders": [1], "sample_time_s": 0.001}),
+            "coupler",
+        ),
+    ] {
+        let done = asked(&mut page, "design", given);
+        assert_eq!(done["state"], "done", "{done}");
+        let opened = page.ask(
+            "runs.open",
+            json!({"name": format!("design-{number:04}/design")}),
+        );
+        assert_documented("runs.open", &opened);
+        let experiment = &opened["experiment"];
+        assert_eq!(experiment["kind"], kind);
+        let file = runs.path().join(format!("design-{number:04}/design.toml"));
+        assert_eq!(
+            experiment["text"].as_str(),
+            std::fs::read_to_string(file).ok().as_deref()
+        );
+        // As the page runs it.
+        let ran = asked(&mut page, kind, experiment["parameters"].clone());
+        assert_eq!(
+            (&ran["state"], &ran["verdict"]),
+            (&json!("done"), &json!("stable"))
+        );
+    }
+}
+
+#[test]
+fn a_question_is_stopped_and_keeps_what_it_found() {
+    let runs = tempfile::tempdir().expect("a folder");
+    let server = server(runs.path(), OnClose::Stop);
+    let mut page = Page::open(server.address());
+    page.ask(
+        "runs.start",
+        json!({"kind": "zwidth", "parameters": {"orders": [1], "points": 1000, "scheme": "muir:3", "realistic": true}}),
+    );
+    page.wait("run", |run| run["samples_done"].as_u64() > Some(0));
+    page.ask("runs.stop", json!({}));
+    let stopped = page.wait("run", |run| run["state"] != "running");
+    assert_eq!(
+        (&stopped["state"], &stopped["error"]),
+        (&json!("stopped"), &json!("interrupted"))
+    );
+    let opened = page.ask("runs.open", json!({"name": "zwidth-0001/zwidth"}));
+    assert_eq!(opened["report"]["ended_early"], "interrupted");
+    // Another may be asked.
+    page.ask(
+        "runs.start",
+        json!({"kind": "design", "parameters": {"orders": [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0], "scheme": "muir:3"}}),
+    );
+    page.ask("runs.stop", json!({}));
+    let stopped = page.wait("run", |run| {
+        run["kind"] == "design" && run["state"] != "running"
+    });
+    assert!(
+        stopped["state"] == "stopped" || stopped["state"] == "done",
+        "{stopped}"
+    );
+}

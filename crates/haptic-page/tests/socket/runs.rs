@@ -1,0 +1,175 @@
+//! Experiments from forms.
+
+use crate::{assert_documented, server};
+use haptic_page::OnClose;
+use serde_json::{Value, json};
+use testkit::browser::Page;
+
+#[test]
+fn an_experiment_is_started_from_a_form_watched_and_stopped() {
+    let runs = tempfile::tempdir().expect("a folder");
+    let server = server(runs.path(), OnClose::Stop);
+    let mut page = Page::open(server.address());
+    let forms = page.ask("runs.forms", json!({}));
+    assert_eq!(forms["forms"].as_array().map(Vec::len), Some(8));
+    let refused = page.refused(
+        "runs.start",
+        json!({"kind": "relax", "parameters": {"strain": 5}}),
+    );
+    assert!(refused.contains("(0, 1]"), "{refused}");
+    let started = page.ask(
+        "runs.start",
+        json!({"kind": "relax", "parameters": {"duration_s": 3, "tissue": "prostate-healthy"}}),
+    );
+    assert_eq!(
+        (&started["name"], &started["samples"]),
+        (&json!("relax-0001/relax"), &json!(3001))
+    );
+    let done = page.wait("run", |run| run["state"] != "running");
+    assert_eq!(
+        (&done["state"], &done["report"]["samples"]),
+        (&json!("done"), &json!(3001))
+    );
+    let opened = page.ask("runs.open", json!({"name": "relax-0001/relax"}));
+    assert_eq!(opened["samples"], 3001);
+    let curves = &opened["curves"];
+    let count = |key: &str| curves[key].as_array().map(Vec::len);
+    assert!(
+        count("closed_form") > Some(10) && count("closed_form") == count("values"),
+        "{curves}"
+    );
+    // By the clock, for longer than anybody waits: stopped, its log is whole.
+    let slow = json!({"kind": "wall", "realtime": true, "parameters": {"mass_kg": 0.065, "damping_n_s_per_m": 3.5, "sample_time_s": 0.002,
+        "order": 0.5, "stiffness_n_per_m": 300, "dissipation_n_s_mu_per_m": 6, "duration_s": 1000, "window_s": 1}});
+    page.ask("runs.start", slow.clone());
+    let refused = page.refused("runs.start", slow);
+    assert!(refused.contains("goes on"), "{refused}");
+    page.wait("run", |run| {
+        run["state"] == "running" && run["name"] == "wall-0001/wall"
+    });
+    let shown = page.ask("view", json!({"source": "wall-0001/wall", "columns": 10}));
+    assert_eq!(shown["channels"][0], "position_m");
+    page.ask("stop", json!({}));
+    let stopped = page.wait("run", |run| run["state"] != "running");
+    assert_eq!(stopped["state"], "stopped", "{stopped}");
+    assert_eq!(
+        page.ask("runs.open", json!({"name": "wall-0001/wall"}))["complete"],
+        true
+    );
+}
+
+#[test]
+fn two_hands_over_a_line_are_run_from_a_form_too() {
+    let runs = tempfile::tempdir().expect("a folder");
+    let server = server(runs.path(), OnClose::Stop);
+    let mut page = Page::open(server.address());
+    let refused = page.refused(
+        "runs.start",
+        json!({"kind": "teleoperation", "parameters": {"architecture": "telepathy"}}),
+    );
+    assert!(refused.contains("time-domain"), "{refused}");
+    page.ask(
+        "runs.start",
+        json!({"kind": "teleoperation", "parameters": {"architecture": "wave", "line_delay_s": 0.02, "duration_s": 5}}),
+    );
+    let done = page.wait("run", |run| run["state"] != "running");
+    assert_eq!(done["state"], "done", "{done}");
+    let opened = page.ask(
+        "runs.open",
+        json!({"name": "teleoperation-0001/teleoperation"}),
+    );
+    assert_eq!(opened["samples"], done["report"]["samples"]);
+    let curves = &opened["curves"];
+    let count = |key: &str| curves[key].as_array().map(Vec::len);
+    assert!(
+        count("far_position_m") > Some(10) && count("far_position_m") == count("position_m"),
+        "{curves}"
+    );
+    // What the list says of it is its own verdict; of a log from elsewhere what its pre-flight was of.
+    let verdict = |page: &mut Page| page.ask("runs.list", json!({}))["runs"][0]["verdict"].clone();
+    assert_eq!(verdict(&mut page), done["verdict"]);
+    let again = crate::server(runs.path(), OnClose::Stop);
+    let mut page = Page::open(again.address());
+    assert_eq!(
+        verdict(&mut page),
+        "the slave in its place is stable by the analysis"
+    );
+}
+
+#[test]
+fn a_touch_is_run_from_a_form_seen_while_it_grows_and_opened_axis_by_axis() {
+    let runs = tempfile::tempdir().expect("a folder");
+    let server = server(runs.path(), OnClose::Stop);
+    let mut page = Page::open(server.address());
+    let given = json!({"shape": "ball", "radius_m": 0.02, "centre_m": [0, 0], "mass_kg": [0.065, 0.12],
+        "circle_radius_m": 0.018, "stiffness_n_per_m": 300});
+    // By the clock: it is looked at while it goes.
+    let mut slow = given.clone();
+    slow["duration_s"] = json!(900);
+    page.ask(
+        "runs.start",
+        json!({"kind": "touch", "realtime": true, "parameters": slow}),
+    );
+    page.wait("run", |run| run["samples_done"].as_u64() > Some(20));
+    let name = json!({"name": "touch-0001/touch"});
+    let going = page.ask("runs.open", name.clone());
+    assert_documented("runs.open", &going);
+    assert_eq!(
+        (&going["axes"], &going["running"]),
+        (&json!(2), &json!(true))
+    );
+    assert_eq!(going["metadata"]["experiment"]["radius_m"], "0.02");
+    let seen = json!({"source": "touch-0001/touch", "columns": 50, "channels": ["position_x_m", "force_norm_n"]});
+    page.ask("view", seen);
+    let frame = page.frame(|frame| frame.source != 0);
+    assert_eq!(frame.channels, 2);
+    // The hand begins at the edge of the disc.
+    assert!(
+        (frame.largest(0)[0] - 0.02).abs() < 1e-3,
+        "{:?}",
+        frame.largest(0)
+    );
+    page.ask("runs.stop", json!({}));
+    page.wait("run", |run| run["state"] == "stopped");
+    // To its end, in virtual time.
+    page.ask("runs.start", json!({"kind": "touch", "parameters": given}));
+    let done = page.wait("run", |run| run["state"] != "running");
+    assert_eq!(done["state"], "done", "{done}");
+    let opened = page.ask("runs.open", json!({"name": "touch-0002/touch"}));
+    assert_documented("runs.open", &opened);
+    let names: Vec<&str> = opened["channels"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .filter_map(Value::as_str)
+        .collect();
+    for channel in ["position_x_m", "force_y_n", "reference_x_m", "force_norm_n"] {
+        assert!(names.contains(&channel), "{channel} in {names:?}");
+    }
+    assert_eq!(
+        (&opened["axes"], &opened["samples"]),
+        (&json!(2), &done["report"]["samples"])
+    );
+    let view = json!({"source": "touch-0002/touch", "columns": 6000,
+        "channels": ["force_x_n", "force_y_n", "force_norm_n", "position_x_m", "position_y_m"]});
+    let shown = page.ask("view", view);
+    let frame = page.frame(|frame| json!(frame.source) == shown["view"]);
+    // A column a sample: the norm is that of the components, and the force pushes out of the disc.
+    assert_eq!((frame.ticks_per_column, frame.columns), (1.0, 5001));
+    let mut pushed = 0;
+    for n in 0..frame.columns {
+        let [fx, fy, norm, x, y] = [0, 1, 2, 3, 4].map(|channel| frame.least(channel)[n]);
+        assert!(
+            (fx.hypot(fy) - norm).abs() < 1e-5 * (1.0 + norm),
+            "column {n}"
+        );
+        pushed += usize::from(norm > 0.1 && fx * x + fy * y > 0.0);
+    }
+    assert!(pushed > 3000, "{pushed}");
+    let listed = page.ask("runs.list", json!({}))["runs"].clone();
+    let of = |name: &str| {
+        let runs = listed.as_array().expect("a list");
+        runs.iter().find(|run| run["name"] == name).expect("listed")["verdict"].clone()
+    };
+    assert_eq!(of("touch-0002/touch"), done["verdict"]);
+}
