@@ -45,7 +45,10 @@ fn an_analysis_names_the_option_and_writes_large_numbers_short() {
             ),
             (
                 "analyze stability --order 0.5 --mass 0 --sample-time 1ms --stiffness 1 --dissipation 1",
-                &["mass 0 kg is not above 0 kg", "change --mass"],
+                &[
+                    "mass 0 kg is not above 0 and at most 100 kg",
+                    "change --mass",
+                ],
             ),
             (
                 "analyze stability --order 0.5 --alpha -1 --beta 0.1",
@@ -53,7 +56,7 @@ fn an_analysis_names_the_option_and_writes_large_numbers_short() {
             ),
             (
                 "zwidth --mass 0",
-                &["mass 0 kg is not above 0 kg", "--mass"],
+                &["mass 0 kg is not above 0 and at most 100 kg", "--mass"],
             ),
             (
                 "zwidth --mass 1e-30",
@@ -61,11 +64,11 @@ fn an_analysis_names_the_option_and_writes_large_numbers_short() {
             ),
             (
                 "zwidth --delay 3600s",
-                &["3600 s is not from 0 to 64 sample times: change --delay"],
+                &["delay 3600 s is not from 0 to 1 s: change --delay"],
             ),
         ],
     );
-    let stability = "analyze stability --order 0.5 --mass 1e300 --sample-time 1ms --stiffness 1 --dissipation 1";
+    let stability = "analyze stability --order 0.5 --mass 100 --sample-time 1e-9 --stiffness 1e-300 --dissipation 1e-300";
     let ended = Place::new().run(stability);
     let longest = ended.stdout.split([' ', ',']).map(str::len).max();
     assert!(longest < Some(30), "{}", ended.stdout);
@@ -273,12 +276,30 @@ fn a_strain_or_stress_outside_its_range_is_refused() {
     all_refused(
         2,
         &[
-            ("relax --strain 0", &["0", "(0, 1]", "--strain"]),
-            ("relax --strain 0%", &["0", "(0, 1]", "--strain"]),
-            ("relax --strain -0.05", &["-0.05", "(0, 1]", "--strain"]),
-            ("relax --strain -5%", &["-0.05", "(0, 1]", "--strain"]),
-            ("relax --strain=-5%", &["-0.05", "(0, 1]", "--strain"]),
-            ("relax --strain 200%", &["2", "(0, 1]", "--strain"]),
+            (
+                "relax --strain 0",
+                &["strain 0", "above 0 and at most 1", "--strain"],
+            ),
+            (
+                "relax --strain 0%",
+                &["strain 0", "above 0 and at most 1", "--strain"],
+            ),
+            (
+                "relax --strain -0.05",
+                &["-0.05", "above 0 and at most 1", "--strain"],
+            ),
+            (
+                "relax --strain -5%",
+                &["-0.05", "above 0 and at most 1", "--strain"],
+            ),
+            (
+                "relax --strain=-5%",
+                &["-0.05", "above 0 and at most 1", "--strain"],
+            ),
+            (
+                "relax --strain 200%",
+                &["strain 2", "above 0 and at most 1", "--strain"],
+            ),
             ("relax --strain NaN", &["NaN", "--strain"]),
             ("relax --strain 5mm", &["5mm", "%", "--strain"]),
             ("creep --stress 0", &["0 Pa", "--stress"]),
@@ -297,8 +318,8 @@ fn a_specimen_that_is_none_is_refused() {
             ("relax --thickness -20mm", &["-0.02 m", "--thickness"]),
             ("relax --thickness=-20mm", &["-0.02 m", "--thickness"]),
             ("relax --thickness NaN", &["NaN", "--thickness"]),
-            ("relax --area 0", &["0 m²", "--area"]),
-            ("relax --area -4cm2", &["-0.0004 m²", "--area"]),
+            ("relax --area 0", &["0 m2", "--area"]),
+            ("relax --area -4cm2", &["-0.0004 m2", "--area"]),
             ("relax --area NaN", &["NaN", "--area"]),
             ("creep --thickness 0", &["0 m", "--thickness"]),
         ],
@@ -314,7 +335,7 @@ fn times_that_make_no_experiment_are_refused() {
             ("relax --duration -1s", &["-1", "--duration"]),
             ("relax --duration NaN", &["NaN", "--duration"]),
             ("relax --duration 5ms", &["0.005 s", "--duration"]),
-            ("relax --duration 1e9s", &["1000000000 s", "--duration"]),
+            ("relax --duration 1e9s", &["1e9 s", "--duration"]),
             ("relax --ramp-time 0", &["0 s", "--ramp-time"]),
             ("relax --ramp-time 200s", &["200 s", "--ramp-time"]),
             ("creep --duration 0", &["0 s", "--duration"]),
