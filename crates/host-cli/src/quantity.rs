@@ -1,7 +1,7 @@
 //! Quantities on the command line: a number, SI unless a unit is given.
 
-use crate::within::in_range;
-use haptic_experiment::parameters::range;
+use fracdiff::parameter::Shown;
+use haptic_experiment::parameters::range::{self, Range};
 use std::f64::consts::PI;
 use std::fmt;
 
@@ -27,6 +27,30 @@ impl Quantity for f64 {
 
     fn si(&self) -> f64 {
         *self
+    }
+}
+
+/// What was read, if it is in a range.
+///
+/// # Errors
+/// Value and range, for people.
+pub fn in_range<Q: Quantity>(quantity: Q, range: Range) -> Result<Q, String> {
+    if range.contains(quantity.si()) {
+        return Ok(quantity);
+    }
+    let space = if Q::UNIT.is_empty() { "" } else { " " };
+    let (value, unit) = (Shown(quantity.si()), Q::UNIT);
+    Err(format!("{value}{space}{unit} is not {range}{space}{unit}"))
+}
+
+/// Reads a plain number.
+///
+/// # Errors
+/// If it is none, or not finite.
+pub fn parse_number(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(number) if number.is_finite() => Ok(number),
+        _ => Err("not a finite number".to_owned()),
     }
 }
 
