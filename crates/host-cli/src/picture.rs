@@ -214,24 +214,18 @@ fn of_trial(trial: &Trial<'_>) -> Result<Picture, FigureError> {
         .rest_m
         .map(|x| ends.map(|&t| (t, 1e3 * x)).collect())
         .unwrap_or_default();
-    let series = |name, points, look, colour| Series {
-        name,
-        points,
-        look,
-        colour,
-    };
     let run = trial.run;
     let device = if object.is_some() {
         format!("device, {run}")
     } else {
         run.to_owned()
     };
-    let mut positions = vec![series(&device, &position, Look::Line, 0)];
+    let mut positions = vec![Series::new(&device, &position, Look::Line, 0)];
     if let Some(object) = &object {
-        positions.push(series("object", object, Look::Line, 2));
+        positions.push(Series::new("object", object, Look::Line, 2));
     }
     if !rest.is_empty() {
-        positions.push(series("place of rest", &rest, Look::Dashed, 1));
+        positions.push(Series::new("place of rest", &rest, Look::Dashed, 1));
     }
     let axis = |label| AxisSpec::new(label, Scale::Linear);
     let curves = [&position[..], object.as_deref().unwrap_or_default(), &force];
@@ -258,7 +252,7 @@ fn of_trial(trial: &Trial<'_>) -> Result<Picture, FigureError> {
             chart(
                 &format!("force of the {}", trial.what),
                 "force / N",
-                vec![series(&device, &force, Look::Line, 0)],
+                vec![Series::new(&device, &force, Look::Line, 0)],
             ),
         ],
     }

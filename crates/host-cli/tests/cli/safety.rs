@@ -196,10 +196,7 @@ fn limits_that_are_none_are_refused() {
         ),
         ("--stop-time 0", ["stop time 0 s", "from 0.001 to 1 s"]),
         ("--stop-time 2s", ["stop time 2 s", "from 0.001 to 1 s"]),
-        (
-            "--stop-time 2s",
-            ["stop time 2 s", ": change --stop-time"],
-        ),
+        ("--stop-time 2s", ["stop time 2 s", ": change --stop-time"]),
         (
             "--force-limit -1",
             ["force limit -1 N", ": change --force-limit"],

@@ -73,19 +73,16 @@ pub(super) fn draw(found: &Identification, source: &str) -> Result<Picture, Figu
         .collect();
     // The chosen one on top.
     let mut upper = vec![Series::new("record", &record, Look::MarkersApart, RECORD)];
-    upper.extend(curves.iter().enumerate().rev().map(|(n, curve)| {
-        let (name, colour, curve, _) = curve;
+    let chosen_last = curves.iter().enumerate().rev();
+    upper.extend(chosen_last.map(|(n, (name, colour, curve, _))| {
         // Broad, or the record would cover it where it is right.
         let look = if n == 0 { Look::Broad } else { Look::Line };
         Series::new(name, curve, look, *colour)
     }));
     // Poor models would flatten the residuals of the good ones; of markers that meet, the first stays.
     let least = found.fits[0].rms;
-    let good = found
-        .fits
-        .iter()
-        .zip(&curves)
-        .filter(|(fit, _)| fit.rms <= GOOD * least);
+    let fits = found.fits.iter().zip(&curves);
+    let good = fits.filter(|(fit, _)| fit.rms <= GOOD * least);
     let lower = good.map(|(_, (name, colour, _, residuals))| {
         Series::new(name, residuals, Look::MarkersApart, *colour)
     });
