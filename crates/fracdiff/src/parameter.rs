@@ -49,13 +49,13 @@ impl fmt::Display for RangeError {
             unit,
         } = self;
         let space = if unit.is_empty() { "" } else { " " };
-        // A number that `{}` writes with hundreds of digits is written with an exponent.
-        let short = *value == 0.0 || (1e-6..1e15).contains(&value.abs());
-        if short {
-            write!(f, "{what} {value}{space}{unit} is not {allowed}")?;
+        let finite = if value.is_infinite() && !allowed.contains("finite") {
+            "finite and "
         } else {
-            write!(f, "{what} {value:e}{space}{unit} is not {allowed}")?;
-        }
+            ""
+        };
+        let value = Shown(*value);
+        write!(f, "{what} {value}{space}{unit} is not {finite}{allowed}")?;
         // A range in words has no unit behind it.
         if allowed.ends_with(|last: char| last.is_ascii_digit() || "])π".contains(last)) {
             write!(f, "{space}{unit}")?;
@@ -65,6 +65,27 @@ impl fmt::Display for RangeError {
 }
 
 impl core::error::Error for RangeError {}
+
+/// A number in a message: one that `{}` writes with many zeros is written with an exponent.
+///
+/// ```
+/// use fracdiff::parameter::Shown;
+///
+/// assert_eq!(format!("{} {} {}", Shown(0.25), Shown(1e300), Shown(-2e-9)), "0.25 1e300 -2e-9");
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shown(pub f64);
+
+impl fmt::Display for Shown {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let size = self.0.abs();
+        if size == 0.0 || !size.is_finite() || (1e-6..1e6).contains(&size) {
+            self.0.fmt(f)
+        } else {
+            fmt::LowerExp::fmt(&self.0, f)
+        }
+    }
+}
 
 /// Accepts a finite value that the caller has found to be in its range.
 ///
@@ -136,6 +157,10 @@ mod tests {
             "stiffness 1e300 N/m is not finite"
         );
         assert_eq!(text(1e-9, "above 1", ""), "stiffness 1e-9 is not above 1");
+        assert_eq!(
+            text(f64::INFINITY, "above 0", "N/m"),
+            "stiffness inf N/m is not finite and above 0 N/m"
+        );
         assert_eq!(
             text(f64::NAN, "above 0", "N/m"),
             "stiffness NaN N/m is not above 0 N/m"

@@ -14,6 +14,7 @@ mod rig;
 use crate::controller_file::{ControllerFile, FileError};
 use crate::failure::Failure;
 use crate::parameters;
+use fracdiff::parameter::Shown;
 use fractional_control::ControlError;
 use haptic_loop::plant::RigDrive;
 pub(crate) use holder::ControllerHolder;
@@ -93,7 +94,9 @@ impl Drive {
         let limit = self.force_limit_n;
         if !parameters::DRIVE_FORCE_LIMIT.range().contains(limit) {
             return Err(Failure::bad_input(format_args!(
-                "drive force limit {limit} N is not above 0 N: change `drive_force_limit_n`"
+                "drive force limit {} N is not {} N: change `drive_force_limit_n`",
+                Shown(limit),
+                parameters::DRIVE_FORCE_LIMIT.range()
             )));
         }
         let own = self.controller.sample_time_s;

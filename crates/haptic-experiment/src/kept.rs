@@ -121,6 +121,8 @@ pub struct Record {
     pub dropped: u64,
     /// Samples in which a limiter of the safety chain acted.
     pub limited: u64,
+    /// All limiters that acted, as [`bits`](haptic_loop::Limiters::bits).
+    pub limiters: u8,
     /// Why the run ended before its time, if it did.
     pub ended: Option<Ended>,
     /// Counts of the link, if there was one.
@@ -162,6 +164,7 @@ impl Record {
             not_realtime: None,
             dropped: 0,
             limited: 0,
+            limiters: 0,
             ended: None,
             link: None,
             watchdog_ms: None,
@@ -229,6 +232,7 @@ impl Record {
     pub(super) fn push<const D: usize>(&mut self, message: &impl TickRecord<D>) {
         let sample = message.kept();
         self.limited += u64::from(message.limiters() != 0);
+        self.limiters |= message.limiters();
         self.samples += 1;
         self.largest_force_n = sample.force_n.abs().max(self.largest_force_n);
         (self.last, self.newest) = (Some(sample), Some(sample));

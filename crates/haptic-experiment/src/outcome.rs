@@ -280,7 +280,7 @@ fn warned(
     let mut warnings = Warnings::default();
     let (memory_s, word) = (rendering.memory_s(), quantity.word());
     warnings.operator(memory_s, record.duration_s(), over_theory, word);
-    warnings.limited(record.limited);
+    warnings.limited(record);
     warnings.drive(drive);
     warnings
 }

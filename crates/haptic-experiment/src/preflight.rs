@@ -27,7 +27,6 @@ pub use haptic_analysis::Dynamics;
 use haptic_analysis::{AnalysisError, Environment, LoopOperator, SampledLoop};
 use haptic_tissue::Model;
 pub use llewellyn::CouplerVerdict;
-use std::fmt;
 use std::time::Duration;
 pub use verdict::PreflightVerdict;
 
@@ -83,11 +82,28 @@ impl PreflightSubject for Preflight<'_> {
     }
 }
 
-pub(crate) fn refused(error: &impl fmt::Display) -> Failure {
-    Failure::input_with_advice(
-        format_args!("pre-flight: {error}"),
-        "check mass, damping, delay, current lag and sample time",
-    )
+/// A number that the analysis does not take, with the keys that make it.
+pub(crate) fn refused(error: &AnalysisError) -> Failure {
+    let what = match error {
+        AnalysisError::Range { what, .. } => *what,
+        _ => "",
+    };
+    let advice = match what {
+        "alpha" => "it is K·T²/m: change stiffness, mass or `sample_time_s`",
+        "beta" => "it is B·T^(2−μ)/m: change dissipation, mass or `sample_time_s`",
+        "delta" => "it is b·T/m: change `damping_n_s_per_m`, `mass_kg` or `sample_time_s`",
+        "gamma" => "it is k·T²/m: change `hand_stiffness_n_per_m`, `mass_kg` or `sample_time_s`",
+        "mass" => "change `mass_kg`",
+        "damping" => "change `damping_n_s_per_m`",
+        "hand stiffness" => "change `hand_stiffness_n_per_m`",
+        "sample time" => "change `sample_time_s`",
+        "stiffness" => "change the stiffness",
+        "dissipation" => "change the dissipation",
+        "delay" => "change `delay_s` or `sample_time_s`",
+        "lag" | "current lag" => "change `current_lag_s` or `sample_time_s`",
+        _ => "take a device, a wall and a sample time that are more usual",
+    };
+    Failure::input_with_advice(format_args!("pre-flight: {error}"), advice)
 }
 
 impl Preflight<'_> {
@@ -99,7 +115,8 @@ impl Preflight<'_> {
         let horizon = crate::schedule::horizon(self.samples);
         let t = Seconds(self.sample_time_s);
         let operator = loop_operator(self.model, self.scheme, self.order, t, horizon);
-        let operator = operator.map_err(|error| refused(&error))?;
+        let operator =
+            operator.map_err(|error| Failure::bad_input(format_args!("pre-flight: {error}")))?;
         self.judge(dynamics, line, &operator)
             .map_err(|error| refused(&error))
     }

@@ -17,6 +17,7 @@ use crate::failure::Failure;
 use crate::parameters;
 use crate::simulate::simulate;
 pub(super) use described::six_digits;
+use fracdiff::parameter::Shown;
 use fracdiff::{Operator, Seconds};
 use haptic_analysis::Dynamics;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
@@ -53,8 +54,6 @@ pub struct TrialPlan {
 
 /// Samples of a trial: of a longer one nothing more is learned.
 pub(super) const TRIAL_SAMPLES: RangeInclusive<f64> = 10.0..=20e6;
-/// Fastest impact, m/s: ten times what a hand does.
-const FASTEST_M_PER_S: f64 = 10.0;
 
 impl TrialPlan {
     /// 0.1 m/s and 1 N for 5 s, judged over the last 0.4 s, up to 100 N.
@@ -88,41 +87,36 @@ impl TrialPlan {
     /// Anything outside its range.
     pub fn samples(&self, sample_time: Seconds) -> Result<u64, Failure> {
         let t = sample_time.0;
-        let samples = (self.duration_s / t).round() + 1.0;
-        if !TRIAL_SAMPLES.contains(&samples) {
-            return Err(Failure::bad_input(format_args!(
-                "duration {} s at a sample time of {sample_time} is {samples} samples, which is not in [{}, {:e}]: \
-                 change `duration_s` or `sample_time_s`",
-                self.duration_s,
-                TRIAL_SAMPLES.start(),
-                TRIAL_SAMPLES.end()
-            )));
-        }
+        let samples = crate::schedule::samples(self.duration_s, t, &TRIAL_SAMPLES)?;
         if !(self.window_s >= 10.0 * t && self.window_s <= self.duration_s) {
             return Err(Failure::bad_input(format_args!(
                 "window {} s is not in [{}, {}] s, from ten samples to the whole run: change `window_s` or `duration_s`",
-                self.window_s,
-                10.0 * t,
-                self.duration_s
+                Shown(self.window_s),
+                Shown(10.0 * t),
+                Shown(self.duration_s)
             )));
         }
         if !(self.push_n > 0.0 && self.push_n < self.force_limit_n) {
             return Err(Failure::bad_input(format_args!(
                 "push {} N is not above 0 N and below the force limit of {} N: no wall could hold it; change push \
                  or force limit",
-                self.push_n, self.force_limit_n
+                Shown(self.push_n),
+                Shown(self.force_limit_n)
             )));
         }
-        if !(0.0..=FASTEST_M_PER_S).contains(&self.impact_m_per_s) {
+        let impacts = parameters::IMPACT.range();
+        if !impacts.contains(self.impact_m_per_s) {
             return Err(Failure::bad_input(format_args!(
-                "impact {} m/s is not in [0, {FASTEST_M_PER_S}] m/s: 0.1 m/s is a usual one",
-                self.impact_m_per_s
+                "impact {} m/s is not {impacts} m/s: 0.1 m/s is a usual one",
+                Shown(self.impact_m_per_s)
             )));
         }
         if let Criterion::Dissertation { threshold_m } = self.criterion {
-            if !(threshold_m > 0.0 && threshold_m.is_finite()) {
+            let thresholds = parameters::THRESHOLD.range();
+            if !thresholds.contains(threshold_m) {
                 return Err(Failure::bad_input(format_args!(
-                    "threshold {threshold_m} m is not above 0 m: the dissertation's is {:e} m",
+                    "threshold {} m is not {thresholds} m: the dissertation's is {:e} m",
+                    Shown(threshold_m),
                     Criterion::DISSERTATION_THRESHOLD_M
                 )));
             }
@@ -134,7 +128,7 @@ impl TrialPlan {
                 )));
             }
         }
-        Ok(samples as u64)
+        Ok(samples)
     }
 
     /// The judge of a wall of K N/m (with the hand), B·T^(−μ) N/m, behind these sensors.

@@ -1,8 +1,12 @@
 //! Schedule of a run: the number of ticks, the time of each, and the pace of time.
 
+use crate::failure::Failure;
+use crate::parameters::range;
 use crate::realtime::RealtimeOptions;
+use fracdiff::parameter::Shown;
 use haptic_loop::ParameterError;
 use haptic_loop::realtime::PeriodicConfig;
+use std::ops::RangeInclusive;
 use std::time::Duration;
 
 /// Pace of time.
@@ -56,6 +60,45 @@ impl Schedule {
         };
         config.checked().map(Some)
     }
+}
+
+/// Number of samples from time 0 to the end of a run, both included.
+///
+/// # Errors
+/// A time that is none; too few or too many samples.
+pub(crate) fn samples(
+    duration_s: f64,
+    sample_time_s: f64,
+    allowed: &RangeInclusive<f64>,
+) -> Result<u64, Failure> {
+    for (what, key, time_s, range) in [
+        ("duration", "duration_s", duration_s, range::DURATIONS),
+        (
+            "sample time",
+            "sample_time_s",
+            sample_time_s,
+            range::SAMPLE_TIMES,
+        ),
+    ] {
+        if !range.contains(time_s) {
+            return Err(Failure::bad_input(format_args!(
+                "{what} {} s is not {range} s: change `{key}`",
+                Shown(time_s)
+            )));
+        }
+    }
+    let samples = (duration_s / sample_time_s).round() + 1.0;
+    if allowed.contains(&samples) {
+        return Ok(samples as u64);
+    }
+    Err(Failure::bad_input(format_args!(
+        "duration {} s at a sample time of {} s is {samples} samples, which is not in [{}, {:e}]: change `duration_s` \
+         or `sample_time_s`",
+        Shown(duration_s),
+        Shown(sample_time_s),
+        allowed.start(),
+        allowed.end()
+    )))
 }
 
 /// The memory of an operator for a run of so many samples: a little more, so that the last weights are not at the very edge.

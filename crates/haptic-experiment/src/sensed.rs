@@ -93,6 +93,16 @@ impl<V> Sensed<V> {
             Self::Both(both) => both.device().device(),
         }
     }
+
+    /// The device itself, to set its state.
+    pub const fn device_mut(&mut self) -> &mut V {
+        match self {
+            Self::Ideal(device) => device,
+            Self::Noisy(noisy) => noisy.device_mut(),
+            Self::Quantised(quantised) => quantised.device_mut(),
+            Self::Both(both) => both.device_mut().device_mut(),
+        }
+    }
 }
 
 impl<F: Real, const D: usize, V: Device<F, D>> Device<F, D> for Sensed<V> {

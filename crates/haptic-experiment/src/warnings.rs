@@ -4,6 +4,40 @@ use crate::drive::DriveReport;
 use crate::kept::Record;
 use crate::remote::{FrameCounts, LinkSummary};
 use crate::run::Ran;
+use haptic_loop::Limiters;
+
+/// What a user can do about each limiter. A serial device has limits of its own beside those of the experiment.
+const REMEDIES: [(Limiters, &str); 8] = [
+    (
+        Limiters::MAGNITUDE,
+        "for the largest force raise `force_limit_n`, on a serial device its own (`host-cli device set`), or render less stiffly",
+    ),
+    (
+        Limiters::RATE,
+        "for its rate raise `force_rate_limit_n_per_s`, on a serial device its own, or touch more slowly",
+    ),
+    (
+        Limiters::STARTUP,
+        "it rose from the start on: take a shorter `rise_time_s`, or begin outside",
+    ),
+    (
+        Limiters::WORKSPACE,
+        "it braked near the end of the workspace: stay inside, or widen `workspace_low_m` to `workspace_high_m`",
+    ),
+    (
+        Limiters::VELOCITY,
+        "it braked near the largest speed: move more slowly, or raise `speed_limit_m_per_s`",
+    ),
+    (
+        Limiters::GUARD,
+        "the guard held back energy: render less stiffly, or leave `guard` off where the analysis says passive",
+    ),
+    (
+        Limiters::FAULT,
+        "a fault held it at zero: see the fault in the log",
+    ),
+    (Limiters::STOPPING, "it fell to zero at the end"),
+];
 
 /// Sentences for the user.
 #[derive(Debug, Default)]
@@ -38,12 +72,15 @@ impl Warnings {
     }
 
     /// The safety chain acted, so the force is not the tissue's.
-    pub fn limited(&mut self, samples: u64) {
-        if samples > 0 {
+    pub fn limited(&mut self, record: &Record) {
+        let acted = |limiter: Limiters| record.limiters & limiter.bits() != 0;
+        let remedies = REMEDIES.iter().filter(|(limiter, _)| acted(*limiter));
+        let remedies: Vec<&str> = remedies.map(|(_, remedy)| *remedy).collect();
+        if record.limited > 0 {
             self.0.push(format!(
-                "the safety chain limited the force in {samples} samples: raise `force_limit_n` or \
-                 `force_rate_limit_n_per_s`, or on a serial device its own limits and rise time (`host-cli device set`), \
-                 or render less stiffly"
+                "the safety chain limited the force in {} samples: {}",
+                record.limited,
+                remedies.join("; ")
             ));
         }
     }
@@ -145,5 +182,44 @@ impl Warnings {
                 "{samples} samples did not reach the log: the disk was slower than the loop"
             ));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_limiter_that_acted_has_a_remedy_of_its_own_and_no_other_is_told() {
+        for (limiter, named) in [
+            (Limiters::MAGNITUDE, "`force_limit_n`"),
+            (Limiters::RATE, "`force_rate_limit_n_per_s`"),
+            (Limiters::STARTUP, "`rise_time_s`"),
+            (Limiters::WORKSPACE, "`workspace_low_m`"),
+            (Limiters::VELOCITY, "`speed_limit_m_per_s`"),
+            (Limiters::GUARD, "`guard`"),
+        ] {
+            let mut record = Record::with_room_for(0).expect("room");
+            (record.limited, record.limiters) = (7, limiter.bits());
+            let mut warnings = Warnings::default();
+            warnings.limited(&record);
+            let [said] = &warnings.0[..] else {
+                panic!("{warnings:?}")
+            };
+            assert!(
+                said.contains("in 7 samples") && said.contains(named),
+                "{said}"
+            );
+            for (other, _) in REMEDIES.iter().filter(|(other, _)| *other != limiter) {
+                let remedy = REMEDIES.iter().find(|(known, _)| known == other);
+                assert!(!said.contains(remedy.expect("one").1), "{said}");
+            }
+        }
+        let bits: Vec<u8> = REMEDIES.iter().map(|(limiter, _)| limiter.bits()).collect();
+        assert_eq!(
+            bits.iter().fold(0, |all, bit| all | bit),
+            u8::MAX,
+            "one is missing"
+        );
     }
 }

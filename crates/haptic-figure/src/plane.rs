@@ -157,7 +157,7 @@ fn scaled(points: impl IntoIterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
 fn axes(curves: &[Vec<(f64, f64)>]) -> Vec<Series<'_>> {
     let curves = curves.iter().zip(["x", "y", "z"]).enumerate();
     curves
-        .map(|(n, (points, name))| Series::new(name, points, Look::Line, [0, 1, 4][n]))
+        .map(|(n, (points, name))| Series::new(name, points, Look::Line, [1, 3, 4][n]))
         .collect()
 }
 

@@ -98,11 +98,22 @@ pub enum Field {
     Other,
 }
 
+impl Field {
+    /// A number as on the wire in the unit that [`Display`](core::fmt::Display) names.
+    #[must_use]
+    pub fn shown(self, on_the_wire: f32) -> f32 {
+        match self {
+            Self::TickPeriod => on_the_wire / 1000.0,
+            _ => on_the_wire,
+        }
+    }
+}
+
 impl core::fmt::Display for Field {
-    /// The name of the parameter with its unit, as in files and on command lines.
+    /// The name of the parameter with its unit, as a person gives it.
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self {
-            Self::TickPeriod => "tick period (µs)",
+            Self::TickPeriod => "sample time (ms)",
             Self::Stiffness => "stiffness (N/m)",
             Self::Dissipation => "dissipation (N·s^μ/m)",
             Self::Surface => "surface (m)",
@@ -141,8 +152,8 @@ impl core::fmt::Display for Field {
             Self::GuardDamping => "damping of the guard (N·s/m)",
             Self::GuardShare => "share of the damping that the guard uses",
             Self::GuardForget => "time in which the guard forgets (s)",
-            Self::GuardDelayLeast => "least delay of the guard (ticks)",
-            Self::GuardDelayMost => "most delay of the guard (ticks)",
+            Self::GuardDelayLeast => "least delay of the guard (samples)",
+            Self::GuardDelayMost => "most delay of the guard (samples)",
             Self::GuardLag => "lag of the actuator for the guard (s)",
             Self::GuardNoise => "noise of the position for the guard (m)",
             Self::MaxAge => "age of a force (ticks)",

@@ -99,6 +99,20 @@ impl fmt::Display for LinkError {
 
 impl core::error::Error for LinkError {}
 
+/// A number in single precision with few digits, as `fracdiff::parameter::Shown` has one in double.
+struct Short(f32);
+
+impl fmt::Display for Short {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0.abs() {
+            size if size == 0.0 || !size.is_finite() || (1e-6..1e6).contains(&size) => {
+                self.0.fmt(f)
+            }
+            _ => fmt::LowerExp::fmt(&self.0, f),
+        }
+    }
+}
+
 /// Explains a missing answer by the frames that came instead.
 fn explain_silence(f: &mut fmt::Formatter<'_>, line: &LineCounters) -> fmt::Result {
     match line {
@@ -129,12 +143,14 @@ fn explain_refusal(f: &mut fmt::Formatter<'_>, refusal: &Refusal) -> fmt::Result
             most,
         } => {
             let open = *least > 0.0 && *least <= f32::MIN_POSITIVE;
+            let bounded = *most < f32::MAX;
+            let [value, least, most] = [*value, *least, *most].map(|x| Short(field.shown(x)));
             write!(f, "{field} {value} is not ")?;
-            match (open, *most < f32::MAX) {
+            match (open, bounded) {
                 (true, true) => write!(f, "in (0, {most}]"),
                 (false, true) => write!(f, "in [{least}, {most}]"),
                 (true, false) => f.write_str("above 0"),
-                (false, false) if *least > -f32::MAX => write!(f, "a number of at least {least}"),
+                (false, false) if least.0 > -f32::MAX => write!(f, "a number of at least {least}"),
                 (false, false) => f.write_str("a finite number"),
             }?;
             f.write_str(" on this device")

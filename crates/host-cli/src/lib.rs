@@ -15,3 +15,4 @@ pub mod picture_file;
 pub mod quantity;
 #[cfg(feature = "top")]
 pub mod top;
+pub mod within;

@@ -214,48 +214,119 @@ fn of_trial(trial: &Trial<'_>) -> Result<Picture, FigureError> {
         .rest_m
         .map(|x| ends.map(|&t| (t, 1e3 * x)).collect())
         .unwrap_or_default();
-    let series = |name, points, look, colour| Series {
-        name,
-        points,
-        look,
-        colour,
-    };
     let run = trial.run;
     let device = if object.is_some() {
         format!("device, {run}")
     } else {
         run.to_owned()
     };
-    let mut positions = vec![series(&device, &position, Look::Line, 0)];
+    let mut positions = vec![Series::new(&device, &position, Look::Line, 0)];
     if let Some(object) = &object {
-        positions.push(series("object", object, Look::Line, 2));
+        positions.push(Series::new("object", object, Look::Line, 2));
     }
     if !rest.is_empty() {
-        positions.push(series("place of rest", &rest, Look::Dashed, 1));
+        positions.push(Series::new("place of rest", &rest, Look::Dashed, 1));
     }
-    let axis = |label| AxisSpec {
-        label,
-        scale: Scale::Linear,
-        range: None,
-    };
+    let axis = |label| AxisSpec::new(label, Scale::Linear);
+    let curves = [&position[..], object.as_deref().unwrap_or_default(), &force];
+    let shown_s = lively_s(&curves);
+    let over_time = shown_s.map_or(axis("time / s"), |end_s| {
+        axis("time / s").between(0.0, end_s)
+    });
     let chart = |caption, label, series| Chart {
         caption,
-        x: axis("time / s"),
+        x: over_time,
         y: axis(label),
         series,
+    };
+    let rest = match (shown_s, time.last()) {
+        (Some(_), Some(end_s)) => format!(", until it is nearly at rest; the run lasts {end_s} s"),
+        _ => String::new(),
     };
     ChartPage {
         title: &format!("A trial of a {}, {run}", trial.what),
         subtitle: trial.subtitle,
         columns: 1,
         charts: vec![
-            chart("position", "position / mm", positions),
+            chart(&format!("position{rest}"), "position / mm", positions),
             chart(
                 &format!("force of the {}", trial.what),
                 "force / N",
-                vec![series(&device, &force, Look::Line, 0)],
+                vec![Series::new(&device, &force, Look::Line, 0)],
             ),
         ],
     }
     .draw()
+}
+
+/// Motion below this share of the largest is none.
+const STILL: f64 = 0.03;
+/// Time that is shown beyond the last motion, as a multiple of the time up to it.
+const SHOWN: f64 = 1.5;
+/// A run that moves for more than this share of its length is shown whole.
+const WHOLE: f64 = 0.5;
+
+/// The time up to which to show curves that come to rest early: they do something before it. `None` to show them whole.
+fn lively_s(curves: &[&[(f64, f64)]]) -> Option<f64> {
+    let end_s = curves.iter().find_map(|curve| curve.last())?.0;
+    let last_s = curves.iter().map(|curve| last_motion_s(curve));
+    let shown_s = SHOWN * last_s.fold(0.0, f64::max);
+    (shown_s > 0.0 && shown_s < WHOLE * end_s).then(|| two_digits_up(shown_s))
+}
+
+/// Last time at which a curve is not yet where it ends, s.
+fn last_motion_s(curve: &[(f64, f64)]) -> f64 {
+    let Some(&(_, rest)) = curve.last() else {
+        return 0.0;
+    };
+    let off = |value: f64| (value - rest).abs();
+    let largest = curve.iter().map(|point| off(point.1)).fold(0.0, f64::max);
+    let moving = |point: &&(f64, f64)| off(point.1) > STILL * largest;
+    curve.iter().rev().find(moving).map_or(0.0, |point| point.0)
+}
+
+/// With two digits, not less.
+fn two_digits_up(value: f64) -> f64 {
+    let unit = 10_f64.powi(value.log10().floor() as i32 - 1);
+    // 0.32, not 0.32000000000000006.
+    let digits = (value / unit - 1e-9).ceil();
+    if unit < 1.0 {
+        digits / (1.0 / unit).round()
+    } else {
+        digits * unit
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn curve(end_s: f64, value: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
+        let times = (0..=1000).map(|n| end_s * f64::from(n) / 1000.0);
+        times.map(|time_s| (time_s, value(time_s))).collect()
+    }
+
+    #[test]
+    fn a_curve_that_comes_to_rest_early_is_shown_while_it_moves() {
+        // e^(−t/0.1) is below 3 % from 0.35 s on.
+        let early = curve(5.0, |t| 1.0 - (-t / 0.1).exp());
+        let shown_s = lively_s(&[&early]).expect("a part of it");
+        assert!((shown_s - 0.53).abs() < 0.011, "{shown_s}");
+        // One that moves longer is shown too.
+        let later = curve(5.0, |t| (-t / 0.3).exp());
+        assert!(lively_s(&[&early, &later]).expect("a part") > 1.5);
+    }
+
+    #[test]
+    fn what_moves_up_to_its_end_or_not_at_all_is_shown_whole() {
+        for whole in [
+            curve(5.0, |t| (9.0 * t).sin()),
+            curve(5.0, |t| t.exp()),
+            curve(5.0, |t| (-t).exp()),
+            curve(5.0, |_| 1.0),
+            Vec::new(),
+        ] {
+            assert_eq!(lively_s(&[&whole]), None);
+        }
+    }
 }

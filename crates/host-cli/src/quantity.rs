@@ -1,5 +1,7 @@
 //! Quantities on the command line: a number, SI unless a unit is given.
 
+use fracdiff::parameter::Shown;
+use haptic_experiment::parameters::range::{self, Range};
 use std::f64::consts::PI;
 use std::fmt;
 
@@ -10,6 +12,47 @@ const DEGREE: f64 = PI / 180.0;
 
 /// A unit and how many SI units it is.
 type Unit = (&'static str, f64);
+
+/// A number with a unit, or without.
+pub trait Quantity: Clone + Send + Sync + 'static {
+    /// The SI unit; empty for a pure number.
+    const UNIT: &'static str;
+
+    /// The number in that unit.
+    fn si(&self) -> f64;
+}
+
+impl Quantity for f64 {
+    const UNIT: &'static str = "";
+
+    fn si(&self) -> f64 {
+        *self
+    }
+}
+
+/// What was read, if it is in a range.
+///
+/// # Errors
+/// Value and range, for people.
+pub fn in_range<Q: Quantity>(quantity: Q, range: Range) -> Result<Q, String> {
+    if range.contains(quantity.si()) {
+        return Ok(quantity);
+    }
+    let space = if Q::UNIT.is_empty() { "" } else { " " };
+    let (value, unit) = (Shown(quantity.si()), Q::UNIT);
+    Err(format!("{value}{space}{unit} is not {range}{space}{unit}"))
+}
+
+/// Reads a plain number.
+///
+/// # Errors
+/// If it is none, or not finite.
+pub fn parse_number(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(number) if number.is_finite() => Ok(number),
+        _ => Err("not a finite number".to_owned()),
+    }
+}
 
 /// Declares a quantity: the type of a command-line value, its SI unit first.
 macro_rules! quantity {
@@ -23,6 +66,14 @@ macro_rules! quantity {
 
             fn from_str(text: &str) -> Result<Self, QuantityError> {
                 parse(text, $what, &$units).map(Self)
+            }
+        }
+
+        impl Quantity for $name {
+            const UNIT: &'static str = $units[0].0;
+
+            fn si(&self) -> f64 {
+                self.0
             }
         }
 
@@ -128,7 +179,10 @@ impl std::str::FromStr for Workspace {
         let ends = text.split_once(':');
         let (low, high) =
             ends.ok_or_else(|| format!("\"{text}\" is not LOW:HIGH, as in -10mm:20mm"))?;
-        let end = |text: &str| text.parse::<Length>().map_err(|error| error.to_string());
+        let end = |text: &str| {
+            let place = text.parse::<Length>().map_err(|error| error.to_string())?;
+            in_range(place, range::PLACES)
+        };
         let (low_m, high_m) = (end(low)?.0, end(high)?.0);
         if low_m < high_m {
             Ok(Self { low_m, high_m })
@@ -154,13 +208,16 @@ impl std::str::FromStr for Delay {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let (least, most) = text.split_once(':').unwrap_or((text, text));
-        let end = |text: &str| text.parse::<Time>().map_err(|error| error.to_string());
+        let end = |text: &str| {
+            let delay = text.parse::<Time>().map_err(|error| error.to_string())?;
+            in_range(delay, range::DEVICE_TIMES)
+        };
         let (least_s, most_s) = (end(least)?.0, end(most)?.0);
-        if least_s >= 0.0 && least_s <= most_s {
+        if least_s <= most_s {
             Ok(Self { least_s, most_s })
         } else {
             Err(format!(
-                "\"{text}\" is not a delay of at least 0: give TIME, or LEAST:MOST as in 0.2ms:1ms"
+                "\"{text}\" is not lowest first: give TIME, or LEAST:MOST as in 0.2ms:1ms"
             ))
         }
     }

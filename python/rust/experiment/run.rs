@@ -28,7 +28,7 @@ pub(crate) fn experiment_parameters<'py>(
             let needed = section == "required" && required.contains(parameter);
             let range = match parameter.value {
                 Value::Number(_, range) => range.to_string(),
-                Value::List => "a list".to_owned(),
+                Value::List(range) => format!("a list of numbers {range}"),
                 _ => String::new(),
             };
             let row = (

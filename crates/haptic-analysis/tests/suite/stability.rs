@@ -288,7 +288,7 @@ fn bad_input_is_refused_in_words() {
         (
             wall(0.0, 0.0, 0.0, f64::INFINITY),
             0,
-            "gamma inf is not from 0 to 1e12",
+            "gamma inf is not finite and from 0 to 1e12",
         ),
         (
             wall(1e13, 0.0, 0.0, 0.0),

@@ -83,17 +83,17 @@ impl MoteusName {
 /// The radius; one next to nothing would make any torque an endless force.
 fn radius_m(given: &Settings<'_>) -> Result<f64, NameError> {
     let (range, least) = (MoteusSettings::RADIUS_M, MoteusSettings::RADIUS_LEAST_M);
-    let radius_m = given.metres("radius", range.clone(), MoteusSettings::DEFAULT.radius_m)?;
-    if radius_m.abs() >= least {
-        return Ok(radius_m);
+    let read = given.metres("radius", range.clone(), MoteusSettings::DEFAULT.radius_m);
+    match read {
+        Ok(radius_m) if radius_m.abs() >= least => Ok(radius_m),
+        _ => Err(NameError::Number {
+            key: "radius",
+            value: given.text("radius").unwrap_or_default().to_owned(),
+            least,
+            most: *range.end(),
+            unit: " m, or the negative of it",
+        }),
     }
-    Err(NameError::Number {
-        key: "radius",
-        value: given.text("radius").unwrap_or_default().to_owned(),
-        least,
-        most: *range.end(),
-        unit: " m",
-    })
 }
 
 /// True for a port of one of the maker's adapters.

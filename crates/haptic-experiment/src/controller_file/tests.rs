@@ -106,7 +106,7 @@ fn what_is_wrong_is_said_in_one_line_with_its_place() {
         (
             "integral_order = 0.8",
             "integral_order = 2.5",
-            "lab/c.toml:4: integral_order = 2.5 is not in (0, 2]",
+            "lab/c.toml:4: integral_order = 2.5 is not above 0 and at most 2",
         ),
         (
             "sample_time_s = 0.01",

@@ -11,7 +11,8 @@
 
 use super::Drive;
 use crate::failure::Failure;
-use crate::preflight::{refused, softer};
+use crate::preflight::softer;
+use crate::refused::parameter;
 use fracdiff::num_complex::Complex;
 use fracdiff::{FrequencyResponse, Seconds};
 use fractional_control::{
@@ -273,7 +274,7 @@ fn port(rig: &RigConfig) -> Result<TwoPort, Failure> {
         drive: RigDrive::Force(Newtons(0.0)),
         ..*rig
     };
-    let motion = IndentationRig::new(pushed).map_err(|error| refused(&error))?;
+    let motion = IndentationRig::new(pushed).map_err(parameter)?;
     let motion = motion.motion(true);
     let Seconds(t) = rig.sample_time;
     let units = [1.0, 1.0 / t, 1.0, 1.0 / t];

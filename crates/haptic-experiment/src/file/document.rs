@@ -95,19 +95,6 @@ impl<'a> Document<'a> {
         tables.collect()
     }
 
-    /// An error about a key of a table; about the file if it is not there.
-    pub(crate) fn fail_at(&self, table: &str, key: &str, reason: String) -> FileError {
-        let table = self.root.iter().find(|(name, _)| name.get_ref() == table);
-        let entries = table.and_then(|(_, value)| match value.get_ref() {
-            DeValue::Table(entries) => Some(entries),
-            _ => None,
-        });
-        let entry =
-            entries.and_then(|entries| entries.iter().find(|(name, _)| name.get_ref() == key));
-        let offset = entry.map_or(0, |(_, value)| value.span().start);
-        self.source.fail(offset, reason)
-    }
-
     /// An error that concerns the file as a whole.
     pub(crate) fn fail(&self, reason: String) -> FileError {
         self.source.fail(0, reason)

@@ -88,13 +88,16 @@ pub(super) fn setup(
     let (device, sensors) = device(table, model.as_ref(), remote.is_some(), sample_time_s)?;
     let plan = plan(table, duration_s)?;
     let mut safety = safety(table)?;
+    let mut known_delay_and_lag_s = [0.0; 2];
     if let (Some(model), Some(_)) = (&model, &remote) {
         safety = safety.with_device(&model.guarded(), true);
+        known_delay_and_lag_s = [model.values.delay_s, model.values.current_lag_s];
     }
     Ok(TrialSetup {
         force_rate_limit_n_per_s: table.number_if(&p::TRIAL_FORCE_RATE_LIMIT)?,
         safety,
         remote,
+        known_delay_and_lag_s,
         ..TrialSetup::new(device, sensors, plan)
     })
 }

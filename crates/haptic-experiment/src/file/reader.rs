@@ -4,6 +4,7 @@ use super::error::{FileError, Source};
 use crate::input::short;
 use crate::named::Named;
 use crate::parameters::{Parameter, Value};
+use fracdiff::parameter::Shown;
 use std::path::PathBuf;
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
@@ -60,6 +61,11 @@ impl<'a> Table<'a> {
         folder.map_or_else(|| PathBuf::from(path), |folder| folder.join(path))
     }
 
+    /// True if the key is there.
+    pub(crate) fn has(&self, parameter: &Parameter) -> bool {
+        self.find(parameter.key).is_some()
+    }
+
     /// A number, or its default.
     pub(crate) fn number(&self, parameter: &Parameter) -> Result<f64, FileError> {
         match self.find(parameter.key) {
@@ -110,10 +116,10 @@ impl<'a> Table<'a> {
         } else {
             let default = parameter.default_number();
             let advice = match may_be_left_out {
-                true => format!("change it, or leave it out for {default}"),
+                true => format!("change it, or leave it out for {}", Shown(default)),
                 false => "change it".to_owned(),
             };
-            let reason = format!("{key} = {number} is not {range}: {advice}");
+            let reason = format!("{key} = {} is not {range}: {advice}", Shown(number));
             Err(self.source.fail(offset, reason))
         }
     }
@@ -171,14 +177,14 @@ impl<'a> Table<'a> {
     /// A list of finite numbers that must be there.
     pub(crate) fn numbers(&self, parameter: &Parameter) -> Result<Vec<f64>, FileError> {
         let (value, offset) = self.list(parameter)?;
-        self.row(parameter.key, value, offset)
+        self.row(parameter, value, offset)
     }
 
     /// A list of lists of finite numbers that must be there.
     pub(crate) fn matrix(&self, parameter: &Parameter) -> Result<Vec<Vec<f64>>, FileError> {
         let (key, (rows, offset)) = (parameter.key, self.list(parameter)?);
         let rows = rows.iter().map(|row| match row.get_ref() {
-            DeValue::Array(items) => self.row(key, items, row.span().start),
+            DeValue::Array(items) => self.row(parameter, items, row.span().start),
             other => Err(self.wrong_kind(
                 key,
                 other,
@@ -191,12 +197,11 @@ impl<'a> Table<'a> {
 
     /// A list of finite numbers, or one of them alone, if the key is there.
     pub(crate) fn numbers_if(&self, parameter: &Parameter) -> Result<Option<Vec<f64>>, FileError> {
-        let key = parameter.key;
-        match self.find(key) {
+        match self.find(parameter.key) {
             None => Ok(None),
-            Some((DeValue::Array(items), offset)) => self.row(key, items, offset).map(Some),
+            Some((DeValue::Array(items), offset)) => self.row(parameter, items, offset).map(Some),
             Some((value, offset)) => {
-                let number = self.finite(key, value, offset, offset)?;
+                let number = self.element(parameter, value, offset, offset)?;
                 Ok(Some(vec![number]))
             }
         }
@@ -221,31 +226,45 @@ impl<'a> Table<'a> {
         }
     }
 
-    fn row(&self, key: &str, items: &DeArray<'_>, offset: usize) -> Result<Vec<f64>, FileError> {
+    fn row(
+        &self,
+        parameter: &Parameter,
+        items: &DeArray<'_>,
+        offset: usize,
+    ) -> Result<Vec<f64>, FileError> {
         let numbers = items
             .iter()
-            .map(|item| self.finite(key, item.get_ref(), offset, item.span().start));
+            .map(|item| self.element(parameter, item.get_ref(), offset, item.span().start));
         numbers.collect()
     }
 
-    /// A finite number of a list that begins at `offset`, itself at `place`.
-    fn finite(
+    /// A number of a list that begins at `offset`, itself at `place`; of a list in the place of a number it is only finite.
+    fn element(
         &self,
-        key: &str,
+        parameter: &Parameter,
         value: &DeValue<'_>,
         offset: usize,
         place: usize,
     ) -> Result<f64, FileError> {
+        let key = parameter.key;
         let text = match value {
             DeValue::Float(float) => float.as_str(),
             DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str(),
             other => return Err(self.wrong_kind(key, other, offset, "a number")),
         };
-        let number = text.parse().ok().filter(|number: &f64| number.is_finite());
-        number.ok_or_else(|| {
-            let reason = format!("{key} has {}, which is not finite: change it", short(text));
-            self.source.fail(place, reason)
-        })
+        let number: f64 = text.parse().unwrap_or(f64::NAN);
+        let (good, allowed) = match parameter.value {
+            Value::List(range) => (range.contains(number), range.to_string()),
+            _ => (number.is_finite(), "finite".to_owned()),
+        };
+        if good {
+            return Ok(number);
+        }
+        let reason = format!(
+            "{key} has {}, which is not {allowed}: change it",
+            Shown(number)
+        );
+        Err(self.source.fail(place, reason))
     }
 
     fn missing(&self, parameter: &Parameter) -> FileError {

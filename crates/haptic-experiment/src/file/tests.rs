@@ -63,7 +63,7 @@ fn what_is_wrong_is_said_in_one_line_with_its_place() {
         (
             "order = 0.5",
             "order = 2.5",
-            "lab/wall.toml:5: order = 2.5 is not in [0, 2]",
+            "lab/wall.toml:5: order = 2.5 is not from 0 to 2",
         ),
         (
             "order = 0.5\n",
@@ -158,8 +158,8 @@ fn what_is_wrong_is_said_in_one_line_with_its_place() {
         ),
         (
             WALL,
-            "[relax]\nduration_s = 1e9",
-            "lab/wall.toml:2: duration_s = 1000000000 with sample_time_s = 0.001 is 1000000000001 samples",
+            "[relax]\nduration_s = 1e7",
+            "lab/wall.toml:2: duration_s = 10000000 with sample_time_s = 0.001 is 10000000001 samples",
         ),
     ] {
         assert!(WALL.contains(from), "{from}");
@@ -198,15 +198,41 @@ fn a_coupler_has_an_object_by_default_and_no_loop_on_a_device() {
         (
             "0.75",
             "1.01",
-            "lab/wall.toml:5: order = 1.01 is not in [0, 1]",
+            "lab/wall.toml:5: order = 1.01 is not from 0 to 1",
         ),
         (
             "= 500",
             "= -5",
-            "lab/wall.toml:7: coupler_dissipation_n_s_1_minus_mu_per_m = -5 is not at least 0",
+            "lab/wall.toml:7: coupler_dissipation_n_s_1_minus_mu_per_m = -5 is not from 0 to 1e8",
         ),
     ] {
         let error = read(&COUPLER.replace(from, to)).expect_err("wrong");
         assert!(error.starts_with(want), "{error}");
+    }
+}
+
+#[test]
+fn the_pre_flight_of_a_wall_knows_delay_and_lag_of_a_device_file() {
+    let place = tempfile::tempdir().expect("a folder");
+    let file = "[device]\nmass_kg = 0.08\ndamping_n_s_per_m = 3\ndelay_s = 0.0013\ncurrent_lag_s = 0.0005\n";
+    std::fs::write(place.path().join("device.toml"), file).expect("writes");
+    for (device, own) in [("sim", 0.0013), ("serial:none", 0.0)] {
+        let text = format!(
+            "[wall]\ndevice = \"{device}\"\ndevice_model = \"device.toml\"\nsample_time_s = 0.001\norder = 1\n\
+             stiffness_n_per_m = 300\ndissipation_n_s_mu_per_m = 1\n"
+        );
+        let parsed = ExperimentFile::parse(&place.path().join("wall.toml"), &text);
+        let Ok(ExperimentFile::Wall(wall)) = parsed else {
+            panic!("{device}: {parsed:?}")
+        };
+        let known = wall.setup.dynamics();
+        assert_eq!(
+            (known.delay_s, known.current_lag_s),
+            (0.0013, 0.0005),
+            "{device}"
+        );
+        // A real device has its own: nothing is simulated beside it.
+        let simulated = wall.setup.device.delay.0;
+        assert!((simulated - own).abs() < 1e-15, "{device}: {simulated}");
     }
 }

@@ -16,6 +16,7 @@ use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
 
 pub(super) fn touch(table: &Table<'_>) -> Result<TouchExperiment, FileError> {
+    acts(table)?;
     let axes = match table.count(&p::TOUCH_AXES)? {
         2 => 2,
         3 => 3,
@@ -54,6 +55,47 @@ pub(super) fn touch(table: &Table<'_>) -> Result<TouchExperiment, FileError> {
         .check()
         .map_err(|error| table.fail(error.to_string()))?;
     Ok(touch)
+}
+
+/// Refuses keys of a shape, matter or hand that was not chosen.
+fn acts(table: &Table<'_>) -> Result<(), FileError> {
+    let shape: ShapeName = table.choice(&p::TOUCH_SHAPE)?;
+    let plane = shape == ShapeName::Plane;
+    let tissue = !table.text(&p::TOUCH_TISSUE)?.is_empty();
+    let way = table.has(&p::TOUCH_WAY);
+    let spring = table.choice::<GripName>(&p::TOUCH_HAND)? == GripName::Spring;
+    let ball = [&p::TOUCH_CENTRE, &p::TOUCH_RADIUS];
+    let wall = [&p::TOUCH_STIFFNESS, &p::TOUCH_DISSIPATION, &p::TOUCH_ORDER];
+    let circle = [
+        &p::TOUCH_CIRCLE_CENTRE,
+        &p::TOUCH_CIRCLE_RADIUS,
+        &p::TOUCH_CIRCLE_START,
+        &p::TOUCH_CIRCLE_PERIOD,
+    ];
+    let no_tissue: [&p::Parameter; 3] = [&p::LIBRARY, &p::AREA, &p::THICKNESS];
+    for (idle, keys, with) in [
+        (plane, &ball[..], "with shape = \"plane\""),
+        (
+            !plane,
+            &[&p::TOUCH_NORMAL, &p::TOUCH_SURFACE],
+            "with a ball",
+        ),
+        (tissue, &wall, "with `tissue`"),
+        (!tissue, &no_tissue, "without `tissue`"),
+        (way, &circle, "with `way_points`"),
+        (
+            !spring,
+            &[&p::TOUCH_HAND_STIFFNESS],
+            "with hand = \"force\"",
+        ),
+    ] {
+        let given = keys.iter().find(|key| idle && table.has(key));
+        if let Some(p::Parameter { key, .. }) = given {
+            let reason = format!("{key} has no effect {with}: change that, or leave {key} out");
+            return Err(table.fail_at(key, reason));
+        }
+    }
+    Ok(())
 }
 
 /// A number an axis, if the key is there.
@@ -125,10 +167,6 @@ fn masses(table: &Table<'_>, axes: usize) -> Result<Vec<f64>, FileError> {
             return Err(table.fail_at(key, reason));
         }
     };
-    if let Some(mass) = masses.iter().find(|mass| **mass <= 0.0) {
-        let reason = format!("{key} has {mass}, which is not above 0: change it");
-        return Err(table.fail_at(key, reason));
-    }
     Ok(masses)
 }
 

@@ -10,6 +10,7 @@ use super::replay::{DELAY_MAX, Model, Replay, State};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra_of_fit::storage::Owned;
 use nalgebra_of_fit::{DMatrix, DVector, Dyn};
+use std::ops::Range;
 
 /// Gauss–Newton steps for the states.
 const STATE_STEPS: usize = 5;
@@ -70,8 +71,12 @@ pub(super) struct Fitted {
     pub(super) model: Model,
     /// Model less record, m; 0 where a sample is missing.
     pub(super) left: Vec<f64>,
-    /// Slopes of the residuals over the numbers, a row for each number.
+    /// Slopes of the residuals over the numbers, a row for each number, without what the states at the starts can make.
     pub(super) slopes: Vec<Vec<f64>>,
+    /// The same over position and velocity at the start of the piece.
+    pub(super) by_state: [Vec<f64>; 2],
+    /// Ticks of each piece.
+    pub(super) pieces: Vec<Range<usize>>,
     pub(super) numbers: &'static [Number],
 }
 
@@ -123,11 +128,13 @@ impl<'a> Fit<'a> {
         }
         fit.solve();
         let slopes = fit.slopes()?;
-        let left = fit.found?.left;
+        let Solved { left, by_state } = fit.found?;
         Some(Fitted {
             model: model(fit.numbers, &fit.theta),
             left,
             slopes,
+            by_state,
+            pieces: fit.replay.pieces().collect(),
             numbers: fit.numbers,
         })
     }
@@ -245,7 +252,7 @@ impl<'a> Fit<'a> {
 }
 
 /// Least squares of a signal by the two slopes over the state, within a piece: two normal equations.
-fn step_of(signal: &[f64], by_state: &[Vec<f64>; 2], piece: std::ops::Range<usize>) -> State {
+fn step_of(signal: &[f64], by_state: &[Vec<f64>; 2], piece: Range<usize>) -> State {
     let [by_x, by_v] = by_state;
     let (mut xx, mut xv, mut vv, mut xs, mut vs) = (0.0, 0.0, 0.0, 0.0, 0.0);
     for n in piece {

@@ -1,49 +1,51 @@
 //! Of controller files and plant files.
 
 use super::experiment::{ENCODER_RESOLUTION, SENSOR_NOISE};
-use super::kind::{ABOVE_0, AT_LEAST_0, Parameter, Range, SAMPLE_TIMES, parameters};
+use super::kind::{Parameter, parameters};
+use super::range::{
+    ANGULAR_FREQUENCIES, DEAD_TIMES, DURATIONS, MEMORIES, NUMBERS, RATIOS, Range, SAMPLE_TIMES,
+};
 use super::wall::{CURRENT_LAG, DAMPING, DELAY, FRICTION, HAND_STIFFNESS, MASS};
 
-const ANY: Range = Range::Within(f64::MIN, f64::MAX);
 const ORDERS: Range = Range::AboveUpTo(0.0, 2.0);
 const SIGNED_ORDERS: Range = Range::Within(-2.0, 2.0);
 
 parameters! {
     /// `K_p`.
-    PROPORTIONAL_GAIN = number("proportional_gain", 0.0, "0", ANY, "K_p, output over input");
+    PROPORTIONAL_GAIN = number("proportional_gain", 0.0, "0", NUMBERS, "K_p, output over input");
     /// `K_i`.
-    INTEGRAL_GAIN = number("integral_gain_per_s_lambda", 0.0, "0", ANY, "K_i, output over input and s^λ");
+    INTEGRAL_GAIN = number("integral_gain_per_s_lambda", 0.0, "0", NUMBERS, "K_i, output over input and s^λ");
     /// λ.
     INTEGRAL_ORDER = number("integral_order", 1.0, "1", ORDERS, "λ of the integral");
     /// `K_d`.
-    DERIVATIVE_GAIN = number("derivative_gain_s_mu", 0.0, "0", ANY, "K_d, output·s^μ over input");
+    DERIVATIVE_GAIN = number("derivative_gain_s_mu", 0.0, "0", NUMBERS, "K_d, output·s^μ over input");
     /// μ.
     DERIVATIVE_ORDER = number("derivative_order", 1.0, "1", ORDERS, "μ of the derivative");
     /// b.
-    SET_POINT_WEIGHT = number("set_point_weight", 1.0, "1", ANY, "b: share of the reference in the proportional part");
+    SET_POINT_WEIGHT = number("set_point_weight", 1.0, "1", NUMBERS, "b: share of the reference in the proportional part");
     /// c.
-    DERIVATIVE_SET_POINT_WEIGHT = number("derivative_set_point_weight", 0.0, "0", ANY,
+    DERIVATIVE_SET_POINT_WEIGHT = number("derivative_set_point_weight", 0.0, "0", NUMBERS,
         "c: share of the reference in the derivative; 0 differentiates the measurement alone");
     /// `K_t` of a TID.
-    TILT_GAIN = optional("tilt_gain_per_s_1_over_n", ANY, "K_t of the tilt s^(−1/n)");
+    TILT_GAIN = optional("tilt_gain_per_s_1_over_n", NUMBERS, "K_t of the tilt s^(−1/n)");
     /// n of a TID.
-    TILT_DIVISOR = number("tilt_divisor", 3.0, "3", Range::AtLeast(1.0), "n of the tilt");
+    TILT_DIVISOR = number("tilt_divisor", 3.0, "3", Range::Within(1.0, 1e3), "n of the tilt");
     /// `K_i` of a TID.
-    TID_INTEGRAL_GAIN = number("integral_gain_per_s", 0.0, "0", ANY, "K_i");
+    TID_INTEGRAL_GAIN = number("integral_gain_per_s", 0.0, "0", NUMBERS, "K_i");
     /// `K_d` of a TID.
-    TID_DERIVATIVE_GAIN = number("derivative_gain_s", 0.0, "0", ANY, "K_d");
+    TID_DERIVATIVE_GAIN = number("derivative_gain_s", 0.0, "0", NUMBERS, "K_d");
     /// Gain of CRONE and lead–lag.
-    SHAPED_GAIN = optional("gain", ANY, "Gain, not 0");
+    SHAPED_GAIN = optional("gain", NUMBERS, "Gain, not 0");
     /// Order of CRONE and lead–lag.
     SHAPED_ORDER = optional("order", SIGNED_ORDERS, "Order of the power");
     /// `ω_b` of CRONE.
-    CRONE_LOW = optional("low_rad_s", ABOVE_0, "Lower corner, rad/s");
+    CRONE_LOW = optional("low_rad_s", ANGULAR_FREQUENCIES, "Lower corner, rad/s");
     /// `ω_h` of CRONE.
-    CRONE_HIGH = optional("high_rad_s", ABOVE_0, "Upper corner, rad/s");
+    CRONE_HIGH = optional("high_rad_s", ANGULAR_FREQUENCIES, "Upper corner, rad/s");
     /// λ of a lead–lag.
-    LEAD_LAMBDA = optional("lambda_s", ABOVE_0, "λ: the zero is at 1/λ");
+    LEAD_LAMBDA = optional("lambda_s", DURATIONS, "λ: the zero is at 1/λ");
     /// x of a lead–lag.
-    LEAD_X = optional("x", ABOVE_0, "x: below 1 a lead, above 1 a lag");
+    LEAD_X = optional("x", RATIOS, "x: below 1 a lead, above 1 a lag");
     /// A transfer function in notation.
     FUNCTION = text("function", "", "Transfer function, as in 1/(0.8s^2.2+0.5s^0.9+1)");
     /// Sample time of a controller.
@@ -51,13 +53,13 @@ parameters! {
     /// Rule and tolerance of a controller.
     CONTROLLER_SCHEME = text("scheme", "full-bdf2", "Rule of the powers of s: full[:TOLERANCE] or full-bdf2[:TOLERANCE]");
     /// Horizon of a controller.
-    MEMORY = optional("memory_s", ABOVE_0, "Past that is remembered within the tolerance [default: 200000 samples]");
+    MEMORY = optional("memory_s", MEMORIES, "Past that is remembered within the tolerance [default: 200000 samples]");
     /// Lower limit of the command.
-    OUTPUT_LOW = optional("output_low", ANY, "Lowest command [default: no limit]");
+    OUTPUT_LOW = optional("output_low", NUMBERS, "Lowest command [default: no limit]");
     /// Upper limit of the command.
-    OUTPUT_HIGH = optional("output_high", ANY, "Highest command [default: no limit]");
+    OUTPUT_HIGH = optional("output_high", NUMBERS, "Highest command [default: no limit]");
     /// Time in which a bump fades.
-    FADE_TIME = number("fade_time_s", 1.0, "1s", ABOVE_0, "Time constant in which the bump of a change fades");
+    FADE_TIME = number("fade_time_s", 1.0, "1s", DURATIONS, "Time constant in which the bump of a change fades");
     /// Plant that a controller was made for.
     SOURCE_PLANT = text("plant", "", "Plant that the controller was made for");
     /// Wishes that a controller was made for.
@@ -67,15 +69,15 @@ parameters! {
     /// Anything worth knowing of a file.
     SOURCE_NOTE = text("note", "", "Anything worth knowing");
     /// A.
-    STATE_A = text("a", "", "A of ẋ = Ax + Bu, a list of rows");
+    STATE_A = list("a", NUMBERS, "A of ẋ = Ax + Bu, a list of rows");
     /// B.
-    STATE_B = text("b", "", "B of ẋ = Ax + Bu");
+    STATE_B = list("b", NUMBERS, "B of ẋ = Ax + Bu");
     /// C.
-    STATE_C = text("c", "", "C of y = Cx");
+    STATE_C = list("c", NUMBERS, "C of y = Cx");
     /// Table of a measured response.
     RESPONSE_FILE = text("file", "", "CSV with omega_rad_s and gain, phase_deg or real, imaginary");
     /// Dead time of a plant.
-    DEAD_TIME = number("delay_s", 0.0, "0", AT_LEAST_0, "Dead time");
+    DEAD_TIME = number("delay_s", 0.0, "0", DEAD_TIMES, "Dead time");
 }
 
 /// Of `[pid]`.

@@ -1,7 +1,8 @@
 //! Of `[coupler]`: coupler and object; device and trial are those of `[wall]`.
 
 use super::experiment::{ENCODER_RESOLUTION, SCHEME, SEED, SENSOR_NOISE};
-use super::kind::{AT_LEAST_0, Parameter, Range, parameters};
+use super::kind::{Parameter, parameters};
+use super::range::{COUPLER_ORDERS, DAMPINGS, DISSIPATIONS, OBJECT_MASSES, STIFFNESSES};
 use super::wall::{
     CRITERION, CURRENT_LAG, DAMPING, DELAY, DEVICE_MODEL, FRICTION, HAND_STIFFNESS, IMPACT, MASS,
     PUSH, THRESHOLD, TRIAL_DURATION, TRIAL_FORCE_LIMIT, TRIAL_FORCE_RATE_LIMIT, WALL_SAMPLE_TIME,
@@ -10,20 +11,20 @@ use super::wall::{
 
 parameters! {
     /// Order of a coupler.
-    COUPLER_ORDER = optional("order", Range::Within(0.0, 1.0),
+    COUPLER_ORDER = optional("order", COUPLER_ORDERS,
         "Order of the coupler: 1 a spring b_c beside a damper k_c, below 1 it creeps; above 1 it would give energy by itself");
     /// `k_c` of a coupler, N·s/m.
-    COUPLER_STIFFNESS = optional("coupler_stiffness_n_s_per_m", AT_LEAST_0,
+    COUPLER_STIFFNESS = optional("coupler_stiffness_n_s_per_m", DAMPINGS,
         "k_c of the coupler k_c + b_c (T/(1-w))^mu, velocity in, force out");
     /// `b_c` of a coupler, N·s^(1−μ)/m.
-    COUPLER_DISSIPATION = optional("coupler_dissipation_n_s_1_minus_mu_per_m", AT_LEAST_0,
+    COUPLER_DISSIPATION = optional("coupler_dissipation_n_s_1_minus_mu_per_m", DISSIPATIONS,
         "b_c of the coupler, N·s^(1−μ)/m");
     /// Mass of the object, kg.
-    OBJECT_MASS = number("object_mass_kg", 0.1, "100g", AT_LEAST_0, "Mass of the object behind the coupler");
+    OBJECT_MASS = number("object_mass_kg", 0.1, "100g", OBJECT_MASSES, "Mass of the object behind the coupler");
     /// Damping of the object, N·s/m.
-    OBJECT_DAMPING = number("object_damping_n_s_per_m", 1.0, "1", AT_LEAST_0, "Viscous damping of the object");
+    OBJECT_DAMPING = number("object_damping_n_s_per_m", 1.0, "1", DAMPINGS, "Viscous damping of the object");
     /// Spring of the object, N/m.
-    OBJECT_STIFFNESS = number("object_stiffness_n_per_m", 500.0, "500", AT_LEAST_0,
+    OBJECT_STIFFNESS = number("object_stiffness_n_per_m", 500.0, "500", STIFFNESSES,
         "Spring between the object and the ground; 0 for an object that drifts");
     /// True if a refused coupler is a failure.
     COUPLER_MUST_BE_STABLE = flag("must_be_stable",

@@ -1,6 +1,7 @@
 //! Of every table: the device.
 
-use super::kind::{Parameter, Range, parameters};
+use super::kind::{Parameter, parameters};
+use super::range::Range;
 use haptic_link::Limits as Wire;
 
 parameters! {

@@ -1,46 +1,6 @@
-//! Kinds of parameters: ranges, values, and what stands of each.
+//! Kinds of parameters: values, and what stands of each.
 
-use fracdiff::Seconds;
-use std::fmt;
-
-/// Range of a number. All ranges are of finite numbers.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Range {
-    /// x > low.
-    Above(f64),
-    /// x ≥ low.
-    AtLeast(f64),
-    /// low ≤ x ≤ high.
-    Within(f64, f64),
-    /// low < x ≤ high.
-    AboveUpTo(f64, f64),
-}
-
-impl Range {
-    /// True if a number is in it. A number that is not finite never is.
-    #[must_use]
-    pub fn contains(self, x: f64) -> bool {
-        x.is_finite()
-            && match self {
-                Self::Above(low) => x > low,
-                Self::AtLeast(low) => x >= low,
-                Self::Within(low, high) => (low..=high).contains(&x),
-                Self::AboveUpTo(low, high) => x > low && x <= high,
-            }
-    }
-}
-
-impl fmt::Display for Range {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::Above(low) => write!(f, "above {low}"),
-            Self::AtLeast(low) => write!(f, "at least {low}"),
-            Self::Within(low, high) if high >= 1e6 => write!(f, "in [{low:e}, {high:e}]"),
-            Self::Within(low, high) => write!(f, "in [{low}, {high}]"),
-            Self::AboveUpTo(low, high) => write!(f, "in ({low}, {high}]"),
-        }
-    }
-}
+use super::range::Range;
 
 /// The kind of value that a parameter takes, and its default.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,8 +14,8 @@ pub enum Value {
     Flag(bool),
     /// A text, or one of several names.
     Text(&'static str),
-    /// A list of numbers, or of lists of numbers.
-    List,
+    /// A list of numbers in a range, or of lists of them.
+    List(Range),
 }
 
 /// A parameter of an experiment.
@@ -122,10 +82,10 @@ impl Parameter {
         }
     }
 
-    pub(super) const fn list(key: &'static str, help: &'static str) -> Self {
+    pub(super) const fn list(key: &'static str, range: Range, help: &'static str) -> Self {
         Self {
             key,
-            value: Value::List,
+            value: Value::List(range),
             shown: "",
             help,
         }
@@ -169,20 +129,15 @@ impl Parameter {
         numbers.filter_map(|number| number.parse().ok()).collect()
     }
 
-    /// The range of a number; empty for anything else.
+    /// The range of a number, or of those of a list; empty for anything else.
     #[must_use]
     pub const fn range(&self) -> Range {
         match self.value {
-            Value::Number(_, range) => range,
-            _ => Range::Above(f64::INFINITY),
+            Value::Number(_, range) | Value::List(range) => range,
+            _ => Range::EMPTY,
         }
     }
 }
-
-pub(super) const ABOVE_0: Range = Range::Above(0.0);
-pub(super) const AT_LEAST_0: Range = Range::AtLeast(0.0);
-pub(super) const SAMPLE_TIMES: Range =
-    Range::Within(Seconds::MIN_SAMPLE_TIME, Seconds::MAX_SAMPLE_TIME);
 
 /// Parameters as constants: documentation, name, kind, and what it is made of.
 macro_rules! parameters {

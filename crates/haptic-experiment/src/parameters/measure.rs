@@ -1,6 +1,7 @@
 //! Of a measurement of the device itself.
 
-use super::kind::{Parameter, Range, parameters};
+use super::kind::{Parameter, parameters};
+use super::range::Range;
 
 parameters! {
     /// Sample time of a measurement, s.

@@ -1,24 +1,28 @@
 //! Of every table: the safety chain.
 
-use super::kind::{ABOVE_0, AT_LEAST_0, Parameter, Range, parameters};
+use super::kind::{Parameter, parameters};
+use super::range::{
+    DAMPINGS_ABOVE_0, DEVICE_TIMES, FORCES, MASSES, PLACES, REACHES, Range, SAFETY_TIMES,
+    SENSOR_STEPS, SPEEDS,
+};
 use haptic_loop::Limits;
 
 parameters! {
     /// Passivity guard.
     GUARD = text("guard", "off", "Keep the loop from feeding the device energy");
     /// Low end of the workspace, m.
-    WORKSPACE_LOW = optional("workspace_low_m", Range::Within(-1e3, 1e3),
+    WORKSPACE_LOW = optional("workspace_low_m", PLACES,
         "Lowest position; below it a fault ends the run");
     /// High end of the workspace, m.
-    WORKSPACE_HIGH = optional("workspace_high_m", Range::Within(-1e3, 1e3),
+    WORKSPACE_HIGH = optional("workspace_high_m", PLACES,
         "Highest position; above it a fault ends the run");
     /// Speed limit, m/s.
-    SPEED_LIMIT = optional("speed_limit_m_per_s", ABOVE_0,
+    SPEED_LIMIT = optional("speed_limit_m_per_s", SPEEDS,
         "How fast the device may move; beyond it a fault ends the run");
     /// Rise time, s.
-    RISE_TIME = optional("rise_time_s", ABOVE_0, "Let the force rise in this time from the start on");
+    RISE_TIME = optional("rise_time_s", SAFETY_TIMES, "Let the force rise in this time from the start on");
     /// Braking, N·s/m.
-    BRAKING = optional("braking_n_s_per_m", ABOVE_0,
+    BRAKING = optional("braking_n_s_per_m", DAMPINGS_ABOVE_0,
         "Brake with this damping near workspace and speed limit, and after a fault or stop");
     /// Stop time, s.
     STOP_TIME = optional("stop_time_s", Range::Within(Limits::STOP_TIME_S[0], Limits::STOP_TIME_S[1]),
@@ -27,32 +31,32 @@ parameters! {
     BRAKE_FORCE = optional("brake_force_n", Range::Within(0.0, Limits::BRAKE_FORCE_MAX_N),
         "Largest force of the braking meanwhile, 0N to 10N [default: 2N]");
     /// Stuck sensor, N.
-    STUCK_FORCE = optional("stuck_force_n", AT_LEAST_0,
+    STUCK_FORCE = optional("stuck_force_n", FORCES,
         "A force that grows by this on a position that stands still is a fault; 0 for never [default: 3N on a \
          serial device, else never]");
     /// Stuck sensor, s.
     STUCK_TIME = optional("stuck_time_s", Range::Within(1e-3, 10.0),
         "Time for which the position has to have stood still for that [default: 0.1s]");
     /// Jump of a sensor, m.
-    JUMP = optional("jump_m", AT_LEAST_0,
+    JUMP = optional("jump_m", REACHES,
         "A position that moves in a sample by this more than the speed limit allows is a fault; 0 for never \
          [default: 1mm on a serial device, else never]");
     /// Mass of a real device, kg.
-    DEVICE_MASS = optional("device_mass_kg", ABOVE_0,
+    DEVICE_MASS = optional("device_mass_kg", MASSES,
         "Mass of a real device, for the guard observer, braking and the pre-flight");
     /// Damping of a real device, N·s/m.
-    DEVICE_DAMPING = optional("device_damping_n_s_per_m", ABOVE_0,
+    DEVICE_DAMPING = optional("device_damping_n_s_per_m", DAMPINGS_ABOVE_0,
         "Damping of a real device, for the guard energy-bounding and the pre-flight");
     /// Least delay of a real device, s.
-    DEVICE_DELAY_LEAST = optional("device_delay_least_s", AT_LEAST_0,
+    DEVICE_DELAY_LEAST = optional("device_delay_least_s", DEVICE_TIMES,
         "Least delay of a real device from a measurement to the effect of its force, for the guard energy-bounding");
     /// Largest delay of a real device, s.
-    DEVICE_DELAY_MOST = optional("device_delay_most_s", AT_LEAST_0, "Largest delay, the same if it is known");
+    DEVICE_DELAY_MOST = optional("device_delay_most_s", DEVICE_TIMES, "Largest delay, the same if it is known");
     /// Lag of a real device, s.
-    DEVICE_LAG = optional("device_lag_s", AT_LEAST_0,
+    DEVICE_LAG = optional("device_lag_s", DEVICE_TIMES,
         "Time constant with which the force of a real device follows, for the guard energy-bounding");
     /// Noise of a real device, m.
-    DEVICE_NOISE = optional("device_noise_m", AT_LEAST_0,
+    DEVICE_NOISE = optional("device_noise_m", SENSOR_STEPS,
         "Standard deviation of the noise of a real device's position, for the guard energy-bounding [default: 0.29 \
          of its resolution]");
 }

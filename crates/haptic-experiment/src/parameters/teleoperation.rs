@@ -1,77 +1,82 @@
 //! Of `[teleoperation]`: devices, hand, motion, remote place, laws, line.
 
 use super::experiment::{AREA, FORCE_LIMIT, LIBRARY, SAMPLE_TIME, SCHEME, THICKNESS, TISSUE};
-use super::kind::{ABOVE_0, AT_LEAST_0, Parameter, Range, parameters};
+use super::kind::{Parameter, parameters};
+use super::range::{
+    ARM_PLACES, COUPLER_ORDERS, DAMPINGS, DAMPINGS_ABOVE_0, DISSIPATIONS, DURATIONS,
+    FREQUENCIES_HZ, LINE_TIMES, MASSES, REACHES_ABOVE_0, SAFETY_TIMES, SHARES, STIFFNESSES,
+    STIFFNESSES_ABOVE_0, WALL_ORDERS,
+};
 use super::wall::{DAMPING, MASS, TRIAL_FORCE_RATE_LIMIT};
-use haptic_teleoperation::{ChannelModel, Settings};
+use haptic_teleoperation::Settings;
 
 parameters! {
     /// How the two are joined.
     ARCHITECTURE = text("architecture", "position-position",
         "How the two are joined: position-position, position-force, wave or time-domain; the last two give no energy at any delay");
     /// `k_c` of a coupler, N/m.
-    HAND_COUPLER_STIFFNESS = number("coupler_stiffness_n_per_m", 300.0, "300", AT_LEAST_0,
+    HAND_COUPLER_STIFFNESS = number("coupler_stiffness_n_per_m", 300.0, "300", STIFFNESSES,
         "k_c of the coupler k_c + b_c D^mu between the places of both; not of waves");
     /// `b_c` of a coupler, N·s^μ/m.
-    HAND_COUPLER_DISSIPATION = number("coupler_dissipation_n_s_mu_per_m", 10.0, "10", AT_LEAST_0,
+    HAND_COUPLER_DISSIPATION = number("coupler_dissipation_n_s_mu_per_m", 10.0, "10", DISSIPATIONS,
         "b_c of that coupler, N·s^μ/m");
     /// Order of a coupler.
-    HAND_COUPLER_ORDER = number("order", 0.5, "0.5", Range::Within(0.0, 1.0), "Order mu of that coupler");
+    HAND_COUPLER_ORDER = number("order", 0.5, "0.5", COUPLER_ORDERS, "Order mu of that coupler");
     /// b of waves, N·s/m.
-    WAVE_IMPEDANCE = number("wave_impedance_n_s_per_m", 3.0, "3", ABOVE_0,
+    WAVE_IMPEDANCE = number("wave_impedance_n_s_per_m", 3.0, "3", DAMPINGS_ABOVE_0,
         "b of waves: the damping that both hands feel of the line; at most that of the devices");
     /// Playout of waves, s.
-    PLAYOUT = optional("playout_s", AT_LEAST_0,
+    PLAYOUT = optional("playout_s", LINE_TIMES,
         "Time over which waves, or energy, that came in a bunch are played out [default: a sample and what jitter spreads]");
     /// Delay of the line, s.
-    LINE_DELAY = number("line_delay_s", 0.02, "20ms", Range::Within(0.0, ChannelModel::DELAY_MOST_S),
+    LINE_DELAY = number("line_delay_s", 0.02, "20ms", LINE_TIMES,
         "Delay of the line in either direction; a message takes a sample more");
     /// Jitter of the line.
-    LINE_JITTER = number("line_jitter", 0.0, "0", Range::Within(0.0, 1.0),
+    LINE_JITTER = number("line_jitter", 0.0, "0", SHARES,
         "Share of that delay by which a message comes earlier or later");
     /// Loss of the line.
-    LINE_LOSS = number("line_loss", 0.0, "0", Range::Within(0.0, 1.0), "Chance that a message is lost");
+    LINE_LOSS = number("line_loss", 0.0, "0", SHARES, "Chance that a message is lost");
     /// Duplication of the line.
-    LINE_DUPLICATION = number("line_duplication", 0.0, "0", Range::Within(0.0, 1.0),
+    LINE_DUPLICATION = number("line_duplication", 0.0, "0", SHARES,
         "Chance that a message comes twice");
     /// Seed of the line.
     LINE_SEED = count("seed", 1, "1", "Seed of the line: the same seed gives the same run, bit for bit");
     /// Silence of the other side, s.
-    SILENCE = number("silence_s", Settings::SILENCE_S, "0.2s", ABOVE_0,
+    SILENCE = number("silence_s", Settings::SILENCE_S, "0.2s", SAFETY_TIMES,
         "Silence of the other side after which the force falls to zero");
     /// Mass of the slave, kg.
-    SLAVE_MASS = optional("slave_mass_kg", ABOVE_0, "Mass of the slave [default: that of the master]");
+    SLAVE_MASS = optional("slave_mass_kg", MASSES, "Mass of the slave [default: that of the master]");
     /// Damping of the slave, N·s/m.
-    SLAVE_DAMPING = optional("slave_damping_n_s_per_m", AT_LEAST_0,
+    SLAVE_DAMPING = optional("slave_damping_n_s_per_m", DAMPINGS,
         "Damping of the slave [default: that of the master]");
     /// Spring of the hand, N/m.
-    HAND_SPRING = number("hand_stiffness_n_per_m", 300.0, "300", ABOVE_0, "Stiffness with which the hand holds the master");
+    HAND_SPRING = number("hand_stiffness_n_per_m", 300.0, "300", STIFFNESSES_ABOVE_0, "Stiffness with which the hand holds the master");
     /// Damper of the hand, N·s/m.
-    HAND_DAMPER = number("hand_damping_n_s_per_m", 3.0, "3", AT_LEAST_0, "Damping with which the hand holds the master");
+    HAND_DAMPER = number("hand_damping_n_s_per_m", 3.0, "3", DAMPINGS, "Damping with which the hand holds the master");
     /// Press of the hand, m.
-    PRESS = number("press_m", 0.0, "0", Range::Within(-1.0, 1.0), "Place that the hand goes to in 1 s and holds");
+    PRESS = number("press_m", 0.0, "0", ARM_PLACES, "Place that the hand goes to in 1 s and holds");
     /// Amplitude of the hand, m.
-    AMPLITUDE = number("amplitude_m", 4e-3, "4mm", Range::AboveUpTo(0.0, 1.0), "Sum of the amplitudes of its sines");
+    AMPLITUDE = number("amplitude_m", 4e-3, "4mm", REACHES_ABOVE_0, "Sum of the amplitudes of its sines");
     /// Lowest frequency of the hand, Hz.
-    LOW = number("low_hz", 0.5, "0.5", ABOVE_0, "Lowest frequency of them");
+    LOW = number("low_hz", 0.5, "0.5", FREQUENCIES_HZ, "Lowest frequency of them");
     /// Highest frequency of the hand, Hz.
-    HIGH = number("high_hz", 20.0, "20", ABOVE_0, "Highest frequency of them");
+    HIGH = number("high_hz", 20.0, "20", FREQUENCIES_HZ, "Highest frequency of them");
     /// Number of frequencies.
     FREQUENCIES = count("frequencies", 8, "8", "How many, 1 to 100, evenly in the logarithm, each with whole periods in the window");
     /// The remote place.
     PLACE = text("place", "tissue", "What the slave touches: tissue or wall");
     /// K of a remote wall, N/m.
-    PLACE_STIFFNESS = number("wall_stiffness_n_per_m", 200.0, "200", AT_LEAST_0, "K of a wall");
+    PLACE_STIFFNESS = number("wall_stiffness_n_per_m", 200.0, "200", STIFFNESSES, "K of a wall");
     /// B of a remote wall, N·s^μ/m.
-    PLACE_DISSIPATION = number("wall_dissipation_n_s_mu_per_m", 0.0, "0", AT_LEAST_0, "B of a wall");
+    PLACE_DISSIPATION = number("wall_dissipation_n_s_mu_per_m", 0.0, "0", DISSIPATIONS, "B of a wall");
     /// Order of a remote wall.
-    PLACE_ORDER = number("wall_order", 1.0, "1", Range::Within(0.0, 2.0), "Order of its dissipation");
+    PLACE_ORDER = number("wall_order", 1.0, "1", WALL_ORDERS, "Order of its dissipation");
     /// True if a remote wall only pushes.
     PLACE_ONE_SIDED = flag("one_sided", "A wall that pushes but never pulls; then there is no formula");
     /// Length of a teleoperation, s.
-    TELEOPERATION_DURATION = number("duration_s", 10.0, "10s", ABOVE_0, "Length of a run");
+    TELEOPERATION_DURATION = number("duration_s", 10.0, "10s", DURATIONS, "Length of a run");
     /// Window of a teleoperation, s.
-    TELEOPERATION_WINDOW = number("window_s", 4.0, "4s", ABOVE_0, "Window at the end over which impedances are taken");
+    TELEOPERATION_WINDOW = number("window_s", 4.0, "4s", DURATIONS, "Window at the end over which impedances are taken");
     /// True if a line that gives energy is a failure.
     MUST_BE_PASSIVE = flag("must_be_passive", "Energy from the line, or from held forces beyond the damping of the devices, or a force at its limit, is a failure");
 }

@@ -4,11 +4,16 @@ use super::experiment::{
     AREA, ENCODER_RESOLUTION, FORCE_LIMIT, LIBRARY, SAMPLE_TIME, SCHEME, SEED, SENSOR_NOISE,
     THICKNESS,
 };
-use super::kind::{ABOVE_0, AT_LEAST_0, Parameter, Range, parameters};
+use super::kind::{Parameter, parameters};
+use super::range::{
+    DAMPINGS, DISSIPATIONS, DURATIONS, MASSES, NUMBERS, PLACES, RADII, Range, STIFFNESSES,
+    STIFFNESSES_ABOVE_0, WALL_ORDERS,
+};
 use super::wall::{CURRENT_LAG, DELAY, FRICTION, TRIAL_FORCE_RATE_LIMIT};
 
 const MASS_KG: f64 = 0.065;
-const PLACES: Range = Range::Within(-1e3, 1e3);
+/// Times, places and forces alike.
+const WAY: Range = Range::Within(-1e4, 1e7);
 
 parameters! {
     /// Number of axes.
@@ -17,52 +22,52 @@ parameters! {
     TOUCH_SHAPE = text("shape", "ball",
         "What is touched: plane, ball (a disc with two axes, a sphere with three), or hollow-ball, which keeps the hand inside");
     /// Normal of a plane.
-    TOUCH_NORMAL = list("normal",
+    TOUCH_NORMAL = list("normal", NUMBERS,
         "Of a plane: direction into it, a number an axis, of any length [default: along the first axis]");
     /// Place of a plane, m.
     TOUCH_SURFACE = number("surface_m", 0.0, "0", PLACES, "Of a plane: its distance from 0 along that direction");
     /// Centre of a ball, m.
-    TOUCH_CENTRE = list("centre_m", "Of a ball: its centre, a number an axis [default: zeros]");
+    TOUCH_CENTRE = list("centre_m", PLACES, "Of a ball: its centre, a number an axis [default: zeros]");
     /// Radius of a ball, m.
-    TOUCH_RADIUS = number("radius_m", 0.02, "20mm", Range::Within(1e-6, 1e3), "Of a ball: its radius");
+    TOUCH_RADIUS = number("radius_m", 0.02, "20mm", RADII, "Of a ball: its radius");
     /// Tissue of the shape.
     TOUCH_TISSUE = text("tissue", "",
         "Tissue of the shape, from `host-cli materials list` or the path of a TOML file [default: K, B and order]");
     /// K, N/m.
-    TOUCH_STIFFNESS = number("stiffness_n_per_m", 300.0, "300", AT_LEAST_0, "K of the shape, without a tissue");
+    TOUCH_STIFFNESS = number("stiffness_n_per_m", 300.0, "300", STIFFNESSES, "K of the shape, without a tissue");
     /// B, N·s^μ/m.
-    TOUCH_DISSIPATION = number("dissipation_n_s_mu_per_m", 5.0, "5", AT_LEAST_0, "B of the shape, N·s^μ/m");
+    TOUCH_DISSIPATION = number("dissipation_n_s_mu_per_m", 5.0, "5", DISSIPATIONS, "B of the shape, N·s^μ/m");
     /// μ.
-    TOUCH_ORDER = number("order", 0.5, "0.5", Range::Within(0.0, 2.0), "Order of the dissipation: 0 a spring, 1 a damper");
+    TOUCH_ORDER = number("order", 0.5, "0.5", WALL_ORDERS, "Order of the dissipation: 0 a spring, 1 a damper");
     /// Mass of the device, kg.
-    TOUCH_MASS = list("mass_kg", "Mass of the device, above 0: a number, or one an axis [default: 0.065]");
+    TOUCH_MASS = list("mass_kg", MASSES, "Mass of the device, above 0: a number, or one an axis [default: 0.065]");
     /// Damping of device and hand, N·s/m.
-    TOUCH_DAMPING = number("damping_n_s_per_m", 3.5, "3.5", AT_LEAST_0, "Damping of device and hand on each axis");
+    TOUCH_DAMPING = number("damping_n_s_per_m", 3.5, "3.5", DAMPINGS, "Damping of device and hand on each axis");
     /// The hand.
     TOUCH_HAND = text("hand", "spring",
         "spring: a spring from the device to a point that goes the path; force: a force that goes it");
     /// Stiffness of the hand, N/m.
-    TOUCH_HAND_STIFFNESS = number("hand_stiffness_n_per_m", 300.0, "300", ABOVE_0, "Stiffness of that spring");
+    TOUCH_HAND_STIFFNESS = number("hand_stiffness_n_per_m", 300.0, "300", STIFFNESSES_ABOVE_0, "Stiffness of that spring");
     /// Path of the hand.
-    TOUCH_WAY = list("way_points",
+    TOUCH_WAY = list("way_points", WAY,
         "Path of the hand: rows of time in s and a place in m, or a force in N, a number an axis, straight in between; \
          or a circle");
     /// Centre of the circle of the hand, m.
-    TOUCH_CIRCLE_CENTRE = list("circle_centre_m", "Of the circle: its centre [default: that of the ball, else zeros]");
+    TOUCH_CIRCLE_CENTRE = list("circle_centre_m", PLACES, "Of the circle: its centre [default: that of the ball, else zeros]");
     /// Radius of the circle of the hand, m.
-    TOUCH_CIRCLE_RADIUS = number("circle_radius_m", 0.018, "18mm", Range::AboveUpTo(0.0, 1e3),
+    TOUCH_CIRCLE_RADIUS = number("circle_radius_m", 0.018, "18mm", RADII,
         "Of the circle, in the plane of the first two axes: its radius");
     /// Radius at the start of the circle, m.
-    TOUCH_CIRCLE_START = optional("circle_start_radius_m", ABOVE_0,
+    TOUCH_CIRCLE_START = optional("circle_start_radius_m", RADII,
         "Of the circle: radius at time 0, from which it is reached in 1 s [default: that of the ball]");
     /// Time of a turn, s.
-    TOUCH_CIRCLE_PERIOD = number("circle_period_s", 2.0, "2s", ABOVE_0, "Of the circle: time of a turn");
+    TOUCH_CIRCLE_PERIOD = number("circle_period_s", 2.0, "2s", DURATIONS, "Of the circle: time of a turn");
     /// Length of a run, s.
-    TOUCH_DURATION = number("duration_s", 5.0, "5s", ABOVE_0, "Length of a run, at most a million samples");
+    TOUCH_DURATION = number("duration_s", 5.0, "5s", DURATIONS, "Length of a run, at most a million samples");
     /// Low corner of the workspace, m.
-    TOUCH_BOX_LOW = list("box_low_m", "Low corner of a box, a number an axis; beyond the box a fault ends the run");
+    TOUCH_BOX_LOW = list("box_low_m", PLACES, "Low corner of a box, a number an axis; beyond the box a fault ends the run");
     /// High corner of the workspace, m.
-    TOUCH_BOX_HIGH = list("box_high_m", "High corner of it");
+    TOUCH_BOX_HIGH = list("box_high_m", PLACES, "High corner of it");
     /// True if energy for the hand is a failure.
     TOUCH_MUST_BE_PASSIVE = flag("must_be_passive", "Energy given to the hand, or a force at its limit, is a failure");
 }

@@ -1,15 +1,19 @@
 //! Of `[wall]`: device, wall and trial.
 
 use super::experiment::{ENCODER_RESOLUTION, SCHEME, SEED, SENSOR_NOISE};
-use super::kind::{ABOVE_0, AT_LEAST_0, Parameter, Range, SAMPLE_TIMES, parameters};
+use super::kind::{Parameter, parameters};
+use super::range::{
+    DAMPINGS, DEVICE_TIMES, DISSIPATIONS, DURATIONS, FORCE_LIMITS, FORCE_RATES, FORCES,
+    FORCES_ABOVE_0, IMPACTS, MASSES, REACHES_ABOVE_0, SAMPLE_TIMES, STIFFNESSES, WALL_ORDERS,
+};
 
 parameters! {
     /// Mass of a simulated device, kg.
-    MASS = number("mass_kg", 0.065, "65g", ABOVE_0, "Mass of the device");
+    MASS = number("mass_kg", 0.065, "65g", MASSES, "Mass of the device");
     /// Damping of a simulated device, N·s/m.
-    DAMPING = number("damping_n_s_per_m", 3.5, "3.5", AT_LEAST_0, "Viscous damping of the device");
+    DAMPING = number("damping_n_s_per_m", 3.5, "3.5", DAMPINGS, "Viscous damping of the device");
     /// Stiffness of the hand, N/m.
-    HAND_STIFFNESS = number("hand_stiffness_n_per_m", 0.0, "0", AT_LEAST_0,
+    HAND_STIFFNESS = number("hand_stiffness_n_per_m", 0.0, "0", STIFFNESSES,
         "Stiffness of the hand that holds it; 0 without a hand");
     /// Device file of a wall or coupler.
     DEVICE_MODEL = text("device_model", "",
@@ -17,39 +21,39 @@ parameters! {
     /// Sample time of a wall, s.
     WALL_SAMPLE_TIME = number("sample_time_s", 2e-3, "2ms", SAMPLE_TIMES, "Sample time");
     /// Delay of a simulated device, s.
-    DELAY = number("delay_s", 0.0, "0", AT_LEAST_0,
+    DELAY = number("delay_s", 0.0, "0", DEVICE_TIMES,
         "Delay from a measurement to the force that answers it, beside the hold");
     /// Friction of a simulated device, N.
-    FRICTION = number("friction_n", 0.0, "0", AT_LEAST_0, "Coulomb friction");
+    FRICTION = number("friction_n", 0.0, "0", FORCES, "Coulomb friction");
     /// Current lag of a simulated device, s.
-    CURRENT_LAG = number("current_lag_s", 0.0, "0", AT_LEAST_0, "Time constant of the actuator's current");
+    CURRENT_LAG = number("current_lag_s", 0.0, "0", DEVICE_TIMES, "Time constant of the actuator's current");
     /// Order of a wall.
-    ORDER = optional("order", Range::Within(0.0, 2.0), "Order of the dissipation: 0 a spring, 1 a damper");
+    ORDER = optional("order", WALL_ORDERS, "Order of the dissipation: 0 a spring, 1 a damper");
     /// Stiffness of a wall, N/m.
-    STIFFNESS = optional("stiffness_n_per_m", AT_LEAST_0, "Stiffness K of the wall");
+    STIFFNESS = optional("stiffness_n_per_m", STIFFNESSES, "Stiffness K of the wall");
     /// Dissipation of a wall, N·s^μ/m.
-    DISSIPATION = optional("dissipation_n_s_mu_per_m", AT_LEAST_0, "Dissipation B of the wall, N·s^μ/m");
+    DISSIPATION = optional("dissipation_n_s_mu_per_m", DISSIPATIONS, "Dissipation B of the wall, N·s^μ/m");
     /// True if a wall only pushes.
     ONE_SIDED = flag("one_sided",
         "A wall that pushes but never pulls; without this it is linear, as the theory assumes");
     /// Rule of a trial.
     CRITERION = text("criterion", "settling", "By which rule a wall is stable");
     /// Impact of a trial, m/s.
-    IMPACT = number("impact_m_per_s", 0.1, "", AT_LEAST_0,
+    IMPACT = number("impact_m_per_s", 0.1, "", IMPACTS,
         "Speed at which the device hits the wall, m/s [default: 0.1, and 0 where it is only pushed]");
     /// Push of a trial, N.
-    PUSH = number("push_n", 1.0, "1N", ABOVE_0, "Constant push into the wall");
+    PUSH = number("push_n", 1.0, "1N", FORCES_ABOVE_0, "Constant push into the wall");
     /// Length of a trial, s.
-    TRIAL_DURATION = number("duration_s", 5.0, "5s", ABOVE_0, "Length of a run");
+    TRIAL_DURATION = number("duration_s", 5.0, "5s", DURATIONS, "Length of a run");
     /// Window of a trial, s.
-    WINDOW = number("window_s", 0.4, "0.4s", ABOVE_0, "Window at the end that is judged");
+    WINDOW = number("window_s", 0.4, "0.4s", DURATIONS, "Window at the end that is judged");
     /// Threshold of the dissertation's rule, m.
-    THRESHOLD = optional("threshold_m", ABOVE_0,
+    THRESHOLD = optional("threshold_m", REACHES_ABOVE_0,
         "Largest standard deviation of a stable position, with criterion dissertation [default: 0.1 mm]");
     /// Force limit of a trial, N.
-    TRIAL_FORCE_LIMIT = number("force_limit_n", 100.0, "100N", ABOVE_0, "Largest force of the actuator");
+    TRIAL_FORCE_LIMIT = number("force_limit_n", 100.0, "100N", FORCE_LIMITS, "Largest force of the actuator");
     /// Rate limit of a trial, N/s.
-    TRIAL_FORCE_RATE_LIMIT = optional("force_rate_limit_n_per_s", ABOVE_0,
+    TRIAL_FORCE_RATE_LIMIT = optional("force_rate_limit_n_per_s", FORCE_RATES,
         "Largest rate at which the force may change [default: that of a serial device, none on the simulated one]");
     /// True if an unstable wall is a failure.
     MUST_BE_STABLE = flag("must_be_stable", "A wall that is not stable by trial and analysis is a failure");

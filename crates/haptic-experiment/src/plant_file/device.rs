@@ -13,11 +13,6 @@ use haptic_analysis::Dynamics;
 use haptic_tissue::read_text;
 use std::path::Path;
 
-/// A delay or lag above this is none of a device that anybody feels, s.
-const TIME_MAX_S: f64 = 0.1;
-/// A mass above this is none that a hand moves, kg.
-const MASS_MAX_KG: f64 = 100.0;
-
 /// The device of a plant file with `[device]`, to be simulated, analysed or guarded.
 ///
 /// ```
@@ -83,20 +78,6 @@ impl DeviceModel {
             let reason = "no [device] in it: host-cli device measure writes such a file";
             return Err(document.fail(reason.to_owned()));
         };
-        let too_large = [
-            (&p::MASS, values.mass_kg, MASS_MAX_KG, "kg"),
-            (&p::DELAY, values.delay_s, TIME_MAX_S, "s"),
-            (&p::CURRENT_LAG, values.current_lag_s, TIME_MAX_S, "s"),
-        ];
-        for (parameter, value, most, unit) in too_large {
-            if value > most {
-                let reason = format!(
-                    "{} = {value} is above {most} {unit}, which no haptic device has: change it, it is in {unit}",
-                    parameter.key
-                );
-                return Err(document.fail_at("device", parameter.key, reason));
-            }
-        }
         Ok(Self {
             values,
             intervals: file.intervals,

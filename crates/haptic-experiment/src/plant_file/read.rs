@@ -7,6 +7,7 @@ use crate::file::document::Document;
 use crate::file::reader::Table;
 use crate::parameters as p;
 use crate::parameters::Parameter;
+use fracdiff::parameter::Shown;
 use fractional_control::ControlError;
 use std::path::Path;
 
@@ -112,12 +113,13 @@ fn intervals(table: &Table<'_>, values: &DeviceValues) -> Result<Vec<Interval>, 
             low - slack <= value && value <= high + slack
         };
         match ends[..] {
-            [low, high] if about(low, high) && low >= 0.0 => {
+            [low, high] if about(low, high) && low >= 0.0 && parameter.range().contains(high) => {
                 intervals.push(Interval { key, low, high });
             }
             [low, high] => {
                 let reason = format!(
-                    "{key} = [{low}, {high}] is not an interval of numbers from 0 on about the value {value} in [device]: change it, or leave it out"
+                    "{key} = [{low}, {high}] is not an interval of numbers from 0 to {} about the value {value} in [device]: change it, or leave it out",
+                    Shown(parameter.range().ends()[1])
                 );
                 return Err(table.fail_at(key, reason));
             }

@@ -113,7 +113,7 @@ fn what_is_wrong_is_said_in_one_line_with_its_place() {
         ),
         (
             "[state_space]\na = [[0, 1], [0, inf]]\nb = [0, 1]\nc = [1, 0]",
-            "lab/p.toml:2: a has inf, which is not finite",
+            "lab/p.toml:2: a has inf, which is not from -1e12 to 1e12",
         ),
         (
             "[measured_response]\nfile = \"none.csv\"",

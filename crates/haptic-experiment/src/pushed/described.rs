@@ -81,7 +81,7 @@ pub(super) fn warnings(
 ) -> Warnings {
     let mut warnings = Warnings::default();
     match settling.reason() {
-        None => warnings.limited(record.limited),
+        None => warnings.limited(record),
         Some(reason) if record.ended.is_none() => warnings.0.push(format!(
             "the {what} is {}: {reason}",
             settling.verdict.words()

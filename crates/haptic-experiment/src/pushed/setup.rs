@@ -42,6 +42,8 @@ pub struct TrialSetup {
     pub pace: Pace,
     /// The serial device; `None` for the simulated one.
     pub remote: Option<RemoteDevice>,
+    /// Delay and lag of the serial device by its device file, s, for the pre-flight; zeros if they are not known.
+    pub known_delay_and_lag_s: [f64; 2],
     /// Run on a serial device what the analysis refuses.
     pub force_unstable: bool,
 }
@@ -84,6 +86,7 @@ impl TrialSetup {
             safety: Safety::default(),
             pace: Pace::Virtual,
             remote: None,
+            known_delay_and_lag_s: [0.0; 2],
             force_unstable: false,
         }
     }
@@ -104,6 +107,7 @@ impl TrialSetup {
         if self.remote.is_some() {
             self.device = device;
             self.safety = self.safety.with_device(known, true);
+            self.known_delay_and_lag_s = [dynamics.delay_s, dynamics.current_lag_s];
             return;
         }
         self.device = imperfections.on(device);
@@ -114,9 +118,15 @@ impl TrialSetup {
         };
     }
 
-    /// Device and hand, as the analysis knows them.
+    /// Device and hand, as the analysis knows them. The simulated device has its delay and lag by itself, a serial one by its file.
     pub(crate) fn dynamics(&self) -> Dynamics {
-        dynamics(&self.device)
+        let device = dynamics(&self.device);
+        let [delay_s, lag_s] = self.known_delay_and_lag_s;
+        Dynamics {
+            delay_s: device.delay_s + delay_s,
+            current_lag_s: device.current_lag_s + lag_s,
+            ..device
+        }
     }
 
     /// As it is really tried: a serial device cannot be thrown.

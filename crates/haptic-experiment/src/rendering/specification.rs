@@ -123,24 +123,7 @@ impl Rendering {
     /// # Errors
     /// If that is too few or too many, or one of the two is not a number above 0.
     pub fn samples(&self, duration_s: f64) -> Result<u64, Failure> {
-        let t = self.sample_time_s;
-        let (least, most) = (Seconds::MIN_SAMPLE_TIME, Seconds::MAX_SAMPLE_TIME);
-        if !(least..=most).contains(&t) {
-            return Err(Failure::bad_input(format_args!(
-                "sample time {t} s is not in [{least:e}, {most:e}] s: give `sample_time_s`, as in 0.001"
-            )));
-        }
-        let samples = (duration_s / t).round() + 1.0;
-        if duration_s > 0.0 && SAMPLES.contains(&samples) {
-            Ok(samples as u64)
-        } else {
-            Err(Failure::bad_input(format_args!(
-                "duration {duration_s} s at a sample time of {t} s is {samples} samples, which is not \
-                 in [{}, {:e}]: change `duration_s` or `sample_time_s`",
-                SAMPLES.start(),
-                SAMPLES.end()
-            )))
-        }
+        crate::schedule::samples(duration_s, self.sample_time_s, &SAMPLES)
     }
 
     /// Memory of the operator, s; `None` for all of the past. For the recursive forms the time that

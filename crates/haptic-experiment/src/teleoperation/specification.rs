@@ -208,17 +208,7 @@ impl TeleoperationExperiment {
     /// # Errors
     /// Too few or too many.
     pub(super) fn check_duration(&self) -> Result<(), Failure> {
-        let t = self.sample_time().0;
-        let samples = self.duration_s / t + 1.0;
-        if !SAMPLES.contains(&samples) {
-            return Err(Failure::bad_input(format_args!(
-                "duration {} s at a sample time of {t} s is {samples} samples, which is not in [{}, {:e}]: change \
-                 `duration_s` or `sample_time_s`",
-                self.duration_s,
-                SAMPLES.start(),
-                SAMPLES.end()
-            )));
-        }
+        crate::schedule::samples(self.duration_s, self.sample_time().0, &SAMPLES)?;
         Ok(())
     }
 

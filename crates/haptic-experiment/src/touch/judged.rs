@@ -114,19 +114,41 @@ impl TouchExperiment {
         let guarded = self.safety.guard == GuardChoice::EnergyBounding;
         let analysis = ran.preflight.as_ref();
         (warnings.0).extend(analysis.and_then(|verdict| verdict.warning(guarded)));
-        warnings.limited(ran.record.limited);
+        warnings.limited(&ran.record);
         if verdict == TouchVerdict::GaveEnergy {
+            let remedy = if self.risen_j(&ran.record) > 0.5 * energy.most_j {
+                "the shape grew stiff while it was pressed: take a shorter `rise_time_s`, or let the hand touch after it"
+            } else {
+                "take a softer K and less B, a shorter `sample_time_s`, or a `guard`"
+            };
             warnings.0.push(format!(
-                "the hand was given {:.3e} J more than it gave: take a softer K and less B, a shorter `sample_time_s`, or a \
-                 `guard`{}",
-                energy.most_j,
-                match self.safety.rise_time_s {
-                    Some(_) => "; a shape that grows stiff under the hand gives too, so leave `rise_time_s` away",
-                    None => "",
-                }
+                "the hand was given {:.3e} J more than it gave: {remedy}",
+                energy.most_j
             ));
         }
         warnings
+    }
+
+    /// Energy that came in because the force rose from the start on while the device was inside, J.
+    ///
+    /// ```text
+    /// E = ½·Σ f·x·Δs,   s the share of the force that is used, from 0 to 1 in the rise time, f the force for s = 1
+    /// ```
+    fn risen_j(&self, record: &Record) -> f64 {
+        let Some(rise_s) = self.safety.rise_time_s else {
+            return 0.0;
+        };
+        let step = self.sample_time().0 / rise_s;
+        let samples = record.whole.iter().flatten();
+        let rising = samples.take_while(|sample| sample.time_s < rise_s);
+        let (stiffness, _) = self.law.spring_and_damper();
+        let energies = rising.map(|sample| {
+            let share = (sample.time_s / rise_s).max(step);
+            // What is held at a place is more than its spring where the law remembers the way there.
+            let force = (sample.reaction_n() / share).max(stiffness * sample.position_m);
+            0.5 * force * sample.position_m * step
+        });
+        energies.sum()
     }
 
     /// The force that the full history of the depth asks for, at least 0, N: next to the centre of a ball as much of it as the normal is

@@ -84,16 +84,8 @@ impl TouchExperiment {
     /// # Errors
     /// Fewer than 10 or more than a million.
     pub(super) fn samples(&self) -> Result<u64, Failure> {
-        let samples = (self.duration_s / self.sample_time().0).round() + 1.0;
-        if !(10.0..=WHOLE_MOST as f64).contains(&samples) {
-            return Err(Failure::bad_input(format_args!(
-                "duration {} s at a sample time of {} is {samples} samples, which is not in [10, {WHOLE_MOST}]: change \
-                 `duration_s` or `sample_time_s`",
-                self.duration_s,
-                self.sample_time()
-            )));
-        }
-        Ok(samples as u64)
+        let allowed = 10.0..=WHOLE_MOST as f64;
+        crate::schedule::samples(self.duration_s, self.sample_time().0, &allowed)
     }
 
     /// The axes as they are simulated, the spring of the hand with them.

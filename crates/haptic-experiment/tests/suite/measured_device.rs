@@ -350,15 +350,15 @@ fn a_device_file_says_what_was_measured_and_refuses_what_cannot_be() {
         ),
         (
             format!("{device}delay_s = 1.3\n"),
-            "lab/device.toml:4: delay_s = 1.3 is above 0.1 s, which no haptic device has: change it, it is in s",
+            "lab/device.toml:4: delay_s = 1.3 is not from 0 to 1: change it, or leave it out for 0",
         ),
         (
             format!("{device}friction_n = -0.1\n"),
-            "lab/device.toml:4: friction_n = -0.1 is not at least 0",
+            "lab/device.toml:4: friction_n = -0.1 is not from 0 to 10000",
         ),
         (
             format!("{device}sensor_noise_m = inf\n"),
-            "lab/device.toml:4: sensor_noise_m = inf is not at least 0",
+            "lab/device.toml:4: sensor_noise_m = inf is not from 0 to 0.001",
         ),
         (
             format!("{device}[intervals]\nmass_kg = [0.07, 0.08]\n"),

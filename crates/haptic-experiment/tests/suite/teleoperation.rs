@@ -349,13 +349,13 @@ fn a_file_is_read_and_its_mistakes_are_named() {
     for (text, reason) in [
         (
             "line_delay_s = -0.1",
-            "far.toml:2: line_delay_s = -0.1 is not in [0, 10]: change it, or leave it out for 0.02",
+            "far.toml:2: line_delay_s = -0.1 is not from 0 to 10: change it, or leave it out for 0.02",
         ),
         (
             "architecture = \"waves\"",
             "far.toml:2: architecture = \"waves\" is not one of position-position, position-force, wave, time-domain",
         ),
-        ("order = 1.5", "far.toml:2: order = 1.5 is not in [0, 1]"),
+        ("order = 1.5", "far.toml:2: order = 1.5 is not from 0 to 1"),
         ("device = \"sim\"", "far.toml:2: unknown key `device`"),
         ("high_hz = 900", "far.toml:1: highest frequency 900 Hz"),
         ("window_s = 20", "far.toml:1: window 20 s"),
@@ -365,7 +365,7 @@ fn a_file_is_read_and_its_mistakes_are_named() {
         ),
         (
             "line_loss = 2",
-            "far.toml:2: line_loss = 2 is not in [0, 1]",
+            "far.toml:2: line_loss = 2 is not from 0 to 1",
         ),
     ] {
         match read(text) {

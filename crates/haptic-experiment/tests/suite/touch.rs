@@ -270,6 +270,27 @@ fn a_wall_that_shakes_gives_the_hand_energy_and_a_guard_takes_it_back() {
 }
 
 #[test]
+fn a_shape_that_grows_stiff_while_it_is_pressed_is_told_as_that() {
+    // Pressed within the first tenth of a second, while the force rises for two seconds; or touched afterwards.
+    let risen = |touched_s: f64| {
+        let (in_s, out_s) = (touched_s + 0.1, touched_s + 2.9);
+        touch(&format!(
+            "shape = \"plane\"\nstiffness_n_per_m = 1000\ndissipation_n_s_mu_per_m = 0\nduration_s = 6\nrise_time_s = 2\n\
+             way_points = [[0, -0.001, 0], [{touched_s}, -0.001, 0], [{in_s}, 0.008, 0], [{out_s}, 0.008, 0]]"
+        ))
+    };
+    let (report, _) = run(&risen(0.01));
+    assert_eq!(report.verdict, TouchVerdict::GaveEnergy);
+    let said = report.run.warnings.join("; ");
+    assert!(
+        said.contains("take a shorter `rise_time_s`") && !said.contains("softer K"),
+        "{said}"
+    );
+    let (report, _) = run(&risen(2.5));
+    assert_ne!(report.verdict, TouchVerdict::GaveEnergy);
+}
+
+#[test]
 fn leaving_the_box_is_a_fault_that_ends_the_run() {
     let (report, ticks) = run(&touch(
         "axes = 3\nshape = \"plane\"\nsurface_m = 1\nway_points = [[0, 0, 0, 0], [1, 0, 0.04, 0]]\n\
@@ -317,7 +338,10 @@ fn what_is_wrong_is_refused_with_its_line() {
     for (keys, reason) in [
         ("axes = 4", "2: axes = 4 is not 2 or 3"),
         ("axes = 1", "one axis is a [wall]"),
-        ("radius_m = 0", "2: radius_m = 0 is not in [0.000001, 1000]"),
+        (
+            "radius_m = 0",
+            "2: radius_m = 0 is not from 0.000001 to 1000",
+        ),
         (
             "centre_m = [0]",
             "2: centre_m has 1 numbers, not one for each of 2 axes",
@@ -329,6 +353,43 @@ fn what_is_wrong_is_refused_with_its_line() {
         (
             "mass_kg = [1, 2, 3]",
             "3 numbers, not one for all or each of 2 axes",
+        ),
+        (
+            "centre_m = [1e300, 0]",
+            "2: centre_m has 1e300, which is not from -1000 to 1000: change it",
+        ),
+        (
+            "way_points = [[0, 1e308, 0]]",
+            "2: way_points has 1e308, which is not from -10000 to 1e7",
+        ),
+        (
+            "normal = [1, 0]",
+            "2: normal has no effect with a ball: change that, or leave normal out",
+        ),
+        ("surface_m = 0", "2: surface_m has no effect with a ball"),
+        (
+            "shape = \"plane\"\nradius_m = 0.02",
+            "3: radius_m has no effect with shape = \"plane\": change that",
+        ),
+        (
+            "shape = \"plane\"\ncentre_m = [0, 0]",
+            "3: centre_m has no effect with shape = \"plane\"",
+        ),
+        (
+            "tissue = \"prostate-cancerous\"\nstiffness_n_per_m = 300",
+            "3: stiffness_n_per_m has no effect with `tissue`",
+        ),
+        (
+            "area_m2 = 1e-4",
+            "2: area_m2 has no effect without `tissue`",
+        ),
+        (
+            "way_points = [[0, 1, 1]]\ncircle_radius_m = 0.01",
+            "3: circle_radius_m has no effect with `way_points`",
+        ),
+        (
+            "hand = \"force\"\nhand_stiffness_n_per_m = 300\nway_points = [[0, 1, 1]]",
+            "3: hand_stiffness_n_per_m has no effect with hand = \"force\"",
         ),
         ("shape = \"cube\"", "is not one of plane, ball, hollow-ball"),
         ("shape = \"plane\"\nnormal = [0, 0]", "change `normal`"),

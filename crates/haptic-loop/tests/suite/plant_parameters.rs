@@ -42,7 +42,7 @@ fn a_mass_damper_refuses_bad_parameters() {
         (ideal(M, B, f64::NAN), "sample time NaN s is not above 0 s"),
         (
             with_hand(M, B, f64::INFINITY, T),
-            "stiffness of the hand inf N/m is not at least 0 N/m",
+            "stiffness of the hand inf N/m is not finite and at least 0 N/m",
         ),
         (
             MassDamperConfig {

@@ -7,7 +7,7 @@
 //! the device is a mass on its own damper.
 
 use super::ranges;
-use haptic_experiment::Failure;
+use haptic_experiment::{Failure, Imperfections, Sensed};
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre, Seconds};
 use haptic_loop::{Device, Reading, SafeForce};
@@ -66,11 +66,29 @@ impl Pointer {
     }
 }
 
-/// A simulated device with a hand that holds it or not.
+/// The place of the device, for its sensors.
+#[derive(Clone, Copy, Debug)]
+struct Place(Reading<f64, 1>);
+
+impl Device<f64, 1> for Place {
+    type Error = Infallible;
+
+    fn read(&mut self) -> Result<Reading<f64, 1>, Infallible> {
+        Ok(self.0)
+    }
+
+    fn write(&mut self, _: SafeForce<f64, 1>) -> Result<(), Infallible> {
+        Ok(())
+    }
+}
+
+/// A simulated device with a hand that holds it or not. Both plants are given each force, so that what is on its way arrives whatever
+/// the hand does meanwhile; the one that is not felt follows the other.
 #[derive(Clone, Debug)]
 pub(crate) struct HeldDevice {
     free: MassDamper<1>,
     held: MassDamper<1>,
+    sensors: Sensed<Place>,
     is_held: bool,
     pointer: Pointer,
     hand_force_n: f64,
@@ -79,16 +97,22 @@ pub(crate) struct HeldDevice {
 }
 
 impl HeldDevice {
-    /// A device of this mass and damping, in front of the surface, no hand on it.
+    /// A device of this mass and damping with these imperfections, in front of the surface, no hand on it.
     ///
     /// # Errors
-    /// A mass or damping outside its range.
+    /// A number outside its range.
     pub(crate) fn new(
         mass: Kilograms,
         damping: NewtonSecondsPerMetre,
+        imperfections: &Imperfections,
         sample_time: Seconds,
     ) -> Result<Self, Failure> {
-        let free = MassDamperConfig::ideal(mass, damping, sample_time);
+        let free = imperfections.on(MassDamperConfig::ideal(mass, damping, sample_time));
+        let place = Place(Reading {
+            tick: 0,
+            time_s: 0.0,
+            position_m: Vector1::new(START_M),
+        });
         let held = MassDamperConfig {
             damping: NewtonSecondsPerMetre(damping.0 + HAND_DAMPING.0),
             stiffness: HAND_STIFFNESS,
@@ -97,6 +121,7 @@ impl HeldDevice {
         let mut device = Self {
             free: MassDamper::new(free).map_err(Failure::input)?,
             held: MassDamper::new(held).map_err(Failure::input)?,
+            sensors: Sensed::new(place, imperfections.sensors)?,
             is_held: false,
             pointer: Pointer::at(START_M, sample_time.0),
             hand_force_n: 0.0,
@@ -133,16 +158,24 @@ impl HeldDevice {
     /// The pointer is there, m; the hand takes hold of the device where that is, or lets go of it.
     pub(crate) fn hand(&mut self, position_m: f64, held: bool) {
         if held != self.is_held {
-            let (position, velocity) = (self.plant().position(), self.plant().velocity());
+            self.follow();
             self.is_held = held;
             if held {
-                self.held.set_state(position, velocity);
-                self.pointer = Pointer::at(position[0], self.sample_time_s);
-            } else {
-                self.free.set_state(position, velocity);
+                self.pointer = Pointer::at(self.position_m(), self.sample_time_s);
             }
         }
         self.pointer.aim(position_m);
+    }
+
+    /// The plant that is not felt is where the other one is.
+    fn follow(&mut self) {
+        let (position, velocity) = (self.plant().position(), self.plant().velocity());
+        let other = if self.is_held {
+            &mut self.free
+        } else {
+            &mut self.held
+        };
+        other.set_state(position, velocity);
     }
 
     /// The hand lets go.
@@ -161,36 +194,91 @@ impl Device<f64, 1> for HeldDevice {
     type Error = Infallible;
 
     fn read(&mut self) -> Result<Reading<f64, 1>, Infallible> {
-        Ok(Reading {
+        self.sensors.device_mut().0 = Reading {
             tick: self.tick,
             time_s: self.tick as f64 * self.sample_time_s,
             position_m: self.plant().position(),
-        })
+        };
+        self.sensors.read()
     }
 
     fn write(&mut self, force: SafeForce<f64, 1>) -> Result<(), Infallible> {
         self.tick += 1;
-        if !self.is_held {
-            self.hand_force_n = 0.0;
-            return self.free.write(force);
+        self.hand_force_n = 0.0;
+        if self.is_held {
+            self.pull();
         }
+        self.free.write(force)?;
+        self.held.write(force)?;
+        self.follow();
+        Ok(())
+    }
+}
+
+impl HeldDevice {
+    /// Spring and damper of the hand on the device.
+    fn pull(&mut self) {
         self.pointer.step();
         let (stiffness, damping) = (HAND_STIFFNESS.0, HAND_DAMPING.0);
         let pull = stiffness * self.pointer.position_m + damping * self.pointer.velocity_m_per_s;
         let (position, velocity) = (self.position_m(), self.held.velocity()[0]);
         self.hand_force_n = pull - stiffness * position - damping * velocity;
         self.held.set_external_force(Vector1::new(pull));
-        self.held.write(force)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use haptic_experiment::Sensors;
+    use haptic_loop::units::{Newtons, NewtonsPerSecond};
+    use haptic_loop::{SafetyChain, SafetyState};
 
     fn device() -> HeldDevice {
         let (mass, damping) = (Kilograms(0.065), NewtonSecondsPerMetre(3.5));
-        HeldDevice::new(mass, damping, Seconds(1e-3)).expect("valid")
+        HeldDevice::new(mass, damping, &Imperfections::NONE, Seconds(1e-3)).expect("valid")
+    }
+
+    #[test]
+    fn the_device_of_a_file_has_its_delay_friction_and_encoder() {
+        let imperfections = Imperfections {
+            friction_n: 0.1,
+            delay_s: 3e-3,
+            current_lag_s: 1e-3,
+            sensors: Sensors {
+                encoder_resolution_m: 1e-4,
+                ..Imperfections::NONE.sensors
+            },
+        };
+        let (mass, damping) = (Kilograms(0.065), NewtonSecondsPerMetre(3.5));
+        let config = imperfections.on(MassDamperConfig::ideal(mass, damping, Seconds(1e-3)));
+        let chain = SafetyChain::<f64>::new(Newtons(5.0), NewtonsPerSecond(1e4), Seconds(1e-3));
+        let chain = chain.expect("limits");
+        let mut safety = SafetyState::default();
+        let mut device = HeldDevice::new(mass, damping, &imperfections, Seconds(1e-3));
+        let device = device.as_mut().expect("valid");
+        let mut alone = MassDamper::<1>::new(config).expect("valid");
+        alone.set_state(Vector1::new(START_M), Vector1::new(0.0));
+        for tick in 0..400 {
+            // Forces on their way arrive, whoever takes hold and lets go; a hand at the place of the device pulls at nothing.
+            if tick == 2 {
+                device.hand(START_M, true);
+                device.let_go();
+            }
+            let wanted = Vector1::new(if tick < 5 { 2.0 } else { 0.0 });
+            let (force, _) = chain.apply(&mut safety, &Vector1::new(0.0), &wanted);
+            let Ok(reading) = device.read();
+            let place = alone.position()[0];
+            let counts = (place / 1e-4).round();
+            let read = reading.position_m[0];
+            assert!((read - counts * 1e-4).abs() < 1e-15, "tick {tick}: {read}");
+            // Delay and lag: nothing moves for three samples.
+            assert_eq!(place > START_M, tick > 3, "tick {tick}: {place}");
+            let (Ok(()), Ok(())) = (device.write(force), alone.write(force));
+        }
+        // Friction has stopped it.
+        assert!(device.free.velocity()[0].abs() < 1e-15);
+        assert!(device.position_m() > START_M + 1e-3);
     }
 
     fn run(device: &mut HeldDevice, ticks: u32) -> Vec<f64> {

@@ -104,8 +104,8 @@ impl FeelSettings {
             mass_kg: self.device.mass_kg,
             damping_n_s_per_m: self.device.damping_n_s_per_m,
             hand_stiffness_n_per_m: 0.0,
-            delay_s: 0.0,
-            current_lag_s: 0.0,
+            delay_s: self.imperfections.delay_s,
+            current_lag_s: self.imperfections.current_lag_s,
         };
         let held = Dynamics {
             damping_n_s_per_m: free.damping_n_s_per_m + HAND_DAMPING.0,

@@ -82,10 +82,10 @@ pub(crate) struct Feel {
     threads: Mutex<Vec<JoinHandle<()>>>,
 }
 
-/// Limits of the safety chain: the usual ones of a desktop device, with its workspace and mass, but no start-up ramp. The device begins
+/// Limits of the safety chain: the usual ones of a desktop device, with its workspace, mass and samples of delay, but no start-up ramp. The device begins
 /// in front of the surface, where no force acts, so none can jump; and a wall that grows stiffer while it is pressed would give the
 /// hand more than the hand put in.
-fn limits(mass: Kilograms) -> Limits {
+fn limits(mass: Kilograms, delay: u32) -> Limits {
     let (low, high, soft) = WORKSPACE_M;
     let limits = Limits {
         workspace: Some(Workspace {
@@ -95,6 +95,7 @@ fn limits(mass: Kilograms) -> Limits {
         }),
         device_mass: Some(mass),
         rise_time: None,
+        device_delay_samples: delay,
         ..Limits::default()
     };
     // A light device bears less braking.
@@ -118,10 +119,11 @@ impl Feel {
         let verdict = settings.verdict()?;
         let mass = Kilograms(settings.device.mass_kg);
         let damping = NewtonSecondsPerMetre(settings.device.damping_n_s_per_m);
-        let chain = SafetyChain::from_limits(&limits(mass), SAMPLE_TIME).map_err(Failure::input)?;
+        let chain =
+            SafetyChain::from_limits(&settings.limits(), SAMPLE_TIME).map_err(Failure::input)?;
         let law = settings.law()?;
         let mut controller = Controller::<_, 1, _>::new(fading(&law.environment), chain);
-        let mut device = HeldDevice::new(mass, damping, SAMPLE_TIME)?;
+        let mut device = HeldDevice::new(mass, damping, &settings.imperfections, SAMPLE_TIME)?;
         let ghosts = settings.ghost_laws()?;
         let work = Work::new()?;
 
@@ -323,13 +325,20 @@ impl Drop for Feel {
 }
 
 impl FeelSettings {
+    /// Limits of the safety chain; a lag of the actuator counts as delay.
+    fn limits(&self) -> Limits {
+        let late_s = self.imperfections.delay_s + self.imperfections.current_lag_s;
+        let samples = (late_s / SAMPLE_TIME.0 - 1e-9).ceil().max(1.0);
+        limits(Kilograms(self.device.mass_kg), samples as u32)
+    }
+
     /// For the log.
     fn metadata(&self) -> BTreeMap<String, String> {
         let thing = match &self.environment {
             FeltThing::Tissue(name) => name.clone(),
             FeltThing::Wall(_) => "wall".to_owned(),
         };
-        let limits = limits(Kilograms(self.device.mass_kg));
+        let (limits, imperfections) = (self.limits(), &self.imperfections);
         [
             ("experiment", "feel".to_owned()),
             ("device", "sim".to_owned()),
@@ -350,6 +359,14 @@ impl FeelSettings {
                 "damping_n_s_per_m",
                 self.device.damping_n_s_per_m.to_string(),
             ),
+            ("friction_n", imperfections.friction_n.to_string()),
+            ("delay_s", imperfections.delay_s.to_string()),
+            ("current_lag_s", imperfections.current_lag_s.to_string()),
+            (
+                "encoder_resolution_m",
+                imperfections.sensors.encoder_resolution_m.to_string(),
+            ),
+            ("sensor_noise_m", imperfections.sensors.noise_m.to_string()),
             ("sample_time_s", SAMPLE_TIME.0.to_string()),
             ("hand_stiffness_n_per_m", HAND_STIFFNESS.0.to_string()),
             ("hand_damping_n_s_per_m", HAND_DAMPING.0.to_string()),

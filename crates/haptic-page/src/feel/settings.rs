@@ -1,7 +1,7 @@
 //! What is felt: a tissue or a wall, a device, ghosts; and changes of it.
 
 use super::ranges;
-use haptic_experiment::{Failure, ModelledTissue, parameters};
+use haptic_experiment::{Failure, Imperfections, ModelledTissue, parameters};
 use haptic_tissue::{Library, Material, Model};
 use serde::{Deserialize, Serialize};
 
@@ -132,6 +132,9 @@ pub struct FeelSettings {
     /// The model of a tissue with more elements, whose memory is felt; `None` for D^μ.
     #[serde(skip)]
     pub model: Option<Model>,
+    /// Friction, delay, lag and sensors of the device: those of the server's device file.
+    #[serde(skip)]
+    pub imperfections: Imperfections,
 }
 
 impl FeelSettings {
@@ -173,6 +176,7 @@ impl FeelSettings {
                     device,
                     ghosts,
                     model: tissue.composed().cloned(),
+                    imperfections: Imperfections::NONE,
                 }
             }
             FeltThing::Wall(wall) => Self {
@@ -185,6 +189,7 @@ impl FeelSettings {
                 device,
                 ghosts,
                 model: None,
+                imperfections: Imperfections::NONE,
                 environment,
             },
         };
@@ -217,7 +222,10 @@ impl FeelSettings {
     pub fn changed(&self, library: &Library, change: &FeelChange) -> Result<Self, Failure> {
         let ghosts = change.ghosts.clone().unwrap_or_else(|| self.ghosts.clone());
         let mut next = match &change.environment {
-            Some(environment) => Self::of(library, environment.clone(), self.device, ghosts)?,
+            Some(environment) => Self {
+                imperfections: self.imperfections,
+                ..Self::of(library, environment.clone(), self.device, ghosts)?
+            },
             None => Self {
                 ghosts,
                 ..self.clone()

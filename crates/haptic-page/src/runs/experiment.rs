@@ -258,7 +258,11 @@ mod tests {
     #[test]
     fn a_form_is_refused_in_a_sentence_without_a_file() {
         for (kind, given, want) in [
-            ("relax", json!({"strain": 5}), "strain = 5 is not in (0, 1]"),
+            (
+                "relax",
+                json!({"strain": 5}),
+                "strain = 5 is not above 0 and at most 1",
+            ),
             ("relax", json!({"colour": 5}), "colour"),
             ("relax", json!({"strain": [1, {}]}), "strain"),
             ("wall", json!({}), "missing key"),

@@ -2,7 +2,7 @@
 
 use haptic_experiment::choices::choices;
 use haptic_experiment::parameters::{
-    self, COUPLER_REQUIRED, KINDS, Parameter, QUESTIONS, Range, Value as Default, WALL_REQUIRED,
+    self, COUPLER_REQUIRED, KINDS, Parameter, QUESTIONS, Value as Default, WALL_REQUIRED,
 };
 use serde_json::{Value, json};
 
@@ -28,9 +28,7 @@ fn parameter(parameter: &Parameter, required: &[Parameter]) -> Value {
         _ => ("text", Value::Null),
     };
     let (least, most) = match value {
-        Default::Number(_, Range::Within(least, most)) => (Some(*least), Some(*most)),
-        Default::Number(_, Range::Above(least) | Range::AtLeast(least)) => (Some(*least), None),
-        Default::Number(_, Range::AboveUpTo(least, most)) => (Some(*least), Some(*most)),
+        Default::Number(_, range) => range.ends().map(Some).into(),
         _ => (None, None),
     };
     let range = match value {

@@ -183,7 +183,10 @@ impl Hub {
     pub(super) async fn start_feel(&self, mut start: FeelStart) -> Result<Value, Failure> {
         start.device.get_or_insert(self.options.device);
         let stops = self.stops.load(Ordering::Relaxed);
-        let settings = FeelSettings::new(&self.options.library, start)?;
+        let settings = FeelSettings {
+            imperfections: self.options.imperfections,
+            ..FeelSettings::new(&self.options.library, start)?
+        };
         let _making = self.making.lock().await;
         // What was there goes on if the new one is refused.
         let old = self.feel();

@@ -2,7 +2,7 @@
 
 use crate::OnClose;
 use crate::feel::DeviceNumbers;
-use haptic_experiment::RealtimeOptions;
+use haptic_experiment::{Imperfections, RealtimeOptions};
 use haptic_tissue::Library;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -22,6 +22,8 @@ pub struct ServerOptions {
     pub library: Library,
     /// The simulated device where a page asks for none.
     pub device: DeviceNumbers,
+    /// Its friction, delay, lag and sensors, whatever mass and damping a page asks for.
+    pub imperfections: Imperfections,
     /// Maker of the logs, for their metadata: program, command line.
     pub provenance: BTreeMap<String, String>,
 }

@@ -28,6 +28,7 @@ fn server(runs: &Path, on_close: OnClose) -> PageServer {
 fn options(runs: &Path, on_close: OnClose, port: u16) -> ServerOptions {
     ServerOptions {
         device: haptic_page::DeviceNumbers::default(),
+        imperfections: haptic_experiment::Imperfections::NONE,
         port,
         runs: runs.to_owned(),
         on_close,

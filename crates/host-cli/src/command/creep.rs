@@ -3,6 +3,7 @@
 use super::experiment::RenderingArguments;
 use crate::output::Output;
 use crate::quantity::{Stress, Time};
+use crate::within::within;
 use clap::Args;
 use haptic_experiment::Creep;
 use haptic_experiment::failure::Failure;
@@ -27,9 +28,9 @@ where the closed form is 0. With a device that is no simulation, simulated becom
     after_help = "Example: host-cli creep --tissue prostate-healthy --stress 50Pa --duration 60s"
 )]
 pub struct Arguments {
-    #[arg(long, help = parameters::STRESS.help, default_value = parameters::STRESS.shown, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Stress>(parameters::STRESS.range()), help = parameters::STRESS.help, default_value = parameters::STRESS.shown, allow_hyphen_values = true)]
     stress: Stress,
-    #[arg(long, help = parameters::CREEP_DURATION.help, default_value = parameters::CREEP_DURATION.shown, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(parameters::CREEP_DURATION.range()), help = parameters::CREEP_DURATION.help, default_value = parameters::CREEP_DURATION.shown, allow_hyphen_values = true)]
     duration: Time,
     #[command(flatten)]
     rendering: RenderingArguments,

@@ -12,12 +12,14 @@ use crate::files::{folder, overwrite_acts, save_picture};
 use crate::output::{Output, note};
 use crate::parameter::help_with_default;
 use crate::quantity::{Area, Force, Frequency, Length};
+use crate::within::{number_within, within};
 use clap::{Args, ValueEnum};
 use draw::draw;
 use fracdiff::{Order, Scheme};
 use haptic_experiment::design::{Design, DesignReport, Device, Requirement, Wish};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::folder::{OutputFolder, write_text};
+use haptic_experiment::parameters::range;
 use haptic_experiment::{TrialVerdict, parameters};
 use haptic_loop::Specimen;
 use haptic_loop::units::{Metres, SquareMetres};
@@ -75,12 +77,12 @@ pub struct Arguments {
     #[arg(long, num_args = 1..=2, value_name = "WISH", default_value = "stiffest-wall")]
     wish: Vec<String>,
     /// Frequency of most-damping, and where orders are compared for a tissue [default there: 1 Hz]
-    #[arg(long, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Frequency>(range::FREQUENCIES_HZ), allow_hyphen_values = true)]
     frequency: Option<Frequency>,
     /// What the wall must be [default: stable]
     #[arg(long, value_enum)]
     require: Option<Require>,
-    #[arg(long, help = help_with_default(&parameters::GAIN_MARGIN), value_name = "FACTOR", allow_hyphen_values = true)]
+    #[arg(long, help = help_with_default(&parameters::GAIN_MARGIN), value_parser = number_within(range::RATIOS), value_name = "FACTOR", allow_hyphen_values = true)]
     gain_margin: Option<f64>,
     #[arg(long, help = parameters::DESIGN_ORDERS.help, value_delimiter = ',', default_value = parameters::DESIGN_ORDERS.shown, allow_hyphen_values = true)]
     orders: Vec<f64>,
@@ -98,7 +100,7 @@ pub struct Arguments {
     )]
     delay_samples: Option<u16>,
     /// Largest noise of the force that encoder steps and sensor noise may make, rms [default: any]
-    #[arg(long, value_name = "FORCE", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Force>(range::FORCES_ABOVE_0), value_name = "FORCE", allow_hyphen_values = true)]
     force_noise_limit: Option<Force>,
     #[command(flatten)]
     tissue: TissueArguments,
@@ -126,9 +128,9 @@ struct TissueArguments {
     /// Folder with more tissue files
     #[arg(long, value_name = "DIR")]
     library: Option<PathBuf>,
-    #[arg(long, help = help_with_default(&parameters::AREA), allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Area>(parameters::AREA.range()), help = help_with_default(&parameters::AREA), allow_hyphen_values = true)]
     area: Option<Area>,
-    #[arg(long, help = help_with_default(&parameters::THICKNESS), allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Length>(parameters::THICKNESS.range()), help = help_with_default(&parameters::THICKNESS), allow_hyphen_values = true)]
     thickness: Option<Length>,
 }
 

@@ -4,10 +4,12 @@ use super::words::{order, parse_order, parse_scheme, rate};
 use crate::column;
 use crate::output::Output;
 use crate::quantity::Time;
+use crate::within::within;
 use clap::Args;
 use fracdiff::full_memory::Kernel;
 use fracdiff::{Channel, Operator, Order, Scheme, SchemeError, Seconds, batch};
 use haptic_experiment::failure::Failure;
+use haptic_experiment::parameters::range;
 use serde::Serialize;
 use std::fs::File;
 use std::io;
@@ -25,7 +27,7 @@ pub struct Arguments {
     #[arg(long, allow_hyphen_values = true, value_parser = parse_order)]
     order: f64,
     /// Time between two rows
-    #[arg(long, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(range::SAMPLE_TIMES), allow_hyphen_values = true)]
     sample_time: Time,
     /// Fractional operator, see `host-cli --help`; here `exact` sums the whole history
     #[arg(long, value_parser = parse_scheme, default_value = "full")]

@@ -1,6 +1,7 @@
 //! Options of the controller that holds the indenter.
 
 use crate::quantity::Force;
+use crate::within::within;
 use clap::Args;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::{Drive, parameters};
@@ -12,7 +13,7 @@ use std::path::PathBuf;
 pub struct DriveArguments {
     #[arg(long, help = parameters::CONTROLLER.help, value_name = "FILE.toml")]
     drive: Option<PathBuf>,
-    #[arg(long, help = crate::parameter::help_with_default(&parameters::DRIVE_FORCE_LIMIT), value_name = "FORCE", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Force>(parameters::DRIVE_FORCE_LIMIT.range()), help = crate::parameter::help_with_default(&parameters::DRIVE_FORCE_LIMIT), value_name = "FORCE", allow_hyphen_values = true)]
     drive_force_limit: Option<Force>,
 }
 

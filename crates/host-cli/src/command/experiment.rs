@@ -15,6 +15,7 @@ use crate::output::Output;
 use crate::parameter::{help_with_default, seed_for};
 use crate::picture::of_theory;
 use crate::quantity::{Area, Bytes, Force, ForceRate, Length, Time};
+use crate::within::within;
 use clap::Args;
 use fracdiff::Scheme;
 use haptic_experiment::curves::{Published, TheoryCurves};
@@ -36,29 +37,29 @@ pub struct RenderingArguments {
     tissue: String,
     #[arg(long, help = parameters::LIBRARY.help, value_name = "DIR", help_heading = "Tissue")]
     library: Option<PathBuf>,
-    #[arg(long, help = parameters::AREA.help, default_value = parameters::AREA.shown, allow_hyphen_values = true, help_heading = "Tissue")]
+    #[arg(long, value_parser = within::<Area>(parameters::AREA.range()), help = parameters::AREA.help, default_value = parameters::AREA.shown, allow_hyphen_values = true, help_heading = "Tissue")]
     area: Area,
-    #[arg(long, help = parameters::THICKNESS.help, default_value = parameters::THICKNESS.shown, allow_hyphen_values = true, help_heading = "Tissue")]
+    #[arg(long, value_parser = within::<Length>(parameters::THICKNESS.range()), help = parameters::THICKNESS.help, default_value = parameters::THICKNESS.shown, allow_hyphen_values = true, help_heading = "Tissue")]
     thickness: Length,
     #[arg(long, help = parameters::SCHEME.help, value_parser = parse_scheme, default_value = parameters::SCHEME.shown, help_heading = "Loop")]
     scheme: Scheme,
     #[arg(long, help = help_with_default(&parameters::PRECISION), value_parser = choice::<Precision>(), help_heading = "Loop")]
     precision: Option<Precision>,
-    #[arg(long, help = parameters::SAMPLE_TIME.help, default_value = parameters::SAMPLE_TIME.shown, allow_hyphen_values = true, help_heading = "Loop")]
+    #[arg(long, value_parser = within::<Time>(parameters::SAMPLE_TIME.range()), help = parameters::SAMPLE_TIME.help, default_value = parameters::SAMPLE_TIME.shown, allow_hyphen_values = true, help_heading = "Loop")]
     sample_time: Time,
     #[arg(long, help = parameters::CONTACT.help, value_parser = choice::<Contact>(), default_value = parameters::CONTACT.shown, help_heading = "Rig")]
     contact: Contact,
     #[command(flatten)]
     drive: DriveArguments,
-    #[arg(long, help = parameters::ENCODER_RESOLUTION.help, value_name = "LENGTH", default_value = parameters::ENCODER_RESOLUTION.shown, allow_hyphen_values = true, help_heading = "Rig")]
+    #[arg(long, value_parser = within::<Length>(parameters::ENCODER_RESOLUTION.range()), help = parameters::ENCODER_RESOLUTION.help, value_name = "LENGTH", default_value = parameters::ENCODER_RESOLUTION.shown, allow_hyphen_values = true, help_heading = "Rig")]
     encoder_resolution: Length,
-    #[arg(long, help = parameters::SENSOR_NOISE.help, value_name = "LENGTH", default_value = parameters::SENSOR_NOISE.shown, allow_hyphen_values = true, help_heading = "Rig")]
+    #[arg(long, value_parser = within::<Length>(parameters::SENSOR_NOISE.range()), help = parameters::SENSOR_NOISE.help, value_name = "LENGTH", default_value = parameters::SENSOR_NOISE.shown, allow_hyphen_values = true, help_heading = "Rig")]
     sensor_noise: Length,
     #[arg(long, help = help_with_default(&parameters::SEED), allow_hyphen_values = true, help_heading = "Rig")]
     seed: Option<u64>,
-    #[arg(long, help = parameters::FORCE_LIMIT.help, value_name = "FORCE", default_value = parameters::FORCE_LIMIT.shown, allow_hyphen_values = true, help_heading = "Loop")]
+    #[arg(long, value_parser = within::<Force>(parameters::FORCE_LIMIT.range()), help = parameters::FORCE_LIMIT.help, value_name = "FORCE", default_value = parameters::FORCE_LIMIT.shown, allow_hyphen_values = true, help_heading = "Loop")]
     force_limit: Force,
-    #[arg(long, help = parameters::FORCE_RATE_LIMIT.help, value_name = "RATE", default_value = parameters::FORCE_RATE_LIMIT.shown, allow_hyphen_values = true, help_heading = "Loop")]
+    #[arg(long, value_parser = within::<ForceRate>(parameters::FORCE_RATE_LIMIT.range()), help = parameters::FORCE_RATE_LIMIT.help, value_name = "RATE", default_value = parameters::FORCE_RATE_LIMIT.shown, allow_hyphen_values = true, help_heading = "Loop")]
     force_rate_limit: ForceRate,
     #[command(flatten)]
     realtime: RealtimeArguments,

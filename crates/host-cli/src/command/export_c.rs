@@ -6,12 +6,14 @@ use super::words::{order, parse_order, parse_scheme, rate};
 use crate::choice::choice;
 use crate::output::{Output, short};
 use crate::quantity::Time;
+use crate::within::within;
 use clap::Args;
 use fracdiff::{Operator, OperatorList, Order, Scheme, Seconds};
 use fracdiff_c::{CNumber, Header};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::folder::write_text;
 use haptic_experiment::modelled::operator;
+use haptic_experiment::parameters::range;
 use haptic_experiment::{Named as _, Precision};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -35,13 +37,13 @@ pub struct Arguments {
     #[command(flatten)]
     tissue: TissueArguments,
     /// Time between two samples
-    #[arg(long, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(range::SAMPLE_TIMES), allow_hyphen_values = true)]
     sample_time: Time,
     /// Fractional operator, see `host-cli --help`
     #[arg(long, value_parser = parse_scheme, default_value = "full")]
     scheme: Scheme,
     /// How far back a full memory keeps its accuracy [default: 1h]
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(range::MEMORIES), value_name = "TIME", allow_hyphen_values = true)]
     horizon: Option<Time>,
     /// Number type
     #[arg(long, value_parser = choice::<Precision>(), default_value = "f32")]

@@ -12,8 +12,10 @@ use crate::command::conduct::progress_bar;
 use crate::files::overwrite_acts;
 use crate::output::{Output, warn};
 use crate::quantity::{Area, Length, Strain, Stress};
+use crate::within::within;
 use clap::Args;
 use haptic_experiment::failure::Failure;
+use haptic_experiment::parameters;
 use haptic_tissue::identify::table::Loading;
 use haptic_tissue::identify::{Options, identify};
 use std::path::PathBuf;
@@ -49,16 +51,16 @@ pub struct Arguments {
     #[command(flatten)]
     table: read::TableArguments,
     /// Held strain of a relaxation, which turns stress into modulus
-    #[arg(long, allow_hyphen_values = true, help_heading = "Specimen")]
+    #[arg(long, value_parser = within::<Strain>(parameters::STRAIN.range()), allow_hyphen_values = true, help_heading = "Specimen")]
     strain: Option<Strain>,
     /// Held stress of a creep test, which turns strain into compliance
-    #[arg(long, allow_hyphen_values = true, help_heading = "Specimen")]
+    #[arg(long, value_parser = within::<Stress>(parameters::STRESS.range()), allow_hyphen_values = true, help_heading = "Specimen")]
     stress: Option<Stress>,
     /// Area of the specimen, which turns force into stress
-    #[arg(long, allow_hyphen_values = true, help_heading = "Specimen")]
+    #[arg(long, value_parser = within::<Area>(parameters::AREA.range()), allow_hyphen_values = true, help_heading = "Specimen")]
     area: Option<Area>,
     /// Thickness of the specimen, which turns position into strain
-    #[arg(long, allow_hyphen_values = true, help_heading = "Specimen")]
+    #[arg(long, value_parser = within::<Length>(parameters::THICKNESS.range()), allow_hyphen_values = true, help_heading = "Specimen")]
     thickness: Option<Length>,
     #[command(flatten)]
     fit: FitArguments,

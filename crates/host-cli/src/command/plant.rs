@@ -3,6 +3,7 @@
 use super::device_model::DeviceModelArguments;
 use crate::parameter::{help_with_default, seed_for};
 use crate::quantity::{Damping, Force, Length, Mass, Stiffness, Time};
+use crate::within::within;
 use clap::Args;
 use fracdiff::Seconds;
 use haptic_experiment::parameters;
@@ -16,10 +17,10 @@ use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
 pub struct PlantArguments {
     #[command(flatten)]
     simulated: SimulatedArguments,
-    #[arg(long, help = parameters::WALL_SAMPLE_TIME.help, default_value = parameters::WALL_SAMPLE_TIME.shown, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(parameters::WALL_SAMPLE_TIME.range()), help = parameters::WALL_SAMPLE_TIME.help, default_value = parameters::WALL_SAMPLE_TIME.shown, allow_hyphen_values = true)]
     sample_time: Time,
     /// Largest force of the actuator [default: 100 N]
-    #[arg(long, value_name = "FORCE", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Force>(parameters::TRIAL_FORCE_LIMIT.range()), value_name = "FORCE", allow_hyphen_values = true)]
     force_limit: Option<Force>,
 }
 
@@ -29,23 +30,23 @@ pub struct PlantArguments {
 pub struct SimulatedArguments {
     #[command(flatten)]
     file: DeviceModelArguments,
-    #[arg(long, help = help_with_default(&parameters::MASS), value_name = "MASS", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Mass>(parameters::MASS.range()), help = help_with_default(&parameters::MASS), value_name = "MASS", allow_hyphen_values = true)]
     mass: Option<Mass>,
-    #[arg(long, help = help_with_default(&parameters::DAMPING), value_name = "DAMPING", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Damping>(parameters::DAMPING.range()), help = help_with_default(&parameters::DAMPING), value_name = "DAMPING", allow_hyphen_values = true)]
     damping: Option<Damping>,
-    #[arg(long, help = help_with_default(&parameters::HAND_STIFFNESS), value_name = "STIFFNESS", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Stiffness>(parameters::HAND_STIFFNESS.range()), help = help_with_default(&parameters::HAND_STIFFNESS), value_name = "STIFFNESS", allow_hyphen_values = true)]
     hand_stiffness: Option<Stiffness>,
     #[arg(long, help = parameters::REALISTIC.help, conflicts_with = "device_model")]
     realistic: bool,
-    #[arg(long, help = parameters::FRICTION.help, value_name = "FORCE", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Force>(parameters::FRICTION.range()), help = parameters::FRICTION.help, value_name = "FORCE", allow_hyphen_values = true)]
     friction: Option<Force>,
-    #[arg(long, help = parameters::DELAY.help, value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(parameters::DELAY.range()), help = parameters::DELAY.help, value_name = "TIME", allow_hyphen_values = true)]
     delay: Option<Time>,
-    #[arg(long, help = parameters::CURRENT_LAG.help, value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(parameters::CURRENT_LAG.range()), help = parameters::CURRENT_LAG.help, value_name = "TIME", allow_hyphen_values = true)]
     current_lag: Option<Time>,
-    #[arg(long, help = parameters::ENCODER_RESOLUTION.help, value_name = "LENGTH", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Length>(parameters::ENCODER_RESOLUTION.range()), help = parameters::ENCODER_RESOLUTION.help, value_name = "LENGTH", allow_hyphen_values = true)]
     encoder_resolution: Option<Length>,
-    #[arg(long, help = help_with_default(&parameters::SENSOR_NOISE), value_name = "LENGTH", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Length>(parameters::SENSOR_NOISE.range()), help = help_with_default(&parameters::SENSOR_NOISE), value_name = "LENGTH", allow_hyphen_values = true)]
     sensor_noise: Option<Length>,
     #[arg(long, help = help_with_default(&parameters::SEED), allow_hyphen_values = true)]
     seed: Option<u64>,

@@ -3,6 +3,7 @@
 use super::experiment::RenderingArguments;
 use crate::output::Output;
 use crate::quantity::{Strain, Time};
+use crate::within::within;
 use clap::Args;
 use haptic_experiment::Relaxation;
 use haptic_experiment::failure::Failure;
@@ -31,11 +32,11 @@ drive_force_n.";
                   # see short memory fail"
 )]
 pub struct Arguments {
-    #[arg(long, help = parameters::STRAIN.help, default_value = parameters::STRAIN.shown, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Strain>(parameters::STRAIN.range()), help = parameters::STRAIN.help, default_value = parameters::STRAIN.shown, allow_hyphen_values = true)]
     strain: Strain,
-    #[arg(long, help = parameters::RAMP_TIME.help, default_value = parameters::RAMP_TIME.shown, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(parameters::RAMP_TIME.range()), help = parameters::RAMP_TIME.help, default_value = parameters::RAMP_TIME.shown, allow_hyphen_values = true)]
     ramp_time: Time,
-    #[arg(long, help = parameters::RELAX_DURATION.help, default_value = parameters::RELAX_DURATION.shown, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(parameters::RELAX_DURATION.range()), help = parameters::RELAX_DURATION.help, default_value = parameters::RELAX_DURATION.shown, allow_hyphen_values = true)]
     duration: Time,
     #[command(flatten)]
     rendering: RenderingArguments,

@@ -3,10 +3,12 @@
 use super::device::number::watchdog_ms;
 use crate::choice::choice;
 use crate::quantity::Time;
+use crate::within::within;
 use clap::Args;
 use haptic_experiment::device::{DeviceName, Loop};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters;
+use haptic_experiment::parameters::range;
 use haptic_experiment::remote::RemoteDevice;
 use std::time::Duration;
 
@@ -21,7 +23,7 @@ pub struct RemoteArguments {
     #[arg(long = "loop", value_parser = choice::<Loop>())]
     pub loop_mode: Option<Loop>,
     /// See [`parameters::WATCHDOG`].
-    #[arg(long, help = parameters::WATCHDOG.help, value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(parameters::WATCHDOG.range()), help = parameters::WATCHDOG.help, value_name = "TIME", allow_hyphen_values = true)]
     pub watchdog: Option<Time>,
     /// Late ticks in a row after which a serial device lets go; 0 for never [default: 20]
     #[arg(long, value_name = "COUNT")]
@@ -30,7 +32,7 @@ pub struct RemoteArguments {
     #[arg(long, help = parameters::MAX_AGE_TICKS.help, value_name = "COUNT", value_parser = clap::value_parser!(u16).range(1..=1000))]
     pub max_age_ticks: Option<u16>,
     /// Go on trying for so long while a serial device is not there [default: 0s]
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(range::WAITS), value_name = "TIME", allow_hyphen_values = true)]
     pub wait: Option<Time>,
 }
 

@@ -111,7 +111,7 @@ fn described(parameter: &Parameter) -> String {
         Value::Count(default) => format!(" = {default}"),
         Value::Flag(default) => format!(" = {default}"),
         Value::Text(default) => format!(" = \"{default}\""),
-        Value::List => ", a list".to_owned(),
+        Value::List(range) => format!(", a list of numbers {range}"),
         _ => String::new(),
     };
     format!("{key}{default}: {help}")

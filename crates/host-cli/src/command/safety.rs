@@ -3,6 +3,7 @@
 use super::device_model::DeviceModelArguments;
 use crate::choice::choice;
 use crate::quantity::{Damping, Delay, Force, Length, Mass, Speed, Time, Workspace};
+use crate::within::within;
 use clap::Args;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters;
@@ -21,33 +22,33 @@ pub struct SafetyArguments {
     /// Range that the device may move in, as in -10mm:20mm; beyond it a fault ends the run
     #[arg(long, value_name = "LOW:HIGH", allow_hyphen_values = true)]
     workspace: Option<Workspace>,
-    #[arg(long, help = parameters::SPEED_LIMIT.help, value_name = "SPEED", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Speed>(parameters::SPEED_LIMIT.range()), help = parameters::SPEED_LIMIT.help, value_name = "SPEED", allow_hyphen_values = true)]
     speed_limit: Option<Speed>,
-    #[arg(long, help = parameters::RISE_TIME.help, value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(parameters::RISE_TIME.range()), help = parameters::RISE_TIME.help, value_name = "TIME", allow_hyphen_values = true)]
     rise_time: Option<Time>,
-    #[arg(long, help = parameters::BRAKING.help, value_name = "DAMPING", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Damping>(parameters::BRAKING.range()), help = parameters::BRAKING.help, value_name = "DAMPING", allow_hyphen_values = true)]
     braking: Option<Damping>,
-    #[arg(long, help = parameters::STOP_TIME.help, value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(parameters::STOP_TIME.range()), help = parameters::STOP_TIME.help, value_name = "TIME", allow_hyphen_values = true)]
     stop_time: Option<Time>,
-    #[arg(long, help = parameters::BRAKE_FORCE.help, value_name = "FORCE", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Force>(parameters::BRAKE_FORCE.range()), help = parameters::BRAKE_FORCE.help, value_name = "FORCE", allow_hyphen_values = true)]
     brake_force: Option<Force>,
-    #[arg(long, help = parameters::STUCK_FORCE.help, value_name = "FORCE", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Force>(parameters::STUCK_FORCE.range()), help = parameters::STUCK_FORCE.help, value_name = "FORCE", allow_hyphen_values = true)]
     stuck_force: Option<Force>,
-    #[arg(long, help = parameters::STUCK_TIME.help, value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(parameters::STUCK_TIME.range()), help = parameters::STUCK_TIME.help, value_name = "TIME", allow_hyphen_values = true)]
     stuck_time: Option<Time>,
-    #[arg(long, help = parameters::JUMP.help, value_name = "LENGTH", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Length>(parameters::JUMP.range()), help = parameters::JUMP.help, value_name = "LENGTH", allow_hyphen_values = true)]
     jump: Option<Length>,
-    #[arg(long, help = parameters::DEVICE_MASS.help, value_name = "MASS", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Mass>(parameters::DEVICE_MASS.range()), help = parameters::DEVICE_MASS.help, value_name = "MASS", allow_hyphen_values = true)]
     device_mass: Option<Mass>,
-    #[arg(long, help = parameters::DEVICE_DAMPING.help, value_name = "DAMPING", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Damping>(parameters::DEVICE_DAMPING.range()), help = parameters::DEVICE_DAMPING.help, value_name = "DAMPING", allow_hyphen_values = true)]
     device_damping: Option<Damping>,
     /// Delay of a real device from a measurement to the effect of its force, or the interval in which it lies, as in
     /// 0.2ms:1ms, for --guard energy-bounding
     #[arg(long, value_name = "TIME|LEAST:MOST", allow_hyphen_values = true)]
     device_delay: Option<Delay>,
-    #[arg(long, help = parameters::DEVICE_LAG.help, value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(parameters::DEVICE_LAG.range()), help = parameters::DEVICE_LAG.help, value_name = "TIME", allow_hyphen_values = true)]
     device_lag: Option<Time>,
-    #[arg(long, help = parameters::DEVICE_NOISE.help, value_name = "LENGTH", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Length>(parameters::DEVICE_NOISE.range()), help = parameters::DEVICE_NOISE.help, value_name = "LENGTH", allow_hyphen_values = true)]
     device_noise: Option<Length>,
 }
 

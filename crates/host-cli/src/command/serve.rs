@@ -9,6 +9,7 @@ use crate::files::provenance;
 use crate::output::{Output, note};
 use crate::parameter::with_options;
 use clap::Args;
+use haptic_experiment::Imperfections;
 use haptic_experiment::failure::Failure;
 use haptic_page::{DeviceNumbers, OnClose, PageServer, ServerOptions};
 use serde::Serialize;
@@ -28,7 +29,8 @@ on a simulated device; Design, what is stable and passive; Runs, logs of a folde
 The address has a token that is new each time: only who has it gets in. Nothing listens but 127.0.0.1, and the page asks nobody else for \
 anything. For a computer elsewhere: ssh -L 8765:127.0.0.1:8765 HOST, then the same address.
 
---device-model sets mass and damping of the simulated device of a page that asks for none by itself; its delay, lag and friction are not felt.
+--device-model sets the simulated device: its friction, delay, lag, encoder and noise, and mass and damping for a page that asks for none by itself. \
+A hand in the file is not used: the hand is the pointer.
 
 One page holds the controls, others watch. The space bar stops: force zero first. Ctrl-C here does the same, closes the page's socket, and ends.";
 
@@ -71,7 +73,8 @@ impl Arguments {
     /// A port that is taken, a wrong tissue file.
     pub fn run(self, output: Output) -> Result<(), Failure> {
         let stop = stop_on_interrupt()?;
-        let device = self.device.read()?.map(|file| DeviceNumbers {
+        let file = self.device.read()?;
+        let device = file.as_ref().map(|file| DeviceNumbers {
             mass_kg: file.values.mass_kg,
             damping_n_s_per_m: file.values.damping_n_s_per_m,
         });
@@ -82,6 +85,7 @@ impl Arguments {
             realtime: self.thread.options(None)?,
             library: self.tissues.load()?,
             device: device.unwrap_or_default(),
+            imperfections: file.map_or(Imperfections::NONE, |file| file.imperfections()),
             provenance: provenance(),
         })?;
         let address = server.address();

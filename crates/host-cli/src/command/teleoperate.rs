@@ -4,8 +4,11 @@ use super::conduct::stop_on_interrupt;
 use super::summary::plain;
 use crate::output::{Output, note, warn};
 use crate::quantity::{Strain, Time};
+use crate::within::within;
 use clap::Args;
 use haptic_experiment::failure::Failure;
+use haptic_experiment::parameters;
+use haptic_experiment::parameters::range;
 use haptic_experiment::teleoperation::{End, FarEnd, FarReport, Terms};
 use haptic_experiment::{ExperimentFile, TeleoperationExperiment};
 use std::io::{self, Write};
@@ -41,17 +44,17 @@ pub struct Arguments {
     #[arg(long, value_name = "ADDRESS:PORT", conflicts_with = "listen")]
     connect: Option<String>,
     /// How long, once the other side is there [default: `duration_s` of the file]
-    #[arg(long, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(parameters::TELEOPERATION_DURATION.range()), allow_hyphen_values = true)]
     duration: Option<Time>,
     /// Be a slave in a remote place that the analysis calls unstable for it
     #[arg(long)]
     force_unstable: bool,
     /// How long to wait for the other side
-    #[arg(long, default_value = "60s", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(range::WAITS), default_value = "60s", allow_hyphen_values = true)]
     patience: Time,
     /// Largest share of the ticks that this machine may skip
     #[arg(
-        long,
+        long, value_parser = within::<Strain>(range::SHARES),
         value_name = "SHARE",
         default_value = "10%",
         allow_hyphen_values = true

@@ -2,9 +2,12 @@
 
 use super::words::{order, parse_order, parse_scheme, rate};
 use crate::output::Output;
+use crate::quantity::Time;
+use crate::within::within;
 use clap::Args;
 use fracdiff::{Channel, Operator, Scheme, Seconds, grunwald_weights};
 use haptic_experiment::failure::Failure;
+use haptic_experiment::parameters::range;
 use serde::Serialize;
 
 /// Arguments of `weights`.
@@ -25,8 +28,8 @@ pub struct Arguments {
     #[arg(long, default_value_t = 10, allow_hyphen_values = true, value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
     count: u64,
     /// Sample time; matters only for a scheme with frequencies in Hz
-    #[arg(long, default_value = "1s", allow_hyphen_values = true)]
-    sample_time: crate::quantity::Time,
+    #[arg(long, value_parser = within::<Time>(range::SAMPLE_TIMES), default_value = "1s", allow_hyphen_values = true)]
+    sample_time: Time,
 }
 
 /// The result.

@@ -1,6 +1,7 @@
 //! Words of a command line as values: orders, schemes, numbers, sizes.
 
 use crate::quantity::Bytes;
+pub use crate::quantity::parse_number;
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_experiment::failure::Failure;
 use haptic_log::record::ROLL_LEAST;
@@ -69,17 +70,6 @@ pub fn rate(sample_time: Seconds, mu: Order) -> Result<f64, Failure> {
     sample_time
         .rate_to_the(mu)
         .map_err(|error| Failure::input_with_advice(error, "give --sample-time, as in 1ms"))
-}
-
-/// Reads a plain number.
-///
-/// # Errors
-/// If it is none, or not finite.
-pub fn parse_number(text: &str) -> Result<f64, String> {
-    match text.trim().parse::<f64>() {
-        Ok(number) if number.is_finite() => Ok(number),
-        _ => Err("not a finite number".to_owned()),
-    }
 }
 
 /// Reads an order; its range is checked by [`order`].

@@ -3,11 +3,12 @@
 use super::conduct::{progress_bar, stop_on_interrupt};
 use super::plant::PlantArguments;
 use super::remote::RemoteArguments;
-use super::words::{parse_number, parse_scheme, wall_order};
+use super::words::{parse_scheme, wall_order};
 use crate::choice::choice;
 use crate::files::{folder, overwrite_acts, save_picture};
 use crate::output::{Output, note, warn};
 use crate::quantity::{Force, Length, Time};
+use crate::within::{number_within, within};
 use clap::Args;
 use fracdiff::{Order, Scheme};
 use haptic_experiment::failure::Failure;
@@ -75,15 +76,15 @@ pub struct Arguments {
 struct TrialArguments {
     #[arg(long, help = parameters::CRITERION.help, value_parser = choice::<CriterionName>(), default_value = parameters::CRITERION.shown)]
     criterion: CriterionName,
-    #[arg(long, help = parameters::PUSH.help, default_value = parameters::PUSH.shown, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Force>(parameters::PUSH.range()), help = parameters::PUSH.help, default_value = parameters::PUSH.shown, allow_hyphen_values = true)]
     push: Force,
-    #[arg(long, help = parameters::IMPACT.help, value_parser = parse_number, allow_hyphen_values = true)]
+    #[arg(long, help = parameters::IMPACT.help, value_parser = number_within(parameters::IMPACT.range()), allow_hyphen_values = true)]
     impact: Option<f64>,
-    #[arg(long, help = parameters::TRIAL_DURATION.help, default_value = parameters::TRIAL_DURATION.shown, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(parameters::TRIAL_DURATION.range()), help = parameters::TRIAL_DURATION.help, default_value = parameters::TRIAL_DURATION.shown, allow_hyphen_values = true)]
     duration: Time,
-    #[arg(long, help = parameters::WINDOW.help, default_value = parameters::WINDOW.shown, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(parameters::WINDOW.range()), help = parameters::WINDOW.help, default_value = parameters::WINDOW.shown, allow_hyphen_values = true)]
     window: Time,
-    #[arg(long, help = parameters::THRESHOLD.help, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Length>(parameters::THRESHOLD.range()), help = parameters::THRESHOLD.help, allow_hyphen_values = true)]
     threshold: Option<Length>,
 }
 

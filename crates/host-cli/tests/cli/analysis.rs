@@ -261,7 +261,7 @@ fn questions_without_an_answer_are_refused_in_words() {
         ),
         (
             "stability --order 1 --mass -1kg --sample-time 1ms --stiffness 1 --dissipation 1",
-            "mass -1 kg is not above 0 kg",
+            "mass -1 kg is not above 0 and at most 100 kg",
         ),
         (
             "stability --order 1 --alpha -0.1 --beta 1",

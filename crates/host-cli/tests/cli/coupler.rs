@@ -136,17 +136,17 @@ fn a_wrong_file_is_refused_in_one_line() {
         (
             "order = 1",
             "order = 1.5",
-            "coupler.toml:5: order = 1.5 is not in [0, 1]: change it",
+            "coupler.toml:5: order = 1.5 is not from 0 to 1: change it",
         ),
         (
             "= 2.0",
             "= -1",
-            "coupler.toml:6: coupler_stiffness_n_s_per_m = -1 is not at least 0",
+            "coupler.toml:6: coupler_stiffness_n_s_per_m = -1 is not from 0 to 1e6",
         ),
         (
             "= 1000.0",
             "= nan",
-            "coupler.toml:8: object_stiffness_n_per_m = NaN is not at least 0",
+            "coupler.toml:8: object_stiffness_n_per_m = NaN is not from 0 to 1e8",
         ),
         (
             "object_stiffness_n_per_m = 1000.0",
@@ -301,7 +301,7 @@ fn the_long_help_of_a_command_is_all_of_it() {
             "run --help",
             [
                 "[coupler], to be given:",
-                "object_stiffness_n_per_m = 500, at least 0",
+                "object_stiffness_n_per_m = 500, from 0 to 1e8",
             ],
         ),
         (

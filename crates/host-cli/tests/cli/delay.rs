@@ -128,11 +128,11 @@ fn delays_and_lags_that_make_no_sense_are_refused_in_one_line() {
         ),
         (
             "stability --order 1 --alpha 0.1 --beta 0.1 --delay-samples 20000",
-            "delay 20000 samples is not from 0 to 10000 samples",
+            "delay samples 20000 is not from 0 to 10000: change --delay-samples",
         ),
         (
             "stability --order 1 --alpha 0.1 --beta 0.1 --sample-time 1ms --current-lag -1ms",
-            "current lag -1 samples is not from 0 to 1e6 samples",
+            "current lag -0.001 s is not from 0 to 1 s: change --current-lag",
         ),
         (
             "stability-region --order 1 --delta 0.1 --delay-samples 64.5",
@@ -140,7 +140,7 @@ fn delays_and_lags_that_make_no_sense_are_refused_in_one_line() {
         ),
         (
             "stability --order 1 --alpha 0.1 --beta 0.1 --sample-time 0s --delay 1ms",
-            "sample time 0 s is not above 0 s",
+            "sample time 0 s is not from 1e-9 to 1e6 s",
         ),
     ] {
         place.run(&format!("analyze {line}")).refused(2, &[words]);

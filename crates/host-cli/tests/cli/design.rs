@@ -325,7 +325,10 @@ fn a_bad_design_is_refused() {
     let cases: [(&str, &[&str]); 17] = [
         ("--mass 0", &["mass 0 kg", "above 0"]),
         ("--mass -1kg", &["mass -1 kg"]),
-        ("--damping -1", &["damping -1", "at least 0"]),
+        (
+            "--damping -1",
+            &["damping -1 N.s/m is not from 0 to 1e6", "change --damping"],
+        ),
         ("--sample-time 0", &["sample time 0 s"]),
         ("--hand-stiffness -1", &["hand stiffness -1"]),
         ("--force-limit 0", &["force limit 0 N", "--force-limit"]),

@@ -234,14 +234,17 @@ fn parameters_are_set_as_a_whole_and_read_back() {
         ("--force-limit 5kN", ["force limit", "5000", "100"]),
         ("--watchdog 1ms", ["watchdog", "5 ms", "1000 ms"]),
         ("--sample-time 2ms", ["--order", "sample time", "operator"]),
-        ("--stiffness -1", ["stiffness", "-1", "at least 0"]),
+        (
+            "--stiffness -1",
+            ["stiffness -1 N/m", "from 0 to 1e8", "change --stiffness"],
+        ),
         (
             "--order 0.5 --scheme grunwald:5000",
             ["coefficients", "5000", "256"],
         ),
         (
             "--order 0.5 --sample-time 1s",
-            ["tick period", "1000000", "10000"],
+            ["sample time (ms)", "1000 is not", "10]"],
         ),
     ] {
         let refused = device.place.run(&format!("device set {on} {change}"));

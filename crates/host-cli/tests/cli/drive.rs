@@ -157,7 +157,10 @@ fn what_a_drive_cannot_do_is_refused_in_one_line() {
         ),
         (
             "relax --drive unstable.toml --drive-force-limit 0N",
-            ["0 N is not above 0 N", "--drive-force-limit"],
+            [
+                "0 N is not above 0 and at most 1e6 N",
+                "--drive-force-limit",
+            ],
         ),
         (
             "relax --force-unstable",

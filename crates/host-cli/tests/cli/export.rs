@@ -123,7 +123,10 @@ fn what_gives_no_header_is_refused_in_one_line() {
         ),
         (
             "--order 0.5 --sample-time 1ms --horizon 1e20s",
-            &["1e23 samples", "1e12", "--horizon"],
+            &[
+                "horizon 1e20 s is not above 0 and at most 1e15 s",
+                "--horizon",
+            ],
         ),
         (
             "--order 0.5 --sample-time 1ms --horizon -1s",

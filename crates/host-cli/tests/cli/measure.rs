@@ -141,12 +141,12 @@ fn what_cannot_be_measured_is_said_in_one_line() {
         (
             "device measure --device sim --box 0m",
             2,
-            &["box_m 0 m", "--box"],
+            &["box 0 m is not", "--box"],
         ),
         (
             "device measure --device sim --duration 1h",
             2,
-            &["duration_s 3600 s", "--duration"],
+            &["duration 3600 s is not", "--duration"],
         ),
         (
             "device measure --device sim --out device",
@@ -166,7 +166,7 @@ fn what_cannot_be_measured_is_said_in_one_line() {
         (
             "design --device-model late.toml",
             2,
-            &["late.toml:4", "delay_s = 1.3", "0.1 s"],
+            &["late.toml:4", "delay_s = 1.3 is not from 0 to 1"],
         ),
         (
             "analyze stability --order 1 --stiffness 1 --dissipation 1 --sample-time 1ms --device-model none.toml",

@@ -282,7 +282,10 @@ fn bad_input_of_a_teleoperation_is_one_line_with_the_remedy() {
         ),
         (
             "analyze teleoperation --line-delay 11s",
-            ["11 s is not in [0, 10]", "change --line-delay"],
+            [
+                "line delay 11 s is not from 0 to 10 s",
+                "change --line-delay",
+            ],
         ),
         (
             "analyze teleoperation --architecture wave --order 0.3",
@@ -316,9 +319,10 @@ fn bad_input_of_a_teleoperation_is_one_line_with_the_remedy() {
         place.run(line).refused(2, &words);
     }
     place.write("late.toml", "[teleoperation]\nline_delay_s = -0.1\n");
-    place
-        .run("run late.toml")
-        .refused(2, &["late.toml:2", "line_delay_s = -0.1 is not in [0, 10]"]);
+    place.run("run late.toml").refused(
+        2,
+        &["late.toml:2", "line_delay_s = -0.1 is not from 0 to 10"],
+    );
     place.write("wall.toml", "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 0.002\norder = 0.5\nstiffness_n_per_m = 300\ndissipation_n_s_mu_per_m = 6\n");
     place
         .run("teleoperate wall.toml --listen 127.0.0.1:0")

@@ -2,18 +2,19 @@
 
 use super::path::{PathArguments, PathResult};
 use crate::command::device_model::DeviceModelArguments;
-use crate::command::words::{
-    parse_dissipation, parse_number, parse_order, parse_scheme, wall_order,
-};
+use crate::command::words::{parse_dissipation, parse_order, parse_scheme, wall_order};
 use crate::files::{folder, save_picture};
 use crate::picture_file::PictureFileError;
 use crate::quantity::{Damping, Mass, Stiffness, Time};
+use crate::within::{number_within, read_within, within};
 use clap::Args;
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::{
     AnalysisError, ForcePath, Loop, LoopOperator, Nondimensional, SampledLoop, SampledPlant,
 };
 use haptic_experiment::failure::Failure;
+use haptic_experiment::parameters;
+use haptic_experiment::parameters::range;
 use haptic_experiment::plant_file::DeviceValues;
 use haptic_figure::{FigureError, Picture};
 use serde::Serialize;
@@ -36,36 +37,36 @@ pub struct LoopArguments {
     #[command(flatten)]
     file: DeviceModelArguments,
     /// Sample time T; needed with units, for a delay or lag in seconds, and for a scheme with frequencies in Hz
-    #[arg(long, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(range::SAMPLE_TIMES), allow_hyphen_values = true)]
     sample_time: Option<Time>,
 
     /// Stiffness K T^2/m
-    #[arg(long, value_parser = parse_number, allow_hyphen_values = true, help_heading = "Loop without units")]
+    #[arg(long, value_parser = number_within(range::WALL_NUMBERS), allow_hyphen_values = true, help_heading = "Loop without units")]
     alpha: Option<f64>,
     /// Dissipation B T^(2-mu)/m
-    #[arg(long, value_parser = parse_number, allow_hyphen_values = true, help_heading = "Loop without units")]
+    #[arg(long, value_parser = number_within(range::WALL_NUMBERS), allow_hyphen_values = true, help_heading = "Loop without units")]
     beta: Option<f64>,
     /// Damping of the device b T/m [default: 0]
-    #[arg(long, value_parser = parse_number, allow_hyphen_values = true, help_heading = "Loop without units")]
+    #[arg(long, value_parser = number_within(range::DELTAS), allow_hyphen_values = true, help_heading = "Loop without units")]
     delta: Option<f64>,
     /// Stiffness of the hand k T^2/m [default: 0]
-    #[arg(long, value_parser = parse_number, allow_hyphen_values = true, help_heading = "Loop without units")]
+    #[arg(long, value_parser = number_within(range::WALL_NUMBERS), allow_hyphen_values = true, help_heading = "Loop without units")]
     gamma: Option<f64>,
 
     /// Mass m of the device (and the hand)
-    #[arg(long, allow_hyphen_values = true, help_heading = "Loop with units")]
+    #[arg(long, value_parser = within::<Mass>(parameters::MASS.range()), allow_hyphen_values = true, help_heading = "Loop with units")]
     mass: Option<Mass>,
     /// Viscous damping b of the device (and the hand) [default: 0]
-    #[arg(long, allow_hyphen_values = true, help_heading = "Loop with units")]
+    #[arg(long, value_parser = within::<Damping>(parameters::DAMPING.range()), allow_hyphen_values = true, help_heading = "Loop with units")]
     damping: Option<Damping>,
     /// Stiffness k of the hand [default: 0]
-    #[arg(long, allow_hyphen_values = true, help_heading = "Loop with units")]
+    #[arg(long, value_parser = within::<Stiffness>(parameters::HAND_STIFFNESS.range()), allow_hyphen_values = true, help_heading = "Loop with units")]
     hand_stiffness: Option<Stiffness>,
     /// Virtual stiffness K
-    #[arg(long, allow_hyphen_values = true, help_heading = "Loop with units")]
+    #[arg(long, value_parser = within::<Stiffness>(parameters::STIFFNESS.range()), allow_hyphen_values = true, help_heading = "Loop with units")]
     stiffness: Option<Stiffness>,
     /// Fractional dissipation B, N s^mu/m
-    #[arg(long, value_parser = parse_dissipation, allow_hyphen_values = true, help_heading = "Loop with units")]
+    #[arg(long, value_parser = read_within(parse_dissipation, parameters::DISSIPATION.range()), allow_hyphen_values = true, help_heading = "Loop with units")]
     dissipation: Option<f64>,
 }
 

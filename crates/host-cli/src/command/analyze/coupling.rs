@@ -1,13 +1,16 @@
 //! `analyze coupling`: the damping that a virtual coupler needs.
 
 use super::arguments::{HORIZON, refused};
-use crate::command::words::{parse_number, parse_order, parse_scheme, wall_order};
+use crate::command::words::{parse_order, parse_scheme, wall_order};
 use crate::output::Output;
 use crate::quantity::{Damping, Time};
+use crate::within::{number_within, within};
 use clap::Args;
 use fracdiff::{Scheme, Seconds};
 use haptic_analysis::{Coupler, LeastDamping, LoopOperator};
 use haptic_experiment::failure::Failure;
+use haptic_experiment::parameters;
+use haptic_experiment::parameters::range;
 use serde::Serialize;
 use std::io::{self, Write};
 
@@ -22,16 +25,16 @@ pub struct CouplingArguments {
     #[arg(long, allow_hyphen_values = true, value_parser = parse_order)]
     order: f64,
     /// `k_c` of the coupler `k_c` + `b_c` (T/(1-w))^mu, velocity in, force out: N s/m
-    #[arg(long, value_name = "K_C", allow_hyphen_values = true, value_parser = parse_number)]
+    #[arg(long, value_name = "K_C", allow_hyphen_values = true, value_parser = number_within(parameters::COUPLER_STIFFNESS.range()))]
     coupler_stiffness: f64,
     /// `b_c` of the coupler: N s^(1-mu)/m
-    #[arg(long, value_name = "B_C", allow_hyphen_values = true, value_parser = parse_number)]
+    #[arg(long, value_name = "B_C", allow_hyphen_values = true, value_parser = number_within(parameters::COUPLER_DISSIPATION.range()))]
     coupler_dissipation: f64,
     /// Sample time T
-    #[arg(long, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(range::SAMPLE_TIMES), allow_hyphen_values = true)]
     sample_time: Time,
     /// Damping b of the device, to be judged
-    #[arg(long, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Damping>(parameters::DAMPING.range()), allow_hyphen_values = true)]
     damping: Option<Damping>,
     /// Fractional operator, see `host-cli --help`
     #[arg(long, value_parser = parse_scheme, default_value = "exact")]

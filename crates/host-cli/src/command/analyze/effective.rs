@@ -3,15 +3,16 @@
 use super::arguments::{Files, HORIZON, logarithmic, refused};
 use super::path::{PathArguments, PathResult};
 use crate::command::device_model::DeviceModelArguments;
-use crate::command::words::{
-    parse_dissipation, parse_number, parse_order, parse_scheme, wall_order,
-};
+use crate::command::words::{parse_dissipation, parse_order, parse_scheme, wall_order};
 use crate::output::Output;
 use crate::quantity::{Damping, Mass, Stiffness, Time};
+use crate::within::{number_within, read_within, within};
 use clap::Args;
 use fracdiff::{Scheme, Seconds};
 use haptic_analysis::{ClosedLoop, Effective, Environment, LoopOperator};
 use haptic_experiment::failure::Failure;
+use haptic_experiment::parameters;
+use haptic_experiment::parameters::range;
 use haptic_experiment::plant_file::DeviceValues;
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
 use serde::Serialize;
@@ -23,22 +24,22 @@ struct Wall {
     #[arg(long, allow_hyphen_values = true, value_parser = parse_order)]
     order: f64,
     /// Virtual stiffness K
-    #[arg(long, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Stiffness>(parameters::STIFFNESS.range()), allow_hyphen_values = true)]
     stiffness: Stiffness,
     /// Fractional dissipation B, N s^mu/m
-    #[arg(long, allow_hyphen_values = true, value_parser = parse_dissipation)]
+    #[arg(long, allow_hyphen_values = true, value_parser = read_within(parse_dissipation, parameters::DISSIPATION.range()))]
     dissipation: f64,
     /// Sample time T
-    #[arg(long, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(range::SAMPLE_TIMES), allow_hyphen_values = true)]
     sample_time: Time,
     /// Fractional operator, see `host-cli --help`
     #[arg(long, value_parser = parse_scheme, default_value = "exact")]
     scheme: Scheme,
     /// Lowest frequency, rad/s [default: a thousandth of the highest]
-    #[arg(long, value_name = "RAD_PER_S", allow_hyphen_values = true, value_parser = parse_number)]
+    #[arg(long, value_name = "RAD_PER_S", allow_hyphen_values = true, value_parser = number_within(range::ANGULAR_FREQUENCIES))]
     omega_min: Option<f64>,
     /// Highest frequency, rad/s [default: half the sample rate, pi/T]
-    #[arg(long, value_name = "RAD_PER_S", allow_hyphen_values = true, value_parser = parse_number)]
+    #[arg(long, value_name = "RAD_PER_S", allow_hyphen_values = true, value_parser = number_within(range::ANGULAR_FREQUENCIES))]
     omega_max: Option<f64>,
     /// Number of frequencies
     #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u32).range(2..=100_000))]
@@ -100,14 +101,14 @@ pub struct TransparencyArguments {
     file: DeviceModelArguments,
     /// Mass m of the device
     #[arg(
-        long,
+        long, value_parser = within::<Mass>(parameters::MASS.range()),
         required_unless_present = "device_model",
         allow_hyphen_values = true
     )]
     mass: Option<Mass>,
     /// Viscous damping b of the device
     #[arg(
-        long,
+        long, value_parser = within::<Damping>(parameters::DAMPING.range()),
         required_unless_present = "device_model",
         allow_hyphen_values = true
     )]

@@ -12,13 +12,13 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, Args)]
 pub(super) struct PathArguments {
     /// Delay between measuring and acting beside that of the hold, in samples, whole or not [default: 0]
-    #[arg(long, value_name = "SAMPLES", value_parser = parse_number, allow_hyphen_values = true)]
+    #[arg(long, value_name = "SAMPLES", value_parser = number_within(range::DELAY_SAMPLES), allow_hyphen_values = true)]
     delay_samples: Option<f64>,
     /// The same as a time, up to 10000 samples: instead of --delay-samples, with --sample-time
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(parameters::DELAY.range()), value_name = "TIME", allow_hyphen_values = true)]
     delay: Option<Time>,
     /// Time constant of the motor current that follows a command, with --sample-time [default: 0]
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(parameters::CURRENT_LAG.range()), value_name = "TIME", allow_hyphen_values = true)]
     current_lag: Option<Time>,
 }
 

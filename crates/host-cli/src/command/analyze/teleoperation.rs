@@ -4,10 +4,11 @@ mod answer;
 
 use super::arguments::{Files, logarithmic};
 use crate::choice::choice;
-use crate::command::words::{parse_dissipation, parse_number};
+use crate::command::words::parse_dissipation;
 use crate::output::Output;
 use crate::parameter::help_with_default;
 use crate::quantity::{Area, Damping, Frequency, Length, Mass, Stiffness, Time};
+use crate::within::{number_within, read_within, within};
 use answer::{Answer, Best, Point};
 use clap::Args;
 use fracdiff::{Order, Seconds};
@@ -18,6 +19,7 @@ use haptic_analysis::{
 use haptic_experiment::ModelledTissue;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters as p;
+use haptic_experiment::parameters::range;
 use haptic_experiment::teleoperation::{ArchitectureName, RemotePlace};
 use haptic_link::Architecture;
 use haptic_loop::Specimen;
@@ -42,15 +44,15 @@ const ORDERS: u32 = 20;
 pub struct TeleoperationArguments {
     #[arg(long, help = p::ARCHITECTURE.help, value_parser = choice::<ArchitectureName>(), default_value = p::ARCHITECTURE.shown, help_heading = "Line")]
     architecture: ArchitectureName,
-    #[arg(long, help = p::LINE_DELAY.help, default_value = p::LINE_DELAY.shown, allow_hyphen_values = true, help_heading = "Line")]
+    #[arg(long, value_parser = within::<Time>(p::LINE_DELAY.range()), help = p::LINE_DELAY.help, default_value = p::LINE_DELAY.shown, allow_hyphen_values = true, help_heading = "Line")]
     line_delay: Time,
-    #[arg(long, help = help_with_default(&p::HAND_COUPLER_STIFFNESS), allow_hyphen_values = true, help_heading = "Line")]
+    #[arg(long, value_parser = within::<Stiffness>(p::HAND_COUPLER_STIFFNESS.range()), help = help_with_default(&p::HAND_COUPLER_STIFFNESS), allow_hyphen_values = true, help_heading = "Line")]
     coupler_stiffness: Option<Stiffness>,
-    #[arg(long, help = help_with_default(&p::HAND_COUPLER_DISSIPATION), value_name = "B_C", value_parser = parse_dissipation, allow_hyphen_values = true, help_heading = "Line")]
+    #[arg(long, help = help_with_default(&p::HAND_COUPLER_DISSIPATION), value_name = "B_C", value_parser = read_within(parse_dissipation, p::HAND_COUPLER_DISSIPATION.range()), allow_hyphen_values = true, help_heading = "Line")]
     coupler_dissipation: Option<f64>,
-    #[arg(long, help = help_with_default(&p::HAND_COUPLER_ORDER), value_parser = parse_number, allow_hyphen_values = true, help_heading = "Line")]
+    #[arg(long, help = help_with_default(&p::HAND_COUPLER_ORDER), value_parser = number_within(p::HAND_COUPLER_ORDER.range()), allow_hyphen_values = true, help_heading = "Line")]
     order: Option<f64>,
-    #[arg(long, help = help_with_default(&p::WAVE_IMPEDANCE), allow_hyphen_values = true, help_heading = "Line")]
+    #[arg(long, value_parser = within::<Damping>(p::WAVE_IMPEDANCE.range()), help = help_with_default(&p::WAVE_IMPEDANCE), allow_hyphen_values = true, help_heading = "Line")]
     wave_impedance: Option<Damping>,
     /// Samples over which waves are played out [default: 2]
     #[arg(long, value_name = "SAMPLES", value_parser = clap::value_parser!(u32).range(1..=10_000), help_heading = "Line")]
@@ -58,27 +60,27 @@ pub struct TeleoperationArguments {
     /// Find the best coupler of each order, or the best impedance of waves, for this delay and tissue
     #[arg(long, help_heading = "Line")]
     best: bool,
-    #[arg(long, help = p::MASS.help, default_value = p::MASS.shown, allow_hyphen_values = true, help_heading = "Devices")]
+    #[arg(long, value_parser = within::<Mass>(p::MASS.range()), help = p::MASS.help, default_value = p::MASS.shown, allow_hyphen_values = true, help_heading = "Devices")]
     mass: Mass,
-    #[arg(long, help = p::DAMPING.help, default_value = p::DAMPING.shown, allow_hyphen_values = true, help_heading = "Devices")]
+    #[arg(long, value_parser = within::<Damping>(p::DAMPING.range()), help = p::DAMPING.help, default_value = p::DAMPING.shown, allow_hyphen_values = true, help_heading = "Devices")]
     damping: Damping,
-    #[arg(long, help = p::SLAVE_MASS.help, allow_hyphen_values = true, help_heading = "Devices")]
+    #[arg(long, value_parser = within::<Mass>(p::SLAVE_MASS.range()), help = p::SLAVE_MASS.help, allow_hyphen_values = true, help_heading = "Devices")]
     slave_mass: Option<Mass>,
-    #[arg(long, help = p::SLAVE_DAMPING.help, allow_hyphen_values = true, help_heading = "Devices")]
+    #[arg(long, value_parser = within::<Damping>(p::SLAVE_DAMPING.range()), help = p::SLAVE_DAMPING.help, allow_hyphen_values = true, help_heading = "Devices")]
     slave_damping: Option<Damping>,
-    #[arg(long, help = p::SAMPLE_TIME.help, default_value = p::SAMPLE_TIME.shown, allow_hyphen_values = true, help_heading = "Devices")]
+    #[arg(long, value_parser = within::<Time>(p::SAMPLE_TIME.range()), help = p::SAMPLE_TIME.help, default_value = p::SAMPLE_TIME.shown, allow_hyphen_values = true, help_heading = "Devices")]
     sample_time: Time,
     #[arg(long, help = p::TISSUE.help, value_name = "NAME", default_value = p::TISSUE.shown, help_heading = "Tissue")]
     tissue: String,
     #[arg(long, help = p::LIBRARY.help, value_name = "DIR", help_heading = "Tissue")]
     library: Option<PathBuf>,
-    #[arg(long, help = p::AREA.help, default_value = p::AREA.shown, allow_hyphen_values = true, help_heading = "Tissue")]
+    #[arg(long, value_parser = within::<Area>(p::AREA.range()), help = p::AREA.help, default_value = p::AREA.shown, allow_hyphen_values = true, help_heading = "Tissue")]
     area: Area,
-    #[arg(long, help = p::THICKNESS.help, default_value = p::THICKNESS.shown, allow_hyphen_values = true, help_heading = "Tissue")]
+    #[arg(long, value_parser = within::<Length>(p::THICKNESS.range()), help = p::THICKNESS.help, default_value = p::THICKNESS.shown, allow_hyphen_values = true, help_heading = "Tissue")]
     thickness: Length,
     /// Lowest frequency at which the tissue is to feel right
     #[arg(
-        long,
+        long, value_parser = within::<Frequency>(range::FREQUENCIES_HZ),
         default_value = "0.5Hz",
         allow_hyphen_values = true,
         help_heading = "Tissue"
@@ -86,7 +88,7 @@ pub struct TeleoperationArguments {
     low: Frequency,
     /// Highest frequency at which the tissue is to feel right
     #[arg(
-        long,
+        long, value_parser = within::<Frequency>(range::FREQUENCIES_HZ),
         default_value = "5Hz",
         allow_hyphen_values = true,
         help_heading = "Tissue"
@@ -216,13 +218,6 @@ impl TeleoperationArguments {
     }
 
     fn question(&self) -> Result<Question, Failure> {
-        let range = p::LINE_DELAY.range();
-        if !range.contains(self.line_delay.0) {
-            return Err(Failure::bad_input(format_args!(
-                "delay of the line {} s is not {range} s: a line takes time, it does not give it; change --line-delay",
-                self.line_delay.0
-            )));
-        }
         let (low, high) = (self.low.0, self.high.0);
         let most = 0.5 / self.sample_time.0;
         if !(low > 0.0 && low < high && high <= most) {

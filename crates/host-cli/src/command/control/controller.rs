@@ -4,12 +4,15 @@ use super::plant::sample_time;
 use super::words::{digits, in_degrees};
 use crate::command::words::{parse_number, parse_scheme};
 use crate::quantity::Time;
+use crate::quantity::in_range;
+use crate::within::within;
 use clap::Args;
 use fracdiff::{Scheme, Seconds};
 use fractional_control::{ControllerParameters, FractionalTransferFunction, PidParameters};
 use haptic_experiment::controller_file::ControllerFile;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::input::short;
+use haptic_experiment::parameters::range;
 use std::path::Path;
 
 /// Options of the controller.
@@ -20,7 +23,7 @@ pub(super) struct ControllerArguments {
     #[arg(long, value_name = "FILE|FUNCTION", allow_hyphen_values = true)]
     controller: Option<String>,
     /// Sample time [default: that of the controller file]
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(range::SAMPLE_TIMES), value_name = "TIME", allow_hyphen_values = true)]
     sample_time: Option<Time>,
     /// Rule of the powers of s: full[:TOLERANCE] or full-bdf2[:TOLERANCE] [default: that of the controller file, else full-bdf2]
     #[arg(long, value_parser = controller_scheme)]
@@ -123,6 +126,10 @@ pub(super) fn parse_limits(text: &str) -> Result<Limits, String> {
     let (low, high) = (
         parse_number(low).map_err(|_| wrong())?,
         parse_number(high).map_err(|_| wrong())?,
+    );
+    let (low, high) = (
+        in_range(low, range::NUMBERS)?,
+        in_range(high, range::NUMBERS)?,
     );
     if low < high {
         return Ok(Limits { low, high });

@@ -10,7 +10,9 @@ use super::words::{digits, refused};
 use crate::command::words::parse_number;
 use crate::files::{folder, overwrite_acts, save_picture};
 use crate::output::Output;
+use crate::quantity::in_range;
 use crate::quantity::{Angle, AngularFrequency, Time};
+use crate::within::{number_within, read_within, within};
 use clap::Args;
 use fracdiff::{Scheme, Seconds};
 use fractional_control::tuning::{Bound, Specification};
@@ -19,6 +21,7 @@ use haptic_experiment::control::run::{SAMPLES_MOST, samples_for};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::folder::write_text;
 use haptic_experiment::parameters;
+use haptic_experiment::parameters::range;
 use haptic_figure::Picture;
 use std::path::PathBuf;
 
@@ -53,7 +56,7 @@ pub struct Arguments {
     wishes: WishArguments,
     /// Sample time [default: about a fiftieth of 1/crossover]
     #[arg(
-        long,
+        long, value_parser = within::<Time>(range::SAMPLE_TIMES),
         value_name = "TIME",
         allow_hyphen_values = true,
         help_heading = "Controller"
@@ -66,10 +69,10 @@ pub struct Arguments {
     #[arg(long, value_name = "LOW:HIGH", value_parser = parse_limits, allow_hyphen_values = true, help_heading = "Controller")]
     output_limits: Option<Limits>,
     /// Height of the step that is shown with the limits
-    #[arg(long, value_parser = parse_number, default_value = "1", allow_hyphen_values = true)]
+    #[arg(long, value_parser = number_within(range::NUMBERS), default_value = "1", allow_hyphen_values = true)]
     step: f64,
     /// Length of the steps [default: 60 times 1/crossover]
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(range::DURATIONS), value_name = "TIME", allow_hyphen_values = true)]
     duration: Option<Time>,
     /// Folder for controller.toml, the steps as CSV, and a picture
     #[arg(long, value_name = "DIR", help_heading = "Files")]
@@ -84,7 +87,7 @@ pub struct Arguments {
 #[command(next_help_heading = "Wishes")]
 struct WishArguments {
     /// Frequency at which the gain of the open loop is 1, in rad/s or Hz: about 1.6/rise time
-    #[arg(long, value_name = "FREQUENCY", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<AngularFrequency>(range::ANGULAR_FREQUENCIES), value_name = "FREQUENCY", allow_hyphen_values = true)]
     crossover: AngularFrequency,
     /// Phase margin there, as in 60deg
     #[arg(
@@ -98,10 +101,10 @@ struct WishArguments {
     #[arg(long)]
     not_flat: bool,
     /// Largest |S|: how many times errors may grow at any frequency
-    #[arg(long, value_name = "GAIN", value_parser = parse_gain, allow_hyphen_values = true)]
+    #[arg(long, value_name = "GAIN", value_parser = read_within(parse_gain, range::RATIOS), allow_hyphen_values = true)]
     sensitivity_peak: Option<f64>,
     /// Largest |T|
-    #[arg(long, value_name = "GAIN", value_parser = parse_gain, allow_hyphen_values = true)]
+    #[arg(long, value_name = "GAIN", value_parser = read_within(parse_gain, range::RATIOS), allow_hyphen_values = true)]
     complementary_peak: Option<f64>,
     /// Noise of the measurement: largest |T| from this frequency on, as in 10rad/s:-20dB
     #[arg(long, value_name = "FREQUENCY:GAIN", value_parser = parse_bound, allow_hyphen_values = true)]
@@ -128,8 +131,8 @@ fn parse_bound(text: &str) -> Result<Bound, String> {
         .parse()
         .map_err(|error: crate::quantity::QuantityError| error.to_string())?;
     Ok(Bound {
-        omega_rad_s: frequency.0,
-        at_most: parse_gain(gain)?,
+        omega_rad_s: in_range(frequency, range::ANGULAR_FREQUENCIES)?.0,
+        at_most: in_range(parse_gain(gain)?, range::RATIOS)?,
     })
 }
 

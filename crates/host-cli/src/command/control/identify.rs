@@ -8,6 +8,7 @@ use crate::files::overwrite_acts;
 use crate::output::Output;
 use crate::picture_file::{self, PictureFileError};
 use crate::quantity::Time;
+use crate::within::within;
 use clap::Args;
 use fractional_control::{FractionalTransferFunction, FreeNumber};
 use haptic_experiment::control::identification::{
@@ -15,6 +16,7 @@ use haptic_experiment::control::identification::{
 };
 use haptic_experiment::failure::Failure;
 use haptic_experiment::folder::write_text;
+use haptic_experiment::parameters;
 use haptic_experiment::plant_file::{PlantFile, PlantModel};
 use serde::Serialize;
 use std::fs::File;
@@ -75,7 +77,7 @@ pub struct Arguments {
     model: Option<String>,
     /// Known dead time
     #[arg(
-        long,
+        long, value_parser = within::<Time>(parameters::DEAD_TIME.range()),
         value_name = "TIME",
         default_value = "0",
         allow_hyphen_values = true

@@ -3,6 +3,7 @@
 use super::words::{in_degrees, refused};
 use crate::output::note;
 use crate::quantity::{Damping, Mass, Stiffness, Time};
+use crate::within::within;
 use clap::Args;
 use fractional_control::{Plant, factor_after_division};
 use haptic_experiment::failure::Failure;
@@ -24,24 +25,24 @@ pub(super) struct PlantArguments {
     )]
     plant: Option<String>,
     /// Mass of a device, in place of --plant: force in, position out
-    #[arg(long, conflicts_with = "plant", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Mass>(parameters::MASS.range()), conflicts_with = "plant", allow_hyphen_values = true)]
     mass: Option<Mass>,
     /// Viscous damping of the device
-    #[arg(long, requires = "mass", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Damping>(parameters::DAMPING.range()), requires = "mass", allow_hyphen_values = true)]
     damping: Option<Damping>,
     /// Stiffness of the hand that holds it
-    #[arg(long, requires = "mass", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Stiffness>(parameters::HAND_STIFFNESS.range()), requires = "mass", allow_hyphen_values = true)]
     hand_stiffness: Option<Stiffness>,
     /// Time constant of the actuator's current
     #[arg(
-        long,
+        long, value_parser = within::<Time>(parameters::CURRENT_LAG.range()),
         requires = "mass",
         value_name = "TIME",
         allow_hyphen_values = true
     )]
     current_lag: Option<Time>,
     /// Dead time, beside that of the plant
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(parameters::DEAD_TIME.range()), value_name = "TIME", allow_hyphen_values = true)]
     delay: Option<Time>,
 }
 

@@ -7,9 +7,9 @@ use super::print::{ShapeReport, table, written};
 use super::words::{digits, in_degrees, law, percent, refused};
 use crate::column;
 use crate::command::analyze::Files;
-use crate::command::words::parse_number;
 use crate::output::{Output, note};
 use crate::quantity::Time;
+use crate::within::{number_within, within};
 use clap::Args;
 use fracdiff::Seconds;
 use fractional_control::{ControlError, Response};
@@ -18,6 +18,7 @@ use haptic_experiment::control::run::{
 };
 use haptic_experiment::controller_file::ControllerFile;
 use haptic_experiment::failure::Failure;
+use haptic_experiment::parameters::range;
 use serde::Serialize;
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -43,10 +44,10 @@ pub struct Arguments {
     #[command(flatten)]
     controller: ControllerArguments,
     /// How long [default: 60 times 1/crossover]
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(range::DURATIONS), value_name = "TIME", allow_hyphen_values = true)]
     duration: Option<Time>,
     /// Height of the step [default: 1]
-    #[arg(long, value_parser = parse_number, allow_hyphen_values = true)]
+    #[arg(long, value_parser = number_within(range::NUMBERS), allow_hyphen_values = true)]
     step: Option<f64>,
     /// A record as the reference in place of a step: a CSV with a time and a reference, held between its rows
     #[arg(long, value_name = "FILE.csv", conflicts_with = "step")]

@@ -6,11 +6,13 @@ use super::port::duration;
 use crate::choice::choice;
 use crate::output::{Output, note};
 use crate::quantity::Time;
+use crate::within::{number_within, within};
 use clap::Args;
 use haptic_devices::haply::HaplyName;
 use haptic_devices::moteus::MoteusName;
 use haptic_experiment::Named;
 use haptic_experiment::failure::Failure;
+use haptic_experiment::parameters::range;
 use haptic_remote::LineFaults;
 use haptic_remote::emulator::{Emulated, Emulation, EmulatorError, Terminal, emulate};
 use serde::Serialize;
@@ -75,10 +77,10 @@ pub struct Arguments {
     #[arg(long, value_name = "PATH")]
     link: Option<PathBuf>,
     /// Seconds of the device in a second; the host's silence is measured in real time
-    #[arg(long, default_value_t = 1.0, allow_hyphen_values = true)]
+    #[arg(long, value_parser = number_within(range::SPEED_UPS), default_value_t = 1.0, allow_hyphen_values = true)]
     speed: f64,
     /// End after this time [default: when stopped by Ctrl-C]
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(range::WAITS), value_name = "TIME", allow_hyphen_values = true)]
     duration: Option<Time>,
     #[command(flatten)]
     faults: LineArguments,
@@ -105,13 +107,13 @@ pub struct LineArguments {
     #[arg(long, default_value = "0", allow_hyphen_values = true, value_parser = chance)]
     reorder: f64,
     /// Longest delay of a frame
-    #[arg(long, default_value = "0s", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(range::LINE_TIMES), default_value = "0s", allow_hyphen_values = true)]
     delay: Time,
     /// Chance that the line stands still from a frame on
     #[arg(long, default_value = "0", allow_hyphen_values = true, value_parser = chance)]
     stall: f64,
     /// For how long it stands still then
-    #[arg(long, default_value = "50ms", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(range::LINE_TIMES), default_value = "50ms", allow_hyphen_values = true)]
     stall_time: Time,
     /// Seed of the damage
     #[arg(long = "line-seed", default_value_t = 1)]

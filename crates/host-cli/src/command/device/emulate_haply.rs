@@ -2,9 +2,11 @@
 
 use crate::output::note;
 use crate::quantity::Length;
+use crate::quantity::in_range;
 use clap::Args;
 use haptic_devices::haply::{Board, Body, Emulated, Hand, Model, Version, emulate};
 use haptic_experiment::failure::Failure;
+use haptic_experiment::parameters::range;
 use haptic_remote::LineFaults;
 use haptic_remote::emulator::Terminal;
 use std::sync::atomic::AtomicBool;
@@ -45,15 +47,21 @@ fn version(text: &str) -> Result<Version, String> {
 fn hand(text: &str) -> Result<Held, String> {
     let place = |text: &str| {
         let (x, y) = text.split_once(':')?;
-        let metres = |text: &str| text.parse().ok().map(|length: Length| length.0);
+        let metres = |text: &str| text.parse::<Length>().ok();
         Some([metres(x)?, metres(y)?])
+    };
+    let in_reach = |[x, y]: [Length; 2]| -> Result<[f64; 2], String> {
+        Ok([
+            in_range(x, range::ARM_PLACES)?.0,
+            in_range(y, range::ARM_PLACES)?.0,
+        ])
     };
     let (kind, rest) = text.split_once(':').unwrap_or((text, ""));
     let held = match (kind, rest) {
         ("strokes", "") => Some(Held::Strokes),
         ("free", "") => Some(Held::Free),
-        ("at", rest) => place(rest).map(Held::At),
-        ("fixed", rest) => place(rest).map(Held::Fixed),
+        ("at", rest) => place(rest).map(in_reach).transpose()?.map(Held::At),
+        ("fixed", rest) => place(rest).map(in_reach).transpose()?.map(Held::Fixed),
         _ => None,
     };
     held.ok_or_else(|| {

@@ -1,11 +1,13 @@
 //! `device emulate --kind moteus`.
 
 use crate::output::note;
+use crate::quantity::in_range;
 use crate::quantity::{Length, Time};
 use clap::Args;
 use haptic_devices::moteus::MoteusSettings;
 use haptic_devices::moteus::emulated::{Emulated, EmulatedServo, Hand, Shaft, emulate};
 use haptic_experiment::failure::Failure;
+use haptic_experiment::parameters::range;
 use haptic_remote::LineFaults;
 use haptic_remote::emulator::Terminal;
 use std::sync::atomic::AtomicBool;
@@ -30,15 +32,16 @@ pub struct MoteusArguments {
 fn turn(text: &str) -> Result<Hand, String> {
     let read = |text: &str| {
         let (length, time) = text.split_once(':')?;
-        let length: Length = length.parse().ok()?;
-        let time: Time = time.parse().ok()?;
-        Some(Hand {
-            wait_commands: WAIT_COMMANDS,
-            turn_rev: length.0 / MoteusSettings::DEFAULT.metres_per_revolution(),
-            ramp_time_s: time.0,
-        })
+        Some((length.parse::<Length>().ok()?, time.parse::<Time>().ok()?))
     };
-    read(text).ok_or_else(|| format!("\"{text}\" is not LENGTH:TIME, as in 2mm:0.5s"))
+    let (length, time) =
+        read(text).ok_or_else(|| format!("\"{text}\" is not LENGTH:TIME, as in 2mm:0.5s"))?;
+    Ok(Hand {
+        wait_commands: WAIT_COMMANDS,
+        turn_rev: in_range(length, range::ARM_PLACES)?.0
+            / MoteusSettings::DEFAULT.metres_per_revolution(),
+        ramp_time_s: in_range(time, range::DURATIONS)?.0,
+    })
 }
 
 impl MoteusArguments {

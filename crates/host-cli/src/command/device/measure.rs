@@ -13,6 +13,7 @@ use crate::output::{Output, note, warn};
 use crate::parameter::with_options;
 use crate::picture_file;
 use crate::quantity::{Force, Length, Time};
+use crate::within::within;
 use clap::Args;
 use haptic_experiment::device::LinkedName;
 use haptic_experiment::failure::Failure;
@@ -53,13 +54,13 @@ lost_samples, largest_force_n, reach_low_m, reach_high_m, model, figure, warning
 pub struct Arguments {
     #[command(flatten)]
     port: PortArguments,
-    #[arg(long, help = parameters::MEASURE_FORCE_LIMIT.help, default_value = parameters::MEASURE_FORCE_LIMIT.shown, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Force>(parameters::MEASURE_FORCE_LIMIT.range()), help = parameters::MEASURE_FORCE_LIMIT.help, default_value = parameters::MEASURE_FORCE_LIMIT.shown, allow_hyphen_values = true)]
     force_limit: Force,
-    #[arg(long = "box", help = parameters::MEASURE_BOX.help, value_name = "LENGTH", default_value = parameters::MEASURE_BOX.shown, allow_hyphen_values = true)]
+    #[arg(long = "box", value_parser = within::<Length>(parameters::MEASURE_BOX.range()), help = parameters::MEASURE_BOX.help, value_name = "LENGTH", default_value = parameters::MEASURE_BOX.shown, allow_hyphen_values = true)]
     box_m: Length,
-    #[arg(long, help = parameters::MEASURE_DURATION.help, default_value = parameters::MEASURE_DURATION.shown, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(parameters::MEASURE_DURATION.range()), help = parameters::MEASURE_DURATION.help, default_value = parameters::MEASURE_DURATION.shown, allow_hyphen_values = true)]
     duration: Time,
-    #[arg(long, help = parameters::MEASURE_SAMPLE_TIME.help, default_value = parameters::MEASURE_SAMPLE_TIME.shown, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(parameters::MEASURE_SAMPLE_TIME.range()), help = parameters::MEASURE_SAMPLE_TIME.help, default_value = parameters::MEASURE_SAMPLE_TIME.shown, allow_hyphen_values = true)]
     sample_time: Time,
     /// A hand that holds the device: its stiffness is found too
     #[arg(long, value_parser = choice::<Hand>(), default_value = "off")]
@@ -81,7 +82,7 @@ pub struct Arguments {
 #[command(next_help_heading = "Serial device")]
 struct LineArguments {
     /// Silence from this program after which a serial device lets go [default: 20ms]
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(parameters::WATCHDOG.range()), value_name = "TIME", allow_hyphen_values = true)]
     watchdog: Option<Time>,
     #[arg(long, help = parameters::MAX_AGE_TICKS.help, value_name = "COUNT", value_parser = clap::value_parser!(u16).range(1..=1000))]
     max_age_ticks: Option<u16>,
@@ -234,7 +235,7 @@ impl Arguments {
             .as_ref()
             .map_or(String::new(), |board| format!(", {board}"));
         let words = format!(
-            "{}{board}, {}, {} s of multi-sine at {} ms, up to {} N in a box of {} mm, hand {}, model off by {:.2} um rms",
+            "{}{board}, {}, {} s of multi-sine at {} ms, up to {} N in a box of {} mm, hand {}, model off by {:.2} µm rms",
             motion.device,
             date.split('T').next().unwrap_or_default(),
             plan.duration_s,

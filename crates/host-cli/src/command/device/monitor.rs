@@ -7,8 +7,10 @@ use crate::command::live::LiveArguments;
 use crate::files::folder;
 use crate::output::{Output, note};
 use crate::quantity::Time;
+use crate::within::within;
 use clap::Args;
 use haptic_experiment::failure::Failure;
+use haptic_experiment::parameters::range;
 use haptic_experiment::recorder::{Recorded, Recorder};
 use haptic_link::{BATCH_MAX, Sample};
 use haptic_log::record::{StartTime, TickMessage};
@@ -38,7 +40,7 @@ pub struct Arguments {
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
     every: u16,
     /// Stop after this time [default: when stopped by Ctrl-C]
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(range::DURATIONS), value_name = "TIME", allow_hyphen_values = true)]
     duration: Option<Time>,
     #[command(flatten)]
     live: LiveArguments,

@@ -3,9 +3,11 @@
 use crate::command::conduct::stop_on_interrupt;
 use crate::output::warn;
 use crate::quantity::Time;
+use crate::within::within;
 use clap::Args;
 use haptic_experiment::device::{DeviceName, LinkedName};
 use haptic_experiment::failure::Failure;
+use haptic_experiment::parameters::range;
 use haptic_remote::serial::SerialLink;
 use std::time::Duration;
 
@@ -17,7 +19,7 @@ pub struct PortArguments {
     device: DeviceName,
     /// Go on trying for so long while the device is not there
     #[arg(
-        long,
+        long, value_parser = within::<Time>(range::WAITS),
         value_name = "TIME",
         default_value = "0s",
         allow_hyphen_values = true

@@ -4,10 +4,13 @@ use super::number::set_all;
 use crate::choice::choice;
 use crate::output::note;
 use crate::quantity::{Damping, Delay, Force, Length, Mass, Speed, Time, Workspace};
+use crate::within::within;
 use clap::Args;
 use fracdiff::Seconds;
 use haptic_experiment::GuardChoice;
 use haptic_experiment::failure::Failure;
+use haptic_experiment::parameters;
+use haptic_experiment::parameters::range;
 use haptic_experiment::refused::single;
 use haptic_experiment::remote::guard_of;
 use haptic_experiment::safety::{GuardedDevice, speed, workspace};
@@ -19,44 +22,44 @@ use haptic_remote::wire_guard;
 #[command(next_help_heading = "Safety")]
 pub struct SafetyArguments {
     /// Largest force with which the device's loop starts; 0 for any
-    #[arg(long, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Force>(range::FORCE_LIMITS.or_0()), allow_hyphen_values = true)]
     start_force: Option<Force>,
     /// Time in which the force rises after a start; 0 for at once
-    #[arg(long, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(parameters::RISE_TIME.range().or_0()), allow_hyphen_values = true)]
     rise_time: Option<Time>,
     /// Where the device may be, as in -10mm:20mm; `none` for anywhere
     #[arg(long, value_name = "LOW:HIGH", allow_hyphen_values = true, value_parser = parse_range)]
     workspace: Option<Range>,
     /// How fast it may move; 0 for any speed
-    #[arg(long, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Speed>(parameters::SPEED_LIMIT.range().or_0()), allow_hyphen_values = true)]
     speed_limit: Option<Speed>,
     /// Damping that brakes near workspace and speed limit, and after a fault or stop; 0 for none
-    #[arg(long, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Damping>(parameters::BRAKING.range().or_0()), allow_hyphen_values = true)]
     braking: Option<Damping>,
     /// Time in which the force falls to zero after a fault or stop, 1ms to 1s
-    #[arg(long, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(parameters::STOP_TIME.range()), allow_hyphen_values = true)]
     stop_time: Option<Time>,
     /// Largest force of the braking meanwhile, 0N to 10N
-    #[arg(long, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Force>(parameters::BRAKE_FORCE.range()), allow_hyphen_values = true)]
     brake_force: Option<Force>,
     /// A wanted force that grows by this on a position that stands still is a fault; 0 for never
-    #[arg(long, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Force>(parameters::STUCK_FORCE.range()), allow_hyphen_values = true)]
     stuck_force: Option<Force>,
     /// Time for which the position has to have stood still for that, 1ms to 10s
-    #[arg(long, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(parameters::STUCK_TIME.range()), allow_hyphen_values = true)]
     stuck_time: Option<Time>,
     /// A position that moves in a tick by this more than the speed limit allows is a fault; 0 for never
-    #[arg(long, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Length>(parameters::JUMP.range()), allow_hyphen_values = true)]
     jump: Option<Length>,
     /// Keep the loop from feeding the device energy
     #[arg(long, value_parser = choice::<GuardChoice>())]
     guard: Option<GuardChoice>,
     /// Mass of a real device, for --guard observer and --braking; 0 for unknown
-    #[arg(long, value_name = "MASS", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Mass>(parameters::DEVICE_MASS.range().or_0()), value_name = "MASS", allow_hyphen_values = true)]
     device_mass: Option<Mass>,
     /// Damping of a real device, for --guard energy-bounding
     #[arg(
-        long,
+        long, value_parser = within::<Damping>(parameters::DEVICE_DAMPING.range()),
         value_name = "DAMPING",
         requires = "guard",
         allow_hyphen_values = true
@@ -73,7 +76,7 @@ pub struct SafetyArguments {
     device_delay: Option<Delay>,
     /// Time constant with which the force of a real device follows, for --guard energy-bounding
     #[arg(
-        long,
+        long, value_parser = within::<Time>(parameters::DEVICE_LAG.range()),
         value_name = "TIME",
         requires = "guard",
         allow_hyphen_values = true
@@ -81,7 +84,7 @@ pub struct SafetyArguments {
     device_lag: Option<Time>,
     /// Standard deviation of the noise of a real device's position, for --guard energy-bounding [default: 0]
     #[arg(
-        long,
+        long, value_parser = within::<Length>(parameters::DEVICE_NOISE.range()),
         value_name = "LENGTH",
         requires = "guard",
         allow_hyphen_values = true

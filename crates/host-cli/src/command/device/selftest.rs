@@ -5,8 +5,11 @@ use crate::choice::choice;
 use crate::command::conduct::stop_on_interrupt;
 use crate::output::{Output, note};
 use crate::quantity::{Force, Time};
+use crate::within::within;
 use clap::Args;
 use haptic_experiment::failure::Failure;
+use haptic_experiment::parameters;
+use haptic_experiment::parameters::range;
 use haptic_experiment::selftest::{Attendant, EmergencyStop, Notice, SelfTest, SelfTestReport};
 use std::io::{self, IsTerminal as _, Write};
 
@@ -31,10 +34,10 @@ pub struct Arguments {
     #[command(flatten)]
     port: PortArguments,
     /// Limit of the force during the test
-    #[arg(long, value_name = "FORCE", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Force>(range::FORCE_LIMITS), value_name = "FORCE", allow_hyphen_values = true)]
     force_limit: Option<Force>,
     /// Silence after which the device has to let go
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(parameters::WATCHDOG.range()), value_name = "TIME", allow_hyphen_values = true)]
     watchdog: Option<Time>,
     /// The emergency stop [default: none on a simulated device, pressed on a real one]
     #[arg(long, value_parser = choice::<EmergencyStop>())]

@@ -8,11 +8,15 @@ use super::safety::SafetyArguments;
 use crate::choice::choice;
 use crate::command::words::{order, parse_dissipation, parse_order, parse_scheme};
 use crate::output::{Output, note};
+use crate::quantity::in_range;
 use crate::quantity::{Damping, Force, ForceRate, Length, Mass, Stiffness, Time};
+use crate::within::{read_within, within};
 use clap::Args;
 use fracdiff::{Operator, Scheme, Seconds};
 use haptic_experiment::device::{Loop, at_port};
 use haptic_experiment::failure::Failure;
+use haptic_experiment::parameters;
+use haptic_experiment::parameters::range;
 use haptic_experiment::refused::single;
 use haptic_link::{Configuration, LoopMode, Simulation, SimulationKind};
 use haptic_remote::operator_shape;
@@ -38,13 +42,13 @@ pub struct SetArguments {
     #[arg(long = "loop", value_parser = choice::<Loop>())]
     loop_mode: Option<Loop>,
     /// Sample time of the loop; the operator must be given again with it
-    #[arg(long, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(range::SAMPLE_TIMES), allow_hyphen_values = true)]
     sample_time: Option<Time>,
     /// Stiffness K
-    #[arg(long, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Stiffness>(parameters::STIFFNESS.range()), allow_hyphen_values = true)]
     stiffness: Option<Stiffness>,
     /// Dissipation B, in N.s^mu/m
-    #[arg(long, allow_hyphen_values = true, value_parser = parse_dissipation)]
+    #[arg(long, allow_hyphen_values = true, value_parser = read_within(parse_dissipation, parameters::DISSIPATION.range()))]
     dissipation: Option<f64>,
     /// Order of the dissipation: makes a new operator
     #[arg(long, allow_hyphen_values = true, value_parser = parse_order)]
@@ -53,19 +57,19 @@ pub struct SetArguments {
     #[arg(long, value_parser = parse_scheme, default_value = "full", requires = "order")]
     scheme: Scheme,
     /// What a full memory remembers
-    #[arg(long, default_value = "200s", requires = "order")]
+    #[arg(long, value_parser = within::<Time>(range::MEMORIES), default_value = "200s", requires = "order")]
     horizon: Time,
     /// Surface of a wall that pushes but never pulls; `none` for one that does both
     #[arg(long, allow_hyphen_values = true, value_parser = parse_surface)]
     surface: Option<Surface>,
     /// Largest force
-    #[arg(long, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Force>(range::FORCE_LIMITS), allow_hyphen_values = true)]
     force_limit: Option<Force>,
     /// Largest rate of force
-    #[arg(long, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<ForceRate>(range::FORCE_RATES), allow_hyphen_values = true)]
     force_rate_limit: Option<ForceRate>,
     /// Silence from the host after which the device lets go
-    #[arg(long, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(parameters::WATCHDOG.range()), allow_hyphen_values = true)]
     watchdog: Option<Time>,
     /// Late ticks in a row that latch a fault; 0 for never
     #[arg(long)]
@@ -84,16 +88,16 @@ pub struct SetArguments {
 #[command(next_help_heading = "Simulated device")]
 struct PlantArguments {
     /// Mass of a simulated device
-    #[arg(long, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Mass>(parameters::MASS.range()), allow_hyphen_values = true)]
     mass: Option<Mass>,
     /// Damping of a simulated device
-    #[arg(long, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Damping>(parameters::DAMPING.range()), allow_hyphen_values = true)]
     damping: Option<Damping>,
     /// Stiffness of the hand on a simulated device
-    #[arg(long, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Stiffness>(parameters::HAND_STIFFNESS.range()), allow_hyphen_values = true)]
     hand_stiffness: Option<Stiffness>,
     /// Push of the hand on a simulated device
-    #[arg(long, allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Force>(range::FORCES), allow_hyphen_values = true)]
     push: Option<Force>,
 }
 
@@ -110,7 +114,7 @@ fn parse_surface(text: &str) -> Result<Surface, String> {
     let length: Length = text
         .parse()
         .map_err(|error: crate::quantity::QuantityError| error.to_string())?;
-    Ok(Surface::At(length.0))
+    Ok(Surface::At(in_range(length, range::PLACES)?.0))
 }
 
 impl GetArguments {

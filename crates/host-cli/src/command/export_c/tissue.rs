@@ -1,6 +1,7 @@
 //! The tissue whose law is exported.
 
 use crate::quantity::{Area, Length};
+use crate::within::within;
 use clap::Args;
 use fracdiff::Order;
 use fracdiff_c::Law;
@@ -25,9 +26,9 @@ pub(super) struct TissueArguments {
     tissue: Option<String>,
     #[arg(long, help = p::LIBRARY.help, value_name = "DIR", requires = "tissue", help_heading = "Tissue")]
     library: Option<PathBuf>,
-    #[arg(long, help = p::AREA.help, default_value = p::AREA.shown, requires = "tissue", allow_hyphen_values = true, help_heading = "Tissue")]
+    #[arg(long, value_parser = within::<Area>(p::AREA.range()), help = p::AREA.help, default_value = p::AREA.shown, requires = "tissue", allow_hyphen_values = true, help_heading = "Tissue")]
     area: Area,
-    #[arg(long, help = p::THICKNESS.help, default_value = p::THICKNESS.shown, requires = "tissue", allow_hyphen_values = true, help_heading = "Tissue")]
+    #[arg(long, value_parser = within::<Length>(p::THICKNESS.range()), help = p::THICKNESS.help, default_value = p::THICKNESS.shown, requires = "tissue", allow_hyphen_values = true, help_heading = "Tissue")]
     thickness: Length,
 }
 

@@ -73,22 +73,20 @@ pub(super) fn draw(found: &Identification, source: &str) -> Result<Picture, Figu
         .collect();
     // The chosen one on top.
     let mut upper = vec![Series::new("record", &record, Look::MarkersApart, RECORD)];
-    upper.extend(
-        curves
-            .iter()
-            .rev()
-            .map(|(name, colour, curve, _)| Series::new(name, curve, Look::Line, *colour)),
-    );
+    let chosen_last = curves.iter().enumerate().rev();
+    upper.extend(chosen_last.map(|(n, (name, colour, curve, _))| {
+        // Broad, or the record would cover it where it is right.
+        let look = if n == 0 { Look::Broad } else { Look::Line };
+        Series::new(name, curve, look, *colour)
+    }));
     // Poor models would flatten the residuals of the good ones; of markers that meet, the first stays.
     let least = found.fits[0].rms;
-    let good = found
-        .fits
-        .iter()
-        .zip(&curves)
-        .filter(|(fit, _)| fit.rms <= GOOD * least);
+    let fits = found.fits.iter().zip(&curves);
+    let good = fits.filter(|(fit, _)| fit.rms <= GOOD * least);
     let lower = good.map(|(_, (name, colour, _, residuals))| {
         Series::new(name, residuals, Look::MarkersApart, *colour)
     });
+    let across = across(&words, &found.x);
     ChartPage {
         title: &format!("Identified from a record: {}", found.fits[0].kind.name()),
         subtitle: &format!(
@@ -100,19 +98,31 @@ pub(super) fn draw(found: &Identification, source: &str) -> Result<Picture, Figu
         charts: vec![
             Chart {
                 caption: "record and models",
-                x: AxisSpec::new(words.x, words.scale),
+                x: across,
                 y: AxisSpec::new(words.y, words.scale),
                 series: upper,
             },
             Chart {
                 caption: "model less record, of models within 5 times the rms of the first",
-                x: AxisSpec::new(words.x, words.scale),
+                x: across,
                 y: AxisSpec::new(words.residual, Scale::Linear),
                 series: lower.collect(),
             },
         ],
     }
     .draw()
+}
+
+/// The axis of the record; a logarithmic one ends a little beyond it, not at the next power of ten.
+fn across(words: &Words, x: &[f64]) -> AxisSpec<'static> {
+    const BEYOND: f64 = 1.3;
+    let axis = AxisSpec::new(words.x, words.scale);
+    let low = x.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = x.iter().copied().fold(0.0, f64::max);
+    match words.scale {
+        Scale::Log => axis.between(low / BEYOND, BEYOND * high),
+        _ => axis,
+    }
 }
 
 fn name(kind: RecordKind, fit: &Fit) -> String {

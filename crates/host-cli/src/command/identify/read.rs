@@ -1,8 +1,10 @@
 //! From the file to a record.
 
 use crate::quantity::Time;
+use crate::within::within;
 use clap::Args;
 use haptic_experiment::failure::Failure;
+use haptic_experiment::parameters::range;
 use haptic_log::record::{Entry, LogReader, TickMessage};
 use haptic_tissue::identify::table::{
     Choice, Column, Columns, Loading, Reader, Reading, TABLE_MOST, Understood, read_table,
@@ -24,10 +26,10 @@ pub(super) struct TableArguments {
     #[arg(long, value_name = "QUANTITY=UNIT", value_delimiter = ',', value_parser = parse_unit)]
     units: Vec<(Column, String)>,
     /// Only rows from this time on; of an oscillation from this angular frequency, rad/s
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(range::RECORD_TIMES), value_name = "TIME", allow_hyphen_values = true)]
     from: Option<Time>,
     /// Only rows up to this time, or this angular frequency
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, value_parser = within::<Time>(range::RECORD_TIMES), value_name = "TIME", allow_hyphen_values = true)]
     to: Option<Time>,
 }
 

@@ -4,9 +4,11 @@ use super::folder::Folder;
 use crate::output::Output;
 use crate::parameter::with_options;
 use crate::quantity::Time;
+use crate::within::within;
 use clap::Args;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::folder::write_text;
+use haptic_experiment::parameters::range;
 use haptic_tissue::{ExportError, ExportFormat, MaxwellBranch, PronyFit};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -26,10 +28,10 @@ pub struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 12)]
     prony: usize,
     /// Longest time at which the series holds
-    #[arg(long, allow_hyphen_values = true, default_value = "1000s")]
+    #[arg(long, value_parser = within::<Time>(range::MEMORIES), allow_hyphen_values = true, default_value = "1000s")]
     horizon: Time,
     /// Shortest time at which the series holds
-    #[arg(long, allow_hyphen_values = true, default_value = "1ms")]
+    #[arg(long, value_parser = within::<Time>(range::MEMORIES), allow_hyphen_values = true, default_value = "1ms")]
     shortest: Time,
     /// Convention: table, ansys, abaqus or febio
     #[arg(long, value_parser = parse_format, default_value = "table")]

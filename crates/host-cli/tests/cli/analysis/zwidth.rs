@@ -166,7 +166,7 @@ fn a_z_width_that_makes_no_sense_is_refused() {
             "order 3 is not in [0, 2], a wall has no integral",
         ),
         ("--points 1", "number of points 1"),
-        ("--mass 0", "mass 0 kg is not above 0 kg"),
+        ("--mass 0", "mass 0 kg is not above 0 and at most 100 kg"),
         ("--push 0", "push 0"),
         // The rules of [wall]: one for both.
         (
@@ -177,7 +177,10 @@ fn a_z_width_that_makes_no_sense_is_refused() {
             "--duration 50000s",
             "25000001 samples, which is not in [10, 2e7]",
         ),
-        ("--impact -1", "impact -1 m/s is not in [0, 10] m/s"),
+        (
+            "--impact -1",
+            "impact -1 is not from 0 to 10: change --impact",
+        ),
         (
             "--impact 0.1 --criterion dissertation",
             "does not belong to the criterion dissertation",

@@ -73,7 +73,7 @@ fn bad_input_is_refused_in_one_line_with_the_remedy() {
         (
             "control analyze --plant 1/(s+1) --delay -1s --controller 2 --sample-time 1s"
                 .to_owned(),
-            &["dead time -1 s", "--delay"],
+            &["delay -1 s is not from 0 to 86400 s", "--delay"],
         ),
         (
             "control simulate --plant 1/(s-1) --duration 3s".to_owned(),

@@ -127,12 +127,12 @@ fn a_file_that_is_wrong_is_refused_in_one_line() {
         (
             "= 0.065",
             "= 0",
-            "wall.toml:2: mass_kg = 0 is not above 0: change it",
+            "wall.toml:2: mass_kg = 0 is not above 0 and at most 100: change it",
         ),
         (
             "order = 0.5",
             "order = -0.5",
-            "wall.toml:5: order = -0.5 is not in [0, 2]: change it",
+            "wall.toml:5: order = -0.5 is not from 0 to 2: change it",
         ),
         (
             "sample_time_s = 0.002\n",
@@ -164,7 +164,7 @@ fn a_file_that_is_wrong_is_refused_in_one_line() {
         (
             "= 100.0",
             "= inf",
-            "wall.toml:7: dissipation_n_s_mu_per_m = inf is not at least 0: change it",
+            "wall.toml:7: dissipation_n_s_mu_per_m = inf is not from 0 to 1e8: change it",
         ),
         (
             WALL,
@@ -179,7 +179,7 @@ fn a_file_that_is_wrong_is_refused_in_one_line() {
         (
             WALL,
             "[relax]\n\nstrain = 1.5\n",
-            "wall.toml:3: strain = 1.5 is not in (0, 1]: change it, or leave it out for 0.05",
+            "wall.toml:3: strain = 1.5 is not above 0 and at most 1: change it, or leave it out for 0.05",
         ),
     ] {
         let place = Place::new();

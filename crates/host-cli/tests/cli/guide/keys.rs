@@ -3,7 +3,7 @@
 use haptic_experiment::choices::choices;
 use haptic_experiment::parameters::{
     self, CONTROLLER_LOOP, CONTROLLER_SOURCE, CRONE, DEVICE_PLANT, LEAD_LAG, MEASURED_PLANT, PID,
-    PLANT_SOURCE, Parameter, Range, STATE_PLANT, TID, TRANSFER_CONTROLLER, TRANSFER_PLANT, Value,
+    PLANT_SOURCE, Parameter, STATE_PLANT, TID, TRANSFER_CONTROLLER, TRANSFER_PLANT, Value,
 };
 use host_cli::command::run::TABLES;
 use std::fmt::Write as _;
@@ -48,7 +48,7 @@ fn default(parameter: &Parameter, required: bool) -> String {
         Value::Number(Some(default), _) => format!("{default}"),
         Value::Count(default) => format!("{default}"),
         Value::Flag(default) => format!("{default}"),
-        Value::Text("") | Value::Number(None, _) | Value::List => "none".to_owned(),
+        Value::Text("") | Value::Number(None, _) | Value::List(_) => "none".to_owned(),
         Value::Text(default) => format!("`\"{default}\"`"),
         other => panic!("{other:?}"),
     }
@@ -57,11 +57,10 @@ fn default(parameter: &Parameter, required: bool) -> String {
 fn range(parameter: &Parameter) -> String {
     let choices = choices(parameter.key);
     match parameter.value {
-        Value::Number(_, Range::Within(f64::MIN, f64::MAX)) => "any number".to_owned(),
         Value::Number(_, range) => range.to_string(),
         Value::Count(_) => "whole number".to_owned(),
         Value::Flag(_) => "true, false".to_owned(),
-        Value::List => "list of numbers".to_owned(),
+        Value::List(range) => format!("list of numbers {range}"),
         _ if choices.is_empty() => "text".to_owned(),
         _ => {
             let names = choices.iter().map(|choice| format!("`\"{}\"`", choice.0));

@@ -108,12 +108,30 @@ fn a_strain_or_stress_outside_its_range_is_refused() {
     all_refused(
         2,
         &[
-            ("relax --strain 0", &["0", "(0, 1]", "--strain"]),
-            ("relax --strain 0%", &["0", "(0, 1]", "--strain"]),
-            ("relax --strain -0.05", &["-0.05", "(0, 1]", "--strain"]),
-            ("relax --strain -5%", &["-0.05", "(0, 1]", "--strain"]),
-            ("relax --strain=-5%", &["-0.05", "(0, 1]", "--strain"]),
-            ("relax --strain 200%", &["2", "(0, 1]", "--strain"]),
+            (
+                "relax --strain 0",
+                &["strain 0", "above 0 and at most 1", "--strain"],
+            ),
+            (
+                "relax --strain 0%",
+                &["strain 0", "above 0 and at most 1", "--strain"],
+            ),
+            (
+                "relax --strain -0.05",
+                &["-0.05", "above 0 and at most 1", "--strain"],
+            ),
+            (
+                "relax --strain -5%",
+                &["-0.05", "above 0 and at most 1", "--strain"],
+            ),
+            (
+                "relax --strain=-5%",
+                &["-0.05", "above 0 and at most 1", "--strain"],
+            ),
+            (
+                "relax --strain 200%",
+                &["strain 2", "above 0 and at most 1", "--strain"],
+            ),
             ("relax --strain NaN", &["NaN", "--strain"]),
             ("relax --strain 5mm", &["5mm", "%", "--strain"]),
             ("creep --stress 0", &["0 Pa", "--stress"]),
@@ -132,8 +150,8 @@ fn a_specimen_that_is_none_is_refused() {
             ("relax --thickness -20mm", &["-0.02 m", "--thickness"]),
             ("relax --thickness=-20mm", &["-0.02 m", "--thickness"]),
             ("relax --thickness NaN", &["NaN", "--thickness"]),
-            ("relax --area 0", &["0 m²", "--area"]),
-            ("relax --area -4cm2", &["-0.0004 m²", "--area"]),
+            ("relax --area 0", &["0 m2", "--area"]),
+            ("relax --area -4cm2", &["-0.0004 m2", "--area"]),
             ("relax --area NaN", &["NaN", "--area"]),
             ("creep --thickness 0", &["0 m", "--thickness"]),
         ],
@@ -149,7 +167,7 @@ fn times_that_make_no_experiment_are_refused() {
             ("relax --duration -1s", &["-1", "--duration"]),
             ("relax --duration NaN", &["NaN", "--duration"]),
             ("relax --duration 5ms", &["0.005 s", "--duration"]),
-            ("relax --duration 1e9s", &["1000000000 s", "--duration"]),
+            ("relax --duration 1e9s", &["1e9 s", "--duration"]),
             ("relax --ramp-time 0", &["0 s", "--ramp-time"]),
             ("relax --ramp-time 200s", &["200 s", "--ramp-time"]),
             ("creep --duration 0", &["0 s", "--duration"]),

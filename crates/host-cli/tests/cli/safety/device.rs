@@ -92,7 +92,7 @@ fn the_chain_of_a_device_is_set_and_shown() {
         ("--start-force -1N", ["start force", "-1"]),
         (
             "--guard energy-bounding --device-damping 0",
-            ["damping of the guard", "0"],
+            ["device damping 0", "0"],
         ),
     ] {
         let line = format!("device set {change} --device serial:device");
@@ -157,7 +157,10 @@ fn the_watchdog_goes_with_the_loop_and_braking_with_the_mass() {
     assert_eq!(number(safety, "brake_force_n"), 3.0);
     assert!((number(safety, "stop_time_s") - 0.05).abs() < 1e-8);
     for (change, words) in [
-        ("--stiffness 1e39", ["--stiffness 1e39 is not", "3.4e38"]),
+        (
+            "--stiffness 1e39",
+            ["stiffness 1e39 N/m is not", "from 0 to 1e8"],
+        ),
         (
             "--force-limit 1e-60N",
             ["--force-limit 1e-60 is not", "1.4e-45"],

@@ -16,9 +16,13 @@ pub(super) fn draw(curve: &[[f64; 3]], words: &str) -> Result<Picture, FigureErr
     let read = over_time(1e3, |point| point[1]);
     let model = over_time(1e3, |point| point[2]);
     let left = over_time(1e6, |point| point[2] - point[1]);
+    let time = AxisSpec::new("time / s", Scale::Linear);
     let chart = |caption, y, series| Chart {
         caption,
-        x: AxisSpec::new("time / s", Scale::Linear),
+        x: match (curve.first(), curve.last()) {
+            (Some(first), Some(last)) => time.between(first[0], last[0]),
+            _ => time,
+        },
         y: AxisSpec::new(y, Scale::Linear),
         series,
     };
@@ -31,8 +35,8 @@ pub(super) fn draw(curve: &[[f64; 3]], words: &str) -> Result<Picture, FigureErr
                 "position read, and of the model",
                 "position / mm",
                 vec![
-                    Series::new("read", &read, Look::Line, 0),
-                    Series::new("model", &model, Look::Line, 1),
+                    Series::new("read", &read, Look::Broad, 6),
+                    Series::new("model", &model, Look::Dashed, 1),
                 ],
             ),
             chart(
