@@ -288,11 +288,6 @@ impl<'a> Table<'a> {
         })
     }
 
-    /// True if the key is there.
-    pub(crate) fn has(&self, parameter: &Parameter) -> bool {
-        self.find(parameter.key).is_some()
-    }
-
     fn find(&self, key: &str) -> Option<Found<'a>> {
         let entry = self.entries.iter().find(|(name, _)| name.get_ref() == key);
         entry.map(|(_, value)| (value.get_ref(), value.span().start))

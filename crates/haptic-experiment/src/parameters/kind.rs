@@ -95,11 +95,12 @@ impl Parameter {
     pub(super) const fn list_of(
         key: &'static str,
         shown: &'static str,
+        range: Range,
         help: &'static str,
     ) -> Self {
         Self {
             shown,
-            ..Self::list(key, help)
+            ..Self::list(key, range, help)
         }
     }
 

@@ -1,7 +1,8 @@
 //! Of `[zwidth]` and `[design]`: questions to a device, answered without a log.
 
 use super::experiment::{AREA, ENCODER_RESOLUTION, LIBRARY, SCHEME, SEED, SENSOR_NOISE, THICKNESS};
-use super::kind::{ABOVE_0, Parameter, Range, parameters};
+use super::kind::{Parameter, parameters};
+use super::range::{self, Range};
 use super::wall::{
     CRITERION, CURRENT_LAG, DAMPING, DELAY, DEVICE_MODEL, FRICTION, HAND_STIFFNESS, IMPACT, MASS,
     ONE_SIDED, PUSH, THRESHOLD, TRIAL_DURATION, TRIAL_FORCE_LIMIT, WALL_SAMPLE_TIME, WINDOW,
@@ -9,7 +10,7 @@ use super::wall::{
 
 parameters! {
     /// Orders of a Z-width.
-    ZWIDTH_ORDERS = list_of("orders", "0,0.5,1,1.5,2", "Orders of the dissipation, 0 to 2");
+    ZWIDTH_ORDERS = list_of("orders", "0,0.5,1,1.5,2", range::WALL_ORDERS, "Orders of the dissipation, 0 to 2");
     /// Dissipations of a Z-width.
     ZWIDTH_POINTS = count("points", 21, "21", "Dissipations for each order, from 0 to the largest stable one");
     /// What real devices have.
@@ -20,7 +21,7 @@ parameters! {
     /// Tissue of a design.
     WISH_TISSUE = text("tissue", "", "Of the wish tissue: a name from `host-cli materials list`, or the path of a TOML file");
     /// Frequency of a design, Hz.
-    WISH_FREQUENCY = optional("frequency_hz", ABOVE_0,
+    WISH_FREQUENCY = optional("frequency_hz", range::FREQUENCIES_HZ,
         "Frequency of most-damping, and where the orders of a tissue or coupler are compared [default there: 1 Hz]");
     /// What a wall must be.
     REQUIRE = text("require", "stable", "What the wall must be");
@@ -28,9 +29,10 @@ parameters! {
     GAIN_MARGIN = number("gain_margin", 2.0, "2", Range::AboveUpTo(1.0, 1e3),
         "Factor by which a stable wall could grow before it is unstable");
     /// Orders of a design.
-    DESIGN_ORDERS = list_of("orders", "0,0.25,0.5,0.75,1,1.25,1.5,1.75,2", "Orders to try, 0 to 2");
+    DESIGN_ORDERS = list_of("orders", "0,0.25,0.5,0.75,1,1.25,1.5,1.75,2", range::WALL_ORDERS,
+        "Orders to try, 0 to 2");
     /// Limit on the noise of the force, N.
-    FORCE_NOISE_LIMIT = optional("force_noise_limit_n", ABOVE_0,
+    FORCE_NOISE_LIMIT = optional("force_noise_limit_n", range::FORCES_ABOVE_0,
         "Largest noise of the force that encoder steps and sensor noise may make, rms [default: any]");
 }
 

@@ -24,7 +24,7 @@ fn parameter(parameter: &Parameter, required: &[Parameter]) -> Value {
         Default::Count(default) => ("count", json!(default)),
         Default::Flag(default) => ("flag", json!(default)),
         Default::Text(default) => ("text", json!(default)),
-        Default::List => ("list", json!(shown)),
+        Default::List(_) => ("list", json!(shown)),
         _ => ("text", Value::Null),
     };
     let (least, most) = match value {

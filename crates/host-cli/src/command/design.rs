@@ -82,7 +82,7 @@ pub struct Arguments {
     /// What the wall must be [default: stable]
     #[arg(long, value_enum)]
     require: Option<Require>,
-    #[arg(long, help = help_with_default(&parameters::GAIN_MARGIN), value_parser = number_within(range::RATIOS), value_name = "FACTOR", allow_hyphen_values = true)]
+    #[arg(long, help = help_with_default(&parameters::GAIN_MARGIN), value_parser = number_within(parameters::GAIN_MARGIN.range()), value_name = "FACTOR", allow_hyphen_values = true)]
     gain_margin: Option<f64>,
     #[arg(long, help = parameters::DESIGN_ORDERS.help, value_delimiter = ',', default_value = parameters::DESIGN_ORDERS.shown, allow_hyphen_values = true)]
     orders: Vec<f64>,

@@ -1,6 +1,7 @@
 //! `control`: from wishes to a controller, its loop, and back from a record to a plant.
 
 mod refusals;
+mod verdicts;
 
 use crate::process::{Place, number};
 use serde_json::Value;

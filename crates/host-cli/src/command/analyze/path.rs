@@ -1,10 +1,11 @@
 //! The way of the force, its delay and current lag: what an analysis is told, and what it answers.
 
-use crate::command::words::parse_number;
 use crate::quantity::Time;
+use crate::within::{number_within, within};
 use clap::Args;
 use haptic_analysis::ForcePath;
 use haptic_experiment::failure::Failure;
+use haptic_experiment::parameters::{self, range};
 use haptic_experiment::plant_file::DeviceValues;
 use serde::Serialize;
 
