@@ -121,7 +121,7 @@ fn fault(link: &mut SerialLink) -> Fault {
         match link.hear(Duration::from_secs(60)).expect("something") {
             Heard::Fault(report) => return Fault::from_code(report.status.fault).expect("known"),
             Heard::Over(error) => panic!("{error}"),
-            Heard::Sample(_) | Heard::Event(_) => {}
+            Heard::Sample(_) | Heard::Vector(_) | Heard::Event(_) => {}
         }
     }
 }
