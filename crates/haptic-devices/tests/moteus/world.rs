@@ -166,7 +166,7 @@ impl Rig {
             },
             ..Configuration::PASSIVE
         };
-        let prepared = prepare::<Axis>(configuration, &[0.0], &capabilities).expect("good");
+        let prepared = prepare::<Axis, 1>(configuration, &[0.0], &capabilities).expect("good");
         device.install(prepared, &[0.0]).expect("idle");
         Self {
             wire,
