@@ -31,7 +31,7 @@ pub use wall::*;
 pub fn of_kind(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
     let common = match kind {
         // On simulated devices alone.
-        "teleoperation" | "touch" => vec![("safety", SAFETY)],
+        "teleoperation" => vec![("safety", SAFETY)],
         _ => vec![("device", ON_DEVICE), ("safety", SAFETY)],
     };
     let own: &[(&str, &[Parameter])] = match kind {

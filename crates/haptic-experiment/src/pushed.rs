@@ -24,7 +24,7 @@ pub(super) use judged::{Judged, incomparable, judged, limited};
 use nalgebra::SVector;
 pub use report::TrialReport;
 pub use setup::TrialSetup;
-pub(super) use setup::{Parts, six_digits};
+pub(super) use setup::{Parts, only_ideal, six_digits};
 use std::ops::{ControlFlow, RangeInclusive};
 pub(super) use trial::Trial;
 

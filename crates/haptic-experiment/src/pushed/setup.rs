@@ -10,7 +10,7 @@ use crate::named::Named as _;
 use crate::preflight::{Dynamics, PreflightRequest, PreflightSubject};
 use crate::refused::parameter;
 use crate::remote::{
-    Kept, RemoteDevice, RemoteLaw, RemoteRun, device_name, host_limits, no_operator, push,
+    Kept, RemoteDevice, RemoteLaw, RemoteRun, blank, device_name, host_limits, no_operator, push,
 };
 use crate::run::{Ran, Supervisor, run_logged};
 use crate::safety::{GuardChoice, GuardedDevice, Safety};
@@ -188,22 +188,13 @@ impl TrialSetup {
     /// # Errors
     /// Settings that only the simulated device has.
     pub(crate) fn law(&self) -> Result<RemoteLaw, Failure> {
+        only_ideal(&self.device)?;
         let MassDamperConfig {
             mass,
             damping,
             stiffness,
-            delay,
-            friction,
-            lag,
-            sample_time: _,
-            saturation: _,
+            ..
         } = self.device;
-        if delay.0 > 0.0 || friction.0 > 0.0 || lag.0 > 0.0 {
-            return Err(Failure::bad_input(
-                "delay_s, friction_n and current_lag_s are of the simulated device: leave them away with a \
-                 serial one, which has its own",
-            ));
-        }
         Ok(RemoteLaw {
             stiffness_n_per_m: 0.0,
             dissipation_n_s_mu_per_m: 0.0,
@@ -273,7 +264,7 @@ impl TrialSetup {
             device: remote,
             law: law(remote)?,
             schedule,
-            reference: &|_| 0.0,
+            blank: &|_| blank(0.0),
             preflight: Some(preflight),
             wanted: PreflightRequest {
                 force_unstable: self.force_unstable,
@@ -396,6 +387,20 @@ impl TrialSetup {
             _ => Compared::without_meaning(format!("the {what} did not come to rest")),
         }
     }
+}
+
+/// Refuses the imperfections of the simulated device on one at a port.
+///
+/// # Errors
+/// Any of them.
+pub(crate) fn only_ideal(device: &MassDamperConfig) -> Result<(), Failure> {
+    if device.delay.0 > 0.0 || device.friction.0 > 0.0 || device.lag.0 > 0.0 {
+        return Err(Failure::bad_input(
+            "delay_s, friction_n and current_lag_s are of the simulated device: leave them away with a \
+             serial one, which has its own",
+        ));
+    }
+    Ok(())
 }
 
 /// Warnings about a trial of a wall or a coupler, and about the analysis beside it.

@@ -12,6 +12,7 @@ mod session;
 mod summary;
 
 pub use run::RemoteRun;
+pub use samples::blank;
 pub use summary::{FrameCounts, LinkSummary};
 
 use super::refused::single;
@@ -195,11 +196,12 @@ pub(super) fn keep_within(
     ))
 }
 
-/// Limits of the chain that closes a loop here: force, rate, start and stop. The rest is up to the device, which
+/// Limits of the chain that closes a loop here: force, norm, rate, start and stop. The rest is up to the device, which
 /// knows where it is without delay.
 #[must_use]
 pub const fn host_limits(limits: &haptic_loop::Limits) -> haptic_loop::Limits {
     haptic_loop::Limits {
+        norm: limits.norm,
         start_force: limits.start_force,
         stop_time: limits.stop_time,
         brake_force: limits.brake_force,

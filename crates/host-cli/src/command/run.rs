@@ -83,10 +83,7 @@ pub const TABLES: &[(&str, &[Parameter])] = &[
     ("[coupler]", COUPLER),
     ("[teleoperation]", TELEOPERATION),
     ("[touch]", TOUCH),
-    (
-        "Every table but [teleoperation] and [touch], the device",
-        ON_DEVICE,
-    ),
+    ("Every table but [teleoperation], the device", ON_DEVICE),
     ("Every table, the safety chain", SAFETY),
 ];
 

@@ -52,12 +52,18 @@ impl PortArguments {
         })
     }
 
-    /// One attempt.
+    /// One attempt, at a device of one axis.
     pub(super) fn connect_once(&self) -> Result<SerialLink, Failure> {
-        self.name()?.connect(Duration::ZERO, &warn, None)
+        self.name()?.connect_with(1, Duration::ZERO, &warn, None)
     }
 
+    /// A device of one axis.
     pub(super) fn connect(&self) -> Result<SerialLink, Failure> {
+        self.name()?.connect_with(1, self.patience()?, &warn, None)
+    }
+
+    /// A device of any number of axes.
+    pub(super) fn connect_any(&self) -> Result<SerialLink, Failure> {
         self.name()?.connect(self.patience()?, &warn, None)
     }
 }
