@@ -284,7 +284,6 @@ fn what_is_wrong_is_refused_with_its_line() {
             "way_points = [[1, 1, 1], [1, 0, 0]]",
             "row 2 of `way_points`",
         ),
-        ("circle_start_radius_m = 0.01", "would be a blow"),
         ("hand = \"force\"", "goes `way_points` in N"),
         ("box_low_m = [0, 0]", "give box_high_m too"),
         (
@@ -299,7 +298,12 @@ fn what_is_wrong_is_refused_with_its_line() {
             "duration_s = 2000",
             "2000001 samples, which is not in [10, 1e6]",
         ),
-        ("device = \"sim\"", "unknown key `device`"),
+        ("device = \"usb:1\"", "is not one of sim, serial:PATH"),
+        ("device = \"serial:x\"", "give `loop` = host"),
+        (
+            "device = \"haply:x\"\nloop = \"host\"\nbox_low_m = [-0.05, -0.05]\nbox_high_m = [0.05, 0.1]",
+            "the box is not within reach of the 2DIY",
+        ),
         ("tissue = \"granite\"", "granite"),
     ] {
         let error = ExperimentFile::parse(Path::new("lab.toml"), &format!("[touch]\n{keys}"))
@@ -310,4 +314,15 @@ fn what_is_wrong_is_refused_with_its_line() {
             "{keys}: {error}"
         );
     }
+}
+
+#[test]
+fn a_simulated_hand_that_begins_inside_is_refused_before_a_file_is_made() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let inside = touch("circle_start_radius_m = 0.01");
+    let refused = supervised(|supervisor| inside.run(&request(folder.path(), "touch"), supervisor));
+    let said = refused.expect_err("inside").to_string();
+    assert!(said.contains("would be a blow"), "{said}");
+    let left = std::fs::read_dir(folder.path()).expect("a folder").count();
+    assert_eq!(left, 0);
 }

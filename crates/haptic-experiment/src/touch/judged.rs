@@ -122,7 +122,8 @@ impl TouchExperiment {
         // On a device it was told before the run.
         let analysis = analysis.filter(|_| self.remote.is_none());
         (warnings.0).extend(analysis.and_then(|verdict| verdict.warning(guarded)));
-        warnings.limited(ran.record.limited);
+        let ramp = self.ramp_samples(&ran.record) as u64;
+        warnings.limited(ran.record.limited - ramp);
         if let (TouchVerdict::GaveEnergy, Some(energy)) = (verdict, energy) {
             warnings.0.push(format!(
                 "the hand was given {:.3e} J more than it gave: take a softer K and less B, a shorter `sample_time_s`, or a \
@@ -131,6 +132,16 @@ impl TouchExperiment {
             ));
         }
         warnings
+    }
+
+    /// True of a sample in which nothing but the start ramp of a device acted: nothing is compared before it is over.
+    fn is_ramped(&self, sample: &KeptSample) -> bool {
+        self.remote.is_some() && sample.limiters == Limiters::STARTUP.bits()
+    }
+
+    fn ramp_samples(&self, record: &Record) -> usize {
+        let samples = record.whole.iter().flatten();
+        samples.filter(|sample| self.is_ramped(sample)).count()
     }
 
     /// The force that the full history of the depth asks for, at least 0, N.
@@ -160,12 +171,9 @@ impl TouchExperiment {
     fn compare(&self, record: &Record) -> Result<Compared, Failure> {
         let reference = Reference::of(self.scheme);
         let samples: &[KeptSample] = record.whole.as_deref().unwrap_or_default();
-        // The start ramp of a device is over before anything is compared.
-        let ramped = |sample: &KeptSample| {
-            self.remote.is_some() && sample.limiters == Limiters::STARTUP.bits()
-        };
+        let ramped = |sample: &KeptSample| self.is_ramped(sample);
         let free = samples.iter().filter(|sample| sample.limiters == 0).count();
-        let ramp = samples.iter().filter(|sample| ramped(sample)).count();
+        let ramp = self.ramp_samples(record);
         let reason = (free + ramp < samples.len())
             .then(|| limited(record))
             .flatten();
@@ -214,10 +222,13 @@ impl TouchExperiment {
         header.push("depth_m");
         let mut table = ran.folder.named_table_beside_log("csv", &header)?;
         let mut curves = Thinned::of(&ran.record);
+        // The way of the force to zero is no part of the result.
+        let last = ran.record.last.map_or(0, |last| last.tick);
         for log in &ran.log.paths {
             for entry in LogReader::open(log)? {
-                let Entry::Vector(tick) = entry? else {
-                    continue;
+                let tick = match entry? {
+                    Entry::Vector(tick) if tick.tick <= last => tick,
+                    _ => continue,
                 };
                 let depth_m = depth(&shape, tick.position_m.as_slice());
                 let mut row = vec![tick.time_s];

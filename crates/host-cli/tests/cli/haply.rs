@@ -275,7 +275,8 @@ fn a_touch_on_a_2diy_pushes_along_the_normal_and_lets_go_at_the_end() {
         let emulated = Emulated::new("");
         emulated.place.write("edge.toml", EDGE);
         let ended = emulated.place.run(&format!("run edge.toml {BOTH}"));
-        if ended.code == Some(1) {
+        // Such a fault may come before the run too.
+        if matches!(ended.code, Some(1 | 3)) {
             assert!(
                 ended.stderr.contains("no whole answer for 4 ticks"),
                 "{ended}"
