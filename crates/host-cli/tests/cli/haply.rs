@@ -277,8 +277,10 @@ fn a_touch_on_a_2diy_pushes_along_the_normal_and_lets_go_at_the_end() {
         let ended = emulated.place.run(&format!("run edge.toml {BOTH}"));
         // Such a fault may come before the run too.
         if matches!(ended.code, Some(1 | 3)) {
+            // Ticks that a busy machine leaves out look like a handle that is too fast.
+            let busy = ["no whole answer for 4 ticks", "faster than a hand"];
             assert!(
-                ended.stderr.contains("no whole answer for 4 ticks"),
+                busy.iter().any(|words| ended.stderr.contains(words)),
                 "{ended}"
             );
             println!("this machine is too busy: once more");
