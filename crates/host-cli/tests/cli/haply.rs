@@ -327,7 +327,7 @@ fn a_box_that_the_arms_do_not_reach_and_a_line_for_both_axes_are_refused() {
     let place = Place::new();
     place.write(
         "far.toml",
-        &format!("{EDGE}box_low_m = [-0.05, -0.06]\nbox_high_m = [0.05, 0.1]\n"),
+        format!("{EDGE}box_low_m = [-0.05, -0.06]\nbox_high_m = [0.05, 0.1]\n"),
     );
     place.run(&format!("run far.toml {BOTH}")).refused(
         2,

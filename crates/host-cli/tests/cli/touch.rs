@@ -182,7 +182,7 @@ fn a_touch_on_a_board_of_one_axis_is_refused_and_so_is_what_no_device_can_do() {
         ("friction_n = 0.1", "friction_n"),
         ("sensor_noise_m = 1e-5", "sensor_noise_m"),
     ] {
-        place.write("bad.toml", &format!("{EDGE}{key}\n"));
+        place.write("bad.toml", format!("{EDGE}{key}\n"));
         place
             .run(&format!("run bad.toml {ON_PLANE}"))
             .refused(2, &[said]);
