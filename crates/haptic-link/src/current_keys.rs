@@ -1,6 +1,8 @@
 //! The keys of the messages in this version of the crate.
 
-use crate::keys::{KEYS_MAX, Keys, MessageKey};
+use crate::keys::{
+    KEYS_MAX, Keys, MessageKey, ONE_AXIS_REPORTS, ONE_AXIS_REQUESTS, REPORTS, REQUESTS,
+};
 use crate::report::Report;
 use crate::request::Request;
 use postcard_schema::Schema;
@@ -9,26 +11,20 @@ use postcard_schema::schema::{DataModelType, NamedType, NamedVariant};
 
 /// Keys of the requests in this version of the crate.
 #[cfg(not(feature = "several-axes"))]
-pub const REQUEST_KEYS: [MessageKey; ONE_AXIS_REQUESTS] =
+pub const REQUEST_KEYS: [MessageKey; REQUESTS] =
     keys!(RequestVariant: 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16);
 /// Keys of the reports.
 #[cfg(not(feature = "several-axes"))]
-pub const REPORT_KEYS: [MessageKey; ONE_AXIS_REPORTS] =
-    keys!(ReportVariant: 0 1 2 3 4 5 6 7 8 9 10 11 12);
+pub const REPORT_KEYS: [MessageKey; REPORTS] = keys!(ReportVariant: 0 1 2 3 4 5 6 7 8 9 10 11 12);
 
 /// Keys of the requests in this version of the crate.
 #[cfg(feature = "several-axes")]
-pub const REQUEST_KEYS: [MessageKey; ONE_AXIS_REQUESTS + 2] =
+pub const REQUEST_KEYS: [MessageKey; REQUESTS] =
     keys!(RequestVariant: 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18);
 /// Keys of the reports.
 #[cfg(feature = "several-axes")]
-pub const REPORT_KEYS: [MessageKey; ONE_AXIS_REPORTS + 3] =
+pub const REPORT_KEYS: [MessageKey; REPORTS] =
     keys!(ReportVariant: 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15);
-
-/// So many requests, the first ones, are those of a device of one axis.
-const ONE_AXIS_REQUESTS: usize = 17;
-/// So many reports likewise.
-const ONE_AXIS_REPORTS: usize = 13;
 
 impl Keys {
     /// Of the messages in this version of the crate.
@@ -47,7 +43,7 @@ impl Keys {
     pub fn first_unlike(&self, axes: u8) -> Option<&'static str> {
         let (requests, reports) = match axes {
             0 | 1 => (ONE_AXIS_REQUESTS, ONE_AXIS_REPORTS),
-            _ => (REQUEST_KEYS.len(), REPORT_KEYS.len()),
+            _ => (REQUESTS, REPORTS),
         };
         let unlike = |have: &[MessageKey], want: &[MessageKey]| {
             (0..want.len()).find(|&n| have.get(n) != want.get(n))

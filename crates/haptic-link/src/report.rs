@@ -3,9 +3,8 @@
 use crate::answer::Ack;
 use crate::coefficients::CoefficientBlock;
 use crate::configuration::Configuration;
-use crate::current_keys::REPORT_KEYS;
 use crate::identity::{Capabilities, Hello};
-use crate::keys::Keys;
+use crate::keys::{Keys, REPORTS};
 use crate::sample::{Batch, Flight, Sample};
 #[cfg(feature = "several-axes")]
 use crate::several::{VectorBatch, VectorFlight, VectorSample};
@@ -62,7 +61,7 @@ pub enum Report {
 
 impl Report {
     /// Names of the reports, by number.
-    pub const NAMES: [&'static str; REPORT_KEYS.len()] = [
+    pub const NAMES: [&'static str; REPORTS] = [
         "hello",
         "capabilities",
         "ack",

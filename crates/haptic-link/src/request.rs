@@ -2,7 +2,7 @@
 
 use crate::coefficients::CoefficientBlock;
 use crate::configuration::Configuration;
-use crate::current_keys::REQUEST_KEYS;
+use crate::keys::REQUESTS;
 #[cfg(feature = "several-axes")]
 use crate::several::{Forces, WorkspaceBox};
 use postcard_schema::Schema;
@@ -112,7 +112,7 @@ pub enum Scope {
 
 impl Request {
     /// Names of the requests, by number.
-    pub const NAMES: [&'static str; REQUEST_KEYS.len()] = [
+    pub const NAMES: [&'static str; REQUESTS] = [
         "hello",
         "get-capabilities",
         "configure",
