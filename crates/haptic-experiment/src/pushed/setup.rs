@@ -9,9 +9,7 @@ use crate::kept::{Record, Samples};
 use crate::named::Named as _;
 use crate::preflight::{Dynamics, PreflightRequest, PreflightSubject};
 use crate::refused::parameter;
-use crate::remote::{
-    Kept, RemoteDevice, RemoteLaw, RemoteRun, blank, device_name, host_limits, no_operator, push,
-};
+use crate::remote::{RemoteDevice, RemoteLaw, RemoteRun, blank, device_name, host_limits, push};
 use crate::run::{Ran, Supervisor, run_logged};
 use crate::safety::{GuardChoice, GuardedDevice, Safety};
 use crate::schedule::{Pace, Schedule};
@@ -195,34 +193,22 @@ impl TrialSetup {
             stiffness,
             ..
         } = self.device;
-        Ok(RemoteLaw {
-            stiffness_n_per_m: 0.0,
-            dissipation_n_s_mu_per_m: 0.0,
-            order: 0.0,
-            one_sided: false,
-            operator: no_operator(),
-            limits: self.limits_there(),
-            kept: Kept {
-                rate: self.force_rate_limit_n_per_s.is_none(),
-                speed: self.safety.speed_limit_m_per_s.is_none(),
-                rise: self.safety.rise_time_s.is_none(),
+        Ok(RemoteLaw::none(
+            self.limits_there(),
+            (self.force_rate_limit_n_per_s, &self.safety),
+            GuardedDevice {
+                mass_kg: Some(mass.0),
+                damping_n_s_per_m: Some(damping.0),
+                ..GuardedDevice::default()
             },
-            guard: (
-                self.safety.guard,
-                self.safety.guarded(GuardedDevice {
-                    mass_kg: Some(mass.0),
-                    damping_n_s_per_m: Some(damping.0),
-                    ..GuardedDevice::default()
-                }),
-            ),
-            simulation: Simulation {
+            Simulation {
                 kind: SimulationKind::MassDamper,
                 mass_kg: mass.0 as f32,
                 damping_n_s_per_m: damping.0 as f32,
                 hand_stiffness_n_per_m: stiffness.0 as f32,
                 ..push(self.plan.push_n)
             },
-        })
+        ))
     }
 
     /// Runs the loop and writes the log.

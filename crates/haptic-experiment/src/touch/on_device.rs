@@ -9,7 +9,7 @@ use crate::failure::Failure;
 use crate::folder::FolderRequest;
 use crate::preflight::{Dynamics, PreflightRequest};
 use crate::pushed::only_ideal;
-use crate::remote::{Kept, RemoteDevice, RemoteLaw, RemoteRun, no_operator};
+use crate::remote::{RemoteDevice, RemoteLaw, RemoteRun};
 use crate::run::Supervisor;
 use crate::safety::GuardedDevice;
 use crate::schedule::Schedule;
@@ -94,27 +94,15 @@ impl TouchExperiment {
             (Grip::Force, HandPath::Circle { .. }) => (0.0, 0.0),
         };
         let (mass_kg, damping) = (self.masses()[0], self.device.damping.0);
-        Ok(RemoteLaw {
-            stiffness_n_per_m: 0.0,
-            dissipation_n_s_mu_per_m: 0.0,
-            order: 0.0,
-            one_sided: false,
-            operator: no_operator(),
-            limits: self.limits_there()?,
-            kept: Kept {
-                rate: self.force_rate_limit_n_per_s.is_none(),
-                speed: self.safety.speed_limit_m_per_s.is_none(),
-                rise: self.safety.rise_time_s.is_none(),
+        Ok(RemoteLaw::none(
+            self.limits_there()?,
+            (self.force_rate_limit_n_per_s, &self.safety),
+            GuardedDevice {
+                mass_kg: Some(mass_kg),
+                damping_n_s_per_m: Some(damping),
+                ..GuardedDevice::default()
             },
-            guard: (
-                self.safety.guard,
-                self.safety.guarded(GuardedDevice {
-                    mass_kg: Some(mass_kg),
-                    damping_n_s_per_m: Some(damping),
-                    ..GuardedDevice::default()
-                }),
-            ),
-            simulation: Simulation {
+            Simulation {
                 kind: SimulationKind::MassDamper,
                 mass_kg: mass_kg as f32,
                 damping_n_s_per_m: damping as f32,
@@ -122,6 +110,6 @@ impl TouchExperiment {
                 push_n: push_n as f32,
                 ..Simulation::REAL
             },
-        })
+        ))
     }
 }
