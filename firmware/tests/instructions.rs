@@ -132,7 +132,7 @@ fn measure(list: &lists::List, name: &str, limits: Limits) {
     let mut device = TickSide::new(Probe::default()).expect("a board");
     let capabilities = device.hardware().capabilities();
     let prepared =
-        prepare::<Probe>(configuration(list, limits), values, &capabilities).expect("good");
+        prepare::<Probe, 1>(configuration(list, limits), values, &capabilities).expect("good");
     device.install(prepared, values).expect("idle");
     device.arm(0).expect("no fault");
     let start = Start {

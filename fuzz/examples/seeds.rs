@@ -2,7 +2,9 @@
 //! messages or of the log: `cargo run --example seeds`.
 #![forbid(unsafe_code)]
 
-use haptic_link::{FRAME_MAX, Header, Report, Request, Sample, encode};
+use haptic_link::{
+    BatchItem, FRAME_MAX, Forces, Header, Report, Request, Sample, VectorBatch, encode,
+};
 use haptic_log::record::{EventMessage, LogWriter, TickMessage};
 use std::error::Error;
 use std::fs;
@@ -55,6 +57,22 @@ fn frames() -> Done {
     let length = encode(&sample, Header::from_device(1), &mut line).map_err(|e| e.to_string())?;
     let twice = [&line[..length], &line[..length / 2], &[0], &line[..length]].concat();
     write("frame", "reports", &twice)?;
+    let forces = Request::Forces(Forces {
+        tick: 1,
+        force_n: [0.5, -0.5].into_iter().collect(),
+    });
+    let length = encode(&forces, Header::from_host(1, 1), &mut line).map_err(|e| e.to_string())?;
+    write("frame", "forces", &line[..length])?;
+    let item = BatchItem::from(Sample::default());
+    let batch = Report::VectorBatch(VectorBatch {
+        tick: 1,
+        time_us: 1000,
+        every: 1,
+        axes: 2,
+        items: [item; 4].into_iter().collect(),
+    });
+    let length = encode(&batch, Header::from_device(2), &mut line).map_err(|e| e.to_string())?;
+    write("frame", "vectors", &line[..length])?;
     Ok(())
 }
 

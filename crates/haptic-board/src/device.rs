@@ -10,7 +10,7 @@ use haptic_loop::{Fault, SafetyChain};
 use haptic_remote::{DeviceSession, Exclusive, Hardware, Records, TickSide};
 
 /// The device's loop, with its records elsewhere.
-type Loop<H> = TickSide<H, &'static mut Records>;
+type Loop<H> = TickSide<H, 1, &'static mut Records>;
 
 /// The device's loop, lent to one user at a time by a critical section.
 #[derive(Debug)]

@@ -1,6 +1,6 @@
 //! Devices of other makers by name, and opening one.
 
-use crate::haply::{HaplyName, HaplyOpenError};
+use crate::haply::{HaplyName, HaplyOpenError, Plane};
 use crate::moteus::{MoteusName, MoteusOpenError};
 use crate::name::NameError;
 use haptic_remote::serial::{SerialError, SerialLink, ServeError, Served};
@@ -48,16 +48,38 @@ impl ForeignName {
         Self::KINDS.iter().any(|(known, _)| *known == kind)
     }
 
-    /// Opens the device, looks at its first answers, serves it on a thread of this process, and connects to that.
+    /// Opens the device with one axis, looks at its first answers, serves it on a thread of this process, and connects to that.
     ///
     /// # Errors
     /// A port that cannot be opened, a device that does not answer or answers what cannot be.
     pub fn open(&self) -> Result<SerialLink, OpenError> {
-        let served = match self {
-            Self::Haply(name) => Served::start(name.open()?)?,
-            Self::Moteus(name) => Served::start(name.open()?)?,
+        self.open_with(1)
+    }
+
+    /// The same with so many axes.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open); more axes than it has.
+    pub fn open_with(&self, axes: usize) -> Result<SerialLink, OpenError> {
+        let served = match (self, axes) {
+            (Self::Haply(name), 1) => Served::start(name.open()?)?,
+            (Self::Haply(name), 2) => Served::start(name.open_both()?)?,
+            (Self::Moteus(name), 1) => Served::start(name.open()?)?,
+            (Self::Haply(_), _) => return Err(OpenError::Axes { axes, most: 2 }),
+            (Self::Moteus(_), _) => return Err(OpenError::Axes { axes, most: 1 }),
         };
         Ok(SerialLink::to_served(served, &self.to_string())?)
+    }
+}
+
+impl ForeignName {
+    /// The plane of a device that moves in one; `None` for others.
+    #[must_use]
+    pub const fn plane(&self) -> Option<Plane> {
+        match self {
+            Self::Haply(name) => Some(Plane::of(name.version.model())),
+            Self::Moteus(_) => None,
+        }
     }
 }
 
@@ -99,6 +121,14 @@ pub enum OpenError {
     /// A moteus servo.
     #[error(transparent)]
     Moteus(#[from] MoteusOpenError),
+    /// It has not so many axes.
+    #[error("it has {most} {}, and {axes} are asked for: change `axes`, or take another device", if *most == 1 { "axis" } else { "axes" })]
+    Axes {
+        /// Asked for.
+        axes: usize,
+        /// As many as it has.
+        most: usize,
+    },
     /// It cannot be served.
     #[error(transparent)]
     Serve(#[from] ServeError),

@@ -115,7 +115,44 @@ impl LinkedName {
     ) -> Result<SerialLink, Failure> {
         match self {
             Self::Serial(name) => name.connect(patience, warn, stop),
-            Self::Foreign(name) => open(name, patience, stop),
+            Self::Foreign(name) => open(name, 1, patience, stop),
+        }
+    }
+
+    /// The same for an experiment of so many axes.
+    ///
+    /// # Errors
+    /// As [`connect`](Self::connect); a device with another number of axes.
+    pub fn connect_with(
+        &self,
+        axes: usize,
+        patience: Duration,
+        warn: Warn<'_>,
+        stop: Option<&AtomicBool>,
+    ) -> Result<SerialLink, Failure> {
+        let link = match self {
+            Self::Serial(name) => name.connect(patience, warn, stop),
+            Self::Foreign(name) => open(name, axes, patience, stop),
+        }?;
+        let has = usize::from(link.capabilities().axes);
+        match (has, axes) {
+            _ if has == axes => Ok(link),
+            (_, 1) => Err(Failure::bad_input(format_args!(
+                "{self} has {has} axes, and this needs one: run a [touch] with `axes` = {has} on it, or name another `device`"
+            ))),
+            _ => Err(Failure::bad_input(format_args!(
+                "{self} has {} and the [touch] has `axes` = {axes}: change `axes`, or name another `device`{}",
+                if has == 1 {
+                    "one axis".to_owned()
+                } else {
+                    format!("{has} axes")
+                },
+                if has == 1 {
+                    "; with one axis take [wall] or [relax]"
+                } else {
+                    ""
+                },
+            ))),
         }
     }
 }
@@ -123,6 +160,7 @@ impl LinkedName {
 /// Opens a device of another maker. Tries again while its port is not there or somebody else has it.
 fn open(
     name: &ForeignName,
+    axes: usize,
     patience: Duration,
     stop: Option<&AtomicBool>,
 ) -> Result<SerialLink, Failure> {
@@ -131,7 +169,7 @@ fn open(
     let began = Instant::now();
     let told = |error: &OpenError| Failure::Device(anyhow::anyhow!("{name}: {error}"));
     loop {
-        let error = match name.open() {
+        let error = match name.open_with(axes) {
             Ok(link) => return Ok(link),
             Err(error) => error,
         };

@@ -147,7 +147,8 @@ impl ExperimentFile {
             }
             Self::Wall(WallExperiment { setup, .. })
             | Self::Coupler(CouplerExperiment { setup, .. }) => setup.remote.as_ref(),
-            Self::Teleoperation(_) | Self::Touch(_) => None,
+            Self::Touch(touch) => touch.remote.as_ref(),
+            Self::Teleoperation(_) => None,
         }
     }
 
@@ -172,12 +173,11 @@ impl ExperimentFile {
                     "a teleoperation runs on two simulated devices: leave `device` away",
                 ));
             }
-            Self::Touch(_) if remote.is_some() => {
-                return Err(Failure::bad_input(
-                    "a touch runs on a simulated device: no device with several axes is known yet; leave `device` away",
-                ));
+            Self::Touch(touch) => {
+                touch.remote = remote;
+                touch.sensors
             }
-            Self::Teleoperation(_) | Self::Touch(_) => return Ok(self),
+            Self::Teleoperation(_) => return Ok(self),
         };
         if let Self::Coupler(coupler) = &self {
             coupler.check_loop()?;
@@ -283,8 +283,7 @@ impl ExperimentFile {
             Self::Teleoperation(experiment) => {
                 experiment.force_unstable = wanted.force_unstable;
             }
-            // Its device is simulated here.
-            Self::Touch(_) => {}
+            Self::Touch(touch) => touch.force_unstable = wanted.force_unstable,
         }
         self
     }

@@ -15,6 +15,7 @@ use haptic_log::record::{AnyTick, EndKind, Entry, LogReader, RunEnd, TickMessage
 use haptic_loop::Sample;
 use haptic_loop::realtime::RaisedThread;
 use hdrhistogram::Histogram;
+use nalgebra::SVector;
 use std::path::PathBuf;
 
 /// Runs of up to so many samples are kept in memory.
@@ -35,6 +36,8 @@ pub struct KeptSample {
     pub indenter_position_m: f64,
     /// Force between indenter and renderer, N.
     pub contact_force_n: f64,
+    /// Limiters that acted, bits.
+    pub limiters: u8,
 }
 
 impl KeptSample {
@@ -53,15 +56,56 @@ impl KeptSample {
             force_n: message.force_n,
             indenter_position_m: message.indenter_position_m,
             contact_force_n: message.contact_force_n,
+            limiters: message.limiters,
+        }
+    }
+}
+
+/// What a loop did in a tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Made<const D: usize> {
+    /// Its number.
+    pub tick: u64,
+    /// Its time, s.
+    pub time_s: f64,
+    /// Position as the loop read it, m.
+    pub position_m: SVector<f64, D>,
+    /// Force that the environment wanted, N.
+    pub environment_force_n: SVector<f64, D>,
+    /// Force on the device as commanded, N.
+    pub force_n: SVector<f64, D>,
+    /// Limiters that acted, bits.
+    pub limiters: u8,
+    /// Energy that the guard observed, J; not a number without one.
+    pub observed_energy_j: f64,
+}
+
+impl<const D: usize> Made<D> {
+    /// Of a loop of this program.
+    fn by_loop<F: Real>(sample: &Sample<F, D>, guarded_energy_j: Option<F>) -> Self {
+        Self {
+            tick: sample.reading.tick,
+            time_s: sample.reading.time_s,
+            position_m: sample.reading.position_m.map(F::to_f64),
+            environment_force_n: sample.environment_force_n.map(F::to_f64),
+            force_n: sample.force.newtons().map(F::to_f64),
+            limiters: sample.limiters.bits(),
+            observed_energy_j: guarded_energy_j.map_or(f64::NAN, Real::to_f64),
         }
     }
 }
 
 /// What is told of a tick: as the log has it, and as a run is judged by.
 pub trait TickRecord<const D: usize = 1>: Copy {
-    /// With what the loop did.
+    /// With what a loop did.
     #[must_use]
-    fn of_loop<F: Real>(self, sample: &Sample<F, D>, guarded_energy_j: Option<F>) -> Self;
+    fn of(self, made: &Made<D>) -> Self;
+
+    /// With what a loop of this program did.
+    #[must_use]
+    fn of_loop<F: Real>(self, sample: &Sample<F, D>, guarded_energy_j: Option<F>) -> Self {
+        self.of(&Made::by_loop(sample, guarded_energy_j))
+    }
 
     /// For the log.
     fn logged(&self) -> AnyTick;
@@ -74,15 +118,15 @@ pub trait TickRecord<const D: usize = 1>: Copy {
 }
 
 impl TickRecord for TickMessage {
-    fn of_loop<F: Real>(self, sample: &Sample<F, 1>, guarded_energy_j: Option<F>) -> Self {
+    fn of(self, made: &Made<1>) -> Self {
         Self {
-            tick: sample.reading.tick,
-            time_s: sample.reading.time_s,
-            position_m: sample.reading.position_m[0].to_f64(),
-            environment_force_n: sample.environment_force_n[0].to_f64(),
-            force_n: sample.force.newtons()[0].to_f64(),
-            limiters: sample.limiters.bits(),
-            observed_energy_j: guarded_energy_j.map_or(f64::NAN, Real::to_f64),
+            tick: made.tick,
+            time_s: made.time_s,
+            position_m: made.position_m[0],
+            environment_force_n: made.environment_force_n[0],
+            force_n: made.force_n[0],
+            limiters: made.limiters,
+            observed_energy_j: made.observed_energy_j,
             ..self
         }
     }

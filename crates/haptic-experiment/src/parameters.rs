@@ -48,7 +48,7 @@ pub const QUESTIONS: [&str; 2] = ["zwidth", "design"];
 pub fn of_kind(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
     let common = match kind {
         // On simulated devices alone.
-        "teleoperation" | "touch" => vec![("safety", SAFETY)],
+        "teleoperation" => vec![("safety", SAFETY)],
         "zwidth" | "design" => vec![("device", BENCH)],
         _ => vec![("device", ON_DEVICE), ("safety", SAFETY)],
     };
@@ -106,7 +106,7 @@ mod tests {
                 if let Value::Number(Some(default), range) = parameter.value {
                     assert!(range.contains(default), "{}: {default}", parameter.key);
                 }
-                if let (Value::List, false) = (parameter.value, parameter.shown.is_empty()) {
+                if let (Value::List(_), false) = (parameter.value, parameter.shown.is_empty()) {
                     let wanted = parameter.shown.matches(',').count() + 1;
                     assert_eq!(
                         parameter.default_numbers().len(),

@@ -26,8 +26,8 @@ use haptic_loop::{Controller, Environment, Limits, ParameterError, SafetyChain, 
 pub(super) use judged::{Judged, incomparable, judged, limited};
 use nalgebra::SVector;
 pub use report::TrialReport;
-pub(super) use setup::Parts;
 pub use setup::TrialSetup;
+pub(super) use setup::{Parts, only_ideal};
 use std::ops::{ControlFlow, RangeInclusive};
 pub(super) use trial::Trial;
 

@@ -1,4 +1,4 @@
-//! A touch: a hand moves a device of two or three axes over a shape of tissue, simulated.
+//! A touch: a hand moves a device of two or three axes over a shape of tissue, simulated here or at a port.
 //!
 //! ```text
 //! m_i·x_i'' + b·x_i' = k·(hand_i − x_i) + f_i       or with the hand's force in place of its spring
@@ -14,6 +14,7 @@ mod device;
 mod hand;
 mod judged;
 mod metadata;
+mod on_device;
 mod posture;
 mod report;
 mod running;

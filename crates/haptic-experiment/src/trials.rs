@@ -36,7 +36,9 @@ impl<'a> Trials<'a> {
                 "a search runs in the device's own loop: leave `loop` = host away",
             ));
         }
-        let link = remote.name.connect(remote.patience, warn, Some(stop))?;
+        let link = remote
+            .name
+            .connect_with(1, remote.patience, warn, Some(stop))?;
         let set = link.configuration();
         let (set, _) = set.map_err(|error| at_port(link.path(), &error))?;
         Ok(Self {
@@ -142,7 +144,7 @@ impl<'a> Trials<'a> {
                 Some(Heard::Event(event)) if event.kind == EventKind::Finished => {
                     break motion.len() as u64 == samples;
                 }
-                Some(Heard::Event(_)) => {}
+                Some(Heard::Vector(_) | Heard::Event(_)) => {}
                 // A wall that trips the device is no stable one.
                 Some(Heard::Fault(_)) => break false,
                 Some(Heard::Over(error)) => return Err(problem(error.into())),

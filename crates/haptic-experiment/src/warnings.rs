@@ -73,13 +73,17 @@ impl Warnings {
 
     /// The safety chain acted, so the force is not the tissue's.
     pub fn limited(&mut self, record: &Record) {
-        let acted = |limiter: Limiters| record.limiters & limiter.bits() != 0;
+        self.limited_in(record.limited, record.limiters);
+    }
+
+    /// The same of so many samples, in which these limiters acted.
+    pub(crate) fn limited_in(&mut self, samples: u64, limiters: u8) {
+        let acted = |limiter: Limiters| limiters & limiter.bits() != 0;
         let remedies = REMEDIES.iter().filter(|(limiter, _)| acted(*limiter));
         let remedies: Vec<&str> = remedies.map(|(_, remedy)| *remedy).collect();
-        if record.limited > 0 {
+        if samples > 0 {
             self.0.push(format!(
-                "the safety chain limited the force in {} samples: {}",
-                record.limited,
+                "the safety chain limited the force in {samples} samples: {}",
                 remedies.join("; ")
             ));
         }

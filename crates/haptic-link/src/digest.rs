@@ -63,6 +63,16 @@ impl DigestBuilder {
         self
     }
 
+    /// Adds the workspace of each axis, behind the coefficients: as they are on the wire, without their number.
+    #[cfg(feature = "several-axes")]
+    #[must_use]
+    pub fn workspace(mut self, workspace: &crate::WorkspaceBox) -> Self {
+        for axis in &workspace.axes {
+            self = self.coefficients(&[axis.low_m, axis.high_m, axis.soft_m]);
+        }
+        self
+    }
+
     /// The digest.
     #[must_use]
     pub fn finish(self) -> u32 {

@@ -28,7 +28,7 @@ pub struct Hello {
 pub struct Capabilities {
     /// Name of the board, UTF-8, filled up with zeros.
     pub board: [u8; 16],
-    /// Degrees of freedom; 1 in this version.
+    /// Degrees of freedom, 1 to 3.
     pub axes: u8,
     /// The plant is simulated on the device: no actuator, no sensor.
     pub simulated: bool,

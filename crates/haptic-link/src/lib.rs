@@ -21,6 +21,8 @@ mod report;
 mod request;
 mod sample;
 mod sequence;
+#[cfg(feature = "several-axes")]
+mod several;
 mod simulation;
 mod statistics;
 mod status;
@@ -47,6 +49,10 @@ pub use report::Report;
 pub use request::{Request, Scope, Start};
 pub use sample::{BATCH_MAX, Batch, BatchItem, Flight, Sample};
 pub use sequence::{Arrival, RequestTracker, SequenceTracker};
+#[cfg(feature = "several-axes")]
+pub use several::{
+    AXES_MAX, AxisWorkspace, Forces, VectorBatch, VectorFlight, VectorSample, WorkspaceBox,
+};
 pub use simulation::{Simulation, SimulationKind};
 pub use statistics::Statistics;
 pub use status::{Alive, Event, EventKind, FaultReport, State, Status};

@@ -4,8 +4,10 @@ use crate::answer::Ack;
 use crate::coefficients::CoefficientBlock;
 use crate::configuration::Configuration;
 use crate::identity::{Capabilities, Hello};
-use crate::keys::Keys;
+use crate::keys::{Keys, REPORTS};
 use crate::sample::{Batch, Flight, Sample};
+#[cfg(feature = "several-axes")]
+use crate::several::{VectorBatch, VectorFlight, VectorSample};
 use crate::statistics::Statistics;
 use crate::status::{Alive, Event, FaultReport};
 use postcard_schema::Schema;
@@ -46,11 +48,20 @@ pub enum Report {
     Flight(Flight),
     /// The keys of all messages that the device knows.
     Keys(Keys),
+    /// One tick of a device of several axes.
+    #[cfg(feature = "several-axes")]
+    VectorSample(VectorSample),
+    /// Several ticks of it.
+    #[cfg(feature = "several-axes")]
+    VectorBatch(VectorBatch),
+    /// A sample of its flight recorder.
+    #[cfg(feature = "several-axes")]
+    VectorFlight(VectorFlight),
 }
 
 impl Report {
     /// Names of the reports, by number.
-    pub const NAMES: [&'static str; 13] = [
+    pub const NAMES: [&'static str; REPORTS] = [
         "hello",
         "capabilities",
         "ack",
@@ -64,5 +75,11 @@ impl Report {
         "alive",
         "flight",
         "keys",
+        #[cfg(feature = "several-axes")]
+        "vector-sample",
+        #[cfg(feature = "several-axes")]
+        "vector-batch",
+        #[cfg(feature = "several-axes")]
+        "vector-flight",
     ];
 }

@@ -2,13 +2,16 @@
 
 use crate::coefficients::CoefficientBlock;
 use crate::configuration::Configuration;
+use crate::keys::REQUESTS;
+#[cfg(feature = "several-axes")]
+use crate::several::{Forces, WorkspaceBox};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 /// From host to device. The number of a variant is its first byte on the wire, from 0. New ones come at the end.
 ///
-/// Every request but [`Force`](Self::Force) is answered: with a report of its own where one is named,
-/// with a [`Report::Ack`](crate::Report::Ack) otherwise. All but `Force` may be sent again when the answer does not come.
+/// Every request but [`Force`](Self::Force) and `Forces` is answered: with a report of its own where one is named,
+/// with a [`Report::Ack`](crate::Report::Ack) otherwise. All but those two may be sent again when the answer does not come.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum Request {
     /// Asks for a connection. Changes nothing: the connection begins with the first frame that carries its number.
@@ -88,6 +91,12 @@ pub enum Request {
     },
     /// Answer: [`Report::Keys`](crate::Report::Keys).
     GetKeys,
+    /// [`Force`](Self::Force) of a device of several axes. Not answered.
+    #[cfg(feature = "several-axes")]
+    Forces(Forces),
+    /// Stages a workspace of its own for each axis, for a run.
+    #[cfg(feature = "several-axes")]
+    Workspace(WorkspaceBox),
 }
 
 /// The time for which a configuration is in force.
@@ -103,7 +112,7 @@ pub enum Scope {
 
 impl Request {
     /// Names of the requests, by number.
-    pub const NAMES: [&'static str; 17] = [
+    pub const NAMES: [&'static str; REQUESTS] = [
         "hello",
         "get-capabilities",
         "configure",
@@ -121,6 +130,10 @@ impl Request {
         "read-flight",
         "stream",
         "get-keys",
+        #[cfg(feature = "several-axes")]
+        "forces",
+        #[cfg(feature = "several-axes")]
+        "workspace",
     ];
 
     /// The first byte of this request on the wire.
@@ -144,6 +157,10 @@ impl Request {
             Self::ReadFlight { .. } => 14,
             Self::Stream { .. } => 15,
             Self::GetKeys => 16,
+            #[cfg(feature = "several-axes")]
+            Self::Forces(_) => 17,
+            #[cfg(feature = "several-axes")]
+            Self::Workspace(_) => 18,
         }
     }
 

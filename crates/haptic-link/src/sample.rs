@@ -75,6 +75,18 @@ pub struct BatchItem {
     pub limiters: u8,
 }
 
+impl From<Sample> for BatchItem {
+    /// What its axis did.
+    fn from(sample: Sample) -> Self {
+        Self {
+            position_m: sample.position_m,
+            environment_force_n: sample.environment_force_n,
+            force_n: sample.force_n,
+            limiters: sample.limiters,
+        }
+    }
+}
+
 /// A sample of the flight recorder.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Flight {

@@ -289,6 +289,8 @@ impl Conversation {
                 block.offset == *offset
             }
             (Request::ReadFlight { index }, Report::Flight(flight)) => flight.index == *index,
+            #[cfg(feature = "several-axes")]
+            (Request::ReadFlight { index }, Report::VectorFlight(flight)) => flight.index == *index,
             (request, Report::Ack(ack)) => {
                 ack.request == request.number()
                     && outstanding

@@ -1,6 +1,7 @@
 //! The device's flight recorder: the samples around a fault.
 
-use haptic_link::{Field, Flight, Refusal, Sample};
+use crate::tick::Tick;
+use haptic_link::{Field, Refusal, Report};
 use heapless::HistoryBuf;
 
 /// Samples that the flight recorder keeps.
@@ -11,13 +12,13 @@ const AFTER: u16 = 24;
 /// Keeps the newest samples until a fault latches and some more have come; then it stands still until it is
 /// cleared.
 #[derive(Debug)]
-pub(super) struct FlightRecorder {
-    samples: HistoryBuf<Sample, FLIGHT_SAMPLES>,
+pub(super) struct FlightRecorder<const D: usize> {
+    samples: HistoryBuf<Tick<D>, FLIGHT_SAMPLES>,
     /// Samples still to be taken: all until a fault latches.
     left: Option<u16>,
 }
 
-impl FlightRecorder {
+impl<const D: usize> FlightRecorder<D> {
     /// Empty.
     pub(super) const fn new() -> Self {
         Self {
@@ -26,7 +27,7 @@ impl FlightRecorder {
         }
     }
 
-    pub(super) fn take(&mut self, sample: Sample) {
+    pub(super) fn take(&mut self, sample: Tick<D>) {
         match &mut self.left {
             None => self.samples.write(sample),
             Some(0) => {}
@@ -49,7 +50,7 @@ impl FlightRecorder {
     }
 
     /// A sample, 0 the oldest. There is none before a fault has latched.
-    pub(super) fn read(&self, index: u16) -> Result<Flight, Refusal> {
+    pub(super) fn read(&self, index: u16) -> Result<Report, Refusal> {
         let count = match self.left {
             Some(_) => self.samples.len() as u16,
             None => 0,
@@ -57,7 +58,7 @@ impl FlightRecorder {
         let mut kept = self.samples.oldest_ordered().take(usize::from(count));
         let sample = match kept.nth(usize::from(index)) {
             Some(sample) => *sample,
-            None if index == 0 => Sample::default(),
+            None if index == 0 => Tick::NONE,
             None => {
                 return Err(Refusal::Range {
                     field: Field::FlightIndex,
@@ -67,10 +68,6 @@ impl FlightRecorder {
                 });
             }
         };
-        Ok(Flight {
-            index,
-            count,
-            sample,
-        })
+        Ok(sample.flight(index, count))
     }
 }

@@ -3,12 +3,13 @@
 use haptic_link::{Capabilities, Refusal, Simulation};
 use haptic_loop::{Device, Fault, Reading};
 
-/// A board: sensors and actuators of one axis, or a simulation of them.
+/// A board: sensors and actuators of D axes, one unless said, or a simulation of them. More than one need the feature
+/// `several-axes`.
 ///
 /// [`read`](Device::read) and [`write`](Device::write) are called once a tick, in this order. An error of
 /// theirs is a fault that latches; the force then falls to zero through further reads and writes. So a
 /// board that goes on failing has to make itself forceless, and to say so once.
-pub trait Hardware: Device<f32, 1, Error = Fault> {
+pub trait Hardware<const D: usize = 1>: Device<f32, D, Error = Fault> {
     /// Result of [`prepare`](Self::prepare).
     type Setup;
 
@@ -24,6 +25,11 @@ pub trait Hardware: Device<f32, 1, Error = Fault> {
     /// Takes over what was prepared, between two ticks. From then on ticks come at this period.
     fn install(&mut self, setup: Self::Setup, tick_period_us: u32);
 
+    /// So many periods have passed without a tick since the last one.
+    fn skipped(&mut self, periods: u32) {
+        let _ = periods;
+    }
+
     /// A run begins: a simulated plant goes back to its start.
     fn restart(&mut self);
 
@@ -31,7 +37,7 @@ pub trait Hardware: Device<f32, 1, Error = Fault> {
     ///
     /// # Errors
     /// Fault of the board.
-    fn idle(&mut self) -> Result<Reading<f32, 1>, Fault>;
+    fn idle(&mut self) -> Result<Reading<f32, D>, Fault>;
 
     /// No force from now on, whatever was written last: the loop cannot go on. Called at each tick whose
     /// [`read`](Device::read), [`write`](Device::write) or [`idle`](Self::idle) has failed.

@@ -20,11 +20,17 @@ mod link_error;
 mod outbox;
 mod prepared;
 mod records;
+mod rendered;
 #[cfg(feature = "std")]
 pub mod serial;
 mod session;
 mod simulated;
+#[cfg(feature = "several-axes")]
+mod simulated_axes;
+mod tick;
 mod tick_side;
+#[cfg(feature = "several-axes")]
+mod workspace;
 
 pub use conversation::{Conversation, HostCounters, Incoming};
 #[cfg(feature = "std")]
@@ -42,4 +48,7 @@ pub use prepared::{
 pub use records::Records;
 pub use session::DeviceSession;
 pub use simulated::SimulatedPlant;
+#[cfg(feature = "several-axes")]
+pub use simulated_axes::SimulatedAxes;
+pub use tick::Tick;
 pub use tick_side::TickSide;

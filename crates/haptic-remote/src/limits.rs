@@ -13,6 +13,9 @@ const ZONE_MIN: f32 = 1e-6;
 /// Most noise of a position, m: with more of it nothing can be guarded.
 const NOISE_MAX: f32 = 0.01;
 
+/// Furthest place, m.
+const FAR: f32 = 100.0;
+
 /// The fields of a configuration, looked at one after another: the first that is refused is kept, and told at the end.
 /// Each way out in between would cost some 20 B of flash.
 #[derive(Debug, Default)]
@@ -76,8 +79,9 @@ pub(super) fn chain_limits(
     let stuck_time = fields.within(Field::StuckTime, limits.stuck_time_s, 1e-3, 10.0);
     let jump = zone(Field::Jump, limits.jump_m, 1.0, fields);
     let on = |value: f32| (value > 0.0).then_some(f64::from(value));
+    let several = cfg!(feature = "several-axes") && capabilities.axes > 1;
     let mut chain = Limits {
-        norm: None,
+        norm: several.then_some(Newtons(f64::from(force))),
         start_force: on(start).map(Newtons),
         rise_time: on(rise).map(Seconds),
         workspace: workspace(limits, fields),
@@ -111,28 +115,56 @@ fn zone(field: Field, width: f32, most: f32, fields: &mut Fields) -> f32 {
 }
 
 fn workspace(limits: &haptic_link::Limits, fields: &mut Fields) -> Option<Workspace> {
-    /// m.
-    const FAR: f32 = 100.0;
     let (low, high) = (limits.workspace_low_m, limits.workspace_high_m);
-    let low = fields.within(Field::WorkspaceLow, low, -FAR, FAR);
     if low.abs() + high.abs() <= 0.0 {
         zone(Field::WorkspaceSoft, limits.workspace_soft_m, 0.0, fields);
         return None;
     }
-    let high = fields.within(Field::WorkspaceHigh, high, low.next_up(), FAR);
-    let half = 0.5 * (f64::from(high) - f64::from(low));
-    let soft = zone(
-        Field::WorkspaceSoft,
+    Some(range(
+        (low, high),
         limits.workspace_soft_m,
-        half as f32,
+        (-FAR, FAR),
         fields,
-    );
-    Some(Workspace {
+    ))
+}
+
+/// A range of places with its zones, within `allowed`, m.
+fn range(
+    (low, high): (f32, f32),
+    soft: f32,
+    allowed: (f32, f32),
+    fields: &mut Fields,
+) -> Workspace {
+    let low = fields.within(Field::WorkspaceLow, low, allowed.0, allowed.1);
+    let high = fields.within(Field::WorkspaceHigh, high, low.next_up(), allowed.1);
+    let half = 0.5 * (f64::from(high) - f64::from(low));
+    let soft = zone(Field::WorkspaceSoft, soft, half as f32, fields);
+    Workspace {
         low: Metres(f64::from(low)),
         high: Metres(f64::from(high)),
         // Half the workspace may have been rounded up.
         soft: Metres(f64::from(soft).min(half)),
-    })
+    }
+}
+
+/// The ranges of a box, an element an axis: each in the workspace of all axes, if there is one. Those of axes that are not there
+/// are those of the last.
+#[cfg(all(feature = "several-axes", feature = "std"))]
+pub(super) fn box_ranges(
+    limits: &haptic_link::Limits,
+    workspace: &haptic_link::WorkspaceBox,
+    fields: &mut Fields,
+) -> Option<[Workspace; 3]> {
+    let (low, high) = (limits.workspace_low_m, limits.workspace_high_m);
+    let allowed = if low < high { (low, high) } else { (-FAR, FAR) };
+    let mut ranges = workspace
+        .axes
+        .iter()
+        .map(|axis| range((axis.low_m, axis.high_m), axis.soft_m, allowed, fields));
+    let first = ranges.next()?;
+    let second = ranges.next().unwrap_or(first);
+    let third = ranges.next().unwrap_or(second);
+    Some([first, second, third])
 }
 
 fn speed(limits: &haptic_link::Limits, fields: &mut Fields) -> Option<SpeedLimit> {
@@ -198,8 +230,8 @@ fn guard(guard: &haptic_link::Guard, tick_period_us: u32, fields: &mut Fields) -
 }
 
 /// The same limits on the wire for a tick of this time, with the watchdog and late ticks of
-/// [`Limits::DEFAULT`](haptic_link::Limits::DEFAULT). A limit of the norm has no place there: with one axis it
-/// is one of the force.
+/// [`Limits::DEFAULT`](haptic_link::Limits::DEFAULT). A limit of the norm has no place there: that of the
+/// force is one of the norm, whatever the number of axes.
 #[must_use]
 pub fn wire_limits(limits: &Limits, sample_time: Seconds) -> haptic_link::Limits {
     let norm = limits.norm.map_or(f64::INFINITY, |norm| norm.0);

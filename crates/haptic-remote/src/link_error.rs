@@ -188,12 +188,12 @@ fn explain_refusal(f: &mut fmt::Formatter<'_>, refusal: &Refusal) -> fmt::Result
     }
 }
 
-/// Checks that the device has every message of this program, in the same form.
+/// Checks that a device of so many axes has every message of this program for it, in the same form.
 ///
 /// # Errors
 /// [`LinkError::OtherMessages`].
-pub fn check_keys(keys: &Keys, firmware: [u8; 3]) -> Result<(), LinkError> {
-    match keys.first_unlike() {
+pub fn check_keys(keys: &Keys, axes: u8, firmware: [u8; 3]) -> Result<(), LinkError> {
+    match keys.first_unlike(axes) {
         None => Ok(()),
         Some(message) => Err(LinkError::OtherMessages { firmware, message }),
     }

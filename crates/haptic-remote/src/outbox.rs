@@ -1,8 +1,7 @@
 //! Messages that a device sends unasked: samples, events and faults, in the order in which they leave.
 
-use haptic_link::{
-    BATCH_MAX, Batch, BatchItem, Event, EventKind, FaultReport, Field, Refusal, Report, Sample,
-};
+use crate::tick::{Tick, Ticks};
+use haptic_link::{BATCH_MAX, Event, EventKind, FaultReport, Field, Refusal, Report};
 use heapless::Deque;
 
 /// Samples that wait to be sent at most: 32 ms at 1 kHz, and two batches.
@@ -50,12 +49,12 @@ pub(super) enum Notice {
 
 /// Samples and notices that wait for the line.
 #[derive(Debug)]
-pub(super) struct Outbox {
-    samples: Deque<Sample, QUEUE_SAMPLES>,
+pub(super) struct Outbox<const D: usize> {
+    samples: Deque<Tick<D>, QUEUE_SAMPLES>,
     notices: Deque<Notice, QUEUE_NOTICES>,
 }
 
-impl Outbox {
+impl<const D: usize> Outbox<D> {
     /// Empty.
     pub(super) const fn new() -> Self {
         Self {
@@ -65,7 +64,7 @@ impl Outbox {
     }
 
     /// Takes a sample; false if there is no room.
-    pub(super) fn take(&mut self, sample: Sample) -> bool {
+    pub(super) fn take(&mut self, sample: Tick<D>) -> bool {
         self.samples.push_back(sample).is_ok()
     }
 
@@ -104,40 +103,29 @@ impl Outbox {
 
     fn next_samples(&mut self, stream: Stream, more: bool) -> Option<Report> {
         let every = stream.every.max(1);
-        let batch = usize::from(stream.batch).min(BATCH_MAX);
+        let batch = usize::from(stream.batch).min(Ticks::<D>::MOST);
         if batch <= 1 {
-            return self.samples.pop_front().map(Report::Sample);
+            return self.samples.pop_front().map(Tick::report);
         }
         if self.samples.len() < batch && more {
             return None;
         }
         let first = self.samples.pop_front()?;
-        let mut items = heapless::Vec::new();
         let mut next = Some(first);
         let mut tick = first.tick;
+        let mut ticks = Ticks::from(first, every);
         while let Some(sample) = next {
-            // There is room: at most BATCH_MAX are taken.
-            let _ = items.push(BatchItem {
-                position_m: sample.position_m,
-                environment_force_n: sample.environment_force_n,
-                force_n: sample.force_n,
-                limiters: sample.limiters,
-            });
+            ticks.take(sample);
             tick = tick.wrapping_add(u32::from(every));
             next = match self.samples.front() {
                 // A gap, where samples were dropped, ends a batch.
-                Some(sample) if items.len() < batch && sample.tick == tick => {
+                Some(sample) if ticks.count() < batch && sample.tick == tick => {
                     self.samples.pop_front()
                 }
                 _ => None,
             };
         }
-        Some(Report::Batch(Batch {
-            tick: first.tick,
-            time_us: first.time_us,
-            every,
-            items,
-        }))
+        Some(ticks.report())
     }
 }
 

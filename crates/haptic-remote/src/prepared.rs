@@ -72,7 +72,7 @@ impl Law {
 /// # Errors
 /// The first parameter that is not as this board needs it.
 #[inline(never)]
-pub fn prepare<H: Hardware>(
+pub fn prepare<H: Hardware<D>, const D: usize>(
     configuration: Configuration,
     coefficients: &[f32],
     capabilities: &Capabilities,
@@ -93,7 +93,7 @@ pub fn prepare<H: Hardware>(
 /// Checks everything but coefficients and plant. What does not depend on the board is no generic function, so that a
 /// firmware that is fast in its tick has it small.
 #[inline(never)]
-fn checked(
+pub(super) fn checked(
     configuration: &Configuration,
     capabilities: &Capabilities,
 ) -> Result<haptic_loop::Limits, Refusal> {
@@ -123,8 +123,11 @@ fn checked(
         configuration.stiffness_n_per_m,
         configuration.dissipation_n_s_mu_per_m,
     );
-    fields.within(Field::Stiffness, stiffness, 0.0, f32::MAX);
-    fields.within(Field::Dissipation, dissipation, 0.0, f32::MAX);
+    // A device of several axes renders nothing by itself.
+    let several = cfg!(feature = "several-axes") && capabilities.axes > 1;
+    let most = if several { 0.0 } else { f32::MAX };
+    fields.within(Field::Stiffness, stiffness, 0.0, most);
+    fields.within(Field::Dissipation, dissipation, 0.0, most);
     fields.within(Field::Surface, configuration.surface_m, -f32::MAX, f32::MAX);
     fields.done().map(|()| chain)
 }
@@ -170,7 +173,7 @@ pub(super) fn digest(configuration: &Configuration, coefficients: &[f32]) -> u32
 
 /// The chain in single precision. Not generic, so that it is compiled here, for size, and not with the tick.
 #[inline(never)]
-fn safety_chain(
+pub(super) fn safety_chain(
     limits: &haptic_loop::Limits,
     sample_time: Seconds,
 ) -> Result<SafetyChain<f32>, Refusal> {

@@ -3,15 +3,15 @@
 use crate::flight::FlightRecorder;
 use crate::outbox::Outbox;
 
-/// Flight recorder, and what waits to be sent: 3.3 KiB. A [`TickSide`](crate::TickSide) holds them itself, or borrows them
+/// Flight recorder, and what waits to be sent: 3.3 KiB with one axis. A [`TickSide`](crate::TickSide) holds them itself, or borrows them
 /// from a static where it is made on a stack without room for both.
 #[derive(Debug)]
-pub struct Records {
-    pub(crate) outbox: Outbox,
-    pub(crate) flight: FlightRecorder,
+pub struct Records<const D: usize = 1> {
+    pub(crate) outbox: Outbox<D>,
+    pub(crate) flight: FlightRecorder<D>,
 }
 
-impl Records {
+impl<const D: usize> Records<D> {
     /// Empty.
     #[must_use]
     pub const fn new() -> Self {
@@ -22,7 +22,7 @@ impl Records {
     }
 }
 
-impl Default for Records {
+impl<const D: usize> Default for Records<D> {
     fn default() -> Self {
         Self::new()
     }

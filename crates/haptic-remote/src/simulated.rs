@@ -79,12 +79,36 @@ impl Fields {
     }
 }
 
+/// The one thing a plant finds that its fields do not show: a motion too fast for the tick.
+const fn too_fast(_: ParameterError) -> Refusal {
+    Refusal::Unsupported(Field::TickPeriod)
+}
+
+/// The mass-damper of a configuration, whose hand pushes along the first axis.
+pub(crate) fn mass_damper<const D: usize>(
+    simulation: &Simulation,
+    sample_time: Seconds,
+) -> Result<MassDamper<D>, Refusal> {
+    let mut fields = Fields::default();
+    let mass = fields.positive(Field::Mass, simulation.mass_kg);
+    let damping = fields.not_negative(Field::Damping, simulation.damping_n_s_per_m);
+    let hand = fields.not_negative(Field::HandStiffness, simulation.hand_stiffness_n_per_m);
+    let push = fields.finite(Field::Push, simulation.push_n);
+    fields.done()?;
+    let mut config =
+        MassDamperConfig::ideal(Kilograms(mass), NewtonSecondsPerMetre(damping), sample_time);
+    config.stiffness = NewtonsPerMetre(hand);
+    let mut plant = MassDamper::new(config).map_err(too_fast)?;
+    let mut force = SVector::from([0.0; D]);
+    force[0] = push;
+    plant.set_external_force(force);
+    Ok(plant)
+}
+
 /// The plant of a configuration. On its own, for size, as [`prepare`](crate::prepare) is compiled with the tick.
 #[inline(never)]
 fn plant(simulation: &Simulation, sample_time: Seconds) -> Result<Plant, Refusal> {
-    let mut fields = Fields::default();
-    // The one thing a plant finds that its fields do not show: a motion too fast for the tick.
-    let too_fast = |_: ParameterError| Refusal::Unsupported(Field::TickPeriod);
+    let fields = Fields::default();
     let profile = |mut fields: Fields| {
         let depth = fields.finite(Field::Depth, simulation.depth_m);
         let ramp = fields.positive(Field::RampTime, simulation.ramp_time_s);
@@ -93,22 +117,7 @@ fn plant(simulation: &Simulation, sample_time: Seconds) -> Result<Plant, Refusal
     };
     match simulation.kind {
         SimulationKind::Real => Ok(Plant::Still),
-        SimulationKind::MassDamper => {
-            let mass = fields.positive(Field::Mass, simulation.mass_kg);
-            let damping = fields.not_negative(Field::Damping, simulation.damping_n_s_per_m);
-            let hand = fields.not_negative(Field::HandStiffness, simulation.hand_stiffness_n_per_m);
-            let push = fields.finite(Field::Push, simulation.push_n);
-            fields.done()?;
-            let mut config = MassDamperConfig::ideal(
-                Kilograms(mass),
-                NewtonSecondsPerMetre(damping),
-                sample_time,
-            );
-            config.stiffness = NewtonsPerMetre(hand);
-            let mut plant = MassDamper::new(config).map_err(too_fast)?;
-            plant.set_external_force(SVector::from([push]));
-            Ok(Plant::MassDamper(plant))
-        }
+        SimulationKind::MassDamper => mass_damper(simulation, sample_time).map(Plant::MassDamper),
         SimulationKind::RigidIndentation => ImposedMotion::new(profile(fields)?, sample_time)
             .map(Plant::Imposed)
             .map_err(too_fast),
@@ -121,6 +130,25 @@ fn plant(simulation: &Simulation, sample_time: Seconds) -> Result<Plant, Refusal
         }
         #[cfg(not(feature = "std"))]
         SimulationKind::CompliantIndentation => Err(Refusal::Unsupported(Field::SimulationKind)),
+    }
+}
+
+/// Abilities of a simulated board of so many axes.
+pub(crate) const fn capabilities(board: [u8; 16], axes: u8) -> Capabilities {
+    Capabilities {
+        board,
+        axes,
+        simulated: true,
+        tick_period_min_us: 100,
+        tick_period_max_us: 10_000,
+        // More than desktop devices can do; nothing here would break.
+        force_max_n: 100.0,
+        force_rate_max_n_per_s: 1e6,
+        position_resolution_m: 0.0,
+        coefficients_max: COEFFICIENTS_MAX as u16,
+        modes_max: MODES_MAX as u16,
+        degree_max: DEGREE_MAX as u16,
+        flight_samples: FLIGHT_SAMPLES as u16,
     }
 }
 
@@ -154,21 +182,7 @@ impl Hardware for SimulatedPlant {
     type Setup = Plant;
 
     fn capabilities(&self) -> Capabilities {
-        Capabilities {
-            board: self.board,
-            axes: 1,
-            simulated: true,
-            tick_period_min_us: 100,
-            tick_period_max_us: 10_000,
-            // More than desktop devices can do; nothing here would break.
-            force_max_n: 100.0,
-            force_rate_max_n_per_s: 1e6,
-            position_resolution_m: 0.0,
-            coefficients_max: COEFFICIENTS_MAX as u16,
-            modes_max: MODES_MAX as u16,
-            degree_max: DEGREE_MAX as u16,
-            flight_samples: FLIGHT_SAMPLES as u16,
-        }
+        capabilities(self.board, 1)
     }
 
     fn prepare(simulation: &Simulation, tick_period_us: u32) -> Result<Plant, Refusal> {

@@ -176,7 +176,7 @@ fn felt_chart<'a>(
 /// If there is nothing to draw.
 pub fn of_touch(curves: &TouchCurves) -> Result<Picture, FigureError> {
     PlaneFigure {
-        title: "A touch, simulated",
+        title: &format!("A touch, {}", curves.origin.word()),
         subtitle: &curves.subtitle,
         outline_m: &curves.outline_m,
         time_s: &curves.time_s,

@@ -84,7 +84,7 @@ fn set_period(device: &Shared<Slow>, period_us: u32) {
     let (mut configuration, capabilities) =
         device.with(|device| (*device.configuration().0, device.hardware().capabilities()));
     configuration.tick_period_us = period_us;
-    let prepared = prepare::<Slow>(configuration, &[0.0], &capabilities).expect("good");
+    let prepared = prepare::<Slow, 1>(configuration, &[0.0], &capabilities).expect("good");
     device
         .with(|device| device.install(prepared, &[0.0]))
         .expect("idle");

@@ -1,6 +1,8 @@
 //! Opening a 2DIY: the board is configured, and its first answers are looked at.
 
 use super::hardware::Haply2Diy;
+use super::kinematics::Posture;
+use super::model::Model;
 use super::name::{HaplyName, Home};
 use super::plausible::{Trouble, judged};
 use super::protocol::{ANSWER_BYTES, configuration, resynchronise, torques};
@@ -41,6 +43,11 @@ pub enum HaplyOpenError {
         "whatever is at this port sends without being asked, which no 2DIY does: is it this port?"
     )]
     Talks,
+    /// A line of the plane was chosen for an experiment with both axes.
+    #[error(
+        "axis and zero choose a line for an experiment of one axis, and this one has both: leave them away"
+    )]
+    Line,
     /// Its first answers.
     #[error("the first answer is not that of a 2DIY in order: {0}")]
     First(Trouble),
@@ -55,6 +62,51 @@ impl HaplyName {
         let line = haptic_remote::serial::open(&self.path, BAUD)?;
         Haply2Diy::greet(line, self)
     }
+
+    /// The same with both axes.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open); a name that chooses a line.
+    pub fn open_both(&self) -> Result<Haply2Diy<Box<dyn Line>, 2>, HaplyOpenError> {
+        if self.chooses_line() {
+            return Err(HaplyOpenError::Line);
+        }
+        let line = haptic_remote::serial::open(&self.path, BAUD)?;
+        Haply2Diy::greet_both(line, self)
+    }
+}
+
+/// Configures the board at the other end of a line, unless it is to keep the home of before, and looks at its first answers: the
+/// posture of the last. No torque meanwhile.
+fn greeted(line: &mut impl Line, name: &HaplyName) -> Result<(Model, Posture), HaplyOpenError> {
+    let model = name.version.model();
+    let gone = |_| HaplyOpenError::First(Trouble::Gone);
+    if name.home == Home::Now {
+        line.write_all(&resynchronise()).map_err(gone)?;
+        line.write_all(&configuration(&model)).map_err(gone)?;
+    }
+    quiet(line)?;
+    let mut posture = None;
+    for _ in 0..FIRST_ANSWERS {
+        let nothing = torques(&model, [0.0; 2]);
+        line.write_all(&nothing).map_err(gone)?;
+        let answer = first_answer(line)?;
+        let (_, seen) = judged(&model, answer, None).map_err(HaplyOpenError::First)?;
+        posture = Some(seen);
+    }
+    let posture = posture.ok_or(HaplyOpenError::First(Trouble::Gone))?;
+    Ok((model, posture))
+}
+
+impl<L: Line> Haply2Diy<L, 2> {
+    /// As [`greet`](Haply2Diy::greet), with both axes.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn greet_both(mut line: L, name: &HaplyName) -> Result<Self, HaplyOpenError> {
+        let (model, posture) = greeted(&mut line, name)?;
+        Ok(Self::with_both(line, model, posture))
+    }
 }
 
 impl<L: Line> Haply2Diy<L> {
@@ -64,22 +116,7 @@ impl<L: Line> Haply2Diy<L> {
     /// # Errors
     /// No answer, or one that cannot be of such a device.
     pub fn greet(mut line: L, name: &HaplyName) -> Result<Self, HaplyOpenError> {
-        let model = name.version.model();
-        let gone = |_| HaplyOpenError::First(Trouble::Gone);
-        if name.home == Home::Now {
-            line.write_all(&resynchronise()).map_err(gone)?;
-            line.write_all(&configuration(&model)).map_err(gone)?;
-        }
-        quiet(&mut line)?;
-        let mut posture = None;
-        for _ in 0..FIRST_ANSWERS {
-            let nothing = torques(&model, [0.0; 2]);
-            line.write_all(&nothing).map_err(gone)?;
-            let answer = first_answer(&mut line)?;
-            let (_, seen) = judged(&model, answer, None).map_err(HaplyOpenError::First)?;
-            posture = Some(seen);
-        }
-        let posture = posture.ok_or(HaplyOpenError::First(Trouble::Gone))?;
+        let (model, posture) = greeted(&mut line, name)?;
         Ok(Self::new(line, model, posture, name))
     }
 }

@@ -1,64 +1,80 @@
-//! The 2DIY with one axis: a line of its plane.
+//! The 2DIY behind the device's side of the link: with one axis, a line of its plane, or with both.
 
 use super::kinematics::Posture;
 use super::model::Model;
 use super::name::HaplyName;
 use super::planar::Planar;
+use super::plane::{Plane, middle};
 use super::plausible::Trouble;
 use haptic_link::{Capabilities, Field, Refusal, Simulation, SimulationKind};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::serial::{Line, ServedHardware};
 use haptic_remote::{COEFFICIENTS_MAX, DEGREE_MAX, FLIGHT_SAMPLES, Hardware, MODES_MAX};
-use nalgebra::{SVector, Vector2};
+use nalgebra::{SMatrix, SVector, Vector2};
 
 /// Largest force along a line, N: both motors make it wherever 40 mm < y < 130 mm and the handle is within 50 mm of the middle.
 pub const FORCE_MAX_N: f32 = 1.5;
-/// A 2DIY that moves and pushes along one line of its plane; across it there is no force.
+
+/// A 2DIY that moves and pushes along D lines of its plane: one unless said, across which there is no force, or both axes.
 #[derive(Debug)]
-pub struct Haply2Diy<L: Line> {
+pub struct Haply2Diy<L: Line, const D: usize = 1> {
     planar: Planar<L>,
-    /// Unit vector along the line.
-    along: Vector2<f64>,
-    /// Place of the line that is zero, m.
+    /// Unit vectors along the lines.
+    along: SMatrix<f64, 2, D>,
+    /// Place of the plane that is zero, m.
     zero: Vector2<f64>,
-    /// The last place along the line, m.
-    position_m: f32,
+    /// The last place along the lines, m.
+    position_m: SVector<f32, D>,
     /// Words of the last trouble were told as a fault.
     told: bool,
 }
 
 impl<L: Line> Haply2Diy<L> {
-    /// A device that has answered.
+    /// A device of one axis that has answered.
     pub(super) fn new(line: L, model: Model, posture: Posture, name: &HaplyName) -> Self {
-        let along = name.axis.along();
-        // The line goes through the middle between the arms.
-        let middle = Vector2::new(0.5 * model.pantograph.base_m(), 0.0);
+        let zero = middle(&model) + name.axis.across_and_along(name.zero_m);
+        let along = SMatrix::from_columns(&[name.axis.along()]);
+        Self::along(Planar::new(line, model, posture), along, zero)
+    }
+}
+
+impl<L: Line> Haply2Diy<L, 2> {
+    /// A device of both axes that has answered: x to the right and y away from the base, from the middle of the workspace.
+    pub(super) fn with_both(line: L, model: Model, posture: Posture) -> Self {
+        let zero = Plane::of(model).centre();
+        Self::along(Planar::new(line, model, posture), SMatrix::identity(), zero)
+    }
+}
+
+impl<L: Line, const D: usize> Haply2Diy<L, D> {
+    fn along(planar: Planar<L>, along: SMatrix<f64, 2, D>, zero: Vector2<f64>) -> Self {
         let mut this = Self {
-            planar: Planar::new(line, model, posture),
+            planar,
             along,
-            zero: middle + name.axis.across_and_along(name.zero_m),
-            position_m: 0.0,
+            zero,
+            position_m: SVector::zeros(),
             told: false,
         };
-        this.position_m = this.place(&posture);
+        this.position_m = this.place(this.planar.posture());
         this
     }
 
-    /// The same device with both axes.
+    /// Both arms, motors and encoders.
     #[must_use]
     pub const fn planar(&self) -> &Planar<L> {
         &self.planar
     }
 
-    fn place(&self, posture: &Posture) -> f32 {
-        (posture.hand_m - self.zero).dot(&self.along) as f32
+    fn place(&self, posture: &Posture) -> SVector<f32, D> {
+        let place = self.along.transpose() * (posture.hand_m - self.zero);
+        place.map(|axis| axis as f32)
     }
 
-    fn reading(&self) -> Reading<f32, 1> {
+    fn reading(&self) -> Reading<f32, D> {
         Reading {
             tick: 0,
             time_s: 0.0,
-            position_m: SVector::from([self.position_m]),
+            position_m: self.position_m,
         }
     }
 
@@ -71,10 +87,10 @@ impl<L: Line> Haply2Diy<L> {
     }
 }
 
-impl<L: Line> Device<f32, 1> for Haply2Diy<L> {
+impl<L: Line, const D: usize> Device<f32, D> for Haply2Diy<L, D> {
     type Error = Fault;
 
-    fn read(&mut self) -> Result<Reading<f32, 1>, Fault> {
+    fn read(&mut self) -> Result<Reading<f32, D>, Fault> {
         match self.planar.measure() {
             Ok(posture) => {
                 let posture = *posture;
@@ -85,8 +101,8 @@ impl<L: Line> Device<f32, 1> for Haply2Diy<L> {
         Ok(self.reading())
     }
 
-    fn write(&mut self, force: SafeForce<f32, 1>) -> Result<(), Fault> {
-        let force_n = self.along * f64::from(force.newtons()[0]);
+    fn write(&mut self, force: SafeForce<f32, D>) -> Result<(), Fault> {
+        let force_n = self.along * force.newtons().map(f64::from);
         match self.planar.push(force_n) {
             Ok(()) => Ok(()),
             Err(trouble) => self.once(trouble),
@@ -94,7 +110,7 @@ impl<L: Line> Device<f32, 1> for Haply2Diy<L> {
     }
 }
 
-impl<L: Line> Hardware for Haply2Diy<L> {
+impl<L: Line, const D: usize> Hardware<D> for Haply2Diy<L, D> {
     type Setup = ();
 
     fn capabilities(&self) -> Capabilities {
@@ -104,7 +120,7 @@ impl<L: Line> Hardware for Haply2Diy<L> {
         };
         Capabilities {
             board: Capabilities::board_name(board),
-            axes: 1,
+            axes: D as u8,
             simulated: false,
             // The board looks for a frame each 50 µs; a USB port of full speed moves bytes each millisecond.
             tick_period_min_us: 500,
@@ -131,9 +147,13 @@ impl<L: Line> Hardware for Haply2Diy<L> {
         self.planar.ticks_every(1e-6 * f64::from(tick_period_us));
     }
 
+    fn skipped(&mut self, periods: u32) {
+        self.planar.skipped(periods);
+    }
+
     fn restart(&mut self) {}
 
-    fn idle(&mut self) -> Result<Reading<f32, 1>, Fault> {
+    fn idle(&mut self) -> Result<Reading<f32, D>, Fault> {
         let reading = self.read()?;
         if self.planar.trouble().is_none()
             && let Err(trouble) = self.planar.push(Vector2::zeros())
@@ -152,7 +172,7 @@ impl<L: Line> Hardware for Haply2Diy<L> {
     }
 }
 
-impl<L: Line + 'static> ServedHardware for Haply2Diy<L> {
+impl<L: Line + 'static, const D: usize> ServedHardware<D> for Haply2Diy<L, D> {
     fn trouble(&self) -> Option<String> {
         let trouble = self.planar.trouble()?;
         Some(format!(

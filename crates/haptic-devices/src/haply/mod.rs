@@ -1,7 +1,7 @@
 //! The Haply 2DIY: a five-bar pantograph with two motors, on a USB serial port without checksum and watchdog.
 //!
-//! The force along one line of the plane is that of the safety chain; across it there is none. [`Planar`] is the same
-//! device with both axes.
+//! With one axis the force along a line of the plane is that of the safety chain, and across it there is none; with both it is a
+//! vector. [`Planar`] is a tick of both arms.
 
 mod board;
 mod body;
@@ -12,6 +12,7 @@ mod kinematics;
 mod model;
 mod name;
 mod planar;
+mod plane;
 mod plausible;
 mod protocol;
 
@@ -24,6 +25,7 @@ pub use kinematics::{Pantograph, Posture, Singular};
 pub use model::{Direction, Joint, Model, Version};
 pub use name::{Axis, HaplyName, Home};
 pub use planar::{LATE_MOST, Planar};
+pub use plane::{Plane, Unreachable};
 pub use plausible::{SPEED_MOST_M_PER_S, Trouble};
 pub use protocol::{
     ANSWER_BYTES, CONFIGURATION_BYTES, DEVICE_ID, TORQUE_MAX_NM, TORQUES_BYTES, angles_of, answer,

@@ -48,7 +48,7 @@ impl Axis {
     }
 
     /// Place of zero on this axis unless another is given, m from the middle of the base: the middle of the workspace.
-    const fn zero_m(self) -> f64 {
+    pub(super) const fn zero_m(self) -> f64 {
         match self {
             Self::X | Self::MinusX => 0.0,
             Self::Y | Self::MinusY => 0.09,
@@ -120,6 +120,15 @@ impl HaplyName {
             zero_m: settings.metres("zero", -0.2..=0.2, axis.zero_m())?,
             home: settings.choice("home", &homes, Home::default())?,
         })
+    }
+}
+
+impl HaplyName {
+    /// True if it chooses a line of the plane, which an experiment with both axes has no use for.
+    #[must_use]
+    pub fn chooses_line(&self) -> bool {
+        let default = Axis::default();
+        self.axis != default || (self.zero_m - default.zero_m()).abs() > 0.0
     }
 }
 

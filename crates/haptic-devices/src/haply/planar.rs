@@ -35,6 +35,8 @@ pub struct Planar<L: Line> {
     /// A frame was sent whose answer has not come.
     awaiting: bool,
     late: u8,
+    /// Periods without a tick since the last posture.
+    skipped: u32,
     posture: Posture,
     tick: u64,
     trouble: Option<Trouble>,
@@ -53,6 +55,7 @@ impl<L: Line> Planar<L> {
             filled: 0,
             awaiting: false,
             late: 0,
+            skipped: 0,
             posture,
             tick: 0,
             trouble: None,
@@ -94,6 +97,11 @@ impl<L: Line> Planar<L> {
         }
     }
 
+    /// So many periods have passed without a tick: the handle may have gone on meanwhile.
+    pub(super) const fn skipped(&mut self, periods: u32) {
+        self.skipped = self.skipped.saturating_add(periods);
+    }
+
     /// Takes in what came, and judges it.
     pub(super) fn measure(&mut self) -> Result<&Posture, Trouble> {
         if let Some(trouble) = self.trouble {
@@ -129,10 +137,10 @@ impl<L: Line> Planar<L> {
         }
         let mut answer = [0; ANSWER_BYTES];
         answer.copy_from_slice(&self.bytes[..ANSWER_BYTES]);
-        let passed_s = f64::from(1 + self.late) * self.period_s;
+        let passed_s = (f64::from(1 + self.late) + f64::from(self.skipped)) * self.period_s;
         let (_, posture) = judged(&self.model, answer, Some((&self.posture, passed_s)))?;
         self.posture = posture;
-        (self.filled, self.awaiting, self.late) = (0, false, 0);
+        (self.filled, self.awaiting, self.late, self.skipped) = (0, false, 0, 0);
         Ok(())
     }
 

@@ -2,5 +2,6 @@
 
 mod corruption;
 mod driver;
+mod plane;
 mod relaxation;
 mod wire;

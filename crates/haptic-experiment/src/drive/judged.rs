@@ -194,6 +194,7 @@ mod tests {
                     force_n,
                     indenter_position_m: seen.indenter_position_m,
                     contact_force_n: seen.contact_force_n,
+                    limiters: 0,
                 });
                 let super::super::SimulatedRig::Held(held) = &rig else {
                     unreachable!()

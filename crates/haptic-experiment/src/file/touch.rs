@@ -1,6 +1,6 @@
 //! `[touch]`: shape, matter, device, hand, limits.
 
-use super::device::{samples_fit, scheme, sensors};
+use super::device::{remote, samples_fit, scheme, sensors};
 use super::error::FileError;
 use super::reader::Table;
 use super::rendering::piece;
@@ -50,6 +50,8 @@ pub(super) fn touch(table: &Table<'_>) -> Result<TouchExperiment, FileError> {
         must_be_passive: table.flag(&p::TOUCH_MUST_BE_PASSIVE)?,
         safety: safety(table)?,
         pace: Pace::Virtual,
+        remote: remote(table)?,
+        force_unstable: false,
     };
     touch
         .check()

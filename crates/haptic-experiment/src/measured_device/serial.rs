@@ -43,7 +43,9 @@ pub fn on_serial(
         loop_mode: LoopMode::Host,
         ..remote.clone()
     };
-    let mut link = remote.name.connect(remote.patience, warn, Some(stop))?;
+    let mut link = remote
+        .name
+        .connect_with(1, remote.patience, warn, Some(stop))?;
     let path = link.path().to_owned();
     let problem = |error: SerialError| {
         if error.is_refusal() {
@@ -62,7 +64,7 @@ pub fn on_serial(
         batch: 1,
     };
     link.start(start).map_err(problem)?;
-    let mut applied = |link: &SerialLink, _sent: f64| f64::from(link.newest_force_n());
+    let mut applied = |link: &SerialLink, _sent: f64| f64::from(link.newest_force_n()[0]);
     let driven = drive(plan, &mut link, &mut applied, progress, stop);
     // After an error too: dropped, the link does it once more.
     let disarmed = link.disarm();

@@ -8,7 +8,7 @@ use crate::judge::Compared;
 use crate::kept::{Record, Samples};
 use crate::preflight::{Dynamics, PreflightRequest, PreflightSubject};
 use crate::refused::parameter;
-use crate::remote::{Kept, RemoteDevice, RemoteLaw, RemoteRun, host_limits, no_operator, push};
+use crate::remote::{RemoteDevice, RemoteLaw, RemoteRun, blank, host_limits, push};
 use crate::run::{Ran, Supervisor, run_logged};
 use crate::safety::{GuardedDevice, Safety};
 use crate::schedule::{Pace, Schedule};
@@ -193,50 +193,29 @@ impl TrialSetup {
     /// # Errors
     /// Settings that only the simulated device has.
     pub(crate) fn law(&self) -> Result<RemoteLaw, Failure> {
+        only_ideal(&self.device)?;
         let MassDamperConfig {
             mass,
             damping,
             stiffness,
-            delay,
-            friction,
-            lag,
-            sample_time: _,
-            saturation: _,
+            ..
         } = self.device;
-        if delay.0 > 0.0 || friction.0 > 0.0 || lag.0 > 0.0 {
-            return Err(Failure::bad_input(
-                "delay_s, friction_n and current_lag_s are of the simulated device: leave them away with a \
-                 serial one, which has its own",
-            ));
-        }
-        Ok(RemoteLaw {
-            stiffness_n_per_m: 0.0,
-            dissipation_n_s_mu_per_m: 0.0,
-            order: 0.0,
-            one_sided: false,
-            operator: no_operator(),
-            limits: self.limits_there(),
-            kept: Kept {
-                rate: self.force_rate_limit_n_per_s.is_none(),
-                speed: self.safety.speed_limit_m_per_s.is_none(),
-                rise: self.safety.rise_time_s.is_none(),
+        Ok(RemoteLaw::none(
+            self.limits_there(),
+            (self.force_rate_limit_n_per_s, &self.safety),
+            GuardedDevice {
+                mass_kg: Some(mass.0),
+                damping_n_s_per_m: Some(damping.0),
+                ..GuardedDevice::default()
             },
-            guard: (
-                self.safety.guard,
-                self.safety.guarded(GuardedDevice {
-                    mass_kg: Some(mass.0),
-                    damping_n_s_per_m: Some(damping.0),
-                    ..GuardedDevice::default()
-                }),
-            ),
-            simulation: Simulation {
+            Simulation {
                 kind: SimulationKind::MassDamper,
                 mass_kg: mass.0 as f32,
                 damping_n_s_per_m: damping.0 as f32,
                 hand_stiffness_n_per_m: stiffness.0 as f32,
                 ..push(self.plan.push_n)
             },
-        })
+        ))
     }
 
     /// Runs the loop and writes the log.
@@ -278,7 +257,7 @@ impl TrialSetup {
             device: remote,
             law: law(remote)?,
             schedule,
-            reference: &|_| 0.0,
+            blank: &|_| blank(0.0),
             preflight: Some(preflight),
             wanted: PreflightRequest {
                 force_unstable: self.force_unstable,
@@ -341,4 +320,18 @@ impl TrialSetup {
             _ => Compared::without_meaning(format!("the {what} did not come to rest")),
         }
     }
+}
+
+/// Refuses the imperfections of the simulated device on one at a port.
+///
+/// # Errors
+/// Any of them.
+pub(crate) fn only_ideal(device: &MassDamperConfig) -> Result<(), Failure> {
+    if device.delay.0 > 0.0 || device.friction.0 > 0.0 || device.lag.0 > 0.0 {
+        return Err(Failure::bad_input(
+            "delay_s, friction_n and current_lag_s are of the simulated device: leave them away with a \
+             serial one, which has its own",
+        ));
+    }
+    Ok(())
 }

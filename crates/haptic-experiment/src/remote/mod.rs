@@ -12,10 +12,11 @@ mod session;
 mod summary;
 
 pub use run::RemoteRun;
+pub use samples::blank;
 pub use summary::{FrameCounts, LinkSummary};
 
 use super::refused::single;
-use super::safety::{GuardChoice, GuardedDevice};
+use super::safety::{GuardChoice, GuardedDevice, Safety};
 use super::schedule::Schedule;
 use crate::device::LinkedName;
 use crate::failure::Failure;
@@ -88,6 +89,34 @@ pub struct RemoteLaw {
     pub guard: (GuardChoice, GuardedDevice),
     /// The plant of a simulated device.
     pub simulation: Simulation,
+}
+
+impl RemoteLaw {
+    /// No law at all: one of a loop on the host. Of the limits those that nobody has given stay as they are on the device: `rate` is the
+    /// force rate limit, N/s. `device` is what is known of it for its guard.
+    #[must_use]
+    pub fn none(
+        limits: haptic_loop::Limits,
+        (rate, safety): (Option<f64>, &Safety),
+        device: GuardedDevice,
+        simulation: Simulation,
+    ) -> Self {
+        Self {
+            stiffness_n_per_m: 0.0,
+            dissipation_n_s_mu_per_m: 0.0,
+            order: 0.0,
+            one_sided: false,
+            operator: no_operator(),
+            limits,
+            kept: Kept {
+                rate: rate.is_none(),
+                speed: safety.speed_limit_m_per_s.is_none(),
+                rise: safety.rise_time_s.is_none(),
+            },
+            guard: (safety.guard, safety.guarded(device)),
+            simulation,
+        }
+    }
 }
 
 /// Limits that an experiment does not speak of: they stay as they are on the device.
@@ -195,11 +224,12 @@ pub(super) fn keep_within(
     ))
 }
 
-/// Limits of the chain that closes a loop here: force, rate, start and stop. The rest is up to the device, which
+/// Limits of the chain that closes a loop here: force, norm, rate, start and stop. The rest is up to the device, which
 /// knows where it is without delay.
 #[must_use]
 pub const fn host_limits(limits: &haptic_loop::Limits) -> haptic_loop::Limits {
     haptic_loop::Limits {
+        norm: limits.norm,
         start_force: limits.start_force,
         stop_time: limits.stop_time,
         brake_force: limits.brake_force,

@@ -4,7 +4,7 @@ use super::session::HostSession;
 use crate::device::{Warn, at_port, firmware_version};
 use crate::failure::Failure;
 use crate::folder::FolderRequest;
-use crate::kept::Record;
+use crate::kept::{Record, TickRecord};
 use crate::preflight::{
     Dynamics, MEASURED, PreflightRequest, PreflightSubject, PreflightVerdict, delay_samples,
 };
@@ -14,23 +14,24 @@ use crate::run::{Ran, Supervisor};
 use crate::safety::GuardChoice;
 use crate::schedule::Schedule;
 use fracdiff::Real;
-use haptic_link::{Field, Limits, LoopMode, Scope};
+use haptic_link::{AxisWorkspace, Field, Limits, LoopMode, WorkspaceBox};
+use haptic_log::record::TickMessage;
 use haptic_loop::realtime::Fallback;
-use haptic_loop::{Controller, Environment};
+use haptic_loop::{Controller, Environment, Workspace};
 use haptic_remote::serial::{SerialError, SerialLink};
 use std::collections::BTreeMap;
 use std::time::Duration;
 
 /// A run to be made on a device.
-pub struct RemoteRun<'a, P> {
+pub struct RemoteRun<'a, P, M = TickMessage> {
     /// The device.
     pub device: &'a RemoteDevice,
     /// Law that it renders.
     pub law: RemoteLaw,
     /// Number of ticks, and the time of each.
     pub schedule: Schedule,
-    /// Place that the indenter is told to take, m, at a time in s; not a number if nobody knows.
-    pub reference: &'a dyn Fn(f64) -> f64,
+    /// What is known of a time, s, without the device: as the log has it.
+    pub blank: &'a dyn Fn(f64) -> M,
     /// The same loop for the analysis; `None` if it is not closed through the device's motion.
     pub preflight: Option<P>,
     /// Request for the pre-flight.
@@ -41,7 +42,7 @@ pub struct RemoteRun<'a, P> {
     pub metadata: BTreeMap<String, String>,
 }
 
-impl<P> std::fmt::Debug for RemoteRun<'_, P> {
+impl<P, M> std::fmt::Debug for RemoteRun<'_, P, M> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("RemoteRun")
             .field("device", self.device)
@@ -51,16 +52,19 @@ impl<P> std::fmt::Debug for RemoteRun<'_, P> {
     }
 }
 
-impl<'a, P: PreflightSubject> RemoteRun<'a, P> {
+impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
     /// Runs where the device's loop mode says; `controller` closes a loop on the host.
     ///
     /// # Errors
     /// A device that cannot be used, parameters that it refuses; a folder or log that cannot be written.
-    pub fn run<F: Real, E: Environment<F, 1>>(
+    pub fn run<F: Real, E: Environment<F, D>, const D: usize>(
         self,
-        controller: &mut Controller<F, 1, E>,
+        controller: &mut Controller<F, D, E>,
         supervisor: Supervisor<'_>,
-    ) -> Result<Ran, Failure> {
+    ) -> Result<Ran, Failure>
+    where
+        M: TickRecord<D>,
+    {
         let mode = self.device.loop_mode;
         let mut session = self.prepare(supervisor)?;
         let ended = match mode {
@@ -78,10 +82,13 @@ impl<'a, P: PreflightSubject> RemoteRun<'a, P> {
     }
 
     /// Connects, configures, and only then makes folder and log.
-    fn prepare(mut self, supervisor: Supervisor<'_>) -> Result<HostSession<'a>, Failure> {
+    fn prepare<const D: usize>(
+        mut self,
+        supervisor: Supervisor<'_>,
+    ) -> Result<HostSession<'a, M, D>, Failure> {
         let device = self.device;
-        let mut link =
-            (device.name).connect(device.patience, supervisor.warn, Some(supervisor.stop))?;
+        let (patience, stop) = (device.patience, Some(supervisor.stop));
+        let mut link = (device.name).connect_with(D, patience, supervisor.warn, stop)?;
         let path = link.path().to_owned();
         let problem = |error: SerialError| match error.is_refusal() {
             true if error.is_about(Field::SimulationKind) => Failure::input_with_advice(
@@ -99,7 +106,8 @@ impl<'a, P: PreflightSubject> RemoteRun<'a, P> {
         }
         describe_limits(&configuration.limits, &mut self.metadata);
         let force_limit_n = f64::from(configuration.limits.force_n);
-        link.set_for(configuration, &self.law.operator.1, Scope::Run)
+        let workspace = self.law.limits.workspace_box.map(wire_box::<D>);
+        link.set_run(configuration, &self.law.operator.1, workspace.as_ref())
             .map_err(problem)?;
         let before = link.statistics().map_err(problem)?;
         describe(&link, device, &mut self.metadata);
@@ -121,7 +129,7 @@ impl<'a, P: PreflightSubject> RemoteRun<'a, P> {
             watchdog: Duration::from_millis(u64::from(device.watchdog_ms())),
             loop_mode: device.loop_mode,
             schedule: self.schedule,
-            reference: self.reference,
+            blank: self.blank,
             folder,
             recorder,
             record,
@@ -130,6 +138,18 @@ impl<'a, P: PreflightSubject> RemoteRun<'a, P> {
             force_limit_n,
             preflight,
         })
+    }
+}
+
+/// The first ranges of a box, as they go over the wire.
+fn wire_box<const D: usize>(ranges: [Workspace; 3]) -> WorkspaceBox {
+    let range = |range: &Workspace| AxisWorkspace {
+        low_m: range.low.0 as f32,
+        high_m: range.high.0 as f32,
+        soft_m: range.soft.0 as f32,
+    };
+    WorkspaceBox {
+        axes: ranges.iter().take(D).map(range).collect(),
     }
 }
 
@@ -144,7 +164,7 @@ fn raised(link: &SerialLink, schedule: Schedule) -> Option<String> {
     Some(fallback.to_string())
 }
 
-impl<P: PreflightSubject> RemoteRun<'_, P> {
+impl<P: PreflightSubject, M> RemoteRun<'_, P, M> {
     /// Looks at the loop before it is closed, and notes what it saw; `None` if it cannot be judged.
     fn preflight(
         &mut self,

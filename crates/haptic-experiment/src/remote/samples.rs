@@ -3,42 +3,55 @@
 use super::session::HostSession;
 use crate::ended::Ended;
 use crate::flight::FaultSeen;
-use haptic_link::Sample;
+use crate::kept::{Made, TickRecord};
+use haptic_link::VectorSample;
 use haptic_log::record::TickMessage;
 use haptic_loop::Fault;
+use nalgebra::SVector;
 
-impl HostSession<'_> {
-    pub(super) fn take_sample(&mut self, sample: &Sample) {
-        let message = self.message(sample);
-        let counted = message.tick < self.schedule.samples && self.record.ended.is_none();
-        self.gap(message.tick);
+/// Sample of what is known without the device: where the indenter is to be, m; the rest is not a number.
+#[must_use]
+pub fn blank(reference_m: f64) -> TickMessage {
+    TickMessage {
+        reference_m,
+        indenter_position_m: f64::NAN,
+        contact_force_n: f64::NAN,
+        observed_energy_j: f64::NAN,
+        ..TickMessage::default()
+    }
+}
+
+impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
+    /// Takes a sample of the device. One of another number of axes is none, and its tick is missing.
+    pub(super) fn take_sample(&mut self, sample: &VectorSample) {
+        let Some(message) = self.message(sample) else {
+            return;
+        };
+        let tick = u64::from(sample.tick);
+        let counted = tick < self.schedule.samples && self.record.ended.is_none();
+        self.gap(tick);
         self.keep(message, counted);
     }
 
     /// A sample of the device as the log has it.
-    pub(super) fn message(&self, sample: &Sample) -> TickMessage {
+    pub(super) fn message(&self, sample: &VectorSample) -> Option<M> {
+        if sample.axes.len() != D {
+            return None;
+        }
+        let axes = &sample.axes;
         let tick = u64::from(sample.tick);
-        let time_s = tick as f64 * self.schedule.sample_time_s;
-        TickMessage {
+        let made = Made {
             tick,
-            time_s,
-            position_m: f64::from(sample.position_m),
-            environment_force_n: f64::from(sample.environment_force_n),
-            force_n: f64::from(sample.force_n),
-            limiters: sample.limiters,
-            ..self.blank(time_s)
-        }
-    }
-
-    /// Sample of what is known without the device; the rest is not a number.
-    pub(super) fn blank(&self, time_s: f64) -> TickMessage {
-        TickMessage {
-            reference_m: (self.reference)(time_s),
-            indenter_position_m: f64::NAN,
-            contact_force_n: f64::NAN,
+            time_s: tick as f64 * self.schedule.sample_time_s,
+            position_m: SVector::from_fn(|axis, _| f64::from(axes[axis].position_m)),
+            environment_force_n: SVector::from_fn(|axis, _| {
+                f64::from(axes[axis].environment_force_n)
+            }),
+            force_n: SVector::from_fn(|axis, _| f64::from(axes[axis].force_n)),
+            limiters: axes[0].limiters,
             observed_energy_j: f64::NAN,
-            ..TickMessage::default()
-        }
+        };
+        Some((self.blank)(made.time_s).of(&made))
     }
 
     /// Counts what is missing before this tick.
@@ -77,8 +90,8 @@ impl HostSession<'_> {
         }
     }
 
-    pub(super) fn keep(&mut self, message: TickMessage, counted: bool) {
-        let logged = self.recorder.tick(message);
+    pub(super) fn keep(&mut self, message: M, counted: bool) {
+        let logged = self.recorder.tick(message.logged());
         if counted {
             self.record.push(&message);
         } else if self.record.ended.is_some() {

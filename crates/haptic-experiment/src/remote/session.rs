@@ -3,7 +3,7 @@
 use crate::ended::Ended;
 use crate::failure::Failure;
 use crate::folder::OutputFolder;
-use crate::kept::Record;
+use crate::kept::{Made, Record, TickRecord};
 use crate::preflight::PreflightVerdict;
 use crate::recorder::{Recorded, Recorder};
 use crate::remote::summary::{flat, summarise};
@@ -11,11 +11,12 @@ use crate::run::{Ran, Supervisor, close};
 use crate::schedule::Schedule;
 use fracdiff::Real;
 use haptic_link::{EventKind, LoopMode, Refusal, Report, Request, Start, State, Statistics};
-use haptic_log::record::{END, StartTime, TickMessage};
+use haptic_log::record::{END, StartTime};
 use haptic_loop::realtime::RaisedThread;
 use haptic_loop::{Controller, Environment, StartRefused};
 use haptic_remote::LinkError;
 use haptic_remote::serial::{Heard, SerialError, SerialLink};
+use nalgebra::SVector;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant, SystemTime};
 
@@ -23,13 +24,14 @@ use std::time::{Duration, Instant, SystemTime};
 const AFTER_FAULT: Duration = Duration::from_millis(200);
 
 /// A device that is configured, armed by nobody yet, and the log of what is to come.
-pub(super) struct HostSession<'a> {
+pub(super) struct HostSession<'a, M, const D: usize> {
     pub(super) link: SerialLink,
     pub(super) before: Statistics,
     pub(super) watchdog: Duration,
     pub(super) loop_mode: LoopMode,
     pub(super) schedule: Schedule,
-    pub(super) reference: &'a dyn Fn(f64) -> f64,
+    /// What is known of a time without the device.
+    pub(super) blank: &'a dyn Fn(f64) -> M,
     pub(super) folder: OutputFolder,
     pub(super) recorder: Recorder,
     pub(super) record: Record,
@@ -40,7 +42,7 @@ pub(super) struct HostSession<'a> {
     pub(super) preflight: Option<PreflightVerdict>,
 }
 
-impl HostSession<'_> {
+impl<M: TickRecord<D>, const D: usize> HostSession<'_, M, D> {
     /// Asks the device what it counted, lets it go, and closes the log.
     pub(super) fn finish(mut self) -> Result<Ran, Failure> {
         self.count_missing_fault();
@@ -111,6 +113,10 @@ impl HostSession<'_> {
         loop {
             match self.link.hear(patience) {
                 Some(Heard::Sample(sample)) => {
+                    self.take_sample(&sample.into());
+                    (supervisor.progress)(self.next_tick);
+                }
+                Some(Heard::Vector(sample)) => {
                     self.take_sample(&sample);
                     (supervisor.progress)(self.next_tick);
                 }
@@ -149,9 +155,9 @@ impl HostSession<'_> {
     }
 
     /// A run with the loop closed here, until the samples are done and the force is zero.
-    pub(super) fn control<F: Real, E: Environment<F, 1>>(
+    pub(super) fn control<F: Real, E: Environment<F, D>>(
         &mut self,
-        controller: &mut Controller<F, 1, E>,
+        controller: &mut Controller<F, D, E>,
         supervisor: Supervisor<'_>,
     ) -> Result<(), SerialError> {
         let thread = RaisedThread::new(self.schedule.thread_options().thread());
@@ -159,7 +165,7 @@ impl HostSession<'_> {
         self.start(0)?;
         loop {
             // Waiting for the sample is no part of the tick.
-            let reading = haptic_loop::Device::<F, 1>::read(&mut self.link)?;
+            let reading = haptic_loop::Device::<F, D>::read(&mut self.link)?;
             if self.next_tick == 0 {
                 controller.may_start(&reading).map_err(blow)?;
             }
@@ -170,16 +176,17 @@ impl HostSession<'_> {
             let tick = reading.tick;
             let counted = tick < self.schedule.samples && self.record.ended.is_none();
             self.gap(tick);
-            let message = TickMessage {
+            let made = Made {
                 tick,
                 time_s: reading.time_s,
-                position_m: reading.position_m[0].to_f64(),
-                environment_force_n: done.environment_force_n[0].to_f64(),
-                force_n: self.applied_n(done.force.newtons()[0].to_f64()),
+                position_m: reading.position_m.map(F::to_f64),
+                environment_force_n: done.environment_force_n.map(F::to_f64),
+                force_n: self.applied_n(done.force.newtons().map(F::to_f64)),
                 // The device limits what it is sent once more.
                 limiters: done.limiters.bits() | self.link.newest_limiters(),
-                ..self.blank(reading.time_s)
+                observed_energy_j: f64::NAN,
             };
+            let message = (self.blank)(reading.time_s).of(&made);
             self.keep(message, counted);
             (supervisor.progress)(self.next_tick);
             if self.record.ended.is_none() {
@@ -201,11 +208,12 @@ impl HostSession<'_> {
 
     /// The force of a tick, N: the one commanded in answer to it, within the device's limit, and where the device's own chain
     /// limits, the one it really applied. A log of forces that no device made would be judged as if it had.
-    fn applied_n(&self, commanded_n: f64) -> f64 {
+    fn applied_n(&self, commanded_n: SVector<f64, D>) -> SVector<f64, D> {
         if self.link.newest_limiters() == 0 {
-            commanded_n.min(self.force_limit_n).max(-self.force_limit_n)
+            commanded_n.cap_magnitude(self.force_limit_n)
         } else {
-            f64::from(self.link.newest_force_n())
+            let newest = self.link.newest_force_n();
+            SVector::from_fn(|axis, _| f64::from(newest[axis]))
         }
     }
 
@@ -229,7 +237,8 @@ impl HostSession<'_> {
                 self.link.hear(AFTER_FAULT),
             ) {
                 match heard {
-                    Heard::Sample(sample) => self.take_sample(&sample),
+                    Heard::Sample(sample) => self.take_sample(&sample.into()),
+                    Heard::Vector(sample) => self.take_sample(&sample),
                     Heard::Over(_) => return,
                     Heard::Event(_) | Heard::Fault(_) => {}
                 }
@@ -240,12 +249,15 @@ impl HostSession<'_> {
         let mut count = 1;
         while kept.len() < usize::from(count) {
             let index = kept.len() as u16;
-            let Ok(Report::Flight(flight)) = self.link.ask(Request::ReadFlight { index }) else {
-                break;
+            let (many, sample) = match self.link.ask(Request::ReadFlight { index }) {
+                Ok(Report::Flight(flight)) => (flight.count, flight.sample.into()),
+                Ok(Report::VectorFlight(flight)) => (flight.count, flight.sample),
+                _ => break,
             };
-            count = flight.count;
-            if count > 0 {
-                kept.push(self.message(&flight.sample));
+            count = many;
+            match self.message(&sample).filter(|_| count > 0) {
+                Some(message) => kept.push(message.logged()),
+                None => break,
             }
         }
         self.recorder.fill_flight(kept);

@@ -8,7 +8,7 @@ use crate::kept::Record;
 use crate::modelled::loop_operator;
 use crate::preflight::Preflight;
 use crate::refused::parameter;
-use crate::remote::{RemoteRun, host_limits};
+use crate::remote::{RemoteRun, blank, host_limits};
 use crate::run::{Ran, Supervisor, run_logged};
 use crate::safety::GuardedDevice;
 use crate::schedule::Schedule;
@@ -91,7 +91,7 @@ impl Rendering {
                 device,
                 law: self.law(drive, device, samples)?,
                 schedule,
-                reference: &reference,
+                blank: &|time_s| blank(reference(time_s)),
                 preflight: self.preflight(drive, samples),
                 wanted: self.preflight,
                 request,

@@ -137,7 +137,7 @@ impl Bench<'_> {
                     if let Some(sample) = newest.filter(|_| !followed.is_over())
                         && let Some(force_n) = say(&sample, followed.sent.len())
                     {
-                        self.link()?.send_force(sample.tick, force_n);
+                        self.link()?.send_force(sample.tick, &[force_n]);
                         followed.sent.push((sample.tick, force_n));
                     }
                 }
@@ -218,6 +218,7 @@ impl Followed {
                         EventKind::Finished | EventKind::Stopped | EventKind::Disarmed
                     );
             }
+            Heard::Vector(_) => {}
             Heard::Fault(report) => self.fault = Some(report),
             Heard::Over(error) => return Err(Broken::Link(error.into())),
         }

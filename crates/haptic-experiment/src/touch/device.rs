@@ -1,12 +1,12 @@
 //! The device in the hand, and what is told of each of its ticks.
 
 use super::hand::{Grip, HandPath};
-use crate::kept::{KeptSample, TickRecord};
+use crate::kept::{KeptSample, Made, TickRecord};
 use crate::simulate::Instrumented;
 use fracdiff::Real;
 use haptic_log::record::{AnyTick, PerAxis, VectorTick};
 use haptic_loop::plant::Axes;
-use haptic_loop::{Device, Reading, SafeForce, Sample, Shape, Surface as _};
+use haptic_loop::{Device, Reading, SafeForce, Shape, Surface as _};
 use nalgebra::SVector;
 use std::convert::Infallible;
 
@@ -134,18 +134,33 @@ pub(super) fn depth<const D: usize>(shape: &Shape<f64, D>, position_m: &[f64]) -
     shape.depth(&place).max(0.0)
 }
 
-impl<const D: usize> TickRecord<D> for TouchTick<D> {
-    fn of_loop<F: Real>(self, sample: &Sample<F, D>, guarded_energy_j: Option<F>) -> Self {
-        let vector = |vector: &SVector<F, D>| per_axis(&vector.map(F::to_f64));
+impl<const D: usize> TouchTick<D> {
+    /// Of a device that tells neither where its hand wants to be nor what its motors make.
+    pub(super) fn unknown(shape: Shape<f64, D>) -> Self {
+        let unknown = per_axis(&SVector::from([f64::NAN; D]));
         Self {
             tick: VectorTick {
-                tick: sample.reading.tick,
-                time_s: sample.reading.time_s,
-                position_m: vector(&sample.reading.position_m),
-                environment_force_n: vector(&sample.environment_force_n),
-                force_n: vector(sample.force.newtons()),
-                limiters: sample.limiters.bits(),
-                observed_energy_j: guarded_energy_j.map_or(f64::NAN, Real::to_f64),
+                reference_m: unknown,
+                indenter_position_m: unknown,
+                contact_force_n: unknown,
+                ..VectorTick::at_rest(D)
+            },
+            shape,
+        }
+    }
+}
+
+impl<const D: usize> TickRecord<D> for TouchTick<D> {
+    fn of(self, made: &Made<D>) -> Self {
+        Self {
+            tick: VectorTick {
+                tick: made.tick,
+                time_s: made.time_s,
+                position_m: per_axis(&made.position_m),
+                environment_force_n: per_axis(&made.environment_force_n),
+                force_n: per_axis(&made.force_n),
+                limiters: made.limiters,
+                observed_energy_j: made.observed_energy_j,
                 ..self.tick
             },
             ..self
@@ -166,6 +181,7 @@ impl<const D: usize> TickRecord<D> for TouchTick<D> {
             force_n: 0.0 - tick.force_n.norm(),
             indenter_position_m: depth(&self.shape, tick.indenter_position_m.as_slice()),
             contact_force_n: tick.contact_force_n.norm(),
+            limiters: tick.limiters,
         }
     }
 

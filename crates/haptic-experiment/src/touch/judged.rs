@@ -5,17 +5,21 @@ use super::posture::PostureVerdict;
 use super::report::{TouchCurves, TouchReport, TouchVerdict};
 use super::shape::{TouchLaw, TouchShape};
 use super::specification::TouchExperiment;
+use crate::curves::Origin;
 use crate::failure::Failure;
 use crate::judge::{Compared, Reference, full_history};
 use crate::kept::{KeptSample, Record};
 use crate::modelled::memory;
+use crate::outcome::origin;
 use crate::pushed::{incomparable, limited};
+use crate::remote::device_name;
 use crate::report::{Errors, Files, RunReport};
 use crate::run::Ran;
 use crate::safety::GuardChoice;
 use crate::thinned::Thinned;
 use crate::warnings::Warnings;
 use haptic_log::record::{AXES, Entry, LogReader, VectorTick, column};
+use haptic_loop::Limiters;
 use std::f64::consts::TAU;
 
 /// Curves of a touch: hand and device in the plane, depth, and the force of each axis.
@@ -37,7 +41,7 @@ impl TouchExperiment {
     pub(super) fn publish<const D: usize>(
         &self,
         ran: &Ran,
-        energy: HandEnergy,
+        energy: Option<HandEnergy>,
         posture: PostureVerdict,
     ) -> Result<(TouchReport, Option<TouchCurves>), Failure> {
         let record = &ran.record;
@@ -50,13 +54,13 @@ impl TouchExperiment {
             compared = self.compare::<D>(record)?;
             let drawn = self.draw::<D>(ran)?;
             files.csv = Some(drawn.csv);
-            curves = Some(self.curves(drawn.curves, verdict));
+            curves = Some(self.curves(drawn.curves, origin(record), verdict));
         } else {
             ran.folder.remove_stale_results();
         }
         let run = RunReport::new(
             ran,
-            "sim".to_owned(),
+            device_name(self.remote.as_ref()),
             self.sample_time().0,
             files,
             self.warnings(ran, verdict, energy),
@@ -71,30 +75,32 @@ impl TouchExperiment {
             run,
             errors: Errors::new(
                 compared,
-                Compared::without_meaning("a scripted hand has no closed form".to_owned()),
+                Compared::without_meaning("a hand on its way has no closed form".to_owned()),
             ),
             verdict,
             largest_depth_m: samples.map(|sample| sample.position_m).fold(0.0, f64::max),
-            given_j: energy.given_j,
-            given_most_j: energy.most_j,
+            given_j: energy.map(|energy| energy.given_j),
+            given_most_j: energy.map(|energy| energy.most_j),
             posture,
         };
         Ok((report, curves))
     }
 
-    fn verdict(&self, record: &Record, energy: HandEnergy) -> TouchVerdict {
+    fn verdict(&self, record: &Record, energy: Option<HandEnergy>) -> TouchVerdict {
         let share = |count: usize| count as f64 / record.samples.max(1) as f64;
-        // A guard is a limiter too, and there to act; the limit of the force is not.
-        let limited = match self.safety.guard {
-            GuardChoice::Off => share(record.limited as usize),
+        // A guard is a limiter too, and there to act, as is the start ramp of a device; the limit of the force is not.
+        let limited = match (self.safety.guard, &self.remote) {
+            (GuardChoice::Off, None) => share(record.limited as usize),
             _ => share(self.at_limit(record)),
         };
         if record.ended.is_some() {
             TouchVerdict::Unfinished
-        } else if energy.most_j > ROUNDING * energy.moved_j {
+        } else if energy.is_some_and(|energy| energy.most_j > ROUNDING * energy.moved_j) {
             TouchVerdict::GaveEnergy
         } else if limited > LIMITED {
             TouchVerdict::Saturated
+        } else if energy.is_none() {
+            TouchVerdict::Rendered
         } else {
             TouchVerdict::Passive
         }
@@ -109,13 +115,22 @@ impl TouchExperiment {
             .count()
     }
 
-    fn warnings(&self, ran: &Ran, verdict: TouchVerdict, energy: HandEnergy) -> Warnings {
+    fn warnings(&self, ran: &Ran, verdict: TouchVerdict, energy: Option<HandEnergy>) -> Warnings {
         let mut warnings = Warnings::default();
         let guarded = self.safety.guard == GuardChoice::EnergyBounding;
         let analysis = ran.preflight.as_ref();
+        // On a device it was told before the run.
+        let analysis = analysis.filter(|_| self.remote.is_none());
         (warnings.0).extend(analysis.and_then(|verdict| verdict.warning(guarded)));
-        warnings.limited(&ran.record);
-        if verdict == TouchVerdict::GaveEnergy {
+        // The start ramp of a device is not the shape's.
+        match self.ramp_samples(&ran.record) as u64 {
+            0 => warnings.limited(&ran.record),
+            ramp => warnings.limited_in(
+                ran.record.limited - ramp,
+                ran.record.limiters & !Limiters::STARTUP.bits(),
+            ),
+        }
+        if let (TouchVerdict::GaveEnergy, Some(energy)) = (verdict, energy) {
             let remedy = if self.risen_j(&ran.record) > 0.5 * energy.most_j {
                 "the shape grew stiff while it was pressed: take a shorter `rise_time_s`, or let the hand touch after it"
             } else {
@@ -151,6 +166,16 @@ impl TouchExperiment {
         energies.sum()
     }
 
+    /// True of a sample in which nothing but the start ramp of a device acted: nothing is compared before it is over.
+    fn is_ramped(&self, sample: &KeptSample) -> bool {
+        self.remote.is_some() && sample.limiters == Limiters::STARTUP.bits()
+    }
+
+    fn ramp_samples(&self, record: &Record) -> usize {
+        let samples = record.whole.iter().flatten();
+        samples.filter(|sample| self.is_ramped(sample)).count()
+    }
+
     /// The force that the full history of the depth asks for, at least 0, N: next to the centre of a ball as much of it as the normal is
     /// long.
     fn full_history<const D: usize>(&self, depths: &[f64]) -> Result<Vec<f64>, Failure> {
@@ -179,11 +204,22 @@ impl TouchExperiment {
     /// The commanded force against the full history of what was read.
     fn compare<const D: usize>(&self, record: &Record) -> Result<Compared, Failure> {
         let reference = Reference::of(self.scheme);
-        let reason = limited(record).or_else(|| match &self.law {
+        let samples: &[KeptSample] = record.whole.as_deref().unwrap_or_default();
+        let ramped = |sample: &KeptSample| self.is_ramped(sample);
+        let free = samples.iter().filter(|sample| sample.limiters == 0).count();
+        let ramp = self.ramp_samples(record);
+        let reason = (free + ramp < samples.len())
+            .then(|| limited(record))
+            .flatten();
+        let missing = samples
+            .windows(2)
+            .any(|pair| pair[1].tick != pair[0].tick + 1);
+        let reason = reason.or(missing.then_some("samples did not come"));
+        let reason = reason.or_else(|| match &self.law {
             TouchLaw::Tissue { material, .. } if material.composed().is_some() => None,
             law => incomparable(reference, law.order(), record),
         });
-        if record.largest_force_n() == 0.0 {
+        if record.largest_force_n() == 0.0 || free == 0 {
             return Ok(Compared::without_meaning(
                 "no force was commanded".to_owned(),
             ));
@@ -191,15 +227,18 @@ impl TouchExperiment {
         if let Some(reason) = reason {
             return Ok(Compared::without_meaning(reason.to_owned()));
         }
-        let samples: &[KeptSample] = record.whole.as_deref().unwrap_or_default();
         let depths: Vec<f64> = samples.iter().map(|sample| sample.position_m).collect();
         let wanted = self.full_history::<D>(&depths)?;
-        let off = samples.iter().zip(&wanted);
+        let off = samples
+            .iter()
+            .zip(&wanted)
+            .filter(|(sample, _)| !ramped(sample));
         let off = off.map(|(sample, wanted)| (sample.reaction_n() - wanted).abs());
+        let from_s = samples.iter().find(|sample| !ramped(sample));
         Ok(Compared::of_window(
             off.fold(0.0, f64::max) / record.largest_force_n(),
-            [0.0, record.duration_s()],
-            record.samples,
+            [from_s.map_or(0.0, |from| from.time_s), record.duration_s()],
+            free as u64,
         ))
     }
 
@@ -217,10 +256,13 @@ impl TouchExperiment {
         header.push("depth_m");
         let mut table = ran.folder.named_table_beside_log("csv", &header)?;
         let mut curves = Thinned::of(&ran.record);
+        // The way of the force to zero is no part of the result.
+        let last = ran.record.last.map_or(0, |last| last.tick);
         for log in &ran.log.paths {
             for entry in LogReader::open(log)? {
-                let Entry::Vector(tick) = entry? else {
-                    continue;
+                let tick = match entry? {
+                    Entry::Vector(tick) if tick.tick <= last => tick,
+                    _ => continue,
                 };
                 let depth_m = depth(&shape, tick.position_m.as_slice());
                 let mut row = vec![tick.time_s];
@@ -239,7 +281,12 @@ impl TouchExperiment {
         })
     }
 
-    fn curves(&self, curves: Thinned<CURVES>, verdict: TouchVerdict) -> TouchCurves {
+    fn curves(
+        &self,
+        curves: Thinned<CURVES>,
+        origin: Origin,
+        verdict: TouchVerdict,
+    ) -> TouchCurves {
         let [hand_x, hand_y, x, y, depth_m, force @ ..] = curves.curves;
         TouchCurves {
             subtitle: format!(
@@ -247,9 +294,14 @@ impl TouchExperiment {
                 self.shape.words(),
                 self.law.words(),
                 self.scheme,
-                self.path.words(),
+                if self.remote.is_some() {
+                    format!("device {}", device_name(self.remote.as_ref()))
+                } else {
+                    self.path.words()
+                },
                 verdict.words()
             ),
+            origin,
             outline_m: self.outline(),
             time_s: curves.time_s,
             hand_m: [hand_x, hand_y],

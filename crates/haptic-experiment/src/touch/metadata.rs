@@ -3,6 +3,7 @@
 use super::hand::{Grip, HandPath};
 use super::shape::{TouchLaw, TouchShape};
 use super::specification::TouchExperiment;
+use crate::remote::device_name;
 use std::collections::BTreeMap;
 
 /// Numbers with a space between them.
@@ -18,7 +19,7 @@ impl TouchExperiment {
         let (k, b) = self.law.spring_and_damper();
         let mut entries = vec![
             ("experiment", "touch".to_owned()),
-            ("device", "sim".to_owned()),
+            ("device", device_name(self.remote.as_ref())),
             ("axes", self.axes.to_string()),
             ("stiffness_n_per_m", k.to_string()),
             ("dissipation_n_s_mu_per_m", b.to_string()),
@@ -41,7 +42,9 @@ impl TouchExperiment {
             ("pace", self.pace.to_string()),
         ];
         entries.extend(self.describe_shape());
-        entries.extend(self.describe_hand());
+        if self.remote.is_none() {
+            entries.extend(self.describe_hand());
+        }
         if let Some(workspace) = &self.workspace {
             entries.push(("box_low_m", list(&workspace.low_m)));
             entries.push(("box_high_m", list(&workspace.high_m)));

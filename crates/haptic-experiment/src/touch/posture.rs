@@ -2,9 +2,10 @@
 
 use super::shape::{TouchShape, per_axis};
 use super::specification::TouchExperiment;
+use crate::device::LinkedName;
 use crate::failure::Failure;
-use crate::preflight::{Preflight, PreflightVerdict};
-use crate::pushed::dynamics;
+use crate::preflight::{Dynamics, Preflight, PreflightSubject, PreflightVerdict};
+use haptic_devices::haply::Plane;
 use haptic_loop::plant::MassMatrix;
 use haptic_loop::units::Kilograms;
 use nalgebra::SVector;
@@ -35,48 +36,31 @@ impl PostureVerdict {
     }
 }
 
-impl TouchExperiment {
-    /// Least and largest effective mass along the normals that come up, kg: of axes that are masses of their own those of the
-    /// axes themselves, unless there is one normal alone.
-    ///
-    /// # Errors
-    /// A mass that is not above 0, a normal without length.
-    fn effective_masses<const D: usize>(&self) -> Result<[f64; 2], Failure> {
-        let masses = per_axis::<D>("mass_kg", &self.mass_kg)?.map(Kilograms);
-        let matrix = MassMatrix::of_axes(masses)
-            .map_err(|error| Failure::input_with_advice(error, "change `mass_kg`"))?;
-        let TouchShape::Plane { normal, .. } = &self.shape else {
-            return Ok(self.masses());
-        };
-        let normal = SVector::from(per_axis::<D>("normal", normal)?);
-        let along = matrix
-            .along(&normal)
-            .map_err(|error| Failure::input_with_advice(error, "change `normal`"))?;
-        Ok([along.0; 2])
-    }
+/// The loop in the lightest and the heaviest posture.
+#[derive(Clone, Debug)]
+pub(super) struct Postures<'a> {
+    loops: Preflight<'a>,
+    /// kg.
+    masses: [f64; 2],
+}
 
-    /// The pre-flight of the worst posture.
+impl Postures<'_> {
+    /// The verdict of the worse of both, and its mass, with this device but for the mass and so many samples of delay on a line.
     ///
     /// # Errors
     /// A number that the analysis does not take.
-    pub(super) fn preflight<const D: usize>(
+    pub(super) fn worse(
         &self,
-        samples: u64,
+        dynamics: Dynamics,
+        line: usize,
     ) -> Result<(PreflightVerdict, PostureVerdict), Failure> {
-        let (stiffness_n_per_m, dissipation_n_s_mu_per_m) = self.law.spring_and_damper();
-        let preflight = Preflight {
-            stiffness_n_per_m,
-            dissipation_n_s_mu_per_m,
-            order: self.law.order(),
-            model: self.law.model(),
-            scheme: self.scheme,
-            sample_time_s: self.sample_time().0,
-            samples,
-        };
-        let [least, most] = self.effective_masses::<D>()?;
-        let judge = |mass: f64| -> Result<_, Failure> {
-            let verdict = preflight.verdict(dynamics(&self.axis(mass)), 0)?;
-            Ok((verdict, mass))
+        let [least, most] = self.masses;
+        let judge = |mass_kg: f64| -> Result<_, Failure> {
+            let dynamics = Dynamics {
+                mass_kg,
+                ..dynamics
+            };
+            Ok((self.loops.verdict(dynamics, line)?, mass_kg))
         };
         let (light, heavy) = (judge(least)?, judge(most)?);
         // Without an edge any margin is there; unstable without one none is.
@@ -97,5 +81,84 @@ impl TouchExperiment {
             judged_mass_kg,
         };
         Ok((verdict, posture))
+    }
+}
+
+impl PreflightSubject for Postures<'_> {
+    fn verdict(&self, dynamics: Dynamics, line: usize) -> Result<PreflightVerdict, Failure> {
+        Ok(self.worse(dynamics, line)?.0)
+    }
+}
+
+impl TouchExperiment {
+    /// Least and largest effective mass along the normals that come up, kg: of axes that are masses of their own those of the
+    /// axes themselves, unless there is one normal alone; of arms those of their postures in the box.
+    ///
+    /// # Errors
+    /// A mass that is not above 0, a normal without length, a box that the arms do not reach.
+    fn effective_masses<const D: usize>(&self) -> Result<[f64; 2], Failure> {
+        let masses = per_axis::<D>("mass_kg", &self.mass_kg)?;
+        if let Some(plane) = self.plane() {
+            let mean = masses.iter().product::<f64>().powf(1.0 / D as f64);
+            return Ok(self.reached(&plane)?.map(|mass| mean * mass));
+        }
+        let matrix = MassMatrix::of_axes(masses.map(Kilograms))
+            .map_err(|error| Failure::input_with_advice(error, "change `mass_kg`"))?;
+        let TouchShape::Plane { normal, .. } = &self.shape else {
+            return Ok(self.masses());
+        };
+        let normal = SVector::from(per_axis::<D>("normal", normal)?);
+        let along = matrix
+            .along(&normal)
+            .map_err(|error| Failure::input_with_advice(error, "change `normal`"))?;
+        Ok([along.0; 2])
+    }
+
+    /// The plane of a 2DIY.
+    pub(super) fn plane(&self) -> Option<Plane> {
+        match &self.remote.as_ref()?.name {
+            LinkedName::Foreign(name) => name.plane(),
+            LinkedName::Serial(_) => None,
+        }
+    }
+
+    /// Least and largest mass in the box, or in the middle of the plane without one, for 1 kg in its centre.
+    ///
+    /// # Errors
+    /// A box that the arms do not reach.
+    pub(super) fn reached(&self, plane: &Plane) -> Result<[f64; 2], Failure> {
+        let (low_m, high_m) = match &self.workspace {
+            Some(workspace) => (
+                per_axis("box_low_m", &workspace.low_m)?,
+                per_axis("box_high_m", &workspace.high_m)?,
+            ),
+            None => Plane::HANDY_M,
+        };
+        plane.masses(low_m, high_m).map_err(|error| {
+            Failure::input_with_advice(
+                format_args!("the box is not within reach of the 2DIY: {error}"),
+                "change `box_low_m` or `box_high_m`",
+            )
+        })
+    }
+
+    /// What the pre-flight is of.
+    ///
+    /// # Errors
+    /// As [`effective_masses`](Self::effective_masses).
+    pub(super) fn postures<const D: usize>(&self, samples: u64) -> Result<Postures<'_>, Failure> {
+        let (stiffness_n_per_m, dissipation_n_s_mu_per_m) = self.law.spring_and_damper();
+        Ok(Postures {
+            loops: Preflight {
+                stiffness_n_per_m,
+                dissipation_n_s_mu_per_m,
+                order: self.law.order(),
+                model: self.law.model(),
+                scheme: self.scheme,
+                sample_time_s: self.sample_time().0,
+                samples,
+            },
+            masses: self.effective_masses::<D>()?,
+        })
     }
 }

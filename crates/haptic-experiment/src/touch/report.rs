@@ -1,6 +1,7 @@
 //! Report of a touch.
 
 use super::posture::PostureVerdict;
+use crate::curves::Origin;
 use crate::report::{Errors, RunReport, Summary};
 use serde::Serialize;
 
@@ -12,6 +13,8 @@ pub enum TouchVerdict {
     Passive,
     /// The hand was given energy.
     GaveEnergy,
+    /// On a device, whose hand nobody measures: the shape was rendered within its limits.
+    Rendered,
     /// A limiter of the safety chain other than the guard acted in more than 1 % of the samples.
     Saturated,
     /// It did not reach its end.
@@ -25,6 +28,7 @@ impl TouchVerdict {
         match self {
             Self::Passive => "passive: the hand was given no energy",
             Self::GaveEnergy => "active: the hand was given energy",
+            Self::Rendered => "rendered within limits; what the hand was given is not measured",
             Self::Saturated => "saturated: the force was limited",
             Self::Unfinished => "unfinished",
         }
@@ -55,10 +59,10 @@ pub struct TouchReport {
     pub verdict: TouchVerdict,
     /// Deepest place as the loop read it, m.
     pub largest_depth_m: f64,
-    /// Energy that the hand was given in all, J; negative if it gave more.
-    pub given_j: f64,
-    /// The most of it at any time, J; at most rounding if all is passive.
-    pub given_most_j: f64,
+    /// Energy that the hand was given in all, J; negative if it gave more; null on a device, whose hand nobody measures.
+    pub given_j: Option<f64>,
+    /// The most of it at any time, J; at most rounding if all is passive; null on a device.
+    pub given_most_j: Option<f64>,
     /// Masses along the normal, and the one that the pre-flight is of.
     #[serde(flatten)]
     pub posture: PostureVerdict,
@@ -79,11 +83,13 @@ impl Summary for TouchReport {
 pub struct TouchCurves {
     /// One line about the run.
     pub subtitle: String,
+    /// Where the force comes from.
+    pub origin: Origin,
     /// Outline of the shape in that plane, m; empty if it is not there.
     pub outline_m: Vec<(f64, f64)>,
     /// Time, s.
     pub time_s: Vec<f64>,
-    /// The point that the hand goes to, m.
+    /// The point that the hand goes to, m; not a number where nobody knows.
     pub hand_m: [Vec<f64>; 2],
     /// The device, m.
     pub position_m: [Vec<f64>; 2],

@@ -47,8 +47,8 @@ impl TouchExperiment {
     /// A parameter outside its range.
     pub fn check(&self) -> Result<u64, Failure> {
         match self.axes {
-            2 => self.parts::<2>().map(|parts| parts.samples),
-            3 => self.parts::<3>().map(|parts| parts.samples),
+            2 => self.checked::<2>(),
+            3 => self.checked::<3>(),
             axes => Err(Failure::bad_input(format_args!(
                 "`axes` = {axes} is not 2 or 3: one axis is `wall`"
             ))),
@@ -60,8 +60,20 @@ impl TouchExperiment {
         request: &FolderRequest,
         supervisor: Supervisor<'_>,
     ) -> Result<Published<TouchReport, TouchCurves>, Failure> {
+        if let Some(remote) = &self.remote {
+            return self.run_on::<D>(remote, request, supervisor);
+        }
         let mut parts = self.parts::<D>()?;
-        let (verdict, posture) = self.preflight::<D>(parts.samples)?;
+        let shape = self.shape.of::<D>()?;
+        let begins = depth(&shape, parts.device.device().place().as_slice());
+        if begins > START_MOST_M {
+            return Err(Failure::bad_input(format_args!(
+                "the device begins {begins:.3e} m deep in the shape, which would be a blow: let the hand begin outside, \
+                 by `way_points` or `circle_start_radius_m`, or move the shape"
+            )));
+        }
+        let postures = self.postures::<D>(parts.samples)?;
+        let (verdict, posture) = postures.worse(self.dynamics(), 0)?;
         let mut metadata = self.metadata();
         verdict.describe(&mut metadata);
         posture.describe(&mut metadata);
@@ -84,19 +96,28 @@ impl TouchExperiment {
             ..ran
         };
         let energy: HandEnergy = parts.device.device().energy();
-        let reported = self.publish::<D>(&ran, energy, posture)?;
+        let reported = self.publish::<D>(&ran, Some(energy), posture)?;
         Ok(Published::new(reported, ran.folder))
     }
 
-    fn parts<const D: usize>(&self) -> Result<Parts<D>, Failure> {
-        let t = self.sample_time();
-        let samples = self.samples()?;
-        self.path.check(D)?;
-        if let (Grip::Force, HandPath::Circle { .. }) = (self.grip, &self.path) {
-            return Err(Failure::bad_input(
-                "a hand that is a force goes `way_points` in N: a circle is one of places; give those, or `hand` = spring",
-            ));
+    fn checked<const D: usize>(&self) -> Result<u64, Failure> {
+        match &self.remote {
+            Some(remote) => {
+                self.check_on::<D>(remote)?;
+                Ok(self.loop_of::<D>()?.1)
+            }
+            None => Ok(self.parts::<D>()?.samples),
         }
+    }
+
+    /// The loop, and its number of samples.
+    ///
+    /// # Errors
+    /// A parameter outside its range.
+    pub(super) fn loop_of<const D: usize>(
+        &self,
+    ) -> Result<(Controller<f64, D, Touched<D>>, u64), Failure> {
+        let samples = self.samples()?;
         if self.law.order().get() < 0.0 {
             return Err(Failure::bad_input(format_args!(
                 "`order` = {} is not in [0, 2]: a shape has no integral",
@@ -104,18 +125,25 @@ impl TouchExperiment {
             )));
         }
         let shape = self.shape.of::<D>()?;
-        let touched = self.law.behind(shape, self.scheme, t, horizon(samples))?;
+        let (t, horizon) = (self.sample_time(), horizon(samples));
+        let touched = self.law.behind(shape, self.scheme, t, horizon)?;
+        Ok((Controller::new(touched, self.chain()?), samples))
+    }
+
+    fn parts<const D: usize>(&self) -> Result<Parts<D>, Failure> {
+        let t = self.sample_time();
+        self.path.check(D)?;
+        if let (Grip::Force, HandPath::Circle { .. }) = (self.grip, &self.path) {
+            return Err(Failure::bad_input(
+                "a hand that is a force goes `way_points` in N: a circle is one of places; give those, or `hand` = spring",
+            ));
+        }
+        let (controller, samples) = self.loop_of::<D>()?;
+        let shape = self.shape.of::<D>()?;
         let axes = Axes::new(self.axes_of::<D>()?).map_err(parameter)?;
         let device = HeldAxes::new(axes, (self.path.clone(), self.grip), shape, t.0);
-        let begins = depth(&shape, device.place().as_slice());
-        if begins > START_MOST_M {
-            return Err(Failure::bad_input(format_args!(
-                "the device begins {begins:.3e} m deep in the shape, which would be a blow: let the hand begin outside, \
-                 by `way_points` or `circle_start_radius_m`, or move the shape"
-            )));
-        }
         Ok(Parts {
-            controller: Controller::new(touched, self.chain()?),
+            controller,
             device: Sensed::new(device, self.sensors)?,
             samples,
         })

@@ -4,7 +4,10 @@ use super::hand::{Grip, HandPath};
 use super::shape::{TouchLaw, TouchShape, per_axis};
 use crate::failure::Failure;
 use crate::kept::WHOLE_MOST;
-use crate::pushed::{force_alone, safe_force_limit};
+use crate::preflight::Dynamics;
+use crate::pushed::{dynamics, force_alone, safe_force_limit};
+use crate::refused::parameter;
+use crate::remote::{RemoteDevice, host_limits};
 use crate::safety::{Safety, workspace};
 use crate::schedule::Pace;
 use crate::sensed::Sensors;
@@ -61,6 +64,10 @@ pub struct TouchExperiment {
     pub safety: Safety,
     /// Pace of time.
     pub pace: Pace,
+    /// The device at a port, in whose hand the shape is then felt; `None` for the simulated one.
+    pub remote: Option<RemoteDevice>,
+    /// Run on a device what the analysis refuses.
+    pub force_unstable: bool,
 }
 
 /// Corners of a workspace, a number an axis.
@@ -107,6 +114,11 @@ impl TouchExperiment {
         }
     }
 
+    /// An axis as the analysis knows it, the lightest.
+    pub(super) fn dynamics(&self) -> Dynamics {
+        dynamics(&self.axis(self.masses()[0]))
+    }
+
     /// The lightest and the heaviest axis, kg.
     pub(super) fn masses(&self) -> [f64; 2] {
         let masses = || self.mass_kg.iter().copied();
@@ -116,25 +128,45 @@ impl TouchExperiment {
         ]
     }
 
-    /// The safety chain: force limited by its norm, the guard for the lightest axis.
+    /// The safety chain of the loop that runs here: force limited by its norm, the guard for the lightest axis. On a device it is that
+    /// of the force alone; the rest is the device's.
     ///
     /// # Errors
     /// A limit outside its range; settings that would have no effect.
     pub(super) fn chain(&self) -> Result<SafetyChain<f64>, Failure> {
-        let t = self.sample_time();
-        let alone = force_alone(self.force_limit_n, t);
-        let limits = Limits {
+        let limits = self.norm_and_box()?;
+        if self.remote.is_some() {
+            let limits = host_limits(&self.limits_there()?);
+            let chain = SafetyChain::from_limits(&limits, self.sample_time());
+            self.safety.acts_on_device()?;
+            return chain.map_err(parameter);
+        }
+        let lightest = self.axis(self.masses()[0]);
+        let chain = safe_force_limit(limits, &lightest, self.sensors, &self.safety)?;
+        self.safety.acts()?;
+        Ok(chain)
+    }
+
+    fn norm_and_box(&self) -> Result<Limits, Failure> {
+        let alone = force_alone(self.force_limit_n, self.sample_time());
+        Ok(Limits {
             norm: Some(Newtons(self.force_limit_n)),
             rate: self
                 .force_rate_limit_n_per_s
                 .map_or(alone.rate, NewtonsPerSecond),
             workspace_box: self.workspace_box()?,
             ..alone
-        };
-        let lightest = self.axis(self.masses()[0]);
-        let chain = safe_force_limit(limits, &lightest, self.sensors, &self.safety)?;
-        self.safety.acts()?;
-        Ok(chain)
+        })
+    }
+
+    /// Limits of the chain of a device, without its guard.
+    ///
+    /// # Errors
+    /// A box that is none.
+    pub(super) fn limits_there(&self) -> Result<Limits, Failure> {
+        let limits = self.safety.on(self.norm_and_box()?, true);
+        let delay = limits.device_delay_samples;
+        Ok(self.safety.braked(limits, self.masses()[0], delay))
     }
 
     fn workspace_box(&self) -> Result<Option<[Workspace; 3]>, Failure> {

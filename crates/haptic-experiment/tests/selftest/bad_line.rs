@@ -26,6 +26,7 @@ fn whatever_a_bad_line_loses_every_promise_is_seen_to_be_kept() {
                 ..LineFaults::default()
             },
             seed,
+            axes: 1,
             link: None,
             duration: None,
         };

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::feel::hand::HeldDevice;
+use haptic_experiment::Imperfections;
 use haptic_loop::units::Seconds;
 use haptic_tissue::Library;
 use testkit::Random;
@@ -23,7 +24,7 @@ fn felt(wall: WallNumbers, pointer: &Pointer, rise_time: Option<Seconds>) -> Vec
     let settings = FeelSettings::new(&library, start).expect("in range");
     let mass = Kilograms(settings.device.mass_kg);
     let damping = NewtonSecondsPerMetre(DAMPING);
-    let own = limits(mass);
+    let own = limits(mass, 0);
     let limits = Limits {
         rise_time: rise_time.or(own.rise_time),
         ..own
@@ -31,7 +32,8 @@ fn felt(wall: WallNumbers, pointer: &Pointer, rise_time: Option<Seconds>) -> Vec
     let chain = SafetyChain::from_limits(&limits, SAMPLE_TIME).expect("valid");
     let law = settings.law().expect("made");
     let mut controller = Controller::<_, 1, _>::new(fading(&law.environment), chain);
-    let mut device = HeldDevice::new(mass, damping, SAMPLE_TIME).expect("valid");
+    let mut device =
+        HeldDevice::new(mass, damping, &Imperfections::NONE, SAMPLE_TIME).expect("valid");
     let mut engaged = controller.engage(&mut device);
     let tick = |n| {
         engaged.device().hand(pointer(n), true);

@@ -20,6 +20,8 @@ pub enum EmulatorError {
     },
     /// The system gives no pseudo-terminal, or it cannot be shared.
     Terminal(String),
+    /// A number of axes that no device has.
+    Axes(u8),
     /// The emulated device refused its own start-up configuration.
     Device(haptic_link::Refusal),
 }
@@ -34,6 +36,7 @@ impl fmt::Display for EmulatorError {
                 link.display()
             ),
             Self::Terminal(reason) => f.write_str(reason),
+            Self::Axes(axes) => write!(f, "axes = {axes} is not in [1, 3]: give 1, 2 or 3"),
             Self::Device(refusal) => write!(f, "the emulated device: {refusal:?}"),
         }
     }

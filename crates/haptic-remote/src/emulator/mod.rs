@@ -15,7 +15,10 @@ pub use error::EmulatorError;
 pub use terminal::Terminal;
 
 use crate::held_clock::HeldClock;
-use crate::{DeviceSession, FaultyLine, LineDamage, LineFaults, SimulatedPlant, TickSide};
+use crate::{
+    DeviceSession, FaultyLine, Hardware, LineDamage, LineFaults, SimulatedAxes, SimulatedPlant,
+    TickSide,
+};
 use haptic_link::FRAME_MAX;
 use std::cell::RefCell;
 use std::path::PathBuf;
@@ -37,6 +40,7 @@ const WAITING_MOST: usize = 4096;
 /// let terminal = Terminal::open(None)?;
 /// println!("a device is at {}", terminal.path().display());
 /// let emulation = Emulation {
+///     axes: 1,
 ///     speed: 1.0,
 ///     faults: LineFaults { drop: 0.01, ..LineFaults::default() },
 ///     seed: 1,
@@ -51,6 +55,8 @@ const WAITING_MOST: usize = 4096;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Emulation {
+    /// Axes of the device, 1 to 3.
+    pub axes: u8,
     /// Device seconds in a second.
     pub speed: f64,
     /// Faults of the line, both ways.
@@ -89,10 +95,25 @@ pub struct Emulated {
 /// Runs the device until it is stopped or its time is over.
 ///
 /// # Errors
-/// Faults outside their range; a pseudo-terminal that cannot be shared.
+/// Axes or faults outside their range; a pseudo-terminal that cannot be shared.
 pub fn emulate(
     terminal: &Terminal,
     emulation: &Emulation,
+    stop: &AtomicBool,
+) -> Result<Emulated, EmulatorError> {
+    const NAME: &str = "emulated";
+    match emulation.axes {
+        1 => emulate_board(terminal, emulation, SimulatedPlant::new(NAME, || 0), stop),
+        2 => emulate_board(terminal, emulation, SimulatedAxes::<2>::new(NAME), stop),
+        3 => emulate_board(terminal, emulation, SimulatedAxes::<3>::new(NAME), stop),
+        axes => Err(EmulatorError::Axes(axes)),
+    }
+}
+
+fn emulate_board<H: Hardware<D>, const D: usize>(
+    terminal: &Terminal,
+    emulation: &Emulation,
+    board: H,
     stop: &AtomicBool,
 ) -> Result<Emulated, EmulatorError> {
     let (reading, writing) = (terminal.share()?, terminal.share()?);
@@ -102,7 +123,7 @@ pub fn emulate(
         // Made in here, so that its ends of the queues are gone before the threads are waited for.
         let (arrived, arriving) = sync_channel::<Vec<u8>>(WAITING_MOST);
         let (leave, leaving) = sync_channel::<Vec<u8>>(WAITING_MOST);
-        let mut emulator = Emulator::new(emulation, arriving, leave)?;
+        let mut emulator = Emulator::new(board, emulation, arriving, leave)?;
         scope.spawn(move || port::read(reading, &arrived, over));
         scope.spawn(move || {
             let mut port = writing;
@@ -110,7 +131,7 @@ pub fn emulate(
                 port::write(&mut port, &frame, over);
             }
         });
-        let goes_on = |emulator: &Emulator| {
+        let goes_on = |emulator: &Emulator<H, D>| {
             !stop.load(Ordering::Relaxed)
                 && (emulation.duration).is_none_or(|most| emulator.clock.elapsed() < most)
         };
@@ -121,8 +142,8 @@ pub fn emulate(
 }
 
 /// The device with its two lines.
-struct Emulator {
-    device: RefCell<TickSide<SimulatedPlant>>,
+struct Emulator<H: Hardware<D>, const D: usize> {
+    device: RefCell<TickSide<H, D>>,
     session: DeviceSession,
     from_host: FaultyLine,
     to_host: FaultyLine,
@@ -140,15 +161,15 @@ struct Emulator {
     unread: u64,
 }
 
-impl Emulator {
+impl<H: Hardware<D>, const D: usize> Emulator<H, D> {
     fn new(
+        board: H,
         emulation: &Emulation,
         arriving: Receiver<Vec<u8>>,
         leave: SyncSender<Vec<u8>>,
     ) -> Result<Self, EmulatorError> {
         let line = |seed| FaultyLine::new(emulation.faults, seed).map_err(EmulatorError::Faults);
-        let plant = SimulatedPlant::new("emulated", || 0);
-        let device = TickSide::new(plant).map_err(EmulatorError::Device)?;
+        let device = TickSide::new(board).map_err(EmulatorError::Device)?;
         Ok(Self {
             device: RefCell::new(device),
             session: crate::session::within_this_process(),

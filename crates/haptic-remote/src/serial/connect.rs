@@ -10,7 +10,7 @@ use super::shared::Shared;
 use super::threads::{Reader, Writer};
 use crate::{Conversation, check_keys};
 use core::fmt::Display;
-use haptic_link::{Capabilities, Report, Request, State, Status};
+use haptic_link::{AXES_MAX, Capabilities, Keys, Report, Request, State, Status};
 use hdrhistogram::Histogram;
 use std::boxed::Box;
 use std::string::ToString;
@@ -140,7 +140,7 @@ impl SerialLink {
             running: None,
             newest_tick: 0,
             newest_limiters: 0,
-            newest_force_n: 0.0,
+            newest_force_n: [0.0; AXES_MAX],
             heard_tick: 0,
             forces_skipped: 0,
             served: None,
@@ -151,9 +151,11 @@ impl SerialLink {
 
     /// Keys, rest, capabilities.
     fn introduce(&mut self) -> Result<(), SerialError> {
-        if let Report::Keys(keys) = self.ask(Request::GetKeys)? {
-            check_keys(&keys, self.hello.firmware)?;
-        }
+        let keys = match self.ask(Request::GetKeys)? {
+            Report::Keys(keys) => Some(keys),
+            _ => None,
+        };
+        self.check(keys.as_ref(), 1)?;
         // Somebody may have left it running.
         if !matches!(self.hello.status.state, State::Idle | State::Fault) {
             self.ask(Request::Disarm)?;
@@ -162,11 +164,19 @@ impl SerialLink {
         if let Report::Capabilities(capabilities) = self.ask(Request::GetCapabilities)? {
             self.capabilities = capabilities;
         }
+        self.check(keys.as_ref(), self.capabilities.axes)?;
         let (configuration, _) = self.configuration()?;
         self.ticks_every(configuration.tick_period_us);
         // Old samples and notices are none of this session.
         while self.heard.try_recv().is_ok() {}
         Ok(())
+    }
+
+    /// Refuses messages of another form, of those for so many axes.
+    fn check(&self, keys: Option<&Keys>, axes: u8) -> Result<(), SerialError> {
+        keys.map_or(Ok(()), |keys| {
+            Ok(check_keys(keys, axes, self.hello.firmware)?)
+        })
     }
 
     /// Waits until the force of a device that was told to let go has fallen to zero, and says whether it has.

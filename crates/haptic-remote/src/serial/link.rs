@@ -3,7 +3,7 @@
 use super::served::Served;
 use super::shared::{Command, Heard, Shared, lock};
 use crate::{HostCounters, LinkError};
-use haptic_link::{Capabilities, Hello, Report, Status};
+use haptic_link::{AXES_MAX, Capabilities, Hello, Report, Status};
 use haptic_loop::realtime::{self, raise_thread};
 use hdrhistogram::Histogram;
 use std::string::String;
@@ -44,7 +44,7 @@ pub struct LinkReport {
 ///         Heard::Sample(sample) => println!("{} m, {} N", sample.position_m, sample.force_n),
 ///         Heard::Event(event) if event.kind == EventKind::Finished => break,
 ///         Heard::Fault(_) | Heard::Over(_) => break,
-///         Heard::Event(_) => {}
+///         Heard::Vector(_) | Heard::Event(_) => {}
 ///     }
 /// }
 /// link.disarm()?;
@@ -68,7 +68,7 @@ pub struct SerialLink {
     pub(super) running: Option<u64>,
     pub(super) newest_tick: u32,
     pub(super) newest_limiters: u8,
-    pub(super) newest_force_n: f32,
+    pub(super) newest_force_n: [f32; AXES_MAX],
     /// Tick of the last sample heard.
     pub(super) heard_tick: u32,
     pub(super) forces_skipped: u64,
@@ -134,9 +134,9 @@ impl SerialLink {
         self.newest_limiters
     }
 
-    /// The force that the device applied in the newest sample, N.
+    /// The force that the device applied in the newest sample, N, an element an axis; 0 where there is none.
     #[must_use]
-    pub const fn newest_force_n(&self) -> f32 {
+    pub const fn newest_force_n(&self) -> [f32; AXES_MAX] {
         self.newest_force_n
     }
 

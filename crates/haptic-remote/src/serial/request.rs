@@ -6,7 +6,7 @@ use super::shared::{Command, lock};
 use crate::LinkError;
 use haptic_link::{
     CoefficientBlock, Configuration, DigestBuilder, Field, Refusal, Report, Request, Scope, Start,
-    Statistics, block_count,
+    Statistics, WorkspaceBox, block_count,
 };
 use hdrhistogram::Histogram;
 use std::time::Duration;
@@ -47,6 +47,29 @@ impl SerialLink {
         values: &[f32],
         scope: Scope,
     ) -> Result<(), SerialError> {
+        self.set_within(configuration, values, None, scope)
+    }
+
+    /// As [`set_for`](Self::set_for) for a run, with a workspace of its own for each axis of a device of several.
+    ///
+    /// # Errors
+    /// As [`set_for`](Self::set_for); a box that is no box, or outside the workspace of all axes.
+    pub fn set_run(
+        &mut self,
+        configuration: Configuration,
+        values: &[f32],
+        workspace: Option<&WorkspaceBox>,
+    ) -> Result<(), SerialError> {
+        self.set_within(configuration, values, workspace, Scope::Run)
+    }
+
+    fn set_within(
+        &mut self,
+        configuration: Configuration,
+        values: &[f32],
+        workspace: Option<&WorkspaceBox>,
+        scope: Scope,
+    ) -> Result<(), SerialError> {
         let most = self.capabilities.coefficients_max;
         if values.len() > usize::from(most) {
             let refusal = Refusal::Range {
@@ -63,7 +86,11 @@ impl SerialLink {
             let offset = block * haptic_link::COEFFICIENTS_PER_BLOCK as u16;
             self.ask(Request::Coefficients(CoefficientBlock::of(values, offset)))?;
         }
-        let digest = DigestBuilder::new(&configuration).coefficients(values);
+        let mut digest = DigestBuilder::new(&configuration).coefficients(values);
+        if let Some(workspace) = workspace {
+            self.ask(Request::Workspace(workspace.clone()))?;
+            digest = digest.workspace(workspace);
+        }
         let digest = digest.finish();
         self.ask(Request::Commit { digest, scope })?;
         self.ticks_every(configuration.tick_period_us);

@@ -5,7 +5,9 @@ use super::link::SerialLink;
 use super::shared::{Command, Heard};
 use crate::LinkError;
 use fracdiff::Real;
-use haptic_link::{Event, EventKind, FaultReport, Request, State};
+use haptic_link::{
+    AXES_MAX, Event, EventKind, FaultReport, Forces, Request, Sample, State, VectorSample,
+};
 use haptic_loop::{Device, Reading, SafeForce};
 use nalgebra::SVector;
 use std::sync::atomic::Ordering;
@@ -55,9 +57,9 @@ impl SerialLink {
 
     /// Follows the run; a status from before what was heard says nothing about its end.
     fn noted(&mut self, heard: Heard) -> Heard {
-        let over = match heard {
-            Heard::Sample(sample) => {
-                self.heard_tick = sample.tick;
+        let over = match &heard {
+            Heard::Sample(Sample { tick, .. }) | Heard::Vector(VectorSample { tick, .. }) => {
+                self.heard_tick = *tick;
                 false
             }
             Heard::Event(event) => matches!(
@@ -106,14 +108,43 @@ impl SerialLink {
         }))
     }
 
-    /// Sends a force of a host loop, N. Never waits; without room it is dropped and counted.
-    pub fn send_force(&self, tick: u32, force_n: f32) {
-        let force = Command::Tell(Request::Force { tick, force_n });
+    /// Sends a force of a host loop, N, an element an axis. Never waits; without room it is dropped and counted.
+    pub fn send_force(&self, tick: u32, force_n: &[f32]) {
+        let request = match force_n {
+            [force_n] => Request::Force {
+                tick,
+                force_n: *force_n,
+            },
+            // More than a device has axes are no force.
+            axes => Request::Forces(Forces {
+                tick,
+                force_n: heapless::Vec::from_slice(axes).unwrap_or_default(),
+            }),
+        };
         if let Some(queue) = &self.commands
-            && let Err(TrySendError::Full(_)) = queue.try_send(force)
+            && let Err(TrySendError::Full(_)) = queue.try_send(Command::Tell(request))
         {
             self.shared.forces_dropped.fetch_add(1, Ordering::Relaxed);
         }
+    }
+
+    /// Notes what the device did in a sample, and gives its tick and position; `None` for a sample of another number of axes.
+    fn noted_sample<const D: usize>(&mut self, heard: Heard) -> Option<(u32, SVector<f32, D>)> {
+        let VectorSample { tick, axes, .. } = match heard {
+            Heard::Sample(sample) => sample.into(),
+            Heard::Vector(sample) => sample,
+            _ => return None,
+        };
+        if axes.len() != D {
+            return None;
+        }
+        self.newest_tick = tick;
+        self.newest_limiters = axes[0].limiters;
+        self.newest_force_n = [0.0; AXES_MAX];
+        for (newest, axis) in self.newest_force_n.iter_mut().zip(&axes) {
+            *newest = axis.force_n;
+        }
+        Some((tick, SVector::from_fn(|axis, _| axes[axis].position_m)))
     }
 }
 
@@ -121,22 +152,24 @@ impl SerialLink {
 ///
 /// A reading's time is the tick's, n·T. [`read`](Device::read) waits for the next sample, up to 2 s; each
 /// sample is read, in order, even when they come faster than they are read. A force is sent only if no newer sample has
-/// come meanwhile: whoever has fallen behind computes what it has missed and answers the newest.
-impl<F: Real> Device<F, 1> for SerialLink {
+/// come meanwhile: whoever has fallen behind computes what it has missed and answers the newest. Samples of another number of
+/// axes are none.
+impl<F: Real, const D: usize> Device<F, D> for SerialLink {
     type Error = SerialError;
 
-    fn read(&mut self) -> Result<Reading<F, 1>, SerialError> {
+    fn read(&mut self) -> Result<Reading<F, D>, SerialError> {
+        let began = Instant::now();
         loop {
-            match self.hear(SAMPLE_TIMEOUT) {
-                Some(Heard::Sample(sample)) => {
-                    self.newest_tick = sample.tick;
-                    self.newest_limiters = sample.limiters;
-                    self.newest_force_n = sample.force_n;
-                    return Ok(Reading {
-                        tick: u64::from(sample.tick),
-                        time_s: f64::from(sample.tick) * self.period_s(),
-                        position_m: SVector::from([F::from_f64(f64::from(sample.position_m))]),
-                    });
+            let left = SAMPLE_TIMEOUT.saturating_sub(began.elapsed());
+            match self.hear(left) {
+                Some(heard @ (Heard::Sample(_) | Heard::Vector(_))) => {
+                    if let Some((tick, position_m)) = self.noted_sample::<D>(heard) {
+                        return Ok(Reading {
+                            tick: u64::from(tick),
+                            time_s: f64::from(tick) * self.period_s(),
+                            position_m: position_m.map(|axis| F::from_f64(f64::from(axis))),
+                        });
+                    }
                 }
                 Some(Heard::Over(error)) => return Err(error.into()),
                 Some(Heard::Fault(report)) => return Err(LinkError::Faulted(report).into()),
@@ -149,15 +182,16 @@ impl<F: Real> Device<F, 1> for SerialLink {
         }
     }
 
-    fn write(&mut self, force: SafeForce<F, 1>) -> Result<(), SerialError> {
+    fn write(&mut self, force: SafeForce<F, D>) -> Result<(), SerialError> {
         if self.ahead.is_none() {
             self.ahead = self.try_hear();
         }
-        if matches!(self.ahead, Some(Heard::Sample(_))) {
+        if matches!(self.ahead, Some(Heard::Sample(_) | Heard::Vector(_))) {
             self.forces_skipped += 1;
             return Ok(());
         }
-        self.send_force(self.newest_tick, force.newtons()[0].to_f64() as f32);
+        let force_n = force.newtons().map(|axis| axis.to_f64() as f32);
+        self.send_force(self.newest_tick, force_n.as_slice());
         Ok(())
     }
 }

@@ -33,7 +33,7 @@ const FALL: Duration = Duration::from_secs(2);
 ///
 /// [`let_go`](Hardware::let_go) is called at the end too, after the force has fallen; implement [`Drop`] as well where the
 /// hardware keeps its last force, so that it lets go even when the thread panics.
-pub trait ServedHardware: Hardware + Send + 'static {
+pub trait ServedHardware<const D: usize = 1>: Hardware<D> + Send + 'static {
     /// Words about the last fault of the hardware, with the remedy; `None` if it had none. Not called in a tick.
     fn trouble(&self) -> Option<String>;
 }
@@ -55,7 +55,7 @@ impl Served {
     ///
     /// # Errors
     /// Hardware that cannot be without a configuration, which is a defect of it; no thread to be had.
-    pub fn start<H: ServedHardware>(hardware: H) -> Result<Self, ServeError> {
+    pub fn start<H: ServedHardware<D>, const D: usize>(hardware: H) -> Result<Self, ServeError> {
         Self::serve(hardware, None)
     }
 
@@ -64,14 +64,14 @@ impl Served {
     ///
     /// # Errors
     /// As [`start`](Self::start).
-    pub fn in_its_own_time<H: ServedHardware>(
+    pub fn in_its_own_time<H: ServedHardware<D>, const D: usize>(
         hardware: H,
         time: DeviceTime,
     ) -> Result<Self, ServeError> {
         Self::serve(hardware, Some(time))
     }
 
-    fn serve<H: ServedHardware>(
+    fn serve<H: ServedHardware<D>, const D: usize>(
         hardware: H,
         own_time: Option<DeviceTime>,
     ) -> Result<Self, ServeError> {
@@ -148,8 +148,8 @@ impl core::fmt::Display for ServeError {
 impl core::error::Error for ServeError {}
 
 /// The thread.
-struct Serving<H: Hardware> {
-    device: RefCell<TickSide<H>>,
+struct Serving<H: Hardware<D>, const D: usize> {
+    device: RefCell<TickSide<H, D>>,
     session: DeviceSession,
     line: Pipe,
     frame: [u8; FRAME_MAX],
@@ -161,7 +161,7 @@ struct Serving<H: Hardware> {
     trouble: Arc<Mutex<Option<String>>>,
 }
 
-impl<H: ServedHardware> Serving<H> {
+impl<H: ServedHardware<D>, const D: usize> Serving<H, D> {
     fn run(&mut self, stop: &AtomicBool) {
         while !stop.load(Ordering::Relaxed) {
             self.round();

@@ -1,17 +1,19 @@
 //! State that the threads of a link share with the thread that ticks.
 
 use crate::{Conversation, LinkError};
-use haptic_link::{Event, FaultReport, Request, Sample, Status};
+use haptic_link::{Event, FaultReport, Request, Sample, Status, VectorSample};
 use hdrhistogram::Histogram;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 /// Message that a device sends unasked.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Heard {
     /// A tick.
     Sample(Sample),
+    /// A tick of a device of several axes.
+    Vector(VectorSample),
     /// Something happened.
     Event(Event),
     /// A fault latched.

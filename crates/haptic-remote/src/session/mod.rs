@@ -1,5 +1,6 @@
 //! The device's half of the conversation: what runs in its main loop.
 
+mod questions;
 mod staging;
 
 use crate::connections::{Arrived, Connections};
@@ -8,9 +9,11 @@ use crate::prepared::COEFFICIENTS_MAX;
 use crate::records::Records;
 use crate::tick_side::TickSide;
 use core::borrow::BorrowMut;
+#[cfg(feature = "several-axes")]
+use haptic_link::WorkspaceBox;
 use haptic_link::{
-    Ack, Alive, COEFFICIENTS_PER_BLOCK, CoefficientBlock, Configuration, Direction, Field, Header,
-    Hello, Keys, Outcome, Receiver, Refusal, Report, Request, State, Statistics, Status, encode,
+    Ack, COEFFICIENTS_PER_BLOCK, Configuration, Direction, Header, Hello, Outcome, Receiver,
+    Refusal, Report, Request, State, Status, encode,
 };
 
 /// Takes bytes from the host, acts on them, and makes the bytes to send.
@@ -52,6 +55,9 @@ pub struct DeviceSession {
     firmware: [u8; 3],
     boot: u32,
     staged: Option<Configuration>,
+    /// A box for the run, staged beside it.
+    #[cfg(feature = "several-axes")]
+    workspace: Option<WorkspaceBox>,
     values: [f32; COEFFICIENTS_MAX],
     /// Bit i: block i is staged.
     blocks: u16,
@@ -79,6 +85,8 @@ impl DeviceSession {
             firmware,
             boot,
             staged: None,
+            #[cfg(feature = "several-axes")]
+            workspace: None,
             values: [0.0; COEFFICIENTS_MAX],
             blocks: 0,
             run_of: 0,
@@ -99,11 +107,11 @@ impl DeviceSession {
 
     /// Takes a byte. If it ends a request, acts on it, writes the answer as a frame into `line`, and returns
     /// its length; 0 otherwise. `line` holds [`FRAME_MAX`](haptic_link::FRAME_MAX) bytes.
-    pub fn receive<H: Hardware, R: BorrowMut<Records>>(
+    pub fn receive<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
         &mut self,
         byte: u8,
         now_us: u64,
-        device: &impl Exclusive<TickSide<H, R>>,
+        device: &impl Exclusive<TickSide<H, D, R>>,
         line: &mut [u8],
     ) -> usize {
         let Some((header, request)) = self.take(byte) else {
@@ -120,7 +128,7 @@ impl DeviceSession {
         }
         let report = match self.connections.arrive(header) {
             Arrived::Old => None,
-            Arrived::Stranger if matches!(request, Request::Force { .. }) => None,
+            Arrived::Stranger if is_force(&request) => None,
             Arrived::Stranger => Some(ack(header, request.number(), Err(Refusal::Connection))),
             Arrived::New { first } => {
                 if first {
@@ -163,9 +171,9 @@ impl DeviceSession {
     }
 
     /// A new connection has staged nothing and asked for no samples.
-    fn begin<H: Hardware, R: BorrowMut<Records>>(
+    fn begin<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
         &mut self,
-        device: &impl Exclusive<TickSide<H, R>>,
+        device: &impl Exclusive<TickSide<H, D, R>>,
     ) {
         if self.run_of == 0 {
             self.staged = None;
@@ -176,9 +184,9 @@ impl DeviceSession {
 
     /// Writes the next frame to send of itself into `line` and returns its length; 0 if there is none.
     #[inline(never)]
-    pub fn poll<H: Hardware, R: BorrowMut<Records>>(
+    pub fn poll<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
         &mut self,
-        device: &impl Exclusive<TickSide<H, R>>,
+        device: &impl Exclusive<TickSide<H, D, R>>,
         line: &mut [u8],
     ) -> usize {
         match device.with(TickSide::next_report) {
@@ -195,21 +203,33 @@ impl DeviceSession {
         length
     }
 
-    fn act<H: Hardware, R: BorrowMut<Records>>(
+    fn act<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
         &mut self,
         header: Header,
         request: Request,
         now_us: u64,
-        device: &impl Exclusive<TickSide<H, R>>,
+        device: &impl Exclusive<TickSide<H, D, R>>,
     ) -> Option<Report> {
         let number = request.number();
         let owns = self.connections.is_owner();
-        if owns && !matches!(request, Request::Force { .. }) {
+        if owns && !is_force(&request) {
             self.feed(now_us, false, device);
         }
-        match request {
+        match &request {
+            // A force for another number of axes is none.
             Request::Force { tick, force_n } => {
-                if owns && device.with(|device| device.command(tick, force_n)) {
+                if D == 1 && owns && device.with(|device| device.command(*tick, [*force_n; D])) {
+                    self.feed(now_us, true, device);
+                }
+                return None;
+            }
+            #[cfg(feature = "several-axes")]
+            Request::Forces(forces) => {
+                if D > 1
+                    && owns
+                    && let Ok(force_n) = forces.force_n[..].try_into()
+                    && device.with(|device| device.command(forces.tick, force_n))
+                {
                     self.feed(now_us, true, device);
                 }
                 return None;
@@ -224,57 +244,13 @@ impl DeviceSession {
         Some(ack(header, number, done))
     }
 
-    /// The answer to a question; nothing if it is an order. On its own: an order needs the stack for other things.
-    #[inline(never)]
-    fn answer<H: Hardware, R: BorrowMut<Records>>(
-        &self,
-        header: Header,
-        request: &Request,
-        now_us: u64,
-        device: &impl Exclusive<TickSide<H, R>>,
-    ) -> Option<Report> {
-        let refused = |refusal| ack(header, request.number(), Err(refusal));
-        Some(match *request {
-            Request::GetKeys => keys(),
-            Request::GetCapabilities => {
-                Report::Capabilities(device.with(|device| device.hardware().capabilities()))
-            }
-            Request::GetConfiguration => device.with(|device| {
-                let (configuration, digest) = device.configuration();
-                Report::Configuration {
-                    configuration: *configuration,
-                    digest,
-                }
-            }),
-            Request::KeepAlive { token } => device.with(|device| {
-                Report::Alive(Alive {
-                    token,
-                    time_us: now_us,
-                    status: device.status(),
-                    observed_energy_j: device.observed_energy_j(),
-                })
-            }),
-            Request::GetStatistics => {
-                let ticks = device.with(|device| *device.statistics());
-                Report::Statistics(self.statistics(ticks))
-            }
-            Request::GetCoefficients { offset } => device
-                .with(|device| coefficients(device, offset))
-                .map_or_else(refused, Report::Coefficients),
-            Request::ReadFlight { index } => device
-                .with(|device| device.flight(index))
-                .map_or_else(refused, Report::Flight),
-            _ => return None,
-        })
-    }
-
     /// Does what an order asks for.
     #[inline(never)]
-    fn obey<H: Hardware, R: BorrowMut<Records>>(
+    fn obey<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
         &mut self,
         request: Request,
         now_us: u64,
-        device: &impl Exclusive<TickSide<H, R>>,
+        device: &impl Exclusive<TickSide<H, D, R>>,
     ) -> Result<(), Refusal> {
         let owns = self.connections.is_owner();
         match request {
@@ -301,35 +277,29 @@ impl DeviceSession {
             Request::Stream { every, batch } => {
                 device.with(|device| device.stream_idle(every, batch))
             }
+            #[cfg(feature = "several-axes")]
+            Request::Workspace(workspace) => self.stage_workspace::<D>(workspace),
             // Questions, and what gets no answer of this kind.
-            Request::Hello { .. }
-            | Request::Force { .. }
-            | Request::GetKeys
-            | Request::GetCapabilities
-            | Request::GetConfiguration
-            | Request::KeepAlive { .. }
-            | Request::GetStatistics
-            | Request::GetCoefficients { .. }
-            | Request::ReadFlight { .. } => Ok(()),
+            _ => Ok(()),
         }
     }
 
     /// The host that armed is there.
-    fn feed<H: Hardware, R: BorrowMut<Records>>(
+    fn feed<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
         &mut self,
         now_us: u64,
         is_force: bool,
-        device: &impl Exclusive<TickSide<H, R>>,
+        device: &impl Exclusive<TickSide<H, D, R>>,
     ) {
         self.fed = self.fed.wrapping_add(1);
         device.with(|device| device.heard(now_us, is_force));
     }
 
-    fn arm<H: Hardware, R: BorrowMut<Records>>(
+    fn arm<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
         &mut self,
         faults: u16,
         now_us: u64,
-        device: &impl Exclusive<TickSide<H, R>>,
+        device: &impl Exclusive<TickSide<H, D, R>>,
     ) -> Result<(), Refusal> {
         let owns = self.connections.is_owner();
         device.with(|device| {
@@ -342,23 +312,6 @@ impl DeviceSession {
         })?;
         self.connections.own();
         Ok(())
-    }
-
-    fn statistics(&self, ticks: Statistics) -> Statistics {
-        let line = self.receiver.counters();
-        Statistics {
-            sent: self.sent,
-            received: line.received,
-            corrupt: line.corrupt,
-            oversize: line.oversize,
-            foreign: line.foreign,
-            lost: self.connections.tracker().lost(),
-            duplicate: self.connections.tracker().duplicate(),
-            late: self.connections.tracker().late(),
-            bytes_overrun: self.bytes_overrun,
-            strangers: self.connections.strangers(),
-            ..ticks
-        }
     }
 }
 
@@ -386,10 +339,14 @@ fn tell(digest: u32, done: &Result<(), Refusal>) {
     }
 }
 
-/// The keys of all messages.
-#[inline(never)]
-fn keys() -> Report {
-    Report::Keys(Keys::current())
+/// True of what is applied or not, and never answered.
+const fn is_force(request: &Request) -> bool {
+    match request {
+        Request::Force { .. } => true,
+        #[cfg(feature = "several-axes")]
+        Request::Forces(_) => true,
+        _ => false,
+    }
 }
 
 /// The answer to a request of this number.
@@ -400,26 +357,4 @@ fn ack(header: Header, request: u8, done: Result<(), Refusal>) -> Report {
         request,
         outcome: done.map_or_else(Outcome::Refused, |()| Outcome::Done),
     })
-}
-
-/// The block of coefficients in force at an offset.
-fn coefficients<H: Hardware, R: BorrowMut<Records>>(
-    device: &TickSide<H, R>,
-    offset: u16,
-) -> Result<CoefficientBlock, Refusal> {
-    let count = device.configuration().0.operator.count;
-    if offset >= count || !offset.is_multiple_of(COEFFICIENTS_PER_BLOCK as u16) {
-        return Err(Refusal::Range {
-            field: Field::Offset,
-            value: f32::from(offset),
-            least: 0.0,
-            most: f32::from(count.saturating_sub(1)),
-        });
-    }
-    let values = core::array::from_fn(|i| {
-        device
-            .coefficient(usize::from(offset) + i)
-            .unwrap_or_default()
-    });
-    Ok(CoefficientBlock { offset, values })
 }

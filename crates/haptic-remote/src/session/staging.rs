@@ -6,19 +6,41 @@ use crate::prepared::{COEFFICIENTS_MAX, Prepared, digest, prepare};
 use crate::records::Records;
 use crate::tick_side::TickSide;
 use core::borrow::BorrowMut;
+#[cfg(feature = "several-axes")]
+use haptic_link::WorkspaceBox;
 use haptic_link::{COEFFICIENTS_PER_BLOCK, CoefficientBlock, Configuration, Field, Refusal, Scope};
 
 impl DeviceSession {
     /// Begins to stage a configuration in the place of what was staged before.
-    pub(super) fn configure<H: Hardware, R: BorrowMut<Records>>(
+    pub(super) fn configure<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
         &mut self,
         configuration: Configuration,
-        device: &impl Exclusive<TickSide<H, R>>,
+        device: &impl Exclusive<TickSide<H, D, R>>,
     ) -> Result<(), Refusal> {
         self.put_back(device)?;
         self.staged = Some(configuration);
         self.values = [0.0; COEFFICIENTS_MAX];
         self.blocks = 0;
+        #[cfg(feature = "several-axes")]
+        {
+            self.workspace = None;
+        }
+        Ok(())
+    }
+
+    /// Stages a box beside the configuration.
+    #[cfg(feature = "several-axes")]
+    pub(super) fn stage_workspace<const D: usize>(
+        &mut self,
+        workspace: WorkspaceBox,
+    ) -> Result<(), Refusal> {
+        if self.staged.is_none() || self.run_of != 0 {
+            return Err(Refusal::Incomplete);
+        }
+        if D == 1 || workspace.axes.len() != D {
+            return Err(Refusal::Unsupported(Field::WorkspaceLow));
+        }
+        self.workspace = Some(workspace);
         Ok(())
     }
 
@@ -42,11 +64,11 @@ impl DeviceSession {
         Ok(())
     }
 
-    pub(super) fn commit<H: Hardware, R: BorrowMut<Records>>(
+    pub(super) fn commit<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
         &mut self,
         digest: u32,
         scope: Scope,
-        device: &impl Exclusive<TickSide<H, R>>,
+        device: &impl Exclusive<TickSide<H, D, R>>,
     ) -> Result<(), Refusal> {
         let in_force = device.with(|device| device.configuration().1);
         let for_run = scope == Scope::Run;
@@ -90,18 +112,31 @@ impl DeviceSession {
         if (0..needed).any(|block| self.blocks >> block & 1 == 0) {
             return Err(Refusal::Incomplete);
         }
-        if digest(&configuration, values) != wanted {
+        if self.digest(&configuration, values) != wanted {
             return Err(Refusal::Digest);
+        }
+        #[cfg(feature = "several-axes")]
+        if !for_run && self.workspace.is_some() {
+            return Err(Refusal::Unsupported(Field::WorkspaceLow));
         }
         Ok(Some(configuration))
     }
 
+    /// Digest of what is staged.
+    fn digest(&self, configuration: &Configuration, values: &[f32]) -> u32 {
+        #[cfg(feature = "several-axes")]
+        if let Some(workspace) = &self.workspace {
+            return crate::workspace::digest(configuration, values, workspace);
+        }
+        digest(configuration, values)
+    }
+
     /// Makes what is staged the configuration in force. On its own, so that only this needs room for what it prepares.
     #[inline(never)]
-    fn install<H: Hardware, R: BorrowMut<Records>>(
+    fn install<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
         &mut self,
         configuration: &Configuration,
-        device: &impl Exclusive<TickSide<H, R>>,
+        device: &impl Exclusive<TickSide<H, D, R>>,
     ) -> Result<(), Refusal> {
         let values = used(configuration, &self.values);
         let prepared = prepared(configuration, values, device)?;
@@ -110,24 +145,33 @@ impl DeviceSession {
 
     /// The same for a run: keeps what was set to last in its place.
     #[inline(never)]
-    fn install_for_run<H: Hardware, R: BorrowMut<Records>>(
+    fn install_for_run<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
         &mut self,
         configuration: &Configuration,
-        device: &impl Exclusive<TickSide<H, R>>,
+        device: &impl Exclusive<TickSide<H, D, R>>,
     ) -> Result<(), Refusal> {
         let set = device.with(|device| *device.configuration().0);
         not_looser(configuration, &set)?;
-        let prepared = prepared(configuration, used(configuration, &self.values), device)?;
+        let values = used(configuration, &self.values);
+        let prepared = prepared(configuration, values, device)?;
+        #[cfg(feature = "several-axes")]
+        let prepared = match self.workspace.take() {
+            Some(workspace) => {
+                let capabilities = device.with(|device| device.hardware().capabilities());
+                prepared.within(&workspace, values, &capabilities)?
+            }
+            None => prepared,
+        };
         self.staged = Some(set);
         self.exchange(prepared, device)
     }
 
     /// Puts staged values in force, and those in force in their place. On its own: nothing else has to be copied.
     #[inline(never)]
-    fn exchange<H: Hardware, R: BorrowMut<Records>>(
+    fn exchange<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
         &mut self,
         prepared: Prepared<H::Setup>,
-        device: &impl Exclusive<TickSide<H, R>>,
+        device: &impl Exclusive<TickSide<H, D, R>>,
     ) -> Result<(), Refusal> {
         let values = self.values;
         for (index, slot) in self.values.iter_mut().enumerate() {
@@ -141,9 +185,9 @@ impl DeviceSession {
     }
 
     /// Puts what was set to last in force again, if a run has replaced it.
-    pub(super) fn put_back<H: Hardware, R: BorrowMut<Records>>(
+    pub(super) fn put_back<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
         &mut self,
-        device: &impl Exclusive<TickSide<H, R>>,
+        device: &impl Exclusive<TickSide<H, D, R>>,
     ) -> Result<(), Refusal> {
         if self.run_of == 0 {
             return Ok(());
@@ -164,14 +208,14 @@ fn used<'a>(configuration: &Configuration, values: &'a [f32]) -> &'a [f32] {
 
 /// What can take effect now, of staged values.
 #[inline]
-fn prepared<H: Hardware, R: BorrowMut<Records>>(
+fn prepared<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
     configuration: &Configuration,
     values: &[f32],
-    device: &impl Exclusive<TickSide<H, R>>,
+    device: &impl Exclusive<TickSide<H, D, R>>,
 ) -> Result<Prepared<H::Setup>, Refusal> {
     device.with(|device| device.may_install())?;
     let capabilities = device.with(|device| device.hardware().capabilities());
-    prepare::<H>(*configuration, values, &capabilities)
+    prepare::<H, D>(*configuration, values, &capabilities)
 }
 
 /// A run may only tighten what was set to last.

@@ -9,7 +9,7 @@ use core::borrow::BorrowMut;
 use haptic_link::{EventKind, Field, LoopMode, Refusal, Start, State};
 use haptic_loop::Fault;
 
-impl<H: Hardware, R: BorrowMut<Records>> TickSide<H, R> {
+impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R> {
     /// The host was heard at this time. While a host loop runs only its forces count.
     pub fn heard(&mut self, now_us: u64, is_force: bool) {
         let host_loop = self.configuration.loop_mode == LoopMode::Host;
@@ -86,7 +86,7 @@ impl<H: Hardware, R: BorrowMut<Records>> TickSide<H, R> {
         self.ticks_left = (start.ticks > 0).then_some(start.ticks);
         self.run_stream = stream;
         self.tick = 0;
-        (self.commanded_n, self.commanded_new) = (0.0, false);
+        (self.commanded_n, self.commanded_new) = ([0.0; D], false);
         self.state = State::Running;
         self.event(EventKind::Started);
         Ok(())
@@ -129,10 +129,10 @@ impl<H: Hardware, R: BorrowMut<Records>> TickSide<H, R> {
         }
     }
 
-    /// See [`Request::Force`](haptic_link::Request::Force). Ignored unless a host loop runs, and when it answers no
+    /// See [`Request::Force`](haptic_link::Request::Force); an element an axis. Ignored unless a host loop runs, and when it answers no
     /// tick of this run. One that is older than [`Limits::max_age_ticks`](haptic_link::Limits) latches
     /// [`Fault::StaleForce`]. Whether it will be applied.
-    pub fn command(&mut self, tick: u32, force_n: f32) -> bool {
+    pub fn command(&mut self, tick: u32, force_n: [f32; D]) -> bool {
         let host_loop = self.configuration.loop_mode == LoopMode::Host;
         if !(host_loop && self.state == State::Running) {
             return false;

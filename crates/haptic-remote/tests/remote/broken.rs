@@ -11,7 +11,7 @@ fn a_board_that_cannot_measure_lets_go_at_once_and_can_be_armed_when_it_is_mende
     let mut device = TickSide::new(Witness::new("broken")).expect("works");
     let (configuration, values) = crate::line::spring();
     let capabilities = device.hardware().capabilities();
-    let prepared = haptic_remote::prepare::<Witness>(configuration, &values, &capabilities);
+    let prepared = haptic_remote::prepare::<Witness, 1>(configuration, &values, &capabilities);
     device
         .install(prepared.expect("good"), &values)
         .expect("idle");

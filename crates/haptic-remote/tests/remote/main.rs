@@ -2,10 +2,12 @@
 
 #![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
 
+mod axes;
 mod broken;
 mod connections;
 mod limits;
 mod line;
+mod plane;
 mod runs;
 mod schedules;
 mod served;

@@ -126,7 +126,7 @@ fn fault(link: &mut SerialLink) -> (Fault, FaultReport) {
                 return (fault, report);
             }
             Heard::Over(error) => panic!("{error}"),
-            Heard::Sample(_) | Heard::Event(_) => {}
+            Heard::Sample(_) | Heard::Vector(_) | Heard::Event(_) => {}
         }
     }
 }

@@ -64,7 +64,8 @@ without friction, and follows the history of the depth by one operator. The hand
 that does; mass_kg may be one an axis, box_low_m and box_high_m are the corners of a workspace. The log has a vector in place of each number. The \
 summary says how deep it went, what the hand was given, and how far each force is from the full history of the depth; the pre-flight is along the \
 normal, with the effective mass of the worst posture. verdict is passive, gave-energy, saturated or unfinished; with must_be_passive = true the exit \
-code is 1 unless it is passive.
+code is 1 unless it is passive. A device of two or three axes, as haply:PATH, takes a touch with --loop host: the hand is then a real one, and the verdict \
+rendered in place of passive and gave-energy.
 
 guard = \"observer\" or \"energy-bounding\" keeps a wall from shaking: the one adds damping, the other takes force, and so stiffness, \
 that the damping of the device cannot pay for.";
@@ -81,10 +82,7 @@ pub const TABLES: &[(&str, &[Parameter])] = &[
     ("[coupler]", COUPLER),
     ("[teleoperation]", TELEOPERATION),
     ("[touch]", TOUCH),
-    (
-        "Every table but [teleoperation] and [touch], the device",
-        ON_DEVICE,
-    ),
+    ("Every table but [teleoperation], the device", ON_DEVICE),
     ("Every table, the safety chain", SAFETY),
 ];
 

@@ -23,12 +23,13 @@ pub fn print_touch(out: &mut dyn Write, report: &TouchReport) -> io::Result<()> 
         1e3 * report.largest_depth_m
     )?;
     print_force(out, run)?;
-    writeln!(
-        out,
-        "  energy            the hand gave {:.3e} J, and was given {:.3e} J more than it gave at most",
-        0.0 - report.given_j,
-        report.given_most_j
-    )?;
+    if let (Some(given_j), Some(most_j)) = (report.given_j, report.given_most_j) {
+        writeln!(
+            out,
+            "  energy            the hand gave {:.3e} J, and was given {most_j:.3e} J more than it gave at most",
+            0.0 - given_j
+        )?;
+    }
     print_operator(out, &report.errors)?;
     let posture = &report.posture;
     writeln!(

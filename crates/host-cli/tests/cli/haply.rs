@@ -246,3 +246,79 @@ fn what_is_no_2diy_is_said_in_one_line() {
         .run("device emulate --hand free")
         .refused(2, &["--kind haply-2diy"]);
 }
+
+/// An edge across the way of the hand, at the slowest rate.
+const EDGE: &str = "[touch]\nshape = \"plane\"\nnormal = [0.6, 0.8]\nstiffness_n_per_m = 40\ndissipation_n_s_mu_per_m = 5\norder = 0.3\n\
+                    force_limit_n = 1\nsample_time_s = 0.01\nduration_s = 4\nmass_kg = 0.1\n";
+const BOTH: &str = "--device haply:2diy --loop host --watchdog 1s --late-ticks 0 --max-age-ticks 200 --out run --overwrite \
+                    --quiet --json";
+
+/// By the clock a busy machine may make a fault of it, or skip periods. How near the force is to the sum over the depth is held in
+/// virtual time, by the tests of `haptic-devices`.
+#[test]
+fn a_touch_on_a_2diy_pushes_along_the_normal_and_lets_go_at_the_end() {
+    let emulated = Emulated::new("");
+    emulated.place.write("edge.toml", EDGE);
+    let ended = emulated.place.run(&format!("run edge.toml {BOTH}"));
+    let report = ended.json();
+    println!("{report}");
+    assert_eq!(report["link"]["board"], "Haply 2DIY v3");
+    // The arms are lighter in one direction than in another.
+    let masses = ["effective_mass_least_kg", "effective_mass_most_kg"];
+    let [least, most] = masses.map(|key| number(&report, key));
+    assert!(least < 0.1 && 0.1 < most, "{least} to {most} kg");
+    if ended.code == Some(1) {
+        println!("this machine was too busy for the emulated board");
+        let ended = ended.failed(1);
+        assert!(
+            ended.stderr.contains("no whole answer for 4 ticks"),
+            "{ended}"
+        );
+    } else {
+        ended.ended_by_the_clock();
+        assert_eq!(report["verdict"], "rendered");
+        assert!(number(&report, "peak_force_n") > 0.05, "{report}");
+        let table = emulated.place.text("run/touch.csv");
+        let mut pushed = 0;
+        for row in table.lines().skip(1) {
+            let row: Vec<f64> = row
+                .split(',')
+                .map(|x| x.parse().unwrap_or(f64::NAN))
+                .collect();
+            let [_, _, _, _, _, x, y, _] = row[..] else {
+                panic!("{row:?}");
+            };
+            // Along the normal, but for the rounding of the wire.
+            assert!((0.8 * x - 0.6 * y).abs() < 1e-6, "{row:?}");
+            pushed += u32::from(x.hypot(y) > 0.02);
+        }
+        assert!(pushed > 10, "{pushed}");
+    }
+    let said = emulated.ends();
+    assert_eq!(told(&said, "torques ", 2), [0.0, 0.0], "{said}");
+}
+
+#[test]
+fn a_box_that_the_arms_do_not_reach_and_a_line_for_both_axes_are_refused() {
+    let place = Place::new();
+    place.write(
+        "far.toml",
+        format!("{EDGE}box_low_m = [-0.05, -0.06]\nbox_high_m = [0.05, 0.1]\n"),
+    );
+    place.run(&format!("run far.toml {BOTH}")).refused(
+        2,
+        &["not within reach", "mm, from the middle", "box_high_m"],
+    );
+    let emulated = Emulated::new("");
+    emulated.place.write("edge.toml", EDGE);
+    let line = BOTH.replace("haply:2diy", "haply:2diy,axis=x");
+    emulated
+        .place
+        .run(&format!("run edge.toml {line}"))
+        .refused(3, &["axis and zero choose a line", "leave them away"]);
+    emulated.place.write("space.toml", "[touch]\naxes = 3\n");
+    emulated
+        .place
+        .run(&format!("run space.toml {BOTH}"))
+        .refused(3, &["it has 2 axes, and 3 are asked for"]);
+}

@@ -1,5 +1,6 @@
 //! A hand over a shape: run, log, table and picture of several axes.
 
+use crate::devices::Emulated;
 use crate::process::{Place, number};
 
 const DISC: &str = include_str!("../../../../experiments/touch-disc.toml");
@@ -101,9 +102,95 @@ fn a_touch_that_must_be_passive_and_is_not_ends_with_1_and_a_fault_too() {
     place.write("serial.toml", "[touch]\n");
     place
         .run("run serial.toml --device serial:/dev/ttyUSB9")
-        .refused(2, &["simulated device"]);
+        .refused(2, &["--loop host"]);
+    place
+        .run("run serial.toml --device moteus:/dev/ttyUSB9 --loop host")
+        .refused(3, &["it has 1 axis, and 2 are asked for"]);
     place.write("typo.toml", "[touch]\nradius = 0.02\n");
     place
         .run("run typo.toml")
         .refused(2, &["typo.toml:2", "radius_m"]);
+}
+
+/// An edge, into which the hand of the emulated board pushes, slowly enough for a busy machine.
+const EDGE: &str = "[touch]\nshape = \"plane\"\nsurface_m = 0.001\nstiffness_n_per_m = 200\ndissipation_n_s_mu_per_m = 5\norder = 0.3\n\
+                    hand = \"force\"\nway_points = [[0, 0.5, 0]]\nsample_time_s = 0.005\nduration_s = 3\nforce_limit_n = 3\nmass_kg = 0.2\n\
+                    damping_n_s_per_m = 8\n";
+const ON_PLANE: &str =
+    "--device serial:device --loop host --watchdog 1s --max-age-ticks 200 --late-ticks 0";
+
+#[test]
+fn a_touch_on_an_emulated_board_of_two_axes_is_felt_along_the_normal() {
+    let device = Emulated::new("--axes 2");
+    let place = device.place();
+    place.write("edge.toml", EDGE);
+    let info = device.json("device info --device serial:device");
+    assert_eq!(number(&info, "axes"), 2.0, "{info}");
+    let report = device.json(&format!("run edge.toml {ON_PLANE} --out edge"));
+    println!("{report}");
+    assert_eq!(report["verdict"], "rendered");
+    assert_eq!(report["given_j"], serde_json::Value::Null);
+    assert_eq!(report["link"]["board"], "emulated");
+    assert_eq!(report["link"]["loop"], "host");
+    // The way of the force to zero is in the log too.
+    assert!(number(&report, "samples") >= 601.0);
+    assert_eq!(number(&report, "duration_s"), 3.0);
+    // At rest the springs hold the push: 0.5 N on 200 N/m, and what the damper still holds of it.
+    let table = place.text("edge/touch.csv");
+    let last = table.lines().last().expect("rows");
+    let last: Vec<f64> = last
+        .split(',')
+        .map(|x| x.parse().unwrap_or(f64::NAN))
+        .collect();
+    let [_, hand_x, hand_y, x, y, force_x, force_y, depth] = last[..] else {
+        panic!("{last:?}");
+    };
+    assert!((2.2e-3..=2.6e-3).contains(&depth), "{depth} m");
+    assert!(number(&report, "max_relative_error") < 1e-5, "{report}");
+    // Nobody knows where the hand wants to be; nothing moves or pushes across.
+    assert!(hand_x.is_nan() && hand_y.is_nan());
+    assert!(
+        x > 0.001 && y == 0.0 && force_x < -0.1 && force_y == 0.0,
+        "{last:?}"
+    );
+    place.run("log check edge/touch.mcap").succeeded();
+    assert!(place.text("edge/touch.svg").contains("x / mm"));
+
+    // The other way round, and another number: one line, before anything moves.
+    place
+        .run("relax --device serial:device --duration 5s")
+        .refused(2, &["has 2 axes", "`axes` = 2"]);
+    place.write("space.toml", "[touch]\naxes = 3\n");
+    place
+        .run(&format!("run space.toml {ON_PLANE}"))
+        .refused(2, &["has 2 axes", "`axes` = 3"]);
+    place
+        .run("device monitor --device serial:device --duration 1s")
+        .refused(2, &["has 2 axes"]);
+}
+
+#[test]
+fn a_touch_on_a_board_of_one_axis_is_refused_and_so_is_what_no_device_can_do() {
+    let device = Emulated::new("");
+    let place = device.place();
+    place.write("edge.toml", EDGE);
+    place
+        .run(&format!("run edge.toml {ON_PLANE}"))
+        .refused(2, &["has one axis", "`axes` = 2", "[wall]"]);
+    for (key, said) in [
+        ("must_be_passive = true", "must_be_passive"),
+        ("friction_n = 0.1", "friction_n"),
+        ("sensor_noise_m = 1e-5", "sensor_noise_m"),
+    ] {
+        place.write("bad.toml", format!("{EDGE}{key}\n"));
+        place
+            .run(&format!("run bad.toml {ON_PLANE}"))
+            .refused(2, &[said]);
+    }
+    place
+        .run("device emulate --axes 4")
+        .refused(2, &["4", "1..=3"]);
+    place
+        .run("device emulate --kind moteus --axes 2")
+        .refused(2, &["--axes"]);
 }

@@ -44,12 +44,12 @@ fn a_spring_along_the_line_pushes_along_the_line() {
             // The Jacobian is that of a tick ago: 0.1 mm away at most, of 60 mm.
             let across = 0.01 * force.y.abs() + 1e-6;
             assert!(force.x.abs() < across, "{force}");
-            let difference = (force.y - f64::from(sample.force_n)).abs();
+            let difference = (force.y - f64::from(sample.force_n[0])).abs();
             assert!(
                 difference < 0.01 * force.y.abs() + 1e-6,
                 "{force} {sample:?}"
             );
-            pressed += u32::from(sample.force_n < -0.01);
+            pressed += u32::from(sample.force_n[0] < -0.01);
             largest = largest.max(force.y.abs());
         }
         assert_eq!(running.device.status().state, State::Running);
@@ -70,7 +70,7 @@ fn the_place_is_true_to_a_count() {
         let (board, now_us) = configured(version, version, Hand::Fixed(place), 1.5);
         let mut running = Running::on(board, version, now_us);
         running.tick();
-        let position = f64::from(running.device.newest().position_m);
+        let position = f64::from(running.device.newest().position_m[0]);
         // A whole count at the beginning, half a count now, of two encoders.
         let most = 1.5 * 2.0 * f64::from(model.resolution_m());
         assert!((position - 0.02).abs() < most, "{position}");

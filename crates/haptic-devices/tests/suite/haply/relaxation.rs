@@ -43,8 +43,8 @@ fn a_fractional_force_is_the_sum_over_the_recorded_motion() {
             let sample = *running.device.newest();
             assert_eq!(running.device.status().state, State::Running);
             assert_eq!(sample.limiters, 0, "{sample:?}");
-            positions.push(f64::from(sample.position_m));
-            forces.push(f64::from(sample.force_n));
+            positions.push(f64::from(sample.position_m[0]));
+            forces.push(f64::from(sample.force_n[0]));
             // The motors make it, along y and nowhere else.
             let made = running.force();
             assert!((made.y - forces[forces.len() - 1]).abs() < 0.01 * made.y.abs() + 1e-6);

@@ -3,9 +3,9 @@
 use haptic_devices::haply::{
     Axis, Board, Body, Hand, Haply2Diy, HaplyName, Home, TORQUES_BYTES, Version, angles_of,
 };
-use haptic_link::{Configuration, Limits, OperatorShape, Start};
+use haptic_link::{Configuration, Limits, LoopMode, OperatorShape, Start};
 use haptic_remote::serial::Line;
-use haptic_remote::{TickSide, prepare};
+use haptic_remote::{Tick, TickSide, prepare};
 use nalgebra::Vector2;
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind, Read, Write};
@@ -96,6 +96,13 @@ fn numbers(board: &Board, frame: &[u8; TORQUES_BYTES]) -> [f64; 2] {
 pub(crate) struct Wire(pub(crate) Arc<Mutex<World>>);
 
 impl Wire {
+    /// To a board that was switched on so long ago.
+    fn after(board: Board, now_us: u64) -> Self {
+        let mut world = World::new(board);
+        world.now_us = now_us;
+        Self::new(world)
+    }
+
     pub(crate) fn new(world: World) -> Self {
         Self(Arc::new(Mutex::new(world)))
     }
@@ -182,11 +189,16 @@ pub(crate) fn name(version: Version, home: Home) -> HaplyName {
     }
 }
 
-/// A device with a spring in front of its hand, armed and running; and its board.
-pub(crate) struct Running {
-    pub(crate) device: TickSide<Haply2Diy<Wire>>,
+/// What a host answers to a tick, N.
+pub(crate) type HostLaw<const D: usize> = Box<dyn FnMut(&Tick<D>) -> [f32; D]>;
+
+/// A device in front of its hand, armed and running; and its board.
+pub(crate) struct Running<const D: usize = 1> {
+    pub(crate) device: TickSide<Haply2Diy<Wire, D>, D>,
     pub(crate) wire: Wire,
     tick_us: u64,
+    /// Of a loop on the host.
+    host: Option<HostLaw<D>>,
 }
 
 /// Law of a device.
@@ -227,44 +239,85 @@ impl Running {
 
     /// Begins with a board that was configured before.
     pub(crate) fn with(board: Board, version: Version, now_us: u64, law: &Law) -> Self {
-        let mut world = World::new(board);
-        world.now_us = now_us;
-        let wire = Wire::new(world);
+        let wire = Wire::after(board, now_us);
         let hardware = Haply2Diy::greet(wire.clone(), &name(version, Home::Before));
-        let mut device = TickSide::new(hardware.expect("answers")).expect("starts");
         let configuration = Configuration {
-            tick_period_us: law.tick_us,
             stiffness_n_per_m: law.stiffness,
             dissipation_n_s_mu_per_m: law.dissipation,
             order: law.order,
             one_sided: law.one_sided,
             operator: law.operator.0,
-            limits: Limits {
-                watchdog_ms: 1000,
-                ..Limits::bare(FORCE_N, 1000.0)
-            },
-            ..Configuration::PASSIVE
+            ..limited(law.tick_us)
         };
-        let capabilities = haptic_remote::Hardware::capabilities(device.hardware());
-        let prepared = prepare::<Haply2Diy<Wire>>(configuration, &law.operator.1, &capabilities);
-        let installed = device.install(prepared.expect("good"), &law.operator.1);
-        installed.expect("is idle");
-        device.arm(0).expect("nothing is wrong");
-        let start = Start {
-            run: 1,
-            ticks: 0,
-            every: 1,
-            batch: 1,
-        };
-        device.start(start).expect("is armed");
-        let tick_us = u64::from(law.tick_us);
+        let device = started(hardware.expect("answers"), configuration, &law.operator.1);
         Self {
             device,
             wire,
-            tick_us,
+            tick_us: u64::from(law.tick_us),
+            host: None,
         }
     }
+}
 
+impl Running<2> {
+    /// Begins with both axes, and a loop on the host.
+    pub(crate) fn both(
+        board: Board,
+        version: Version,
+        now_us: u64,
+        tick_us: u32,
+        host: HostLaw<2>,
+    ) -> Self {
+        let wire = Wire::after(board, now_us);
+        let hardware = Haply2Diy::greet_both(wire.clone(), &name(version, Home::Before));
+        let configuration = Configuration {
+            loop_mode: LoopMode::Host,
+            ..limited(tick_us)
+        };
+        Self {
+            device: started(hardware.expect("answers"), configuration, &[0.0]),
+            wire,
+            tick_us: u64::from(tick_us),
+            host: Some(host),
+        }
+    }
+}
+
+/// No law, and the limits of these runs.
+fn limited(tick_period_us: u32) -> Configuration {
+    Configuration {
+        tick_period_us,
+        limits: Limits {
+            watchdog_ms: 1000,
+            ..Limits::bare(FORCE_N, 1000.0)
+        },
+        ..Configuration::PASSIVE
+    }
+}
+
+/// The device's loop, armed and running.
+fn started<const D: usize>(
+    hardware: Haply2Diy<Wire, D>,
+    configuration: Configuration,
+    values: &[f32],
+) -> TickSide<Haply2Diy<Wire, D>, D> {
+    let mut device = TickSide::new(hardware).expect("starts");
+    let capabilities = haptic_remote::Hardware::capabilities(device.hardware());
+    let prepared = prepare::<Haply2Diy<Wire, D>, D>(configuration, values, &capabilities);
+    let installed = device.install(prepared.expect("good"), values);
+    installed.expect("is idle");
+    device.arm(0).expect("nothing is wrong");
+    let start = Start {
+        run: 1,
+        ticks: 0,
+        every: 1,
+        batch: 1,
+    };
+    device.start(start).expect("is armed");
+    device
+}
+
+impl<const D: usize> Running<D> {
     /// The next tick, a period later.
     pub(crate) fn tick(&mut self) {
         let period_us = self.tick_us;
@@ -274,6 +327,10 @@ impl Running {
             world.now_us
         });
         self.device.heard(now_us, true);
+        if let Some(host) = &mut self.host {
+            let newest = *self.device.newest();
+            self.device.command(newest.tick, host(&newest));
+        }
         self.device.tick(now_us);
     }
 

@@ -87,7 +87,7 @@ fn damage_ends_in_a_fault_soon_or_does_no_harm() {
             }
             step(&mut rig);
             let now_us = rig.wire.world().now_us;
-            let seen = f64::from(rig.device.newest().position_m);
+            let seen = f64::from(rig.device.newest().position_m[0]);
             // As old as four ticks, at 0.04 mm a tick.
             let off = (seen - place_m(now_us - 1000)).abs() > 0.2e-3;
             let felt = off && rig.state() != State::Fault;

@@ -16,7 +16,7 @@ fn a_force_is_a_torque_at_the_radius() {
     let torque_nm = rig.torque_nm();
     assert!((torque_nm + 0.8 * 0.02).abs() < 2e-5, "{torque_nm} N·m");
     let newest = rig.device.newest();
-    assert!((newest.position_m - 0.004).abs() < 5e-6, "{newest:?}");
+    assert!((newest.position_m[0] - 0.004).abs() < 5e-6, "{newest:?}");
     rig.device.disarm();
     for _ in 0..200 {
         rig.tick();
@@ -52,7 +52,7 @@ fn an_answer_that_cannot_be_is_not_believed() {
     }));
     for tick in 0..5 {
         rig.tick();
-        let position_m = rig.device.newest().position_m;
+        let position_m = rig.device.newest().position_m[0];
         assert!(
             (position_m - 0.003).abs() < 1e-4,
             "tick {tick}: {position_m} m"

@@ -179,7 +179,8 @@ impl Rig {
             ..law
         };
         let period_us = u64::from(configuration.tick_period_us);
-        let prepared = prepare::<Axis>(configuration, coefficients, &capabilities).expect("good");
+        let prepared =
+            prepare::<Axis, 1>(configuration, coefficients, &capabilities).expect("good");
         device.install(prepared, coefficients).expect("idle");
         Self {
             wire,

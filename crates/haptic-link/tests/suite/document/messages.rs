@@ -1,10 +1,11 @@
 //! Messages of every kind, with values that differ from field to field.
 
 use haptic_link::{
-    Ack, Alive, BATCH_MAX, Batch, BatchItem, Capabilities, CoefficientBlock, Configuration, Event,
-    EventKind, FaultReport, Field, Flight, Guard, GuardKind, Hello, Keys, Limits, LoopMode,
-    OperatorForm, OperatorShape, Outcome, Refusal, Report, Request, Sample, Scope, Simulation,
-    SimulationKind, Start, State, Statistics, Status,
+    Ack, Alive, AxisWorkspace, BATCH_MAX, Batch, BatchItem, Capabilities, CoefficientBlock,
+    Configuration, Event, EventKind, FaultReport, Field, Flight, Forces, Guard, GuardKind, Hello,
+    Keys, Limits, LoopMode, OperatorForm, OperatorShape, Outcome, Refusal, Report, Request, Sample,
+    Scope, Simulation, SimulationKind, Start, State, Statistics, Status, VectorBatch, VectorFlight,
+    VectorSample, WorkspaceBox,
 };
 
 pub(super) fn status() -> Status {
@@ -93,6 +94,25 @@ pub(super) fn configuration() -> Configuration {
     }
 }
 
+/// A range of places of an axis.
+fn range(axis: u8) -> AxisWorkspace {
+    let axis = f32::from(axis);
+    AxisWorkspace {
+        low_m: -0.5 - axis,
+        high_m: 0.25 + axis,
+        soft_m: 0.125 + axis,
+    }
+}
+
+/// A sample of so many axes.
+pub(super) fn vectors(axes: usize) -> VectorSample {
+    VectorSample {
+        tick: 0x0403_0201,
+        time_us: 0x0807_0605,
+        axes: batch(axes).items.into_iter().collect(),
+    }
+}
+
 pub(super) fn requests() -> Vec<Request> {
     vec![
         Request::Hello { nonce: 0x0403_0201 },
@@ -126,6 +146,13 @@ pub(super) fn requests() -> Vec<Request> {
             batch: 3,
         },
         Request::GetKeys,
+        Request::Forces(Forces {
+            tick: 0x0403_0201,
+            force_n: [-0.5, 1.5, 2.5].into_iter().collect(),
+        }),
+        Request::Workspace(WorkspaceBox {
+            axes: (0..3).map(range).collect(),
+        }),
     ]
 }
 
@@ -228,6 +255,19 @@ pub(super) fn reports() -> Vec<Report> {
             sample: sample(),
         }),
         Report::Keys(Keys::current()),
+        Report::VectorSample(vectors(3)),
+        Report::VectorBatch(VectorBatch {
+            tick: 0x0403_0201,
+            time_us: 0x0807_0605,
+            every: 0x0a09,
+            axes: 3,
+            items: batch(15).items,
+        }),
+        Report::VectorFlight(VectorFlight {
+            index: 0x0201,
+            count: 0x0403,
+            sample: vectors(2),
+        }),
     ]
 }
 

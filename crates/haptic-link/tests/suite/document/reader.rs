@@ -106,6 +106,13 @@ impl Document {
                 None => (row.kind.as_str(), 1),
             };
             let name = format!("Structure {kind}");
+            if kind == "f32" && kind != row.kind {
+                resolved.push(Row {
+                    kind: format!("f32[{count}]"),
+                    ..row.clone()
+                });
+                continue;
+            }
             if !self.sections.contains_key(&name) {
                 resolved.push(row.clone());
                 continue;
@@ -141,7 +148,7 @@ impl Document {
             ("f32", Value::Number(n)) => {
                 n.as_f64().map(|n| (n as f32).to_bits()) == Some(float(bytes).to_bits())
             }
-            ("f32[16]", Value::Array(list)) => list
+            (kind, Value::Array(list)) if kind.starts_with("f32[") => list
                 .iter()
                 .zip(bytes.chunks(4))
                 .all(|(n, b)| n.as_f64().map(|n| (n as f32).to_bits()) == Some(float(b).to_bits())),

@@ -76,6 +76,9 @@ pub struct Arguments {
     /// Make a symbolic link to the pseudo-terminal, so that its path is known beforehand
     #[arg(long, value_name = "PATH")]
     link: Option<PathBuf>,
+    /// Axes of the device: 2 or 3 take a [touch], for which they are a mass with a hand that pushes along the first
+    #[arg(long, value_parser = clap::value_parser!(u8).range(1..=3))]
+    axes: Option<u8>,
     /// Seconds of the device in a second; the host's silence is measured in real time
     #[arg(long, value_parser = number_within(range::SPEED_UPS), default_value_t = 1.0, allow_hyphen_values = true)]
     speed: f64,
@@ -196,6 +199,7 @@ impl Arguments {
             return emulate_moteus::run(&terminal, servo, line, duration, stop, output.quiet);
         }
         let emulation = Emulation {
+            axes: self.axes.unwrap_or(1),
             speed: self.speed,
             faults,
             seed,
@@ -217,6 +221,8 @@ impl Arguments {
             "--hardware and --hand are those of a 2DIY: add --kind haply-2diy"
         } else if kind != Kind::Moteus && self.moteus.is_given() {
             "--servo-id and --turn are those of a servo: add --kind moteus"
+        } else if kind != Kind::Own && self.axes.is_some() {
+            "--axes is of the device of this program: a 2DIY has two, and a servo one; leave --axes away"
         } else if kind != Kind::Own && (self.speed - 1.0).abs() > 0.0 {
             "an emulated device of another maker lives in real time: leave --speed away"
         } else {

@@ -108,7 +108,7 @@ impl Arguments {
     /// # Errors
     /// Exit code 3: no port, no device, no answer.
     pub fn run(self, output: Output) -> Result<(), Failure> {
-        let link = self.port.connect()?;
+        let link = self.port.connect_any()?;
         let info = info(&link)?;
         output.print(&info, |out| print(out, &info))
     }

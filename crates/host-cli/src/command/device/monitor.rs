@@ -243,7 +243,7 @@ impl Watch<'_> {
                     );
                 }
                 Some(Heard::Over(error)) => break Some(error.to_string()),
-                None => {}
+                Some(Heard::Vector(_)) | None => {}
             }
             let state = link.status().state;
             self.bar.set_prefix(state.to_string());

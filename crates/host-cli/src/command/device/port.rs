@@ -9,6 +9,7 @@ use haptic_experiment::device::{DeviceName, LinkedName};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters::range;
 use haptic_remote::serial::SerialLink;
+use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 /// Which device.
@@ -55,19 +56,31 @@ impl PortArguments {
         })
     }
 
-    /// One attempt.
+    /// One attempt, at a device of one axis.
     pub(super) fn connect_once(&self) -> Result<SerialLink, Failure> {
-        self.name()?.connect(Duration::ZERO, &warn, None)
+        self.name()?.connect_with(1, Duration::ZERO, &warn, None)
     }
 
-    /// Attempts until the patience is over; Ctrl-C ends them in words.
+    /// Attempts at a device of one axis until the patience is over; Ctrl-C ends them in words.
     pub(super) fn connect(&self) -> Result<SerialLink, Failure> {
+        let (patience, stop) = self.attempts()?;
+        self.name()?.connect_with(1, patience, &warn, stop)
+    }
+
+    /// The same at a device of any number of axes.
+    pub(super) fn connect_any(&self) -> Result<SerialLink, Failure> {
+        let (patience, stop) = self.attempts()?;
+        self.name()?.connect(patience, &warn, stop)
+    }
+
+    /// For how long to try, and what ends it before.
+    fn attempts(&self) -> Result<(Duration, Option<&'static AtomicBool>), Failure> {
         let patience = self.patience()?;
         let stop = match patience {
             Duration::ZERO => None,
             _ => Some(stop_on_interrupt()?),
         };
-        self.name()?.connect(patience, &warn, stop)
+        Ok((patience, stop))
     }
 }
 

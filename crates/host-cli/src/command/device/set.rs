@@ -123,7 +123,7 @@ impl GetArguments {
     /// # Errors
     /// Exit code 3: no port, no device, no answer.
     pub fn run(self, output: Output) -> Result<(), Failure> {
-        let link = self.port.connect()?;
+        let link = self.port.connect_any()?;
         let configuration = link.configuration();
         let (configuration, values) =
             configuration.map_err(|error| at_port(link.path(), &error))?;
@@ -138,7 +138,7 @@ impl SetArguments {
     /// # Errors
     /// A parameter beyond the device's limits; exit code 3: no port, no device, no answer.
     pub fn run(self, output: Output) -> Result<(), Failure> {
-        let mut link = self.port.connect()?;
+        let mut link = self.port.connect_any()?;
         let path = link.path().to_owned();
         let problem = |error| at_port(&path, &error);
         let (mut configuration, mut values) = link.configuration().map_err(problem)?;

@@ -1,0 +1,115 @@
+//! A touch on a device at a port: the shape is felt in a real hand, or in that of an emulated board.
+
+use super::device::TouchTick;
+use super::hand::{Grip, HandPath};
+use super::report::{TouchCurves, TouchReport};
+use super::specification::TouchExperiment;
+use crate::curves::Published;
+use crate::failure::Failure;
+use crate::folder::FolderRequest;
+use crate::preflight::{Dynamics, PreflightRequest};
+use crate::pushed::only_ideal;
+use crate::remote::{RemoteDevice, RemoteLaw, RemoteRun};
+use crate::run::Supervisor;
+use crate::safety::GuardedDevice;
+use crate::schedule::Schedule;
+use haptic_link::{LoopMode, Simulation, SimulationKind};
+
+impl TouchExperiment {
+    /// Refuses what a device at a port cannot do.
+    ///
+    /// # Errors
+    /// A loop on the device; settings that only the simulated device has; a box that the arms of a 2DIY do not reach.
+    pub(super) fn check_on<const D: usize>(&self, remote: &RemoteDevice) -> Result<(), Failure> {
+        if remote.loop_mode == LoopMode::Device {
+            return Err(Failure::bad_input(
+                "a loop on the device cannot carry a shape, it renders walls of one axis: give `loop` = host",
+            ));
+        }
+        if self.must_be_passive {
+            return Err(Failure::bad_input(
+                "`must_be_passive` is for the simulated device, whose hand is known to the last joule: leave it out with `device`",
+            ));
+        }
+        only_ideal(&self.device)?;
+        match self.plane().filter(|_| D == 2) {
+            Some(plane) => self.reached(&plane).map(drop),
+            None => Ok(()),
+        }
+    }
+
+    /// Runs it there: the shape here, limits on both sides.
+    ///
+    /// # Errors
+    /// A device that cannot be used, parameters that it refuses; a log or CSV that cannot be written.
+    pub(super) fn run_on<const D: usize>(
+        &self,
+        remote: &RemoteDevice,
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Published<TouchReport, TouchCurves>, Failure> {
+        self.check_on::<D>(remote)?;
+        let (mut controller, samples) = self.loop_of::<D>()?;
+        let shape = self.shape.of::<D>()?;
+        let postures = self.postures::<D>(samples)?;
+        // A hand that may let go at any time counts as none.
+        let dynamics = Dynamics {
+            hand_stiffness_n_per_m: 0.0,
+            ..self.dynamics()
+        };
+        let (_, posture) = postures.worse(dynamics, 0)?;
+        let mut metadata = self.metadata();
+        posture.describe(&mut metadata);
+        let run = RemoteRun {
+            device: remote,
+            law: self.law_there()?,
+            schedule: Schedule {
+                samples,
+                sample_time_s: self.sample_time().0,
+                pace: self.pace,
+            },
+            blank: &|_| TouchTick::unknown(shape),
+            preflight: Some(postures),
+            wanted: PreflightRequest {
+                force_unstable: self.force_unstable,
+                dynamics: Some(dynamics),
+            },
+            request,
+            metadata,
+        };
+        let ran = run.run(&mut controller, supervisor)?;
+        let reported = self.publish::<D>(&ran, None, posture)?;
+        Ok(Published::new(reported, ran.folder))
+    }
+
+    /// What the device is told: limits, no law, and the plant of an emulated one. Its hand is the one of the file as far as a board has
+    /// one: a spring to 0, or a push along the first axis.
+    fn law_there(&self) -> Result<RemoteLaw, Failure> {
+        let (hand_stiffness, push_n) = match (self.grip, &self.path) {
+            (Grip::Spring(stiffness), _) => (stiffness, 0.0),
+            (Grip::Force, HandPath::WayPoints(rows)) => {
+                let last = rows.last().and_then(|(_, force)| force.first());
+                (0.0, last.copied().unwrap_or(0.0))
+            }
+            (Grip::Force, HandPath::Circle { .. }) => (0.0, 0.0),
+        };
+        let (mass_kg, damping) = (self.masses()[0], self.device.damping.0);
+        Ok(RemoteLaw::none(
+            self.limits_there()?,
+            (self.force_rate_limit_n_per_s, &self.safety),
+            GuardedDevice {
+                mass_kg: Some(mass_kg),
+                damping_n_s_per_m: Some(damping),
+                ..GuardedDevice::default()
+            },
+            Simulation {
+                kind: SimulationKind::MassDamper,
+                mass_kg: mass_kg as f32,
+                damping_n_s_per_m: damping as f32,
+                hand_stiffness_n_per_m: hand_stiffness as f32,
+                push_n: push_n as f32,
+                ..Simulation::REAL
+            },
+        ))
+    }
+}

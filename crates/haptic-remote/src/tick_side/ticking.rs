@@ -1,0 +1,223 @@
+//! The tick: time judged, a force or none, what is remembered of it, and how runs end.
+
+use super::{After, TickSide};
+use crate::hardware::Hardware;
+use crate::outbox::{Notice, Stream};
+use crate::records::Records;
+use crate::tick::Tick;
+use core::borrow::BorrowMut;
+use haptic_link::{Event, EventKind, FaultReport, LoopMode, State};
+use haptic_loop::{Fault, Limiters};
+use nalgebra::SVector;
+
+/// So many ticks after a fault are sent unasked: what a host keeps of them must not depend on how soon it asks.
+const AFTERMATH_TICKS: u8 = 100;
+
+impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R> {
+    /// One tick, at this time since power-up.
+    pub fn tick(&mut self, now_us: u64) {
+        let began = self.hardware.cycles();
+        self.judge_time(now_us);
+        if matches!(self.state, State::Armed | State::Running) {
+            let watchdog_us = 1000 * u64::from(self.configuration.limits.watchdog_ms);
+            if now_us.saturating_sub(self.heard_us) > watchdog_us {
+                self.trip(Fault::HostSilent);
+            }
+        }
+        match self.act() {
+            Ok(sample) => self.keep(sample),
+            Err(fault) => self.fail(fault),
+        }
+        if let Some(fault) = self.controller.safety().fault() {
+            self.trip(fault);
+        }
+        self.settle();
+        self.tick = self.tick.wrapping_add(1);
+        let cycles = self.hardware.cycles().wrapping_sub(began);
+        let statistics = &mut self.statistics;
+        statistics.ticks = statistics.ticks.wrapping_add(1);
+        statistics.tick_cycles_last = cycles;
+        statistics.tick_cycles_max = statistics.tick_cycles_max.max(cycles);
+    }
+
+    /// Periods have passed without a tick. To be told before the next [`tick`](Self::tick): they have their numbers and their part of
+    /// a run, but no samples, so that a tick's number is its time whatever happened.
+    pub fn skip(&mut self, periods: u32) {
+        self.hardware.skipped(periods);
+        self.tick = self.tick.wrapping_add(periods);
+        if let Some(left) = &mut self.ticks_left {
+            *left = left.saturating_sub(periods);
+        }
+    }
+
+    /// The timer fired again before the tick was done. To be told after [`tick`](Self::tick); the next one,
+    /// which then begins late, is not counted once more.
+    pub fn overrun(&mut self) {
+        self.judged = true;
+        self.late();
+    }
+
+    /// A fault that something else has found. Not inlined: it happens once, and the tick would have a copy at each place.
+    #[inline(never)]
+    pub fn trip(&mut self, fault: Fault) {
+        if self.fault.is_some() {
+            return;
+        }
+        self.controller.trip(fault);
+        self.fault = Some(fault);
+        let ran = matches!(self.state, State::Running | State::Stopping);
+        self.aftermath = if ran { AFTERMATH_TICKS } else { 0 };
+        self.faults = self.faults.wrapping_add(1);
+        self.state = State::Fault;
+        self.records.borrow_mut().flight.fault();
+        let notice = Notice::Fault(FaultReport {
+            status: self.status(),
+            tick: self.tick,
+            time_us: self.now_us,
+        });
+        self.records.borrow_mut().outbox.notify(notice);
+    }
+
+    /// The board cannot measure or apply: no force at all, at once, because none can be computed.
+    #[inline(never)]
+    pub(super) fn give_way(&mut self, fault: Fault) {
+        self.trip(fault);
+        self.hardware.let_go();
+        self.controller.let_go();
+    }
+
+    /// The same in a tick, which is kept with the last position.
+    #[inline(never)]
+    fn fail(&mut self, fault: Fault) {
+        self.give_way(fault);
+        self.keep(Tick {
+            tick: self.tick,
+            time_us: self.now_us as u32,
+            position_m: self.newest.position_m,
+            limiters: Limiters::FAULT.bits(),
+            ..Tick::NONE
+        });
+    }
+
+    fn judge_time(&mut self, now_us: u64) {
+        let period = u64::from(self.configuration.tick_period_us);
+        let passed = now_us.saturating_sub(self.now_us);
+        self.now_us = now_us;
+        if core::mem::take(&mut self.judged) {
+            return;
+        }
+        if passed >= 2 * period {
+            self.late();
+        } else {
+            self.late_in_row = 0;
+        }
+    }
+
+    #[inline(never)]
+    fn late(&mut self) {
+        self.statistics.overruns = self.statistics.overruns.wrapping_add(1);
+        self.late_in_row = self.late_in_row.saturating_add(1);
+        let most = self.configuration.limits.late_ticks;
+        let closed = matches!(self.state, State::Armed | State::Running);
+        if closed && most > 0 && self.late_in_row >= most {
+            self.trip(Fault::TickOverrun);
+        }
+    }
+
+    /// Reads, and applies a force if there may be one.
+    fn act(&mut self) -> Result<Tick<D>, Fault> {
+        let forced = match self.state {
+            State::Running | State::Stopping => true,
+            State::Fault => !self.controller.safety().is_at_rest(),
+            State::Idle | State::Armed => false,
+        };
+        let mut sample = Tick {
+            tick: self.tick,
+            time_us: self.now_us as u32,
+            ..Tick::NONE
+        };
+        if !forced {
+            sample.position_m = self.hardware.idle()?.position_m.into();
+            return Ok(sample);
+        }
+        let commanded = match self.configuration.loop_mode {
+            LoopMode::Device => None,
+            LoopMode::Host => {
+                if self.state == State::Running && !self.commanded_new {
+                    self.statistics.stale_forces = self.statistics.stale_forces.wrapping_add(1);
+                }
+                self.commanded_new = false;
+                Some(SVector::from(self.commanded_n))
+            }
+        };
+        let done = self
+            .controller
+            .tick_either(&mut self.hardware, commanded.as_ref())?;
+        sample.position_m = done.reading.position_m.into();
+        sample.environment_force_n = done.environment_force_n.into();
+        sample.force_n = (*done.force.newtons()).into();
+        sample.limiters = done.limiters.bits();
+        Ok(sample)
+    }
+
+    /// Flight recorder and stream.
+    fn keep(&mut self, sample: Tick<D>) {
+        self.newest = sample;
+        self.records.borrow_mut().flight.take(sample);
+        if self.stream().takes(sample.tick) && !self.records.borrow_mut().outbox.take(sample) {
+            self.statistics.samples_dropped = self.statistics.samples_dropped.wrapping_add(1);
+        }
+        if self.state == State::Fault {
+            self.aftermath = self.aftermath.saturating_sub(1);
+        }
+    }
+
+    pub(super) fn stream(&self) -> Stream {
+        match self.state {
+            State::Running | State::Stopping => self.run_stream,
+            // Samples after a fault belong to the run that the fault ended.
+            State::Fault if self.aftermath > 0 || !self.controller.safety().is_at_rest() => {
+                self.run_stream
+            }
+            _ => self.idle_stream,
+        }
+    }
+
+    /// Ends runs and stops.
+    fn settle(&mut self) {
+        if self.state == State::Running
+            && let Some(left) = &mut self.ticks_left
+        {
+            *left = left.saturating_sub(1);
+            if *left == 0 {
+                self.end(After::Armed(EventKind::Finished));
+            }
+        }
+        if self.state == State::Stopping && self.controller.safety().is_at_rest() {
+            let (state, kind) = match self.after {
+                After::Armed(kind) => (State::Armed, kind),
+                After::Idle => (State::Idle, EventKind::Disarmed),
+            };
+            self.state = state;
+            self.event(kind);
+        }
+    }
+
+    pub(super) fn end(&mut self, after: After) {
+        self.controller.stop();
+        self.after = after;
+        self.state = State::Stopping;
+    }
+
+    #[inline(never)]
+    pub(super) fn event(&mut self, kind: EventKind) {
+        self.records
+            .borrow_mut()
+            .outbox
+            .notify(Notice::Event(Event {
+                kind,
+                tick: self.tick,
+                time_us: self.now_us,
+            }));
+    }
+}

@@ -1,0 +1,325 @@
+//! A device of two axes: vectors, limits of the norm, a box, enemies.
+
+use crate::plane::{Bench, FORCE_N, START, configuration};
+use haptic_link::{
+    AxisWorkspace, Configuration, DigestBuilder, Field, Forces, Outcome, Refusal, Report, Request,
+    Scope, State, VectorBatch, VectorSample, WorkspaceBox,
+};
+use haptic_loop::Fault;
+use haptic_remote::LineFaults;
+
+fn forces(tick: u32, force_n: &[f32]) -> Request {
+    Request::Forces(Forces {
+        tick,
+        force_n: force_n.iter().copied().collect(),
+    })
+}
+
+/// A spring to 0 of 200 N/m, the same on each axis, and a push along y.
+fn spring(sample: &VectorSample) -> Request {
+    let force: Vec<f32> = (sample.axes.iter().zip([0.0, 0.5]))
+        .map(|(axis, push)| push - 200.0 * axis.position_m)
+        .collect();
+    forces(sample.tick, &force)
+}
+
+fn samples(bench: &Bench) -> Vec<VectorSample> {
+    let samples = bench.told.iter().filter_map(|report| match report {
+        Report::VectorSample(sample) => Some(sample.clone()),
+        _ => None,
+    });
+    samples.collect()
+}
+
+#[test]
+fn a_spring_of_the_host_holds_both_axes_where_it_should() {
+    let mut bench = Bench::running(LineFaults::default(), Box::new(spring));
+    bench.run(2000);
+    assert_eq!(bench.state(), State::Running);
+    let samples = samples(&bench);
+    let last = samples.last().expect("came");
+    assert_eq!(last.axes.len(), 2);
+    // 1 N of the hand along x, 0.5 N of the host along y, on 200 N/m.
+    for (axis, rest_m) in last.axes.iter().zip([1.0 / 200.0, 0.5 / 200.0]) {
+        assert!((axis.position_m - rest_m).abs() < 1e-6, "{last:?}");
+    }
+    // Each tick is told once, with the force that answers the position of a tick before.
+    for pair in samples.windows(2) {
+        assert_eq!(pair[1].tick, pair[0].tick + 1);
+        let wanted = 0.5 - 200.0 * pair[0].axes[1].position_m;
+        assert_eq!(pair[1].axes[1].environment_force_n, wanted);
+        assert_eq!(pair[1].axes[1].force_n, wanted);
+    }
+}
+
+#[test]
+fn the_norm_is_limited_and_the_direction_kept() {
+    let law = |sample: &VectorSample| forces(sample.tick, &[1.5, -2.0]);
+    let mut bench = Bench::running(LineFaults::default(), Box::new(law));
+    bench.run(20);
+    let newest = bench.device.borrow().newest().force_n;
+    assert!((newest[0] - 0.6 * FORCE_N).abs() < 1e-5, "{newest:?}");
+    assert!((newest[1] + 0.8 * FORCE_N).abs() < 1e-5, "{newest:?}");
+    let largest = bench.norms.iter().copied().fold(0.0, f32::max);
+    assert!(largest <= FORCE_N * (1.0 + f32::EPSILON), "{largest} N");
+}
+
+/// From the tick at which a fault latched on, the norm never grows, and it is zero soon.
+fn falls_to_zero(bench: &mut Bench, fault: Fault) {
+    while bench.state() == State::Running {
+        assert!(bench.norms.len() < 2000, "no fault");
+        bench.step();
+    }
+    assert_eq!(bench.fault(), Some(fault));
+    let latched = bench.norms.len() - 1;
+    bench.run(150);
+    let norms = &bench.norms[latched..];
+    assert!(bench.norms[latched - 1] > 0.5, "there was a force");
+    for pair in norms.windows(2) {
+        assert!(pair[1] <= pair[0], "{pair:?}");
+    }
+    assert!(norms[0] <= bench.norms[latched - 1]);
+    // The stop time is 0.1 s.
+    assert_eq!(norms[102], 0.0);
+}
+
+#[test]
+fn what_is_not_finite_on_one_axis_is_a_fault_of_both() {
+    for bad in [f32::NAN, f32::INFINITY] {
+        let law = move |sample: &VectorSample| match sample.tick {
+            0..100 => forces(sample.tick, &[1.0, -1.0]),
+            _ => forces(sample.tick, &[1.0, bad]),
+        };
+        let mut bench = Bench::running(LineFaults::default(), Box::new(law));
+        falls_to_zero(&mut bench, Fault::NonFiniteForce);
+    }
+}
+
+#[test]
+fn forces_of_another_number_of_axes_are_none_and_the_watchdog_sees_it() {
+    let wrong: [fn(u32) -> Request; 4] = [
+        |tick| forces(tick, &[1.0]),
+        |tick| forces(tick, &[1.0, -1.0, 1.0]),
+        |tick| forces(tick, &[]),
+        |tick| Request::Force {
+            tick,
+            force_n: -1.0,
+        },
+    ];
+    for wrong in wrong {
+        let law = move |sample: &VectorSample| match sample.tick {
+            0..100 => forces(sample.tick, &[1.0, -1.0]),
+            tick => wrong(tick),
+        };
+        let mut bench = Bench::running(LineFaults::default(), Box::new(law));
+        falls_to_zero(&mut bench, Fault::HostSilent);
+        let tick = bench.told.iter().find_map(|report| match report {
+            Report::Fault(report) => Some(report.tick),
+            _ => None,
+        });
+        let tick = tick.expect("told");
+        assert!((118..=124).contains(&tick), "{tick}");
+    }
+}
+
+#[test]
+fn a_host_that_falls_silent_leaves_no_force() {
+    let law = |sample: &VectorSample| forces(sample.tick.min(100), &[1.0, -1.0]);
+    let mut bench = Bench::running(LineFaults::default(), Box::new(law));
+    bench.run(50);
+    bench.law = None;
+    falls_to_zero(&mut bench, Fault::HostSilent);
+    // A force that is too old is a fault of its own.
+    let law = |sample: &VectorSample| forces(sample.tick.min(100), &[1.0, -1.0]);
+    let mut bench = Bench::running(LineFaults::default(), Box::new(law));
+    falls_to_zero(&mut bench, Fault::StaleForce);
+}
+
+#[test]
+fn on_a_bad_line_no_force_is_beyond_its_limit() {
+    let faults = LineFaults {
+        drop: 0.05,
+        corrupt: 0.1,
+        duplicate: 0.05,
+        reorder: 0.05,
+        ..LineFaults::default()
+    };
+    let mut n = 0_u32;
+    let law = move |sample: &VectorSample| {
+        // Forces that change wildly, and are no limit's friends.
+        n = n.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        let part = |shift: u32| f32::from((n >> shift) as u8) - 128.0;
+        forces(sample.tick, &[part(8), part(16)])
+    };
+    let mut bench = Bench::running(faults, Box::new(law));
+    bench.run(5000);
+    let largest = bench.norms.iter().copied().fold(0.0, f32::max);
+    assert!(largest > 0.9 * FORCE_N, "{largest} N");
+    assert!(largest <= FORCE_N * (1.0 + f32::EPSILON), "{largest} N");
+}
+
+#[test]
+fn ticks_come_in_batches_and_the_recorder_tells_vectors() {
+    let mut bench = Bench::running(LineFaults::default(), Box::new(spring));
+    bench.run(200);
+    bench.law = None;
+    bench.run(300);
+    assert_eq!(bench.fault(), Some(Fault::HostSilent));
+    let Ok(Report::VectorFlight(first)) = bench.ask(Request::ReadFlight { index: 0 }) else {
+        panic!("no vector");
+    };
+    assert_eq!((first.index, first.count), (0, 96));
+    let told = samples(&bench);
+    for index in 0..first.count {
+        let Ok(Report::VectorFlight(flight)) = bench.ask(Request::ReadFlight { index }) else {
+            panic!("no vector");
+        };
+        assert_eq!(flight.sample.tick, first.sample.tick + u32::from(index));
+        assert!(told.contains(&flight.sample), "{flight:?}");
+    }
+    bench.told.clear();
+    bench
+        .ask(Request::Stream {
+            every: 1,
+            batch: 16,
+        })
+        .expect("streams");
+    bench.run(100);
+    let batches: Vec<&VectorBatch> = (bench.told.iter())
+        .filter_map(|report| match report {
+            Report::VectorBatch(batch) => Some(batch),
+            _ => None,
+        })
+        .collect();
+    assert!(!batches.is_empty());
+    for batch in batches {
+        assert!(batch.items.len() <= 16 && batch.axes == 2);
+        let ticks: Vec<u32> = batch.samples(1000).map(|sample| sample.tick).collect();
+        assert!(ticks.len() <= VectorBatch::ticks_most(2));
+        assert!(ticks.windows(2).all(|pair| pair[1] == pair[0] + 1));
+    }
+}
+
+fn square(half_m: f32) -> WorkspaceBox {
+    let axis = AxisWorkspace {
+        low_m: -half_m,
+        high_m: half_m,
+        soft_m: 0.0,
+    };
+    WorkspaceBox {
+        axes: [axis; 2].into_iter().collect(),
+    }
+}
+
+#[test]
+fn beyond_its_own_range_of_places_an_axis_is_in_a_fault() {
+    let mut bench = Bench::set_to_last();
+    let mut narrow = square(0.05);
+    narrow.axes[0].high_m = 0.004;
+    bench
+        .set(configuration(), Some(narrow), Scope::Run)
+        .expect("a box");
+    bench.host.set_keep_alive(Some(5_000));
+    bench.ask(Request::Arm { faults: 0 }).expect("arms");
+    bench.law = Some(Box::new(spring));
+    bench.ask(Request::Start(START)).expect("starts");
+    // It comes to rest at 5 mm.
+    falls_to_zero(&mut bench, Fault::Workspace);
+    let breach = samples(&bench)
+        .into_iter()
+        .find(|sample| sample.axes[0].position_m > 0.004);
+    let fault = bench.told.iter().find_map(|report| match report {
+        Report::Fault(report) => Some(report.tick),
+        _ => None,
+    });
+    assert_eq!(breach.map(|sample| sample.tick), fault);
+}
+
+#[test]
+fn a_box_that_is_none_or_would_last_is_refused() {
+    let mut bench = Bench::set_to_last();
+    let unsupported = Refusal::Unsupported(Field::WorkspaceLow);
+    // Nothing is staged.
+    assert_eq!(
+        bench.ask(Request::Workspace(square(0.05))),
+        Err(Refusal::Incomplete)
+    );
+    let lasting = bench.set(configuration(), Some(square(0.05)), Scope::Lasting);
+    assert_eq!(lasting, Err(unsupported));
+    let mut line = square(0.05);
+    line.axes.truncate(1);
+    assert_eq!(
+        bench.set(configuration(), Some(line), Scope::Run),
+        Err(unsupported)
+    );
+    let mut turned = square(0.05);
+    turned.axes[1].low_m = 0.06;
+    let refused = bench.set(configuration(), Some(turned), Scope::Run);
+    assert!(
+        matches!(
+            refused,
+            Err(Refusal::Range {
+                field: Field::WorkspaceHigh,
+                ..
+            })
+        ),
+        "{refused:?}"
+    );
+    // Wider than that of all axes.
+    let mut bounded = configuration();
+    bounded.limits.workspace_low_m = -0.04;
+    bounded.limits.workspace_high_m = 0.04;
+    let refused = bench.set(bounded, Some(square(0.05)), Scope::Run);
+    assert!(
+        matches!(
+            refused,
+            Err(Refusal::Range {
+                field: Field::WorkspaceLow,
+                ..
+            })
+        ),
+        "{refused:?}"
+    );
+    bench
+        .set(bounded, Some(square(0.04)), Scope::Run)
+        .expect("within");
+    // The digest has to know of it.
+    bench.ask(Request::Configure(bounded)).expect("staged");
+    let block = haptic_link::CoefficientBlock::of(&[0.0], 0);
+    bench.ask(Request::Coefficients(block)).expect("staged");
+    bench.ask(Request::Workspace(square(0.03))).expect("staged");
+    let digest = DigestBuilder::new(&bounded).coefficients(&[0.0]).finish();
+    let scope = Scope::Run;
+    let refused = bench.ask(Request::Commit { digest, scope });
+    assert_eq!(refused, Err(Refusal::Digest));
+}
+
+#[test]
+fn a_law_of_its_own_is_refused() {
+    let mut bench = Bench::new(LineFaults::default());
+    bench.ask(Request::Hello { nonce: 1 }).expect("answers");
+    let stiff = Configuration {
+        stiffness_n_per_m: 100.0,
+        ..configuration()
+    };
+    let refused = bench.set(stiff, None, Scope::Lasting);
+    assert!(
+        matches!(
+            refused,
+            Err(Refusal::Range {
+                field: Field::Stiffness,
+                ..
+            })
+        ),
+        "{refused:?}"
+    );
+    let Ok(Report::Capabilities(can)) = bench.ask(Request::GetCapabilities) else {
+        panic!("no capabilities");
+    };
+    assert_eq!(can.axes, 2);
+    let done = bench.ask(Request::Disarm);
+    assert!(
+        matches!(done, Ok(Report::Ack(ack)) if ack.outcome == Outcome::Done),
+        "{done:?}"
+    );
+}
