@@ -9,7 +9,7 @@
 //! blocks: (1 − `H_k`)⁻¹ makes of them what a fit without the block would leave there. Where the plain σ²A⁻¹ is larger, it is taken: a few
 //! blocks may agree by chance.
 //!
-//! Source: H. White, Econometrica 48, 1980, with sums over blocks; R. M. Bell and D. F. McCaffrey, Survey Methodology 28, 2002, the jackknife.
+//! Source: H. White, Econometrica 48, 1980, with sums over blocks; R. M. Bell and D. F. `McCaffrey`, Survey Methodology 28, 2002, the jackknife.
 
 use super::fit::Fitted;
 use nalgebra::{DMatrix, DVector};
@@ -96,7 +96,7 @@ fn parts(range: &Range<usize>, length: usize) -> impl Iterator<Item = Range<usiz
     (0..count).map(move |n| start + n * all / count..start + (n + 1) * all / count)
 }
 
-/// SᵀS of a range of ticks.
+/// `SᵀS` of a range of ticks.
 fn states_of(fitted: &Fitted, range: &Range<usize>) -> DMatrix<f64> {
     DMatrix::from_fn(2, 2, |a, b| {
         let ticks = range.clone();
@@ -106,7 +106,7 @@ fn states_of(fitted: &Fitted, range: &Range<usize>) -> DMatrix<f64> {
     })
 }
 
-/// Jᵀ·(1 − H)⁻¹·r of a block, by the identity of Woodbury: with U = (J S) and C⁻¹ = diag(A, SᵀS of the piece)
+/// Jᵀ·(1 − H)⁻¹·r of a block, by the identity of Woodbury: with U = (J S) and C⁻¹ = diag(A, `SᵀS` of the piece)
 /// (1 − U·C·Uᵀ)⁻¹ = 1 + U·(C⁻¹ − UᵀU)⁻¹·Uᵀ.
 fn score(
     fitted: &Fitted,
@@ -270,6 +270,7 @@ mod tests {
     fn a_range_is_cut_into_parts_that_are_about_as_long() {
         let cut: Vec<_> = parts(&(10..257), 100).collect();
         assert_eq!(cut, [10..133, 133..257]);
-        assert_eq!(parts(&(3..8), 100).collect::<Vec<_>>(), [3..8]);
+        let mut whole = parts(&(3..8), 100);
+        assert_eq!((whole.next(), whole.next()), (Some(3..8), None));
     }
 }

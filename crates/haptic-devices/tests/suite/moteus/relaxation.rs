@@ -39,11 +39,11 @@ fn a_fractional_force_is_the_sum_over_the_recorded_motion() {
             let sample = *rig.device.newest();
             assert_eq!(rig.state(), State::Running);
             assert_eq!(sample.limiters, 0, "{sample:?}");
-            positions.push(f64::from(sample.position_m));
-            forces.push(f64::from(sample.force_n));
+            positions.push(f64::from(sample.position_m[0]));
+            forces.push(f64::from(sample.force_n[0]));
             // The servo makes it.
             let made_n = rig.torque_nm() / MoteusSettings::DEFAULT.radius_m;
-            let wanted_n = f64::from(sample.force_n);
+            let wanted_n = f64::from(sample.force_n[0]);
             assert!((made_n - wanted_n).abs() < 1e-6, "{made_n} of {wanted_n} N");
         }
         let exact = batch::full_history(Kernel::Grunwald, order, t, &positions).expect("sums");
