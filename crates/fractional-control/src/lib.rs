@@ -34,6 +34,7 @@ mod plant;
 #[cfg(feature = "std")]
 mod poles;
 mod polynomial;
+mod quotient;
 #[cfg(feature = "std")]
 mod records;
 mod sampled;

@@ -1,7 +1,7 @@
 //! A PI^λD^μ in the usual notation, and its loop with a plant as a function.
 
-use crate::notation::Quotient;
 use crate::polynomial::short;
+use crate::quotient::Quotient;
 use crate::{ControlError, FractionalTransferFunction, PidParameters};
 use core::fmt;
 use core::str::FromStr;

@@ -2,8 +2,6 @@
 
 use crate::{ControlError, FractionalPolynomial, Term};
 use core::fmt;
-use core::str::FromStr;
-use fracdiff::parameter::RangeError;
 use num_complex::Complex;
 
 /// `G(s) = Σ b_j s^(β_j) / Σ a_i s^(α_i)`, proper, orders from 0 to 4.
@@ -113,19 +111,5 @@ impl fmt::Display for FractionalTransferFunction {
                 write!(f, "/({})", self.denominator)
             }
         }
-    }
-}
-
-impl FromStr for FractionalTransferFunction {
-    type Err = ControlError;
-
-    fn from_str(text: &str) -> Result<Self, ControlError> {
-        let (function, delay_s) = crate::notation::read(text)?;
-        if delay_s > 0.0 {
-            return Err(
-                RangeError::new("dead time", delay_s, "0: only a plant has one", "s").into(),
-            );
-        }
-        Ok(function)
     }
 }

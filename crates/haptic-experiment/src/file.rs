@@ -57,7 +57,7 @@ use std::path::Path;
 /// let wrong = ExperimentFile::parse(Path::new("lab/relax.toml"), "[relax]\nstrain = 5");
 /// assert_eq!(
 ///     wrong.expect_err("five times the thickness").to_string(),
-///     "lab/relax.toml:2: strain = 5 is not in (0, 1]: change it, or leave it out for 0.05"
+///     "lab/relax.toml:2: strain = 5 is not above 0 and at most 1: change it, or leave it out for 0.05"
 /// );
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -132,7 +132,7 @@ fn matrices_that_cannot_be_sampled_are_refused_in_one_line() {
     );
     assert_eq!(
         refused(&[0.0, 1.0, 0.0, -1e10], &[0.0, 1.0], &[1.0, 0.0], 0.0),
-        "fastest motion of the plant 10000000 per sample is not at most 1e6 per sample"
+        "fastest motion of the plant 1e7 per sample is not at most 1e6 per sample"
     );
     // The second state never moves the first.
     assert_eq!(
@@ -146,7 +146,7 @@ fn matrices_that_cannot_be_sampled_are_refused_in_one_line() {
     let words = ForcePath::new(0.0, 2e6).expect_err("refused").to_string();
     assert_eq!(
         words,
-        "current lag 2000000 samples is not from 0 to 1e6 samples"
+        "current lag 2e6 samples is not from 0 to 1e6 samples"
     );
 }
 

@@ -74,8 +74,8 @@ fn bad_parameters_are_refused_in_words() {
         (-0.1, 0.0, "delta -0.1 is not at least 0"),
         (0.1, -2.0, "gamma -2 is not at least 0"),
         (f64::NAN, 0.0, "delta NaN is not at least 0"),
-        (1e7, 0.0, "delta 10000000 is not from 0 to 1e6"),
-        (0.0, 1e13, "gamma 10000000000000 is not from 0 to 1e12"),
+        (1e7, 0.0, "delta 1e7 is not from 0 to 1e6"),
+        (0.0, 1e13, "gamma 1e13 is not from 0 to 1e12"),
     ] {
         let have = SampledPlant::new(delta, gamma)
             .expect_err("refused")

@@ -293,7 +293,7 @@ fn bad_input_is_refused_in_words() {
         (
             wall(1e13, 0.0, 0.0, 0.0),
             0,
-            "alpha 10000000000000 is not from 0 to 1e12",
+            "alpha 1e13 is not from 0 to 1e12",
         ),
         (
             wall(0.0, 0.0, 0.0, 0.0),

@@ -295,28 +295,28 @@ fn whatever_goes_wrong_the_force_is_zero_and_the_reason_said() {
                 force_limit_n: f64::NAN,
                 ..plan
             },
-            "force_limit_n NaN N is not in",
+            "force_limit_n NaN N is not",
         ),
         (
             MeasurePlan {
                 box_m: -1.0,
                 ..plan
             },
-            "box_m -1 m is not in",
+            "box_m -1 m is not",
         ),
         (
             MeasurePlan {
                 duration_s: 0.1,
                 ..plan
             },
-            "duration_s 0.1 s is not in",
+            "duration_s 0.1 s is not",
         ),
         (
             MeasurePlan {
                 sample_time_s: 1.0,
                 ..plan
             },
-            "sample_time_s 1 s is not in",
+            "sample_time_s 1 s is not",
         ),
     ] {
         let said = plan.check().expect_err(what).to_string();

@@ -81,7 +81,7 @@ fn a_mass_damper_refuses_bad_parameters() {
         ),
         (
             ideal(1.0, 2e6, 1.0),
-            "change of the fastest motion in one step 2000000 rad is not at most 1e6 rad",
+            "change of the fastest motion in one step 2e6 rad is not at most 1e6 rad",
         ),
     ] {
         assert_eq!(refused(config), Err(message.into()));

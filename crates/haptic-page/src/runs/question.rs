@@ -253,7 +253,7 @@ mod tests {
     fn a_form_is_refused_in_a_sentence_without_a_file() {
         for (kind, given, want) in [
             ("zwidth", json!({"points": 1}), "[2, 1000]"),
-            ("zwidth", json!({"orders": [5]}), "not in [0, 2]"),
+            ("zwidth", json!({"orders": [5]}), "not from 0 to 2"),
             ("design", json!({"wish": "peace"}), "stiffest-wall"),
         ] {
             let given = given.as_object().expect("an object").clone();

@@ -16,7 +16,7 @@ fn an_experiment_is_started_from_a_form_watched_and_stopped() {
         "runs.start",
         json!({"kind": "relax", "parameters": {"strain": 5}}),
     );
-    assert!(refused.contains("(0, 1]"), "{refused}");
+    assert!(refused.contains("above 0 and at most 1"), "{refused}");
     let started = page.ask(
         "runs.start",
         json!({"kind": "relax", "parameters": {"duration_s": 3, "tissue": "prostate-healthy"}}),

@@ -232,7 +232,10 @@ fn parameters_are_set_as_a_whole_and_read_back() {
     assert_eq!(device.json(&format!("device get {on}")), after);
     for (change, words) in [
         ("--force-limit 5kN", ["force limit", "5000", "100"]),
-        ("--watchdog 1ms", ["watchdog", "5 ms", "1000 ms"]),
+        (
+            "--watchdog 1ms",
+            ["watchdog", "from 0.005 to 1 s", "--watchdog"],
+        ),
         ("--sample-time 2ms", ["--order", "sample time", "operator"]),
         (
             "--stiffness -1",

@@ -13,15 +13,14 @@ fn metadata<'a>(summary: &'a Value, name: &str) -> &'a Value {
     &record.unwrap_or_else(|| panic!("no {name} in {summary}"))["values"]
 }
 
-/// Finite most of the time: noise this large makes a force that single precision cannot hold once in some
-/// thousand ticks.
-const NOISY: &str = "relax --duration 20s --ramp-time 1s --contact rigid --precision f32 --scheme full \
-                     --sensor-noise 1.3e35m --seed 1 --out run";
+/// A specimen that is pressed beyond the workspace, 1 mm in 4 s.
+const TOO_DEEP: &str = "relax --duration 20s --ramp-time 4s --contact rigid --precision f32 --scheme full \
+                        --workspace -10mm:0.6mm --out run";
 
 #[test]
 fn a_fault_is_kept_with_a_thousand_samples_before_it_and_a_hundred_after() {
     let place = Place::new();
-    let ended = place.run(&format!("{NOISY} --json")).failed(1);
+    let ended = place.run(&format!("{TOO_DEEP} --json")).failed(1);
     let report = ended.json();
     let log = report["fault_log"].as_str().expect("a fault log");
     assert!(log.ends_with("run/relax-fault.mcap"), "{report}");
@@ -31,8 +30,8 @@ fn a_fault_is_kept_with_a_thousand_samples_before_it_and_a_hundred_after() {
     let check = check.json();
     assert_eq!(number(&check, "samples"), 1100.0, "{check}");
     let fault = metadata(&check, "fault");
-    assert_eq!(fault["code"], "1");
-    assert_eq!(fault["text"], "the wanted force was not a finite number");
+    assert_eq!(fault["code"], "6");
+    assert_eq!(fault["text"], "the device left its workspace");
     assert_eq!(fault["samples_before"], "1000");
     assert_eq!(fault["samples_after"], "100");
     assert_eq!(fault["run"], "relax.mcap");
@@ -52,7 +51,7 @@ fn a_fault_is_kept_with_a_thousand_samples_before_it_and_a_hundred_after() {
     let kept = place.read("run/relax-fault.mcap");
     std::fs::remove_file(place.path("run/relax.mcap")).expect("removes");
     place
-        .run(NOISY)
+        .run(TOO_DEEP)
         .refused(2, &["relax-fault.mcap", "already exists", "--overwrite"]);
     assert_eq!(place.read("run/relax-fault.mcap"), kept);
     // A run without a fault that takes its place takes it away.

@@ -265,11 +265,11 @@ fn bad_input_of_a_teleoperation_is_one_line_with_the_remedy() {
     for (line, words) in [
         (
             "analyze teleoperation --line-delay -1ms",
-            ["delay of the line", "change --line-delay"],
+            ["line delay -0.001 s", "change --line-delay"],
         ),
         (
             "analyze teleoperation --order 1.5",
-            ["order of the coupler", "change --order"],
+            ["order 1.5 is not from 0 to 1", "change --order"],
         ),
         (
             "analyze teleoperation --low 9Hz --high 2Hz",

@@ -53,7 +53,7 @@ fn ports_that_are_none_are_refused() {
         ),
         (
             "relax --device serial:x --watchdog 2s",
-            ["watchdog", "1000 ms"],
+            ["watchdog", "from 0.005 to 1 s"],
         ),
         ("device info --device sim", ["sim", "serial:PATH"]),
         ("device emulate --drop 2", ["2", "100%"]),
