@@ -138,7 +138,7 @@ impl LinkedName {
         match (has, axes) {
             _ if has == axes => Ok(link),
             (_, 1) => Err(Failure::bad_input(format_args!(
-                "{self} has {has} axes, and this needs one: run a [touch] with `axes` = {has} on it, or name another `device`"
+                "{self} has {has} axes, and this needs one: with several only a [touch] with `axes` = {has} runs so far; name another `device`"
             ))),
             _ => Err(Failure::bad_input(format_args!(
                 "{self} has {} and the [touch] has `axes` = {axes}: change `axes`, or name another `device`{}",

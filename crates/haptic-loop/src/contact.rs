@@ -97,6 +97,21 @@ impl<F: Real, E: Environment<F, 1>, const D: usize, S: Surface<F, D>> Contact<F,
     }
 }
 
+impl<F: Real, E: Environment<F, 1>, const D: usize, S: Surface<F, D>> Contact<F, E, D, S> {
+    /// The force of the environment behind, N: at most 0, out of it.
+    #[inline]
+    fn push(&self, history: &E::History, depth: F) -> F {
+        let depth = penetration(depth);
+        let inner = self.inner.force(history, &depth)[0];
+        // Outside nothing pushes, whatever the past; inside nothing pulls. A NaN stays a NaN.
+        if depth[0] <= F::ZERO || inner > F::ZERO {
+            F::ZERO
+        } else {
+            inner
+        }
+    }
+}
+
 /// p of a depth, m.
 #[inline]
 fn penetration<F: Real>(depth: F) -> SVector<F, 1> {
@@ -122,15 +137,16 @@ impl<F: Real, E: Environment<F, 1>, const D: usize, S: Surface<F, D>> Environmen
     #[inline]
     fn force(&self, history: &E::History, position_m: &SVector<F, D>) -> SVector<F, D> {
         let (depth, normal) = self.surface.touch(position_m);
-        let depth = penetration(depth);
-        let inner = self.inner.force(history, &depth)[0];
-        // Outside nothing pushes, whatever the past; inside nothing pulls. A NaN stays a NaN.
-        let push = if depth[0] <= F::ZERO || inner > F::ZERO {
-            F::ZERO
-        } else {
-            inner
-        };
+        let push = self.push(history, depth);
         SVector::from(array::from_fn(|axis| normal[axis] * push))
+    }
+
+    /// All of the push: where the normal fades, as in the middle of a ball, the next place has it.
+    fn starting_force(&self, history: &E::History, position_m: &SVector<F, D>) -> SVector<F, D> {
+        let push = self.push(history, self.surface.depth(position_m));
+        SVector::from(array::from_fn(
+            |axis| if axis == 0 { push } else { F::ZERO },
+        ))
     }
 
     #[inline]

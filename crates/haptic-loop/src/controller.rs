@@ -281,7 +281,9 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
     /// # Errors
     /// The force wanted at this reading is not finite, or above [`Limits::start_force`](crate::Limits::start_force).
     pub fn may_start(&self, reading: &Reading<F, D>) -> Result<(), StartRefused> {
-        let wanted = self.environment.force(&self.history, &reading.position_m);
+        let wanted = self
+            .environment
+            .starting_force(&self.history, &reading.position_m);
         self.chain.may_start(&wanted)
     }
 

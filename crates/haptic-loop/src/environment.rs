@@ -48,6 +48,12 @@ pub trait Environment<F: Real, const D: usize> {
 
     /// Takes this tick's position into the history.
     fn advance(&self, history: &mut Self::History, position_m: &SVector<F, D>);
+
+    /// A force, N, that has the size of the largest one next to this position: what a start there is judged by. It is
+    /// [`force`](Self::force), unless that falls to zero at a place that a device cannot stay at, as in the middle of a ball.
+    fn starting_force(&self, history: &Self::History, position_m: &SVector<F, D>) -> SVector<F, D> {
+        self.force(history, position_m)
+    }
 }
 
 /// A spring and a fractional damper, the same on each axis.

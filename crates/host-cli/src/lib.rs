@@ -9,6 +9,7 @@ pub mod command;
 pub mod files;
 pub mod log_plot;
 pub mod output;
+pub mod pair;
 pub mod parameter;
 pub mod picture;
 pub mod picture_file;

@@ -1,7 +1,5 @@
 //! Quantities on the command line: a number, SI unless a unit is given.
 
-use fracdiff::parameter::Shown;
-use haptic_experiment::parameters::range::{self, Range};
 use std::f64::consts::PI;
 use std::fmt;
 
@@ -28,19 +26,6 @@ impl Quantity for f64 {
     fn si(&self) -> f64 {
         *self
     }
-}
-
-/// What was read, if it is in a range.
-///
-/// # Errors
-/// Value and range, for people.
-pub fn in_range<Q: Quantity>(quantity: Q, range: Range) -> Result<Q, String> {
-    if range.contains(quantity.si()) {
-        return Ok(quantity);
-    }
-    let space = if Q::UNIT.is_empty() { "" } else { " " };
-    let (value, unit) = (Shown(quantity.si()), Q::UNIT);
-    Err(format!("{value}{space}{unit} is not {range}{space}{unit}"))
 }
 
 /// Reads a plain number.
@@ -162,66 +147,6 @@ quantity!(
     Bytes, "a size",
     [("B", 1.0), ("kB", 1e3), ("MB", 1e6), ("GB", 1e9), ("TB", 1e12), ("MiB", 1_048_576.0), ("GiB", 1_073_741_824.0)]
 );
-
-/// Two ends of a workspace, `LOW:HIGH`, low below high.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Workspace {
-    /// Lowest position, m.
-    pub low_m: f64,
-    /// Highest position, m.
-    pub high_m: f64,
-}
-
-impl std::str::FromStr for Workspace {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let ends = text.split_once(':');
-        let (low, high) =
-            ends.ok_or_else(|| format!("\"{text}\" is not LOW:HIGH, as in -10mm:20mm"))?;
-        let end = |text: &str| {
-            let place = text.parse::<Length>().map_err(|error| error.to_string())?;
-            in_range(place, range::PLACES)
-        };
-        let (low_m, high_m) = (end(low)?.0, end(high)?.0);
-        if low_m < high_m {
-            Ok(Self { low_m, high_m })
-        } else {
-            Err(format!(
-                "the low end {low} is not below the high end {high}"
-            ))
-        }
-    }
-}
-
-/// A delay, or the interval in which it surely lies, `LEAST:MOST`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Delay {
-    /// The least it can be, s, at least 0.
-    pub least_s: f64,
-    /// The most it can be, s.
-    pub most_s: f64,
-}
-
-impl std::str::FromStr for Delay {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let (least, most) = text.split_once(':').unwrap_or((text, text));
-        let end = |text: &str| {
-            let delay = text.parse::<Time>().map_err(|error| error.to_string())?;
-            in_range(delay, range::DEVICE_TIMES)
-        };
-        let (least_s, most_s) = (end(least)?.0, end(most)?.0);
-        if least_s <= most_s {
-            Ok(Self { least_s, most_s })
-        } else {
-            Err(format!(
-                "\"{text}\" is not lowest first: give TIME, or LEAST:MOST as in 0.2ms:1ms"
-            ))
-        }
-    }
-}
 
 /// Text that is no quantity of the kind asked for.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,12 +1,26 @@
 //! Options whose number lies in the range of a parameter: the range stands with the parameter.
 
-use crate::quantity::{Quantity, QuantityError, in_range, parse_number};
+use crate::quantity::{Quantity, QuantityError, parse_number};
 use clap::builder::TypedValueParser;
 use clap::error::ErrorKind;
 use clap::{Arg, Command, Error};
+use fracdiff::parameter::Shown;
 use haptic_experiment::parameters::Range;
 use std::ffi::OsStr;
 use std::str::FromStr;
+
+/// What was read, if it is in a range.
+///
+/// # Errors
+/// Value and range, for people.
+pub fn in_range<Q: Quantity>(quantity: Q, range: Range) -> Result<Q, String> {
+    if range.contains(quantity.si()) {
+        return Ok(quantity);
+    }
+    let space = if Q::UNIT.is_empty() { "" } else { " " };
+    let (value, unit) = (Shown(quantity.si()), Q::UNIT);
+    Err(format!("{value}{space}{unit} is not {range}{space}{unit}"))
+}
 
 /// A parser of a quantity in a range.
 #[derive(Clone, Debug)]

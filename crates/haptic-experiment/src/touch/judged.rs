@@ -109,10 +109,11 @@ impl TouchExperiment {
     /// Samples whose force is as large as it may be.
     fn at_limit(&self, record: &Record) -> usize {
         let most = (1.0 - ROUNDING) * self.force_limit_n;
-        let samples = record.whole.iter().flatten();
-        samples
-            .filter(|sample| sample.force_n.abs() >= most)
-            .count()
+        // A device may have a lower limit, and rounds to single precision.
+        let at_limit = |sample: &&KeptSample| {
+            sample.force_n.abs() >= most || sample.limiters & Limiters::MAGNITUDE.bits() != 0
+        };
+        record.whole.iter().flatten().filter(at_limit).count()
     }
 
     fn warnings(&self, ran: &Ran, verdict: TouchVerdict, energy: Option<HandEnergy>) -> Warnings {
@@ -219,11 +220,11 @@ impl TouchExperiment {
             TouchLaw::Tissue { material, .. } if material.composed().is_some() => None,
             law => incomparable(reference, law.order(), record),
         });
-        if record.largest_force_n() == 0.0 || free == 0 {
-            return Ok(Compared::without_meaning(
-                "no force was commanded".to_owned(),
-            ));
-        }
+        let reason = match reason {
+            _ if record.largest_force_n() == 0.0 => Some("no force was commanded"),
+            None if free == 0 => Some("the force rose from the start to the end"),
+            reason => reason,
+        };
         if let Some(reason) = reason {
             return Ok(Compared::without_meaning(reason.to_owned()));
         }

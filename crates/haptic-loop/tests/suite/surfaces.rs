@@ -403,3 +403,19 @@ fn guards_act_along_the_normal_and_add_no_friction() {
         assert!(acted > 10, "{guard:?} acted {acted} times");
     }
 }
+
+#[test]
+fn a_start_in_the_middle_of_a_ball_is_judged_by_the_force_beside_it() {
+    let operator = ShortMemory::<f64, 8>::new(Order::new(0.5).expect("valid"), T).expect("valid");
+    let law = SpringDamper::new(1200.0, 0.0, operator).expect("valid");
+    let disc = Ball::solid([Metres(0.0); 2], Metres(0.05)).expect("valid");
+    let disc = Contact::behind(disc, law);
+    let rest = disc.at_rest();
+    let (middle, beside, outside) = (vector![0.0, 0.0], vector![0.001, 0.0], vector![0.06, 0.0]);
+    assert_eq!(disc.force(&rest, &middle).norm(), 0.0);
+    let starting = |place| disc.starting_force(&rest, place).norm();
+    assert_relative("in the middle", starting(&middle), 1200.0 * 0.05, 1e-12);
+    let there = disc.force(&rest, &beside).norm();
+    assert_relative("beside it", starting(&beside), there, 1e-12);
+    assert_eq!(starting(&outside), 0.0);
+}

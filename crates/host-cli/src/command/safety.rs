@@ -2,7 +2,8 @@
 
 use super::device_model::DeviceModelArguments;
 use crate::choice::choice;
-use crate::quantity::{Damping, Delay, Force, Length, Mass, Speed, Time, Workspace};
+use crate::pair::{Delay, Workspace};
+use crate::quantity::{Damping, Force, Length, Mass, Speed, Time};
 use crate::within::within;
 use clap::Args;
 use haptic_experiment::failure::Failure;

@@ -4,7 +4,7 @@ use super::plant::sample_time;
 use super::words::{digits, in_degrees};
 use crate::command::words::{parse_number, parse_scheme};
 use crate::quantity::Time;
-use crate::quantity::in_range;
+use crate::within::in_range;
 use crate::within::within;
 use clap::Args;
 use fracdiff::{Scheme, Seconds};

@@ -2,7 +2,7 @@
 
 use crate::output::note;
 use crate::quantity::Length;
-use crate::quantity::in_range;
+use crate::within::in_range;
 use clap::Args;
 use haptic_devices::haply::{Board, Body, Emulated, Hand, Model, Version, emulate};
 use haptic_experiment::failure::Failure;

@@ -1,8 +1,8 @@
 //! `device emulate --kind moteus`.
 
 use crate::output::note;
-use crate::quantity::in_range;
 use crate::quantity::{Length, Time};
+use crate::within::in_range;
 use clap::Args;
 use haptic_devices::moteus::MoteusSettings;
 use haptic_devices::moteus::emulated::{Emulated, EmulatedServo, Hand, Shaft, emulate};

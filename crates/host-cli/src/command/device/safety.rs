@@ -3,7 +3,8 @@
 use super::number::set_all;
 use crate::choice::choice;
 use crate::output::note;
-use crate::quantity::{Damping, Delay, Force, Length, Mass, Speed, Time, Workspace};
+use crate::pair::{Delay, Workspace};
+use crate::quantity::{Damping, Force, Length, Mass, Speed, Time};
 use crate::within::within;
 use clap::Args;
 use fracdiff::Seconds;
