@@ -1,8 +1,7 @@
 //! A bank as a list of numbers, and back: what a microcontroller is given.
 
-use super::{Bank, FullMemory, fast_blocks};
+use super::{Bank, FullMemory};
 use crate::Real;
-use crate::full_memory::sweep::LANES;
 use crate::integer_part::WithIntegerPart;
 use crate::list::{ListError, check_decay, check_finite, check_integer};
 
@@ -12,6 +11,9 @@ pub(crate) const PORTABLE_TAPS: usize = 16;
 /// The modes of a portable list in blocks that need no compensation.
 #[cfg(feature = "std")]
 pub(crate) fn plain_modes<F: Real>(values: &[F], integer: i32) -> usize {
+    use super::fast_blocks;
+    use crate::full_memory::sweep::LANES;
+
     let modes = values.get(PORTABLE_TAPS..).unwrap_or_default();
     let decays: std::vec::Vec<F> = modes.iter().step_by(2).copied().collect();
     LANES * fast_blocks(&decays, integer)
