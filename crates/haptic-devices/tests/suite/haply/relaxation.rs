@@ -1,8 +1,8 @@
 //! A fractional law at 500 Hz and 1 kHz against the exact sum over the motion that was recorded.
 
 use super::wire::{Law, Running, stroking};
-use fracdiff::full_memory::Kernel;
-use fracdiff::{Order, Scheme, Seconds, batch};
+use crate::exact::off_from_the_sum;
+use fracdiff::{Order, Scheme, Seconds};
 use haptic_devices::haply::{Version, configuration};
 use haptic_link::State;
 
@@ -49,13 +49,7 @@ fn a_fractional_force_is_the_sum_over_the_recorded_motion() {
             let made = running.force();
             assert!((made.y - forces[forces.len() - 1]).abs() < 0.01 * made.y.abs() + 1e-6);
         }
-        let exact = batch::full_history(Kernel::Grunwald, order, t, &positions).expect("sums");
-        let wanted: Vec<f64> = exact.iter().map(|sum| -DISSIPATION * sum).collect();
-        let largest = wanted
-            .iter()
-            .fold(0.0_f64, |most, force| most.max(force.abs()));
-        let pairs = wanted.iter().zip(&forces);
-        let error = pairs.fold(0.0_f64, |most, (want, have)| most.max((want - have).abs()));
+        let (error, largest) = off_from_the_sum(DISSIPATION, order, t, &positions, &forces);
         println!(
             "{version:?} at {tick_us} µs: {:e} of {largest} N",
             error / largest
