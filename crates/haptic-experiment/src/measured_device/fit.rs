@@ -282,15 +282,7 @@ fn square(left: &[f64]) -> f64 {
 
 /// The model at these coordinates.
 fn model(numbers: &[Number], theta: &DVector<f64>) -> Model {
-    let mut model = Model {
-        mass: 1.0,
-        damping: 0.0,
-        friction: 0.0,
-        bias: 0.0,
-        delay: 0.0,
-        lag: 0.0,
-        stiffness: 0.0,
-    };
+    let mut model = Model::BARE;
     for (number, &x) in numbers.iter().zip(theta.iter()) {
         match number {
             Number::Mass => model.mass = libm::exp(x.clamp(-16.0, 9.0)),

@@ -172,15 +172,7 @@ mod tests {
             })
             .collect();
         let mut fitted = Fitted {
-            model: Model {
-                mass: 1.0,
-                damping: 0.0,
-                friction: 0.0,
-                bias: 0.0,
-                delay: 0.0,
-                lag: 0.0,
-                stiffness: 0.0,
-            },
+            model: Model::BARE,
             left: read,
             slopes: Vec::from(raw),
             by_state,

@@ -27,6 +27,19 @@ pub(super) struct Model {
     pub(super) stiffness: f64,
 }
 
+impl Model {
+    /// A mass of 1 kg, and nothing else.
+    pub(super) const BARE: Self = Self {
+        mass: 1.0,
+        damping: 0.0,
+        friction: 0.0,
+        bias: 0.0,
+        delay: 0.0,
+        lag: 0.0,
+        stiffness: 0.0,
+    };
+}
+
 /// Position and velocity at the start of a piece.
 pub(super) type State = [f64; 2];
 
