@@ -169,6 +169,7 @@ fn the_device_fits_its_budget() {
 }
 
 #[test]
+#[ignore = "builds all of a second board: `.ci/run` does it, or `cargo test --test firmware -- --ignored`"]
 fn the_device_for_the_real_board_builds_and_fits() {
     let Some(images) = image::real_board() else {
         return;

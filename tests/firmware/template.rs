@@ -40,6 +40,7 @@ fn built(folder: &Path) -> PathBuf {
 
 #[cfg(unix)]
 #[test]
+#[ignore = "builds all of a third firmware: `.ci/run` does it, or `cargo test --test firmware -- --ignored`"]
 fn a_copy_of_the_template_says_the_hello_of_the_page() {
     if let Err(missing) = needs() {
         return skip(&missing);

@@ -4,8 +4,8 @@ use crate::{ControlError, FractionalTransferFunction, Memory, Rule, Term, respon
 use fracdiff::Seconds;
 use fracdiff::parameter::{positive, range};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
-use nalgebra_of_fit::storage::Owned;
-use nalgebra_of_fit::{DMatrix, DVector, Dyn};
+use nalgebra::storage::Owned;
+use nalgebra::{DMatrix, DVector, Dyn};
 use std::vec::Vec;
 
 /// A record: input and output at the same instants, T apart, from rest.

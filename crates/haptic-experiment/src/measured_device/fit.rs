@@ -8,8 +8,8 @@
 
 use super::replay::{DELAY_MAX, Model, Replay, State};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
-use nalgebra_of_fit::storage::Owned;
-use nalgebra_of_fit::{DMatrix, DVector, Dyn};
+use nalgebra::storage::Owned;
+use nalgebra::{DMatrix, DVector, Dyn};
 use std::ops::Range;
 
 /// Gauss–Newton steps for the states.

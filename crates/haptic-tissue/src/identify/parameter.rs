@@ -3,7 +3,7 @@
 use super::candidate::Candidate;
 use super::elements::{Elements, Variable, variables};
 use super::target::Target;
-use nalgebra_of_fit::DMatrix;
+use nalgebra::DMatrix;
 
 /// A parameter with its errors.
 #[derive(Clone, Debug, PartialEq)]

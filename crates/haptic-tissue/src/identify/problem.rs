@@ -7,8 +7,8 @@ use super::candidate::Candidate;
 use super::elements::{Elements, Variable, variables};
 use super::target::Target;
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt, TerminationReason};
-use nalgebra_of_fit::storage::Owned;
-use nalgebra_of_fit::{DMatrix, DVector, Dyn};
+use nalgebra::storage::Owned;
+use nalgebra::{DMatrix, DVector, Dyn};
 
 /// A modulus is at most so many times above or below all moduli of the record, as a logarithm: e^14 is 10⁶.
 const BEYOND: f64 = 14.0;
