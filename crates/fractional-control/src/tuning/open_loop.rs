@@ -52,7 +52,7 @@ pub struct Measures {
     /// Largest |S| up to the frequency of the disturbance, if one was given.
     pub disturbance: Option<f64>,
     /// Largest less least overshoot of the step response while the gain goes from half to double, by the inverse transform of
-    /// T on the grid, to some 1e-3; [`robustness`](super::robustness) simulates it.
+    /// T on the grid, to some 1e-3; [`robustness`](super::robustness) simulates it. Infinite where the loop is not stable.
     pub overshoot_spread: f64,
     /// Largest change of the phase margin while the gain goes from half to double, rad.
     pub margin_spread_rad: f64,
@@ -183,14 +183,20 @@ impl OpenLoop {
                 disturbance = disturbance.max(s);
             }
         }
+        let stable = self.nyquist.is_stable(&open, 1.0);
         Measures {
             sensitivity_peak: s_most,
             complementary_peak: t_most,
             noise: wishes.noise.map(|_| noise),
             disturbance: wishes.disturbance.map(|_| disturbance),
-            overshoot_spread: self.overshoot_spread(&open),
+            // The overshoot of what is unstable has no end, and is the longest to compute.
+            overshoot_spread: if stable {
+                self.overshoot_spread(&open)
+            } else {
+                f64::INFINITY
+            },
             margin_spread_rad: self.margin_spread(&open, wishes.phase_margin_rad),
-            stable: self.nyquist.is_stable(&open, 1.0),
+            stable,
             stable_over_gains: super::GAINS
                 .iter()
                 .all(|gain| self.nyquist.is_stable(&open, *gain)),

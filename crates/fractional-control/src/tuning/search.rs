@@ -213,15 +213,16 @@ impl<'a> Search<'a> {
             .bounds(&measures)
             .map(|(_, wanted, reached)| (reached / wanted - 1.0).max(0.0))
             .sum();
-        let mut cost =
-            100.0 * missed + measures.overshoot_spread + 0.01 * measures.margin_spread_rad;
+        let mut cost = 100.0 * missed + 0.01 * measures.margin_spread_rad;
+        // Any stable one is better.
+        cost += if measures.stable {
+            measures.overshoot_spread
+        } else {
+            1e6
+        };
         // An overshoot has no end where the loop is lost at some gain.
         if !measures.stable_over_gains {
             cost += 10.0;
-        }
-        // Among unstable ones none is better.
-        if !measures.stable {
-            cost += 1e6;
         }
         cost.is_finite().then_some(Trial {
             place,

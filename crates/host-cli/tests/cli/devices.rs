@@ -176,9 +176,10 @@ fn a_wall_and_a_creep_test_run_on_a_device() {
 
 #[test]
 fn a_z_width_can_be_found_on_a_device() {
-    let device = Emulated::new("--speed 200");
+    // Some 3000 runs.
+    let device = Emulated::new("--speed 400");
     device.loosen();
-    let line = "zwidth --orders 1 --points 2 --duration 1s --quiet";
+    let line = "zwidth --orders 1 --points 2 --duration 0.5s --window 0.2s --quiet";
     // A device on a line cannot be thrown.
     let here = device.json(&format!("{line} --impact 0"));
     let there = device.json(&format!("{line} --device serial:device --watchdog 1s"));
