@@ -201,6 +201,18 @@ pub(crate) struct Fraction {
     pub(crate) below: Sum,
 }
 
+impl Fraction {
+    /// True if a memory of a fractional order takes part: one of a whole order has no modes that weigh.
+    pub(crate) fn remembers(&self) -> bool {
+        let products = self.above.0.iter().chain(&self.below.0);
+        let mut factors = products.flat_map(|product| &product.factors);
+        factors.any(|factor| match factor {
+            Factor::Memory(_, modes) => modes.iter().any(|(weight, _)| *weight != 0.0),
+            _ => false,
+        })
+    }
+}
+
 /// Zeros of a function in |w| ≤ 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Count {

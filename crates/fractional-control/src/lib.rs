@@ -57,7 +57,10 @@ pub use curves::ControllerParameters;
 pub use error::ControlError;
 pub use function_controller::{FunctionController, FunctionHistory};
 #[cfg(feature = "std")]
-pub use identify::{FreeNumber, Identified, Record, identify};
+pub use identify::{
+    FreeNumber, Identified, Record, WholeGuess, WholeShape, identify, identify_coefficients,
+    whole_guess,
+};
 #[cfg(feature = "std")]
 pub use law::SampledLaw;
 #[cfg(feature = "std")]

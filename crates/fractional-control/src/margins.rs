@@ -5,8 +5,10 @@ use core::f64::consts::PI;
 use num_complex::Complex;
 use std::vec::Vec;
 
-/// The lowest angle looked at, rad a sample.
-const LOWEST: f64 = 1e-8;
+/// The slowest angle looked at, rad a sample: at 1 kHz that of a time constant of 3000 years.
+const SLOWEST: f64 = 1e-14;
+/// L is looked at from 1e-8 rad a sample on, or below where it has not come to rest there.
+const DECADES_BELOW: usize = 6;
 /// Points a decade before any is put between.
 const A_DECADE: f64 = 100.0;
 /// Neighbours are at most so far apart in ln L: gain and phase in rad.
@@ -70,6 +72,7 @@ impl SampledLoop {
     #[must_use]
     pub fn margins(&self) -> Margins {
         let grid = self.grid();
+        let gains = self.gains(&grid);
         let rate = self.rate();
         let crossovers = self.where_zero(&grid, |l| libm::log(l.norm()), |_| true);
         let margins: Vec<Crossing> = crossovers
@@ -89,22 +92,6 @@ impl SampledLoop {
             }) / margin.omega_rad_s,
             ..*margin
         });
-        let mut gains = self.where_zero(&grid, |l| l.im, |l| l.re < 0.0);
-        // At half the sample rate L is real; at rest too, where it has an end.
-        let at_rest = grid.get(..2).filter(|pair| {
-            let (first, second) = (pair[0].1, pair[1].1);
-            (second / first - 1.0).norm() < FLAT && first.im.abs() < FLAT * -first.re
-        });
-        gains.extend(at_rest.and_then(<[Point]>::first));
-        gains.extend(grid.last().filter(|(_, l)| l.re < 0.0));
-        let gains: Vec<Crossing> = gains
-            .into_iter()
-            .map(|(theta, l)| Crossing {
-                omega_rad_s: theta * rate,
-                value: l.norm().recip(),
-            })
-            .filter(|gain| gain.value.is_finite())
-            .collect();
         let by_value = |a: &&Crossing, b: &&Crossing| a.value.total_cmp(&b.value);
         Margins {
             phase: margins.iter().min_by(size).copied(),
@@ -125,14 +112,69 @@ impl SampledLoop {
         }
     }
 
-    /// L from the lowest frequency to half the sample rate.
+    /// The gains, over the present one, at which L meets −1: the least first.
+    ///
+    /// ```
+    /// use fracdiff::Seconds;
+    /// use fractional_control::{Memory, PidParameters, Plant, Rule, SampledLoop, SampledPlant};
+    ///
+    /// // An unstable plant behind a dead time is held by gains from 1 to about π/2 over 0.1 s.
+    /// let (t, memory) = (Seconds(1e-3), Memory::new(Rule::Bdf2, 1e-8, 100.0)?);
+    /// let plant = SampledPlant::new(&"exp(-0.1s)/(s-1)".parse::<Plant>()?, memory, t)?;
+    /// let p = PidParameters { proportional: 2.0, ..PidParameters::NONE };
+    /// let gains = SampledLoop::new(p.into(), memory, &plant)?.gain_crossings();
+    /// assert!((gains[0].value - 0.5).abs() < 1e-6 && gains[1].value > 6.0);
+    /// # Ok::<(), fractional_control::ControlError>(())
+    /// ```
+    #[must_use]
+    pub fn gain_crossings(&self) -> Vec<Crossing> {
+        let mut gains = self.gains(&self.grid());
+        gains.sort_by(|a, b| a.value.total_cmp(&b.value));
+        gains
+    }
+
+    /// The gains at which L meets −1.
+    fn gains(&self, grid: &[Point]) -> Vec<Crossing> {
+        let mut places = self.where_zero(grid, |l| l.im, |l| l.re < 0.0);
+        // At half the sample rate L is real; at rest too, where it has an end.
+        let at_rest = grid.get(..2).filter(|pair| {
+            let (first, second) = (pair[0].1, pair[1].1);
+            (second / first - 1.0).norm() < FLAT && first.im.abs() < FLAT * -first.re
+        });
+        places.extend(at_rest.and_then(<[Point]>::first));
+        places.extend(grid.last().filter(|(_, l)| l.re < 0.0));
+        let gains = places.into_iter().map(|(theta, l)| Crossing {
+            omega_rad_s: theta * self.rate(),
+            value: l.norm().recip(),
+        });
+        gains.filter(|gain| gain.value.is_finite()).collect()
+    }
+
+    /// The angle at which the grid begins. Below it L is a whole power of θ, as integrators leave one, that crosses neither 1 nor −1.
+    fn lowest(&self) -> f64 {
+        let theta = |decade: usize| SLOWEST * libm::pow(10.0, decade as f64);
+        let values: Vec<Complex<f64>> = (0..=DECADES_BELOW + 1)
+            .map(|decade| self.open(theta(decade)))
+            .collect();
+        let rests = |pair: &&[Complex<f64>]| {
+            let moved = pair[1] / pair[0];
+            let power = libm::round(libm::log10(moved.norm()));
+            let is_power = (moved / libm::pow(10.0, power) - 1.0).norm() < FLAT;
+            is_power && (pair[0].norm() > 1.0) == (pair[1].norm() > 1.0)
+        };
+        let resting = values.windows(2).take_while(rests).count();
+        theta(resting.saturating_sub(1))
+    }
+
+    /// L from where it is at rest to half the sample rate.
     fn grid(&self) -> Vec<Point> {
-        let decades = libm::log10(PI / LOWEST);
+        let lowest = self.lowest();
+        let decades = libm::log10(PI / lowest);
         let count = libm::ceil(decades * A_DECADE) as usize;
         let mut grid: Vec<Point> = Vec::new();
         for k in 0..=count {
             let share = k as f64 / count as f64;
-            let theta = (LOWEST * libm::pow(10.0, decades * share)).min(PI);
+            let theta = (lowest * libm::pow(10.0, decades * share)).min(PI);
             let next = (theta, self.open(theta));
             if let Some(last) = grid.last().copied() {
                 self.between(&mut grid, last, next, HALVINGS);

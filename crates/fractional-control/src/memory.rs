@@ -72,6 +72,12 @@ impl Memory {
         self.rule
     }
 
+    /// The horizon, s.
+    #[must_use]
+    pub fn horizon_s(&self) -> f64 {
+        self.horizon_s
+    }
+
     /// The design of D^order.
     pub(crate) fn design<const MODES: usize>(
         &self,

@@ -41,6 +41,8 @@ pub struct SampledPlant {
     delay: usize,
     path: [f64; 3],
     curve: Fraction,
+    /// How far back it remembers, s, where it follows a rule.
+    memory_s: Option<f64>,
     sample_time: Seconds,
 }
 
@@ -89,7 +91,7 @@ impl SampledPlant {
                 let exact = StateSpace::of_function(function)
                     .and_then(|states| states.sampled(sample_time.0, h).ok());
                 if let Some(sampled) = exact {
-                    let curve = states_fraction(&sampled);
+                    let curve = states_fraction(&sampled, function.denominator().lowest());
                     return Ok(Self::of(
                         (Kind::States(sampled), [0.0; 3], curve),
                         delay,
@@ -107,12 +109,16 @@ impl SampledPlant {
             }
             Model::StateSpace(states) => {
                 let sampled = states.sampled(sample_time.0, h)?;
-                let curve = states_fraction(&sampled);
+                let curve = states_fraction(&sampled, 0.0);
                 (Kind::States(sampled), [0.0; 3], curve)
             }
             Model::Measured(_) => return Err(ControlError::Measured),
         };
-        Ok(Self::of((kind, path, curve), delay, sample_time))
+        let memory_s = curve.remembers().then_some(memory.horizon_s());
+        Ok(Self {
+            memory_s,
+            ..Self::of((kind, path, curve), delay, sample_time)
+        })
     }
 
     fn of(
@@ -129,6 +135,7 @@ impl SampledPlant {
             delay,
             path,
             curve,
+            memory_s: None,
             sample_time,
         }
     }
@@ -144,6 +151,11 @@ impl SampledPlant {
     #[must_use]
     pub fn sample_time(&self) -> Seconds {
         self.sample_time
+    }
+
+    /// How far back its memory reaches, s; `None` without one.
+    pub(crate) fn memory_s(&self) -> Option<f64> {
+        self.memory_s
     }
 
     /// Numerator and denominator on the circle.
@@ -230,9 +242,11 @@ impl SampledPlant {
     }
 }
 
-/// w·(num₀ + w·num₁)/det in powers of v.
-fn states_fraction(states: &SampledStates) -> Fraction {
-    let (denominator, [newest, last]) = states.in_v();
+/// w·(num₀ + w·num₁)/det in powers of v. A factor s^n of the plant's denominator is v^n of det, which rounding does not know.
+fn states_fraction(states: &SampledStates, integrators: f64) -> Fraction {
+    let (mut denominator, [newest, last]) = states.in_v();
+    let integrators = denominator.iter_mut().take(integrators as usize);
+    integrators.for_each(|coefficient| *coefficient = 0.0);
     let term = |numerator, delay| Product {
         scale: 1.0,
         factors: vec![Factor::InV(numerator), Factor::Delay(delay)],

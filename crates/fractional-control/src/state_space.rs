@@ -104,6 +104,60 @@ impl StateSpace {
         Self::new(a, b, c)
     }
 
+    /// The same with its input as one state more, the last, and the slope of that for its input: for inputs in straight lines.
+    pub(crate) fn fed_by_slope(&self) -> Result<Self, ControlError> {
+        let n = self.a.nrows();
+        let mut a = DMatrix::zeros(n + 1, n + 1);
+        a.view_mut((0, 0), (n, n)).copy_from(&self.a);
+        a.view_mut((0, n), (n, 1)).copy_from(&self.b);
+        let mut b = DVector::zeros(n + 1);
+        b[n] = 1.0;
+        let mut c = RowDVector::zeros(n + 1);
+        c.view_mut((0, 0), (1, n)).copy_from(&self.c);
+        Self::new(a, b, c)
+    }
+
+    /// Shows each state from rest, for an input that is held from its sample to the next, or runs in a straight line.
+    pub(crate) fn run(
+        &self,
+        sample_time: f64,
+        input: &[f64],
+        held: bool,
+        seen: impl FnMut(usize, &DVector<f64>),
+    ) -> Result<(), ControlError> {
+        if held {
+            let sampled = self.sampled(sample_time, 0.0)?;
+            sampled.run(sampled.at_rest(), input.iter().copied(), seen);
+            return Ok(());
+        }
+        let sampled = self.fed_by_slope()?.sampled(sample_time, 0.0)?;
+        let mut begin = sampled.at_rest();
+        if let (Some(last), Some(first)) = (begin.iter_mut().last(), input.first()) {
+            *last = *first;
+        }
+        let next = input.iter().skip(1).chain(input.last());
+        let slopes = input
+            .iter()
+            .zip(next)
+            .map(|(now, next)| (next - now) / sample_time);
+        sampled.run(begin, slopes, seen);
+        Ok(())
+    }
+
+    /// y from rest, for an input as in [`run`](Self::run).
+    pub(crate) fn respond(
+        &self,
+        sample_time: f64,
+        input: &[f64],
+        held: bool,
+    ) -> Result<Vec<f64>, ControlError> {
+        let mut outputs = Vec::with_capacity(input.len());
+        self.run(sample_time, input, held, |_, x| {
+            outputs.push(self.c.iter().zip(x.iter()).map(|(c, x)| c * x).sum());
+        })?;
+        Ok(outputs)
+    }
+
     /// C(jω − A)⁻¹B.
     #[must_use]
     pub fn response(&self, omega: f64) -> Complex<f64> {
@@ -198,6 +252,23 @@ impl SampledStates {
     pub(crate) fn advance(&self, x: &mut DVector<f64>, newest: f64, last: f64) {
         let change = &self.moved * &*x + &self.newest * newest + &self.last * last;
         *x += change;
+    }
+
+    /// Shows each state from this one on, an input a sample, without a delay.
+    fn run(
+        &self,
+        begin: DVector<f64>,
+        inputs: impl Iterator<Item = f64>,
+        mut seen: impl FnMut(usize, &DVector<f64>),
+    ) {
+        let (mut x, mut next) = (begin.clone(), begin);
+        for (sample, input) in inputs.enumerate() {
+            seen(sample, &x);
+            next.copy_from(&x);
+            next.gemv(1.0, &self.moved, &x, 1.0);
+            next.axpy(input, &self.newest, 1.0);
+            core::mem::swap(&mut x, &mut next);
+        }
     }
 
     /// Denominator, and numerators of Γ₀ and Γ₁, see [`in_v`].

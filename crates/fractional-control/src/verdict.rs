@@ -36,6 +36,7 @@ pub struct SampledLoop {
     controller: Fraction,
     plant: Fraction,
     gain: f64,
+    memory_s: Option<f64>,
     sample_time: Seconds,
 }
 
@@ -63,7 +64,11 @@ impl SampledLoop {
         memory: Memory,
         plant: &SampledPlant,
     ) -> Result<Self, ControlError> {
-        Self::around(controller, memory, plant.curve(), plant.sample_time())
+        let remembered = plant.memory_s();
+        Ok(
+            Self::around(controller, memory, plant.curve(), plant.sample_time())?
+                .within(remembered),
+        )
     }
 
     /// The same for a plant with a law at another port.
@@ -84,12 +89,30 @@ impl SampledLoop {
         plant: &Fraction,
         sample_time: Seconds,
     ) -> Result<Self, ControlError> {
+        let controller = controller.fraction(memory, sample_time)?;
         Ok(Self {
-            controller: controller.fraction(memory, sample_time)?,
+            memory_s: controller.remembers().then_some(memory.horizon_s()),
+            controller,
             plant: plant.clone(),
             gain: 1.0,
             sample_time,
         })
+    }
+
+    /// The same with one more memory that reaches so far.
+    fn within(self, memory_s: Option<f64>) -> Self {
+        let all = [self.memory_s, memory_s].into_iter().flatten();
+        Self {
+            memory_s: all.min_by(f64::total_cmp),
+            ..self
+        }
+    }
+
+    /// The time up to which the memories of fractional orders hold in this loop, s; `None` in one of whole orders, which forgets nothing.
+    /// Slower than that, the loop is not that of the functions any more.
+    #[must_use]
+    pub fn memory_s(&self) -> Option<f64> {
+        self.memory_s
     }
 
     /// The same with the gain of the plant times this.

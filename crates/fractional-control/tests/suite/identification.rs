@@ -2,8 +2,8 @@
 
 use fracdiff::Seconds;
 use fractional_control::{
-    FractionalTransferFunction, Memory, Plant, Record, Rule, SampledPlant, StateSpace, identify,
-    respond, step_response,
+    FractionalTransferFunction, Memory, Plant, Record, Rule, SampledPlant, StateSpace, WholeShape,
+    identify, identify_coefficients, respond, step_response, whole_guess,
 };
 use nalgebra::{DMatrix, DVector, RowDVector};
 
@@ -144,4 +144,158 @@ fn a_record_that_is_none_is_refused() {
     assert!(refused(&[1.0; 20], &[f64::NAN; 20]).contains("NaN is not finite"));
     // Pure noise of an input that does nothing.
     assert!(refused(&[0.0; 400], &noise(400)).contains("was not found"));
+}
+
+/// The step of b/(s² − 2rs + r² + w²), b = r² + w².
+fn swing(rate: f64, omega: f64) -> impl Fn(f64) -> f64 {
+    move |t| 1.0 - f64::exp(rate * t) * ((omega * t).cos() - rate / omega * (omega * t).sin())
+}
+
+/// Closed forms of steps, from 3 samples a turn to 1000, growing, decaying, neither; a pole of two samples and one of half of one.
+#[test]
+fn whole_orders_are_found_whether_they_swing_grow_or_are_fast() {
+    type Step = Box<dyn Fn(f64) -> f64>;
+    let cases: [(&str, Step, f64, &[f64]); 9] = [
+        ("grows", Box::new(swing(0.2, 3.0)), 0.02, &[1.0, -0.4, 9.04]),
+        (
+            "grows fast",
+            Box::new(swing(2.0, 3.0)),
+            0.01,
+            &[1.0, -4.0, 13.0],
+        ),
+        (
+            "swings long",
+            Box::new(swing(-0.01, 3.0)),
+            0.05,
+            &[1.0, 0.02, 9.0001],
+        ),
+        (
+            "swings long, coarse",
+            Box::new(swing(-0.01, 3.0)),
+            0.7,
+            &[1.0, 0.02, 9.0001],
+        ),
+        ("calm", Box::new(swing(-1.0, 1.0)), 0.01, &[1.0, 2.0, 2.0]),
+        (
+            "two samples",
+            Box::new(|t| -f64::exp_m1(-50.0 * t)),
+            0.01,
+            &[1.0, 50.0],
+        ),
+        (
+            "half a sample",
+            Box::new(|t| -f64::exp_m1(-200.0 * t)),
+            0.01,
+            &[1.0, 200.0],
+        ),
+        (
+            "grows alone",
+            Box::new(|t| f64::exp_m1(10.0 * t)),
+            0.002,
+            &[1.0, -10.0],
+        ),
+        (
+            "slow",
+            Box::new(|t| -f64::exp_m1(-0.02 * t)),
+            0.01,
+            &[1.0, 0.02],
+        ),
+    ];
+    for (name, step, t, below) in cases {
+        let y: Vec<f64> = (0..1000).map(|n| step(f64::from(n) * t)).collect();
+        let record = Record {
+            sample_time: Seconds(t),
+            input: &vec![1.0; y.len()],
+            output: &y,
+            held: true,
+        };
+        let shape = WholeShape {
+            poles: below.len() - 1,
+            zeros: 0,
+            integrators: 0,
+        };
+        let guess = whole_guess(&record, shape).expect(name);
+        let found = identify_coefficients(&guess.function, &record).expect(name);
+        println!("{name}: {} then {}", guess.function, found.function);
+        let terms = found.function.denominator().terms();
+        for (term, want) in terms.iter().zip(below) {
+            let have = term.coefficient / terms[0].coefficient;
+            assert!(
+                (have - want).abs() < 1e-5 * want.abs(),
+                "{name}: {}",
+                found.function
+            );
+        }
+        assert_eq!(terms.len(), below.len(), "{name}");
+    }
+}
+
+/// Noise of a tenth of the step: numbers within four standard errors of the truth, a swing of many turns among them.
+#[test]
+fn whole_orders_are_found_in_noise() {
+    let t = 0.05;
+    let step = swing(-0.05, 3.0);
+    let y: Vec<f64> = (0..1000)
+        .zip(noise(1000))
+        .map(|(n, noise)| step(f64::from(n) * t) + 0.1 * noise)
+        .collect();
+    let record = Record {
+        sample_time: Seconds(t),
+        input: &vec![1.0; y.len()],
+        output: &y,
+        held: true,
+    };
+    let shape = WholeShape {
+        poles: 2,
+        zeros: 0,
+        integrators: 0,
+    };
+    let guess = whole_guess(&record, shape).expect("a guess");
+    let found = identify_coefficients(&guess.function, &record).expect("found");
+    println!(
+        "{} then {} {:?}",
+        guess.function, found.function, found.standard_errors
+    );
+    assert!((found.rms_residual - 0.1).abs() < 0.01);
+    let b = 9.0025;
+    let terms = found.function.denominator().terms();
+    let have = [
+        found.function.numerator().terms()[0].coefficient,
+        terms[0].coefficient,
+        terms[1].coefficient,
+    ];
+    for ((have, want), (_, error)) in have
+        .iter()
+        .zip([1.0, 1.0 / b, 0.1 / b])
+        .zip(&found.standard_errors)
+    {
+        assert!(
+            (have / want - 1.0).abs() < 4.0 * error && *error < 0.05,
+            "{have} {want} {error}"
+        );
+    }
+}
+
+/// A ramp in straight lines: 2/(3s + 1) answers with 2(t − 3(1 − e^(−t/3))), exactly.
+#[test]
+fn a_smooth_input_runs_in_straight_lines() {
+    let time = || (0..300).map(|n| 0.1 * f64::from(n));
+    let input: Vec<f64> = time().collect();
+    let y: Vec<f64> = time()
+        .map(|t| 2.0 * (t + 3.0 * f64::exp_m1(-t / 3.0)))
+        .collect();
+    let record = Record {
+        sample_time: Seconds(0.1),
+        input: &input,
+        output: &y,
+        held: false,
+    };
+    let found = identify_coefficients(&of("1/(s+1)"), &record).expect("found");
+    let pole = found.function.denominator().terms()[0].coefficient;
+    let gain = found.function.numerator().terms()[0].coefficient;
+    assert!(
+        (pole - 3.0).abs() < 1e-9 && (gain - 2.0).abs() < 1e-9,
+        "{}",
+        found.function
+    );
 }

@@ -149,3 +149,59 @@ fn further_dead_time_adds_and_is_never_negative() {
             .contains("-0.05")
     );
 }
+
+/// k(s + a)/s on 1/(s/a + 1) is ka/s: crossover ka, a phase margin of π/2, and π/(2ka) s of dead time, however slow that is against 1 ms.
+#[test]
+fn a_loop_that_is_slow_against_its_samples_has_its_delay_margin() {
+    for (plant, controller, crossover) in [
+        ("1/(1000s+1)", "4+0.004/s", 4e-3),
+        ("1/(1000s+1)", "0.001+0.000001/s", 1e-6),
+        ("1/(1000000s+1)", "0.001+0.000000001/s", 1e-9),
+    ] {
+        let closed = closed(plant, controller);
+        assert_eq!(closed.memory_s(), None, "{plant}");
+        let margins = closed.margins();
+        let near = |have: f64, want: f64| (have / want - 1.0).abs() < 1e-5;
+        let phase = margins.phase.expect(plant);
+        assert!(near(phase.omega_rad_s, crossover), "{plant} {phase:?}");
+        let half = 0.5 * std::f64::consts::PI;
+        assert!(near(phase.value, half), "{plant} {phase:?}");
+        let delay = margins.delay_s.expect(plant).value;
+        assert!(near(delay, half / crossover), "{plant} {delay}");
+    }
+    let fractional = closed("1/(1000s+1)", "1+1/s^0.5");
+    assert_eq!(fractional.memory_s(), Some(100.0));
+    assert_eq!(
+        closed("1/(s^0.5+1)", "1").memory_s(),
+        Some(100.0),
+        "of the plant"
+    );
+}
+
+/// k on 1/(s/a − 1) needs a gain above 1, at rest, however small a is.
+#[test]
+fn the_least_gain_of_a_plant_that_grows_slowly_is_found_at_rest() {
+    for plant in ["1/(10s-1)", "1/(1000s-1)", "1/(10000000s-1)"] {
+        let down = closed(plant, "4").margins().gain_down.expect(plant);
+        assert!((down.value - 0.25).abs() < 1e-6, "{plant} {down:?}");
+    }
+}
+
+/// Two integrators and two poles: what the samples are at low frequency is the plant, with half a sample more dead time.
+#[test]
+fn integrators_beside_other_poles_stay_integrators_far_down() {
+    let memory = Memory::new(Rule::Bdf2, 1e-8, 100.0).expect("valid");
+    let plant: Plant = "1/(s^4+3s^3+2s^2)".parse().expect("a plant");
+    let sampled = SampledPlant::new(&plant, memory, Seconds(1.0)).expect("runs");
+    let one: PidParameters = "1".parse().expect("a controller");
+    let closed = SampledLoop::new(one.into(), memory, &sampled).expect("a loop");
+    for theta in [1e-3, 1e-6, 1e-9, 1e-12] {
+        let moved = closed.open(theta) * -2.0 * theta * theta;
+        assert!((moved.norm() - 1.0).abs() < 1e-4, "{theta} {moved}");
+        // −(1.5 + 0.5)θ of the poles and the hold.
+        assert!(
+            (moved.arg() + 2.0 * theta).abs() < 1e-3 * theta.max(1e-12),
+            "{theta} {moved}"
+        );
+    }
+}

@@ -5,7 +5,7 @@ use crate::controller_file::ControllerFile;
 use core::f64::consts::PI;
 use fractional_control::{
     ControlError, ControllerParameters, Crossing, FractionalTransferFunction, Margins, Plant,
-    SampledLoop, StabilityVerdict,
+    SampledLoop, SampledPlant, StabilityVerdict,
 };
 use num_complex::Complex;
 
@@ -52,14 +52,24 @@ pub enum Cause {
     TooLarge,
     /// Not decided: this order is next to a whole one, and no memory can tell the two apart.
     NearWhole(f64),
-    /// Stable for any gain below this share of the present one, at which L meets −1.
-    GainTooHigh(Crossing),
-    /// Stable from this multiple of the present gain on, at which L meets −1.
-    GainTooLow(Crossing),
+    /// Stable at gains that are lower.
+    GainTooHigh(OtherGain),
+    /// Stable at gains that are higher.
+    GainTooLow(OtherGain),
     /// Stable without the dead time; with it, L meets −1 from this one on, s.
     DeadTime(Crossing),
     /// Neither another gain, within a hundred times, nor less dead time makes it stable.
     Shape,
+}
+
+/// Gains over the present one at which the loop would be stable.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct OtherGain {
+    /// The nearest, at which L meets −1.
+    pub edge: Crossing,
+    /// The gain beyond at which L meets −1 again, and the loop is lost once more; `None` where there is none.
+    pub end: Option<f64>,
 }
 
 /// L, S and T at a frequency.
@@ -96,32 +106,38 @@ pub fn analyse(file: &ControllerFile, plant: &Plant) -> Result<LoopAnalysis, Con
     let sampled = sampled_for(file, plant)?;
     let closed = file.closed_with(&sampled)?;
     let (verdict, mut margins) = (closed.verdict(), closed.margins());
-    // Slower than all that the memory holds, the loop is not the one that was asked about.
-    margins.delay_s = (margins.delay_s).filter(|delay| delay.value < file.horizon_s());
+    // Slower than all that a fractional memory holds, the loop is not the one that was asked about.
+    margins.delay_s =
+        (margins.delay_s).filter(|delay| closed.memory_s().is_none_or(|held| delay.value < held));
     let place = margins.phase.unwrap_or(margins.sensitivity).omega_rad_s;
     let t = file.sample_time_s;
     let low = (place / BELOW).min(0.01 * PI / t);
     let curve = curve(low, PI / t, |omega| Some(closed.open(omega * t)));
     let cause = match curve.len() {
         // Of what is no number nothing can be told.
-        POINTS => cause(file, plant, &closed, &verdict, &margins)?,
+        POINTS => cause(file, plant, &closed, &verdict)?,
         _ => Cause::TooLarge,
     };
     Ok(LoopAnalysis {
         verdict,
         margins,
         cause,
-        coarse: (!sampled.is_exact())
-            .then(|| too_fast(&curve, file.sample_time_s))
-            .flatten(),
+        coarse: coarse(&sampled, &closed),
         curve,
     })
 }
 
-/// How many times as often a loop with this L would have to be sampled for the rule of its plant to hold; `None` if it does.
-fn too_fast(curve: &[LoopPoint], sample_time_s: f64) -> Option<f64> {
-    let fast = curve.iter().rev().find(|point| point.open.norm() >= 1.0)?;
-    let times = fast.omega_rad_s * sample_time_s / RULE_HOLDS_TO;
+/// How many times as often this loop would have to be sampled for the rule of its plant to hold; `None` if it does, or the plant is
+/// sampled exactly.
+pub(super) fn coarse(plant: &SampledPlant, closed: &SampledLoop) -> Option<f64> {
+    if plant.is_exact() {
+        return None;
+    }
+    let slow = |theta: &f64| closed.open(*theta).norm() >= 1.0;
+    let step = (PI / RULE_HOLDS_TO).ln() / POINTS as f64;
+    let angles = (0..=POINTS).map(|k| (PI * (-step * k as f64).exp()).max(RULE_HOLDS_TO));
+    let fastest = angles.into_iter().find(slow)?;
+    let times = fastest / RULE_HOLDS_TO;
     (times > 1.0).then_some(times)
 }
 
@@ -174,12 +190,41 @@ fn near_whole(file: &ControllerFile, plant: &Plant) -> Option<f64> {
     })
 }
 
+/// The first of these gains, at which L meets −1, beyond which the loop is stable, and how many lie before it; they go away from 1.
+fn other_gain<'a>(
+    closed: &SampledLoop,
+    gains: impl Iterator<Item = &'a Crossing>,
+) -> Option<(usize, OtherGain)> {
+    let within = |gain: &&Crossing| gain.value > 1.0 / WITHIN && gain.value < WITHIN;
+    let mut gains = gains.peekable();
+    let mut passed = 0;
+    while let Some(edge) = gains.next_if(within) {
+        let end = gains.peek().map(|next| next.value);
+        let beside = if edge.value < 1.0 {
+            edge.value * (1.0 - BESIDE)
+        } else {
+            edge.value * (1.0 + BESIDE)
+        };
+        // Not beyond the middle between the two, in case they are near each other.
+        let middle = end.map_or(beside, |end| (edge.value * end).sqrt());
+        let tried = if edge.value < 1.0 {
+            beside.max(middle)
+        } else {
+            beside.min(middle)
+        };
+        if closed.with_gain(tried).verdict().stable {
+            return Some((passed, OtherGain { edge: *edge, end }));
+        }
+        passed += 1;
+    }
+    None
+}
+
 fn cause(
     file: &ControllerFile,
     plant: &Plant,
     closed: &SampledLoop,
     verdict: &StabilityVerdict,
-    margins: &Margins,
 ) -> Result<Cause, ControlError> {
     if verdict.stable {
         return Ok(Cause::Stable);
@@ -187,16 +232,17 @@ fn cause(
     if verdict.unstable_poles.is_none() {
         return Ok(near_whole(file, plant).map_or(Cause::Boundary, Cause::NearWhole));
     }
-    let stable_at = |gain: f64| closed.with_gain(gain).verdict().stable;
-    if let Some(down) = margins.gain_down.filter(|down| down.value * WITHIN > 1.0)
-        && stable_at(down.value * (1.0 - BESIDE))
-    {
-        return Ok(Cause::GainTooHigh(down));
-    }
-    if let Some(up) = margins.gain_up.filter(|up| up.value < WITHIN)
-        && stable_at(up.value * (1.0 + BESIDE))
-    {
-        return Ok(Cause::GainTooLow(up));
+    let gains = closed.gain_crossings();
+    let lower = other_gain(closed, gains.iter().rev().filter(|gain| gain.value < 1.0));
+    let higher = other_gain(closed, gains.iter().filter(|gain| gain.value > 1.0));
+    let ways = [
+        lower.map(|(passed, gain)| (passed, Cause::GainTooHigh(gain))),
+        higher.map(|(passed, gain)| (passed, Cause::GainTooLow(gain))),
+    ];
+    // What the next gain cures comes before the dead time, what one further away does after it.
+    let mut ways = ways.into_iter().flatten();
+    if let Some((_, next)) = ways.clone().find(|(passed, _)| *passed == 0) {
+        return Ok(next);
     }
     if plant.delay_s() > 0.0
         && let Some(prompt) = plant.without_dead_time()
@@ -209,7 +255,7 @@ fn cause(
             return Ok(Cause::DeadTime(delay));
         }
     }
-    Ok(Cause::Shape)
+    Ok(ways.next().map_or(Cause::Shape, |(_, further)| further))
 }
 
 /// Poles of a transfer function alone.

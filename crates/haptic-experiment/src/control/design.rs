@@ -1,5 +1,6 @@
 //! From wishes to a controller file, with the best PID of order 1 beside it.
 
+use super::analysis::coarse;
 use super::{run, sampled};
 use crate::controller_file::{ControllerFile, ControllerOrigin};
 use fracdiff::{Scheme, Seconds};
@@ -72,6 +73,9 @@ pub struct Trial {
     pub verdict: StabilityVerdict,
     /// Margins and peaks.
     pub margins: Margins,
+    /// As [`LoopAnalysis::coarse`](super::analysis::LoopAnalysis::coarse), up to double the gain: where it is, the
+    /// verdicts are of the rule that stands for the plant, not of the plant.
+    pub coarse: Option<f64>,
     /// The gains of the plant, over the nominal one, between which the loop is proved stable; `None` if it is not stable.
     pub stable_gains: Option<[f64; 2]>,
     /// Steps while the gain of the plant goes from half to double, without limits: gain, shape, verdict.
@@ -221,7 +225,8 @@ impl ControlDesign {
     }
 
     fn trial(&self, file: &ControllerFile, tuned: &Tuned) -> Result<Trial, ControlError> {
-        let closed: SampledLoop = file.closed_with(&sampled(&self.plant, self.sample_time)?)?;
+        let plant = sampled(&self.plant, self.sample_time)?;
+        let closed: SampledLoop = file.closed_with(&plant)?;
         let runs = steps(
             &tuned.parameters,
             &self.plant,
@@ -241,9 +246,13 @@ impl ControlDesign {
         let step = vec![self.step; self.samples];
         let run = run::run(file, &self.plant, &step, Some(self.step))?;
         let margins = closed.margins();
+        let stable_gains = closed.gain_interval(&margins);
+        // The loop is fastest at the highest gain that is spoken of.
+        let most = stable_gains.map_or(1.0, |[_, high]| high.min(ROBUST_GAINS[1]));
         Ok(Trial {
             verdict: run.verdict,
-            stable_gains: closed.gain_interval(&margins),
+            coarse: coarse(&plant, &closed.with_gain(most)),
+            stable_gains,
             margins,
             robustness: robustness.collect(),
             shape: run.response.shape_of_step(self.step),

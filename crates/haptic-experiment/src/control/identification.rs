@@ -3,7 +3,8 @@
 use fracdiff::Seconds;
 use fracdiff::parameter::{RangeError, not_negative};
 use fractional_control::{
-    ControlError, FractionalTransferFunction, Identified, Memory, Record, Rule, Term, respond,
+    ControlError, FractionalTransferFunction, FreeNumber, Identified, Record, Term, WholeShape,
+    identify_coefficients, whole_guess,
 };
 
 /// A residual over the largest output below which a model is as good as exact.
@@ -26,12 +27,31 @@ pub struct InputOutput {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Found {
-    /// The function and how sure its numbers are.
+    /// The function, its output, and how sure its numbers are.
     pub identified: Identified,
     /// Bayesian information criterion: less is better.
     pub bic: f64,
-    /// Its output for the input of the record.
-    pub model: Vec<f64>,
+    /// Correlation of neighbouring samples of what is left: near 0 of white noise, near 1 of a model that lacks something.
+    pub neighbours: f64,
+}
+
+impl Found {
+    fn is_whole(&self) -> bool {
+        let function = &self.identified.function;
+        let (above, below) = (function.numerator().terms(), function.denominator().terms());
+        let mut terms = above.iter().chain(below);
+        terms.all(|term| (term.order - term.order.round()).abs() == 0.0)
+    }
+}
+
+/// A function to begin from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Guess {
+    /// Coefficients and orders are fitted.
+    Orders(FractionalTransferFunction),
+    /// The orders stay.
+    Coefficients(FractionalTransferFunction),
 }
 
 impl InputOutput {
@@ -68,6 +88,15 @@ impl InputOutput {
                 row + 3,
                 self.time_s[row + 1] - self.time_s[row]
             )),
+        }
+    }
+
+    fn as_record(&self, held: bool) -> Record<'_> {
+        Record {
+            sample_time: Seconds(self.sample_time_s()),
+            input: &self.input,
+            output: &self.output,
+            held,
         }
     }
 
@@ -108,9 +137,44 @@ pub fn shifted(record: &InputOutput, delay_s: f64) -> Result<InputOutput, Contro
     })
 }
 
-/// First guesses of one and of two powers of s, with the gain and the time constant of the record.
+/// Guesses of whole orders that are fitted: the most promising.
+const FITTED: usize = 6;
+
+/// First guesses: of whole orders up to four poles, two of them integrators, those that leave least; of one and of two powers of s with free
+/// orders. `held` as in [`Record`].
 #[must_use]
-pub fn candidates(record: &InputOutput) -> Vec<FractionalTransferFunction> {
+pub fn candidates(record: &InputOutput, held: bool) -> Vec<Guess> {
+    let mut whole: Vec<(f64, FractionalTransferFunction)> = Vec::new();
+    for (poles, zeros) in (1..=4).flat_map(|poles| (0..poles).map(move |zeros| (poles, zeros))) {
+        for integrators in 0..=poles.min(2) {
+            let shape = WholeShape {
+                poles,
+                zeros,
+                integrators,
+            };
+            if let Some(guess) = whole_guess(&record.as_record(held), shape) {
+                let numbers = (poles + zeros + 1 - integrators) as f64;
+                whole.push((bic(record, guess.rms_residual, numbers), guess.function));
+            }
+        }
+    }
+    whole.sort_by(|a, b| a.0.total_cmp(&b.0));
+    whole.truncate(FITTED);
+    let whole = whole.into_iter().map(|(_, function)| function);
+    let mut guesses: Vec<Guess> = whole.map(Guess::Coefficients).collect();
+    // A swing whose orders may be others too.
+    let swing = WholeShape {
+        poles: 2,
+        zeros: 0,
+        integrators: 0,
+    };
+    let swing = whole_guess(&record.as_record(held), swing).map(|guess| guess.function);
+    guesses.extend(swing.into_iter().chain(powers(record)).map(Guess::Orders));
+    guesses
+}
+
+/// One and two powers of s, with the gain and the time constant of the record.
+fn powers(record: &InputOutput) -> Vec<FractionalTransferFunction> {
     let last = |signal: &[f64]| {
         let tail = &signal[signal.len() - (signal.len() / 20).max(1)..];
         tail.iter().sum::<f64>() / tail.len() as f64
@@ -203,27 +267,41 @@ fn growing(record: &InputOutput) -> Vec<FractionalTransferFunction> {
     guesses
 }
 
-/// Fits each guess; the best first, of those that fit at all. `held` as in [`Record`].
+/// Functions that are kept at most: the best.
+const KEPT: usize = 6;
+/// A difference of the criterion that says nothing.
+const AS_GOOD: f64 = 2.0;
+/// A coefficient whose standard error is above this share of it is tried without.
+const LOOSE: f64 = 0.5;
+
+/// Fits each guess; the best first, of those that fit at all, six at most. `held` as in [`Record`].
 ///
 /// # Errors
 /// That of the first guess, if none fits.
 pub fn identify(
     record: &InputOutput,
-    guesses: &[FractionalTransferFunction],
+    guesses: &[Guess],
     held: bool,
 ) -> Result<Vec<Found>, ControlError> {
-    let sample_time = Seconds(record.sample_time_s());
-    let data = Record {
-        sample_time,
-        input: &record.input,
-        output: &record.output,
-        held,
-    };
+    let data = record.as_record(held);
     let (mut found, mut refused) = (Vec::new(), None);
     for guess in guesses {
-        match fractional_control::identify(guess, &data) {
-            Ok(identified) => found.push(judged(identified, record, held)?),
-            Err(error) => refused = refused.or(Some(error)),
+        let mut next = Some(*guess);
+        while let Some(guess) = next.take() {
+            let fitted = match guess {
+                Guess::Orders(function) => fractional_control::identify(&function, &data),
+                Guess::Coefficients(function) => identify_coefficients(&function, &data),
+            };
+            match fitted {
+                Ok(identified) => {
+                    if matches!(guess, Guess::Coefficients(_)) {
+                        let coarser = (resolved(record) / identified.rms_residual).max(1.0);
+                        next = without_the_loosest(&identified, coarser).map(Guess::Coefficients);
+                    }
+                    found.push(judged(identified, record));
+                }
+                Err(error) => refused = refused.or(Some(error)),
+            }
         }
     }
     found.sort_by(|a, b| a.bic.total_cmp(&b.bic));
@@ -232,35 +310,61 @@ pub fn identify(
         let numbers = |found: &Found| found.identified.standard_errors.len();
         numbers(a) == numbers(b) && (a.bic - b.bic).abs() < 1e-6 * b.bic.abs()
     });
+    found.truncate(KEPT);
+    // Whole orders run exactly: of two that are as good they come first.
+    let best = found.first().map_or(0.0, |found| found.bic);
+    let whole = |found: &Found| found.is_whole() && found.bic <= best + AS_GOOD;
+    if let Some(place) = found.iter().position(whole) {
+        found[..=place].rotate_right(1);
+    }
     match refused {
         Some(error) if found.is_empty() => Err(error),
         _ => Ok(found),
     }
 }
 
-fn judged(identified: Identified, record: &InputOutput, held: bool) -> Result<Found, ControlError> {
-    let samples = record.output.len() as f64;
-    let largest = record
-        .output
-        .iter()
-        .fold(0.0, |most: f64, y| most.max(y.abs()));
-    // A model runs no better than this itself: what is less says nothing for one of them.
-    let rms = identified.rms_residual.max(EXACT * largest);
-    let numbers = identified.standard_errors.len() as f64;
-    let t = record.sample_time_s();
-    let mut input = record.input.clone();
-    if held {
-        // A hold is seen as the mean of its ends.
-        for n in (0..input.len()).rev() {
-            let last = if n > 0 { record.input[n - 1] } else { 0.0 };
-            input[n] = 0.5 * (record.input[n] + last);
-        }
+/// The function without the coefficient that the record determines least, if it does not determine it; standard errors count so many
+/// times.
+fn without_the_loosest(identified: &Identified, times: f64) -> Option<FractionalTransferFunction> {
+    let function = &identified.function;
+    let errors = identified.standard_errors.iter();
+    let (number, error) = errors.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    if error * times <= LOOSE {
+        return None;
     }
-    let memory = Memory::new(Rule::Bdf2, 1e-7, samples * t)?;
-    let model = respond(&identified.function, memory, Seconds(t), &input)?;
-    Ok(Found {
-        bic: 2.0 * samples * libm::log(rms) + numbers * libm::log(samples),
+    let mut above = function.numerator().terms().to_vec();
+    let mut below = function.denominator().terms().to_vec();
+    match *number {
+        FreeNumber::NumeratorCoefficient(n) => above.remove(n),
+        FreeNumber::DenominatorCoefficient(n) => below.remove(n),
+        _ => return None,
+    };
+    let fewer = FractionalTransferFunction::new(&above, &below).ok()?;
+    // As many zeros as poles would answer at once.
+    (fewer.numerator().degree() < fewer.denominator().degree()).then_some(fewer)
+}
+
+/// The Bayesian information criterion of so many free numbers.
+fn bic(record: &InputOutput, rms_residual: f64, numbers: f64) -> f64 {
+    let samples = record.output.len() as f64;
+    2.0 * samples * libm::log(rms_residual.max(resolved(record))) + numbers * libm::log(samples)
+}
+
+/// A model runs no better than this itself: what is less says nothing for one of them.
+fn resolved(record: &InputOutput) -> f64 {
+    let sizes = record.output.iter().map(|y| y.abs());
+    EXACT * sizes.fold(0.0, f64::max)
+}
+
+fn judged(identified: Identified, record: &InputOutput) -> Found {
+    let pairs = record.output.iter().zip(&identified.model);
+    let left: Vec<f64> = pairs.map(|(y, model)| y - model).collect();
+    let product = |lag: usize| -> f64 { left.iter().zip(&left[lag..]).map(|(a, b)| a * b).sum() };
+    let alike = product(1) / product(0);
+    let numbers = identified.standard_errors.len() as f64;
+    Found {
+        bic: bic(record, identified.rms_residual, numbers),
+        neighbours: if alike.is_finite() { alike } else { 0.0 },
         identified,
-        model,
-    })
+    }
 }

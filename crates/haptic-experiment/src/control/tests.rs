@@ -7,7 +7,8 @@ use super::run::{integer_baseline, run, run_plant, samples_for};
 use crate::controller_file::ControllerFile;
 use fracdiff::Seconds;
 use fractional_control::tuning::Specification;
-use fractional_control::{PidParameters, Plant};
+use fractional_control::{PidParameters, Plant, StateSpace};
+use nalgebra::{DMatrix, DVector, RowDVector};
 
 fn p(gain: f64, t: f64) -> ControllerFile {
     let gains = PidParameters {
@@ -30,20 +31,76 @@ fn the_reason_of_a_verdict_is_the_boundary_by_hand() {
     let Cause::GainTooHigh(at) = cause(16.0, "1/(s+1)^3") else {
         panic!("{:?}", cause(16.0, "1/(s+1)^3"));
     };
+    let edge = at.edge;
     assert!(
-        (at.value - 0.5).abs() < 2e-3 && (at.omega_rad_s - 3f64.sqrt()).abs() < 3e-3,
+        (edge.value - 0.5).abs() < 2e-3 && (edge.omega_rad_s - 3f64.sqrt()).abs() < 3e-3,
         "{at:?}"
     );
     let Cause::GainTooLow(at) = cause(0.25, "1/(s-1)") else {
         panic!("{:?}", cause(0.25, "1/(s-1)"));
     };
-    assert!((at.value - 4.0).abs() < 1e-2, "{at:?}");
+    assert!((at.edge.value - 4.0).abs() < 1e-2, "{at:?}");
     let Cause::DeadTime(at) = cause(2.0, "exp(-2s)/(s-1)") else {
         panic!("{:?}", cause(2.0, "exp(-2s)/(s-1)"));
     };
     let wanted = core::f64::consts::FRAC_PI_3 / 3f64.sqrt();
     assert!((at.value - wanted).abs() < 2e-3, "{at:?} {wanted}");
     assert_eq!(cause(2.0, "1/s^2"), Cause::Shape);
+}
+
+/// P on 1/(s + 1)^12 meets −1 at 1/cos(π/12)^12 = 1.516 and at 1/cos(π/4)^12 = 64: below 100 both.
+#[test]
+fn a_gain_beyond_another_one_is_found_too() {
+    let chain = StateSpace::new(
+        DMatrix::from_fn(12, 12, |row, column| match row.checked_sub(column) {
+            Some(0) => -1.0,
+            Some(1) => 1.0,
+            _ => 0.0,
+        }),
+        DVector::from_fn(12, |row, _| if row == 0 { 1.0 } else { 0.0 }),
+        RowDVector::from_fn(12, |_, column| if column == 11 { 1.0 } else { 0.0 }),
+    );
+    let chain = Plant::state_space(chain.expect("matrices"), 0.0).expect("a plant");
+    let cause = analyse(&p(100.0, 0.1), &chain).expect("a loop").cause;
+    let Cause::GainTooHigh(far) = cause else {
+        panic!("{cause:?}");
+    };
+    let wanted = 0.01 * (core::f64::consts::PI / 12.0).cos().powi(-12);
+    assert!((far.edge.value / wanted - 1.0).abs() < 0.01, "{far:?}");
+    assert_eq!(far.end, None);
+    let fast = |gain: f64| {
+        let file = p(gain, 1e-3);
+        analyse(&file, &plant("(s^2+2s+1)/(0.1s^4+s^3)"))
+            .expect("a loop")
+            .cause
+    };
+    // Hurwitz of 0.1s⁴ + s³ + ks² + 2ks + k: k·2k > 0.1·4k² + k, so 1.6k > 1.
+    let Cause::GainTooLow(low) = fast(0.1) else {
+        panic!("{:?}", fast(0.1));
+    };
+    assert!((low.edge.value - 6.25).abs() < 0.05, "{low:?}");
+}
+
+/// The memory of 200 s is the controller's of 1 ms; a loop of whole orders has none. 4(s + 1/1000)/s on 1/(1000s + 1) is 1/(250s).
+#[test]
+fn a_slow_loop_of_whole_orders_has_its_delay_margin() {
+    let own = |order: f64| PidParameters {
+        proportional: 4.0,
+        integral: 4e-3,
+        integral_order: order,
+        ..PidParameters::NONE
+    };
+    let of = |order: f64| {
+        let file = ControllerFile::new(own(order), Seconds(1e-3));
+        analyse(&file, &plant("1/(1000s+1)")).expect("a loop")
+    };
+    let whole = of(1.0).margins.delay_s.expect("whole").value;
+    assert!(
+        (whole / (125.0 * core::f64::consts::PI) - 1.0).abs() < 1e-5,
+        "{whole}"
+    );
+    // With s^0.9 what is slower than the memory is left out.
+    assert_eq!(of(0.9).margins.delay_s, None);
 }
 
 #[test]
@@ -121,7 +178,7 @@ fn a_record_with_a_dead_time_gives_its_plant_back() {
     };
     assert_eq!(record.check_times(), Ok(()));
     let delayed = shifted(&record, 0.25).expect("shorter");
-    let found = identify(&delayed, &candidates(&delayed), true).expect("found");
+    let found = identify(&delayed, &candidates(&delayed, true), true).expect("found");
     let best = &found[0].identified.function;
     let (above, below) = (best.numerator().terms(), best.denominator().terms());
     assert!((above[0].coefficient - 2.0).abs() < 0.02, "{best}");
@@ -150,7 +207,7 @@ fn growing(output: impl Fn(f64) -> f64) -> InputOutput {
 fn a_record_that_grows_gives_its_plant_back() {
     let found = |output: &dyn Fn(f64) -> f64| {
         let record = growing(output);
-        let found = identify(&record, &candidates(&record), true).expect("found");
+        let found = identify(&record, &candidates(&record, true), true).expect("found");
         found[0].identified.function
     };
     let unstable = found(&|t| t.exp_m1());
@@ -181,11 +238,43 @@ fn a_record_that_grows_gives_its_plant_back() {
     assert!((twice.denominator().lowest() - 2.0).abs() < 0.01, "{twice}");
 }
 
+/// Steps of b/(s² − 2rs + b), b = r² + 9: one grows, one swings long, one for ever. Noise may be a tenth of it.
+#[test]
+fn a_swing_gives_its_plant_back() {
+    for (rate, noise, poles) in [
+        (0.2, 0.0, Some(2)),
+        (-0.01, 0.0, Some(0)),
+        (0.0, 0.0, None),
+        (-0.1, 0.1, Some(0)),
+    ] {
+        let step =
+            |t: f64| 1.0 - f64::exp(rate * t) * ((3.0 * t).cos() - rate / 3.0 * (3.0 * t).sin());
+        let mut record = growing(|t| step(10.0 * t));
+        record.time_s.iter_mut().for_each(|t| *t *= 10.0);
+        // Numbers of a golden section, evenly spread.
+        for (n, y) in record.output.iter_mut().enumerate() {
+            *y += noise * ((n as f64 * 0.618_033_988_75 * (1.0 + n as f64 * 0.01)).fract() - 0.5);
+        }
+        let found = identify(&record, &candidates(&record, true), true).expect("found");
+        let best = &found[0].identified;
+        assert_eq!(best.function.unstable_poles(), poles, "{}", best.function);
+        assert_eq!(
+            best.function.denominator().lowest().to_bits(),
+            0f64.to_bits()
+        );
+        let b = rate * rate + 9.0;
+        let most = if noise > 0.0 { 0.02 } else { 1e-6 };
+        let stiff = best.function.denominator().terms()[0].coefficient;
+        assert!((stiff * b - 1.0).abs() < most, "{rate}: {}", best.function);
+        assert!(1.0 - best.fit < most, "{rate}: {}", best.fit);
+    }
+}
+
 /// A record that ends early is no record that grows: the slow plant stays the best.
 #[test]
 fn a_slow_plant_is_not_taken_for_one_that_adds_up() {
     let record = growing(|t| 1.0 - (-t / 3.0).exp());
-    let found = identify(&record, &candidates(&record), true).expect("found");
+    let found = identify(&record, &candidates(&record, true), true).expect("found");
     let best = &found[0].identified.function;
     assert_eq!(best.unstable_poles(), Some(0), "{best}");
     assert!(

@@ -1,24 +1,25 @@
 //! `control identify`: a fractional transfer function from a record of input and output.
 
+mod report;
+
+use self::report::{DIGITS, Report, rounded, with_digits};
 use super::draw::draw_identified;
-use super::print::{table, written};
 use super::words::{digits, refused};
 use crate::column;
 use crate::files::overwrite_acts;
-use crate::output::Output;
+use crate::output::{Output, warn};
 use crate::picture_file::{self, PictureFileError};
 use crate::quantity::Time;
 use crate::within::within;
 use clap::Args;
-use fractional_control::{FractionalTransferFunction, FreeNumber};
+use fractional_control::FractionalTransferFunction;
 use haptic_experiment::control::identification::{
-    Found, InputOutput, candidates, identify, shifted,
+    Found, Guess, InputOutput, candidates, identify, shifted,
 };
 use haptic_experiment::failure::Failure;
 use haptic_experiment::folder::write_text;
 use haptic_experiment::parameters;
 use haptic_experiment::plant_file::{PlantFile, PlantModel};
-use serde::Serialize;
 use std::fs::File;
 use std::path::PathBuf;
 
@@ -26,11 +27,12 @@ pub(super) const LONG_ABOUT: &str = "\
 Fits a fractional transfer function to a record of input and output that begins at rest: coefficients and orders together, by least squares \
 of the output, with the whole history. Writes a plant file that the other commands of control take.
 
-DATA is a CSV with a header; the time runs in equal steps. Without --model, functions of one and two powers of s are fitted, begun from the \
-record itself, and the one with the least BIC is taken; of a record that does not come to rest also functions that add up or grow. With --model the terms and the first values are yours.
+DATA is a CSV with a header; the time runs in equal steps. Without --model, functions of whole orders up to four poles are fitted, whether they \
+decay, swing, grow or add up, and functions of one and two powers of s with free orders, all begun from the record itself; the one with the least BIC is taken. With --model the terms and \
+the first values are yours. A warning says what the function leaves unexplained, and which numbers the record does not determine.
 
-JSON: function, delay_s, samples, sample_time_s, rms_residual, fit, bic, unstable_poles (null with one that neither grows nor decays), numbers[{name, value, standard_error}], candidates[{function, \
-rms_residual, bic}], plant_file, files.";
+JSON: function, delay_s, samples, sample_time_s, rms_residual, fit, bic, unstable_poles (null with one that neither grows nor decays), numbers[{name, value, standard_error, \
+determined}], candidates[{function, rms_residual, bic}] (the best six), plant_file, files, warnings.";
 
 /// Arguments of `control identify`.
 #[derive(Debug, Args)]
@@ -91,39 +93,6 @@ pub struct Arguments {
     overwrite: bool,
 }
 
-/// The result.
-#[derive(Serialize)]
-struct Report {
-    function: String,
-    delay_s: f64,
-    samples: usize,
-    sample_time_s: f64,
-    rms_residual: f64,
-    fit: f64,
-    bic: f64,
-    /// Null with a pole at s = 0 or on the imaginary axis.
-    unstable_poles: Option<usize>,
-    numbers: Vec<Number>,
-    candidates: Vec<Candidate>,
-    plant_file: Option<String>,
-    files: Vec<String>,
-}
-
-#[derive(Serialize)]
-struct Number {
-    name: String,
-    value: f64,
-    /// Null where the record says nothing.
-    standard_error: Option<f64>,
-}
-
-#[derive(Serialize)]
-struct Candidate {
-    function: String,
-    rms_residual: f64,
-    bic: f64,
-}
-
 impl Arguments {
     /// Runs the command.
     ///
@@ -139,9 +108,9 @@ impl Arguments {
                 let guess: FractionalTransferFunction = text.parse().map_err(|error| {
                     Failure::bad_input(format_args!("model \"{text}\": {error}; change --model"))
                 })?;
-                vec![guess]
+                vec![Guess::Orders(guess)]
             }
-            None => candidates(&delayed),
+            None => candidates(&delayed, !self.smooth),
         };
         let found = identify(&delayed, &guesses, !self.smooth).map_err(refused)?;
         let [best, ..] = &found[..] else {
@@ -149,8 +118,11 @@ impl Arguments {
                 "no function was found: give --model with other terms"
             )));
         };
-        let mut report = self.report(best, &found, &record);
+        let mut report = Report::new(&found, best, &record, self.delay.0);
         self.write(best, &record, &mut report)?;
+        for warning in &report.warnings {
+            warn(warning);
+        }
         output.summary(&report, |out| report.print(out))
     }
 
@@ -195,37 +167,6 @@ impl Arguments {
         Ok(record)
     }
 
-    fn report(&self, best: &Found, found: &[Found], record: &InputOutput) -> Report {
-        let own = &best.identified;
-        let numbers = own.standard_errors.iter().map(|(number, error)| {
-            let (name, value, absolute) = named(&own.function, *number);
-            Number {
-                name,
-                value,
-                standard_error: Some(error * absolute).filter(|error| error.is_finite()),
-            }
-        });
-        let candidates = found.iter().map(|found| Candidate {
-            function: with_digits(&found.identified.function, DIGITS).to_string(),
-            rms_residual: found.identified.rms_residual,
-            bic: found.bic,
-        });
-        Report {
-            function: with_digits(&own.function, DIGITS).to_string(),
-            delay_s: self.delay.0,
-            samples: record.time_s.len(),
-            sample_time_s: record.sample_time_s(),
-            rms_residual: own.rms_residual,
-            fit: own.fit,
-            bic: best.bic,
-            unstable_poles: own.function.unstable_poles(),
-            numbers: numbers.collect(),
-            candidates: candidates.collect(),
-            plant_file: None,
-            files: Vec::new(),
-        }
-    }
-
     fn write(
         &self,
         best: &Found,
@@ -255,7 +196,7 @@ impl Arguments {
             &record.time_s,
             &record.input,
             &record.output,
-            &best.model,
+            &best.identified.model,
             &rounded(&best.identified.function),
             &format!("{name} · {} samples", report.samples),
         );
@@ -265,134 +206,5 @@ impl Arguments {
         report.plant_file = Some(path.display().to_string());
         report.files.push(saved.shown().display().to_string());
         Ok(())
-    }
-}
-
-/// A number whose standard error is above this share of it is not determined.
-const LOOSE: f64 = 0.5;
-/// Digits of a plant file: more than any record has.
-const DIGITS: usize = 9;
-
-/// The function with numbers of five digits.
-fn rounded(function: &FractionalTransferFunction) -> String {
-    with_digits(function, 5).to_string()
-}
-
-/// The function with numbers of so many digits.
-fn with_digits(function: &FractionalTransferFunction, digits: usize) -> FractionalTransferFunction {
-    let few = |value: f64| format!("{value:.*e}", digits - 1).parse().unwrap_or(value);
-    let terms = |polynomial: &fractional_control::FractionalPolynomial| {
-        let terms = polynomial.terms().iter();
-        terms
-            .map(|term| fractional_control::Term::new(few(term.coefficient), few(term.order)))
-            .collect::<Vec<_>>()
-    };
-    let (above, below) = (terms(function.numerator()), terms(function.denominator()));
-    FractionalTransferFunction::new(&above, &below).unwrap_or(*function)
-}
-
-/// Name and value of a number, and the factor that makes its standard error absolute.
-fn named(function: &FractionalTransferFunction, number: FreeNumber) -> (String, f64, f64) {
-    let (above, below) = (function.numerator().terms(), function.denominator().terms());
-    let of = |part: &str, term: Option<&fractional_control::Term>, n: usize, is_order: bool| {
-        let (coefficient, order) = term.map_or((f64::NAN, f64::NAN), |t| (t.coefficient, t.order));
-        match is_order {
-            true => (format!("{part}_order_{}", n + 1), order, 1.0),
-            // Errors of coefficients are relative.
-            false => (
-                format!("{part}_coefficient_{}", n + 1),
-                coefficient,
-                coefficient.abs(),
-            ),
-        }
-    };
-    match number {
-        FreeNumber::NumeratorCoefficient(n) => of("numerator", above.get(n), n, false),
-        FreeNumber::NumeratorOrder(n) => of("numerator", above.get(n), n, true),
-        FreeNumber::DenominatorCoefficient(n) => of("denominator", below.get(n), n, false),
-        FreeNumber::DenominatorOrder(n) => of("denominator", below.get(n), n, true),
-        _ => ("number".to_owned(), f64::NAN, 1.0),
-    }
-}
-
-impl Report {
-    /// What to know of the function before it is used.
-    fn sentences(&self) -> Vec<String> {
-        let mut said = Vec::new();
-        match self.unstable_poles {
-            Some(0) => {}
-            Some(_) => said.push(
-                "The record grows: this plant does not hold itself. Close the loop with host-cli control design."
-                    .to_owned(),
-            ),
-            None => said.push(
-                "The record does not come to rest: this plant adds up what goes in. Close the loop with host-cli control design."
-                    .to_owned(),
-            ),
-        }
-        let loose = |number: &&Number| {
-            let error = number.standard_error.unwrap_or(f64::INFINITY);
-            error > LOOSE * number.value.abs()
-        };
-        let loose: Vec<&str> = (self.numbers.iter().filter(loose))
-            .map(|number| number.name.as_str())
-            .collect();
-        if !loose.is_empty() {
-            said.push(format!(
-                "The record does not determine {}: record for longer, or give --model with fewer terms.",
-                loose.join(", ")
-            ));
-        }
-        said
-    }
-
-    fn print(&self, out: &mut dyn std::io::Write) -> std::io::Result<()> {
-        let function: Result<FractionalTransferFunction, _> = self.function.parse();
-        let shown = function.map_or_else(|_| self.function.clone(), |function| rounded(&function));
-        let delay = match self.delay_s {
-            0.0 => String::new(),
-            delay => format!(", dead time {delay} s"),
-        };
-        writeln!(out, "{shown}{delay}")?;
-        writeln!(
-            out,
-            "{} samples, {} s apart; rms of what is left {}, {:.4} % of the variance",
-            self.samples,
-            digits(self.sample_time_s),
-            digits(self.rms_residual),
-            100.0 * (1.0 - self.fit)
-        )?;
-        if self.candidates.len() > 1 {
-            let mut rows = vec![["", "rms", "BIC"].map(str::to_owned).to_vec()];
-            for (n, candidate) in self.candidates.iter().enumerate() {
-                let mark = if n == 0 { "* " } else { "  " };
-                let function: Result<FractionalTransferFunction, _> = candidate.function.parse();
-                let function = function.map_or_else(
-                    |_| candidate.function.clone(),
-                    |function| rounded(&function),
-                );
-                rows.push(vec![
-                    format!("{mark}{function}"),
-                    digits(candidate.rms_residual),
-                    format!("{:.1}", candidate.bic),
-                ]);
-            }
-            table(out, &rows)?;
-        }
-        let mut rows = vec![
-            ["number", "value", "std. error"]
-                .map(str::to_owned)
-                .to_vec(),
-        ];
-        for number in &self.numbers {
-            let error = number.standard_error.map_or_else(|| "–".to_owned(), digits);
-            rows.push(vec![number.name.clone(), digits(number.value), error]);
-        }
-        table(out, &rows)?;
-        for sentence in self.sentences() {
-            writeln!(out, "{sentence}")?;
-        }
-        written(out, self.plant_file.as_slice())?;
-        written(out, &self.files)
     }
 }

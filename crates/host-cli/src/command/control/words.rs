@@ -2,7 +2,7 @@
 
 use crate::output::short;
 use fractional_control::{ControlError, Crossing, Margins};
-use haptic_experiment::control::analysis::{Cause, LoopAnalysis};
+use haptic_experiment::control::analysis::{Cause, LoopAnalysis, OtherGain};
 use haptic_experiment::controller_file::ControllerFile;
 use haptic_experiment::failure::Failure;
 
@@ -31,6 +31,20 @@ pub(super) fn in_degrees(error: &ControlError) -> String {
         }
         ControlError::Range(range) if range.what == "crossover" => {
             format!("{range}: give `crossover_rad_s`")
+        }
+        ControlError::Range(range) if range.what == "dead time" && range.unit == "samples" => {
+            format!(
+                "dead time of {} samples is not {}: lengthen `sample_time_s`, or shorten the dead time (`delay_s`, or that of the plant)",
+                range.value, range.allowed
+            )
+        }
+        ControlError::Range(range)
+            if range.what == "dead time" && range.allowed.contains("record") =>
+        {
+            format!("{range}: give a smaller `delay_s`")
+        }
+        ControlError::Range(range) if range.what == "samples of the record" => {
+            format!("{range}: record for longer, or give --model with fewer terms")
         }
         ControlError::Contradiction {
             first,
@@ -155,17 +169,23 @@ fn of_the_loop(analysis: &LoopAnalysis) -> String {
             "Not decided: the order {order} is next to {}, and a memory of samples cannot tell the two apart. Write the whole order.",
             order.round()
         ),
-        Cause::GainTooHigh(gain) => format!(
+        Cause::GainTooHigh(OtherGain { edge, end, .. }) => format!(
             "Unstable, and proved: {poles}, because the gain is too high. At {} rad/s the loop turns errors over and makes them {} times as large; \
-             below {} of the gain it is stable.",
-            at(&gain),
-            digits(1.0 / gain.value),
-            digits(gain.value)
+             {} of the gain it is stable.",
+            at(&edge),
+            digits(1.0 / edge.value),
+            end.map_or_else(
+                || format!("below {}", digits(edge.value)),
+                |end| format!("between {} and {}", digits(end), digits(edge.value))
+            )
         ),
-        Cause::GainTooLow(gain) => format!(
-            "Unstable, and proved: {poles}, because the gain is too low to hold the plant (at {} rad/s). Above {} times the gain it is stable.",
-            at(&gain),
-            digits(gain.value)
+        Cause::GainTooLow(OtherGain { edge, end, .. }) => format!(
+            "Unstable, and proved: {poles}, because the gain is too low to hold the plant (at {} rad/s). {} times the gain it is stable.",
+            at(&edge),
+            end.map_or_else(
+                || format!("Above {}", digits(edge.value)),
+                |end| format!("Between {} and {}", digits(edge.value), digits(end))
+            )
         ),
         Cause::DeadTime(delay) => format!(
             "Unstable, and proved: {poles}, because of the dead time. Without it the loop is stable, and up to {} s of it (at {} rad/s).",

@@ -76,6 +76,11 @@ fn bad_input_is_refused_in_one_line_with_the_remedy() {
             &["delay -1 s is not from 0 to 86400 s", "--delay"],
         ),
         (
+            "control analyze --plant 1/(s+1) --delay 100s --controller 2 --sample-time 1ms"
+                .to_owned(),
+            &["100000 samples", "10000", "--sample-time", "--delay"],
+        ),
+        (
             "control simulate --plant 1/(s-1) --duration 3s".to_owned(),
             &["does not decay", "controller"],
         ),
@@ -130,7 +135,11 @@ fn bad_input_is_refused_in_one_line_with_the_remedy() {
         ),
         (
             "control identify short.csv --output input".to_owned(),
-            &["samples of the record"],
+            &["samples of the record", "record for longer"],
+        ),
+        (
+            "control identify short.csv --output input --delay 9s".to_owned(),
+            &["dead time 9 s", "shorter than the record", "--delay"],
         ),
         (
             "control identify short.csv --out p.txt".to_owned(),

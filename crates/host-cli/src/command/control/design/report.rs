@@ -48,6 +48,8 @@ struct WishReport {
 struct TrialReport {
     /// None of an unstable loop: they would mean nothing.
     margins: Option<MarginReport>,
+    /// As in `analyze`.
+    coarse: Option<f64>,
     /// The gains of the plant, over the nominal one, between which it is proved stable.
     stable_gain_low: Option<f64>,
     stable_gain_high: Option<f64>,
@@ -113,6 +115,7 @@ fn row(name: WishName) -> Row {
 fn trial_report(trial: &Trial, t: f64) -> TrialReport {
     TrialReport {
         margins: (trial.verdict.stable).then(|| (&trial.margins).into()),
+        coarse: trial.coarse,
         stable_gain_low: trial.stable_gains.map(|[low, _]| low),
         stable_gain_high: trial.stable_gains.map(|[_, high]| high),
         robust: trial.is_robust(),

@@ -9,8 +9,12 @@ impl Report {
     pub(super) fn fragile(&self) -> Option<String> {
         let own = self.trial.as_ref().filter(|own| !own.robust)?;
         let (low, high) = own.stable_gain_low.zip(own.stable_gain_high)?;
+        let verdict = match own.coarse {
+            None => "proved stable",
+            Some(_) => "stable by the sampled model, not proved,",
+        };
         Some(format!(
-            "the sampled loop is proved stable only from {} to {} times the gain of the plant, not from half to double",
+            "the sampled loop is {verdict} only from {} to {} times the gain of the plant, not from half to double",
             three_digits(low),
             three_digits(high)
         ))
@@ -26,6 +30,29 @@ impl Report {
         }
     }
 
+    /// The verdict, and for which gains it is proved.
+    fn verdict(&self, own: &TrialReport) -> String {
+        match (self.stable, self.fragile()) {
+            (Some(true), None) if own.coarse.is_some() => {
+                format!(
+                    "Warning: the sampled model is stable for every gain of the plant from half to double, but that is no proof for the plant: \
+                     {}.",
+                    too_fast(own)
+                )
+            }
+            (Some(true), Some(fragile)) if own.coarse.is_some() => {
+                format!("Warning: {fragile}; that is no proof for the plant: {}. {}.", too_fast(own), self.sturdier())
+            }
+            (Some(true), None) => {
+                "The sampled loop is stable, and proved so for every gain of the plant from half to double.".to_owned()
+            }
+            (Some(true), Some(fragile)) => {
+                format!("Warning: {fragile}. {}.", self.sturdier())
+            }
+            _ => "The sampled loop is not stable.".to_owned(),
+        }
+    }
+
     /// The verdict and the comparison.
     pub(super) fn sentences(&self) -> Vec<String> {
         let Some(own) = &self.trial else {
@@ -36,15 +63,7 @@ impl Report {
             ];
         };
         let always = |trial: &TrialReport| trial.robust;
-        let mut said = vec![match (self.stable, self.fragile()) {
-            (Some(true), None) => {
-                "The sampled loop is stable, and proved so for every gain of the plant from half to double.".to_owned()
-            }
-            (Some(true), Some(fragile)) => {
-                format!("Warning: {fragile}. {}.", self.sturdier())
-            }
-            _ => "The sampled loop is not stable.".to_owned(),
-        }];
+        let mut said = vec![self.verdict(own)];
         let other = self.integer.as_ref().and_then(|other| other.trial.as_ref());
         match other {
             Some(other) if always(own) && always(other) => {
@@ -83,6 +102,14 @@ impl Report {
         }
         said
     }
+}
+
+/// Why the verdict of a loop is not that of its plant.
+fn too_fast(own: &TrialReport) -> String {
+    format!(
+        "the loop is too fast for the samples of this plant, whose orders are not whole; give a --sample-time {} times as short",
+        digits(own.coarse.unwrap_or(1.0))
+    )
 }
 
 /// One spread against another.

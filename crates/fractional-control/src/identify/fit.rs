@@ -1,0 +1,218 @@
+//! Model less record, as a problem of least squares.
+
+use super::{Free, FreeNumber, Record};
+use crate::{ControlError, FractionalTransferFunction, Memory, StateSpace, Term, respond};
+use levenberg_marquardt::LeastSquaresProblem;
+use nalgebra::storage::Owned;
+use nalgebra::{DMatrix, DVector, Dyn};
+use std::vec::Vec;
+
+pub(super) struct Fit<'a> {
+    guess: FractionalTransferFunction,
+    freedom: Free,
+    free: Vec<FreeNumber>,
+    parameters: DVector<f64>,
+    memory: Memory,
+    record: &'a Record<'a>,
+    /// What a rule is fed with.
+    seen: Vec<f64>,
+}
+
+/// An order; of a coefficient the logarithm of its size, or what it is times the size of its guess.
+fn value(function: &FractionalTransferFunction, freedom: Free, number: FreeNumber) -> f64 {
+    let (above, below) = (function.numerator().terms(), function.denominator().terms());
+    let coefficient = |term: &Term| match freedom {
+        Free::All => libm::log(term.coefficient.abs()),
+        Free::Coefficients => term.coefficient.signum(),
+    };
+    match number {
+        FreeNumber::NumeratorCoefficient(n) => coefficient(&above[n]),
+        FreeNumber::NumeratorOrder(n) => above[n].order,
+        FreeNumber::DenominatorCoefficient(n) => coefficient(&below[n]),
+        FreeNumber::DenominatorOrder(n) => below[n].order,
+    }
+}
+
+/// Step of a central difference, of orders and logarithms alike.
+const STEP: f64 = 1e-5;
+/// Orders nearer than this to a whole number are that number: no record tells them apart, and a plant of whole orders is sampled exactly.
+const WHOLE: f64 = 1e-4;
+
+pub(super) fn settled(
+    found: &FractionalTransferFunction,
+) -> Result<FractionalTransferFunction, ControlError> {
+    let whole = |terms: &[Term]| -> Vec<Term> {
+        let settle = |term: &Term| {
+            let nearest = libm::round(term.order);
+            let is_near = (term.order - nearest).abs() < WHOLE;
+            Term::new(term.coefficient, if is_near { nearest } else { term.order })
+        };
+        terms.iter().map(settle).collect()
+    };
+    FractionalTransferFunction::new(
+        &whole(found.numerator().terms()),
+        &whole(found.denominator().terms()),
+    )
+}
+
+/// A residual where there is no model, in units of the largest output.
+const NONE: f64 = 1e3;
+
+impl<'a> Fit<'a> {
+    pub(super) fn new(
+        guess: FractionalTransferFunction,
+        (freedom, free): (Free, Vec<FreeNumber>),
+        memory: Memory,
+        record: &'a Record<'a>,
+    ) -> Self {
+        let input = record.input;
+        let mut seen = input.to_vec();
+        if record.held {
+            // What a hold does between two samples.
+            for n in (0..input.len()).rev() {
+                seen[n] = 0.5 * (input[n] + n.checked_sub(1).map_or(0.0, |last| input[last]));
+            }
+        }
+        let begin = free.iter().map(|number| value(&guess, freedom, *number));
+        Self {
+            parameters: DVector::from_iterator(free.len(), begin),
+            guess,
+            freedom,
+            free,
+            memory,
+            record,
+            seen,
+        }
+    }
+
+    /// The output of a function for the input of the record: exactly where its orders are whole and stay so, else by the rule.
+    pub(super) fn model(
+        &self,
+        function: &FractionalTransferFunction,
+    ) -> Result<Vec<f64>, ControlError> {
+        let Record {
+            sample_time,
+            input,
+            held,
+            ..
+        } = *self.record;
+        let exact = (self.freedom == Free::Coefficients)
+            .then(|| {
+                StateSpace::of_function(function)?
+                    .respond(sample_time.0, input, held)
+                    .ok()
+            })
+            .flatten();
+        match exact {
+            Some(model) => Ok(model),
+            None => respond(function, self.memory, sample_time, &self.seen),
+        }
+    }
+
+    pub(super) fn function(&self) -> Result<FractionalTransferFunction, ControlError> {
+        self.with(&self.parameters)
+    }
+
+    fn with(&self, parameters: &DVector<f64>) -> Result<FractionalTransferFunction, ControlError> {
+        let mut above = self.guess.numerator().terms().to_vec();
+        let mut below = self.guess.denominator().terms().to_vec();
+        let coefficient = |term: &mut Term, x: f64| {
+            let own = term.coefficient;
+            term.coefficient = match self.freedom {
+                Free::All => libm::exp(x) * own.signum(),
+                Free::Coefficients => x * own.abs(),
+            };
+        };
+        for (number, x) in self.free.iter().zip(parameters.iter()) {
+            match *number {
+                FreeNumber::NumeratorCoefficient(n) => coefficient(&mut above[n], *x),
+                FreeNumber::NumeratorOrder(n) => above[n].order = *x,
+                FreeNumber::DenominatorCoefficient(n) => coefficient(&mut below[n], *x),
+                FreeNumber::DenominatorOrder(n) => below[n].order = *x,
+            }
+        }
+        FractionalTransferFunction::new(&above, &below)
+    }
+
+    /// Model less record.
+    fn left(&self, parameters: &DVector<f64>) -> DVector<f64> {
+        let largest = self
+            .record
+            .output
+            .iter()
+            .fold(0.0, |most: f64, y| most.max(y.abs()));
+        let limit = NONE * largest;
+        let model = self
+            .with(parameters)
+            .and_then(|function| self.model(&function));
+        let output = self.record.output;
+        match model {
+            Ok(model) => {
+                let pairs = model.iter().zip(output);
+                // An unstable model overflows.
+                let left = pairs.map(|(have, want)| (have - want).clamp(-limit, limit));
+                let left = left.map(|left| if left.is_finite() { left } else { limit });
+                DVector::from_iterator(output.len(), left)
+            }
+            Err(_) => DVector::from_element(output.len(), limit),
+        }
+    }
+
+    fn slopes(&self) -> DMatrix<f64> {
+        let mut slopes = DMatrix::zeros(self.record.output.len(), self.free.len());
+        for column in 0..self.free.len() {
+            let moved = |step: f64| {
+                let mut parameters = self.parameters.clone();
+                parameters[column] += step;
+                self.left(&parameters)
+            };
+            let slope = (moved(STEP) - moved(-STEP)) / (2.0 * STEP);
+            slopes.set_column(column, &slope);
+        }
+        slopes
+    }
+
+    /// √ of the diagonal of σ²(JᵀJ)⁻¹; infinite where the record says nothing.
+    pub(super) fn errors(&self, left: f64) -> Vec<(FreeNumber, f64)> {
+        let slopes = self.slopes();
+        let free = self.free.len();
+        let scale = left / (self.record.output.len() - free) as f64;
+        let inverse = (slopes.transpose() * &slopes).try_inverse();
+        let error = |n: usize| match &inverse {
+            Some(inverse) => libm::sqrt((inverse[(n, n)] * scale).max(0.0)),
+            None => f64::INFINITY,
+        };
+        // Of a logarithm the error is relative; of a multiple of the guess it is made so.
+        let share = |n: usize| match self.freedom {
+            Free::All => error(n),
+            Free::Coefficients => error(n) / self.parameters[n].abs(),
+        };
+        self.free
+            .iter()
+            .enumerate()
+            .map(|(n, number)| (*number, share(n)))
+            .collect()
+    }
+}
+
+impl LeastSquaresProblem<f64, Dyn, Dyn> for Fit<'_> {
+    type ResidualStorage = Owned<f64, Dyn>;
+    type JacobianStorage = Owned<f64, Dyn, Dyn>;
+    type ParameterStorage = Owned<f64, Dyn>;
+
+    fn set_params(&mut self, parameters: &DVector<f64>) {
+        self.parameters.copy_from(parameters);
+    }
+
+    fn params(&self) -> DVector<f64> {
+        self.parameters.clone()
+    }
+
+    fn residuals(&self) -> Option<DVector<f64>> {
+        Some(self.left(&self.parameters))
+    }
+
+    fn jacobian(&self) -> Option<DMatrix<f64>> {
+        Some(self.slopes())
+    }
+}

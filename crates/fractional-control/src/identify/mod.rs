@@ -1,0 +1,209 @@
+//! A fractional transfer function from a record of input and output.
+
+mod fit;
+mod whole;
+
+use self::fit::{Fit, settled};
+use crate::{ControlError, FractionalTransferFunction, Memory, Rule};
+use fracdiff::Seconds;
+use fracdiff::parameter::{positive, range};
+use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
+use std::vec::Vec;
+pub use whole::{WholeGuess, WholeShape, whole_guess};
+
+/// A record: input and output at the same instants, T apart, from rest.
+#[derive(Clone, Copy, Debug)]
+pub struct Record<'a> {
+    /// T.
+    pub sample_time: Seconds,
+    /// u, one a sample.
+    pub input: &'a [f64],
+    /// y, one a sample.
+    pub output: &'a [f64],
+    /// True if u is a command that was held from its sample to the next, as in a step; false for a smooth signal that was sampled.
+    pub held: bool,
+}
+
+/// A function that was found, and how well it fits.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Identified {
+    /// The function.
+    pub function: FractionalTransferFunction,
+    /// Root mean square of what is left, in the unit of y.
+    pub rms_residual: f64,
+    /// 1 less the share of the variance of y that is left.
+    pub fit: f64,
+    /// Its output for the input of the record.
+    pub model: Vec<f64>,
+    /// Standard errors of the free numbers, in the order of [`FreeNumber`]s.
+    pub standard_errors: Vec<(FreeNumber, f64)>,
+}
+
+/// A number of the function that was free.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum FreeNumber {
+    /// Coefficient of the n-th term of the numerator, highest order first; the error is relative.
+    NumeratorCoefficient(usize),
+    /// Its order.
+    NumeratorOrder(usize),
+    /// Coefficient of the n-th term of the denominator; the error is relative.
+    DenominatorCoefficient(usize),
+    /// Its order.
+    DenominatorOrder(usize),
+}
+
+/// Fits the coefficients and orders of a function to a record by least squares, from a first guess.
+///
+/// The guess sets the terms and the signs of their coefficients. Of the denominator the last coefficient stays, or function and gain would
+/// not be told apart; orders that are 0 stay 0. Output error: the model is run over the whole record, with its full
+/// history.
+///
+/// - *Cost*: some hundred runs over the record. *Accuracy*: of second order in T, so sample at a twentieth of the fastest time constant.
+///
+/// ```
+/// use fracdiff::Seconds;
+/// use fractional_control::{FractionalTransferFunction, Memory, Record, Rule, identify, step_response};
+///
+/// let truth: FractionalTransferFunction = "2/(0.8s^1.3+1)".parse()?;
+/// let t = Seconds(0.05);
+/// let y = step_response(&truth, Memory::new(Rule::Bdf2, 1e-8, 10.0)?, t, 200)?;
+/// let record = Record { sample_time: t, input: &[1.0; 200], output: &y, held: true };
+/// let found = identify(&"1/(s+1)".parse()?, &record)?;
+/// assert!((found.function.denominator().degree() - 1.3).abs() < 1e-4);
+/// # Ok::<(), fractional_control::ControlError>(())
+/// ```
+/// # Errors
+/// Records of different lengths, shorter than the free numbers, not finite, or without any output; a search that fails.
+pub fn identify(
+    guess: &FractionalTransferFunction,
+    record: &Record<'_>,
+) -> Result<Identified, ControlError> {
+    searched(guess, record, Free::All)
+}
+
+/// The same with the orders as they are: only the coefficients are free, and may change their signs.
+///
+/// A function of whole orders, more of them below than above, runs exactly, so poles that are fast for the samples, swing long or grow are no
+/// trouble. [`whole_guess`] finds a first guess.
+///
+/// ```
+/// use fracdiff::Seconds;
+/// use fractional_control::{Record, identify_coefficients};
+///
+/// // 1/(s − 1), begun from a plant that decays.
+/// let y: Vec<f64> = (0..200).map(|n| (0.01 * f64::from(n)).exp_m1()).collect();
+/// let record = Record { sample_time: Seconds(0.01), input: &[1.0; 200], output: &y, held: true };
+/// let found = identify_coefficients(&"1/(s+0.1)".parse()?, &record)?;
+/// assert_eq!(found.function.unstable_poles(), Some(1));
+/// # Ok::<(), fractional_control::ControlError>(())
+/// ```
+/// # Errors
+/// As [`identify`].
+pub fn identify_coefficients(
+    guess: &FractionalTransferFunction,
+    record: &Record<'_>,
+) -> Result<Identified, ControlError> {
+    searched(guess, record, Free::Coefficients)
+}
+
+/// The numbers of a function that a fit may change.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Free {
+    /// Coefficients, of which signs stay, and orders that are not 0.
+    All,
+    /// Coefficients and their signs.
+    Coefficients,
+}
+
+fn searched(
+    guess: &FractionalTransferFunction,
+    record: &Record<'_>,
+    freedom: Free,
+) -> Result<Identified, ControlError> {
+    let free = free_numbers(guess, freedom);
+    check(record, free.len())?;
+    let horizon = record.input.len() as f64 * record.sample_time.0;
+    let memory = Memory::new(Rule::Bdf2, 1e-7, horizon)?;
+    let problem = Fit::new(*guess, (freedom, free), memory, record);
+    let (problem, report) = LevenbergMarquardt::new()
+        .with_patience(30)
+        .minimize(problem);
+    let residuals = problem
+        .residuals()
+        .filter(|_| !report.termination.was_usage_issue());
+    let unfit = ControlError::NotFound {
+        what: "a function that fits the record",
+        why: "begin from another guess, nearer in gain and time constant, or with other terms",
+    };
+    let residuals = residuals.ok_or(unfit)?;
+    let function = problem.function().and_then(|found| settled(&found));
+    let function = function.map_err(|_| unfit)?;
+    let samples = record.output.len() as f64;
+    let mean = record.output.iter().sum::<f64>() / samples;
+    let variance: f64 = record.output.iter().map(|y| (y - mean) * (y - mean)).sum();
+    let left = residuals.norm_squared();
+    if left.is_nan() || left >= variance {
+        return Err(unfit);
+    }
+    Ok(Identified {
+        rms_residual: libm::sqrt(left / samples),
+        fit: 1.0 - left / variance,
+        standard_errors: problem.errors(left),
+        model: problem.model(&function)?,
+        function,
+    })
+}
+
+fn check(record: &Record<'_>, free: usize) -> Result<(), ControlError> {
+    positive("sample time", record.sample_time.0, "s")?;
+    let (inputs, outputs) = (record.input.len() as f64, record.output.len() as f64);
+    let same = record.input.len() == record.output.len();
+    range(
+        "samples of the output",
+        outputs,
+        same,
+        "as many as of the input",
+        "",
+    )?;
+    let enough = record.input.len() > 2 * free;
+    range(
+        "samples of the record",
+        inputs,
+        enough,
+        "more than twice the free numbers",
+        "",
+    )?;
+    for sample in record.input.iter().chain(record.output) {
+        range("sample of the record", *sample, true, "finite", "")?;
+    }
+    let largest = record
+        .output
+        .iter()
+        .fold(0.0, |most: f64, y| most.max(y.abs()));
+    positive("largest output of the record", largest, "")?;
+    Ok(())
+}
+
+/// All but the last coefficient of the denominator, and orders of 0.
+fn free_numbers(guess: &FractionalTransferFunction, freedom: Free) -> Vec<FreeNumber> {
+    let mut free = Vec::new();
+    let is_free = |order: f64| order > 0.0 && freedom == Free::All;
+    for (n, term) in guess.numerator().terms().iter().enumerate() {
+        free.push(FreeNumber::NumeratorCoefficient(n));
+        if is_free(term.order) {
+            free.push(FreeNumber::NumeratorOrder(n));
+        }
+    }
+    let terms = guess.denominator().terms();
+    for (n, term) in terms.iter().enumerate() {
+        if n + 1 < terms.len() {
+            free.push(FreeNumber::DenominatorCoefficient(n));
+        }
+        if is_free(term.order) {
+            free.push(FreeNumber::DenominatorOrder(n));
+        }
+    }
+    free
+}

@@ -1,0 +1,275 @@
+//! First guesses of whole orders: poles by linear least squares, zeros by linear least squares after them.
+
+use super::Record;
+use crate::poles::roots;
+use crate::{FractionalTransferFunction, StateSpace, Term};
+use nalgebra::{DMatrix, DVector, RowDVector};
+use num_complex::Complex;
+use std::vec;
+use std::vec::Vec;
+
+/// Poles, zeros and integrators of a function of whole orders: at most 4, fewer than the poles, and among the poles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WholeShape {
+    /// Poles, the integrators included.
+    pub poles: usize,
+    /// Zeros.
+    pub zeros: usize,
+    /// Poles at s = 0.
+    pub integrators: usize,
+}
+
+/// A first guess, and what it leaves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct WholeGuess {
+    /// The function.
+    pub function: FractionalTransferFunction,
+    /// Root mean square of what it leaves of the record, in the unit of y.
+    pub rms_residual: f64,
+}
+
+/// From one filter to the next.
+const FASTER: f64 = 4.0;
+/// Times the filter is replaced by the poles that were found with it.
+const ROUNDS: usize = 4;
+
+/// A function of whole orders that comes near a record, for [`identify_coefficients`](super::identify_coefficients) to begin from; `None`
+/// where the record gives none.
+///
+/// ```text
+/// A(s)·y/F(s) = B(s)·u/F(s):   linear in the coefficients of A and B, for any filter 1/F;   F = (s + λ)^n, then F = A, four times
+/// ```
+/// Several λ are tried, from the length of the record to its samples, and the poles of the samples themselves; the guess is what leaves least when it is
+/// run. So poles that swing long, grow, or are as fast as the samples are found.
+///
+/// - *Cost*: some ten passes over the record. *Source*: of the rounds, K. Steiglitz and L. E. McBride, *A technique for the identification of
+///   linear systems*, IEEE Trans. Automatic Control 10(4), 1965; of filters in continuous time, P. C. Young, *Recursive estimation and
+///   time-series analysis*, 2011.
+///
+/// ```
+/// use fracdiff::Seconds;
+/// use fractional_control::{Record, WholeShape, whole_guess};
+///
+/// // A swing that grows: the step of 9.04/(s² − 0.4s + 9.04).
+/// let step = |t: f64| 1.0 - f64::exp(0.2 * t) * ((3.0 * t).cos() - 0.2 / 3.0 * (3.0 * t).sin());
+/// let y: Vec<f64> = (0..1000).map(|n| step(0.02 * f64::from(n))).collect();
+/// let record = Record { sample_time: Seconds(0.02), input: &[1.0; 1000], output: &y, held: true };
+/// let guess = whole_guess(&record, WholeShape { poles: 2, zeros: 0, integrators: 0 }).expect("found");
+/// assert_eq!(guess.function.unstable_poles(), Some(2));
+/// ```
+#[must_use]
+pub fn whole_guess(record: &Record<'_>, shape: WholeShape) -> Option<WholeGuess> {
+    let WholeShape {
+        poles,
+        zeros,
+        integrators,
+    } = shape;
+    let samples = record.output.len();
+    let fits = (1..=4).contains(&poles) && zeros < poles && integrators <= poles;
+    if !fits || samples < 4 * (poles + zeros + 1) || samples != record.input.len() {
+        return None;
+    }
+    let t = record.sample_time.0;
+    let mut best: Option<Guess> = None;
+    let mut rate = 2.0 / (samples as f64 * t);
+    while rate * t < 0.5 {
+        let filter = binomial(poles);
+        tried(record, shape, rate, filter, &mut best);
+        rate *= FASTER;
+    }
+    if let Some(poles) = of_samples(record, shape) {
+        tried(record, shape, 1.0 / t, poles, &mut best);
+    }
+    let best = best?;
+    Some(WholeGuess {
+        function: best.function()?,
+        rms_residual: libm::sqrt(best.left / samples as f64),
+    })
+}
+
+/// A function in units of time 1/rate, coefficients of s⁰ first; that of the highest power below is 1.
+struct Guess {
+    rate: f64,
+    below: Vec<f64>,
+    above: Vec<f64>,
+    /// Σ of squares that it leaves.
+    left: f64,
+}
+
+impl Guess {
+    fn function(&self) -> Option<FractionalTransferFunction> {
+        let lowest = self.below.iter().position(|a| *a != 0.0)?;
+        let unit = self.below[lowest].abs() * libm::pow(self.rate, -(lowest as f64));
+        let terms = |coefficients: &[f64]| -> Vec<Term> {
+            let terms = coefficients.iter().enumerate().filter(|(_, c)| **c != 0.0);
+            terms
+                .map(|(k, c)| Term::new(c * libm::pow(self.rate, -(k as f64)) / unit, k as f64))
+                .collect()
+        };
+        FractionalTransferFunction::new(&terms(&self.above), &terms(&self.below)).ok()
+    }
+}
+
+/// (s + 1)^n.
+fn binomial(n: usize) -> Vec<f64> {
+    let mut row = vec![1.0];
+    for _ in 0..n {
+        let shifted = core::iter::once(&0.0).chain(&row);
+        let kept = row.iter().chain(core::iter::once(&0.0));
+        row = shifted.zip(kept).map(|(a, b)| a + b).collect();
+    }
+    row
+}
+
+/// Replaces the poles by those that are found through them, and keeps what leaves least.
+fn tried(
+    record: &Record<'_>,
+    shape: WholeShape,
+    rate: f64,
+    mut below: Vec<f64>,
+    best: &mut Option<Guess>,
+) {
+    for round in 0..=ROUNDS {
+        // The first filter is none of the guesses, unless it is of the samples.
+        if let Some(guess) = run(record, shape, rate, &below)
+            && best.as_ref().is_none_or(|best| guess.left < best.left)
+        {
+            *best = Some(guess);
+        }
+        if round == ROUNDS {
+            return;
+        }
+        match regressed(record, shape, rate, &below) {
+            Some(next) => below = next,
+            None => return,
+        }
+    }
+}
+
+/// The zeros for these poles, and what they leave.
+fn run(record: &Record<'_>, shape: WholeShape, rate: f64, below: &[f64]) -> Option<Guess> {
+    let input = filtered(
+        below,
+        rate * record.sample_time.0,
+        record.input,
+        record.held,
+    )?;
+    let columns = input.columns(0, shape.zeros + 1).into_owned();
+    let output = DVector::from_column_slice(record.output);
+    let above = solved(columns.clone(), output.clone())?;
+    let left = (columns * &above - output).norm_squared();
+    left.is_finite().then(|| Guess {
+        rate,
+        below: below.to_vec(),
+        above: above.iter().copied().collect(),
+        left,
+    })
+}
+
+/// The poles that make A·y/F nearest to B·u/F.
+fn regressed(
+    record: &Record<'_>,
+    shape: WholeShape,
+    rate: f64,
+    filter: &[f64],
+) -> Option<Vec<f64>> {
+    let WholeShape {
+        poles,
+        zeros,
+        integrators,
+    } = shape;
+    let t = rate * record.sample_time.0;
+    let output = filtered(filter, t, record.output, false)?;
+    let input = filtered(filter, t, record.input, record.held)?;
+    let free = poles - integrators;
+    let matrix = DMatrix::from_fn(
+        record.output.len(),
+        free + zeros + 1,
+        |row, column| match column.checked_sub(free) {
+            None => -output[(row, integrators + column)],
+            Some(k) => input[(row, k)],
+        },
+    );
+    let found = solved(matrix, output.column(poles).into_owned())?;
+    let mut below = vec![0.0; poles + 1];
+    below[integrators..poles].copy_from_slice(&found.as_slice()[..free]);
+    below[poles] = 1.0;
+    Some(below)
+}
+
+/// The poles of y\[k\] + `Σ α_j y[k−j]` = `Σ β_j u[k−j]`, in units of the sample time; `None` where one of them is none of a function.
+fn of_samples(record: &Record<'_>, shape: WholeShape) -> Option<Vec<f64>> {
+    let (n, rows) = (shape.poles, record.output.len() - shape.poles);
+    let matrix = DMatrix::from_fn(rows, 2 * n, |row, column| match column.checked_sub(n) {
+        None => -record.output[row + n - 1 - column],
+        Some(lag) => record.input[row + n - 1 - lag],
+    });
+    let found = solved(matrix, DVector::from_column_slice(&record.output[n..]))?;
+    // z^n + α₁z^(n−1) + …, of z⁰ first.
+    let mut in_z: Vec<f64> = found.iter().take(n).rev().copied().collect();
+    in_z.push(1.0);
+    let mut below = vec![Complex::new(1.0, 0.0)];
+    for z in roots(&in_z) {
+        let is_power = z.im != 0.0 || z.re > 0.0;
+        let s = is_power.then(|| z.ln())?;
+        let zero = Complex::new(0.0, 0.0);
+        let shifted = core::iter::once(&zero).chain(&below);
+        let kept = below.iter().chain(core::iter::once(&zero));
+        below = shifted.zip(kept).map(|(a, b)| a - b * s).collect();
+    }
+    let mut below: Vec<f64> = below.iter().map(|c| c.re).collect();
+    below[..shape.integrators].fill(0.0);
+    below.iter().all(|c| c.is_finite()).then_some(below)
+}
+
+/// s^k/F of a signal for k = 0 to n, one row a sample: held between samples, or in straight lines.
+fn filtered(below: &[f64], t: f64, signal: &[f64], held: bool) -> Option<DMatrix<f64>> {
+    let n = below.len() - 1;
+    let mut a = DMatrix::zeros(n, n);
+    for row in 1..n {
+        a[(row - 1, row)] = 1.0;
+    }
+    for (column, coefficient) in below[..n].iter().enumerate() {
+        a[(n - 1, column)] = -coefficient;
+    }
+    let mut b = DVector::zeros(n);
+    b[n - 1] = 1.0;
+    let filter = StateSpace::new(a, b, RowDVector::zeros(n)).ok()?;
+    let mut all = DMatrix::zeros(signal.len(), n + 1);
+    let ran = filter.run(t, signal, held, |row, x| {
+        let mut highest = signal[row];
+        for (k, coefficient) in below[..n].iter().enumerate() {
+            all[(row, k)] = x[k];
+            highest -= coefficient * x[k];
+        }
+        all[(row, n)] = highest;
+    });
+    ran.ok()?;
+    all.iter().all(|value| value.is_finite()).then_some(all)
+}
+
+/// Least squares, the columns brought to one length.
+fn solved(mut matrix: DMatrix<f64>, mut wanted: DVector<f64>) -> Option<DVector<f64>> {
+    let count = matrix.ncols();
+    let mut lengths = Vec::with_capacity(count);
+    for mut column in matrix.column_iter_mut() {
+        let length = column.norm();
+        if length == 0.0 || !length.is_finite() {
+            return None;
+        }
+        column /= length;
+        lengths.push(length);
+    }
+    let qr = matrix.qr();
+    qr.q_tr_mul(&mut wanted);
+    let mut found = wanted.rows(0, count).into_owned();
+    if !qr.unpack_r().solve_upper_triangular_mut(&mut found) {
+        return None;
+    }
+    found
+        .iter_mut()
+        .zip(lengths)
+        .for_each(|(x, length)| *x /= length);
+    found.iter().all(|x| x.is_finite()).then_some(found)
+}

@@ -1,0 +1,247 @@
+//! The function that was found, for programs and for people.
+
+use super::super::print::{table, written};
+use super::super::words::digits;
+use fractional_control::{FractionalTransferFunction, FreeNumber};
+use haptic_experiment::control::identification::{Found, InputOutput};
+use serde::Serialize;
+
+/// The result.
+#[derive(Serialize)]
+pub(super) struct Report {
+    function: String,
+    delay_s: f64,
+    pub(super) samples: usize,
+    sample_time_s: f64,
+    pub(super) rms_residual: f64,
+    fit: f64,
+    bic: f64,
+    /// Null with a pole at s = 0 or on the imaginary axis.
+    unstable_poles: Option<usize>,
+    numbers: Vec<Number>,
+    candidates: Vec<Candidate>,
+    pub(super) plant_file: Option<String>,
+    pub(super) files: Vec<String>,
+    pub(super) warnings: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct Number {
+    name: String,
+    value: f64,
+    /// Null where the record says nothing.
+    standard_error: Option<f64>,
+    /// The error is at most half of the value.
+    determined: bool,
+}
+
+#[derive(Serialize)]
+struct Candidate {
+    function: String,
+    rms_residual: f64,
+    bic: f64,
+}
+
+/// A number whose standard error is above this share of it is not determined.
+const LOOSE: f64 = 0.5;
+/// A share of the variance that no useful function leaves, and one that only noise may.
+const MUCH: f64 = 0.05;
+const SOME: f64 = 0.001;
+/// Of a function that explains less than this nothing more is said.
+const LEAST: f64 = 0.5;
+/// Neighbouring samples that are so much alike are no white noise.
+const ALIKE: f64 = 0.3;
+/// Digits of a plant file: more than any record has.
+pub(super) const DIGITS: usize = 9;
+
+/// The function with numbers of five digits.
+pub(super) fn rounded(function: &FractionalTransferFunction) -> String {
+    with_digits(function, 5).to_string()
+}
+
+/// The function with numbers of so many digits.
+pub(super) fn with_digits(
+    function: &FractionalTransferFunction,
+    digits: usize,
+) -> FractionalTransferFunction {
+    let few = |value: f64| format!("{value:.*e}", digits - 1).parse().unwrap_or(value);
+    let terms = |polynomial: &fractional_control::FractionalPolynomial| {
+        let terms = polynomial.terms().iter();
+        terms
+            .map(|term| fractional_control::Term::new(few(term.coefficient), few(term.order)))
+            .collect::<Vec<_>>()
+    };
+    let (above, below) = (terms(function.numerator()), terms(function.denominator()));
+    FractionalTransferFunction::new(&above, &below).unwrap_or(*function)
+}
+
+/// Name and value of a number, and the factor that makes its standard error absolute.
+fn named(function: &FractionalTransferFunction, number: FreeNumber) -> (String, f64, f64) {
+    let (above, below) = (function.numerator().terms(), function.denominator().terms());
+    let of = |part: &str, term: Option<&fractional_control::Term>, n: usize, is_order: bool| {
+        let (coefficient, order) = term.map_or((f64::NAN, f64::NAN), |t| (t.coefficient, t.order));
+        match is_order {
+            true => (format!("{part}_order_{}", n + 1), order, 1.0),
+            // Errors of coefficients are relative.
+            false => (
+                format!("{part}_coefficient_{}", n + 1),
+                coefficient,
+                coefficient.abs(),
+            ),
+        }
+    };
+    match number {
+        FreeNumber::NumeratorCoefficient(n) => of("numerator", above.get(n), n, false),
+        FreeNumber::NumeratorOrder(n) => of("numerator", above.get(n), n, true),
+        FreeNumber::DenominatorCoefficient(n) => of("denominator", below.get(n), n, false),
+        FreeNumber::DenominatorOrder(n) => of("denominator", below.get(n), n, true),
+        _ => ("number".to_owned(), f64::NAN, 1.0),
+    }
+}
+
+impl Report {
+    pub(super) fn new(found: &[Found], best: &Found, record: &InputOutput, delay_s: f64) -> Self {
+        let own = &best.identified;
+        let numbers = own.standard_errors.iter().map(|(number, error)| {
+            let (name, value, absolute) = named(&own.function, *number);
+            let error = error * absolute;
+            Number {
+                name,
+                value,
+                standard_error: Some(error).filter(|error| error.is_finite()),
+                determined: error <= LOOSE * value.abs(),
+            }
+        });
+        let candidates = found.iter().map(|found| Candidate {
+            function: with_digits(&found.identified.function, DIGITS).to_string(),
+            rms_residual: found.identified.rms_residual,
+            bic: found.bic,
+        });
+        let mut report = Self {
+            function: with_digits(&own.function, DIGITS).to_string(),
+            delay_s,
+            samples: record.time_s.len(),
+            sample_time_s: record.sample_time_s(),
+            rms_residual: own.rms_residual,
+            fit: own.fit,
+            bic: best.bic,
+            unstable_poles: own.function.unstable_poles(),
+            numbers: numbers.collect(),
+            candidates: candidates.collect(),
+            plant_file: None,
+            files: Vec::new(),
+            warnings: Vec::new(),
+        };
+        report.warnings.extend(report.unexplained(best.neighbours));
+        report.warnings.extend(report.not_determined());
+        report
+    }
+
+    /// What is left between function and record, where it is much.
+    fn unexplained(&self, neighbours: f64) -> Option<String> {
+        let left = 1.0 - self.fit;
+        let share = format!("{} %", digits((1e4 * left).round() / 100.0));
+        // What noise leaves has nothing in common from a sample to the next.
+        if left > MUCH && neighbours.abs() < ALIKE {
+            return Some(format!(
+                "the function leaves {share} of the variance of the output, and nothing in it is alike from a sample to the next: it is noise, or something \
+                 that is too fast for these samples"
+            ));
+        }
+        let what = if left > MUCH {
+            format!("the function leaves {share} of the variance of the output unexplained")
+        } else if left > SOME && neighbours > ALIKE {
+            format!(
+                "the function leaves {share} of the variance of the output, and that is no noise (neighbouring samples of it are alike, \
+                 correlation {neighbours:.2})"
+            )
+        } else {
+            return None;
+        };
+        Some(format!(
+            "{what}: look at the picture; if there is a dead time, give --delay; if the record does not begin at 0, --subtract-start; or give \
+             --model with other terms"
+        ))
+    }
+
+    /// The numbers that other values would do for as well.
+    fn not_determined(&self) -> Option<String> {
+        let loose = self.numbers.iter().filter(|number| !number.determined);
+        let loose: Vec<&str> = loose.map(|number| number.name.as_str()).collect();
+        (!loose.is_empty()).then(|| {
+            format!(
+                "the record does not determine {}: record for longer, or give --model with fewer terms",
+                loose.join(", ")
+            )
+        })
+    }
+
+    /// What to know of the function before it is used.
+    fn nature(&self, function: Option<&FractionalTransferFunction>) -> Option<&'static str> {
+        match self.unstable_poles {
+            _ if self.fit < LEAST => None,
+            Some(0) => None,
+            Some(_) => Some(
+                "The record grows: this plant does not hold itself. Close the loop with host-cli control design.",
+            ),
+            None if function.is_some_and(|own| own.denominator().lowest() == 0.0) => Some(
+                "The record swings for ever: this plant has no damping that the record shows. Close the loop with host-cli control design.",
+            ),
+            None => Some(
+                "The record does not come to rest: this plant adds up what goes in. Close the loop with host-cli control design.",
+            ),
+        }
+    }
+
+    pub(super) fn print(&self, out: &mut dyn std::io::Write) -> std::io::Result<()> {
+        let function: Option<FractionalTransferFunction> = self.function.parse().ok();
+        let shown = function
+            .as_ref()
+            .map_or_else(|| self.function.clone(), rounded);
+        let delay = match self.delay_s {
+            0.0 => String::new(),
+            delay => format!(", dead time {delay} s"),
+        };
+        writeln!(out, "{shown}{delay}")?;
+        writeln!(
+            out,
+            "{} samples, {} s apart; rms of what is left {}, {:.4} % of the variance",
+            self.samples,
+            digits(self.sample_time_s),
+            digits(self.rms_residual),
+            100.0 * (1.0 - self.fit)
+        )?;
+        if self.candidates.len() > 1 {
+            let mut rows = vec![["", "rms", "BIC"].map(str::to_owned).to_vec()];
+            for (n, candidate) in self.candidates.iter().enumerate() {
+                let mark = if n == 0 { "* " } else { "  " };
+                let function: Result<FractionalTransferFunction, _> = candidate.function.parse();
+                let function = function.map_or_else(
+                    |_| candidate.function.clone(),
+                    |function| rounded(&function),
+                );
+                rows.push(vec![
+                    format!("{mark}{function}"),
+                    digits(candidate.rms_residual),
+                    format!("{:.1}", candidate.bic),
+                ]);
+            }
+            table(out, &rows)?;
+        }
+        let mut rows = vec![
+            ["number", "value", "std. error"]
+                .map(str::to_owned)
+                .to_vec(),
+        ];
+        for number in &self.numbers {
+            let error = number.standard_error.map_or_else(|| "–".to_owned(), digits);
+            rows.push(vec![number.name.clone(), digits(number.value), error]);
+        }
+        table(out, &rows)?;
+        if let Some(sentence) = self.nature(function.as_ref()) {
+            writeln!(out, "{sentence}")?;
+        }
+        written(out, self.plant_file.as_slice())?;
+        written(out, &self.files)
+    }
+}
