@@ -40,6 +40,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("haptic-analysis", &["fracdiff"]),
     ("haptic-log", &[]),
     ("haptic-figure", &[]),
+    ("haptic-quantity", &[]),
     (
         "haptic-experiment",
         &[

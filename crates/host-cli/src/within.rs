@@ -1,11 +1,11 @@
 //! Options whose number lies in the range of a parameter: the range stands with the parameter.
 
-use crate::quantity::{Quantity, QuantityError, parse_number};
 use clap::builder::TypedValueParser;
 use clap::error::ErrorKind;
 use clap::{Arg, Command, Error};
 use fracdiff::parameter::Shown;
 use haptic_experiment::parameters::Range;
+use haptic_quantity::{Quantity, QuantityError, parse_number};
 use std::ffi::OsStr;
 use std::str::FromStr;
 

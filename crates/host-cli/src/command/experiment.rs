@@ -14,7 +14,6 @@ use crate::files::{folder, overwrite_acts};
 use crate::output::Output;
 use crate::parameter::{help_with_default, seed_for};
 use crate::picture::of_theory;
-use crate::quantity::{Area, Bytes, Force, ForceRate, Length, Time};
 use crate::within::within;
 use clap::Args;
 use fracdiff::Scheme;
@@ -27,6 +26,7 @@ use haptic_experiment::{
 use haptic_link::LoopMode;
 use haptic_loop::Specimen;
 use haptic_loop::units::{Metres, SquareMetres};
+use haptic_quantity::{Area, Bytes, Force, ForceRate, Length, Time};
 use haptic_tissue::Library;
 use std::path::PathBuf;
 

@@ -2,7 +2,6 @@
 
 use super::device_model::DeviceModelArguments;
 use crate::parameter::{help_with_default, seed_for};
-use crate::quantity::{Damping, Force, Length, Mass, Stiffness, Time};
 use crate::within::within;
 use clap::Args;
 use fracdiff::Seconds;
@@ -10,6 +9,7 @@ use haptic_experiment::parameters;
 use haptic_experiment::{Failure, Imperfections, Sensors, TrialPlan, dissertation_device};
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
+use haptic_quantity::{Damping, Force, Length, Mass, Stiffness, Time};
 
 /// The simulated device; by default that of the dissertation's section 4.4.
 #[derive(Debug, Args)]

@@ -2,14 +2,15 @@
 
 use super::device::number::watchdog_ms;
 use crate::choice::choice;
-use crate::quantity::Time;
 use crate::within::within;
 use clap::Args;
+use fracdiff::parameter::Shown;
 use haptic_experiment::device::{DeviceName, Loop};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters;
 use haptic_experiment::parameters::range;
 use haptic_experiment::remote::RemoteDevice;
+use haptic_quantity::Time;
 use std::time::Duration;
 
 /// Arguments of every experiment that can run on a device.
@@ -86,7 +87,8 @@ impl RemoteArguments {
         if let Some(wait) = self.wait {
             remote.patience = Duration::try_from_secs_f64(wait.0).map_err(|_| {
                 Failure::bad_input(format_args!(
-                    "waiting time {wait} is not in [0, 1e9] s: give --wait, as in 10s"
+                    "waiting time {wait} s is not in [0, 1e9] s: give --wait, as in 10s",
+                    wait = Shown(wait.0)
                 ))
             })?;
         }

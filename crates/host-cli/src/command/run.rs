@@ -15,7 +15,6 @@ use super::words::roll_bytes;
 use crate::files::{folder, overwrite_acts};
 use crate::output::Output;
 use crate::picture::{of_coupler, of_teleoperation, of_theory, of_touch, of_wall};
-use crate::quantity::Bytes;
 use clap::Args;
 use haptic_experiment::curves::{CouplerCurves, Published, WallCurves};
 use haptic_experiment::failure::Failure;
@@ -30,6 +29,7 @@ use haptic_experiment::{
     CouplerExperiment, CouplerReport, ExperimentFile, Pace, Supervisor, TeleoperationExperiment,
     TeleoperationReport, TouchExperiment, TouchReport, TrialVerdict, WallExperiment, WallReport,
 };
+use haptic_quantity::Bytes;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 

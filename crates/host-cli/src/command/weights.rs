@@ -2,12 +2,12 @@
 
 use super::words::{order, parse_order, parse_scheme, rate};
 use crate::output::Output;
-use crate::quantity::Time;
 use crate::within::within;
 use clap::Args;
 use fracdiff::{Channel, Operator, Scheme, Seconds, grunwald_weights};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters::range;
+use haptic_quantity::Time;
 use serde::Serialize;
 
 /// Arguments of `weights`.

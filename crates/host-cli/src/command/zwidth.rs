@@ -7,7 +7,6 @@ use super::words::{parse_scheme, wall_order};
 use crate::choice::choice;
 use crate::files::{folder, overwrite_acts, save_picture};
 use crate::output::{Output, note, warn};
-use crate::quantity::{Force, Length, Time};
 use crate::within::{number_within, within};
 use clap::Args;
 use fracdiff::{Order, Scheme};
@@ -18,6 +17,7 @@ use haptic_experiment::{
     Criterion, CriterionName, Imperfections, Named as _, TrialPlan, ZWidth, ZWidthReport,
 };
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
+use haptic_quantity::{Force, Length, Time};
 use std::io::{self, Write};
 use std::path::PathBuf;
 

@@ -5,7 +5,6 @@ use crate::command::device_model::DeviceModelArguments;
 use crate::command::words::{parse_dissipation, parse_order, parse_scheme, wall_order};
 use crate::files::{folder, save_picture};
 use crate::picture_file::PictureFileError;
-use crate::quantity::{Damping, Mass, Stiffness, Time};
 use crate::within::{number_within, read_within, within};
 use clap::Args;
 use fracdiff::{Order, Scheme, Seconds};
@@ -17,6 +16,7 @@ use haptic_experiment::parameters;
 use haptic_experiment::parameters::range;
 use haptic_experiment::plant_file::DeviceValues;
 use haptic_figure::{FigureError, Picture};
+use haptic_quantity::{Damping, Mass, Stiffness, Time};
 use serde::Serialize;
 use std::path::PathBuf;
 

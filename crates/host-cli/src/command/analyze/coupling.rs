@@ -3,7 +3,6 @@
 use super::arguments::{HORIZON, refused};
 use crate::command::words::{parse_order, parse_scheme, wall_order};
 use crate::output::Output;
-use crate::quantity::{Damping, Time};
 use crate::within::{number_within, within};
 use clap::Args;
 use fracdiff::{Scheme, Seconds};
@@ -11,6 +10,7 @@ use haptic_analysis::{Coupler, LeastDamping, LoopOperator};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters;
 use haptic_experiment::parameters::range;
+use haptic_quantity::{Damping, Time};
 use serde::Serialize;
 use std::io::{self, Write};
 

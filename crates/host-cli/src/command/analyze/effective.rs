@@ -5,7 +5,6 @@ use super::path::{PathArguments, PathResult};
 use crate::command::device_model::DeviceModelArguments;
 use crate::command::words::{parse_dissipation, parse_order, parse_scheme, wall_order};
 use crate::output::Output;
-use crate::quantity::{Damping, Mass, Stiffness, Time};
 use crate::within::{number_within, read_within, within};
 use clap::Args;
 use fracdiff::{Scheme, Seconds};
@@ -15,6 +14,7 @@ use haptic_experiment::parameters;
 use haptic_experiment::parameters::range;
 use haptic_experiment::plant_file::DeviceValues;
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
+use haptic_quantity::{Damping, Mass, Stiffness, Time};
 use serde::Serialize;
 
 /// The virtual environment and the frequencies.

@@ -1,13 +1,13 @@
 //! `device emulate --kind moteus`.
 
 use crate::output::note;
-use crate::quantity::{Length, Time};
 use crate::within::in_range;
 use clap::Args;
 use haptic_devices::moteus::MoteusSettings;
 use haptic_devices::moteus::emulated::{Emulated, EmulatedServo, Hand, Shaft, emulate};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters::range;
+use haptic_quantity::{Length, Time};
 use haptic_remote::LineFaults;
 use haptic_remote::emulator::Terminal;
 use std::sync::atomic::AtomicBool;

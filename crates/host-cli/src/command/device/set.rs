@@ -8,7 +8,6 @@ use super::safety::SafetyArguments;
 use crate::choice::choice;
 use crate::command::words::{order, parse_dissipation, parse_order, parse_scheme};
 use crate::output::{Output, note};
-use crate::quantity::{Damping, Force, ForceRate, Length, Mass, Stiffness, Time};
 use crate::within::in_range;
 use crate::within::{read_within, within};
 use clap::Args;
@@ -19,6 +18,7 @@ use haptic_experiment::parameters;
 use haptic_experiment::parameters::range;
 use haptic_experiment::refused::single;
 use haptic_link::{Configuration, LoopMode, Simulation, SimulationKind};
+use haptic_quantity::{Damping, Force, ForceRate, Length, Mass, Stiffness, Time};
 use haptic_remote::operator_shape;
 
 /// Arguments of `device get`.
@@ -113,7 +113,7 @@ fn parse_surface(text: &str) -> Result<Surface, String> {
     }
     let length: Length = text
         .parse()
-        .map_err(|error: crate::quantity::QuantityError| error.to_string())?;
+        .map_err(|error: haptic_quantity::QuantityError| error.to_string())?;
     Ok(Surface::At(in_range(length, range::PLACES)?.0))
 }
 

@@ -3,12 +3,12 @@
 use super::folder::Folder;
 use crate::output::Output;
 use crate::parameter::with_options;
-use crate::quantity::Time;
 use crate::within::within;
 use clap::Args;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::folder::write_text;
 use haptic_experiment::parameters::range;
+use haptic_quantity::Time;
 use haptic_tissue::{ExportError, ExportFormat, MaxwellBranch, PronyFit};
 use serde::Serialize;
 use std::path::PathBuf;
