@@ -64,14 +64,6 @@ impl TouchExperiment {
             return self.run_on::<D>(remote, request, supervisor);
         }
         let mut parts = self.parts::<D>()?;
-        let shape = self.shape.of::<D>()?;
-        let begins = depth(&shape, parts.device.device().place().as_slice());
-        if begins > START_MOST_M {
-            return Err(Failure::bad_input(format_args!(
-                "the device begins {begins:.3e} m deep in the shape, which would be a blow: let the hand begin outside, \
-                 by `way_points` or `circle_start_radius_m`, or move the shape"
-            )));
-        }
         let postures = self.postures::<D>(parts.samples)?;
         let (verdict, posture) = postures.worse(self.dynamics(), 0)?;
         let mut metadata = self.metadata();
@@ -142,6 +134,13 @@ impl TouchExperiment {
         let shape = self.shape.of::<D>()?;
         let axes = Axes::new(self.axes_of::<D>()?).map_err(parameter)?;
         let device = HeldAxes::new(axes, (self.path.clone(), self.grip), shape, t.0);
+        let begins = depth(&shape, device.place().as_slice());
+        if begins > START_MOST_M {
+            return Err(Failure::bad_input(format_args!(
+                "the device begins {begins:.3e} m deep in the shape, which would be a blow: let the hand begin outside, \
+                 by `way_points` or `circle_start_radius_m`, or move the shape"
+            )));
+        }
         Ok(Parts {
             controller,
             device: Sensed::new(device, self.sensors)?,
