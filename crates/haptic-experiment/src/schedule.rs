@@ -97,7 +97,8 @@ pub(crate) fn samples(
         Shown(duration_s),
         Shown(sample_time_s),
         allowed.start(),
-        allowed.end()
+        allowed.end(),
+        samples = Shown(samples)
     )))
 }
 

@@ -2,6 +2,7 @@
 
 use crate::model::{Form, MaxwellBranch, Model, ModelError, ModelKind};
 use fracdiff::full_memory::non_negative_least_squares;
+use fracdiff::parameter::Shown;
 use std::fmt;
 
 /// Times of the fit for each decade; the error is looked for at four times as many.
@@ -75,7 +76,9 @@ impl fmt::Display for ExportError {
             } => write!(
                 f,
                 "times from `shortest_s` = {shortest_s} s to `horizon_s` = {horizon_s} s are no band: both above 0 s, the \
-                 second larger, at most {DECADES_MOST} decades"
+                 second larger, at most {DECADES_MOST} decades",
+                shortest_s = Shown(*shortest_s),
+                horizon_s = Shown(*horizon_s)
             ),
             Self::Impulse(kind) => write!(
                 f,
@@ -84,7 +87,8 @@ impl fmt::Display for ExportError {
             ),
             Self::Vanished { time_s } => write!(
                 f,
-                "the modulus has fallen to nothing at {time_s} s: take a `horizon_s` below it"
+                "the modulus has fallen to nothing at {time_s} s: take a `horizon_s` below it",
+                time_s = Shown(*time_s)
             ),
             Self::Terms { given, most } => write!(
                 f,
