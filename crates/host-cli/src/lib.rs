@@ -15,4 +15,5 @@ pub mod picture;
 pub mod picture_file;
 #[cfg(feature = "top")]
 pub mod top;
+pub mod whole;
 pub mod within;

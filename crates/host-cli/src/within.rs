@@ -152,6 +152,38 @@ mod tests {
     }
 
     #[test]
+    fn an_option_that_counts_says_its_range() {
+        let mut all = Vec::new();
+        options(&Cli::command(), &[], &mut all);
+        let counts = [
+            TypeId::of::<u8>(),
+            TypeId::of::<u16>(),
+            TypeId::of::<u32>(),
+            TypeId::of::<u64>(),
+            TypeId::of::<usize>(),
+        ];
+        let is_count = |argument: &Arg| {
+            let kind = argument.get_value_parser().type_id();
+            counts.iter().any(|count| kind == *count)
+        };
+        let mut counted = 0;
+        for (way, argument) in all.iter().filter(|(_, argument)| is_count(argument)) {
+            let option = argument.get_long().unwrap_or_default();
+            let given = format!("--{option}=1.5");
+            let words = [&["host-cli".to_owned()], way.as_slice(), &[given]].concat();
+            let refused = Cli::command().try_get_matches_from(words);
+            let said = refused.expect_err(option).to_string();
+            let asks = said.contains(" 1.5 is not a whole number from ");
+            assert!(
+                asks && said.contains(&format!("change --{option}")),
+                "{said}"
+            );
+            counted += 1;
+        }
+        assert!(counted > 20, "{counted}");
+    }
+
+    #[test]
     fn two_numbers_in_one_value_have_ranges_too() {
         for (line, value) in [
             ("relax --workspace", "-1mm:1e300"),

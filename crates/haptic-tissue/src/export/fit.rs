@@ -4,11 +4,10 @@ use crate::model::{Form, MaxwellBranch, Model, ModelError, ModelKind};
 use fracdiff::full_memory::non_negative_least_squares;
 use fracdiff::parameter::Shown;
 use std::fmt;
+use std::ops::RangeInclusive;
 
 /// Times of the fit for each decade; the error is looked for at four times as many.
 const TIMES_A_DECADE: f64 = 20.0;
-/// Branches at most.
-const BRANCHES_MOST: usize = 100;
 /// Decades at most.
 const DECADES_MOST: f64 = 30.0;
 
@@ -68,7 +67,9 @@ impl fmt::Display for ExportError {
         match self {
             Self::Branches(given) => write!(
                 f,
-                "`branches` = {given} is not from 1 to {BRANCHES_MOST}: 2 for each decade give about 1 %"
+                "`branches` = {given} is not from {} to {}: 2 for each decade give about 1 %",
+                PronyFit::BRANCHES.start(),
+                PronyFit::BRANCHES.end()
             ),
             Self::Band {
                 shortest_s,
@@ -106,6 +107,9 @@ impl fmt::Display for ExportError {
 impl std::error::Error for ExportError {}
 
 impl PronyFit {
+    /// Branches that are allowed.
+    pub const BRANCHES: RangeInclusive<usize> = 1..=100;
+
     /// Fits up to so many branches to G(t), `shortest_s` ≤ t ≤ `horizon_s`.
     ///
     /// Relaxation times at even distances in log τ; moduli by least squares of the relative error without negative ones,
@@ -129,7 +133,7 @@ impl PronyFit {
         shortest_s: f64,
         horizon_s: f64,
     ) -> Result<Self, ExportError> {
-        if !(1..=BRANCHES_MOST).contains(&branches) {
+        if !Self::BRANCHES.contains(&branches) {
             return Err(ExportError::Branches(branches));
         }
         let decades = libm::log10(horizon_s / shortest_s);

@@ -3,6 +3,7 @@
 use super::conduct::{progress_bar, stop_on_interrupt};
 use super::realtime::ThreadArguments;
 use crate::output::Output;
+use crate::whole::whole;
 use clap::Args;
 use fracdiff::parameter::Shown;
 use haptic_experiment::RealtimeOptions;
@@ -31,7 +32,7 @@ pub struct Arguments {
     #[arg(long, value_name = "RATE", allow_hyphen_values = true)]
     rate: Vec<Frequency>,
     /// Threads of normal priority that keep processors busy meanwhile
-    #[arg(long, value_name = "COUNT", default_value_t = 0, allow_hyphen_values = true, value_parser = clap::value_parser!(u16).range(0..=1024))]
+    #[arg(long, value_name = "COUNT", default_value_t = 0, allow_hyphen_values = true, value_parser = whole::<u16>(0..=1024))]
     busy: u16,
     /// Measure a plain loop (`std::thread::sleep`, normal priority) in turns with the runner, to compare with
     #[arg(long)]

@@ -47,7 +47,7 @@ must_be_stable = true the exit code is 1 unless both call the wall stable. On a 
 that are not given stay as they are set there. `host-cli design` writes such a file.
 
 A coupler: the same trial, but between the device and a simulated object (mass, damper, spring to the ground) is a fractional \
-virtual coupler k_c + b_c (T/(1-w))^mu of order 0 to 1. At order 1 device and object come to rest where the springs balance the push; below 1 \
+virtual coupler damper + spring (T/(1-w))^mu of order 0 to 1, velocity in, force out. At order 1 device and object come to rest where the springs balance the push; below 1 \
 the coupler creeps, and the force alone is judged. Before the run the loop that is really sampled must be stable with this device, hand and \
 object, and Llewellyn's criterion must be met; on the simulated device a refusal is a warning, a serial one does not start without \
 --force-unstable. Llewellyn alone is not enough: his device acts half a sample earlier than a real one, which needs at least four times the \

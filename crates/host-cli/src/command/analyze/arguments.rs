@@ -134,6 +134,13 @@ impl LoopArguments {
                 "sample time {t} s is not above 0 s: change --sample-time"
             )));
         }
+        if let (Scheme::Oustaloup { .. }, None) = (self.scheme, sample_time_s) {
+            return Err(Failure::bad_input(format_args!(
+                "scheme {} has frequencies in Hz, which mean nothing without a sample time: give --sample-time, as in 1ms",
+                self.scheme
+            )));
+        }
+        // No other scheme asks for it.
         let sample_time = Seconds(sample_time_s.unwrap_or(1.0));
         Ok(ResolvedLoop {
             parameters,

@@ -201,7 +201,7 @@ impl Arguments {
         let answer = design.answer().map_err(refused)?;
         let mut report = Report::new(&design, &answer);
         self.write(&plant, &answer, &mut report)?;
-        output.summary(&report, |out| report.print(out, &answer))?;
+        output.summary(&report, |out| report.print(out))?;
         report.judge()
     }
 

@@ -8,6 +8,7 @@ use super::safety::SafetyArguments;
 use crate::choice::choice;
 use crate::command::words::{order, parse_dissipation, parse_order, parse_scheme};
 use crate::output::{Output, note};
+use crate::whole::whole;
 use crate::within::in_range;
 use crate::within::{read_within, within};
 use clap::Args;
@@ -72,10 +73,10 @@ pub struct SetArguments {
     #[arg(long, value_parser = within::<Time>(parameters::WATCHDOG.range()), allow_hyphen_values = true)]
     watchdog: Option<Time>,
     /// Late ticks in a row that latch a fault; 0 for never
-    #[arg(long)]
+    #[arg(long, value_parser = whole::<u16>(0..=u16::MAX))]
     late_ticks: Option<u16>,
     /// In a loop on the host: ticks from a sample to the force that answers it at most
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    #[arg(long, value_parser = whole::<u16>(1..=1000))]
     max_age_ticks: Option<u16>,
     #[command(flatten)]
     safety: SafetyArguments,
