@@ -3,6 +3,8 @@
 //!
 //! Tests, benches, examples and build scripts are free.
 
+mod borrowed;
+mod changelog;
 mod length;
 mod reader;
 mod source;
