@@ -2,8 +2,9 @@
 
 use super::arguments::{LoopArguments, Wall, refused};
 use super::path::PathResult;
-use crate::output::{Output, fixed, short};
+use crate::output::{Output, fixed};
 use clap::Args;
+use fracdiff::parameter::Shown;
 use haptic_analysis::{AnalysisError, Largest, OnePort};
 use haptic_experiment::failure::Failure;
 use serde::Serialize;
@@ -130,7 +131,7 @@ impl Passivity {
                 out,
                 "passive           {}, with delta = {}{}",
                 if passive { "yes" } else { "no" },
-                short(delta),
+                Shown(delta),
                 self.beside_the_bound(delta)
             ),
             None => writeln!(out, "passive           give --delta or --damping to know"),
