@@ -15,7 +15,7 @@ parameters! {
         "Order of the coupler: 1 a spring beside a damper, below 1 the spring creeps; above 1 it would give energy by itself");
     /// `k_c` of a coupler, N·s/m.
     COUPLER_STIFFNESS = optional("coupler_stiffness_n_s_per_m", DAMPINGS,
-        "Damper of the coupler, whose force is damper*v + spring*(integral of order mu of v), v the velocity of the deflection");
+        "Damper of the coupler: force = damper v + spring (integral of order mu of v), v the velocity of the deflection");
     /// `b_c` of a coupler, N·s^(1−μ)/m.
     COUPLER_DISSIPATION = optional("coupler_dissipation_n_s_1_minus_mu_per_m", DISSIPATIONS,
         "Spring of the coupler, N·s^(1−μ)/m: at order 1 N/m");
