@@ -171,7 +171,7 @@ fn a_z_width_that_makes_no_sense_is_refused() {
             "--orders 3",
             "order 3 is not in [0, 2], a wall has no integral",
         ),
-        ("--points 1", "number of points 1"),
+        ("--points 1", "points 1"),
         ("--mass 0", "mass 0 kg is not above 0 and at most 100 kg"),
         ("--push 0", "push 0"),
         // The rules of [wall]: one for both.
@@ -181,7 +181,7 @@ fn a_z_width_that_makes_no_sense_is_refused() {
         ),
         (
             "--duration 50000s",
-            "25000001 samples, which is not in [10, 2e7]",
+            "2.5000001e7 samples, which is not in [10, 2e7]",
         ),
         (
             "--impact -1",
