@@ -97,8 +97,7 @@ pub(crate) fn samples(
         Shown(duration_s),
         Shown(sample_time_s),
         allowed.start(),
-        allowed.end(),
-        samples = Shown(samples)
+        allowed.end()
     )))
 }
 

@@ -80,8 +80,7 @@ pub(super) fn samples_fit(
         range.start(),
         range.end(),
         duration_s = Shown(duration_s),
-        sample_time_s = Shown(sample_time_s),
-        samples = Shown(samples)
+        sample_time_s = Shown(sample_time_s)
     );
     Err(table.fail_at("duration_s", reason))
 }

@@ -181,7 +181,7 @@ fn a_z_width_that_makes_no_sense_is_refused() {
         ),
         (
             "--duration 50000s",
-            "2.5000001e7 samples, which is not in [10, 2e7]",
+            "25000001 samples, which is not in [10, 2e7]",
         ),
         (
             "--impact -1",
