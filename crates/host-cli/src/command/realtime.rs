@@ -35,7 +35,7 @@ pub struct ThreadArguments {
         long,
         value_name = "CORE",
         allow_hyphen_values = true,
-        value_parser = whole::<usize>(0..=1023),
+        value_parser = whole::<usize>(0..=100_000),
         help_heading = "Real time"
     )]
     pin: Option<usize>,

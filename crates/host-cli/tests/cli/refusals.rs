@@ -273,7 +273,7 @@ fn what_a_clock_cannot_do_is_refused() {
         (with("--priority 100"), ["100", "off", "--priority"]),
         (with("--priority high"), ["high", "1 to 99", "--priority"]),
         (with("--priority -1"), ["-1", "1 to 99", "--priority"]),
-        (with("--pin -1"), ["-1", "--pin", "invalid"]),
+        (with("--pin -1"), ["-1", "--pin", "whole number"]),
         (
             with("--sample-time 1us"),
             ["period", "1e-5", "--sample-time"],
