@@ -140,7 +140,7 @@ export class AnswerPanel {
   }
 
   private proposal(best: Values, coupler: boolean, experiment: Answer["experiment"]): HTMLElement {
-    const [k, b] = coupler ? ["k_c, N·s/m", "b_c, N·s^(1−μ)/m"] : ["stiffness K, N/m", "dissipation B, N·s^μ/m"];
+    const [k, b] = coupler ? ["damper, N·s/m", "spring, N·s^(1−μ)/m"] : ["stiffness K, N/m", "dissipation B, N·s^μ/m"];
     const figures = list([["order μ", best["order"]], [k, best["stiffness"]], [b, best["dissipation"]], ["margin", best["margin"]], ...(coupler ? [["felt stiffness, N/m", best["felt_stiffness_n_per_m"]] as [string, unknown]] : [])]);
     if (experiment === null) return el("div", {}, figures);
     const run = el("button", { type: "button", class: "primary" }, "Run it");
@@ -176,8 +176,8 @@ function walls(report: Values): Column[] {
 
 const COUPLERS: Column[] = [
   ["μ", (row) => shown(row["order"])],
-  ["k_c, N·s/m", (row) => shown(row["stiffness"])],
-  ["b_c, N·s^(1−μ)/m", (row) => shown(row["dissipation"])],
+  ["damper, N·s/m", (row) => shown(row["stiffness"])],
+  ["spring, N·s^(1−μ)/m", (row) => shown(row["dissipation"])],
   ["felt, N/m", (row) => shown(row["felt_stiffness_n_per_m"])],
   ["margin of the loop", (row) => shown(row["loop_margin"])],
   ["why not", (row) => String(row["reason"] ?? "–")],

@@ -234,8 +234,8 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
       case "feel.hand":
         controls(page);
         if (message.held && !loop.held) loop.hand = loop.position;
-        [loop.target, loop.held] = [message.position_m, message.held];
-        return {};
+        [loop.target, loop.held] = [Math.min(Math.max(message.position_m, -0.02), 0.02), message.held];
+        return { position_m: loop.target };
       case "feel.pause":
         controls(page);
         loop.paused = message.paused;

@@ -3,6 +3,8 @@
 //!
 //! Tests, benches, examples and build scripts are free.
 
+mod borrowed;
+mod changelog;
 mod length;
 mod reader;
 mod source;
@@ -40,6 +42,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("haptic-analysis", &["fracdiff"]),
     ("haptic-log", &[]),
     ("haptic-figure", &[]),
+    ("haptic-quantity", &[]),
     (
         "haptic-experiment",
         &[

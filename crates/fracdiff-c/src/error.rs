@@ -1,5 +1,6 @@
 //! Operators and names that give no header.
 
+use fracdiff::parameter::Shown;
 use std::fmt;
 
 /// Why there is no header.
@@ -44,10 +45,15 @@ impl fmt::Display for HeaderError {
             ),
             Self::Law { value } => write!(
                 f,
-                "a stiffness or dissipation of {value} is not finite and at least 0"
+                "a stiffness or dissipation of {value} is not finite and at least 0",
+                value = Shown(*value)
             ),
             Self::Value { index, value } => {
-                write!(f, "coefficient {index} is {value}, which is not finite")
+                write!(
+                    f,
+                    "coefficient {index} is {value}, which is not finite",
+                    value = Shown(*value)
+                )
             }
         }
     }

@@ -1,6 +1,7 @@
 //! Parameters outside their documented range.
 
 use crate::Seconds;
+use crate::parameter::Shown;
 use crate::range::{HORIZON_MAX, HORIZON_MIN, ORDERS, TOLERANCE_MAX, TOLERANCE_MIN};
 use core::fmt;
 
@@ -80,13 +81,20 @@ impl fmt::Display for ParameterError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::Order(order) => {
-                write!(f, "order {order} is not in [{}, {}]", ORDERS[0], ORDERS[1])
+                write!(
+                    f,
+                    "order {order} is not in [{}, {}]",
+                    ORDERS[0],
+                    ORDERS[1],
+                    order = Shown(order)
+                )
             }
             Self::SampleTime(sample_time) => write!(
                 f,
-                "sample time {sample_time} is not in [{:e}, {:e}] s",
+                "sample time {sample_time} s is not in [{:e}, {:e}] s",
                 Seconds::MIN_SAMPLE_TIME,
-                Seconds::MAX_SAMPLE_TIME
+                Seconds::MAX_SAMPLE_TIME,
+                sample_time = Shown(sample_time.0)
             ),
             Self::Length { what, length, most } => {
                 write!(f, "{what} {length} is not in [1, {most}]")
@@ -98,17 +106,24 @@ impl fmt::Display for ParameterError {
             } => write!(
                 f,
                 "band {low_hz} Hz to {high_hz} Hz is not inside 0 Hz to {nyquist_hz} Hz (half the \
-                 sample rate), lower end first"
+                 sample rate), lower end first",
+                low_hz = Shown(low_hz),
+                high_hz = Shown(high_hz),
+                nyquist_hz = Shown(nyquist_hz)
             ),
             Self::Tolerance(tolerance) => write!(
                 f,
                 "tolerance {tolerance} is not in [{:e}, {:e}]",
-                TOLERANCE_MIN, TOLERANCE_MAX
+                TOLERANCE_MIN,
+                TOLERANCE_MAX,
+                tolerance = Shown(tolerance)
             ),
             Self::Horizon(horizon) => write!(
                 f,
                 "horizon of {horizon} samples is not in [{:e}, {:e}]",
-                HORIZON_MIN, HORIZON_MAX
+                HORIZON_MIN,
+                HORIZON_MAX,
+                horizon = Shown(horizon)
             ),
 
             Self::Mode { rate, weight } => write!(
@@ -116,7 +131,11 @@ impl fmt::Display for ParameterError {
                 "mode of rate {rate:e} and weight {weight:e}: the rate is not above 0, or one of the two not finite"
             ),
             Self::Weight { lag, weight } => {
-                write!(f, "weight {weight} of lag {lag} is not finite")
+                write!(
+                    f,
+                    "weight {weight} of lag {lag} is not finite",
+                    weight = Shown(weight)
+                )
             }
             Self::Density { rate, density } => write!(
                 f,

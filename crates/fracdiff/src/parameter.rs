@@ -7,6 +7,10 @@
 //! assert_eq!(refused.to_string(), "mass -1 kg is not above 0 kg");
 //! ```
 
+mod shown;
+
+pub use shown::Shown;
+
 use core::fmt;
 
 /// A quantity outside its documented range. Prints as one line: name, rejected value, allowed range, unit.
@@ -65,27 +69,6 @@ impl fmt::Display for RangeError {
 }
 
 impl core::error::Error for RangeError {}
-
-/// A number in a message: one that `{}` writes with many zeros is written with an exponent.
-///
-/// ```
-/// use fracdiff::parameter::Shown;
-///
-/// assert_eq!(format!("{} {} {}", Shown(0.25), Shown(1e300), Shown(-2e-9)), "0.25 1e300 -2e-9");
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Shown(pub f64);
-
-impl fmt::Display for Shown {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let size = self.0.abs();
-        if size == 0.0 || !size.is_finite() || (1e-6..1e6).contains(&size) {
-            self.0.fmt(f)
-        } else {
-            fmt::LowerExp::fmt(&self.0, f)
-        }
-    }
-}
 
 /// Accepts a finite value that the caller has found to be in its range.
 ///

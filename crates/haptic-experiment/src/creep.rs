@@ -16,6 +16,7 @@ use crate::failure::Failure;
 use crate::folder::FolderRequest;
 use crate::simulate::Sink;
 use fracdiff::Seconds;
+use fracdiff::parameter::Shown;
 use haptic_loop::plant::RigDrive;
 use haptic_loop::units::{Metres, Pascals};
 use std::collections::BTreeMap;
@@ -126,7 +127,7 @@ impl Creep {
         if !(self.stress_pa > 0.0 && self.stress_pa <= 1e9) {
             return Err(Failure::bad_input(format_args!(
                 "stress {} Pa is not in (0, 1e9] Pa: give `stress_pa`, as in 100",
-                self.stress_pa
+                Shown(self.stress_pa)
             )));
         }
         self.rendering.samples(self.duration_s)

@@ -124,7 +124,7 @@ impl TrialPlan {
                 return Err(Failure::bad_input(format_args!(
                     "impact {} m/s does not belong to the criterion dissertation, which pushes from rest: leave \
                      one of them out",
-                    self.impact_m_per_s
+                    Shown(self.impact_m_per_s)
                 )));
             }
         }

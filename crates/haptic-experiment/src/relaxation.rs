@@ -17,6 +17,7 @@ use crate::folder::FolderRequest;
 use crate::parameters;
 use crate::simulate::Sink;
 use fracdiff::Seconds;
+use fracdiff::parameter::Shown;
 use haptic_loop::plant::{RampHold, RigDrive};
 use haptic_loop::units::Pascals;
 use std::collections::BTreeMap;
@@ -143,7 +144,7 @@ impl Relaxation {
         if !(self.strain > 0.0 && self.strain <= 1.0) {
             return Err(Failure::bad_input(format_args!(
                 "strain {} is not in (0, 1]: give `strain`, as in 0.05",
-                self.strain
+                Shown(self.strain)
             )));
         }
         let samples = self.rendering.samples(self.duration_s)?;
@@ -152,7 +153,8 @@ impl Relaxation {
         } else {
             Err(Failure::bad_input(format_args!(
                 "ramp time {} s is not above 0 s and below the duration of {} s: give `ramp_time_s`",
-                self.ramp_time_s, self.duration_s
+                Shown(self.ramp_time_s),
+                Shown(self.duration_s)
             )))
         }
     }

@@ -4,6 +4,7 @@ mod guard;
 
 use crate::failure::Failure;
 use crate::named::Named as _;
+use fracdiff::parameter::Shown;
 pub use guard::{GuardChoice, GuardedDevice};
 use haptic_loop::units::{
     Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, Seconds,
@@ -89,22 +90,25 @@ impl Safety {
             && jump > 0.0
         {
             return Err(Failure::bad_input(format_args!(
-                "jump {jump:e} m has no effect without a speed limit: give `speed_limit_m_per_s` too, or leave \
-                 `jump_m` out"
+                "jump {jump} m has no effect without a speed limit: give `speed_limit_m_per_s` too, or leave \
+                 `jump_m` out",
+                jump = Shown(jump)
             )));
         }
         let stuck = self.stuck_force_n.is_some_and(|force| force > 0.0);
         if let Some(time) = self.stuck_time_s.filter(|_| !stuck) {
             return Err(Failure::bad_input(format_args!(
                 "stuck time {time} s has no effect without a stuck force above 0 N: give `stuck_force_n` too, or leave \
-                 `stuck_time_s` out"
+                 `stuck_time_s` out",
+                time = Shown(time)
             )));
         }
         let asked = self.guard == GuardChoice::Observer || self.braking_n_s_per_m.is_some();
         if let Some(mass) = self.device_mass_kg.filter(|_| !asked) {
             return Err(Failure::bad_input(format_args!(
                 "device mass {mass} kg has no effect on a simulated device without the guard observer or braking: give \
-                 `guard` = observer or `braking_n_s_per_m` too, or leave `device_mass_kg` out"
+                 `guard` = observer or `braking_n_s_per_m` too, or leave `device_mass_kg` out",
+                mass = Shown(mass)
             )));
         }
         let bounded = self.guard == GuardChoice::EnergyBounding;
@@ -173,7 +177,8 @@ impl Safety {
             if let Some(value) = value {
                 return Err(Failure::bad_input(format_args!(
                     "device {what} {value} {unit} has no effect without the guard energy-bounding: give `guard` = \
-                     energy-bounding too, or leave `{key}` out"
+                     energy-bounding too, or leave `{key}` out",
+                    value = Shown(value)
                 )));
             }
         }

@@ -16,13 +16,14 @@ use crate::{FigureError, Picture};
 const MOST_PANELS: usize = 26;
 /// More columns would leave no room for the boxes.
 const MOST_COLUMNS: usize = 5;
-/// Height of the boxes of a page with so many columns, px; their widths are about 760, 330, 200,
-/// 150 and 110.
+/// Height of the boxes of a page with so many columns, px; their widths are about 760, 330, 200, 150 and 110.
 const BOX_HEIGHTS: [f64; MOST_COLUMNS] = [400.0, 262.0, 176.0, 140.0, 118.0];
 /// Space above the box of a single panel without a caption.
 const TOP_WITHOUT_CAPTION: f64 = 16.0;
 /// Width of a broad line over that of others.
 const BROAD: f64 = 3.0;
+/// Radius of a cross over that of a marker.
+const CROSS: f64 = 2.0;
 /// Said in a panel that has no point to show, and in one that has but elsewhere.
 const EMPTY: &str = "empty";
 const OUTSIDE: &str = "outside the axes";
@@ -41,8 +42,7 @@ pub struct AxisSpec<'a> {
 /// The look of a series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Look {
-    /// A line in the dash of its colour, which is solid for colour 0: series of different colours
-    /// are told apart without colours too.
+    /// A line in the dash of its colour, which is solid for colour 0: series of different colours are told apart without colours too.
     Line,
     /// A dashed line in any colour.
     Dashed,
@@ -54,6 +54,8 @@ pub enum Look {
     Markers,
     /// The same, but a marker that would cover part of an earlier one of the panel is left out.
     MarkersApart,
+    /// A cross at each point in any colour, larger than a marker: it looks out from behind one of a later series.
+    Crosses,
     /// A polygon, closed and lightly filled, outlined as [`Look::Line`]. A point that is not
     /// finite ends one polygon and begins the next one; a polygon within another is a hole.
     Area,
@@ -317,6 +319,12 @@ impl<'a> Series<'a> {
             width: sizes.series_width,
             dash,
         };
+        let markers = |shape, size, apart| Form::Markers {
+            colour,
+            shape,
+            radius: size * sizes.marker_radius,
+            apart,
+        };
         match self.look {
             Look::Line => Form::Line(stroke(series_dash(self.colour))),
             Look::Dashed => Form::Line(stroke(DASHED)),
@@ -326,12 +334,9 @@ impl<'a> Series<'a> {
                 ..stroke(None)
             }),
             Look::Area => Form::Area(stroke(series_dash(self.colour))),
-            Look::Markers | Look::MarkersApart => Form::Markers {
-                colour,
-                shape: Shape::of_series(self.colour),
-                radius: sizes.marker_radius,
-                apart: self.look == Look::MarkersApart,
-            },
+            Look::Markers => markers(Shape::of_series(self.colour), 1.0, false),
+            Look::MarkersApart => markers(Shape::of_series(self.colour), 1.0, true),
+            Look::Crosses => markers(Shape::Cross, CROSS, false),
         }
     }
 }

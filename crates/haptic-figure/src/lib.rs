@@ -12,6 +12,7 @@ mod error;
 mod lettering;
 mod marker;
 mod motion;
+mod once;
 mod over_time;
 mod page;
 mod panel;

@@ -2,15 +2,20 @@
 
 use crate::axis::Scale;
 use crate::chart::{AxisSpec, Chart, ChartPage, Look, Series};
+use crate::once::once;
 use crate::over_time::check_lengths;
 use crate::{FigureError, Picture};
 
 /// Lengths are drawn in mm.
 const MM_PER_M: f64 = 1e3;
 /// Width over height of a box of a page with two columns, so that a mm is as long either way.
-const BOX: f64 = 330.0 / 262.0;
+const BOX: f64 = 330.0 / HEIGHT_PX;
+/// Height of such a box.
+const HEIGHT_PX: f64 = 262.0;
 /// Points of a path that are drawn: more are left out evenly, for its panel is small.
 const PATH_POINTS: usize = 5000;
+/// Width of a line as a share of the height of its panel.
+const LINE: f64 = 2.0 / HEIGHT_PX;
 /// Room around a path.
 const MARGIN: f64 = 1.08;
 
@@ -65,6 +70,10 @@ impl PlaneFigure<'_> {
         let outline = scaled(self.outline_m.iter().copied());
         let hand = self.path(self.reference_m);
         let device = self.path(self.position_m);
+        let (x, y) = ranges([&outline, &hand, &device]);
+        // The dashes of a second lap would fill the gaps of the first.
+        let width = y.map_or(f64::INFINITY, |(low, high)| LINE * (high - low));
+        let hand = once(&hand, width);
         let depth = self.depth_m.map(|depth| self.over_time(depth, MM_PER_M));
         let places = self.position_m.map(|axis| self.over_time(axis, MM_PER_M));
         let forces = self.force_n.iter();
@@ -87,7 +96,7 @@ impl PlaneFigure<'_> {
             subtitle: self.subtitle,
             columns: 2,
             charts: vec![
-                plane(&outline, &hand, &device),
+                plane(&outline, &hand, &device, (x, y)),
                 over_time("force on the device", "force / N", axes(&forces)),
                 lengths,
             ],
@@ -127,8 +136,8 @@ fn plane<'a>(
     outline: &'a [(f64, f64)],
     hand: &'a [(f64, f64)],
     device: &'a [(f64, f64)],
+    (x, y): (Ends, Ends),
 ) -> Chart<'a> {
-    let (x, y) = ranges([outline, hand, device]);
     let axis = |label, range| AxisSpec {
         range,
         ..AxisSpec::new(label, Scale::Linear)

@@ -2,6 +2,7 @@
 
 use core::fmt;
 use fracdiff::Real;
+use fracdiff::parameter::Shown;
 use fracdiff::parameter::{self, RangeError};
 
 /// A parameter outside its documented range: name, rejected value, allowed range, unit.
@@ -70,7 +71,9 @@ impl fmt::Display for ParameterError {
                 };
                 write!(
                     f,
-                    "braking {value_n_s_per_m} N·s/m is not at most {most_n_s_per_m} N·s/m, {why}"
+                    "braking {value_n_s_per_m} N·s/m is not at most {most_n_s_per_m} N·s/m, {why}",
+                    value_n_s_per_m = Shown(value_n_s_per_m),
+                    most_n_s_per_m = Shown(most_n_s_per_m)
                 )
             }
             Self::Operator(ref error) => error.fmt(f),

@@ -13,7 +13,7 @@ pub mod pair;
 pub mod parameter;
 pub mod picture;
 pub mod picture_file;
-pub mod quantity;
 #[cfg(feature = "top")]
 pub mod top;
+pub mod whole;
 pub mod within;

@@ -1,8 +1,8 @@
 //! Pairs of quantities on the command line: the ends of a workspace, the interval of a delay.
 
-use crate::quantity::{Length, Time};
 use crate::within::in_range;
 use haptic_experiment::parameters::range;
+use haptic_quantity::{Length, Time};
 
 /// Two ends of a workspace, `LOW:HIGH`, low below high.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -161,11 +161,11 @@ mod tests {
 
     #[test]
     fn a_default_is_shown_as_the_number_it_is() {
-        use crate::quantity::{
-            Area, Damping, Force, ForceRate, Length, Mass, Stiffness, Strain, Stress, Time,
-        };
         use haptic_experiment::parameters::{
             CREEP, DRIVE, MEASURE, RELAX, RENDERING, Value, WALL, WALL_REQUIRED,
+        };
+        use haptic_quantity::{
+            Area, Damping, Force, ForceRate, Length, Mass, Stiffness, Strain, Stress, Time,
         };
         let mut numbers = 0;
         for parameter in [RELAX, CREEP, RENDERING, DRIVE, MEASURE, WALL_REQUIRED, WALL].concat() {

@@ -1,11 +1,11 @@
 //! Options whose number lies in the range of a parameter: the range stands with the parameter.
 
-use crate::quantity::{Quantity, QuantityError, parse_number};
 use clap::builder::TypedValueParser;
 use clap::error::ErrorKind;
 use clap::{Arg, Command, Error};
 use fracdiff::parameter::Shown;
 use haptic_experiment::parameters::Range;
+use haptic_quantity::{Quantity, QuantityError, parse_number};
 use std::ffi::OsStr;
 use std::str::FromStr;
 
@@ -149,6 +149,38 @@ mod tests {
         }
         assert!(endless.is_empty(), "{endless:#?}");
         assert!(numbers > 100, "{numbers}");
+    }
+
+    #[test]
+    fn an_option_that_counts_says_its_range() {
+        let mut all = Vec::new();
+        options(&Cli::command(), &[], &mut all);
+        let counts = [
+            TypeId::of::<u8>(),
+            TypeId::of::<u16>(),
+            TypeId::of::<u32>(),
+            TypeId::of::<u64>(),
+            TypeId::of::<usize>(),
+        ];
+        let is_count = |argument: &Arg| {
+            let kind = argument.get_value_parser().type_id();
+            counts.iter().any(|count| kind == *count)
+        };
+        let mut counted = 0;
+        for (way, argument) in all.iter().filter(|(_, argument)| is_count(argument)) {
+            let option = argument.get_long().unwrap_or_default();
+            let given = format!("--{option}=1.5");
+            let words = [&["host-cli".to_owned()], way.as_slice(), &[given]].concat();
+            let refused = Cli::command().try_get_matches_from(words);
+            let said = refused.expect_err(option).to_string();
+            let asks = said.contains(" 1.5 is not a whole number from ");
+            assert!(
+                asks && said.contains(&format!("change --{option}")),
+                "{said}"
+            );
+            counted += 1;
+        }
+        assert!(counted > 20, "{counted}");
     }
 
     #[test]

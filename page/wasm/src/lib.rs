@@ -7,8 +7,6 @@
 mod bench;
 mod judgement;
 mod passive;
-#[path = "../../../crates/host-cli/src/quantity.rs"]
-pub mod quantity;
 mod remembered;
 mod units;
 

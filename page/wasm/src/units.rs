@@ -1,8 +1,8 @@
-//! Values with units, read by the code of the command line.
+//! Values with units, read as the command line reads them.
 
 use crate::bench::refused;
-use crate::quantity::{
-    Area, Damping, Force, Frequency, Length, Mass, Stiffness, Strain, Stress, Time,
+use haptic_quantity::{
+    Area, Damping, Force, Frequency, Length, Mass, Stiffness, Strain, Stress, Time, parse_number,
 };
 use wasm_bindgen::prelude::*;
 
@@ -30,13 +30,6 @@ pub fn parse_quantity(kind: &str, text: &str) -> Result<f64, JsError> {
         "strain" => read!(Strain),
         "stress" => read!(Stress),
         "time" => read!(Time),
-        _ => number(text),
+        _ => parse_number(text).map_err(|error| refused(format!("\"{text}\" is {error}"))),
     }
-}
-
-fn number(text: &str) -> Result<f64, JsError> {
-    let value = text.trim().parse::<f64>().ok();
-    value
-        .filter(|value| value.is_finite())
-        .ok_or_else(|| refused(format!("\"{text}\" is not a finite number")))
 }

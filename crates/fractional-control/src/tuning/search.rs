@@ -370,7 +370,11 @@ impl<'a> Search<'a> {
         }
         ControlError::NotFound {
             what: "a pair of gains of the sign of the plant with this crossover, margin and slope of the phase",
-            why: "lower `crossover_rad_s` (dead time makes the phase fall), change `phase_margin_rad`, or give up `iso_damping`",
+            why: if self.wishes.iso_damping {
+                "lower `crossover_rad_s` (dead time makes the phase fall), change `phase_margin_rad`, or give up `iso_damping`"
+            } else {
+                "lower `crossover_rad_s` (dead time makes the phase fall), or change `phase_margin_rad`"
+            },
         }
     }
 }

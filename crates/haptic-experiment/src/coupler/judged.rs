@@ -202,7 +202,7 @@ impl CouplerExperiment {
     fn drawn(&self, origin: Origin, curves: Thinned<3>, settling: Settling) -> CouplerCurves {
         let object = self.object;
         let subtitle = format!(
-            "order μ = {} · k_c = {} N·s/m · b_c = {} N·s^(1−μ)/m · object {} kg, {} N·s/m, {} N/m · {}",
+            "order μ = {} · damper {} N·s/m · spring {} N·s^{{1−μ}}/m\nobject {} kg, {} N·s/m, {} N/m · {}",
             self.order,
             six_digits(self.coupler_stiffness_n_s_per_m),
             six_digits(self.coupler_dissipation_n_s_1_minus_mu_per_m),

@@ -21,6 +21,7 @@ mod trial;
 use super::answer::goes_on;
 use crate::failure::Failure;
 use crate::pushed::dynamics;
+use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme};
 use haptic_analysis::{
     AnalysisError, CoupledLoop, CoupledObject, Coupler, CouplerOperator, ForcePath, LeastDamping,
@@ -140,7 +141,7 @@ impl CouplerDesign {
         if !(self.frequency_hz > 0.0 && self.frequency_hz.is_finite()) {
             return Err(Failure::bad_input(format_args!(
                 "frequency {} Hz is not above 0 Hz: give `frequency_hz`, as in 1",
-                self.frequency_hz
+                Shown(self.frequency_hz)
             )));
         }
         let found = self.orders.par_iter().map(|order| {

@@ -5,6 +5,7 @@ use crate::failure::Failure;
 use crate::modelled::ModelledTissue;
 use crate::refused::parameter;
 use crate::{Imperfections, Sensors};
+use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme};
 use haptic_analysis::Dynamics;
 use haptic_loop::Specimen;
@@ -169,33 +170,38 @@ impl Design {
         if !(device.force_limit_n > 0.0 && device.force_limit_n.is_finite()) {
             return Err(Failure::bad_input(format_args!(
                 "force limit {} N is not above 0 N: give `force_limit_n`, as in 10",
-                device.force_limit_n
+                Shown(device.force_limit_n)
             )));
         }
         if let Requirement::Stable { gain_margin } = self.requirement
             && !(gain_margin > 1.0 && gain_margin <= 1e3)
         {
             return Err(Failure::bad_input(format_args!(
-                "gain margin {gain_margin} is not in (1, 1000]: give `gain_margin`, as in 2"
+                "gain margin {gain_margin} is not in (1, 1000]: give `gain_margin`, as in 2",
+                gain_margin = Shown(gain_margin)
             )));
         }
         if let Some(limit) = self.force_noise_limit_n {
             if !(limit > 0.0 && limit.is_finite()) {
                 return Err(Failure::bad_input(format_args!(
-                    "limit {limit} N of the force noise is not above 0 N: 0.01 N is felt by few"
+                    "limit {limit} N of the force noise is not above 0 N: 0.01 N is felt by few",
+                    limit = Shown(limit)
                 )));
             }
             if self.device.sensors.are_ideal() {
                 return Err(Failure::bad_input(format_args!(
                     "limit {limit} N of the force noise needs an encoder or sensor noise that makes some: give \
-                     its resolution, as in 1um"
+                     its resolution, as in 1um",
+                    limit = Shown(limit)
                 )));
             }
         }
         let highest = 0.5 / device.plant.sample_time.0;
         match self.wish.frequency_hz() {
             Some(f) if !(f > 0.0 && f <= highest) => Err(Failure::bad_input(format_args!(
-                "frequency {f} Hz is not in (0, {highest}] Hz, up to half the sample rate: give `frequency_hz`"
+                "frequency {f} Hz is not in (0, {highest}] Hz, up to half the sample rate: give `frequency_hz`",
+                f = Shown(f),
+                highest = Shown(highest)
             ))),
             _ => Ok(()),
         }

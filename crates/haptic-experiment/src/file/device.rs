@@ -7,6 +7,7 @@ use crate::modelled::operator;
 use crate::parameters as p;
 use crate::remote::RemoteDevice;
 use crate::sensed::Sensors;
+use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_link::Limits;
 use haptic_tissue::Model;
@@ -20,7 +21,8 @@ pub(super) fn remote(table: &Table<'_>) -> Result<Option<RemoteDevice>, FileErro
     let watchdog_s = table.number_if(&p::WATCHDOG)?;
     if let Some(time) = watchdog_s.filter(|time| (1e3 * time - (1e3 * time).round()).abs() > 1e-6) {
         let reason = format!(
-            "watchdog_s = {time} is not a whole number of milliseconds: write 0.005 for 5 ms"
+            "watchdog_s = {time} is not a whole number of milliseconds: write 0.005 for 5 ms",
+            time = Shown(time)
         );
         return Err(table.fail_at("watchdog_s", reason));
     }
@@ -76,7 +78,9 @@ pub(super) fn samples_fit(
         "duration_s = {duration_s} with sample_time_s = {sample_time_s} is {samples} samples, which is \
          not in [{}, {:e}]",
         range.start(),
-        range.end()
+        range.end(),
+        duration_s = Shown(duration_s),
+        sample_time_s = Shown(sample_time_s)
     );
     Err(table.fail_at("duration_s", reason))
 }

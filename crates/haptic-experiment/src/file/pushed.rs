@@ -11,6 +11,7 @@ use crate::remote::RemoteDevice;
 use crate::sensed::Sensors;
 use crate::{Criterion, CriterionName, TrialPlan, TrialSetup, parameters as p};
 use fracdiff::Seconds;
+use fracdiff::parameter::Shown;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
 
@@ -133,7 +134,8 @@ pub(super) fn plan(table: &Table<'_>, duration_s: f64) -> Result<TrialPlan, File
     if plan.push_n >= plan.force_limit_n {
         let reason = format!(
             "push_n = {} is not below force_limit_n = {}: no wall could hold it",
-            plan.push_n, plan.force_limit_n
+            Shown(plan.push_n),
+            Shown(plan.force_limit_n)
         );
         return Err(table.fail_at("push_n", reason));
     }

@@ -2,6 +2,7 @@
 
 use crate::failure::Failure;
 use crate::parameters as p;
+use fracdiff::parameter::Shown;
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
 use haptic_loop::{Limits, Stuck, Workspace};
 
@@ -83,7 +84,9 @@ impl MeasurePlan {
             if !range.contains(value) {
                 return Err(Failure::bad_input(format_args!(
                     "{} {value} {unit} is not {range}: change `{}`, {example}",
-                    parameter.key, parameter.key
+                    parameter.key,
+                    parameter.key,
+                    value = Shown(value)
                 )));
             }
         }

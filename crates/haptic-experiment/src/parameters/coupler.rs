@@ -12,13 +12,13 @@ use super::wall::{
 parameters! {
     /// Order of a coupler.
     COUPLER_ORDER = optional("order", COUPLER_ORDERS,
-        "Order of the coupler: 1 a spring b_c beside a damper k_c, below 1 it creeps; above 1 it would give energy by itself");
+        "Order of the coupler: 1 a spring beside a damper, below 1 the spring creeps; above 1 it would give energy by itself");
     /// `k_c` of a coupler, N·s/m.
     COUPLER_STIFFNESS = optional("coupler_stiffness_n_s_per_m", DAMPINGS,
-        "k_c of the coupler k_c + b_c (T/(1-w))^mu, velocity in, force out");
+        "Damper of the coupler: force = damper v + spring (integral of order mu of v), v the velocity of the deflection");
     /// `b_c` of a coupler, N·s^(1−μ)/m.
     COUPLER_DISSIPATION = optional("coupler_dissipation_n_s_1_minus_mu_per_m", DISSIPATIONS,
-        "b_c of the coupler, N·s^(1−μ)/m");
+        "Spring of the coupler, N·s^(1−μ)/m: at order 1 N/m");
     /// Mass of the object, kg.
     OBJECT_MASS = number("object_mass_kg", 0.1, "100g", OBJECT_MASSES, "Mass of the object behind the coupler");
     /// Damping of the object, N·s/m.

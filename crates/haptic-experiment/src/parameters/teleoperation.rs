@@ -16,10 +16,10 @@ parameters! {
         "How the two are joined: position-position, position-force, wave or time-domain; the last two give no energy at any delay");
     /// `k_c` of a coupler, N/m.
     HAND_COUPLER_STIFFNESS = number("coupler_stiffness_n_per_m", 300.0, "300", STIFFNESSES,
-        "k_c of the coupler k_c + b_c D^mu between the places of both; not of waves");
+        "Spring of the coupler: force = spring x + damper D^mu x, x the distance between both; not of waves");
     /// `b_c` of a coupler, N·s^μ/m.
     HAND_COUPLER_DISSIPATION = number("coupler_dissipation_n_s_mu_per_m", 10.0, "10", DISSIPATIONS,
-        "b_c of that coupler, N·s^μ/m");
+        "Damper of that coupler, N·s^μ/m: at order 1 N·s/m");
     /// Order of a coupler.
     HAND_COUPLER_ORDER = number("order", 0.5, "0.5", COUPLER_ORDERS, "Order mu of that coupler");
     /// b of waves, N·s/m.

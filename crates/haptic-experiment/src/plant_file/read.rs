@@ -119,7 +119,10 @@ fn intervals(table: &Table<'_>, values: &DeviceValues) -> Result<Vec<Interval>, 
             [low, high] => {
                 let reason = format!(
                     "{key} = [{low}, {high}] is not an interval of numbers from 0 to {} about the value {value} in [device]: change it, or leave it out",
-                    Shown(parameter.range().ends()[1])
+                    Shown(parameter.range().ends()[1]),
+                    low = Shown(low),
+                    high = Shown(high),
+                    value = Shown(value)
                 );
                 return Err(table.fail_at(key, reason));
             }

@@ -11,6 +11,7 @@ mod samples;
 mod session;
 mod summary;
 
+use fracdiff::parameter::Shown;
 pub use run::RemoteRun;
 pub use samples::blank;
 pub use summary::{FrameCounts, LinkSummary};
@@ -161,7 +162,7 @@ pub(super) fn configuration(
         return Err(Failure::bad_input(format_args!(
             "sample time {} s is not a whole number of microseconds, which a device needs: change \
              `sample_time_s`",
-            schedule.sample_time_s
+            Shown(schedule.sample_time_s)
         )));
     }
     let simulation = if capabilities.simulated {

@@ -2,6 +2,7 @@
 
 use crate::failure::Failure;
 use crate::named::Named;
+use fracdiff::parameter::Shown;
 use std::time::Duration;
 
 /// A flight test.
@@ -45,7 +46,7 @@ impl SelfTest {
         if !(least..=most).contains(&self.force_limit_n) {
             return Err(Failure::bad_input(format_args!(
                 "force limit {} N of a self-test is not in [{least}, {most}] N: change `force_limit_n`",
-                self.force_limit_n
+                Shown(self.force_limit_n)
             )));
         }
         let (least, most) = (

@@ -9,6 +9,7 @@ use crate::run::SAMPLES;
 use crate::safety::Safety;
 use crate::schedule::Pace;
 use crate::sensed::Sensors;
+use fracdiff::parameter::Shown;
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_analysis::{HandCoupler, HandLine, HandMass, Teleoperation};
 use haptic_link::{Architecture, HandSide};
@@ -196,7 +197,9 @@ impl TeleoperationExperiment {
             if self.architecture == Architecture::Wave && impedance > damping {
                 return Err(Failure::bad_input(format_args!(
                     "wave impedance {impedance} N·s/m is above the damping of the {side}, {damping} N·s/m: held forces would give \
-                     it energy; take a smaller `wave_impedance_n_s_per_m` or a device with more damping"
+                     it energy; take a smaller `wave_impedance_n_s_per_m` or a device with more damping",
+                    impedance = Shown(impedance),
+                    damping = Shown(damping)
                 )));
             }
         }
@@ -225,8 +228,9 @@ impl TeleoperationExperiment {
             return Err(Failure::bad_input(format_args!(
                 "window {} s is not whole samples of {t} s, at most the run less {} s for the motion to begin: change \
                  `window_s` or `duration_s`",
-                self.window_s,
-                HandMotion::RISE_S
+                Shown(self.window_s),
+                HandMotion::RISE_S,
+                t = Shown(t)
             )));
         }
         let highest = self.motion.frequencies_hz.last().copied().unwrap_or(0.0);
@@ -234,7 +238,8 @@ impl TeleoperationExperiment {
             return Err(Failure::bad_input(format_args!(
                 "highest frequency {highest} Hz is not above 0 and below 0.45 of the sample rate, {} Hz: change `high_hz`, \
                  `frequencies` or `sample_time_s`",
-                0.45 / t
+                Shown(0.45 / t),
+                highest = Shown(highest)
             )));
         }
         Ok(())
@@ -262,7 +267,8 @@ impl TeleoperationExperiment {
         let mu = self.order.get();
         if !(0.0..=1.0).contains(&mu) {
             return Err(Failure::bad_input(format_args!(
-                "order {mu} is not in [0, 1]: a coupler of a higher order pushes ahead of the motion"
+                "order {mu} is not in [0, 1]: a coupler of a higher order pushes ahead of the motion",
+                mu = Shown(mu)
             )));
         }
         let operator = || {

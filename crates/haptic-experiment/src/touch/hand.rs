@@ -2,6 +2,7 @@
 
 use crate::failure::Failure;
 use crate::named::Named;
+use fracdiff::parameter::Shown;
 use std::f64::consts::{PI, TAU};
 
 /// How the hand moves the device.
@@ -80,7 +81,8 @@ impl HandPath {
                     if *time_s <= before || *time_s < 0.0 {
                         return Err(Failure::bad_input(format_args!(
                             "row {} of `way_points` is at {time_s} s, which is not at least 0 and later than the row before",
-                            n + 1
+                            n + 1,
+                            time_s = Shown(*time_s)
                         )));
                     }
                 }

@@ -55,6 +55,30 @@ impl TouchExperiment {
         }
     }
 
+    /// Checks that the simulated device begins outside the shape; on a device only the device knows.
+    ///
+    /// # Errors
+    /// A start inside, which would be a blow; a parameter outside its range.
+    pub fn check_start(&self) -> Result<(), Failure> {
+        match self.axes {
+            _ if self.remote.is_some() => Ok(()),
+            3 => self.outside(&self.parts::<3>()?),
+            _ => self.outside(&self.parts::<2>()?),
+        }
+    }
+
+    fn outside<const D: usize>(&self, parts: &Parts<D>) -> Result<(), Failure> {
+        let shape = self.shape.of::<D>()?;
+        let begins = depth(&shape, parts.device.device().place().as_slice());
+        if begins <= START_MOST_M {
+            return Ok(());
+        }
+        Err(Failure::bad_input(format_args!(
+            "the device begins {begins:.3e} m deep in the shape, which would be a blow: let the hand begin outside, \
+             by `way_points` or `circle_start_radius_m`, or move the shape"
+        )))
+    }
+
     fn run_in<const D: usize>(
         &self,
         request: &FolderRequest,
@@ -64,14 +88,7 @@ impl TouchExperiment {
             return self.run_on::<D>(remote, request, supervisor);
         }
         let mut parts = self.parts::<D>()?;
-        let shape = self.shape.of::<D>()?;
-        let begins = depth(&shape, parts.device.device().place().as_slice());
-        if begins > START_MOST_M {
-            return Err(Failure::bad_input(format_args!(
-                "the device begins {begins:.3e} m deep in the shape, which would be a blow: let the hand begin outside, \
-                 by `way_points` or `circle_start_radius_m`, or move the shape"
-            )));
-        }
+        self.outside(&parts)?;
         let postures = self.postures::<D>(parts.samples)?;
         let (verdict, posture) = postures.worse(self.dynamics(), 0)?;
         let mut metadata = self.metadata();

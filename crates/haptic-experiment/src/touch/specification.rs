@@ -11,6 +11,7 @@ use crate::remote::{RemoteDevice, host_limits};
 use crate::safety::{Safety, workspace};
 use crate::schedule::Pace;
 use crate::sensed::Sensors;
+use fracdiff::parameter::Shown;
 use fracdiff::{Scheme, Seconds};
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, Newtons, NewtonsPerMetre, NewtonsPerSecond};
@@ -184,7 +185,9 @@ impl TouchExperiment {
         }
         if let Some((low, high)) = low_m.iter().zip(high_m).find(|(low, high)| low >= high) {
             return Err(Failure::bad_input(format_args!(
-                "`box_high_m` has {high}, which is not above {low} of `box_low_m`"
+                "`box_high_m` has {high}, which is not above {low} of `box_low_m`",
+                high = Shown(*high),
+                low = Shown(*low)
             )));
         }
         if self.safety.workspace_m.is_some() {

@@ -7,6 +7,7 @@ use crate::remote::RemoteDevice;
 use crate::sensed::Sensors;
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_loop::plant::MassDamperConfig;
+use std::ops::RangeInclusive;
 
 /// A Z-width experiment.
 ///
@@ -52,6 +53,9 @@ pub struct ZWidth {
 }
 
 impl ZWidth {
+    /// Numbers of dissipations an order.
+    pub const POINTS: RangeInclusive<usize> = 2..=1000;
+
     /// As it is really tried: a serial device cannot be thrown.
     pub(super) fn plan(&self) -> TrialPlan {
         match self.remote {
@@ -67,10 +71,12 @@ impl ZWidth {
     }
 
     pub(crate) fn check(&self) -> Result<(), Failure> {
-        if !(2..=1000).contains(&self.points) {
+        if !Self::POINTS.contains(&self.points) {
             return Err(Failure::bad_input(format_args!(
-                "number of points {} is not in [2, 1000]: give as many dissipations an order",
-                self.points
+                "number of points {} is not in [{}, {}]: give as many dissipations an order",
+                self.points,
+                Self::POINTS.start(),
+                Self::POINTS.end()
             )));
         }
         if self.orders.is_empty() {

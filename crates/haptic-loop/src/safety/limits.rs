@@ -5,6 +5,7 @@ use crate::units::{
     Hertz, Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond,
     Seconds,
 };
+use fracdiff::parameter::Shown;
 
 /// Every limit of a [`SafetyChain`](crate::SafetyChain); `None` is off.
 ///
@@ -228,7 +229,9 @@ impl core::fmt::Display for StartRefused {
         } = self;
         write!(
             f,
-            "the wanted force of {wanted_n} N is not within the {allowed_n} N allowed at the start"
+            "the wanted force of {wanted_n} N is not within the {allowed_n} N allowed at the start",
+            wanted_n = Shown(*wanted_n),
+            allowed_n = Shown(*allowed_n)
         )
     }
 }

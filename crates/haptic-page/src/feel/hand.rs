@@ -52,7 +52,7 @@ impl Pointer {
     fn aim(&mut self, target_m: f64) {
         // A pointer that is not a number stays where it is.
         if target_m.is_finite() {
-            self.target_m = target_m.clamp(ranges::HAND_M.least, ranges::HAND_M.most);
+            self.target_m = ranges::HAND_M.nearest(target_m);
         }
     }
 

@@ -190,12 +190,14 @@ impl Feel {
         })
     }
 
-    /// The pointer.
+    /// The pointer; the place that the hand goes to, m: that of the pointer, or the end of the hand's range before it.
     ///
     /// # Errors
     /// If the loop does not take orders.
-    pub(crate) fn hand(&self, position_m: f64, held: bool) -> Result<(), Failure> {
-        self.order(LoopOrder::Hand(position_m, held))
+    pub(crate) fn hand(&self, position_m: f64, held: bool) -> Result<f64, Failure> {
+        let goes_to_m = ranges::HAND_M.nearest(position_m);
+        self.order(LoopOrder::Hand(goes_to_m, held))?;
+        Ok(goes_to_m)
     }
 
     /// The simulated world stands still, or goes on.

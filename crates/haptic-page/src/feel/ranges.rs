@@ -1,5 +1,6 @@
 //! Ranges of what can be set while a law is felt, once.
 
+use fracdiff::parameter::Shown;
 use haptic_experiment::Failure;
 use haptic_experiment::parameters;
 use serde::Serialize;
@@ -83,7 +84,14 @@ impl NumberRange {
             return Ok(value);
         }
         Err(Failure::bad_input(format_args!(
-            "`{name}` = {value} is not in [{least}, {most}]: change it"
+            "`{name}` = {} is not in [{least}, {most}]: change it",
+            Shown(value)
         )))
+    }
+
+    /// The number, or the end of the range that is nearest to it.
+    #[must_use]
+    pub const fn nearest(self, value: f64) -> f64 {
+        value.clamp(self.least, self.most)
     }
 }

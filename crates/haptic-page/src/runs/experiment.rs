@@ -93,6 +93,10 @@ impl Job {
     ) -> Result<Self, Failure> {
         let experiment = experiment.in_pace(realtime.map_or(Pace::Virtual, Pace::Realtime));
         let samples = experiment.samples()?;
+        // A run refuses it too, but then the page has been told that it began.
+        if let ExperimentFile::Touch(touch) = &experiment {
+            touch.check_start()?;
+        }
         let (request, name) = place(runs, kind, provenance)?;
         Ok(Self {
             kind: kind.to_owned(),

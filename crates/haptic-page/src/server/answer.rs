@@ -100,7 +100,10 @@ fn feel(request: Request, hub: Arc<Hub>) -> Asked {
         Err(error) => return Asked::Done(Err(error)),
     };
     Asked::Done(match request {
-        Request::FeelHand { position_m, held } => feel.hand(position_m, held).map(nothing),
+        Request::FeelHand { position_m, held } => {
+            let goes_to = feel.hand(position_m, held);
+            goes_to.map(|position_m| json!({"position_m": position_m}))
+        }
         Request::FeelPause { paused } => feel.pause(paused).map(nothing),
         Request::FeelMark { text } => feel.mark(text).map(nothing),
         Request::FeelRecord { on: true } => {

@@ -67,6 +67,27 @@ fn a_tissue_is_felt_relaxes_and_remembers() {
 }
 
 #[test]
+fn a_pointer_beyond_the_reach_of_the_hand_is_told_where_the_hand_goes() {
+    let runs = tempfile::tempdir().expect("a folder");
+    let server = server(runs.path(), OnClose::Stop);
+    let mut page = Page::open(server.address());
+    let hello = page.ask("hello", json!({"version": 1}));
+    let reach = &hello["ranges"]["hand_m"];
+    page.ask("feel.start", prostate());
+    for (asked, goes_to) in [
+        (json!(5e-3), &json!(5e-3)),
+        (json!(1e9), &reach["most"]),
+        (json!(-1e9), &reach["least"]),
+    ] {
+        let answer = page.ask("feel.hand", json!({"position_m": asked, "held": true}));
+        assert_eq!(&answer["position_m"], goes_to, "{asked}");
+        assert_documented("feel.hand", &answer);
+    }
+    let refused = page.refused("feel.set", json!({"scale": 1e300}));
+    assert_eq!(refused, "`scale` = 1e300 is not in [0.01, 100]: change it");
+}
+
+#[test]
 fn what_is_felt_changes_while_it_runs_without_a_bump_and_only_to_what_is_stable() {
     let runs = tempfile::tempdir().expect("a folder");
     let server = server(runs.path(), OnClose::Stop);

@@ -103,6 +103,12 @@ fn a_touch_is_run_from_a_form_seen_while_it_grows_and_opened_axis_by_axis() {
     let mut page = Page::open(server.address());
     let given = json!({"shape": "ball", "radius_m": 0.02, "centre_m": [0, 0], "mass_kg": [0.065, 0.12],
         "circle_radius_m": 0.018, "stiffness_n_per_m": 300});
+    // A hand that begins inside would be a blow: nothing is started.
+    let mut inside = given.clone();
+    inside["circle_radius_m"] = json!(0.01);
+    inside["circle_start_radius_m"] = json!(0.01);
+    let refused = page.refused("runs.start", json!({"kind": "touch", "parameters": inside}));
+    assert!(refused.contains("deep in the shape"), "{refused}");
     // By the clock: it is looked at while it goes.
     let mut slow = given.clone();
     slow["duration_s"] = json!(900);

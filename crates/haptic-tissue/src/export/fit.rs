@@ -2,12 +2,12 @@
 
 use crate::model::{Form, MaxwellBranch, Model, ModelError, ModelKind};
 use fracdiff::full_memory::non_negative_least_squares;
+use fracdiff::parameter::Shown;
 use std::fmt;
+use std::ops::RangeInclusive;
 
 /// Times of the fit for each decade; the error is looked for at four times as many.
 const TIMES_A_DECADE: f64 = 20.0;
-/// Branches at most.
-const BRANCHES_MOST: usize = 100;
 /// Decades at most.
 const DECADES_MOST: f64 = 30.0;
 
@@ -67,7 +67,9 @@ impl fmt::Display for ExportError {
         match self {
             Self::Branches(given) => write!(
                 f,
-                "`branches` = {given} is not from 1 to {BRANCHES_MOST}: 2 for each decade give about 1 %"
+                "`branches` = {given} is not from {} to {}: 2 for each decade give about 1 %",
+                PronyFit::BRANCHES.start(),
+                PronyFit::BRANCHES.end()
             ),
             Self::Band {
                 shortest_s,
@@ -75,7 +77,9 @@ impl fmt::Display for ExportError {
             } => write!(
                 f,
                 "times from `shortest_s` = {shortest_s} s to `horizon_s` = {horizon_s} s are no band: both above 0 s, the \
-                 second larger, at most {DECADES_MOST} decades"
+                 second larger, at most {DECADES_MOST} decades",
+                shortest_s = Shown(*shortest_s),
+                horizon_s = Shown(*horizon_s)
             ),
             Self::Impulse(kind) => write!(
                 f,
@@ -84,7 +88,8 @@ impl fmt::Display for ExportError {
             ),
             Self::Vanished { time_s } => write!(
                 f,
-                "the modulus has fallen to nothing at {time_s} s: take a `horizon_s` below it"
+                "the modulus has fallen to nothing at {time_s} s: take a `horizon_s` below it",
+                time_s = Shown(*time_s)
             ),
             Self::Terms { given, most } => write!(
                 f,
@@ -102,6 +107,9 @@ impl fmt::Display for ExportError {
 impl std::error::Error for ExportError {}
 
 impl PronyFit {
+    /// Branches that are allowed.
+    pub const BRANCHES: RangeInclusive<usize> = 1..=100;
+
     /// Fits up to so many branches to G(t), `shortest_s` ≤ t ≤ `horizon_s`.
     ///
     /// Relaxation times at even distances in log τ; moduli by least squares of the relative error without negative ones,
@@ -125,7 +133,7 @@ impl PronyFit {
         shortest_s: f64,
         horizon_s: f64,
     ) -> Result<Self, ExportError> {
-        if !(1..=BRANCHES_MOST).contains(&branches) {
+        if !Self::BRANCHES.contains(&branches) {
             return Err(ExportError::Branches(branches));
         }
         let decades = libm::log10(horizon_s / shortest_s);

@@ -1,6 +1,7 @@
 //! Records of a specimen: valid numbers in SI units.
 
 use super::error::IdentifyError;
+use fracdiff::parameter::Shown;
 
 /// No record is longer, samples.
 pub const SAMPLES_MOST: usize = 1_000_000;
@@ -125,7 +126,7 @@ impl Record {
             return Err(IdentifyError::Record(format!(
                 "the strain stays at {}: a record needs the loading too; give `kind` = relaxation and `strain`, or begin the record \
                  before the motion",
-                strain[0]
+                Shown(strain[0])
             )));
         }
         if strain[0].abs() > REST * range {

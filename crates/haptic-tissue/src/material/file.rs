@@ -3,6 +3,7 @@
 use super::parameters::{Named, TwoElements};
 use super::parts::{KelvinVoigt, Material, Source, ValidRange, is_name};
 use crate::model::{Model, ModelKind};
+use fracdiff::parameter::Shown;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use toml::Spanned;
@@ -120,7 +121,8 @@ fn checked(range: &ValidRange) -> Result<(), String> {
             let value = value.unwrap_or(0.0);
             if !(value >= 0.0 && value.is_finite()) {
                 return Err(format!(
-                    "{name} = {value} is not a finite number of at least 0"
+                    "{name} = {value} is not a finite number of at least 0",
+                    value = Shown(value)
                 ));
             }
         }
@@ -128,7 +130,9 @@ fn checked(range: &ValidRange) -> Result<(), String> {
             && from > to
         {
             return Err(format!(
-                "{to_name} = {to} is below {from_name} = {from}: exchange them"
+                "{to_name} = {to} is below {from_name} = {from}: exchange them",
+                to = Shown(to),
+                from = Shown(from)
             ));
         }
     }

@@ -2,6 +2,7 @@
 
 use super::parts::KelvinVoigt;
 use crate::model::{Form, Model, ModelError, ModelKind, Parameter, SpringPot};
+use fracdiff::parameter::Shown;
 use serde::Deserialize;
 use serde::de::{SeqAccess, Visitor};
 use std::collections::BTreeMap;
@@ -36,7 +37,7 @@ impl TwoElements {
             at_least_zero(&self.viscosity_pa_s_alpha, "viscosity_pa_s_alpha", "Pa·s^α")?;
         let alpha = *self.order.get_ref();
         if !(0.0..=1.0).contains(&alpha) {
-            let reason = format!("order = {alpha} is not in [0, 1]");
+            let reason = format!("order = {alpha} is not in [0, 1]", alpha = Shown(alpha));
             return Err((Some(self.order.span().start), reason));
         }
         if modulus == 0.0 && viscosity == 0.0 {

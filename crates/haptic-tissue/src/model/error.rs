@@ -1,5 +1,6 @@
 //! Parameters that make no model.
 
+use fracdiff::parameter::Shown;
 use std::fmt;
 
 /// A parameter outside its range, or parameters that do not go together.
@@ -61,14 +62,17 @@ impl fmt::Display for ModelError {
             Self::SameOrder(order) => write!(
                 f,
                 "both elements have the order {order}: together they are one spring-pot; take that model, or two \
-                 orders that differ"
+                 orders that differ",
+                order = Shown(*order)
             ),
             Self::OrdersExchanged {
                 order,
                 second_order,
             } => write!(
                 f,
-                "order = {order} is below second_order = {second_order}: exchange the two elements"
+                "order = {order} is below second_order = {second_order}: exchange the two elements",
+                order = Shown(*order),
+                second_order = Shown(*second_order)
             ),
             Self::Count {
                 model,

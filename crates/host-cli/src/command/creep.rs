@@ -2,12 +2,12 @@
 
 use super::experiment::RenderingArguments;
 use crate::output::Output;
-use crate::quantity::{Stress, Time};
 use crate::within::within;
 use clap::Args;
 use haptic_experiment::Creep;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters;
+use haptic_quantity::{Stress, Time};
 
 pub(crate) const LONG_ABOUT: &str = "\
 Creep: the indenter pushes a virtual tissue with a constant force from t = 0 on; the strain is \

@@ -7,11 +7,11 @@ mod print;
 use crate::command::conduct::progress_bar;
 use crate::command::experiment::modelled;
 use crate::command::plant::PlantArguments;
-use crate::command::words::{parse_scheme, wall_order};
+use crate::command::words::{parse_scheme, parse_wall_order, wall_order};
 use crate::files::{folder, overwrite_acts, save_picture};
 use crate::output::{Output, note};
 use crate::parameter::help_with_default;
-use crate::quantity::{Area, Force, Frequency, Length};
+use crate::whole::whole;
 use crate::within::{number_within, within};
 use clap::{Args, ValueEnum};
 use draw::draw;
@@ -23,6 +23,7 @@ use haptic_experiment::parameters::range;
 use haptic_experiment::{TrialVerdict, parameters};
 use haptic_loop::Specimen;
 use haptic_loop::units::{Metres, SquareMetres};
+use haptic_quantity::{Area, Force, Frequency, Length};
 use haptic_tissue::Library;
 use print::print;
 use std::path::PathBuf;
@@ -42,7 +43,7 @@ Wishes:
   most-damping    the largest effective damping of the wall at --frequency
   tissue NAME     K, B and order of a specimen: does it fit, how much larger may it be, and which \
 order of the grid is the closest that fits (equal at --frequency) if it does not
-  coupler         the stiffest virtual coupler k_c + b_c (T/(1-w))^mu as felt at --frequency (default 1 Hz), that Llewellyn's criterion \
+  coupler         the stiffest virtual coupler damper + spring (T/(1-w))^mu as felt at --frequency (default 1 Hz), that Llewellyn's criterion \
 passes on this damping and sample time, for every passive hand and object. His device acts half a sample earlier than a real one, so the \
 loop that is really sampled (mass, hand, an object of 100 g, 1 N s/m, 500 N/m) must be stable too, also with a coupler twice as large: \
 where it is not, both parts are made smaller (share below 1). --require passive asks instead for passivity of the sampled device with \
@@ -60,7 +61,7 @@ imperfections{friction_n, delay_s, current_lag_s, encoder_resolution_m, sensor_n
 realistic{the same, analysis_stable, margin, force_noise_rms_n, simulated}, candidates[{order, stiffness (N/m), \
 dissipation (N.s^mu/m), margin, alpha, beta, passive, required_damping_n_s_per_m, effective_damping_n_s_per_m, \
 force_noise_rms_n, largest_scale, reason}], best, tissue, simulated (as in `host-cli run`), experiment, files, notes. Of a coupler: \
-wish, require (llewellyn or passive), scheme, frequency_hz, candidates[{order, stiffness (k_c, N.s/m), dissipation (b_c, N.s^(1-mu)/m), \
+wish, require (llewellyn or passive), scheme, frequency_hz, candidates[{order, stiffness (the damper, N.s/m), dissipation (the spring, N.s^(1-mu)/m), \
 margin, felt_stiffness_n_per_m, share, loop_margin, sampled_damping_n_s_per_m, reason}], best, simulated, experiment, files.";
 
 /// Arguments of `design`.
@@ -84,7 +85,7 @@ pub struct Arguments {
     require: Option<Require>,
     #[arg(long, help = help_with_default(&parameters::GAIN_MARGIN), value_parser = number_within(parameters::GAIN_MARGIN.range()), value_name = "FACTOR", allow_hyphen_values = true)]
     gain_margin: Option<f64>,
-    #[arg(long, help = parameters::DESIGN_ORDERS.help, value_delimiter = ',', default_value = parameters::DESIGN_ORDERS.shown, allow_hyphen_values = true)]
+    #[arg(long, help = parameters::DESIGN_ORDERS.help, value_parser = parse_wall_order, value_delimiter = ',', default_value = parameters::DESIGN_ORDERS.shown, allow_hyphen_values = true)]
     orders: Vec<f64>,
     #[arg(long, help = parameters::SCHEME.help, value_parser = parse_scheme, default_value = parameters::SCHEME.shown)]
     scheme: Scheme,
@@ -95,7 +96,7 @@ pub struct Arguments {
         long,
         value_name = "SAMPLES",
         conflicts_with = "delay",
-        value_parser = clap::value_parser!(u16).range(0..=64),
+        value_parser = whole::<u16>(0..=64),
         help_heading = "Device"
     )]
     delay_samples: Option<u16>,

@@ -3,13 +3,13 @@
 use super::words::{order, parse_order, parse_scheme, rate};
 use crate::column;
 use crate::output::Output;
-use crate::quantity::Time;
 use crate::within::within;
 use clap::Args;
 use fracdiff::full_memory::Kernel;
 use fracdiff::{Channel, Operator, Order, Scheme, SchemeError, Seconds, batch};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters::range;
+use haptic_quantity::Time;
 use serde::Serialize;
 use std::fs::File;
 use std::io;

@@ -1,10 +1,10 @@
 //! Options of the controller that holds the indenter.
 
-use crate::quantity::Force;
 use crate::within::within;
 use clap::Args;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::{Drive, parameters};
+use haptic_quantity::Force;
 use std::path::PathBuf;
 
 /// Arguments of every experiment on the rig.

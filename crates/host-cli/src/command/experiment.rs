@@ -14,7 +14,7 @@ use crate::files::{folder, overwrite_acts};
 use crate::output::Output;
 use crate::parameter::{help_with_default, seed_for};
 use crate::picture::of_theory;
-use crate::quantity::{Area, Bytes, Force, ForceRate, Length, Time};
+use crate::whole::whole;
 use crate::within::within;
 use clap::Args;
 use fracdiff::Scheme;
@@ -27,6 +27,7 @@ use haptic_experiment::{
 use haptic_link::LoopMode;
 use haptic_loop::Specimen;
 use haptic_loop::units::{Metres, SquareMetres};
+use haptic_quantity::{Area, Bytes, Force, ForceRate, Length, Time};
 use haptic_tissue::Library;
 use std::path::PathBuf;
 
@@ -55,7 +56,7 @@ pub struct RenderingArguments {
     encoder_resolution: Length,
     #[arg(long, value_parser = within::<Length>(parameters::SENSOR_NOISE.range()), help = parameters::SENSOR_NOISE.help, value_name = "LENGTH", default_value = parameters::SENSOR_NOISE.shown, allow_hyphen_values = true, help_heading = "Rig")]
     sensor_noise: Length,
-    #[arg(long, help = help_with_default(&parameters::SEED), allow_hyphen_values = true, help_heading = "Rig")]
+    #[arg(long, help = help_with_default(&parameters::SEED), value_parser = whole::<u64>(0..=u64::MAX), allow_hyphen_values = true, help_heading = "Rig")]
     seed: Option<u64>,
     #[arg(long, value_parser = within::<Force>(parameters::FORCE_LIMIT.range()), help = parameters::FORCE_LIMIT.help, value_name = "FORCE", default_value = parameters::FORCE_LIMIT.shown, allow_hyphen_values = true, help_heading = "Loop")]
     force_limit: Force,

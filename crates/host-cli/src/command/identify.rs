@@ -11,11 +11,12 @@ use crate::choice::choice;
 use crate::command::conduct::progress_bar;
 use crate::files::overwrite_acts;
 use crate::output::{Output, warn};
-use crate::quantity::{Area, Length, Strain, Stress};
+use crate::whole::whole;
 use crate::within::within;
 use clap::Args;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters;
+use haptic_quantity::{Area, Length, Strain, Stress};
 use haptic_tissue::identify::table::Loading;
 use haptic_tissue::identify::{Options, identify};
 use std::path::PathBuf;
@@ -79,13 +80,13 @@ struct FitArguments {
     #[arg(long, value_parser = choice::<WeightChoice>(), default_value = "equal")]
     weights: WeightChoice,
     /// Starts for each model
-    #[arg(long, default_value_t = Options::STARTS as u32, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    #[arg(long, default_value_t = Options::STARTS as u32, value_parser = whole::<u32>(1..=10_000))]
     starts: u32,
     /// Records drawn for bootstrap intervals; 0 for intervals by the standard errors
-    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=100_000))]
+    #[arg(long, default_value_t = 0, value_parser = whole::<u32>(0..=100_000))]
     bootstrap: u32,
     /// Seed of the bootstrap [default: 1]
-    #[arg(long, requires = "bootstrap")]
+    #[arg(long, value_parser = whole::<u64>(0..=u64::MAX), requires = "bootstrap")]
     seed: Option<u64>,
 }
 

@@ -2,7 +2,7 @@
 
 use super::device_model::DeviceModelArguments;
 use crate::parameter::{help_with_default, seed_for};
-use crate::quantity::{Damping, Force, Length, Mass, Stiffness, Time};
+use crate::whole::whole;
 use crate::within::within;
 use clap::Args;
 use fracdiff::Seconds;
@@ -10,6 +10,7 @@ use haptic_experiment::parameters;
 use haptic_experiment::{Failure, Imperfections, Sensors, TrialPlan, dissertation_device};
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
+use haptic_quantity::{Damping, Force, Length, Mass, Stiffness, Time};
 
 /// The simulated device; by default that of the dissertation's section 4.4.
 #[derive(Debug, Args)]
@@ -48,7 +49,7 @@ pub struct SimulatedArguments {
     encoder_resolution: Option<Length>,
     #[arg(long, value_parser = within::<Length>(parameters::SENSOR_NOISE.range()), help = help_with_default(&parameters::SENSOR_NOISE), value_name = "LENGTH", allow_hyphen_values = true)]
     sensor_noise: Option<Length>,
-    #[arg(long, help = help_with_default(&parameters::SEED), allow_hyphen_values = true)]
+    #[arg(long, help = help_with_default(&parameters::SEED), value_parser = whole::<u64>(0..=u64::MAX), allow_hyphen_values = true)]
     seed: Option<u64>,
 }
 

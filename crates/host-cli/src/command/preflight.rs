@@ -1,6 +1,7 @@
 //! Options of the pre-flight.
 
 use clap::Args;
+use fracdiff::parameter::Shown;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::plant_file::DeviceModel;
 use haptic_experiment::{Dynamics, PreflightRequest, Safety};
@@ -35,7 +36,9 @@ impl PreflightArguments {
         if let Some((mass, damping)) = known.filter(|(mass, b)| !(*mass > 0.0 && *b >= 0.0)) {
             return Err(Failure::bad_input(format_args!(
                 "a device of {mass} kg and {damping} N·s/m: give a --device-mass above 0 and a \
-                 --device-damping of at least 0"
+                 --device-damping of at least 0",
+                mass = Shown(mass),
+                damping = Shown(damping)
             )));
         }
         Ok(PreflightRequest {

@@ -49,7 +49,7 @@ pub fn print_coupler(out: &mut dyn Write, report: &CouplerReport) -> io::Result<
     let (run, settling) = (&trial.run, &trial.settling);
     writeln!(
         out,
-        "coupler of order {} · scheme {} · k_c = {:.6} N·s/m · b_c = {:.6} N·s^(1−μ)/m · device {}",
+        "coupler of order {} · scheme {} · damper {:.6} N·s/m · spring {:.6} N·s^(1−μ)/m · device {}",
         trial.order,
         trial.scheme,
         report.coupler_stiffness_n_s_per_m,

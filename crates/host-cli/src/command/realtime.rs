@@ -1,5 +1,6 @@
 //! Options of a run that follows the clock.
 
+use crate::whole::whole;
 use clap::Args;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::{Pace, RealtimeOptions, RealtimeSummary};
@@ -34,6 +35,7 @@ pub struct ThreadArguments {
         long,
         value_name = "CORE",
         allow_hyphen_values = true,
+        value_parser = whole::<usize>(0..=100_000),
         help_heading = "Real time"
     )]
     pin: Option<usize>,

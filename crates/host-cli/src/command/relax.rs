@@ -2,12 +2,12 @@
 
 use super::experiment::RenderingArguments;
 use crate::output::Output;
-use crate::quantity::{Strain, Time};
 use crate::within::within;
 use clap::Args;
 use haptic_experiment::Relaxation;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters;
+use haptic_quantity::{Strain, Time};
 
 pub(crate) const LONG_ABOUT: &str = "\
 Stress relaxation: an indenter compresses a virtual tissue to a strain and holds it; the loop \

@@ -2,14 +2,16 @@
 
 use super::device::number::watchdog_ms;
 use crate::choice::choice;
-use crate::quantity::Time;
+use crate::whole::whole;
 use crate::within::within;
 use clap::Args;
+use fracdiff::parameter::Shown;
 use haptic_experiment::device::{DeviceName, Loop};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters;
 use haptic_experiment::parameters::range;
 use haptic_experiment::remote::RemoteDevice;
+use haptic_quantity::Time;
 use std::time::Duration;
 
 /// Arguments of every experiment that can run on a device.
@@ -26,10 +28,10 @@ pub struct RemoteArguments {
     #[arg(long, value_parser = within::<Time>(parameters::WATCHDOG.range()), help = parameters::WATCHDOG.help, value_name = "TIME", allow_hyphen_values = true)]
     pub watchdog: Option<Time>,
     /// Late ticks in a row after which a serial device lets go; 0 for never [default: 20]
-    #[arg(long, value_name = "COUNT")]
+    #[arg(long, value_name = "COUNT", value_parser = whole::<u16>(0..=u16::MAX))]
     pub late_ticks: Option<u16>,
     /// See [`parameters::MAX_AGE_TICKS`].
-    #[arg(long, help = parameters::MAX_AGE_TICKS.help, value_name = "COUNT", value_parser = clap::value_parser!(u16).range(1..=1000))]
+    #[arg(long, help = parameters::MAX_AGE_TICKS.help, value_name = "COUNT", value_parser = whole::<u16>(1..=1000))]
     pub max_age_ticks: Option<u16>,
     /// Go on trying for so long while a serial device is not there [default: 0s]
     #[arg(long, value_parser = within::<Time>(range::WAITS), value_name = "TIME", allow_hyphen_values = true)]
@@ -86,7 +88,8 @@ impl RemoteArguments {
         if let Some(wait) = self.wait {
             remote.patience = Duration::try_from_secs_f64(wait.0).map_err(|_| {
                 Failure::bad_input(format_args!(
-                    "waiting time {wait} is not in [0, 1e9] s: give --wait, as in 10s"
+                    "waiting time {wait} s is not in [0, 1e9] s: give --wait, as in 10s",
+                    wait = Shown(wait.0)
                 ))
             })?;
         }

@@ -3,11 +3,13 @@
 use super::conduct::{progress_bar, stop_on_interrupt};
 use super::realtime::ThreadArguments;
 use crate::output::Output;
-use crate::quantity::{Frequency, Time};
+use crate::whole::whole;
 use clap::Args;
+use fracdiff::parameter::Shown;
 use haptic_experiment::RealtimeOptions;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::rt_check::{FIT_SHARE, Rate, RtCheck, RtReport};
+use haptic_quantity::{Frequency, Time};
 use std::io::{self, Write};
 use std::time::Duration;
 
@@ -30,7 +32,7 @@ pub struct Arguments {
     #[arg(long, value_name = "RATE", allow_hyphen_values = true)]
     rate: Vec<Frequency>,
     /// Threads of normal priority that keep processors busy meanwhile
-    #[arg(long, value_name = "COUNT", default_value_t = 0, allow_hyphen_values = true, value_parser = clap::value_parser!(u16).range(0..=1024))]
+    #[arg(long, value_name = "COUNT", default_value_t = 0, allow_hyphen_values = true, value_parser = whole::<u16>(0..=1024))]
     busy: u16,
     /// Measure a plain loop (`std::thread::sleep`, normal priority) in turns with the runner, to compare with
     #[arg(long)]
@@ -49,8 +51,8 @@ impl Arguments {
         const DURATIONS_S: std::ops::RangeInclusive<f64> = 0.01..=86_400.0;
         if !DURATIONS_S.contains(&self.duration.0) {
             return Err(Failure::bad_input(format_args!(
-                "duration {} is not in [0.01, 86400] s: give --duration, as in 10s",
-                self.duration
+                "duration {} s is not in [0.01, 86400] s: give --duration, as in 10s",
+                Shown(self.duration.0)
             )));
         }
         let rates_hz: Vec<f64> = if self.rate.is_empty() {
@@ -60,7 +62,8 @@ impl Arguments {
         };
         if let Some(hz) = rates_hz.iter().find(|hz| !(1.0..=100e3).contains(*hz)) {
             return Err(Failure::bad_input(format_args!(
-                "rate {hz} Hz is not in [1, 100000] Hz: give --rate, as in 1kHz"
+                "rate {hz} Hz is not in [1, 100000] Hz: give --rate, as in 1kHz",
+                hz = Shown(*hz)
             )));
         }
         let check = RtCheck {

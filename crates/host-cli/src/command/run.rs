@@ -15,7 +15,6 @@ use super::words::roll_bytes;
 use crate::files::{folder, overwrite_acts};
 use crate::output::Output;
 use crate::picture::{of_coupler, of_teleoperation, of_theory, of_touch, of_wall};
-use crate::quantity::Bytes;
 use clap::Args;
 use haptic_experiment::curves::{CouplerCurves, Published, WallCurves};
 use haptic_experiment::failure::Failure;
@@ -30,6 +29,7 @@ use haptic_experiment::{
     CouplerExperiment, CouplerReport, ExperimentFile, Pace, Supervisor, TeleoperationExperiment,
     TeleoperationReport, TouchExperiment, TouchReport, TrialVerdict, WallExperiment, WallReport,
 };
+use haptic_quantity::Bytes;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -47,7 +47,7 @@ must_be_stable = true the exit code is 1 unless both call the wall stable. On a 
 that are not given stay as they are set there. `host-cli design` writes such a file.
 
 A coupler: the same trial, but between the device and a simulated object (mass, damper, spring to the ground) is a fractional \
-virtual coupler k_c + b_c (T/(1-w))^mu of order 0 to 1. At order 1 device and object come to rest where the springs balance the push; below 1 \
+virtual coupler damper + spring (T/(1-w))^mu of order 0 to 1, velocity in, force out. At order 1 device and object come to rest where the springs balance the push; below 1 \
 the coupler creeps, and the force alone is judged. Before the run the loop that is really sampled must be stable with this device, hand and \
 object, and Llewellyn's criterion must be met; on the simulated device a refusal is a warning, a serial one does not start without \
 --force-unstable. Llewellyn alone is not enough: his device acts half a sample earlier than a real one, which needs at least four times the \

@@ -3,13 +3,13 @@
 use super::device_model::DeviceModelArguments;
 use crate::choice::choice;
 use crate::pair::{Delay, Workspace};
-use crate::quantity::{Damping, Force, Length, Mass, Speed, Time};
 use crate::within::within;
 use clap::Args;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters;
 use haptic_experiment::plant_file::DeviceModel;
 use haptic_experiment::{GuardChoice, Safety};
+use haptic_quantity::{Damping, Force, Length, Mass, Speed, Time};
 
 /// An option that is not given is as in the file, else off.
 #[derive(Clone, Debug, Args)]

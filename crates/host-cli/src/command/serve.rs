@@ -8,6 +8,7 @@ use crate::choice::choice;
 use crate::files::provenance;
 use crate::output::{Output, note};
 use crate::parameter::with_options;
+use crate::whole::whole;
 use clap::Args;
 use haptic_experiment::Imperfections;
 use haptic_experiment::failure::Failure;
@@ -41,7 +42,7 @@ One page holds the controls, others watch. The space bar stops: force zero first
 )]
 pub struct Arguments {
     /// Port of the address; 0 for any that is free
-    #[arg(long, default_value_t = PORT)]
+    #[arg(long, default_value_t = PORT, value_parser = whole::<u16>(0..=u16::MAX))]
     port: u16,
     /// Only print the address
     #[arg(long)]

@@ -3,7 +3,6 @@
 use super::conduct::stop_on_interrupt;
 use super::summary::plain;
 use crate::output::{Output, note, warn};
-use crate::quantity::{Strain, Time};
 use crate::within::within;
 use clap::Args;
 use haptic_experiment::failure::Failure;
@@ -11,6 +10,7 @@ use haptic_experiment::parameters;
 use haptic_experiment::parameters::range;
 use haptic_experiment::teleoperation::{End, FarEnd, FarReport, Terms};
 use haptic_experiment::{ExperimentFile, TeleoperationExperiment};
+use haptic_quantity::{Strain, Time};
 use std::io::{self, Write};
 use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::{Path, PathBuf};

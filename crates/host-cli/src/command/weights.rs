@@ -2,12 +2,13 @@
 
 use super::words::{order, parse_order, parse_scheme, rate};
 use crate::output::Output;
-use crate::quantity::Time;
+use crate::whole::whole;
 use crate::within::within;
 use clap::Args;
 use fracdiff::{Channel, Operator, Scheme, Seconds, grunwald_weights};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters::range;
+use haptic_quantity::Time;
 use serde::Serialize;
 
 /// Arguments of `weights`.
@@ -25,7 +26,7 @@ pub struct Arguments {
     #[arg(long, value_parser = parse_scheme, default_value = "exact")]
     scheme: Scheme,
     /// Number of weights
-    #[arg(long, default_value_t = 10, allow_hyphen_values = true, value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
+    #[arg(long, default_value_t = 10, allow_hyphen_values = true, value_parser = whole::<u64>(1..=10_000_000))]
     count: u64,
     /// Sample time; matters only for a scheme with frequencies in Hz
     #[arg(long, value_parser = within::<Time>(range::SAMPLE_TIMES), default_value = "1s", allow_hyphen_values = true)]

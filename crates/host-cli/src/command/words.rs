@@ -1,10 +1,11 @@
 //! Words of a command line as values: orders, schemes, numbers, sizes.
 
-use crate::quantity::Bytes;
-pub use crate::quantity::parse_number;
+use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_experiment::failure::Failure;
 use haptic_log::record::ROLL_LEAST;
+use haptic_quantity::Bytes;
+pub use haptic_quantity::parse_number;
 
 /// The size that `--roll` gives, if it does.
 ///
@@ -18,7 +19,8 @@ pub fn roll_bytes(size: Option<Bytes>) -> Result<Option<u64>, Failure> {
         None => Ok(None),
         Some(Bytes(bytes)) if (least..=MOST).contains(&bytes) => Ok(Some(bytes as u64)),
         Some(Bytes(bytes)) => Err(Failure::bad_input(format_args!(
-            "size {bytes} bytes is not in [{least:e}, {MOST:e}]: give --roll, as in 1GB"
+            "size {bytes} bytes is not in [{least:e}, {MOST:e}]: give --roll, as in 1GB",
+            bytes = Shown(bytes)
         ))),
     }
 }
@@ -41,7 +43,8 @@ pub fn wall_order(mu: f64, option: &str) -> Result<Order, Failure> {
     }
     Err(Failure::bad_input(format_args!(
         "order {mu} is not in [0, {}], a wall has no integral: give {option} within it",
-        Order::MAX
+        Order::MAX,
+        mu = Shown(mu)
     )))
 }
 
@@ -78,6 +81,16 @@ pub fn rate(sample_time: Seconds, mu: Order) -> Result<f64, Failure> {
 /// If it is no number, or not finite.
 pub fn parse_order(text: &str) -> Result<f64, String> {
     parse_number(text).map_err(|error| format!("{error} in [{}, {}]", Order::MIN, Order::MAX))
+}
+
+/// Reads one of several orders of a wall; its range is checked by [`wall_order`].
+///
+/// # Errors
+/// If it is no number, or not finite.
+pub fn parse_wall_order(text: &str) -> Result<f64, String> {
+    let most = Order::MAX;
+    parse_number(text)
+        .map_err(|error| format!("{error} in [0, {most}]: give one or more orders, as in 0,0.5,1"))
 }
 
 /// Reads a SCHEME.

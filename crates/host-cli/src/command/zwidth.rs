@@ -3,21 +3,23 @@
 use super::conduct::{progress_bar, stop_on_interrupt};
 use super::plant::PlantArguments;
 use super::remote::RemoteArguments;
-use super::words::{parse_scheme, wall_order};
+use super::words::{parse_scheme, parse_wall_order, wall_order};
 use crate::choice::choice;
 use crate::files::{folder, overwrite_acts, save_picture};
 use crate::output::{Output, note, warn};
-use crate::quantity::{Force, Length, Time};
+use crate::whole::whole;
 use crate::within::{number_within, within};
 use clap::Args;
 use fracdiff::{Order, Scheme};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::folder::OutputFolder;
 use haptic_experiment::parameters;
+use haptic_experiment::zwidth::BoundaryPoint;
 use haptic_experiment::{
     Criterion, CriterionName, Imperfections, Named as _, TrialPlan, ZWidth, ZWidthReport,
 };
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
+use haptic_quantity::{Force, Length, Time};
 use std::io::{self, Write};
 use std::path::PathBuf;
 
@@ -48,9 +50,9 @@ sample_time_s, delta, criterion, impact_m_per_s, push_n, alpha_searched, runs, d
                   host-cli zwidth --criterion dissertation --scheme muir:3"
 )]
 pub struct Arguments {
-    #[arg(long, help = parameters::ZWIDTH_ORDERS.help, value_delimiter = ',', default_value = parameters::ZWIDTH_ORDERS.shown, allow_hyphen_values = true)]
+    #[arg(long, help = parameters::ZWIDTH_ORDERS.help, value_parser = parse_wall_order, value_delimiter = ',', default_value = parameters::ZWIDTH_ORDERS.shown, allow_hyphen_values = true)]
     orders: Vec<f64>,
-    #[arg(long, help = parameters::ZWIDTH_POINTS.help, default_value = parameters::ZWIDTH_POINTS.shown, allow_hyphen_values = true)]
+    #[arg(long, help = parameters::ZWIDTH_POINTS.help, value_parser = whole::<usize>(ZWidth::POINTS), default_value = parameters::ZWIDTH_POINTS.shown, allow_hyphen_values = true)]
     points: usize,
     #[arg(long, help = parameters::SCHEME.help, value_parser = parse_scheme, default_value = parameters::SCHEME.shown)]
     scheme: Scheme,
@@ -268,12 +270,19 @@ impl Curve {
     }
 }
 
+/// Number of a colour.
+const BLACK: usize = 5;
+
 /// The boundaries in the plane of β and α, or with units: the analysis beneath, what was tried on it.
 fn curves(report: &ZWidthReport, with_units: bool) -> Vec<Curve> {
     let tried = if report.device == "sim" {
         "simulated"
     } else {
         "measured"
+    };
+    let place = |p: &BoundaryPoint| match with_units {
+        true => (p.dissipation, p.stiffness_max),
+        false => (p.beta, p.alpha),
     };
     let orders = || report.orders.iter().enumerate();
     let analysis = orders().map(|(colour, order)| {
@@ -292,17 +301,26 @@ fn curves(report: &ZWidthReport, with_units: bool) -> Vec<Curve> {
         let boundary = order.boundary.iter();
         Curve {
             name: format!("{tried}, μ = {}", order.order),
-            points: boundary
-                .map(|p| match with_units {
-                    true => (p.dissipation, p.stiffness_max),
-                    false => (p.beta, p.alpha),
-                })
-                .collect(),
+            points: boundary.map(place).collect(),
             look: Look::Markers,
             colour,
         }
     });
-    analysis.chain(trials).collect()
+    let marked = Some(disagreements(report, place)).filter(|curve| !curve.points.is_empty());
+    // Crosses look out from behind the points.
+    analysis.chain(marked).chain(trials).collect()
+}
+
+/// The points that the table marks with an exclamation mark.
+fn disagreements(report: &ZWidthReport, place: impl Fn(&BoundaryPoint) -> (f64, f64)) -> Curve {
+    let points = report.orders.iter().flat_map(|order| &order.boundary);
+    let marked = points.filter(|point| point.analysis_agrees == Some(false));
+    Curve {
+        name: "! differs from the analysis by more than 5 %".to_owned(),
+        points: marked.map(place).collect(),
+        look: Look::Crosses,
+        colour: BLACK,
+    }
 }
 
 /// The boundaries without units, and the same in N/m.

@@ -158,6 +158,42 @@ fn the_third_order_polynomial_needs_more_damping_than_the_corollary_promises() {
 }
 
 #[test]
+fn a_damping_at_the_bound_is_said_to_be_there() {
+    let said = |delta: &str| {
+        let line = format!(
+            "analyze passivity --order 1 --scheme grunwald:2 --alpha 0.1 --beta 0.2 --delta {delta}"
+        );
+        Place::new().run(&line).succeeded().stdout
+    };
+    // δ = α/2 + β = 0.05 + 0.2 by hand.
+    for (delta, want) in [
+        (
+            "0.25",
+            "no, with delta = 0.25, which is the bound itself: take more",
+        ),
+        ("0.2500000000001", "above the bound"),
+        ("0.2499999999999", "below the bound"),
+    ] {
+        let text = said(delta);
+        assert!(text.contains(want), "{text}");
+    }
+    let far = said("0.3");
+    assert!(far.contains("yes, with delta = 0.3\n"), "{far}");
+}
+
+#[test]
+fn a_scheme_with_frequencies_needs_a_sample_time() {
+    let line = "analyze stability --order 0.5 --scheme oustaloup:3:1:100 --alpha 0.1 --beta 0.1";
+    Place::new()
+        .run(line)
+        .refused(2, &["oustaloup:3:1:100", "Hz", "--sample-time"]);
+    let report = analyze(
+        "stability --order 0.5 --scheme oustaloup:3:1:100 --alpha 0.1 --beta 0.1 --delta 0.2 --sample-time 1ms",
+    );
+    assert!(report["stable"].is_boolean(), "{report}");
+}
+
+#[test]
 fn the_coupled_port_needs_up_to_twice_what_the_corollary_promises_and_is_hopeless_above_order_one()
 {
     let one = analyze(

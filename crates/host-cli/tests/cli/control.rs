@@ -106,7 +106,7 @@ fn a_wish_that_is_not_met_ends_with_1_and_says_by_how_much() {
     let ended = place.run(&line).failed(1);
     let said = ended.error();
     assert!(
-        said.contains("not met: sensitivity_peak") && said.contains("in place of 1.01 (+"),
+        said.contains("not met: largest |S|") && said.contains("in place of 1.01 (+"),
         "{said}"
     );
     // The report is there all the same, and the file says so.
@@ -118,7 +118,7 @@ fn a_wish_that_is_not_met_ends_with_1_and_says_by_how_much() {
     assert!(
         place
             .text("d/controller.toml")
-            .contains("note = \"not met: sensitivity_peak")
+            .contains("note = \"not met: largest |S|")
     );
 }
 

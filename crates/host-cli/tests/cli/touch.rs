@@ -189,7 +189,7 @@ fn a_touch_on_a_board_of_one_axis_is_refused_and_so_is_what_no_device_can_do() {
     }
     place
         .run("device emulate --axes 4")
-        .refused(2, &["4", "1..=3"]);
+        .refused(2, &["4", "from 1 to 3"]);
     place
         .run("device emulate --kind moteus --axes 2")
         .refused(2, &["--axes"]);

@@ -1,6 +1,7 @@
 //! How a side ended, its report, and the terms on which it meets the other.
 
 use crate::failure::Failure;
+use fracdiff::parameter::Shown;
 use serde::Serialize;
 use std::time::Duration;
 
@@ -45,7 +46,7 @@ impl Terms {
         if !(0.0..=1.0).contains(&self.skipped_most) {
             return Err(Failure::bad_input(format_args!(
                 "`skipped_most` {} is not in [0, 1]: give a share of the ticks, as 0.1",
-                self.skipped_most
+                Shown(self.skipped_most)
             )));
         }
         Ok(self)

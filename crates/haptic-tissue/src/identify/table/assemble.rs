@@ -3,6 +3,7 @@
 use super::super::error::IdentifyError;
 use super::super::record::{Record, RecordKind};
 use super::column::Column;
+use fracdiff::parameter::Shown;
 
 /// What a table does not say of the experiment.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -118,7 +119,8 @@ impl Columns {
             let Some(size) = size else { continue };
             if !(size > 0.0 && size.is_finite()) {
                 return Err(IdentifyError::Record(format!(
-                    "`{parameter}` = {size} {unit} is not above 0 {unit} and finite: give the size of the specimen"
+                    "`{parameter}` = {size} {unit} is not above 0 {unit} and finite: give the size of the specimen",
+                    size = Shown(size)
                 )));
             }
             if self.has(to) {
@@ -254,7 +256,8 @@ impl Columns {
         if let Some(strain) = loading.strain.filter(|strain| strain.abs() > 1.0) {
             return Err(IdentifyError::Record(format!(
                 "`strain` = {strain} is {} %, more than a linear model holds for: give it as a share, as 0.05 or 5%",
-                100.0 * strain
+                Shown(100.0 * strain),
+                strain = Shown(strain)
             )));
         }
         let strain = held(loading.strain, self.take(Column::Strain), "strain", "")?;
@@ -309,7 +312,8 @@ impl Columns {
 fn no_effect(given: Option<f64>, name: &str, unit: &str) -> Result<(), IdentifyError> {
     given.map_or(Ok(()), |given| {
         Err(IdentifyError::Record(format!(
-            "`{name}` = {given}{unit} has no effect on this record: leave it out"
+            "`{name}` = {given}{unit} has no effect on this record: leave it out",
+            given = Shown(given)
         )))
     })
 }
@@ -333,14 +337,16 @@ fn held(
         && !(stays && (given - mean).abs() <= STAYS * mean.abs())
     {
         return Err(IdentifyError::Record(format!(
-            "`{name}` = {given}{unit} is not what its column says: leave it out, or begin the record where the column stays, with `from`"
+            "`{name}` = {given}{unit} is not what its column says: leave it out, or begin the record where the column stays, with `from`",
+            given = Shown(given)
         )));
     }
     let value = given.or(mean.filter(|_| stays));
     match value {
         Some(value) if value.is_finite() && value != 0.0 => Ok(value),
         Some(value) => Err(IdentifyError::Record(format!(
-            "`{name}` = {value}{unit} is not finite and other than 0{unit}: give the value that was held"
+            "`{name}` = {value}{unit} is not finite and other than 0{unit}: give the value that was held",
+            value = Shown(value)
         ))),
         None => Err(IdentifyError::Record(format!(
             "`{name}` is not known, or varies by more than 1 %: give the value that was held, or `kind` = record for any motion"

@@ -5,7 +5,6 @@ use crate::command::device_model::DeviceModelArguments;
 use crate::command::words::{parse_dissipation, parse_order, parse_scheme, wall_order};
 use crate::files::{folder, save_picture};
 use crate::picture_file::PictureFileError;
-use crate::quantity::{Damping, Mass, Stiffness, Time};
 use crate::within::{number_within, read_within, within};
 use clap::Args;
 use fracdiff::{Order, Scheme, Seconds};
@@ -17,6 +16,7 @@ use haptic_experiment::parameters;
 use haptic_experiment::parameters::range;
 use haptic_experiment::plant_file::DeviceValues;
 use haptic_figure::{FigureError, Picture};
+use haptic_quantity::{Damping, Mass, Stiffness, Time};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -134,6 +134,13 @@ impl LoopArguments {
                 "sample time {t} s is not above 0 s: change --sample-time"
             )));
         }
+        if let (Scheme::Oustaloup { .. }, None) = (self.scheme, sample_time_s) {
+            return Err(Failure::bad_input(format_args!(
+                "scheme {} has frequencies in Hz, which mean nothing without a sample time: give --sample-time, as in 1ms",
+                self.scheme
+            )));
+        }
+        // No other scheme asks for it.
         let sample_time = Seconds(sample_time_s.unwrap_or(1.0));
         Ok(ResolvedLoop {
             parameters,

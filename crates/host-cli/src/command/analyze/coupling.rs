@@ -3,7 +3,6 @@
 use super::arguments::{HORIZON, refused};
 use crate::command::words::{parse_order, parse_scheme, wall_order};
 use crate::output::Output;
-use crate::quantity::{Damping, Time};
 use crate::within::{number_within, within};
 use clap::Args;
 use fracdiff::{Scheme, Seconds};
@@ -11,6 +10,7 @@ use haptic_analysis::{Coupler, LeastDamping, LoopOperator};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters;
 use haptic_experiment::parameters::range;
+use haptic_quantity::{Damping, Time};
 use serde::Serialize;
 use std::io::{self, Write};
 
@@ -24,11 +24,11 @@ pub struct CouplingArguments {
     /// Order mu of the coupler
     #[arg(long, allow_hyphen_values = true, value_parser = parse_order)]
     order: f64,
-    /// `k_c` of the coupler `k_c` + `b_c` (T/(1-w))^mu, velocity in, force out: N s/m
-    #[arg(long, value_name = "K_C", allow_hyphen_values = true, value_parser = number_within(parameters::COUPLER_STIFFNESS.range()))]
+    /// Damper of the coupler damper + spring (T/(1-w))^mu, velocity in, force out: N s/m
+    #[arg(long, value_name = "DAMPER", allow_hyphen_values = true, value_parser = number_within(parameters::COUPLER_STIFFNESS.range()))]
     coupler_stiffness: f64,
-    /// `b_c` of the coupler: N s^(1-mu)/m
-    #[arg(long, value_name = "B_C", allow_hyphen_values = true, value_parser = number_within(parameters::COUPLER_DISSIPATION.range()))]
+    /// Spring of the coupler: N s^(1-mu)/m
+    #[arg(long, value_name = "SPRING", allow_hyphen_values = true, value_parser = number_within(parameters::COUPLER_DISSIPATION.range()))]
     coupler_dissipation: f64,
     /// Sample time T
     #[arg(long, value_parser = within::<Time>(range::SAMPLE_TIMES), allow_hyphen_values = true)]

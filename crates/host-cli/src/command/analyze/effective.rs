@@ -5,7 +5,7 @@ use super::path::{PathArguments, PathResult};
 use crate::command::device_model::DeviceModelArguments;
 use crate::command::words::{parse_dissipation, parse_order, parse_scheme, wall_order};
 use crate::output::Output;
-use crate::quantity::{Damping, Mass, Stiffness, Time};
+use crate::whole::whole;
 use crate::within::{number_within, read_within, within};
 use clap::Args;
 use fracdiff::{Scheme, Seconds};
@@ -15,6 +15,7 @@ use haptic_experiment::parameters;
 use haptic_experiment::parameters::range;
 use haptic_experiment::plant_file::DeviceValues;
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
+use haptic_quantity::{Damping, Mass, Stiffness, Time};
 use serde::Serialize;
 
 /// The virtual environment and the frequencies.
@@ -42,7 +43,7 @@ struct Wall {
     #[arg(long, value_name = "RAD_PER_S", allow_hyphen_values = true, value_parser = number_within(range::ANGULAR_FREQUENCIES))]
     omega_max: Option<f64>,
     /// Number of frequencies
-    #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u32).range(2..=100_000))]
+    #[arg(long, default_value_t = 200, value_parser = whole::<u32>(2..=100_000))]
     points: u32,
 }
 

@@ -2,12 +2,18 @@
 
 use super::arguments::{LoopArguments, Wall, refused};
 use super::path::PathResult;
-use crate::output::{Output, fixed, short};
+use crate::output::{Output, fixed};
 use clap::Args;
+use fracdiff::parameter::Shown;
 use haptic_analysis::{AnalysisError, Largest, OnePort};
 use haptic_experiment::failure::Failure;
 use serde::Serialize;
 use std::io::{self, Write};
+
+/// Nearer to a bound, as a share of it, nothing is known.
+const ROUNDING: f64 = 1e-15;
+/// Decimals of δ.
+const DIGITS: usize = 9;
 
 /// Arguments of `analyze passivity`.
 #[derive(Debug, Args)]
@@ -101,14 +107,14 @@ impl Passivity {
         writeln!(
             out,
             "required delta    {} (Theorem 1, the operator really used, {}), at theta = {:.6}",
-            fixed(self.required_delta, 9),
+            fixed(self.required_delta, DIGITS),
             self.path.words(),
             self.worst_theta
         )?;
         writeln!(
             out,
             "corollary delta   {} (Corollary 1, exact operator without delay)",
-            fixed(self.corollary_delta, 9)
+            fixed(self.corollary_delta, DIGITS)
         )?;
         if let (Some(b), Some(omega)) = (self.required_damping_n_s_per_m, self.worst_rad_s) {
             let (b, omega) = (fixed(b, 6), fixed(omega, 3));
@@ -121,11 +127,29 @@ impl Passivity {
             )?;
         }
         match self.passive {
-            Some(true) => writeln!(out, "passive           yes, with delta = {}", short(delta)),
-            Some(false) => writeln!(out, "passive           no, with delta = {}", short(delta)),
+            Some(passive) => writeln!(
+                out,
+                "passive           {}, with delta = {}{}",
+                if passive { "yes" } else { "no" },
+                Shown(delta),
+                self.beside_the_bound(delta)
+            ),
             None => writeln!(out, "passive           give --delta or --damping to know"),
         }?;
         self.print_largest(out, units)
+    }
+
+    /// Words for a δ that looks like the required one with the digits that are printed.
+    fn beside_the_bound(&self, delta: f64) -> String {
+        let over = delta - self.required_delta;
+        match () {
+            () if fixed(delta, DIGITS) != fixed(self.required_delta, DIGITS) => String::new(),
+            () if over.abs() <= ROUNDING * self.required_delta => {
+                ", which is the bound itself: take more".to_owned()
+            }
+            () if over > 0.0 => format!(", {over:.1e} above the bound"),
+            () => format!(", {:.1e} below the bound", -over),
+        }
     }
 
     fn print_largest(&self, out: &mut dyn Write, units: Option<(f64, f64)>) -> io::Result<()> {

@@ -1,12 +1,12 @@
 //! The way of the force, its delay and current lag: what an analysis is told, and what it answers.
 
-use crate::quantity::Time;
 use crate::within::{number_within, within};
 use clap::Args;
 use haptic_analysis::ForcePath;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters::{self, range};
 use haptic_experiment::plant_file::DeviceValues;
+use haptic_quantity::Time;
 use serde::Serialize;
 
 /// The way of the force: delay and current lag.

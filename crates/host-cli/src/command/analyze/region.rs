@@ -2,8 +2,9 @@
 
 use super::arguments::{Files, LoopArguments, ResolvedLoop, Wall, refused};
 use super::path::PathResult;
-use crate::output::{Output, fixed, short};
+use crate::output::{Output, fixed};
 use clap::Args;
+use fracdiff::parameter::Shown;
 use haptic_analysis::{BoundaryPoint, StabilityRegion};
 use haptic_experiment::failure::Failure;
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
@@ -131,7 +132,7 @@ impl Region {
             return writeln!(
                 out,
                 "empty: no wall of this order is stable on this device (delta {}, {})",
-                short(self.delta),
+                Shown(self.delta),
                 self.path.words()
             );
         }

@@ -3,6 +3,7 @@
 use super::arguments::{Files, LoopArguments, ResolvedLoop, Wall, decibel, logarithmic, refused};
 use super::path::PathResult;
 use crate::output::Output;
+use crate::whole::whole;
 use clap::Args;
 use haptic_experiment::failure::Failure;
 use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scale, Series};
@@ -17,7 +18,7 @@ pub struct SensitivityArguments {
     #[command(flatten)]
     arguments: LoopArguments,
     /// Number of frequencies
-    #[arg(long, default_value_t = 400, value_parser = clap::value_parser!(u32).range(2..=100_000))]
+    #[arg(long, default_value_t = 400, value_parser = whole::<u32>(2..=100_000))]
     points: u32,
     #[command(flatten)]
     files: Files,

@@ -2,8 +2,9 @@
 
 use super::arguments::{LoopArguments, Wall, decibel};
 use super::path::PathResult;
-use crate::output::{Output, fixed, short};
+use crate::output::{Output, fixed};
 use clap::Args;
+use fracdiff::parameter::Shown;
 use haptic_experiment::failure::Failure;
 use serde::Serialize;
 use std::io::{self, Write};
@@ -97,17 +98,17 @@ impl StabilityVerdict {
             },
             self.order,
             self.scheme,
-            short(self.alpha),
-            short(self.beta),
-            short(self.delta),
-            short(self.gamma),
+            Shown(self.alpha),
+            Shown(self.beta),
+            Shown(self.delta),
+            Shown(self.gamma),
             self.path.words()
         )?;
         if self.drifts {
             let spring = if self.alpha + self.gamma > 0.0 {
                 format!(
                     "with a spring of {}, too weak to be told from none (1e-9)",
-                    short(self.alpha + self.gamma)
+                    Shown(self.alpha + self.gamma)
                 )
             } else {
                 "without any spring".to_owned()

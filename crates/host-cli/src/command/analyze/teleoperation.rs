@@ -7,7 +7,7 @@ use crate::choice::choice;
 use crate::command::words::parse_dissipation;
 use crate::output::Output;
 use crate::parameter::help_with_default;
-use crate::quantity::{Area, Damping, Frequency, Length, Mass, Stiffness, Time};
+use crate::whole::whole;
 use crate::within::{number_within, read_within, within};
 use answer::{Answer, Best, Point};
 use clap::Args;
@@ -24,6 +24,7 @@ use haptic_experiment::teleoperation::{ArchitectureName, RemotePlace};
 use haptic_link::Architecture;
 use haptic_loop::Specimen;
 use haptic_loop::units::{Metres, SquareMetres};
+use haptic_quantity::{Area, Damping, Frequency, Length, Mass, Stiffness, Time};
 use haptic_tissue::Library;
 use std::f64::consts::TAU;
 use std::path::PathBuf;
@@ -55,7 +56,7 @@ pub struct TeleoperationArguments {
     #[arg(long, value_parser = within::<Damping>(p::WAVE_IMPEDANCE.range()), help = help_with_default(&p::WAVE_IMPEDANCE), allow_hyphen_values = true, help_heading = "Line")]
     wave_impedance: Option<Damping>,
     /// Samples over which waves are played out [default: 2]
-    #[arg(long, value_name = "SAMPLES", value_parser = clap::value_parser!(u32).range(1..=10_000), help_heading = "Line")]
+    #[arg(long, value_name = "SAMPLES", value_parser = whole::<u32>(1..=10_000), help_heading = "Line")]
     playout: Option<u32>,
     /// Find the best coupler of each order, or the best impedance of waves, for this delay and tissue
     #[arg(long, help_heading = "Line")]
@@ -95,7 +96,7 @@ pub struct TeleoperationArguments {
     )]
     high: Frequency,
     /// Number of frequencies
-    #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u32).range(2..=10_000), help_heading = "Tissue")]
+    #[arg(long, default_value_t = 20, value_parser = whole::<u32>(2..=10_000), help_heading = "Tissue")]
     points: u32,
     #[command(flatten)]
     files: Files,
@@ -105,7 +106,7 @@ pub(super) const LONG_ABOUT: &str = "\
 Is a teleoperation stable with every passive hand and every passive thing at the other end (Llewellyn's criterion, with the delay of the line, \
 sampled controllers and held forces)? Up to which delay? And what does the hand feel of a remote tissue?
 
---best looks for the coupler k_c + b_c D^mu of each order that makes the tissue feel right from --low to --high: the least root mean square of \
+--best looks for the coupler spring + damper D^mu of each order that makes the tissue feel right from --low to --high: the least root mean square of \
 |ln(Z_felt/Z_tissue)|, 0.1 being 10 % or 6 degrees, among those that are stable with every hand and place at this delay. Of waves it finds the impedance.
 
 time-domain is no linear law and is refused: analyze position-position, whose coupler it limits; `host-cli run` shows what is felt of it.";

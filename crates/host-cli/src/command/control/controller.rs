@@ -3,7 +3,6 @@
 use super::plant::sample_time;
 use super::words::{digits, in_degrees};
 use crate::command::words::{parse_number, parse_scheme};
-use crate::quantity::Time;
 use crate::within::in_range;
 use crate::within::within;
 use clap::Args;
@@ -13,6 +12,7 @@ use haptic_experiment::controller_file::ControllerFile;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::input::short;
 use haptic_experiment::parameters::range;
+use haptic_quantity::Time;
 use std::path::Path;
 
 /// Options of the controller.

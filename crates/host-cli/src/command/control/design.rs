@@ -10,10 +10,10 @@ use super::words::{digits, refused};
 use crate::command::words::parse_number;
 use crate::files::{folder, overwrite_acts, save_picture};
 use crate::output::Output;
-use crate::quantity::{Angle, AngularFrequency, Time};
 use crate::within::in_range;
 use crate::within::{number_within, read_within, within};
 use clap::Args;
+use fracdiff::parameter::Shown;
 use fracdiff::{Scheme, Seconds};
 use fractional_control::tuning::{Bound, Specification};
 use haptic_experiment::control::design::{ControlAnswer, ControlDesign};
@@ -23,6 +23,7 @@ use haptic_experiment::folder::write_text;
 use haptic_experiment::parameters;
 use haptic_experiment::parameters::range;
 use haptic_figure::Picture;
+use haptic_quantity::{Angle, AngularFrequency, Time};
 use std::path::PathBuf;
 
 pub(super) const LONG_ABOUT: &str = "\
@@ -129,7 +130,7 @@ fn parse_bound(text: &str) -> Result<Bound, String> {
         .ok_or_else(|| format!("\"{text}\" is not FREQUENCY:GAIN, as in 10rad/s:-20dB"))?;
     let frequency: AngularFrequency = frequency
         .parse()
-        .map_err(|error: crate::quantity::QuantityError| error.to_string())?;
+        .map_err(|error: haptic_quantity::QuantityError| error.to_string())?;
     Ok(Bound {
         omega_rad_s: in_range(frequency, range::ANGULAR_FREQUENCIES)?.0,
         at_most: in_range(parse_gain(gain)?, range::RATIOS)?,
@@ -200,7 +201,7 @@ impl Arguments {
         let answer = design.answer().map_err(refused)?;
         let mut report = Report::new(&design, &answer);
         self.write(&plant, &answer, &mut report)?;
-        output.summary(&report, |out| report.print(out, &answer))?;
+        output.summary(&report, |out| report.print(out))?;
         report.judge()
     }
 
@@ -213,7 +214,8 @@ impl Arguments {
         let crossover = self.wishes.crossover.0;
         if crossover <= 0.0 {
             return Err(Failure::bad_input(format_args!(
-                "crossover {crossover} rad/s is not above 0 rad/s: give --crossover, as in 0.1rad/s or 2Hz"
+                "crossover {crossover} rad/s is not above 0 rad/s: give --crossover, as in 0.1rad/s or 2Hz",
+                crossover = Shown(crossover)
             )));
         }
         let sample_time_s = match self.sample_time {
@@ -227,7 +229,8 @@ impl Arguments {
         if !(2.0..=SAMPLES_MOST).contains(&samples) {
             return Err(Failure::bad_input(format_args!(
                 "{} samples of {sample_time_s} s are not 2 to {SAMPLES_MOST:e}: change --duration or --sample-time",
-                digits(samples)
+                digits(samples),
+                sample_time_s = Shown(sample_time_s)
             )));
         }
         Ok(ControlDesign {

@@ -9,7 +9,6 @@ use crate::column;
 use crate::files::overwrite_acts;
 use crate::output::{Output, warn};
 use crate::picture_file::{self, PictureFileError};
-use crate::quantity::Time;
 use crate::within::within;
 use clap::Args;
 use fractional_control::FractionalTransferFunction;
@@ -20,6 +19,7 @@ use haptic_experiment::failure::Failure;
 use haptic_experiment::folder::write_text;
 use haptic_experiment::parameters;
 use haptic_experiment::plant_file::{PlantFile, PlantModel};
+use haptic_quantity::Time;
 use std::fs::File;
 use std::path::PathBuf;
 

@@ -2,14 +2,15 @@
 
 use super::words::{in_degrees, refused};
 use crate::output::note;
-use crate::quantity::{Damping, Mass, Stiffness, Time};
 use crate::within::within;
 use clap::Args;
+use fracdiff::parameter::Shown;
 use fractional_control::{Plant, factor_after_division};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::input::short;
 use haptic_experiment::parameters;
 use haptic_experiment::plant_file::{DeviceValues, PlantFile, PlantModel, read_response};
+use haptic_quantity::{Damping, Mass, Stiffness, Time};
 use std::path::Path;
 
 /// Options of the plant.
@@ -150,6 +151,6 @@ pub(super) fn sample_time(time: Time) -> Result<f64, Failure> {
     }
     Err(Failure::bad_input(format_args!(
         "sample time {} s is not {range}: give --sample-time, as in 1ms",
-        time.0
+        Shown(time.0)
     )))
 }

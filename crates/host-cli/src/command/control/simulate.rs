@@ -8,7 +8,6 @@ use super::words::{digits, in_degrees, law, percent, refused};
 use crate::column;
 use crate::command::analyze::Files;
 use crate::output::{Output, note};
-use crate::quantity::Time;
 use crate::within::{number_within, within};
 use clap::Args;
 use fracdiff::Seconds;
@@ -19,6 +18,7 @@ use haptic_experiment::control::run::{
 use haptic_experiment::controller_file::ControllerFile;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters::range;
+use haptic_quantity::Time;
 use serde::Serialize;
 use std::fs::File;
 use std::path::{Path, PathBuf};

@@ -113,8 +113,8 @@ impl CouplerReport {
     fn print(&self, out: &mut dyn Write) -> io::Result<()> {
         writeln!(
             out,
-            "{:>6} {:>16} {:>20} {:>18} {:>8} {:>12}",
-            "order", "k_c / N·s/m", "b_c / N·s^(1−μ)/m", "felt / N/m", "share", "loop margin"
+            "{:>6} {:>16} {:>23} {:>18} {:>8} {:>12}",
+            "order", "damper / N·s/m", "spring / N·s^(1−μ)/m", "felt / N/m", "share", "loop margin"
         )?;
         for c in &self.answer.candidates {
             print_candidate(out, c)?;
@@ -173,7 +173,7 @@ fn print_candidate(out: &mut dyn Write, c: &CouplerCandidate) -> io::Result<()> 
         .map_or_else(|| "any".to_owned(), |margin| format!("{margin:.3}"));
     writeln!(
         out,
-        "{:>6} {k:>16.6} {b:>20.6} {felt:>18.6} {:>8.4} {margin:>12}",
+        "{:>6} {k:>16.6} {b:>23.6} {felt:>18.6} {:>8.4} {margin:>12}",
         c.order,
         c.share.unwrap_or(f64::NAN)
     )

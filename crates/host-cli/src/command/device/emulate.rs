@@ -5,7 +5,7 @@ use super::emulate_moteus::{self, MoteusArguments};
 use super::port::duration;
 use crate::choice::choice;
 use crate::output::{Output, note};
-use crate::quantity::Time;
+use crate::whole::whole;
 use crate::within::{number_within, within};
 use clap::Args;
 use haptic_devices::haply::HaplyName;
@@ -13,6 +13,7 @@ use haptic_devices::moteus::MoteusName;
 use haptic_experiment::Named;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters::range;
+use haptic_quantity::Time;
 use haptic_remote::LineFaults;
 use haptic_remote::emulator::{Emulated, Emulation, EmulatorError, Terminal, emulate};
 use serde::Serialize;
@@ -77,7 +78,7 @@ pub struct Arguments {
     #[arg(long, value_name = "PATH")]
     link: Option<PathBuf>,
     /// Axes of the device: 2 or 3 take a [touch], for which they are a mass with a hand that pushes along the first
-    #[arg(long, value_parser = clap::value_parser!(u8).range(1..=3))]
+    #[arg(long, value_parser = whole::<u8>(1..=3))]
     axes: Option<u8>,
     /// Seconds of the device in a second; the host's silence is measured in real time
     #[arg(long, value_parser = number_within(range::SPEED_UPS), default_value_t = 1.0, allow_hyphen_values = true)]
@@ -119,7 +120,7 @@ pub struct LineArguments {
     #[arg(long, value_parser = within::<Time>(range::LINE_TIMES), default_value = "50ms", allow_hyphen_values = true)]
     stall_time: Time,
     /// Seed of the damage
-    #[arg(long = "line-seed", default_value_t = 1)]
+    #[arg(long = "line-seed", default_value_t = 1, value_parser = whole::<u64>(0..=u64::MAX))]
     seed: u64,
 }
 

@@ -1,12 +1,12 @@
 //! `device emulate --kind haply-2diy`.
 
 use crate::output::note;
-use crate::quantity::Length;
 use crate::within::in_range;
 use clap::Args;
 use haptic_devices::haply::{Board, Body, Emulated, Hand, Model, Version, emulate};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters::range;
+use haptic_quantity::Length;
 use haptic_remote::LineFaults;
 use haptic_remote::emulator::Terminal;
 use std::sync::atomic::AtomicBool;

@@ -1,13 +1,14 @@
 //! `device emulate --kind moteus`.
 
 use crate::output::note;
-use crate::quantity::{Length, Time};
+use crate::whole::whole;
 use crate::within::in_range;
 use clap::Args;
 use haptic_devices::moteus::MoteusSettings;
 use haptic_devices::moteus::emulated::{Emulated, EmulatedServo, Hand, Shaft, emulate};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters::range;
+use haptic_quantity::{Length, Time};
 use haptic_remote::LineFaults;
 use haptic_remote::emulator::Terminal;
 use std::sync::atomic::AtomicBool;
@@ -21,7 +22,7 @@ const WAIT_COMMANDS: u32 = 600;
 #[command(next_help_heading = "moteus")]
 pub struct MoteusArguments {
     /// Number of the servo on its bus [default: 1]
-    #[arg(long, value_name = "ID")]
+    #[arg(long, value_name = "ID", value_parser = whole::<u8>(0..=u8::MAX))]
     servo_id: Option<u8>,
     /// A hand that turns the shaft by a length, at a radius of 20 mm, in a time, and holds it there, as 2mm:0.5s; it begins
     /// with command 600 [default: nobody holds the shaft]

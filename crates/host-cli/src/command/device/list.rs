@@ -1,6 +1,7 @@
 //! `device list`.
 
 use crate::output::Output;
+use crate::whole::whole;
 use clap::Args;
 use haptic_experiment::device::firmware_version;
 use haptic_experiment::failure::Failure;
@@ -15,7 +16,7 @@ pub struct Arguments {
     #[arg(long)]
     probe: bool,
     /// Speed at which to greet [default: 460800 and 921600 in turn]
-    #[arg(long, value_name = "BAUD", value_parser = clap::value_parser!(u32).range(1200..=12_000_000))]
+    #[arg(long, value_name = "BAUD", value_parser = whole::<u32>(1200..=12_000_000))]
     baud: Option<u32>,
 }
 

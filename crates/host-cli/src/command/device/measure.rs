@@ -12,7 +12,7 @@ use crate::files::overwrite_acts;
 use crate::output::{Output, note, warn};
 use crate::parameter::with_options;
 use crate::picture_file;
-use crate::quantity::{Force, Length, Time};
+use crate::whole::whole;
 use crate::within::within;
 use clap::Args;
 use haptic_experiment::device::LinkedName;
@@ -24,6 +24,7 @@ use haptic_experiment::plant_file::DeviceModel;
 use haptic_experiment::remote::RemoteDevice;
 use haptic_experiment::{Named, parameters};
 use haptic_log::record::{NewFile, NewFileError, StartTime};
+use haptic_quantity::{Force, Length, Time};
 use print::{Report, print};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
@@ -84,7 +85,7 @@ struct LineArguments {
     /// Silence from this program after which a serial device lets go [default: 20ms]
     #[arg(long, value_parser = within::<Time>(parameters::WATCHDOG.range()), value_name = "TIME", allow_hyphen_values = true)]
     watchdog: Option<Time>,
-    #[arg(long, help = parameters::MAX_AGE_TICKS.help, value_name = "COUNT", value_parser = clap::value_parser!(u16).range(1..=1000))]
+    #[arg(long, help = parameters::MAX_AGE_TICKS.help, value_name = "COUNT", value_parser = whole::<u16>(1..=1000))]
     max_age_ticks: Option<u16>,
 }
 

@@ -6,7 +6,7 @@ use crate::command::conduct::stop_on_interrupt;
 use crate::command::live::LiveArguments;
 use crate::files::folder;
 use crate::output::{Output, note};
-use crate::quantity::Time;
+use crate::whole::whole;
 use crate::within::within;
 use clap::Args;
 use haptic_experiment::failure::Failure;
@@ -14,6 +14,7 @@ use haptic_experiment::parameters::range;
 use haptic_experiment::recorder::{Recorded, Recorder};
 use haptic_link::{BATCH_MAX, Sample};
 use haptic_log::record::{StartTime, TickMessage};
+use haptic_quantity::Time;
 use haptic_remote::serial::{Heard, SerialLink};
 use indicatif::{ProgressBar, ProgressDrawTarget};
 use serde::Serialize;
@@ -37,7 +38,7 @@ pub struct Arguments {
     #[command(flatten)]
     port: PortArguments,
     /// Each how manyth tick is sent
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, default_value_t = 1, value_parser = whole::<u16>(1..=u16::MAX))]
     every: u16,
     /// Stop after this time [default: when stopped by Ctrl-C]
     #[arg(long, value_parser = within::<Time>(range::DURATIONS), value_name = "TIME", allow_hyphen_values = true)]

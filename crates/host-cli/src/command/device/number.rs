@@ -1,9 +1,9 @@
 //! Numbers as a device has them: single precision, whole microseconds, whole milliseconds.
 
-use crate::quantity::Time;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::refused::single;
 use haptic_link::Limits;
+use haptic_quantity::Time;
 
 /// Sets what was given.
 ///

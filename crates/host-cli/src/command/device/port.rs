@@ -2,12 +2,13 @@
 
 use crate::command::conduct::stop_on_interrupt;
 use crate::output::warn;
-use crate::quantity::Time;
 use crate::within::within;
 use clap::Args;
+use fracdiff::parameter::Shown;
 use haptic_experiment::device::{DeviceName, LinkedName};
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters::range;
+use haptic_quantity::Time;
 use haptic_remote::serial::SerialLink;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
@@ -50,8 +51,8 @@ impl PortArguments {
     pub(super) fn patience(&self) -> Result<Duration, Failure> {
         Duration::try_from_secs_f64(self.wait.0).map_err(|_| {
             Failure::bad_input(format_args!(
-                "waiting time {} is not in [0, 1e9] s: give --wait, as in 10s",
-                self.wait
+                "waiting time {} s is not in [0, 1e9] s: give --wait, as in 10s",
+                Shown(self.wait.0)
             ))
         })
     }
@@ -91,7 +92,8 @@ pub(super) fn duration(given: Option<Time>) -> Result<Option<Duration>, Failure>
     };
     let duration = Duration::try_from_secs_f64(time.0).map_err(|_| {
         Failure::bad_input(format_args!(
-            "duration {time} is not in [0, 1e9] s: give --duration, as in 1min"
+            "duration {time} s is not in [0, 1e9] s: give --duration, as in 1min",
+            time = Shown(time.0)
         ))
     })?;
     Ok(Some(duration))

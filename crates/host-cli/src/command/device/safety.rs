@@ -4,7 +4,6 @@ use super::number::set_all;
 use crate::choice::choice;
 use crate::output::note;
 use crate::pair::{Delay, Workspace};
-use crate::quantity::{Damping, Force, Length, Mass, Speed, Time};
 use crate::within::within;
 use clap::Args;
 use fracdiff::Seconds;
@@ -16,6 +15,7 @@ use haptic_experiment::refused::single;
 use haptic_experiment::remote::guard_of;
 use haptic_experiment::safety::{GuardedDevice, speed, workspace};
 use haptic_link::{Configuration, Guard, Limits, SimulationKind};
+use haptic_quantity::{Damping, Force, Length, Mass, Speed, Time};
 use haptic_remote::wire_guard;
 
 /// What of the safety chain is set.

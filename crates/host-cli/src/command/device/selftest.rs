@@ -4,13 +4,13 @@ use super::port::PortArguments;
 use crate::choice::choice;
 use crate::command::conduct::stop_on_interrupt;
 use crate::output::{Output, note};
-use crate::quantity::{Force, Time};
 use crate::within::within;
 use clap::Args;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters;
 use haptic_experiment::parameters::range;
 use haptic_experiment::selftest::{Attendant, EmergencyStop, Notice, SelfTest, SelfTestReport};
+use haptic_quantity::{Force, Time};
 use std::io::{self, IsTerminal as _, Write};
 
 const LONG_ABOUT: &str = "\

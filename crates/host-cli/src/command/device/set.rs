@@ -8,7 +8,7 @@ use super::safety::SafetyArguments;
 use crate::choice::choice;
 use crate::command::words::{order, parse_dissipation, parse_order, parse_scheme};
 use crate::output::{Output, note};
-use crate::quantity::{Damping, Force, ForceRate, Length, Mass, Stiffness, Time};
+use crate::whole::whole;
 use crate::within::in_range;
 use crate::within::{read_within, within};
 use clap::Args;
@@ -19,6 +19,7 @@ use haptic_experiment::parameters;
 use haptic_experiment::parameters::range;
 use haptic_experiment::refused::single;
 use haptic_link::{Configuration, LoopMode, Simulation, SimulationKind};
+use haptic_quantity::{Damping, Force, ForceRate, Length, Mass, Stiffness, Time};
 use haptic_remote::operator_shape;
 
 /// Arguments of `device get`.
@@ -72,10 +73,10 @@ pub struct SetArguments {
     #[arg(long, value_parser = within::<Time>(parameters::WATCHDOG.range()), allow_hyphen_values = true)]
     watchdog: Option<Time>,
     /// Late ticks in a row that latch a fault; 0 for never
-    #[arg(long)]
+    #[arg(long, value_parser = whole::<u16>(0..=u16::MAX))]
     late_ticks: Option<u16>,
     /// In a loop on the host: ticks from a sample to the force that answers it at most
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    #[arg(long, value_parser = whole::<u16>(1..=1000))]
     max_age_ticks: Option<u16>,
     #[command(flatten)]
     safety: SafetyArguments,
@@ -113,7 +114,7 @@ fn parse_surface(text: &str) -> Result<Surface, String> {
     }
     let length: Length = text
         .parse()
-        .map_err(|error: crate::quantity::QuantityError| error.to_string())?;
+        .map_err(|error: haptic_quantity::QuantityError| error.to_string())?;
     Ok(Surface::At(in_range(length, range::PLACES)?.0))
 }
 

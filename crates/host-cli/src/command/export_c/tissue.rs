@@ -1,6 +1,5 @@
 //! The tissue whose law is exported.
 
-use crate::quantity::{Area, Length};
 use crate::within::within;
 use clap::Args;
 use fracdiff::Order;
@@ -10,6 +9,7 @@ use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters as p;
 use haptic_loop::Specimen;
 use haptic_loop::units::{Metres, SquareMetres};
+use haptic_quantity::{Area, Length};
 use haptic_tissue::Library;
 use std::path::PathBuf;
 

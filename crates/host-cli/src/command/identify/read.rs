@@ -1,11 +1,11 @@
 //! From the file to a record.
 
-use crate::quantity::Time;
 use crate::within::within;
 use clap::Args;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::parameters::range;
 use haptic_log::record::{Entry, LogReader, TickMessage};
+use haptic_quantity::Time;
 use haptic_tissue::identify::table::{
     Choice, Column, Columns, Loading, Reader, Reading, TABLE_MOST, Understood, read_table,
 };

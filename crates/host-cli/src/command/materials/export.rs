@@ -3,12 +3,13 @@
 use super::folder::Folder;
 use crate::output::Output;
 use crate::parameter::with_options;
-use crate::quantity::Time;
+use crate::whole::whole;
 use crate::within::within;
 use clap::Args;
 use haptic_experiment::failure::Failure;
 use haptic_experiment::folder::write_text;
 use haptic_experiment::parameters::range;
+use haptic_quantity::Time;
 use haptic_tissue::{ExportError, ExportFormat, MaxwellBranch, PronyFit};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -25,7 +26,7 @@ pub struct Arguments {
     /// A name from the list, or the path of a TOML file
     name: String,
     /// Branches at most
-    #[arg(long, value_name = "N", default_value_t = 12)]
+    #[arg(long, value_name = "N", default_value_t = 12, value_parser = whole::<usize>(PronyFit::BRANCHES))]
     prony: usize,
     /// Longest time at which the series holds
     #[arg(long, value_parser = within::<Time>(range::MEMORIES), allow_hyphen_values = true, default_value = "1000s")]

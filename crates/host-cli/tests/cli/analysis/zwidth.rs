@@ -97,13 +97,19 @@ fn a_wall_that_buzzes_against_the_force_limit_is_not_called_stable() {
 fn the_dissertations_criterion_is_still_there_and_is_fooled() {
     let place = Place::new();
     let line = "zwidth --mass 45g --damping 0.2 --sample-time 1ms --force-limit 3.3N --orders 1 --points 2 \
-                --criterion dissertation --json";
+                --criterion dissertation --json --out z";
     let ended = place.run(line);
     let report = ended.succeeded_with_warnings().json();
     assert_eq!(number(&report, "impact_m_per_s"), 0.0);
     // Analysis and trial do not agree, and that is said.
     assert!(number(&report, "disagreements") >= 1.0, "{report}");
     assert!(stiffest(&report).0 > 2.0, "{report}");
+    let legend = "! differs from the analysis";
+    assert!(place.text("z/zwidth.svg").contains(legend));
+    let agrees = "zwidth --orders 1 --points 2 --out agrees --json";
+    let report = place.run(agrees).succeeded().json();
+    assert_eq!(number(&report, "disagreements"), 0.0);
+    assert!(!place.text("agrees/zwidth.svg").contains(legend));
 }
 
 #[test]
@@ -165,7 +171,7 @@ fn a_z_width_that_makes_no_sense_is_refused() {
             "--orders 3",
             "order 3 is not in [0, 2], a wall has no integral",
         ),
-        ("--points 1", "number of points 1"),
+        ("--points 1", "points 1"),
         ("--mass 0", "mass 0 kg is not above 0 and at most 100 kg"),
         ("--push 0", "push 0"),
         // The rules of [wall]: one for both.

@@ -150,3 +150,31 @@ fn bad_input_is_refused_in_one_line_with_the_remedy() {
     }
     assert_eq!(place.files().len(), 4, "nothing was written");
 }
+
+/// What the libraries call a parameter, and what was given up already, helps nobody.
+#[test]
+fn a_remedy_of_a_design_is_an_option_that_is_not_given_yet() {
+    let place = Place::new();
+    let lines = [
+        // There is no PID of order 1.
+        "control design --plant 1/s^2 --crossover 2rad/s --phase-margin 95deg --not-flat",
+        // Not met.
+        "control design --plant exp(-0.1s)/(s+1) --crossover 3rad/s --phase-margin 80deg --not-flat --sensitivity-peak 1.01",
+    ];
+    for line in lines {
+        let ended = place.run(line);
+        let said = format!("{}{}", ended.stdout, ended.stderr);
+        assert!(said.contains("--crossover"), "{said}");
+        for word in [
+            "crossover_rad_s",
+            "phase_margin_rad",
+            "iso_damping",
+            "--not-flat",
+        ] {
+            assert!(!said.contains(word), "{word}: {said}");
+        }
+    }
+    let flat = lines[1].replace(" --not-flat", "");
+    let ended = place.run(&flat).failed(1);
+    assert!(ended.error().contains("--not-flat"), "{ended}");
+}

@@ -144,7 +144,7 @@ impl Answer {
         writeln!(
             out,
             "{:>6} {:>12} {:>16} {:>10} {:>8} {:>8}",
-            "order", "k_c / N/m", "b_c / N·s^μ/m", "rms of ln", "off dB", "off °"
+            "order", "spring / N/m", "damper / N·s^μ/m", "rms of ln", "off dB", "off °"
         )?;
         for candidate in &self.candidates {
             let star = if candidate.order == best.order {
@@ -201,7 +201,7 @@ impl Answer {
         }
         let law = match hands.line {
             HandLine::PositionPosition(coupler) | HandLine::PositionForce(coupler) => format!(
-                "k_c = {:.4} N/m · b_c = {:.4} N·s^μ/m · μ = {}",
+                "spring {:.4} N/m · damper {:.4} N·s^{{μ}}/m · μ = {}",
                 coupler.stiffness_n_per_m, coupler.dissipation_n_s_mu_per_m, coupler.order
             ),
             HandLine::Wave {

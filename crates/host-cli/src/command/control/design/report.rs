@@ -5,6 +5,7 @@ mod said;
 use super::super::draw::over_time;
 use super::super::print::{MarginReport, PidReport, ShapeReport, table, written};
 use super::super::words::{decibel, digits, in_degrees, percent};
+use crate::parameter::with_options;
 use fractional_control::PidParameters;
 use haptic_experiment::control::design::{
     Candidate, ControlAnswer, ControlDesign, Trial, Wish, WishName,
@@ -37,6 +38,9 @@ pub(super) struct Report {
 #[derive(Serialize)]
 struct WishReport {
     name: &'static str,
+    /// For people.
+    #[serde(skip)]
+    words: &'static str,
     wanted: f64,
     reached: f64,
     met: bool,
@@ -156,6 +160,7 @@ impl Report {
             let integer = integer.ok().and_then(|other| reached(other, wish.name));
             WishReport {
                 name: row.key,
+                words: row.words,
                 wanted: (row.in_unit)(wish.wanted),
                 reached: (row.in_unit)(wish.reached),
                 met: wish.is_met(),
@@ -190,7 +195,7 @@ impl Report {
                 trial: report(other),
                 stable: stable(other),
             }),
-            integer_reason: integer.err().map(in_degrees),
+            integer_reason: (integer.err()).map(|reason| with_options(&in_degrees(reason))),
             step: samples.unwrap_or_default(),
             controller_file: None,
             files: Vec::new(),
@@ -216,7 +221,7 @@ impl Report {
                 let share = 100.0 * (wish.reached / wish.wanted - 1.0);
                 format!(" ({share:+.0} %)")
             };
-            format!("{} {reached} in place of {wanted}{by}", wish.name)
+            format!("{} {reached} in place of {wanted}{by}", wish.words)
         });
         words.collect::<Vec<_>>().join(", ")
     }
@@ -232,15 +237,22 @@ impl Report {
         if unmet.is_empty() {
             return Ok(());
         }
+        let flat = row(WishName::IsoDamping).key;
+        let is_flat = self.specification.iter().any(|wish| wish.name == flat);
+        let remedies = if is_flat {
+            "move --crossover, change --phase-margin, or give --not-flat"
+        } else {
+            "move --crossover, or change --phase-margin"
+        };
         Err(Failure::Run(anyhow::anyhow!(
-            "not met: {unmet}; the best with the others met: allow more, move --crossover, change --phase-margin, or give --not-flat"
+            "not met: {unmet}; the best with the others met: allow more, {remedies}"
         )))
     }
 
     /// The table, and what it says in sentences.
-    pub(super) fn print(&self, out: &mut dyn Write, answer: &ControlAnswer) -> io::Result<()> {
+    pub(super) fn print(&self, out: &mut dyn Write) -> io::Result<()> {
         writeln!(out, "plant  {}, T = {} s", self.plant, self.sample_time_s)?;
-        table(out, &self.rows(answer))?;
+        table(out, &self.rows())?;
         for sentence in self.sentences() {
             writeln!(out, "{sentence}")?;
         }
@@ -249,12 +261,12 @@ impl Report {
         written(out, &self.files)
     }
 
-    fn rows(&self, answer: &ControlAnswer) -> Vec<Vec<String>> {
+    fn rows(&self) -> Vec<Vec<String>> {
         let header = ["", "wanted", "PI^λD^μ", "PID of order 1"];
         let mut rows = vec![header.map(str::to_owned).to_vec()];
-        for (wish, own) in self.specification.iter().zip(&answer.fractional.wishes) {
+        for wish in &self.specification {
             rows.push(vec![
-                row(own.name).words.to_owned(),
+                wish.words.to_owned(),
                 digits(wish.wanted),
                 rounded(wish.reached),
                 wish.integer_reached.map_or_else(none, rounded),

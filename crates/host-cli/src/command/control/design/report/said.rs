@@ -81,10 +81,7 @@ impl Report {
             Some(_) => {}
             None => said.push(format!(
                 "There is no PID of order 1 with this crossover and margin: {}.",
-                self.integer_reason
-                    .as_deref()
-                    .unwrap_or("none was found")
-                    .replace('`', "")
+                self.integer_reason.as_deref().unwrap_or("none was found")
             )),
         }
         let order = self.controller.integral_order;

@@ -1,4 +1,5 @@
-//! Quantities on the command line: a number, SI unless a unit is given.
+#![doc = include_str!("../README.md")]
+#![forbid(unsafe_code)]
 
 use std::f64::consts::PI;
 use std::fmt;
@@ -39,7 +40,7 @@ pub fn parse_number(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Declares a quantity: the type of a command-line value, its SI unit first.
+/// Declares a quantity, its SI unit first.
 macro_rules! quantity {
     ($(#[$doc:meta])* $name:ident, $what:literal, $units:expr) => {
         $(#[$doc])*
