@@ -240,7 +240,6 @@ fn try_line<M: Serialize + DeserializeOwned + PartialEq + Debug>(
 #[test]
 fn damaged_frames_are_never_taken_for_messages_and_whole_ones_always_are() {
     // Miri is a thousand times slower.
-    // Miri is a thousand times slower.
     let default = if cfg!(miri) { 40 } else { 200_000 };
     let tries = std::env::var("DAMAGED_FRAMES").map_or(default, |n| n.parse().expect("a number"));
     let requests = try_line(Direction::FromHost, request, tries / 2, 1);

@@ -1,7 +1,8 @@
 //! The examples of the document, byte by byte.
 
 use super::reader::Document;
-use super::{CONNECTION, frame, frame_with, message};
+use super::{frame, frame_with, message};
+use crate::frames::CONNECTION;
 use haptic_link::{
     Ack, Batch, BatchItem, CoefficientBlock, Configuration, DigestBuilder, Direction, FRAME_MAX,
     Field, Header, Hello, Outcome, Refusal, Report, Request, Sample, Scope, Simulation, Start,
@@ -58,17 +59,13 @@ fn cobs_of(content: &[u8]) -> String {
     example("", &[("content", content), ("line", &line[..=length])])
 }
 
+/// In the order of the document.
 pub(super) fn examples() -> Vec<String> {
-    let (configuration, values) = spring();
-    let digest = DigestBuilder::new(&configuration).coefficients(&values);
-    let digest = digest.finish();
-    let configure = message(&Request::Configure(configuration), Direction::FromHost);
-    let mut digested = configure[1..].to_vec();
-    digested.extend(values[0].to_le_bytes());
-    let number = digest.to_le_bytes();
-    let device = Direction::FromDevice;
-    let host = Direction::FromHost;
-    let idle = Status::default();
+    [opening(), configuring(), running()].concat()
+}
+
+/// Two zeros on a line, and a host that greets a device.
+fn opening() -> Vec<String> {
     vec![
         cobs_of(&[0x11, 0x22, 0x00, 0x33]),
         cobs_of(&[0, 0]),
@@ -80,11 +77,25 @@ pub(super) fn examples() -> Vec<String> {
                 connection: CONNECTION,
                 firmware: [0, 1, 0],
                 boot: 77,
-                status: idle,
+                status: Status::default(),
             }),
             0,
-            device,
+            Direction::FromDevice,
         ),
+    ]
+}
+
+/// A spring is committed.
+fn configuring() -> Vec<String> {
+    let (configuration, values) = spring();
+    let digest = DigestBuilder::new(&configuration).coefficients(&values);
+    let digest = digest.finish();
+    let configure = message(&Request::Configure(configuration), Direction::FromHost);
+    let mut digested = configure[1..].to_vec();
+    digested.extend(values[0].to_le_bytes());
+    let number = digest.to_le_bytes();
+    let (device, host) = (Direction::FromDevice, Direction::FromHost);
+    vec![
         framed(
             "configure, sequence number 1: device loop, 1000 µs, K = 500 N/m, MassDamper of 65 g and 3.5 N·s/m, \
              push 1 N",
@@ -136,6 +147,13 @@ pub(super) fn examples() -> Vec<String> {
             3,
             device,
         ),
+    ]
+}
+
+/// A run, and its end.
+fn running() -> Vec<String> {
+    let (device, host) = (Direction::FromDevice, Direction::FromHost);
+    vec![
         framed(
             "arm, sequence number 4",
             &Request::Arm { faults: 0 },
