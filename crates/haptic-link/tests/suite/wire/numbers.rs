@@ -1,6 +1,6 @@
 //! What is counted and numbered: frames, requests, events; and the keys of the messages.
 
-use haptic_link::{Arrival, Keys, RequestTracker, SequenceTracker, Statistics};
+use haptic_link::{Arrival, Keys, OutOfOrder, RequestTracker, SequenceTracker, Statistics};
 
 #[test]
 fn counters_that_went_round_or_back_give_a_number() {
@@ -25,6 +25,13 @@ fn counters_that_went_round_or_back_give_a_number() {
     );
 }
 
+/// Four did not come, one came twice, one late.
+const FOUR_LOST: OutOfOrder = OutOfOrder {
+    lost: 4,
+    duplicate: 1,
+    late: 1,
+};
+
 #[test]
 fn numbers_tell_lost_duplicate_and_late_frames() {
     let mut tracker = SequenceTracker::default();
@@ -41,10 +48,7 @@ fn numbers_tell_lost_duplicate_and_late_frames() {
             new(3)
         ]
     );
-    assert_eq!(
-        (tracker.lost(), tracker.duplicate(), tracker.late()),
-        (4, 1, 1)
-    );
+    assert_eq!(tracker.out_of_order(), FOUR_LOST);
     // One that has started anew is believed after eight frames in a row.
     let mut last = Arrival::Late;
     for n in 0..8 {
@@ -61,10 +65,7 @@ fn a_device_believes_no_request_that_comes_again() {
     let mut tracker = RequestTracker::default();
     let new = [u32::MAX - 1, u32::MAX, u32::MAX, 1, 0, 5].map(|n| tracker.is_new(n));
     assert_eq!(new, [true, true, false, true, false, true]);
-    assert_eq!(
-        (tracker.lost(), tracker.duplicate(), tracker.late()),
-        (4, 1, 1)
-    );
+    assert_eq!(tracker.out_of_order(), FOUR_LOST);
     // A capture of a whole minute at 1 kHz, in order, is late from its first frame to its last.
     assert!(tracker.is_new(70_000));
     assert!(!(5..=70_000).any(|n| tracker.is_new(n)));
