@@ -66,9 +66,7 @@ fn request(random: &mut Random) -> Request {
         4 => Request::Stop,
         5 => Request::Start(Start {
             run: random.next() as u32,
-            ticks: 0,
-            every: 1,
-            batch: 1,
+            ..Start::ENDLESS
         }),
         6 => Request::KeepAlive {
             token: random.next() as u32,
