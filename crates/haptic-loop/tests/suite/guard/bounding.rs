@@ -306,7 +306,10 @@ fn what_a_guard_cannot_promise_is_refused() {
         let text = refused(bounding);
         assert!(text.contains(words), "{text}");
     }
-    // The ends of the ranges are good.
+}
+
+#[test]
+fn the_ends_of_the_ranges_of_a_guard_are_good() {
     for good in [
         late(0.0, 8e-3, 0.128),
         late(8e-3, 8e-3, 0.0),
