@@ -94,6 +94,20 @@ fn configuring() -> Vec<String> {
     let mut digested = configure[1..].to_vec();
     digested.extend(values[0].to_le_bytes());
     let number = digest.to_le_bytes();
+    let answer = |outcome| {
+        Report::Ack(Ack {
+            sequence: 3,
+            request: 4,
+            outcome,
+        })
+    };
+    let done = answer(Outcome::Done);
+    let refused = answer(Outcome::Refused(Refusal::Range {
+        field: Field::ForceLimit,
+        value: 50.0,
+        least: f32::MIN_POSITIVE,
+        most: 40.0,
+    }));
     let (device, host) = (Direction::FromDevice, Direction::FromHost);
     vec![
         framed(
@@ -122,32 +136,24 @@ fn configuring() -> Vec<String> {
             3,
             host,
         ),
-        framed(
-            "its answer, sequence number 3",
-            &Report::Ack(Ack {
-                sequence: 3,
-                request: 4,
-                outcome: Outcome::Done,
-            }),
-            3,
-            device,
-        ),
+        framed("its answer, sequence number 3", &done, 3, device),
         framed(
             "another answer: refused, Range, ForceLimit, 50 N is not in (0, 40] N",
-            &Report::Ack(Ack {
-                sequence: 3,
-                request: 4,
-                outcome: Outcome::Refused(Refusal::Range {
-                    field: Field::ForceLimit,
-                    value: 50.0,
-                    least: f32::MIN_POSITIVE,
-                    most: 40.0,
-                }),
-            }),
+            &refused,
             3,
             device,
         ),
     ]
+}
+
+/// A tick of the spring in a batch.
+const fn item(position_m: f32) -> BatchItem {
+    BatchItem {
+        position_m,
+        environment_force_n: -500.0 * position_m,
+        force_n: -500.0 * position_m,
+        limiters: 0,
+    }
 }
 
 /// A run, and its end.
@@ -190,15 +196,7 @@ fn running() -> Vec<String> {
                 tick: 257,
                 time_us: 1_001_000,
                 every: 1,
-                items: [1e-3, 2e-3]
-                    .map(|position_m| BatchItem {
-                        position_m,
-                        environment_force_n: -500.0 * position_m,
-                        force_n: -500.0 * position_m,
-                        limiters: 0,
-                    })
-                    .into_iter()
-                    .collect(),
+                items: [1e-3, 2e-3].map(item).into_iter().collect(),
             }),
             301,
             device,
