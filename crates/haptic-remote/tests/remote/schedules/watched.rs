@@ -68,18 +68,12 @@ impl Watched {
     }
 
     fn check_rate(&self, now: &Now) {
-        let Now {
-            force_n,
-            state,
-            ref limits,
-            period_us,
-            ..
-        } = *now;
+        let (force_n, limits, period_us) = (now.force_n, &now.limits, now.period_us);
         assert!(force_n.abs() <= limits.force_n, "{force_n} N, {limits:?}");
         let step_n = limits.force_rate_n_per_s * (1e-6 * period_us as f32);
         let moved_n = (force_n - self.force_n).abs();
         let falls = matches!(
-            state,
+            now.state,
             State::Fault | State::Stopping | State::Idle | State::Armed
         ) && force_n.abs() <= self.force_n.abs();
         // To one rounding of the force.
@@ -88,20 +82,14 @@ impl Watched {
             falls || moved_n <= step_n * (1.0 + 1e-5) + rounding_n,
             "{moved_n} N in a tick, {limits:?}"
         );
-        if matches!(state, State::Idle | State::Armed) {
-            assert_eq!(force_n, 0.0, "{state}");
+        if matches!(now.state, State::Idle | State::Armed) {
+            assert_eq!(force_n, 0.0, "{}", now.state);
         }
     }
 
     /// A force that falls stays below its envelope.
     fn check_fall(&mut self, now: &Now) {
-        let Now {
-            force_n,
-            state,
-            ref limits,
-            period_us,
-            ..
-        } = *now;
+        let (force_n, state, limits) = (now.force_n, now.state, &now.limits);
         let ticks = now.ticks_of_a_fall();
         let now_us = self.bench.now_us;
         if matches!(state, State::Fault | State::Stopping) {
@@ -112,7 +100,7 @@ impl Watched {
                 force_n
             };
             let (since, from_n) = *self.falling.get_or_insert((now_us, from.abs()));
-            let done = ((now_us - since) / period_us) as f64;
+            let done = ((now_us - since) / now.period_us) as f64;
             let share = (1.0 - done / ticks).max(0.0);
             let envelope_n = f64::from(from_n.max(limits.brake_force_n)) * share;
             assert!(
