@@ -109,7 +109,7 @@ fn drawn(random: &mut Random, case: usize) -> (f64, &'static str, Vec<f64>) {
         0 => f64::from(random.between(0.0, 5.0).floor() as u8) * 0.5,
         _ => random.between(0.0, 2.0),
     };
-    if case % 2 == 0 {
+    if case.is_multiple_of(2) {
         (order, "muir:3", muir3(order))
     } else {
         (order, "grunwald:20", grunwald(order, 20))

@@ -16,8 +16,11 @@ fn drive() -> RigDrive {
     RigDrive::Position(RampHold::new(Metres(1e-3), Seconds(1.0)).expect("valid"))
 }
 
-/// What is changed of a good mass-damper, and its refusal.
-const BAD_MASS_DAMPERS: [(fn(&mut MassDamperConfig), &str); 9] = [
+/// What is changed of a good configuration.
+type Change<C> = fn(&mut C);
+
+/// Changes of a good mass-damper, and their refusals.
+const BAD_MASS_DAMPERS: [(Change<MassDamperConfig>, &str); 9] = [
     (
         |config| config.mass = Kilograms(0.0),
         "mass 0 kg is not above 0 kg",
@@ -91,8 +94,8 @@ const fn contact(stiffness: f64, damping: f64) -> RigContact {
     }
 }
 
-/// What is changed of a good rig, and its refusal.
-const BAD_RIGS: [(fn(&mut RigConfig), &str); 8] = [
+/// Changes of a good rig, and their refusals.
+const BAD_RIGS: [(Change<RigConfig>, &str); 8] = [
     (
         |config| config.renderer_mass = Kilograms(0.0),
         "renderer mass 0 kg is not above 0 kg",

@@ -229,8 +229,8 @@ fn schedule<F: Real, const D: usize>(seed: u64) -> u64 {
             known.check(&now, &sent, &limits, tolerance);
             assert!(known.ticks > 0.0 || world.state.is_at_rest());
         }
-        for axis in 0..D {
-            world.v[axis] += (now[axis] - 0.5 * world.v[axis]) / mass * t;
+        for (axis, force) in now.iter().enumerate() {
+            world.v[axis] += (force - 0.5 * world.v[axis]) / mass * t;
             world.x[axis] += world.v[axis] * t * (1 + missed) as f64;
         }
         sent = now;
