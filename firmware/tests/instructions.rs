@@ -135,13 +135,7 @@ fn measure(list: &lists::List, name: &str, limits: Limits) {
         prepare::<Probe, 1>(configuration(list, limits), values, &capabilities).expect("good");
     device.install(prepared, values).expect("idle");
     device.arm(0).expect("no fault");
-    let start = Start {
-        run: 1,
-        ticks: 0,
-        every: 1,
-        batch: 1,
-    };
-    device.start(start).expect("armed");
+    device.start(Start::ENDLESS).expect("armed");
     let (mut tick, mut path) = (0, 0);
     for n in 1..=TICKS {
         let now_us = 1000 * u64::from(n);

@@ -216,10 +216,8 @@ fn shape(form: OperatorForm, integer: i8, count: usize) -> OperatorShape {
     }
 }
 
-#[test]
-fn the_device_converses_runs_and_keeps_within_its_stack() {
-    let Some(images) = built() else { return };
-    let mut board = Board::start(&images.path(Image::Device), images.size().stack);
+/// What a board says of itself when it is greeted.
+fn introduces_itself(board: &mut Board) {
     let Report::Hello(hello) = board.ask(Request::Hello { nonce: 1 }) else {
         panic!("a hello is answered by one");
     };
@@ -235,7 +233,13 @@ fn the_device_converses_runs_and_keeps_within_its_stack() {
     };
     assert_eq!(capabilities.board(), "mps2-an386");
     assert!(capabilities.simulated);
+}
 
+#[test]
+fn the_device_converses_runs_and_keeps_within_its_stack() {
+    let Some(images) = built() else { return };
+    let mut board = Board::start(&images.path(Image::Device), images.size().stack);
+    introduces_itself(&mut board);
     let order = Order::new(0.2247).expect("valid");
     let schemes = [
         "grunwald:256",

@@ -124,10 +124,8 @@ fn connected(
 fn start(link: &mut SerialLink, ticks: u32) -> Result<(), String> {
     link.arm(WATCHDOG).map_err(told("arm"))?;
     let start = Start {
-        run: 1,
         ticks,
-        every: 1,
-        batch: 1,
+        ..Start::ENDLESS
     };
     link.start(start).map_err(told("start"))
 }

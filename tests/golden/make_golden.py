@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes the golden vectors beside this script, with 50 digits in mpmath.
+"""Makes the golden vectors beside this script and the weights of fracdiff, with 50 digits in mpmath.
 
     pip install mpmath==1.3.0 && python3 tests/golden/make_golden.py
 
@@ -54,3 +54,21 @@ for t in ["0.001", "0.01", "0.1", "0.5", "1", "1.001", "1.1", "2", "10", "100", 
     grown = x ** (1 - alpha) - (max(x - ramp_s, mpf(0)) ** (1 - alpha) if x > ramp_s else 0)
     rows.append([t, text(eta * strain / ramp_s * grown / gamma(2 - alpha))])
 write("relaxation_stress_pa.csv", ["time_s", "stress_pa"], rows)
+
+
+# Grünwald weights Γ(j−μ)/(Γ(−μ)Γ(j+1)) and piecewise-linear weights, second differences of
+# j^(1−μ) over Γ(2−μ). Lags up to 24 h at 1 kHz.
+LAGS = [0, 1, 2, 3, 5, 8, 15, 16, 31, 32, 33, 64, 100, 1000, 12345, 200000, 7654321, 86400000]
+rows = []
+for order in ["-1.95", "-1.5", "-0.95", "-0.5", "-0.05", "0.05", "0.2154", "0.2247", "0.5", "0.9",
+              "0.95", "1.5", "1.99"]:
+    mu = mpf(order)
+    for j in LAGS:
+        rows.append(["grunwald", order, j, text(gamma(j - mu) * rgamma(-mu) / gamma(j + 1))])
+    if mu < 1:
+        for j in LAGS:
+            p = 1 - mu
+            power = lambda x: mpf(x) ** p if x > 0 else mpf(0)
+            value = (power(j + 1) - 2 * power(j) + power(j - 1)) / gamma(2 - mu)
+            rows.append(["piecewise-linear", order, j, text(value)])
+write("../../crates/fracdiff/tests/golden/weights.csv", ["kernel", "order", "lag", "weight"], rows)

@@ -183,6 +183,9 @@ impl<'ast> Visit<'ast> for Reader<'_> {
         if is_test(attributes(item)) {
             return;
         }
+        if let Some(name) = name_of(item) {
+            self.define(name);
+        }
         visit::visit_item(self, item);
     }
 
@@ -230,31 +233,15 @@ impl<'ast> Visit<'ast> for Reader<'_> {
     }
 
     fn visit_path(&mut self, path: &'ast syn::Path) {
-        let names = path
-            .segments
-            .iter()
-            .map(|segment| segment.ident.to_string());
-        self.uses(names.collect());
+        self.uses(words(path));
         visit::visit_path(self, path);
     }
 
     fn visit_macro(&mut self, called: &'ast syn::Macro) {
-        let name = called
-            .path
-            .segments
-            .last()
-            .expect("a name")
-            .ident
-            .to_string();
+        let words = words(&called.path);
+        let name = words.last().expect("a name").clone();
         self.source.files[self.file].macros.insert(name);
-        self.uses(
-            called
-                .path
-                .segments
-                .iter()
-                .map(|s| s.ident.to_string())
-                .collect(),
-        );
+        self.uses(words);
         self.tokens(called.tokens.clone());
     }
 
@@ -263,14 +250,7 @@ impl<'ast> Visit<'ast> for Reader<'_> {
         if !attribute.path().is_ident("doc")
             && let syn::Meta::List(list) = &attribute.meta
         {
-            self.uses(
-                attribute
-                    .path()
-                    .segments
-                    .iter()
-                    .map(|s| s.ident.to_string())
-                    .collect(),
-            );
+            self.uses(words(attribute.path()));
             self.tokens(list.tokens.clone());
         }
     }
@@ -281,41 +261,6 @@ impl<'ast> Visit<'ast> for Reader<'_> {
         self.source.files[self.file].texts.push(text.value());
     }
 
-    fn visit_item_fn(&mut self, item: &'ast syn::ItemFn) {
-        self.define(&item.sig.ident);
-        visit::visit_item_fn(self, item);
-    }
-
-    fn visit_item_struct(&mut self, item: &'ast syn::ItemStruct) {
-        self.define(&item.ident);
-        visit::visit_item_struct(self, item);
-    }
-
-    fn visit_item_enum(&mut self, item: &'ast syn::ItemEnum) {
-        self.define(&item.ident);
-        visit::visit_item_enum(self, item);
-    }
-
-    fn visit_item_trait(&mut self, item: &'ast syn::ItemTrait) {
-        self.define(&item.ident);
-        visit::visit_item_trait(self, item);
-    }
-
-    fn visit_item_type(&mut self, item: &'ast syn::ItemType) {
-        self.define(&item.ident);
-        visit::visit_item_type(self, item);
-    }
-
-    fn visit_item_const(&mut self, item: &'ast syn::ItemConst) {
-        self.define(&item.ident);
-        visit::visit_item_const(self, item);
-    }
-
-    fn visit_item_static(&mut self, item: &'ast syn::ItemStatic) {
-        self.define(&item.ident);
-        visit::visit_item_static(self, item);
-    }
-
     fn visit_item_macro(&mut self, item: &'ast syn::ItemMacro) {
         if let Some(name) = &item.ident {
             self.define(name);
@@ -324,4 +269,24 @@ impl<'ast> Visit<'ast> for Reader<'_> {
         }
         visit::visit_item_macro(self, item);
     }
+}
+
+/// The name that an item defines, but for a macro, whose name may be none, and a module.
+const fn name_of(item: &syn::Item) -> Option<&syn::Ident> {
+    Some(match item {
+        syn::Item::Fn(item) => &item.sig.ident,
+        syn::Item::Struct(item) => &item.ident,
+        syn::Item::Enum(item) => &item.ident,
+        syn::Item::Trait(item) => &item.ident,
+        syn::Item::Type(item) => &item.ident,
+        syn::Item::Const(item) => &item.ident,
+        syn::Item::Static(item) => &item.ident,
+        _ => return None,
+    })
+}
+
+/// The words of a path.
+fn words(path: &syn::Path) -> Vec<String> {
+    let words = path.segments.iter();
+    words.map(|segment| segment.ident.to_string()).collect()
 }

@@ -72,7 +72,7 @@ pub(crate) struct Stage<F> {
     low: F,
     high: F,
     /// The share of a bias that is left after a sample.
-    pub(crate) keep: F,
+    keep: F,
 }
 
 impl<F: Real> Stage<F> {
@@ -85,6 +85,17 @@ impl<F: Real> Stage<F> {
             self.high
         } else {
             u
+        }
+    }
+
+    /// What is left of a bias after a sample.
+    #[inline]
+    pub(crate) fn faded(&self, bias: F) -> F {
+        let bias = bias * self.keep;
+        if bias.abs() < F::NEGLIGIBLE {
+            F::ZERO
+        } else {
+            bias
         }
     }
 }

@@ -48,9 +48,7 @@ impl<F: Real, const MODES: usize> OfError<F, MODES> {
         // The error that would have given what was applied.
         let error = (r - y) + excess * self.inverse;
         self.function.advance(&mut history.function, error);
-        let bias = history.bias * self.stage.keep;
-        let gone = bias.abs() < F::NEGLIGIBLE;
-        history.bias = if gone { F::ZERO } else { bias };
+        history.bias = self.stage.faded(history.bias);
     }
 
     fn follow(&self, history: &mut FunctionHistory<F, MODES>, r: F, y: F, applied: F) {

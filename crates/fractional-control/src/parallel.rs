@@ -162,7 +162,7 @@ impl<F: Real, const MODES: usize> Parallel<F, MODES> {
                 power.advance(own, branch.error(r, y));
             }
         }
-        history.bias = self.faded(history.bias);
+        history.bias = self.stage.faded(history.bias);
     }
 
     /// The reference that would have given what was applied, to the branches that take part.
@@ -191,17 +191,7 @@ impl<F: Real, const MODES: usize> Parallel<F, MODES> {
         if self.integral.is_none() {
             history.bias += excess;
         } else {
-            history.bias = self.faded(history.bias);
-        }
-    }
-
-    #[inline]
-    fn faded(&self, bias: F) -> F {
-        let bias = bias * self.stage.keep;
-        if bias.abs() < F::NEGLIGIBLE {
-            F::ZERO
-        } else {
-            bias
+            history.bias = self.stage.faded(history.bias);
         }
     }
 

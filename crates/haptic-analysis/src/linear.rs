@@ -20,9 +20,7 @@ pub(crate) type Matrices = (DMatrix<f64>, DVector<f64>, RowDVector<f64>);
 /// Checks sizes and numbers, adds the lag as a state, and takes samples as the unit of time, T²/m
 /// as that of the gain.
 pub(crate) fn scaled(
-    a: &[f64],
-    b: &[f64],
-    c: &[f64],
+    [a, b, c]: [&[f64]; 3],
     sample_time_s: f64,
     mass_kg: f64,
     path: ForcePath,

@@ -186,7 +186,7 @@ impl SampledPlant {
     ) -> Result<Self, AnalysisError> {
         let t = positive("sample time", sample_time_s, "s")?;
         let mass = positive("mass", mass_kg, "kg")?;
-        let (a, b, c) = linear::scaled(a, b, c, t, mass, path)?;
+        let (a, b, c) = linear::scaled([a, b, c], t, mass, path)?;
         let sampled = linear::Sampled::new(&a, &b, &c, path.fraction())?;
         let sum = sampled.numerator.iter().map(|x| x.abs()).sum();
         Ok(Self {

@@ -141,9 +141,8 @@ impl<'de, const N: usize> Visitor<'de> for Numbers<N> {
 mod tests {
     use crate::{CoefficientBlock, Configuration, Guard, GuardKind, Limits, Request, Simulation};
 
-    #[test]
-    fn what_is_cut_short_is_none_and_what_is_whole_is_what_was_written() {
-        // Every field another number, so that none can be taken for its neighbour.
+    /// Every field another number, so that none can be taken for its neighbour.
+    fn written() -> (Configuration, CoefficientBlock) {
         let mut count = 0.0;
         let mut next = || {
             count += 1.5;
@@ -198,6 +197,12 @@ mod tests {
             offset: 300,
             values: core::array::from_fn(|_| next()),
         };
+        (configuration, block)
+    }
+
+    #[test]
+    fn what_is_cut_short_is_none_and_what_is_whole_is_what_was_written() {
+        let (configuration, block) = written();
         let mut room = [0; 256];
         for request in [
             Request::Configure(configuration),

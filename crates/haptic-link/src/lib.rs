@@ -1,6 +1,5 @@
 #![doc = include_str!("../README.md")]
 #![no_std]
-#![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
 mod answer;
@@ -48,7 +47,7 @@ pub use loop_mode::LoopMode;
 pub use report::Report;
 pub use request::{Request, Scope, Start};
 pub use sample::{BATCH_MAX, Batch, BatchItem, Flight, Sample};
-pub use sequence::{Arrival, RequestTracker, SequenceTracker};
+pub use sequence::{Arrival, OutOfOrder, RequestTracker, SequenceTracker};
 #[cfg(feature = "several-axes")]
 pub use several::{
     AXES_MAX, AxisWorkspace, Forces, VectorBatch, VectorFlight, VectorSample, WorkspaceBox,

@@ -187,3 +187,13 @@ pub struct Start {
     /// Samples in a frame, as in [`Request::Stream`].
     pub batch: u8,
 }
+
+impl Start {
+    /// Run 1, until something stops it, each tick in a frame of its own.
+    pub const ENDLESS: Self = Self {
+        run: 1,
+        ticks: 0,
+        every: 1,
+        batch: 1,
+    };
+}

@@ -47,12 +47,14 @@ impl Batch {
     pub fn samples(&self, tick_period_us: u32) -> impl Iterator<Item = Sample> + '_ {
         let every = u32::from(self.every);
         self.items.iter().zip(0_u32..).map(move |(item, n)| {
-            let ticks = n.wrapping_mul(every);
+            let (tick, time_us) = later(
+                (self.tick, self.time_us),
+                n.wrapping_mul(every),
+                tick_period_us,
+            );
             Sample {
-                tick: self.tick.wrapping_add(ticks),
-                time_us: self
-                    .time_us
-                    .wrapping_add(ticks.wrapping_mul(tick_period_us)),
+                tick,
+                time_us,
                 position_m: item.position_m,
                 environment_force_n: item.environment_force_n,
                 force_n: item.force_n,
@@ -60,6 +62,18 @@ impl Batch {
             }
         })
     }
+}
+
+/// Number and device time of a tick so many ticks after another.
+pub(crate) const fn later(
+    (tick, time_us): (u32, u32),
+    ticks: u32,
+    tick_period_us: u32,
+) -> (u32, u32) {
+    (
+        tick.wrapping_add(ticks),
+        time_us.wrapping_add(ticks.wrapping_mul(tick_period_us)),
+    )
 }
 
 /// A tick in a [`Batch`]: 13 bytes.

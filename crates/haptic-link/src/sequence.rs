@@ -26,6 +26,37 @@ impl Arrival {
     }
 }
 
+/// What did not come once and in order, so far; each count modulo 2³².
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct OutOfOrder {
+    /// Did not come.
+    pub lost: u32,
+    /// Came twice.
+    pub duplicate: u32,
+    /// Came after a later one.
+    pub late: u32,
+}
+
+impl OutOfOrder {
+    const NONE: Self = Self {
+        lost: 0,
+        duplicate: 0,
+        late: 0,
+    };
+
+    const fn count_lost(&mut self, lost: u32) {
+        self.lost = self.lost.wrapping_add(lost);
+    }
+
+    const fn count_duplicate(&mut self) {
+        self.duplicate = self.duplicate.wrapping_add(1);
+    }
+
+    const fn count_late(&mut self) {
+        self.late = self.late.wrapping_add(1);
+    }
+}
+
 /// Follows the numbers of a device's reports, modulo 2¹⁶.
 ///
 /// A number up to 32 767 ahead of the last is new, others are late. Whoever starts to count anew says so
@@ -38,16 +69,14 @@ impl Arrival {
 /// let mut tracker = SequenceTracker::default();
 /// tracker.arrive(65_535);
 /// assert_eq!(tracker.arrive(1), Arrival::New { lost: 1 }); // 0 did not come
-/// assert_eq!(tracker.lost(), 1);
+/// assert_eq!(tracker.out_of_order().lost, 1);
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SequenceTracker {
     last: Option<u16>,
     /// The last late number, and how many late ones in a row were successors.
     late_run: (u16, u8),
-    lost: u32,
-    duplicate: u32,
-    late: u32,
+    out_of_order: OutOfOrder,
 }
 
 impl SequenceTracker {
@@ -58,9 +87,7 @@ impl SequenceTracker {
     pub const NEW: Self = Self {
         last: None,
         late_run: (0, 0),
-        lost: 0,
-        duplicate: 0,
-        late: 0,
+        out_of_order: OutOfOrder::NONE,
     };
 
     /// Judges a frame by its number.
@@ -72,17 +99,17 @@ impl SequenceTracker {
         let ahead = sequence.wrapping_sub(last);
         match ahead {
             0 => {
-                self.duplicate = self.duplicate.wrapping_add(1);
+                self.out_of_order.count_duplicate();
                 Arrival::Duplicate
             }
             1..0x8000 => {
                 self.last = Some(sequence);
                 self.late_run = (0, 0);
-                self.lost = self.lost.wrapping_add(u32::from(ahead - 1));
+                self.out_of_order.count_lost(u32::from(ahead - 1));
                 Arrival::New { lost: ahead - 1 }
             }
             _ => {
-                self.late = self.late.wrapping_add(1);
+                self.out_of_order.count_late();
                 let (before, run) = self.late_run;
                 let run = if run > 0 && sequence == before.wrapping_add(1) {
                     run + 1
@@ -106,22 +133,10 @@ impl SequenceTracker {
         self.late_run = (0, 0);
     }
 
-    /// Frames that did not come, so far.
+    /// Frames that did not come once and in order, so far.
     #[must_use]
-    pub const fn lost(&self) -> u32 {
-        self.lost
-    }
-
-    /// Frames that came twice.
-    #[must_use]
-    pub const fn duplicate(&self) -> u32 {
-        self.duplicate
-    }
-
-    /// Frames that came after a later one.
-    #[must_use]
-    pub const fn late(&self) -> u32 {
-        self.late
+    pub const fn out_of_order(&self) -> OutOfOrder {
+        self.out_of_order
     }
 }
 
@@ -135,36 +150,33 @@ impl SequenceTracker {
 ///
 /// let mut tracker = RequestTracker::default();
 /// assert!(tracker.is_new(7) && !tracker.is_new(7) && !tracker.is_new(6));
-/// assert_eq!((tracker.duplicate(), tracker.late()), (1, 1));
+/// let counts = tracker.out_of_order();
+/// assert_eq!((counts.lost, counts.duplicate, counts.late), (0, 1, 1));
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RequestTracker {
     last: Option<u32>,
-    lost: u32,
-    duplicate: u32,
-    late: u32,
+    out_of_order: OutOfOrder,
 }
 
 impl RequestTracker {
     /// Nothing has arrived yet.
     pub const NEW: Self = Self {
         last: None,
-        lost: 0,
-        duplicate: 0,
-        late: 0,
+        out_of_order: OutOfOrder::NONE,
     };
 
     /// True if a request with this number may be acted on.
     pub fn is_new(&mut self, sequence: u32) -> bool {
         let ahead = self.last.map_or(1, |last| sequence.wrapping_sub(last));
         match ahead {
-            0 => self.duplicate = self.duplicate.wrapping_add(1),
+            0 => self.out_of_order.count_duplicate(),
             1..0x8000_0000 => {
                 self.last = Some(sequence);
-                self.lost = self.lost.wrapping_add(ahead - 1);
+                self.out_of_order.count_lost(ahead - 1);
                 return true;
             }
-            _ => self.late = self.late.wrapping_add(1),
+            _ => self.out_of_order.count_late(),
         }
         false
     }
@@ -174,21 +186,9 @@ impl RequestTracker {
         self.last = None;
     }
 
-    /// Requests that did not come, so far.
+    /// Requests that did not come once and in order, so far.
     #[must_use]
-    pub const fn lost(&self) -> u32 {
-        self.lost
-    }
-
-    /// Requests that came twice.
-    #[must_use]
-    pub const fn duplicate(&self) -> u32 {
-        self.duplicate
-    }
-
-    /// Requests that came after a later one.
-    #[must_use]
-    pub const fn late(&self) -> u32 {
-        self.late
+    pub const fn out_of_order(&self) -> OutOfOrder {
+        self.out_of_order
     }
 }

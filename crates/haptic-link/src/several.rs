@@ -3,7 +3,7 @@
 //! A vector has as many elements as the device has axes, in their order. The messages of one axis stay as they are, and a
 //! device of one axis neither sends nor takes these.
 
-use crate::sample::{BatchItem, Sample};
+use crate::sample::{BatchItem, Sample, later};
 use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -98,12 +98,14 @@ impl VectorBatch {
         let axes = usize::from(self.axes).clamp(1, AXES_MAX);
         let ticks = self.items.chunks_exact(axes).zip(0_u32..);
         ticks.map(move |(items, n)| {
-            let ticks = n.wrapping_mul(every);
+            let (tick, time_us) = later(
+                (self.tick, self.time_us),
+                n.wrapping_mul(every),
+                tick_period_us,
+            );
             VectorSample {
-                tick: self.tick.wrapping_add(ticks),
-                time_us: self
-                    .time_us
-                    .wrapping_add(ticks.wrapping_mul(tick_period_us)),
+                tick,
+                time_us,
                 axes: items.iter().copied().collect(),
             }
         })

@@ -306,15 +306,16 @@ impl Conversation {
     #[must_use]
     pub fn counters(&self) -> HostCounters {
         let line = self.receiver.counters();
+        let frames = self.tracker.out_of_order();
         HostCounters {
             sent: self.sent,
             received: line.received,
             corrupt: line.corrupt,
             oversize: line.oversize,
             foreign: line.foreign,
-            lost: self.tracker.lost(),
-            duplicate: self.tracker.duplicate(),
-            late: self.tracker.late(),
+            lost: frames.lost,
+            duplicate: frames.duplicate,
+            late: frames.late,
             retries: self.retries,
         }
     }

@@ -239,10 +239,11 @@ impl<O: Differintegrator<f64>> Port<O> {
 
     /// Messages so far.
     pub const fn counts(&self) -> PortCounts {
+        let messages = self.tracker.out_of_order();
         PortCounts {
-            missing: self.tracker.lost(),
-            duplicate: self.tracker.duplicate(),
-            stale: self.tracker.late(),
+            missing: messages.lost,
+            duplicate: messages.duplicate,
+            stale: messages.late,
             foreign: self.foreign,
         }
     }

@@ -167,12 +167,7 @@ fn run() {
     let keys = world.ask(Request::GetKeys);
     assert_eq!(keys, Incoming::Answer(Report::Keys(Keys::current())));
     configure(&mut world);
-    let start = Start {
-        run: 1,
-        ticks: 0,
-        every: 1,
-        batch: 1,
-    };
+    let start = Start::ENDLESS;
     let too_early = world.ask(Request::Start(start));
     assert!(
         matches!(too_early, Incoming::Refused { .. }),

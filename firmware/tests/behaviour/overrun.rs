@@ -2,89 +2,64 @@
 
 use super::Test;
 use boards::{RETAINED, chip};
+use core::sync::atomic::{AtomicU32, Ordering};
 use cortex_m_rt::exception;
-use haptic_board::{Place, Shared, Ticker, TickerSlot, power_up};
-use haptic_link::{Capabilities, Refusal, Simulation, State};
-use haptic_loop::{Device, Fault, Reading, SafeForce};
-use haptic_remote::{Exclusive, Hardware, SimulatedPlant, prepare};
+use haptic_board::{Place, Shared, TickTimer, Ticker, TickerSlot, power_up};
+use haptic_link::State;
+use haptic_loop::Fault;
+use haptic_remote::{Exclusive, Hardware as _, SimulatedPlant, prepare};
 
 pub(crate) const TESTS: [Test; 1] = [(
     "ticks_follow_their_period_and_one_that_takes_too_long_latches_a_fault",
     ticks,
 )];
 
-/// A simulated plant whose reading takes its time.
-#[derive(Debug)]
-struct Slow {
-    plant: SimulatedPlant,
-    /// Readings that still take longer than a tick.
-    slow: u32,
-}
+/// Ticks that still take longer than their period.
+static SLOW: AtomicU32 = AtomicU32::new(0);
 
-impl Device<f32, 1> for Slow {
-    type Error = Fault;
+/// The timer of the chip, asked late in a tick that is to take long.
+struct Slow(chip::Timer);
 
-    fn read(&mut self) -> Result<Reading<f32, 1>, Fault> {
-        if self.slow > 0 {
-            self.slow -= 1;
+impl TickTimer for Slow {
+    fn set_period_us(&mut self, period_us: u32) {
+        self.0.set_period_us(period_us);
+    }
+
+    fn acknowledge(&mut self) {
+        self.0.acknowledge();
+    }
+
+    fn is_pending(&self) -> bool {
+        let slow = SLOW.load(Ordering::Relaxed);
+        if slow > 0 {
+            SLOW.store(slow - 1, Ordering::Relaxed);
             // A tick of 1 ms is 15 625 instructions of 64 ns, and this loop takes two for one asked for at most.
             cortex_m::asm::delay(20_000);
         }
-        self.plant.read()
-    }
-
-    fn write(&mut self, force: SafeForce<f32, 1>) -> Result<(), Fault> {
-        self.plant.write(force)
+        self.0.is_pending()
     }
 }
 
-impl Hardware for Slow {
-    type Setup = <SimulatedPlant as Hardware>::Setup;
-
-    fn capabilities(&self) -> Capabilities {
-        self.plant.capabilities()
-    }
-
-    fn prepare(simulation: &Simulation, tick_period_us: u32) -> Result<Self::Setup, Refusal> {
-        SimulatedPlant::prepare(simulation, tick_period_us)
-    }
-
-    fn install(&mut self, setup: Self::Setup, tick_period_us: u32) {
-        self.plant.install(setup, tick_period_us);
-    }
-
-    fn restart(&mut self) {
-        self.plant.restart();
-    }
-
-    fn idle(&mut self) -> Result<Reading<f32, 1>, Fault> {
-        self.read()
-    }
-
-    fn let_go(&mut self) {
-        self.plant.let_go();
-    }
-}
-
-static TICKER: TickerSlot<Slow, chip::Timer> = TickerSlot::empty();
+static TICKER: TickerSlot<SimulatedPlant, Slow> = TickerSlot::empty();
 
 #[exception]
 fn SysTick() {
     TICKER.tick(chip::now_us);
 }
 
-fn wait(device: &Shared<Slow>, ticks: u32) {
+fn wait(device: &Shared<SimulatedPlant>, ticks: u32) {
     let count = || device.with(|device| device.statistics().ticks);
     let end = count() + ticks;
     // Not asleep: with `-icount` and `sleep=off`, QEMU 7.2 sleeps over every other tick.
     while count() < end {}
 }
 
-fn set_period(device: &Shared<Slow>, period_us: u32) {
+fn set_period(device: &Shared<SimulatedPlant>, period_us: u32) {
     let (mut configuration, capabilities) =
         device.with(|device| (*device.configuration().0, device.hardware().capabilities()));
     configuration.tick_period_us = period_us;
-    let prepared = prepare::<Slow, 1>(configuration, &[0.0], &capabilities).expect("good");
+    let prepared =
+        prepare::<SimulatedPlant, 1>(configuration, &[0.0], &capabilities).expect("good");
     device
         .with(|device| device.install(prepared, &[0.0]))
         .expect("idle");
@@ -92,13 +67,9 @@ fn set_period(device: &Shared<Slow>, period_us: u32) {
 
 fn ticks() {
     let board = chip::start();
-    let slow = Slow {
-        plant: board.hardware,
-        slow: 0,
-    };
-    let place = cortex_m::singleton!(: Place<Slow> = Place::new()).expect("once");
-    let (device, _) = power_up(place, slow, [1, 2, 3], RETAINED.take()).expect("a board");
-    TICKER.put(Ticker::new(device, board.timer, &RETAINED));
+    let place = cortex_m::singleton!(: Place<SimulatedPlant> = Place::new()).expect("once");
+    let (device, _) = power_up(place, board.hardware, [1, 2, 3], RETAINED.take()).expect("a board");
+    TICKER.put(Ticker::new(device, Slow(board.timer), &RETAINED));
     let overruns = || device.with(|device| device.statistics().overruns);
     wait(device, 50);
     for period_us in [100, 10_000, 1000] {
@@ -122,14 +93,14 @@ fn ticks() {
     device.with(|device| {
         device.arm(0).expect("no fault");
         device.heard(u64::MAX, false);
-        device.hardware_mut().slow = 19;
+        SLOW.store(19, Ordering::Relaxed);
     });
     wait(device, 30);
     assert_eq!(overruns(), before + 19, "each is counted once");
     let state = device.with(|device| device.status().state);
     assert_eq!(state, State::Armed, "19 are not 20 in a row");
 
-    device.with(|device| device.hardware_mut().slow = 20);
+    SLOW.store(20, Ordering::Relaxed);
     wait(device, 30);
     let status = device.with(|device| device.status());
     assert_eq!(

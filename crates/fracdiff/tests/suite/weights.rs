@@ -1,4 +1,4 @@
-//! Weights against 50-digit values (`tests/golden/make_weights_golden.py`) and their own definitions.
+//! Weights against 50-digit values (`tests/golden/make_golden.py` of the repository) and their own definitions.
 
 use crate::oracle::order;
 use fracdiff::full_memory::{Design, Kernel};
@@ -23,15 +23,19 @@ fn golden() -> impl Iterator<Item = (&'static str, f64, u64, f64)> {
     })
 }
 
+/// A weight is what it is to be, but for this share of it.
+fn assert_weight(mu: f64, lag: u64, [have, want]: [f64; 2], tolerance: f64) {
+    let error = (have / want - 1.0).abs();
+    assert!(
+        error < tolerance,
+        "μ {mu} lag {lag}: have {have:e} want {want:e}"
+    );
+}
+
 #[test]
 fn closed_form_grunwald_weights_agree_with_50_digits_for_24_hours_of_lags() {
     for (_, mu, lag, want) in golden().filter(|row| row.0 == "grunwald") {
-        let have = grunwald_weight(order(mu), lag);
-        let error = (have / want - 1.0).abs();
-        assert!(
-            error < 1e-13,
-            "μ {mu} lag {lag}: have {have:e} want {want:e}"
-        );
+        assert_weight(mu, lag, [grunwald_weight(order(mu), lag), want], 1e-13);
     }
 }
 
@@ -41,11 +45,7 @@ fn recurrence_agrees_with_50_digits_up_to_200_000_lags() {
         let have = grunwald_weights(order(mu))
             .nth(lag as usize)
             .expect("endless");
-        let error = (have / want - 1.0).abs();
-        assert!(
-            error < 1e-12,
-            "μ {mu} lag {lag}: have {have:e} want {want:e}"
-        );
+        assert_weight(mu, lag, [have, want], 1e-12);
     }
 }
 
@@ -63,12 +63,8 @@ fn exact_taps_of_a_piecewise_linear_design_agree_with_50_digits() {
         } else {
             (0..=lag).map(core).sum()
         };
-        let error = (have / want - 1.0).abs();
         // First differences of the core lose as many digits as the lag has.
-        assert!(
-            error < 1e-11,
-            "μ {mu} lag {lag}: have {have:e} want {want:e}"
-        );
+        assert_weight(mu, lag, [have, want], 1e-11);
     }
 }
 

@@ -69,6 +69,81 @@ fn growth(y: &[f64]) -> f64 {
     swing(&y[2 * third..]) / swing(&y[third..2 * third])
 }
 
+/// A loop that is drawn, its gain at the edge of stability not yet known.
+struct Candidate {
+    plant: Plant,
+    sampled: SampledPlant,
+    gains: PidParameters,
+    memory: Memory,
+    sample_time: Seconds,
+}
+
+impl Candidate {
+    fn draw(draw: &mut Draw, index: usize) -> Self {
+        let t = draw.from(0.01, 0.05);
+        let plant = plant(draw, index, t);
+        let gains = PidParameters {
+            proportional: draw.from(0.2, 3.0),
+            integral: draw.from(0.0, 1.0),
+            integral_order: draw.from(0.3, 1.2),
+            derivative: draw.from(0.0, 0.5),
+            derivative_order: draw.from(0.3, 1.1),
+        };
+        let rule = if index % 4 < 2 {
+            Rule::Bdf2
+        } else {
+            Rule::Grunwald
+        };
+        let memory = Memory::new(rule, 1e-6, 400.0).expect("valid");
+        let sampled = SampledPlant::new(&plant, memory, Seconds(t)).expect("valid");
+        Self {
+            plant,
+            sampled,
+            gains,
+            memory,
+            sample_time: Seconds(t),
+        }
+    }
+
+    /// The largest gain that the verdict calls stable, to 0.05 %, if there is an edge at all.
+    fn edge(&self) -> Option<f64> {
+        let closed = SampledLoop::new(self.gains.into(), self.memory, &self.sampled);
+        let closed = closed.expect("valid");
+        let stable = |gain: f64| closed.with_gain(gain).verdict().stable;
+        let (mut low, mut high) = bracket(stable)?;
+        while high / low > 1.0005 {
+            let middle = (low * high).sqrt();
+            if stable(middle) {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        Some(low)
+    }
+
+    /// How much it swings at last after a tap, with its gain times this.
+    fn growth(&self, gain: f64) -> f64 {
+        let scaled = PidParameters {
+            proportional: self.gains.proportional * gain,
+            integral: self.gains.integral * gain,
+            derivative: self.gains.derivative * gain,
+            ..self.gains
+        };
+        let (set_point, actuator) = (SetPoint::ERROR, Actuator::UNLIMITED);
+        let pid = FractionalPid::<f64, 64>::new(
+            scaled,
+            set_point,
+            actuator,
+            self.memory,
+            self.sample_time,
+        );
+        let tap = |n| f64::from(u8::from(n == 0));
+        let run = simulate(&pid.expect("valid"), &self.sampled, tap, 9000);
+        growth(&run.measured)
+    }
+}
+
 /// `CAMPAIGN_CASES`: loops to try, 300 by default.
 #[test]
 fn on_neither_side_of_the_boundary_the_verdict_is_wrong() {
@@ -84,57 +159,24 @@ fn on_neither_side_of_the_boundary_the_verdict_is_wrong() {
             index < 3 * cases + 30,
             "only {judged} loops have a boundary"
         );
-        let t = draw.from(0.01, 0.05);
-        let plant = plant(&mut draw, index, t);
-        let gains = PidParameters {
-            proportional: draw.from(0.2, 3.0),
-            integral: draw.from(0.0, 1.0),
-            integral_order: draw.from(0.3, 1.2),
-            derivative: draw.from(0.0, 0.5),
-            derivative_order: draw.from(0.3, 1.1),
-        };
-        let rule = if index % 4 < 2 {
-            Rule::Bdf2
-        } else {
-            Rule::Grunwald
-        };
-        let memory = Memory::new(rule, 1e-6, 400.0).expect("valid");
-        let sampled = SampledPlant::new(&plant, memory, Seconds(t)).expect("valid");
-        let closed = SampledLoop::new(gains.into(), memory, &sampled).expect("valid");
-        let stable = |gain: f64| closed.with_gain(gain).verdict().stable;
-        let Some((mut low, mut high)) = bracket(stable) else {
+        let candidate = Candidate::draw(&mut draw, index);
+        let Some(edge) = candidate.edge() else {
             continue;
         };
-        while high / low > 1.0005 {
-            let middle = (low * high).sqrt();
-            if stable(middle) {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
         for (share, grows) in [(0.97, false), (1.03, true)] {
-            let scaled = PidParameters {
-                proportional: gains.proportional * low * share,
-                integral: gains.integral * low * share,
-                derivative: gains.derivative * low * share,
-                ..gains
-            };
-            let pid = FractionalPid::<f64, 64>::new(
-                scaled,
-                SetPoint::ERROR,
-                Actuator::UNLIMITED,
-                memory,
-                Seconds(t),
-            )
-            .expect("valid");
-            let run = simulate(&pid, &sampled, |n| f64::from(u8::from(n == 0)), 9000);
-            let growth = growth(&run.measured);
+            let growth = candidate.growth(edge * share);
             // A loop that has overflowed has grown.
             let grew = growth > 1.0 || growth.is_nan();
+            let Candidate {
+                plant,
+                gains,
+                memory,
+                sample_time,
+                ..
+            } = &candidate;
             assert_eq!(
                 grew, grows,
-                "loop {index}, {share}: {growth} {gains:?} {plant:?} {t} {rule:?}"
+                "loop {index}, {share}: {growth} {gains:?} {plant:?} {sample_time:?} {memory:?}"
             );
         }
         judged += 1;

@@ -9,6 +9,7 @@ mod identification;
 mod margins;
 mod notation;
 mod plants;
+mod spectrum;
 mod streaming;
 mod tuning;
 mod unstable;

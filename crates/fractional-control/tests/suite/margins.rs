@@ -42,24 +42,12 @@ fn the_verdict_changes_at_the_gain_margin() {
         let closed = closed(plant, controller);
         let margins = closed.margins();
         assert!(closed.verdict().stable, "{plant}");
+        let around =
+            |gain: f64| [0.999, 1.001].map(|share| closed.with_gain(gain * share).verdict().stable);
         let up = margins.gain_up.expect(plant).value;
-        assert!(
-            closed.with_gain(up * 0.999).verdict().stable,
-            "{plant} {up}"
-        );
-        assert!(
-            !closed.with_gain(up * 1.001).verdict().stable,
-            "{plant} {up}"
-        );
+        assert_eq!(around(up), [true, false], "{plant} {up}");
         if let Some(down) = margins.gain_down.map(|gain| gain.value) {
-            assert!(
-                closed.with_gain(down * 1.001).verdict().stable,
-                "{plant} {down}"
-            );
-            assert!(
-                !closed.with_gain(down * 0.999).verdict().stable,
-                "{plant} {down}"
-            );
+            assert_eq!(around(down), [false, true], "{plant} {down}");
         }
     }
     // An unstable plant needs some gain, and no more.

@@ -1,5 +1,6 @@
 //! Plants in samples: matrices exactly, transfer functions to second order, measured responses between their points.
 
+use crate::spectrum::of_impulse_response;
 use core::f64::consts::PI;
 use fracdiff::{FrequencyResponse, Seconds};
 use fractional_control::num_complex::Complex;
@@ -103,6 +104,59 @@ fn a_function_of_whole_orders_is_sampled_as_exactly_as_its_matrices() {
     }
 }
 
+/// A controller of each kind: its parameters, and as it is run.
+fn one_of_each(t: Seconds) -> [(ControllerParameters, Box<dyn FrequencyResponse>); 4] {
+    let (tid, crone, lead) = (
+        TidParameters {
+            tilt: 2.0,
+            tilt_divisor: 3.0,
+            integral: 0.7,
+            derivative: 0.1,
+        },
+        CroneParameters {
+            gain: 3.0,
+            order: -1.4,
+            low_rad_s: 0.5,
+            high_rad_s: 60.0,
+        },
+        LeadLagParameters {
+            gain: 2.0,
+            lambda_s: 0.2,
+            x: 0.1,
+            order: 0.6,
+        },
+    );
+    let pid = PidParameters {
+        proportional: 2.0,
+        integral: 1.5,
+        integral_order: 1.3,
+        derivative: 0.3,
+        derivative_order: 1.2,
+    };
+    let free = Actuator::UNLIMITED;
+    [
+        (
+            pid.into(),
+            Box::new(
+                FractionalPid::<f64, 112>::new(pid, SetPoint::DEFAULT, free, memory(), t)
+                    .expect("valid"),
+            ),
+        ),
+        (
+            tid.into(),
+            Box::new(Tid::<f64, 112>::new(tid, 0.0, free, memory(), t).expect("valid")),
+        ),
+        (
+            crone.into(),
+            Box::new(Crone::<f64, 112>::new(crone, free, memory(), t).expect("valid")),
+        ),
+        (
+            lead.into(),
+            Box::new(LeadLag::<f64, 112>::new(lead, free, memory(), t).expect("valid")),
+        ),
+    ]
+}
+
 #[test]
 fn the_curve_of_the_verdict_is_the_plant_that_runs() {
     let function: FractionalTransferFunction =
@@ -123,10 +177,7 @@ fn the_curve_of_the_verdict_is_the_plant_that_runs() {
         let closed = SampledLoop::new(gain.into(), memory(), &sampled).expect("valid");
         let weights = run(&plant, t, |n| f64::from(u8::from(n == 0)), 40_000);
         for theta in [0.05, 0.4, 1.5, PI] {
-            let terms = weights.iter().enumerate();
-            let want: Complex<f64> = terms
-                .map(|(j, h)| Complex::from_polar(*h, -theta * j as f64))
-                .sum();
+            let want = of_impulse_response(&weights, theta);
             let have = closed.open(theta);
             // What is cut off, a power law that oscillates.
             let cut = 2.0 * weights[39_999].abs() / theta;
@@ -208,56 +259,7 @@ fn the_curve_of_the_verdict_is_the_controller_that_runs() {
     let of = |parameters: ControllerParameters| {
         SampledLoop::new(parameters, memory(), &plant).expect("valid")
     };
-    let (tid, crone, lead) = (
-        TidParameters {
-            tilt: 2.0,
-            tilt_divisor: 3.0,
-            integral: 0.7,
-            derivative: 0.1,
-        },
-        CroneParameters {
-            gain: 3.0,
-            order: -1.4,
-            low_rad_s: 0.5,
-            high_rad_s: 60.0,
-        },
-        LeadLagParameters {
-            gain: 2.0,
-            lambda_s: 0.2,
-            x: 0.1,
-            order: 0.6,
-        },
-    );
-    let pid = PidParameters {
-        proportional: 2.0,
-        integral: 1.5,
-        integral_order: 1.3,
-        derivative: 0.3,
-        derivative_order: 1.2,
-    };
-    let free = Actuator::UNLIMITED;
-    let runs: [(ControllerParameters, Box<dyn FrequencyResponse>); 4] = [
-        (
-            pid.into(),
-            Box::new(
-                FractionalPid::<f64, 112>::new(pid, SetPoint::DEFAULT, free, memory(), t)
-                    .expect("valid"),
-            ),
-        ),
-        (
-            tid.into(),
-            Box::new(Tid::<f64, 112>::new(tid, 0.0, free, memory(), t).expect("valid")),
-        ),
-        (
-            crone.into(),
-            Box::new(Crone::<f64, 112>::new(crone, free, memory(), t).expect("valid")),
-        ),
-        (
-            lead.into(),
-            Box::new(LeadLag::<f64, 112>::new(lead, free, memory(), t).expect("valid")),
-        ),
-    ];
-    for (parameters, runs) in runs {
+    for (parameters, runs) in one_of_each(t) {
         let verdict = of(parameters).verdict();
         assert!(
             verdict.unstable_poles.is_some(),

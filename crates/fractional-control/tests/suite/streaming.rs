@@ -1,9 +1,9 @@
 //! Transfer functions sample by sample, against numerical inversion of the Laplace transform.
 
 use crate::golden::{Golden, podlubny, randoms};
+use crate::spectrum::of_impulse_response;
 use core::f64::consts::PI;
 use fracdiff::{Differintegrator, FrequencyResponse, Seconds};
-use fractional_control::num_complex::Complex;
 use fractional_control::{
     FractionalTransferFunction, Memory, Rule, SampledTransferFunction, impulse_response,
     step_response,
@@ -103,10 +103,7 @@ fn the_sampled_response_is_that_of_the_impulse_response() {
         let mut weights = vec![running.step(&mut history, 1.0)];
         weights.extend((0..40_000).map(|_| running.step(&mut history, 0.0)));
         for theta in [0.02, 0.3, 1.0, PI] {
-            let terms = weights.iter().enumerate();
-            let want: Complex<f64> = terms
-                .map(|(j, h)| Complex::from_polar(*h, -theta * j as f64))
-                .sum();
+            let want = of_impulse_response(&weights, theta);
             let have = running.response(theta);
             // What is cut off, a power law that oscillates.
             let cut = 2.0 * weights[40_000].abs() / theta;

@@ -188,10 +188,7 @@ fn an_iso_damped_loop_overshoots_alike_where_the_integer_pid_does_not() {
         });
         // Both hold off disturbances: an integral that is next to nothing would leave them.
         let wishes = Specification {
-            disturbance: Some(Bound {
-                omega_rad_s: 0.1 * omega,
-                at_most: 0.1,
-            }),
+            disturbance: bound(0.1 * omega, 0.1),
             ..Specification::new(omega, f64::to_radians(margin))
         };
         let fractional =
@@ -278,16 +275,17 @@ fn a_measured_response_is_tuned_for_as_its_plant_is() {
     assert!((have - want).norm() < 0.01 * want.norm(), "{have} {want}");
 }
 
+fn bound(omega_rad_s: f64, at_most: f64) -> Option<Bound> {
+    Some(Bound {
+        omega_rad_s,
+        at_most,
+    })
+}
+
 #[test]
 fn wishes_that_contradict_each_other_are_named() {
     let plant: Plant = "exp(-0.1s)/(s+1)".parse().expect("valid");
     let base = Specification::new(1.0, 1.0);
-    let bound = |omega_rad_s, at_most| {
-        Some(Bound {
-            omega_rad_s,
-            at_most,
-        })
-    };
     let refused = |wishes: Specification| {
         let error = tune(&plant, None, &wishes)
             .expect_err("refused")
@@ -295,76 +293,59 @@ fn wishes_that_contradict_each_other_are_named() {
         assert!(!error.contains('\n'));
         error
     };
-    for (wishes, parts) in [
+    type Wish = fn(&mut Specification);
+    const CASES: [(Wish, [&str; 2]); 9] = [
         (
-            Specification {
-                noise: bound(0.5, 0.1),
-                ..base
-            },
+            |wish| wish.noise = bound(0.5, 0.1),
             ["`noise` 0.1", "`crossover_rad_s` 1"],
         ),
         (
-            Specification {
-                disturbance: bound(2.0, 0.1),
-                ..base
-            },
+            |wish| wish.disturbance = bound(2.0, 0.1),
             ["`disturbance` 0.1", "`crossover_rad_s` 1"],
         ),
         (
-            Specification {
-                sensitivity_peak: Some(1.01),
-                ..base
-            },
+            |wish| wish.sensitivity_peak = Some(1.01),
             ["`sensitivity_peak` 1.01", "`phase_margin_rad` 1"],
         ),
         (
-            Specification {
-                complementary_peak: Some(0.9),
-                ..base
-            },
+            |wish| wish.complementary_peak = Some(0.9),
             ["`complementary_peak` 0.9", "`phase_margin_rad` 1"],
         ),
         (
-            Specification {
-                phase_margin_rad: 4.0,
-                ..base
-            },
+            |wish| wish.phase_margin_rad = 4.0,
             ["phase margin 4 rad", "below π"],
         ),
         (
-            Specification {
-                crossover_rad_s: -1.0,
-                ..base
-            },
+            |wish| wish.crossover_rad_s = -1.0,
             ["crossover -1 rad/s", "above 0"],
         ),
         (
-            Specification {
-                crossover_rad_s: f64::NAN,
-                ..base
-            },
+            |wish| wish.crossover_rad_s = f64::NAN,
             ["crossover NaN", "above 0"],
         ),
         (
-            Specification {
-                crossover_rad_s: 60.0,
-                ..base
-            },
+            |wish| wish.crossover_rad_s = 60.0,
             ["60", "lower one of the two"],
         ),
         (
-            Specification {
-                crossover_rad_s: 20.0,
-                ..base
-            },
+            |wish| wish.crossover_rad_s = 20.0,
             ["was not found", "crossover_rad_s"],
         ),
-    ] {
+    ];
+    for (wish, parts) in CASES {
+        let mut wishes = base;
+        wish(&mut wishes);
         let error = refused(wishes);
         for part in parts {
             assert!(error.contains(part), "{error}");
         }
     }
+}
+
+#[test]
+fn a_wish_that_is_out_of_reach_is_told_with_what_was_reached() {
+    let plant: Plant = "exp(-0.1s)/(s+1)".parse().expect("valid");
+    let base = Specification::new(1.0, 1.0);
     let slow = Some(Sampling {
         sample_time: Seconds(2.0),
         rule: Rule::Bdf2,

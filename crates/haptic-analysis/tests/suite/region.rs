@@ -1,11 +1,9 @@
 //! The stability region: anchors, closed forms, and agreement with point verdicts.
 
-use haptic_analysis::{
-    LoopOperator, Nondimensional, SampledLoop, SampledPlant, StabilityRegion, StableArea,
-};
+use haptic_analysis::{LoopOperator, SampledLoop, SampledPlant, StabilityRegion, StableArea};
 use std::f64::consts::PI;
-use testkit::Random;
-use testkit::operator::operator;
+use testkit::operator::{operator, wall};
+use testkit::{Random, assert_close};
 
 fn region_of(operator: &LoopOperator, delta: f64, gamma: f64, delay: usize) -> StabilityRegion {
     let plant = SampledPlant::new(delta, gamma).expect("in range");
@@ -59,15 +57,12 @@ fn the_anchors_with_delay_and_damping_are_met_to_the_digits_printed() {
         (0.1, 0, 0.82582, 0.80875),
     ] {
         let have = area("exact", 1.0, delta, 0.0, delay);
-        assert!(
-            (have.alpha_max - alpha).abs() < 5.1e-6,
-            "d = {delay}: α {}",
-            have.alpha_max
-        );
-        assert!(
-            (have.beta_at_alpha_max - beta).abs() < 5.1e-6,
-            "d = {delay}: β {}",
-            have.beta_at_alpha_max
+        assert_close(&format!("d = {delay}: α"), have.alpha_max, alpha, 5.1e-6);
+        assert_close(
+            &format!("d = {delay}: β"),
+            have.beta_at_alpha_max,
+            beta,
+            5.1e-6,
         );
     }
 }
@@ -93,43 +88,60 @@ fn spring_only_regions_are_triangles() {
     assert!(!empty.contains(0.1, 0.1));
 }
 
+/// A loop but for its stiffness and dissipation.
+#[derive(Debug)]
+struct Drawn {
+    scheme: &'static str,
+    order: f64,
+    delta: f64,
+    gamma: f64,
+    delay: usize,
+}
+
+impl Drawn {
+    fn new(random: &mut Random, case: usize) -> Self {
+        let schemes = [
+            "exact",
+            "muir:3",
+            "grunwald:20",
+            "tustin-muir:5",
+            "full:1e-4",
+            "exact",
+            "muir:3",
+        ];
+        Self {
+            scheme: schemes[case % schemes.len()],
+            order: match case % 5 {
+                0 => 0.5 * (random.between(0.0, 5.0)).floor(),
+                _ => random.between(0.02, 2.0),
+            },
+            delta: if case.is_multiple_of(3) {
+                0.0
+            } else {
+                random.between(0.0, 2.0)
+            },
+            gamma: if case % 4 < 2 {
+                0.0
+            } else {
+                random.between(0.0, 1.5)
+            },
+            delay: (random.share() * random.share() * 6.0) as usize,
+        }
+    }
+}
+
 #[test]
 fn membership_agrees_with_point_verdicts_everywhere() {
     let mut random = Random(5);
-    let schemes = [
-        "exact",
-        "muir:3",
-        "grunwald:20",
-        "tustin-muir:5",
-        "full:1e-4",
-        "exact",
-        "muir:3",
-    ];
     let (mut points, mut skipped, mut several, mut empty) = (0, 0, 0, 0);
     for case in 0..400 {
-        let scheme = schemes[case % schemes.len()];
-        let order = match case % 5 {
-            0 => 0.5 * (random.between(0.0, 5.0)).floor(),
-            _ => random.between(0.02, 2.0),
-        };
-        let delta = if case % 3 == 0 {
-            0.0
-        } else {
-            random.between(0.0, 2.0)
-        };
-        let gamma = if case % 4 < 2 {
-            0.0
-        } else {
-            random.between(0.0, 1.5)
-        };
-        let delay = (random.share() * random.share() * 6.0) as usize;
-        let what =
-            format!("case {case}: {scheme}, μ = {order}, δ = {delta}, γ = {gamma}, d = {delay}");
-        let operator = operator(scheme, order);
+        let drawn = Drawn::new(&mut random, case);
+        let (delta, gamma, delay) = (drawn.delta, drawn.gamma, drawn.delay);
+        let operator = operator(drawn.scheme, drawn.order);
         let plant = SampledPlant::new(delta, gamma).expect("in range");
         let region = match StabilityRegion::new(plant, &operator, delay, 2000) {
             Ok(region) => region,
-            Err(error) => panic!("{what}: {error}"),
+            Err(error) => panic!("case {case}, {drawn:?}: {error}"),
         };
         let (alpha_most, beta_most) = region
             .bounded()
@@ -143,15 +155,9 @@ fn membership_agrees_with_point_verdicts_everywhere() {
                 random.between(0.0, far * alpha_most),
                 random.between(0.0, far * beta_most),
             );
-            let parameters = Nondimensional {
-                alpha,
-                beta,
-                delta,
-                gamma,
-            };
-            let verdict = SampledLoop::new(parameters, &operator, delay)
-                .expect("in range")
-                .verdict();
+            let parameters = wall(alpha, beta, delta, gamma);
+            let subject = SampledLoop::new(parameters, &operator, delay).expect("in range");
+            let verdict = subject.verdict();
             let inside = region.contains(alpha, beta);
             points += 1;
             if inside != verdict.stable {
@@ -161,7 +167,7 @@ fn membership_agrees_with_point_verdicts_everywhere() {
                     continue;
                 }
                 panic!(
-                    "{what}: α = {alpha}, β = {beta}: region {inside}, {verdict:?}, {}",
+                    "case {case}, {drawn:?}: α = {alpha}, β = {beta}: region {inside}, {verdict:?}, {}",
                     summary(&region)
                 );
             }
@@ -196,12 +202,7 @@ fn the_boundary_is_where_the_characteristic_function_vanishes() {
         for polygon in &have.bounded().expect("not empty").polygons {
             for point in &polygon.points {
                 let Some(theta) = point.theta else { continue };
-                let parameters = Nondimensional {
-                    alpha: point.alpha,
-                    beta: point.beta,
-                    delta,
-                    gamma,
-                };
+                let parameters = wall(point.alpha, point.beta, delta, gamma);
                 let f = SampledLoop::new(parameters, &operator, delay)
                     .expect("in range")
                     .characteristic(theta);
@@ -232,12 +233,7 @@ fn detached_parts_are_found() {
             let stable = |step: f64| {
                 let alpha = 0.5 * (a.alpha + b.alpha) - step * across;
                 let beta = 0.5 * (a.beta + b.beta) + step * along;
-                let parameters = Nondimensional {
-                    alpha,
-                    beta,
-                    delta,
-                    gamma,
-                };
+                let parameters = wall(alpha, beta, delta, gamma);
                 // Outside the quadrant there is no loop at all.
                 SampledLoop::new(parameters, &operator, 0).is_ok_and(|subject| subject.is_stable())
             };

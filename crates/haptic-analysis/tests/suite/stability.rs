@@ -103,6 +103,19 @@ fn grunwald(order: f64, length: usize) -> Vec<f64> {
     weights
 }
 
+/// An order, and an operator with its taps.
+fn drawn(random: &mut Random, case: usize) -> (f64, &'static str, Vec<f64>) {
+    let order = match case % 7 {
+        0 => f64::from(random.between(0.0, 5.0).floor() as u8) * 0.5,
+        _ => random.between(0.0, 2.0),
+    };
+    if case.is_multiple_of(2) {
+        (order, "muir:3", muir3(order))
+    } else {
+        (order, "grunwald:20", grunwald(order, 20))
+    }
+}
+
 #[test]
 fn no_verdict_is_wrong_in_ten_thousand_random_loops() {
     const CASES: usize = 10_000;
@@ -110,15 +123,7 @@ fn no_verdict_is_wrong_in_ten_thousand_random_loops() {
     let (mut skipped, mut stable, mut undecided) = (0, 0, 0);
     let mut worst_radius: f64 = 0.0;
     for case in 0..CASES {
-        let order = match case % 7 {
-            0 => f64::from(random.between(0.0, 5.0).floor() as u8) * 0.5,
-            _ => random.between(0.0, 2.0),
-        };
-        let (name, taps) = if case % 2 == 0 {
-            ("muir:3", muir3(order))
-        } else {
-            ("grunwald:20", grunwald(order, 20))
-        };
+        let (order, name, taps) = drawn(&mut random, case);
         let delay = (random.between(0.0, 4.0)) as usize;
         // Stiffness about as large as the delay lets a loop bear, so that both verdicts are common.
         let most = 2.0 / (1.0 + 3.0 * delay as f64);

@@ -230,10 +230,8 @@ fn it_runs_as_asked_and_the_timer_follows_the_configuration() {
     assert_eq!(world.period_us.get(), 500);
     world.done(Request::Arm { faults: 0 });
     let start = Start {
-        run: 1,
         ticks: 20,
-        every: 1,
-        batch: 1,
+        ..Start::ENDLESS
     };
     world.done(Request::Start(start));
     for _ in 0..30 {

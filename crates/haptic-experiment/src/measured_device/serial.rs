@@ -57,13 +57,7 @@ pub fn on_serial(
     configure(plan, &remote, &mut link, warn)?.map_err(problem)?;
     let watchdog = Duration::from_millis(u64::from(remote.watchdog_ms()));
     link.arm(watchdog).map_err(problem)?;
-    let start = Start {
-        run: 1,
-        ticks: 0,
-        every: 1,
-        batch: 1,
-    };
-    link.start(start).map_err(problem)?;
+    link.start(Start::ENDLESS).map_err(problem)?;
     let mut applied = |link: &SerialLink, _sent: f64| f64::from(link.newest_force_n()[0]);
     let driven = drive(plan, &mut link, &mut applied, progress, stop);
     // After an error too: dropped, the link does it once more.

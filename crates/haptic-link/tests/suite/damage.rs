@@ -66,9 +66,7 @@ fn request(random: &mut Random) -> Request {
         4 => Request::Stop,
         5 => Request::Start(Start {
             run: random.next() as u32,
-            ticks: 0,
-            every: 1,
-            batch: 1,
+            ..Start::ENDLESS
         }),
         6 => Request::KeepAlive {
             token: random.next() as u32,
@@ -239,7 +237,6 @@ fn try_line<M: Serialize + DeserializeOwned + PartialEq + Debug>(
 
 #[test]
 fn damaged_frames_are_never_taken_for_messages_and_whole_ones_always_are() {
-    // Miri is a thousand times slower.
     // Miri is a thousand times slower.
     let default = if cfg!(miri) { 40 } else { 200_000 };
     let tries = std::env::var("DAMAGED_FRAMES").map_or(default, |n| n.parse().expect("a number"));

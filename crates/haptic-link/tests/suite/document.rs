@@ -4,39 +4,30 @@
 //! The tables of the document must find these values in those bytes.
 
 mod examples;
-mod messages;
 mod reader;
 
-use self::messages::{ack, batch, refusals, reports, requests};
 use self::reader::{Document, fields, kebab, variant};
+use crate::frames::{body, header, line_with};
+use crate::messages::{ack, batch, refusals, reports, requests};
 use haptic_link::{
     BATCH_MAX, Direction, EventKind, FRAME_MAX, Field, GuardKind, Header, Limits, LoopMode,
     OperatorForm, Outcome, PROTOCOL_VERSION, REPORT_KEYS, REQUEST_KEYS, Report, Request, Scope,
-    SequenceTracker, SimulationKind, State, encode,
+    SequenceTracker, SimulationKind, State,
 };
 use serde_json::Value;
 use std::collections::BTreeMap;
-
-/// The connection in the examples.
-const CONNECTION: u32 = 0x6a5b_4c3d;
 
 fn frame(
     message: &impl serde::Serialize,
     sequence: u16,
     direction: Direction,
 ) -> (Vec<u8>, Vec<u8>) {
-    let header = match direction {
-        Direction::FromHost => Header::from_host(u32::from(sequence), CONNECTION),
-        Direction::FromDevice => Header::from_device(sequence),
-    };
-    frame_with(message, header)
+    frame_with(message, header(sequence, direction))
 }
 
 fn frame_with(message: &impl serde::Serialize, header: Header) -> (Vec<u8>, Vec<u8>) {
-    let mut line = [0; FRAME_MAX];
-    let length = encode(message, header, &mut line).expect("fits");
-    let line = line[..length].to_vec();
-    let mut content = line[..length - 1].to_vec();
+    let line = line_with(message, header);
+    let mut content = line[..line.len() - 1].to_vec();
     let length = cobs::decode_in_place(&mut content).expect("decodes");
     content.truncate(length);
     (content, line)
@@ -44,11 +35,7 @@ fn frame_with(message: &impl serde::Serialize, header: Header) -> (Vec<u8>, Vec<
 
 fn message(message: &impl serde::Serialize, direction: Direction) -> Vec<u8> {
     let (content, _) = frame(message, 0, direction);
-    let start = match direction {
-        Direction::FromHost => 9,
-        Direction::FromDevice => 3,
-    };
-    content[start..content.len() - 4].to_vec()
+    body(&content, direction).to_vec()
 }
 
 fn check_messages(kind: &str, messages: Vec<(Value, Vec<u8>)>) {

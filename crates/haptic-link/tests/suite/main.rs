@@ -2,4 +2,6 @@
 
 mod damage;
 mod document;
+mod frames;
+mod messages;
 mod wire;

@@ -1,53 +1,15 @@
-//! The bytes on the line, damage to them, and the numbers on frames.
+//! The bytes on the line, and damage to them.
 
 mod limits;
-mod messages;
+mod numbers;
+mod one_form;
 
-use self::messages::{configuration, reports, requests};
+use crate::frames::{body, header, line};
+use crate::messages::{configuration, extreme_batch, reports, requests};
 use haptic_link::{
-    Arrival, BATCH_MAX, DigestBuilder, Direction, FRAME_MAX, Header, Keys, Limits, Receiver,
-    Report, Request, RequestTracker, Sample, SequenceTracker, Statistics, encode,
+    BATCH_MAX, DigestBuilder, Direction, FRAME_MAX, Receiver, Report, Request, Sample,
 };
 use proptest::prelude::*;
-
-/// The connection in all of these frames.
-const CONNECTION: u32 = 0x0807_0605;
-
-fn header(sequence: u16, direction: Direction) -> Header {
-    match direction {
-        Direction::FromHost => Header::from_host(u32::from(sequence), CONNECTION),
-        Direction::FromDevice => Header::from_device(sequence),
-    }
-}
-
-fn line<M: serde::Serialize>(message: &M, sequence: u16, direction: Direction) -> Vec<u8> {
-    let mut line = [0; FRAME_MAX];
-    let length = encode(message, header(sequence, direction), &mut line).expect("fits");
-    line[..length].to_vec()
-}
-
-/// The message in a content.
-fn body(content: &[u8], direction: Direction) -> &[u8] {
-    let start = match direction {
-        Direction::FromHost => 9,
-        Direction::FromDevice => 3,
-    };
-    &content[start..content.len() - 4]
-}
-
-/// Bytes that are a message on their own.
-struct Raw<'a>(&'a [u8]);
-
-impl serde::Serialize for Raw<'_> {
-    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        use serde::ser::SerializeTuple as _;
-        let mut tuple = serializer.serialize_tuple(self.0.len())?;
-        for byte in self.0 {
-            tuple.serialize_element(byte)?;
-        }
-        tuple.end()
-    }
-}
 
 fn content(line: &[u8]) -> Vec<u8> {
     let mut bytes = line[..line.len() - 1].to_vec();
@@ -102,7 +64,7 @@ fn the_first_byte_of_a_message_is_its_place_in_the_list() {
         let number = body(&bytes, Direction::FromHost)[0];
         assert_eq!(usize::from(number), index, "{request:?}");
         assert_eq!(usize::from(request.number()), index, "{request:?}");
-        assert_eq!(bytes[..9], [2, 0, 0, 0, 0, 5, 6, 7, 8]);
+        assert_eq!(bytes[..9], [2, 0, 0, 0, 0, 0x3d, 0x4c, 0x5b, 0x6a]);
     }
     for (index, report) in reports().iter().enumerate() {
         let bytes = content(&line(report, 0, Direction::FromDevice));
@@ -122,36 +84,14 @@ fn every_message_comes_back_as_it_was_sent() {
         assert_eq!(format!("{got:?}"), format!("{want:?}"));
     }
     let mut receiver = Receiver::<Report>::new(Direction::FromDevice);
-    for (n, report) in reports().into_iter().enumerate() {
+    let extreme = [Report::Batch(extreme_batch())];
+    for (n, report) in reports().into_iter().chain(extreme).enumerate() {
         let bytes = line(&report, n as u16, Direction::FromDevice);
         assert!(bytes.len() <= FRAME_MAX);
         let got: Vec<_> = bytes.iter().filter_map(|&b| receiver.push(b)).collect();
         let want = [(header(n as u16, Direction::FromDevice), report)];
         assert_eq!(format!("{got:?}"), format!("{want:?}"));
     }
-}
-
-#[test]
-fn counters_that_went_round_or_back_give_a_number() {
-    let before = Statistics {
-        ticks: u32::MAX,
-        lost: 7,
-        ..Statistics::default()
-    };
-    let after = Statistics {
-        ticks: 4,
-        lost: 9,
-        tick_cycles_max: 3,
-        ..Statistics::default()
-    };
-    let since = after.since(&before);
-    assert_eq!((since.ticks, since.lost, since.tick_cycles_max), (5, 2, 3));
-    // A device that was reset in between.
-    assert_eq!(before.since(&before), Statistics::default());
-    assert_eq!(
-        Statistics::default().since(&before).lost,
-        7_u32.wrapping_neg()
-    );
 }
 
 #[test]
@@ -223,119 +163,6 @@ fn the_digest_is_a_crc_32_of_the_bytes_on_the_wire() {
 }
 
 #[test]
-fn numbers_tell_lost_duplicate_and_late_frames() {
-    let mut tracker = SequenceTracker::default();
-    let arrivals = [65_534, 65_535, 65_535, 1, 0, 5].map(|n| tracker.arrive(n));
-    let new = |lost| Arrival::New { lost };
-    assert_eq!(
-        arrivals,
-        [
-            new(0),
-            new(0),
-            Arrival::Duplicate,
-            new(1),
-            Arrival::Late,
-            new(3)
-        ]
-    );
-    assert_eq!(
-        (tracker.lost(), tracker.duplicate(), tracker.late()),
-        (4, 1, 1)
-    );
-    // One that has started anew is believed after eight frames in a row.
-    let mut last = Arrival::Late;
-    for n in 0..8 {
-        assert_eq!(last, Arrival::Late);
-        last = tracker.arrive(60_000 + n);
-    }
-    assert_eq!(last, new(0));
-    tracker.restart();
-    assert_eq!(tracker.arrive(0), new(0));
-}
-
-#[test]
-fn a_device_believes_no_request_that_comes_again() {
-    let mut tracker = RequestTracker::default();
-    let new = [u32::MAX - 1, u32::MAX, u32::MAX, 1, 0, 5].map(|n| tracker.is_new(n));
-    assert_eq!(new, [true, true, false, true, false, true]);
-    assert_eq!(
-        (tracker.lost(), tracker.duplicate(), tracker.late()),
-        (4, 1, 1)
-    );
-    // A capture of a whole minute at 1 kHz, in order, is late from its first frame to its last.
-    assert!(tracker.is_new(70_000));
-    assert!(!(5..=70_000).any(|n| tracker.is_new(n)));
-    tracker.restart();
-    assert!(tracker.is_new(5));
-}
-
-/// The message that a receiver takes from a well-made frame, if it takes one.
-fn received<M>(body: &[u8], direction: Direction) -> Option<M>
-where
-    M: serde::Serialize + serde::de::DeserializeOwned,
-{
-    let mut receiver = Receiver::<M>::new(direction);
-    let mut framed = [0; FRAME_MAX];
-    // A body of all 16 items and a byte more does not fit.
-    let length = encode(&Raw(body), header(1, direction), &mut framed).ok()?;
-    let got = framed[..length]
-        .iter()
-        .find_map(|&byte| receiver.push(byte));
-    got.map(|(_, message)| message)
-}
-
-/// Every byte below 128 that is written as two, as no number has to be: the first byte is the number of the message,
-/// others are enumerations, lengths and parts of numbers.
-fn has_one_form<M>(good: &[u8], direction: Direction)
-where
-    M: serde::Serialize + serde::de::DeserializeOwned,
-{
-    assert!(received::<M>(good, direction).is_some(), "{good:?}");
-    for at in 0..good.len() {
-        for longer in 2..=5 {
-            let mut bytes = good[..at].to_vec();
-            bytes.push(good[at] | 0x80);
-            bytes.extend(vec![0x80; longer - 2]);
-            bytes.push(0);
-            bytes.extend(&good[at + 1..]);
-            let taken = received::<M>(&bytes, direction).is_some();
-            assert!(!taken, "byte {at} of {good:?} in {longer} bytes");
-        }
-    }
-    for number in 128..=255 {
-        let mut bytes = good.to_vec();
-        bytes[0] = number;
-        assert!(received::<M>(&bytes, direction).is_none(), "{number}");
-        bytes.insert(1, 0);
-        assert!(received::<M>(&bytes, direction).is_none(), "{number} 0");
-        bytes[1] = 1;
-        assert!(received::<M>(&bytes, direction).is_none(), "{number} 1");
-    }
-}
-
-#[test]
-fn a_message_counts_in_one_form_only() {
-    for request in requests() {
-        let content = content(&line(&request, 1, Direction::FromHost));
-        has_one_form::<Request>(body(&content, Direction::FromHost), Direction::FromHost);
-    }
-    for report in reports() {
-        let content = content(&line(&report, 1, Direction::FromDevice));
-        has_one_form::<Report>(body(&content, Direction::FromDevice), Direction::FromDevice);
-    }
-    // What was found: 135 with a zero behind it armed, 137 started.
-    assert!(received::<Request>(&[7, 0, 0], Direction::FromHost).is_some());
-    assert!(received::<Request>(&[0x87, 0, 0, 0], Direction::FromHost).is_none());
-    assert!(
-        received::<Request>(
-            &[0x89, 0, 1, 0, 0, 0, 0, 0, 0, 0, 1, 0, 1],
-            Direction::FromHost
-        )
-        .is_none()
-    );
-}
-
-#[test]
 fn a_host_of_another_version_is_told_apart() {
     let mut line = [0; FRAME_MAX];
     let length = haptic_link::greet_version_1(&mut line).expect("fits");
@@ -353,61 +180,7 @@ fn a_host_of_another_version_is_told_apart() {
     assert_eq!(counters.corrupt, 0);
 }
 
-#[test]
-fn keys_tell_which_message_is_unlike_and_outlive_a_new_one() {
-    let mut keys = Keys::current();
-    assert_eq!(keys.first_unlike(3), None);
-    let distinct: std::collections::BTreeSet<u32> = keys
-        .requests
-        .iter()
-        .chain(&keys.reports)
-        .map(|key| key.0)
-        .collect();
-    assert_eq!(distinct.len(), keys.requests.len() + keys.reports.len());
-    keys.requests
-        .push(haptic_link::MessageKey(1))
-        .expect("there is room");
-    keys.reports
-        .push(haptic_link::MessageKey(2))
-        .expect("there is room");
-    assert_eq!(keys.first_unlike(3), None, "a device with more messages");
-    // As firmware of one axis tells them: enough for it, and not for a device of several.
-    let mut of_one = Keys::current();
-    of_one.requests.truncate(17);
-    of_one.reports.truncate(13);
-    assert_eq!(
-        (of_one.first_unlike(1), of_one.first_unlike(2)),
-        (None, Some("forces"))
-    );
-    keys.reports[5].0 ^= 1;
-    assert_eq!(keys.first_unlike(1), Some("sample"));
-    keys.requests.truncate(11);
-    assert_eq!(keys.first_unlike(1), Some("force"));
-}
-
 proptest! {
-    #[test]
-    fn what_was_tightened_is_never_loose(
-        a in prop::array::uniform8(-1.0_f32..3.0),
-        b in prop::array::uniform8(-1.0_f32..3.0),
-    ) {
-        let limits = |v: [f32; 8]| Limits {
-            force_n: v[0],
-            start_force_n: v[1].max(0.0),
-            rise_time_s: v[2].max(0.0),
-            workspace_low_m: v[3],
-            workspace_high_m: v[3] + v[4],
-            // As a device accepts them: a soft limit below the hard one, or none.
-            speed_soft_m_per_s: if v[6] > 0.1 { v[5].max(0.0) } else { 0.0 },
-            speed_hard_m_per_s: if v[6] > 0.1 { v[5].max(0.0) + v[6] } else { 0.0 },
-            braking_n_s_per_m: v[7].max(0.0),
-            ..Limits::DEFAULT
-        };
-        let (wanted, set) = (limits(a), limits(b));
-        let (tight, _) = wanted.tightened(&set);
-        prop_assert_eq!(tight.tightened(&set), (tight, None));
-    }
-
     #[test]
     fn a_good_frame_behind_rubbish_is_found(rubbish in prop::collection::vec(any::<u8>(), 0..600)) {
         let mut receiver = Receiver::<Request>::new(Direction::FromHost);

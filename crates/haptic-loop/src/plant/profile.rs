@@ -1,7 +1,7 @@
 //! The indentation profile of a relaxation experiment.
 
 use crate::ParameterError;
-use crate::error::positive;
+use crate::error::{positive, range};
 use crate::units::{Metres, Seconds};
 
 /// A ramp from zero to a depth, then a hold for ever.
@@ -25,16 +25,8 @@ impl RampHold {
     /// # Errors
     /// Unless the depth is finite and the ramp time finite and above zero.
     pub fn new(depth: Metres, ramp_time: Seconds) -> Result<Self, ParameterError> {
-        if !depth.0.is_finite() {
-            return Err(ParameterError::Range {
-                what: "indentation depth",
-                value: depth.0,
-                allowed: "finite",
-                unit: "m",
-            });
-        }
         Ok(Self {
-            depth: depth.0,
+            depth: range("indentation depth", depth.0, true, "finite", "m")?,
             ramp_time: positive("ramp time", ramp_time.0, "s")?,
         })
     }

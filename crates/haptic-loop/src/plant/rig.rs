@@ -2,7 +2,7 @@
 
 use super::discretise::transition;
 use super::rig_config::{RigConfig, RigContact, RigDrive, RigServo};
-use crate::error::{not_negative, positive};
+use crate::error::{not_negative, positive, range};
 use crate::units::Newtons;
 use crate::{Device, ParameterError, Reading, SafeForce};
 use core::convert::Infallible;
@@ -97,15 +97,7 @@ impl IndentationRig {
         };
         let mut state = SVector::from([0.0; STATES]);
         if let RigDrive::Force(push) = config.drive {
-            if !push.0.is_finite() {
-                return Err(ParameterError::Range {
-                    what: "push",
-                    value: push.0,
-                    allowed: "finite",
-                    unit: "N",
-                });
-            }
-            state[DRIVE] = push.0;
+            state[DRIVE] = range("push", push.0, true, "finite", "N")?;
         }
         let step = sample_time / SUB_STEPS as f64;
         let scale = natural_units(&config, step);

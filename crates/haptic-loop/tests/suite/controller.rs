@@ -89,6 +89,15 @@ struct Scripted {
     forces: Vec<f64>,
 }
 
+impl Scripted {
+    fn new(positions: Vec<f64>) -> Self {
+        Self {
+            positions,
+            forces: Vec::new(),
+        }
+    }
+}
+
 impl Device<f64, 1> for Scripted {
     type Error = Infallible;
 
@@ -114,10 +123,7 @@ fn damper() -> SpringDamper<f64, ShortMemory<f64, 32>> {
 
 #[test]
 fn the_force_of_a_tick_is_that_of_its_own_position() {
-    let mut device = Scripted {
-        positions: vec![0.0, 1e-3, 1e-3],
-        forces: Vec::new(),
-    };
+    let mut device = Scripted::new(vec![0.0, 1e-3, 1e-3]);
     let mut controller = Controller::new(damper(), chain());
     let samples: Vec<_> = (0..3)
         .map(|_| controller.tick(&mut device).expect("infallible"))
@@ -138,10 +144,7 @@ fn the_force_of_a_tick_is_that_of_its_own_position() {
 fn a_sensor_that_reads_nan_ends_in_zero_force_and_a_fault() {
     let mut positions = vec![5e-3; 20];
     positions[5] = f64::NAN;
-    let mut device = Scripted {
-        positions,
-        forces: Vec::new(),
-    };
+    let mut device = Scripted::new(positions);
     let mut controller = Controller::new(damper(), chain());
     for _ in 0..20 {
         controller.tick(&mut device).expect("infallible");
@@ -154,10 +157,7 @@ fn a_sensor_that_reads_nan_ends_in_zero_force_and_a_fault() {
 
 #[test]
 fn a_stop_ramps_the_force_to_zero_and_keeps_it_there() {
-    let mut device = Scripted {
-        positions: vec![0.02; 40],
-        forces: Vec::new(),
-    };
+    let mut device = Scripted::new(vec![0.02; 40]);
     let mut controller = Controller::new(damper(), chain());
     for tick in 0..40 {
         if tick == 10 {
@@ -192,10 +192,7 @@ proptest! {
 
 #[test]
 fn a_loop_that_is_dropped_leaves_no_force_behind() {
-    let mut device = Scripted {
-        positions: vec![0.02; 40],
-        forces: Vec::new(),
-    };
+    let mut device = Scripted::new(vec![0.02; 40]);
     let mut controller = Controller::new(damper(), chain());
     let unwound = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
         let mut engaged = controller.engage(&mut device);
@@ -225,10 +222,7 @@ fn arming_asks_first_and_a_sample_carries_the_energy() {
     };
     let chain = SafetyChain::from_limits(&limits, T).expect("valid");
     let mut controller = Controller::new(damper(), chain);
-    let mut device = Scripted {
-        positions: vec![0.02, 0.0, 1e-3, 1e-3],
-        forces: Vec::new(),
-    };
+    let mut device = Scripted::new(vec![0.02, 0.0, 1e-3, 1e-3]);
     let deep = device.read().expect("infallible");
     let refused = controller.may_start(&deep).expect_err("2 N of the spring");
     assert!(refused.wanted_n > 2.0 && refused.allowed_n == 1.0);

@@ -4,7 +4,7 @@ use fracdiff::Seconds;
 use haptic_loop::ParameterError;
 use haptic_loop::plant::{
     EncoderQuantiser, IndentationRig, MAX_DELAY_SAMPLES, MassDamper, MassDamperConfig,
-    MeasurementDelay, RampHold, RigConfig, RigContact, RigDrive, RigServo, SensorNoise,
+    MeasurementDelay, RampHold, RigConfig, RigContact, RigDrive, SensorNoise,
 };
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
 use testkit::device::{DAMPING as B, MASS as M, ideal, with_hand};
@@ -15,6 +15,49 @@ const T: f64 = 1e-3;
 fn drive() -> RigDrive {
     RigDrive::Position(RampHold::new(Metres(1e-3), Seconds(1.0)).expect("valid"))
 }
+
+/// What is changed of a good configuration.
+type Change<C> = fn(&mut C);
+
+/// Changes of a good mass-damper, and their refusals.
+const BAD_MASS_DAMPERS: [(Change<MassDamperConfig>, &str); 9] = [
+    (
+        |config| config.mass = Kilograms(0.0),
+        "mass 0 kg is not above 0 kg",
+    ),
+    (
+        |config| config.damping = NewtonSecondsPerMetre(-1.0),
+        "damping -1 N·s/m is not at least 0 N·s/m",
+    ),
+    (
+        |config| config.sample_time = Seconds(f64::NAN),
+        "sample time NaN s is not above 0 s",
+    ),
+    (
+        |config| config.stiffness = NewtonsPerMetre(f64::INFINITY),
+        "stiffness of the hand inf N/m is not finite and at least 0 N/m",
+    ),
+    (
+        |config| config.friction = Newtons(-0.1),
+        "Coulomb friction -0.1 N is not at least 0 N",
+    ),
+    (
+        |config| config.delay = Seconds(0.0641),
+        "force delay 0.0641 s is not from 0 to 64 sample times",
+    ),
+    (
+        |config| config.saturation = Some(Newtons(0.0)),
+        "actuator saturation 0 N is not above 0 N",
+    ),
+    (
+        |config| config.lag = Seconds(-1.0),
+        "actuator time constant -1 s is not at least 0 s",
+    ),
+    (
+        |config| (config.friction, config.stiffness) = (Newtons(0.1), NewtonsPerMetre(1e5)),
+        "with friction, stiffness of the hand 100000 N/m is not at most m/T²",
+    ),
+];
 
 #[test]
 fn a_mass_damper_refuses_bad_parameters() {
@@ -33,60 +76,59 @@ fn a_mass_damper_refuses_bad_parameters() {
         }),
         Ok(())
     );
-    for (config, message) in [
-        (ideal(0.0, B, T), "mass 0 kg is not above 0 kg"),
-        (
-            ideal(M, -1.0, T),
-            "damping -1 N·s/m is not at least 0 N·s/m",
-        ),
-        (ideal(M, B, f64::NAN), "sample time NaN s is not above 0 s"),
-        (
-            with_hand(M, B, f64::INFINITY, T),
-            "stiffness of the hand inf N/m is not finite and at least 0 N/m",
-        ),
-        (
-            MassDamperConfig {
-                friction: Newtons(-0.1),
-                ..good
-            },
-            "Coulomb friction -0.1 N is not at least 0 N",
-        ),
-        (
-            MassDamperConfig {
-                delay: Seconds(0.0641),
-                ..good
-            },
-            "force delay 0.0641 s is not from 0 to 64 sample times",
-        ),
-        (
-            MassDamperConfig {
-                saturation: Some(Newtons(0.0)),
-                ..good
-            },
-            "actuator saturation 0 N is not above 0 N",
-        ),
-        (
-            MassDamperConfig {
-                lag: Seconds(-1.0),
-                ..good
-            },
-            "actuator time constant -1 s is not at least 0 s",
-        ),
-        (
-            MassDamperConfig {
-                friction: Newtons(0.1),
-                ..with_hand(M, B, 1e5, T)
-            },
-            "with friction, stiffness of the hand 100000 N/m is not at most m/T²",
-        ),
-        (
-            ideal(1.0, 2e6, 1.0),
-            "change of the fastest motion in one step 2e6 rad is not at most 1e6 rad",
-        ),
-    ] {
+    for (change, message) in BAD_MASS_DAMPERS {
+        let mut config = good;
+        change(&mut config);
         assert_eq!(refused(config), Err(message.into()));
     }
+    assert_eq!(
+        refused(ideal(1.0, 2e6, 1.0)),
+        Err("change of the fastest motion in one step 2e6 rad is not at most 1e6 rad".into())
+    );
 }
+
+const fn contact(stiffness: f64, damping: f64) -> RigContact {
+    RigContact::Compliant {
+        stiffness: NewtonsPerMetre(stiffness),
+        damping: NewtonSecondsPerMetre(damping),
+    }
+}
+
+/// Changes of a good rig, and their refusals.
+const BAD_RIGS: [(Change<RigConfig>, &str); 8] = [
+    (
+        |config| config.renderer_mass = Kilograms(0.0),
+        "renderer mass 0 kg is not above 0 kg",
+    ),
+    (
+        |config| config.indenter_damping = NewtonSecondsPerMetre(-1.0),
+        "indenter damping -1 N·s/m is not at least 0 N·s/m",
+    ),
+    (
+        |config| config.contact = contact(0.0, 1.0),
+        "contact stiffness 0 N/m is not above 0 N/m",
+    ),
+    (
+        |config| config.contact = contact(1.0, -1.0),
+        "contact damping -1 N·s/m is not at least 0 N·s/m",
+    ),
+    (
+        |config| config.servo.integral_time = Seconds(0.0),
+        "servo integral time 0 s is not above 0 s",
+    ),
+    (
+        |config| config.drive = RigDrive::Force(Newtons(f64::NAN)),
+        "push NaN N is not finite",
+    ),
+    (
+        |config| config.saturation = Some(Newtons(-2.0)),
+        "actuator saturation -2 N is not above 0 N",
+    ),
+    (
+        |config| config.sample_time = Seconds(0.0),
+        "sample time 0 s is not above 0 s",
+    ),
+];
 
 #[test]
 fn a_rig_refuses_bad_parameters() {
@@ -96,73 +138,10 @@ fn a_rig_refuses_bad_parameters() {
             .map(|_| ())
             .map_err(|error| error.to_string())
     };
-    let contact = |stiffness, damping| RigContact::Compliant {
-        stiffness: NewtonsPerMetre(stiffness),
-        damping: NewtonSecondsPerMetre(damping),
-    };
-    let servo = |integral_time| RigServo {
-        integral_time: Seconds(integral_time),
-        ..RigServo::DEFAULT
-    };
     assert_eq!(refused(good), Ok(()));
-    for (config, message) in [
-        (
-            RigConfig {
-                renderer_mass: Kilograms(0.0),
-                ..good
-            },
-            "renderer mass 0 kg is not above 0 kg",
-        ),
-        (
-            RigConfig {
-                indenter_damping: NewtonSecondsPerMetre(-1.0),
-                ..good
-            },
-            "indenter damping -1 N·s/m is not at least 0 N·s/m",
-        ),
-        (
-            RigConfig {
-                contact: contact(0.0, 1.0),
-                ..good
-            },
-            "contact stiffness 0 N/m is not above 0 N/m",
-        ),
-        (
-            RigConfig {
-                contact: contact(1.0, -1.0),
-                ..good
-            },
-            "contact damping -1 N·s/m is not at least 0 N·s/m",
-        ),
-        (
-            RigConfig {
-                servo: servo(0.0),
-                ..good
-            },
-            "servo integral time 0 s is not above 0 s",
-        ),
-        (
-            RigConfig {
-                drive: RigDrive::Force(Newtons(f64::NAN)),
-                ..good
-            },
-            "push NaN N is not finite",
-        ),
-        (
-            RigConfig {
-                saturation: Some(Newtons(-2.0)),
-                ..good
-            },
-            "actuator saturation -2 N is not above 0 N",
-        ),
-        (
-            RigConfig {
-                sample_time: Seconds(0.0),
-                ..good
-            },
-            "sample time 0 s is not above 0 s",
-        ),
-    ] {
+    for (change, message) in BAD_RIGS {
+        let mut config = good;
+        change(&mut config);
         assert_eq!(refused(config), Err(message.into()));
     }
 }

@@ -232,13 +232,15 @@ fn what_is_not_finite_is_a_fault_while_stopping_and_in_the_braking_too() {
     assert_eq!(state.fault(), Some(Fault::NonFiniteForce));
 }
 
+/// Whether the default limits are refused with this change.
+fn refused(change: &dyn Fn(&mut Limits)) -> bool {
+    let mut limits = Limits::default();
+    change(&mut limits);
+    SafetyChain::<f32>::from_limits(&limits, T).is_err()
+}
+
 #[test]
 fn bad_limits_are_refused() {
-    let refused = |change: &dyn Fn(&mut Limits)| {
-        let mut limits = Limits::default();
-        change(&mut limits);
-        SafetyChain::<f32>::from_limits(&limits, T).is_err()
-    };
     assert!(!refused(&|_| {}));
     for bad in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-46] {
         assert!(refused(&|limits| limits.norm = Some(Newtons(bad))));
@@ -263,6 +265,10 @@ fn bad_limits_are_refused() {
             })));
         }
     }
+}
+
+#[test]
+fn bad_ranges_of_place_and_speed_are_refused() {
     let ends = [
         (0.1, 0.1, 0.0),
         (0.1, 0.0, 0.0),
@@ -285,6 +291,10 @@ fn bad_limits_are_refused() {
             hard: MetresPerSecond(hard),
         })));
     }
+}
+
+#[test]
+fn a_bad_guard_is_refused() {
     let good = EnergyBounding::of(NewtonSecondsPerMetre(3.5));
     for guard in [
         EnergyBounding { share: 1.1, ..good },

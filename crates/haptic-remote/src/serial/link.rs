@@ -38,7 +38,7 @@ pub struct LinkReport {
 /// let mut link = SerialLink::connect("/dev/ttyACM0", ConnectOptions::default())?;
 /// println!("{}", link.capabilities().board());
 /// link.arm(Duration::from_millis(100))?;
-/// link.start(Start { run: 1, ticks: 1000, every: 1, batch: 1 })?;
+/// link.start(Start { ticks: 1000, ..Start::ENDLESS })?;
 /// while let Some(heard) = link.hear(Duration::from_secs(1)) {
 ///     match heard {
 ///         Heard::Sample(sample) => println!("{} m, {} N", sample.position_m, sample.force_n),

@@ -57,15 +57,16 @@ impl DeviceSession {
 
     fn statistics(&self, ticks: Statistics) -> Statistics {
         let line = self.receiver.counters();
+        let requests = self.connections.tracker().out_of_order();
         Statistics {
             sent: self.sent,
             received: line.received,
             corrupt: line.corrupt,
             oversize: line.oversize,
             foreign: line.foreign,
-            lost: self.connections.tracker().lost(),
-            duplicate: self.connections.tracker().duplicate(),
-            late: self.connections.tracker().late(),
+            lost: requests.lost,
+            duplicate: requests.duplicate,
+            late: requests.late,
             bytes_overrun: self.bytes_overrun,
             strangers: self.connections.strangers(),
             ..ticks

@@ -46,9 +46,7 @@ enum After {
 /// let plant = SimulatedPlant::new("demo", || 0);
 /// let mut device = TickSide::new(plant).expect("a simulated board always starts");
 /// device.arm(0).expect("nothing is wrong");
-/// device
-///     .start(Start { run: 1, ticks: 0, every: 1, batch: 1 })
-///     .expect("it is armed");
+/// device.start(Start::ENDLESS).expect("it is armed");
 /// for tick in 1..=10 {
 ///     device.tick(1000 * tick);
 /// }

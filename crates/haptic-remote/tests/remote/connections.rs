@@ -2,68 +2,16 @@
 //!
 //! `CAMPAIGN_CASES` sets how many frames are forged; 1 000 000 take some seconds with `--release`.
 
+mod forger;
+
+use self::forger::{Random, forged, header_of};
 use crate::line::{Bench, START, spring};
 use haptic_link::{
-    Configuration, DigestBuilder, FRAME_MAX, Header, LoopMode, PROTOCOL_VERSION, Refusal, Report,
-    Request, Scope, Start, State, encode,
+    Configuration, FRAME_MAX, LoopMode, PROTOCOL_VERSION, Refusal, Report, Request, Start, State,
 };
 use haptic_loop::Fault;
 use haptic_remote::{Conversation, Incoming};
-use rand_distr::{Distribution as _, StandardUniform};
 use rand_pcg::Pcg32;
-use serde::ser::{Serialize, SerializeTuple as _, Serializer};
-
-struct Random(Pcg32);
-
-impl Random {
-    fn word(&mut self) -> u32 {
-        StandardUniform.sample(&mut self.0)
-    }
-
-    fn below(&mut self, end: usize) -> usize {
-        self.word() as usize % end
-    }
-}
-
-/// Bytes that are a message on their own.
-struct Raw(Vec<u8>);
-
-impl Serialize for Raw {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut tuple = serializer.serialize_tuple(self.0.len())?;
-        for byte in &self.0 {
-            tuple.serialize_element(byte)?;
-        }
-        tuple.end()
-    }
-}
-
-fn framed(message: &impl Serialize, sequence: u32, connection: u32) -> Vec<u8> {
-    let mut line = [0; FRAME_MAX];
-    let header = Header::from_host(sequence, connection);
-    let length = encode(message, header, &mut line).expect("fits");
-    line[..length].to_vec()
-}
-
-/// What is in a frame and a zero, by the definition of COBS.
-fn content_of(frame: &[u8]) -> Vec<u8> {
-    let (mut content, mut at) = (Vec::new(), 0);
-    while frame[at] != 0 {
-        let next = at + usize::from(frame[at]);
-        content.extend_from_slice(&frame[at + 1..next]);
-        content.push(0);
-        at = next;
-    }
-    content
-}
-
-/// The header in a frame.
-fn header_of(frame: &[u8]) -> (u32, u32) {
-    let content = content_of(frame);
-    let number =
-        |from: usize| u32::from_le_bytes(content[from..from + 4].try_into().expect("four bytes"));
-    (number(1), number(5))
-}
 
 /// 100 N and no limits of rate and motion, in a loop on the host.
 fn loose() -> (Configuration, [f32; 2]) {
@@ -149,81 +97,6 @@ fn scene(scene: Scene) -> (Bench, Vec<Vec<u8>>) {
     bench.run_ms(1);
     let capture = bench.capture.take().expect("kept");
     (bench, capture)
-}
-
-fn any_request(random: &mut Random, faults: u16, tick: u32) -> Request {
-    let (configuration, values) = loose();
-    match random.below(9) {
-        0 | 1 => Request::Arm { faults },
-        2 => Request::Start(Start {
-            run: random.word(),
-            ..START
-        }),
-        3 => Request::Force {
-            tick,
-            force_n: -100.0,
-        },
-        4 => Request::KeepAlive { token: 1 },
-        5 => Request::Configure(configuration),
-        6 => Request::Coefficients(haptic_link::CoefficientBlock::of(&values, 0)),
-        7 => Request::Commit {
-            digest: DigestBuilder::new(&configuration)
-                .coefficients(&values)
-                .finish(),
-            scope: Scope::Lasting,
-        },
-        _ => Request::GetConfiguration,
-    }
-}
-
-/// A message written with a number that is longer than it has to be.
-fn misspelt(request: &Request, random: &mut Random) -> Raw {
-    let frame = framed(request, 0x0101_0101, 0x0101_0101);
-    // Version and header have no zeros, so the first code byte skips what has none.
-    let content = content_of(&frame);
-    let mut body = content[9..content.len() - 5].to_vec();
-    let at = if random.below(2) == 0 {
-        0
-    } else {
-        random.below(body.len())
-    };
-    let byte = body[at];
-    body[at] = byte | 0x80;
-    body.insert(at + 1, byte >> 7);
-    for _ in 0..random.below(3) {
-        body[at + 1] |= 0x80;
-        body.insert(at + 2, 0);
-    }
-    Raw(body)
-}
-
-/// A frame with a right CRC that no host of this connection has sent.
-fn forged(bench: &Bench, capture: &[Vec<u8>], live: (u32, u32), random: &mut Random) -> Vec<u8> {
-    let device = bench.device.borrow();
-    let (faults, tick) = (device.status().faults, device.newest().tick);
-    let (sequence, connection) = live;
-    let request = any_request(random, faults, tick);
-    match random.below(4) {
-        0 => capture[random.below(capture.len())].clone(),
-        // Right in everything else.
-        1 => framed(&misspelt(&request, random), sequence + 1, connection),
-        2 => {
-            let other = match random.below(5) {
-                0 => 0,
-                1 => connection ^ (1 << random.below(32)),
-                2 => connection.wrapping_add(1),
-                3 => header_of(&capture[random.below(capture.len())]).1,
-                _ => random.word(),
-            };
-            let other = if other == connection { !other } else { other };
-            framed(&request, sequence + 1 + random.word() % 100, other)
-        }
-        // Behind what the host has said already.
-        _ => {
-            let back = random.word() % 0x8000_0000;
-            framed(&request, sequence.wrapping_sub(back), connection)
-        }
-    }
 }
 
 #[test]
@@ -312,6 +185,26 @@ fn a_whole_session_that_is_played_again_does_nothing() {
     }
 }
 
+/// Another host at the same line.
+struct SecondHost(Conversation);
+
+impl SecondHost {
+    /// Says it; the answer, if the device gives one at once.
+    fn say(&mut self, bench: &mut Bench, request: Request) -> Option<Incoming> {
+        let mut line = [0; FRAME_MAX];
+        let length = self.0.ask(request, bench.now_us, &mut line);
+        let frame = line[..length].to_vec();
+        let mut answer = None;
+        for &byte in &frame {
+            let length = bench.tell_device(byte, &mut line);
+            for &byte in &line[..length] {
+                answer = self.0.receive(byte, bench.now_us).or(answer);
+            }
+        }
+        answer
+    }
+}
+
 #[test]
 fn a_second_host_can_bring_to_rest_and_cannot_keep_going() {
     let mut bench = Bench::ideal();
@@ -324,38 +217,15 @@ fn a_second_host_can_bring_to_rest_and_cannot_keep_going() {
     bench.done(Request::Start(START));
     bench.run_ms(50);
     // A hello alone changes nothing, however often it comes.
-    let mut second = Conversation::new(50_000);
-    let mut line = [0; FRAME_MAX];
-    let mut greet = |bench: &mut Bench, nonce: u32| {
-        let length = second.ask(Request::Hello { nonce }, bench.now_us, &mut line);
-        let hello = line[..length].to_vec();
-        for &byte in &hello {
-            let length = bench.tell_device(byte, &mut line);
-            for &byte in &line[..length] {
-                second.receive(byte, bench.now_us);
-            }
-        }
-    };
+    let mut second = SecondHost(Conversation::new(50_000));
     for nonce in 100..200 {
-        greet(&mut bench, nonce);
+        second.say(&mut bench, Request::Hello { nonce });
         bench.run_ms(1);
         assert_eq!(bench.state(), State::Running);
     }
     bench.done(Request::GetStatistics);
     // The second host speaks: the first is not heard any more, and the second does not keep the run going.
-    let mut say = |bench: &mut Bench, request: Request| {
-        let length = second.ask(request, bench.now_us, &mut line);
-        let frame = line[..length].to_vec();
-        let mut answer = None;
-        for &byte in &frame {
-            let length = bench.tell_device(byte, &mut line);
-            for &byte in &line[..length] {
-                answer = second.receive(byte, bench.now_us).or(answer);
-            }
-        }
-        answer
-    };
-    let refused = say(&mut bench, Request::Start(Start { run: 9, ..START }));
+    let refused = second.say(&mut bench, Request::Start(Start { run: 9, ..START }));
     let refusal = Refusal::Connection;
     assert_eq!(
         refused,
@@ -365,7 +235,7 @@ fn a_second_host_can_bring_to_rest_and_cannot_keep_going() {
         })
     );
     for _ in 0..30 {
-        let alive = say(&mut bench, Request::GetStatistics);
+        let alive = second.say(&mut bench, Request::GetStatistics);
         assert!(matches!(alive, Some(Incoming::Answer(_))), "{alive:?}");
         bench.run_ms(1);
     }
@@ -375,7 +245,7 @@ fn a_second_host_can_bring_to_rest_and_cannot_keep_going() {
     );
     assert!(bench.rebooted, "the first host is told");
     bench.run_ms(100);
-    let armed = say(&mut bench, Request::Arm { faults: 1 });
+    let armed = second.say(&mut bench, Request::Arm { faults: 1 });
     assert!(matches!(armed, Some(Incoming::Answer(_))), "{armed:?}");
 }
 

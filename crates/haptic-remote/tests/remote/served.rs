@@ -107,13 +107,7 @@ fn running(takes: Duration, late_ticks: u16) -> (SerialLink, Arc<Done>) {
     assert_eq!((link.name().as_str(), link.trouble()), ("slow:one", None));
     link.set(spring(late_ticks), &[0.0]).expect("good");
     link.arm(Duration::from_secs(1)).expect("arms");
-    let start = Start {
-        run: 1,
-        ticks: 0,
-        every: 1,
-        batch: 1,
-    };
-    link.start(start).expect("starts");
+    link.start(Start::ENDLESS).expect("starts");
     (link, done)
 }
 
@@ -213,10 +207,8 @@ fn skipped_periods_have_their_numbers_and_their_part_of_a_run() {
     let mut device = TickSide::new(SimulatedPlant::new("skips", || 0)).expect("starts");
     device.arm(0).expect("nothing is wrong");
     let start = Start {
-        run: 1,
         ticks: 20,
-        every: 1,
-        batch: 1,
+        ..Start::ENDLESS
     };
     device.start(start).expect("is armed");
     let mut now_us = 0;

@@ -153,18 +153,23 @@ fn passive_lines_give_no_energy_whatever_line_and_motion() {
     }
 }
 
+/// The master is held 10 mm away; the slave is a mass of 0.1 kg with some damping (N·s/m) that follows. Its place, m.
+fn follows(line: &mut Line<Operator>, damping: f64, ticks: u64) -> f64 {
+    let (mut x, mut v, m) = (0.0_f64, 0.0_f64, 0.1);
+    for tick in 0..ticks {
+        let master = 0.01 * (tick as f64 / 500.0).min(1.0);
+        let force = line.tick([master, x])[1];
+        v += (force - damping * v) / m * T.0;
+        x += v * T.0;
+    }
+    x
+}
+
 #[test]
 fn without_delay_a_wave_line_holds_two_hands_together() {
     let mut line = Line::new(Architecture::Wave, ChannelModel::IDEAL, 1);
-    // The master is held 10 mm away; the slave is a mass of 0.1 kg that follows.
-    let (mut x, mut v, m) = (0.0_f64, 0.0_f64, 0.1);
-    for tick in 0..3000_u64 {
-        let master = 0.01 * (tick as f64 / 500.0).min(1.0);
-        let force = line.tick([master, x])[1];
-        // Damped, as the hold asks for: a wave line itself has no loss.
-        v += (force - 15.0 * v) / m * T.0;
-        x += v * T.0;
-    }
+    // Damped, as the hold asks for: a wave line itself has no loss.
+    let x = follows(&mut line, 15.0, 3000);
     assert!((x - 0.01).abs() < 1e-6, "{x}");
 }
 
@@ -178,13 +183,7 @@ fn a_lost_message_loses_no_displacement() {
     };
     for architecture in [Architecture::PositionPosition, Architecture::Wave] {
         let mut line = Line::new(architecture, model, 7);
-        let (mut x, mut v, m) = (0.0_f64, 0.0_f64, 0.1);
-        for tick in 0..6000_u64 {
-            let master = 0.01 * (tick as f64 / 500.0).min(1.0);
-            let force = line.tick([master, x])[1];
-            v += (force - 3.0 * v) / m * T.0;
-            x += v * T.0;
-        }
+        let x = follows(&mut line, 3.0, 6000);
         assert!((x - 0.01).abs() < 2e-4, "{architecture}: {x}");
     }
 }

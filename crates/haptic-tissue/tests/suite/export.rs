@@ -117,6 +117,16 @@ fn classical_models_are_their_own_series() {
     }
 }
 
+/// Pairs from lines of six constants, each with the number of its first.
+fn pairs_of_constants(lines: &[Vec<f64>]) -> Vec<[f64; 2]> {
+    for (line, row) in lines.iter().enumerate() {
+        assert_eq!(row[0] as usize, 1 + 6 * line, "{row:?}");
+        assert!(row.len() <= 7, "{row:?}");
+    }
+    let constants: Vec<f64> = lines.iter().flat_map(|row| row[1..].to_vec()).collect();
+    constants.chunks(2).map(|pair| [pair[0], pair[1]]).collect()
+}
+
 /// The model that a text describes by the convention it names.
 fn read_back(format: ExportFormat, text: &str, fit: &PronyFit) -> Model {
     let comment = |line: &str| {
@@ -135,18 +145,7 @@ fn read_back(format: ExportFormat, text: &str, fit: &PronyFit) -> Model {
         // TB,PRONY,1,1,N,SHEAR and then TBDATA,first,six constants.
         ExportFormat::Ansys => {
             assert!(text.contains(&format!("\nTB,PRONY,1,1,{},SHEAR\n", fit.branches.len())));
-            let constants: Vec<f64> = lines[1..]
-                .iter()
-                .flat_map(|row| row[1..].to_vec())
-                .collect();
-            for (line, row) in lines[1..].iter().enumerate() {
-                assert_eq!(row[0] as usize, 1 + 6 * line, "{text}");
-                assert!(row.len() <= 7, "{text}");
-            }
-            (
-                instantaneous,
-                constants.chunks(2).map(|pair| [pair[0], pair[1]]).collect(),
-            )
+            (instantaneous, pairs_of_constants(&lines[1..]))
         }
         ExportFormat::Abaqus => (
             instantaneous,

@@ -100,118 +100,125 @@ fn a_model_of_elements_in_series_has_no_elastic_modulus() {
     assert!(Material::parse(Path::new("rubber.toml"), SERIES).is_ok());
 }
 
+/// A good file, what of it is replaced, by what, and how the refusal begins.
+const WRONG: &[[&str; 4]] = &[
+    [
+        MUSCLE,
+        "fractional-maxwell",
+        "jelly",
+        "x.toml:3: model \"jelly\" is not known: take one of spring, dashpot,",
+    ],
+    [
+        MUSCLE,
+        "order = 0.675",
+        "order = 1.5",
+        "x.toml:7: order = 1.5 is not in [0, 1]",
+    ],
+    [
+        MUSCLE,
+        "= 22100",
+        "= -1",
+        "x.toml:8: second_viscosity_pa_s_beta = -1 Pa·s^β is not above 0 and finite",
+    ],
+    [
+        MUSCLE,
+        "= 22100",
+        "= nan",
+        "x.toml:8: second_viscosity_pa_s_beta = NaN Pa·s^β",
+    ],
+    [
+        MUSCLE,
+        "= 22100",
+        "= true",
+        "x.toml:8: invalid type: boolean `true`, expected a number or a list of numbers",
+    ],
+    [
+        MUSCLE,
+        "= 22100",
+        "= [1, 2]",
+        "x.toml:8: second_viscosity_pa_s_beta is a list: give one number",
+    ],
+    [
+        MUSCLE,
+        "second_order = 0.11\n",
+        "",
+        "x.toml:5: missing field `second_order` of the model fractional-maxwell",
+    ],
+    [
+        MUSCLE,
+        "second_order",
+        "third_order",
+        "x.toml:9: third_order is no parameter of the model fractional-maxwell, which has viscosity_pa_s_alpha, order,",
+    ],
+    [
+        MUSCLE,
+        "0.11",
+        "0.8",
+        "x.toml:5: order = 0.675 is below second_order = 0.8: exchange the two elements",
+    ],
+    [
+        MUSCLE,
+        "0.11",
+        "0.675",
+        "x.toml:5: both elements have the order 0.675",
+    ],
+    [
+        MUSCLE,
+        "= 981",
+        "= 0.001",
+        "x.toml:11: time_to_s = 0.001 is below time_from_s = 0.014: exchange them",
+    ],
+    [
+        MUSCLE,
+        "= 981",
+        "= inf",
+        "x.toml:11: time_to_s = inf is not a finite number of at least 0",
+    ],
+    [
+        MUSCLE,
+        "time_to_s",
+        "time_until_s",
+        "x.toml:13: unknown field `time_until_s`",
+    ],
+    [
+        SERIES,
+        "[0.1, 7]",
+        "[0.1]",
+        "x.toml:5: branch_moduli_pa has 2 numbers and branch_times_s 1: each branch has one of each",
+    ],
+    [
+        SERIES,
+        "[0.1, 7]",
+        "[7, 0.1]",
+        "x.toml:5: branch_times_s = 0.1 s is not above the one before it",
+    ],
+    [
+        SERIES,
+        "[0.1, 7]",
+        "7",
+        "x.toml:8: branch_times_s is not a list: give one number for each branch",
+    ],
+    [
+        SERIES,
+        "[3, 2.5]",
+        "[3, 0]",
+        "x.toml:7: branch_moduli_pa = 0 Pa is not above 0 and finite",
+    ],
+];
+
 #[test]
 fn a_wrong_file_of_a_model_is_refused_with_line_and_reason() {
-    for (text, from, to, want) in [
-        (
-            MUSCLE,
-            "fractional-maxwell",
-            "jelly",
-            "x.toml:3: model \"jelly\" is not known: take one of spring, dashpot,",
-        ),
-        (
-            MUSCLE,
-            "order = 0.675",
-            "order = 1.5",
-            "x.toml:7: order = 1.5 is not in [0, 1]",
-        ),
-        (
-            MUSCLE,
-            "= 22100",
-            "= -1",
-            "x.toml:8: second_viscosity_pa_s_beta = -1 Pa·s^β is not above 0 and finite",
-        ),
-        (
-            MUSCLE,
-            "= 22100",
-            "= nan",
-            "x.toml:8: second_viscosity_pa_s_beta = NaN Pa·s^β",
-        ),
-        (
-            MUSCLE,
-            "= 22100",
-            "= true",
-            "x.toml:8: invalid type: boolean `true`, expected a number or a list of numbers",
-        ),
-        (
-            MUSCLE,
-            "= 22100",
-            "= [1, 2]",
-            "x.toml:8: second_viscosity_pa_s_beta is a list: give one number",
-        ),
-        (
-            MUSCLE,
-            "second_order = 0.11\n",
-            "",
-            "x.toml:5: missing field `second_order` of the model fractional-maxwell",
-        ),
-        (
-            MUSCLE,
-            "second_order",
-            "third_order",
-            "x.toml:9: third_order is no parameter of the model fractional-maxwell, which has viscosity_pa_s_alpha, order,",
-        ),
-        (
-            MUSCLE,
-            "0.11",
-            "0.8",
-            "x.toml:5: order = 0.675 is below second_order = 0.8: exchange the two elements",
-        ),
-        (
-            MUSCLE,
-            "0.11",
-            "0.675",
-            "x.toml:5: both elements have the order 0.675",
-        ),
-        (
-            MUSCLE,
-            "= 981",
-            "= 0.001",
-            "x.toml:11: time_to_s = 0.001 is below time_from_s = 0.014: exchange them",
-        ),
-        (
-            MUSCLE,
-            "= 981",
-            "= inf",
-            "x.toml:11: time_to_s = inf is not a finite number of at least 0",
-        ),
-        (
-            MUSCLE,
-            "time_to_s",
-            "time_until_s",
-            "x.toml:13: unknown field `time_until_s`",
-        ),
-        (
-            SERIES,
-            "[0.1, 7]",
-            "[0.1]",
-            "x.toml:5: branch_moduli_pa has 2 numbers and branch_times_s 1: each branch has one of each",
-        ),
-        (
-            SERIES,
-            "[0.1, 7]",
-            "[7, 0.1]",
-            "x.toml:5: branch_times_s = 0.1 s is not above the one before it",
-        ),
-        (
-            SERIES,
-            "[0.1, 7]",
-            "7",
-            "x.toml:8: branch_times_s is not a list: give one number for each branch",
-        ),
-        (
-            SERIES,
-            "[3, 2.5]",
-            "[3, 0]",
-            "x.toml:7: branch_moduli_pa = 0 Pa is not above 0 and finite",
-        ),
-    ] {
+    for [text, from, to, want] in WRONG {
         assert!(text.contains(from), "{from}");
         let error = Material::parse(Path::new("x.toml"), &text.replacen(from, to, 1));
         let have = error.expect_err(to).to_string();
         assert!(have.starts_with(want), "have {have}\nwant {want}");
         assert!(!have.contains('\n'), "{have}");
     }
+}
+
+#[test]
+fn a_name_that_is_none_is_refused() {
     let error = Material::new(
         "Gel 1",
         "",

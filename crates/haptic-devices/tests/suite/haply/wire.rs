@@ -307,13 +307,7 @@ fn started<const D: usize>(
     let installed = device.install(prepared.expect("good"), values);
     installed.expect("is idle");
     device.arm(0).expect("nothing is wrong");
-    let start = Start {
-        run: 1,
-        ticks: 0,
-        every: 1,
-        batch: 1,
-    };
-    device.start(start).expect("is armed");
+    device.start(Start::ENDLESS).expect("is armed");
     device
 }
 

@@ -216,9 +216,7 @@ impl Rig {
                 self.run += 1;
                 let start = Start {
                     run: self.run,
-                    ticks: 0,
-                    every: 1,
-                    batch: 1,
+                    ..Start::ENDLESS
                 };
                 let _ = self.device.start(start);
             }

@@ -1,7 +1,8 @@
 //! The examples of the document, byte by byte.
 
 use super::reader::Document;
-use super::{CONNECTION, frame, frame_with, message};
+use super::{frame, frame_with, message};
+use crate::frames::CONNECTION;
 use haptic_link::{
     Ack, Batch, BatchItem, CoefficientBlock, Configuration, DigestBuilder, Direction, FRAME_MAX,
     Field, Header, Hello, Outcome, Refusal, Report, Request, Sample, Scope, Simulation, Start,
@@ -58,17 +59,13 @@ fn cobs_of(content: &[u8]) -> String {
     example("", &[("content", content), ("line", &line[..=length])])
 }
 
+/// In the order of the document.
 pub(super) fn examples() -> Vec<String> {
-    let (configuration, values) = spring();
-    let digest = DigestBuilder::new(&configuration).coefficients(&values);
-    let digest = digest.finish();
-    let configure = message(&Request::Configure(configuration), Direction::FromHost);
-    let mut digested = configure[1..].to_vec();
-    digested.extend(values[0].to_le_bytes());
-    let number = digest.to_le_bytes();
-    let device = Direction::FromDevice;
-    let host = Direction::FromHost;
-    let idle = Status::default();
+    [opening(), configuring(), running()].concat()
+}
+
+/// Two zeros on a line, and a host that greets a device.
+fn opening() -> Vec<String> {
     vec![
         cobs_of(&[0x11, 0x22, 0x00, 0x33]),
         cobs_of(&[0, 0]),
@@ -80,11 +77,39 @@ pub(super) fn examples() -> Vec<String> {
                 connection: CONNECTION,
                 firmware: [0, 1, 0],
                 boot: 77,
-                status: idle,
+                status: Status::default(),
             }),
             0,
-            device,
+            Direction::FromDevice,
         ),
+    ]
+}
+
+/// A spring is committed.
+fn configuring() -> Vec<String> {
+    let (configuration, values) = spring();
+    let digest = DigestBuilder::new(&configuration).coefficients(&values);
+    let digest = digest.finish();
+    let configure = message(&Request::Configure(configuration), Direction::FromHost);
+    let mut digested = configure[1..].to_vec();
+    digested.extend(values[0].to_le_bytes());
+    let number = digest.to_le_bytes();
+    let answer = |outcome| {
+        Report::Ack(Ack {
+            sequence: 3,
+            request: 4,
+            outcome,
+        })
+    };
+    let done = answer(Outcome::Done);
+    let refused = answer(Outcome::Refused(Refusal::Range {
+        field: Field::ForceLimit,
+        value: 50.0,
+        least: f32::MIN_POSITIVE,
+        most: 40.0,
+    }));
+    let (device, host) = (Direction::FromDevice, Direction::FromHost);
+    vec![
         framed(
             "configure, sequence number 1: device loop, 1000 µs, K = 500 N/m, MassDamper of 65 g and 3.5 N·s/m, \
              push 1 N",
@@ -111,31 +136,30 @@ pub(super) fn examples() -> Vec<String> {
             3,
             host,
         ),
-        framed(
-            "its answer, sequence number 3",
-            &Report::Ack(Ack {
-                sequence: 3,
-                request: 4,
-                outcome: Outcome::Done,
-            }),
-            3,
-            device,
-        ),
+        framed("its answer, sequence number 3", &done, 3, device),
         framed(
             "another answer: refused, Range, ForceLimit, 50 N is not in (0, 40] N",
-            &Report::Ack(Ack {
-                sequence: 3,
-                request: 4,
-                outcome: Outcome::Refused(Refusal::Range {
-                    field: Field::ForceLimit,
-                    value: 50.0,
-                    least: f32::MIN_POSITIVE,
-                    most: 40.0,
-                }),
-            }),
+            &refused,
             3,
             device,
         ),
+    ]
+}
+
+/// A tick of the spring in a batch.
+const fn item(position_m: f32) -> BatchItem {
+    BatchItem {
+        position_m,
+        environment_force_n: -500.0 * position_m,
+        force_n: -500.0 * position_m,
+        limiters: 0,
+    }
+}
+
+/// A run, and its end.
+fn running() -> Vec<String> {
+    let (device, host) = (Direction::FromDevice, Direction::FromHost);
+    vec![
         framed(
             "arm, sequence number 4",
             &Request::Arm { faults: 0 },
@@ -172,15 +196,7 @@ pub(super) fn examples() -> Vec<String> {
                 tick: 257,
                 time_us: 1_001_000,
                 every: 1,
-                items: [1e-3, 2e-3]
-                    .map(|position_m| BatchItem {
-                        position_m,
-                        environment_force_n: -500.0 * position_m,
-                        force_n: -500.0 * position_m,
-                        limiters: 0,
-                    })
-                    .into_iter()
-                    .collect(),
+                items: [1e-3, 2e-3].map(item).into_iter().collect(),
             }),
             301,
             device,

@@ -4,7 +4,7 @@ use super::{object, order};
 use fracdiff::{Seconds, ShortMemory};
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
-use haptic_loop::{Controller, Environment as _, SafetyChain, VirtualCoupler};
+use haptic_loop::{Controller, Environment, SafetyChain, VirtualCoupler};
 use nalgebra::{SMatrix, SVector, vector};
 
 /// e^A by scaling and squaring of the power series.
@@ -22,6 +22,21 @@ fn exponential<const N: usize>(a: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
     sum
 }
 
+/// A device behind a coupler for so many ticks. The history of the coupler at the end.
+fn run<E: Environment<f64, 1>>(
+    controller: &mut Controller<f64, 1, E>,
+    device: &mut MassDamper<1>,
+    ticks: usize,
+) -> E::History {
+    let mut replay = controller.environment().at_rest();
+    for _ in 0..ticks {
+        let Ok(sample) = controller.tick(device);
+        let x = sample.reading.position_m;
+        controller.environment().advance(&mut replay, &x);
+    }
+    replay
+}
+
 /// A device of 0.1 kg that is pushed with 1 N for 0.3 s into a coupler of order 1 and an object: its place and the object's
 /// at the end, m.
 fn pushed(t: f64, [k_c, b_c]: [f64; 2], [m, b, k]: [f64; 3]) -> [f64; 2] {
@@ -33,14 +48,7 @@ fn pushed(t: f64, [k_c, b_c]: [f64; 2], [m, b, k]: [f64; 3]) -> [f64; 2] {
     let config = MassDamperConfig::ideal(Kilograms(0.1), NewtonSecondsPerMetre(0.8), sample_time);
     let mut device = MassDamper::<1>::new(config).expect("valid");
     device.set_external_force(vector![1.0]);
-    let mut replay = controller.environment().at_rest();
-    for _ in 0..(0.3 / t).round() as usize {
-        let sample = controller
-            .tick(&mut device)
-            .unwrap_or_else(|never| match never {});
-        let x = sample.reading.position_m;
-        controller.environment().advance(&mut replay, &x);
-    }
+    let replay = run(&mut controller, &mut device, (0.3 / t).round() as usize);
     [
         device.position()[0],
         controller.environment().object_position_m(&replay)[0],
@@ -91,14 +99,7 @@ fn without_loss_two_masses_keep_energy_and_momentum_as_the_sample_time_falls() {
             MassDamperConfig::ideal(Kilograms(0.1), NewtonSecondsPerMetre(0.0), sample_time);
         let mut device = MassDamper::<1>::new(config).expect("valid");
         device.set_state(vector![0.0], vector![0.2]);
-        let mut replay = controller.environment().at_rest();
-        for _ in 0..(0.5 / t).round() as usize {
-            let sample = controller
-                .tick(&mut device)
-                .unwrap_or_else(|never| match never {});
-            let x = sample.reading.position_m;
-            controller.environment().advance(&mut replay, &x);
-        }
+        let replay = run(&mut controller, &mut device, (0.5 / t).round() as usize);
         let environment = controller.environment();
         let u = environment.object_velocity_m_per_s(&replay)[0];
         let p = environment.object_position_m(&replay)[0];

@@ -5,9 +5,8 @@ use crate::line::{Bench, START, spring};
 use haptic_link::{Report, Request, Sample, Statistics};
 use haptic_remote::LineFaults;
 
-/// A line in the middle of a session, its frames counted at both ends.
-fn losses(seed: u64, faults: LineFaults) {
-    let told = Told(seed);
+/// A session whose line has had these faults for a while.
+fn damaged(seed: u64, faults: LineFaults) -> Bench {
     let mut bench = Bench::new(LineFaults::default(), seed);
     bench.hello();
     let (configuration, values) = spring();
@@ -18,18 +17,18 @@ fn losses(seed: u64, faults: LineFaults) {
     bench.done(Request::Start(START));
     bench.run_ms(10);
     bench.told.clear();
-    bench.to_host.set_faults(faults).expect("valid");
-    bench.to_device.set_faults(faults).expect("valid");
-    bench.run_ms(400);
+    for (faults, milliseconds) in [(faults, 400), (LineFaults::default(), 150)] {
+        bench.to_host.set_faults(faults).expect("valid");
+        bench.to_device.set_faults(faults).expect("valid");
+        bench.run_ms(milliseconds);
+    }
     bench
-        .to_host
-        .set_faults(LineFaults::default())
-        .expect("valid");
-    bench
-        .to_device
-        .set_faults(LineFaults::default())
-        .expect("valid");
-    bench.run_ms(150);
+}
+
+/// A line in the middle of a session, its frames counted at both ends.
+fn losses(seed: u64, faults: LineFaults) {
+    let told = Told(seed);
+    let mut bench = damaged(seed, faults);
     // The first good frame after the damage tells of all that are missing before it.
     let Report::Statistics(device) = bench.done(Request::GetStatistics) else {
         panic!("no statistics");

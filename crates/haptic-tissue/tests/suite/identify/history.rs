@@ -18,6 +18,16 @@ fn ramp_and_hold(times: &[f64], viscosity: f64, order: f64) -> (Vec<f64>, Vec<f6
     (strain, stress)
 }
 
+/// The spring-pot that a record without noise is of.
+fn assert_found(record: &Record, viscosity_pa_s_alpha: f64, order: f64) {
+    let found = one(record, candidate("spring-pot"));
+    let have = [0, 1].map(|k| found.fits[0].parameters[k].value);
+    assert!(
+        (have[0] / viscosity_pa_s_alpha - 1.0).abs() < 1e-5 && (have[1] - order).abs() < 1e-5,
+        "{have:?}"
+    );
+}
+
 #[test]
 fn a_finite_ramp_costs_nothing() {
     let times: Vec<f64> = (0..2001).map(|i| 0.01 * f64::from(i)).collect();
@@ -26,12 +36,7 @@ fn a_finite_ramp_costs_nothing() {
     let largest = stress.iter().copied().fold(0.0, f64::max);
     let rms = rms_of(&record, ModelKind::SpringPot, &[8650.0, 0.2247]).expect("a model");
     assert!(rms < 1e-6 * largest, "{rms} of {largest}");
-    let found = one(&record, candidate("spring-pot"));
-    let [viscosity, order] = [0, 1].map(|k| found.fits[0].parameters[k].value);
-    assert!(
-        (viscosity / 8650.0 - 1.0).abs() < 1e-5 && (order - 0.2247).abs() < 1e-5,
-        "{viscosity} {order}"
-    );
+    assert_found(&record, 8650.0, 0.2247);
 }
 
 /// Samples need not be even: the same motion at times that grow apart.
@@ -45,12 +50,7 @@ fn uneven_samples_give_the_same_tissue() {
     times.dedup();
     let (strain, stress) = ramp_and_hold(&times, 3610.0, 0.2154);
     let record = Record::history(times, strain, stress).expect("valid");
-    let found = one(&record, candidate("spring-pot"));
-    let [viscosity, order] = [0, 1].map(|k| found.fits[0].parameters[k].value);
-    assert!(
-        (viscosity / 3610.0 - 1.0).abs() < 1e-5 && (order - 0.2154).abs() < 1e-5,
-        "{viscosity} {order}"
-    );
+    assert_found(&record, 3610.0, 0.2154);
 }
 
 /// A long record with a strain that never rests: some samples are compared, with the strain of all.

@@ -60,6 +60,10 @@ fn a_bad_record_is_refused_with_its_sample_and_the_remedy() {
         Record::oscillation(vec![1.0, 2.0], vec![1.0, 2.0], vec![1.0, 0.0]),
         "sample 2: loss modulus 0 Pa",
     );
+}
+
+#[test]
+fn a_bad_history_is_refused_with_what_is_wrong() {
     let history = |strain: &[f64], stress: &[f64]| {
         Record::history(vec![0.0, 1.0, 2.0], strain.to_vec(), stress.to_vec())
     };

@@ -166,112 +166,113 @@ fn columns_units_and_range_can_be_given() {
     );
 }
 
+/// A table, the kind of record that is asked for, and what the refusal says.
+const REFUSED: &[(&str, Option<RecordKind>, &[&str])] = &[
+    ("", None, &["empty"]),
+    ("time_s\n1\n", None, &["line 1", "one column only"]),
+    ("1,2\n3,4\n", None, &["line 1", "no header", "`columns`"]),
+    (
+        "time_s,relaxation_modulus_pa\n",
+        None,
+        &["no row with numbers"],
+    ),
+    (
+        "time_s,relaxation_modulus_pa\n1,5\n2,four\n",
+        None,
+        &[
+            "line 3, column relaxation_modulus_pa",
+            "\"four\" is not a finite number",
+        ],
+    ),
+    (
+        "time_s,relaxation_modulus_pa\n1,5\n2,inf\n",
+        None,
+        &["line 3, column relaxation_modulus_pa", "\"inf\""],
+    ),
+    (
+        "time_s,relaxation_modulus_pa\n0,5\n1,4\n",
+        None,
+        &["line 2", "time 0 s is not above 0 s", "leave out the rows"],
+    ),
+    (
+        "time_s,relaxation_modulus_pa\n2,5\n\n1,4\n",
+        None,
+        &["line 4", "time 1 s comes after 2 s", "sort"],
+    ),
+    (
+        "time_s,relaxation_modulus_pa\n1,5\n2,-4\n",
+        None,
+        &["line 3", "modulus -4 Pa is not above 0 Pa"],
+    ),
+    (
+        "time_s,relaxation_modulus_pa\n1,5\n2,5\n",
+        None,
+        &["5 Pa in every sample"],
+    ),
+    (
+        "time_s,relaxation_modulus_pa\n1,4,5\n",
+        None,
+        &["line 2", "3 cells under a header of 2", "decimal point"],
+    ),
+    (
+        "Time [Pa],Modulus\n1,5\n",
+        None,
+        &[
+            "line 1, column Time [Pa]",
+            "unit \"Pa\" is none of time",
+            "`units` time=s",
+        ],
+    ),
+    (
+        "time_s,t [s],modulus\n1,1,5\n",
+        None,
+        &["line 1", "both look like time", "`columns`"],
+    ),
+    (
+        "time_s,stress_pa\n1,5\n2,4\n",
+        None,
+        &["stress_pa (stress)", "give `strain`"],
+    ),
+    ("time_s,strain\n1,5\n2,4\n", None, &["give `stress_pa`"]),
+    (
+        "time_s,temperature\n1,5\n2,4\n",
+        None,
+        &["the columns make no record", "relaxation_modulus_pa"],
+    ),
+    (
+        "time_s,relaxation_modulus_pa\n1,5\n2,4\n",
+        Some(RecordKind::Creep),
+        &[
+            "kind creep needs a column creep_compliance_per_pa",
+            "`kind`",
+        ],
+    ),
+    (
+        "time_s,creep_compliance_per_pa\n1,5\n2,4\n",
+        None,
+        &["compliance falls with time", "`kind` = relaxation"],
+    ),
+    (
+        "time_s,position_m,stress_pa\n0,0,5\n2,4,5\n",
+        Some(RecordKind::History),
+        &["needs a column strain", "`thickness_m`"],
+    ),
+    (
+        "omega_rad_s,storage_modulus_pa,loss_modulus_pa\n2,1,1\n1,2,2\n2,3,3\n",
+        None,
+        &["line 4", "angular frequency 2 rad/s"],
+    ),
+];
+
 #[test]
 fn a_bad_table_is_refused_with_line_column_and_remedy() {
-    let kind = |kind| Reading {
-        kind: Some(kind),
-        ..Reading::default()
-    };
-    let any = Reading::default();
-    let cases: &[(&str, Reading, &[&str])] = &[
-        ("", any, &["empty"]),
-        ("time_s\n1\n", any, &["line 1", "one column only"]),
-        ("1,2\n3,4\n", any, &["line 1", "no header", "`columns`"]),
-        (
-            "time_s,relaxation_modulus_pa\n",
-            any,
-            &["no row with numbers"],
-        ),
-        (
-            "time_s,relaxation_modulus_pa\n1,5\n2,four\n",
-            any,
-            &[
-                "line 3, column relaxation_modulus_pa",
-                "\"four\" is not a finite number",
-            ],
-        ),
-        (
-            "time_s,relaxation_modulus_pa\n1,5\n2,inf\n",
-            any,
-            &["line 3, column relaxation_modulus_pa", "\"inf\""],
-        ),
-        (
-            "time_s,relaxation_modulus_pa\n0,5\n1,4\n",
-            any,
-            &["line 2", "time 0 s is not above 0 s", "leave out the rows"],
-        ),
-        (
-            "time_s,relaxation_modulus_pa\n2,5\n\n1,4\n",
-            any,
-            &["line 4", "time 1 s comes after 2 s", "sort"],
-        ),
-        (
-            "time_s,relaxation_modulus_pa\n1,5\n2,-4\n",
-            any,
-            &["line 3", "modulus -4 Pa is not above 0 Pa"],
-        ),
-        (
-            "time_s,relaxation_modulus_pa\n1,5\n2,5\n",
-            any,
-            &["5 Pa in every sample"],
-        ),
-        (
-            "time_s,relaxation_modulus_pa\n1,4,5\n",
-            any,
-            &["line 2", "3 cells under a header of 2", "decimal point"],
-        ),
-        (
-            "Time [Pa],Modulus\n1,5\n",
-            any,
-            &[
-                "line 1, column Time [Pa]",
-                "unit \"Pa\" is none of time",
-                "`units` time=s",
-            ],
-        ),
-        (
-            "time_s,t [s],modulus\n1,1,5\n",
-            any,
-            &["line 1", "both look like time", "`columns`"],
-        ),
-        (
-            "time_s,stress_pa\n1,5\n2,4\n",
-            any,
-            &["stress_pa (stress)", "give `strain`"],
-        ),
-        ("time_s,strain\n1,5\n2,4\n", any, &["give `stress_pa`"]),
-        (
-            "time_s,temperature\n1,5\n2,4\n",
-            any,
-            &["the columns make no record", "relaxation_modulus_pa"],
-        ),
-        (
-            "time_s,relaxation_modulus_pa\n1,5\n2,4\n",
-            kind(RecordKind::Creep),
-            &[
-                "kind creep needs a column creep_compliance_per_pa",
-                "`kind`",
-            ],
-        ),
-        (
-            "time_s,creep_compliance_per_pa\n1,5\n2,4\n",
-            any,
-            &["compliance falls with time", "`kind` = relaxation"],
-        ),
-        (
-            "time_s,position_m,stress_pa\n0,0,5\n2,4,5\n",
-            kind(RecordKind::History),
-            &["needs a column strain", "`thickness_m`"],
-        ),
-        (
-            "omega_rad_s,storage_modulus_pa,loss_modulus_pa\n2,1,1\n1,2,2\n2,3,3\n",
-            any,
-            &["line 4", "angular frequency 2 rad/s"],
-        ),
-    ];
-    for (text, reading, wanted) in cases {
-        let message = understand(text, &Reader::default(), reading).expect_err(text);
-        for wanted in *wanted {
+    for &(text, kind, wanted) in REFUSED {
+        let reading = Reading {
+            kind,
+            ..Reading::default()
+        };
+        let message = understand(text, &Reader::default(), &reading).expect_err(text);
+        for wanted in wanted {
             assert!(
                 message.contains(wanted),
                 "{text:?}\nhave {message}\nwant {wanted}"
@@ -279,6 +280,10 @@ fn a_bad_table_is_refused_with_line_column_and_remedy() {
         }
         assert!(!message.contains('\n'), "{message}");
     }
+}
+
+#[test]
+fn what_is_no_text_and_a_unit_of_something_else_are_refused() {
     let latin = read_table(b"time_s,modulus\n1,5 \xb5Pa\n")
         .expect_err("not UTF-8")
         .to_string();
@@ -290,7 +295,8 @@ fn a_bad_table_is_refused_with_line_column_and_remedy() {
         units: vec![(Column::Time, "kPa".to_owned())],
         ..Reader::default()
     };
-    let message = understand("t,modulus\n1,5\n2,4\n", &unit, &any).expect_err("a unit of pressure");
+    let message = understand("t,modulus\n1,5\n2,4\n", &unit, &Reading::default())
+        .expect_err("a unit of pressure");
     assert!(
         message.contains("unit \"kPa\" is none of time"),
         "{message}"

@@ -8,7 +8,7 @@ use haptic_link::{
     VectorSample, WorkspaceBox,
 };
 
-pub(super) fn status() -> Status {
+pub(crate) fn status() -> Status {
     Status {
         state: State::Stopping,
         fault: 2,
@@ -16,7 +16,7 @@ pub(super) fn status() -> Status {
     }
 }
 
-pub(super) fn sample() -> Sample {
+pub(crate) fn sample() -> Sample {
     Sample {
         tick: 0x0403_0201,
         time_us: 0x0807_0605,
@@ -27,7 +27,7 @@ pub(super) fn sample() -> Sample {
     }
 }
 
-pub(super) fn block() -> CoefficientBlock {
+pub(crate) fn block() -> CoefficientBlock {
     CoefficientBlock {
         offset: 0x0201,
         values: core::array::from_fn(|i| i as f32 + 0.5),
@@ -35,7 +35,7 @@ pub(super) fn block() -> CoefficientBlock {
 }
 
 /// Every field another value.
-pub(super) fn configuration() -> Configuration {
+pub(crate) fn configuration() -> Configuration {
     Configuration {
         loop_mode: LoopMode::Host,
         tick_period_us: 0x0403_0201,
@@ -105,7 +105,7 @@ fn range(axis: u8) -> AxisWorkspace {
 }
 
 /// A sample of so many axes.
-pub(super) fn vectors(axes: usize) -> VectorSample {
+pub(crate) fn vectors(axes: usize) -> VectorSample {
     VectorSample {
         tick: 0x0403_0201,
         time_us: 0x0807_0605,
@@ -113,7 +113,7 @@ pub(super) fn vectors(axes: usize) -> VectorSample {
     }
 }
 
-pub(super) fn requests() -> Vec<Request> {
+pub(crate) fn requests() -> Vec<Request> {
     vec![
         Request::Hello { nonce: 0x0403_0201 },
         Request::GetCapabilities,
@@ -156,7 +156,23 @@ pub(super) fn requests() -> Vec<Request> {
     ]
 }
 
-pub(super) fn batch(count: usize) -> Batch {
+/// A batch of what is hard to carry: numbers at their ends, and NaN.
+pub(crate) fn extreme_batch() -> Batch {
+    let item = BatchItem {
+        position_m: f32::MIN,
+        environment_force_n: f32::INFINITY,
+        force_n: f32::NAN,
+        limiters: u8::MAX,
+    };
+    Batch {
+        tick: u32::MAX,
+        time_us: u32::MAX,
+        every: u16::MAX,
+        items: [item; BATCH_MAX].into_iter().collect(),
+    }
+}
+
+pub(crate) fn batch(count: usize) -> Batch {
     let item = |n: usize| BatchItem {
         position_m: n as f32 + 0.5,
         environment_force_n: n as f32 + 100.5,
@@ -171,7 +187,7 @@ pub(super) fn batch(count: usize) -> Batch {
     }
 }
 
-pub(super) fn statistics() -> Statistics {
+pub(crate) fn statistics() -> Statistics {
     Statistics {
         ticks: 1,
         overruns: 2,
@@ -192,7 +208,7 @@ pub(super) fn statistics() -> Statistics {
     }
 }
 
-pub(super) fn ack(outcome: Outcome) -> Report {
+pub(crate) fn ack(outcome: Outcome) -> Report {
     Report::Ack(Ack {
         sequence: 0x0201,
         request: 4,
@@ -200,7 +216,31 @@ pub(super) fn ack(outcome: Outcome) -> Report {
     })
 }
 
-pub(super) fn reports() -> Vec<Report> {
+pub(crate) fn reports() -> Vec<Report> {
+    let mut reports = reports_of_one_axis();
+    reports.extend(reports_of_several_axes());
+    reports
+}
+
+fn reports_of_several_axes() -> [Report; 3] {
+    [
+        Report::VectorSample(vectors(3)),
+        Report::VectorBatch(VectorBatch {
+            tick: 0x0403_0201,
+            time_us: 0x0807_0605,
+            every: 0x0a09,
+            axes: 3,
+            items: batch(15).items,
+        }),
+        Report::VectorFlight(VectorFlight {
+            index: 0x0201,
+            count: 0x0403,
+            sample: vectors(2),
+        }),
+    ]
+}
+
+fn reports_of_one_axis() -> Vec<Report> {
     let time_us = 0x0807_0605_0403_0201;
     vec![
         Report::Hello(Hello {
@@ -255,23 +295,10 @@ pub(super) fn reports() -> Vec<Report> {
             sample: sample(),
         }),
         Report::Keys(Keys::current()),
-        Report::VectorSample(vectors(3)),
-        Report::VectorBatch(VectorBatch {
-            tick: 0x0403_0201,
-            time_us: 0x0807_0605,
-            every: 0x0a09,
-            axes: 3,
-            items: batch(15).items,
-        }),
-        Report::VectorFlight(VectorFlight {
-            index: 0x0201,
-            count: 0x0403,
-            sample: vectors(2),
-        }),
     ]
 }
 
-pub(super) fn refusals() -> Vec<Refusal> {
+pub(crate) fn refusals() -> Vec<Refusal> {
     vec![
         Refusal::State(State::Running),
         Refusal::Range {

@@ -1,0 +1,126 @@
+//! The response of a controller on the circle: as it is run, and as its parameters say.
+
+use super::{GAINS, T, memory, pid};
+use core::f64::consts::PI;
+use fracdiff::FrequencyResponse;
+use fractional_control::num_complex::Complex;
+use fractional_control::{
+    Actuator, Controller, Crone, CroneParameters, LeadLag, LeadLagParameters, PidParameters, Rule,
+    SetPoint, Tid, TidParameters,
+};
+
+/// −u/y from the impulse response, on the circle.
+fn measured<C: Controller<f64>>(controller: &C, theta: f64) -> Complex<f64> {
+    let mut history = controller.at_rest();
+    let mut sum = Complex::new(0.0, 0.0);
+    for n in 0..60_000 {
+        let y = if n == 0 { -1.0 } else { 0.0 };
+        let u = controller.output(&history, 0.0, y);
+        controller.advance(&mut history, 0.0, y, u);
+        sum += Complex::from_polar(u, -theta * f64::from(n));
+    }
+    sum
+}
+
+const NO_INTEGRAL: PidParameters = PidParameters {
+    integral: 0.0,
+    ..GAINS
+};
+
+const CRONE: CroneParameters = CroneParameters {
+    gain: 3.0,
+    order: 1.4,
+    low_rad_s: 5.0,
+    high_rad_s: 400.0,
+};
+
+const LAG: LeadLagParameters = LeadLagParameters {
+    gain: 2.0,
+    lambda_s: 0.02,
+    x: 7.0,
+    order: 0.6,
+};
+
+const TID: TidParameters = TidParameters {
+    tilt: 2.0,
+    tilt_divisor: 3.0,
+    integral: 0.7,
+    derivative: 0.1,
+};
+
+fn crone(shape: CroneParameters) -> Crone<f64, 64> {
+    Crone::new(shape, Actuator::UNLIMITED, memory(Rule::Grunwald), T).expect("valid")
+}
+
+fn lead_lag(shape: LeadLagParameters) -> LeadLag<f64, 64> {
+    LeadLag::new(shape, Actuator::UNLIMITED, memory(Rule::Grunwald), T).expect("valid")
+}
+
+#[test]
+fn each_controller_has_the_response_that_it_says_and_near_rest_the_continuous_one() {
+    let pid = pid(NO_INTEGRAL, SetPoint::DEFAULT, Actuator::UNLIMITED);
+    let (crone, lag) = (crone(CRONE), lead_lag(LAG));
+    for theta in [0.03, 0.4, 2.0, PI] {
+        for (name, have, want) in [
+            ("pid", pid.response(theta), measured(&pid, theta)),
+            ("crone", crone.response(theta), measured(&crone, theta)),
+            ("lag", lag.response(theta), measured(&lag, theta)),
+        ] {
+            // What is cut off of a power law after 60 s.
+            assert!(
+                (have - want).norm() < 1e-4 * have.norm(),
+                "{name} {theta}: {have} {want}"
+            );
+        }
+    }
+    for omega in [1.0, 10.0, 50.0] {
+        let theta = omega * T.0;
+        for (name, have, want) in [
+            ("pid", pid.response(theta), NO_INTEGRAL.response(omega)),
+            ("crone", crone.response(theta), CRONE.response(omega)),
+            ("lag", lag.response(theta), LAG.response(omega)),
+        ] {
+            // O(T²): (ωT)²/3 at 50 rad/s.
+            assert!(
+                (have - want).norm() < 1.5e-3 * want.norm(),
+                "{name} {omega}: {have} {want}"
+            );
+        }
+    }
+    let runs =
+        Tid::<f64, 64>::new(TID, 0.0, Actuator::UNLIMITED, memory(Rule::Bdf2), T).expect("valid");
+    let (have, want) = (runs.response(0.02), TID.response(20.0));
+    assert!((have - want).norm() < 1e-3 * want.norm(), "{have} {want}");
+}
+
+#[test]
+fn crone_keeps_its_phase_over_the_band_and_lead_of_order_one_is_the_plain_filter() {
+    let crone = crone(CroneParameters {
+        gain: 1.0,
+        order: 0.5,
+        low_rad_s: 0.1,
+        high_rad_s: 1000.0,
+    });
+    let phases = [3.0, 10.0, 30.0].map(|omega: f64| crone.response(omega * T.0).arg().to_degrees());
+    for phase in phases {
+        // 45° less what the corners take: 0.5·(90° − atan 30 + atan 0.03).
+        assert!((phase - 45.0).abs() < 2.0, "{phases:?}");
+    }
+    let lead = lead_lag(LeadLagParameters {
+        gain: 4.0,
+        lambda_s: 0.1,
+        x: 0.2,
+        order: 1.0,
+    });
+    for theta in [0.0, 0.3, PI] {
+        // (s + 10)/(s + 50) with s = (2/T)(1 − w)/(1 + w), by hand.
+        let w = Complex::from_polar(1.0, -theta);
+        let s = |k: f64| (Complex::new(1.0, 0.0) - w) * 2000.0 + (w + 1.0) * k;
+        let want = s(10.0) / s(50.0) * 4.0;
+        let have = lead.response(theta);
+        assert!(
+            (have - want).norm() < 1e-9 * want.norm(),
+            "{theta}: {have} {want}"
+        );
+    }
+}
