@@ -5,7 +5,7 @@ use haptic_experiment::teleoperation::{
     HandModel, HandMotion, RemotePlace, TeleoperationExperiment, TeleoperationReport,
     TeleoperationVerdict,
 };
-use haptic_experiment::{ExperimentFile, ModelledTissue, Pace, Safety};
+use haptic_experiment::{ExperimentFile, ModelledTissue, Pace, Safety, TissuePiece};
 use haptic_link::Architecture;
 use haptic_loop::Specimen;
 use haptic_loop::plant::MassDamperConfig;
@@ -25,10 +25,10 @@ fn order(mu: f64) -> Order {
 
 fn tissue(library: &Library, name: &str) -> RemotePlace {
     let material = library.find(name).expect("in the library");
-    RemotePlace::Tissue {
+    RemotePlace::Tissue(TissuePiece {
         material: Box::new(ModelledTissue::new(material).expect("a model")),
         specimen: Specimen::new(SquareMetres(4e-4), Metres(0.02)).expect("valid"),
-    }
+    })
 }
 
 fn ideal(mass: f64, damping: f64) -> MassDamperConfig {
