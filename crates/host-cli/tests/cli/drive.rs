@@ -124,62 +124,20 @@ fn what_a_drive_cannot_do_is_refused_in_one_line() {
     place.write("wall.toml", "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 2e-3\norder = 0.5\n\
                               stiffness_n_per_m = 3000\ndissipation_n_s_mu_per_m = 60\n[drive]\ncontroller = \"unstable.toml\"\n");
     place.write("empty.toml", "[relax]\n[drive]\n");
-    for (command, parts) in [
-        (
-            "relax --drive unstable.toml",
-            [
-                "would be unstable before it touches the tissue; with ",
-                "--drive",
-            ],
-        ),
-        (
-            "creep --drive indenter.toml",
-            [
-                "in contact with the tissue; with ",
-                "of its gain it is stable",
-            ],
-        ),
-        (
-            "relax --drive slow.toml",
-            ["made for a sample time of 0.002 s", "--sample-time"],
-        ),
-        (
-            "relax --drive unstable.toml --contact rigid",
-            ["a rigid contact has none", "--contact"],
-        ),
-        (
-            "relax --drive missing.toml",
-            ["missing.toml", "cannot read the controller file"],
-        ),
-        (
-            "relax --drive-force-limit 1N",
-            ["--drive-force-limit has no effect", "--drive FILE.toml"],
-        ),
-        (
-            "relax --drive unstable.toml --drive-force-limit 0N",
-            [
-                "0 N is not above 0 and at most 1e6 N",
-                "--drive-force-limit",
-            ],
-        ),
-        (
-            "relax --force-unstable",
-            ["--force-unstable is for", "--drive FILE.toml"],
-        ),
-        (
-            "run wall.toml",
-            [
-                "wall.toml:8",
-                "[drive] holds the indenter of [relax] or [creep]",
-            ],
-        ),
-        (
-            "run empty.toml",
-            ["empty.toml:2", "missing key `controller` in [drive]"],
-        ),
-    ] {
-        place.run(command).refused(2, &parts);
-    }
+    place.refuses(
+        "
+        relax --drive unstable.toml => would be unstable before it touches the tissue; with  | --drive
+        creep --drive indenter.toml => in contact with the tissue; with  | of its gain it is stable
+        relax --drive slow.toml => made for a sample time of 0.002 s | --sample-time
+        relax --drive unstable.toml --contact rigid => a rigid contact has none | --contact
+        relax --drive missing.toml => missing.toml | cannot read the controller file
+        relax --drive-force-limit 1N => --drive-force-limit has no effect | --drive FILE.toml
+        relax --drive unstable.toml --drive-force-limit 0N => 0 N is not above 0 and at most 1e6 N | --drive-force-limit
+        relax --force-unstable => --force-unstable is for | --drive FILE.toml
+        run wall.toml => wall.toml:8 | [drive] holds the indenter of [relax] or [creep]
+        run empty.toml => empty.toml:2 | missing key `controller` in [drive]
+        ",
+    );
     assert!(!place.files().iter().any(|file| file.ends_with(".mcap")));
     let forced = place.run("relax --duration 2s --drive unstable.toml --force-unstable");
     let forced = forced.succeeded_with_warnings();

@@ -1,8 +1,8 @@
 //! Runs that do not reach their end: stopped by a signal, by a fault, by a full disk.
 
 use crate::experiments::SHORT;
-use crate::process::{Ended, PATIENCE, Place, number, skip, table, words};
-use std::process::{Child, Command, Stdio};
+use crate::process::{Ended, PATIENCE, Place, number, skip, table};
+use std::process::Child;
 use std::time::{Duration, Instant};
 
 /// Header of `log export`.
@@ -20,14 +20,7 @@ fn start_and_signal(
     ready: impl Fn(&Child) -> bool,
     meanwhile: impl FnOnce(),
 ) -> Ended {
-    let mut child = Command::new(crate::process::binary())
-        .args(words(line))
-        .current_dir(place.path(""))
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("the binary starts");
+    let mut child = place.start(line);
     let start = Instant::now();
     while !ready(&child) {
         let gone = child.try_wait().expect("can be waited for");
@@ -36,11 +29,7 @@ fn start_and_signal(
         std::thread::sleep(Duration::from_millis(5));
     }
     meanwhile();
-    // The shell has `kill` built in.
-    let sent = Command::new("sh")
-        .args(["-c", &format!("kill -{signal} {}", child.id())])
-        .status();
-    assert!(sent.expect("sh runs").success());
+    crate::process::signal(&child, signal);
     let output = child.wait_with_output().expect("ends");
     Ended::new(format!("{line} & kill -{signal}"), &output)
 }

@@ -1,7 +1,7 @@
 //! `materials`: listed, shown, exported, refused.
 
 use super::GEL;
-use crate::process::{Place, number};
+use crate::process::{Place, cases, number};
 use serde_json::Value;
 
 #[test]
@@ -99,19 +99,18 @@ fn a_tissue_is_exported_for_finite_elements_with_its_error() {
         json["branch_times_s"].as_array().map(Vec::len)
     );
     assert_eq!(json["file"], Value::Null);
-    for (line, words) in [
-        ("fish-muscle --format febio", &["take --prony", "6"][..]),
-        ("fish-muscle --prony 0", &["--prony", "1 to 100"]),
-        ("fish-muscle --horizon 1us", &["--horizon", "--shortest"]),
-        (
-            "fish-muscle --format nastran",
-            &["table, ansys, abaqus, febio"],
-        ),
-        ("jelly", &["jelly", "fish-muscle"]),
-    ] {
+    for (line, words) in cases(
+        "
+        fish-muscle --format febio => take --prony | 6
+        fish-muscle --prony 0 => --prony | 1 to 100
+        fish-muscle --horizon 1us => --horizon | --shortest
+        fish-muscle --format nastran => table, ansys, abaqus, febio
+        jelly => jelly | fish-muscle
+        ",
+    ) {
         place
             .run(&format!("materials export {line}"))
-            .refused(2, words);
+            .refused(2, &words);
     }
 }
 

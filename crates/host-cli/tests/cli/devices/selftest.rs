@@ -1,7 +1,7 @@
 //! `device selftest`: a table of promises, and an exit code.
 
 use super::Emulated;
-use crate::process::{Place, number};
+use crate::process::{Place, cases, number};
 use serde_json::Value;
 
 #[test]
@@ -57,14 +57,13 @@ fn a_person_sees_a_table_and_what_cannot_be_is_refused() {
     ] {
         assert!(shown.stdout.contains(words), "{words}: {shown}");
     }
-    for (options, words) in [
-        (
-            "--force-limit 20N",
-            ["20 N", "[0.001, 2] N", "--force-limit"],
-        ),
-        ("--watchdog 2s", ["2 s", "from 0.005 to 1 s", "--watchdog"]),
-        ("--emergency-stop maybe", ["maybe", "pressed", "none"]),
-    ] {
+    for (options, words) in cases(
+        "
+        --force-limit 20N => 20 N | [0.001, 2] N | --force-limit
+        --watchdog 2s => 2 s | from 0.005 to 1 s | --watchdog
+        --emergency-stop maybe => maybe | pressed | none
+        ",
+    ) {
         let line = format!("device selftest --device serial:device {options}");
         device.place().run(&line).refused(2, &words);
     }
