@@ -7,7 +7,7 @@ mod ports;
 mod selftest;
 
 pub(crate) use crate::emulated::Emulated;
-use crate::process::cases;
+use crate::process::{cases, says};
 use serde_json::Value;
 use std::time::Duration;
 
@@ -190,15 +190,16 @@ fn a_run_leaves_the_device_as_it_was_and_loosens_nothing() {
     assert_eq!(set.stderr.matches("loosened").count(), 1, "{set}");
     let before = device.json(get);
     let run = device.place.run("run wall.toml --out wall --quiet --json");
-    for words in [
-        "the limits set on the device",
-        "10 N, 1000 N/s",
-        "0.2 s",
-        "1.5 m/s",
-        "device set",
-    ] {
-        assert!(run.stderr.contains(words), "{run}");
-    }
+    says(
+        &run.stderr,
+        &[
+            "the limits set on the device",
+            "10 N, 1000 N/s",
+            "0.2 s",
+            "1.5 m/s",
+            "device set",
+        ],
+    );
     assert_eq!(device.json(get), before);
     let info = device.place.run("log info wall/wall.mcap --json");
     assert!(

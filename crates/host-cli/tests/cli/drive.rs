@@ -1,6 +1,6 @@
 //! A controller file holds the indenter: `[drive]` and `--drive`.
 
-use crate::process::{Place, number};
+use crate::process::{Place, number, says};
 use std::path::{Path, PathBuf};
 
 fn example(name: &str) -> PathBuf {
@@ -42,13 +42,14 @@ fn the_worked_example_holds_its_indenter_and_says_how_well() {
     // The tissue is that of the motion really made.
     assert!(number(&report, "max_relative_error") < 1e-5);
     let picture = place.text("driven/relax.svg");
-    for text in [
-        "(d) set point less measurement",
-        "(e) force of the drive",
-        "tracking error / µm",
-    ] {
-        assert!(picture.contains(text), "`{text}` is missing");
-    }
+    says(
+        &picture,
+        &[
+            "(d) set point less measurement",
+            "(e) force of the drive",
+            "tracking error / µm",
+        ],
+    );
     let table = place.text("driven/relax.csv");
     let names = table.lines().next().expect("names");
     assert!(
@@ -63,14 +64,15 @@ fn the_worked_example_holds_its_indenter_and_says_how_well() {
 fn a_drive_of_the_command_line_is_that_of_a_file_and_is_printed() {
     let place = Place::new();
     let printed = place.run(&short()).succeeded().stdout;
-    for text in [
-        "drive  ",
-        "indenter.toml: position off by",
-        "N at most of 10 N",
-        "drive pre-flight  in contact stable",
-    ] {
-        assert!(printed.contains(text), "`{text}`: {printed}");
-    }
+    says(
+        &printed,
+        &[
+            "drive  ",
+            "indenter.toml: position off by",
+            "N at most of 10 N",
+            "drive pre-flight  in contact stable",
+        ],
+    );
     let file = example("relax-driven.toml");
     let text = std::fs::read_to_string(file).expect("the example");
     place.write(

@@ -1,6 +1,6 @@
 //! `export-c`: a header that a C compiler takes, or one line that says why not.
 
-use crate::process::{Place, cases};
+use crate::process::{Place, cases, says};
 
 #[test]
 fn a_header_is_written_once_and_compiles() {
@@ -37,13 +37,14 @@ fn the_law_of_any_tissue_compiles_and_presses_back_as_it_does_here() {
     assert_eq!(json["tissue"], "fish-muscle");
     assert_eq!(json["stiffness_n_per_m"], 0.0);
     let header = place.text("muscle.h");
-    for words in [
-        "the one memory of the model fractional-maxwell",
-        "--tissue fish-muscle",
-        "muscle_push(",
-    ] {
-        assert!(header.contains(words), "{words}: {header}");
-    }
+    says(
+        &header,
+        &[
+            "the one memory of the model fractional-maxwell",
+            "--tissue fish-muscle",
+            "muscle_push(",
+        ],
+    );
     place.write(
         "main.c",
         "#include \"muscle.h\"\n#include <stdio.h>\nint main(void) { muscle_t h; int n; double f = 0.0; muscle_init(&h);\n\

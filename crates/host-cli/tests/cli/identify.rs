@@ -1,6 +1,6 @@
 //! `identify`: from a record to a tissue that other commands take.
 
-use crate::process::{Place, keys};
+use crate::process::{Place, keys, says};
 use serde_json::Value;
 
 const FISH: &str = include_str!("../../../haptic-tissue/records/fish-muscle-relaxation.tsv");
@@ -93,16 +93,17 @@ fn the_tissue_file_reads_back_with_its_source() {
         (&"cod".into(), &false.into())
     );
     let text = place.text("muscle.toml");
-    for wanted in [
-        "model = \"fractional-maxwell\"",
-        "fish.tsv",
-        "566 samples",
-        "rms",
-        "date = \"20",
-        "time_to_s = 981",
-    ] {
-        assert!(text.contains(wanted), "{wanted}: {text}");
-    }
+    says(
+        &text,
+        &[
+            "model = \"fractional-maxwell\"",
+            "fish.tsv",
+            "566 samples",
+            "rms",
+            "date = \"20",
+            "time_to_s = 981",
+        ],
+    );
     assert_eq!(
         place.files(),
         [
@@ -148,15 +149,16 @@ fn a_person_sees_a_table() {
     let ended = place()
         .run("identify sweep.csv --bootstrap 40")
         .succeeded_with_warnings();
-    for wanted in [
-        "oscillation: 25 samples",
-        "* fractional",
-        "spring-pot",
-        "second_order",
-        "95 % interval",
-    ] {
-        assert!(ended.stdout.contains(wanted), "{wanted}: {}", ended.stdout);
-    }
+    says(
+        &ended.stdout,
+        &[
+            "oscillation: 25 samples",
+            "* fractional",
+            "spring-pot",
+            "second_order",
+            "95 % interval",
+        ],
+    );
 }
 
 /// Rows of a compression as negative strain, its stress as positive.

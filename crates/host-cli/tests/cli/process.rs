@@ -301,6 +301,15 @@ pub(crate) fn signal(child: &Child, name: &str) {
     assert!(sent.expect("sh runs").success());
 }
 
+/// All of these parts are in the text.
+pub(crate) fn says(text: &str, parts: &[&str]) {
+    for part in parts {
+        // Of a picture its beginning.
+        let start = || text.chars().take(2000).collect::<String>();
+        assert!(text.contains(part), "\"{part}\" is missing: {}", start());
+    }
+}
+
 /// The keys of a JSON object, sorted.
 pub(crate) fn keys(object: &serde_json::Value) -> Vec<&str> {
     let object = object.as_object().expect("an object");

@@ -1,7 +1,7 @@
 //! `materials`: listed, shown, exported, refused.
 
 use super::GEL;
-use crate::process::{Place, cases, number};
+use crate::process::{Place, cases, number, says};
 use serde_json::Value;
 
 #[test]
@@ -22,15 +22,16 @@ fn materials_are_listed_with_those_of_the_user() {
     let text = place.run("materials list --library mine").succeeded();
     assert_eq!(text.stdout.lines().count(), 5, "{text}");
     let muscle = text.stdout.lines().nth(3).expect("a line");
-    for word in [
-        "fish-muscle",
-        "fractional-maxwell",
-        "0.0139 to 981 s",
-        "no",
-        "pyRheo",
-    ] {
-        assert!(muscle.contains(word), "{muscle}");
-    }
+    says(
+        muscle,
+        &[
+            "fish-muscle",
+            "fractional-maxwell",
+            "0.0139 to 981 s",
+            "no",
+            "pyRheo",
+        ],
+    );
     assert!(text.stdout.contains("gel"), "{text}");
 }
 

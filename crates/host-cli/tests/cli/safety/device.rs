@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::emulated::Emulated;
-use crate::process::cases;
+use crate::process::{cases, says};
 
 fn emulated() -> Emulated {
     Emulated::new("--speed 2")
@@ -46,14 +46,15 @@ fn the_chain_of_a_device_is_set_and_shown() {
         .place
         .run("device get --device serial:device")
         .succeeded();
-    for part in [
-        "at most 2 N",
-        "rises in 0.25 s",
-        "0.75 m/s",
-        "guard energy-bounding",
-    ] {
-        assert!(shown.stdout.contains(part), "\"{part}\": {shown}");
-    }
+    says(
+        &shown.stdout,
+        &[
+            "at most 2 N",
+            "rises in 0.25 s",
+            "0.75 m/s",
+            "guard energy-bounding",
+        ],
+    );
     for (change, words) in cases(
         "
         --workspace -200:1 => low end of the workspace | -200
