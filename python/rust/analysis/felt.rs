@@ -1,9 +1,9 @@
 //! Transparency: the closed loop as a hand feels it.
 
+use super::environment;
 use super::plant::AnyPlant;
-use super::{environment, operator};
 use crate::arrays::{complex_vector, vector};
-use crate::refused::{OrRefused as _, refused};
+use crate::refused::refused;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
@@ -18,12 +18,13 @@ pub(crate) fn transparency<'py>(
     impedance: &Bound<'py, PyAny>,
     plant: AnyPlant<'py>,
     wall: (f64, f64, f64),
-    (sample_time, scheme, horizon): (f64, String, f64),
+    operator: (f64, String, f64),
 ) -> PyResult<Pair<'py>> {
     let py = omega.py();
     let omega = vector("omega", omega)?;
     let impedance = complex_vector("impedance", impedance)?;
-    let operator = operator(wall.2, sample_time, &scheme, horizon)?;
+    let (sample_time, scheme, horizon) = operator;
+    let operator = super::operator(wall.2, sample_time, &scheme, horizon)?;
     let wall = environment(wall, sample_time)?;
     let path = plant.path(sample_time)?;
     let (mut stiffness, mut damping) = (Vec::new(), Vec::new());

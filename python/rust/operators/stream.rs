@@ -2,11 +2,11 @@
 
 use super::response::response;
 use super::{Axis, scheme_of};
-use crate::arrays::any_shape;
+use crate::arrays::vector;
 use crate::refused::{OrRefused as _, refused};
 use fracdiff::parameter::positive;
 use fracdiff::{Channel, FrequencyResponse as _, OperatorHistory, Order, Scheme, Seconds};
-use numpy::{Complex64, IntoPyArray as _, PyArray1, PyArrayDyn, PyArrayMethods as _};
+use numpy::{Complex64, IntoPyArray as _, PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
